@@ -1,0 +1,341 @@
+//! Edits, and undo and redo over them.
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use super::{Class, ClassId, LabelSet, Pixel, Stroke, StrokeId, erase};
+
+/// One stroke before and after an edit; `None` = not there.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct StrokeChange {
+    /// Which stroke.
+    pub id: StrokeId,
+    /// The stroke before the edit.
+    pub before: Option<Stroke>,
+    /// The stroke after the edit.
+    pub after: Option<Stroke>,
+}
+
+/// One step that a person can undo: everything that it changed, with what was there before.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Edit {
+    /// What was done, for the undo menu: "scribble wall".
+    pub name: String,
+    /// Strokes that were added, changed or removed.
+    pub strokes: Vec<StrokeChange>,
+    /// The whole class list before and after, where it changed.
+    pub classes: Option<(Vec<Class>, Vec<Class>)>,
+}
+
+impl Edit {
+    /// The edit that takes this one back.
+    pub fn inverse(&self) -> Self {
+        Self {
+            name: self.name.clone(),
+            strokes: self
+                .strokes
+                .iter()
+                .map(|change| StrokeChange {
+                    id: change.id,
+                    before: change.after.clone(),
+                    after: change.before.clone(),
+                })
+                .collect(),
+            classes: self.classes.clone().map(|(before, after)| (after, before)),
+        }
+    }
+
+    fn apply(&self, labels: &mut LabelSet) {
+        for change in &self.strokes {
+            match &change.after {
+                Some(stroke) => labels.strokes.insert(change.id, Arc::new(stroke.clone())),
+                None => labels.strokes.remove(&change.id),
+            };
+        }
+        if let Some((_, after)) = &self.classes {
+            labels.classes.clone_from(after);
+        }
+    }
+}
+
+/// The labels with the edits that led to them: what the window changes, and what a project keeps.
+#[derive(Clone, Debug, Default)]
+pub struct History {
+    labels: LabelSet,
+    edits: Vec<Edit>,
+    /// Number of edits that are in force; those after it were undone.
+    cursor: usize,
+    last_stroke: u64,
+}
+
+impl History {
+    /// Starts from given labels, with nothing to undo.
+    pub fn new(labels: LabelSet) -> Self {
+        Self::restored(labels, Vec::new(), 0)
+    }
+
+    /// Goes on from saved labels, edits and number of edits in force.
+    pub fn restored(labels: LabelSet, edits: Vec<Edit>, cursor: usize) -> Self {
+        let in_edits = edits
+            .iter()
+            .flat_map(|edit| &edit.strokes)
+            .map(|change| change.id.0);
+        let in_labels = labels.strokes.keys().map(|id| id.0);
+        let last_stroke = in_edits.chain(in_labels).max().unwrap_or(0);
+        let cursor = cursor.min(edits.len());
+        Self {
+            labels,
+            edits,
+            cursor,
+            last_stroke,
+        }
+    }
+
+    /// The labels as they are now.
+    pub fn labels(&self) -> &LabelSet {
+        &self.labels
+    }
+
+    /// All edits, and how many of them are in force.
+    pub fn edits(&self) -> (&[Edit], usize) {
+        (&self.edits, self.cursor)
+    }
+
+    /// Name of the edit that [`History::undo`] would take back.
+    pub fn undo_name(&self) -> Option<&str> {
+        let index = self.cursor.checked_sub(1)?;
+        self.edits.get(index).map(|edit| edit.name.as_str())
+    }
+
+    /// Name of the edit that [`History::redo`] would do again.
+    pub fn redo_name(&self) -> Option<&str> {
+        self.edits.get(self.cursor).map(|edit| edit.name.as_str())
+    }
+
+    /// Takes the last edit back; returns the change that did so.
+    pub fn undo(&mut self) -> Option<Edit> {
+        let index = self.cursor.checked_sub(1)?;
+        let change = self.edits.get(index)?.inverse();
+        change.apply(&mut self.labels);
+        self.cursor = index;
+        Some(change)
+    }
+
+    /// Does the last undone edit again; returns it.
+    pub fn redo(&mut self) -> Option<Edit> {
+        let edit = self.edits.get(self.cursor)?.clone();
+        edit.apply(&mut self.labels);
+        self.cursor += 1;
+        Some(edit)
+    }
+
+    /// Adds a stroke; returns the edit.
+    pub fn add_stroke(&mut self, stroke: Stroke) -> Edit {
+        let class = self.class_name(stroke.class);
+        let single = stroke.lines.iter().map(Vec::len).sum::<usize>() == 1;
+        self.last_stroke += 1;
+        self.commit(Edit {
+            name: format!("{} {class}", if single { "click" } else { "scribble" }),
+            strokes: vec![StrokeChange {
+                id: StrokeId(self.last_stroke),
+                before: None,
+                after: Some(stroke),
+            }],
+            classes: None,
+        })
+    }
+
+    /// Erases along a path on one frame; `None` when nothing was under the eraser.
+    pub fn erase(&mut self, frame: usize, path: &[Pixel], radius: u32) -> Option<Edit> {
+        let strokes: Vec<StrokeChange> = self
+            .labels
+            .strokes_of(frame)
+            .filter_map(|(id, stroke)| {
+                let rest = erase(stroke, path, radius)?;
+                Some(StrokeChange {
+                    id,
+                    before: Some(stroke.clone()),
+                    after: (!rest.lines.is_empty()).then_some(rest),
+                })
+            })
+            .collect();
+        (!strokes.is_empty()).then(|| {
+            self.commit(Edit {
+                name: "erase".to_owned(),
+                strokes,
+                classes: None,
+            })
+        })
+    }
+
+    /// Adds a class with the next id and colour; returns its id and the edit.
+    pub fn add_class(&mut self, name: &str) -> (ClassId, Edit) {
+        let id = self.unused_class_id();
+        let before = self.labels.classes.clone();
+        let mut after = before.clone();
+        after.push(Class::new(id, name));
+        let edit = self.commit(Edit {
+            name: format!("add class {name}"),
+            strokes: Vec::new(),
+            classes: Some((before, after)),
+        });
+        (id, edit)
+    }
+
+    /// Changes a class's name and colour; `None` when there is no such class or nothing changes.
+    pub fn change_class(&mut self, class: Class) -> Option<Edit> {
+        let before = self.labels.classes.clone();
+        let mut after = before.clone();
+        let place = after.iter_mut().find(|candidate| candidate.id == class.id)?;
+        if *place == class {
+            return None;
+        }
+        let name = format!("change class {}", class.name);
+        *place = class;
+        Some(self.commit(Edit {
+            name,
+            strokes: Vec::new(),
+            classes: Some((before, after)),
+        }))
+    }
+
+    /// Deletes a class and its strokes; `None` when there is no such class.
+    pub fn delete_class(&mut self, id: ClassId) -> Option<Edit> {
+        let name = format!("delete class {}", self.labels.class(id)?.name);
+        let before = self.labels.classes.clone();
+        let after = before.iter().filter(|class| class.id != id).cloned().collect();
+        let strokes = self.changes_of_class(id, |_| None);
+        Some(self.commit(Edit {
+            name,
+            strokes,
+            classes: Some((before, after)),
+        }))
+    }
+
+    /// Gives all strokes of one class to another and deletes the first; `None` unless both exist.
+    pub fn merge_class(&mut self, from: ClassId, into: ClassId) -> Option<Edit> {
+        let (source, target) = (self.labels.class(from)?, self.labels.class(into)?);
+        if from == into {
+            return None;
+        }
+        let name = format!("merge class {} into {}", source.name, target.name);
+        let before = self.labels.classes.clone();
+        let after = before.iter().filter(|class| class.id != from).cloned().collect();
+        let strokes = self.changes_of_class(from, |stroke| {
+            Some(Stroke {
+                class: into,
+                ..stroke.clone()
+            })
+        });
+        Some(self.commit(Edit {
+            name,
+            strokes,
+            classes: Some((before, after)),
+        }))
+    }
+
+    fn changes_of_class(&self, id: ClassId, after: impl Fn(&Stroke) -> Option<Stroke>) -> Vec<StrokeChange> {
+        self.labels
+            .strokes
+            .iter()
+            .filter(|(_, stroke)| stroke.class == id)
+            .map(|(&id, stroke)| StrokeChange {
+                id,
+                before: Some(stroke.as_ref().clone()),
+                after: after(stroke),
+            })
+            .collect()
+    }
+
+    /// Ids are never used twice, also not those of deleted classes that an undo could bring back.
+    fn unused_class_id(&self) -> ClassId {
+        let ever = self.edits.iter().filter_map(|edit| edit.classes.as_ref());
+        let ids = ever.flat_map(|(before, after)| before.iter().chain(after).map(|class| class.id));
+        let highest = ids.max().unwrap_or(0);
+        self.labels.next_class_id().max(highest + 1)
+    }
+
+    fn class_name(&self, id: ClassId) -> String {
+        self.labels
+            .class(id)
+            .map_or_else(|| "void".to_owned(), |class| class.name.clone())
+    }
+
+    fn commit(&mut self, edit: Edit) -> Edit {
+        edit.apply(&mut self.labels);
+        self.edits.truncate(self.cursor);
+        self.edits.push(edit.clone());
+        self.cursor += 1;
+        edit
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn history() -> (History, ClassId, ClassId) {
+        let mut history = History::default();
+        let (wall, _) = history.add_class("wall");
+        let (floor, _) = history.add_class("floor");
+        (history, wall, floor)
+    }
+
+    #[test]
+    fn undo_and_redo_walk_through_the_same_labels() {
+        let (mut history, wall, floor) = history();
+        let mut states = vec![history.labels().clone()];
+        history.add_stroke(Stroke::click(0, wall, [1, 1]));
+        states.push(history.labels().clone());
+        history.add_stroke(Stroke::click(3, floor, [2, 2]));
+        states.push(history.labels().clone());
+        history.erase(0, &[[1, 1]], 1).unwrap();
+        states.push(history.labels().clone());
+        history.merge_class(floor, wall).unwrap();
+        states.push(history.labels().clone());
+        for state in states.iter().rev().skip(1) {
+            history.undo().unwrap();
+            assert_eq!(history.labels(), state);
+        }
+        for state in states.iter().skip(1) {
+            history.redo().unwrap();
+            assert_eq!(history.labels(), state);
+        }
+        assert!(history.redo().is_none());
+    }
+
+    #[test]
+    fn a_new_edit_drops_what_was_undone() {
+        let (mut history, wall, _) = history();
+        history.add_stroke(Stroke::click(0, wall, [1, 1]));
+        history.undo();
+        history.add_stroke(Stroke::click(0, wall, [5, 5]));
+        assert!(history.redo_name().is_none());
+        assert_eq!(history.labels().strokes.len(), 1);
+    }
+
+    #[test]
+    fn stroke_and_class_ids_are_never_used_twice() {
+        let (mut history, wall, floor) = history();
+        let first = history.add_stroke(Stroke::click(0, wall, [1, 1])).strokes[0].id;
+        history.undo();
+        let second = history.add_stroke(Stroke::click(0, wall, [2, 2])).strokes[0].id;
+        assert!(second > first);
+        history.delete_class(floor).unwrap();
+        assert!(history.add_class("table").0 > floor);
+    }
+
+    #[test]
+    fn deleting_a_class_takes_its_strokes_and_undo_brings_both_back() {
+        let (mut history, wall, floor) = history();
+        history.add_stroke(Stroke::click(0, wall, [1, 1]));
+        history.add_stroke(Stroke::click(0, floor, [2, 2]));
+        let before = history.labels().clone();
+        history.delete_class(wall).unwrap();
+        assert_eq!(history.labels().strokes.len(), 1);
+        assert!(history.labels().class(wall).is_none());
+        history.undo();
+        assert_eq!(history.labels(), &before);
+    }
+}

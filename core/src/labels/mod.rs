@@ -1,0 +1,52 @@
+//! What the person said: classes and strokes, with undo and redo.
+//!
+//! Strokes are vectors in pixel coordinates and are the only truth; every map is derived from them.
+
+mod class;
+mod edit;
+mod file;
+mod raster;
+mod stroke;
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+pub use class::{Class, ClassId, VOID};
+pub use edit::{Edit, History, StrokeChange};
+pub use file::{StrokesError, read_strokes, strokes_json};
+pub use raster::{erase, pixels_of, rasterise};
+pub use stroke::{Pixel, Stroke, StrokeId};
+
+/// Everything the person said about a scene. Cloning is cheap: strokes are shared.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LabelSet {
+    /// The classes, in the order in which they are shown; void is not among them.
+    pub classes: Vec<Class>,
+    /// The strokes by id; later ids cover earlier ones.
+    pub strokes: BTreeMap<StrokeId, Arc<Stroke>>,
+}
+
+impl LabelSet {
+    /// The class with this id.
+    pub fn class(&self, id: ClassId) -> Option<&Class> {
+        self.classes.iter().find(|class| class.id == id)
+    }
+
+    /// The strokes of one frame, earliest first.
+    pub fn strokes_of(&self, frame: usize) -> impl Iterator<Item = (StrokeId, &Stroke)> {
+        self.strokes
+            .iter()
+            .filter(move |(_, stroke)| stroke.frame == frame)
+            .map(|(&id, stroke)| (id, stroke.as_ref()))
+    }
+
+    /// An id above those of all present strokes.
+    pub fn next_stroke_id(&self) -> StrokeId {
+        StrokeId(self.strokes.last_key_value().map_or(1, |(id, _)| id.0 + 1))
+    }
+
+    /// The smallest class id above all present ones.
+    pub fn next_class_id(&self) -> ClassId {
+        self.classes.iter().map(|class| class.id).max().unwrap_or(VOID) + 1
+    }
+}

@@ -1,0 +1,24 @@
+//! Semantic fields of posed captures: labels spread from a few clicks to every pixel of every frame.
+//!
+//! The modules, each depending only on those above it:
+//!
+//! - [`scene`]: a posed capture: cameras, frames, formats, the demo room
+//! - [`labels`]: what the person said: classes, strokes, undo and redo
+//! - [`field`]: density and colour of the scene, learnt from its pixels
+//! - [`semantics`]: how labels spread over the scene's surface
+//! - [`guide`]: what to label next
+//! - [`session`]: the background worker that keeps all of this going
+//! - [`project`]: the project file
+//! - [`export`]: label maps on disk
+//! - [`eval`]: metrics against ground truth
+#![deny(unsafe_code)]
+
+pub mod eval;
+pub mod export;
+pub mod field;
+pub mod guide;
+pub mod labels;
+pub mod project;
+pub mod scene;
+pub mod semantics;
+pub mod session;

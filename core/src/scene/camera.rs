@@ -1,0 +1,143 @@
+//! Pinhole cameras and their poses.
+
+use glam::{DAffine3, DMat3, DVec3, Vec3};
+
+/// A pinhole camera: intrinsics in pixels, without distortion.
+///
+/// Axes are OpenCV's (x right, y down, z forward); the centre of pixel (column, row) is at
+/// (column + 0.5, row + 0.5).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// Image width in pixels.
+    pub width: u32,
+    /// Image height in pixels.
+    pub height: u32,
+    /// Focal length along x, in pixels.
+    pub fx: f32,
+    /// Focal length along y, in pixels.
+    pub fy: f32,
+    /// Principal point, x, in pixels from the left edge of the image.
+    pub cx: f32,
+    /// Principal point, y, in pixels from the top edge of the image.
+    pub cy: f32,
+}
+
+impl Camera {
+    /// A camera with square pixels, a centred principal point and the given horizontal field of view.
+    pub fn with_horizontal_fov(width: u32, height: u32, degrees: f32) -> Self {
+        let focal = 0.5 * width as f32 / (0.5 * degrees.to_radians()).tan();
+        Self {
+            width,
+            height,
+            fx: focal,
+            fy: focal,
+            cx: 0.5 * width as f32,
+            cy: 0.5 * height as f32,
+        }
+    }
+
+    /// Number of pixels.
+    pub fn pixels(&self) -> usize {
+        self.width as usize * self.height as usize
+    }
+
+    /// Direction through image position (x, y), in camera axes, with z = 1 (not of unit length).
+    pub fn direction(&self, x: f32, y: f32) -> Vec3 {
+        Vec3::new((x - self.cx) / self.fx, (y - self.cy) / self.fy, 1.0)
+    }
+
+    /// Direction through the centre of pixel (column, row), in camera axes, with z = 1.
+    pub fn pixel_direction(&self, column: u32, row: u32) -> Vec3 {
+        self.direction(column as f32 + 0.5, row as f32 + 0.5)
+    }
+
+    /// Image position of a point in camera axes; `None` behind the camera.
+    pub fn project(&self, point: Vec3) -> Option<(f32, f32)> {
+        (point.z > 1e-6).then(|| {
+            (
+                self.fx * point.x / point.z + self.cx,
+                self.fy * point.y / point.z + self.cy,
+            )
+        })
+    }
+
+    /// The same view at 1/`stride` of the resolution, rounded up.
+    pub fn reduced(&self, stride: u32) -> Self {
+        let width = self.width.div_ceil(stride);
+        let height = self.height.div_ceil(stride);
+        let scale = 1.0 / stride as f32;
+        Self {
+            width,
+            height,
+            fx: self.fx * scale,
+            fy: self.fy * scale,
+            cx: self.cx * scale,
+            cy: self.cy * scale,
+        }
+    }
+
+    /// What is wrong with these intrinsics, if anything.
+    pub fn problem(&self) -> Option<&'static str> {
+        let values = [self.fx, self.fy, self.cx, self.cy];
+        if self.width == 0 || self.height == 0 {
+            Some("the image size is zero")
+        } else if values.iter().any(|v| !v.is_finite()) {
+            Some("a value is not a finite number")
+        } else if self.fx <= 0.0 || self.fy <= 0.0 {
+            Some("a focal length is zero or negative")
+        } else {
+            None
+        }
+    }
+}
+
+/// What is wrong with a camera-to-world matrix, if anything: it must be finite and rigid.
+pub fn pose_problem(camera_to_world: &DAffine3) -> Option<&'static str> {
+    if !camera_to_world.is_finite() {
+        return Some("it holds a value that is not a finite number");
+    }
+    let rotation = camera_to_world.matrix3;
+    let deviation = rotation.transpose() * rotation - DMat3::IDENTITY;
+    let worst = deviation
+        .to_cols_array()
+        .into_iter()
+        .fold(0.0_f64, |worst, v| worst.max(v.abs()));
+    if worst > 1e-2 || rotation.determinant() < 0.0 {
+        return Some("its rotation part is not a rotation");
+    }
+    None
+}
+
+/// The rotation nearest to an almost orthonormal matrix (Gram-Schmidt on its columns).
+pub fn orthonormalised(rotation: DMat3) -> DMat3 {
+    let z = rotation.z_axis.normalize();
+    let x: DVec3 = (rotation.x_axis - z * z.dot(rotation.x_axis)).normalize();
+    DMat3::from_cols(x, z.cross(x), z)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn projecting_a_pixel_direction_gives_the_pixel_centre() {
+        let camera = Camera::with_horizontal_fov(320, 240, 90.0);
+        assert_eq!(camera.fx, 160.0);
+        let (x, y) = camera.project(camera.pixel_direction(12, 200) * 3.5).unwrap();
+        assert!((x - 12.5).abs() < 1e-4 && (y - 200.5).abs() < 1e-4);
+    }
+
+    #[test]
+    fn a_point_behind_the_camera_has_no_image() {
+        let camera = Camera::with_horizontal_fov(320, 240, 90.0);
+        assert_eq!(camera.project(Vec3::new(0.0, 0.0, -1.0)), None);
+    }
+
+    #[test]
+    fn scaled_and_mirrored_matrices_are_not_poses() {
+        assert_eq!(pose_problem(&DAffine3::IDENTITY), None);
+        assert!(pose_problem(&DAffine3::from_scale(DVec3::splat(2.0))).is_some());
+        assert!(pose_problem(&DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0))).is_some());
+        assert!(pose_problem(&DAffine3::from_translation(DVec3::splat(f64::NAN))).is_some());
+    }
+}

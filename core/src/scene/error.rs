@@ -1,0 +1,37 @@
+//! What can be wrong with a capture.
+
+use std::path::PathBuf;
+
+/// A capture that cannot be opened; each message names the file and what to do.
+#[derive(Debug, thiserror::Error)]
+pub enum SceneError {
+    /// The path is not a folder.
+    #[error("{}: no such folder; give the folder of a capture, or the word \"demo\"", .0.display())]
+    Missing(PathBuf),
+    /// No known format was recognised.
+    #[error("{}: no capture was recognised here; {expected}", .path.display())]
+    Unrecognised {
+        /// The folder.
+        path: PathBuf,
+        /// What a readable capture holds.
+        expected: &'static str,
+    },
+    /// A file of the capture is missing, unreadable or holds something unusable.
+    #[error("{}: {reason}", .path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong and what to do.
+        reason: String,
+    },
+}
+
+impl SceneError {
+    /// An unusable file, with the reason and what to do about it.
+    pub fn file(path: impl Into<PathBuf>, reason: impl Into<String>) -> Self {
+        Self::File {
+            path: path.into(),
+            reason: reason.into(),
+        }
+    }
+}

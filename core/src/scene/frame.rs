@@ -1,0 +1,204 @@
+//! One posed image and its depth, as kept in memory.
+
+use std::path::PathBuf;
+
+use glam::{Affine3A, Vec3, Vec3A};
+
+use super::Camera;
+
+/// A colour image: 8-bit sRGB, row-major `[height, width, 3]`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ColorImage {
+    width: u32,
+    height: u32,
+    rgb: Vec<u8>,
+}
+
+impl ColorImage {
+    /// Wraps row-major RGB bytes; `None` unless there are `width * height * 3` of them.
+    pub fn new(width: u32, height: u32, rgb: Vec<u8>) -> Option<Self> {
+        (rgb.len() == width as usize * height as usize * 3).then_some(Self { width, height, rgb })
+    }
+
+    /// Image width in pixels.
+    pub fn width(&self) -> u32 {
+        self.width
+    }
+
+    /// Image height in pixels.
+    pub fn height(&self) -> u32 {
+        self.height
+    }
+
+    /// All bytes, row-major `[height, width, 3]`.
+    pub fn bytes(&self) -> &[u8] {
+        &self.rgb
+    }
+
+    /// The bytes of the pixel with this row-major index.
+    pub fn pixel(&self, index: usize) -> [u8; 3] {
+        [
+            self.rgb[3 * index],
+            self.rgb[3 * index + 1],
+            self.rgb[3 * index + 2],
+        ]
+    }
+
+    /// The colour of the pixel with this row-major index, each channel in 0..=1.
+    pub fn color(&self, index: usize) -> Vec3 {
+        let [r, g, b] = self.pixel(index);
+        Vec3::new(f32::from(r), f32::from(g), f32::from(b)) / 255.0
+    }
+}
+
+/// Distances along the rays of a frame's pixels, in metres, row-major `[height, width]`; 0 = unknown.
+///
+/// Kept as 16-bit steps of [`DepthMap::unit`], so that a thousand frames fit in memory: at 10 m the
+/// step is 0.15 mm.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DepthMap {
+    width: u32,
+    unit: f32,
+    steps: Vec<u16>,
+}
+
+impl DepthMap {
+    /// Packs ray lengths in metres; values that are not positive and finite become unknown.
+    pub fn from_ray_lengths(width: u32, lengths: &[f32]) -> Self {
+        let valid = |v: f32| v.is_finite() && v > 0.0;
+        let farthest = lengths.iter().copied().filter(|&v| valid(v)).fold(0.0, f32::max);
+        let unit = (farthest / 65535.0).max(f32::MIN_POSITIVE);
+        let steps = lengths
+            .iter()
+            .map(|&v| {
+                if valid(v) {
+                    ((v / unit).round() as u16).max(1)
+                } else {
+                    0
+                }
+            })
+            .collect();
+        Self { width, unit, steps }
+    }
+
+    /// Converts z-depths in metres (0 = unknown) of the given camera to ray lengths.
+    pub fn from_z_depths(camera: &Camera, mut z: Vec<f32>) -> Self {
+        for (index, value) in z.iter_mut().enumerate() {
+            let column = index as u32 % camera.width;
+            let row = index as u32 / camera.width;
+            *value *= camera.pixel_direction(column, row).length();
+        }
+        Self::from_ray_lengths(camera.width, &z)
+    }
+
+    /// Image width in pixels.
+    pub fn width(&self) -> u32 {
+        self.width
+    }
+
+    /// Metres per stored step.
+    pub fn unit(&self) -> f32 {
+        self.unit
+    }
+
+    /// Number of pixels.
+    pub fn len(&self) -> usize {
+        self.steps.len()
+    }
+
+    /// Whether the map has no pixels.
+    pub fn is_empty(&self) -> bool {
+        self.steps.is_empty()
+    }
+
+    /// Distance along the ray of the pixel with this row-major index, in metres; `None` = unknown.
+    pub fn ray_length(&self, index: usize) -> Option<f32> {
+        match self.steps[index] {
+            0 => None,
+            steps => Some(f32::from(steps) * self.unit),
+        }
+    }
+
+    /// Share of the pixels whose depth is known, 0..=1.
+    pub fn coverage(&self) -> f32 {
+        let known = self.steps.iter().filter(|&&s| s > 0).count();
+        known as f32 / self.steps.len().max(1) as f32
+    }
+}
+
+/// One posed image of the scene.
+#[derive(Clone, Debug)]
+pub struct Frame {
+    /// File stem of the colour image: the frame's name everywhere.
+    pub stem: String,
+    /// The colour image on disk; empty for the demo scene.
+    pub path: PathBuf,
+    /// Intrinsics.
+    pub camera: Camera,
+    /// Camera-to-world, rigid, relative to [`Scene::origin`](super::Scene::origin), in metres.
+    pub camera_to_world: Affine3A,
+    /// The colour image.
+    pub color: ColorImage,
+    /// Measured depth, where the capture has it.
+    pub depth: Option<DepthMap>,
+}
+
+impl Frame {
+    /// The camera's centre in the world, in metres.
+    pub fn center(&self) -> Vec3 {
+        self.camera_to_world.translation.into()
+    }
+
+    /// Unit direction, in the world, of the ray through the centre of the pixel with this row-major index.
+    pub fn ray_direction(&self, index: usize) -> Vec3 {
+        let column = index as u32 % self.camera.width;
+        let row = index as u32 / self.camera.width;
+        let direction = self.camera.pixel_direction(column, row);
+        Vec3::from(self.camera_to_world.matrix3 * Vec3A::from(direction)).normalize()
+    }
+
+    /// Image position (x, y) and ray length of a world point; `None` outside the image or behind the camera.
+    pub fn project(&self, point: Vec3) -> Option<(f32, f32, f32)> {
+        let local = self.camera_to_world.matrix3.transpose()
+            * (Vec3A::from(point) - self.camera_to_world.translation);
+        let (x, y) = self.camera.project(local.into())?;
+        let inside = x >= 0.0 && y >= 0.0 && x < self.camera.width as f32 && y < self.camera.height as f32;
+        inside.then(|| (x, y, local.length()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn z_depth_becomes_ray_length_once() {
+        let camera = Camera::with_horizontal_fov(4, 2, 90.0);
+        let mut z = vec![2.0; 8];
+        z[3] = 0.0;
+        let depth = DepthMap::from_z_depths(&camera, z);
+        assert_eq!(depth.ray_length(3), None);
+        // Pixel (0, 0): direction (-0.75, -0.25, 1).
+        let expected = 2.0 * (0.75_f32.powi(2) + 0.25_f32.powi(2) + 1.0).sqrt();
+        assert!((depth.ray_length(0).unwrap() - expected).abs() < 1e-4);
+    }
+
+    #[test]
+    fn a_point_at_a_pixels_ray_length_projects_to_the_pixel() {
+        let frame = Frame {
+            stem: "a".into(),
+            path: PathBuf::new(),
+            camera: Camera::with_horizontal_fov(320, 240, 90.0),
+            camera_to_world: Affine3A::from_rotation_translation(
+                glam::Quat::from_rotation_y(0.7),
+                Vec3::new(1.0, -2.0, 0.5),
+            ),
+            color: ColorImage::new(320, 240, vec![0; 320 * 240 * 3]).unwrap(),
+            depth: None,
+        };
+        let index = 77 * 320 + 41;
+        let point = frame.center() + 2.5 * frame.ray_direction(index);
+        let (x, y, length) = frame.project(point).unwrap();
+        assert!((x - 41.5).abs() < 1e-3 && (y - 77.5).abs() < 1e-3 && (length - 2.5).abs() < 1e-4);
+    }
+}

@@ -1,0 +1,193 @@
+//! A posed capture of one static scene: cameras, frames, and the formats they are read from.
+
+mod camera;
+pub mod demo;
+mod error;
+mod frame;
+mod replica;
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+use glam::{DVec3, Vec3};
+
+pub use camera::Camera;
+pub use error::SceneError;
+pub use frame::{ColorImage, DepthMap, Frame};
+pub use replica::write as write_replica;
+
+/// Where a scene comes from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum SceneSource {
+    /// The embedded procedural room.
+    Demo,
+    /// A folder in a supported format, found out by looking.
+    Folder(PathBuf),
+}
+
+impl SceneSource {
+    /// The word `demo`, or else a folder.
+    pub fn from_argument(argument: &Path) -> Self {
+        if argument.as_os_str() == "demo" {
+            Self::Demo
+        } else {
+            Self::Folder(argument.to_path_buf())
+        }
+    }
+}
+
+impl fmt::Display for SceneSource {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Demo => formatter.write_str("demo"),
+            Self::Folder(path) => path.display().fmt(formatter),
+        }
+    }
+}
+
+/// What to read of a capture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct OpenOptions {
+    /// Read measured depth where there is any.
+    pub depth: bool,
+}
+
+impl Default for OpenOptions {
+    fn default() -> Self {
+        Self { depth: true }
+    }
+}
+
+/// An axis-aligned box in the world, in metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds {
+    /// Corner with the smallest coordinates.
+    pub min: Vec3,
+    /// Corner with the largest coordinates.
+    pub max: Vec3,
+}
+
+impl Bounds {
+    /// Length of each side, in metres.
+    pub fn size(&self) -> Vec3 {
+        self.max - self.min
+    }
+}
+
+/// A posed capture of one static scene, decoded.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// Where it was read from.
+    pub source: SceneSource,
+    /// Name of the format it was read as.
+    pub format: &'static str,
+    /// The frames, in the order of the capture.
+    pub frames: Vec<Frame>,
+    /// World position, in the capture's own coordinates, that is the zero of every pose here: keeps
+    /// single precision exact for captures far from their origin.
+    pub origin: DVec3,
+    /// Suspicious but usable input, a sentence each.
+    pub warnings: Vec<String>,
+}
+
+impl Scene {
+    /// Opens a capture; `progress` is called with (frames decoded, frames in all), from any thread.
+    ///
+    /// # Errors
+    /// A sentence that names the file and what to do.
+    pub fn open(
+        source: &SceneSource,
+        options: OpenOptions,
+        progress: &(dyn Fn(usize, usize) + Sync),
+    ) -> Result<Self, SceneError> {
+        let mut scene = match source {
+            SceneSource::Demo => demo::scene(progress),
+            SceneSource::Folder(folder) => {
+                if !folder.is_dir() {
+                    return Err(SceneError::Missing(folder.clone()));
+                }
+                if !replica::recognise(folder) {
+                    return Err(SceneError::Unrecognised {
+                        path: folder.clone(),
+                        expected: replica::EXPECTED,
+                    });
+                }
+                replica::read(folder, options, progress)?
+            }
+        };
+        if !options.depth {
+            for frame in &mut scene.frames {
+                frame.depth = None;
+            }
+        }
+        Ok(scene)
+    }
+
+    /// Name for people: the folder's name, or "demo".
+    pub fn name(&self) -> String {
+        match &self.source {
+            SceneSource::Demo => "demo".to_owned(),
+            SceneSource::Folder(path) => path
+                .canonicalize()
+                .unwrap_or_else(|_| path.clone())
+                .file_name()
+                .map_or_else(
+                    || path.display().to_string(),
+                    |name| name.to_string_lossy().into_owned(),
+                ),
+        }
+    }
+
+    /// Index of the frame with this stem.
+    pub fn frame_index(&self, stem: &str) -> Option<usize> {
+        self.frames.iter().position(|frame| frame.stem == stem)
+    }
+
+    /// Whether any frame has measured depth.
+    pub fn has_depth(&self) -> bool {
+        self.frames.iter().any(|frame| frame.depth.is_some())
+    }
+
+    /// Box around what the cameras see, in metres: around the measured points where there is depth
+    /// (without the farthest 0.2% on each side), else around the cameras with a room's margin.
+    pub fn bounds(&self) -> Bounds {
+        let centers = || self.frames.iter().map(Frame::center);
+        let mut min = centers().fold(Vec3::INFINITY, Vec3::min);
+        let mut max = centers().fold(Vec3::NEG_INFINITY, Vec3::max);
+        let points = self.sampled_points();
+        if points.is_empty() {
+            let margin = (max - min).max_element().max(2.5);
+            return Bounds {
+                min: min - margin,
+                max: max + margin,
+            };
+        }
+        for axis in 0..3 {
+            let mut values: Vec<f32> = points.iter().map(|point| point[axis]).collect();
+            values.sort_by(f32::total_cmp);
+            let trim = values.len() / 500;
+            min[axis] = min[axis].min(values[trim]);
+            max[axis] = max[axis].max(values[values.len() - 1 - trim]);
+        }
+        let margin = 0.02 * (max - min).max_element() + 0.02;
+        Bounds {
+            min: min - margin,
+            max: max + margin,
+        }
+    }
+
+    /// World points of about 200 measured pixels of every frame.
+    fn sampled_points(&self) -> Vec<Vec3> {
+        let mut points = Vec::new();
+        for frame in &self.frames {
+            let Some(depth) = &frame.depth else { continue };
+            let stride = (depth.len() / 200).max(1) | 1;
+            for index in (0..depth.len()).step_by(stride) {
+                if let Some(length) = depth.ray_length(index) {
+                    points.push(frame.center() + length * frame.ray_direction(index));
+                }
+            }
+        }
+        points
+    }
+}

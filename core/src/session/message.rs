@@ -1,0 +1,141 @@
+//! What the window (or a headless command) and the worker say to each other.
+
+use std::sync::Arc;
+
+use crate::field::Preset;
+use crate::guide::Suggestion;
+use crate::labels::LabelSet;
+use crate::scene::{OpenOptions, Scene, SceneSource};
+
+/// What a session works on and how.
+#[derive(Clone, Debug)]
+pub struct SessionOptions {
+    /// The capture.
+    pub source: SceneSource,
+    /// What to read of it.
+    pub open: OpenOptions,
+    /// How much the field may model.
+    pub preset: Preset,
+    /// Threads of the worker's pool, at least 1.
+    pub threads: usize,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// Model state of an earlier session on the same scene ([`Event::State`]), to go on from.
+    pub state: Option<Arc<ModelState>>,
+}
+
+/// What the worker is asked to do.
+#[derive(Clone, Debug)]
+pub enum Command {
+    /// These are the labels now. Maps made from them carry the same generation.
+    Labels {
+        /// All labels.
+        labels: LabelSet,
+        /// Counts up with every change.
+        generation: u64,
+    },
+    /// The person looks at this frame: its maps come first.
+    View {
+        /// Index of the frame.
+        frame: usize,
+    },
+    /// Stop training; label changes are still followed.
+    Pause,
+    /// Go on training.
+    Resume,
+    /// Answer with [`Event::State`].
+    Save,
+    /// End the worker. It answers with [`Event::Stopped`] within 100 ms.
+    Stop,
+}
+
+/// What the worker tells. Maps are not in here: they lie in [`MapSlots`](super::MapSlots).
+#[derive(Clone, Debug)]
+pub enum Event {
+    /// The capture is being read: frames decoded, frames in all.
+    Opening {
+        /// Frames decoded so far.
+        done: usize,
+        /// Frames in all.
+        total: usize,
+    },
+    /// The capture is open; there is a map slot for each of its frames.
+    Opened(Arc<Scene>),
+    /// A newer map of this frame lies in its slot.
+    Map {
+        /// Index of the frame.
+        frame: usize,
+        /// Generation of the labels that it was made from.
+        generation: u64,
+    },
+    /// Every frame's slot holds a map of this generation.
+    AllMaps {
+        /// Generation of the labels.
+        generation: u64,
+    },
+    /// Where to label next, best first.
+    Suggestions {
+        /// Generation of the labels that they were made from.
+        generation: u64,
+        /// At most a dozen.
+        suggestions: Vec<Suggestion>,
+    },
+    /// How training goes; several times a second while it runs.
+    Status(Status),
+    /// The answer to [`Command::Save`].
+    State(Arc<ModelState>),
+    /// Something failed; the sentence says what and what to do. The labels are safe.
+    Error(String),
+    /// The worker has ended.
+    Stopped,
+}
+
+/// How training goes.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Status {
+    /// What the worker is doing.
+    pub phase: Phase,
+    /// Training steps done.
+    pub steps: u64,
+    /// Seconds spent training the field.
+    pub training_seconds: f32,
+    /// Steps that were skipped because their loss or gradient was not finite.
+    pub skipped_steps: u64,
+    /// Peak signal-to-noise ratio on held-out frames, in dB.
+    pub held_out_psnr: Option<f32>,
+    /// Median absolute depth error on held-out frames with depth, in metres.
+    pub depth_error: Option<f32>,
+    /// Mean entropy over all pixels of all frames, in nats.
+    pub mean_entropy: Option<f32>,
+    /// Trainable parameters.
+    pub parameters: usize,
+    /// The chosen model size in words.
+    pub capacity: String,
+    /// Nodes of the surface graph; 0 until there is one.
+    pub surface_nodes: usize,
+    /// Whether more training is not expected to change the maps.
+    pub settled: bool,
+}
+
+/// What the worker is doing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Phase {
+    /// Reading the capture.
+    #[default]
+    Opening,
+    /// Learning geometry and colour; there is no surface to spread labels over yet.
+    FindingSurface,
+    /// Training, with maps following the labels.
+    Training,
+    /// Training stopped by the person.
+    Paused,
+}
+
+/// A model state that a later session goes on from: safetensors with the steps done.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ModelState {
+    /// Training steps done.
+    pub steps: u64,
+    /// The parameters and grids in the safetensors format.
+    pub tensors: Vec<u8>,
+}

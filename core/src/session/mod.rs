@@ -1,0 +1,77 @@
+//! A session: a background worker that opens a scene, trains its field and keeps every frame's maps
+//! in step with the labels. The window and the headless commands use the same one.
+
+mod maps;
+mod message;
+mod worker;
+
+use std::sync::Arc;
+use std::thread::JoinHandle;
+
+use crossbeam_channel::{Receiver, Sender, unbounded};
+
+pub use maps::{ENTROPY_STEPS_PER_NAT, FrameMap, MapSlots};
+pub use message::{Command, Event, ModelState, Phase, SessionOptions, Status};
+
+/// A handle to the worker. Dropping it stops the worker and waits for it.
+#[derive(Debug)]
+pub struct Session {
+    commands: Sender<Command>,
+    events: Receiver<Event>,
+    maps: Arc<MapSlots>,
+    worker: Option<JoinHandle<()>>,
+}
+
+impl Session {
+    /// Starts a worker; `wake` is called after every event, from the worker's threads.
+    pub fn start(options: SessionOptions, wake: impl Fn() + Send + Sync + 'static) -> Self {
+        let (command_sender, commands) = unbounded();
+        let (event_sender, events) = unbounded();
+        let maps = Arc::new(MapSlots::default());
+        let outbox = worker::Outbox::new(event_sender, Arc::clone(&maps), Box::new(wake));
+        let thread = std::thread::Builder::new().name("inplace-worker".to_owned());
+        let failed = outbox.clone();
+        let worker = thread.spawn(move || worker::run(options, &commands, &outbox));
+        let worker = match worker {
+            Ok(handle) => Some(handle),
+            Err(error) => {
+                failed.send(Event::Error(format!(
+                    "the training thread could not be started: {error}"
+                )));
+                None
+            }
+        };
+        Self {
+            commands: command_sender,
+            events,
+            maps,
+            worker,
+        }
+    }
+
+    /// Asks the worker to do something; never waits. Without effect once the worker has ended.
+    pub fn send(&self, command: Command) {
+        // A worker that has ended has said so by `Event::Stopped` or `Event::Error`.
+        let _ = self.commands.send(command);
+    }
+
+    /// What the worker tells, oldest first.
+    pub fn events(&self) -> &Receiver<Event> {
+        &self.events
+    }
+
+    /// The newest map of every frame.
+    pub fn maps(&self) -> &Arc<MapSlots> {
+        &self.maps
+    }
+}
+
+impl Drop for Session {
+    fn drop(&mut self) {
+        self.send(Command::Stop);
+        if let Some(worker) = self.worker.take() {
+            // A panic in the worker has been told as `Event::Error`.
+            let _ = worker.join();
+        }
+    }
+}
