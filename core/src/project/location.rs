@@ -9,7 +9,8 @@ use crate::scene::SceneSource;
 /// scene in the user's data folder. Opening the scene again finds them there.
 ///
 /// The folder is `$XDG_DATA_HOME` (or `~/.local/share`) on Linux, `~/Library/Application Support` on
-/// macOS and `%LOCALAPPDATA%` on Windows, or else the temporary folder; below it `inplace/autosave`.
+/// macOS and `%LOCALAPPDATA%` on Windows, or else the temporary folder; below it `inplace/autosave`,
+/// which the caller makes where it is not there yet.
 pub fn autosave_path(source: &SceneSource) -> PathBuf {
     let data = data_folder(std::env::consts::OS, |name| std::env::var_os(name));
     let folder = data.unwrap_or_else(std::env::temp_dir);
