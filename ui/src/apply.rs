@@ -238,6 +238,7 @@ impl App {
         if needs_scene && self.state.workspace().is_none() {
             return;
         }
+        self.give_up_focus();
         self.state.dialog = match dialog {
             Some(Dialog::SaveAs { path }) if path.is_empty() => Some(Dialog::SaveAs {
                 path: self.state.suggested_path(".inplace"),
@@ -250,6 +251,15 @@ impl App {
             }
             dialog => dialog,
         };
+    }
+
+    /// So that the first field of a dialog can have the keyboard.
+    fn give_up_focus(&self) {
+        self.ctx.memory_mut(|memory| {
+            if let Some(focused) = memory.focused() {
+                memory.surrender_focus(focused);
+            }
+        });
     }
 
     /// The system's dialog was answered. Without an answer the path fields are the way.

@@ -98,7 +98,9 @@ impl Dialog {
     /// Draws the dialog; pushes what was asked for.
     pub fn show(&mut self, ctx: &egui::Context, actions: &mut Actions) {
         let width = if *self == Self::Help { 520.0 } else { 460.0 };
-        let modal = egui::Modal::new(egui::Id::unique("dialog")).show(ctx, |ui| {
+        let frame = egui::Frame::popup(&ctx.global_style()).inner_margin(20);
+        let modal = egui::Modal::new(egui::Id::unique("dialog")).frame(frame);
+        let modal = modal.show(ctx, |ui| {
             ui.set_width(width);
             ui.heading(self.title());
             ui.add_space(4.0);

@@ -162,12 +162,10 @@ pub static TABLE: &[Row] = &[
     },
 ];
 
-/// Pushes the actions of the keys pressed in this frame. Nothing happens while a text field has the
-/// focus, and arrow keys stay with a focused control.
+/// Pushes the actions of the keys pressed in this frame. A focused text field keeps all keys but those
+/// with Ctrl that mean nothing in a text; a focused control keeps the arrow keys.
 pub fn dispatch(ctx: &egui::Context, actions: &mut Actions) {
-    if ctx.text_edit_focused() {
-        return;
-    }
+    let typing = ctx.text_edit_focused();
     let focused = ctx.egui_wants_keyboard_input();
     ctx.input(|input| {
         for event in &input.events {
@@ -181,7 +179,8 @@ pub fn dispatch(ctx: &egui::Context, actions: &mut Actions) {
                 continue;
             };
             let arrow = matches!(key, Key::ArrowLeft | Key::ArrowRight);
-            if !(focused && arrow)
+            let of_texts = !modifiers.command || matches!(key, Key::Z | Key::Y);
+            if !(focused && arrow || typing && of_texts)
                 && let Some(action) = action_of(*key, *modifiers)
             {
                 actions.push(action);

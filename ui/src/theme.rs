@@ -116,6 +116,7 @@ fn spacing(style: &mut egui::Style) {
     spacing.menu_width = 240.0;
     style.interaction.tooltip_delay = 0.35;
     style.animation_time = 0.08;
+    style.always_scroll_the_only_direction = true;
 }
 
 fn visuals(theme: egui::Theme, shades: &Shades) -> Visuals {
@@ -165,6 +166,7 @@ fn visuals(theme: egui::Theme, shades: &Shades) -> Visuals {
     visuals.window_shadow = shadow;
     visuals.popup_shadow = shadow;
     visuals.slider_trailing_fill = true;
+    visuals.handle_shape = egui::style::HandleShape::Circle;
     visuals
 }
 

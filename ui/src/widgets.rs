@@ -179,9 +179,25 @@ pub fn swatch(painter: &egui::Painter, center: Pos2, color: [u8; 3], side: f32) 
     );
 }
 
-/// A panel's heading.
-pub fn heading(ui: &mut Ui, text: &str) {
-    ui.label(egui::RichText::new(text).size(15.0).strong());
+/// A panel's heading, with controls at the right end of its line.
+pub fn heading(ui: &mut Ui, text: &str, controls: impl FnOnce(&mut Ui)) {
+    ui.horizontal(|ui| {
+        ui.set_min_height(ui.spacing().interact_size.y);
+        ui.label(egui::RichText::new(text).size(15.0).strong());
+        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), controls);
+    });
+}
+
+/// A key that does something, painted like a key cap.
+pub fn key_cap(ui: &Ui, center: Pos2, text: &str) {
+    let visuals = ui.visuals();
+    let rect = Rect::from_center_size(center, vec2(18.0, 18.0));
+    let line = Stroke::new(1.0, visuals.widgets.hovered.bg_fill);
+    ui.painter().rect_stroke(rect, 4, line, egui::StrokeKind::Inside);
+    let font = egui::FontId::monospace(11.0);
+    let color = visuals.weak_text_color();
+    ui.painter()
+        .text(center, egui::Align2::CENTER_CENTER, text, font, color);
 }
 
 /// The button that a person most likely wants.

@@ -38,8 +38,12 @@ pub struct Workspace {
 impl Workspace {
     /// A scene that a session has just opened; `serial` tells scenes apart.
     pub fn new(scene: Arc<Scene>, serial: u64, session: Running, document: Document) -> Self {
-        let workspace = Self {
-            map_versions: vec![0; scene.frames.len()],
+        let maps = session.maps().cloned();
+        let has_map = |frame| maps.as_ref().is_some_and(|maps| maps.get(frame).is_some());
+        let mut workspace = Self {
+            map_versions: (0..scene.frames.len())
+                .map(|frame| u64::from(has_map(frame)))
+                .collect(),
             scene,
             serial,
             session,
@@ -57,6 +61,7 @@ impl Workspace {
             view: View::FITTED,
         };
         workspace.session.send(Command::View { frame: 0 });
+        workspace.take_map();
         if !workspace.document.labels().strokes.is_empty() {
             workspace.send_labels();
         }

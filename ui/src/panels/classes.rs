@@ -8,7 +8,7 @@ use inplace_core::labels::{Class, ClassId, VOID};
 use crate::action::{Action, Actions};
 use crate::canvas::VOID_COLOR;
 use crate::theme;
-use crate::widgets::{Icon, empty_state, focus_ring, heading, icon_button, line_of_text, swatch};
+use crate::widgets::{Icon, empty_state, focus_ring, heading, icon_button, key_cap, line_of_text, swatch};
 use crate::workspace::Workspace;
 
 const ROW: f32 = 32.0;
@@ -23,7 +23,7 @@ pub struct ClassPanel {
 impl ClassPanel {
     /// Draws the list.
     pub fn show(&mut self, ui: &mut Ui, workspace: &Workspace, actions: &mut Actions) {
-        heading(ui, "Classes");
+        heading(ui, "Classes", |_| {});
         self.add_field(ui, workspace, actions);
         let classes = workspace.document().classes();
         if classes.is_empty() {
@@ -47,7 +47,7 @@ impl ClassPanel {
             let field = egui::TextEdit::singleline(&mut self.new_name)
                 .hint_text("New class")
                 .margin(vec2(8.0, 5.0))
-                .desired_width(ui.available_width() - side - theme::GAP - 16.0);
+                .desired_width(ui.available_width() - side - theme::GAP);
             let response = ui.add(field).accessible_name("New class");
             let entered = response.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
             let name = self.new_name.trim();
@@ -65,6 +65,8 @@ impl ClassPanel {
                 self.new_name.clear();
                 // Ready for the next name.
                 response.request_focus();
+            } else if response.has_focus() && self.new_name.is_empty() && pointer_left(ui) {
+                response.surrender_focus();
             }
         });
     }
@@ -143,6 +145,18 @@ impl ClassPanel {
     }
 }
 
+/// Whether the pointer moves elsewhere: then keys are meant for the image again.
+fn pointer_left(ui: &Ui) -> bool {
+    let panel = ui.clip_rect();
+    ui.input(|input| {
+        let outside = input
+            .pointer
+            .hover_pos()
+            .is_some_and(|position| !panel.contains(position));
+        outside && input.pointer.delta() != egui::Vec2::ZERO
+    })
+}
+
 /// One line of the list.
 struct RowLine<'a> {
     id: ClassId,
@@ -208,17 +222,13 @@ impl RowLine<'_> {
         };
         let digit = Rect::from_min_max(pos2(right - 20.0, rect.top()), pos2(right, rect.bottom()));
         if let Some(slot) = self.slot {
-            let font = egui::FontId::monospace(12.0);
-            let color = visuals.weak_text_color();
-            let text = slot.to_string();
-            ui.painter()
-                .text(digit.center(), egui::Align2::CENTER_CENTER, text, font, color);
+            key_cap(ui, digit.center(), &slot.to_string());
         }
         let mut end = digit.left();
         if self.strokes > 0 {
             let font = egui::FontId::proportional(12.0);
             let color = visuals.weak_text_color();
-            let at = pos2(end - 4.0, rect.center().y);
+            let at = pos2(end - 6.0, rect.center().y);
             let text = self.strokes.to_string();
             end = ui
                 .painter()
@@ -256,7 +266,7 @@ fn void_row(ui: &mut Ui, workspace: &Workspace, actions: &mut Actions) {
 fn rename_field(ui: &mut Ui, class: &Class, name: &mut String, actions: &mut Actions) -> bool {
     let field = egui::TextEdit::singleline(name)
         .margin(vec2(8.0, 6.0))
-        .desired_width(ui.available_width() - 16.0);
+        .desired_width(f32::INFINITY);
     let response = ui.add(field).accessible_name(format!("Rename {}", class.name));
     if response.lost_focus() {
         let cancelled = ui.input(|input| input.key_pressed(Key::Escape));

@@ -13,11 +13,13 @@ use crate::widgets::{focus_ring, line_of_text};
 use crate::workspace::Workspace;
 
 /// Height of the panel in points.
-pub const HEIGHT: f32 = 136.0;
+pub const HEIGHT: f32 = 132.0;
 
 const IMAGE: egui::Vec2 = vec2(112.0, 84.0);
 const CAPTION: f32 = 20.0;
 const STEP: f32 = IMAGE.x + theme::GAP;
+/// Room for the frame around the chosen image.
+const INSET: f32 = 2.0;
 
 /// The filmstrip with its thumbnails.
 pub struct Filmstrip {
@@ -50,11 +52,11 @@ impl Filmstrip {
         ScrollArea::horizontal()
             .auto_shrink([false, false])
             .show_viewport(ui, |ui, viewport| {
-                let size = vec2(frames as f32 * STEP - theme::GAP, IMAGE.y + CAPTION);
+                let size = vec2(frames as f32 * STEP, INSET + IMAGE.y + CAPTION);
                 let (whole, _) = ui.allocate_exact_size(size, Sense::hover());
                 let cell = |index: usize| {
-                    let corner = whole.min + vec2(index as f32 * STEP, 0.0);
-                    Rect::from_min_size(corner, vec2(IMAGE.x, size.y))
+                    let corner = whole.min + vec2(INSET + index as f32 * STEP, INSET);
+                    Rect::from_min_size(corner, vec2(IMAGE.x, size.y - INSET))
                 };
                 if self.followed != Some(current) {
                     self.followed = Some(current);

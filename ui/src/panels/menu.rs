@@ -33,6 +33,8 @@ pub fn show(ui: &mut Ui, state: &AppState, actions: &mut Actions) {
             ui.weak(words).on_hover_text(explanation);
         }
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            // The menu bar's own buttons have no frames; these do.
+            ui.reset_style();
             if state.workspace().is_some() {
                 export_button(ui, state, actions);
                 if ui.button("Save").on_hover_text("Ctrl+S").clicked() {
@@ -62,7 +64,7 @@ fn saved_in_words(state: &AppState) -> (&'static str, String) {
     match (keeper.saved_state(), keeper.is_named()) {
         (SavedState::Saved, true) => ("saved", format!("Every edit is in {path}")),
         (SavedState::Saved, false) => (
-            "kept, not named yet",
+            "autosaved",
             format!("Every edit is kept in {path}; save to give it a name of its own"),
         ),
         (SavedState::Writing, _) => ("saving", format!("Writing to {path}")),

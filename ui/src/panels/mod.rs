@@ -54,7 +54,6 @@ impl Panels {
             }
             Stage::Open(workspace) => self.show_workspace(ui, state, workspace, canvas, actions),
         }
-        stats::show(ui, state);
     }
 
     fn show_workspace(
@@ -95,6 +94,7 @@ impl Panels {
         egui::CentralPanel::no_frame().show(ui, |ui| {
             canvas.show(ui, state, workspace, actions);
             tools::hint(ui, workspace, canvas.rect());
+            stats::show(ui.ctx(), state, canvas.rect());
         });
     }
 }

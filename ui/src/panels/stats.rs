@@ -1,40 +1,47 @@
 //! The measurements, where they were asked for.
 
-use egui::Ui;
+use egui::{Align2, Area, Id, Rect, TextStyle, Ui, vec2};
 
 use crate::state::AppState;
+use crate::stats::Stats;
 
-/// Draws the measurements in a small window.
-pub fn show(ui: &Ui, state: &AppState) {
+/// Draws the measurements over the lower left corner of the canvas.
+pub fn show(ctx: &egui::Context, state: &AppState, canvas: Rect) {
     let Some(stats) = &state.stats else {
         return;
     };
-    egui::Window::new("Measurements")
-        .anchor(egui::Align2::LEFT_BOTTOM, [248.0, -144.0])
-        .resizable(false)
-        .collapsible(true)
-        .show(ui.ctx(), |ui| {
-            egui::Grid::new("stats")
-                .num_columns(5)
-                .spacing([12.0, 4.0])
-                .show(ui, |ui| {
-                    for head in ["ms", "p50", "p95", "max", "n"] {
-                        ui.weak(head);
-                    }
-                    ui.end_row();
-                    for (name, samples) in [
-                        ("own frame", &stats.frame),
-                        ("eframe", &stats.reported),
-                        ("click to overlay", &stats.click_to_overlay),
-                    ] {
-                        let summary = samples.summary();
-                        ui.label(name);
-                        for value in [summary.p50, summary.p95, summary.max] {
-                            ui.monospace(format!("{value:.2}"));
-                        }
-                        ui.monospace(summary.count.to_string());
-                        ui.end_row();
-                    }
-                });
+    Area::new(Id::unique("measurements"))
+        .pivot(Align2::LEFT_BOTTOM)
+        .fixed_pos(canvas.left_bottom() + vec2(12.0, -12.0))
+        .interactable(false)
+        .show(ctx, |ui| {
+            egui::Frame::popup(ui.style()).show(ui, |ui| table(ui, stats));
+        });
+}
+
+fn table(ui: &mut Ui, stats: &Stats) {
+    ui.style_mut().override_text_style = Some(TextStyle::Small);
+    egui::Grid::new("stats")
+        .num_columns(5)
+        .spacing([12.0, 2.0])
+        .min_row_height(16.0)
+        .show(ui, |ui| {
+            for head in ["milliseconds", "p50", "p95", "max", "n"] {
+                ui.weak(head);
+            }
+            ui.end_row();
+            for (name, samples) in [
+                ("own frame", &stats.frame),
+                ("eframe frame", &stats.reported),
+                ("click to overlay", &stats.click_to_overlay),
+            ] {
+                let summary = samples.summary();
+                ui.label(name);
+                for value in [summary.p50, summary.p95, summary.max] {
+                    ui.label(format!("{value:.1}"));
+                }
+                ui.label(summary.count.to_string());
+                ui.end_row();
+            }
         });
 }

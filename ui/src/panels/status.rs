@@ -1,6 +1,6 @@
 //! How training goes.
 
-use egui::{Align, Layout, Ui};
+use egui::Ui;
 use inplace_core::session::Status;
 
 use crate::action::{Action, Actions};
@@ -10,32 +10,30 @@ use crate::workspace::Workspace;
 
 /// Draws the status.
 pub fn show(ui: &mut Ui, workspace: &Workspace, actions: &mut Actions) {
-    ui.horizontal(|ui| {
-        heading(ui, "Training");
-        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            let (icon, name) = if workspace.is_paused() {
-                (Icon::Play, "Resume training (P)")
-            } else {
-                (Icon::Pause, "Pause training (P)")
-            };
-            ui.add_enabled_ui(!workspace.has_ended(), |ui| {
-                if icon_button(ui, icon, name).clicked() {
-                    actions.push(Action::TogglePause);
-                }
-            });
-            let phase = egui::RichText::new(workspace.phase_in_words());
-            let running = !workspace.is_paused() && !workspace.has_ended();
-            ui.label(if running {
-                phase.color(theme::accent(ui.visuals()))
-            } else {
-                phase.weak()
-            });
+    heading(ui, "Training", |ui| {
+        let (icon, name) = if workspace.is_paused() {
+            (Icon::Play, "Resume training (P)")
+        } else {
+            (Icon::Pause, "Pause training (P)")
+        };
+        ui.add_enabled_ui(!workspace.has_ended(), |ui| {
+            if icon_button(ui, icon, name).clicked() {
+                actions.push(Action::TogglePause);
+            }
+        });
+        let phase = egui::RichText::new(workspace.phase_in_words());
+        let running = !workspace.is_paused() && !workspace.has_ended();
+        ui.label(if running {
+            phase.color(theme::accent(ui.visuals()))
+        } else {
+            phase.weak()
         });
     });
     egui::Grid::new("status")
         .num_columns(2)
         .spacing([16.0, 4.0])
         .min_col_width(112.0)
+        .min_row_height(20.0)
         .show(ui, |ui| {
             for (name, value, explanation) in rows(workspace.status()) {
                 ui.weak(name).on_hover_text(explanation);

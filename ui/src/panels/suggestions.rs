@@ -1,8 +1,6 @@
 //! Where to label next.
 
-use egui::{
-    Align, Button, Color32, Layout, Rect, Role, ScrollArea, Sense, Stroke, Ui, WidgetInfo, pos2, vec2,
-};
+use egui::{Button, Color32, Rect, Role, ScrollArea, Sense, Stroke, Ui, WidgetInfo, pos2, vec2};
 use inplace_core::guide::Suggestion;
 use inplace_core::labels::ClassId;
 
@@ -34,15 +32,12 @@ impl SuggestionPanel {
             self.thumbnails.clear();
         }
         self.thumbnails.collect(ui.ctx());
-        ui.horizontal(|ui| {
-            heading(ui, "Label next");
-            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                let any = !workspace.suggestions().is_empty();
-                let button = ui.add_enabled(any, Button::new("Go there (N)"));
-                if button.on_hover_text("Goes to the next suggestion").clicked() {
-                    actions.push(Action::NextSuggestion);
-                }
-            });
+        heading(ui, "Label next", |ui| {
+            let any = !workspace.suggestions().is_empty();
+            let button = ui.add_enabled(any, Button::new("Go there (N)"));
+            if button.on_hover_text("Goes to the next suggestion").clicked() {
+                actions.push(Action::NextSuggestion);
+            }
         });
         if workspace.suggestions().is_empty() {
             let strokes = workspace.document().labels().strokes.len();
