@@ -97,9 +97,9 @@ impl Dialog {
 
     /// Draws the dialog; pushes what was asked for.
     pub fn show(&mut self, ctx: &egui::Context, actions: &mut Actions) {
-        let width = if *self == Self::Help { 520.0 } else { 460.0 };
+        let width = if *self == Self::Help { 560.0 } else { 460.0 };
         let frame = egui::Frame::popup(&ctx.global_style()).inner_margin(20);
-        let modal = egui::Modal::new(egui::Id::unique("dialog")).frame(frame);
+        let modal = egui::Modal::new(egui::Id::unique(self.title())).frame(frame);
         let modal = modal.show(ctx, |ui| {
             ui.set_width(width);
             ui.heading(self.title());
@@ -176,10 +176,12 @@ fn first_class(ui: &mut Ui, name: &mut String, actions: &mut Actions) {
 }
 
 fn help(ui: &mut Ui, actions: &mut Actions) {
-    egui::ScrollArea::vertical().max_height(480.0).show(ui, |ui| {
+    let height = (ui.ctx().content_rect().height() - 200.0).max(200.0);
+    egui::ScrollArea::vertical().max_height(height).show(ui, |ui| {
         egui::Grid::new("keys")
             .num_columns(2)
-            .spacing([24.0, 6.0])
+            .min_row_height(18.0)
+            .spacing([24.0, 8.0])
             .show(ui, |ui| {
                 for row in keys::TABLE {
                     ui.label(egui::RichText::new(row.shown).strong());
@@ -189,7 +191,7 @@ fn help(ui: &mut Ui, actions: &mut Actions) {
             });
     });
     ui.add_space(8.0);
-    ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+    at_the_end(ui, |ui| {
         if ui.button("Close").clicked() {
             actions.push(Action::Show(None));
         }
@@ -214,6 +216,13 @@ fn text_field(ui: &mut Ui, text: &mut String, name: &str, hint: &'static str) ->
     response.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter))
 }
 
+/// One line of controls from the right.
+fn at_the_end(ui: &mut Ui, controls: impl FnOnce(&mut Ui)) {
+    ui.horizontal(|ui| {
+        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), controls);
+    });
+}
+
 /// The row of buttons at the end of a dialog.
 fn confirm(
     ui: &mut Ui,
@@ -224,7 +233,7 @@ fn confirm(
     action: impl FnOnce() -> Action,
 ) {
     ui.add_space(8.0);
-    ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+    at_the_end(ui, |ui| {
         let confirmed = main_button_enabled(ui, possible, verb).clicked();
         if possible && (confirmed || entered) {
             actions.push(action());

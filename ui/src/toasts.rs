@@ -102,7 +102,7 @@ impl Toast {
             Level::Error => (visuals.error_fg_color, "Error"),
         };
         egui::Frame::popup(ui.style()).inner_margin(12).show(ui, |ui| {
-            ui.horizontal_top(|ui| {
+            ui.horizontal(|ui| {
                 let (dot, response) = ui.allocate_exact_size(egui::vec2(8.0, 18.0), egui::Sense::hover());
                 response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, name));
                 ui.painter().circle_filled(dot.center(), 4.0, mark);

@@ -1,4 +1,9 @@
 //! The main flow by accessible names, with a stand-in for the worker.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    reason = "a test ends where it fails"
+)]
 
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};

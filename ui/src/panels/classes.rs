@@ -330,7 +330,9 @@ fn custom_color(ui: &mut Ui, class: &Class, actions: &mut Actions) {
         .data(|data| data.get_temp::<String>(id))
         .unwrap_or_else(|| format!("#{r:02x}{g:02x}{b:02x}"));
     ui.horizontal(|ui| {
-        let field = egui::TextEdit::singleline(&mut text).desired_width(88.0);
+        let field = egui::TextEdit::singleline(&mut text)
+            .margin(vec2(8.0, 5.0))
+            .desired_width(96.0);
         let response = ui.add(field).accessible_name("Colour as hexadecimal digits");
         let entered = response.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
         let parsed = Color32::from_hex(text.trim()).ok();

@@ -18,6 +18,8 @@ pub const HEIGHT: f32 = 132.0;
 const IMAGE: egui::Vec2 = vec2(112.0, 84.0);
 const CAPTION: f32 = 20.0;
 const STEP: f32 = IMAGE.x + theme::GAP;
+/// The bar that says how unsure a frame is; it lies on images, so it is the same in both themes.
+const UNCERTAIN: Color32 = Color32::from_rgb(240, 184, 84);
 /// Room for the frame around the chosen image.
 const INSET: f32 = 2.0;
 
@@ -162,7 +164,7 @@ fn paint_uncertainty(ui: &Ui, image: Rect, summary: MapSummary, classes: usize) 
     let track = Rect::from_min_max(pos2(image.left(), image.bottom() - 4.0), image.max);
     ui.painter().rect_filled(track, 0, Color32::from_black_alpha(170));
     let bar = Rect::from_min_size(track.min, vec2(share * track.width(), track.height()));
-    ui.painter().rect_filled(bar, 0, ui.visuals().warn_fg_color);
+    ui.painter().rect_filled(bar, 0, UNCERTAIN);
 }
 
 fn paint_count(ui: &Ui, image: Rect, strokes: usize) {

@@ -72,7 +72,7 @@ impl SuggestionPanel {
         let current = workspace.at_suggestion() == Some(index);
         let mut card = super::card(ui);
         if current {
-            card = card.stroke(Stroke::new(1.5, theme::accent(ui.visuals())));
+            card = card.stroke(Stroke::new(1.0, theme::accent(ui.visuals())));
         }
         card.show(ui, |ui| {
             ui.set_width(ui.available_width());

@@ -26,16 +26,17 @@ pub fn show(ui: &mut Ui, state: &AppState, workspace: &Workspace, actions: &mut 
         let mut brush = settings.brush;
         let slider = Slider::new(&mut brush, 0..=LARGEST_BRUSH)
             .logarithmic(true)
-            .suffix(" px")
-            .show_value(true);
+            .show_value(false);
         ui.label("Brush");
-        let response = ui.add(slider).accessible_name("Brush size");
+        let response = small_slider(ui, slider).accessible_name("Brush size");
         if response
             .on_hover_text("Radius in image pixels: [ and ], or Ctrl+wheel")
             .changed()
         {
             actions.push(Action::SetBrush(brush));
         }
+        let value = egui::Label::new(format!("{brush} px")).halign(Align::Min);
+        ui.add_sized([40.0, 20.0], value);
         ui.separator();
         for layer in Layer::ALL {
             let chosen = settings.layer == layer;
@@ -52,7 +53,7 @@ pub fn show(ui: &mut Ui, state: &AppState, workspace: &Workspace, actions: &mut 
         ui.label("Opacity");
         ui.add_enabled_ui(settings.layer != Layer::Color, |ui| {
             let slider = Slider::new(&mut percent, 0.0..=100.0).integer().show_value(false);
-            if ui.add(slider).accessible_name("Opacity").changed() {
+            if small_slider(ui, slider).accessible_name("Opacity").changed() {
                 actions.push(Action::SetOpacity(percent / 100.0));
             }
         });
@@ -77,6 +78,15 @@ pub fn show(ui: &mut Ui, state: &AppState, workspace: &Workspace, actions: &mut 
             }
         });
     });
+}
+
+/// A slider whose handle is not larger than the buttons' icons.
+fn small_slider(ui: &mut Ui, slider: Slider<'_>) -> egui::Response {
+    ui.scope(|ui| {
+        ui.spacing_mut().interact_size.y = 20.0;
+        ui.add(slider)
+    })
+    .inner
 }
 
 /// Says over the canvas what to do next, while there is something to say.
