@@ -3,9 +3,7 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::labels::{ClassId, VOID};
-
-/// Steps of [`FrameMap::entropy`] per nat.
-pub const ENTROPY_STEPS_PER_NAT: f32 = 10_000.0;
+use crate::semantics::ENTROPY_STEPS_PER_NAT;
 
 /// Dense labels of one frame, row-major `[height, width]`.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -10,7 +10,8 @@ use std::thread::JoinHandle;
 
 use crossbeam_channel::{Receiver, Sender, unbounded};
 
-pub use maps::{ENTROPY_STEPS_PER_NAT, FrameMap, MapSlots};
+pub use crate::semantics::ENTROPY_STEPS_PER_NAT;
+pub use maps::{FrameMap, MapSlots};
 pub use message::{Command, Event, ModelState, Phase, SessionOptions, Status};
 
 /// A handle to the worker. Dropping it stops the worker and waits for it.
