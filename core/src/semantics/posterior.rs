@@ -2,11 +2,8 @@
 
 use rayon::prelude::*;
 
-use super::Propagation;
+use super::{ENTROPY_STEPS_PER_NAT, Propagation};
 use crate::labels::{ClassId, VOID};
-
-/// Steps of stored entropies per nat.
-pub const ENTROPY_STEPS_PER_NAT: f32 = 10_000.0;
 
 /// A class's weight falls with this power of its distance.
 const POWER: i32 = 3;
