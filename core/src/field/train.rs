@@ -2,7 +2,6 @@
 
 use std::collections::HashMap;
 use std::sync::Arc;
-use std::time::Instant;
 
 use candle_core::{Device, Result, Tensor, Var};
 use glam::Vec3;
@@ -58,7 +57,6 @@ pub struct Trainer {
     held_out: Vec<(usize, usize)>,
     seed: u64,
     steps: u64,
-    seconds: f32,
     samples_per_ray: f32,
     rate_scale: f32,
     skipped: u64,
@@ -93,7 +91,6 @@ impl Trainer {
             held_out,
             seed,
             steps: 0,
-            seconds: 0.0,
             samples_per_ray: 16.0,
             rate_scale: 1.0,
             skipped: 0,
@@ -124,11 +121,6 @@ impl Trainer {
         self.steps
     }
 
-    /// Seconds spent in steps.
-    pub fn seconds(&self) -> f32 {
-        self.seconds
-    }
-
     /// Steps that were skipped because their loss or gradient was not finite.
     pub fn skipped(&self) -> u64 {
         self.skipped
@@ -149,7 +141,6 @@ impl Trainer {
     /// # Errors
     /// None on the CPU short of a lack of memory; a step that is not finite is skipped and counted.
     pub fn step(&mut self) -> Result<()> {
-        let start = Instant::now();
         let (rays, colors) = self.batch();
         let samples = Samples::along(&rays, self.field.volume(), &self.occupancy, self.sampling());
         self.samples_per_ray = 0.9 * self.samples_per_ray + 0.1 * samples.len() as f32 / rays.len() as f32;
@@ -162,7 +153,6 @@ impl Trainer {
         if self.steps >= OCCUPANCY_WARM_UP && self.steps % OCCUPANCY_EVERY == 0 {
             self.look_around()?;
         }
-        self.seconds += start.elapsed().as_secs_f32();
         Ok(())
     }
 

@@ -100,8 +100,12 @@ pub struct Status {
     pub phase: Phase,
     /// Training steps done.
     pub steps: u64,
-    /// Seconds spent training the field.
-    pub training_seconds: f32,
+    /// Seconds spent training the field and looking at its surface.
+    pub geometry_seconds: f64,
+    /// Seconds spent spreading the labels and training the head.
+    pub semantics_seconds: f64,
+    /// Seconds spent making maps.
+    pub render_seconds: f64,
     /// Steps that were skipped because their loss or gradient was not finite.
     pub skipped_steps: u64,
     /// Peak signal-to-noise ratio on held-out frames, in dB.

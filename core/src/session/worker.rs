@@ -179,6 +179,23 @@ struct Worker<'a> {
     held_out: Option<HeldOut>,
     last_status: Instant,
     told_settled: bool,
+    seconds: Seconds,
+}
+
+/// Wall time by what it was spent on.
+#[derive(Clone, Copy, Default)]
+struct Seconds {
+    geometry: f64,
+    semantics: f64,
+    render: f64,
+}
+
+/// Adds the time that `work` takes to `seconds`.
+fn timed<T>(seconds: &mut f64, work: impl FnOnce() -> T) -> T {
+    let start = Instant::now();
+    let result = work();
+    *seconds += start.elapsed().as_secs_f64();
+    result
 }
 
 impl<'a> Worker<'a> {
@@ -219,6 +236,7 @@ impl<'a> Worker<'a> {
             held_out: None,
             last_status: Instant::now(),
             told_settled: false,
+            seconds: Seconds::default(),
         })
     }
 
@@ -237,7 +255,7 @@ impl<'a> Worker<'a> {
             }
             if let Some(surface) = self.survey.ready().map_err(|reason| WorkerError::Other(reason.to_owned()))? {
                 let mut spread = Spread::new(Arc::new(surface));
-                spread.set_labels(&self.scene, &self.labels);
+                timed(&mut self.seconds.semantics, || spread.set_labels(&self.scene, &self.labels));
                 self.spread = Some(spread);
                 self.look_at_head()?;
                 self.refresh_all();
@@ -271,7 +289,7 @@ impl<'a> Worker<'a> {
                 self.generation = generation;
                 self.told_settled = false;
                 if let Some(spread) = &mut self.spread {
-                    spread.set_labels(&self.scene, &self.labels);
+                    timed(&mut self.seconds.semantics, || spread.set_labels(&self.scene, &self.labels));
                     self.refresh_all();
                 }
             }
@@ -329,6 +347,7 @@ impl<'a> Worker<'a> {
                 break;
             }
         }
+        self.seconds.render += start.elapsed().as_secs_f64();
         if self.stale.is_empty() {
             self.suggestions_due = true;
             let generation = self.generation;
@@ -353,7 +372,7 @@ impl<'a> Worker<'a> {
     /// A slice of training; `false` when there is nothing to train.
     fn train(&mut self) -> Result<bool, WorkerError> {
         if self.survey.is_rendering() && (!self.paused || self.spread.is_none()) {
-            self.survey.advance(&self.trainer)?;
+            timed(&mut self.seconds.geometry, || self.survey.advance(&self.trainer))?;
             return Ok(true);
         }
         // After the last step the head still follows the labels.
@@ -363,10 +382,12 @@ impl<'a> Worker<'a> {
         if self.trainer.settled() && self.survey.is_done() && self.head_is_settled() {
             return Ok(false);
         }
-        self.trainer.step()?;
+        timed(&mut self.seconds.geometry, || self.trainer.step())?;
         self.survey.start_if_due(self.trainer.steps());
         if self.trainer.steps() % HEAD_EVERY == 0 {
+            let start = Instant::now();
             self.train_head()?;
+            self.seconds.semantics += start.elapsed().as_secs_f64();
         }
         if self.trainer.steps() % EVALUATE_EVERY == 0 {
             self.held_out = self.trainer.evaluate()?;
@@ -438,7 +459,9 @@ impl<'a> Worker<'a> {
         self.outbox.send(Event::Status(Status {
             phase,
             steps: self.trainer.steps(),
-            training_seconds: self.trainer.seconds(),
+            geometry_seconds: self.seconds.geometry,
+            semantics_seconds: self.seconds.semantics,
+            render_seconds: self.seconds.render,
             skipped_steps: self.trainer.skipped(),
             held_out_psnr: self.held_out.map(|held_out| held_out.psnr),
             depth_error: self.held_out.and_then(|held_out| held_out.depth_error),
