@@ -1,1 +1,39 @@
-//! To be written.
+//! How good label maps are, measured against ground truth.
+
+mod metrics;
+mod truth;
+
+use std::path::PathBuf;
+
+pub use metrics::{ConfusionMatrix, Scores};
+pub use truth::{GroundTruth, LabelImage, Split, frame_number};
+
+/// Something that cannot be measured; each message is one sentence that names the file and what to do.
+#[derive(Debug, thiserror::Error)]
+pub enum EvalError {
+    /// A file of the ground truth is missing or unusable.
+    #[error("{}: {reason}", .path.display())]
+    File {
+        /// The file or folder.
+        path: PathBuf,
+        /// What is wrong and what to do.
+        reason: String,
+    },
+    /// Truth and prediction are not of the same image.
+    #[error("the prediction has {predicted} pixels and the ground truth {truth}; both must be of one frame")]
+    Size {
+        /// Pixels of the ground truth.
+        truth: usize,
+        /// Pixels of the prediction.
+        predicted: usize,
+    },
+}
+
+impl EvalError {
+    fn file(path: impl Into<PathBuf>, reason: impl Into<String>) -> Self {
+        Self::File {
+            path: path.into(),
+            reason: reason.into(),
+        }
+    }
+}

@@ -130,6 +130,13 @@ impl History {
         Some(edit)
     }
 
+    /// Takes over an edit that was made elsewhere on the same labels, as if it had been made here.
+    pub fn adopt(&mut self, edit: Edit) {
+        let ids = edit.strokes.iter().map(|change| change.id.0);
+        self.last_stroke = ids.fold(self.last_stroke, u64::max);
+        self.commit(edit);
+    }
+
     /// Adds a stroke; returns the edit.
     pub fn add_stroke(&mut self, stroke: Stroke) -> Edit {
         let class = self.class_name(stroke.class);
@@ -313,6 +320,17 @@ mod tests {
         history.add_stroke(Stroke::click(0, wall, [5, 5]));
         assert!(history.redo_name().is_none());
         assert_eq!(history.labels().strokes.len(), 1);
+    }
+
+    #[test]
+    fn an_adopted_edit_is_like_one_made_here() {
+        let (mut history, wall, _) = history();
+        let mut mirror = history.clone();
+        let edit = history.add_stroke(Stroke::click(0, wall, [1, 1]));
+        mirror.adopt(edit);
+        assert_eq!(mirror.labels(), history.labels());
+        let next = |history: &mut History| history.add_stroke(Stroke::click(0, wall, [2, 2]));
+        assert_eq!(next(&mut mirror), next(&mut history));
     }
 
     #[test]

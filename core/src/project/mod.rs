@@ -1,1 +1,228 @@
-//! To be written.
+//! The project file `NAME.inplace`: one SQLite database in which every edit is a transaction.
+//!
+//! [`Project`] is the open file, [`Contents`] is what it holds, and a [`Journal`] is the thread that
+//! writes to it, so that nobody waits for the disk. The strokes and their history are the truth; the maps
+//! and the model are kept so that a reopened project shows its result at once. `docs/project-file.md`
+//! describes the tables.
+
+mod contents;
+mod error;
+mod journal;
+mod location;
+pub(crate) mod png;
+mod replace;
+mod rows;
+mod schema;
+mod writer;
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use rusqlite::{Connection, Transaction};
+
+pub use contents::{Contents, FrameRecord, SceneRecord};
+pub use error::ProjectError;
+pub use journal::{Journal, JournalEvent};
+pub use location::autosave_path;
+
+use crate::labels::{Edit, History};
+use crate::session::{FrameMap, ModelState};
+
+/// One step through the edit history.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Step {
+    /// A new edit; what had been undone is forgotten.
+    Do(Edit),
+    /// The last edit was taken back.
+    Undo,
+    /// The last undone edit was done again.
+    Redo,
+}
+
+/// An open project file. No other window or process can open it until this is dropped.
+#[derive(Debug)]
+pub struct Project {
+    connection: Connection,
+    path: PathBuf,
+    identity: Option<replace::FileIdentity>,
+}
+
+impl Project {
+    /// Writes a new project file and opens it. A file that is there is replaced as a whole, or not at all.
+    ///
+    /// # Errors
+    /// [`ProjectError::InUse`] or [`ProjectError::Unwritable`].
+    pub fn create(path: &Path, contents: &Contents) -> Result<Self, ProjectError> {
+        replace::replace(path, |temporary| {
+            let writing = |error| ProjectError::writing(path, &error);
+            let connection = Connection::open(temporary).map_err(writing)?;
+            // Whole or not at all: the file is synchronised before it gets its name.
+            connection
+                .pragma_update(None, "synchronous", "OFF")
+                .map_err(writing)?;
+            schema::create_tables(&connection).map_err(writing)?;
+            let mut draft = Self {
+                connection,
+                path: path.to_path_buf(),
+                identity: None,
+            };
+            draft.write(|transaction| {
+                rows::write_all(transaction, path, &contents.scene, &contents.history)?;
+                rows::write_view(transaction, contents.view.as_deref())
+            })?;
+            draft.save_maps_unchecked(&contents.maps)?;
+            if let Some(model) = &contents.model {
+                draft.write(|transaction| rows::write_model(transaction, model))?;
+            }
+            Ok(())
+        })?;
+        Self::attach(path)
+    }
+
+    /// Opens a project file and reads all of it; decoding the maps takes a while, so do it off the UI
+    /// thread.
+    ///
+    /// A file that cannot be written is opened all the same, with a warning.
+    ///
+    /// # Errors
+    /// A missing file, one that is not a project, a newer or damaged one, one that is open elsewhere.
+    pub fn open(path: &Path) -> Result<(Self, Contents), ProjectError> {
+        if !path.is_file() {
+            return Err(ProjectError::Missing(path.to_path_buf()));
+        }
+        let project = Self::attach(path)?;
+        let mut contents = rows::read(&project.connection, path)?;
+        if project.connection.is_readonly("main").unwrap_or(false) {
+            contents.warnings.push(format!(
+                "{}: is read-only, so changes are kept in memory only; save the project under another name",
+                path.display()
+            ));
+        }
+        Ok((project, contents))
+    }
+
+    fn attach(path: &Path) -> Result<Self, ProjectError> {
+        let connection = schema::connect(path, false).map_err(|error| ProjectError::reading(path, &error))?;
+        schema::check(&connection, path)?;
+        Ok(Self {
+            connection,
+            path: path.to_path_buf(),
+            identity: replace::identity(path),
+        })
+    }
+
+    /// The file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Writes steps through the history in one transaction; on return they are on the disk.
+    ///
+    /// # Errors
+    /// [`ProjectError::Unwritable`]; then none of them is in the file.
+    pub fn record(&mut self, steps: &[Step]) -> Result<(), ProjectError> {
+        self.ensure_in_place()?;
+        self.write(|transaction| {
+            steps
+                .iter()
+                .try_for_each(|step| rows::write_step(transaction, step))
+        })
+    }
+
+    /// Replaces the scene, the labels and the history in one transaction; maps, model and view stay.
+    ///
+    /// # Errors
+    /// [`ProjectError::Unwritable`]; then the file is as before.
+    pub fn rewrite(&mut self, scene: &SceneRecord, history: &History) -> Result<(), ProjectError> {
+        self.ensure_in_place()?;
+        let path = self.path.clone();
+        self.write(|transaction| rows::write_all(transaction, &path, scene, history))
+    }
+
+    /// Keeps these maps as the last ones of their frames, in one transaction.
+    ///
+    /// # Errors
+    /// [`ProjectError::Unwritable`].
+    pub fn save_maps(&mut self, maps: &[Arc<FrameMap>]) -> Result<(), ProjectError> {
+        self.ensure_in_place()?;
+        self.save_maps_unchecked(maps)
+    }
+
+    fn save_maps_unchecked(&mut self, maps: &[Arc<FrameMap>]) -> Result<(), ProjectError> {
+        let encoded: image::ImageResult<Vec<_>> = maps.iter().map(|map| rows::MapRow::encode(map)).collect();
+        let encoded = encoded
+            .map_err(|error| ProjectError::unwritable(&self.path, format!("a map has no image: {error}")))?;
+        self.write(|transaction| encoded.iter().try_for_each(|map| map.write(transaction)))
+    }
+
+    /// Forgets model and maps: they were made from a scene that has changed.
+    ///
+    /// # Errors
+    /// [`ProjectError::Unwritable`].
+    pub fn forget_results(&mut self) -> Result<(), ProjectError> {
+        self.ensure_in_place()?;
+        self.write(rows::delete_results)
+    }
+
+    /// Keeps this model state as the last one.
+    ///
+    /// # Errors
+    /// [`ProjectError::Unwritable`].
+    pub fn save_model(&mut self, model: &ModelState) -> Result<(), ProjectError> {
+        self.ensure_in_place()?;
+        self.write(|transaction| rows::write_model(transaction, model))
+    }
+
+    /// Keeps view settings, a JSON text that means something to the window alone.
+    ///
+    /// # Errors
+    /// [`ProjectError::Unwritable`].
+    pub fn save_view(&mut self, json: &str) -> Result<(), ProjectError> {
+        self.ensure_in_place()?;
+        self.write(|transaction| rows::write_view(transaction, Some(json)))
+    }
+
+    /// Writes a copy under another name ("Save As") and opens it. A file that is there is replaced as a
+    /// whole, or not at all.
+    ///
+    /// # Errors
+    /// [`ProjectError::InUse`] or [`ProjectError::Unwritable`].
+    pub fn copy_to(&self, path: &Path) -> Result<Self, ProjectError> {
+        let own_scene = rows::read_scene(&self.connection, &self.path)?;
+        replace::replace(path, |temporary| {
+            let writing = |error| ProjectError::writing(path, &error);
+            self.connection
+                .execute("VACUUM INTO ?1", [temporary.to_string_lossy()])
+                .map_err(writing)?;
+            let copy = Connection::open(temporary).map_err(writing)?;
+            rows::write_location(&copy, path, &own_scene).map_err(writing)
+        })?;
+        Self::attach(path)
+    }
+
+    fn write(
+        &mut self,
+        change: impl FnOnce(&Transaction<'_>) -> rusqlite::Result<()>,
+    ) -> Result<(), ProjectError> {
+        let transaction = self.connection.transaction();
+        let written = transaction.and_then(|transaction| {
+            change(&transaction)?;
+            transaction.commit()
+        });
+        written.map_err(|error| ProjectError::writing(&self.path, &error))
+    }
+
+    /// SQLite would go on writing to a file that was deleted or renamed, without an error.
+    fn ensure_in_place(&self) -> Result<(), ProjectError> {
+        if replace::identity(&self.path) == self.identity {
+            return Ok(());
+        }
+        Err(ProjectError::unwritable(
+            &self.path,
+            "it was moved or deleted; save the project again",
+        ))
+    }
+}
+
+#[cfg(test)]
+mod tests;

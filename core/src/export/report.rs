@@ -1,0 +1,53 @@
+//! What a run did and how well, for scripts.
+
+use serde::{Deserialize, Serialize};
+
+use crate::field::Preset;
+
+/// `report.json`. A figure that was not measured is `null`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Report {
+    /// Version of the program.
+    pub version: String,
+    /// Name of the scene.
+    pub scene: String,
+    /// Number of frames, all of which were exported.
+    pub frames: usize,
+    /// Number of strokes that the maps were made from.
+    pub strokes: usize,
+    /// How much the field was allowed to model.
+    pub preset: Preset,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// Threads used.
+    pub threads: usize,
+    /// Wall time.
+    pub wall_s: PhaseSeconds,
+    /// The most memory held at once, in bytes.
+    pub peak_memory_bytes: Option<u64>,
+    /// The chosen model size in words.
+    pub capacity: String,
+    /// Trainable parameters.
+    pub parameters: usize,
+    /// Peak signal-to-noise ratio on held-out frames, in dB.
+    pub held_out_psnr_db: Option<f32>,
+    /// Median absolute depth error on held-out frames with depth, in metres.
+    pub depth_error_m: Option<f32>,
+    /// Mean entropy over all pixels of all frames, in nats.
+    pub mean_entropy: Option<f32>,
+}
+
+/// Wall time by phase, in seconds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct PhaseSeconds {
+    /// Reading and decoding the capture.
+    pub load: f64,
+    /// Learning geometry and colour.
+    pub geometry: f64,
+    /// Spreading the labels.
+    pub semantics: f64,
+    /// Rendering the maps.
+    pub render: f64,
+    /// Writing the results.
+    pub write: f64,
+}

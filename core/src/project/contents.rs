@@ -1,0 +1,257 @@
+//! What a project file holds, and fitting it to the scene as it is today.
+
+use std::collections::{BTreeSet, HashMap};
+use std::fs;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use super::ProjectError;
+use crate::labels::{Edit, History, LabelSet, Stroke};
+use crate::scene::{Frame, OpenOptions, Scene, SceneSource};
+use crate::session::{FrameMap, ModelState};
+
+/// One frame as it was when the project was last matched to its scene: what a change is noticed by.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FrameRecord {
+    /// File stem of the colour image: the frame's name.
+    pub stem: String,
+    /// Image width in pixels.
+    pub width: u32,
+    /// Image height in pixels.
+    pub height: u32,
+    /// Length of the colour image's file in bytes; 0 for the demo scene.
+    pub bytes: u64,
+}
+
+impl FrameRecord {
+    fn of(frame: &Frame) -> Self {
+        Self {
+            stem: frame.stem.clone(),
+            width: frame.camera.width,
+            height: frame.camera.height,
+            bytes: fs::metadata(&frame.path).map_or(0, |metadata| metadata.len()),
+        }
+    }
+}
+
+/// The scene that a project labels.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SceneRecord {
+    /// Where it is. A folder that has moved may not be there: see [`SceneRecord::is_there`].
+    pub source: SceneSource,
+    /// Whether its measured depth is used.
+    pub depth: bool,
+    /// Its frames in the order of the capture, then frames that were labelled and have since vanished.
+    pub frames: Vec<FrameRecord>,
+}
+
+impl SceneRecord {
+    /// The record of an opened scene.
+    pub fn of(scene: &Scene, options: OpenOptions) -> Self {
+        Self {
+            source: scene.source.clone(),
+            depth: options.depth,
+            frames: scene.frames.iter().map(FrameRecord::of).collect(),
+        }
+    }
+
+    /// Whether the scene's folder exists; where it does not, ask the person for its new place.
+    pub fn is_there(&self) -> bool {
+        match &self.source {
+            SceneSource::Demo => true,
+            SceneSource::Folder(folder) => folder.is_dir(),
+        }
+    }
+
+    /// The names of the frames, vanished ones last.
+    pub fn stems(&self) -> Vec<String> {
+        self.frames.iter().map(|frame| frame.stem.clone()).collect()
+    }
+}
+
+/// Everything that a project file holds.
+#[derive(Clone, Debug)]
+pub struct Contents {
+    /// The scene that is labelled.
+    pub scene: SceneRecord,
+    /// Labels and edits. Frame indices are those of [`SceneRecord::frames`].
+    pub history: History,
+    /// View settings of the window, a JSON text.
+    pub view: Option<String>,
+    /// The last model state.
+    pub model: Option<Arc<ModelState>>,
+    /// The last maps, at most one a frame. Count the labels' generations from
+    /// [`Contents::next_generation`], so that new maps replace them.
+    pub maps: Vec<Arc<FrameMap>>,
+    /// What is worth knowing about the file, a sentence each.
+    pub warnings: Vec<String>,
+    /// How this differs from what is in the file.
+    pub(super) pending: Pending,
+}
+
+/// What [`Journal::start`](super::Journal::start) has to write first.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Pending {
+    /// Nothing.
+    #[default]
+    Nothing,
+    /// The scene's place.
+    Scene,
+    /// Everything: the frames have changed, and with them the numbers of all others.
+    All,
+}
+
+impl Contents {
+    /// A project with labels and nothing learnt yet.
+    pub fn new(scene: SceneRecord, history: History) -> Self {
+        Self {
+            scene,
+            history,
+            view: None,
+            model: None,
+            maps: Vec::new(),
+            warnings: Vec::new(),
+            pending: Pending::Nothing,
+        }
+    }
+
+    /// A generation above those of all saved maps.
+    pub fn next_generation(&self) -> u64 {
+        let newest = self.maps.iter().map(|map| map.generation).max();
+        newest.map_or(0, |generation| generation.saturating_add(1))
+    }
+
+    /// Fits the contents to the scene as it was opened: frames are recognised by their stems, so that
+    /// frames may have been added, removed or reordered.
+    ///
+    /// Frame indices become those of `scene`. Strokes on frames that have vanished stay in the project,
+    /// with indices of `scene.frames.len()` and above, and have no effect; a warning counts them. Where
+    /// frames differ, the model is dropped (it would describe another scene), and so are the maps of
+    /// frames that are gone or have another size. The file is brought in line by
+    /// [`Journal::start`](super::Journal::start).
+    ///
+    /// # Errors
+    /// [`ProjectError::OtherScene`] when not one frame of the project is in the scene.
+    pub fn matched(mut self, scene: &Scene, options: OpenOptions) -> Result<Self, ProjectError> {
+        let mut record = SceneRecord::of(scene, options);
+        let place: HashMap<&str, usize> = (0..scene.frames.len())
+            .map(|index| (scene.frames[index].stem.as_str(), index))
+            .collect();
+        let known = |frame: &&FrameRecord| place.contains_key(frame.stem.as_str());
+        if !self.scene.frames.is_empty() && !self.scene.frames.iter().any(|frame| known(&frame)) {
+            return Err(ProjectError::OtherScene {
+                scene: PathBuf::from(scene.source.to_string()),
+                frames: self.scene.frames.len(),
+            });
+        }
+        let mut new_index = Vec::with_capacity(self.scene.frames.len());
+        for frame in &self.scene.frames {
+            new_index.push(place.get(frame.stem.as_str()).copied().unwrap_or_else(|| {
+                record.frames.push(frame.clone());
+                record.frames.len() - 1
+            }));
+        }
+        self.warn_of_changes(scene, &record);
+        if record.frames != self.scene.frames {
+            self.history = renumbered(&self.history, &new_index);
+            self.maps.retain_mut(|map| {
+                let Some(&index) = new_index.get(map.frame) else {
+                    return false;
+                };
+                Arc::make_mut(map).frame = index;
+                scene
+                    .frames
+                    .get(index)
+                    .is_some_and(|frame| [frame.camera.width, frame.camera.height] == [map.width, map.height])
+            });
+            self.model = None;
+            self.pending = Pending::All;
+        } else if record != self.scene {
+            self.pending = self.pending.max(Pending::Scene);
+        }
+        self.scene = record;
+        Ok(self)
+    }
+
+    fn warn_of_changes(&mut self, scene: &Scene, record: &SceneRecord) {
+        let before: HashMap<&str, &FrameRecord> = self
+            .scene
+            .frames
+            .iter()
+            .map(|frame| (frame.stem.as_str(), frame))
+            .collect();
+        let (present, vanished) = record.frames.split_at(scene.frames.len());
+        let vanished: BTreeSet<&str> = vanished.iter().map(|frame| frame.stem.as_str()).collect();
+        let lost = self.history.labels().strokes.values().filter(|stroke| {
+            let frame = self.scene.frames.get(stroke.frame);
+            frame.is_some_and(|frame| vanished.contains(frame.stem.as_str()))
+        });
+        let lost = lost.count();
+        if lost > 0 {
+            self.warnings.push(format!(
+                "{}: frames of the project that are gone: {} ({}); strokes on them, kept but without effect: {lost}",
+                scene.source,
+                vanished.len(),
+                some_names(vanished.iter().copied()),
+            ));
+        }
+        let changed: Vec<&str> = present
+            .iter()
+            .filter(|frame| {
+                before
+                    .get(frame.stem.as_str())
+                    .is_some_and(|before| before != frame)
+            })
+            .map(|frame| frame.stem.as_str())
+            .collect();
+        if !changed.is_empty() {
+            self.warnings.push(format!(
+                "{}: images that have changed since they were labelled: {} ({}); check the labels there",
+                scene.source,
+                changed.len(),
+                some_names(changed.iter().copied()),
+            ));
+        }
+        let added = present
+            .iter()
+            .filter(|frame| !before.contains_key(frame.stem.as_str()))
+            .count();
+        if added > 0 && !before.is_empty() {
+            self.warnings
+                .push(format!("{}: new frames: {added}", scene.source));
+        }
+    }
+}
+
+/// The first three names.
+fn some_names<'a>(names: impl ExactSizeIterator<Item = &'a str>) -> String {
+    let more = if names.len() > 3 { ", ..." } else { "" };
+    format!("{}{more}", names.take(3).collect::<Vec<_>>().join(", "))
+}
+
+/// The history with `new_index[frame]` for every frame.
+fn renumbered(history: &History, new_index: &[usize]) -> History {
+    let stroke = |stroke: &Stroke| Stroke {
+        frame: new_index.get(stroke.frame).copied().unwrap_or(stroke.frame),
+        ..stroke.clone()
+    };
+    let labels = history.labels();
+    let labels = LabelSet {
+        classes: labels.classes.clone(),
+        strokes: labels
+            .strokes
+            .iter()
+            .map(|(&id, old)| (id, Arc::new(stroke(old))))
+            .collect(),
+    };
+    let (edits, cursor) = history.edits();
+    let edit = |edit: &Edit| {
+        let mut edit = edit.clone();
+        for change in &mut edit.strokes {
+            change.before = change.before.as_ref().map(stroke);
+            change.after = change.after.as_ref().map(stroke);
+        }
+        edit
+    };
+    History::restored(labels, edits.iter().map(edit).collect(), cursor)
+}

@@ -1,0 +1,121 @@
+//! What can be wrong with a project file.
+
+use std::path::{Path, PathBuf};
+
+use rusqlite::ErrorCode;
+
+/// A project that cannot be opened or saved; each message is one sentence that names the file and what to do.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ProjectError {
+    /// There is no file at the path.
+    #[error("{}: no such project file; check the name", .0.display())]
+    Missing(PathBuf),
+    /// The file is something else.
+    #[error("{}: is not an Inplace project; choose a file that Inplace has saved", .0.display())]
+    NotAProject(PathBuf),
+    /// The file has a later schema than this program knows.
+    #[error(
+        "{}: was saved by a newer Inplace (file version {found}, this program reads up to {}); update Inplace to open it",
+        .path.display(), super::schema::VERSION
+    )]
+    Newer {
+        /// The project file.
+        path: PathBuf,
+        /// Its schema version.
+        found: i64,
+    },
+    /// Another window or process has the file open.
+    #[error("{}: is open in another window; close it there first, or choose another name", .0.display())]
+    InUse(PathBuf),
+    /// The file is ours, but what it holds cannot be right.
+    #[error("{}: is damaged ({reason}); restore it from a copy", .path.display())]
+    Damaged {
+        /// The project file.
+        path: PathBuf,
+        /// What is wrong.
+        reason: String,
+    },
+    /// The file cannot be read.
+    #[error("{}: cannot be read: {reason}", .path.display())]
+    Unreadable {
+        /// The project file.
+        path: PathBuf,
+        /// Why.
+        reason: String,
+    },
+    /// The file cannot be written. What was drawn is still in memory.
+    #[error("{}: cannot be saved: {reason}", .path.display())]
+    Unwritable {
+        /// The project file.
+        path: PathBuf,
+        /// Why, and what to do.
+        reason: String,
+    },
+    /// A scene with none of the frames that the project labels.
+    #[error(
+        "{}: has none of the {frames} frames of this project; choose the folder of the scene that was labelled",
+        .scene.display()
+    )]
+    OtherScene {
+        /// The folder that was opened.
+        scene: PathBuf,
+        /// Number of frames of the project.
+        frames: usize,
+    },
+}
+
+impl ProjectError {
+    /// An error met while opening or reading `path`.
+    pub(super) fn reading(path: &Path, error: &rusqlite::Error) -> Self {
+        let path = path.to_path_buf();
+        match error.sqlite_error_code() {
+            Some(ErrorCode::NotADatabase) => Self::NotAProject(path),
+            Some(ErrorCode::DatabaseBusy | ErrorCode::DatabaseLocked) => Self::InUse(path),
+            Some(ErrorCode::DatabaseCorrupt) | None => Self::Damaged {
+                path,
+                reason: error.to_string(),
+            },
+            Some(_) => Self::Unreadable {
+                path,
+                reason: error.to_string(),
+            },
+        }
+    }
+
+    /// An error met while writing `path`.
+    pub(super) fn writing(path: &Path, error: &rusqlite::Error) -> Self {
+        let reason = match error.sqlite_error_code() {
+            Some(ErrorCode::DatabaseBusy | ErrorCode::DatabaseLocked) => {
+                return Self::InUse(path.to_path_buf());
+            }
+            Some(ErrorCode::DiskFull) => {
+                "the disk is full; free some space or save it somewhere else".to_owned()
+            }
+            Some(ErrorCode::ReadOnly) => "it is read-only; save it somewhere else".to_owned(),
+            Some(ErrorCode::CannotOpen | ErrorCode::PermissionDenied) => {
+                "its folder cannot be written; save it somewhere else".to_owned()
+            }
+            _ => format!("{error}; save it somewhere else"),
+        };
+        Self::unwritable(path, reason)
+    }
+
+    /// A file system error met while writing `path`.
+    pub(super) fn writing_file(path: &Path, error: &std::io::Error) -> Self {
+        Self::unwritable(path, format!("{error}; save it somewhere else"))
+    }
+
+    pub(super) fn unwritable(path: &Path, reason: impl Into<String>) -> Self {
+        Self::Unwritable {
+            path: path.to_path_buf(),
+            reason: reason.into(),
+        }
+    }
+
+    pub(super) fn damaged(path: &Path, reason: impl Into<String>) -> Self {
+        Self::Damaged {
+            path: path.to_path_buf(),
+            reason: reason.into(),
+        }
+    }
+}

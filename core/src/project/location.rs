@@ -1,0 +1,173 @@
+//! Where things are: the scene as seen from its project file, and the projects that nobody has named yet.
+
+use std::ffi::OsString;
+use std::path::{Component, Path, PathBuf};
+
+use crate::scene::SceneSource;
+
+/// Where the edits on a scene live until the person saves them under a name of their own: one file per
+/// scene in the user's data folder. Opening the scene again finds them there.
+///
+/// The folder is `$XDG_DATA_HOME` (or `~/.local/share`) on Linux, `~/Library/Application Support` on
+/// macOS and `%LOCALAPPDATA%` on Windows, or else the temporary folder; below it `inplace/autosave`,
+/// which the caller makes where it is not there yet.
+pub fn autosave_path(source: &SceneSource) -> PathBuf {
+    let data = data_folder(std::env::consts::OS, |name| std::env::var_os(name));
+    let folder = data.unwrap_or_else(std::env::temp_dir);
+    folder
+        .join("inplace")
+        .join("autosave")
+        .join(autosave_name(source))
+}
+
+fn data_folder(os: &str, variable: impl Fn(&str) -> Option<OsString>) -> Option<PathBuf> {
+    let absolute = |name: &str| {
+        variable(name)
+            .map(PathBuf::from)
+            .filter(|path| path.is_absolute())
+    };
+    match os {
+        "windows" => absolute("LOCALAPPDATA"),
+        "macos" => absolute("HOME").map(|home| home.join("Library/Application Support")),
+        _ => absolute("XDG_DATA_HOME").or_else(|| absolute("HOME").map(|home| home.join(".local/share"))),
+    }
+}
+
+fn autosave_name(source: &SceneSource) -> String {
+    let folder = match source {
+        SceneSource::Demo => return "demo.inplace".to_owned(),
+        SceneSource::Folder(folder) => absolute(folder),
+    };
+    let name = folder.file_name().map_or_else(String::new, |name| {
+        name.to_string_lossy().chars().take(40).collect()
+    });
+    let hash = fnv1a(folder.as_os_str().as_encoded_bytes());
+    format!("{name}-{hash:016x}.inplace")
+}
+
+/// FNV-1a: the same in every release, unlike the standard library's hashers.
+fn fnv1a(bytes: &[u8]) -> u64 {
+    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, &byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+    })
+}
+
+/// The path without symbolic links where it exists, else just absolute.
+pub(super) fn absolute(path: &Path) -> PathBuf {
+    path.canonicalize()
+        .or_else(|_| std::path::absolute(path))
+        .unwrap_or_else(|_| path.to_path_buf())
+}
+
+/// `target` as seen from the folder of `file`, with `/` between the parts; `None` where there is no such
+/// way (another drive).
+pub(super) fn relative_to(file: &Path, target: &Path) -> Option<String> {
+    let from = absolute(folder_of(file));
+    let to = absolute(target);
+    let (from, to): (Vec<_>, Vec<_>) = (from.components().collect(), to.components().collect());
+    let shared = from.iter().zip(&to).take_while(|(a, b)| a == b).count();
+    if shared == 0 {
+        return None;
+    }
+    let up = std::iter::repeat_n("..", from.len() - shared);
+    let down = to[shared..].iter().map(|part| part.as_os_str().to_str());
+    let parts: Option<Vec<&str>> = up.map(Some).chain(down).collect();
+    let parts = parts?;
+    Some(if parts.is_empty() {
+        ".".to_owned()
+    } else {
+        parts.join("/")
+    })
+}
+
+/// The scene's folder from what a project file says: beside the project where it is there, else the
+/// absolute place, whether or not it is there.
+pub(super) fn resolve(file: &Path, relative: Option<&str>, absolute_path: Option<&str>) -> PathBuf {
+    let beside = relative.map(|relative| tidy(&absolute(folder_of(file)).join(relative)));
+    let fixed = absolute_path.map(PathBuf::from);
+    match (beside, fixed) {
+        (Some(beside), _) if beside.is_dir() => beside,
+        (_, Some(fixed)) => fixed,
+        (Some(beside), None) => beside,
+        (None, None) => PathBuf::new(),
+    }
+}
+
+/// The folder that a file is in.
+pub(super) fn folder_of(file: &Path) -> &Path {
+    match file.parent() {
+        Some(parent) if parent.as_os_str().is_empty() => Path::new("."),
+        Some(parent) => parent,
+        None => file,
+    }
+}
+
+/// Takes `..` out of a path whose start has no symbolic links.
+fn tidy(path: &Path) -> PathBuf {
+    let mut tidied = PathBuf::new();
+    for part in path.components() {
+        match part {
+            Component::ParentDir => {
+                tidied.pop();
+            }
+            Component::CurDir => {}
+            part => tidied.push(part),
+        }
+    }
+    tidied
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_scene_is_found_beside_a_project_that_moved_with_it() {
+        let root = tempfile::tempdir().unwrap();
+        let (old, new) = (root.path().join("old"), root.path().join("new"));
+        std::fs::create_dir_all(old.join("scene")).unwrap();
+        let relative = relative_to(&old.join("work/p.inplace"), &old.join("scene"));
+        assert_eq!(relative.as_deref(), Some("../scene"));
+        std::fs::rename(&old, &new).unwrap();
+        std::fs::create_dir(new.join("work")).unwrap();
+        let gone = old.join("scene");
+        let found = resolve(&new.join("work/p.inplace"), relative.as_deref(), gone.to_str());
+        assert_eq!(found, absolute(&new.join("scene")));
+    }
+
+    #[test]
+    fn a_project_that_moved_alone_finds_the_scene_where_it_was() {
+        let root = tempfile::tempdir().unwrap();
+        let scene = root.path().join("scene");
+        std::fs::create_dir(&scene).unwrap();
+        let project = root.path().join("elsewhere/deep/p.inplace");
+        assert_eq!(resolve(&project, Some("../scene"), scene.to_str()), scene);
+    }
+
+    #[test]
+    fn every_scene_has_its_own_autosave_and_always_the_same() {
+        let name = |path: &str| autosave_name(&SceneSource::Folder(PathBuf::from(path)));
+        assert_eq!(name("/a/room"), name("/a/room"));
+        assert_ne!(name("/a/room"), name("/b/room"));
+        assert!(name("/a/room").starts_with("room-"));
+        assert_eq!(autosave_name(&SceneSource::Demo), "demo.inplace");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn autosaves_live_in_the_data_folder_of_the_platform() {
+        let variable = |name: &str| match name {
+            "HOME" => Some("/home/ann".into()),
+            "XDG_DATA_HOME" => Some("/data".into()),
+            _ => None,
+        };
+        assert_eq!(data_folder("linux", variable), Some("/data".into()));
+        let home = |name: &str| variable(name).filter(|_| name == "HOME");
+        assert_eq!(data_folder("linux", home), Some("/home/ann/.local/share".into()));
+        assert_eq!(
+            data_folder("macos", home),
+            Some("/home/ann/Library/Application Support".into())
+        );
+        assert_eq!(data_folder("windows", home), None);
+    }
+}

@@ -1,0 +1,98 @@
+//! Label, entropy and colour maps as PNG bytes, and back.
+
+use image::codecs::png::{CompressionType, FilterType, PngEncoder};
+use image::{ColorType, DynamicImage, ExtendedColorType, ImageEncoder, ImageFormat, ImageResult};
+
+use crate::labels::ClassId;
+
+/// Class ids as gray values, 8 bit unless an id exceeds 255. `labels` is row-major `[height, width]`.
+pub(crate) fn encode_labels(width: u32, height: u32, labels: &[ClassId]) -> ImageResult<Vec<u8>> {
+    let narrow: Option<Vec<u8>> = labels.iter().map(|&label| u8::try_from(label).ok()).collect();
+    match narrow {
+        Some(bytes) => encode(width, height, &bytes, ExtendedColorType::L8),
+        None => encode_steps(width, height, labels),
+    }
+}
+
+/// 16-bit gray values, row-major `[height, width]`.
+pub(crate) fn encode_steps(width: u32, height: u32, values: &[u16]) -> ImageResult<Vec<u8>> {
+    encode(
+        width,
+        height,
+        bytemuck::cast_slice(values),
+        ExtendedColorType::L16,
+    )
+}
+
+/// 8-bit colours, row-major `[height, width, 3]`.
+pub(crate) fn encode_rgb(width: u32, height: u32, rgb: &[u8]) -> ImageResult<Vec<u8>> {
+    encode(width, height, rgb, ExtendedColorType::Rgb8)
+}
+
+/// Equal rows are what label maps are made of: the difference to the row above is mostly zeros, which
+/// the fast compressor packs best.
+fn encode(width: u32, height: u32, bytes: &[u8], color: ExtendedColorType) -> ImageResult<Vec<u8>> {
+    let pixels = u64::from(width) * u64::from(height);
+    let expected = pixels.saturating_mul(u64::from(color.bits_per_pixel()) / 8);
+    if bytes.len() as u64 != expected {
+        let kind = image::error::ParameterErrorKind::DimensionMismatch;
+        return Err(image::ImageError::Parameter(
+            image::error::ParameterError::from_kind(kind),
+        ));
+    }
+    let mut png = Vec::new();
+    PngEncoder::new_with_quality(&mut png, CompressionType::Fast, FilterType::Up)
+        .write_image(bytes, width, height, color)?;
+    Ok(png)
+}
+
+/// The gray values of a PNG of 8 or 16 bits: width, height, values row-major `[height, width]`.
+///
+/// # Errors
+/// Bytes that are not a PNG, or an image with more than one channel, which holds colours and no ids.
+pub(crate) fn decode_gray(png: &[u8]) -> Result<(u32, u32, Vec<u16>), String> {
+    let image =
+        image::load_from_memory_with_format(png, ImageFormat::Png).map_err(|error| error.to_string())?;
+    let (width, height) = (image.width(), image.height());
+    match image {
+        DynamicImage::ImageLuma8(gray) => {
+            let values = gray.into_raw().into_iter().map(u16::from).collect();
+            Ok((width, height, values))
+        }
+        DynamicImage::ImageLuma16(gray) => Ok((width, height, gray.into_raw())),
+        other => Err(format!(
+            "it is a {} image where one gray channel is needed",
+            describe(other.color())
+        )),
+    }
+}
+
+fn describe(color: ColorType) -> &'static str {
+    match color {
+        ColorType::Rgb8 | ColorType::Rgb16 => "colour",
+        ColorType::Rgba8 | ColorType::Rgba16 => "transparent colour",
+        _ => "transparent",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn labels_come_back_from_8_and_16_bits() {
+        for (labels, bits) in [(vec![0, 1, 255, 7, 7, 7], 8), (vec![0, 1, 256, 7, 65535, 7], 16)] {
+            let png = encode_labels(3, 2, &labels).unwrap();
+            assert_eq!(png[24], bits, "bit depth in the header");
+            assert_eq!(decode_gray(&png).unwrap(), (3, 2, labels));
+        }
+    }
+
+    #[test]
+    fn colours_are_refused_as_labels_and_wrong_sizes_are_errors() {
+        let png = encode_rgb(1, 1, &[1, 2, 3]).unwrap();
+        assert!(decode_gray(&png).unwrap_err().contains("colour"));
+        assert!(encode_labels(3, 3, &[0; 8]).is_err());
+        assert!(decode_gray(b"hello").is_err());
+    }
+}

@@ -1,0 +1,410 @@
+//! The rows of a project file, written and read.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use rayon::prelude::*;
+use rusqlite::{Connection, OptionalExtension, Row, params};
+
+use super::contents::Pending;
+use super::{Contents, FrameRecord, ProjectError, SceneRecord, Step, location, png};
+use crate::labels::{Class, Edit, History, LabelSet, Stroke, StrokeId};
+use crate::scene::SceneSource;
+use crate::session::{FrameMap, ModelState};
+
+/// SQLite's integers are signed; nothing here comes near the limit.
+fn integer(value: impl TryInto<i64>) -> i64 {
+    value.try_into().unwrap_or(i64::MAX)
+}
+
+fn json<T: serde::Serialize>(value: &T) -> rusqlite::Result<String> {
+    serde_json::to_string(value).map_err(|error| rusqlite::Error::ToSqlConversionFailure(error.into()))
+}
+
+/// Replaces scene, labels and history.
+pub(super) fn write_all(
+    connection: &Connection,
+    path: &Path,
+    scene: &SceneRecord,
+    history: &History,
+) -> rusqlite::Result<()> {
+    connection.execute_batch("DELETE FROM frame; DELETE FROM stroke; DELETE FROM edit")?;
+    let (edits, cursor) = history.edits();
+    connection.execute(
+        "INSERT OR IGNORE INTO project (id, scene, depth, cursor, written_by) VALUES (1, 'demo', 0, 0, ?1)",
+        [env!("CARGO_PKG_VERSION")],
+    )?;
+    write_location(connection, path, scene)?;
+    write_cursor(connection, cursor)?;
+    for (number, frame) in scene.frames.iter().enumerate() {
+        connection
+            .prepare_cached(
+                "INSERT INTO frame (number, stem, width, height, bytes) VALUES (?1, ?2, ?3, ?4, ?5)",
+            )?
+            .execute(params![
+                integer(number),
+                frame.stem,
+                frame.width,
+                frame.height,
+                integer(frame.bytes)
+            ])?;
+    }
+    write_classes(connection, &history.labels().classes)?;
+    for (&id, stroke) in &history.labels().strokes {
+        write_stroke(connection, id, stroke)?;
+    }
+    edits
+        .iter()
+        .enumerate()
+        .try_for_each(|(number, edit)| write_edit(connection, number, edit))
+}
+
+/// Writes where the scene is, as seen from a project file at `path`.
+pub(super) fn write_location(
+    connection: &Connection,
+    path: &Path,
+    scene: &SceneRecord,
+) -> rusqlite::Result<()> {
+    let (kind, relative, absolute) = match &scene.source {
+        SceneSource::Demo => ("demo", None, None),
+        SceneSource::Folder(folder) => (
+            "folder",
+            location::relative_to(path, folder),
+            Some(location::absolute(folder).to_string_lossy().into_owned()),
+        ),
+    };
+    connection.execute(
+        "UPDATE project SET scene = ?1, relative_path = ?2, absolute_path = ?3, depth = ?4, written_by = ?5",
+        params![kind, relative, absolute, scene.depth, env!("CARGO_PKG_VERSION")],
+    )?;
+    Ok(())
+}
+
+/// Writes one step through the history. A step that leads nowhere changes nothing.
+pub(super) fn write_step(connection: &Connection, step: &Step) -> rusqlite::Result<()> {
+    let cursor: i64 = connection
+        .prepare_cached("SELECT cursor FROM project")?
+        .query_row([], |row| row.get(0))?;
+    let cursor = usize::try_from(cursor).unwrap_or(0);
+    match step {
+        Step::Do(edit) => {
+            connection
+                .prepare_cached("DELETE FROM edit WHERE number >= ?1")?
+                .execute([integer(cursor)])?;
+            write_edit(connection, cursor, edit)?;
+            apply(connection, edit)?;
+            write_cursor(connection, cursor + 1)
+        }
+        Step::Undo => match cursor.checked_sub(1) {
+            Some(before) => match read_edit(connection, before)? {
+                Some(edit) => {
+                    apply(connection, &edit.inverse())?;
+                    write_cursor(connection, before)
+                }
+                None => Ok(()),
+            },
+            None => Ok(()),
+        },
+        Step::Redo => match read_edit(connection, cursor)? {
+            Some(edit) => {
+                apply(connection, &edit)?;
+                write_cursor(connection, cursor + 1)
+            }
+            None => Ok(()),
+        },
+    }
+}
+
+fn apply(connection: &Connection, edit: &Edit) -> rusqlite::Result<()> {
+    for change in &edit.strokes {
+        match &change.after {
+            Some(stroke) => write_stroke(connection, change.id, stroke)?,
+            None => {
+                connection
+                    .prepare_cached("DELETE FROM stroke WHERE id = ?1")?
+                    .execute([integer(change.id.0)])?;
+            }
+        }
+    }
+    match &edit.classes {
+        Some((_, after)) => write_classes(connection, after),
+        None => Ok(()),
+    }
+}
+
+fn write_cursor(connection: &Connection, cursor: usize) -> rusqlite::Result<()> {
+    connection
+        .prepare_cached("UPDATE project SET cursor = ?1")?
+        .execute([integer(cursor)])?;
+    Ok(())
+}
+
+fn write_stroke(connection: &Connection, id: StrokeId, stroke: &Stroke) -> rusqlite::Result<()> {
+    connection
+        .prepare_cached(
+            "INSERT OR REPLACE INTO stroke (id, frame, class, radius, lines) VALUES (?1, ?2, ?3, ?4, ?5)",
+        )?
+        .execute(params![
+            integer(id.0),
+            integer(stroke.frame),
+            stroke.class,
+            stroke.radius,
+            json(&stroke.lines)?
+        ])?;
+    Ok(())
+}
+
+fn write_classes(connection: &Connection, classes: &[Class]) -> rusqlite::Result<()> {
+    connection.execute("DELETE FROM class", [])?;
+    let mut insert = connection.prepare_cached(
+        "INSERT INTO class (position, id, name, red, green, blue) VALUES (?1, ?2, ?3, ?4, ?5, ?6)",
+    )?;
+    for (position, class) in classes.iter().enumerate() {
+        let [red, green, blue] = class.color;
+        insert.execute(params![integer(position), class.id, class.name, red, green, blue])?;
+    }
+    Ok(())
+}
+
+fn write_edit(connection: &Connection, number: usize, edit: &Edit) -> rusqlite::Result<()> {
+    connection
+        .prepare_cached("INSERT INTO edit (number, change) VALUES (?1, ?2)")?
+        .execute(params![integer(number), json(edit)?])?;
+    Ok(())
+}
+
+pub(super) fn write_view(connection: &Connection, view: Option<&str>) -> rusqlite::Result<()> {
+    connection.execute("UPDATE project SET view = ?1", [view])?;
+    Ok(())
+}
+
+pub(super) fn write_model(connection: &Connection, model: &ModelState) -> rusqlite::Result<()> {
+    connection.execute(
+        "INSERT OR REPLACE INTO model (id, steps, tensors) VALUES (1, ?1, ?2)",
+        params![integer(model.steps), model.tensors],
+    )?;
+    Ok(())
+}
+
+pub(super) fn delete_results(connection: &rusqlite::Transaction<'_>) -> rusqlite::Result<()> {
+    connection.execute_batch("DELETE FROM model; DELETE FROM map")
+}
+
+/// A frame's maps as they are stored.
+pub(super) struct MapRow {
+    frame: usize,
+    generation: u64,
+    labels: Vec<u8>,
+    entropy: Vec<u8>,
+}
+
+impl MapRow {
+    pub(super) fn encode(map: &FrameMap) -> image::ImageResult<Self> {
+        Ok(Self {
+            frame: map.frame,
+            generation: map.generation,
+            labels: png::encode_labels(map.width, map.height, &map.labels)?,
+            entropy: png::encode_steps(map.width, map.height, &map.entropy)?,
+        })
+    }
+
+    pub(super) fn write(&self, connection: &Connection) -> rusqlite::Result<()> {
+        connection
+            .prepare_cached(
+                "INSERT OR REPLACE INTO map (frame, generation, labels, entropy) VALUES (?1, ?2, ?3, ?4)",
+            )?
+            .execute(params![
+                integer(self.frame),
+                integer(self.generation),
+                self.labels,
+                self.entropy
+            ])?;
+        Ok(())
+    }
+
+    fn decode(&self) -> Result<FrameMap, String> {
+        let (width, height, labels) = png::decode_gray(&self.labels)?;
+        let (entropy_width, entropy_height, entropy) = png::decode_gray(&self.entropy)?;
+        if (width, height) != (entropy_width, entropy_height) {
+            return Err("labels and entropy differ in size".to_owned());
+        }
+        Ok(FrameMap {
+            frame: self.frame,
+            generation: self.generation,
+            width,
+            height,
+            labels,
+            entropy,
+        })
+    }
+}
+
+/// Reads everything.
+pub(super) fn read(connection: &Connection, path: &Path) -> Result<Contents, ProjectError> {
+    let reading = |error| ProjectError::reading(path, &error);
+    let scene = read_scene(connection, path)?;
+    let (cursor, view) = connection
+        .query_row("SELECT cursor, view FROM project", [], |row| {
+            Ok((unsigned(row, 0)?, row.get(1)?))
+        })
+        .map_err(reading)?;
+    let labels = LabelSet {
+        classes: rows(
+            connection,
+            "SELECT id, name, red, green, blue FROM class ORDER BY position",
+            read_class,
+        )
+        .map_err(reading)?,
+        strokes: rows(
+            connection,
+            "SELECT id, frame, class, radius, lines FROM stroke",
+            read_stroke,
+        )
+        .map_err(reading)?
+        .into_iter()
+        .collect(),
+    };
+    let edits: Vec<Edit> = rows(connection, "SELECT change FROM edit ORDER BY number", |row| {
+        from_json(row, 0)
+    })
+    .map_err(reading)?;
+    let frames = scene.frames.len();
+    if let Some((id, _)) = labels.strokes.iter().find(|(_, stroke)| stroke.frame >= frames) {
+        let reason = format!("stroke {} is on a frame that it does not list", id.0);
+        return Err(ProjectError::damaged(path, reason));
+    }
+    if cursor > edits.len() {
+        return Err(ProjectError::damaged(path, "edits are missing"));
+    }
+    let model = connection
+        .query_row("SELECT steps, tensors FROM model", [], |row| {
+            Ok(ModelState {
+                steps: unsigned(row, 0)? as u64,
+                tensors: row.get(1)?,
+            })
+        })
+        .optional()
+        .map_err(reading)?;
+    let (maps, warnings) = read_maps(connection, path, frames).map_err(reading)?;
+    Ok(Contents {
+        scene,
+        history: History::restored(labels, edits, cursor),
+        view,
+        model: model.map(Arc::new),
+        maps,
+        warnings,
+        pending: Pending::Nothing,
+    })
+}
+
+/// Reads where the scene is, as seen from a project file at `path`, and its frames.
+pub(super) fn read_scene(connection: &Connection, path: &Path) -> Result<SceneRecord, ProjectError> {
+    let frames = "SELECT stem, width, height, bytes FROM frame ORDER BY number";
+    let read = || {
+        let frames = rows(connection, frames, |row| {
+            Ok(FrameRecord {
+                stem: row.get(0)?,
+                width: row.get(1)?,
+                height: row.get(2)?,
+                bytes: unsigned(row, 3)? as u64,
+            })
+        })?;
+        connection.query_row(
+            "SELECT scene, relative_path, absolute_path, depth FROM project",
+            [],
+            |row| {
+                let kind: String = row.get(0)?;
+                let (relative, absolute): (Option<String>, Option<String>) = (row.get(1)?, row.get(2)?);
+                Ok(SceneRecord {
+                    source: if kind == "demo" {
+                        SceneSource::Demo
+                    } else {
+                        let folder = location::resolve(path, relative.as_deref(), absolute.as_deref());
+                        SceneSource::Folder(folder)
+                    },
+                    depth: row.get(3)?,
+                    frames,
+                })
+            },
+        )
+    };
+    read().map_err(|error| ProjectError::reading(path, &error))
+}
+
+/// Maps can be made again, so one that cannot be read is a warning.
+fn read_maps(
+    connection: &Connection,
+    path: &Path,
+    frames: usize,
+) -> rusqlite::Result<(Vec<Arc<FrameMap>>, Vec<String>)> {
+    let sql = "SELECT frame, generation, labels, entropy FROM map ORDER BY frame";
+    let stored = rows(connection, sql, |row| {
+        Ok(MapRow {
+            frame: unsigned(row, 0)?,
+            generation: unsigned(row, 1)? as u64,
+            labels: row.get(2)?,
+            entropy: row.get(3)?,
+        })
+    })?;
+    let (mut maps, mut warnings) = (Vec::new(), Vec::new());
+    let decoded: Vec<_> = stored
+        .par_iter()
+        .filter(|row| row.frame < frames)
+        .map(|row| (row.frame, row.decode()))
+        .collect();
+    for (frame, map) in decoded {
+        match map {
+            Ok(map) => maps.push(Arc::new(map)),
+            Err(reason) => warnings.push(format!(
+                "{}: the saved map of frame {frame} is left out: {reason}",
+                path.display()
+            )),
+        }
+    }
+    Ok((maps, warnings))
+}
+
+fn read_edit(connection: &Connection, number: usize) -> rusqlite::Result<Option<Edit>> {
+    connection
+        .prepare_cached("SELECT change FROM edit WHERE number = ?1")?
+        .query_row([integer(number)], |row| from_json(row, 0))
+        .optional()
+}
+
+fn read_class(row: &Row<'_>) -> rusqlite::Result<Class> {
+    Ok(Class {
+        id: row.get(0)?,
+        name: row.get(1)?,
+        color: [row.get(2)?, row.get(3)?, row.get(4)?],
+    })
+}
+
+fn read_stroke(row: &Row<'_>) -> rusqlite::Result<(StrokeId, Arc<Stroke>)> {
+    let stroke = Stroke {
+        frame: unsigned(row, 1)?,
+        class: row.get(2)?,
+        radius: row.get(3)?,
+        lines: from_json(row, 4)?,
+    };
+    Ok((StrokeId(unsigned(row, 0)? as u64), Arc::new(stroke)))
+}
+
+fn rows<T>(
+    connection: &Connection,
+    sql: &str,
+    read: impl FnMut(&Row<'_>) -> rusqlite::Result<T>,
+) -> rusqlite::Result<Vec<T>> {
+    connection.prepare(sql)?.query_map([], read)?.collect()
+}
+
+fn unsigned(row: &Row<'_>, column: usize) -> rusqlite::Result<usize> {
+    let value: i64 = row.get(column)?;
+    usize::try_from(value).map_err(|_| rusqlite::Error::IntegralValueOutOfRange(column, value))
+}
+
+fn from_json<T: serde::de::DeserializeOwned>(row: &Row<'_>, column: usize) -> rusqlite::Result<T> {
+    let text: String = row.get(column)?;
+    serde_json::from_str(&text).map_err(|error| {
+        rusqlite::Error::FromSqlConversionFailure(column, rusqlite::types::Type::Text, error.into())
+    })
+}

@@ -1,0 +1,119 @@
+//! The tables of a project file, and how a connection to one is set up. `docs/project-file.md` explains them.
+
+use std::path::Path;
+use std::time::Duration;
+
+use rusqlite::{Connection, OpenFlags};
+
+use super::ProjectError;
+
+/// "INPL": tells a project from any other SQLite file.
+pub(super) const APPLICATION_ID: i64 = 0x494e_504c;
+
+/// Schema version that this program writes, and the highest that it reads.
+pub(super) const VERSION: i64 = 1;
+
+const TABLES: &str = "
+CREATE TABLE project (
+    id            INTEGER PRIMARY KEY CHECK (id = 1),
+    scene         TEXT NOT NULL CHECK (scene IN ('demo', 'folder')),
+    relative_path TEXT,
+    absolute_path TEXT,
+    depth         INTEGER NOT NULL,
+    cursor        INTEGER NOT NULL,
+    view          TEXT,
+    written_by    TEXT NOT NULL
+) STRICT;
+CREATE TABLE frame (
+    number INTEGER PRIMARY KEY,
+    stem   TEXT NOT NULL,
+    width  INTEGER NOT NULL,
+    height INTEGER NOT NULL,
+    bytes  INTEGER NOT NULL
+) STRICT;
+CREATE TABLE class (
+    position INTEGER PRIMARY KEY,
+    id       INTEGER NOT NULL UNIQUE,
+    name     TEXT NOT NULL,
+    red      INTEGER NOT NULL,
+    green    INTEGER NOT NULL,
+    blue     INTEGER NOT NULL
+) STRICT;
+CREATE TABLE stroke (
+    id     INTEGER PRIMARY KEY,
+    frame  INTEGER NOT NULL,
+    class  INTEGER NOT NULL,
+    radius INTEGER NOT NULL,
+    lines  TEXT NOT NULL
+) STRICT;
+CREATE TABLE edit (
+    number INTEGER PRIMARY KEY,
+    change TEXT NOT NULL
+) STRICT;
+CREATE TABLE model (
+    id      INTEGER PRIMARY KEY CHECK (id = 1),
+    steps   INTEGER NOT NULL,
+    tensors BLOB NOT NULL
+) STRICT;
+CREATE TABLE map (
+    frame      INTEGER PRIMARY KEY,
+    generation INTEGER NOT NULL,
+    labels     BLOB NOT NULL,
+    entropy    BLOB NOT NULL
+) STRICT;
+";
+
+/// Makes the tables of the current version in an empty database.
+pub(super) fn create_tables(connection: &Connection) -> rusqlite::Result<()> {
+    connection.execute_batch(TABLES)?;
+    connection.pragma_update(None, "application_id", APPLICATION_ID)?;
+    connection.pragma_update(None, "user_version", VERSION)
+}
+
+/// Connects to the database at `path` and takes it for this process alone.
+///
+/// - A rollback journal, not a write-ahead log: after every commit the whole project is in the one
+///   file, so that it can be copied, synchronised or mailed at any time, even after a kill.
+/// - `synchronous = FULL`: a commit returns once the file and the journal's end are on the disk, so a
+///   committed edit outlives a power cut. A kill or a power cut in the middle of a commit leaves a
+///   journal beside the file, from which the next opening restores the last commit.
+/// - `locking_mode = EXCLUSIVE`: the lock is the file's own and goes with the process, so two windows
+///   never write one project and a crash leaves nothing to unlock.
+pub(super) fn connect(path: &Path, create: bool) -> rusqlite::Result<Connection> {
+    let mut flags = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_NO_MUTEX;
+    if create {
+        flags |= OpenFlags::SQLITE_OPEN_CREATE;
+    }
+    let connection = Connection::open_with_flags(path, flags)?;
+    connection.busy_timeout(Duration::from_millis(200))?;
+    connection.pragma_update(None, "locking_mode", "EXCLUSIVE")?;
+    connection.pragma_update(None, "journal_mode", "DELETE")?;
+    connection.pragma_update(None, "synchronous", "FULL")?;
+    if !connection.is_readonly("main")? {
+        connection.execute_batch("BEGIN EXCLUSIVE; COMMIT")?;
+    }
+    Ok(connection)
+}
+
+/// Whether the database is a project that this program can read.
+pub(super) fn check(connection: &Connection, path: &Path) -> Result<(), ProjectError> {
+    let pragma = |name: &str| {
+        connection
+            .pragma_query_value(None, name, |row| row.get::<_, i64>(0))
+            .map_err(|error| ProjectError::reading(path, &error))
+    };
+    if pragma("application_id")? != APPLICATION_ID {
+        return Err(ProjectError::NotAProject(path.to_path_buf()));
+    }
+    match pragma("user_version")? {
+        VERSION => Ok(()),
+        found if found > VERSION => Err(ProjectError::Newer {
+            path: path.to_path_buf(),
+            found,
+        }),
+        found => Err(ProjectError::damaged(
+            path,
+            format!("there never was a file version {found}"),
+        )),
+    }
+}

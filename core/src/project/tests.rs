@@ -1,0 +1,307 @@
+use std::fs;
+
+use glam::{Affine3A, DVec3};
+
+use super::*;
+use crate::labels::{LabelSet, Stroke};
+use crate::scene::{Camera, ColorImage, Frame, OpenOptions, Scene, SceneSource};
+
+/// A scene of tiny frames, in a folder.
+pub(super) fn scene(folder: &Path, stems: &[&str]) -> Scene {
+    let frame = |stem: &&str| Frame {
+        stem: (*stem).to_owned(),
+        path: folder.join(stem),
+        camera: Camera::with_horizontal_fov(3, 2, 90.0),
+        camera_to_world: Affine3A::IDENTITY,
+        color: ColorImage::new(3, 2, vec![0; 18]).unwrap(),
+        depth: None,
+    };
+    Scene {
+        source: SceneSource::Folder(folder.to_path_buf()),
+        format: "test",
+        frames: stems.iter().map(frame).collect(),
+        origin: DVec3::ZERO,
+        warnings: Vec::new(),
+    }
+}
+
+/// A project on frames a, b, c with two classes, a stroke on a and on c, and one undone on b.
+pub(super) fn contents(folder: &Path) -> Contents {
+    let record = SceneRecord::of(&scene(folder, &["a", "b", "c"]), OpenOptions::default());
+    let mut history = History::new(LabelSet::default());
+    history.add_class("wall");
+    history.add_class("floor");
+    history.add_stroke(Stroke::click(0, 1, [1, 1]));
+    history.add_stroke(Stroke::click(2, 2, [2, 0]));
+    history.add_stroke(Stroke::click(1, 2, [0, 0]));
+    history.undo();
+    Contents::new(record, history)
+}
+
+pub(super) fn map(frame: usize, generation: u64, label: u16) -> Arc<FrameMap> {
+    Arc::new(FrameMap {
+        frame,
+        generation,
+        width: 3,
+        height: 2,
+        labels: vec![label; 6],
+        entropy: (0..6).map(|i| i * 10_000).collect(),
+    })
+}
+
+/// Stem and class of every stroke.
+pub(super) fn labelled(contents: &Contents) -> Vec<(String, u16)> {
+    let stems = contents.scene.stems();
+    let strokes = contents.history.labels().strokes.values();
+    strokes
+        .map(|stroke| (stems[stroke.frame].clone(), stroke.class))
+        .collect()
+}
+
+fn assert_same(a: &Contents, b: &Contents) {
+    assert_eq!(a.scene, b.scene);
+    assert_eq!(a.history.labels(), b.history.labels());
+    assert_eq!(a.history.edits(), b.history.edits());
+    assert_eq!((&a.view, &a.model, &a.maps), (&b.view, &b.model, &b.maps));
+}
+
+#[test]
+fn a_project_comes_back_as_it_was_and_undo_and_redo_go_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("p.inplace");
+    let mut contents = contents(folder.path());
+    contents.view = Some(r#"{"frame":2}"#.to_owned());
+    contents.maps = vec![map(0, 7, 1), map(2, 6, 300)];
+    contents.model = Some(Arc::new(ModelState {
+        steps: 1234,
+        tensors: vec![1, 2, 3],
+    }));
+    drop(Project::create(&path, &contents).unwrap());
+    let (mut project, mut saved) = Project::open(&path).unwrap();
+    assert_same(&saved, &contents);
+    assert!(saved.warnings.is_empty());
+    assert_eq!(saved.next_generation(), 8);
+
+    saved.history.redo().unwrap();
+    saved.history.undo().unwrap();
+    saved.history.undo().unwrap();
+    project.record(&[Step::Redo, Step::Undo, Step::Undo]).unwrap();
+    let edit = saved.history.delete_class(1).unwrap();
+    project.record(&[Step::Do(edit)]).unwrap();
+    project.save_maps(&[map(2, 8, 2)]).unwrap();
+    project.save_view("{}").unwrap();
+    saved.maps[1] = map(2, 8, 2);
+    saved.view = Some("{}".to_owned());
+    drop(project);
+    let (_project, again) = Project::open(&path).unwrap();
+    assert_same(&again, &saved);
+    assert_eq!(again.history.redo_name(), None);
+}
+
+#[test]
+fn a_closed_project_is_one_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("p.inplace");
+    let mut project = Project::create(&path, &contents(folder.path())).unwrap();
+    project.record(&[Step::Redo]).unwrap();
+    drop(project);
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+}
+
+#[test]
+fn a_copy_of_the_file_alone_holds_every_commit_even_while_it_is_open() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("p.inplace");
+    let contents = contents(folder.path());
+    let mut project = Project::create(&path, &contents).unwrap();
+    project.record(&[Step::Redo]).unwrap();
+    let bytes = fs::read(&path).unwrap();
+    let copy = folder.path().join("copy.inplace");
+    fs::write(&copy, bytes).unwrap();
+    let (_project, copied) = Project::open(&copy).unwrap();
+    assert_eq!(copied.history.labels().strokes.len(), 3);
+}
+
+#[test]
+fn two_openings_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("p.inplace");
+    let contents = contents(folder.path());
+    let project = Project::create(&path, &contents).unwrap();
+    let error = Project::open(&path).unwrap_err();
+    assert_eq!(error, ProjectError::InUse(path.clone()));
+    assert!(error.to_string().contains("is open in another window"));
+    let replaced = Project::create(&path, &contents).unwrap_err();
+    assert_eq!(replaced, ProjectError::InUse(path.clone()));
+    drop(project);
+    assert!(Project::open(&path).is_ok());
+}
+
+#[test]
+fn files_of_others_are_refused_with_a_sentence() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("p.inplace");
+    assert_eq!(
+        Project::open(&path).unwrap_err(),
+        ProjectError::Missing(path.clone())
+    );
+    let refused = || Project::open(&path).unwrap_err();
+    for bytes in [&b""[..], b"hello", &[7; 4096]] {
+        fs::write(&path, bytes).unwrap();
+        assert_eq!(refused(), ProjectError::NotAProject(path.clone()));
+    }
+    fs::remove_file(&path).unwrap();
+    let other = Connection::open(&path).unwrap();
+    other.execute_batch("CREATE TABLE t (x)").unwrap();
+    drop(other);
+    assert_eq!(refused(), ProjectError::NotAProject(path.clone()));
+}
+
+#[test]
+fn a_newer_file_is_refused_and_a_damaged_one_does_no_harm() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("p.inplace");
+    let spoil = |sql: &str| {
+        drop(Project::create(&path, &contents(folder.path())).unwrap());
+        Connection::open(&path).unwrap().execute_batch(sql).unwrap();
+        Project::open(&path)
+    };
+    let newer = spoil("PRAGMA user_version = 2").unwrap_err().to_string();
+    assert!(
+        newer.contains("newer Inplace (file version 2, this program reads up to 1)"),
+        "{newer}"
+    );
+    for sql in [
+        "DELETE FROM project",
+        "UPDATE stroke SET frame = 9",
+        "UPDATE stroke SET lines = '[[1'",
+        "UPDATE stroke SET radius = -1",
+        "DELETE FROM edit",
+        "PRAGMA user_version = 0",
+    ] {
+        let error = spoil(sql).unwrap_err();
+        assert!(matches!(error, ProjectError::Damaged { .. }), "{sql}: {error}");
+    }
+    let (_project, left) =
+        spoil("INSERT INTO map VALUES (1, 1, x'00', x'00'), (77, 1, x'00', x'00')").unwrap();
+    assert_eq!((left.maps.len(), left.warnings.len()), (0, 1));
+}
+
+#[test]
+fn a_full_disk_is_a_sentence_and_leaves_the_file_as_it_was() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("p.inplace");
+    let mut contents = contents(folder.path());
+    let mut project = Project::create(&path, &contents).unwrap();
+    let limit = |project: &Project, pages: i64| {
+        let pragma = format!("PRAGMA max_page_count = {pages}");
+        project.connection.query_row(&pragma, [], |_| Ok(())).unwrap();
+    };
+    limit(&project, 1);
+    let scribble = Stroke {
+        lines: vec![(0..5000).map(|x| [x, x]).collect()],
+        ..Stroke::click(0, 1, [0, 0])
+    };
+    let edit = contents.history.add_stroke(scribble);
+    let error = project.record(&[Step::Do(edit)]).unwrap_err().to_string();
+    assert!(error.contains("the disk is full"), "{error}");
+    limit(&project, 1_000_000);
+    project.rewrite(&contents.scene, &contents.history).unwrap();
+    drop(project);
+    assert_same(&Project::open(&path).unwrap().1, &contents);
+}
+
+#[test]
+fn save_as_copies_everything_and_finds_the_scene_from_its_new_place() {
+    let root = tempfile::tempdir().unwrap();
+    let (scene_folder, deep) = (root.path().join("scene"), root.path().join("x/y"));
+    fs::create_dir(&scene_folder).unwrap();
+    fs::create_dir_all(&deep).unwrap();
+    let contents = contents(&scene_folder);
+    let project = Project::create(&root.path().join("p.inplace"), &contents).unwrap();
+    let target = deep.join("q.inplace");
+    fs::write(&target, "an old file").unwrap();
+    drop(project.copy_to(&target).unwrap());
+    let moved = root.path().join("moved");
+    fs::create_dir(&moved).unwrap();
+    fs::rename(&scene_folder, moved.join("scene")).unwrap();
+    fs::rename(root.path().join("x"), moved.join("x")).unwrap();
+    let (_copy, saved) = Project::open(&moved.join("x/y/q.inplace")).unwrap();
+    assert!(saved.scene.is_there());
+    let place = location::absolute(&moved.join("scene"));
+    assert_eq!(saved.scene.source, SceneSource::Folder(place));
+    assert_eq!(saved.history.labels(), contents.history.labels());
+    assert_eq!(fs::read_dir(moved.join("x/y")).unwrap().count(), 1);
+}
+
+#[test]
+fn strokes_follow_their_frames_and_vanished_frames_are_reported() {
+    let folder = tempfile::tempdir().unwrap();
+    let options = OpenOptions::default();
+    let same = contents(folder.path())
+        .matched(&scene(folder.path(), &["a", "b", "c"]), options)
+        .unwrap();
+    assert_eq!(
+        (same.pending, same.warnings.len()),
+        (contents::Pending::Nothing, 0)
+    );
+
+    let mut before = contents(folder.path());
+    before.maps = vec![map(0, 1, 1), map(2, 1, 2)];
+    let after = before
+        .clone()
+        .matched(&scene(folder.path(), &["x", "c", "b"]), options)
+        .unwrap();
+    assert_eq!(labelled(&after), labelled(&before));
+    assert_eq!(after.scene.stems(), ["x", "c", "b", "a"]);
+    assert_eq!(after.maps.iter().map(|map| map.frame).collect::<Vec<_>>(), [1]);
+    let warning = &after.warnings[0];
+    assert!(
+        warning.contains("gone: 1 (a); strokes on them, kept but without effect: 1"),
+        "{warning}"
+    );
+    let mut history = after.history;
+    history.redo().unwrap();
+    assert_eq!(history.labels().strokes_of(2).count(), 1);
+
+    let error = before
+        .matched(&scene(folder.path(), &["p", "q"]), options)
+        .unwrap_err();
+    assert!(matches!(error, ProjectError::OtherScene { frames: 3, .. }));
+}
+
+#[test]
+fn changed_images_are_noticed() {
+    let folder = tempfile::tempdir().unwrap();
+    let before = contents(folder.path());
+    fs::write(folder.path().join("b"), "other pixels").unwrap();
+    let after = before
+        .matched(&scene(folder.path(), &["a", "b", "c"]), OpenOptions::default())
+        .unwrap();
+    assert!(
+        after.warnings[0].contains("labelled: 1 (b)"),
+        "{:?}",
+        after.warnings
+    );
+}
+
+#[test]
+fn files_of_version_1_still_open() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("p.inplace");
+    let old = Connection::open(&path).unwrap();
+    old.execute_batch(include_str!("fixtures/v1.sql")).unwrap();
+    drop(old);
+    let (mut project, mut saved) = Project::open(&path).unwrap();
+    assert_eq!(
+        labelled(&saved),
+        [("rgb_0".to_owned(), 1), ("rgb_5".to_owned(), 2)]
+    );
+    assert_eq!(saved.history.undo_name(), Some("scribble floor"));
+    assert_eq!(saved.history.redo_name(), Some("erase"));
+    assert_eq!(saved.view.as_deref(), Some("{}"));
+    saved.history.redo().unwrap();
+    project.record(&[Step::Redo]).unwrap();
+    drop(project);
+    assert_same(&Project::open(&path).unwrap().1, &saved);
+}
