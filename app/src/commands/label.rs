@@ -108,7 +108,7 @@ fn job(arguments: &LabelArguments) -> Result<Job, Failure> {
         }
         let (_, contents) = Project::open(&arguments.scene)?;
         let mut options = session_options(&arguments.training, contents.scene.source.clone(), threads);
-        options.open.depth &= contents.scene.options.depth;
+        options.open.depth &= contents.scene.depth;
         options.state = contents.model.clone();
         let open = options.open;
         return Ok(Job {
