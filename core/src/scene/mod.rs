@@ -14,7 +14,7 @@ use glam::{DVec3, Vec3};
 pub use camera::Camera;
 pub use error::SceneError;
 pub use frame::{ColorImage, DepthMap, Frame};
-pub use replica::write as write_replica;
+pub use replica::{GroundTruth, write as write_replica};
 
 /// Where a scene comes from.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -1,0 +1,202 @@
+//! Placing solids in the room.
+
+use glam::{Mat3, Mat3A, Quat, Vec3, Vec3A};
+
+use super::light::Bulb;
+use super::material::Material;
+use super::solid::{Shape, Solid};
+use crate::labels::ClassId;
+
+/// A piece of furniture's own axes: x along it, y to its front, z up, standing on the floor.
+pub(super) struct Place {
+    origin: Vec3,
+    rotation: Mat3,
+}
+
+impl Place {
+    /// Stands at (x, y) in the room, turned about z by `degrees`.
+    pub fn new(x: f32, y: f32, degrees: f32) -> Self {
+        Self {
+            origin: Vec3::new(x, y, 0.0),
+            rotation: Mat3::from_rotation_z(degrees.to_radians()),
+        }
+    }
+
+    /// A place inside this one, turned further.
+    pub fn inner(&self, offset: [f32; 3], degrees: f32) -> Self {
+        Self {
+            origin: self.point(offset),
+            rotation: self.rotation * Mat3::from_rotation_z(degrees.to_radians()),
+        }
+    }
+
+    /// A point in the room.
+    pub fn point(&self, own: [f32; 3]) -> Vec3 {
+        self.origin + self.rotation * Vec3::from(own)
+    }
+
+    /// A direction in the room.
+    pub fn direction(&self, own: [f32; 3]) -> Vec3 {
+        self.rotation * Vec3::from(own)
+    }
+}
+
+/// Collects solids and lights.
+#[derive(Default)]
+pub(super) struct Builder {
+    pub solids: Vec<Solid>,
+    pub bulbs: Vec<Bulb>,
+}
+
+impl Builder {
+    fn push(
+        &mut self,
+        class: ClassId,
+        material: Material,
+        shape: Shape,
+        half: Vec3,
+        center: Vec3,
+        rotation: Mat3,
+    ) {
+        self.solids.push(Solid {
+            shape,
+            half: half.into(),
+            rotation: Mat3A::from(rotation),
+            center: Vec3A::from(center),
+            material,
+            class,
+        });
+    }
+
+    /// A block between two corners.
+    pub fn block(&mut self, class: ClassId, material: Material, place: &Place, min: [f32; 3], max: [f32; 3]) {
+        self.between(class, material, place, Shape::Block, min, max);
+    }
+
+    /// A block with rounded edges between two corners.
+    pub fn soft(
+        &mut self,
+        class: ClassId,
+        material: Material,
+        place: &Place,
+        min: [f32; 3],
+        max: [f32; 3],
+        radius: f32,
+    ) {
+        self.between(class, material, place, Shape::Rounded(radius), min, max);
+    }
+
+    fn between(
+        &mut self,
+        class: ClassId,
+        material: Material,
+        place: &Place,
+        shape: Shape,
+        min: [f32; 3],
+        max: [f32; 3],
+    ) {
+        let (min, max) = (Vec3::from(min), Vec3::from(max));
+        let center = place.point((0.5 * (min + max)).to_array());
+        self.push(class, material, shape, 0.5 * (max - min), center, place.rotation);
+    }
+
+    /// A cushion around `center`, leaning back by `lean` degrees and turned by `turn`.
+    pub fn cushion(
+        &mut self,
+        class: ClassId,
+        material: Material,
+        place: &Place,
+        center: [f32; 3],
+        half: [f32; 3],
+        (lean, turn): (f32, f32),
+    ) {
+        let rotation = place.rotation
+            * Mat3::from_rotation_z(turn.to_radians())
+            * Mat3::from_rotation_x(lean.to_radians());
+        let half = Vec3::from(half);
+        self.push(
+            class,
+            material,
+            Shape::Rounded(0.94 * half.min_element()),
+            half,
+            place.point(center),
+            rotation,
+        );
+    }
+
+    /// An upright cylinder or cone with the middle of its lower end at `base`; radii at its lower and upper end.
+    pub fn column(
+        &mut self,
+        class: ClassId,
+        material: Material,
+        place: &Place,
+        base: [f32; 3],
+        [bottom, top]: [f32; 2],
+        height: f32,
+    ) {
+        let [x, y, z] = base;
+        let radius = bottom.max(top);
+        self.push(
+            class,
+            material,
+            Shape::Frustum { bottom, top },
+            Vec3::new(radius, radius, 0.5 * height),
+            place.point([x, y, z + 0.5 * height]),
+            place.rotation,
+        );
+    }
+
+    /// A thin cylinder from one point to another.
+    pub fn rod(
+        &mut self,
+        class: ClassId,
+        material: Material,
+        place: &Place,
+        from: [f32; 3],
+        to: [f32; 3],
+        radius: f32,
+    ) {
+        let (from, to) = (place.point(from), place.point(to));
+        let rotation = Mat3::from_quat(Quat::from_rotation_arc(Vec3::Z, (to - from).normalize()));
+        self.push(
+            class,
+            material,
+            Shape::Frustum {
+                bottom: radius,
+                top: radius,
+            },
+            Vec3::new(radius, radius, 0.5 * from.distance(to)),
+            0.5 * (from + to),
+            rotation,
+        );
+    }
+
+    /// An ellipsoid, rotated in its place.
+    pub fn ball(
+        &mut self,
+        class: ClassId,
+        material: Material,
+        place: &Place,
+        center: [f32; 3],
+        half: [f32; 3],
+        rotation: Mat3,
+    ) {
+        self.push(
+            class,
+            material,
+            Shape::Ellipsoid,
+            half.into(),
+            place.point(center),
+            place.rotation * rotation,
+        );
+    }
+
+    /// A light inside a shade.
+    pub fn bulb(&mut self, place: &Place, center: [f32; 3], radius: f32, power: f32) {
+        self.bulbs.push(Bulb {
+            center: place.point(center).into(),
+            radius,
+            intensity: power * Vec3A::new(1.0, 0.82, 0.6),
+        });
+    }
+}

@@ -1,0 +1,160 @@
+//! The demo's built-in clicks.
+
+use std::sync::Arc;
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::room::Room;
+use super::{path, view};
+use crate::labels::{Class, ClassId, LabelSet, Stroke, VOID};
+
+/// Clicks of each class.
+const CLICKS: usize = 3;
+/// Distance from a class's border at which a click is as safe as it gets, in pixels.
+const SAFE: f32 = 12.0;
+/// Distance between clicks of a class at which they are as far apart as they need to be, in metres.
+const APART: f32 = 2.0;
+
+/// A pixel that could be clicked.
+struct Candidate {
+    frame: usize,
+    pixel: [u32; 2],
+    class: ClassId,
+    /// Distance to the nearest pixel of another class or the image's border, in pixels, up to [`SAFE`].
+    inside: f32,
+    /// Place in the world, in metres.
+    point: Vec3,
+    /// Share of the frame that its class covers.
+    share: f32,
+}
+
+/// Greedily, for each class: the safest click in the frame that shows the class best, then clicks that are
+/// both safe and far from the previous ones.
+pub(super) fn clicks(room: &Room, classes: Vec<Class>) -> LabelSet {
+    let candidates: Vec<Candidate> = (0..path::FRAMES)
+        .into_par_iter()
+        .filter(|frame| frame % 2 == 0)
+        .flat_map_iter(|frame| candidates(room, frame))
+        .collect();
+    let mut labels = LabelSet::default();
+    for class in &classes {
+        let own: Vec<&Candidate> = candidates.iter().filter(|c| c.class == class.id).collect();
+        let mut chosen: Vec<&Candidate> = Vec::new();
+        for _ in 0..CLICKS {
+            let score = |candidate: &Candidate| {
+                let nearest = chosen
+                    .iter()
+                    .map(|other| other.point.distance(candidate.point))
+                    .fold(APART, f32::min);
+                let first = if chosen.is_empty() {
+                    candidate.share.sqrt()
+                } else {
+                    1.0
+                };
+                candidate.inside * nearest * first
+            };
+            let best = own.iter().max_by(|a, b| score(a).total_cmp(&score(b)));
+            let Some(&best) = best.filter(|best| score(best) > 0.0) else {
+                break;
+            };
+            let stroke = Stroke::click(best.frame, class.id, best.pixel);
+            labels.strokes.insert(labels.next_stroke_id(), Arc::new(stroke));
+            chosen.push(best);
+        }
+    }
+    labels.classes = classes;
+    labels
+}
+
+/// Every second pixel of every second row that is not at a border of its class.
+fn candidates(room: &Room, frame: usize) -> Vec<Candidate> {
+    let view = view(room, frame);
+    let (width, height) = (view.camera.width as usize, view.camera.height as usize);
+    let labels = view.labels();
+    let inside = border_distance(&labels, width, height);
+    let mut counts = vec![0_usize; usize::from(labels.iter().copied().max().unwrap_or(VOID)) + 1];
+    for &label in &labels {
+        counts[usize::from(label)] += 1;
+    }
+    let eye = view.camera_to_world.translation.as_vec3();
+    let rotation = view.camera_to_world.matrix3.as_mat3();
+    let pixels = (0..height)
+        .step_by(2)
+        .flat_map(|y| (0..width).step_by(2).map(move |x| (x, y)));
+    pixels
+        .filter(|&(x, y)| inside[y * width + x] >= 2)
+        .map(|(x, y)| {
+            let index = y * width + x;
+            let pixel = [x as u32, y as u32];
+            let direction = rotation * view.camera.pixel_direction(pixel[0], pixel[1]).normalize();
+            Candidate {
+                frame,
+                pixel,
+                class: labels[index],
+                inside: f32::from(inside[index]).min(SAFE),
+                point: eye + view.hit(index).distance * direction,
+                share: counts[usize::from(labels[index])] as f32 / labels.len() as f32,
+            }
+        })
+        .collect()
+}
+
+/// Chessboard distance of each pixel to the nearest pixel of another class or outside the image: two passes.
+fn border_distance(labels: &[ClassId], width: usize, height: usize) -> Vec<u16> {
+    let mut distance = vec![0_u16; labels.len()];
+    let mut relax = |x: usize, y: usize, forward: bool| {
+        if x == 0 || y == 0 || x + 1 == width || y + 1 == height {
+            return;
+        }
+        let index = y * width + x;
+        let neighbours = if forward {
+            [index - width - 1, index - width, index - width + 1, index - 1]
+        } else {
+            [index + width + 1, index + width, index + width - 1, index + 1]
+        };
+        let nearest = neighbours
+            .into_iter()
+            .map(|other| {
+                if labels[other] == labels[index] {
+                    distance[other]
+                } else {
+                    0
+                }
+            })
+            .min()
+            .unwrap_or(0)
+            + 1;
+        distance[index] = if forward {
+            nearest
+        } else {
+            nearest.min(distance[index])
+        };
+    };
+    for y in 0..height {
+        for x in 0..width {
+            relax(x, y, true);
+        }
+    }
+    for y in (0..height).rev() {
+        for x in (0..width).rev() {
+            relax(x, y, false);
+        }
+    }
+    distance
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_middle_of_a_class_is_farthest_from_its_border() {
+        let mut labels = vec![1; 9 * 7];
+        labels[3 * 9 + 8] = 2;
+        let distance = border_distance(&labels, 9, 7);
+        assert_eq!(distance[0], 0);
+        assert_eq!(distance[3 * 9 + 3], 3);
+        assert_eq!(distance[3 * 9 + 7], 1);
+    }
+}

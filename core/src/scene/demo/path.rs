@@ -1,0 +1,47 @@
+//! The camera's way through the room.
+
+use std::f64::consts::TAU;
+
+use glam::{DAffine3, DMat3, DVec3};
+
+/// Number of frames.
+pub(super) const FRAMES: usize = 60;
+
+/// Camera-to-world of a frame: one round at eye height, looking across the room, up and down in turn.
+pub(super) fn pose(frame: usize) -> DAffine3 {
+    let turn = TAU * frame as f64 / FRAMES as f64;
+    let eye = DVec3::new(
+        2.5 + 1.15 * turn.cos(),
+        1.9 + 0.8 * turn.sin(),
+        1.5 + 0.12 * (2.0 * turn).sin(),
+    );
+    let yaw = turn + 0.5 * TAU + 0.1 - 0.3 * (2.0 * turn + 0.3).sin();
+    let pitch = (-17.0 + 15.0 * (5.0 * turn).sin()).to_radians();
+    let forward = DVec3::new(yaw.cos() * pitch.cos(), yaw.sin() * pitch.cos(), pitch.sin());
+    look(eye, forward)
+}
+
+/// Camera-to-world with OpenCV axes, upright in a world whose z axis points up.
+fn look(eye: DVec3, forward: DVec3) -> DAffine3 {
+    let right = forward.cross(DVec3::Z).normalize();
+    let down = forward.cross(right);
+    DAffine3::from_mat3_translation(DMat3::from_cols(right, down, forward), eye)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::camera::pose_problem;
+
+    #[test]
+    fn poses_are_rigid_upright_and_close_to_their_neighbours() {
+        for frame in 0..FRAMES {
+            let here = pose(frame);
+            let next = pose((frame + 1) % FRAMES);
+            assert_eq!(pose_problem(&here), None);
+            assert!(here.matrix3.y_axis.z < 0.0 && here.matrix3.x_axis.z.abs() < 1e-12);
+            assert!(here.translation.distance(next.translation) < 0.2);
+            assert!(here.matrix3.z_axis.dot(next.matrix3.z_axis) > 0.9);
+        }
+    }
+}

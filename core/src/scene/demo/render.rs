@@ -1,0 +1,140 @@
+//! Pictures of the room.
+
+use std::sync::LazyLock;
+
+use glam::{DAffine3, Vec3A};
+
+use super::cast::{Caster, Hit};
+use super::light::LightMap;
+use crate::labels::ClassId;
+use crate::scene::Camera;
+
+/// Rays of a camera in the world.
+pub(super) struct View<'a> {
+    pub caster: &'a Caster,
+    pub camera: Camera,
+    pub camera_to_world: DAffine3,
+}
+
+/// What the centre of a pixel shows.
+#[derive(Clone, Copy)]
+struct Shade {
+    solid: usize,
+    chart: usize,
+    /// Display colour, 0..=1 each.
+    color: Vec3A,
+}
+
+/// Offsets of the extra samples of an edge pixel (a rotated grid).
+const SUBPIXELS: [(f32, f32); 4] = [(-0.125, -0.375), (0.375, -0.125), (0.125, 0.375), (-0.375, 0.125)];
+/// Difference of display colours beyond which a pixel is an edge.
+const CONTRAST: f32 = 0.04;
+
+impl View<'_> {
+    /// First surface at an image position, and the unit direction of its ray.
+    fn cast(&self, x: f32, y: f32) -> (Hit, Vec3A) {
+        let rotation = self.camera_to_world.matrix3.as_mat3();
+        let direction = (rotation * self.camera.direction(x, y)).normalize().into();
+        (self.caster.cast(self.eye(), direction), direction)
+    }
+
+    fn eye(&self) -> Vec3A {
+        self.camera_to_world.translation.as_vec3a()
+    }
+
+    /// First surface at the centre of a pixel.
+    pub fn hit(&self, index: usize) -> Hit {
+        let (x, y) = self.center(index);
+        self.cast(x, y).0
+    }
+
+    /// Classes at the pixel centres, row-major `[height, width]`.
+    pub fn labels(&self) -> Vec<ClassId> {
+        (0..self.camera.pixels())
+            .map(|index| self.caster.solids[self.hit(index).solid].class)
+            .collect()
+    }
+
+    fn center(&self, index: usize) -> (f32, f32) {
+        let width = self.camera.width as usize;
+        ((index % width) as f32 + 0.5, (index / width) as f32 + 0.5)
+    }
+
+    fn shade(&self, light: &LightMap, x: f32, y: f32) -> (Shade, f32) {
+        let (hit, direction) = self.cast(x, y);
+        let solid = &self.caster.solids[hit.solid];
+        let point = solid.local(self.eye() + hit.distance * direction);
+        let (chart, position) = solid.chart_at(point);
+        let radiance = solid.material.albedo(point, solid.half)
+            * (light.at(hit.solid, chart, position) + solid.material.emission);
+        let shade = Shade {
+            solid: hit.solid,
+            chart,
+            color: display(radiance),
+        };
+        (shade, hit.distance)
+    }
+
+    /// Colours (8-bit sRGB, `[height, width, 3]`) and ray lengths (metres, `[height, width]`).
+    ///
+    /// Ray lengths are those of the pixel centres; colours are averaged where a pixel differs from a
+    /// neighbour, so that edges are smooth.
+    pub fn render(&self, light: &LightMap) -> (Vec<u8>, Vec<f32>) {
+        let (shades, lengths): (Vec<Shade>, Vec<f32>) = (0..self.camera.pixels())
+            .map(|index| {
+                let (x, y) = self.center(index);
+                self.shade(light, x, y)
+            })
+            .unzip();
+        let mut bytes = Vec::with_capacity(3 * shades.len());
+        for (index, shade) in shades.iter().enumerate() {
+            let mut color = shade.color;
+            if self.is_edge(&shades, index) {
+                let (x, y) = self.center(index);
+                for (dx, dy) in SUBPIXELS {
+                    color += self.shade(light, x + dx, y + dy).0.color;
+                }
+                color /= 1.0 + SUBPIXELS.len() as f32;
+            }
+            bytes.extend(color.to_array().map(|v| (v * 255.0).round() as u8));
+        }
+        (bytes, lengths)
+    }
+
+    fn is_edge(&self, shades: &[Shade], index: usize) -> bool {
+        let width = self.camera.width as usize;
+        let column = index % width;
+        let here = shades[index];
+        let neighbours = [
+            (column > 0).then(|| index - 1),
+            (column + 1 < width).then_some(index + 1),
+            index.checked_sub(width),
+            Some(index + width).filter(|&below| below < shades.len()),
+        ];
+        neighbours.into_iter().flatten().any(|other| {
+            let there = shades[other];
+            there.solid != here.solid
+                || there.chart != here.chart
+                || (there.color - here.color).abs().max_element() > CONTRAST
+        })
+    }
+}
+
+/// Steps of the display curve for one unit of radiance.
+const CURVE_STEPS: f32 = 1024.0;
+/// Display values of radiances 0, 1 / [`CURVE_STEPS`], ...: exposure, a soft shoulder, gamma 2.2.
+static CURVE: LazyLock<Vec<f32>> = LazyLock::new(|| {
+    let display = |step: u32| (1.0 - (-1.55 * step as f32 / CURVE_STEPS).exp()).powf(1.0 / 2.2);
+    (0..4096).map(display).collect()
+});
+
+/// Radiance to display values 0..=1.
+fn display(radiance: Vec3A) -> Vec3A {
+    let curve = &CURVE[..];
+    let channel = |value: f32| {
+        let position = (value * CURVE_STEPS).clamp(0.0, (curve.len() - 2) as f32);
+        let below = position as usize;
+        curve[below] + (position - below as f32) * (curve[below + 1] - curve[below])
+    };
+    Vec3A::new(channel(radiance.x), channel(radiance.y), channel(radiance.z))
+}

@@ -1,0 +1,223 @@
+//! The furnished room: 5 m along x, 4 m along y, 2.6 m high, z up.
+
+use glam::{Vec3, Vec3A};
+
+use super::build::{Builder, Place};
+use super::cast::Caster;
+use super::furniture;
+use super::light::{Bulb, Pane};
+use super::material::{Material, Pattern, srgb};
+use crate::labels::ClassId;
+
+pub(super) const WALL: ClassId = 1;
+pub(super) const FLOOR: ClassId = 2;
+pub(super) const CEILING: ClassId = 3;
+pub(super) const WINDOW: ClassId = 4;
+pub(super) const DOOR: ClassId = 5;
+pub(super) const CURTAIN: ClassId = 6;
+pub(super) const BED: ClassId = 7;
+pub(super) const PILLOW: ClassId = 8;
+pub(super) const SOFA: ClassId = 9;
+pub(super) const CUSHION: ClassId = 10;
+pub(super) const TABLE: ClassId = 11;
+pub(super) const CHAIR: ClassId = 12;
+pub(super) const NIGHTSTAND: ClassId = 13;
+pub(super) const SHELF: ClassId = 14;
+pub(super) const BOOK: ClassId = 15;
+pub(super) const LAMP: ClassId = 16;
+pub(super) const RUG: ClassId = 17;
+pub(super) const PLANT: ClassId = 18;
+pub(super) const PICTURE: ClassId = 19;
+pub(super) const VASE: ClassId = 20;
+
+/// Names and display colours, in the order of the ids, from 1.
+pub(super) const CLASSES: [(&str, u32); 20] = [
+    ("wall", 0xB8_C4CE),
+    ("floor", 0xA0_6A3C),
+    ("ceiling", 0xE9_E4D4),
+    ("window", 0x56_B4E9),
+    ("door", 0x7A_5AA8),
+    ("curtain", 0xF2_9CB7),
+    ("bed", 0x00_72B2),
+    ("pillow", 0xF5_F06A),
+    ("sofa", 0x00_9E73),
+    ("cushion", 0xE6_9F00),
+    ("table", 0xC8_4B31),
+    ("chair", 0xE6_3995),
+    ("nightstand", 0x6B_4A2E),
+    ("shelf", 0x8C_9A2B),
+    ("book", 0x2F_3E9E),
+    ("lamp", 0xFF_D23F),
+    ("rug", 0x8E_1F4F),
+    ("plant", 0x3F_C24C),
+    ("picture", 0x16_C5C5),
+    ("vase", 0x9B_E2B0),
+];
+
+const SIZE: Vec3 = Vec3::new(5.0, 4.0, 2.6);
+const PAPER_WHITE: u32 = 0xEA_E6DE;
+
+/// The room and its lights.
+pub(super) struct Room {
+    pub caster: Caster,
+    pub panes: Vec<Pane>,
+    pub bulbs: Vec<Bulb>,
+}
+
+/// Builds the room; always the same.
+pub(super) fn room() -> Room {
+    let mut builder = Builder::default();
+    shell(&mut builder);
+    let pane = window(&mut builder, &Place::new(2.45, SIZE.y, 180.0));
+    door(&mut builder, &Place::new(0.0, 0.78, -90.0));
+    furniture::bed(&mut builder, &Place::new(0.03, 2.66, -90.0));
+    furniture::nightstand(&mut builder, &Place::new(0.02, 3.7, -90.0));
+    furniture::sofa(&mut builder, &Place::new(2.0, 0.04, 0.0));
+    furniture::rug(&mut builder, &Place::new(2.2, 1.42, 0.0));
+    furniture::coffee_table(&mut builder, &Place::new(2.28, 1.38, 20.0));
+    furniture::dining_table(&mut builder, &Place::new(4.12, 2.6, 90.0));
+    furniture::chair(&mut builder, &Place::new(3.5, 2.72, -84.0), 0xB8_4A3A);
+    furniture::chair(&mut builder, &Place::new(4.02, 1.83, 8.0), 0x3F_6F9C);
+    furniture::shelf(&mut builder, &Place::new(4.98, 0.85, 90.0));
+    furniture::plant(&mut builder, &Place::new(4.55, 3.6, 0.0));
+    furniture::floor_lamp(&mut builder, &Place::new(3.42, 0.38, 0.0));
+    furniture::pendant(&mut builder, &Place::new(4.12, 2.6, 0.0), SIZE.z);
+    furniture::picture(
+        &mut builder,
+        &Place::new(1.55, 0.0, 0.0),
+        [0.42, 0.3],
+        Pattern::Sunset,
+    );
+    furniture::picture(
+        &mut builder,
+        &Place::new(2.6, 0.0, 0.0),
+        [0.27, 0.33],
+        Pattern::Discs,
+    );
+    furniture::picture(
+        &mut builder,
+        &Place::new(0.0, 2.66, -90.0),
+        [0.45, 0.28],
+        Pattern::Fields,
+    );
+    furniture::picture(
+        &mut builder,
+        &Place::new(5.0, 2.6, 90.0),
+        [0.3, 0.38],
+        Pattern::Discs,
+    );
+    let bulbs = std::mem::take(&mut builder.bulbs);
+    Room {
+        caster: Caster::new(builder.solids, Vec3A::ZERO, SIZE.into()),
+        panes: vec![pane],
+        bulbs,
+    }
+}
+
+/// Walls, floor and ceiling, in the order that [`Caster`] expects.
+fn shell(builder: &mut Builder) {
+    const THICK: f32 = 0.1;
+    let white = Material::plain(srgb(PAPER_WHITE));
+    let sage = Material::plain(srgb(0xA9_B8A6));
+    let boards = Material::patterned(srgb(0xB9_885A), Pattern::Planks);
+    let ceiling = Material::plain(srgb(0xF1_EFEA));
+    let world = Place::new(0.0, 0.0, 0.0);
+    let sides = [
+        (WALL, white),
+        (WALL, white),
+        (WALL, sage),
+        (WALL, white),
+        (FLOOR, boards),
+        (CEILING, ceiling),
+    ];
+    for (face, (class, material)) in sides.into_iter().enumerate() {
+        let (mut min, mut max) = (Vec3::splat(-THICK), SIZE + THICK);
+        if face % 2 == 0 {
+            max[face / 2] = 0.0;
+        } else {
+            min[face / 2] = SIZE[face / 2];
+        }
+        builder.block(class, material, &world, min.to_array(), max.to_array());
+    }
+}
+
+/// A window of two casements with curtains; returns its light.
+fn window(builder: &mut Builder, place: &Place) -> Pane {
+    let frame = Material::plain(srgb(0xF3_F1EC));
+    let glass = Material::glowing(srgb(0xFF_FFFF), Pattern::Outside, 0.95);
+    let (half, low, high) = (0.85, 0.92, 2.18);
+    builder.block(WINDOW, glass, place, [-half, 0.0, low], [half, 0.015, high]);
+    let bar = 0.03;
+    for x in [-half, 0.0, half] {
+        builder.block(WINDOW, frame, place, [x - bar, 0.0, low], [x + bar, 0.05, high]);
+    }
+    for z in [low, 1.76, high] {
+        builder.block(
+            WINDOW,
+            frame,
+            place,
+            [-half - bar, 0.0, z - bar],
+            [half + bar, 0.045, z + bar],
+        );
+    }
+    builder.block(
+        WINDOW,
+        frame,
+        place,
+        [-half - 0.1, 0.0, low - 0.06],
+        [half + 0.1, 0.14, low - 0.03],
+    );
+    let cloth = Material::plain(srgb(0xC2_8F86));
+    for side in [-1.0_f32, 1.0] {
+        for fold in 0..7 {
+            let x = side * (half + 0.02 + 0.062 * fold as f32);
+            let depth = if fold % 2 == 0 { 0.09 } else { 0.125 };
+            builder.column(CURTAIN, cloth, place, [x, depth, 0.06], [0.044, 0.036], 2.25);
+        }
+    }
+    let rail = Material::plain(srgb(0x4A_4038));
+    let rail_end = half + 0.55;
+    builder.rod(
+        CURTAIN,
+        rail,
+        place,
+        [-rail_end, 0.105, 2.33],
+        [rail_end, 0.105, 2.33],
+        0.013,
+    );
+    Pane {
+        center: place.point([0.0, 0.06, 0.5 * (low + high)]).into(),
+        across: place.direction([half, 0.0, 0.0]).into(),
+        up: Vec3A::Z * 0.5 * (high - low),
+        facing: place.direction([0.0, 1.0, 0.0]).into(),
+        radiance: Vec3A::new(3.0, 3.15, 3.35),
+    }
+}
+
+/// A painted door whose frame has the colour of the wall.
+fn door(builder: &mut Builder, place: &Place) {
+    let frame = Material::plain(srgb(PAPER_WHITE));
+    let leaf = Material::plain(srgb(0xD5_CFC2));
+    let panel = Material::plain(srgb(0xC8_C1B2));
+    let steel = Material::plain(srgb(0x6A_6660));
+    let (half, high) = (0.42, 2.02);
+    builder.block(DOOR, leaf, place, [-half, 0.0, 0.01], [half, 0.035, high]);
+    for side in [-1.0_f32, 1.0] {
+        let (inner, outer) = (side * half, side * (half + 0.08));
+        let (left, right) = (inner.min(outer), inner.max(outer));
+        builder.block(DOOR, frame, place, [left, 0.0, 0.0], [right, 0.05, high + 0.08]);
+        for (low, high) in [(0.2, 0.85), (1.05, 1.85)] {
+            let (a, b) = (0.06 * side, 0.35 * side);
+            builder.block(
+                DOOR,
+                panel,
+                place,
+                [a.min(b), 0.035, low],
+                [a.max(b), 0.042, high],
+            );
+        }
+    }
+    builder.block(DOOR, frame, place, [-half, 0.0, high], [half, 0.05, high + 0.08]);
+    builder.rod(DOOR, steel, place, [0.37, 0.035, 1.0], [0.37, 0.08, 1.0], 0.012);
+    builder.rod(DOOR, steel, place, [0.38, 0.08, 1.0], [0.26, 0.08, 1.0], 0.011);
+}

@@ -1,0 +1,191 @@
+//! Writing the layout.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use image::ExtendedColorType;
+use rayon::prelude::*;
+use serde_json::json;
+
+use crate::labels::{Class, ClassId};
+use crate::scene::{Frame, Scene, SceneError};
+
+/// What is known to be true of a scene, for measuring against.
+#[derive(Clone, Copy, Debug)]
+pub struct GroundTruth<'a> {
+    /// The classes, void not among them; ids up to 255.
+    pub classes: &'a [Class],
+    /// Classes of each frame's pixels, row-major `[height, width]`, 0 = void.
+    pub labels: &'a [Vec<ClassId>],
+    /// Indices of the frames kept for testing; the others are for training.
+    pub held_out: &'a [usize],
+}
+
+/// Writes a scene in the Replica layout into a new or empty folder; frame N of the scene becomes `rgb_N`.
+///
+/// With ground truth, also `semantic_class/semantic_class_N.png` (8 bit), `classes.json` and `split.json`.
+/// Everything is written under a temporary name beside the folder and renamed at the end: no half-written
+/// scene is ever found under the folder's name.
+///
+/// # Errors
+/// A folder that is not empty, frames with different cameras, ground truth that does not fit the scene, a
+/// disk that cannot be written: a sentence that names the file.
+pub fn write(scene: &Scene, folder: &Path, truth: Option<&GroundTruth<'_>>) -> Result<(), SceneError> {
+    check(scene, folder, truth)?;
+    let exists = folder.exists();
+    let is_empty = || fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_none());
+    if exists && !is_empty() {
+        return Err(SceneError::file(
+            folder,
+            "already exists and is not an empty folder; give the name of a new one",
+        ));
+    }
+    let Some(name) = folder.file_name() else {
+        return Err(SceneError::file(
+            folder,
+            "is not a name for a new folder; give one",
+        ));
+    };
+    let mut hidden = std::ffi::OsString::from(".");
+    hidden.push(name);
+    hidden.push(format!(".{}.partial", std::process::id()));
+    let partial = Partial(folder.with_file_name(hidden));
+    create_folder(&partial.0)?;
+    write_files(scene, &partial.0, truth)?;
+    if exists {
+        fs::remove_dir(folder).map_err(|error| cannot_write(folder, &error))?;
+    }
+    fs::rename(&partial.0, folder).map_err(|error| cannot_write(folder, &error))
+}
+
+/// A folder that is removed unless it was renamed.
+struct Partial(PathBuf);
+
+impl Drop for Partial {
+    fn drop(&mut self) {
+        // After the rename there is nothing to remove; after a failure that one is reported already.
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+/// Refuses what the layout cannot hold.
+fn check(scene: &Scene, folder: &Path, truth: Option<&GroundTruth<'_>>) -> Result<(), SceneError> {
+    let refuse = |reason: &str| Err(SceneError::file(folder, format!("cannot be written: {reason}")));
+    let Some(first) = scene.frames.first() else {
+        return refuse("the scene has no frames");
+    };
+    if scene.frames.iter().any(|frame| frame.camera != first.camera) {
+        return refuse("the layout holds one camera, and the scene's frames have several");
+    }
+    let Some(truth) = truth else { return Ok(()) };
+    let pixels = first.camera.pixels();
+    if truth.labels.len() != scene.frames.len() || truth.labels.iter().any(|map| map.len() != pixels) {
+        return refuse("the ground truth does not have one label for each pixel of each frame");
+    }
+    let largest = truth.labels.iter().flatten().max();
+    if largest.is_some_and(|&id| id > 255) {
+        return refuse("the layout holds class ids up to 255, and the ground truth has larger ones");
+    }
+    Ok(())
+}
+
+fn write_files(scene: &Scene, folder: &Path, truth: Option<&GroundTruth<'_>>) -> Result<(), SceneError> {
+    create_folder(&folder.join("rgb"))?;
+    if scene.has_depth() {
+        create_folder(&folder.join("depth"))?;
+    }
+    if truth.is_some() {
+        create_folder(&folder.join("semantic_class"))?;
+    }
+    scene
+        .frames
+        .par_iter()
+        .enumerate()
+        .try_for_each(|(number, frame)| {
+            let (width, height) = (frame.camera.width, frame.camera.height);
+            let save = |path: PathBuf, bytes: &[u8], kind: ExtendedColorType| {
+                image::save_buffer(&path, bytes, width, height, kind)
+                    .map_err(|error| cannot_write(&path, &error))
+            };
+            let rgb = folder.join(format!("rgb/rgb_{number}.png"));
+            save(rgb, frame.color.bytes(), ExtendedColorType::Rgb8)?;
+            if let Some(millimetres) = z_millimetres(frame) {
+                let depth = folder.join(format!("depth/depth_{number}.png"));
+                save(depth, bytemuck::cast_slice(&millimetres), ExtendedColorType::L16)?;
+            }
+            if let Some(truth) = truth {
+                // `check` made sure that every id fits.
+                let ids: Vec<u8> = truth.labels[number].iter().map(|&id| id as u8).collect();
+                let labels = folder.join(format!("semantic_class/semantic_class_{number}.png"));
+                save(labels, &ids, ExtendedColorType::L8)?;
+            }
+            Ok(())
+        })?;
+    write_text(&folder.join("traj_w_c.txt"), &trajectory(scene))?;
+    if let Some(frame) = scene.frames.first() {
+        let c = &frame.camera;
+        let line = format!("{} {} {} {} {} {}\n", c.fx, c.fy, c.cx, c.cy, c.width, c.height);
+        write_text(&folder.join("intrinsics.txt"), &line)?;
+    }
+    if let Some(truth) = truth {
+        write_text(
+            &folder.join("classes.json"),
+            &format!("{:#}\n", json!(truth.classes)),
+        )?;
+        let train: Vec<usize> = (0..scene.frames.len())
+            .filter(|frame| !truth.held_out.contains(frame))
+            .collect();
+        let split = json!({ "train": train, "test": truth.held_out });
+        write_text(&folder.join("split.json"), &format!("{split}\n"))?;
+    }
+    Ok(())
+}
+
+/// Depth along z in millimetres, row-major; 0 where it is unknown or beyond what 16 bits hold.
+fn z_millimetres(frame: &Frame) -> Option<Vec<u16>> {
+    let depth = frame.depth.as_ref()?;
+    let width = frame.camera.width;
+    let millimetres = (0..depth.len()).map(|index| {
+        let Some(length) = depth.ray_length(index) else {
+            return 0;
+        };
+        let direction = frame
+            .camera
+            .pixel_direction(index as u32 % width, index as u32 / width);
+        let z = (1000.0 * length / direction.length()).round();
+        if z <= f32::from(u16::MAX) { z as u16 } else { 0 }
+    });
+    Some(millimetres.collect())
+}
+
+/// One row-major 4x4 camera-to-world a line, in the capture's own coordinates.
+fn trajectory(scene: &Scene) -> String {
+    let mut text = String::new();
+    for frame in &scene.frames {
+        let rotation = frame.camera_to_world.matrix3;
+        let position = frame.center().as_dvec3() + scene.origin;
+        for row in 0..3 {
+            let r = rotation.row(row);
+            // Writing to a string cannot fail.
+            let _ = write!(text, "{} {} {} {} ", r.x, r.y, r.z, position[row]);
+        }
+        text.push_str("0 0 0 1\n");
+    }
+    text
+}
+
+fn create_folder(path: &Path) -> Result<(), SceneError> {
+    fs::create_dir_all(path).map_err(|error| cannot_write(path, &error))
+}
+
+fn write_text(path: &Path, text: &str) -> Result<(), SceneError> {
+    fs::write(path, text).map_err(|error| cannot_write(path, &error))
+}
+
+fn cannot_write(path: &Path, error: &dyn std::fmt::Display) -> SceneError {
+    SceneError::file(
+        path,
+        format!("cannot be written ({error}); give a folder on a disk with space and write access"),
+    )
+}
