@@ -21,5 +21,10 @@ pub use volume::Volume;
 
 /// A failure of the tensor library.
 #[derive(Debug, thiserror::Error)]
-#[error("the field could not be computed: {0}")]
+#[error("the field could not be computed: {}", first_line(.0))]
 pub struct FieldError(#[from] candle_core::Error);
+
+/// The error without the backtrace that candle may append.
+fn first_line(error: &candle_core::Error) -> String {
+    error.to_string().lines().next().unwrap_or_default().to_owned()
+}

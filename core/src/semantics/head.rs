@@ -139,7 +139,7 @@ impl SemanticHead {
             if !samples.is_empty() {
                 let logits = self.composited(field, samples)?;
                 let rows = labelled.rays.len();
-                let mut target = vec![0.0; rows * count];
+                let mut target = vec![0.0_f32; rows * count];
                 for (row, &class) in labelled.classes.iter().enumerate() {
                     target[row * count + class as usize] = 1.0;
                 }
