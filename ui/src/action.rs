@@ -1,0 +1,121 @@
+//! What a person can ask for. Panels and keys push actions; [`crate::app`] carries them out.
+
+use std::path::PathBuf;
+
+use inplace_core::labels::{ClassId, Pixel};
+use inplace_core::scene::SceneSource;
+
+use crate::canvas::{Layer, Line, Tool, View};
+use crate::dialogs::{Dialog, Purpose};
+
+/// One thing to do.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Action {
+    /// Opens a capture.
+    OpenScene(SceneSource),
+    /// Opens a project file.
+    OpenProject(PathBuf),
+    /// Opens what a path names: a project file or the folder of a capture.
+    OpenPath(PathBuf),
+    /// Saves to the project file; asks where if there is none yet.
+    Save,
+    /// Saves to another project file.
+    SaveTo(PathBuf),
+    /// Writes label images and the like into a folder.
+    ExportTo(PathBuf),
+    /// Shows a folder in the file manager.
+    ShowFolder(PathBuf),
+    /// Puts a text on the clipboard.
+    Copy(String),
+    /// Asks for a path with the system's dialog.
+    Browse(Purpose),
+    /// Shows a dialog, or closes the one shown.
+    Show(Option<Dialog>),
+    /// Goes back to the start page.
+    CloseScene,
+    /// Closes the window.
+    Quit,
+
+    /// A line was drawn on the frame in view.
+    Draw(Line),
+    /// Labels one pixel of one frame, and goes there.
+    LabelAt {
+        /// Index of the frame.
+        frame: usize,
+        /// The pixel.
+        pixel: Pixel,
+        /// The class it gets.
+        class: ClassId,
+    },
+    /// Takes the last edit back.
+    Undo,
+    /// Does the last undone edit again.
+    Redo,
+
+    /// Adds a class, makes it current and applies the click that waited for it.
+    AddClass(String),
+    /// Makes a class current; void is a class here.
+    ChooseClass(ClassId),
+    /// Makes the n-th class of the list current; 0 is void.
+    ChooseSlot(usize),
+    /// Gives a class another name.
+    RenameClass(ClassId, String),
+    /// Gives a class another colour.
+    RecolorClass(ClassId, [u8; 3]),
+    /// Deletes a class and its strokes.
+    DeleteClass(ClassId),
+    /// Gives all strokes of the first class to the second.
+    MergeClass(ClassId, ClassId),
+
+    /// Shows a frame.
+    GoToFrame(usize),
+    /// Shows a frame this far from the one in view.
+    StepFrame(isize),
+    /// Shows the suggestion with this rank.
+    GoToSuggestion(usize),
+    /// Shows the next suggestion.
+    NextSuggestion,
+
+    /// Shows a layer.
+    ChooseLayer(Layer),
+    /// Shows the next layer.
+    CycleLayer,
+    /// How much the layer covers, 0..=1.
+    SetOpacity(f32),
+    /// Whether borders between classes are drawn.
+    SetOutlines(bool),
+    /// Radius of the brush in image pixels.
+    SetBrush(u32),
+    /// Makes the brush larger (positive) or smaller by so many steps.
+    StepBrush(i32),
+    /// Chooses what the left button does.
+    ChooseTool(Tool),
+    /// Switches between labelling and erasing.
+    ToggleTool,
+    /// Zooms and pans.
+    SetView(View),
+    /// Pauses or resumes training.
+    TogglePause,
+    /// Chooses the colours of the window.
+    SetTheme(egui::ThemePreference),
+    /// Removes a message.
+    Dismiss(u64),
+    /// Removes the note about where the export went.
+    DismissExport,
+}
+
+/// Actions of one frame, in order.
+#[derive(Debug, Default)]
+pub struct Actions(Vec<Action>);
+
+impl Actions {
+    /// Adds an action.
+    pub fn push(&mut self, action: Action) {
+        self.0.push(action);
+    }
+
+    /// Takes all actions.
+    pub fn take(&mut self) -> Vec<Action> {
+        std::mem::take(&mut self.0)
+    }
+}

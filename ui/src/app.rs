@@ -1,0 +1,443 @@
+//! The window's program: drains what others tell, draws the panels, carries out the actions.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use egui::{Event, Key};
+use inplace_core::project::JournalEvent;
+use inplace_core::scene::SceneSource;
+use inplace_core::session::{self, Command, SessionOptions};
+
+use crate::UiOptions;
+use crate::action::Actions;
+use crate::canvas::Canvas;
+use crate::document::Document;
+use crate::exporting::Progress;
+use crate::jobs::{Done, Jobs};
+use crate::keeper::SavedState;
+use crate::opening::{self, Attached, Prepared, Target};
+use crate::panels::Panels;
+use crate::session_link::{Running, SessionStarter};
+use crate::state::{AppState, Opening, Settings, Stage};
+use crate::stats::Stats;
+use crate::toasts::Toasts;
+use crate::workspace::Workspace;
+
+/// How long the end of the program waits for the worker's model state.
+const LAST_STATE: Duration = Duration::from_secs(2);
+
+/// Most worker events looked at in one frame.
+const EVENTS_A_FRAME: usize = 256;
+
+/// Where the work on a scene that has no project file yet is kept.
+pub type AutosavePath = Arc<dyn Fn(&SceneSource) -> PathBuf + Send + Sync>;
+
+/// What the window needs from outside; tests bring their own.
+pub struct Surroundings {
+    /// Starts sessions.
+    pub sessions: SessionStarter,
+    /// Where unnamed work is kept.
+    pub autosave: AutosavePath,
+    /// The window's pixel format where wgpu draws it.
+    pub target: Option<wgpu::TextureFormat>,
+}
+
+/// The window's program.
+pub struct App {
+    pub(crate) state: AppState,
+    pub(crate) canvas: Canvas,
+    pub(crate) jobs: Jobs,
+    pub(crate) ctx: egui::Context,
+    panels: Panels,
+    sessions: SessionStarter,
+    pub(crate) autosave: AutosavePath,
+    threads: usize,
+    seed: u64,
+    last_ticket: u64,
+    title: String,
+    frame_started: Option<Instant>,
+}
+
+impl App {
+    /// A window's program with nothing open yet, or opening what the options name.
+    pub fn new(ctx: &egui::Context, options: UiOptions, around: Surroundings) -> Self {
+        crate::theme::install(ctx);
+        let canvas = Canvas::new(around.target);
+        let stats = options.stats.then(|| Stats::new(Arc::clone(canvas.clock())));
+        let mut app = Self {
+            state: AppState {
+                stage: Stage::Start,
+                keeper: None,
+                settings: Settings::default(),
+                open: options.read,
+                preset: options.preset,
+                out: options.out,
+                dialog: None,
+                export: None,
+                toasts: Toasts::default(),
+                stats,
+                overlay_hidden: false,
+            },
+            canvas,
+            jobs: Jobs::new(ctx.clone()),
+            ctx: ctx.clone(),
+            panels: Panels::new(ctx),
+            sessions: around.sessions,
+            autosave: around.autosave,
+            threads: options.threads.max(1),
+            seed: options.seed,
+            last_ticket: 0,
+            title: String::new(),
+            frame_started: None,
+        };
+        if let Some(target) = options.open {
+            app.open(target);
+        }
+        app
+    }
+
+    /// What the panels read.
+    pub fn state(&self) -> &AppState {
+        &self.state
+    }
+
+    /// Starts opening something; what was open is kept and closed.
+    pub(crate) fn open(&mut self, target: Target) {
+        self.close();
+        self.last_ticket += 1;
+        let ticket = self.last_ticket;
+        self.state.stage = Stage::Opening(Box::new(Opening {
+            ticket,
+            target: target.clone(),
+            progress: (0, 0),
+            session: None,
+            prepared: None,
+        }));
+        let (open, autosave) = (self.state.open, Arc::clone(&self.autosave));
+        self.jobs.spawn("open", move |tell| {
+            let prepared = opening::prepare(target, open, autosave.as_ref());
+            tell(Done::Prepared(ticket, Box::new(prepared)));
+        });
+    }
+
+    /// Keeps and closes what is open.
+    pub(crate) fn close(&mut self) {
+        self.keep_results();
+        self.state.stage = Stage::Start;
+        self.state.keeper = None;
+        self.state.export = None;
+        self.state.dialog = None;
+    }
+
+    /// Keeps the newest maps and model, so that the project shows them at once when it is opened again.
+    pub(crate) fn keep_results(&self) {
+        let (Some(workspace), Some(keeper)) = (self.state.workspace(), &self.state.keeper) else {
+            return;
+        };
+        let frames = 0..workspace.scene().frames.len();
+        let maps = workspace.session().maps().map_or_else(Vec::new, |slots| {
+            frames.filter_map(|frame| slots.get(frame)).collect()
+        });
+        keeper.keep_results(maps, workspace.state(), self.state.settings.to_json());
+    }
+
+    fn start_session(&mut self, ticket: u64, prepared: Prepared) {
+        let options = SessionOptions {
+            source: prepared.source.clone(),
+            open: prepared.open,
+            preset: self.state.preset,
+            threads: self.threads,
+            seed: self.seed,
+            state: prepared.state(),
+        };
+        let Stage::Opening(opening) = &mut self.state.stage else {
+            return;
+        };
+        if opening.ticket != ticket {
+            return;
+        }
+        let ctx = self.ctx.clone();
+        let session = (self.sessions)(options, Box::new(move || ctx.request_repaint()));
+        opening.session = Some(Running::new(session));
+        opening.prepared = Some(prepared);
+    }
+
+    /// The scene is read: fit what is kept to it, on a thread.
+    fn attach(&mut self, scene: Arc<inplace_core::scene::Scene>) {
+        let Stage::Opening(opening) = &mut self.state.stage else {
+            return;
+        };
+        let Some(prepared) = opening.prepared.take() else {
+            return;
+        };
+        let maps = opening
+            .session
+            .as_ref()
+            .and_then(|session| session.maps().cloned());
+        let (ticket, ctx) = (opening.ticket, self.ctx.clone());
+        self.jobs.spawn("attach", move |tell| {
+            let wake = move || ctx.request_repaint();
+            let attached = opening::attach(prepared, &scene, maps.as_ref(), wake);
+            tell(Done::Attached(ticket, scene, Box::new(attached)));
+        });
+    }
+
+    fn show_workspace(&mut self, ticket: u64, scene: Arc<inplace_core::scene::Scene>, attached: Attached) {
+        let Stage::Opening(opening) = &mut self.state.stage else {
+            return;
+        };
+        if opening.ticket != ticket {
+            return;
+        }
+        let Some(session) = opening.session.take() else {
+            return;
+        };
+        for warning in &scene.warnings {
+            self.state.toasts.info(warning);
+        }
+        for note in attached.notes {
+            self.state.toasts.info(note);
+        }
+        if let Some(problem) = attached.problem {
+            self.state.toasts.error(problem);
+        }
+        if let Some(view) = &attached.view {
+            self.state.settings.take_json(view);
+        }
+        let document = Document::new(attached.history, attached.generation);
+        self.state.keeper = Some(attached.keeper);
+        self.state.stage = Stage::Open(Box::new(Workspace::new(scene, ticket, session, document)));
+    }
+
+    fn drain_jobs(&mut self) {
+        while let Some(done) = self.jobs.next() {
+            match done {
+                Done::Picked(purpose, path) => self.picked(purpose, path),
+                Done::Prepared(ticket, prepared) => match *prepared {
+                    Ok(prepared) => self.start_session(ticket, prepared),
+                    Err(sentence) => self.opening_failed(ticket, sentence),
+                },
+                Done::Attached(ticket, scene, attached) => self.show_workspace(ticket, scene, *attached),
+                Done::Kept(serial, keeper) => self.kept(serial, *keeper),
+                Done::Exported(progress) => self.exported(progress),
+                Done::Failed(sentence) => self.state.toasts.error(sentence),
+            }
+        }
+    }
+
+    fn opening_failed(&mut self, ticket: u64, sentence: String) {
+        if matches!(&self.state.stage, Stage::Opening(opening) if opening.ticket == ticket) {
+            self.state.stage = Stage::Start;
+        }
+        self.state.toasts.error(sentence);
+    }
+
+    /// The work in memory has a file from now on.
+    fn kept(&mut self, serial: u64, mut keeper: crate::keeper::Keeper) {
+        if let Some(workspace) = self.state.workspace()
+            && workspace.serial() == serial
+        {
+            keeper.catch_up(self.state.keeper.take());
+            let path = keeper.path().display().to_string();
+            self.state.keeper = Some(keeper);
+            self.keep_results();
+            self.state.toasts.info(format!("Saved to {path}"));
+        }
+    }
+
+    fn exported(&mut self, progress: Progress) {
+        if let Progress::Failed(sentence) = &progress {
+            self.state.toasts.error(sentence);
+            self.state.export = None;
+        } else {
+            self.state.export = Some(progress);
+        }
+    }
+
+    fn drain_session(&mut self) {
+        for _ in 0..EVENTS_A_FRAME {
+            let event = match &self.state.stage {
+                Stage::Start => None,
+                Stage::Opening(opening) => opening.session.as_ref().and_then(Running::next_event),
+                Stage::Open(workspace) => workspace.session().next_event(),
+            };
+            let Some(event) = event else {
+                return;
+            };
+            self.on_session_event(event);
+        }
+        self.ctx.request_repaint();
+    }
+
+    fn on_session_event(&mut self, event: session::Event) {
+        match &mut self.state.stage {
+            Stage::Open(workspace) => {
+                if let Some(sentence) = workspace.on_event(event) {
+                    self.state.toasts.error(sentence);
+                }
+            }
+            Stage::Opening(opening) => match event {
+                session::Event::Opening { done, total } => opening.progress = (done, total),
+                session::Event::Opened(scene) => self.attach(scene),
+                session::Event::Error(sentence) => {
+                    let ticket = opening.ticket;
+                    self.opening_failed(ticket, sentence);
+                }
+                _ => {}
+            },
+            Stage::Start => {}
+        }
+    }
+
+    fn drain_keeper(&mut self) {
+        while let Some(event) = self.state.keeper.as_mut().and_then(|keeper| keeper.next_event()) {
+            match event {
+                JournalEvent::Saved { path } => {
+                    self.keep_results();
+                    self.state.toasts.info(format!("Saved to {}", path.display()));
+                }
+                JournalEvent::Failed(sentence) => self.state.toasts.error(sentence),
+                JournalEvent::Recovered { path } => {
+                    self.state
+                        .toasts
+                        .info(format!("{} can be written again.", path.display()));
+                }
+            }
+        }
+    }
+
+    fn set_title(&mut self) {
+        let mark = match self.state.keeper.as_ref().map(|keeper| keeper.saved_state()) {
+            None | Some(SavedState::Saved) => "",
+            Some(SavedState::Writing) => " (saving)",
+            Some(SavedState::Failing | SavedState::MemoryOnly) => " (not saved)",
+        };
+        let title = match self.state.document_name() {
+            Some(name) => format!("{name}{mark} - Inplace"),
+            None => "Inplace".to_owned(),
+        };
+        if title != self.title {
+            self.title.clone_from(&title);
+            self.ctx.send_viewport_cmd(egui::ViewportCommand::Title(title));
+        }
+    }
+
+    fn take_dropped_files(&self, actions: &mut Actions) {
+        let dropped = self.ctx.input(|input| {
+            let first = input.raw.dropped_files.first();
+            first.map(|file| file.path().to_path_buf())
+        });
+        if let Some(path) = dropped {
+            actions.push(crate::action::Action::OpenPath(path));
+        }
+    }
+
+    /// Waits for the model state and for the disk: the window is gone.
+    fn end(&mut self) {
+        if let Stage::Open(workspace) = &mut self.state.stage
+            && !workspace.has_ended()
+        {
+            let before = workspace.state().cloned();
+            workspace.session().send(Command::Save);
+            let until = Instant::now() + LAST_STATE;
+            let is_new = |workspace: &Workspace| match (workspace.state(), &before) {
+                (Some(now), Some(before)) => !Arc::ptr_eq(now, before),
+                (now, _) => now.is_some(),
+            };
+            while Instant::now() < until && !is_new(workspace) && !workspace.has_ended() {
+                match workspace.session().next_event() {
+                    Some(event) => drop(workspace.on_event(event)),
+                    None => std::thread::sleep(Duration::from_millis(5)),
+                }
+            }
+        }
+        self.keep_results();
+        if let Some(keeper) = self.state.keeper.take() {
+            keeper.close();
+        }
+        self.state.stage = Stage::Start;
+    }
+}
+
+impl eframe::App for App {
+    fn logic(&mut self, _ctx: &egui::Context, _frame: &mut eframe::Frame) {
+        self.frame_started = Some(Instant::now());
+        self.drain_jobs();
+        self.drain_session();
+        self.drain_keeper();
+        let ctx = self.ctx.clone();
+        self.state.toasts.expire(&ctx);
+        self.set_title();
+    }
+
+    fn ui(&mut self, ui: &mut egui::Ui, frame: &mut eframe::Frame) {
+        let mut actions = Actions::default();
+        let ctx = self.ctx.clone();
+        if ctx.current_pass_index() == 0 {
+            self.take_dropped_files(&mut actions);
+            if self.state.dialog.is_none() {
+                crate::keys::dispatch(&ctx, &mut actions);
+            }
+        }
+        self.panels.show(ui, &self.state, &mut self.canvas, &mut actions);
+        let mut dialog = self.state.dialog.take();
+        if let Some(dialog) = &mut dialog {
+            dialog.show(&ctx, &mut actions);
+        }
+        self.state.dialog = dialog;
+        let area = match self.state.stage {
+            Stage::Open(_) => self.canvas.rect(),
+            Stage::Start | Stage::Opening(_) => ctx.content_rect(),
+        };
+        crate::exporting::show(&ctx, &self.state, area, &mut actions);
+        self.state.toasts.show(&ctx, area, &mut actions);
+        for action in actions.take() {
+            self.apply(action);
+            ctx.request_repaint();
+        }
+        if let (Some(stats), Some(started)) = (&mut self.state.stats, self.frame_started) {
+            stats.frame_done(started.elapsed(), frame.info().cpu_usage);
+        }
+    }
+
+    /// Over the canvas the Tab key hides the overlay; elsewhere it moves the focus as usual.
+    fn raw_input_hook(&mut self, ctx: &egui::Context, input: &mut egui::RawInput) {
+        let over_canvas = self.state.dialog.is_none()
+            && self.state.workspace().is_some()
+            && !ctx.text_edit_focused()
+            && ctx
+                .pointer_hover_pos()
+                .is_some_and(|position| self.canvas.rect().contains(position));
+        let mut hidden = self.state.overlay_hidden;
+        input.events.retain(|event| match event {
+            Event::Key {
+                key: Key::Tab,
+                pressed,
+                ..
+            } if over_canvas || (hidden && !pressed) => {
+                hidden = *pressed;
+                false
+            }
+            Event::WindowFocused(false) => {
+                hidden = false;
+                true
+            }
+            _ => true,
+        });
+        self.state.overlay_hidden = hidden;
+    }
+
+    fn on_exit(&mut self, _gl: Option<&eframe::glow::Context>) {
+        self.end();
+        if let Some(stats) = &self.state.stats {
+            #[expect(
+                clippy::print_stderr,
+                reason = "the measurements were asked for on the command line"
+            )]
+            {
+                eprintln!("{}", stats.json());
+            }
+        }
+    }
+}

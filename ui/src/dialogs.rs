@@ -1,0 +1,234 @@
+//! Dialogs over the window: opening, saving, exporting, the first class, the keys.
+
+use std::path::{Path, PathBuf};
+
+use egui::{Key, Ui};
+use inplace_core::labels::Stroke;
+use inplace_core::scene::SceneSource;
+
+use crate::action::{Action, Actions};
+use crate::keys;
+use crate::widgets::main_button_enabled;
+
+/// What a path is asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Purpose {
+    /// The folder of a capture, to open.
+    Scene,
+    /// A project file, to open.
+    Project,
+    /// A project file, to write.
+    SaveAs,
+    /// A folder, to export into.
+    Export,
+}
+
+impl Purpose {
+    /// Title of the system's dialog.
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Scene => "Open the folder of a scene",
+            Self::Project => "Open a project",
+            Self::SaveAs => "Save the project as",
+            Self::Export => "Export into a folder",
+        }
+    }
+}
+
+/// The dialog shown.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Dialog {
+    /// Asks for a scene or project to open.
+    Open {
+        /// The path typed so far.
+        path: String,
+    },
+    /// Asks for a project file to write.
+    SaveAs {
+        /// The path typed so far.
+        path: String,
+    },
+    /// Asks for a folder to export into.
+    Export {
+        /// The path typed so far.
+        path: String,
+    },
+    /// Asks for the name of the first class; the stroke that waited for it is then added.
+    FirstClass {
+        /// The name typed so far.
+        name: String,
+        /// The stroke, without its class.
+        waiting: Stroke,
+    },
+    /// Shows the keys.
+    Help,
+}
+
+impl Dialog {
+    /// Asks for something to open.
+    pub const fn open() -> Self {
+        Self::Open { path: String::new() }
+    }
+
+    /// Asks for a folder to export into; the path is filled in when it is shown.
+    pub const fn export() -> Self {
+        Self::Export { path: String::new() }
+    }
+
+    /// Puts a path that the system's dialog gave into the path field.
+    pub fn take_path(&mut self, picked: &Path) {
+        match self {
+            Self::Open { path } | Self::SaveAs { path } | Self::Export { path } => {
+                *path = picked.display().to_string();
+            }
+            Self::FirstClass { .. } | Self::Help => {}
+        }
+    }
+
+    fn title(&self) -> &'static str {
+        match self {
+            Self::Open { .. } => "Open",
+            Self::SaveAs { .. } => "Save project as",
+            Self::Export { .. } => "Export",
+            Self::FirstClass { .. } => "Name the first class",
+            Self::Help => "Keys and gestures",
+        }
+    }
+
+    /// Draws the dialog; pushes what was asked for.
+    pub fn show(&mut self, ctx: &egui::Context, actions: &mut Actions) {
+        let width = if *self == Self::Help { 520.0 } else { 460.0 };
+        let modal = egui::Modal::new(egui::Id::unique("dialog")).show(ctx, |ui| {
+            ui.set_width(width);
+            ui.heading(self.title());
+            ui.add_space(4.0);
+            match self {
+                Self::Open { path } => open(ui, path, actions),
+                Self::SaveAs { path } => save_as(ui, path, actions),
+                Self::Export { path } => export(ui, path, actions),
+                Self::FirstClass { name, .. } => first_class(ui, name, actions),
+                Self::Help => help(ui, actions),
+            }
+        });
+        if modal.should_close() {
+            actions.push(Action::Show(None));
+        }
+    }
+}
+
+fn open(ui: &mut Ui, path: &mut String, actions: &mut Actions) {
+    ui.label("The folder of a scene, or a project file (.inplace).");
+    let entered = path_field(ui, path, "Path to open");
+    ui.horizontal(|ui| {
+        if ui.button("Browse folders...").clicked() {
+            actions.push(Action::Browse(Purpose::Scene));
+        }
+        if ui.button("Browse projects...").clicked() {
+            actions.push(Action::Browse(Purpose::Project));
+        }
+        if ui.button("Demo scene").clicked() {
+            actions.push(Action::OpenScene(SceneSource::Demo));
+        }
+    });
+    let path = path.trim();
+    confirm(ui, "Open", !path.is_empty(), entered, actions, || {
+        Action::OpenPath(PathBuf::from(path))
+    });
+}
+
+fn save_as(ui: &mut Ui, path: &mut String, actions: &mut Actions) {
+    ui.label("Everything is kept in one file: classes, strokes, their history, and the result so far.");
+    let entered = path_field(ui, path, "Project file");
+    if ui.button("Browse...").clicked() {
+        actions.push(Action::Browse(Purpose::SaveAs));
+    }
+    let path = path.trim();
+    confirm(ui, "Save", !path.is_empty(), entered, actions, || {
+        let mut file = PathBuf::from(path);
+        if file.extension().is_none() {
+            file.set_extension("inplace");
+        }
+        Action::SaveTo(file)
+    });
+}
+
+fn export(ui: &mut Ui, path: &mut String, actions: &mut Actions) {
+    ui.label("Writes a label image of every frame, its entropy, the classes and your strokes into a folder.");
+    let entered = path_field(ui, path, "Export folder");
+    if ui.button("Browse...").clicked() {
+        actions.push(Action::Browse(Purpose::Export));
+    }
+    let path = path.trim();
+    confirm(ui, "Export", !path.is_empty(), entered, actions, || {
+        Action::ExportTo(PathBuf::from(path))
+    });
+}
+
+fn first_class(ui: &mut Ui, name: &mut String, actions: &mut Actions) {
+    ui.label("What is it that you clicked on? Your click is kept and gets this class.");
+    let entered = text_field(ui, name, "Class name", "for example: wall");
+    let name = name.trim();
+    confirm(ui, "Add class", !name.is_empty(), entered, actions, || {
+        Action::AddClass(name.to_owned())
+    });
+}
+
+fn help(ui: &mut Ui, actions: &mut Actions) {
+    egui::ScrollArea::vertical().max_height(480.0).show(ui, |ui| {
+        egui::Grid::new("keys")
+            .num_columns(2)
+            .spacing([24.0, 6.0])
+            .show(ui, |ui| {
+                for row in keys::TABLE {
+                    ui.label(egui::RichText::new(row.shown).strong());
+                    ui.label(row.does);
+                    ui.end_row();
+                }
+            });
+    });
+    ui.add_space(8.0);
+    ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+        if ui.button("Close").clicked() {
+            actions.push(Action::Show(None));
+        }
+    });
+}
+
+/// A text field for a path that has the focus first; returns whether Enter was pressed in it.
+fn path_field(ui: &mut Ui, path: &mut String, name: &str) -> bool {
+    text_field(ui, path, name, "/path/to/...")
+}
+
+fn text_field(ui: &mut Ui, text: &mut String, name: &str, hint: &'static str) -> bool {
+    let edit = egui::TextEdit::singleline(text)
+        .hint_text(hint)
+        .desired_width(f32::INFINITY)
+        .margin(egui::vec2(8.0, 6.0));
+    let response = ui.add(edit).accessible_name(name);
+    let first = ui.memory(|memory| memory.focused().is_none());
+    if first && !response.lost_focus() {
+        response.request_focus();
+    }
+    response.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter))
+}
+
+/// The row of buttons at the end of a dialog.
+fn confirm(
+    ui: &mut Ui,
+    verb: &str,
+    possible: bool,
+    entered: bool,
+    actions: &mut Actions,
+    action: impl FnOnce() -> Action,
+) {
+    ui.add_space(8.0);
+    ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+        let confirmed = main_button_enabled(ui, possible, verb).clicked();
+        if possible && (confirmed || entered) {
+            actions.push(action());
+        }
+        if ui.button("Cancel").clicked() {
+            actions.push(Action::Show(None));
+        }
+    });
+}

@@ -1,0 +1,103 @@
+//! Work that would make the window wait, each on its own thread.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use crossbeam_channel::{Receiver, Sender, unbounded};
+use inplace_core::scene::Scene;
+
+use crate::dialogs::Purpose;
+use crate::exporting::Progress;
+use crate::keeper::Keeper;
+use crate::opening::{Attached, Prepared};
+
+/// What a job led to.
+#[derive(Debug)]
+pub enum Done {
+    /// The system's dialog was answered; `None` = cancelled, or there is no such dialog here.
+    Picked(Purpose, Option<PathBuf>),
+    /// What is kept about a scene was found; the number tells attempts apart.
+    Prepared(u64, Box<Result<Prepared, String>>),
+    /// A scene was fitted to what is kept about it.
+    Attached(u64, Arc<Scene>, Box<Attached>),
+    /// A project file was made for the scene with this serial number.
+    Kept(u64, Box<Keeper>),
+    /// How an export goes.
+    Exported(Progress),
+    /// A sentence about what failed.
+    Failed(String),
+}
+
+/// Runs jobs and collects their results.
+#[derive(Debug)]
+pub struct Jobs {
+    sender: Sender<Done>,
+    receiver: Receiver<Done>,
+    ctx: egui::Context,
+}
+
+impl Jobs {
+    /// Wakes this window when a job is done.
+    pub fn new(ctx: egui::Context) -> Self {
+        let (sender, receiver) = unbounded();
+        Self {
+            sender,
+            receiver,
+            ctx,
+        }
+    }
+
+    /// Runs a job on its own thread.
+    pub fn spawn(&self, name: &str, job: impl FnOnce(&(dyn Fn(Done) + Sync)) + Send + 'static) {
+        let (sender, ctx) = (self.sender.clone(), self.ctx.clone());
+        let tell = move |done| {
+            // Nobody listens any more when the window is closing.
+            let _ = sender.send(done);
+            ctx.request_repaint();
+        };
+        let thread = std::thread::Builder::new().name(format!("inplace-{name}"));
+        if let Err(error) = thread.spawn(move || job(&tell)) {
+            let _ = self.sender.send(Done::Failed(format!(
+                "A background thread could not be started: {error}."
+            )));
+        }
+    }
+
+    /// The next result, if any.
+    pub fn next(&self) -> Option<Done> {
+        self.receiver.try_recv().ok()
+    }
+
+    /// Asks for a path with the system's dialog.
+    pub fn browse(&self, purpose: Purpose) {
+        self.spawn("dialog", move |tell| {
+            let dialog = rfd::FileDialog::new().set_title(purpose.title());
+            let project = |dialog: rfd::FileDialog| dialog.add_filter("Inplace project", &["inplace"]);
+            let path = match purpose {
+                Purpose::Scene | Purpose::Export => dialog.pick_folder(),
+                Purpose::Project => project(dialog).pick_file(),
+                Purpose::SaveAs => project(dialog).save_file(),
+            };
+            tell(Done::Picked(purpose, path));
+        });
+    }
+
+    /// Shows a folder in the system's file manager.
+    pub fn show_folder(&self, folder: PathBuf) {
+        self.spawn("folder", move |tell| {
+            let program = if cfg!(target_os = "macos") {
+                "open"
+            } else if cfg!(windows) {
+                "explorer"
+            } else {
+                "xdg-open"
+            };
+            if let Err(error) = std::process::Command::new(program).arg(&folder).spawn() {
+                tell(Done::Failed(format!(
+                    "{} cannot be shown: {program} did not start ({error}); copy the path instead.",
+                    folder.display()
+                )));
+            }
+        });
+    }
+}

@@ -1,0 +1,143 @@
+//! Where the work on a scene is kept: the journal of its project file, named or not.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use inplace_core::project::{Journal, JournalEvent, Step};
+use inplace_core::session::{FrameMap, ModelState};
+
+/// The project file behind a workspace. Nothing here ever waits.
+#[derive(Debug)]
+pub struct Keeper {
+    /// `None` when no file could be opened or made: the work is in memory only.
+    journal: Option<Journal>,
+    path: PathBuf,
+    named: bool,
+    failing: bool,
+    /// Without a journal: the steps since the last snapshot.
+    unrecorded: Vec<Step>,
+}
+
+/// Whether the work is on the disk.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SavedState {
+    /// All of it.
+    Saved,
+    /// The last edits are being written.
+    Writing,
+    /// It cannot be written; the journal goes on trying.
+    Failing,
+    /// There is no file.
+    MemoryOnly,
+}
+
+impl Keeper {
+    /// Keeps the work in this journal's file; `named` when the person chose the name.
+    pub fn new(journal: Option<Journal>, path: PathBuf, named: bool) -> Self {
+        Self {
+            journal,
+            path,
+            named,
+            failing: false,
+            unrecorded: Vec::new(),
+        }
+    }
+
+    /// Without a journal: a file with all of the history so far is about to be made.
+    pub fn begin_snapshot(&mut self) {
+        self.unrecorded.clear();
+    }
+
+    /// Keeps what happened since the snapshot that this keeper's file was made from.
+    pub fn catch_up(&mut self, memory_only: Option<Self>) {
+        for step in memory_only
+            .into_iter()
+            .flat_map(|mut keeper| std::mem::take(&mut keeper.unrecorded))
+        {
+            self.record(step);
+        }
+    }
+
+    /// The project file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Whether the person has chosen a name.
+    pub fn is_named(&self) -> bool {
+        self.named
+    }
+
+    /// Whether the work is on the disk.
+    pub fn saved_state(&self) -> SavedState {
+        match &self.journal {
+            None => SavedState::MemoryOnly,
+            Some(_) if self.failing => SavedState::Failing,
+            Some(journal) if journal.committed() < journal.recorded() => SavedState::Writing,
+            Some(_) => SavedState::Saved,
+        }
+    }
+
+    /// Keeps a step through the history.
+    pub fn record(&mut self, step: Step) {
+        match &self.journal {
+            Some(journal) => {
+                journal.record(step);
+            }
+            None => self.unrecorded.push(step),
+        }
+    }
+
+    /// Keeps the newest results, so that the project shows them at once when it is opened again.
+    pub fn keep_results(&self, maps: Vec<Arc<FrameMap>>, state: Option<&Arc<ModelState>>, view: String) {
+        if let Some(journal) = &self.journal {
+            journal.save_view(view);
+            journal.save_maps(maps);
+            if let Some(state) = state {
+                journal.save_model(Arc::clone(state));
+            }
+        }
+    }
+
+    /// Goes on in another file; returns whether there is a journal that can.
+    pub fn save_to(&self, path: PathBuf) -> bool {
+        match &self.journal {
+            Some(journal) if self.named => journal.save_as(path),
+            Some(journal) => journal.move_to(path),
+            None => return false,
+        }
+        true
+    }
+
+    /// The next thing that the journal tells.
+    pub fn next_event(&mut self) -> Option<JournalEvent> {
+        let event = self.journal.as_ref()?.events().try_recv().ok()?;
+        match &event {
+            JournalEvent::Saved { path } => {
+                self.path.clone_from(path);
+                self.named = true;
+                self.failing = false;
+            }
+            JournalEvent::Failed(_) => self.failing = true,
+            JournalEvent::Recovered { .. } => self.failing = false,
+        }
+        Some(event)
+    }
+
+    /// Writes what is queued and ends; waits for the disk, so only at the end of the program.
+    pub fn close(mut self) {
+        drop(self.journal.take());
+    }
+}
+
+impl Drop for Keeper {
+    fn drop(&mut self) {
+        let Some(journal) = self.journal.take() else {
+            return;
+        };
+        // Ending a journal waits for the disk. Without a thread that happens here.
+        let _ = std::thread::Builder::new()
+            .name("inplace-journal-end".to_owned())
+            .spawn(move || drop(journal));
+    }
+}

@@ -1,0 +1,115 @@
+//! The panels around the canvas, a file for each. A panel reads the state and pushes actions.
+
+mod classes;
+mod filmstrip;
+mod menu;
+mod opening;
+mod start;
+mod stats;
+mod status;
+mod suggestions;
+mod tools;
+
+use egui::Ui;
+
+use crate::action::Actions;
+use crate::canvas::Canvas;
+use crate::state::{AppState, Stage};
+use crate::theme;
+use crate::thumbnails::Thumbnails;
+use crate::workspace::Workspace;
+
+/// All panels with what each remembers between frames.
+pub struct Panels {
+    start: start::StartPage,
+    classes: classes::ClassPanel,
+    filmstrip: filmstrip::Filmstrip,
+    suggestions: suggestions::SuggestionPanel,
+}
+
+impl Panels {
+    /// Panels for this window.
+    pub fn new(ctx: &egui::Context) -> Self {
+        let frames = Thumbnails::new(ctx.clone(), [128, 96]);
+        let places = Thumbnails::new(ctx.clone(), [128, 96]);
+        Self {
+            start: start::StartPage::default(),
+            classes: classes::ClassPanel::default(),
+            filmstrip: filmstrip::Filmstrip::new(frames),
+            suggestions: suggestions::SuggestionPanel::new(places),
+        }
+    }
+
+    /// Draws the whole window.
+    pub fn show(&mut self, ui: &mut Ui, state: &AppState, canvas: &mut Canvas, actions: &mut Actions) {
+        egui::Panel::top("menu")
+            .frame(panel_frame(ui, 8, 4))
+            .show(ui, |ui| menu::show(ui, state, actions));
+        match &state.stage {
+            Stage::Start => {
+                egui::CentralPanel::default().show(ui, |ui| self.start.show(ui, actions));
+            }
+            Stage::Opening(opening) => {
+                egui::CentralPanel::default().show(ui, |ui| opening::show(ui, opening, actions));
+            }
+            Stage::Open(workspace) => self.show_workspace(ui, state, workspace, canvas, actions),
+        }
+        stats::show(ui, state);
+    }
+
+    fn show_workspace(
+        &mut self,
+        ui: &mut Ui,
+        state: &AppState,
+        workspace: &Workspace,
+        canvas: &mut Canvas,
+        actions: &mut Actions,
+    ) {
+        egui::Panel::left("classes")
+            .frame(panel_frame(ui, 12, 12))
+            .default_size(232.0)
+            .size_range(184.0..=360.0)
+            .show(ui, |ui| self.classes.show(ui, workspace, actions));
+        egui::Panel::right("guidance")
+            .frame(panel_frame(ui, 0, 0))
+            .default_size(280.0)
+            .size_range(240.0..=400.0)
+            .show(ui, |ui| {
+                egui::Panel::bottom("status")
+                    .frame(panel_frame(ui, 12, 12))
+                    .resizable(false)
+                    .show(ui, |ui| status::show(ui, workspace, actions));
+                egui::CentralPanel::default()
+                    .frame(panel_frame(ui, 12, 12))
+                    .show(ui, |ui| self.suggestions.show(ui, workspace, actions));
+            });
+        egui::Panel::bottom("filmstrip")
+            .frame(panel_frame(ui, 12, 8))
+            .resizable(false)
+            .exact_size(filmstrip::HEIGHT)
+            .show(ui, |ui| self.filmstrip.show(ui, state, workspace, actions));
+        egui::Panel::top("tools")
+            .frame(panel_frame(ui, 12, 4))
+            .resizable(false)
+            .show(ui, |ui| tools::show(ui, state, workspace, actions));
+        egui::CentralPanel::no_frame().show(ui, |ui| {
+            canvas.show(ui, state, workspace, actions);
+            tools::hint(ui, workspace, canvas.rect());
+        });
+    }
+}
+
+fn panel_frame(ui: &Ui, horizontal: i8, vertical: i8) -> egui::Frame {
+    egui::Frame::new()
+        .fill(ui.visuals().panel_fill)
+        .inner_margin(egui::Margin::symmetric(horizontal, vertical))
+}
+
+/// A card on a panel.
+fn card(ui: &Ui) -> egui::Frame {
+    egui::Frame::new()
+        .fill(theme::raised(ui.visuals()))
+        .stroke(egui::Stroke::new(1.0, theme::line(ui.visuals())))
+        .corner_radius(6)
+        .inner_margin(8)
+}

@@ -1,0 +1,123 @@
+//! How training goes.
+
+use egui::{Align, Layout, Ui};
+use inplace_core::session::Status;
+
+use crate::action::{Action, Actions};
+use crate::theme;
+use crate::widgets::{Icon, heading, icon_button};
+use crate::workspace::Workspace;
+
+/// Draws the status.
+pub fn show(ui: &mut Ui, workspace: &Workspace, actions: &mut Actions) {
+    ui.horizontal(|ui| {
+        heading(ui, "Training");
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            let (icon, name) = if workspace.is_paused() {
+                (Icon::Play, "Resume training (P)")
+            } else {
+                (Icon::Pause, "Pause training (P)")
+            };
+            ui.add_enabled_ui(!workspace.has_ended(), |ui| {
+                if icon_button(ui, icon, name).clicked() {
+                    actions.push(Action::TogglePause);
+                }
+            });
+            let phase = egui::RichText::new(workspace.phase_in_words());
+            let running = !workspace.is_paused() && !workspace.has_ended();
+            ui.label(if running {
+                phase.color(theme::accent(ui.visuals()))
+            } else {
+                phase.weak()
+            });
+        });
+    });
+    egui::Grid::new("status")
+        .num_columns(2)
+        .spacing([16.0, 4.0])
+        .min_col_width(112.0)
+        .show(ui, |ui| {
+            for (name, value, explanation) in rows(workspace.status()) {
+                ui.weak(name).on_hover_text(explanation);
+                ui.add(egui::Label::new(value).truncate());
+                ui.end_row();
+            }
+        });
+}
+
+fn rows(status: &Status) -> [(&'static str, String, &'static str); 6] {
+    let unknown = || "not known yet".to_owned();
+    [
+        (
+            "Steps",
+            grouped(status.steps),
+            "Training steps of the field that learns the scene's shape and colour",
+        ),
+        ("Time", duration(status.geometry_seconds as f32), "Time spent training"),
+        (
+            "Image quality",
+            status
+                .held_out_psnr
+                .map_or_else(unknown, |db| format!("{db:.1} dB")),
+            "How well the field predicts frames that it was not trained on (PSNR); more is better",
+        ),
+        (
+            "Depth error",
+            status
+                .depth_error
+                .map_or_else(unknown, |m| format!("{:.1} cm", 100.0 * m)),
+            "Median error of the field's depth where the capture has measured depth",
+        ),
+        (
+            "Uncertainty",
+            status
+                .mean_entropy
+                .map_or_else(unknown, |nats| format!("{nats:.2} nats")),
+            "Mean entropy of all pixels of all frames; less is surer",
+        ),
+        (
+            "Model",
+            if status.capacity.is_empty() {
+                unknown()
+            } else {
+                status.capacity.clone()
+            },
+            "The size that was chosen for this scene",
+        ),
+    ]
+}
+
+/// A number with its thousands apart.
+fn grouped(number: u64) -> String {
+    let digits = number.to_string();
+    let mut text = String::new();
+    for (index, digit) in digits.chars().enumerate() {
+        if index > 0 && (digits.len() - index).is_multiple_of(3) {
+            text.push(' ');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+fn duration(seconds: f32) -> String {
+    let seconds = seconds.max(0.0) as u64;
+    if seconds < 60 {
+        format!("{seconds} s")
+    } else {
+        format!("{} min {:02} s", seconds / 60, seconds % 60)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_and_times_are_readable() {
+        assert_eq!(grouped(7), "7");
+        assert_eq!(grouped(1_234_567), "1 234 567");
+        assert_eq!(duration(59.9), "59 s");
+        assert_eq!(duration(61.0), "1 min 01 s");
+    }
+}

@@ -1,0 +1,223 @@
+//! Starting the window, with whatever can draw it.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use inplace_core::field::Preset;
+use inplace_core::project::autosave_path;
+use inplace_core::scene::OpenOptions;
+
+use crate::app::{App, Surroundings};
+use crate::opening::Target;
+use crate::session_link::real_sessions;
+
+/// What the window starts with.
+#[derive(Clone, Debug)]
+pub struct UiOptions {
+    /// What is opened first; `None` = the start page.
+    pub open: Option<Target>,
+    /// What is read of captures.
+    pub read: OpenOptions,
+    /// How much the field may model.
+    pub preset: Preset,
+    /// Threads of the worker's pool.
+    pub threads: usize,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// Folder that exports go to unless the person chooses another.
+    pub out: Option<PathBuf>,
+    /// Measure the window, show the measurements and print them at exit.
+    pub stats: bool,
+}
+
+impl Default for UiOptions {
+    fn default() -> Self {
+        let cores = std::thread::available_parallelism().map_or(1, usize::from);
+        Self {
+            open: None,
+            read: OpenOptions::default(),
+            preset: Preset::default(),
+            threads: cores.saturating_sub(1).max(1),
+            seed: 0,
+            out: None,
+            stats: false,
+        }
+    }
+}
+
+/// Why there is no window; a sentence each.
+#[derive(Debug, thiserror::Error)]
+pub enum UiError {
+    /// There is no display to open a window on.
+    #[error(
+        "there is no display: set DISPLAY or WAYLAND_DISPLAY, or use a command that needs no window ({0})"
+    )]
+    NoDisplay(String),
+    /// A library that the window system needs is missing.
+    #[error(
+        "a window needs system libraries that are missing here ({0}): install libxkbcommon-x11-0 libx11-6 \
+         libx11-xcb1 libxcursor1 libxi6 mesa-vulkan-drivers"
+    )]
+    MissingLibrary(String),
+    /// Neither wgpu nor OpenGL can draw here.
+    #[error(
+        "nothing here can draw a window ({0}): install mesa-vulkan-drivers, or libegl1 and libgl1-mesa-dri"
+    )]
+    NoRenderer(String),
+}
+
+/// Opens the window and returns when it is closed.
+///
+/// # Errors
+/// Why there is no window, and what to install or do.
+pub fn run(options: UiOptions) -> Result<(), UiError> {
+    match start(&options, eframe::Renderer::Wgpu) {
+        Err(Failure::NoAdapter(_)) => {
+            start(&options, eframe::Renderer::Glow).map_err(|failure| match failure {
+                Failure::NoAdapter(reason) => UiError::NoRenderer(reason),
+                Failure::Other(error) => error,
+            })
+        }
+        Err(Failure::Other(error)) => Err(error),
+        Ok(()) => Ok(()),
+    }
+}
+
+/// Why a renderer did not start.
+enum Failure {
+    /// Another renderer may do.
+    NoAdapter(String),
+    Other(UiError),
+}
+
+fn start(options: &UiOptions, renderer: eframe::Renderer) -> Result<(), Failure> {
+    let native = eframe::NativeOptions {
+        renderer,
+        viewport: egui::ViewportBuilder::default()
+            .with_app_id("inplace")
+            .with_title("Inplace")
+            .with_inner_size([1280.0, 800.0])
+            .with_min_inner_size([960.0, 600.0])
+            .with_drag_and_drop(true),
+        ..eframe::NativeOptions::default()
+    };
+    let options = options.clone();
+    let create: eframe::AppCreator<'static> = Box::new(move |creation| {
+        let around = Surroundings {
+            sessions: real_sessions(),
+            autosave: Arc::new(autosave_path),
+            target: creation
+                .wgpu_render_state
+                .as_ref()
+                .map(|render| render.target_format),
+        };
+        Ok(Box::new(App::new(&creation.egui_ctx, options, around)))
+    });
+    // winit panics where a library is missing.
+    let quiet = QuietPanics::new();
+    let result = catch_unwind(AssertUnwindSafe(|| eframe::run_native("inplace", native, create)));
+    drop(quiet);
+    match result {
+        Ok(Ok(())) => Ok(()),
+        Ok(Err(error)) => Err(classify(error)),
+        Err(panic) => {
+            let reason = panic_message(panic.as_ref());
+            if is_missing_library(&reason) {
+                Err(Failure::Other(UiError::MissingLibrary(reason)))
+            } else {
+                std::panic::resume_unwind(panic)
+            }
+        }
+    }
+}
+
+fn classify(error: eframe::Error) -> Failure {
+    match error {
+        eframe::Error::Wgpu(error) => Failure::NoAdapter(error.to_string()),
+        eframe::Error::WinitEventLoop(error) => Failure::Other(classify_display(error.to_string())),
+        eframe::Error::Winit(error) => Failure::Other(classify_display(error.to_string())),
+        error => Failure::Other(UiError::NoRenderer(error.to_string())),
+    }
+}
+
+/// winit reports a library of X11 that is missing like a display that is.
+fn classify_display(reason: String) -> UiError {
+    let reason = without_source_location(&reason);
+    if is_missing_library(&reason) {
+        UiError::MissingLibrary(reason)
+    } else {
+        UiError::NoDisplay(reason)
+    }
+}
+
+fn is_missing_library(reason: &str) -> bool {
+    reason.contains("could not be loaded") || reason.contains("shared librar") || reason.contains(".so")
+}
+
+/// winit starts its messages with the place in its own source.
+fn without_source_location(reason: &str) -> String {
+    let after = reason.split_once(".rs:").map(|(_, rest)| rest);
+    let message = after
+        .and_then(|rest| rest.split_once(": "))
+        .map(|(_, message)| message);
+    message.unwrap_or(reason).trim_end_matches('.').to_owned()
+}
+
+fn panic_message(panic: &(dyn std::any::Any + Send)) -> String {
+    let text = panic
+        .downcast_ref::<String>()
+        .map(String::as_str)
+        .or_else(|| panic.downcast_ref::<&str>().copied());
+    text.unwrap_or("unknown reason").trim_end_matches('.').to_owned()
+}
+
+/// While this lives, the panic of a missing library prints nothing: it becomes an error with a sentence.
+struct QuietPanics;
+
+impl QuietPanics {
+    fn new() -> Self {
+        let usual = std::panic::take_hook();
+        std::panic::set_hook(Box::new(move |panic| {
+            let message = panic.payload().downcast_ref::<String>().map(String::as_str);
+            let message = message.or_else(|| panic.payload().downcast_ref::<&str>().copied());
+            if !message.is_some_and(is_missing_library) {
+                usual(panic);
+            }
+        }));
+        Self
+    }
+}
+
+impl Drop for QuietPanics {
+    fn drop(&mut self) {
+        if !std::thread::panicking() {
+            drop(std::panic::take_hook());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_missing_library_is_told_from_a_missing_display() {
+        let library = "Library libxkbcommon-x11.so could not be loaded.".to_owned();
+        assert!(matches!(classify_display(library), UiError::MissingLibrary(_)));
+        let display = "os error at /a/mod.rs:765: neither WAYLAND_DISPLAY nor DISPLAY is set.".to_owned();
+        let UiError::NoDisplay(reason) = classify_display(display) else {
+            panic!("not a missing display")
+        };
+        assert_eq!(reason, "neither WAYLAND_DISPLAY nor DISPLAY is set");
+    }
+
+    #[test]
+    fn errors_say_what_to_install() {
+        let error = UiError::MissingLibrary("libX11.so".to_owned()).to_string();
+        for package in ["libxkbcommon-x11-0", "libx11-6", "mesa-vulkan-drivers"] {
+            assert!(error.contains(package));
+        }
+        assert!(!error.contains('\n') && !error.contains("  "));
+    }
+}

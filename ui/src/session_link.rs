@@ -1,0 +1,80 @@
+//! The seam between the window and the worker, so that tests can stand in for the worker.
+
+use std::sync::Arc;
+
+use inplace_core::session::{Command, Event, MapSlots, Session, SessionOptions};
+
+/// A running session as the window sees it. Nothing here ever waits.
+pub trait SessionLink: Send {
+    /// Asks the worker to do something.
+    fn send(&self, command: Command);
+    /// The next thing that the worker told, if any.
+    fn next_event(&self) -> Option<Event>;
+    /// The newest map of every frame.
+    fn maps(&self) -> &Arc<MapSlots>;
+}
+
+impl SessionLink for Session {
+    fn send(&self, command: Command) {
+        Self::send(self, command);
+    }
+
+    fn next_event(&self) -> Option<Event> {
+        self.events().try_recv().ok()
+    }
+
+    fn maps(&self) -> &Arc<MapSlots> {
+        Self::maps(self)
+    }
+}
+
+/// Starts sessions; `wake` is to be called after every event.
+pub type SessionStarter = Box<dyn Fn(SessionOptions, Box<dyn Fn() + Send + Sync>) -> Box<dyn SessionLink>>;
+
+/// Starts real sessions.
+pub fn real_sessions() -> SessionStarter {
+    Box::new(|options, wake| Box::new(Session::start(options, wake)))
+}
+
+/// A session that ends off the UI thread: dropping it waits for the worker.
+pub struct Running(Option<Box<dyn SessionLink>>);
+
+impl Running {
+    /// Takes over a session.
+    pub fn new(session: Box<dyn SessionLink>) -> Self {
+        Self(Some(session))
+    }
+
+    /// Asks the worker to do something.
+    pub fn send(&self, command: Command) {
+        if let Some(session) = &self.0 {
+            session.send(command);
+        }
+    }
+
+    /// The next thing that the worker told, if any.
+    pub fn next_event(&self) -> Option<Event> {
+        self.0.as_ref()?.next_event()
+    }
+
+    /// The newest map of every frame.
+    pub fn maps(&self) -> Option<&Arc<MapSlots>> {
+        self.0.as_ref().map(|session| session.maps())
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        let session = self.0.take();
+        // Without a thread the drop happens here: at worst the window waits 100 ms.
+        let _ = std::thread::Builder::new()
+            .name("inplace-session-end".to_owned())
+            .spawn(move || drop(session));
+    }
+}
+
+impl std::fmt::Debug for Running {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter.debug_struct("Running").finish_non_exhaustive()
+    }
+}

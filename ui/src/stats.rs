@@ -1,0 +1,155 @@
+//! How fast the window is: CPU time of each frame, and from a click to its overlay.
+
+use std::sync::PoisonError;
+use std::time::{Duration, Instant};
+
+use crate::canvas::UploadClock;
+
+/// Most values kept of one kind; the newest stay.
+const MOST: usize = 100_000;
+
+/// Measured durations of one kind.
+#[derive(Debug, Default)]
+pub struct Samples {
+    milliseconds: std::collections::VecDeque<f32>,
+}
+
+/// The values that stand for many.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Summary {
+    /// Number of values.
+    pub count: usize,
+    /// Half of the values are at most this, in milliseconds.
+    pub p50: f32,
+    /// 95% of the values are at most this, in milliseconds.
+    pub p95: f32,
+    /// The largest value, in milliseconds.
+    pub max: f32,
+}
+
+impl Samples {
+    fn add(&mut self, duration: Duration) {
+        if self.milliseconds.len() == MOST {
+            self.milliseconds.pop_front();
+        }
+        self.milliseconds.push_back(duration.as_secs_f32() * 1000.0);
+    }
+
+    /// Percentiles (nearest rank) of the values so far.
+    pub fn summary(&self) -> Summary {
+        let mut sorted: Vec<f32> = self.milliseconds.iter().copied().collect();
+        sorted.sort_by(f32::total_cmp);
+        let rank = |share: f32| {
+            let index = (share * sorted.len() as f32).ceil() as usize;
+            sorted.get(index.saturating_sub(1)).copied().unwrap_or(0.0)
+        };
+        Summary {
+            count: sorted.len(),
+            p50: rank(0.5),
+            p95: rank(0.95),
+            max: rank(1.0),
+        }
+    }
+}
+
+impl Summary {
+    fn json(&self) -> String {
+        format!(
+            r#"{{"count":{},"p50":{:.2},"p95":{:.2},"max":{:.2}}}"#,
+            self.count, self.p50, self.p95, self.max
+        )
+    }
+}
+
+/// Everything measured.
+#[derive(Debug, Default)]
+pub struct Stats {
+    /// CPU time of the window's own code for one frame.
+    pub frame: Samples,
+    /// CPU time of one frame as eframe reports it: with tessellation and drawing, without waiting.
+    pub reported: Samples,
+    /// From the release of a click to the first map of its generation with the renderer.
+    pub click_to_overlay: Samples,
+    clock: UploadClock,
+    /// The last click that still waits for its overlay: label generation, frame, time of release.
+    waiting: Option<(u64, usize, Instant)>,
+}
+
+impl Stats {
+    /// Measures uploads with this clock.
+    pub fn new(clock: UploadClock) -> Self {
+        Self {
+            clock,
+            ..Self::default()
+        }
+    }
+
+    /// A click led to labels of this generation.
+    pub fn clicked(&mut self, generation: u64, frame: usize) {
+        self.waiting.get_or_insert((generation, frame, Instant::now()));
+    }
+
+    /// Another frame came into view: what was waited for may never be shown.
+    pub fn looked_away(&mut self) {
+        self.waiting = None;
+    }
+
+    /// A frame took this long; `reported` is eframe's own time of the frame before.
+    pub fn frame_done(&mut self, own: Duration, reported: Option<f32>) {
+        self.frame.add(own);
+        if let Some(seconds) = reported {
+            self.reported.add(Duration::from_secs_f32(seconds.max(0.0)));
+        }
+        let uploaded = *self.clock.lock().unwrap_or_else(PoisonError::into_inner);
+        if let (Some((wanted, frame, clicked)), Some((generation, shown, time))) = (self.waiting, uploaded)
+            && generation >= wanted
+            && shown == frame
+            && time >= clicked
+        {
+            self.click_to_overlay.add(time - clicked);
+            self.waiting = None;
+        }
+    }
+
+    /// All summaries as one line of JSON, in milliseconds.
+    pub fn json(&self) -> String {
+        format!(
+            r#"{{"frame_ms":{},"eframe_ms":{},"click_to_overlay_ms":{}}}"#,
+            self.frame.summary().json(),
+            self.reported.summary().json(),
+            self.click_to_overlay.summary().json()
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn percentiles_are_values_that_were_measured() {
+        let mut samples = Samples::default();
+        for milliseconds in 1..=100 {
+            samples.add(Duration::from_millis(milliseconds));
+        }
+        let summary = samples.summary();
+        assert_eq!((summary.p50, summary.p95, summary.max), (50.0, 95.0, 100.0));
+        assert_eq!(Samples::default().summary(), Summary::default());
+    }
+
+    #[test]
+    fn a_click_waits_for_a_map_of_its_own_generation_and_frame() {
+        let clock = UploadClock::default();
+        let mut stats = Stats::new(UploadClock::clone(&clock));
+        stats.clicked(5, 2);
+        let upload = |generation, frame| *clock.lock().unwrap() = Some((generation, frame, Instant::now()));
+        for (generation, frame) in [(4, 2), (5, 1)] {
+            upload(generation, frame);
+            stats.frame_done(Duration::ZERO, None);
+            assert_eq!(stats.click_to_overlay.summary().count, 0);
+        }
+        upload(6, 2);
+        stats.frame_done(Duration::ZERO, None);
+        assert_eq!(stats.click_to_overlay.summary().count, 1);
+    }
+}

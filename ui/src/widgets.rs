@@ -1,0 +1,214 @@
+//! The few widgets of our own: painted icons, class swatches, section headings, the main button.
+
+use egui::{Color32, Pos2, Rect, Response, Role, Sense, Shape, Stroke, Ui, Vec2, WidgetInfo, pos2, vec2};
+
+use crate::theme;
+
+/// A painted icon.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Icon {
+    /// Turn back.
+    Undo,
+    /// Turn forward.
+    Redo,
+    /// The corners of a frame.
+    Fit,
+    /// A brush.
+    Brush,
+    /// An eraser.
+    Eraser,
+    /// Two bars.
+    Pause,
+    /// A triangle.
+    Play,
+    /// A cross.
+    Close,
+    /// Three dots.
+    More,
+    /// To the left.
+    Previous,
+    /// To the right.
+    Next,
+    /// Plus.
+    Add,
+}
+
+/// A square button with an icon; `name` is its tooltip and its name for screen readers.
+pub fn icon_button(ui: &mut Ui, icon: Icon, name: &str) -> Response {
+    icon_button_with(ui, icon, name, false)
+}
+
+/// An icon button that can be chosen.
+pub fn icon_button_with(ui: &mut Ui, icon: Icon, name: &str, chosen: bool) -> Response {
+    let side = ui.spacing().interact_size.y;
+    let (rect, response) = ui.allocate_exact_size(Vec2::splat(side), Sense::click());
+    let enabled = ui.is_enabled();
+    response.widget_info(|| {
+        let mut info = WidgetInfo::labeled(Role::Button, enabled, name);
+        info.selected = chosen.then_some(true);
+        info
+    });
+    if ui.is_rect_visible(rect) {
+        let visuals = ui.style().interact(&response);
+        let color = if chosen {
+            ui.painter()
+                .rect_filled(rect, visuals.corner_radius, theme::accent(ui.visuals()));
+            theme::on_accent(ui.visuals())
+        } else {
+            if response.hovered() || response.has_focus() {
+                ui.painter().rect(
+                    rect,
+                    visuals.corner_radius,
+                    visuals.bg_fill,
+                    visuals.bg_stroke,
+                    egui::StrokeKind::Inside,
+                );
+            }
+            visuals.text_color()
+        };
+        icon.paint(ui.painter(), rect, color);
+    }
+    if response.has_focus() {
+        focus_ring(ui, rect);
+    }
+    response.on_hover_text(name)
+}
+
+/// The ring around a control that has the keyboard.
+pub fn focus_ring(ui: &Ui, rect: Rect) {
+    let stroke = Stroke::new(1.5, theme::accent(ui.visuals()));
+    ui.painter()
+        .rect_stroke(rect, 4, stroke, egui::StrokeKind::Outside);
+}
+
+impl Icon {
+    /// Paints the icon in the middle of a rectangle.
+    pub fn paint(self, painter: &egui::Painter, rect: Rect, color: Color32) {
+        let center = rect.center();
+        let stroke = Stroke::new(1.6, color);
+        let at = |x: f32, y: f32| center + vec2(x, y);
+        let line = |points: &[Pos2]| Shape::line(points.to_vec(), stroke);
+        match self {
+            Self::Undo => turn(painter, center, stroke, 1.0),
+            Self::Redo => turn(painter, center, stroke, -1.0),
+            Self::Fit => {
+                for (sx, sy) in [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)] {
+                    let corner = [
+                        at(2.5 * sx, 6.0 * sy),
+                        at(6.5 * sx, 6.0 * sy),
+                        at(6.5 * sx, 2.0 * sy),
+                    ];
+                    painter.add(line(&corner));
+                }
+            }
+            Self::Brush => {
+                painter.add(line(&[at(6.5, -6.5), at(-0.5, 0.5)]));
+                painter.circle_filled(at(-3.0, 3.0), 3.6, color);
+            }
+            Self::Eraser => {
+                let outline = [
+                    at(-6.5, 2.0),
+                    at(1.0, -5.5),
+                    at(6.0, -0.5),
+                    at(-1.0, 6.0),
+                    at(-3.0, 6.0),
+                ];
+                painter.add(Shape::closed_line(outline.to_vec(), stroke));
+                painter.add(line(&[at(-3.0, -1.5), at(2.2, 3.4)]));
+            }
+            Self::Pause => {
+                for x in [-3.0, 3.0] {
+                    painter.rect_filled(Rect::from_center_size(at(x, 0.0), vec2(3.0, 11.0)), 1, color);
+                }
+            }
+            Self::Play => {
+                let triangle = vec![at(-4.0, -6.0), at(6.0, 0.0), at(-4.0, 6.0)];
+                painter.add(Shape::convex_polygon(triangle, color, Stroke::NONE));
+            }
+            Self::Close => {
+                painter.add(line(&[at(-4.0, -4.0), at(4.0, 4.0)]));
+                painter.add(line(&[at(-4.0, 4.0), at(4.0, -4.0)]));
+            }
+            Self::More => {
+                for x in [-5.0, 0.0, 5.0] {
+                    painter.circle_filled(at(x, 0.0), 1.5, color);
+                }
+            }
+            Self::Previous => {
+                painter.add(line(&[at(2.5, -5.0), at(-2.5, 0.0), at(2.5, 5.0)]));
+            }
+            Self::Next => {
+                painter.add(line(&[at(-2.5, -5.0), at(2.5, 0.0), at(-2.5, 5.0)]));
+            }
+            Self::Add => {
+                painter.add(line(&[at(-5.0, 0.0), at(5.0, 0.0)]));
+                painter.add(line(&[at(0.0, -5.0), at(0.0, 5.0)]));
+            }
+        }
+    }
+}
+
+/// An arrow that turns back (`side` 1) or forward (-1).
+fn turn(painter: &egui::Painter, center: Pos2, stroke: Stroke, side: f32) {
+    let at = |x: f32, y: f32| center + vec2(side * x, y);
+    let arc: Vec<Pos2> = (0..=12)
+        .map(|step| {
+            let angle = std::f32::consts::PI * (step as f32 / 12.0 - 0.5);
+            at(1.0 + 4.5 * angle.cos(), 1.0 + 4.5 * angle.sin())
+        })
+        .collect();
+    painter.add(Shape::line(vec![at(-6.0, -3.5), at(1.0, -3.5)], stroke));
+    painter.add(Shape::line(arc, stroke));
+    painter.add(Shape::line(vec![at(1.0, 5.5), at(-3.5, 5.5)], stroke));
+    painter.add(Shape::line(
+        vec![at(-2.8, -6.7), at(-6.0, -3.5), at(-2.8, -0.3)],
+        stroke,
+    ));
+}
+
+/// A class's colour as a small rounded square.
+pub fn swatch(painter: &egui::Painter, center: Pos2, color: [u8; 3], side: f32) {
+    let rect = Rect::from_center_size(center, Vec2::splat(side));
+    let [r, g, b] = color;
+    painter.rect(
+        rect,
+        3,
+        Color32::from_rgb(r, g, b),
+        Stroke::new(1.0, Color32::from_white_alpha(50)),
+        egui::StrokeKind::Inside,
+    );
+}
+
+/// A panel's heading.
+pub fn heading(ui: &mut Ui, text: &str) {
+    ui.label(egui::RichText::new(text).size(15.0).strong());
+}
+
+/// The button that a person most likely wants.
+pub fn main_button(ui: &mut Ui, text: &str) -> Response {
+    main_button_enabled(ui, true, text)
+}
+
+/// The button that a person most likely wants, where it may not be possible yet.
+pub fn main_button_enabled(ui: &mut Ui, enabled: bool, text: &str) -> Response {
+    let visuals = ui.visuals();
+    let (fill, color) = (theme::accent(visuals), theme::on_accent(visuals));
+    let text = egui::RichText::new(text).color(color);
+    ui.add_enabled(enabled, egui::Button::new(text).fill(fill))
+}
+
+/// Words that stand where there is nothing to show yet.
+pub fn empty_state(ui: &mut Ui, text: &str) {
+    ui.add(egui::Label::new(egui::RichText::new(text).weak()).wrap());
+}
+
+/// Text cut to one line in a rectangle, with the colour given.
+pub fn line_of_text(ui: &Ui, rect: Rect, text: &str, size: f32, color: Color32) {
+    let font = egui::FontId::proportional(size);
+    let mut job =
+        egui::text::LayoutJob::single_section(text.to_owned(), egui::text::TextFormat::simple(font, color));
+    job.wrap = egui::text::TextWrapping::truncate_at_width(rect.width());
+    let galley = ui.painter().layout_job(job);
+    let top = rect.center().y - 0.5 * galley.size().y;
+    ui.painter().galley(pos2(rect.left(), top), galley, color);
+}

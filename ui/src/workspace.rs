@@ -1,0 +1,311 @@
+//! An open scene: what is looked at, what was said about it, and what the worker answered.
+
+use std::sync::Arc;
+
+use inplace_core::guide::Suggestion;
+use inplace_core::labels::{ClassId, Edit, History, Pixel, Stroke, VOID};
+use inplace_core::scene::{Frame, Scene};
+use inplace_core::session::{Command, Event, ModelState, Phase, Status};
+
+use crate::canvas::{Content, Line, ShownMap, Tool, View};
+use crate::document::{Document, frame_of};
+use crate::session_link::Running;
+
+/// An open scene.
+#[derive(Debug)]
+pub struct Workspace {
+    scene: Arc<Scene>,
+    serial: u64,
+    session: Running,
+    document: Document,
+    frame: usize,
+    class: Option<ClassId>,
+    shown: Option<ShownMap>,
+    /// Counts up with every new map of a frame.
+    map_versions: Vec<u64>,
+    last_serial: u64,
+    status: Status,
+    paused: bool,
+    suggestions: Vec<Suggestion>,
+    /// The suggestion that was gone to last.
+    at_suggestion: Option<usize>,
+    state: Option<Arc<ModelState>>,
+    ended: bool,
+    /// Zoom and pan.
+    pub view: View,
+}
+
+impl Workspace {
+    /// A scene that a session has just opened; `serial` tells scenes apart.
+    pub fn new(scene: Arc<Scene>, serial: u64, session: Running, document: Document) -> Self {
+        let workspace = Self {
+            map_versions: vec![0; scene.frames.len()],
+            scene,
+            serial,
+            session,
+            class: document.classes().first().map(|class| class.id),
+            document,
+            frame: 0,
+            shown: None,
+            last_serial: 0,
+            status: Status::default(),
+            paused: false,
+            suggestions: Vec::new(),
+            at_suggestion: None,
+            state: None,
+            ended: false,
+            view: View::FITTED,
+        };
+        workspace.session.send(Command::View { frame: 0 });
+        if !workspace.document.labels().strokes.is_empty() {
+            workspace.send_labels();
+        }
+        workspace
+    }
+
+    /// The scene.
+    pub fn scene(&self) -> &Arc<Scene> {
+        &self.scene
+    }
+
+    /// A number that no other open scene of this window had.
+    pub fn serial(&self) -> u64 {
+        self.serial
+    }
+
+    /// The labels.
+    pub fn document(&self) -> &Document {
+        &self.document
+    }
+
+    /// Index of the frame in view.
+    pub fn frame_index(&self) -> usize {
+        self.frame
+    }
+
+    /// The frame in view; `None` in a scene without frames.
+    pub fn frame(&self) -> Option<&Frame> {
+        self.scene.frames.get(self.frame)
+    }
+
+    /// The current class; `None` until there is one.
+    pub fn class(&self) -> Option<ClassId> {
+        self.class
+    }
+
+    /// How training goes.
+    pub fn status(&self) -> &Status {
+        &self.status
+    }
+
+    /// Whether the person paused training.
+    pub fn is_paused(&self) -> bool {
+        self.paused
+    }
+
+    /// Whether the worker has ended.
+    pub fn has_ended(&self) -> bool {
+        self.ended
+    }
+
+    /// Where to label next, best first.
+    pub fn suggestions(&self) -> &[Suggestion] {
+        &self.suggestions
+    }
+
+    /// The suggestion that was gone to last.
+    pub fn at_suggestion(&self) -> Option<usize> {
+        self.at_suggestion
+    }
+
+    /// The newest model state that the worker handed over.
+    pub fn state(&self) -> Option<&Arc<ModelState>> {
+        self.state.as_ref()
+    }
+
+    /// The running session.
+    pub fn session(&self) -> &Running {
+        &self.session
+    }
+
+    /// Changes with every new map of a frame; 0 = none yet.
+    pub fn map_version(&self, frame: usize) -> u64 {
+        self.map_versions.get(frame).copied().unwrap_or(0)
+    }
+
+    /// The map shown for the frame in view.
+    pub fn shown_map(&self) -> Option<&ShownMap> {
+        self.shown.as_ref()
+    }
+
+    /// What the canvas shows.
+    pub fn content(&self) -> Option<Content> {
+        Content::new(
+            &self.scene,
+            self.serial,
+            self.frame,
+            self.shown.clone(),
+            self.document.palette(),
+        )
+    }
+
+    /// Shows a frame; returns whether another one was shown before.
+    pub fn go_to(&mut self, frame: usize) -> bool {
+        let frame = frame.min(self.scene.frames.len().saturating_sub(1));
+        if frame == self.frame {
+            return false;
+        }
+        self.frame = frame;
+        self.session.send(Command::View { frame });
+        self.take_map();
+        true
+    }
+
+    /// Shows a place of a frame.
+    pub fn go_to_place(&mut self, frame: usize, [x, y]: Pixel) {
+        self.go_to(frame);
+        self.view.center_on(egui::pos2(x as f32 + 0.5, y as f32 + 0.5));
+    }
+
+    /// Goes to a suggestion.
+    pub fn go_to_suggestion(&mut self, index: usize) {
+        if let Some(suggestion) = self.suggestions.get(index) {
+            let (frame, pixel) = (suggestion.frame, suggestion.pixel);
+            self.at_suggestion = Some(index);
+            self.go_to_place(frame, pixel);
+        }
+    }
+
+    /// Goes to the best suggestion, or on to the next one; returns whether there is any.
+    pub fn go_to_next_suggestion(&mut self) -> bool {
+        if self.suggestions.is_empty() {
+            return false;
+        }
+        let next = self.at_suggestion.map_or(0, |index| index + 1);
+        self.go_to_suggestion(next % self.suggestions.len());
+        true
+    }
+
+    /// Makes a class current.
+    pub fn choose_class(&mut self, class: ClassId) {
+        if class == VOID || self.document.labels().class(class).is_some() {
+            self.class = Some(class);
+        }
+    }
+
+    /// A stroke of the current class along a line on the frame in view; `None` while there is no class.
+    pub fn stroke_along(&self, line: Line, radius: u32) -> Option<Stroke> {
+        Some(Stroke {
+            frame: self.frame,
+            class: self.class?,
+            radius,
+            lines: vec![line.points],
+        })
+    }
+
+    /// Adds or erases along a line; `None` when nothing changed.
+    pub fn draw(&mut self, line: Line, radius: u32) -> Option<Edit> {
+        match line.tool {
+            Tool::Label => {
+                let stroke = self.stroke_along(line, radius)?;
+                self.edit(|history| Some(history.add_stroke(stroke)))
+            }
+            Tool::Erase => {
+                let frame = self.frame;
+                self.edit(|history| history.erase(frame, &line.points, radius))
+            }
+        }
+    }
+
+    /// Changes the labels and tells the worker; `None` when nothing changed.
+    pub fn edit(&mut self, change: impl FnOnce(&mut History) -> Option<Edit>) -> Option<Edit> {
+        let edit = self.document.edit(change)?;
+        let exists = |class| class == VOID || self.document.labels().class(class).is_some();
+        if !self.class.is_some_and(exists) {
+            self.class = self.document.classes().first().map(|class| class.id);
+        }
+        self.send_labels();
+        Some(edit)
+    }
+
+    /// Undoes or redoes, and shows the frame where it happened.
+    pub fn step_history(&mut self, step: fn(&mut History) -> Option<Edit>) -> Option<Edit> {
+        let edit = self.edit(step)?;
+        if let Some(frame) = frame_of(&edit) {
+            self.go_to(frame);
+        }
+        Some(edit)
+    }
+
+    /// Pauses or resumes training.
+    pub fn toggle_pause(&mut self) {
+        self.paused = !self.paused;
+        let command = if self.paused {
+            Command::Pause
+        } else {
+            Command::Resume
+        };
+        self.session.send(command);
+    }
+
+    /// Takes what the worker told into account; returns a sentence about what failed.
+    pub fn on_event(&mut self, event: Event) -> Option<String> {
+        match event {
+            Event::Map { frame, .. } => {
+                if let Some(version) = self.map_versions.get_mut(frame) {
+                    *version += 1;
+                }
+                if frame == self.frame {
+                    self.take_map();
+                }
+            }
+            Event::Suggestions { suggestions, .. } => {
+                let frames = self.scene.frames.len();
+                self.suggestions = suggestions;
+                self.suggestions.retain(|suggestion| suggestion.frame < frames);
+                self.at_suggestion = None;
+            }
+            Event::Status(status) => self.status = status,
+            Event::State(state) => self.state = Some(state),
+            Event::Error(sentence) => return Some(sentence),
+            Event::Stopped => self.ended = true,
+            Event::AllMaps { .. } | Event::Opening { .. } | Event::Opened(_) => {}
+        }
+        None
+    }
+
+    /// What the worker is doing, in words.
+    pub fn phase_in_words(&self) -> &'static str {
+        match (self.ended, self.paused, self.status.phase) {
+            (true, ..) => "Training has stopped",
+            (_, true, _) => "Paused",
+            (.., Phase::Opening) => "Getting ready",
+            (.., Phase::FindingSurface) => "Finding the surface",
+            (.., Phase::Paused) => "Paused",
+            (.., Phase::Training) if self.status.settled => "Settled",
+            (.., Phase::Training) => "Training",
+        }
+    }
+
+    fn take_map(&mut self) {
+        let map = self.session.maps().and_then(|maps| maps.get(self.frame));
+        self.last_serial += 1;
+        let serial = (self.serial << 32) | self.last_serial;
+        self.shown = map
+            .filter(|map| is_whole(map))
+            .map(|map| ShownMap { map, serial });
+    }
+
+    fn send_labels(&self) {
+        self.session.send(Command::Labels {
+            labels: self.document.labels().clone(),
+            generation: self.document.generation(),
+        });
+    }
+}
+
+/// Whether a map has as many values as its size says.
+fn is_whole(map: &inplace_core::session::FrameMap) -> bool {
+    let pixels = map.width as usize * map.height as usize;
+    pixels > 0 && map.labels.len() == pixels && map.entropy.len() == pixels
+}
