@@ -122,8 +122,13 @@ mod tests {
         let label = ["inplace", "label", "demo", "--out", "x", "--budget", "5"];
         assert!(matches!(
             Arguments::try_parse_from(label).unwrap().command,
-            Some(Command::Label(LabelArguments { budget: Some(5.0), .. }))
+            Some(Command::Label(LabelArguments {
+                budget: Some(5.0),
+                ..
+            }))
         ));
-        assert!(Arguments::try_parse_from(["inplace", "label", "demo", "--out", "x", "--budget", "-5"]).is_err());
+        assert!(
+            Arguments::try_parse_from(["inplace", "label", "demo", "--out", "x", "--budget", "-5"]).is_err()
+        );
     }
 }

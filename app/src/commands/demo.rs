@@ -15,6 +15,10 @@ pub fn run(out: &Path) -> Result<(), Failure> {
         held_out: &demo::held_out(),
     };
     write_replica(&scene, out, Some(&truth))?;
-    println!("wrote {} frames with depth and labels: {}", scene.frames.len(), out.display());
+    println!(
+        "wrote {} frames with depth and labels: {}",
+        scene.frames.len(),
+        out.display()
+    );
     Ok(())
 }

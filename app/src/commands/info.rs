@@ -70,7 +70,12 @@ fn print(facts: &Value) {
     };
     println!("scene       {}", text("scene"));
     println!("format      {}", text("format"));
-    println!("frames      {} of {} x {} pixels", text("frames"), text("width"), text("height"));
+    println!(
+        "frames      {} of {} x {} pixels",
+        text("frames"),
+        text("width"),
+        text("height")
+    );
     println!("intrinsics  fx fy cx cy = {}", text("intrinsics"));
     match facts["depth_coverage"].as_f64() {
         Some(coverage) => println!(
@@ -81,7 +86,11 @@ fn print(facts: &Value) {
         None => println!("depth       none"),
     }
     println!("labels      in {} frames (not used)", text("frames_with_labels"));
-    println!("bounds      {} to {} m", text("bounds_min_m"), text("bounds_max_m"));
+    println!(
+        "bounds      {} to {} m",
+        text("bounds_min_m"),
+        text("bounds_max_m")
+    );
     println!("model       {}", text("capacity"));
     for warning in facts["warnings"].as_array().into_iter().flatten() {
         println!("warning     {}", warning.as_str().unwrap_or_default());

@@ -50,7 +50,11 @@ pub fn run(arguments: &LabelArguments) -> Result<(), Failure> {
         None => LabelSet::default(),
     };
     if labels.classes.is_empty() {
-        return Err(format!("{}: there are no classes to label with", arguments.scene.display()).into());
+        return Err(format!(
+            "{}: there are no classes to label with",
+            arguments.scene.display()
+        )
+        .into());
     }
     run.session.send(Command::Labels {
         labels: labels.clone(),
@@ -102,7 +106,11 @@ pub fn run(arguments: &LabelArguments) -> Result<(), Failure> {
 /// Finds out what to label: a project with its own strokes, or a scene with a strokes file.
 fn job(arguments: &LabelArguments) -> Result<Job, Failure> {
     let threads = cores();
-    if arguments.scene.extension().is_some_and(|extension| extension == "inplace") {
+    if arguments
+        .scene
+        .extension()
+        .is_some_and(|extension| extension == "inplace")
+    {
         if arguments.strokes.is_some() {
             return Err("a project brings its own strokes; leave --strokes away".into());
         }
@@ -161,7 +169,9 @@ impl Run {
     fn opened(&mut self) -> Result<Arc<Scene>, Failure> {
         loop {
             match self.session.events().recv()? {
-                Event::Opening { done, total } => self.progress.show(&format!("reading frame {done} of {total}")),
+                Event::Opening { done, total } => {
+                    self.progress.show(&format!("reading frame {done} of {total}"))
+                }
                 Event::Opened(scene) => return Ok(scene),
                 Event::Error(reason) => return Err(reason.into()),
                 _ => {}
@@ -171,11 +181,17 @@ impl Run {
 
     /// Waits until the maps are final, or for as long as the budget allows; then returns them.
     fn maps(&mut self, scene: &Scene, budget: Option<f64>) -> Result<Vec<Arc<FrameMap>>, Failure> {
-        let megapixels = scene.frames.iter().map(|frame| frame.camera.pixels()).sum::<usize>() as f64 / 1e6;
+        let megapixels = scene
+            .frames
+            .iter()
+            .map(|frame| frame.camera.pixels())
+            .sum::<usize>() as f64
+            / 1e6;
         let writing = WRITE_SECONDS + WRITE_SECONDS_PER_MEGAPIXEL * megapixels;
         // When to train no more, and when to write whatever there is.
         let at = |seconds: f64| self.start + Duration::from_secs_f64(seconds.max(0.0));
-        let deadlines = budget.map(|budget| (at(budget - writing - LAST_LOOK * budget), at(budget - writing)));
+        let deadlines =
+            budget.map(|budget| (at(budget - writing - LAST_LOOK * budget), at(budget - writing)));
         let mut settling = false;
         loop {
             let now = Instant::now();
@@ -184,7 +200,9 @@ impl Run {
                     settling = true;
                     self.session.send(Command::Settle);
                 }
-                if now >= end && let Some(maps) = self.all_maps(scene) {
+                if now >= end
+                    && let Some(maps) = self.all_maps(scene)
+                {
                     return Ok(maps);
                 }
             }
@@ -216,7 +234,11 @@ impl Run {
 }
 
 fn describe(status: &Status) -> String {
-    let psnr = status.held_out_psnr.map_or(String::new(), |psnr| format!(", {psnr:.1} dB"));
-    let entropy = status.mean_entropy.map_or(String::new(), |entropy| format!(", entropy {entropy:.2}"));
+    let psnr = status
+        .held_out_psnr
+        .map_or(String::new(), |psnr| format!(", {psnr:.1} dB"));
+    let entropy = status
+        .mean_entropy
+        .map_or(String::new(), |entropy| format!(", entropy {entropy:.2}"));
     format!("training: step {}{psnr}{entropy}", status.steps)
 }

@@ -31,7 +31,9 @@ pub fn run(arguments: WindowArguments) -> Result<(), Failure> {
     match inplace_ui::run(options) {
         Ok(()) => Ok(()),
         Err(UiError::NoDisplay(_)) if arguments.open.is_none() => {
-            eprintln!("inplace: there is no display for the window, so the demo scene is labelled into ./{DEMO_OUT} instead");
+            eprintln!(
+                "inplace: there is no display for the window, so the demo scene is labelled into ./{DEMO_OUT} instead"
+            );
             label::run(&LabelArguments {
                 scene: PathBuf::from("demo"),
                 strokes: None,

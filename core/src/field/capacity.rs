@@ -87,10 +87,16 @@ fn pixel_footprint(scene: &Scene, volume: &Volume) -> f32 {
         values.sort_by(f32::total_cmp);
         values.get(values.len() / 2).copied()
     };
-    let lengths = scene.frames.iter().filter_map(|frame| frame.depth.as_ref()).flat_map(|depth| {
-        let stride = (depth.len() / 100).max(1) | 1;
-        (0..depth.len()).step_by(stride).filter_map(|index| depth.ray_length(index))
-    });
+    let lengths = scene
+        .frames
+        .iter()
+        .filter_map(|frame| frame.depth.as_ref())
+        .flat_map(|depth| {
+            let stride = (depth.len() / 100).max(1) | 1;
+            (0..depth.len())
+                .step_by(stride)
+                .filter_map(|index| depth.ray_length(index))
+        });
     let length = median(lengths.collect()).unwrap_or(0.25 * volume.side);
     let focal = median(scene.frames.iter().map(|frame| frame.camera.fx).collect()).unwrap_or(1.0);
     length / focal

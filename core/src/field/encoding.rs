@@ -117,7 +117,12 @@ mod tests {
     fn weights_sum_to_one_and_rows_stay_in_their_level() {
         let shape = GridShape::new(6, 4, 200, 12);
         for level in shape.levels() {
-            for position in [[0.0, 0.0, 0.0], [1.0, 1.0, 1.0], [0.3, 0.77, 0.5001], [-0.2, 1.4, 0.5]] {
+            for position in [
+                [0.0, 0.0, 0.0],
+                [1.0, 1.0, 1.0],
+                [0.3, 0.77, 0.5001],
+                [-0.2, 1.4, 0.5],
+            ] {
                 let (rows, weights) = level.corners(position);
                 assert!((weights.iter().sum::<f32>() - 1.0).abs() < 1e-5);
                 let range = level.first_row..level.first_row + level.rows;

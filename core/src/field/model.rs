@@ -123,7 +123,11 @@ impl RadianceField {
         let input = Tensor::cat(&[features, directions], 1)?;
         let hidden = input.matmul(&self.color[0])?.relu()?;
         // The logistic function by tanh, which has a fast backward pass in candle.
-        hidden.matmul(&self.color[1])?.affine(0.5, 0.0)?.tanh()?.affine(0.5, 0.5)
+        hidden
+            .matmul(&self.color[1])?
+            .affine(0.5, 0.0)?
+            .tanh()?
+            .affine(0.5, 0.5)
     }
 
     /// Features that the semantic head reads at unit positions `[N, 3]`: encoding and geometry
@@ -184,6 +188,8 @@ pub fn direction_features(d: Vec3) -> [f32; DIRECTION_FEATURES] {
 }
 
 fn uniform(rng: &mut SmallRng, shape: (usize, usize), bound: f32) -> Result<Var> {
-    let values: Vec<f32> = (0..shape.0 * shape.1).map(|_| rng.random_range(-bound..bound)).collect();
+    let values: Vec<f32> = (0..shape.0 * shape.1)
+        .map(|_| rng.random_range(-bound..bound))
+        .collect();
     Var::from_tensor(&Tensor::from_vec(values, shape, &Device::Cpu)?)
 }

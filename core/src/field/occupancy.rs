@@ -40,7 +40,9 @@ impl OccupancyGrid {
             scene.frames.iter().flat_map(|frame| {
                 let depth = frame.depth.as_ref();
                 let stride = depth.map_or(1, |depth| (depth.len() / 4000).max(1) | 1);
-                let pixels = depth.into_iter().flat_map(move |depth| (0..depth.len()).step_by(stride));
+                let pixels = depth
+                    .into_iter()
+                    .flat_map(move |depth| (0..depth.len()).step_by(stride));
                 pixels.filter_map(move |index| {
                     let length = frame.depth.as_ref()?.ray_length(index)?;
                     Some((frame.center(), frame.ray_direction(index), length))
@@ -84,7 +86,9 @@ impl OccupancyGrid {
     /// Cells to look at next and a random unit position inside each: half of them among the occupied.
     pub fn probes(&self, count: usize, seed: u64) -> (Vec<u32>, Vec<Vec3>) {
         let mut rng = SmallRng::seed_from_u64(seed);
-        let occupied: Vec<u32> = (0..self.occupied.len() as u32).filter(|&i| self.occupied[i as usize]).collect();
+        let occupied: Vec<u32> = (0..self.occupied.len() as u32)
+            .filter(|&i| self.occupied[i as usize])
+            .collect();
         let cells: Vec<u32> = (0..count)
             .map(|k| {
                 if k % 2 == 0 && !occupied.is_empty() {
@@ -182,6 +186,11 @@ mod tests {
     fn probes_lie_in_their_cells() {
         let grid = OccupancyGrid::unknown(0.02);
         let (cells, positions) = grid.probes(100, 9);
-        assert!(cells.iter().zip(&positions).all(|(&c, &p)| index_of(p) == Some(c as usize)));
+        assert!(
+            cells
+                .iter()
+                .zip(&positions)
+                .all(|(&c, &p)| index_of(p) == Some(c as usize))
+        );
     }
 }

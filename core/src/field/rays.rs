@@ -212,7 +212,11 @@ mod tests {
             direction: Vec3::Z,
             length: None,
         };
-        let t = |seed| Samples::along(&[ray; 9], &volume, &grid, sampling(Some(seed))).packing.t;
+        let t = |seed| {
+            Samples::along(&[ray; 9], &volume, &grid, sampling(Some(seed)))
+                .packing
+                .t
+        };
         assert_eq!(t(7), t(7));
         assert_ne!(t(7), t(8));
     }

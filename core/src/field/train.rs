@@ -179,7 +179,10 @@ impl Trainer {
             let frame = &self.scene.frames[frame];
             squared += (ray.color - frame.color.color(index)).length_squared() / 3.0;
             if let Some(measured) = frame.depth.as_ref().and_then(|depth| depth.ray_length(index)) {
-                errors.push(ray.length.map_or(f32::INFINITY, |length| (length - measured).abs()));
+                errors.push(
+                    ray.length
+                        .map_or(f32::INFINITY, |length| (length - measured).abs()),
+                );
             }
         }
         errors.sort_by(f32::total_cmp);
@@ -220,7 +223,8 @@ impl Trainer {
 
     /// Random rays of training frames and their colours `[rays, 3]`.
     fn batch(&self) -> (Vec<Ray>, Vec<f32>) {
-        let mut rng = SmallRng::seed_from_u64(self.seed ^ (self.steps + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15));
+        let mut rng =
+            SmallRng::seed_from_u64(self.seed ^ (self.steps + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15));
         let count = (SAMPLES_PER_STEP as f32 / self.samples_per_ray.max(1.0)) as usize;
         let count = count.clamp(128, 4096);
         let mut rays = Vec::with_capacity(count);
@@ -286,7 +290,10 @@ impl Trainer {
         let seen = (out.narrow(1, 0, 3)? + background.broadcast_mul(&clear)?)?;
         let mut loss = seen.sub(&target)?.sqr()?.mean_all()?;
         if measured > 0 {
-            let has_depth: Vec<f32> = rays.iter().map(|ray| f32::from(u8::from(ray.length.is_some()))).collect();
+            let has_depth: Vec<f32> = rays
+                .iter()
+                .map(|ray| f32::from(u8::from(ray.length.is_some())))
+                .collect();
             let has_depth = Tensor::from_vec(has_depth, (count, 1), &Device::Cpu)?;
             // What passes the surface is as wrong as what stops a margin away from it.
             let passing = clear.mul(&has_depth)?.affine(0.02, 0.0)?;
@@ -348,7 +355,11 @@ impl Trainer {
     }
 
     fn snapshot(&self) -> Result<Vec<Tensor>> {
-        self.field.named().into_iter().map(|(_, var): (_, &Var)| var.copy()).collect()
+        self.field
+            .named()
+            .into_iter()
+            .map(|(_, var): (_, &Var)| var.copy())
+            .collect()
     }
 
     fn look_around(&mut self) -> Result<()> {

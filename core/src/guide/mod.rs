@@ -61,19 +61,26 @@ pub fn suggest(scene: &Scene, surface: &Surface, posterior: &Posterior, said: &[
         worth[node as usize] = 0.0;
     }
 
-    let mut order: Vec<u32> = (0..graph.len() as u32).filter(|&node| worth[node as usize] > 0.0).collect();
+    let mut order: Vec<u32> = (0..graph.len() as u32)
+        .filter(|&node| worth[node as usize] > 0.0)
+        .collect();
     order.sort_by(|&a, &b| worth[b as usize].total_cmp(&worth[a as usize]).then(a.cmp(&b)));
     let mut region_of = vec![NO_REGION; graph.len()];
     let mut picks: Vec<u32> = Vec::new();
     for node in order {
         let position = graph.nodes()[node as usize].position;
-        let close = picks.iter().any(|&pick| graph.nodes()[pick as usize].position.distance(position) < APART);
+        let close = picks
+            .iter()
+            .any(|&pick| graph.nodes()[pick as usize].position.distance(position) < APART);
         if close || region_of[node as usize] != NO_REGION {
             continue;
         }
         let level = REGION_LEVEL * unclear[node as usize];
         let neighbours = graph.edges(node).count().max(1);
-        let inner = graph.edges(node).filter(|(other, _)| unclear[*other as usize] >= level).count();
+        let inner = graph
+            .edges(node)
+            .filter(|(other, _)| unclear[*other as usize] >= level)
+            .count();
         if (inner as f32) < INNER * neighbours as f32 {
             continue;
         }
@@ -94,12 +101,14 @@ fn unclearness(graph: &SurfaceGraph, posterior: &Posterior) -> Vec<f32> {
     let mut unclear: Vec<f32> = posterior
         .distances
         .iter()
-        .map(|&[nearest, second]| match (nearest.is_finite(), second.is_finite()) {
-            // Without labels every place is as unclear as any other.
-            (false, _) => 1.0,
-            (true, false) => nearest.sqrt(),
-            (true, true) => nearest / second.max(1e-6) * nearest.sqrt(),
-        })
+        .map(
+            |&[nearest, second]| match (nearest.is_finite(), second.is_finite()) {
+                // Without labels every place is as unclear as any other.
+                (false, _) => 1.0,
+                (true, false) => nearest.sqrt(),
+                (true, true) => nearest / second.max(1e-6) * nearest.sqrt(),
+            },
+        )
         .collect();
     for _ in 0..2 {
         unclear = (0..graph.len() as u32)
@@ -170,7 +179,10 @@ fn describe(
                 node != NO_NODE && region_of[node as usize] == region as u8
             };
             let covered: usize = counts.iter().map(|counts| counts[region].0).sum();
-            let classes = [posterior.labels[pick as usize], posterior.runners_up[pick as usize]];
+            let classes = [
+                posterior.labels[pick as usize],
+                posterior.runners_up[pick as usize],
+            ];
             Some(Suggestion {
                 frame,
                 pixel,

@@ -64,12 +64,17 @@ fn the_first_suggestion_is_on_the_half_without_a_label() {
 #[test]
 fn suggestions_are_apart_and_never_on_a_label() {
     let (_, surface, said, found) = suggestions(&[(0, [10, 30], 1), (1, [70, 30], 2)]);
-    let places: Vec<u32> =
-        found.iter().map(|s| surface.pixels[s.frame][(s.pixel[1] * 80 + s.pixel[0]) as usize]).collect();
+    let places: Vec<u32> = found
+        .iter()
+        .map(|s| surface.pixels[s.frame][(s.pixel[1] * 80 + s.pixel[0]) as usize])
+        .collect();
     assert!(!places.is_empty());
     for (number, &a) in places.iter().enumerate() {
         let position = |node: u32| surface.graph.nodes()[node as usize].position;
-        assert!(said.iter().all(|&label| position(label).distance(position(a)) > 0.05));
+        assert!(
+            said.iter()
+                .all(|&label| position(label).distance(position(a)) > 0.05)
+        );
         for &b in &places[..number] {
             assert!(position(a).distance(position(b)) >= APART);
         }
@@ -96,7 +101,15 @@ fn outlines_surround_their_pixel() {
         let xs = || s.outline.iter().map(|p| p[0]);
         let ys = || s.outline.iter().map(|p| p[1]);
         let within = |v: u32, low: f32, high: f32| low <= v as f32 + 0.5 && v as f32 + 0.5 <= high;
-        assert!(within(s.pixel[0], xs().fold(99.0, f32::min), xs().fold(0.0, f32::max)));
-        assert!(within(s.pixel[1], ys().fold(99.0, f32::min), ys().fold(0.0, f32::max)));
+        assert!(within(
+            s.pixel[0],
+            xs().fold(99.0, f32::min),
+            xs().fold(0.0, f32::max)
+        ));
+        assert!(within(
+            s.pixel[1],
+            ys().fold(99.0, f32::min),
+            ys().fold(0.0, f32::max)
+        ));
     }
 }

@@ -31,7 +31,10 @@ impl Eq for Reached {}
 
 impl Ord for Reached {
     fn cmp(&self, other: &Self) -> Ordering {
-        other.distance.total_cmp(&self.distance).then(other.node.cmp(&self.node))
+        other
+            .distance
+            .total_cmp(&self.distance)
+            .then(other.node.cmp(&self.node))
     }
 }
 
@@ -153,7 +156,9 @@ impl Propagation {
             }
         }
         for class in changes.keys() {
-            self.classes.entry(*class).or_insert_with(|| Geodesics::new(graph.len()));
+            self.classes
+                .entry(*class)
+                .or_insert_with(|| Geodesics::new(graph.len()));
         }
         self.classes.par_iter_mut().for_each(|(class, field)| {
             if let Some((removed, added)) = changes.get(class) {
@@ -246,7 +251,10 @@ mod tests {
             let mut anew = Propagation::default();
             anew.update(&graph, seeds.clone());
             let distances = |p: &Propagation| {
-                p.classes().iter().map(|(&c, f)| (c, f.distances().to_vec())).collect::<Vec<_>>()
+                p.classes()
+                    .iter()
+                    .map(|(&c, f)| (c, f.distances().to_vec()))
+                    .collect::<Vec<_>>()
             };
             assert_eq!(distances(&propagation), distances(&anew));
         }

@@ -71,8 +71,10 @@ impl SurfaceGraph {
 
     /// A graph with given edges (both directions are made) and costs, for tests and other surfaces.
     pub fn from_edges(nodes: Vec<Node>, edges: &[(u32, u32, f32)]) -> Self {
-        let mut directed: Vec<(u32, u32, f32)> =
-            edges.iter().flat_map(|&(a, b, cost)| [(a, b, cost), (b, a, cost)]).collect();
+        let mut directed: Vec<(u32, u32, f32)> = edges
+            .iter()
+            .flat_map(|&(a, b, cost)| [(a, b, cost), (b, a, cost)])
+            .collect();
         directed.sort_by_key(|edge| (edge.0, edge.1));
         let mut starts = vec![0_u32; nodes.len() + 1];
         for edge in &directed {
@@ -126,7 +128,12 @@ fn edge_cost(a: &Node, b: &Node) -> f32 {
 
 /// Each node's nearest neighbours, as pairs with the smaller index first, without repetition.
 fn neighbours(nodes: &[Node]) -> Vec<(u32, u32)> {
-    let cell_of = |node: &Node| (node.voxel.to_bits(), (node.position / node.voxel).floor().as_ivec3());
+    let cell_of = |node: &Node| {
+        (
+            node.voxel.to_bits(),
+            (node.position / node.voxel).floor().as_ivec3(),
+        )
+    };
     let mut cells: FxHashMap<(u32, IVec3), Vec<u32>> = FxHashMap::default();
     for (index, node) in nodes.iter().enumerate() {
         cells.entry(cell_of(node)).or_default().push(index as u32);
@@ -159,7 +166,9 @@ fn neighbours(nodes: &[Node]) -> Vec<(u32, u32)> {
                 found.truncate(NEIGHBOURS);
             }
             let index = index as u32;
-            found.into_iter().map(move |(_, other)| (index.min(other), index.max(other)))
+            found
+                .into_iter()
+                .map(move |(_, other)| (index.min(other), index.max(other)))
         })
         .collect();
     pairs.par_sort_unstable();
@@ -170,8 +179,10 @@ fn neighbours(nodes: &[Node]) -> Vec<(u32, u32)> {
 /// Colours and normals averaged once with those of the neighbours: one voxel's noise is no border.
 fn smoothed(nodes: Vec<Node>, pairs: &[(u32, u32)]) -> Vec<Node> {
     let own_share = 2.0;
-    let mut sums: Vec<(Vec3, Vec3, f32)> =
-        nodes.iter().map(|node| (own_share * node.color, own_share * node.normal, own_share)).collect();
+    let mut sums: Vec<(Vec3, Vec3, f32)> = nodes
+        .iter()
+        .map(|node| (own_share * node.color, own_share * node.normal, own_share))
+        .collect();
     for &(a, b) in pairs {
         for (to, from) in [(a, b), (b, a)] {
             // Neighbours across a border keep out of the mean.
@@ -226,7 +237,9 @@ fn join_parts(nodes: &[Node], pairs: &mut Vec<(u32, u32)>) {
                 for &other in cells.get(&(*cell + *offset)).into_iter().flatten() {
                     for &index in present {
                         if parts.root(index) != parts.root(other) {
-                            let gap = nodes[index as usize].position.distance(nodes[other as usize].position);
+                            let gap = nodes[index as usize]
+                                .position
+                                .distance(nodes[other as usize].position);
                             candidates.push((gap, index.min(other), index.max(other)));
                         }
                     }
@@ -295,7 +308,9 @@ mod tests {
     }
 
     fn patch(x: f32, color: f32) -> Vec<Node> {
-        (0..100).map(|k| node(x + 0.05 * (k % 10) as f32, 0.05 * (k / 10) as f32, color)).collect()
+        (0..100)
+            .map(|k| node(x + 0.05 * (k % 10) as f32, 0.05 * (k / 10) as f32, color))
+            .collect()
     }
 
     #[test]

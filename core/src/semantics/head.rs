@@ -56,7 +56,9 @@ impl SemanticHead {
         let mut rng = SmallRng::seed_from_u64(seed ^ 0x4ead);
         let mut layer = |inputs: usize, outputs: usize| -> Vec<f32> {
             let bound = (6.0 / (inputs + outputs) as f32).sqrt();
-            (0..inputs * outputs).map(|_| rng.random_range(-bound..bound)).collect()
+            (0..inputs * outputs)
+                .map(|_| rng.random_range(-bound..bound))
+                .collect()
         };
         let count = classes.len();
         let mut hidden = Tensor::from_vec(layer(features, HIDDEN), (features, HIDDEN), &Device::Cpu)?;
@@ -101,7 +103,10 @@ impl SemanticHead {
 
     /// Trainable parameters.
     pub fn parameters(&self) -> usize {
-        [&self.hidden, &self.output, &self.bias].iter().map(|var| var.elem_count()).sum()
+        [&self.hidden, &self.output, &self.bias]
+            .iter()
+            .map(|var| var.elem_count())
+            .sum()
     }
 
     fn logits(&self, features: &Tensor) -> Result<Tensor> {
@@ -236,7 +241,8 @@ impl SemanticHead {
         let ids: Vec<u32> = ids?.to_vec1().ok()?;
         let (hidden, output, bias) = (hidden?, output?, bias?);
         let count = ids.len();
-        let fits = hidden.dims() == [features, HIDDEN] && output.dims() == [HIDDEN, count] && bias.dims() == [count];
+        let fits =
+            hidden.dims() == [features, HIDDEN] && output.dims() == [HIDDEN, count] && bias.dims() == [count];
         if !fits {
             return None;
         }
@@ -293,13 +299,21 @@ mod tests {
         let state = head.state().unwrap();
         let back = SemanticHead::restored(&state, 8).unwrap();
         assert_eq!(back.classes(), [3, 5]);
-        assert_eq!(back.hidden.to_vec2::<f32>().unwrap(), head.hidden.to_vec2::<f32>().unwrap());
+        assert_eq!(
+            back.hidden.to_vec2::<f32>().unwrap(),
+            head.hidden.to_vec2::<f32>().unwrap()
+        );
         assert!(SemanticHead::restored(&state, 9).is_none());
     }
 
     #[test]
     fn log_softmax_of_equal_logits_is_uniform() {
-        let p = log_softmax(&Tensor::new(&[[100.0_f32, 100.0, 100.0, 100.0]], &Device::Cpu).unwrap()).unwrap();
-        assert!(p.to_vec2::<f32>().unwrap()[0].iter().all(|v| (v + 4.0_f32.ln()).abs() < 1e-5));
+        let p =
+            log_softmax(&Tensor::new(&[[100.0_f32, 100.0, 100.0, 100.0]], &Device::Cpu).unwrap()).unwrap();
+        assert!(
+            p.to_vec2::<f32>().unwrap()[0]
+                .iter()
+                .all(|v| (v + 4.0_f32.ln()).abs() < 1e-5)
+        );
     }
 }

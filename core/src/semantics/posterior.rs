@@ -133,6 +133,11 @@ mod tests {
     fn without_labels_everything_is_void_and_unknown() {
         let posterior = Posterior::new(&Propagation::default(), &[1, 2, 3], 5, None);
         assert_eq!(posterior.labels, [VOID; 5]);
-        assert!(posterior.entropy.iter().all(|&e| e == (3.0_f32.ln() * ENTROPY_STEPS_PER_NAT).round() as u16));
+        assert!(
+            posterior
+                .entropy
+                .iter()
+                .all(|&e| e == (3.0_f32.ln() * ENTROPY_STEPS_PER_NAT).round() as u16)
+        );
     }
 }

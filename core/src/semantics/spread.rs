@@ -104,7 +104,8 @@ impl Spread {
                 self.posterior.entropy[node as usize],
             ),
         };
-        let (mut labels, mut entropy): (Vec<ClassId>, Vec<u16>) = pixels.iter().map(|&node| of_node(node)).unzip();
+        let (mut labels, mut entropy): (Vec<ClassId>, Vec<u16>) =
+            pixels.iter().map(|&node| of_node(node)).unzip();
         for (&pixel, &(class, _)) in self.painted.get(&frame).into_iter().flatten() {
             labels[pixel as usize] = class;
             entropy[pixel as usize] = 0;
@@ -123,13 +124,13 @@ impl Spread {
     /// Mean entropy over all pixels that show the surface, in nats.
     pub fn mean_entropy(&self) -> f32 {
         let nodes = self.surface.graph.nodes();
-        let (sum, pixels) = nodes
-            .iter()
-            .zip(&self.posterior.entropy)
-            .fold((0.0_f64, 0.0_f64), |(sum, pixels), (node, &entropy)| {
+        let (sum, pixels) = nodes.iter().zip(&self.posterior.entropy).fold(
+            (0.0_f64, 0.0_f64),
+            |(sum, pixels), (node, &entropy)| {
                 let weight = f64::from(node.pixels);
                 (sum + weight * f64::from(entropy), pixels + weight)
-            });
+            },
+        );
         (sum / pixels.max(1.0)) as f32 / ENTROPY_STEPS_PER_NAT
     }
 
@@ -138,7 +139,11 @@ impl Spread {
         let mut nodes: Vec<u32> = self
             .painted
             .iter()
-            .flat_map(|(&frame, pixels)| pixels.keys().map(move |&pixel| self.surface.pixels[frame][pixel as usize]))
+            .flat_map(|(&frame, pixels)| {
+                pixels
+                    .keys()
+                    .map(move |&pixel| self.surface.pixels[frame][pixel as usize])
+            })
             .filter(|&node| node != NO_NODE)
             .collect();
         nodes.sort_unstable();
@@ -163,7 +168,11 @@ impl Spread {
         for _ in 0..count {
             let node = rng.random_range(0..nodes.len());
             let probabilities = Posterior::of_node(&self.propagation, &self.classes, node);
-            let entropy: f32 = probabilities.iter().filter(|&&p| p > 0.0).map(|p| -p * p.ln()).sum();
+            let entropy: f32 = probabilities
+                .iter()
+                .filter(|&&p| p > 0.0)
+                .map(|p| -p * p.ln())
+                .sum();
             targets.positions.push(nodes[node].position);
             targets.probabilities.extend(probabilities);
             targets.weights.push((1.0 - entropy / most).clamp(0.0, 1.0));
@@ -196,7 +205,10 @@ impl Spread {
                 }
             }
         }
-        latest.into_iter().map(|(node, (_, class))| (node, class)).collect()
+        latest
+            .into_iter()
+            .map(|(node, (_, class))| (node, class))
+            .collect()
     }
 }
 
@@ -213,7 +225,12 @@ fn changed_frames(
             None => frames.push(stroke.frame),
         }
     }
-    frames.extend(after.iter().filter(|(id, _)| !before.contains_key(id)).map(|(_, stroke)| stroke.frame));
+    frames.extend(
+        after
+            .iter()
+            .filter(|(id, _)| !before.contains_key(id))
+            .map(|(_, stroke)| stroke.frame),
+    );
     frames.sort_unstable();
     frames.dedup();
     frames

@@ -93,8 +93,11 @@ impl Surface {
         sums.sort_by_key(|(cell, _)| (cell.shell, cell.index.to_array()));
         let enough = scene.frames.len() as f32;
         sums.retain(|(_, sum)| sum.pixels >= FEWEST_PIXELS.min(enough));
-        let index: FxHashMap<Cell, u32> =
-            sums.iter().enumerate().map(|(node, (cell, _))| (*cell, node as u32)).collect();
+        let index: FxHashMap<Cell, u32> = sums
+            .iter()
+            .enumerate()
+            .map(|(node, (cell, _))| (*cell, node as u32))
+            .collect();
         let nodes = sums
             .into_iter()
             .map(|(cell, sum)| Node {
@@ -102,7 +105,11 @@ impl Surface {
                 color: sum.color / sum.pixels,
                 normal: sum.normal.normalize_or_zero(),
                 pixels: sum.pixels,
-                voxel: if cell.shell { SHELL_CELL * voxels.shell } else { voxels.side },
+                voxel: if cell.shell {
+                    SHELL_CELL * voxels.shell
+                } else {
+                    voxels.side
+                },
             })
             .collect();
         let graph = SurfaceGraph::new(nodes);
@@ -165,7 +172,10 @@ impl Voxels {
         let mut all: FxHashMap<Cell, Sum> = FxHashMap::default();
         let frames: Vec<(&Frame, &Vec<f32>)> = scene.frames.iter().zip(lengths).collect();
         for block in frames.chunks(16) {
-            let parts: Vec<_> = block.par_iter().map(|(frame, lengths)| of_frame(frame, lengths)).collect();
+            let parts: Vec<_> = block
+                .par_iter()
+                .map(|(frame, lengths)| of_frame(frame, lengths))
+                .collect();
             for part in parts {
                 for (cell, sum) in part {
                     let total = all.entry(cell).or_default();
@@ -231,10 +241,15 @@ fn normal(frame: &Frame, lengths: &[f32], column: u32, row: u32) -> Vec3 {
         at(column, row - REACH),
     ];
     // Not-a-number and infinite lengths fail this test too.
-    if !around.iter().all(|(other, _)| (other - length).abs() < 0.1 * length) {
+    if !around
+        .iter()
+        .all(|(other, _)| (other - length).abs() < 0.1 * length)
+    {
         return Vec3::ZERO;
     }
-    let normal = (around[0].1 - around[1].1).cross(around[2].1 - around[3].1).normalize_or_zero();
+    let normal = (around[0].1 - around[1].1)
+        .cross(around[2].1 - around[3].1)
+        .normalize_or_zero();
     if normal.dot(centre) > 0.0 { -normal } else { normal }
 }
 
@@ -254,7 +269,8 @@ fn fill_holes(frame: &Frame, pixels: &mut [u32]) {
             Some(pixel + width).filter(|&below| below < frame.camera.pixels()),
         ]
     };
-    let cost = |a: usize, b: usize| 1.0 + COLOR * (frame.color.color(a) - frame.color.color(b)).length_squared();
+    let cost =
+        |a: usize, b: usize| 1.0 + COLOR * (frame.color.color(a) - frame.color.color(b)).length_squared();
     let mut queue = BinaryHeap::new();
     let mut reached = vec![f32::INFINITY; pixels.len()];
     for pixel in 0..pixels.len() {
@@ -262,7 +278,11 @@ fn fill_holes(frame: &Frame, pixels: &mut [u32]) {
             continue;
         }
         reached[pixel] = 0.0;
-        if neighbours(pixel).into_iter().flatten().any(|other| pixels[other] == NO_NODE) {
+        if neighbours(pixel)
+            .into_iter()
+            .flatten()
+            .any(|other| pixels[other] == NO_NODE)
+        {
             queue.push(Reverse((0_u32, pixel)));
         }
     }

@@ -17,7 +17,8 @@ const COMPLETE: f32 = 0.98;
 /// Renders the field's depth frame by frame and has the surface built from it in the background.
 pub(super) struct Survey {
     scene: Arc<Scene>,
-    threads: Arc<rayon::ThreadPool>,
+    /// Threads of their own: the session's are busy training.
+    threads: usize,
     extent: f32,
     /// Whether the frames' own depth leaves something to find out.
     incomplete: bool,
@@ -33,14 +34,19 @@ struct Rendering {
 }
 
 impl Survey {
-    pub(super) fn new(scene: &Arc<Scene>, trainer: &Trainer, threads: &Arc<rayon::ThreadPool>) -> Self {
-        let coverage = |frame: &crate::scene::Frame| frame.depth.as_ref().map_or(0.0, |depth| depth.coverage());
+    pub(super) fn new(scene: &Arc<Scene>, trainer: &Trainer, threads: usize) -> Self {
+        let coverage =
+            |frame: &crate::scene::Frame| frame.depth.as_ref().map_or(0.0, |depth| depth.coverage());
         let incomplete = scene.frames.iter().any(|frame| coverage(frame) < COMPLETE);
         let last = trainer.capacity().steps;
-        let marks = if incomplete { vec![last / 8, last * 2 / 5, last] } else { Vec::new() };
+        let marks = if incomplete {
+            vec![last / 8, last * 2 / 5, last]
+        } else {
+            Vec::new()
+        };
         let mut survey = Self {
             scene: Arc::clone(scene),
-            threads: Arc::clone(threads),
+            threads,
             extent: trainer.field().volume().side,
             incomplete,
             marks: marks.into_iter().filter(|&mark| mark > trainer.steps()).collect(),
@@ -97,7 +103,10 @@ impl Survey {
             return Ok(());
         };
         let frame = &self.scene.frames[rendering.next];
-        let complete = frame.depth.as_ref().is_some_and(|depth| depth.coverage() >= COMPLETE);
+        let complete = frame
+            .depth
+            .as_ref()
+            .is_some_and(|depth| depth.coverage() >= COMPLETE);
         rendering.lengths.push(if complete {
             None
         } else {
@@ -107,7 +116,10 @@ impl Survey {
             Some(Arc::new(FieldDepth {
                 stride: STRIDE,
                 width: camera.width,
-                lengths: rendered.iter().map(|ray| ray.length.unwrap_or(f32::INFINITY)).collect(),
+                lengths: rendered
+                    .iter()
+                    .map(|ray| ray.length.unwrap_or(f32::INFINITY))
+                    .collect(),
             }))
         });
         rendering.next += 1;
@@ -121,15 +133,18 @@ impl Survey {
 
     fn build(&mut self, lengths: Vec<Option<Arc<FieldDepth>>>) {
         let (sender, receiver) = bounded(1);
-        let (scene, threads, extent) = (Arc::clone(&self.scene), Arc::clone(&self.threads), self.extent);
-        let thread = std::thread::Builder::new().name("inplace-surface".to_owned());
-        let spawned = thread.spawn(move || {
-            let surface = threads.install(|| Surface::build(&scene, &lengths, extent));
-            // Nobody waits for it any more when the session has ended.
-            let _ = sender.send(surface);
-        });
-        // Without a thread the receiver sees that the sender is gone.
-        drop(spawned);
+        let (scene, extent) = (Arc::clone(&self.scene), self.extent);
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(self.threads)
+            .thread_name(|_| "inplace-surface".to_owned())
+            .build();
+        // Without threads the receiver sees that the sender is gone.
+        if let Ok(pool) = pool {
+            pool.spawn(move || {
+                // Nobody waits for it any more when the session has ended.
+                let _ = sender.send(Surface::build(&scene, &lengths, extent));
+            });
+        }
         self.building = Some(receiver);
     }
 

@@ -89,13 +89,14 @@ pub(super) fn run(options: SessionOptions, commands: &Receiver<Command>, outbox:
             .num_threads(options.threads.max(1))
             .thread_name(|index| format!("inplace-pool-{index}"))
             .build()
-            .map_err(|error| WorkerError::Other(format!("the training threads could not be started: {error}")))?;
+            .map_err(|error| {
+                WorkerError::Other(format!("the training threads could not be started: {error}"))
+            })?;
         let threads = Arc::new(threads);
         let Some((scene, early)) = open(&options, commands, outbox, &threads)? else {
             return Ok(());
         };
-        let pool = Arc::clone(&threads);
-        pool.install(|| Worker::new(scene, &options, commands, outbox, threads)?.run(early))
+        threads.install(|| Worker::new(scene, &options, commands, outbox)?.run(early))
     });
     match catch_unwind(work) {
         Ok(Ok(())) => {}
@@ -135,7 +136,9 @@ fn open(
         let _ = sender.send(scene);
     });
     if let Err(error) = spawned {
-        return Err(WorkerError::Other(format!("the scene could not be opened: {error}")));
+        return Err(WorkerError::Other(format!(
+            "the scene could not be opened: {error}"
+        )));
     }
     let mut early = Vec::new();
     loop {
@@ -204,7 +207,6 @@ impl<'a> Worker<'a> {
         options: &'a SessionOptions,
         commands: &'a Receiver<Command>,
         outbox: &'a Outbox,
-        threads: Arc<rayon::ThreadPool>,
     ) -> Result<Self, WorkerError> {
         let mut trainer = Trainer::new(Arc::clone(&scene), options.preset, options.seed)?;
         let mut head = None;
@@ -216,7 +218,7 @@ impl<'a> Worker<'a> {
                 ))),
             }
         }
-        let survey = Survey::new(&scene, &trainer, &threads);
+        let survey = Survey::new(&scene, &trainer, options.threads.max(1));
         Ok(Self {
             scene,
             options,
@@ -253,9 +255,15 @@ impl<'a> Worker<'a> {
                     return Ok(());
                 }
             }
-            if let Some(surface) = self.survey.ready().map_err(|reason| WorkerError::Other(reason.to_owned()))? {
+            if let Some(surface) = self
+                .survey
+                .ready()
+                .map_err(|reason| WorkerError::Other(reason.to_owned()))?
+            {
                 let mut spread = Spread::new(Arc::new(surface));
-                timed(&mut self.seconds.semantics, || spread.set_labels(&self.scene, &self.labels));
+                timed(&mut self.seconds.semantics, || {
+                    spread.set_labels(&self.scene, &self.labels)
+                });
                 self.spread = Some(spread);
                 self.look_at_head()?;
                 self.refresh_all();
@@ -289,7 +297,9 @@ impl<'a> Worker<'a> {
                 self.generation = generation;
                 self.told_settled = false;
                 if let Some(spread) = &mut self.spread {
-                    timed(&mut self.seconds.semantics, || spread.set_labels(&self.scene, &self.labels));
+                    timed(&mut self.seconds.semantics, || {
+                        spread.set_labels(&self.scene, &self.labels)
+                    });
                     self.refresh_all();
                 }
             }
@@ -329,7 +339,9 @@ impl<'a> Worker<'a> {
 
     fn sort_stale(&mut self) {
         let view = self.view;
-        self.stale.make_contiguous().sort_by_key(|&frame| frame.abs_diff(view));
+        self.stale
+            .make_contiguous()
+            .sort_by_key(|&frame| frame.abs_diff(view));
     }
 
     /// Publishes out-of-date maps for a slice of time; `false` when there was none.
@@ -342,7 +354,8 @@ impl<'a> Worker<'a> {
         }
         let start = Instant::now();
         while let Some(frame) = self.stale.pop_front() {
-            self.outbox.publish(spread.map(&self.scene, frame, self.generation));
+            self.outbox
+                .publish(spread.map(&self.scene, frame, self.generation));
             if start.elapsed() >= PUBLISH_SLICE {
                 break;
             }
@@ -396,7 +409,11 @@ impl<'a> Worker<'a> {
     }
 
     fn head_is_settled(&self) -> bool {
-        self.labels.strokes.is_empty() || self.head.as_ref().is_some_and(|head| head.steps() >= HEAD_LOOK_EVERY)
+        self.labels.strokes.is_empty()
+            || self
+                .head
+                .as_ref()
+                .is_some_and(|head| head.steps() >= HEAD_LOOK_EVERY)
     }
 
     /// A step of the head; every now and then, what it says goes into the maps.
@@ -435,7 +452,13 @@ impl<'a> Worker<'a> {
             return Ok(());
         };
         if head.classes() == spread.classes() && head.steps() >= HEAD_LOOK_EVERY {
-            let positions: Vec<glam::Vec3> = spread.surface().graph.nodes().iter().map(|node| node.position).collect();
+            let positions: Vec<glam::Vec3> = spread
+                .surface()
+                .graph
+                .nodes()
+                .iter()
+                .map(|node| node.position)
+                .collect();
             spread.set_head(head.at_points(self.trainer.field(), &positions)?);
         }
         Ok(())
@@ -468,7 +491,10 @@ impl<'a> Worker<'a> {
             mean_entropy: self.spread.as_ref().map(Spread::mean_entropy),
             parameters: self.trainer.field().parameters() + head,
             capacity: self.trainer.capacity().to_string(),
-            surface_nodes: self.spread.as_ref().map_or(0, |spread| spread.surface().graph.len()),
+            surface_nodes: self
+                .spread
+                .as_ref()
+                .map_or(0, |spread| spread.surface().graph.len()),
             generation: self.generation,
             settled,
         }));
@@ -515,7 +541,10 @@ fn labelled_rays(scene: &Scene, spread: &Spread, seed: u64) -> RayTargets {
         targets.rays.push(Ray {
             origin: frame.center(),
             direction: frame.ray_direction(pixel as usize),
-            length: frame.depth.as_ref().and_then(|depth| depth.ray_length(pixel as usize)),
+            length: frame
+                .depth
+                .as_ref()
+                .and_then(|depth| depth.ray_length(pixel as usize)),
         });
         targets.classes.push(index as u32);
     }

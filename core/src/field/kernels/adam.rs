@@ -129,7 +129,13 @@ mod tests {
         let parameter = Var::from_tensor(&Tensor::new(&[4.0_f32], &Device::Cpu).unwrap()).unwrap();
         let adam = Adam::new(&parameter);
         for _ in 0..500 {
-            let loss = parameter.affine(1.0, -1.5).unwrap().sqr().unwrap().sum_all().unwrap();
+            let loss = parameter
+                .affine(1.0, -1.5)
+                .unwrap()
+                .sqr()
+                .unwrap()
+                .sum_all()
+                .unwrap();
             let gradients = loss.backward().unwrap();
             adam.step(gradients.get(&parameter).unwrap(), 0.05).unwrap();
         }

@@ -97,23 +97,26 @@ impl CustomOp2 for Composite {
         let value = values(value, value_layout, self.name())?;
         let width = channels + EXTRA;
         let mut out = vec![0.0_f32; packing.rays() * width];
-        out.par_chunks_exact_mut(width).enumerate().with_min_len(64).for_each(|(ray, out)| {
-            // Running sums over earlier samples: opacity and first moment of t.
-            let (mut before, mut moment) = (0.0, 0.0);
-            let mut distortion = 0.0;
-            for (i, w) in packing.range(ray).zip(packing.weights(ray, density)) {
-                for (sum, v) in out.iter_mut().zip(&value[i * channels..(i + 1) * channels]) {
-                    *sum += w * v;
+        out.par_chunks_exact_mut(width)
+            .enumerate()
+            .with_min_len(64)
+            .for_each(|(ray, out)| {
+                // Running sums over earlier samples: opacity and first moment of t.
+                let (mut before, mut moment) = (0.0, 0.0);
+                let mut distortion = 0.0;
+                for (i, w) in packing.range(ray).zip(packing.weights(ray, density)) {
+                    for (sum, v) in out.iter_mut().zip(&value[i * channels..(i + 1) * channels]) {
+                        *sum += w * v;
+                    }
+                    let (t, dt) = (packing.t[i], packing.dt[i]);
+                    distortion += 2.0 * w * (t * before - moment) + w * w * dt / 3.0;
+                    before += w;
+                    moment += w * t;
                 }
-                let (t, dt) = (packing.t[i], packing.dt[i]);
-                distortion += 2.0 * w * (t * before - moment) + w * w * dt / 3.0;
-                before += w;
-                moment += w * t;
-            }
-            out[channels] = moment;
-            out[channels + 1] = before;
-            out[channels + 2] = distortion;
-        });
+                out[channels] = moment;
+                out[channels + 1] = before;
+                out[channels + 2] = distortion;
+            });
         Ok((CpuStorage::F32(out), Shape::from((packing.rays(), width))))
     }
 
@@ -174,7 +177,11 @@ fn gradient_of_ray(
     let range = packing.range(ray);
     let weights: Vec<f32> = packing.weights(ray, density).collect();
     let opacity: f32 = weights.iter().sum();
-    let moment: f32 = weights.iter().zip(&packing.t[range.clone()]).map(|(w, t)| w * t).sum();
+    let moment: f32 = weights
+        .iter()
+        .zip(&packing.t[range.clone()])
+        .map(|(w, t)| w * t)
+        .sum();
 
     let mut of_value = Vec::with_capacity(value.len());
     let mut by_weight = Vec::with_capacity(weights.len());
@@ -208,9 +215,13 @@ fn gradient_of_ray(
     }
     if packing.gradient_ramp > 0.0 {
         for (k, of_density) in of_density.iter_mut().enumerate() {
-            let scale = (packing.t[range.start + k] / packing.gradient_ramp).powi(2).min(1.0);
+            let scale = (packing.t[range.start + k] / packing.gradient_ramp)
+                .powi(2)
+                .min(1.0);
             *of_density *= scale;
-            of_value[k * channels..(k + 1) * channels].iter_mut().for_each(|g| *g *= scale);
+            of_value[k * channels..(k + 1) * channels]
+                .iter_mut()
+                .for_each(|g| *g *= scale);
         }
     }
     (of_density, of_value)
@@ -294,13 +305,21 @@ mod tests {
                     let mut moved = flat.clone();
                     moved[index] += by;
                     let moved = Tensor::from_vec(moved, tensor.dims(), &Device::Cpu).unwrap();
-                    let (d, v) = if which == "density" { (&moved, &value) } else { (&density, &moved) };
+                    let (d, v) = if which == "density" {
+                        (&moved, &value)
+                    } else {
+                        (&density, &moved)
+                    };
                     let out = Composite(packing()).apply(d, v).unwrap();
                     loss(&out).to_scalar::<f32>().unwrap()
                 };
                 let numeric = (shifted(1e-2) - shifted(-1e-2)) / 2e-2;
                 let error = (gradient[index] - numeric).abs();
-                assert!(error < 5e-3 * (1.0 + numeric.abs()), "{which} {index}: {} {numeric}", gradient[index]);
+                assert!(
+                    error < 5e-3 * (1.0 + numeric.abs()),
+                    "{which} {index}: {} {numeric}",
+                    gradient[index]
+                );
             }
         }
     }
@@ -336,14 +355,24 @@ mod tests {
         };
         let expected = plain().unwrap();
         let got = Composite(packing.clone()).apply(&density, &value).unwrap();
-        for (a, b) in got.to_vec2::<f32>().unwrap()[0].iter().zip(&expected.to_vec2::<f32>().unwrap()[0]) {
+        for (a, b) in got.to_vec2::<f32>().unwrap()[0]
+            .iter()
+            .zip(&expected.to_vec2::<f32>().unwrap()[0])
+        {
             assert!((a - b).abs() < 1e-5);
         }
-        let (a, b) = (loss(&got).backward().unwrap(), loss(&expected).backward().unwrap());
+        let (a, b) = (
+            loss(&got).backward().unwrap(),
+            loss(&expected).backward().unwrap(),
+        );
         for var in [&density, &value] {
             let a: Vec<f32> = a.get(var).unwrap().flatten_all().unwrap().to_vec1().unwrap();
             let b: Vec<f32> = b.get(var).unwrap().flatten_all().unwrap().to_vec1().unwrap();
-            assert!(a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-4 * (1.0 + b.abs())));
+            assert!(
+                a.iter()
+                    .zip(&b)
+                    .all(|(a, b)| (a - b).abs() < 1e-4 * (1.0 + b.abs()))
+            );
         }
     }
 }

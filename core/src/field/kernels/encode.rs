@@ -131,7 +131,9 @@ mod tests {
     use rand::{Rng, SeedableRng, rngs::SmallRng};
 
     fn random(rng: &mut SmallRng, shape: (usize, usize), low: f32, high: f32) -> Tensor {
-        let values: Vec<f32> = (0..shape.0 * shape.1).map(|_| rng.random_range(low..high)).collect();
+        let values: Vec<f32> = (0..shape.0 * shape.1)
+            .map(|_| rng.random_range(low..high))
+            .collect();
         Tensor::from_vec(values, shape, &Device::Cpu).unwrap()
     }
 
@@ -165,8 +167,17 @@ mod tests {
         let target = random(&mut rng, (3000, shape.features()), -1.0, 1.0);
         let run = |features: Tensor| {
             let loss = features.sub(&target).unwrap().sqr().unwrap().sum_all().unwrap();
-            let gradient = loss.backward().unwrap().get(&table).unwrap().flatten_all().unwrap();
-            (loss.to_scalar::<f32>().unwrap(), gradient.to_vec1::<f32>().unwrap())
+            let gradient = loss
+                .backward()
+                .unwrap()
+                .get(&table)
+                .unwrap()
+                .flatten_all()
+                .unwrap();
+            (
+                loss.to_scalar::<f32>().unwrap(),
+                gradient.to_vec1::<f32>().unwrap(),
+            )
         };
         let (loss, gradient) = run(encode(&shape, &positions, &table).unwrap());
         let (plain_loss, plain_gradient) = run(plain(&shape, &positions, &table).unwrap());
@@ -186,7 +197,13 @@ mod tests {
         let loss_of = |table: &Tensor| encode(&shape, &positions, table)?.sqr()?.sum_all();
         let table = Var::from_tensor(&values).unwrap();
         let gradient = loss_of(&table).unwrap().backward().unwrap();
-        let gradient: Vec<f32> = gradient.get(&table).unwrap().flatten_all().unwrap().to_vec1().unwrap();
+        let gradient: Vec<f32> = gradient
+            .get(&table)
+            .unwrap()
+            .flatten_all()
+            .unwrap()
+            .to_vec1()
+            .unwrap();
         let flat: Vec<f32> = values.flatten_all().unwrap().to_vec1().unwrap();
         for index in (0..flat.len()).step_by(7) {
             let shifted = |by: f32| {
