@@ -1,16 +1,30 @@
-//! Density and colour of the scene, learnt from its pixels.
+//! Density and colour of the scene, learnt from its pixels without any label.
 
-use serde::{Deserialize, Serialize};
+mod capacity;
+mod encoding;
+pub mod kernels;
+mod model;
+mod occupancy;
+mod rays;
+mod render;
+mod train;
+mod volume;
 
-/// How much the field may model, and for how long it trains.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Preset {
-    /// Chosen from the scene.
-    #[default]
-    Auto,
-    /// Coarser and sooner.
-    Fast,
-    /// Finer and later.
-    Accurate,
+pub use capacity::{Capacity, Preset};
+pub use encoding::{FEATURES_PER_LEVEL, GridLevel, GridShape};
+pub use model::{Geometry, RadianceField};
+pub use occupancy::OccupancyGrid;
+pub use rays::{Ray, Samples, Sampling};
+pub use render::{RenderedRay, frame_rays, render_rays};
+pub use train::{HeldOut, Trainer};
+pub use volume::Volume;
+
+/// A failure of the tensor library.
+#[derive(Debug, thiserror::Error)]
+#[error("the field could not be computed: {}", first_line(.0))]
+pub struct FieldError(#[from] candle_core::Error);
+
+/// The error without the backtrace that candle may append.
+fn first_line(error: &candle_core::Error) -> String {
+    error.to_string().lines().next().unwrap_or_default().to_owned()
 }

@@ -1,1 +1,19 @@
-//! To be written.
+//! How labels spread: over the scene's surface by shortest paths, and into a semantic head on the field.
+
+mod depth;
+mod geodesic;
+mod graph;
+mod head;
+mod map;
+mod posterior;
+mod spread;
+mod surface;
+
+pub use depth::{FieldDepth, pixel_lengths};
+pub use geodesic::{Geodesics, Propagation};
+pub use graph::{Node, SurfaceGraph};
+pub use head::{RayTargets, SemanticHead, SoftTargets};
+pub use map::{ENTROPY_STEPS_PER_NAT, FrameMap};
+pub use posterior::Posterior;
+pub use spread::Spread;
+pub use surface::{NO_NODE, Surface};

@@ -43,6 +43,9 @@ pub enum Command {
     Pause,
     /// Go on training.
     Resume,
+    /// Finish what makes the maps better soon, then train no more: the last look at the surface and the
+    /// last maps; [`Status::settled`] tells the end.
+    Settle,
     /// Answer with [`Event::State`].
     Save,
     /// End the worker. It answers with [`Event::Stopped`] within 100 ms.
@@ -97,8 +100,12 @@ pub struct Status {
     pub phase: Phase,
     /// Training steps done.
     pub steps: u64,
-    /// Seconds spent training the field.
-    pub training_seconds: f32,
+    /// Seconds spent training the field and looking at its surface.
+    pub geometry_seconds: f64,
+    /// Seconds spent spreading the labels and training the head.
+    pub semantics_seconds: f64,
+    /// Seconds spent making maps.
+    pub render_seconds: f64,
     /// Steps that were skipped because their loss or gradient was not finite.
     pub skipped_steps: u64,
     /// Peak signal-to-noise ratio on held-out frames, in dB.
@@ -113,8 +120,17 @@ pub struct Status {
     pub capacity: String,
     /// Nodes of the surface graph; 0 until there is one.
     pub surface_nodes: usize,
-    /// Whether more training is not expected to change the maps.
+    /// Generation of the newest labels that the worker has.
+    pub generation: u64,
+    /// Whether more training is not expected to change the maps, and all of them are published.
     pub settled: bool,
+}
+
+impl Status {
+    /// Whether maps of these labels are final.
+    pub fn is_final(&self, generation: u64) -> bool {
+        self.settled && self.generation == generation
+    }
 }
 
 /// What the worker is doing.

@@ -3,6 +3,7 @@
 
 mod maps;
 mod message;
+mod survey;
 mod worker;
 
 use std::sync::Arc;
@@ -10,7 +11,8 @@ use std::thread::JoinHandle;
 
 use crossbeam_channel::{Receiver, Sender, unbounded};
 
-pub use maps::{ENTROPY_STEPS_PER_NAT, FrameMap, MapSlots};
+pub use crate::semantics::{ENTROPY_STEPS_PER_NAT, FrameMap};
+pub use maps::MapSlots;
 pub use message::{Command, Event, ModelState, Phase, SessionOptions, Status};
 
 /// A handle to the worker. Dropping it stops the worker and waits for it.

@@ -1,10 +1,36 @@
-//! The worker thread.
+//! The worker thread: follows the labels first, trains the rest of the time.
 
+use std::any::Any;
+use std::collections::{HashMap, VecDeque};
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
-use crossbeam_channel::{Receiver, Sender};
+use candle_core::Tensor;
+use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded, select};
 
-use super::{Command, Event, FrameMap, MapSlots, SessionOptions};
+use super::survey::Survey;
+use super::{Command, Event, MapSlots, ModelState, Phase, SessionOptions, Status};
+use crate::field::{FieldError, HeldOut, Ray, Sampling, Trainer};
+use crate::guide::suggest;
+use crate::labels::LabelSet;
+use crate::scene::{Scene, SceneError};
+use crate::semantics::{FrameMap, RayTargets, SemanticHead, Spread};
+
+/// How long maps are published before commands are looked at again.
+const PUBLISH_SLICE: Duration = Duration::from_millis(15);
+const STATUS_EVERY: Duration = Duration::from_millis(250);
+/// How long the worker sleeps when there is nothing to do but to wait for a command or a surface.
+const NAP: Duration = Duration::from_millis(20);
+/// Field steps between held-out evaluations.
+const EVALUATE_EVERY: u64 = 100;
+/// Field steps per step of the head.
+const HEAD_EVERY: u64 = 2;
+/// Head steps between looks at what it says of the surface.
+const HEAD_LOOK_EVERY: u64 = 100;
+/// Places of the surface and labelled rays in a step of the head.
+const SOFT_TARGETS: usize = 1024;
+const LABELLED_RAYS: usize = 128;
 
 /// Where the worker's results go; cheap to clone.
 #[derive(Clone)]
@@ -31,16 +57,496 @@ impl Outbox {
     }
 
     /// Publishes a map and tells that it is there.
-    pub(super) fn publish(&self, map: FrameMap) {
+    fn publish(&self, map: FrameMap) {
         let (frame, generation) = (map.frame, map.generation);
         if self.maps.publish(map) {
             self.send(Event::Map { frame, generation });
         }
     }
+}
 
-    pub(super) fn reset_maps(&self, frames: usize) {
-        self.maps.reset(frames);
+/// Why the worker ended early.
+#[derive(Debug, thiserror::Error)]
+enum WorkerError {
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    #[error(transparent)]
+    Field(#[from] FieldError),
+    #[error("{0}")]
+    Other(String),
+}
+
+impl From<candle_core::Error> for WorkerError {
+    fn from(error: candle_core::Error) -> Self {
+        Self::Field(error.into())
     }
 }
 
-pub(super) fn run(_options: SessionOptions, _commands: &Receiver<Command>, _outbox: &Outbox) {}
+/// Runs until it is told to stop; whatever happens, the end is told.
+pub(super) fn run(options: SessionOptions, commands: &Receiver<Command>, outbox: &Outbox) {
+    let work = AssertUnwindSafe(|| -> Result<(), WorkerError> {
+        let threads = rayon::ThreadPoolBuilder::new()
+            .num_threads(options.threads.max(1))
+            .thread_name(|index| format!("inplace-pool-{index}"))
+            .build()
+            .map_err(|error| {
+                WorkerError::Other(format!("the training threads could not be started: {error}"))
+            })?;
+        let threads = Arc::new(threads);
+        let Some((scene, early)) = open(&options, commands, outbox, &threads)? else {
+            return Ok(());
+        };
+        threads.install(|| Worker::new(scene, &options, commands, outbox)?.run(early))
+    });
+    match catch_unwind(work) {
+        Ok(Ok(())) => {}
+        Ok(Err(error)) => outbox.send(Event::Error(error.to_string())),
+        Err(panic) => outbox.send(Event::Error(format!(
+            "training stopped by an internal error ({}); your labels are safe, open the scene again to go on",
+            panic_message(panic.as_ref())
+        ))),
+    }
+    outbox.send(Event::Stopped);
+}
+
+fn panic_message(panic: &(dyn Any + Send)) -> &str {
+    panic
+        .downcast_ref::<&str>()
+        .copied()
+        .or_else(|| panic.downcast_ref::<String>().map(String::as_str))
+        .unwrap_or("no message")
+}
+
+/// Opens the scene beside the worker, so that it can be stopped meanwhile; `None` when it was. Commands
+/// that came early are given back.
+fn open(
+    options: &SessionOptions,
+    commands: &Receiver<Command>,
+    outbox: &Outbox,
+    threads: &Arc<rayon::ThreadPool>,
+) -> Result<Option<(Arc<Scene>, Vec<Command>)>, WorkerError> {
+    let (sender, opened) = bounded(1);
+    let (source, what) = (options.source.clone(), options.open);
+    let (progress, threads) = (outbox.clone(), Arc::clone(threads));
+    let thread = std::thread::Builder::new().name("inplace-open".to_owned());
+    let spawned = thread.spawn(move || {
+        let tell = |done, total| progress.send(Event::Opening { done, total });
+        let scene = threads.install(|| Scene::open(&source, what, &tell));
+        // Nobody waits for it any more when the session was stopped.
+        let _ = sender.send(scene);
+    });
+    if let Err(error) = spawned {
+        return Err(WorkerError::Other(format!(
+            "the scene could not be opened: {error}"
+        )));
+    }
+    let mut early = Vec::new();
+    loop {
+        select! {
+            recv(commands) -> command => match command {
+                Ok(Command::Stop) | Err(_) => return Ok(None),
+                Ok(command) => early.push(command),
+            },
+            recv(opened) -> scene => {
+                let Ok(scene) = scene else {
+                    let reason = format!("{}: an internal error stopped the reading", options.source);
+                    return Err(WorkerError::Other(reason));
+                };
+                let scene = Arc::new(scene?);
+                outbox.maps.reset(scene.frames.len());
+                outbox.send(Event::Opened(Arc::clone(&scene)));
+                return Ok(Some((scene, early)));
+            }
+        }
+    }
+}
+
+struct Worker<'a> {
+    scene: Arc<Scene>,
+    options: &'a SessionOptions,
+    commands: &'a Receiver<Command>,
+    outbox: &'a Outbox,
+    trainer: Trainer,
+    survey: Survey,
+    spread: Option<Spread>,
+    head: Option<SemanticHead>,
+    labels: LabelSet,
+    generation: u64,
+    view: usize,
+    paused: bool,
+    /// Train no more: finish what is under way.
+    settling: bool,
+    /// Frames whose maps are out of date, in the order in which they are made.
+    stale: VecDeque<usize>,
+    suggestions_due: bool,
+    held_out: Option<HeldOut>,
+    last_status: Instant,
+    told_settled: bool,
+    seconds: Seconds,
+}
+
+/// Wall time by what it was spent on.
+#[derive(Clone, Copy, Default)]
+struct Seconds {
+    geometry: f64,
+    semantics: f64,
+    render: f64,
+}
+
+/// Adds the time that `work` takes to `seconds`.
+fn timed<T>(seconds: &mut f64, work: impl FnOnce() -> T) -> T {
+    let start = Instant::now();
+    let result = work();
+    *seconds += start.elapsed().as_secs_f64();
+    result
+}
+
+impl<'a> Worker<'a> {
+    fn new(
+        scene: Arc<Scene>,
+        options: &'a SessionOptions,
+        commands: &'a Receiver<Command>,
+        outbox: &'a Outbox,
+    ) -> Result<Self, WorkerError> {
+        let mut trainer = Trainer::new(Arc::clone(&scene), options.preset, options.seed)?;
+        let mut head = None;
+        if let Some(state) = &options.state {
+            match restore(&mut trainer, state) {
+                Ok(restored) => head = restored,
+                Err(error) => outbox.send(Event::Error(format!(
+                    "the saved model does not fit this scene and was left out ({error}); training starts anew"
+                ))),
+            }
+        }
+        let survey = Survey::new(&scene, &trainer, options.threads.max(1));
+        Ok(Self {
+            scene,
+            options,
+            commands,
+            outbox,
+            trainer,
+            survey,
+            spread: None,
+            head,
+            labels: LabelSet::default(),
+            generation: 0,
+            view: 0,
+            paused: false,
+            settling: false,
+            stale: VecDeque::new(),
+            suggestions_due: false,
+            held_out: None,
+            last_status: Instant::now(),
+            told_settled: false,
+            seconds: Seconds::default(),
+        })
+    }
+
+    fn run(mut self, early: Vec<Command>) -> Result<(), WorkerError> {
+        for command in early {
+            if !self.obey(command)? {
+                return Ok(());
+            }
+        }
+        self.tell_status();
+        loop {
+            while let Ok(command) = self.commands.try_recv() {
+                if !self.obey(command)? {
+                    return Ok(());
+                }
+            }
+            if let Some(surface) = self
+                .survey
+                .ready()
+                .map_err(|reason| WorkerError::Other(reason.to_owned()))?
+            {
+                let mut spread = Spread::new(Arc::new(surface));
+                timed(&mut self.seconds.semantics, || {
+                    spread.set_labels(&self.scene, &self.labels)
+                });
+                self.spread = Some(spread);
+                self.look_at_head()?;
+                self.refresh_all();
+            }
+            if self.last_status.elapsed() >= STATUS_EVERY {
+                self.tell_status();
+            }
+            if self.publish() || self.suggest() || self.train()? {
+                continue;
+            }
+            if !self.told_settled && self.is_settled() {
+                self.tell_status();
+            }
+            match self.commands.recv_timeout(NAP) {
+                Ok(command) => {
+                    if !self.obey(command)? {
+                        return Ok(());
+                    }
+                }
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => return Ok(()),
+            }
+        }
+    }
+
+    /// Does what a command says; `false` = stop.
+    fn obey(&mut self, command: Command) -> Result<bool, WorkerError> {
+        match command {
+            Command::Labels { labels, generation } => {
+                self.labels = labels;
+                self.generation = generation;
+                self.told_settled = false;
+                if let Some(spread) = &mut self.spread {
+                    timed(&mut self.seconds.semantics, || {
+                        spread.set_labels(&self.scene, &self.labels)
+                    });
+                    self.refresh_all();
+                }
+            }
+            Command::View { frame } => {
+                self.view = frame.min(self.scene.frames.len().saturating_sub(1));
+                self.sort_stale();
+            }
+            Command::Pause => {
+                self.paused = true;
+                self.tell_status();
+            }
+            Command::Resume => {
+                self.paused = false;
+                self.settling = false;
+                self.tell_status();
+            }
+            Command::Settle => {
+                self.settling = true;
+                self.told_settled = false;
+                self.survey.finish();
+            }
+            Command::Save => {
+                let state = self.save()?;
+                self.outbox.send(Event::State(Arc::new(state)));
+            }
+            Command::Stop => return Ok(false),
+        }
+        Ok(true)
+    }
+
+    /// All maps are out of date: the frame in view comes first, then its neighbours.
+    fn refresh_all(&mut self) {
+        self.stale = (0..self.scene.frames.len()).collect();
+        self.suggestions_due = false;
+        self.sort_stale();
+    }
+
+    fn sort_stale(&mut self) {
+        let view = self.view;
+        self.stale
+            .make_contiguous()
+            .sort_by_key(|&frame| frame.abs_diff(view));
+    }
+
+    /// Publishes out-of-date maps for a slice of time; `false` when there was none.
+    fn publish(&mut self) -> bool {
+        let Some(spread) = &self.spread else {
+            return false;
+        };
+        if self.stale.is_empty() {
+            return false;
+        }
+        let start = Instant::now();
+        while let Some(frame) = self.stale.pop_front() {
+            self.outbox
+                .publish(spread.map(&self.scene, frame, self.generation));
+            if start.elapsed() >= PUBLISH_SLICE {
+                break;
+            }
+        }
+        self.seconds.render += start.elapsed().as_secs_f64();
+        if self.stale.is_empty() {
+            self.suggestions_due = true;
+            let generation = self.generation;
+            self.outbox.send(Event::AllMaps { generation });
+        }
+        true
+    }
+
+    fn suggest(&mut self) -> bool {
+        let Some(spread) = self.spread.as_ref().filter(|_| self.suggestions_due) else {
+            return false;
+        };
+        self.suggestions_due = false;
+        let suggestions = suggest(&self.scene, spread.surface(), spread.posterior(), &spread.said());
+        self.outbox.send(Event::Suggestions {
+            generation: self.generation,
+            suggestions,
+        });
+        true
+    }
+
+    /// A slice of training; `false` when there is nothing to train.
+    fn train(&mut self) -> Result<bool, WorkerError> {
+        if self.survey.is_rendering() && (!self.paused || self.spread.is_none()) {
+            timed(&mut self.seconds.geometry, || self.survey.advance(&self.trainer))?;
+            return Ok(true);
+        }
+        // After the last step the head still follows the labels.
+        if self.paused || self.settling {
+            return Ok(false);
+        }
+        if self.trainer.settled() && self.survey.is_done() && self.head_is_settled() {
+            return Ok(false);
+        }
+        timed(&mut self.seconds.geometry, || self.trainer.step())?;
+        self.survey.start_if_due(self.trainer.steps());
+        if self.trainer.steps() % HEAD_EVERY == 0 {
+            let start = Instant::now();
+            self.train_head()?;
+            self.seconds.semantics += start.elapsed().as_secs_f64();
+        }
+        if self.trainer.steps() % EVALUATE_EVERY == 0 {
+            self.held_out = self.trainer.evaluate()?;
+        }
+        Ok(true)
+    }
+
+    fn head_is_settled(&self) -> bool {
+        self.labels.strokes.is_empty()
+            || self
+                .head
+                .as_ref()
+                .is_some_and(|head| head.steps() >= HEAD_LOOK_EVERY)
+    }
+
+    /// A step of the head; every now and then, what it says goes into the maps.
+    fn train_head(&mut self) -> Result<(), WorkerError> {
+        let Some(spread) = &self.spread else { return Ok(()) };
+        let classes = spread.classes();
+        if classes.len() < 2 || self.labels.strokes.is_empty() {
+            return Ok(());
+        }
+        let field = self.trainer.field();
+        let seed = self.options.seed ^ self.trainer.steps();
+        if self.head.as_ref().is_none_or(|head| head.classes() != classes) {
+            let earlier = self.head.as_ref();
+            self.head = Some(SemanticHead::new(classes, field.feature_width(), earlier, seed)?);
+        }
+        let Some(head) = &mut self.head else { return Ok(()) };
+        let soft = spread.soft_targets(SOFT_TARGETS, seed);
+        let labelled = labelled_rays(&self.scene, spread, seed);
+        let sampling = Sampling {
+            step: self.trainer.render_step(),
+            free: 2,
+            near_surface: 8,
+            jitter: Some(seed),
+        };
+        head.step(field, self.trainer.occupancy(), &soft, &labelled, sampling)?;
+        if head.steps() % HEAD_LOOK_EVERY == 0 {
+            self.look_at_head()?;
+            self.refresh_all();
+        }
+        Ok(())
+    }
+
+    /// What the head says of every node goes into the next maps.
+    fn look_at_head(&mut self) -> Result<(), WorkerError> {
+        let (Some(spread), Some(head)) = (&mut self.spread, &self.head) else {
+            return Ok(());
+        };
+        if head.classes() == spread.classes() && head.steps() >= HEAD_LOOK_EVERY {
+            let positions: Vec<glam::Vec3> = spread
+                .surface()
+                .graph
+                .nodes()
+                .iter()
+                .map(|node| node.position)
+                .collect();
+            spread.set_head(head.at_points(self.trainer.field(), &positions)?);
+        }
+        Ok(())
+    }
+
+    fn is_settled(&self) -> bool {
+        let trained = self.settling || (self.trainer.settled() && self.head_is_settled());
+        trained && self.survey.is_done() && self.stale.is_empty() && self.spread.is_some()
+    }
+
+    fn tell_status(&mut self) {
+        self.last_status = Instant::now();
+        let settled = self.is_settled();
+        self.told_settled = settled;
+        let phase = match (self.paused, &self.spread) {
+            (true, _) => Phase::Paused,
+            (false, None) => Phase::FindingSurface,
+            (false, Some(_)) => Phase::Training,
+        };
+        let head = self.head.as_ref().map_or(0, SemanticHead::parameters);
+        self.outbox.send(Event::Status(Status {
+            phase,
+            steps: self.trainer.steps(),
+            geometry_seconds: self.seconds.geometry,
+            semantics_seconds: self.seconds.semantics,
+            render_seconds: self.seconds.render,
+            skipped_steps: self.trainer.skipped(),
+            held_out_psnr: self.held_out.map(|held_out| held_out.psnr),
+            depth_error: self.held_out.and_then(|held_out| held_out.depth_error),
+            mean_entropy: self.spread.as_ref().map(Spread::mean_entropy),
+            parameters: self.trainer.field().parameters() + head,
+            capacity: self.trainer.capacity().to_string(),
+            surface_nodes: self
+                .spread
+                .as_ref()
+                .map_or(0, |spread| spread.surface().graph.len()),
+            generation: self.generation,
+            settled,
+        }));
+    }
+
+    fn save(&self) -> Result<ModelState, WorkerError> {
+        let mut tensors = self.trainer.state()?;
+        if let Some(head) = &self.head {
+            tensors.extend(head.state()?);
+        }
+        let tensors = safetensors::serialize(&tensors, None)
+            .map_err(|error| WorkerError::Other(format!("the model could not be saved: {error}")))?;
+        Ok(ModelState {
+            steps: self.trainer.steps(),
+            tensors,
+        })
+    }
+}
+
+/// Takes a saved model over; returns its head where it has one that fits.
+fn restore(trainer: &mut Trainer, state: &ModelState) -> Result<Option<SemanticHead>, candle_core::Error> {
+    let tensors: HashMap<String, Tensor> =
+        candle_core::safetensors::load_buffer(&state.tensors, &candle_core::Device::Cpu)?;
+    trainer.restore(&tensors, state.steps)?;
+    Ok(SemanticHead::restored(&tensors, trainer.field().feature_width()))
+}
+
+/// A random batch of labelled pixels as rays with the index of their class.
+fn labelled_rays(scene: &Scene, spread: &Spread, seed: u64) -> RayTargets {
+    use rand::seq::IteratorRandom;
+    use rand::{SeedableRng, rngs::SmallRng};
+
+    let mut rng = SmallRng::seed_from_u64(seed);
+    let chosen = spread.labelled_pixels().choose_multiple(&mut rng, LABELLED_RAYS);
+    let mut targets = RayTargets {
+        rays: Vec::new(),
+        classes: Vec::new(),
+    };
+    for (frame, pixel, class) in chosen {
+        let Some(index) = spread.classes().iter().position(|&known| known == class) else {
+            continue;
+        };
+        let frame = &scene.frames[frame];
+        targets.rays.push(Ray {
+            origin: frame.center(),
+            direction: frame.ray_direction(pixel as usize),
+            length: frame
+                .depth
+                .as_ref()
+                .and_then(|depth| depth.ray_length(pixel as usize)),
+        });
+        targets.classes.push(index as u32);
+    }
+    targets
+}

@@ -51,7 +51,11 @@ fn rows(status: &Status) -> [(&'static str, String, &'static str); 6] {
             grouped(status.steps),
             "Training steps of the field that learns the scene's shape and colour",
         ),
-        ("Time", duration(status.training_seconds), "Time spent training"),
+        (
+            "Time",
+            duration(status.geometry_seconds as f32),
+            "Time spent training",
+        ),
         (
             "Image quality",
             status

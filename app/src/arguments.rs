@@ -1,0 +1,134 @@
+//! The command line.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand};
+use inplace_core::field::Preset;
+
+/// Labels a whole scene from a few clicks.
+#[derive(Debug, Parser)]
+#[command(version, args_conflicts_with_subcommands = true)]
+pub struct Arguments {
+    /// What to do; without a command, the window opens.
+    #[command(subcommand)]
+    pub command: Option<Command>,
+    #[command(flatten)]
+    pub window: WindowArguments,
+}
+
+/// The window.
+#[derive(Debug, Args)]
+pub struct WindowArguments {
+    /// Folder of a capture, a project file (NAME.inplace), or "demo".
+    #[arg(value_name = "SCENE | PROJECT.inplace")]
+    pub open: Option<PathBuf>,
+    /// Show how long the window's frames and the maps after a click take, and print it at the end.
+    #[arg(long)]
+    pub stats: bool,
+    #[command(flatten)]
+    pub training: TrainingArguments,
+}
+
+/// How a scene is read and learnt.
+#[derive(Clone, Copy, Debug, Args)]
+pub struct TrainingArguments {
+    /// How much the field may model: auto, fast or accurate.
+    #[arg(long, value_name = "NAME", default_value = "auto", value_parser = preset)]
+    pub preset: Preset,
+    /// Leave measured depth aside.
+    #[arg(long)]
+    pub no_depth: bool,
+    /// Threads to train with [default: all cores, or all but one beside the window].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub threads: Option<u16>,
+    /// Seed of everything random.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u64,
+}
+
+/// What can be done without the window.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Write the demo scene as a folder, with its ground truth.
+    Demo {
+        /// The folder to make.
+        #[arg(long, value_name = "DIR")]
+        out: PathBuf,
+    },
+    /// Tell what was found in a capture: format, frames, intrinsics, depth, labels, bounds, problems.
+    Info {
+        /// Folder of a capture, or "demo".
+        scene: PathBuf,
+        /// Print JSON.
+        #[arg(long)]
+        json: bool,
+    },
+    /// Label every frame of a scene from a few strokes.
+    Label(LabelArguments),
+}
+
+/// Labelling without the window.
+#[derive(Debug, Args)]
+pub struct LabelArguments {
+    /// Folder of a capture, a project file (NAME.inplace), or "demo".
+    #[arg(value_name = "SCENE | PROJECT.inplace")]
+    pub scene: PathBuf,
+    /// The strokes (JSON); a project brings its own, and the demo has some built in.
+    #[arg(long, value_name = "FILE")]
+    pub strokes: Option<PathBuf>,
+    /// Where the maps and the report go.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Wall time from the start to the last file written, in seconds [default: until the maps have settled].
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    pub budget: Option<f64>,
+    /// Print the report as JSON.
+    #[arg(long)]
+    pub json: bool,
+    #[command(flatten)]
+    pub training: TrainingArguments,
+}
+
+fn preset(name: &str) -> Result<Preset, String> {
+    match name {
+        "auto" => Ok(Preset::Auto),
+        "fast" => Ok(Preset::Fast),
+        "accurate" => Ok(Preset::Accurate),
+        _ => Err("use auto, fast or accurate".to_owned()),
+    }
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(seconds) if seconds.is_finite() && seconds > 0.0 => Ok(seconds),
+        _ => Err("give a number of seconds above zero".to_owned()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn a_scene_alone_opens_the_window_and_a_command_does_not() {
+        let window = Arguments::try_parse_from(["inplace", "some/scene", "--stats"]).unwrap();
+        assert!(window.command.is_none() && window.window.stats);
+        let label = ["inplace", "label", "demo", "--out", "x", "--budget", "5"];
+        assert!(matches!(
+            Arguments::try_parse_from(label).unwrap().command,
+            Some(Command::Label(LabelArguments {
+                budget: Some(5.0),
+                ..
+            }))
+        ));
+        assert!(
+            Arguments::try_parse_from(["inplace", "label", "demo", "--out", "x", "--budget", "-5"]).is_err()
+        );
+    }
+}

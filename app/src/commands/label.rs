@@ -1,0 +1,244 @@
+//! `inplace label`: the main job without the window, through the same session.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use inplace_core::export::{self, PhaseSeconds, Report, peak_memory};
+use inplace_core::labels::{LabelSet, read_strokes};
+use inplace_core::project::Project;
+use inplace_core::scene::{Scene, SceneSource, demo};
+use inplace_core::session::{Command, Event, FrameMap, Session, SessionOptions, Status};
+
+use super::progress::Progress;
+use super::{Failure, cores, session_options};
+use crate::arguments::LabelArguments;
+
+/// Generation of the labels: they never change here.
+const GENERATION: u64 = 1;
+/// Seconds that writing takes, for each million pixels and in any case; measured generously.
+const WRITE_SECONDS_PER_MEGAPIXEL: f64 = 0.12;
+const WRITE_SECONDS: f64 = 0.5;
+/// Share of the budget kept for the last look at the surface.
+const LAST_LOOK: f64 = 0.12;
+
+/// What is to be labelled.
+struct Job {
+    options: SessionOptions,
+    /// A project's labels; others are read when the scene is open.
+    labels: Option<Box<dyn FnOnce(&Scene) -> Result<LabelSet, Failure>>>,
+}
+
+/// Labels every frame and writes maps and report.
+pub fn run(arguments: &LabelArguments) -> Result<(), Failure> {
+    let start = Instant::now();
+    let job = job(arguments)?;
+    export::prepare(&arguments.out)?;
+    let mut run = Run {
+        session: Session::start(job.options.clone(), || {}),
+        progress: Progress::new(),
+        start,
+        status: Status::default(),
+    };
+    let scene = run.opened()?;
+    let load = start.elapsed().as_secs_f64();
+    for warning in &scene.warnings {
+        eprintln!("inplace: {warning}");
+    }
+    let labels = match job.labels {
+        Some(labels) => labels(&scene)?,
+        None => LabelSet::default(),
+    };
+    if labels.classes.is_empty() {
+        return Err(format!(
+            "{}: there are no classes to label with",
+            arguments.scene.display()
+        )
+        .into());
+    }
+    run.session.send(Command::Labels {
+        labels: labels.clone(),
+        generation: GENERATION,
+    });
+    let maps = run.maps(&scene, arguments.budget)?;
+
+    let writing = Instant::now();
+    export::write_maps(&arguments.out, &scene, &labels.classes, &maps, &|_, _| {})?;
+    let status = &run.status;
+    let report = Report {
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        scene: scene.name(),
+        frames: scene.frames.len(),
+        strokes: labels.strokes.len(),
+        preset: job.options.preset,
+        seed: job.options.seed,
+        threads: job.options.threads,
+        wall_s: PhaseSeconds {
+            load,
+            geometry: status.geometry_seconds,
+            semantics: status.semantics_seconds,
+            render: status.render_seconds,
+            write: writing.elapsed().as_secs_f64(),
+        },
+        peak_memory_bytes: peak_memory(),
+        capacity: status.capacity.clone(),
+        parameters: status.parameters,
+        held_out_psnr_db: status.held_out_psnr,
+        depth_error_m: status.depth_error,
+        mean_entropy: status.mean_entropy,
+    };
+    export::write_report(&arguments.out, &report)?;
+    drop(run);
+    if arguments.json {
+        println!("{}", serde_json::to_string_pretty(&report)?);
+    } else {
+        println!(
+            "labelled {} frames from {} strokes in {:.1} s: {}",
+            report.frames,
+            report.strokes,
+            start.elapsed().as_secs_f64(),
+            arguments.out.display()
+        );
+    }
+    Ok(())
+}
+
+/// Finds out what to label: a project with its own strokes, or a scene with a strokes file.
+fn job(arguments: &LabelArguments) -> Result<Job, Failure> {
+    let threads = cores();
+    if arguments
+        .scene
+        .extension()
+        .is_some_and(|extension| extension == "inplace")
+    {
+        if arguments.strokes.is_some() {
+            return Err("a project brings its own strokes; leave --strokes away".into());
+        }
+        let (_, contents) = Project::open(&arguments.scene)?;
+        let mut options = session_options(&arguments.training, contents.scene.source.clone(), threads);
+        options.open.depth &= contents.scene.depth;
+        options.state = contents.model.clone();
+        let open = options.open;
+        return Ok(Job {
+            options,
+            labels: Some(Box::new(move |scene| {
+                let contents = contents.matched(scene, open)?;
+                Ok(contents.history.labels().clone())
+            })),
+        });
+    }
+    let source = SceneSource::from_argument(&arguments.scene);
+    let labels: Box<dyn FnOnce(&Scene) -> Result<LabelSet, Failure>> = match (&arguments.strokes, &source) {
+        (Some(strokes), _) => {
+            readable(strokes)?;
+            let strokes = strokes.clone();
+            Box::new(move |scene| Ok(read_strokes(&strokes, scene)?))
+        }
+        (None, SceneSource::Demo) => Box::new(|_| Ok(demo::clicks())),
+        (None, SceneSource::Folder(_)) => {
+            return Err(format!(
+                "{}: nothing says what is where; give a strokes file with --strokes",
+                arguments.scene.display()
+            )
+            .into());
+        }
+    };
+    Ok(Job {
+        options: session_options(&arguments.training, source, threads),
+        labels: Some(labels),
+    })
+}
+
+/// Fails before any work when a file is not there.
+fn readable(path: &Path) -> Result<(), Failure> {
+    match std::fs::File::open(path) {
+        Ok(_) => Ok(()),
+        Err(error) => Err(format!("{}: cannot be read: {error}", path.display()).into()),
+    }
+}
+
+struct Run {
+    session: Session,
+    progress: Progress,
+    start: Instant,
+    status: Status,
+}
+
+impl Run {
+    /// Waits for the scene.
+    fn opened(&mut self) -> Result<Arc<Scene>, Failure> {
+        loop {
+            match self.session.events().recv()? {
+                Event::Opening { done, total } => {
+                    self.progress.show(&format!("reading frame {done} of {total}"))
+                }
+                Event::Opened(scene) => return Ok(scene),
+                Event::Error(reason) => return Err(reason.into()),
+                _ => {}
+            }
+        }
+    }
+
+    /// Waits until the maps are final, or for as long as the budget allows; then returns them.
+    fn maps(&mut self, scene: &Scene, budget: Option<f64>) -> Result<Vec<Arc<FrameMap>>, Failure> {
+        let megapixels = scene
+            .frames
+            .iter()
+            .map(|frame| frame.camera.pixels())
+            .sum::<usize>() as f64
+            / 1e6;
+        let writing = WRITE_SECONDS + WRITE_SECONDS_PER_MEGAPIXEL * megapixels;
+        // When to train no more, and when to write whatever there is.
+        let at = |seconds: f64| self.start + Duration::from_secs_f64(seconds.max(0.0));
+        let deadlines =
+            budget.map(|budget| (at(budget - writing - LAST_LOOK * budget), at(budget - writing)));
+        let mut settling = false;
+        loop {
+            let now = Instant::now();
+            if let Some((settle, end)) = deadlines {
+                if now >= settle && !settling {
+                    settling = true;
+                    self.session.send(Command::Settle);
+                }
+                if now >= end
+                    && let Some(maps) = self.all_maps(scene)
+                {
+                    return Ok(maps);
+                }
+            }
+            match self.session.events().recv_timeout(Duration::from_millis(50)) {
+                Ok(Event::Status(status)) => {
+                    self.progress.show(&describe(&status));
+                    let done = status.is_final(GENERATION);
+                    self.status = status;
+                    if done && let Some(maps) = self.all_maps(scene) {
+                        return Ok(maps);
+                    }
+                }
+                Ok(Event::Error(reason)) => return Err(reason.into()),
+                Ok(Event::Stopped) | Err(crossbeam_channel::RecvTimeoutError::Disconnected) => {
+                    return Err("training ended before the maps were made".into());
+                }
+                Ok(_) | Err(crossbeam_channel::RecvTimeoutError::Timeout) => {}
+            }
+        }
+    }
+
+    /// The maps of all frames, where every frame has one of these labels.
+    fn all_maps(&self, scene: &Scene) -> Option<Vec<Arc<FrameMap>>> {
+        let slots = self.session.maps();
+        (0..scene.frames.len())
+            .map(|frame| slots.get(frame).filter(|map| map.generation == GENERATION))
+            .collect()
+    }
+}
+
+fn describe(status: &Status) -> String {
+    let psnr = status
+        .held_out_psnr
+        .map_or(String::new(), |psnr| format!(", {psnr:.1} dB"));
+    let entropy = status
+        .mean_entropy
+        .map_or(String::new(), |entropy| format!(", entropy {entropy:.2}"));
+    format!("training: step {}{psnr}{entropy}", status.steps)
+}

@@ -1,0 +1,54 @@
+//! What each command does.
+
+mod demo;
+mod info;
+mod label;
+mod progress;
+mod window;
+
+use std::error::Error;
+use std::thread::available_parallelism;
+
+use inplace_core::scene::OpenOptions;
+use inplace_core::session::SessionOptions;
+
+use crate::arguments::{Arguments, Command, TrainingArguments};
+
+/// Any failure: one sentence that names the file and what to do.
+pub type Failure = Box<dyn Error + Send + Sync>;
+
+/// Does what the command line asks for.
+pub fn run(arguments: Arguments) -> Result<(), Failure> {
+    match arguments.command {
+        Some(Command::Demo { out }) => demo::run(&out),
+        Some(Command::Info { scene, json }) => info::run(&scene, json),
+        Some(Command::Label(label)) => label::run(&label),
+        None => window::run(arguments.window),
+    }
+}
+
+/// Number of cores; 1 where it cannot be found out.
+fn cores() -> usize {
+    available_parallelism().map_or(1, usize::from)
+}
+
+fn open_options(training: &TrainingArguments) -> OpenOptions {
+    OpenOptions {
+        depth: !training.no_depth,
+    }
+}
+
+fn session_options(
+    training: &TrainingArguments,
+    source: inplace_core::scene::SceneSource,
+    threads: usize,
+) -> SessionOptions {
+    SessionOptions {
+        source,
+        open: open_options(training),
+        preset: training.preset,
+        threads: training.threads.map_or(threads, usize::from),
+        seed: training.seed,
+        state: None,
+    }
+}

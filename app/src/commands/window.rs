@@ -1,0 +1,48 @@
+//! `inplace`: the window, or the demo's maps where there is no display.
+
+use std::path::PathBuf;
+
+use inplace_core::scene::SceneSource;
+use inplace_ui::{Target, UiError, UiOptions};
+
+use super::{Failure, label, open_options};
+use crate::arguments::{LabelArguments, WindowArguments};
+
+/// Where the demo's maps go when there is no display.
+const DEMO_OUT: &str = "inplace-demo";
+
+/// Opens the window; without a display and with nothing given to open, labels the demo instead.
+pub fn run(arguments: WindowArguments) -> Result<(), Failure> {
+    let open = match &arguments.open {
+        None => Target::Scene(SceneSource::Demo),
+        Some(path) if path.as_os_str() == "demo" => Target::Scene(SceneSource::Demo),
+        Some(path) => Target::Path(path.clone()),
+    };
+    let defaults = UiOptions::default();
+    let options = UiOptions {
+        open: Some(open),
+        read: open_options(&arguments.training),
+        preset: arguments.training.preset,
+        threads: arguments.training.threads.map_or(defaults.threads, usize::from),
+        seed: arguments.training.seed,
+        stats: arguments.stats,
+        ..defaults
+    };
+    match inplace_ui::run(options) {
+        Ok(()) => Ok(()),
+        Err(UiError::NoDisplay(_)) if arguments.open.is_none() => {
+            eprintln!(
+                "inplace: there is no display for the window, so the demo scene is labelled into ./{DEMO_OUT} instead"
+            );
+            label::run(&LabelArguments {
+                scene: PathBuf::from("demo"),
+                strokes: None,
+                out: PathBuf::from(DEMO_OUT),
+                budget: None,
+                json: false,
+                training: arguments.training,
+            })
+        }
+        Err(error) => Err(error.into()),
+    }
+}

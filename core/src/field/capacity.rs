@@ -1,0 +1,103 @@
+//! How large a field a scene gets.
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+use super::{GridShape, Volume};
+use crate::scene::Scene;
+
+/// How much the field may model, and for how long it trains.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Preset {
+    /// Chosen from the scene.
+    #[default]
+    Auto,
+    /// Coarser and sooner.
+    Fast,
+    /// Finer and later.
+    Accurate,
+}
+
+/// The size of a field, and how long it trains.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Capacity {
+    /// Levels of the grid.
+    pub levels: usize,
+    /// Cells a side of the coarsest level.
+    pub coarsest: u32,
+    /// Cells a side of the finest level.
+    pub finest: u32,
+    /// Logarithm (base 2) of the most rows that a level may have.
+    pub table_log2: u32,
+    /// Width of the hidden layers.
+    pub hidden: usize,
+    /// Steps until the learning rate has come down.
+    pub steps: u64,
+    /// Side of the finest cell, in metres.
+    pub cell: f32,
+}
+
+impl Capacity {
+    /// The capacity for a scene: the finest cells are as large as a pixel's footprint at a typical surface.
+    pub fn for_scene(scene: &Scene, volume: &Volume, preset: Preset) -> Self {
+        let (coarser, table_log2, steps) = match preset {
+            Preset::Fast => (2.0, 15, 800),
+            Preset::Auto => (1.0, 17, 2_500),
+            Preset::Accurate => (0.5, 19, 10_000),
+        };
+        let cell = coarser * pixel_footprint(scene, volume);
+        let coarsest = 16;
+        let finest = ((volume.side / cell).round() as u32).clamp(2 * coarsest, 2048);
+        Self {
+            levels: 8,
+            coarsest,
+            finest,
+            table_log2,
+            hidden: 64,
+            steps,
+            cell: volume.side / finest as f32,
+        }
+    }
+
+    /// The shape of the grid.
+    pub fn grid(&self) -> GridShape {
+        GridShape::new(self.levels, self.coarsest, self.finest, self.table_log2)
+    }
+}
+
+impl fmt::Display for Capacity {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            formatter,
+            "{} levels down to {:.1} cm, 2^{} rows a level, {} hidden units",
+            self.levels,
+            100.0 * self.cell,
+            self.table_log2,
+            self.hidden
+        )
+    }
+}
+
+/// Size of a pixel at a typical surface, in metres: at the median measured depth, or half way from the
+/// centre to a side of the volume where there is no depth.
+fn pixel_footprint(scene: &Scene, volume: &Volume) -> f32 {
+    let median = |mut values: Vec<f32>| {
+        values.sort_by(f32::total_cmp);
+        values.get(values.len() / 2).copied()
+    };
+    let lengths = scene
+        .frames
+        .iter()
+        .filter_map(|frame| frame.depth.as_ref())
+        .flat_map(|depth| {
+            let stride = (depth.len() / 100).max(1) | 1;
+            (0..depth.len())
+                .step_by(stride)
+                .filter_map(|index| depth.ray_length(index))
+        });
+    let length = median(lengths.collect()).unwrap_or(0.25 * volume.side);
+    let focal = median(scene.frames.iter().map(|frame| frame.camera.fx).collect()).unwrap_or(1.0);
+    length / focal
+}

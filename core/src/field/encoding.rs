@@ -1,0 +1,142 @@
+//! The multi-resolution hash grid (Müller et al., "Instant Neural Graphics Primitives", 2022).
+
+use std::sync::Arc;
+
+/// Features of one table entry.
+pub const FEATURES_PER_LEVEL: usize = 2;
+
+/// The shape of a multi-resolution grid over the unit cube: where each level's corners lie in the table.
+///
+/// The table is a tensor `[rows, FEATURES_PER_LEVEL]`, level after level. Levels whose corners fit
+/// are stored densely; finer levels are hashed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GridShape {
+    levels: Arc<[GridLevel]>,
+    rows: usize,
+}
+
+/// One level of a [`GridShape`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GridLevel {
+    /// Cells along each side of the unit cube.
+    pub resolution: u32,
+    /// First row of the level in the table.
+    pub first_row: usize,
+    /// Rows of the level.
+    pub rows: usize,
+    dense: bool,
+}
+
+impl GridShape {
+    /// `levels` levels whose resolutions grow geometrically from `coarsest` to `finest` cells a side,
+    /// with at most 2^`table_log2` rows each.
+    pub fn new(levels: usize, coarsest: u32, finest: u32, table_log2: u32) -> Self {
+        let growth = if levels > 1 {
+            (f64::from(finest) / f64::from(coarsest)).powf(1.0 / (levels - 1) as f64)
+        } else {
+            1.0
+        };
+        let limit = 1_usize << table_log2;
+        let mut rows = 0;
+        let levels: Arc<[GridLevel]> = (0..levels)
+            .map(|level| {
+                let resolution = (f64::from(coarsest) * growth.powi(level as i32)).round().max(1.0) as u32;
+                let corners = (resolution as usize + 1).pow(3);
+                let level = GridLevel {
+                    resolution,
+                    first_row: rows,
+                    rows: corners.min(limit),
+                    dense: corners <= limit,
+                };
+                rows += level.rows;
+                level
+            })
+            .collect();
+        Self { levels, rows }
+    }
+
+    /// The levels, coarsest first.
+    pub fn levels(&self) -> &[GridLevel] {
+        &self.levels
+    }
+
+    /// Rows of the whole table.
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// Features that a position is encoded to.
+    pub fn features(&self) -> usize {
+        self.levels.len() * FEATURES_PER_LEVEL
+    }
+}
+
+impl GridLevel {
+    /// Table rows and trilinear weights of the eight corners around a position in the unit cube.
+    #[inline(always)]
+    pub fn corners(&self, position: [f32; 3]) -> ([u32; 8], [f32; 8]) {
+        let scale = self.resolution as f32;
+        let top = self.resolution - 1;
+        let scaled = position.map(|p| p.clamp(0.0, 1.0) * scale);
+        let cell = scaled.map(|s| (s as u32).min(top));
+        let f = [
+            scaled[0] - cell[0] as f32,
+            scaled[1] - cell[1] as f32,
+            scaled[2] - cell[2] as f32,
+        ];
+        let mut rows = [0; 8];
+        let mut weights = [0.0; 8];
+        for corner in 0..8_u32 {
+            let offset = [corner & 1, (corner >> 1) & 1, corner >> 2];
+            rows[corner as usize] = self.row(cell[0] + offset[0], cell[1] + offset[1], cell[2] + offset[2]);
+            let weight = |axis: usize| if offset[axis] == 1 { f[axis] } else { 1.0 - f[axis] };
+            weights[corner as usize] = weight(0) * weight(1) * weight(2);
+        }
+        (rows, weights)
+    }
+
+    #[inline(always)]
+    fn row(&self, x: u32, y: u32, z: u32) -> u32 {
+        let local = if self.dense {
+            let side = self.resolution + 1;
+            (z * side + y) * side + x
+        } else {
+            // `rows` is a power of two for hashed levels.
+            let hash = x ^ y.wrapping_mul(2_654_435_761) ^ z.wrapping_mul(805_459_861);
+            hash & (self.rows as u32 - 1)
+        };
+        self.first_row as u32 + local
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn weights_sum_to_one_and_rows_stay_in_their_level() {
+        let shape = GridShape::new(6, 4, 200, 12);
+        for level in shape.levels() {
+            for position in [
+                [0.0, 0.0, 0.0],
+                [1.0, 1.0, 1.0],
+                [0.3, 0.77, 0.5001],
+                [-0.2, 1.4, 0.5],
+            ] {
+                let (rows, weights) = level.corners(position);
+                assert!((weights.iter().sum::<f32>() - 1.0).abs() < 1e-5);
+                let range = level.first_row..level.first_row + level.rows;
+                assert!(rows.iter().all(|&row| range.contains(&(row as usize))));
+            }
+        }
+    }
+
+    #[test]
+    fn a_corner_position_takes_the_value_of_its_corner_alone() {
+        let shape = GridShape::new(1, 8, 8, 19);
+        let (rows, weights) = shape.levels()[0].corners([0.25, 0.5, 0.75]);
+        let heaviest = (0..8).max_by(|&a, &b| weights[a].total_cmp(&weights[b])).unwrap();
+        assert!((weights[heaviest] - 1.0).abs() < 1e-6);
+        assert_eq!(rows[heaviest], (6 * 9 + 4) * 9 + 2);
+    }
+}

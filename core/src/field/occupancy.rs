@@ -1,0 +1,196 @@
+//! Which cells of the volume can hold anything.
+
+use glam::{UVec3, Vec3};
+use rand::{Rng, SeedableRng, rngs::SmallRng};
+
+use super::Volume;
+use crate::scene::Scene;
+
+/// Cells along each side.
+pub const OCCUPANCY_RESOLUTION: u32 = 96;
+/// What is left of a cell's density after an update that finds none (Müller et al. 2022).
+const DECAY: f32 = 0.9;
+/// Density that a cell has before it was ever looked at, per metre.
+const UNKNOWN: f32 = 10.0;
+
+/// A coarse grid of the density over the unit cube, so that rays skip what is empty.
+#[derive(Clone, Debug)]
+pub struct OccupancyGrid {
+    density: Vec<f32>,
+    occupied: Vec<bool>,
+    threshold: f32,
+}
+
+impl OccupancyGrid {
+    /// Everything may be occupied. `step` is the distance between samples, in metres: a cell counts as
+    /// empty when a step through it would stop less than 1% of the light.
+    pub fn unknown(step: f32) -> Self {
+        let cells = (OCCUPANCY_RESOLUTION as usize).pow(3);
+        Self {
+            density: vec![UNKNOWN; cells],
+            occupied: vec![true; cells],
+            threshold: 0.01 / step,
+        }
+    }
+
+    /// Empties the cells that measured rays pass through and marks those that they end in.
+    pub fn carve(&mut self, scene: &Scene, volume: &Volume) {
+        let cell = volume.side / OCCUPANCY_RESOLUTION as f32;
+        let rays = || {
+            scene.frames.iter().flat_map(|frame| {
+                let depth = frame.depth.as_ref();
+                let stride = depth.map_or(1, |depth| (depth.len() / 4000).max(1) | 1);
+                let pixels = depth
+                    .into_iter()
+                    .flat_map(move |depth| (0..depth.len()).step_by(stride));
+                pixels.filter_map(move |index| {
+                    let length = frame.depth.as_ref()?.ray_length(index)?;
+                    Some((frame.center(), frame.ray_direction(index), length))
+                })
+            })
+        };
+        for (origin, direction, length) in rays() {
+            // Stay clear of the surface by noise and by the size of a cell.
+            let end = length * 0.97 - 2.0 * cell;
+            let mut t = 0.5 * cell;
+            while t < end {
+                if let Some(index) = index_of(volume.to_unit(origin + t * direction)) {
+                    self.density[index] = 0.0;
+                }
+                t += 0.9 * cell;
+            }
+        }
+        for (origin, direction, length) in rays() {
+            for offset in [-1.0, 0.0, 1.0] {
+                let point = origin + (length + offset * cell) * direction;
+                if let Some(index) = index_of(volume.to_unit(point)) {
+                    self.density[index] = UNKNOWN;
+                }
+            }
+        }
+        self.classify();
+    }
+
+    /// Whether the cell around a unit position can hold anything; nothing outside the cube can.
+    #[inline]
+    pub fn is_occupied(&self, unit: Vec3) -> bool {
+        index_of(unit).is_some_and(|index| self.occupied[index])
+    }
+
+    /// Share of the cells that can hold anything, 0..=1.
+    pub fn share(&self) -> f32 {
+        let occupied = self.occupied.iter().filter(|&&o| o).count();
+        occupied as f32 / self.occupied.len() as f32
+    }
+
+    /// Cells to look at next and a random unit position inside each: half of them among the occupied.
+    pub fn probes(&self, count: usize, seed: u64) -> (Vec<u32>, Vec<Vec3>) {
+        let mut rng = SmallRng::seed_from_u64(seed);
+        let occupied: Vec<u32> = (0..self.occupied.len() as u32)
+            .filter(|&i| self.occupied[i as usize])
+            .collect();
+        let cells: Vec<u32> = (0..count)
+            .map(|k| {
+                if k % 2 == 0 && !occupied.is_empty() {
+                    occupied[rng.random_range(0..occupied.len())]
+                } else {
+                    rng.random_range(0..self.occupied.len() as u32)
+                }
+            })
+            .collect();
+        let positions = cells
+            .iter()
+            .map(|&cell| {
+                let corner = corner_of(cell).as_vec3();
+                let jitter = Vec3::new(rng.random(), rng.random(), rng.random());
+                (corner + jitter) / OCCUPANCY_RESOLUTION as f32
+            })
+            .collect();
+        (cells, positions)
+    }
+
+    /// Takes over densities (per metre) found at the cells of [`OccupancyGrid::probes`].
+    pub fn update(&mut self, cells: &[u32], found: &[f32]) {
+        for (&cell, &found) in cells.iter().zip(found) {
+            let density = &mut self.density[cell as usize];
+            *density = (*density * DECAY).max(found);
+        }
+        self.classify();
+    }
+
+    /// The density of all cells, for saving; [`OccupancyGrid::restore`] takes it back.
+    pub fn density(&self) -> &[f32] {
+        &self.density
+    }
+
+    /// Takes saved densities over; returns whether they had the right number.
+    pub fn restore(&mut self, density: Vec<f32>) -> bool {
+        let fits = density.len() == self.density.len();
+        if fits {
+            self.density = density;
+            self.classify();
+        }
+        fits
+    }
+
+    /// While the whole field is thin, the mean takes the place of the absolute threshold.
+    fn classify(&mut self) {
+        let mean = self.density.iter().sum::<f32>() / self.density.len() as f32;
+        let threshold = self.threshold.min(mean);
+        for (occupied, &density) in self.occupied.iter_mut().zip(&self.density) {
+            *occupied = density >= threshold;
+        }
+    }
+}
+
+fn index_of(unit: Vec3) -> Option<usize> {
+    let scaled = unit * OCCUPANCY_RESOLUTION as f32;
+    let inside = scaled.min_element() >= 0.0 && scaled.max_element() < OCCUPANCY_RESOLUTION as f32;
+    inside.then(|| {
+        let UVec3 { x, y, z } = scaled.as_uvec3();
+        ((z * OCCUPANCY_RESOLUTION + y) * OCCUPANCY_RESOLUTION + x) as usize
+    })
+}
+
+fn corner_of(index: u32) -> UVec3 {
+    let side = OCCUPANCY_RESOLUTION;
+    UVec3::new(index % side, index / side % side, index / (side * side))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cells_found_empty_become_empty_and_come_back_when_filled() {
+        let mut grid = OccupancyGrid::unknown(0.02);
+        let unit = Vec3::new(0.31, 0.7, 0.02);
+        let cell = index_of(unit).unwrap() as u32;
+        for _ in 0..80 {
+            grid.update(&[cell], &[0.0]);
+        }
+        assert!(!grid.is_occupied(unit));
+        grid.update(&[cell], &[50.0]);
+        assert!(grid.is_occupied(unit));
+    }
+
+    #[test]
+    fn nothing_is_occupied_outside_the_cube() {
+        let grid = OccupancyGrid::unknown(0.02);
+        assert!(!grid.is_occupied(Vec3::new(1.01, 0.5, 0.5)));
+        assert!(!grid.is_occupied(Vec3::splat(-0.01)));
+        assert!(grid.is_occupied(Vec3::splat(0.5)));
+    }
+
+    #[test]
+    fn probes_lie_in_their_cells() {
+        let grid = OccupancyGrid::unknown(0.02);
+        let (cells, positions) = grid.probes(100, 9);
+        assert!(
+            cells
+                .iter()
+                .zip(&positions)
+                .all(|(&c, &p)| index_of(p) == Some(c as usize))
+        );
+    }
+}

@@ -1,0 +1,93 @@
+//! Rendering of the field: colour, depth and opacity of rays.
+
+use candle_core::Result;
+use glam::Vec3;
+
+use super::{OccupancyGrid, RadianceField, Ray, Samples, Sampling};
+use crate::scene::{Camera, Frame};
+
+/// Rays rendered at a time.
+const CHUNK: usize = 1024;
+
+/// What a ray sees.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct RenderedRay {
+    /// Colour composited over black, each channel in 0..=1 (Eq. 1).
+    pub color: Vec3,
+    /// Share of the light that is stopped, 0..=1.
+    pub opacity: f32,
+    /// Ray length at which half of the light is stopped, in metres; `None` where less than half is.
+    pub length: Option<f32>,
+}
+
+/// The rays through the pixels of a frame at 1/`stride` of its resolution, row-major, and that camera.
+pub fn frame_rays(frame: &Frame, stride: u32) -> (Camera, Vec<Ray>) {
+    let camera = frame.camera.reduced(stride);
+    let rotation = frame.camera_to_world.matrix3;
+    let rays = (0..camera.height)
+        .flat_map(|row| (0..camera.width).map(move |column| (column, row)))
+        .map(|(column, row)| Ray {
+            origin: frame.center(),
+            direction: (rotation * camera.pixel_direction(column, row)).normalize(),
+            length: None,
+        })
+        .collect();
+    (camera, rays)
+}
+
+/// Renders rays with samples `step` metres apart.
+///
+/// # Errors
+/// None on the CPU short of a lack of memory.
+pub fn render_rays(
+    field: &RadianceField,
+    occupancy: &OccupancyGrid,
+    rays: &[Ray],
+    step: f32,
+    with_color: bool,
+) -> Result<Vec<RenderedRay>> {
+    let sampling = Sampling {
+        step,
+        free: 0,
+        near_surface: 0,
+        jitter: None,
+    };
+    let mut rendered = Vec::with_capacity(rays.len());
+    for rays in rays.chunks(CHUNK) {
+        let samples = Samples::along(rays, field.volume(), occupancy, sampling);
+        if samples.is_empty() {
+            rendered.resize(rendered.len() + rays.len(), RenderedRay::default());
+            continue;
+        }
+        let geometry = field.geometry(&samples.positions()?)?;
+        let density: Vec<f32> = geometry.density.to_vec1()?;
+        let color = if with_color {
+            field
+                .color(&geometry.features, &samples.directions()?)?
+                .flatten_all()?
+                .to_vec1()?
+        } else {
+            Vec::new()
+        };
+        rendered.extend((0..rays.len()).map(|ray| composite(&samples, ray, &density, &color)));
+    }
+    Ok(rendered)
+}
+
+fn composite(samples: &Samples, ray: usize, density: &[f32], color: &[f32]) -> RenderedRay {
+    let packing = &samples.packing;
+    let mut out = RenderedRay::default();
+    for (i, weight) in packing.range(ray).zip(packing.weights(ray, density)) {
+        if out.length.is_none() && out.opacity + weight >= 0.5 {
+            // Within the interval the light that is left falls off exponentially.
+            let left = 1.0 - out.opacity;
+            let share = (left / 0.5).ln() / (density[i] * packing.dt[i]).max(1e-6);
+            out.length = Some(packing.t[i] + (share.clamp(0.0, 1.0) - 0.5) * packing.dt[i]);
+        }
+        out.opacity += weight;
+        if let Some(own) = color.get(3 * i..3 * i + 3) {
+            out.color += weight * Vec3::new(own[0], own[1], own[2]);
+        }
+    }
+    out
+}

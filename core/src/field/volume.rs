@@ -1,0 +1,63 @@
+//! Where in the world the field lies.
+
+use glam::Vec3;
+
+use crate::scene::Bounds;
+
+/// The cube of the world that the field models; its encoding works in unit coordinates inside it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Volume {
+    /// Corner with the smallest coordinates, in metres.
+    pub min: Vec3,
+    /// Length of each side, in metres.
+    pub side: f32,
+}
+
+impl Volume {
+    /// The smallest cube around the bounds, with the same centre.
+    pub fn around(bounds: &Bounds) -> Self {
+        let side = bounds.size().max_element().max(1e-3);
+        let centre = 0.5 * (bounds.min + bounds.max);
+        Self {
+            min: centre - 0.5 * side,
+            side,
+        }
+    }
+
+    /// World position to unit coordinates.
+    pub fn to_unit(&self, world: Vec3) -> Vec3 {
+        (world - self.min) / self.side
+    }
+
+    /// Unit coordinates to world position.
+    pub fn to_world(&self, unit: Vec3) -> Vec3 {
+        self.min + unit * self.side
+    }
+
+    /// Distances in metres at which a ray enters and leaves the cube; `None` when it misses it.
+    pub fn clip(&self, origin: Vec3, direction: Vec3) -> Option<(f32, f32)> {
+        let inverse = direction.recip();
+        let a = (self.min - origin) * inverse;
+        let b = (self.min + self.side - origin) * inverse;
+        let enter = a.min(b).max_element().max(0.0);
+        let leave = a.max(b).min_element();
+        (leave > enter).then_some((enter, leave))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_ray_is_clipped_to_the_cube() {
+        let volume = Volume {
+            min: Vec3::ZERO,
+            side: 2.0,
+        };
+        let through = volume.clip(Vec3::new(-1.0, 1.0, 1.0), Vec3::X);
+        assert_eq!(through, Some((1.0, 3.0)));
+        assert_eq!(volume.clip(Vec3::splat(1.0), Vec3::Z), Some((0.0, 1.0)));
+        assert_eq!(volume.clip(Vec3::new(-1.0, 3.0, 1.0), Vec3::X), None);
+    }
+}

@@ -1,0 +1,61 @@
+//! The ray length of every pixel: measured where it is, else the field's.
+
+use crate::scene::Frame;
+
+/// Ray lengths that the field renders for a frame at 1/`stride` of its resolution.
+#[derive(Clone, Debug)]
+pub struct FieldDepth {
+    /// Pixels of the frame per sample, along each axis.
+    pub stride: u32,
+    /// Samples along x.
+    pub width: u32,
+    /// Row-major ray lengths in metres; infinite where the ray meets nothing.
+    pub lengths: Vec<f32>,
+}
+
+/// Ray length of every pixel of a frame in metres, row-major: infinite where the ray meets nothing,
+/// not a number where nobody knows (yet).
+pub fn pixel_lengths(frame: &Frame, field: Option<&FieldDepth>) -> Vec<f32> {
+    let pixels = frame.camera.pixels();
+    let measured = |index| frame.depth.as_ref().and_then(|depth| depth.ray_length(index));
+    (0..pixels)
+        .map(|index| match (measured(index), field) {
+            (Some(length), _) => length,
+            (None, Some(field)) => field.at(frame, index),
+            (None, None) => f32::NAN,
+        })
+        .collect()
+}
+
+impl FieldDepth {
+    /// Between the four samples around a pixel: bilinear on one surface, else the sample whose colour is
+    /// the most like the pixel's.
+    fn at(&self, frame: &Frame, index: usize) -> f32 {
+        let camera = &frame.camera;
+        let height = self.lengths.len() as u32 / self.width;
+        let stride = self.stride as f32;
+        let x = ((index as u32 % camera.width) as f32 + 0.5) / stride - 0.5;
+        let y = ((index as u32 / camera.width) as f32 + 0.5) / stride - 0.5;
+        let (x0, y0) = (x.floor().max(0.0) as u32, y.floor().max(0.0) as u32);
+        let (x1, y1) = ((x0 + 1).min(self.width - 1), (y0 + 1).min(height - 1));
+        let corners = [(x0, y0), (x1, y0), (x0, y1), (x1, y1)];
+        let lengths = corners.map(|(x, y)| self.lengths[(y * self.width + x) as usize]);
+        let nearest = lengths.iter().copied().fold(f32::INFINITY, f32::min);
+        let farthest = lengths.iter().copied().fold(0.0, f32::max);
+        if farthest <= 1.08 * nearest {
+            let (fx, fy) = ((x - x0 as f32).clamp(0.0, 1.0), (y - y0 as f32).clamp(0.0, 1.0));
+            let upper = lengths[0] + fx * (lengths[1] - lengths[0]);
+            let lower = lengths[2] + fx * (lengths[3] - lengths[2]);
+            return upper + fy * (lower - upper);
+        }
+        let own = frame.color.color(index);
+        let color_gap = |&(x, y): &(u32, u32)| {
+            let column = (x * self.stride + self.stride / 2).min(camera.width - 1);
+            let row = (y * self.stride + self.stride / 2).min(camera.height - 1);
+            (frame.color.color((row * camera.width + column) as usize) - own).length_squared()
+        };
+        let gaps = corners.map(|corner| color_gap(&corner));
+        let best = (0..4).min_by(|&a, &b| gaps[a].total_cmp(&gaps[b])).unwrap_or(0);
+        lengths[best]
+    }
+}

@@ -1,0 +1,262 @@
+//! Shortest paths from the labelled nodes, one distance field per class, kept exact under changes.
+
+use std::cmp::Ordering;
+use std::collections::{BTreeMap, BinaryHeap};
+
+use rayon::prelude::*;
+use rustc_hash::FxHashMap;
+
+use super::SurfaceGraph;
+use crate::labels::ClassId;
+
+/// No seed reaches the node.
+const NOBODY: u32 = u32::MAX;
+
+/// Distance of every node to the nearest of a set of seeds, along the graph's edges.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Geodesics {
+    distance: Vec<f32>,
+    /// The seed that each node's shortest path starts from.
+    seed: Vec<u32>,
+}
+
+/// An entry of the priority queue: the smallest distance comes first.
+#[derive(PartialEq)]
+struct Reached {
+    distance: f32,
+    node: u32,
+}
+
+impl Eq for Reached {}
+
+impl Ord for Reached {
+    fn cmp(&self, other: &Self) -> Ordering {
+        other
+            .distance
+            .total_cmp(&self.distance)
+            .then(other.node.cmp(&self.node))
+    }
+}
+
+impl PartialOrd for Reached {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Geodesics {
+    /// No seeds yet: every distance is infinite.
+    pub fn new(nodes: usize) -> Self {
+        Self {
+            distance: vec![f32::INFINITY; nodes],
+            seed: vec![NOBODY; nodes],
+        }
+    }
+
+    /// Distance of each node to its nearest seed; infinite where there is none.
+    pub fn distances(&self) -> &[f32] {
+        &self.distance
+    }
+
+    /// Adds seeds: only the part of the graph that they win is visited (Dijkstra).
+    pub fn add(&mut self, graph: &SurfaceGraph, seeds: &[u32]) {
+        let mut queue = BinaryHeap::new();
+        for &seed in seeds {
+            self.distance[seed as usize] = 0.0;
+            self.seed[seed as usize] = seed;
+            queue.push(Reached {
+                distance: 0.0,
+                node: seed,
+            });
+        }
+        self.relax(graph, queue);
+    }
+
+    /// Removes seeds: only the nodes that they owned are flooded again, from the border of those that stay.
+    pub fn remove(&mut self, graph: &SurfaceGraph, seeds: &[u32]) {
+        let mut gone = vec![false; self.distance.len()];
+        for &seed in seeds {
+            gone[seed as usize] = true;
+        }
+        let orphans: Vec<u32> = (0..self.seed.len() as u32)
+            .filter(|&node| {
+                let owner = self.seed[node as usize];
+                owner != NOBODY && gone[owner as usize]
+            })
+            .collect();
+        for &orphan in &orphans {
+            self.distance[orphan as usize] = f32::INFINITY;
+            self.seed[orphan as usize] = NOBODY;
+        }
+        let mut queue = BinaryHeap::new();
+        for &orphan in &orphans {
+            for (neighbour, _) in graph.edges(orphan) {
+                let distance = self.distance[neighbour as usize];
+                if distance.is_finite() {
+                    queue.push(Reached {
+                        distance,
+                        node: neighbour,
+                    });
+                }
+            }
+        }
+        self.relax(graph, queue);
+    }
+
+    fn relax(&mut self, graph: &SurfaceGraph, mut queue: BinaryHeap<Reached>) {
+        while let Some(Reached { distance, node }) = queue.pop() {
+            if distance > self.distance[node as usize] {
+                continue;
+            }
+            let seed = self.seed[node as usize];
+            for (neighbour, cost) in graph.edges(node) {
+                let through = distance + cost;
+                if through < self.distance[neighbour as usize] {
+                    self.distance[neighbour as usize] = through;
+                    self.seed[neighbour as usize] = seed;
+                    queue.push(Reached {
+                        distance: through,
+                        node: neighbour,
+                    });
+                }
+            }
+        }
+    }
+}
+
+/// The distance fields of all classes that have labelled nodes.
+#[derive(Clone, Debug, Default)]
+pub struct Propagation {
+    classes: BTreeMap<ClassId, Geodesics>,
+    seeds: FxHashMap<u32, ClassId>,
+}
+
+impl Propagation {
+    /// The class of each labelled node.
+    pub fn seeds(&self) -> &FxHashMap<u32, ClassId> {
+        &self.seeds
+    }
+
+    /// The distance field of each class that has labelled nodes.
+    pub fn classes(&self) -> &BTreeMap<ClassId, Geodesics> {
+        &self.classes
+    }
+
+    /// Makes `seeds` the labelled nodes; what did not change is not computed again.
+    pub fn update(&mut self, graph: &SurfaceGraph, seeds: FxHashMap<u32, ClassId>) {
+        let mut changes: BTreeMap<ClassId, (Vec<u32>, Vec<u32>)> = BTreeMap::new();
+        for (&node, &class) in &self.seeds {
+            if seeds.get(&node) != Some(&class) {
+                changes.entry(class).or_default().0.push(node);
+            }
+        }
+        for (&node, &class) in &seeds {
+            if self.seeds.get(&node) != Some(&class) {
+                changes.entry(class).or_default().1.push(node);
+            }
+        }
+        for class in changes.keys() {
+            self.classes
+                .entry(*class)
+                .or_insert_with(|| Geodesics::new(graph.len()));
+        }
+        self.classes.par_iter_mut().for_each(|(class, field)| {
+            if let Some((removed, added)) = changes.get(class) {
+                if !removed.is_empty() {
+                    field.remove(graph, removed);
+                }
+                if !added.is_empty() {
+                    field.add(graph, added);
+                }
+            }
+        });
+        self.seeds = seeds;
+        let present: std::collections::BTreeSet<ClassId> = self.seeds.values().copied().collect();
+        self.classes.retain(|class, _| present.contains(class));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::semantics::graph::Node;
+    use glam::Vec3;
+    use rand::{Rng, SeedableRng, rngs::SmallRng};
+
+    fn random_graph(rng: &mut SmallRng, nodes: u32) -> SurfaceGraph {
+        let node = Node {
+            position: Vec3::ZERO,
+            color: Vec3::ZERO,
+            normal: Vec3::ZERO,
+            pixels: 1.0,
+            voxel: 1.0,
+        };
+        let mut edges = Vec::new();
+        for a in 0..nodes {
+            for _ in 0..3 {
+                let b = rng.random_range(0..nodes);
+                if a != b {
+                    edges.push((a, b, rng.random_range(0.01..5.0)));
+                }
+            }
+        }
+        SurfaceGraph::from_edges(vec![node; nodes as usize], &edges)
+    }
+
+    /// Repeats relaxing every edge until nothing changes (Bellman-Ford).
+    fn brute_force(graph: &SurfaceGraph, seeds: &[u32]) -> Vec<f32> {
+        let mut distance = vec![f32::INFINITY; graph.len()];
+        for &seed in seeds {
+            distance[seed as usize] = 0.0;
+        }
+        for _ in 0..graph.len() {
+            for node in 0..graph.len() as u32 {
+                for (neighbour, cost) in graph.edges(node) {
+                    let through = distance[node as usize] + cost;
+                    if through < distance[neighbour as usize] {
+                        distance[neighbour as usize] = through;
+                    }
+                }
+            }
+        }
+        distance
+    }
+
+    #[test]
+    fn distances_equal_a_brute_force_search() {
+        let mut rng = SmallRng::seed_from_u64(11);
+        for _ in 0..20 {
+            let graph = random_graph(&mut rng, 60);
+            let seeds: Vec<u32> = (0..3).map(|_| rng.random_range(0..60)).collect();
+            let mut field = Geodesics::new(graph.len());
+            field.add(&graph, &seeds);
+            assert_eq!(field.distances(), brute_force(&graph, &seeds));
+        }
+    }
+
+    #[test]
+    fn incremental_updates_equal_computing_anew() {
+        let mut rng = SmallRng::seed_from_u64(12);
+        let graph = random_graph(&mut rng, 200);
+        let mut propagation = Propagation::default();
+        let mut seeds: FxHashMap<u32, ClassId> = FxHashMap::default();
+        for _ in 0..200 {
+            let node = rng.random_range(0..200);
+            if rng.random_bool(0.4) {
+                seeds.remove(&node);
+            } else {
+                seeds.insert(node, rng.random_range(1..4));
+            }
+            propagation.update(&graph, seeds.clone());
+            let mut anew = Propagation::default();
+            anew.update(&graph, seeds.clone());
+            let distances = |p: &Propagation| {
+                p.classes()
+                    .iter()
+                    .map(|(&c, f)| (c, f.distances().to_vec()))
+                    .collect::<Vec<_>>()
+            };
+            assert_eq!(distances(&propagation), distances(&anew));
+        }
+    }
+}

@@ -1,0 +1,351 @@
+//! The surface as a graph: voxels that the frames see, joined to their neighbours.
+
+use glam::{IVec3, Vec3};
+use rayon::prelude::*;
+use rustc_hash::FxHashMap;
+
+/// Most neighbours that a node chooses; the graph is symmetric, so a node can have more.
+const NEIGHBOURS: usize = 10;
+/// Farthest neighbour, in voxels.
+const REACH: f32 = 2.5;
+/// Cost of a unit of squared colour difference (channels in 0..=1).
+const COLOR_COST: f32 = 4000.0;
+/// Cost of opposite normals, halved.
+const NORMAL_COST: f32 = 40.0;
+/// Cost of a voxel's side of distance.
+const DISTANCE_COST: f32 = 0.02;
+
+/// What is known of one place of the surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Node {
+    /// Mean of the points seen in the voxel, in metres.
+    pub position: Vec3,
+    /// Mean colour, each channel in 0..=1.
+    pub color: Vec3,
+    /// Mean unit normal towards the cameras; zero where there is none.
+    pub normal: Vec3,
+    /// Pixels of all frames that show it.
+    pub pixels: f32,
+    /// Side of its voxel, in metres.
+    pub voxel: f32,
+}
+
+/// A symmetric graph over surface nodes whose edge costs grow with colour, normal and distance.
+#[derive(Clone, Debug, Default)]
+pub struct SurfaceGraph {
+    nodes: Vec<Node>,
+    /// First edge of each node, and the number of edges at the end.
+    starts: Vec<u32>,
+    targets: Vec<u32>,
+    costs: Vec<f32>,
+}
+
+impl SurfaceGraph {
+    /// Joins nodes to their nearest neighbours; parts that stay apart are joined at their nearest nodes,
+    /// so that every label can reach every node.
+    pub fn new(nodes: Vec<Node>) -> Self {
+        let mut pairs = neighbours(&nodes);
+        let nodes = smoothed(nodes, &pairs);
+        join_parts(&nodes, &mut pairs);
+        let mut directed: Vec<(u32, u32)> = pairs.iter().flat_map(|&(a, b)| [(a, b), (b, a)]).collect();
+        directed.par_sort_unstable();
+        directed.dedup();
+        let mut starts = vec![0_u32; nodes.len() + 1];
+        for &(from, _) in &directed {
+            starts[from as usize + 1] += 1;
+        }
+        for node in 0..nodes.len() {
+            starts[node + 1] += starts[node];
+        }
+        let costs = directed
+            .par_iter()
+            .map(|&(a, b)| edge_cost(&nodes[a as usize], &nodes[b as usize]))
+            .collect();
+        Self {
+            nodes,
+            starts,
+            targets: directed.into_iter().map(|(_, to)| to).collect(),
+            costs,
+        }
+    }
+
+    /// A graph with given edges (both directions are made) and costs, for tests and other surfaces.
+    pub fn from_edges(nodes: Vec<Node>, edges: &[(u32, u32, f32)]) -> Self {
+        let mut directed: Vec<(u32, u32, f32)> = edges
+            .iter()
+            .flat_map(|&(a, b, cost)| [(a, b, cost), (b, a, cost)])
+            .collect();
+        directed.sort_by_key(|edge| (edge.0, edge.1));
+        let mut starts = vec![0_u32; nodes.len() + 1];
+        for edge in &directed {
+            starts[edge.0 as usize + 1] += 1;
+        }
+        for node in 0..nodes.len() {
+            starts[node + 1] += starts[node];
+        }
+        Self {
+            nodes,
+            starts,
+            targets: directed.iter().map(|edge| edge.1).collect(),
+            costs: directed.iter().map(|edge| edge.2).collect(),
+        }
+    }
+
+    /// Number of nodes.
+    pub fn len(&self) -> usize {
+        self.nodes.len()
+    }
+
+    /// Whether there are no nodes.
+    pub fn is_empty(&self) -> bool {
+        self.nodes.is_empty()
+    }
+
+    /// The nodes.
+    pub fn nodes(&self) -> &[Node] {
+        &self.nodes
+    }
+
+    /// Neighbours of a node with the costs of the edges to them.
+    #[inline]
+    pub fn edges(&self, node: u32) -> impl Iterator<Item = (u32, f32)> + '_ {
+        let range = self.starts[node as usize] as usize..self.starts[node as usize + 1] as usize;
+        let targets = self.targets[range.clone()].iter().copied();
+        targets.zip(self.costs[range].iter().copied())
+    }
+}
+
+fn edge_cost(a: &Node, b: &Node) -> f32 {
+    let color = COLOR_COST * (a.color - b.color).length_squared();
+    let bend = if a.normal == Vec3::ZERO || b.normal == Vec3::ZERO {
+        0.0
+    } else {
+        NORMAL_COST * (1.0 - a.normal.dot(b.normal)).max(0.0)
+    };
+    let distance = a.position.distance(b.position) / a.voxel.max(b.voxel);
+    color + bend + DISTANCE_COST * distance
+}
+
+/// Each node's nearest neighbours, as pairs with the smaller index first, without repetition.
+fn neighbours(nodes: &[Node]) -> Vec<(u32, u32)> {
+    let cell_of = |node: &Node| {
+        (
+            node.voxel.to_bits(),
+            (node.position / node.voxel).floor().as_ivec3(),
+        )
+    };
+    let mut cells: FxHashMap<(u32, IVec3), Vec<u32>> = FxHashMap::default();
+    for (index, node) in nodes.iter().enumerate() {
+        cells.entry(cell_of(node)).or_default().push(index as u32);
+    }
+    let reach = REACH.ceil() as i32;
+    let mut pairs: Vec<(u32, u32)> = nodes
+        .par_iter()
+        .enumerate()
+        .flat_map_iter(|(index, node)| {
+            let (level, cell) = cell_of(node);
+            let limit = (REACH * node.voxel).powi(2);
+            let mut found: Vec<(f32, u32)> = Vec::with_capacity(64);
+            for z in -reach..=reach {
+                for y in -reach..=reach {
+                    for x in -reach..=reach {
+                        let Some(others) = cells.get(&(level, cell + IVec3::new(x, y, z))) else {
+                            continue;
+                        };
+                        for &other in others {
+                            let squared = nodes[other as usize].position.distance_squared(node.position);
+                            if other as usize != index && squared <= limit {
+                                found.push((squared, other));
+                            }
+                        }
+                    }
+                }
+            }
+            if found.len() > NEIGHBOURS {
+                found.select_nth_unstable_by(NEIGHBOURS - 1, |a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+                found.truncate(NEIGHBOURS);
+            }
+            let index = index as u32;
+            found
+                .into_iter()
+                .map(move |(_, other)| (index.min(other), index.max(other)))
+        })
+        .collect();
+    pairs.par_sort_unstable();
+    pairs.dedup();
+    pairs
+}
+
+/// Colours and normals averaged once with those of the neighbours: one voxel's noise is no border.
+fn smoothed(nodes: Vec<Node>, pairs: &[(u32, u32)]) -> Vec<Node> {
+    let own_share = 2.0;
+    let mut sums: Vec<(Vec3, Vec3, f32)> = nodes
+        .iter()
+        .map(|node| (own_share * node.color, own_share * node.normal, own_share))
+        .collect();
+    for &(a, b) in pairs {
+        for (to, from) in [(a, b), (b, a)] {
+            // Neighbours across a border keep out of the mean.
+            let gap = (nodes[to as usize].color - nodes[from as usize].color).length_squared();
+            let weight = (-gap * 400.0).exp();
+            let sum = &mut sums[to as usize];
+            sum.0 += weight * nodes[from as usize].color;
+            sum.1 += weight * nodes[from as usize].normal;
+            sum.2 += weight;
+        }
+    }
+    nodes
+        .into_iter()
+        .zip(sums)
+        .map(|(node, (color, normal, weight))| Node {
+            color: color / weight,
+            normal: normal.normalize_or_zero(),
+            ..node
+        })
+        .collect()
+}
+
+/// Adds edges until the graph is one part: in ever coarser cells, parts that share a neighbourhood are
+/// joined between their nearest nodes there.
+fn join_parts(nodes: &[Node], pairs: &mut Vec<(u32, u32)>) {
+    let mut parts = Parts::new(nodes.len());
+    for &(a, b) in pairs.iter() {
+        parts.join(a, b);
+    }
+    let Some(mut size) = nodes.iter().map(|node| node.voxel).reduce(f32::min) else {
+        return;
+    };
+    while parts.count > 1 {
+        size *= 2.0;
+        // One node of each part in each coarse cell stands for the part there.
+        let mut cells: FxHashMap<IVec3, Vec<u32>> = FxHashMap::default();
+        for (index, node) in nodes.iter().enumerate() {
+            let cell = (node.position / size).floor().as_ivec3();
+            let present = cells.entry(cell).or_default();
+            let part = parts.root(index as u32);
+            if !present.iter().any(|&other| parts.root(other) == part) {
+                present.push(index as u32);
+            }
+        }
+        let mut candidates: Vec<(f32, u32, u32)> = Vec::new();
+        let half: Vec<IVec3> = (0..27)
+            .map(|k| IVec3::new(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1))
+            .filter(|d| (d.z, d.y, d.x) >= (0, 0, 0))
+            .collect();
+        for (cell, present) in &cells {
+            for offset in &half {
+                for &other in cells.get(&(*cell + *offset)).into_iter().flatten() {
+                    for &index in present {
+                        if parts.root(index) != parts.root(other) {
+                            let gap = nodes[index as usize]
+                                .position
+                                .distance(nodes[other as usize].position);
+                            candidates.push((gap, index.min(other), index.max(other)));
+                        }
+                    }
+                }
+            }
+        }
+        candidates.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+        for (_, a, b) in candidates {
+            if parts.join(a, b) {
+                pairs.push((a, b));
+            }
+        }
+        if !size.is_finite() {
+            return;
+        }
+    }
+}
+
+/// Disjoint sets of nodes.
+struct Parts {
+    parent: Vec<u32>,
+    count: usize,
+}
+
+impl Parts {
+    fn new(nodes: usize) -> Self {
+        Self {
+            parent: (0..nodes as u32).collect(),
+            count: nodes,
+        }
+    }
+
+    fn root(&mut self, mut node: u32) -> u32 {
+        while self.parent[node as usize] != node {
+            let above = self.parent[self.parent[node as usize] as usize];
+            self.parent[node as usize] = above;
+            node = above;
+        }
+        node
+    }
+
+    /// Joins two sets; `false` when they were one already.
+    fn join(&mut self, a: u32, b: u32) -> bool {
+        let (a, b) = (self.root(a), self.root(b));
+        if a == b {
+            return false;
+        }
+        self.parent[a.max(b) as usize] = a.min(b);
+        self.count -= 1;
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn node(x: f32, y: f32, color: f32) -> Node {
+        Node {
+            position: Vec3::new(x, y, 0.0),
+            color: Vec3::splat(color),
+            normal: Vec3::Z,
+            pixels: 1.0,
+            voxel: 0.05,
+        }
+    }
+
+    fn patch(x: f32, color: f32) -> Vec<Node> {
+        (0..100)
+            .map(|k| node(x + 0.05 * (k % 10) as f32, 0.05 * (k / 10) as f32, color))
+            .collect()
+    }
+
+    #[test]
+    fn edges_are_symmetric_and_a_border_costs_more() {
+        let mut nodes = patch(0.0, 0.2);
+        nodes.extend(patch(0.5, 0.8));
+        let graph = SurfaceGraph::new(nodes);
+        let mut across = f32::INFINITY;
+        let mut within = 0.0_f32;
+        for a in 0..graph.len() as u32 {
+            for (b, cost) in graph.edges(a) {
+                assert!(graph.edges(b).any(|(back, same)| back == a && same == cost));
+                if (a < 100) == (b < 100) {
+                    within = within.max(cost);
+                } else {
+                    across = across.min(cost);
+                }
+            }
+        }
+        assert!(across > 20.0 * within, "{across} {within}");
+    }
+
+    #[test]
+    fn parts_far_apart_are_joined() {
+        let mut nodes = patch(0.0, 0.5);
+        nodes.extend(patch(3.0, 0.5));
+        nodes.extend(patch(-40.0, 0.1));
+        let graph = SurfaceGraph::new(nodes);
+        let mut seen = vec![false; graph.len()];
+        let mut open = vec![0];
+        while let Some(node) = open.pop() {
+            if !std::mem::replace(&mut seen[node as usize], true) {
+                open.extend(graph.edges(node).map(|(next, _)| next));
+            }
+        }
+        assert!(seen.iter().all(|&s| s));
+    }
+}

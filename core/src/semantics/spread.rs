@@ -1,0 +1,237 @@
+//! The labels spread over a surface: what the person said, and what follows for every pixel.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use rand::{Rng, SeedableRng, rngs::SmallRng};
+use rustc_hash::FxHashMap;
+
+use super::{ENTROPY_STEPS_PER_NAT, FrameMap, NO_NODE, Posterior, Propagation, SoftTargets, Surface};
+use crate::labels::{ClassId, LabelSet, Stroke, StrokeId, VOID, rasterise};
+use crate::scene::Scene;
+
+/// The labels of a scene on its surface, kept in step with the strokes.
+#[derive(Clone, Debug)]
+pub struct Spread {
+    surface: Arc<Surface>,
+    propagation: Propagation,
+    posterior: Posterior,
+    classes: Vec<ClassId>,
+    /// The strokes that `painted` was made from.
+    strokes: BTreeMap<StrokeId, Arc<Stroke>>,
+    /// Labelled pixels of each frame that has strokes.
+    painted: BTreeMap<usize, BTreeMap<u32, (ClassId, StrokeId)>>,
+    /// The head's class probabilities of each node, `[nodes, classes]`.
+    head: Option<Vec<f32>>,
+}
+
+impl Spread {
+    /// A surface without labels.
+    pub fn new(surface: Arc<Surface>) -> Self {
+        let posterior = Posterior::new(&Propagation::default(), &[], surface.graph.len(), None);
+        Self {
+            surface,
+            propagation: Propagation::default(),
+            posterior,
+            classes: Vec::new(),
+            strokes: BTreeMap::new(),
+            painted: BTreeMap::new(),
+            head: None,
+        }
+    }
+
+    /// The surface.
+    pub fn surface(&self) -> &Surface {
+        &self.surface
+    }
+
+    /// What is known of each node.
+    pub fn posterior(&self) -> &Posterior {
+        &self.posterior
+    }
+
+    /// The classes, in the order of the probabilities.
+    pub fn classes(&self) -> &[ClassId] {
+        &self.classes
+    }
+
+    /// Makes these the labels; only what changed is computed.
+    pub fn set_labels(&mut self, scene: &Scene, labels: &LabelSet) {
+        let changed: Vec<usize> = changed_frames(&self.strokes, &labels.strokes);
+        self.strokes.clone_from(&labels.strokes);
+        for frame in changed {
+            let Some(camera) = scene.frames.get(frame).map(|frame| &frame.camera) else {
+                continue;
+            };
+            let pixels = rasterise(labels, frame, camera.width, camera.height);
+            if pixels.is_empty() {
+                self.painted.remove(&frame);
+            } else {
+                self.painted.insert(frame, pixels);
+            }
+        }
+        let classes: Vec<ClassId> = labels.classes.iter().map(|class| class.id).collect();
+        if classes != self.classes {
+            self.classes = classes;
+            self.head = None;
+        }
+        let seeds = self.seeds();
+        self.propagation.update(&self.surface.graph, seeds);
+        self.refresh();
+    }
+
+    /// Takes over the head's class probabilities of each node, `[nodes, classes]`; others are ignored.
+    pub fn set_head(&mut self, probabilities: Vec<f32>) {
+        if probabilities.len() == self.surface.graph.len() * self.classes.len() {
+            self.head = Some(probabilities);
+            self.refresh();
+        }
+    }
+
+    fn refresh(&mut self) {
+        let nodes = self.surface.graph.len();
+        self.posterior = Posterior::new(&self.propagation, &self.classes, nodes, self.head.as_deref());
+    }
+
+    /// The dense map of a frame. What the person painted there is as they said.
+    pub fn map(&self, scene: &Scene, frame: usize, generation: u64) -> FrameMap {
+        let pixels = &self.surface.pixels[frame];
+        let unknown = ((self.classes.len().max(1) as f32).ln() * ENTROPY_STEPS_PER_NAT).round() as u16;
+        let of_node = |node: u32| match node {
+            NO_NODE => (VOID, unknown),
+            node => (
+                self.posterior.labels[node as usize],
+                self.posterior.entropy[node as usize],
+            ),
+        };
+        let (mut labels, mut entropy): (Vec<ClassId>, Vec<u16>) =
+            pixels.iter().map(|&node| of_node(node)).unzip();
+        for (&pixel, &(class, _)) in self.painted.get(&frame).into_iter().flatten() {
+            labels[pixel as usize] = class;
+            entropy[pixel as usize] = 0;
+        }
+        let camera = &scene.frames[frame].camera;
+        FrameMap {
+            frame,
+            generation,
+            width: camera.width,
+            height: camera.height,
+            labels,
+            entropy,
+        }
+    }
+
+    /// Mean entropy over all pixels that show the surface, in nats.
+    pub fn mean_entropy(&self) -> f32 {
+        let nodes = self.surface.graph.nodes();
+        let (sum, pixels) = nodes.iter().zip(&self.posterior.entropy).fold(
+            (0.0_f64, 0.0_f64),
+            |(sum, pixels), (node, &entropy)| {
+                let weight = f64::from(node.pixels);
+                (sum + weight * f64::from(entropy), pixels + weight)
+            },
+        );
+        (sum / pixels.max(1.0)) as f32 / ENTROPY_STEPS_PER_NAT
+    }
+
+    /// Nodes that any stroke lies on, void ones included.
+    pub fn said(&self) -> Vec<u32> {
+        let mut nodes: Vec<u32> = self
+            .painted
+            .iter()
+            .flat_map(|(&frame, pixels)| {
+                pixels
+                    .keys()
+                    .map(move |&pixel| self.surface.pixels[frame][pixel as usize])
+            })
+            .filter(|&node| node != NO_NODE)
+            .collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        nodes
+    }
+
+    /// Random places of the surface with the class probabilities that the graph gives them; empty
+    /// without labels.
+    pub fn soft_targets(&self, count: usize, seed: u64) -> SoftTargets {
+        let mut targets = SoftTargets {
+            positions: Vec::new(),
+            probabilities: Vec::new(),
+            weights: Vec::new(),
+        };
+        let nodes = self.surface.graph.nodes();
+        if self.propagation.seeds().is_empty() || nodes.is_empty() {
+            return targets;
+        }
+        let most = (self.classes.len().max(2) as f32).ln();
+        let mut rng = SmallRng::seed_from_u64(seed);
+        for _ in 0..count {
+            let node = rng.random_range(0..nodes.len());
+            let probabilities = Posterior::of_node(&self.propagation, &self.classes, node);
+            let entropy: f32 = probabilities
+                .iter()
+                .filter(|&&p| p > 0.0)
+                .map(|p| -p * p.ln())
+                .sum();
+            targets.positions.push(nodes[node].position);
+            targets.probabilities.extend(probabilities);
+            targets.weights.push((1.0 - entropy / most).clamp(0.0, 1.0));
+        }
+        targets
+    }
+
+    /// Labelled pixels of classes that are trained on: (frame, pixel index, class).
+    pub fn labelled_pixels(&self) -> impl Iterator<Item = (usize, u32, ClassId)> + '_ {
+        self.painted.iter().flat_map(|(&frame, pixels)| {
+            pixels
+                .iter()
+                .filter(|(_, (class, _))| *class != VOID)
+                .map(move |(&pixel, &(class, _))| (frame, pixel, class))
+        })
+    }
+
+    /// The class of each labelled node: that of the latest stroke on it.
+    fn seeds(&self) -> FxHashMap<u32, ClassId> {
+        let mut latest: FxHashMap<u32, (StrokeId, ClassId)> = FxHashMap::default();
+        for (&frame, pixels) in &self.painted {
+            for (&pixel, &(class, stroke)) in pixels {
+                let node = self.surface.pixels[frame][pixel as usize];
+                if node == NO_NODE || class == VOID {
+                    continue;
+                }
+                let entry = latest.entry(node).or_insert((stroke, class));
+                if stroke > entry.0 {
+                    *entry = (stroke, class);
+                }
+            }
+        }
+        latest
+            .into_iter()
+            .map(|(node, (_, class))| (node, class))
+            .collect()
+    }
+}
+
+/// Frames on which any stroke differs.
+fn changed_frames(
+    before: &BTreeMap<StrokeId, Arc<Stroke>>,
+    after: &BTreeMap<StrokeId, Arc<Stroke>>,
+) -> Vec<usize> {
+    let mut frames = Vec::new();
+    for (id, stroke) in before {
+        match after.get(id) {
+            Some(same) if Arc::ptr_eq(same, stroke) || same == stroke => {}
+            Some(other) => frames.extend([stroke.frame, other.frame]),
+            None => frames.push(stroke.frame),
+        }
+    }
+    frames.extend(
+        after
+            .iter()
+            .filter(|(id, _)| !before.contains_key(id))
+            .map(|(_, stroke)| stroke.frame),
+    );
+    frames.sort_unstable();
+    frames.dedup();
+    frames
+}

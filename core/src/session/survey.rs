@@ -1,0 +1,171 @@
+//! The surface as it is known so far: built from measured depth at once, and again from the field's
+//! depth when the field has become better.
+
+use std::sync::Arc;
+
+use crossbeam_channel::{Receiver, TryRecvError, bounded};
+
+use crate::field::{FieldError, Trainer, frame_rays, render_rays};
+use crate::scene::Scene;
+use crate::semantics::{FieldDepth, Surface};
+
+/// Pixels of a frame, along each axis, per ray that is rendered for its depth.
+const STRIDE: u32 = 4;
+/// Share of pixels with measured depth above which the field's depth adds nothing.
+const COMPLETE: f32 = 0.98;
+
+/// Renders the field's depth frame by frame and has the surface built from it in the background.
+pub(super) struct Survey {
+    scene: Arc<Scene>,
+    /// Threads of their own: the session's are busy training.
+    threads: usize,
+    extent: f32,
+    /// Whether the frames' own depth leaves something to find out.
+    incomplete: bool,
+    /// Steps at which the field's depth is looked at, ascending.
+    marks: Vec<u64>,
+    rendering: Option<Rendering>,
+    building: Option<Receiver<Option<Surface>>>,
+}
+
+struct Rendering {
+    lengths: Vec<Option<Arc<FieldDepth>>>,
+    next: usize,
+}
+
+impl Survey {
+    pub(super) fn new(scene: &Arc<Scene>, trainer: &Trainer, threads: usize) -> Self {
+        let coverage =
+            |frame: &crate::scene::Frame| frame.depth.as_ref().map_or(0.0, |depth| depth.coverage());
+        let incomplete = scene.frames.iter().any(|frame| coverage(frame) < COMPLETE);
+        let last = trainer.capacity().steps;
+        let marks = if incomplete {
+            vec![last / 8, last * 2 / 5, last]
+        } else {
+            Vec::new()
+        };
+        let mut survey = Self {
+            scene: Arc::clone(scene),
+            threads,
+            extent: trainer.field().volume().side,
+            incomplete,
+            marks: marks.into_iter().filter(|&mark| mark > trainer.steps()).collect(),
+            rendering: None,
+            building: None,
+        };
+        if scene.has_depth() {
+            survey.build(vec![None; scene.frames.len()]);
+        }
+        if trainer.steps() > 0 {
+            survey.start();
+        }
+        survey
+    }
+
+    /// Whether a look at the field's depth is under way.
+    pub(super) fn is_rendering(&self) -> bool {
+        self.rendering.is_some()
+    }
+
+    /// Whether nothing is under way and no look is due any more.
+    pub(super) fn is_done(&self) -> bool {
+        self.marks.is_empty() && self.rendering.is_none() && self.building.is_none()
+    }
+
+    /// Starts a look when one is due after so many steps.
+    pub(super) fn start_if_due(&mut self, steps: u64) {
+        if self.marks.first().is_some_and(|&mark| steps >= mark) {
+            self.marks.retain(|&mark| mark > steps);
+            self.start();
+        }
+    }
+
+    /// Takes a last look now and none later.
+    pub(super) fn finish(&mut self) {
+        self.marks.clear();
+        if self.rendering.is_none() {
+            self.start();
+        }
+    }
+
+    fn start(&mut self) {
+        if self.incomplete {
+            self.rendering = Some(Rendering {
+                lengths: Vec::with_capacity(self.scene.frames.len()),
+                next: 0,
+            });
+        }
+    }
+
+    /// Renders the next frame; the surface is built after the last one.
+    pub(super) fn advance(&mut self, trainer: &Trainer) -> Result<(), FieldError> {
+        let Some(rendering) = &mut self.rendering else {
+            return Ok(());
+        };
+        let frame = &self.scene.frames[rendering.next];
+        let complete = frame
+            .depth
+            .as_ref()
+            .is_some_and(|depth| depth.coverage() >= COMPLETE);
+        rendering.lengths.push(if complete {
+            None
+        } else {
+            let (camera, rays) = frame_rays(frame, STRIDE);
+            let (field, occupancy) = (trainer.field(), trainer.occupancy());
+            let rendered = render_rays(field, occupancy, &rays, trainer.render_step(), false)?;
+            Some(Arc::new(FieldDepth {
+                stride: STRIDE,
+                width: camera.width,
+                lengths: rendered
+                    .iter()
+                    .map(|ray| ray.length.unwrap_or(f32::INFINITY))
+                    .collect(),
+            }))
+        });
+        rendering.next += 1;
+        if rendering.next == self.scene.frames.len()
+            && let Some(rendering) = self.rendering.take()
+        {
+            self.build(rendering.lengths);
+        }
+        Ok(())
+    }
+
+    fn build(&mut self, lengths: Vec<Option<Arc<FieldDepth>>>) {
+        let (sender, receiver) = bounded(1);
+        let (scene, extent) = (Arc::clone(&self.scene), self.extent);
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(self.threads)
+            .thread_name(|_| "inplace-surface".to_owned())
+            .build();
+        // Without threads the receiver sees that the sender is gone.
+        if let Ok(pool) = pool {
+            pool.spawn(move || {
+                // Nobody waits for it any more when the session has ended.
+                let _ = sender.send(Surface::build(&scene, &lengths, extent));
+            });
+        }
+        self.building = Some(receiver);
+    }
+
+    /// The surface that has become ready, if any.
+    ///
+    /// # Errors
+    /// The building thread died.
+    pub(super) fn ready(&mut self) -> Result<Option<Surface>, &'static str> {
+        let Some(building) = &self.building else {
+            return Ok(None);
+        };
+        match building.try_recv() {
+            Ok(surface) => {
+                self.building = None;
+                Ok(surface)
+            }
+            Err(TryRecvError::Empty) => Ok(None),
+            Err(TryRecvError::Disconnected) => {
+                self.building = None;
+                Err("the surface could not be built; open the scene again")
+            }
+        }
+    }
+}
