@@ -98,7 +98,7 @@ fn start(options: &UiOptions, renderer: eframe::Renderer) -> Result<(), Failure>
             .with_app_id("inplace")
             .with_title("Inplace")
             .with_inner_size([1280.0, 800.0])
-            .with_min_inner_size([960.0, 600.0])
+            .with_min_inner_size([1024.0, 640.0])
             .with_drag_and_drop(true),
         ..eframe::NativeOptions::default()
     };

@@ -5,15 +5,22 @@ use inplace_core::session::Phase;
 
 use crate::action::{Action, Actions};
 use crate::canvas::{Layer, Tool, View};
-use crate::state::{AppState, LARGEST_BRUSH};
+use crate::state::{AppState, LARGEST_BRUSH, Settings};
 use crate::widgets::{Icon, icon_button, icon_button_with};
 use crate::workspace::Workspace;
+
+/// Below this width words give way to tooltips.
+const ROOMY: f32 = 640.0;
 
 /// Draws the tool bar.
 pub fn show(ui: &mut Ui, state: &AppState, workspace: &Workspace, actions: &mut Actions) {
     let settings = &state.settings;
+    let roomy = ui.available_width() >= ROOMY;
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 4.0;
+        if !roomy {
+            ui.spacing_mut().slider_width = 56.0;
+        }
         for (tool, icon, name) in [
             (Tool::Label, Icon::Brush, "Label"),
             (Tool::Erase, Icon::Eraser, "Erase (E)"),
@@ -22,62 +29,88 @@ pub fn show(ui: &mut Ui, state: &AppState, workspace: &Workspace, actions: &mut 
                 actions.push(Action::ChooseTool(tool));
             }
         }
-        ui.add_space(4.0);
-        let mut brush = settings.brush;
-        let slider = Slider::new(&mut brush, 0..=LARGEST_BRUSH)
-            .logarithmic(true)
-            .show_value(false);
-        ui.label("Brush");
-        let response = small_slider(ui, slider).accessible_name("Brush size");
-        if response
-            .on_hover_text("Radius in image pixels: [ and ], or Ctrl+wheel")
-            .changed()
-        {
-            actions.push(Action::SetBrush(brush));
-        }
-        let value = egui::Label::new(format!("{brush} px")).halign(Align::Min);
-        ui.add_sized([40.0, 20.0], value);
+        brush(ui, settings.brush, roomy, actions);
         ui.separator();
-        for layer in Layer::ALL {
-            let chosen = settings.layer == layer;
-            if ui
-                .selectable_label(chosen, layer.name())
-                .on_hover_text("Q")
-                .clicked()
-            {
-                actions.push(Action::ChooseLayer(layer));
-            }
-        }
-        ui.add_space(4.0);
-        let mut percent = settings.opacity * 100.0;
-        ui.label("Opacity");
-        ui.add_enabled_ui(settings.layer != Layer::Color, |ui| {
-            let slider = Slider::new(&mut percent, 0.0..=100.0).integer().show_value(false);
-            if small_slider(ui, slider).accessible_name("Opacity").changed() {
-                actions.push(Action::SetOpacity(percent / 100.0));
-            }
-        });
+        layers(ui, settings, roomy, actions);
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             ui.spacing_mut().item_spacing.x = 4.0;
             if icon_button(ui, Icon::Fit, "Fit image (F)").clicked() {
                 actions.push(Action::SetView(View::FITTED));
             }
-            let history = workspace.document().history();
-            let undo = history.undo_name();
-            let redo = history.redo_name();
-            for (name, verb, keys, icon, action) in [
-                (redo, "Redo", "Ctrl+Shift+Z", Icon::Redo, Action::Redo),
-                (undo, "Undo", "Ctrl+Z", Icon::Undo, Action::Undo),
-            ] {
-                let text = name.map_or_else(|| verb.to_owned(), |name| format!("{verb} {name} ({keys})"));
-                ui.add_enabled_ui(name.is_some(), |ui| {
-                    if icon_button(ui, icon, &text).clicked() {
-                        actions.push(action);
-                    }
-                });
-            }
+            history(ui, workspace, actions);
         });
     });
+}
+
+fn brush(ui: &mut Ui, mut radius: u32, roomy: bool, actions: &mut Actions) {
+    ui.add_space(4.0);
+    if roomy {
+        ui.label("Brush");
+    }
+    let slider = Slider::new(&mut radius, 0..=LARGEST_BRUSH)
+        .logarithmic(true)
+        .show_value(false);
+    let response = small_slider(ui, slider).accessible_name("Brush size");
+    let response = response.on_hover_text("Brush radius in image pixels: [ and ], or Ctrl+wheel");
+    if response.changed() {
+        actions.push(Action::SetBrush(radius));
+    }
+    ui.add_sized([40.0, 20.0], egui::Label::new(format!("{radius} px")));
+}
+
+fn layers(ui: &mut Ui, settings: &Settings, roomy: bool, actions: &mut Actions) {
+    let choices = |ui: &mut Ui, actions: &mut Actions| {
+        for layer in Layer::ALL {
+            let chosen = settings.layer == layer;
+            let choice = ui.selectable_label(chosen, layer.name());
+            if choice.on_hover_text("Q shows the next layer").clicked() {
+                actions.push(Action::ChooseLayer(layer));
+            }
+        }
+    };
+    if roomy {
+        choices(ui, actions);
+    } else {
+        egui::ComboBox::from_id_salt("layer")
+            .selected_text(settings.layer.name())
+            .width(88.0)
+            .show_ui(ui, |ui| choices(ui, actions))
+            .response
+            .accessible_name("Layer");
+    }
+    ui.add_space(4.0);
+    if roomy {
+        ui.label("Opacity");
+    }
+    let mut percent = settings.opacity * 100.0;
+    ui.add_enabled_ui(settings.layer != Layer::Color, |ui| {
+        let slider = Slider::new(&mut percent, 0.0..=100.0).integer().show_value(false);
+        let response = small_slider(ui, slider).accessible_name("Opacity");
+        if response.on_hover_text("Opacity of the layer").changed() {
+            actions.push(Action::SetOpacity(percent / 100.0));
+        }
+    });
+}
+
+fn history(ui: &mut Ui, workspace: &Workspace, actions: &mut Actions) {
+    let history = workspace.document().history();
+    for (name, verb, keys, icon, action) in [
+        (
+            history.redo_name(),
+            "Redo",
+            "Ctrl+Shift+Z",
+            Icon::Redo,
+            Action::Redo,
+        ),
+        (history.undo_name(), "Undo", "Ctrl+Z", Icon::Undo, Action::Undo),
+    ] {
+        let text = name.map_or_else(|| verb.to_owned(), |name| format!("{verb} {name} ({keys})"));
+        ui.add_enabled_ui(name.is_some(), |ui| {
+            if icon_button(ui, icon, &text).clicked() {
+                actions.push(action);
+            }
+        });
+    }
 }
 
 /// A slider whose handle is not larger than the buttons' icons.
