@@ -177,19 +177,22 @@ fn first_class(ui: &mut Ui, name: &mut String, actions: &mut Actions) {
 
 fn help(ui: &mut Ui, actions: &mut Actions) {
     let height = (ui.ctx().content_rect().height() - 200.0).max(200.0);
-    egui::ScrollArea::vertical().max_height(height).show(ui, |ui| {
-        egui::Grid::new("keys")
-            .num_columns(2)
-            .min_row_height(18.0)
-            .spacing([24.0, 8.0])
-            .show(ui, |ui| {
-                for row in keys::TABLE {
-                    ui.label(egui::RichText::new(row.shown).strong());
-                    ui.label(row.does);
-                    ui.end_row();
-                }
-            });
-    });
+    egui::ScrollArea::vertical()
+        .auto_shrink([false, true])
+        .max_height(height)
+        .show(ui, |ui| {
+            egui::Grid::new("keys")
+                .num_columns(2)
+                .min_row_height(18.0)
+                .spacing([24.0, 8.0])
+                .show(ui, |ui| {
+                    for row in keys::TABLE {
+                        ui.label(egui::RichText::new(row.shown).strong());
+                        ui.label(row.does);
+                        ui.end_row();
+                    }
+                });
+        });
     ui.add_space(8.0);
     at_the_end(ui, |ui| {
         if ui.button("Close").clicked() {

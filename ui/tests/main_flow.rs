@@ -511,6 +511,7 @@ fn the_question_mark_shows_every_key() {
     let mut window = Window::with_demo(folder.path());
     window.press(Modifiers::SHIFT, Key::Questionmark);
     window.harness.get_by_label("Pause or resume training");
+    window.harness.run_steps(5);
     window.click("Close");
     assert!(
         window
