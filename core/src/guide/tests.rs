@@ -1,42 +1,12 @@
-use std::path::PathBuf;
-
-use glam::{Affine3A, DVec3};
 use rustc_hash::FxHashMap;
 
 use super::*;
-use crate::scene::{Camera, ColorImage, DepthMap, Frame, SceneSource};
+use crate::scene::Camera;
+use crate::scene::testing::wall;
 use crate::semantics::Propagation;
 
-/// A wall two metres away, left half dark, right half bright, seen by two cameras side by side.
-fn wall() -> Scene {
-    let camera = Camera::with_horizontal_fov(80, 60, 90.0);
-    let frame = |stem: &str, x: f32| {
-        let mut rgb = Vec::new();
-        for index in 0..camera.pixels() as u32 {
-            let direction = camera.pixel_direction(index % 80, index / 80);
-            let bright = x + 2.0 * direction.x > 0.0;
-            rgb.extend([if bright { 220 } else { 40 }; 3]);
-        }
-        Frame {
-            stem: stem.to_owned(),
-            path: PathBuf::new(),
-            camera,
-            camera_to_world: Affine3A::from_translation(Vec3::new(x, 0.0, 0.0)),
-            color: ColorImage::new(80, 60, rgb).unwrap(),
-            depth: Some(DepthMap::from_z_depths(&camera, vec![2.0; camera.pixels()])),
-        }
-    };
-    Scene {
-        source: SceneSource::Demo,
-        format: "test",
-        frames: vec![frame("a", -0.2), frame("b", 0.2)],
-        origin: DVec3::ZERO,
-        warnings: Vec::new(),
-    }
-}
-
 fn suggestions(labels: &[(usize, Pixel, ClassId)]) -> (Scene, Surface, Vec<u32>, Vec<Suggestion>) {
-    let scene = wall();
+    let scene = wall(2, 80, 60);
     let surface = Surface::build(&scene, &[], 5.0).unwrap();
     let mut seeds = FxHashMap::default();
     for &(frame, [x, y], class) in labels {

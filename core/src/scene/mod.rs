@@ -5,6 +5,8 @@ pub mod demo;
 mod error;
 mod frame;
 mod replica;
+#[cfg(test)]
+pub(crate) mod testing;
 
 use std::fmt;
 use std::path::{Path, PathBuf};

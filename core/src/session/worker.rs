@@ -84,7 +84,7 @@ impl From<candle_core::Error> for WorkerError {
 
 /// Runs until it is told to stop; whatever happens, the end is told.
 pub(super) fn run(options: SessionOptions, commands: &Receiver<Command>, outbox: &Outbox) {
-    let work = AssertUnwindSafe(|| -> Result<(), WorkerError> {
+    guarded(outbox, || {
         let threads = rayon::ThreadPoolBuilder::new()
             .num_threads(options.threads.max(1))
             .thread_name(|index| format!("inplace-pool-{index}"))
@@ -98,7 +98,11 @@ pub(super) fn run(options: SessionOptions, commands: &Receiver<Command>, outbox:
         };
         threads.install(|| Worker::new(scene, &options, commands, outbox)?.run(early))
     });
-    match catch_unwind(work) {
+}
+
+/// Does the work; an error or a panic becomes an event, and so does the end.
+fn guarded(outbox: &Outbox, work: impl FnOnce() -> Result<(), WorkerError>) {
+    match catch_unwind(AssertUnwindSafe(work)) {
         Ok(Ok(())) => {}
         Ok(Err(error)) => outbox.send(Event::Error(error.to_string())),
         Err(panic) => outbox.send(Event::Error(format!(
@@ -549,4 +553,21 @@ fn labelled_rays(scene: &Scene, spread: &Spread, seed: u64) -> RayTargets {
         targets.classes.push(index as u32);
     }
     targets
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_panic_becomes_an_error_event_and_the_end_is_told() {
+        let (sender, events) = crossbeam_channel::unbounded();
+        let outbox = Outbox::new(sender, Arc::default(), Box::new(|| {}));
+        guarded(&outbox, || panic!("index out of range"));
+        let told: Vec<Event> = events.try_iter().collect();
+        let [Event::Error(reason), Event::Stopped] = told.as_slice() else {
+            panic!("{told:?}");
+        };
+        assert!(reason.contains("index out of range") && reason.contains("labels are safe"));
+    }
 }

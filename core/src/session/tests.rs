@@ -1,0 +1,226 @@
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use super::*;
+use crate::field::Preset;
+use crate::labels::{History, LabelSet, Stroke};
+use crate::scene::testing::wall;
+use crate::scene::{OpenOptions, SceneSource, write_replica};
+
+/// How long anything may take on a slow, busy machine.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+fn capture() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    write_replica(&wall(9, 64, 48), &folder.path().join("wall"), None).unwrap();
+    folder
+}
+
+fn options(folder: &Path) -> SessionOptions {
+    SessionOptions {
+        source: SceneSource::Folder(folder.join("wall")),
+        open: OpenOptions::default(),
+        preset: Preset::Fast,
+        threads: 2,
+        seed: 1,
+        state: None,
+    }
+}
+
+/// Waits for an event that `pick` takes; an error event fails the test.
+fn wait<T>(session: &Session, mut pick: impl FnMut(&Event) -> Option<T>) -> T {
+    let end = Instant::now() + PATIENCE;
+    while let Ok(event) = session.events().recv_deadline(end) {
+        if let Event::Error(reason) = &event {
+            panic!("{reason}");
+        }
+        if let Some(found) = pick(&event) {
+            return found;
+        }
+    }
+    panic!("nothing came in {PATIENCE:?}");
+}
+
+fn all_maps(session: &Session, generation: u64) -> Vec<Arc<FrameMap>> {
+    wait(session, |event| {
+        matches!(event, Event::AllMaps { generation: g } if *g == generation).then_some(())
+    });
+    (0..session.maps().len())
+        .map(|frame| session.maps().get(frame).unwrap())
+        .collect()
+}
+
+fn send_labels(session: &Session, labels: &LabelSet, generation: u64) {
+    session.send(Command::Labels {
+        labels: labels.clone(),
+        generation,
+    });
+}
+
+/// Dark wall clicked on the first frame, bright wall on the last.
+fn two_clicks() -> History {
+    let mut history = History::default();
+    let (dark, _) = history.add_class("dark");
+    let (bright, _) = history.add_class("bright");
+    history.add_stroke(Stroke::click(0, dark, [10, 20]));
+    history.add_stroke(Stroke::click(8, bright, [50, 30]));
+    history
+}
+
+#[test]
+fn two_clicks_label_every_frame_on_both_sides_of_the_border() {
+    let folder = capture();
+    let session = Session::start(options(folder.path()), || {});
+    send_labels(&session, two_clicks().labels(), 1);
+    let maps = all_maps(&session, 1);
+    assert_eq!(maps.len(), 9);
+    for map in maps {
+        // Well away from the border, which runs near the middle of every frame.
+        assert_eq!(map.labels[24 * 64 + 4], 1);
+        assert_eq!(map.labels[24 * 64 + 60], 2);
+        assert!(map.mean_entropy() < 0.5);
+    }
+}
+
+#[test]
+fn undo_restores_the_maps_of_before_while_paused() {
+    let folder = capture();
+    let session = Session::start(options(folder.path()), || {});
+    session.send(Command::Pause);
+    let mut history = two_clicks();
+    send_labels(&session, history.labels(), 1);
+    let before = all_maps(&session, 1);
+    history.add_stroke(Stroke::click(4, 1, [60, 10]));
+    send_labels(&session, history.labels(), 2);
+    let between = all_maps(&session, 2);
+    history.undo();
+    send_labels(&session, history.labels(), 3);
+    let after = all_maps(&session, 3);
+    let pixels = |maps: &[Arc<FrameMap>]| -> Vec<_> {
+        maps.iter()
+            .map(|map| (map.labels.clone(), map.entropy.clone()))
+            .collect()
+    };
+    assert_ne!(pixels(&before), pixels(&between));
+    assert_eq!(pixels(&before), pixels(&after));
+}
+
+#[test]
+fn painted_pixels_show_what_the_person_said_and_void_is_void() {
+    let folder = capture();
+    let session = Session::start(options(folder.path()), || {});
+    session.send(Command::Pause);
+    let mut history = two_clicks();
+    // Against all evidence, one bright pixel is said to be dark, and a patch to be nothing.
+    history.add_stroke(Stroke::click(3, 1, [61, 40]));
+    history.add_stroke(Stroke {
+        radius: 3,
+        ..Stroke::click(3, 0, [20, 20])
+    });
+    send_labels(&session, history.labels(), 1);
+    let maps = all_maps(&session, 1);
+    assert_eq!(maps[3].labels[40 * 64 + 61], 1);
+    assert_eq!(maps[3].labels[20 * 64 + 20], 0);
+    assert_eq!(maps[3].labels[20 * 64 + 26], 1);
+}
+
+#[test]
+fn pausing_stops_the_steps_and_resuming_goes_on() {
+    let folder = capture();
+    let session = Session::start(options(folder.path()), || {});
+    let steps_when = |phase: Phase| {
+        wait(&session, |event| match event {
+            Event::Status(status) if status.phase == phase => Some(status.steps),
+            _ => None,
+        })
+    };
+    steps_when(Phase::Training);
+    session.send(Command::Pause);
+    let first = steps_when(Phase::Paused);
+    let later = steps_when(Phase::Paused);
+    assert_eq!(first, later);
+    session.send(Command::Resume);
+    wait(&session, |event| match event {
+        Event::Status(status) if status.steps > later => Some(()),
+        _ => None,
+    });
+}
+
+#[test]
+fn a_saved_state_goes_on_where_it_stopped() {
+    let folder = capture();
+    let session = Session::start(options(folder.path()), || {});
+    wait(&session, |event| match event {
+        Event::Status(status) if status.steps >= 20 => Some(()),
+        _ => None,
+    });
+    session.send(Command::Pause);
+    session.send(Command::Save);
+    let state = wait(&session, |event| match event {
+        Event::State(state) => Some(Arc::clone(state)),
+        _ => None,
+    });
+    drop(session);
+    assert!(state.steps >= 20);
+    let again = SessionOptions {
+        state: Some(Arc::clone(&state)),
+        ..options(folder.path())
+    };
+    let session = Session::start(again, || {});
+    wait(&session, |event| match event {
+        Event::Status(status) => (status.steps >= state.steps).then_some(()),
+        _ => None,
+    });
+}
+
+#[test]
+fn a_foreign_state_is_left_out_with_a_sentence() {
+    let folder = capture();
+    let foreign = SessionOptions {
+        state: Some(Arc::new(ModelState {
+            steps: 5,
+            tensors: vec![1, 2, 3],
+        })),
+        ..options(folder.path())
+    };
+    let session = Session::start(foreign, || {});
+    let reason = loop {
+        match session.events().recv_timeout(PATIENCE).unwrap() {
+            Event::Error(reason) => break reason,
+            Event::Stopped => panic!("stopped"),
+            _ => {}
+        }
+    };
+    assert!(reason.contains("training starts anew"), "{reason}");
+    wait(&session, |event| {
+        matches!(event, Event::Status(status) if status.steps > 0).then_some(())
+    });
+}
+
+#[test]
+fn a_missing_scene_is_an_error_and_the_end() {
+    let folder = tempfile::tempdir().unwrap();
+    let session = Session::start(options(folder.path()), || {});
+    let mut events = session.events().iter();
+    assert!(matches!(events.next(), Some(Event::Error(reason)) if reason.contains("no such folder")));
+    assert!(matches!(events.next(), Some(Event::Stopped)));
+}
+
+#[test]
+fn suggestions_follow_the_maps() {
+    let folder = capture();
+    let session = Session::start(options(folder.path()), || {});
+    let mut history = History::default();
+    let (dark, _) = history.add_class("dark");
+    history.add_class("bright");
+    history.add_stroke(Stroke::click(0, dark, [10, 20]));
+    send_labels(&session, history.labels(), 7);
+    let suggestions = wait(&session, |event| match event {
+        Event::Suggestions {
+            generation: 7,
+            suggestions,
+        } => Some(suggestions.clone()),
+        _ => None,
+    });
+    assert!(!suggestions.is_empty());
+}
