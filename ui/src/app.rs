@@ -273,6 +273,9 @@ impl App {
     fn on_session_event(&mut self, event: session::Event) {
         match &mut self.state.stage {
             Stage::Open(workspace) => {
+                if let (session::Event::State(state), Some(keeper)) = (&event, &self.state.keeper) {
+                    keeper.keep_model(state);
+                }
                 if let Some(sentence) = workspace.on_event(event) {
                     self.state.toasts.error(sentence);
                 }

@@ -13,6 +13,7 @@ use crate::canvas::{Line, Tool, stepped_brush};
 use crate::dialogs::{Dialog, Purpose};
 use crate::exporting::{Export, Progress};
 use crate::jobs::Done;
+use crate::keeper::SavedState;
 use crate::opening::Target;
 use crate::state::LARGEST_BRUSH;
 use crate::workspace::Workspace;
@@ -287,8 +288,15 @@ impl App {
         }
         workspace.session().send(Command::Save);
         let path = keeper.path().display().to_string();
+        let failing = keeper.saved_state() == SavedState::Failing;
         self.keep_results();
-        self.state.toasts.info(format!("Saved to {path}"));
+        if failing {
+            self.state.toasts.error(format!(
+                "{path} still cannot be written; save under another name with \"Save as\"."
+            ));
+        } else {
+            self.state.toasts.info(format!("Saved to {path}"));
+        }
     }
 
     fn save_to(&mut self, path: PathBuf) {

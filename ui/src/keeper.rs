@@ -99,6 +99,13 @@ impl Keeper {
         }
     }
 
+    /// Keeps the model state that the worker handed over.
+    pub fn keep_model(&self, state: &Arc<ModelState>) {
+        if let Some(journal) = &self.journal {
+            journal.save_model(Arc::clone(state));
+        }
+    }
+
     /// Goes on in another file; returns whether there is a journal that can.
     pub fn save_to(&self, path: PathBuf) -> bool {
         match &self.journal {
