@@ -12,7 +12,7 @@ mod volume;
 
 pub use capacity::{Capacity, Preset};
 pub use encoding::{FEATURES_PER_LEVEL, GridLevel, GridShape};
-pub use model::{Geometry, RadianceField};
+pub use model::RadianceField;
 pub use occupancy::OccupancyGrid;
 pub use rays::{Ray, Samples, Sampling};
 pub use render::{RenderedRay, frame_rays, render_rays};

@@ -1,20 +1,17 @@
 //! The radiance field: a hash grid and two small networks.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use candle_core::{Device, Result, Tensor, Var, bail};
 use glam::Vec3;
 use rand::{Rng, SeedableRng, rngs::SmallRng};
 
-use super::kernels::encode;
-use super::{Capacity, GridShape, Volume};
-
-/// Geometry features beside the density.
-const GEOMETRY_FEATURES: usize = 15;
-/// Spherical harmonics up to degree 2 of the viewing direction.
-pub const DIRECTION_FEATURES: usize = 9;
-/// Added to the network's output before the exponential: the field starts thin, at e^-2 per metre.
-const INITIAL_LOG_DENSITY: f64 = -2.0;
+use super::kernels::{
+    self, Composite, DIRECTION_FEATURES, Dispatch, Evaluated, GEOMETRY_FEATURES, INITIAL_LOG_DENSITY,
+    LOG_DENSITY_RANGE, NetworkShape, Wanted, encode,
+};
+use super::{Capacity, GridShape, Samples, Volume};
 
 /// Density, geometry features and colour at any point of a volume (Semantic-NeRF, Fig. 2, with the
 /// positional encoding and trunk replaced by a hash grid and a one-hidden-layer network).
@@ -22,19 +19,10 @@ const INITIAL_LOG_DENSITY: f64 = -2.0;
 pub struct RadianceField {
     volume: Volume,
     grid: GridShape,
+    shape: NetworkShape,
+    dispatch: Dispatch,
     table: Var,
-    geometry: [Var; 2],
-    color: [Var; 2],
-}
-
-/// What the field says of the geometry at `N` points.
-pub struct Geometry {
-    /// Density per metre, `[N]`.
-    pub density: Tensor,
-    /// Features of the geometry network, `[N, 15]`.
-    pub features: Tensor,
-    /// The hash-grid encoding, `[N, 2 * levels]`.
-    pub encoding: Tensor,
+    weights: Var,
 }
 
 impl RadianceField {
@@ -43,28 +31,30 @@ impl RadianceField {
     /// # Errors
     /// None on the CPU short of a lack of memory.
     pub fn new(volume: Volume, capacity: &Capacity, seed: u64) -> Result<Self> {
-        let mut rng = SmallRng::seed_from_u64(seed ^ 0x5eed_f1e1d);
+        let mut rng = SmallRng::seed_from_u64(seed ^ 0x5_eedf_1e1d);
         let grid = capacity.grid();
-        let hidden = capacity.hidden;
-        let table = uniform(&mut rng, (grid.rows(), 2), 1e-4)?;
-        let mut layer = |inputs: usize, outputs: usize| {
-            let bound = (6.0 / (inputs + outputs) as f32).sqrt();
-            uniform(&mut rng, (inputs, outputs), bound)
+        let shape = NetworkShape {
+            features: grid.features(),
+            hidden: capacity.hidden,
+            color_hidden: capacity.hidden / 2,
         };
-        let geometry = [
-            layer(grid.features(), hidden)?,
-            layer(hidden, 1 + GEOMETRY_FEATURES)?,
-        ];
-        let color = [
-            layer(GEOMETRY_FEATURES + DIRECTION_FEATURES, hidden / 2)?,
-            layer(hidden / 2, 3)?,
-        ];
+        let table: Vec<f32> = (0..2 * grid.rows())
+            .map(|_| rng.random_range(-1e-4..1e-4))
+            .collect();
+        let mut weights = Vec::with_capacity(shape.weights());
+        for (inputs, outputs) in shape.layers() {
+            let bound = (6.0 / (inputs + outputs) as f32).sqrt();
+            weights.extend((0..inputs * outputs).map(|_| rng.random_range(-bound..bound)));
+        }
+        let table = Tensor::from_vec(table, (grid.rows(), 2), &Device::Cpu)?;
+        let weights = Tensor::from_vec(weights, shape.weights(), &Device::Cpu)?;
         Ok(Self {
             volume,
             grid,
-            table,
-            geometry,
-            color,
+            shape,
+            dispatch: Dispatch::detect(),
+            table: Var::from_tensor(&table)?,
+            weights: Var::from_tensor(&weights)?,
         })
     }
 
@@ -78,77 +68,95 @@ impl RadianceField {
         &self.table
     }
 
-    /// The weights of the networks, each `[inputs, outputs]`.
-    pub fn weights(&self) -> impl Iterator<Item = &Var> {
-        self.geometry.iter().chain(&self.color)
+    /// The weights of the networks, one after another.
+    pub fn weights(&self) -> &Var {
+        &self.weights
     }
 
     /// Trainable parameters.
     pub fn parameters(&self) -> usize {
-        self.table.elem_count() + self.weights().map(|w| w.elem_count()).sum::<usize>()
+        self.table.elem_count() + self.weights.elem_count()
     }
 
-    /// Width of [`RadianceField::features`].
+    /// Width of the features that the semantic head reads.
     pub fn feature_width(&self) -> usize {
         self.grid.features() + GEOMETRY_FEATURES
     }
 
-    /// Geometry at unit positions `[N, 3]`; differentiable in the parameters.
+    /// Renders samples to `[rays, 7]`: red, green, blue, mean distance to the measured surface (given
+    /// for each sample by `gaps`), ray length, opacity, distortion; differentiable in the parameters.
     ///
     /// # Errors
-    /// Positions of another shape.
-    pub fn geometry(&self, positions: &Tensor) -> Result<Geometry> {
-        let encoding = encode(&self.grid, positions, &self.table)?;
-        let hidden = encoding.matmul(&self.geometry[0])?.relu()?;
-        let out = hidden.matmul(&self.geometry[1])?;
+    /// `gaps` of another length than the samples.
+    pub fn render(&self, samples: Arc<Samples>, gaps: Vec<f32>) -> Result<Tensor> {
+        let (table, weights) = (&self.table, &self.weights);
+        kernels::render(
+            &self.grid,
+            self.shape,
+            samples,
+            gaps,
+            self.dispatch,
+            table,
+            weights,
+        )
+    }
+
+    /// The same as [`RadianceField::render`] with plain candle ops between the encoding and the
+    /// compositing: what the fused kernel is tested against.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn render_plain(&self, samples: &Samples, gaps: &[f32]) -> Result<Tensor> {
+        let mut start = 0;
+        let mut matrices = Vec::with_capacity(4);
+        for (inputs, outputs) in self.shape.layers() {
+            let flat = self.weights.narrow(0, start, inputs * outputs)?;
+            matrices.push(flat.reshape((inputs, outputs))?);
+            start += inputs * outputs;
+        }
+        let encoding = encode(&self.grid, &samples.positions()?, &self.table)?;
+        let out = encoding.matmul(&matrices[0])?.relu()?.matmul(&matrices[1])?;
+        let (low, high) = LOG_DENSITY_RANGE;
         let density = out
             .narrow(1, 0, 1)?
             .squeeze(1)?
-            .affine(1.0, INITIAL_LOG_DENSITY)?
-            .clamp(-15.0, 10.0)?
+            .affine(1.0, f64::from(INITIAL_LOG_DENSITY))?
+            .clamp(low, high)?
             .exp()?;
         let features = out.narrow(1, 1, GEOMETRY_FEATURES)?;
-        Ok(Geometry {
-            density,
-            features,
-            encoding,
-        })
-    }
-
-    /// Colour `[N, 3]` in 0..=1 from geometry features `[N, 15]` and direction features `[N, 9]`.
-    ///
-    /// # Errors
-    /// Arguments of other shapes.
-    pub fn color(&self, features: &Tensor, directions: &Tensor) -> Result<Tensor> {
-        let input = Tensor::cat(&[features, directions], 1)?;
-        let hidden = input.matmul(&self.color[0])?.relu()?;
-        // The logistic function by tanh, which has a fast backward pass in candle.
-        hidden
-            .matmul(&self.color[1])?
+        let input = Tensor::cat(&[features, samples.directions()?], 1)?;
+        let hidden = input.matmul(&matrices[2])?.relu()?;
+        // The logistic function by tanh, which has a backward pass in candle.
+        let color = hidden
+            .matmul(&matrices[3])?
             .affine(0.5, 0.0)?
             .tanh()?
-            .affine(0.5, 0.5)
+            .affine(0.5, 0.5)?;
+        let gaps = Tensor::from_slice(gaps, (samples.len(), 1), &Device::Cpu)?;
+        let values = Tensor::cat(&[color, gaps], 1)?;
+        Composite(Arc::new(samples.packing.clone())).apply(&density, &values)
     }
 
-    /// Features that the semantic head reads at unit positions `[N, 3]`: encoding and geometry
-    /// features, `[N, feature_width]`, detached from the field's own training.
+    /// Density, and colours and features where wanted, at samples; without gradients.
     ///
     /// # Errors
-    /// Positions of another shape.
-    pub fn features(&self, positions: &Tensor) -> Result<Tensor> {
-        let geometry = self.geometry(positions)?;
-        Ok(Tensor::cat(&[geometry.encoding, geometry.features], 1)?.detach())
+    /// None on the CPU.
+    pub fn evaluate(&self, samples: &Samples, wanted: Wanted) -> Result<Evaluated> {
+        let (table, weights) = (&self.table, &self.weights);
+        kernels::evaluate(
+            &self.grid,
+            self.shape,
+            samples,
+            wanted,
+            self.dispatch,
+            table,
+            weights,
+        )
     }
 
     /// All parameters by name.
-    pub fn named(&self) -> Vec<(&'static str, &Var)> {
-        vec![
-            ("field.table", &self.table),
-            ("field.geometry.0", &self.geometry[0]),
-            ("field.geometry.1", &self.geometry[1]),
-            ("field.color.0", &self.color[0]),
-            ("field.color.1", &self.color[1]),
-        ]
+    pub fn named(&self) -> [(&'static str, &Var); 2] {
+        [("field.table", &self.table), ("field.weights", &self.weights)]
     }
 
     /// Takes over parameters saved from a field of the same capacity.
@@ -187,9 +195,5 @@ pub fn direction_features(d: Vec3) -> [f32; DIRECTION_FEATURES] {
     ]
 }
 
-fn uniform(rng: &mut SmallRng, shape: (usize, usize), bound: f32) -> Result<Var> {
-    let values: Vec<f32> = (0..shape.0 * shape.1)
-        .map(|_| rng.random_range(-bound..bound))
-        .collect();
-    Var::from_tensor(&Tensor::from_vec(values, shape, &Device::Cpu)?)
-}
+#[cfg(test)]
+mod tests;

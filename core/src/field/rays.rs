@@ -5,8 +5,9 @@ use glam::Vec3;
 use rand::{Rng, SeedableRng, rngs::SmallRng};
 use rayon::prelude::*;
 
+use super::kernels::DIRECTION_FEATURES;
 use super::kernels::RayPacking;
-use super::model::{DIRECTION_FEATURES, direction_features};
+use super::model::direction_features;
 use super::{OccupancyGrid, Volume};
 
 /// Nothing is sampled nearer to the camera, in metres: density there explains noise, not the scene.
@@ -39,13 +40,14 @@ pub struct Sampling {
 }
 
 /// The samples of a batch of rays.
+#[derive(Clone, Debug)]
 pub struct Samples {
     /// Where along which ray each sample lies.
     pub packing: RayPacking,
     /// Unit positions, `[N, 3]`.
     positions: Vec<f32>,
-    /// Spherical harmonics of each sample's ray direction, `[N, 9]`.
-    directions: Vec<f32>,
+    /// Spherical harmonics of each ray's direction.
+    directions: Vec<[f32; DIRECTION_FEATURES]>,
 }
 
 impl Samples {
@@ -78,16 +80,15 @@ impl Samples {
             ..RayPacking::default()
         };
         let mut positions = Vec::with_capacity(3 * total);
-        let mut directions = Vec::with_capacity(DIRECTION_FEATURES * total);
+        let mut directions = Vec::with_capacity(rays.len());
         for (ray, samples) in rays.iter().zip(per_ray) {
             packing.starts.push(packing.t.len() as u32);
-            let direction = direction_features(ray.direction);
+            directions.push(direction_features(ray.direction));
             for (t, dt) in samples {
                 packing.t.push(t);
                 packing.dt.push(dt);
                 let unit = volume.to_unit(ray.origin + t * ray.direction);
                 positions.extend_from_slice(&unit.to_array());
-                directions.extend_from_slice(&direction);
             }
         }
         packing.starts.push(packing.t.len() as u32);
@@ -95,6 +96,27 @@ impl Samples {
             packing,
             positions,
             directions,
+        }
+    }
+
+    /// Points without rays, given in unit coordinates: for what does not depend on the direction.
+    pub fn at_points(points: &[Vec3]) -> Self {
+        // In portions, so that they can be worked on in parallel.
+        const PORTION: usize = 256;
+        let starts = (0..points.len())
+            .step_by(PORTION)
+            .chain([points.len()])
+            .map(|start| start as u32);
+        let packing = RayPacking {
+            starts: starts.collect(),
+            t: vec![0.0; points.len()],
+            dt: vec![0.0; points.len()],
+            ..RayPacking::default()
+        };
+        Self {
+            directions: vec![[0.0; DIRECTION_FEATURES]; packing.rays()],
+            positions: points.iter().flat_map(Vec3::to_array).collect(),
+            packing,
         }
     }
 
@@ -116,12 +138,30 @@ impl Samples {
         Tensor::from_slice(&self.positions, (self.len(), 3), &Device::Cpu)
     }
 
-    /// Direction features as a tensor `[N, 9]`.
+    /// Direction features of each sample's ray as a tensor `[N, 9]`.
     ///
     /// # Errors
     /// None on the CPU.
     pub fn directions(&self) -> Result<Tensor> {
-        Tensor::from_slice(&self.directions, (self.len(), DIRECTION_FEATURES), &Device::Cpu)
+        let of_sample = |ray| std::iter::repeat_n(self.directions[ray], self.packing.range(ray).len());
+        let flat: Vec<f32> = (0..self.packing.rays()).flat_map(of_sample).flatten().collect();
+        Tensor::from_vec(flat, (self.len(), DIRECTION_FEATURES), &Device::Cpu)
+    }
+
+    /// Unit position of a sample.
+    #[inline(always)]
+    pub fn position(&self, sample: usize) -> [f32; 3] {
+        let start = 3 * sample;
+        [
+            self.positions[start],
+            self.positions[start + 1],
+            self.positions[start + 2],
+        ]
+    }
+
+    /// Direction features of a ray.
+    pub fn direction(&self, ray: usize) -> &[f32; DIRECTION_FEATURES] {
+        &self.directions[ray]
     }
 }
 

@@ -3,6 +3,7 @@
 use candle_core::Result;
 use glam::Vec3;
 
+use super::kernels::{Evaluated, Wanted};
 use super::{OccupancyGrid, RadianceField, Ray, Samples, Sampling};
 use crate::scene::{Camera, Frame};
 
@@ -59,16 +60,11 @@ pub fn render_rays(
             rendered.resize(rendered.len() + rays.len(), RenderedRay::default());
             continue;
         }
-        let geometry = field.geometry(&samples.positions()?)?;
-        let density: Vec<f32> = geometry.density.to_vec1()?;
-        let color = if with_color {
-            field
-                .color(&geometry.features, &samples.directions()?)?
-                .flatten_all()?
-                .to_vec1()?
-        } else {
-            Vec::new()
+        let wanted = Wanted {
+            color: with_color,
+            features: false,
         };
+        let Evaluated { density, color, .. } = field.evaluate(&samples, wanted)?;
         rendered.extend((0..rays.len()).map(|ray| composite(&samples, ray, &density, &color)));
     }
     Ok(rendered)

@@ -4,10 +4,9 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use candle_core::{Device, Result, Tensor, Var};
-use glam::Vec3;
 use rand::{Rng, SeedableRng, rngs::SmallRng};
 
-use super::kernels::{Adam, Composite};
+use super::kernels::{Adam, Wanted};
 use super::{Capacity, OccupancyGrid, Preset, RadianceField, Ray, Samples, Sampling, Volume, render_rays};
 use crate::scene::Scene;
 
@@ -52,7 +51,7 @@ pub struct Trainer {
     field: RadianceField,
     occupancy: OccupancyGrid,
     table_optimiser: Adam,
-    network_optimisers: Vec<Adam>,
+    weights_optimiser: Adam,
     train_frames: Vec<usize>,
     held_out: Vec<(usize, usize)>,
     seed: u64,
@@ -79,14 +78,14 @@ impl Trainer {
         }
         let (train_frames, held_out) = split(&scene, seed);
         let table_optimiser = Adam::new(field.table());
-        let network_optimisers = field.weights().map(Adam::new).collect();
+        let weights_optimiser = Adam::new(field.weights());
         let mut trainer = Self {
             scene,
             capacity,
             field,
             occupancy,
             table_optimiser,
-            network_optimisers,
+            weights_optimiser,
             train_frames,
             held_out,
             seed,
@@ -265,10 +264,7 @@ impl Trainer {
         if measured == 0 {
             samples.packing.gradient_ramp = GRADIENT_RAMP;
         }
-        let geometry = self.field.geometry(&samples.positions()?)?;
-        let color = self.field.color(&geometry.features, &samples.directions()?)?;
-        let n = samples.len();
-        let mut gaps = vec![0.0; n];
+        let mut gaps = vec![0.0; samples.len()];
         for (number, ray) in rays.iter().enumerate() {
             if let Some(length) = ray.length {
                 for i in samples.packing.range(number) {
@@ -276,9 +272,7 @@ impl Trainer {
                 }
             }
         }
-        let gaps = Tensor::from_vec(gaps, (n, 1), &Device::Cpu)?;
-        let values = Tensor::cat(&[color, gaps], 1)?;
-        let out = Composite(Arc::new(samples.packing)).apply(&geometry.density, &values)?;
+        let out = self.field.render(Arc::new(samples), gaps)?;
 
         let count = rays.len();
         let opacity = out.narrow(1, 5, 1)?;
@@ -313,21 +307,14 @@ impl Trainer {
         let gradients = loss.backward()?;
         let progress = (self.steps as f32 / self.capacity.steps as f32).min(1.0);
         let rate = self.rate_scale * FINAL_RATE.powf(progress);
-        let mut updates: Vec<(&Adam, &Tensor, f32)> = Vec::new();
-        for optimiser in &self.network_optimisers {
-            if let Some(gradient) = gradients.get(optimiser.parameter()) {
-                // The networks' gradients are small and are not finite whenever a sample's are not.
-                if !gradient.sqr()?.sum_all()?.to_scalar::<f32>()?.is_finite() {
-                    return Ok(false);
-                }
-                updates.push((optimiser, gradient, NETWORK_RATE));
+        let of = |optimiser: &Adam| gradients.get(optimiser.parameter());
+        if let (Some(table), Some(weights)) = (of(&self.table_optimiser), of(&self.weights_optimiser)) {
+            // The weights' gradient is small, and is not finite whenever a sample's is not.
+            if !weights.sqr()?.sum_all()?.to_scalar::<f32>()?.is_finite() {
+                return Ok(false);
             }
-        }
-        if let Some(gradient) = gradients.get(self.table_optimiser.parameter()) {
-            updates.push((&self.table_optimiser, gradient, TABLE_RATE));
-        }
-        for (optimiser, gradient, base) in updates {
-            optimiser.step(gradient, rate * base)?;
+            self.weights_optimiser.step(weights, rate * NETWORK_RATE)?;
+            self.table_optimiser.step(table, rate * TABLE_RATE)?;
         }
         Ok(true)
     }
@@ -364,9 +351,10 @@ impl Trainer {
 
     fn look_around(&mut self) -> Result<()> {
         let (cells, positions) = self.occupancy.probes(OCCUPANCY_PROBES, self.seed ^ self.steps);
-        let flat: Vec<f32> = positions.iter().flat_map(Vec3::to_array).collect();
-        let positions = Tensor::from_vec(flat, (cells.len(), 3), &Device::Cpu)?;
-        let density = self.field.geometry(&positions)?.density.to_vec1()?;
+        let density = self
+            .field
+            .evaluate(&Samples::at_points(&positions), Wanted::default())?
+            .density;
         self.occupancy.update(&cells, &density);
         Ok(())
     }

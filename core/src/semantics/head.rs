@@ -7,13 +7,17 @@ use candle_core::{D, Device, Result, Tensor, Var};
 use glam::Vec3;
 use rand::{Rng, SeedableRng, rngs::SmallRng};
 
-use crate::field::kernels::{Adam, Composite};
+use crate::field::kernels::{Adam, Composite, Wanted};
 use crate::field::{OccupancyGrid, RadianceField, Ray, Samples, Sampling};
 use crate::labels::ClassId;
 
 /// Width of the hidden layer.
 const HIDDEN: usize = 64;
 const LEARNING_RATE: f32 = 0.005;
+const FEATURES: Wanted = Wanted {
+    color: false,
+    features: true,
+};
 /// Rays rendered at a time.
 const CHUNK: usize = 1024;
 
@@ -131,7 +135,7 @@ impl SemanticHead {
         let mut losses = Vec::new();
         if !soft.positions.is_empty() {
             let n = soft.positions.len();
-            let features = field.features(&unit_positions(field, &soft.positions)?)?;
+            let features = features_at(field, &soft.positions)?;
             let log_p = log_softmax(&self.logits(&features)?)?;
             let target = Tensor::from_slice(&soft.probabilities, (n, count), &Device::Cpu)?;
             let weight = Tensor::from_slice(&soft.weights, (n, 1), &Device::Cpu)?;
@@ -177,7 +181,7 @@ impl SemanticHead {
     pub fn at_points(&self, field: &RadianceField, positions: &[Vec3]) -> Result<Vec<f32>> {
         let mut probabilities = Vec::with_capacity(positions.len() * self.classes.len());
         for positions in positions.chunks(16 * CHUNK) {
-            let features = field.features(&unit_positions(field, positions)?)?;
+            let features = features_at(field, positions)?;
             let p = log_softmax(&self.logits(&features)?)?.exp()?;
             probabilities.extend(p.flatten_all()?.to_vec1::<f32>()?);
         }
@@ -212,10 +216,14 @@ impl SemanticHead {
 
     /// Composited class logits `[rays, classes]` (Eq. 4); differentiable in the head alone.
     fn composited(&self, field: &RadianceField, samples: Samples) -> Result<Tensor> {
-        let geometry = field.geometry(&samples.positions()?)?;
-        let features = Tensor::cat(&[geometry.encoding, geometry.features], 1)?.detach();
+        let evaluated = field.evaluate(&samples, FEATURES)?;
+        let features = Tensor::from_vec(
+            evaluated.features,
+            (samples.len(), field.feature_width()),
+            &Device::Cpu,
+        )?;
         let logits = self.logits(&features)?;
-        let density = geometry.density.detach();
+        let density = Tensor::from_vec(evaluated.density, samples.len(), &Device::Cpu)?;
         let out = Composite(Arc::new(samples.packing)).apply(&density, &logits)?;
         out.narrow(1, 0, self.classes.len())
     }
@@ -268,12 +276,18 @@ fn log_softmax(logits: &Tensor) -> Result<Tensor> {
     shifted.broadcast_sub(&log_sum)
 }
 
-fn unit_positions(field: &RadianceField, positions: &[Vec3]) -> Result<Tensor> {
-    let flat: Vec<f32> = positions
+/// The field's features at world positions, `[N, feature_width]`.
+fn features_at(field: &RadianceField, positions: &[Vec3]) -> Result<Tensor> {
+    let unit: Vec<Vec3> = positions
         .iter()
-        .flat_map(|&position| field.volume().to_unit(position).to_array())
+        .map(|&position| field.volume().to_unit(position))
         .collect();
-    Tensor::from_vec(flat, (positions.len(), 3), &Device::Cpu)
+    let evaluated = field.evaluate(&Samples::at_points(&unit), FEATURES)?;
+    Tensor::from_vec(
+        evaluated.features,
+        (positions.len(), field.feature_width()),
+        &Device::Cpu,
+    )
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use candle_core::{CpuStorage, CustomOp2, DType, Device, Layout, Result, Shape, Tensor, bail};
+use candle_core::{CpuStorage, CustomOp2, Device, Layout, Result, Shape, Tensor, bail};
 use rayon::prelude::*;
 
 use super::values;
@@ -37,6 +37,16 @@ impl RayPacking {
         self.starts[ray] as usize..self.starts[ray + 1] as usize
     }
 
+    /// Where the samples of a ray lie.
+    pub(super) fn of_ray(&self, ray: usize) -> OfRay<'_> {
+        let range = self.range(ray);
+        OfRay {
+            t: &self.t[range.clone()],
+            dt: &self.dt[range],
+            gradient_ramp: self.gradient_ramp,
+        }
+    }
+
     /// Weights w_i = T_i (1 - exp(-sigma_i dt_i)) of one ray's samples (Eq. 1) from its densities.
     pub fn weights<'a>(&'a self, ray: usize, density: &'a [f32]) -> impl Iterator<Item = f32> + 'a {
         let mut transmittance = 1.0;
@@ -60,7 +70,7 @@ impl RayPacking {
 pub struct Composite(pub Arc<RayPacking>);
 
 /// Channels after the composited values.
-const EXTRA: usize = 3;
+pub(super) const EXTRA: usize = 3;
 
 impl Composite {
     /// Applies the op.
@@ -101,21 +111,9 @@ impl CustomOp2 for Composite {
             .enumerate()
             .with_min_len(64)
             .for_each(|(ray, out)| {
-                // Running sums over earlier samples: opacity and first moment of t.
-                let (mut before, mut moment) = (0.0, 0.0);
-                let mut distortion = 0.0;
-                for (i, w) in packing.range(ray).zip(packing.weights(ray, density)) {
-                    for (sum, v) in out.iter_mut().zip(&value[i * channels..(i + 1) * channels]) {
-                        *sum += w * v;
-                    }
-                    let (t, dt) = (packing.t[i], packing.dt[i]);
-                    distortion += 2.0 * w * (t * before - moment) + w * w * dt / 3.0;
-                    before += w;
-                    moment += w * t;
-                }
-                out[channels] = moment;
-                out[channels + 1] = before;
-                out[channels + 2] = distortion;
+                let range = packing.range(ray);
+                let value = &value[range.start * channels..range.end * channels];
+                composite_ray(packing.of_ray(ray), &density[range], value, out);
             });
         Ok((CpuStorage::F32(out), Shape::from((packing.rays(), width))))
     }
@@ -132,99 +130,118 @@ impl CustomOp2 for Composite {
         let density = density.to_vec1::<f32>()?;
         let value = value.flatten_all()?.to_vec1::<f32>()?;
         let grad = grad.flatten_all()?.to_vec1::<f32>()?;
-        let rays: Vec<(Vec<f32>, Vec<f32>)> = (0..packing.rays())
+        let mut density_grad = vec![0.0_f32; samples];
+        let mut value_grad = vec![0.0_f32; samples * channels];
+        let mut rest: (&mut [f32], &mut [f32]) = (&mut density_grad, &mut value_grad);
+        let mut tasks = Vec::with_capacity(packing.rays());
+        for ray in 0..packing.rays() {
+            let length = packing.range(ray).len();
+            let (of_density, densities) = std::mem::take(&mut rest.0).split_at_mut(length);
+            let (of_value, values) = std::mem::take(&mut rest.1).split_at_mut(length * channels);
+            rest = (densities, values);
+            tasks.push((ray, of_density, of_value));
+        }
+        tasks
             .into_par_iter()
             .with_min_len(64)
-            .map(|ray| {
+            .for_each(|(ray, of_density, of_value)| {
                 let range = packing.range(ray);
+                let value = &value[range.start * channels..range.end * channels];
                 let own = &grad[ray * (channels + EXTRA)..(ray + 1) * (channels + EXTRA)];
-                gradient_of_ray(
-                    packing,
-                    ray,
-                    &density,
-                    &value[range.start * channels..range.end * channels],
-                    own,
-                )
-            })
-            .collect();
-        let mut density_grad = Vec::with_capacity(samples);
-        let mut value_grad = Vec::with_capacity(samples * channels);
-        for (of_density, of_value) in rays {
-            density_grad.extend(of_density);
-            value_grad.extend(of_value);
-        }
-        let device = Device::Cpu;
-        debug_assert_eq!(grad.len() / (channels + EXTRA), packing.rays());
-        let density_grad = Tensor::from_vec(density_grad, samples, &device)?.to_dtype(DType::F32)?;
-        let value_grad = Tensor::from_vec(value_grad, (samples, channels), &device)?;
+                let of_ray = packing.of_ray(ray);
+                gradient_of_ray(of_ray, &density[range], value, own, of_density, of_value);
+            });
+        let density_grad = Tensor::from_vec(density_grad, samples, &Device::Cpu)?;
+        let value_grad = Tensor::from_vec(value_grad, (samples, channels), &Device::Cpu)?;
         Ok((Some(density_grad), Some(value_grad)))
     }
 }
 
-/// Gradients of one ray's densities `[n]` and values `[n, channels]`.
+/// Where the samples of one ray lie, and how gradients near the camera are scaled.
+#[derive(Clone, Copy)]
+pub(super) struct OfRay<'a> {
+    t: &'a [f32],
+    dt: &'a [f32],
+    gradient_ramp: f32,
+}
+
+/// Composites one ray's densities `[n]` and values `[n, channels]` to `out`, `[channels + 3]`.
+pub(super) fn composite_ray(ray: OfRay, density: &[f32], value: &[f32], out: &mut [f32]) {
+    let channels = out.len() - EXTRA;
+    out.fill(0.0);
+    // Running sums over earlier samples: opacity and first moment of t.
+    let (mut before, mut moment) = (0.0, 0.0);
+    let mut distortion = 0.0;
+    let mut transmittance = 1.0;
+    for (i, &density) in density.iter().enumerate() {
+        let (t, dt) = (ray.t[i], ray.dt[i]);
+        let next = transmittance * (-density * dt).exp();
+        let w = transmittance - next;
+        transmittance = next;
+        for (sum, v) in out.iter_mut().zip(&value[i * channels..(i + 1) * channels]) {
+            *sum += w * v;
+        }
+        distortion += 2.0 * w * (t * before - moment) + w * w * dt / 3.0;
+        before += w;
+        moment += w * t;
+    }
+    out[channels] = moment;
+    out[channels + 1] = before;
+    out[channels + 2] = distortion;
+}
+
+/// Gradients of one ray's densities `[n]` and values `[n, channels]`, from that of its outputs.
 ///
 /// With g_i the derivative by w_i, the derivative by sigma_k is
 /// dt_k (T_{k+1} g_k - sum_{i>k} w_i g_i).
-fn gradient_of_ray(
-    packing: &RayPacking,
-    ray: usize,
+pub(super) fn gradient_of_ray(
+    ray: OfRay,
     density: &[f32],
     value: &[f32],
     grad: &[f32],
-) -> (Vec<f32>, Vec<f32>) {
+    of_density: &mut [f32],
+    of_value: &mut [f32],
+) {
     let channels = grad.len() - EXTRA;
     let (to_values, to_extra) = grad.split_at(channels);
-    let range = packing.range(ray);
-    let weights: Vec<f32> = packing.weights(ray, density).collect();
-    let opacity: f32 = weights.iter().sum();
-    let moment: f32 = weights
-        .iter()
-        .zip(&packing.t[range.clone()])
-        .map(|(w, t)| w * t)
-        .sum();
-
-    let mut of_value = Vec::with_capacity(value.len());
-    let mut by_weight = Vec::with_capacity(weights.len());
-    let (mut before, mut moment_before) = (0.0, 0.0);
-    for (k, &w) in weights.iter().enumerate() {
-        let (t, dt) = (packing.t[range.start + k], packing.dt[range.start + k]);
-        let own = &value[k * channels..(k + 1) * channels];
-        of_value.extend(to_values.iter().map(|g| w * g));
-        let through_value: f32 = own.iter().zip(to_values).map(|(v, g)| v * g).sum();
-        // sum_j w_j |t_k - t_j|, from the sums before and after k.
-        let after = opacity - before - w;
-        let moment_after = moment - moment_before - w * t;
-        let spread = t * before - moment_before + moment_after - t * after;
-        let distortion = 2.0 * spread + 2.0 / 3.0 * w * dt;
-        by_weight.push(through_value + to_extra[0] * t + to_extra[1] + to_extra[2] * distortion);
-        before += w;
-        moment_before += w * t;
-    }
-
-    let mut of_density = vec![0.0; weights.len()];
-    let mut behind = 0.0;
-    let mut transmittances: Vec<f32> = Vec::with_capacity(weights.len());
+    // First the transmittance behind each sample, in the place of its gradient.
+    let (mut opacity, mut moment) = (0.0, 0.0);
     let mut transmittance = 1.0;
-    for i in range.clone() {
-        transmittance *= (-density[i] * packing.dt[i]).exp();
-        transmittances.push(transmittance);
+    for (i, behind) in of_density.iter_mut().enumerate() {
+        *behind = transmittance * (-density[i] * ray.dt[i]).exp();
+        opacity += transmittance - *behind;
+        moment += (transmittance - *behind) * ray.t[i];
+        transmittance = *behind;
     }
-    for k in (0..weights.len()).rev() {
-        of_density[k] = packing.dt[range.start + k] * (transmittances[k] * by_weight[k] - behind);
-        behind += weights[k] * by_weight[k];
-    }
-    if packing.gradient_ramp > 0.0 {
-        for (k, of_density) in of_density.iter_mut().enumerate() {
-            let scale = (packing.t[range.start + k] / packing.gradient_ramp)
-                .powi(2)
-                .min(1.0);
-            *of_density *= scale;
-            of_value[k * channels..(k + 1) * channels]
-                .iter_mut()
-                .for_each(|g| *g *= scale);
+    let (mut after, mut moment_after, mut later) = (0.0, 0.0, 0.0);
+    for k in (0..density.len()).rev() {
+        let (t, dt) = (ray.t[k], ray.dt[k]);
+        let next = of_density[k];
+        let w = if k == 0 { 1.0 } else { of_density[k - 1] } - next;
+        let before = opacity - after - w;
+        let moment_before = moment - moment_after - w * t;
+        // sum_j w_j |t_k - t_j|
+        let spread = t * before - moment_before + moment_after - t * after;
+        let own = &value[k * channels..(k + 1) * channels];
+        let through_value: f32 = own.iter().zip(to_values).map(|(v, g)| v * g).sum();
+        let by_weight =
+            through_value + to_extra[0] * t + to_extra[1] + to_extra[2] * (2.0 * spread + 2.0 / 3.0 * w * dt);
+        let scale = if ray.gradient_ramp > 0.0 {
+            (t / ray.gradient_ramp).powi(2).min(1.0)
+        } else {
+            1.0
+        };
+        of_density[k] = scale * dt * (next * by_weight - later);
+        for (of_value, g) in of_value[k * channels..(k + 1) * channels]
+            .iter_mut()
+            .zip(to_values)
+        {
+            *of_value = scale * w * g;
         }
+        later += w * by_weight;
+        after += w;
+        moment_after += w * t;
     }
-    (of_density, of_value)
 }
 
 #[cfg(test)]

@@ -1,17 +1,30 @@
 //! The field's hot loops as candle custom ops with hand-written gradients.
 //!
+//! [`render`] does all of it in one op for the CPU's vector unit, chosen at run time ([`Dispatch`]);
+//! [`encode`] and [`Composite`] are its parts, between which plain candle ops can stand.
+//!
 //! Each op has its formula, its backward pass, and tests against central differences and against the
 //! same computation in plain candle ops.
+
+#![allow(unsafe_code)]
 
 mod adam;
 mod composite;
 mod encode;
+mod fused;
+mod lanes;
+mod network;
 
 use candle_core::{CpuStorage, Layout, Result, bail};
 
 pub use adam::Adam;
 pub use composite::{Composite, RayPacking};
 pub use encode::encode;
+pub use fused::{Evaluated, VALUE_CHANNELS, Wanted, evaluate, render};
+pub use lanes::Dispatch;
+pub use network::{
+    DIRECTION_FEATURES, GEOMETRY_FEATURES, INITIAL_LOG_DENSITY, LOG_DENSITY_RANGE, NetworkShape,
+};
 
 /// The `f32` values behind a contiguous tensor on the CPU.
 fn values<'a>(storage: &'a CpuStorage, layout: &Layout, op: &str) -> Result<&'a [f32]> {

@@ -1,0 +1,185 @@
+use super::*;
+use crate::field::{OccupancyGrid, Ray, Sampling};
+
+fn field(dispatch: Dispatch) -> RadianceField {
+    let volume = Volume {
+        min: Vec3::splat(-2.0),
+        side: 4.0,
+    };
+    let capacity = Capacity {
+        levels: 5,
+        coarsest: 4,
+        finest: 64,
+        table_log2: 11,
+        hidden: 32,
+        steps: 100,
+        cell: 4.0 / 64.0,
+    };
+    let mut field = RadianceField::new(volume, &capacity, 5).unwrap();
+    field.dispatch = dispatch;
+    // Features large enough that all parts of the networks are at work.
+    let mut rng = SmallRng::seed_from_u64(8);
+    let table: Vec<f32> = (0..2 * field.grid.rows())
+        .map(|_| rng.random_range(-1.0..1.0))
+        .collect();
+    let table = Tensor::from_vec(table, field.table.shape(), &Device::Cpu).unwrap();
+    field.table.set(&table).unwrap();
+    field
+}
+
+/// Rays of all kinds: of known and unknown length, and one that misses the volume.
+fn samples(volume: &Volume, gradient_ramp: f32) -> (Arc<Samples>, Vec<f32>) {
+    let mut rng = SmallRng::seed_from_u64(9);
+    let rays: Vec<Ray> = (0..90)
+        .map(|number| {
+            let mut random = || rng.random_range(-1.0_f32..1.0);
+            Ray {
+                origin: if number == 40 {
+                    Vec3::splat(50.0)
+                } else {
+                    Vec3::new(random(), random(), random())
+                },
+                direction: Vec3::new(random(), random(), random()).normalize(),
+                length: (number % 3 == 0).then(|| 1.0 + random().abs()),
+            }
+        })
+        .collect();
+    let sampling = Sampling {
+        step: 0.06,
+        free: 4,
+        near_surface: 6,
+        jitter: Some(3),
+    };
+    let mut samples = Samples::along(&rays, volume, &OccupancyGrid::unknown(0.06), sampling);
+    samples.packing.gradient_ramp = gradient_ramp;
+    let gaps = (0..samples.len()).map(|_| rng.random_range(0.0..1.0)).collect();
+    (Arc::new(samples), gaps)
+}
+
+/// Loss, gradient of the table and of the weights.
+fn descend(field: &RadianceField, out: &Tensor) -> (f32, Vec<f32>, Vec<f32>) {
+    let mix = Tensor::new(&[[1.0_f32, -0.7, 0.4, 0.9, 0.3, -0.8, 0.5]], &Device::Cpu).unwrap();
+    let mixed = out.broadcast_mul(&mix).unwrap();
+    let loss = (mixed.sqr().unwrap().sum_all().unwrap() + mixed.sum_all().unwrap()).unwrap();
+    let gradients = loss.backward().unwrap();
+    let flat = |var: &Var| {
+        gradients
+            .get(var)
+            .unwrap()
+            .flatten_all()
+            .unwrap()
+            .to_vec1()
+            .unwrap()
+    };
+    (
+        loss.to_scalar().unwrap(),
+        flat(&field.table),
+        flat(&field.weights),
+    )
+}
+
+fn assert_close(a: &[f32], b: &[f32], tolerance: f32, what: &str) {
+    let scale = b.iter().fold(0.0_f32, |scale, v| scale.max(v.abs()));
+    assert_eq!(a.len(), b.len());
+    for (index, (a, b)) in a.iter().zip(b).enumerate() {
+        assert!(
+            (a - b).abs() <= tolerance * scale,
+            "{what} {index}: {a} {b} of {scale}"
+        );
+    }
+}
+
+#[test]
+fn the_fused_kernel_equals_plain_candle_ops_on_every_vector_unit() {
+    for dispatch in Dispatch::available() {
+        let field = field(dispatch);
+        let (samples, gaps) = samples(field.volume(), 0.8);
+        let plain = field.render_plain(&samples, &gaps).unwrap();
+        let fused = field.render(Arc::clone(&samples), gaps).unwrap();
+        let rows = |out: &Tensor| out.flatten_all().unwrap().to_vec1::<f32>().unwrap();
+        assert_close(&rows(&fused), &rows(&plain), 1e-5, "output");
+        let (plain_loss, plain_table, plain_weights) = descend(&field, &plain);
+        let (loss, table, weights) = descend(&field, &fused);
+        assert!((loss - plain_loss).abs() < 1e-4 * plain_loss.abs(), "{dispatch}");
+        assert_close(&table, &plain_table, 1e-4, "table");
+        assert_close(&weights, &plain_weights, 1e-4, "weights");
+    }
+}
+
+#[test]
+fn the_fused_gradient_is_the_same_for_any_number_of_threads() {
+    let field = field(Dispatch::detect());
+    let (samples, gaps) = samples(field.volume(), 0.8);
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
+        pool.install(|| descend(&field, &field.render(Arc::clone(&samples), gaps.clone()).unwrap()))
+    };
+    assert_eq!(run(1), run(3));
+}
+
+#[test]
+fn the_fused_gradient_of_the_weights_equals_central_differences() {
+    let field = field(Dispatch::detect());
+    let (samples, gaps) = samples(field.volume(), 0.0);
+    let loss = || descend(&field, &field.render(Arc::clone(&samples), gaps.clone()).unwrap());
+    let (_, _, gradient) = loss();
+    let weights: Vec<f32> = field.weights.to_vec1().unwrap();
+    let scale = gradient.iter().fold(0.0_f32, |scale, g| scale.max(g.abs()));
+    for index in (0..weights.len()).step_by(97) {
+        let shifted = |by: f32| {
+            let mut moved = weights.clone();
+            moved[index] += by;
+            let moved = Tensor::from_vec(moved, weights.len(), &Device::Cpu).unwrap();
+            field.weights.set(&moved).unwrap();
+            loss().0
+        };
+        let numeric = (shifted(2e-3) - shifted(-2e-3)) / 4e-3;
+        let difference = (gradient[index] - numeric).abs();
+        assert!(
+            difference < 2e-2 * scale,
+            "{index}: {} {numeric}",
+            gradient[index]
+        );
+    }
+}
+
+#[test]
+fn evaluating_points_gives_density_and_features_of_each() {
+    let field = field(Dispatch::detect());
+    let points: Vec<Vec3> = (0..300).map(|k| Vec3::new(k as f32 / 300.0, 0.3, 0.8)).collect();
+    let wanted = Wanted {
+        color: false,
+        features: true,
+    };
+    let all = field.evaluate(&Samples::at_points(&points), wanted).unwrap();
+    let one = field
+        .evaluate(&Samples::at_points(&points[260..261]), wanted)
+        .unwrap();
+    assert_eq!(all.density.len(), 300);
+    let width = field.feature_width();
+    assert_eq!(all.features[260 * width..261 * width], one.features);
+    assert_eq!(all.density[260], one.density[0]);
+}
+
+#[test]
+fn rays_without_samples_render_to_nothing() {
+    let field = field(Dispatch::detect());
+    let miss = Ray {
+        origin: Vec3::splat(50.0),
+        direction: Vec3::X,
+        length: None,
+    };
+    let sampling = Sampling {
+        step: 0.06,
+        free: 0,
+        near_surface: 0,
+        jitter: None,
+    };
+    let grid = OccupancyGrid::unknown(0.06);
+    let samples = Samples::along(&[miss; 3], field.volume(), &grid, sampling);
+    let out = field.render(Arc::new(samples), Vec::new()).unwrap();
+    assert_eq!(out.to_vec2::<f32>().unwrap(), [[0.0; 7]; 3]);
+}
