@@ -65,6 +65,32 @@ pub enum Command {
     },
     /// Label every frame of a scene from a few strokes.
     Label(LabelArguments),
+    /// Measure.
+    Bench {
+        /// What to measure.
+        #[command(subcommand)]
+        what: Bench,
+    },
+}
+
+/// What can be measured.
+#[derive(Debug, Subcommand)]
+pub enum Bench {
+    /// Samples a second of each way to compute the field, forward and backward.
+    Engine {
+        /// Where engine.json goes.
+        #[arg(long, value_name = "DIR")]
+        out: PathBuf,
+        /// Runs of each way.
+        #[arg(long, value_name = "N", default_value_t = 15)]
+        rounds: usize,
+        /// Threads to compute with [default: all cores].
+        #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+        threads: Option<u16>,
+        /// Print the results as JSON.
+        #[arg(long)]
+        json: bool,
+    },
 }
 
 /// Labelling without the window.

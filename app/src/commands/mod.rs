@@ -1,5 +1,6 @@
 //! What each command does.
 
+mod bench;
 mod demo;
 mod info;
 mod label;
@@ -23,6 +24,7 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         Some(Command::Demo { out }) => demo::run(&out),
         Some(Command::Info { scene, json }) => info::run(&scene, json),
         Some(Command::Label(label)) => label::run(&label),
+        Some(Command::Bench { what }) => bench::run(what),
         None => window::run(arguments.window),
     }
 }

@@ -1,10 +1,12 @@
 //! How good label maps are, measured against ground truth.
 
+mod engine;
 mod metrics;
 mod truth;
 
 use std::path::PathBuf;
 
+pub use engine::{PathSpeed, path_speeds};
 pub use metrics::{ConfusionMatrix, Scores};
 pub use truth::{GroundTruth, LabelImage, Split, frame_number};
 

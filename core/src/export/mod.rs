@@ -84,7 +84,11 @@ pub fn write_strokes(path: &Path, labels: &LabelSet, stems: &[String]) -> Result
     write(path, (strokes_json(&present, stems) + "\n").as_bytes())
 }
 
-fn write_json<T: serde::Serialize + ?Sized>(path: &Path, value: &T) -> Result<(), ExportError> {
+/// Writes a value as a JSON file, under a temporary name first.
+///
+/// # Errors
+/// [`ExportError::Unwritable`].
+pub fn write_json<T: serde::Serialize + ?Sized>(path: &Path, value: &T) -> Result<(), ExportError> {
     let mut text = serde_json::to_vec_pretty(value)
         .map_err(|error| ExportError::unwritable(path, std::io::Error::other(error)))?;
     text.push(b'\n');

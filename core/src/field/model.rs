@@ -58,6 +58,11 @@ impl RadianceField {
         })
     }
 
+    /// Computes on this vector unit instead of the best one. The processor must have it.
+    pub fn set_dispatch(&mut self, dispatch: Dispatch) {
+        self.dispatch = dispatch;
+    }
+
     /// The part of the world that it models.
     pub fn volume(&self) -> &Volume {
         &self.volume

@@ -1,0 +1,110 @@
+//! How fast the field's kernels are, path by path.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use candle_core::Result;
+use glam::Vec3;
+use rand::{Rng, SeedableRng, rngs::SmallRng};
+use serde::Serialize;
+
+use crate::field::kernels::Dispatch;
+use crate::field::{Capacity, OccupancyGrid, RadianceField, Ray, Samples, Sampling, Volume};
+
+/// Samples of one measured step.
+const SAMPLES: usize = 48 * 1024;
+
+/// The speed of one way to compute the field.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PathSpeed {
+    /// `fused-<vector unit>`, or `candle` for plain ops.
+    pub name: String,
+    /// Logarithm (base 2) of the rows of a hashed level.
+    pub table_log2: u32,
+    /// Samples a second, forward and backward; the median over the runs.
+    pub samples_per_s: f64,
+}
+
+/// Measures every path that this processor has, in turn, `rounds` times, on random rays through a room
+/// of 6 m: forward and backward of the rendered colours.
+///
+/// # Errors
+/// None on the CPU short of a lack of memory.
+pub fn path_speeds(table_log2: u32, rounds: usize, threads: usize) -> Result<Vec<PathSpeed>> {
+    let volume = Volume {
+        min: Vec3::ZERO,
+        side: 6.0,
+    };
+    let capacity = Capacity {
+        levels: 8,
+        coarsest: 16,
+        finest: 512,
+        table_log2,
+        hidden: 64,
+        steps: 1,
+        cell: 6.0 / 512.0,
+    };
+    let mut field = RadianceField::new(volume, &capacity, 1)?;
+    let samples = Arc::new(random_samples(&volume));
+    let gaps = vec![0.0; samples.len()];
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.max(1)).build();
+    let pool = pool.map_err(candle_core::Error::wrap)?;
+    let mut ways: Vec<Option<Dispatch>> = Dispatch::available().map(Some).collect();
+    ways.push(None);
+    let mut times: Vec<Vec<Duration>> = vec![Vec::new(); ways.len()];
+    // One round more than counted: the first warms up.
+    for round in 0..=rounds {
+        for (way, times) in ways.iter().zip(&mut times) {
+            let start = Instant::now();
+            pool.install(|| -> Result<()> {
+                let out = match way {
+                    Some(dispatch) => {
+                        field.set_dispatch(*dispatch);
+                        field.render(Arc::clone(&samples), gaps.clone())?
+                    }
+                    None => field.render_plain(&samples, &gaps)?,
+                };
+                out.sqr()?.mean_all()?.backward()?;
+                Ok(())
+            })?;
+            if round > 0 {
+                times.push(start.elapsed());
+            }
+        }
+    }
+    Ok(ways
+        .into_iter()
+        .zip(times)
+        .map(|(way, mut times)| {
+            times.sort_unstable();
+            let median = times.get(times.len() / 2).map_or(f64::INFINITY, Duration::as_secs_f64);
+            PathSpeed {
+                name: way.map_or_else(|| "candle".to_owned(), |dispatch| format!("fused-{dispatch}")),
+                table_log2,
+                samples_per_s: samples.len() as f64 / median,
+            }
+        })
+        .collect())
+}
+
+/// Rays of sixteen samples each from the middle of the volume to all sides.
+fn random_samples(volume: &Volume) -> Samples {
+    let mut rng = SmallRng::seed_from_u64(1);
+    let rays: Vec<Ray> = (0..SAMPLES / 16)
+        .map(|_| {
+            let mut random = || rng.random_range(-1.0_f32..1.0);
+            Ray {
+                origin: volume.to_world(Vec3::splat(0.5)) + 0.3 * Vec3::new(random(), random(), random()),
+                direction: Vec3::new(random(), random(), random()).normalize_or(Vec3::X),
+                length: Some(2.0 + random()),
+            }
+        })
+        .collect();
+    let sampling = Sampling {
+        step: 0.02,
+        free: 6,
+        near_surface: 10,
+        jitter: Some(1),
+    };
+    Samples::along(&rays, volume, &OccupancyGrid::unknown(0.02), sampling)
+}
