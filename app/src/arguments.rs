@@ -19,7 +19,7 @@ pub struct Arguments {
 /// The window.
 #[derive(Debug, Args)]
 pub struct WindowArguments {
-    /// Folder of a capture, a project file (NAME.inplace), or "demo".
+    /// Folder of a capture or a project file (NAME.inplace) [default: the demo scene].
     #[arg(value_name = "SCENE | PROJECT.inplace")]
     pub open: Option<PathBuf>,
     /// Show how long the window's frames and the maps after a click take, and print it at the end.
@@ -49,11 +49,11 @@ pub struct TrainingArguments {
 /// What can be done without the window.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Write the demo scene as a folder, with its ground truth.
+    /// Write the demo scene as a folder, with its ground truth; without --out, open the window with it.
     Demo {
         /// The folder to make.
         #[arg(long, value_name = "DIR")]
-        out: PathBuf,
+        out: Option<PathBuf>,
     },
     /// Tell what was found in a capture: format, frames, intrinsics, depth, labels, bounds, problems.
     Info {

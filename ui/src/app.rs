@@ -71,6 +71,7 @@ impl App {
                 keeper: None,
                 settings: Settings::default(),
                 open: options.read,
+                read: options.read,
                 preset: options.preset,
                 out: options.out,
                 dialog: None,
@@ -159,6 +160,7 @@ impl App {
         }
         let ctx = self.ctx.clone();
         let session = (self.sessions)(options, Box::new(move || ctx.request_repaint()));
+        self.state.read = prepared.open;
         opening.session = Some(Running::new(session));
         opening.prepared = Some(prepared);
     }

@@ -322,7 +322,7 @@ impl App {
             Arc::clone(workspace.scene()),
             workspace.document().history().clone(),
         );
-        let (open, ctx, serial) = (self.state.open, self.ctx.clone(), workspace.serial());
+        let (open, ctx, serial) = (self.state.read, self.ctx.clone(), workspace.serial());
         self.jobs.spawn("save", move |tell| {
             let wake = move || ctx.request_repaint();
             tell(
@@ -345,6 +345,7 @@ impl App {
         let export = Export {
             scene: Arc::clone(workspace.scene()),
             labels: workspace.document().labels().clone(),
+            generation: workspace.document().generation(),
             maps,
         };
         self.state.export = Some(Progress::Writing(0, workspace.scene().frames.len()));

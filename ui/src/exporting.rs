@@ -2,12 +2,13 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 use egui::{Align2, Area, Id, Order, vec2};
 use inplace_core::export::{write_maps, write_strokes};
 use inplace_core::labels::LabelSet;
 use inplace_core::scene::Scene;
-use inplace_core::session::MapSlots;
+use inplace_core::session::{FrameMap, MapSlots};
 
 use crate::action::{Action, Actions};
 use crate::state::AppState;
@@ -19,9 +20,14 @@ pub struct Export {
     pub scene: Arc<Scene>,
     /// Classes and strokes.
     pub labels: LabelSet,
+    /// Generation of the labels: older maps are waited out.
+    pub generation: u64,
     /// The newest maps.
     pub maps: Arc<MapSlots>,
 }
+
+/// How long an export waits for maps that follow the last stroke.
+const PATIENCE: Duration = Duration::from_secs(30);
 
 /// How an export goes.
 #[derive(Clone, Debug, PartialEq)]
@@ -39,9 +45,14 @@ impl Export {
     /// the end.
     pub fn run(&self, folder: &Path, tell: &(dyn Fn(Progress) + Sync)) {
         let folder = std::path::absolute(folder).unwrap_or_else(|_| folder.to_path_buf());
-        let maps: Vec<_> = (0..self.scene.frames.len())
-            .filter_map(|frame| self.maps.get(frame))
-            .collect();
+        let Some(maps) = self.newest_maps() else {
+            tell(Progress::Failed(format!(
+                "{}: nothing was exported, because the maps do not follow the last stroke yet; try again in a \
+                 moment.",
+                folder.display()
+            )));
+            return;
+        };
         let progress = |done, total| tell(Progress::Writing(done, total));
         let stems: Vec<String> = self.scene.frames.iter().map(|frame| frame.stem.clone()).collect();
         let written = write_maps(&folder, &self.scene, &self.labels.classes, &maps, &progress)
@@ -50,6 +61,26 @@ impl Export {
             Ok(()) => Progress::Finished(folder, maps.len()),
             Err(error) => Progress::Failed(format!("{error}.")),
         });
+    }
+}
+
+impl Export {
+    /// A map of every frame that was made from these labels; waits for them a while.
+    fn newest_maps(&self) -> Option<Vec<Arc<FrameMap>>> {
+        let end = Instant::now() + PATIENCE;
+        loop {
+            let maps: Option<Vec<_>> = (0..self.scene.frames.len())
+                .map(|frame| {
+                    self.maps
+                        .get(frame)
+                        .filter(|map| map.generation >= self.generation)
+                })
+                .collect();
+            if maps.is_some() || Instant::now() >= end {
+                return maps;
+            }
+            std::thread::sleep(Duration::from_millis(50));
+        }
     }
 }
 

@@ -69,14 +69,14 @@ pub fn prepare(
     autosave: &dyn Fn(&SceneSource) -> PathBuf,
 ) -> Result<Prepared, String> {
     match target {
-        Target::Project(path) => prepare_project(path),
-        Target::Path(path) if path.is_file() => prepare_project(path),
+        Target::Project(path) => prepare_project(path, open),
+        Target::Path(path) if path.is_file() => prepare_project(path, open),
         Target::Path(path) => Ok(prepare_scene(SceneSource::from_argument(&path), open, autosave)),
         Target::Scene(source) => Ok(prepare_scene(source, open, autosave)),
     }
 }
 
-fn prepare_project(path: PathBuf) -> Result<Prepared, String> {
+fn prepare_project(path: PathBuf, open: OpenOptions) -> Result<Prepared, String> {
     let (project, contents) = Project::open(&path).map_err(|error| error.to_string())?;
     if !contents.scene.is_there() {
         return Err(format!(
@@ -88,7 +88,7 @@ fn prepare_project(path: PathBuf) -> Result<Prepared, String> {
     Ok(Prepared {
         source: contents.scene.source.clone(),
         open: OpenOptions {
-            depth: contents.scene.depth,
+            depth: contents.scene.depth && open.depth,
         },
         file: path,
         named: true,

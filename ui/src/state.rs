@@ -124,6 +124,8 @@ pub struct AppState {
     pub settings: Settings,
     /// What is read of captures.
     pub open: OpenOptions,
+    /// What was read of the open one.
+    pub read: OpenOptions,
     /// How much the field may model.
     pub preset: Preset,
     /// Folder that exports go to unless the person chooses another.

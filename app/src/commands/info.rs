@@ -50,9 +50,8 @@ fn facts(scene: &Scene) -> Value {
         "frames_with_depth": coverage.len(),
         "depth_coverage": (!coverage.is_empty()).then(|| coverage.iter().sum::<f32>() / coverage.len() as f32),
         "frames_with_labels": labelled,
-        "bounds_min_m": bounds.min.to_array(),
-        "bounds_max_m": bounds.max.to_array(),
-        "origin_m": scene.origin.to_array(),
+        "bounds_min_m": (bounds.min.as_dvec3() + scene.origin).to_array(),
+        "bounds_max_m": (bounds.max.as_dvec3() + scene.origin).to_array(),
         "capacity": capacity.to_string(),
         "warnings": scene.warnings,
     })

@@ -33,7 +33,6 @@ struct Job {
 pub fn run(arguments: &LabelArguments) -> Result<(), Failure> {
     let start = Instant::now();
     let job = job(arguments)?;
-    export::prepare(&arguments.out)?;
     let mut run = Run {
         session: Session::start(job.options.clone(), || {}),
         progress: Progress::new(),
@@ -56,6 +55,7 @@ pub fn run(arguments: &LabelArguments) -> Result<(), Failure> {
         )
         .into());
     }
+    export::prepare(&arguments.out)?;
     run.session.send(Command::Labels {
         labels: labels.clone(),
         generation: GENERATION,

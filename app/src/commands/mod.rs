@@ -21,7 +21,8 @@ pub type Failure = Box<dyn Error + Send + Sync>;
 /// Does what the command line asks for.
 pub fn run(arguments: Arguments) -> Result<(), Failure> {
     match arguments.command {
-        Some(Command::Demo { out }) => demo::run(&out),
+        Some(Command::Demo { out: Some(out) }) => demo::run(&out),
+        Some(Command::Demo { out: None }) => window::run(arguments.window),
         Some(Command::Info { scene, json }) => info::run(&scene, json),
         Some(Command::Label(label)) => label::run(&label),
         Some(Command::Bench { what }) => bench::run(what),

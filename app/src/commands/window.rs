@@ -15,7 +15,6 @@ const DEMO_OUT: &str = "inplace-demo";
 pub fn run(arguments: WindowArguments) -> Result<(), Failure> {
     let open = match &arguments.open {
         None => Target::Scene(SceneSource::Demo),
-        Some(path) if path.as_os_str() == "demo" => Target::Scene(SceneSource::Demo),
         Some(path) => Target::Path(path.clone()),
     };
     let defaults = UiOptions::default();

@@ -47,7 +47,9 @@ pub fn path_speeds(table_log2: u32, rounds: usize, threads: usize) -> Result<Vec
     let mut field = RadianceField::new(volume, &capacity, 1)?;
     let samples = Arc::new(random_samples(&volume));
     let gaps = vec![0.0; samples.len()];
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.max(1)).build();
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads.max(1))
+        .build();
     let pool = pool.map_err(candle_core::Error::wrap)?;
     let mut ways: Vec<Option<Dispatch>> = Dispatch::available().map(Some).collect();
     ways.push(None);
@@ -77,7 +79,9 @@ pub fn path_speeds(table_log2: u32, rounds: usize, threads: usize) -> Result<Vec
         .zip(times)
         .map(|(way, mut times)| {
             times.sort_unstable();
-            let median = times.get(times.len() / 2).map_or(f64::INFINITY, Duration::as_secs_f64);
+            let median = times
+                .get(times.len() / 2)
+                .map_or(f64::INFINITY, Duration::as_secs_f64);
             PathSpeed {
                 name: way.map_or_else(|| "candle".to_owned(), |dispatch| format!("fused-{dispatch}")),
                 table_log2,

@@ -19,7 +19,7 @@ const NETWORK_RATE: f32 = 0.005;
 const FINAL_RATE: f32 = 0.1;
 /// Weight of the mean distance (in sides of the volume) between samples and the measured surface.
 const DEPTH_WEIGHT: f64 = 1.0;
-/// Weight of the distortion (in sides of the volume) where depth is not measured, after its ramp.
+/// Weight of the distortion (in sides of the volume) in batches with rays of unknown depth, after its ramp.
 const DISTORTION_WEIGHT: f64 = 0.01;
 /// Steps between looks at the occupancy grid, and cells looked at.
 const OCCUPANCY_EVERY: u64 = 16;
@@ -32,7 +32,7 @@ const PATIENCE: u32 = 3;
 const SNAPSHOT_EVERY: u64 = 200;
 /// Pixels that the held-out error is measured on.
 const HELD_OUT_PIXELS: usize = 1024;
-/// Gradients are scaled down nearer to the camera than this, in metres, where depth is not measured.
+/// Gradients are scaled down nearer to the camera than this, in metres, in batches without any depth.
 const GRADIENT_RAMP: f32 = 1.0;
 
 /// The error on frames that the field never trained on.

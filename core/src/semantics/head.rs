@@ -3,7 +3,8 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use candle_core::{D, Device, Result, Tensor, Var};
+use candle_core::{Device, Result, Tensor, Var};
+use candle_nn::ops::log_softmax;
 use glam::Vec3;
 use rand::{Rng, SeedableRng, rngs::SmallRng};
 
@@ -100,7 +101,7 @@ impl SemanticHead {
         &self.classes
     }
 
-    /// Steps since the head was made.
+    /// Steps since the head was made, those of earlier sessions included.
     pub fn steps(&self) -> u64 {
         self.steps
     }
@@ -136,7 +137,7 @@ impl SemanticHead {
         if !soft.positions.is_empty() {
             let n = soft.positions.len();
             let features = features_at(field, &soft.positions)?;
-            let log_p = log_softmax(&self.logits(&features)?)?;
+            let log_p = log_softmax(&self.logits(&features)?, 1)?;
             let target = Tensor::from_slice(&soft.probabilities, (n, count), &Device::Cpu)?;
             let weight = Tensor::from_slice(&soft.weights, (n, 1), &Device::Cpu)?;
             let total: f32 = soft.weights.iter().sum();
@@ -153,7 +154,7 @@ impl SemanticHead {
                     target[row * count + class as usize] = 1.0;
                 }
                 let target = Tensor::from_vec(target, (rows, count), &Device::Cpu)?;
-                let cross = log_softmax(&logits)?.mul(&target)?.sum_all()?;
+                let cross = log_softmax(&logits, 1)?.mul(&target)?.sum_all()?;
                 losses.push(cross.affine(-1.0 / rows as f64, 0.0)?);
             }
         }
@@ -182,7 +183,7 @@ impl SemanticHead {
         let mut probabilities = Vec::with_capacity(positions.len() * self.classes.len());
         for positions in positions.chunks(16 * CHUNK) {
             let features = features_at(field, positions)?;
-            let p = log_softmax(&self.logits(&features)?)?.exp()?;
+            let p = log_softmax(&self.logits(&features)?, 1)?.exp()?;
             probabilities.extend(p.flatten_all()?.to_vec1::<f32>()?);
         }
         Ok(probabilities)
@@ -209,7 +210,7 @@ impl SemanticHead {
                 continue;
             }
             let logits = self.composited(field, samples)?;
-            probabilities.extend(log_softmax(&logits)?.exp()?.flatten_all()?.to_vec1::<f32>()?);
+            probabilities.extend(log_softmax(&logits, 1)?.exp()?.flatten_all()?.to_vec1::<f32>()?);
         }
         Ok(probabilities)
     }
@@ -239,6 +240,10 @@ impl SemanticHead {
             ("head.output".to_owned(), self.output.copy()?),
             ("head.bias".to_owned(), self.bias.copy()?),
             ("head.classes".to_owned(), Tensor::new(ids, &Device::Cpu)?),
+            (
+                "head.steps".to_owned(),
+                Tensor::new(&[self.steps as u32], &Device::Cpu)?,
+            ),
         ]))
     }
 
@@ -247,6 +252,7 @@ impl SemanticHead {
         let [hidden, output, bias, ids] =
             ["head.hidden", "head.output", "head.bias", "head.classes"].map(|name| tensors.get(name));
         let ids: Vec<u32> = ids?.to_vec1().ok()?;
+        let steps: Vec<u32> = tensors.get("head.steps")?.to_vec1().ok()?;
         let (hidden, output, bias) = (hidden?, output?, bias?);
         let count = ids.len();
         let fits =
@@ -263,17 +269,9 @@ impl SemanticHead {
             output,
             bias,
             optimisers,
-            steps: 0,
+            steps: u64::from(*steps.first()?),
         })
     }
-}
-
-/// Logarithm of the softmax over the last dimension.
-fn log_softmax(logits: &Tensor) -> Result<Tensor> {
-    let top = logits.max_keepdim(D::Minus1)?.detach();
-    let shifted = logits.broadcast_sub(&top)?;
-    let log_sum = shifted.exp()?.sum_keepdim(D::Minus1)?.log()?;
-    shifted.broadcast_sub(&log_sum)
 }
 
 /// The field's features at world positions, `[N, feature_width]`.
@@ -318,16 +316,5 @@ mod tests {
             head.hidden.to_vec2::<f32>().unwrap()
         );
         assert!(SemanticHead::restored(&state, 9).is_none());
-    }
-
-    #[test]
-    fn log_softmax_of_equal_logits_is_uniform() {
-        let p =
-            log_softmax(&Tensor::new(&[[100.0_f32, 100.0, 100.0, 100.0]], &Device::Cpu).unwrap()).unwrap();
-        assert!(
-            p.to_vec2::<f32>().unwrap()[0]
-                .iter()
-                .all(|v| (v + 4.0_f32.ln()).abs() < 1e-5)
-        );
     }
 }

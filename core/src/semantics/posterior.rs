@@ -112,6 +112,7 @@ fn summarise(classes: &[ClassId], weights: &[f32], nearest: [f32; 2]) -> (ClassI
     if nearest[0].is_infinite() {
         best = [(0.0, VOID); 2];
     }
+    // A cast saturates: 6.5 nats are the entropy of 700 classes.
     let entropy = (entropy * ENTROPY_STEPS_PER_NAT).round() as u16;
     (best[0].1, entropy, best[1].1, nearest)
 }

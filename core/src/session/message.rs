@@ -80,7 +80,7 @@ pub enum Event {
     Suggestions {
         /// Generation of the labels that they were made from.
         generation: u64,
-        /// At most a dozen.
+        /// At most eight.
         suggestions: Vec<Suggestion>,
     },
     /// How training goes; several times a second while it runs.

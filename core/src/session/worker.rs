@@ -26,8 +26,10 @@ const NAP: Duration = Duration::from_millis(20);
 const EVALUATE_EVERY: u64 = 100;
 /// Field steps per step of the head.
 const HEAD_EVERY: u64 = 2;
-/// Head steps between looks at what it says of the surface.
+/// Head steps between looks at what it says of the surface, and steps after which the head has followed
+/// the labels.
 const HEAD_LOOK_EVERY: u64 = 100;
+const HEAD_FOLLOWS: u64 = 300;
 /// Places of the surface and labelled rays in a step of the head.
 const SOFT_TARGETS: usize = 1024;
 const LABELLED_RAYS: usize = 128;
@@ -180,6 +182,8 @@ struct Worker<'a> {
     paused: bool,
     /// Train no more: finish what is under way.
     settling: bool,
+    /// Steps that the head still needs to follow the labels.
+    head_steps_due: u64,
     /// Frames whose maps are out of date, in the order in which they are made.
     stale: VecDeque<usize>,
     suggestions_due: bool,
@@ -237,6 +241,7 @@ impl<'a> Worker<'a> {
             view: 0,
             paused: false,
             settling: false,
+            head_steps_due: 0,
             stale: VecDeque::new(),
             suggestions_due: false,
             held_out: None,
@@ -300,6 +305,7 @@ impl<'a> Worker<'a> {
                 self.labels = labels;
                 self.generation = generation;
                 self.told_settled = false;
+                self.head_steps_due = if self.head_is_wanted() { HEAD_FOLLOWS } else { 0 };
                 if let Some(spread) = &mut self.spread {
                     timed(&mut self.seconds.semantics, || {
                         spread.set_labels(&self.scene, &self.labels)
@@ -392,43 +398,51 @@ impl<'a> Worker<'a> {
             timed(&mut self.seconds.geometry, || self.survey.advance(&self.trainer))?;
             return Ok(true);
         }
-        // After the last step the head still follows the labels.
         if self.paused || self.settling {
             return Ok(false);
         }
-        if self.trainer.settled() && self.survey.is_done() && self.head_is_settled() {
-            return Ok(false);
+        let field = !self.trainer.settled();
+        if field {
+            timed(&mut self.seconds.geometry, || self.trainer.step())?;
+            self.survey.start_if_due(self.trainer.steps());
+            if self.trainer.steps() % EVALUATE_EVERY == 0 {
+                self.held_out = self.trainer.evaluate()?;
+            }
         }
-        timed(&mut self.seconds.geometry, || self.trainer.step())?;
-        self.survey.start_if_due(self.trainer.steps());
-        if self.trainer.steps() % HEAD_EVERY == 0 {
+        if self.spread.is_none() && !field && self.survey.is_done() {
+            return Err(WorkerError::Other(format!(
+                "{}: no surface was found; check that the frames overlap and that the poses belong to them",
+                self.options.source
+            )));
+        }
+        // After the field's last step the head still follows the labels.
+        let due = if field {
+            self.trainer.steps() % HEAD_EVERY == 0
+        } else {
+            self.head_steps_due > 0
+        };
+        let head = due && self.spread.is_some() && self.head_is_wanted();
+        if head {
             let start = Instant::now();
             self.train_head()?;
             self.seconds.semantics += start.elapsed().as_secs_f64();
         }
-        if self.trainer.steps() % EVALUATE_EVERY == 0 {
-            self.held_out = self.trainer.evaluate()?;
-        }
-        Ok(true)
+        Ok(field || head)
     }
 
-    fn head_is_settled(&self) -> bool {
-        self.labels.strokes.is_empty()
-            || self
-                .head
-                .as_ref()
-                .is_some_and(|head| head.steps() >= HEAD_LOOK_EVERY)
+    /// Whether there is anything to tell apart.
+    fn head_is_wanted(&self) -> bool {
+        self.labels.classes.len() >= 2 && !self.labels.strokes.is_empty()
     }
 
     /// A step of the head; every now and then, what it says goes into the maps.
     fn train_head(&mut self) -> Result<(), WorkerError> {
         let Some(spread) = &self.spread else { return Ok(()) };
         let classes = spread.classes();
-        if classes.len() < 2 || self.labels.strokes.is_empty() {
-            return Ok(());
-        }
         let field = self.trainer.field();
-        let seed = self.options.seed ^ self.trainer.steps();
+        let done = self.head.as_ref().map_or(0, SemanticHead::steps);
+        let seed = self.options.seed ^ (self.trainer.steps() << 20) ^ done;
+        self.head_steps_due = self.head_steps_due.saturating_sub(1);
         if self.head.as_ref().is_none_or(|head| head.classes() != classes) {
             let earlier = self.head.as_ref();
             self.head = Some(SemanticHead::new(classes, field.feature_width(), earlier, seed)?);
@@ -469,7 +483,7 @@ impl<'a> Worker<'a> {
     }
 
     fn is_settled(&self) -> bool {
-        let trained = self.settling || (self.trainer.settled() && self.head_is_settled());
+        let trained = self.settling || (self.trainer.settled() && self.head_steps_due == 0);
         trained && self.survey.is_done() && self.stale.is_empty() && self.spread.is_some()
     }
 
