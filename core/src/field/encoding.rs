@@ -2,8 +2,13 @@
 
 use std::sync::Arc;
 
+use super::kernels::{Group, LANES};
+
 /// Features of one table entry.
 pub const FEATURES_PER_LEVEL: usize = 2;
+
+/// Factors of the coordinates in the spatial hash (Teschner et al. 2003).
+const HASH: [u32; 3] = [1, 2_654_435_761, 805_459_861];
 
 /// The shape of a multi-resolution grid over the unit cube: where each level's corners lie in the table.
 ///
@@ -95,6 +100,48 @@ impl GridLevel {
         (rows, weights)
     }
 
+    /// What [`GridLevel::corners`] gives, for sixteen positions at once (`[3]`: x, y, z) and with rows
+    /// counted from the level's first.
+    #[inline(always)]
+    pub(super) fn corners_of_group(&self, position: &[Group]) -> ([[u32; LANES]; 8], [Group; 8]) {
+        let scale = self.resolution as f32;
+        let top = self.resolution as i32 - 1;
+        let strides = if self.dense {
+            let side = self.resolution + 1;
+            [1, side, side * side]
+        } else {
+            HASH
+        };
+        // Cell and next cell times the axis's stride, weight of the cell and of the next.
+        let mut terms = [[[0_u32; LANES]; 2]; 3];
+        let mut shares = [[Group::ZERO; 2]; 3];
+        for axis in 0..3 {
+            for lane in 0..LANES {
+                // Not-a-number becomes zero.
+                let scaled = position[axis].0[lane].max(0.0).min(1.0) * scale;
+                let cell = (scaled as i32).min(top);
+                let fraction = scaled - cell as f32;
+                shares[axis][0].0[lane] = 1.0 - fraction;
+                shares[axis][1].0[lane] = fraction;
+                let term = (cell as u32).wrapping_mul(strides[axis]);
+                terms[axis][0][lane] = term;
+                terms[axis][1][lane] = term.wrapping_add(strides[axis]);
+            }
+        }
+        let mask = self.rows as u32 - 1;
+        let mut rows = [[0; LANES]; 8];
+        let mut weights = [Group::ZERO; 8];
+        for corner in 0..8 {
+            let [x, y, z] = [corner & 1, (corner >> 1) & 1, corner >> 2];
+            for lane in 0..LANES {
+                let [a, b, c] = [terms[0][x][lane], terms[1][y][lane], terms[2][z][lane]];
+                rows[corner][lane] = if self.dense { a + b + c } else { (a ^ b ^ c) & mask };
+                weights[corner].0[lane] = shares[0][x].0[lane] * shares[1][y].0[lane] * shares[2][z].0[lane];
+            }
+        }
+        (rows, weights)
+    }
+
     #[inline(always)]
     fn row(&self, x: u32, y: u32, z: u32) -> u32 {
         let local = if self.dense {
@@ -102,7 +149,7 @@ impl GridLevel {
             (z * side + y) * side + x
         } else {
             // `rows` is a power of two for hashed levels.
-            let hash = x ^ y.wrapping_mul(2_654_435_761) ^ z.wrapping_mul(805_459_861);
+            let hash = x.wrapping_mul(HASH[0]) ^ y.wrapping_mul(HASH[1]) ^ z.wrapping_mul(HASH[2]);
             hash & (self.rows as u32 - 1)
         };
         self.first_row as u32 + local
@@ -127,6 +174,27 @@ mod tests {
                 assert!((weights.iter().sum::<f32>() - 1.0).abs() < 1e-5);
                 let range = level.first_row..level.first_row + level.rows;
                 assert!(rows.iter().all(|&row| range.contains(&(row as usize))));
+            }
+        }
+    }
+
+    #[test]
+    fn sixteen_positions_at_once_have_the_same_corners_as_one() {
+        let shape = GridShape::new(6, 4, 200, 12);
+        let mut group = [Group::ZERO; 3];
+        for lane in 0..LANES {
+            for (axis, values) in group.iter_mut().enumerate() {
+                values.0[lane] = 0.083 * lane as f32 + 0.1 * axis as f32 - 0.15;
+            }
+        }
+        for level in shape.levels() {
+            let (rows, weights) = level.corners_of_group(&group);
+            for lane in 0..LANES {
+                let (one_rows, one_weights) = level.corners([0, 1, 2].map(|axis| group[axis].0[lane]));
+                for corner in 0..8 {
+                    assert_eq!(rows[corner][lane] + level.first_row as u32, one_rows[corner]);
+                    assert!((weights[corner].0[lane] - one_weights[corner]).abs() < 1e-6);
+                }
             }
         }
     }

@@ -8,8 +8,8 @@ use glam::Vec3;
 use rand::{Rng, SeedableRng, rngs::SmallRng};
 
 use super::kernels::{
-    self, Composite, DIRECTION_FEATURES, Dispatch, Evaluated, GEOMETRY_FEATURES, INITIAL_LOG_DENSITY,
-    LOG_DENSITY_RANGE, NetworkShape, Wanted, encode,
+    self, Buffers, Composite, DIRECTION_FEATURES, Dispatch, Evaluated, GEOMETRY_FEATURES,
+    INITIAL_LOG_DENSITY, LOG_DENSITY_RANGE, NetworkShape, Parameters, Wanted, encode,
 };
 use super::{Capacity, GridShape, Samples, Volume};
 
@@ -23,6 +23,7 @@ pub struct RadianceField {
     dispatch: Dispatch,
     table: Var,
     weights: Var,
+    buffers: Buffers,
 }
 
 impl RadianceField {
@@ -50,6 +51,7 @@ impl RadianceField {
         let weights = Tensor::from_vec(weights, shape.weights(), &Device::Cpu)?;
         Ok(Self {
             volume,
+            buffers: Buffers::new(&grid)?,
             grid,
             shape,
             dispatch: Dispatch::detect(),
@@ -78,6 +80,11 @@ impl RadianceField {
         &self.weights
     }
 
+    /// Gradient of the table `[rows, 2]` from the latest backward pass through [`RadianceField::render`].
+    pub fn table_gradient(&self) -> &Tensor {
+        &self.buffers.table_gradient
+    }
+
     /// Trainable parameters.
     pub fn parameters(&self) -> usize {
         self.table.elem_count() + self.weights.elem_count()
@@ -89,21 +96,13 @@ impl RadianceField {
     }
 
     /// Renders samples to `[rays, 7]`: red, green, blue, mean distance to the measured surface (given
-    /// for each sample by `gaps`), ray length, opacity, distortion; differentiable in the parameters.
+    /// for each sample by `gaps`), ray length, opacity, distortion; differentiable in
+    /// the weights, and in the table through [`RadianceField::table_gradient`].
     ///
     /// # Errors
     /// `gaps` of another length than the samples.
     pub fn render(&self, samples: Arc<Samples>, gaps: Vec<f32>) -> Result<Tensor> {
-        let (table, weights) = (&self.table, &self.weights);
-        kernels::render(
-            &self.grid,
-            self.shape,
-            samples,
-            gaps,
-            self.dispatch,
-            table,
-            weights,
-        )
+        kernels::render(self.all(), &self.buffers, samples, gaps)
     }
 
     /// The same as [`RadianceField::render`] with plain candle ops between the encoding and the
@@ -147,16 +146,17 @@ impl RadianceField {
     /// # Errors
     /// None on the CPU.
     pub fn evaluate(&self, samples: &Samples, wanted: Wanted) -> Result<Evaluated> {
-        let (table, weights) = (&self.table, &self.weights);
-        kernels::evaluate(
-            &self.grid,
-            self.shape,
-            samples,
-            wanted,
-            self.dispatch,
-            table,
-            weights,
-        )
+        kernels::evaluate(self.all(), samples, wanted)
+    }
+
+    fn all(&self) -> Parameters<'_> {
+        Parameters {
+            grid: &self.grid,
+            shape: self.shape,
+            table: &self.table,
+            weights: &self.weights,
+            dispatch: self.dispatch,
+        }
     }
 
     /// All parameters by name.

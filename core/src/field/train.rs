@@ -307,14 +307,14 @@ impl Trainer {
         let gradients = loss.backward()?;
         let progress = (self.steps as f32 / self.capacity.steps as f32).min(1.0);
         let rate = self.rate_scale * FINAL_RATE.powf(progress);
-        let of = |optimiser: &Adam| gradients.get(optimiser.parameter());
-        if let (Some(table), Some(weights)) = (of(&self.table_optimiser), of(&self.weights_optimiser)) {
+        if let Some(weights) = gradients.get(self.field.weights()) {
             // The weights' gradient is small, and is not finite whenever a sample's is not.
             if !weights.sqr()?.sum_all()?.to_scalar::<f32>()?.is_finite() {
                 return Ok(false);
             }
             self.weights_optimiser.step(weights, rate * NETWORK_RATE)?;
-            self.table_optimiser.step(table, rate * TABLE_RATE)?;
+            self.table_optimiser
+                .step(self.field.table_gradient(), rate * TABLE_RATE)?;
         }
         Ok(true)
     }

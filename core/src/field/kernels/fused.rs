@@ -6,10 +6,11 @@
 use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use candle_core::{CpuStorage, CustomOp2, Device, Layout, Result, Shape, Tensor, bail};
+use candle_core::{CpuStorage, CustomOp2, DType, Device, InplaceOp1, Layout, Result, Shape, Tensor, bail};
 use rayon::prelude::*;
 
 use super::composite::{EXTRA, composite_ray, gradient_of_ray};
+use super::grid::{interpolate, scatter};
 use super::lanes::{Dispatch, Group, LANES};
 use super::network::{Activations, Gradients, NetworkShape, backward, forward};
 use super::values;
@@ -23,36 +24,90 @@ const STRIPES: usize = 16;
 /// Channels of the composited values: red, green, blue, gap.
 pub const VALUE_CHANNELS: usize = 4;
 
+/// Buffers that go from step to step, so that a steady state allocates nothing large.
+#[derive(Clone, Debug)]
+pub struct Buffers {
+    free: Arc<Mutex<Vec<StepBuffers>>>,
+    /// Gradient of the hash table from the latest backward pass of [`render`], `[rows, 2]`. It does not
+    /// go through candle's gradient store, which would allocate and add it twice.
+    pub table_gradient: Tensor,
+}
+
+impl Buffers {
+    /// Buffers for a grid.
+    ///
+    /// # Errors
+    /// None on the CPU short of a lack of memory.
+    pub fn new(grid: &GridShape) -> Result<Self> {
+        let table_gradient = Tensor::zeros((grid.rows(), FEATURES_PER_LEVEL), DType::F32, &Device::Cpu)?;
+        Ok(Self {
+            free: Arc::default(),
+            table_gradient,
+        })
+    }
+
+    fn take(&self) -> StepBuffers {
+        let mut free = self.free.lock().unwrap_or_else(PoisonError::into_inner);
+        free.pop().unwrap_or_default()
+    }
+
+    fn give_back(&self, buffers: StepBuffers) {
+        self.free
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .push(buffers);
+    }
+}
+
+/// What one forward pass keeps for its backward pass.
+#[derive(Debug, Default)]
+struct StepBuffers {
+    /// Unit positions, `[groups, 3]`.
+    positions: Vec<Group>,
+    /// Encodings, later their derivatives, `[groups, features]`.
+    encodings: Vec<Group>,
+}
+
+/// A field's parameters and how to compute with them.
+#[derive(Clone, Copy, Debug)]
+pub struct Parameters<'a> {
+    /// The shape of the hash grid.
+    pub grid: &'a GridShape,
+    /// The shape of the networks.
+    pub shape: NetworkShape,
+    /// The hash table, `[rows, 2]`.
+    pub table: &'a Tensor,
+    /// The networks' weights, one after another (see [`NetworkShape::split`]).
+    pub weights: &'a Tensor,
+    /// The vector unit.
+    pub dispatch: Dispatch,
+}
+
 /// Renders packed samples to `[rays, 7]`: red, green, blue, mean distance to the measured surface (from
 /// `gaps`), then ray length, opacity and distortion as [`Composite`](super::Composite) has them.
 ///
-/// Differentiable in the hash table `[rows, 2]` and in the weights (one tensor, see
-/// [`NetworkShape::split`]).
+/// Differentiable in the weights, and in the table through [`Buffers::table_gradient`].
 ///
 /// # Errors
 /// Arguments of other shapes, or not contiguous `f32` on the CPU.
 pub fn render(
-    grid: &GridShape,
-    shape: NetworkShape,
+    parameters: Parameters,
+    buffers: &Buffers,
     samples: Arc<Samples>,
     gaps: Vec<f32>,
-    dispatch: Dispatch,
-    table: &Tensor,
-    weights: &Tensor,
 ) -> Result<Tensor> {
     let plan = Plan::new(&samples);
-    table.apply_op2(
-        weights,
-        Fused {
-            grid: grid.clone(),
-            shape,
-            samples,
-            gaps,
-            dispatch,
-            plan,
-            encodings: Mutex::new(Vec::new()),
-        },
-    )
+    let op = Fused {
+        grid: parameters.grid.clone(),
+        shape: parameters.shape,
+        samples,
+        gaps,
+        dispatch: parameters.dispatch,
+        plan,
+        step: Mutex::new(buffers.take()),
+        buffers: buffers.clone(),
+    };
+    parameters.table.apply_op2(parameters.weights, op)
 }
 
 /// What a forward pass without gradients gives for each sample.
@@ -79,15 +134,14 @@ pub struct Wanted {
 ///
 /// # Errors
 /// Arguments of other shapes, or not contiguous `f32` on the CPU.
-pub fn evaluate(
-    grid: &GridShape,
-    shape: NetworkShape,
-    samples: &Samples,
-    wanted: Wanted,
-    dispatch: Dispatch,
-    table: &Tensor,
-    weights: &Tensor,
-) -> Result<Evaluated> {
+pub fn evaluate(parameters: Parameters, samples: &Samples, wanted: Wanted) -> Result<Evaluated> {
+    let Parameters {
+        grid,
+        shape,
+        table,
+        weights,
+        dispatch,
+    } = parameters;
     let (table_storage, table_layout) = table.storage_and_layout();
     let (weights_storage, weights_layout) = weights.storage_and_layout();
     let (candle_core::Storage::Cpu(table), candle_core::Storage::Cpu(weights)) =
@@ -105,7 +159,9 @@ pub fn evaluate(
         .map_init(Workspace::default, |work, chunk| {
             let mut encoding = std::mem::take(&mut work.encoding);
             encoding.resize(chunk.groups() * shape.features, Group::ZERO);
-            encode_chunk(grid, samples, chunk, table, &mut encoding);
+            work.positions.resize(chunk.groups() * 3, Group::ZERO);
+            gather_positions(samples, chunk, &mut work.positions);
+            encode_groups(grid, table, &work.positions, &mut encoding, dispatch);
             work.activate(&shape, samples, chunk, weights, &encoding, wanted.color, dispatch);
             let count = chunk.samples.len();
             let mut part = Evaluated {
@@ -147,7 +203,6 @@ pub fn evaluate(
 struct Chunk {
     rays: Range<usize>,
     samples: Range<usize>,
-    first_group: usize,
 }
 
 impl Chunk {
@@ -178,7 +233,6 @@ impl Plan {
             let chunk = Chunk {
                 rays: first..end,
                 samples: start..packing.starts[end] as usize,
-                first_group: groups,
             };
             groups += chunk.groups();
             chunks.push(chunk);
@@ -191,6 +245,7 @@ impl Plan {
 /// Buffers of one thread.
 #[derive(Default)]
 struct Workspace {
+    positions: Vec<Group>,
     encoding: Vec<Group>,
     activations: Activations,
     gradients: Gradients,
@@ -259,17 +314,25 @@ struct Fused {
     gaps: Vec<f32>,
     dispatch: Dispatch,
     plan: Plan,
-    /// `[groups, features]`, from the forward to the backward pass.
-    encodings: Mutex<Vec<Group>>,
+    /// From the forward to the backward pass.
+    step: Mutex<StepBuffers>,
+    buffers: Buffers,
 }
 
-impl Fused {
-    /// One slice of the encodings for each chunk.
-    fn by_chunk<'a>(&'a self, mut encodings: &'a mut [Group]) -> Vec<(&'a Chunk, &'a mut [Group])> {
-        let mut parts = Vec::with_capacity(self.plan.chunks.len());
-        for chunk in &self.plan.chunks {
-            let (own, rest) = encodings.split_at_mut(chunk.groups() * self.shape.features);
-            encodings = rest;
+impl Drop for Fused {
+    fn drop(&mut self) {
+        let step = self.step.get_mut().unwrap_or_else(PoisonError::into_inner);
+        self.buffers.give_back(std::mem::take(step));
+    }
+}
+
+impl Plan {
+    /// Slices of `values`, which hold `width` groups for each group of samples, one for each chunk.
+    fn split<'a>(&'a self, mut values: &'a mut [Group], width: usize) -> Vec<(&'a Chunk, &'a mut [Group])> {
+        let mut parts = Vec::with_capacity(self.chunks.len());
+        for chunk in &self.chunks {
+            let (own, rest) = values.split_at_mut(chunk.groups() * width);
+            values = rest;
             parts.push((chunk, own));
         }
         parts
@@ -300,22 +363,28 @@ impl CustomOp2 for Fused {
         let width = VALUE_CHANNELS + EXTRA;
         let rays = self.samples.packing.rays();
         let mut out = vec![0.0_f32; rays * width];
-        let mut encodings = self.encodings.lock().unwrap_or_else(PoisonError::into_inner);
-        encodings.resize(self.plan.groups * self.shape.features, Group::ZERO);
+        let mut step = self.step.lock().unwrap_or_else(PoisonError::into_inner);
+        let step = &mut *step;
+        step.positions.resize(self.plan.groups * 3, Group::ZERO);
+        step.encodings
+            .resize(self.plan.groups * self.shape.features, Group::ZERO);
         let mut rest: &mut [f32] = &mut out;
-        let tasks: Vec<_> = self
-            .by_chunk(&mut encodings)
+        let positions = self.plan.split(&mut step.positions, 3);
+        let encodings = self.plan.split(&mut step.encodings, self.shape.features);
+        let tasks: Vec<_> = positions
             .into_iter()
-            .map(|(chunk, encoding)| {
+            .zip(encodings)
+            .map(|((chunk, positions), (_, encoding))| {
                 let (own, others) = std::mem::take(&mut rest).split_at_mut(chunk.rays.len() * width);
                 rest = others;
-                (chunk, encoding, own)
+                (chunk, positions, encoding, own)
             })
             .collect();
         tasks
             .into_par_iter()
-            .for_each_init(Workspace::default, |work, (chunk, encoding, out)| {
-                encode_chunk(&self.grid, &self.samples, chunk, table, encoding);
+            .for_each_init(Workspace::default, |work, (chunk, positions, encoding, out)| {
+                gather_positions(&self.samples, chunk, positions);
+                encode_groups(&self.grid, table, positions, encoding, self.dispatch);
                 work.activate(
                     &self.shape,
                     &self.samples,
@@ -338,7 +407,7 @@ impl CustomOp2 for Fused {
 
     fn bwd(
         &self,
-        table: &Tensor,
+        _table: &Tensor,
         weights: &Tensor,
         _out: &Tensor,
         grad: &Tensor,
@@ -346,11 +415,12 @@ impl CustomOp2 for Fused {
         let grad = grad.flatten_all()?.to_vec1::<f32>()?;
         let flat = weights.flatten_all()?.to_vec1::<f32>()?;
         let transposed = self.shape.transposed(&flat);
-        let mut encodings = self.encodings.lock().unwrap_or_else(PoisonError::into_inner);
-        if encodings.len() != self.plan.groups * self.shape.features {
+        let mut step = self.step.lock().unwrap_or_else(PoisonError::into_inner);
+        let step = &mut *step;
+        if step.encodings.len() != self.plan.groups * self.shape.features {
             bail!("fused render: the backward pass came before the forward pass");
         }
-        let mut parts = self.by_chunk(&mut encodings);
+        let mut parts = self.plan.split(&mut step.encodings, self.shape.features);
         let per_stripe = parts.len().div_ceil(STRIPES).max(1);
         let sums: Vec<Vec<f32>> = parts
             .par_chunks_mut(per_stripe)
@@ -368,13 +438,64 @@ impl CustomOp2 for Fused {
                 *total += part;
             }
         }
-        let table_grad = self.scatter(&encodings);
-        // Large buffers go back before the next step takes new ones.
-        *encodings = Vec::new();
+        self.buffers.table_gradient.inplace_op1(&TableGradient {
+            grid: &self.grid,
+            dispatch: self.dispatch,
+            step,
+        })?;
         Ok((
-            Some(Tensor::from_vec(table_grad, table.shape(), &Device::Cpu)?),
+            None,
             Some(Tensor::from_vec(weights_grad, weights.shape(), &Device::Cpu)?),
         ))
+    }
+}
+
+/// Replaces a table's gradient by that of one step: each level on its own, samples in order, so that the
+/// sum is the same for any number of threads.
+struct TableGradient<'a> {
+    grid: &'a GridShape,
+    dispatch: Dispatch,
+    step: &'a StepBuffers,
+}
+
+impl InplaceOp1 for TableGradient<'_> {
+    fn name(&self) -> &'static str {
+        "table gradient"
+    }
+
+    fn cpu_fwd(&self, gradient: &mut CpuStorage, layout: &Layout) -> Result<()> {
+        let CpuStorage::F32(gradient) = gradient else {
+            bail!("the table's gradient is f32")
+        };
+        if layout.contiguous_offsets() != Some((0, self.grid.rows() * FEATURES_PER_LEVEL)) {
+            bail!("the table's gradient has another shape than the table");
+        }
+        let mut rest: &mut [[f32; 2]] = bytemuck::cast_slice_mut(gradient);
+        let mut tasks = Vec::with_capacity(self.grid.levels().len());
+        for (index, level) in self.grid.levels().iter().enumerate() {
+            let (own, others) = rest.split_at_mut(level.rows);
+            rest = others;
+            tasks.push((index * FEATURES_PER_LEVEL, level, own));
+        }
+        // The finest levels take the longest, so they come first.
+        tasks
+            .into_par_iter()
+            .rev()
+            .with_max_len(1)
+            .for_each(|(place, level, own)| {
+                own.fill([0.0; 2]);
+                let (positions, derivatives) = (&self.step.positions, &self.step.encodings);
+                scatter(
+                    self.dispatch,
+                    level,
+                    own,
+                    positions,
+                    derivatives,
+                    self.grid.features(),
+                    place,
+                );
+            });
+        Ok(())
     }
 }
 
@@ -438,71 +559,31 @@ impl Fused {
             &mut work.gradients,
         );
     }
+}
 
-    /// Gradient of the table from the encodings' derivatives: each level on its own, samples in order,
-    /// so that the sum is the same for any number of threads.
-    fn scatter(&self, derivatives: &[Group]) -> Vec<f32> {
-        let mut table_grad = vec![0.0_f32; self.grid.rows() * FEATURES_PER_LEVEL];
-        let mut rest: &mut [[f32; 2]] = bytemuck::cast_slice_mut(&mut table_grad);
-        let mut tasks = Vec::with_capacity(self.grid.levels().len());
-        for (index, level) in self.grid.levels().iter().enumerate() {
-            let (own, others) = rest.split_at_mut(level.rows);
-            rest = others;
-            tasks.push((index * FEATURES_PER_LEVEL, level, own));
-        }
-        // The finest levels take the longest, so they come first.
-        tasks
-            .into_par_iter()
-            .rev()
-            .with_max_len(1)
-            .for_each(|(place, level, own)| {
-                for chunk in &self.plan.chunks {
-                    for (k, sample) in chunk.samples.clone().enumerate() {
-                        let group = (chunk.first_group + k / LANES) * self.shape.features + place;
-                        let (a, b) = (
-                            derivatives[group].0[k % LANES],
-                            derivatives[group + 1].0[k % LANES],
-                        );
-                        let (rows, weights) = level.corners(self.samples.position(sample));
-                        for corner in 0..8 {
-                            let entry = &mut own[rows[corner] as usize - level.first_row];
-                            entry[0] += weights[corner] * a;
-                            entry[1] += weights[corner] * b;
-                        }
-                    }
-                }
-            });
-        table_grad
+/// Encodes positions `[groups, 3]` to `[groups, features]`.
+fn encode_groups(
+    grid: &GridShape,
+    table: &[[f32; 2]],
+    positions: &[Group],
+    encoding: &mut [Group],
+    dispatch: Dispatch,
+) {
+    for (index, level) in grid.levels().iter().enumerate() {
+        let own = &table[level.first_row..level.first_row + level.rows];
+        let place = index * FEATURES_PER_LEVEL;
+        interpolate(dispatch, level, own, positions, encoding, grid.features(), place);
     }
 }
 
-/// Encodes a chunk's samples to `[groups, features]`; lanes beyond the last sample are zero.
-fn encode_chunk(
-    grid: &GridShape,
-    samples: &Samples,
-    chunk: &Chunk,
-    table: &[[f32; 2]],
-    encoding: &mut [Group],
-) {
-    let features = grid.features();
-    let tail = chunk.samples.len() % LANES;
-    if tail > 0 {
-        let last = encoding.len() - features;
-        encoding[last..].fill(Group::ZERO);
-    }
-    for (index, level) in grid.levels().iter().enumerate() {
-        let place = index * FEATURES_PER_LEVEL;
-        for (k, sample) in chunk.samples.clone().enumerate() {
-            let (rows, weights) = level.corners(samples.position(sample));
-            let mut sum = [0.0; 2];
-            for corner in 0..8 {
-                let entry = table[rows[corner] as usize];
-                sum[0] += weights[corner] * entry[0];
-                sum[1] += weights[corner] * entry[1];
-            }
-            let group = k / LANES * features + place;
-            encoding[group].0[k % LANES] = sum[0];
-            encoding[group + 1].0[k % LANES] = sum[1];
+/// Unit positions of a chunk's samples, `[groups, 3]`; lanes beyond the last sample are zero.
+fn gather_positions(samples: &Samples, chunk: &Chunk, positions: &mut [Group]) {
+    let tail = positions.len().saturating_sub(3);
+    positions[tail..].fill(Group::ZERO);
+    for (k, sample) in chunk.samples.clone().enumerate() {
+        let position = samples.position(sample);
+        for axis in 0..3 {
+            positions[k / LANES * 3 + axis].0[k % LANES] = position[axis];
         }
     }
 }

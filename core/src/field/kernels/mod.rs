@@ -12,6 +12,7 @@ mod adam;
 mod composite;
 mod encode;
 mod fused;
+mod grid;
 mod lanes;
 mod network;
 
@@ -20,8 +21,8 @@ use candle_core::{CpuStorage, Layout, Result, bail};
 pub use adam::Adam;
 pub use composite::{Composite, RayPacking};
 pub use encode::encode;
-pub use fused::{Evaluated, VALUE_CHANNELS, Wanted, evaluate, render};
-pub use lanes::Dispatch;
+pub use fused::{Buffers, Evaluated, Parameters, VALUE_CHANNELS, Wanted, evaluate, render};
+pub use lanes::{Dispatch, Group, LANES};
 pub use network::{
     DIRECTION_FEATURES, GEOMETRY_FEATURES, INITIAL_LOG_DENSITY, LOG_DENSITY_RANGE, NetworkShape,
 };

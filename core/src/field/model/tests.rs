@@ -62,20 +62,10 @@ fn descend(field: &RadianceField, out: &Tensor) -> (f32, Vec<f32>, Vec<f32>) {
     let mixed = out.broadcast_mul(&mix).unwrap();
     let loss = (mixed.sqr().unwrap().sum_all().unwrap() + mixed.sum_all().unwrap()).unwrap();
     let gradients = loss.backward().unwrap();
-    let flat = |var: &Var| {
-        gradients
-            .get(var)
-            .unwrap()
-            .flatten_all()
-            .unwrap()
-            .to_vec1()
-            .unwrap()
-    };
-    (
-        loss.to_scalar().unwrap(),
-        flat(&field.table),
-        flat(&field.weights),
-    )
+    let flat = |gradient: &Tensor| gradient.flatten_all().unwrap().to_vec1().unwrap();
+    let table = gradients.get(&field.table).unwrap_or(field.table_gradient());
+    let weights = gradients.get(&field.weights).unwrap();
+    (loss.to_scalar().unwrap(), flat(table), flat(weights))
 }
 
 fn assert_close(a: &[f32], b: &[f32], tolerance: f32, what: &str) {

@@ -1,0 +1,90 @@
+//! One level of the hash grid on groups of sixteen samples: interpolation, and the scatter of its gradient.
+
+use super::lanes::{Group, LANES, Vector, dispatched};
+use crate::field::encoding::GridLevel;
+
+dispatched! {
+    /// Interpolates a level's rows at positions `[groups, 3]` into features `place` and `place + 1` of
+    /// encodings `[groups, width]`. `table` holds the rows of this level.
+    pub fn interpolate = interpolate_on(
+        level: &GridLevel,
+        table: &[[f32; 2]],
+        positions: &[Group],
+        encoding: &mut [Group],
+        width: usize,
+        place: usize,
+    )
+}
+
+dispatched! {
+    /// Adds to a level's rows the gradient that arrives at features `place` and `place + 1` of
+    /// `derivatives`, `[groups, width]`; samples in order.
+    pub fn scatter = scatter_on(
+        level: &GridLevel,
+        gradient: &mut [[f32; 2]],
+        positions: &[Group],
+        derivatives: &[Group],
+        width: usize,
+        place: usize,
+    )
+}
+
+#[inline(always)]
+fn interpolate_on<V: Vector>(
+    level: &GridLevel,
+    table: &[[f32; 2]],
+    positions: &[Group],
+    encoding: &mut [Group],
+    width: usize,
+    place: usize,
+) {
+    assert_eq!(table.len(), level.rows);
+    for (position, encoding) in positions.chunks_exact(3).zip(encoding.chunks_exact_mut(width)) {
+        let (rows, weights) = level.corners_of_group(position);
+        let mut sums = [V::splat(0.0); 2];
+        for corner in 0..8 {
+            let mut entries = [Group::ZERO; 2];
+            for lane in 0..LANES {
+                // SAFETY: corners_of_group gives rows below level.rows, which is the table's length.
+                let entry = unsafe { table.get_unchecked(rows[corner][lane] as usize) };
+                entries[0].0[lane] = entry[0];
+                entries[1].0[lane] = entry[1];
+            }
+            let weight = V::load(&weights[corner]);
+            for feature in 0..2 {
+                sums[feature] = weight.mul_add(V::load(&entries[feature]), sums[feature]);
+            }
+        }
+        for feature in 0..2 {
+            sums[feature].store(&mut encoding[place + feature]);
+        }
+    }
+}
+
+#[inline(always)]
+fn scatter_on<V: Vector>(
+    level: &GridLevel,
+    gradient: &mut [[f32; 2]],
+    positions: &[Group],
+    derivatives: &[Group],
+    width: usize,
+    place: usize,
+) {
+    assert_eq!(gradient.len(), level.rows);
+    for (position, derivatives) in positions.chunks_exact(3).zip(derivatives.chunks_exact(width)) {
+        let (rows, weights) = level.corners_of_group(position);
+        let derivative = [V::load(&derivatives[place]), V::load(&derivatives[place + 1])];
+        for corner in 0..8 {
+            let weight = V::load(&weights[corner]);
+            let mut shares = [Group::ZERO; 2];
+            weight.mul(derivative[0]).store(&mut shares[0]);
+            weight.mul(derivative[1]).store(&mut shares[1]);
+            for lane in 0..LANES {
+                // SAFETY: corners_of_group gives rows below level.rows, which is the gradient's length.
+                let entry = unsafe { gradient.get_unchecked_mut(rows[corner][lane] as usize) };
+                entry[0] += shares[0].0[lane];
+                entry[1] += shares[1].0[lane];
+            }
+        }
+    }
+}
