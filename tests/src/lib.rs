@@ -1,1 +1,11 @@
-//! Placeholder.
+//! What the whole-program tests share: the program as a process, a small capture, a screen of their own.
+#![forbid(unsafe_code)]
+#![allow(clippy::expect_used, reason = "a test ends where it fails, with the reason")]
+
+mod capture;
+mod process;
+mod screen;
+
+pub use capture::{Click, Small, class_ids};
+pub use process::{Outcome, Running, inplace, one_line, program, until};
+pub use screen::{Screen, changed};

@@ -1,0 +1,193 @@
+//! A small capture with known labels: a part of the demo scene at a fifth of its resolution.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::OnceLock;
+
+use image::DynamicImage;
+use inplace_core::labels::{Class, ClassId, Pixel, VOID};
+use inplace_core::scene::{
+    ColorImage, DepthMap, Frame, GroundTruth, OpenOptions, Scene, SceneSource, demo, write_replica,
+};
+use serde_json::{Value, json};
+
+/// Frames of the demo from one to the next.
+const STEP: usize = 2;
+/// Frames of the small capture.
+const FRAMES: usize = 10;
+/// Pixels of the demo from one to the next; odd, so that pixel centres fall on pixel centres.
+const STRIDE: u32 = 5;
+/// Clicks of each class.
+const CLICKS: usize = 2;
+
+/// One click.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Click {
+    /// Index of the frame.
+    pub frame: usize,
+    /// The pixel.
+    pub pixel: Pixel,
+    /// What is there.
+    pub class: ClassId,
+}
+
+/// The small capture in memory.
+#[derive(Debug)]
+pub struct Small {
+    /// Ten frames of 64x48 pixels with exact depth, named `rgb_0` to `rgb_9`.
+    pub scene: Scene,
+    /// Its classes.
+    pub classes: Vec<Class>,
+    /// True classes of each frame, row-major `[height, width]`.
+    pub truth: Vec<Vec<ClassId>>,
+}
+
+impl Small {
+    /// The capture; made once for each test executable.
+    ///
+    /// # Panics
+    /// When the demo scene cannot be made.
+    pub fn get() -> &'static Self {
+        static SMALL: OnceLock<Small> = OnceLock::new();
+        SMALL.get_or_init(|| {
+            let whole = Scene::open(&SceneSource::Demo, OpenOptions::default(), &|_, _| {})
+                .expect("the demo scene is always there");
+            let truth = demo::ground_truth();
+            let chosen = || (0..FRAMES).map(|number| (number, number * STEP));
+            let reduced_truth = |frame: &Frame, labels: &[ClassId]| {
+                kept_pixels(frame).into_iter().map(|i| labels[i]).collect()
+            };
+            Self {
+                truth: chosen()
+                    .map(|(_, from)| reduced_truth(&whole.frames[from], &truth[from]))
+                    .collect(),
+                scene: Scene {
+                    frames: chosen()
+                        .map(|(number, from)| reduced(&whole.frames[from], number))
+                        .collect(),
+                    format: "test",
+                    ..whole
+                },
+                classes: demo::classes(),
+            }
+        })
+    }
+
+    /// Writes the capture with its ground truth into a new folder.
+    ///
+    /// # Panics
+    /// When it cannot be written.
+    pub fn write(&self, folder: &Path) {
+        let truth = GroundTruth {
+            classes: &self.classes,
+            labels: &self.truth,
+            held_out: &[],
+        };
+        write_replica(&self.scene, folder, Some(&truth)).expect("the capture can be written");
+    }
+
+    /// Clicks on every class that can be hit: well inside it, each in another frame.
+    pub fn clicks(&self) -> Vec<Click> {
+        let mut candidates: BTreeMap<ClassId, Vec<(usize, Click)>> = BTreeMap::new();
+        for (frame, labels) in self.truth.iter().enumerate() {
+            let camera = &self.scene.frames[frame].camera;
+            let (width, height) = (camera.width as usize, camera.height as usize);
+            for (index, &class) in labels.iter().enumerate().filter(|&(_, &class)| class != VOID) {
+                let inside = room_around(labels, width, height, index);
+                if inside > 0 {
+                    let pixel = [(index % width) as u32, (index / width) as u32];
+                    let click = Click { frame, pixel, class };
+                    candidates.entry(class).or_default().push((inside, click));
+                }
+            }
+        }
+        let mut clicks: Vec<Click> = Vec::new();
+        for mut of_class in candidates.into_values() {
+            of_class.sort_by_key(|&(inside, _)| std::cmp::Reverse(inside));
+            let mut frames = Vec::new();
+            for (_, click) in of_class {
+                if frames.len() < CLICKS && !frames.contains(&click.frame) {
+                    frames.push(click.frame);
+                    clicks.push(click);
+                }
+            }
+        }
+        clicks
+    }
+
+    /// The clicks as a strokes file.
+    pub fn strokes(&self) -> Value {
+        let strokes: Vec<Value> = self
+            .clicks()
+            .iter()
+            .map(|click| {
+                json!({
+                    "frame": self.scene.frames[click.frame].stem,
+                    "class": click.class,
+                    "points": [click.pixel],
+                    "radius": 0,
+                })
+            })
+            .collect();
+        json!({ "classes": self.classes, "strokes": strokes })
+    }
+}
+
+/// Indices of the pixels that stay, row by row.
+fn kept_pixels(frame: &Frame) -> Vec<usize> {
+    let (width, height) = (frame.camera.width, frame.camera.height);
+    let middles = |size: u32| (STRIDE / 2..size).step_by(STRIDE as usize);
+    middles(height)
+        .flat_map(|y| middles(width).map(move |x| (y * width + x) as usize))
+        .collect()
+}
+
+fn reduced(frame: &Frame, number: usize) -> Frame {
+    let camera = frame.camera.reduced(STRIDE);
+    let kept = kept_pixels(frame);
+    let rgb = kept.iter().flat_map(|&i| frame.color.pixel(i)).collect();
+    let lengths = |depth: &DepthMap| -> Vec<f32> {
+        kept.iter()
+            .map(|&i| depth.ray_length(i).unwrap_or_default())
+            .collect()
+    };
+    Frame {
+        stem: format!("rgb_{number}"),
+        color: ColorImage::new(camera.width, camera.height, rgb).expect("three bytes a pixel"),
+        depth: frame
+            .depth
+            .as_ref()
+            .map(|depth| DepthMap::from_ray_lengths(camera.width, &lengths(depth))),
+        camera,
+        ..frame.clone()
+    }
+}
+
+/// Chessboard radius of the largest square around a pixel that is all of its class.
+fn room_around(labels: &[ClassId], width: usize, height: usize, index: usize) -> usize {
+    let (x, y) = (index % width, index / width);
+    let border = x.min(y).min(width - 1 - x).min(height - 1 - y);
+    let uniform = |radius: usize| {
+        (y - radius..=y + radius).all(|row| {
+            labels[row * width + x - radius..=row * width + x + radius]
+                .iter()
+                .all(|&label| label == labels[index])
+        })
+    };
+    (1..=border).take_while(|&radius| uniform(radius)).count()
+}
+
+/// Width, height and class ids of a label image on disk.
+///
+/// # Panics
+/// When it is not a gray PNG.
+pub fn class_ids(path: &Path) -> (u32, u32, Vec<ClassId>) {
+    let image = image::open(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    let (width, height) = (image.width(), image.height());
+    let labels = match image {
+        DynamicImage::ImageLuma8(image) => image.into_raw().into_iter().map(ClassId::from).collect(),
+        DynamicImage::ImageLuma16(image) => image.into_raw(),
+        other => panic!("{}: is {:?}, not gray", path.display(), other.color()),
+    };
+    (width, height, labels)
+}

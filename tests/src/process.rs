@@ -1,0 +1,166 @@
+//! The program as a process.
+
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::time::{Duration, Instant};
+
+use tempfile::TempDir;
+
+/// The program's binary, beside the folder of this test's own executable.
+///
+/// # Panics
+/// When it was not built.
+pub fn program() -> PathBuf {
+    let own = std::env::current_exe().expect("a test has an executable");
+    let profile = own.parent().and_then(Path::parent).expect("it lies in deps/");
+    let program = profile.join(format!("inplace{}", std::env::consts::EXE_SUFFIX));
+    assert!(
+        program.is_file(),
+        "{}: the program is missing; run `cargo test` at the workspace root, which builds it",
+        program.display()
+    );
+    program
+}
+
+/// A command that runs the program without a display, with backtraces on.
+pub fn inplace() -> Command {
+    let mut command = Command::new(program());
+    command.env("RUST_BACKTRACE", "1");
+    for display in ["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"] {
+        command.env_remove(display);
+    }
+    command
+}
+
+/// How a process ended.
+#[derive(Debug)]
+pub struct Outcome {
+    /// Exit code; `None` after a signal.
+    pub code: Option<i32>,
+    /// All that it printed.
+    pub stdout: String,
+    /// All that it said on stderr.
+    pub stderr: String,
+}
+
+/// A process that does not outlive the test.
+#[derive(Debug)]
+pub struct Running {
+    child: Child,
+    output: TempDir,
+}
+
+impl Running {
+    /// Starts a process; what it prints is kept.
+    ///
+    /// # Panics
+    /// When it does not start.
+    pub fn start(command: &mut Command) -> Self {
+        let output = tempfile::tempdir().expect("a temporary folder");
+        let file = |name: &str| File::create(output.path().join(name)).expect("a temporary file");
+        let child = command
+            .stdin(Stdio::null())
+            .stdout(file("stdout"))
+            .stderr(file("stderr"))
+            .spawn()
+            .expect("the process starts");
+        Self { child, output }
+    }
+
+    /// Runs a process to its end.
+    ///
+    /// # Panics
+    /// When it takes longer than two minutes.
+    pub fn to_the_end(command: &mut Command) -> Outcome {
+        Self::start(command).wait(Duration::from_secs(120))
+    }
+
+    /// What it printed so far.
+    pub fn stdout(&self) -> String {
+        self.read("stdout")
+    }
+
+    /// What it said on stderr so far.
+    pub fn stderr(&self) -> String {
+        self.read("stderr")
+    }
+
+    fn read(&self, name: &str) -> String {
+        let bytes = fs::read(self.output.path().join(name)).unwrap_or_default();
+        String::from_utf8_lossy(&bytes).into_owned()
+    }
+
+    /// How it ended, if it has.
+    pub fn ended(&mut self) -> Option<ExitStatus> {
+        self.child.try_wait().expect("the process can be waited for")
+    }
+
+    /// Kills it, with a signal that it cannot catch, and waits for its end.
+    pub fn kill(&mut self) {
+        // It may have ended by itself.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+
+    /// Waits for its end.
+    ///
+    /// # Panics
+    /// When it takes longer than `limit`.
+    pub fn wait(mut self, limit: Duration) -> Outcome {
+        let start = Instant::now();
+        let status = loop {
+            if let Some(status) = self.ended() {
+                break status;
+            }
+            assert!(
+                start.elapsed() < limit,
+                "still running after {limit:?}; it said: {}{}",
+                self.stdout(),
+                self.stderr()
+            );
+            std::thread::sleep(Duration::from_millis(5));
+        };
+        Outcome {
+            code: status.code(),
+            stdout: self.stdout(),
+            stderr: self.stderr(),
+        }
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        self.kill();
+    }
+}
+
+/// Asks again and again until there is an answer.
+///
+/// # Panics
+/// When there is none after `limit`.
+pub fn until<T>(what: &str, limit: Duration, mut answer: impl FnMut() -> Option<T>) -> T {
+    let start = Instant::now();
+    loop {
+        if let Some(answer) = answer() {
+            return answer;
+        }
+        assert!(start.elapsed() < limit, "not after {limit:?}: {what}");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+/// The only line of what a failed run said, without its prefix.
+///
+/// # Panics
+/// When there are more lines, or words that no person should see.
+pub fn one_line(stderr: &str) -> &str {
+    let mut lines = stderr.lines();
+    let line = lines.next().unwrap_or_default();
+    assert!(lines.next().is_none(), "more than one line: {stderr}");
+    for word in ["panicked", "backtrace", "RUST_BACKTRACE", ".rs:"] {
+        assert!(!line.contains(word), "\"{word}\" is in: {line}");
+    }
+    line.strip_prefix("inplace: ")
+        .expect("messages start with the program's name")
+}

@@ -1,0 +1,185 @@
+//! The commands do what their description says, from files to files.
+#![allow(clippy::unwrap_used, reason = "a test ends where it fails")]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use inplace_core::eval::ConfusionMatrix;
+use inplace_core::labels::{History, read_strokes};
+use inplace_core::project::{Contents, Project, SceneRecord};
+use inplace_core::scene::{OpenOptions, Scene, SceneSource};
+use inplace_tests::{Outcome, Running, Small, class_ids, inplace};
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// Seconds that a small scene may take.
+const BUDGET: &str = "6";
+/// What the labels of the small scene reach at least, tiny classes included; one class everywhere gives 0.02.
+const MIOU_WITH_DEPTH: f64 = 0.3;
+const MIOU_WITHOUT_DEPTH: f64 = 0.05;
+
+/// The small capture on disk, with its strokes file.
+struct OnDisk {
+    root: TempDir,
+}
+
+impl OnDisk {
+    fn new() -> Self {
+        let root = tempfile::tempdir().unwrap();
+        Small::get().write(&root.path().join("room"));
+        fs::write(
+            root.path().join("strokes.json"),
+            Small::get().strokes().to_string(),
+        )
+        .unwrap();
+        Self { root }
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.root.path().join(name)
+    }
+
+    /// Labels the capture into `out`.
+    fn label(&self, more: &[&str]) -> Outcome {
+        let mut command = inplace();
+        command.arg("label").arg(self.path("room"));
+        command.arg("--strokes").arg(self.path("strokes.json"));
+        command.arg("--out").arg(self.path("out")).args(more);
+        let outcome = Running::to_the_end(&mut command);
+        assert_eq!(outcome.code, Some(0), "{outcome:?}");
+        outcome
+    }
+}
+
+fn json(path: &Path) -> Value {
+    serde_json::from_slice(&fs::read(path).unwrap()).unwrap()
+}
+
+/// Every frame has its three images, in size and kind as documented, and nothing else lies there.
+fn assert_complete(out: &Path) {
+    let frames = &Small::get().scene.frames;
+    for folder in ["labels", "entropy", "color"] {
+        assert_eq!(fs::read_dir(out.join(folder)).unwrap().count(), frames.len());
+        for frame in frames {
+            let image = image::open(out.join(folder).join(format!("{}.png", frame.stem))).unwrap();
+            assert_eq!(
+                (image.width(), image.height()),
+                (frame.camera.width, frame.camera.height)
+            );
+            let kind = match folder {
+                "labels" => image::ColorType::L8,
+                "entropy" => image::ColorType::L16,
+                _ => image::ColorType::Rgb8,
+            };
+            assert_eq!(image.color(), kind, "{folder}");
+        }
+    }
+}
+
+/// Every clicked pixel carries its class; returns the agreement of all pixels with the truth.
+fn assert_clicks_hold(out: &Path) -> f64 {
+    let small = Small::get();
+    let mut matrix = ConfusionMatrix::default();
+    for (index, frame) in small.scene.frames.iter().enumerate() {
+        let (width, _, labels) = class_ids(&out.join("labels").join(format!("{}.png", frame.stem)));
+        for click in small.clicks().iter().filter(|click| click.frame == index) {
+            let [x, y] = click.pixel;
+            assert_eq!(labels[(y * width + x) as usize], click.class, "{click:?}");
+        }
+        matrix.add(&small.truth[index], &labels).unwrap();
+    }
+    matrix.miou().unwrap()
+}
+
+#[test]
+fn the_demo_can_be_written_and_is_recognised_as_a_capture() {
+    let root = tempfile::tempdir().unwrap();
+    let folder = root.path().join("demo");
+    let written = Running::to_the_end(inplace().arg("demo").arg("--out").arg(&folder));
+    assert_eq!(written.code, Some(0), "{written:?}");
+    let info = Running::to_the_end(inplace().arg("info").arg(&folder).arg("--json"));
+    assert_eq!(info.code, Some(0), "{info:?}");
+    let facts: Value = serde_json::from_str(&info.stdout).unwrap();
+    assert_eq!(facts["format"], "Replica");
+    assert_eq!([&facts["width"], &facts["height"]], [320, 240]);
+    for count in ["frames", "frames_with_depth", "frames_with_labels"] {
+        assert_eq!(facts[count], 60, "{count}");
+    }
+    assert!(facts["depth_coverage"].as_f64().unwrap() > 0.9);
+    assert_eq!(facts["warnings"].as_array().unwrap().len(), 0);
+    let again = Running::to_the_end(inplace().arg("demo").arg("--out").arg(&folder));
+    assert_eq!(again.code, Some(1), "a folder with files is not overwritten");
+}
+
+#[test]
+fn the_embedded_demo_needs_no_folder() {
+    let info = Running::to_the_end(inplace().args(["info", "demo"]));
+    assert_eq!((info.code, info.stderr.as_str()), (Some(0), ""));
+    for fact in ["60 of 320 x 240", "depth", "labels", "bounds"] {
+        assert!(info.stdout.contains(fact), "{fact} is not in: {}", info.stdout);
+    }
+}
+
+#[test]
+fn a_few_clicks_label_every_pixel_of_every_frame() {
+    let disk = OnDisk::new();
+    let outcome = disk.label(&["--budget", BUDGET, "--json", "--seed", "7", "--threads", "2"]);
+    assert_eq!(outcome.stderr, "");
+    let out = disk.path("out");
+    assert_complete(&out);
+    let miou = assert_clicks_hold(&out);
+    println!("mIoU with depth: {miou:.3}");
+    assert!(miou > MIOU_WITH_DEPTH, "{miou}");
+
+    let classes = json(&out.join("classes.json"));
+    assert_eq!(classes, Small::get().strokes()["classes"]);
+    let report = json(&out.join("report.json"));
+    assert_eq!(report, serde_json::from_str::<Value>(&outcome.stdout).unwrap());
+    assert_eq!(report["version"], env!("CARGO_PKG_VERSION"));
+    assert_eq!(report["strokes"], Small::get().clicks().len());
+    assert_eq!(
+        [&report["frames"], &report["seed"], &report["threads"]],
+        [10, 7, 2]
+    );
+    let phases = report["wall_s"].as_object().unwrap();
+    for phase in ["load", "geometry", "semantics", "render", "write"] {
+        assert!(phases[phase].as_f64().unwrap() >= 0.0, "{phase}");
+    }
+    for figure in ["peak_memory_bytes", "parameters", "mean_entropy"] {
+        assert!(report[figure].as_f64().unwrap() > 0.0, "{figure}");
+    }
+    for key in ["scene", "preset", "capacity", "held_out_psnr_db", "depth_error_m"] {
+        assert!(report.get(key).is_some(), "{key}");
+    }
+}
+
+#[test]
+fn colour_alone_is_enough_to_finish() {
+    let disk = OnDisk::new();
+    disk.label(&["--budget", BUDGET, "--no-depth"]);
+    assert_complete(&disk.path("out"));
+    let miou = assert_clicks_hold(&disk.path("out"));
+    println!("mIoU without depth: {miou:.3}");
+    assert!(miou > MIOU_WITHOUT_DEPTH, "{miou}");
+}
+
+#[test]
+fn a_project_is_labelled_from_its_own_strokes() {
+    let disk = OnDisk::new();
+    let options = OpenOptions::default();
+    let scene = Scene::open(&SceneSource::Folder(disk.path("room")), options, &|_, _| {}).unwrap();
+    let labels = read_strokes(&disk.path("strokes.json"), &scene).unwrap();
+    let contents = Contents::new(SceneRecord::of(&scene, options), History::new(labels));
+    drop(Project::create(&disk.path("room.inplace"), &contents).unwrap());
+    let mut command = inplace();
+    command.arg("label").arg(disk.path("room.inplace"));
+    command
+        .arg("--out")
+        .arg(disk.path("out"))
+        .args(["--budget", BUDGET]);
+    let outcome = Running::to_the_end(&mut command);
+    assert_eq!(outcome.code, Some(0), "{outcome:?}");
+    assert!(outcome.stdout.contains("labelled 10 frames"), "{outcome:?}");
+    assert_complete(&disk.path("out"));
+    assert!(assert_clicks_hold(&disk.path("out")) > MIOU_WITH_DEPTH);
+}

@@ -1,0 +1,159 @@
+//! Killing the program at any moment loses nothing that was reported as kept.
+#![allow(clippy::unwrap_used, reason = "a test ends where it fails")]
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::Arc;
+use std::time::Duration;
+
+use inplace_core::labels::{Class, History, LabelSet, Stroke};
+use inplace_core::project::{Contents, FrameRecord, Journal, Project, SceneRecord, Step};
+use inplace_core::scene::SceneSource;
+use inplace_core::session::FrameMap;
+use inplace_tests::{Running, until};
+
+/// Names the project to the child process.
+const PROJECT: &str = "INPLACE_TEST_PROJECT";
+const FRAMES: usize = 4;
+const SIZE: [u32; 2] = [64, 48];
+/// Tells the child how many strokes may wait for the disk: those that wait share a transaction.
+const BURST: &str = "INPLACE_TEST_BURST";
+/// How often the child is killed.
+const KILLS: u64 = 20;
+
+fn contents(folder: &Path) -> Contents {
+    let frame = |number: usize| FrameRecord {
+        stem: format!("rgb_{number}"),
+        width: SIZE[0],
+        height: SIZE[1],
+        bytes: 0,
+    };
+    let scene = SceneRecord {
+        source: SceneSource::Folder(folder.to_path_buf()),
+        depth: true,
+        frames: (0..FRAMES).map(frame).collect(),
+    };
+    let labels = LabelSet {
+        classes: vec![Class::new(1, "wall"), Class::new(2, "floor")],
+        ..LabelSet::default()
+    };
+    Contents::new(scene, History::new(labels))
+}
+
+/// The stroke with this sequence number, from 1.
+fn stroke(sequence: u64) -> Stroke {
+    let [width, height] = SIZE.map(u64::from);
+    Stroke::click(
+        sequence as usize % FRAMES,
+        1 + (sequence % 2) as u16,
+        [(sequence % width) as u32, (sequence / width % height) as u32],
+    )
+}
+
+/// A map whose image does not compress well, so that writing it takes a while.
+fn map(sequence: u64) -> Arc<FrameMap> {
+    let pixels = u64::from(SIZE[0] * SIZE[1]);
+    let noise = |i: u64| ((i + sequence).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 48) as u16;
+    Arc::new(FrameMap {
+        frame: sequence as usize % FRAMES,
+        generation: sequence,
+        width: SIZE[0],
+        height: SIZE[1],
+        labels: (0..pixels).map(|i| noise(i) % 3).collect(),
+        entropy: (0..pixels).map(noise).collect(),
+    })
+}
+
+/// The child: records strokes as fast as it can, and says which are kept, until it is killed.
+#[test]
+#[ignore = "a process of its own, which the test below starts and kills"]
+fn record_until_killed() {
+    let Some(path) = std::env::var_os(PROJECT).map(PathBuf::from) else {
+        return;
+    };
+    let burst: u64 = std::env::var(BURST).unwrap().parse().unwrap();
+    let contents = contents(path.parent().unwrap());
+    let project = Project::create(&path, &contents).unwrap();
+    let journal = Journal::start(project, &contents, || ()).unwrap();
+    let mut history = contents.history;
+    let mut told = 0;
+    loop {
+        let recorded = journal.recorded();
+        if recorded < journal.committed() + burst {
+            let edit = history.add_stroke(stroke(recorded + 1));
+            journal.record(Step::Do(edit));
+            if recorded.is_multiple_of(16) {
+                journal.save_maps(vec![map(recorded)]);
+            }
+        } else {
+            std::thread::sleep(Duration::from_micros(100));
+        }
+        let committed = journal.committed();
+        if committed > told {
+            told = committed;
+            println!("kept {committed}");
+        }
+    }
+}
+
+/// The highest number that the child said was kept.
+fn kept(child: &Running) -> u64 {
+    let printed = child.stdout();
+    let complete = printed.rsplit_once('\n').map_or("", |(lines, _)| lines);
+    let numbers = complete.lines().filter_map(|line| {
+        let (_, number) = line.split_once("kept ")?;
+        number.parse().ok()
+    });
+    numbers.max().unwrap_or(0)
+}
+
+#[test]
+fn a_stroke_that_was_kept_survives_a_kill_at_any_moment() {
+    let mut random = 0x2545_f491_4f6c_dd1d_u64;
+    let mut next = |below: u64| {
+        random ^= random << 13;
+        random ^= random >> 7;
+        random ^= random << 17;
+        random % below
+    };
+    for round in 0..KILLS {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("work.inplace");
+        let mut child = Running::start(
+            Command::new(std::env::current_exe().unwrap())
+                .args(["--ignored", "--exact", "--nocapture", "record_until_killed"])
+                .env(PROJECT, &path)
+                .env(BURST, (1 + next(30)).to_string()),
+        );
+        let enough = 1 + next(120);
+        until("strokes are kept", Duration::from_secs(60), || {
+            assert!(child.ended().is_none(), "{}{}", child.stdout(), child.stderr());
+            (kept(&child) >= enough).then_some(())
+        });
+        std::thread::sleep(Duration::from_micros(next(20_000)));
+        child.kill();
+        let kept = kept(&child);
+
+        let (mut project, contents) = Project::open(&path).unwrap();
+        assert_eq!(contents.warnings, Vec::<String>::new());
+        let strokes: Vec<Stroke> = contents
+            .history
+            .labels()
+            .strokes
+            .values()
+            .map(|stroke| stroke.as_ref().clone())
+            .collect();
+        println!("round {round}: {kept} kept, {} found", strokes.len());
+        assert!(strokes.len() as u64 >= kept);
+        let expected: Vec<Stroke> = (1..=strokes.len() as u64).map(stroke).collect();
+        assert_eq!(strokes, expected);
+        assert_eq!(contents.history.edits().0.len(), strokes.len());
+        project.record(&[Step::Undo]).unwrap();
+        drop(project);
+        let database = rusqlite::Connection::open(&path).unwrap();
+        let verdict: String = database
+            .query_row("PRAGMA integrity_check", [], |row| row.get(0))
+            .unwrap();
+        assert_eq!(verdict, "ok");
+    }
+}
