@@ -1,13 +1,13 @@
 //! `inplace label`: the main job without the window, through the same session.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use inplace_core::export::{self, PhaseSeconds, Report, peak_memory};
 use inplace_core::labels::{LabelSet, read_strokes};
-use inplace_core::project::Project;
-use inplace_core::scene::{Scene, SceneSource, demo};
+use inplace_core::project::{Contents, Project};
+use inplace_core::scene::{OpenOptions, Scene, SceneSource, demo};
 use inplace_core::session::{Command, Event, FrameMap, Session, SessionOptions, Status};
 
 use super::progress::Progress;
@@ -22,19 +22,29 @@ const WRITE_SECONDS: f64 = 0.5;
 /// Share of the budget kept for the last look at the surface.
 const LAST_LOOK: f64 = 0.12;
 
-/// What is to be labelled.
-struct Job {
-    options: SessionOptions,
-    /// A project's labels; others are read when the scene is open.
-    labels: Option<Box<dyn FnOnce(&Scene) -> Result<LabelSet, Failure>>>,
+/// Where the labels come from; they are read when the scene is open.
+enum Strokes {
+    Project(Box<Contents>, OpenOptions),
+    File(PathBuf),
+    Demo,
+}
+
+impl Strokes {
+    fn read(self, scene: &Scene) -> Result<LabelSet, Failure> {
+        Ok(match self {
+            Self::Project(contents, open) => contents.matched(scene, open)?.history.labels().clone(),
+            Self::File(path) => read_strokes(&path, scene)?,
+            Self::Demo => demo::clicks(),
+        })
+    }
 }
 
 /// Labels every frame and writes maps and report.
 pub fn run(arguments: &LabelArguments) -> Result<(), Failure> {
     let start = Instant::now();
-    let job = job(arguments)?;
+    let (options, strokes) = job(arguments)?;
     let mut run = Run {
-        session: Session::start(job.options.clone(), || {}),
+        session: Session::start(options.clone(), || {}),
         progress: Progress::new(),
         start,
         status: Status::default(),
@@ -44,10 +54,7 @@ pub fn run(arguments: &LabelArguments) -> Result<(), Failure> {
     for warning in &scene.warnings {
         eprintln!("inplace: {warning}");
     }
-    let labels = match job.labels {
-        Some(labels) => labels(&scene)?,
-        None => LabelSet::default(),
-    };
+    let labels = strokes.read(&scene)?;
     if labels.classes.is_empty() {
         return Err(format!(
             "{}: there are no classes to label with",
@@ -70,9 +77,9 @@ pub fn run(arguments: &LabelArguments) -> Result<(), Failure> {
         scene: scene.name(),
         frames: scene.frames.len(),
         strokes: labels.strokes.len(),
-        preset: job.options.preset,
-        seed: job.options.seed,
-        threads: job.options.threads,
+        preset: options.preset,
+        seed: options.seed,
+        threads: options.threads,
         wall_s: PhaseSeconds {
             load,
             geometry: status.geometry_seconds,
@@ -104,7 +111,7 @@ pub fn run(arguments: &LabelArguments) -> Result<(), Failure> {
 }
 
 /// Finds out what to label: a project with its own strokes, or a scene with a strokes file.
-fn job(arguments: &LabelArguments) -> Result<Job, Failure> {
+fn job(arguments: &LabelArguments) -> Result<(SessionOptions, Strokes), Failure> {
     let threads = cores();
     if arguments
         .scene
@@ -119,22 +126,15 @@ fn job(arguments: &LabelArguments) -> Result<Job, Failure> {
         options.open.depth &= contents.scene.depth;
         options.state = contents.model.clone();
         let open = options.open;
-        return Ok(Job {
-            options,
-            labels: Some(Box::new(move |scene| {
-                let contents = contents.matched(scene, open)?;
-                Ok(contents.history.labels().clone())
-            })),
-        });
+        return Ok((options, Strokes::Project(Box::new(contents), open)));
     }
     let source = SceneSource::from_argument(&arguments.scene);
-    let labels: Box<dyn FnOnce(&Scene) -> Result<LabelSet, Failure>> = match (&arguments.strokes, &source) {
-        (Some(strokes), _) => {
-            readable(strokes)?;
-            let strokes = strokes.clone();
-            Box::new(move |scene| Ok(read_strokes(&strokes, scene)?))
+    let strokes = match (&arguments.strokes, &source) {
+        (Some(path), _) => {
+            readable(path)?;
+            Strokes::File(path.clone())
         }
-        (None, SceneSource::Demo) => Box::new(|_| Ok(demo::clicks())),
+        (None, SceneSource::Demo) => Strokes::Demo,
         (None, SceneSource::Folder(_)) => {
             return Err(format!(
                 "{}: nothing says what is where; give a strokes file with --strokes",
@@ -143,10 +143,7 @@ fn job(arguments: &LabelArguments) -> Result<Job, Failure> {
             .into());
         }
     };
-    Ok(Job {
-        options: session_options(&arguments.training, source, threads),
-        labels: Some(labels),
-    })
+    Ok((session_options(&arguments.training, source, threads), strokes))
 }
 
 /// Fails before any work when a file is not there.
@@ -170,7 +167,7 @@ impl Run {
         loop {
             match self.session.events().recv()? {
                 Event::Opening { done, total } => {
-                    self.progress.show(&format!("reading frame {done} of {total}"))
+                    self.progress.show(&format!("reading frame {done} of {total}"));
                 }
                 Event::Opened(scene) => return Ok(scene),
                 Event::Error(reason) => return Err(reason.into()),

@@ -103,6 +103,7 @@ impl GridLevel {
     /// What [`GridLevel::corners`] gives, for sixteen positions at once (`[3]`: x, y, z) and with rows
     /// counted from the level's first.
     #[inline(always)]
+    #[allow(clippy::needless_range_loop)] // Written by index, as the vectors that the loops become.
     pub(super) fn corners_of_group(&self, position: &[Group]) -> ([[u32; LANES]; 8], [Group; 8]) {
         let scale = self.resolution as f32;
         let top = self.resolution as i32 - 1;
@@ -117,8 +118,8 @@ impl GridLevel {
         let mut shares = [[Group::ZERO; 2]; 3];
         for axis in 0..3 {
             for lane in 0..LANES {
-                // Not-a-number becomes zero.
-                let scaled = position[axis].0[lane].max(0.0).min(1.0) * scale;
+                // The cast makes zero of not-a-number.
+                let scaled = position[axis].0[lane].clamp(0.0, 1.0) * scale;
                 let cell = (scaled as i32).min(top);
                 let fraction = scaled - cell as f32;
                 shares[axis][0].0[lane] = 1.0 - fraction;
@@ -157,6 +158,7 @@ impl GridLevel {
 }
 
 #[cfg(test)]
+#[allow(clippy::needless_range_loop)]
 mod tests {
     use super::*;
 

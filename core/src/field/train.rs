@@ -149,7 +149,7 @@ impl Trainer {
             let finite = loss.to_scalar::<f32>()?.is_finite() && self.descend(&loss)?;
             self.guard(finite)?;
         }
-        if self.steps >= OCCUPANCY_WARM_UP && self.steps % OCCUPANCY_EVERY == 0 {
+        if self.steps >= OCCUPANCY_WARM_UP && self.steps.is_multiple_of(OCCUPANCY_EVERY) {
             self.look_around()?;
         }
         Ok(())
@@ -324,7 +324,7 @@ impl Trainer {
     fn guard(&mut self, finite: bool) -> Result<()> {
         if finite {
             self.failures = 0;
-            if self.steps % SNAPSHOT_EVERY == 0 {
+            if self.steps.is_multiple_of(SNAPSHOT_EVERY) {
                 self.good = self.snapshot()?;
             }
             return Ok(());

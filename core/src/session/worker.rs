@@ -123,14 +123,16 @@ fn panic_message(panic: &(dyn Any + Send)) -> &str {
         .unwrap_or("no message")
 }
 
-/// Opens the scene beside the worker, so that it can be stopped meanwhile; `None` when it was. Commands
-/// that came early are given back.
+/// An open scene, and the commands that came meanwhile.
+type Opened = (Arc<Scene>, Vec<Command>);
+
+/// Opens the scene beside the worker, so that it can be stopped meanwhile; `None` when it was.
 fn open(
     options: &SessionOptions,
     commands: &Receiver<Command>,
     outbox: &Outbox,
     threads: &Arc<rayon::ThreadPool>,
-) -> Result<Option<(Arc<Scene>, Vec<Command>)>, WorkerError> {
+) -> Result<Option<Opened>, WorkerError> {
     let (sender, opened) = bounded(1);
     let (source, what) = (options.source.clone(), options.open);
     let (progress, threads) = (outbox.clone(), Arc::clone(threads));
@@ -271,7 +273,7 @@ impl<'a> Worker<'a> {
             {
                 let mut spread = Spread::new(Arc::new(surface));
                 timed(&mut self.seconds.semantics, || {
-                    spread.set_labels(&self.scene, &self.labels)
+                    spread.set_labels(&self.scene, &self.labels);
                 });
                 self.spread = Some(spread);
                 self.look_at_head()?;
@@ -308,7 +310,7 @@ impl<'a> Worker<'a> {
                 self.head_steps_due = if self.head_is_wanted() { HEAD_FOLLOWS } else { 0 };
                 if let Some(spread) = &mut self.spread {
                     timed(&mut self.seconds.semantics, || {
-                        spread.set_labels(&self.scene, &self.labels)
+                        spread.set_labels(&self.scene, &self.labels);
                     });
                     self.refresh_all();
                 }
@@ -405,7 +407,7 @@ impl<'a> Worker<'a> {
         if field {
             timed(&mut self.seconds.geometry, || self.trainer.step())?;
             self.survey.start_if_due(self.trainer.steps());
-            if self.trainer.steps() % EVALUATE_EVERY == 0 {
+            if self.trainer.steps().is_multiple_of(EVALUATE_EVERY) {
                 self.held_out = self.trainer.evaluate()?;
             }
         }
@@ -417,7 +419,7 @@ impl<'a> Worker<'a> {
         }
         // After the field's last step the head still follows the labels.
         let due = if field {
-            self.trainer.steps() % HEAD_EVERY == 0
+            self.trainer.steps().is_multiple_of(HEAD_EVERY)
         } else {
             self.head_steps_due > 0
         };
@@ -457,7 +459,7 @@ impl<'a> Worker<'a> {
             jitter: Some(seed),
         };
         head.step(field, self.trainer.occupancy(), &soft, &labelled, sampling)?;
-        if head.steps() % HEAD_LOOK_EVERY == 0 {
+        if head.steps().is_multiple_of(HEAD_LOOK_EVERY) {
             self.look_at_head()?;
             self.refresh_all();
         }

@@ -96,7 +96,7 @@ impl Palette {
         self.classes.len() / PALETTE_COLUMNS
     }
 
-    /// RGBA texels, row-major, [`PALETTE_COLUMNS`] wide and [`Palette::entropy_row`] + 1 high.
+    /// RGBA texels, row-major, `PALETTE_COLUMNS` wide and [`Palette::entropy_row`] + 1 high.
     pub fn texels(&self) -> Vec<u8> {
         let rows = self.classes.iter().chain(&self.entropy);
         rows.flatten().copied().collect()

@@ -259,7 +259,6 @@ struct Workspace {
 
 impl Workspace {
     /// Computes the activations of a chunk.
-    #[allow(clippy::too_many_arguments)]
     fn activate(
         &mut self,
         shape: &NetworkShape,

@@ -164,7 +164,7 @@ fn forward_on<V: Vector>(
         let density = &mut activations.density[group].0;
         for lane in 0..LANES {
             let log = out[0].0[lane] + INITIAL_LOG_DENSITY;
-            density[lane] = exp(log.max(LOG_DENSITY_RANGE.0).min(LOG_DENSITY_RANGE.1));
+            density[lane] = exp(log.clamp(LOG_DENSITY_RANGE.0, LOG_DENSITY_RANGE.1));
         }
         if with_color {
             let color_in = &mut activations.color_in[group * COLOR_IN..(group + 1) * COLOR_IN];
@@ -176,7 +176,7 @@ fn forward_on<V: Vector>(
             linear::<V>(fourth, color_hidden, color, false);
             for channel in color {
                 for value in &mut channel.0 {
-                    *value = 1.0 / (1.0 + exp((-*value).max(-80.0).min(80.0)));
+                    *value = 1.0 / (1.0 + exp((-*value).clamp(-80.0, 80.0)));
                 }
             }
         }
