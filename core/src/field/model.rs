@@ -92,7 +92,7 @@ impl RadianceField {
 
     /// Width of the features that the semantic head reads.
     pub fn feature_width(&self) -> usize {
-        self.grid.features() + GEOMETRY_FEATURES
+        self.grid.features() / 2 + GEOMETRY_FEATURES
     }
 
     /// Renders samples to `[rays, 7]`: red, green, blue, mean distance to the measured surface (given

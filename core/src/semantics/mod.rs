@@ -17,3 +17,6 @@ pub use map::{ENTROPY_STEPS_PER_NAT, FrameMap};
 pub use posterior::Posterior;
 pub use spread::Spread;
 pub use surface::{NO_NODE, Surface};
+
+#[cfg(test)]
+mod tests;

@@ -26,11 +26,11 @@ pub struct Posterior {
 }
 
 impl Posterior {
-    /// Combines the classes' distances with the probabilities of the field's head, where there are any
-    /// (`[nodes, classes]`, in the order of `classes`).
+    /// Combines the classes' distances with the head's say, where there is any (positive weights
+    /// `[nodes, classes]`, in the order of `classes`).
     ///
     /// p_c is proportional to (d_c + softness)^-power plus an equal share of not knowing, times the
-    /// head's probability.
+    /// head's weight.
     pub fn new(propagation: &Propagation, classes: &[ClassId], nodes: usize, head: Option<&[f32]>) -> Self {
         let fields: Vec<Option<&[f32]>> = classes
             .iter()
@@ -45,7 +45,7 @@ impl Posterior {
                     let nearest = fill_weights(&fields, node, weights);
                     if let Some(head) = head {
                         let own = &head[node * classes.len()..(node + 1) * classes.len()];
-                        weights.iter_mut().zip(own).for_each(|(w, p)| *w *= p.max(1e-3));
+                        weights.iter_mut().zip(own).for_each(|(w, p)| *w *= p);
                     }
                     summarise(classes, weights, nearest)
                 },

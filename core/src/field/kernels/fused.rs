@@ -117,7 +117,8 @@ pub struct Evaluated {
     pub density: Vec<f32>,
     /// Colour `[N, 3]`; empty unless wanted.
     pub color: Vec<f32>,
-    /// Encoding and geometry features `[N, features + 15]`; empty unless wanted.
+    /// The coarser half of the encoding and the geometry features, `[N, features / 2 + 15]`; empty unless
+    /// wanted. (The finer half tells single pixels' texture rather than what a thing is.)
     pub features: Vec<f32>,
 }
 
@@ -151,7 +152,8 @@ pub fn evaluate(parameters: Parameters, samples: &Samples, wanted: Wanted) -> Re
     };
     let table: &[[f32; 2]] = bytemuck::cast_slice(values(table, table_layout, "evaluate")?);
     let weights = values(weights, weights_layout, "evaluate")?;
-    let width = shape.features + super::network::GEOMETRY_FEATURES;
+    let coarse = shape.features / 2;
+    let width = coarse + super::network::GEOMETRY_FEATURES;
     let plan = Plan::new(samples);
     let parts: Vec<Evaluated> = plan
         .chunks
@@ -179,7 +181,7 @@ pub fn evaluate(parameters: Parameters, samples: &Samples, wanted: Wanted) -> Re
                 part.features.reserve(count * width);
                 for k in 0..count {
                     let (group, lane) = (k / LANES, k % LANES);
-                    let own = &encoding[group * shape.features..(group + 1) * shape.features];
+                    let own = &encoding[group * shape.features..group * shape.features + coarse];
                     let geometry = &work.activations.out(group)[1..];
                     part.features
                         .extend(own.iter().chain(geometry).map(|feature| feature.0[lane]));
