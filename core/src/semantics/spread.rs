@@ -4,21 +4,11 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use rand::{Rng, SeedableRng, rngs::SmallRng};
-use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use super::{ENTROPY_STEPS_PER_NAT, FrameMap, NO_NODE, Posterior, Propagation, SoftTargets, Surface};
 use crate::labels::{ClassId, LabelSet, Stroke, StrokeId, VOID, rasterise};
 use crate::scene::Scene;
-
-/// The head's probabilities are not taken to be smaller than this.
-const LEAST_PROBABILITY: f32 = 1e-3;
-/// How often the head's probabilities are averaged over neighbours, and how fast a neighbour's weight
-/// falls with the cost of the edge to it.
-const SMOOTHING_ROUNDS: usize = 6;
-const SMOOTHING_FALLOFF: f32 = 0.3;
-/// Exponent of the head's probabilities beside the graph's.
-const HEAD_SAY: f32 = 0.4;
 
 /// The labels of a scene on its surface, kept in step with the strokes.
 #[derive(Clone, Debug)]
@@ -90,43 +80,12 @@ impl Spread {
         self.refresh();
     }
 
-    /// Takes over the head's class probabilities of each node, `[nodes, classes]`; others are ignored.
-    pub fn set_head(&mut self, probabilities: Vec<f32>) {
-        if probabilities.len() == self.surface.graph.len() * self.classes.len() {
-            self.head = Some(self.smoothed_weights(&probabilities));
+    /// Takes over the head's say on each node, positive weights `[nodes, classes]`; others are ignored.
+    pub fn set_head(&mut self, weights: Vec<f32>) {
+        if weights.len() == self.surface.graph.len() * self.classes.len() {
+            self.head = Some(weights);
             self.refresh();
         }
-    }
-
-    /// The head's say on every node: its probabilities averaged (as logarithms) over neighbours that the
-    /// graph joins closely, so that they follow surfaces and not single voxels, and tempered.
-    fn smoothed_weights(&self, probabilities: &[f32]) -> Vec<f32> {
-        let (graph, count) = (&self.surface.graph, self.classes.len());
-        let mut logs: Vec<f32> = probabilities
-            .iter()
-            .map(|p| p.max(LEAST_PROBABILITY).ln())
-            .collect();
-        for _ in 0..SMOOTHING_ROUNDS {
-            logs = (0..graph.len() as u32)
-                .into_par_iter()
-                .with_min_len(256)
-                .flat_map_iter(|node| {
-                    let start = node as usize * count;
-                    let mut sum = logs[start..start + count].to_vec();
-                    let mut total = 1.0;
-                    for (neighbour, cost) in graph.edges(node) {
-                        let weight = (-cost * SMOOTHING_FALLOFF).exp();
-                        total += weight;
-                        let start = neighbour as usize * count;
-                        for (sum, log) in sum.iter_mut().zip(&logs[start..start + count]) {
-                            *sum += weight * log;
-                        }
-                    }
-                    sum.into_iter().map(move |sum| sum / total)
-                })
-                .collect();
-        }
-        logs.into_iter().map(|log| (HEAD_SAY * log).exp()).collect()
     }
 
     fn refresh(&mut self) {

@@ -5,12 +5,14 @@ use std::sync::Arc;
 
 use crossbeam_channel::{Receiver, TryRecvError, bounded};
 
-use crate::field::{FieldError, Trainer, frame_rays, render_rays};
-use crate::scene::Scene;
+use crate::field::{FieldError, Ray, Trainer, frame_rays, render_rays};
+use crate::scene::{Frame, Scene};
 use crate::semantics::{FieldDepth, Surface};
 
 /// Pixels of a frame, along each axis, per ray that is rendered for its depth.
 const STRIDE: u32 = 4;
+/// Rays rendered before commands are looked at again.
+const RAYS_AT_A_TIME: usize = 1024;
 /// Share of pixels with measured depth above which the field's depth adds nothing.
 const COMPLETE: f32 = 0.98;
 
@@ -28,15 +30,17 @@ pub(super) struct Survey {
     building: Option<Receiver<Option<Surface>>>,
 }
 
+/// A look at the field's depth that is under way.
 struct Rendering {
-    lengths: Vec<Option<Arc<FieldDepth>>>,
-    next: usize,
+    /// The frames done.
+    done: Vec<Option<Arc<FieldDepth>>>,
+    /// Ray lengths of the next frame, as far as they are known.
+    lengths: Vec<f32>,
 }
 
 impl Survey {
     pub(super) fn new(scene: &Arc<Scene>, trainer: &Trainer, threads: usize) -> Self {
-        let coverage =
-            |frame: &crate::scene::Frame| frame.depth.as_ref().map_or(0.0, |depth| depth.coverage());
+        let coverage = |frame: &Frame| frame.depth.as_ref().map_or(0.0, |depth| depth.coverage());
         let incomplete = scene.frames.iter().any(|frame| coverage(frame) < COMPLETE);
         let last = trainer.capacity().steps;
         let marks = if incomplete {
@@ -91,42 +95,55 @@ impl Survey {
     fn start(&mut self) {
         if self.incomplete {
             self.rendering = Some(Rendering {
-                lengths: Vec::with_capacity(self.scene.frames.len()),
-                next: 0,
+                done: Vec::with_capacity(self.scene.frames.len()),
+                lengths: Vec::new(),
             });
         }
     }
 
-    /// Renders the next frame; the surface is built after the last one.
+    /// Renders some more rays; the surface is built after those of the last frame.
     pub(super) fn advance(&mut self, trainer: &Trainer) -> Result<(), FieldError> {
         let Some(rendering) = &mut self.rendering else {
             return Ok(());
         };
-        let frame = &self.scene.frames[rendering.next];
-        let complete = frame
+        let frame = &self.scene.frames[rendering.done.len()];
+        if frame
             .depth
             .as_ref()
-            .is_some_and(|depth| depth.coverage() >= COMPLETE);
-        rendering.lengths.push(if complete {
-            None
+            .is_some_and(|depth| depth.coverage() >= COMPLETE)
+        {
+            rendering.done.push(None);
         } else {
             let (camera, rays) = frame_rays(frame, STRIDE);
+            // Rays among measured pixels need not be rendered.
+            let mut unknown = Vec::new();
+            while rendering.lengths.len() < rays.len() && unknown.len() < RAYS_AT_A_TIME {
+                let index = rendering.lengths.len();
+                let measured =
+                    measured_around(frame, index as u32 % camera.width, index as u32 / camera.width);
+                rendering.lengths.push(measured.unwrap_or(f32::INFINITY));
+                if measured.is_none() {
+                    unknown.push(index);
+                }
+            }
+            let wanted: Vec<Ray> = unknown.iter().map(|&index| rays[index]).collect();
             let (field, occupancy) = (trainer.field(), trainer.occupancy());
-            let rendered = render_rays(field, occupancy, &rays, trainer.render_step(), false)?;
-            Some(Arc::new(FieldDepth {
-                stride: STRIDE,
-                width: camera.width,
-                lengths: rendered
-                    .iter()
-                    .map(|ray| ray.length.unwrap_or(f32::INFINITY))
-                    .collect(),
-            }))
-        });
-        rendering.next += 1;
-        if rendering.next == self.scene.frames.len()
+            let rendered = render_rays(field, occupancy, &wanted, trainer.render_step(), false)?;
+            for (index, ray) in unknown.into_iter().zip(rendered) {
+                rendering.lengths[index] = ray.length.unwrap_or(f32::INFINITY);
+            }
+            if rendering.lengths.len() == rays.len() {
+                rendering.done.push(Some(Arc::new(FieldDepth {
+                    stride: STRIDE,
+                    width: camera.width,
+                    lengths: std::mem::take(&mut rendering.lengths),
+                })));
+            }
+        }
+        if rendering.done.len() == self.scene.frames.len()
             && let Some(rendering) = self.rendering.take()
         {
-            self.build(rendering.lengths);
+            self.build(rendering.done);
         }
         Ok(())
     }
@@ -168,4 +185,18 @@ impl Survey {
             }
         }
     }
+}
+
+/// Measured ray length in the middle of a sample's pixels; `None` unless all of them and those beside
+/// them are measured.
+fn measured_around(frame: &Frame, column: u32, row: u32) -> Option<f32> {
+    let depth = frame.depth.as_ref()?;
+    let (width, height) = (frame.camera.width, frame.camera.height);
+    let range = |at: u32, limit: u32| (at * STRIDE).saturating_sub(STRIDE)..((at + 2) * STRIDE).min(limit);
+    let at = |x: u32, y: u32| depth.ray_length((y * width + x) as usize);
+    let complete = range(row, height).all(|y| range(column, width).all(|x| at(x, y).is_some()));
+    let middle = |at: u32, limit: u32| (at * STRIDE + STRIDE / 2).min(limit - 1);
+    complete
+        .then(|| at(middle(column, width), middle(row, height)))
+        .flatten()
 }

@@ -15,7 +15,7 @@ use crate::field::{FieldError, HeldOut, Ray, Sampling, Trainer};
 use crate::guide::suggest;
 use crate::labels::LabelSet;
 use crate::scene::{Scene, SceneError};
-use crate::semantics::{FrameMap, RayTargets, SemanticHead, Spread};
+use crate::semantics::{FrameMap, HeadLook, RayTargets, SemanticHead, Spread};
 
 /// How long maps are published before commands are looked at again.
 const PUBLISH_SLICE: Duration = Duration::from_millis(15);
@@ -178,6 +178,7 @@ struct Worker<'a> {
     survey: Survey,
     spread: Option<Spread>,
     head: Option<SemanticHead>,
+    look: Option<HeadLook>,
     labels: LabelSet,
     generation: u64,
     view: usize,
@@ -238,6 +239,7 @@ impl<'a> Worker<'a> {
             survey,
             spread: None,
             head,
+            look: None,
             labels: LabelSet::default(),
             generation: 0,
             view: 0,
@@ -276,7 +278,7 @@ impl<'a> Worker<'a> {
                     spread.set_labels(&self.scene, &self.labels);
                 });
                 self.spread = Some(spread);
-                self.look_at_head()?;
+                self.start_look();
                 self.refresh_all();
             }
             if self.last_status.elapsed() >= STATUS_EVERY {
@@ -400,6 +402,12 @@ impl<'a> Worker<'a> {
             timed(&mut self.seconds.geometry, || self.survey.advance(&self.trainer))?;
             return Ok(true);
         }
+        if self.look.is_some() && !self.paused {
+            let start = Instant::now();
+            self.look_on()?;
+            self.seconds.semantics += start.elapsed().as_secs_f64();
+            return Ok(true);
+        }
         if self.paused || self.settling {
             return Ok(false);
         }
@@ -437,7 +445,7 @@ impl<'a> Worker<'a> {
         self.labels.classes.len() >= 2 && !self.labels.strokes.is_empty()
     }
 
-    /// A step of the head; every now and then, what it says goes into the maps.
+    /// A step of the head; every now and then, a look at what it says.
     fn train_head(&mut self) -> Result<(), WorkerError> {
         let Some(spread) = &self.spread else { return Ok(()) };
         let classes = spread.classes();
@@ -460,33 +468,47 @@ impl<'a> Worker<'a> {
         };
         head.step(field, self.trainer.occupancy(), &soft, &labelled, sampling)?;
         if head.steps().is_multiple_of(HEAD_LOOK_EVERY) {
-            self.look_at_head()?;
-            self.refresh_all();
+            self.start_look();
         }
         Ok(())
     }
 
-    /// What the head says of every node goes into the next maps.
-    fn look_at_head(&mut self) -> Result<(), WorkerError> {
+    /// Starts a look at what the head says of every node, once it has learnt something.
+    fn start_look(&mut self) {
+        let knows = |head: &SemanticHead| head.steps() >= HEAD_LOOK_EVERY;
+        self.look = self
+            .head
+            .as_ref()
+            .filter(|head| knows(head))
+            .map(|_| HeadLook::default());
+    }
+
+    /// Goes on with the look; at its end, what the head says goes into the maps.
+    fn look_on(&mut self) -> Result<(), WorkerError> {
+        let Some(mut look) = self.look.take() else {
+            return Ok(());
+        };
         let (Some(spread), Some(head)) = (&mut self.spread, &self.head) else {
             return Ok(());
         };
-        if head.classes() == spread.classes() && head.steps() >= HEAD_LOOK_EVERY {
-            let positions: Vec<glam::Vec3> = spread
-                .surface()
-                .graph
-                .nodes()
-                .iter()
-                .map(|node| node.position)
-                .collect();
-            spread.set_head(head.at_points(self.trainer.field(), &positions)?);
+        // Classes came or went: the head learns them first.
+        if head.classes() != spread.classes() {
+            return Ok(());
+        }
+        match look.advance(spread, head, self.trainer.field())? {
+            None => self.look = Some(look),
+            Some(weights) => {
+                spread.set_head(weights);
+                self.refresh_all();
+            }
         }
         Ok(())
     }
 
     fn is_settled(&self) -> bool {
         let trained = self.settling || (self.trainer.settled() && self.head_steps_due == 0);
-        trained && self.survey.is_done() && self.stale.is_empty() && self.spread.is_some()
+        let idle = self.survey.is_done() && self.look.is_none() && self.stale.is_empty();
+        trained && idle && self.spread.is_some()
     }
 
     fn tell_status(&mut self) {

@@ -1,0 +1,104 @@
+//! What the head says of the whole surface, found out a little at a time.
+
+use candle_core::Result;
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::{SemanticHead, Spread, SurfaceGraph};
+use crate::field::RadianceField;
+
+/// Nodes that the head is asked about at a time.
+const PORTION: usize = 8192;
+/// The head's probabilities are not taken to be smaller than this.
+const LEAST_PROBABILITY: f32 = 1e-3;
+/// How often the head's probabilities are averaged over neighbours, and how fast a neighbour's weight
+/// falls with the cost of the edge to it.
+const SMOOTHING_ROUNDS: usize = 6;
+const SMOOTHING_FALLOFF: f32 = 0.3;
+/// Exponent of the head's probabilities beside the graph's.
+const HEAD_SAY: f32 = 0.4;
+
+/// A look at what the head says of every node of a surface, in steps of some tens of milliseconds.
+#[derive(Clone, Debug, Default)]
+pub struct HeadLook {
+    /// Logarithms of the probabilities found so far, `[nodes, classes]`.
+    logs: Vec<f32>,
+    rounds: usize,
+}
+
+impl HeadLook {
+    /// Goes a step further; in the end returns the head's say on each node, positive weights
+    /// `[nodes, classes]` for [`Spread::set_head`].
+    ///
+    /// The probabilities are averaged (as logarithms) over neighbours that the graph joins closely, so
+    /// that they follow surfaces and not single voxels, and tempered. Surface and head have to stay the
+    /// same from step to step.
+    ///
+    /// # Errors
+    /// None on the CPU.
+    pub fn advance(
+        &mut self,
+        spread: &Spread,
+        head: &SemanticHead,
+        field: &RadianceField,
+    ) -> Result<Option<Vec<f32>>> {
+        let graph = &spread.surface().graph;
+        let count = head.classes().len().max(1);
+        let known = self.logs.len() / count;
+        if known < graph.len() {
+            let portion = &graph.nodes()[known..graph.len().min(known + PORTION)];
+            let positions: Vec<Vec3> = portion.iter().map(|node| node.position).collect();
+            let probabilities = head.at_points(field, &positions)?;
+            self.logs
+                .extend(probabilities.iter().map(|p| p.max(LEAST_PROBABILITY).ln()));
+        } else if self.rounds < SMOOTHING_ROUNDS {
+            self.logs = averaged(graph, &self.logs, count);
+            self.rounds += 1;
+        } else {
+            return Ok(Some(self.logs.iter().map(|log| (HEAD_SAY * log).exp()).collect()));
+        }
+        Ok(None)
+    }
+}
+
+/// Each node's values `[nodes, count]` averaged with those of its neighbours.
+fn averaged(graph: &SurfaceGraph, values: &[f32], count: usize) -> Vec<f32> {
+    let mut averages = values.to_vec();
+    averages
+        .par_chunks_exact_mut(count)
+        .enumerate()
+        .with_min_len(256)
+        .for_each(|(node, average)| {
+            let mut total = 1.0;
+            for (neighbour, cost) in graph.edges(node as u32) {
+                let weight = (-cost * SMOOTHING_FALLOFF).exp();
+                total += weight;
+                let start = neighbour as usize * count;
+                for (sum, value) in average.iter_mut().zip(&values[start..start + count]) {
+                    *sum += weight * value;
+                }
+            }
+            average.iter_mut().for_each(|sum| *sum /= total);
+        });
+    averages
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::semantics::Node;
+
+    #[test]
+    fn averaging_stays_on_one_side_of_a_costly_edge() {
+        let node = Node {
+            position: Vec3::ZERO,
+            color: Vec3::ZERO,
+            normal: Vec3::Z,
+            pixels: 1.0,
+            voxel: 1.0,
+        };
+        let graph = SurfaceGraph::from_edges(vec![node; 4], &[(0, 1, 0.01), (1, 2, 50.0), (2, 3, 0.01)]);
+        let averages = averaged(&graph, &[0.0, 2.0, 10.0, 12.0], 1);
+        assert!((averages[1] - 1.0).abs() < 0.01 && (averages[2] - 11.0).abs() < 0.01);
+    }
+}
