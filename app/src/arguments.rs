@@ -76,8 +76,19 @@ pub enum Command {
 /// What can be measured.
 #[derive(Debug, Subcommand)]
 pub enum Bench {
-    /// Samples a second of each way to compute the field, forward and backward.
+    /// Samples a second of each way to compute the field; how soon a field of each scene is good.
     Engine {
+        /// Folders of captures, or "demo".
+        scenes: Vec<PathBuf>,
+        /// Seconds of training after which a field is measured.
+        #[arg(long, value_name = "SECONDS,...", value_delimiter = ',', default_value = "5,10,15,30,60", value_parser = seconds)]
+        marks: Vec<f64>,
+        /// Leave measured depth aside in training.
+        #[arg(long)]
+        no_depth: bool,
+        /// Seed of everything random.
+        #[arg(long, value_name = "N", default_value_t = 0)]
+        seed: u64,
         /// Where engine.json goes.
         #[arg(long, value_name = "DIR")]
         out: PathBuf,

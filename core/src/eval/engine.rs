@@ -1,4 +1,4 @@
-//! How fast the field's kernels are, path by path.
+//! How fast the field's kernels are, path by path, and how soon a field is good.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -9,7 +9,10 @@ use rand::{Rng, SeedableRng, rngs::SmallRng};
 use serde::Serialize;
 
 use crate::field::kernels::Dispatch;
-use crate::field::{Capacity, OccupancyGrid, RadianceField, Ray, Samples, Sampling, Volume};
+use crate::field::{
+    Capacity, OccupancyGrid, Preset, RadianceField, Ray, Samples, Sampling, Trainer, Volume,
+};
+use crate::scene::Scene;
 
 /// Samples of one measured step.
 const SAMPLES: usize = 48 * 1024;
@@ -89,6 +92,70 @@ pub fn path_speeds(table_log2: u32, rounds: usize, threads: usize) -> Result<Vec
             }
         })
         .collect())
+}
+
+/// How good a field was after so much training.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RunPoint {
+    /// The scene.
+    pub scene: String,
+    /// Whether the field was given measured depth.
+    pub depth: bool,
+    /// Seed of the run.
+    pub seed: u64,
+    /// Seconds of training.
+    pub seconds: f64,
+    /// Steps done.
+    pub steps: u64,
+    /// Samples a training ray needed of late.
+    pub samples_per_ray: f32,
+    /// Median error of the ray length on held-out frames, in metres.
+    pub depth_error_m: Option<f32>,
+    /// The same as a share of the ray length.
+    pub depth_error_rel: Option<f32>,
+    /// Share of the held-out pixels within a tenth of the ray length, 0..=1.
+    pub within_tenth: Option<f32>,
+    /// Peak signal-to-noise ratio on held-out frames, in dB.
+    pub psnr_db: f32,
+}
+
+/// Trains a field on `scene` and measures it on its held-out frames against `truth`, another reading of
+/// the same capture, after each of `marks` seconds of training (measuring not counted).
+///
+/// # Errors
+/// None on the CPU short of a lack of memory.
+pub fn training_run(
+    scene: &Arc<Scene>,
+    truth: &Scene,
+    preset: Preset,
+    seed: u64,
+    marks: &[f64],
+) -> Result<Vec<RunPoint>> {
+    let mut trainer = Trainer::new(Arc::clone(scene), preset, seed)?;
+    let mut seconds = 0.0;
+    let mut points = Vec::new();
+    for &mark in marks {
+        while seconds < mark {
+            let start = Instant::now();
+            trainer.step()?;
+            seconds += start.elapsed().as_secs_f64();
+        }
+        if let Some(held_out) = trainer.evaluate_against(truth)? {
+            points.push(RunPoint {
+                scene: scene.name(),
+                depth: scene.has_depth(),
+                seed,
+                seconds,
+                steps: trainer.steps(),
+                samples_per_ray: trainer.samples_per_ray(),
+                depth_error_m: held_out.depth_error,
+                depth_error_rel: held_out.relative_depth_error,
+                within_tenth: held_out.within_tenth,
+                psnr_db: held_out.psnr,
+            });
+        }
+    }
+    Ok(points)
 }
 
 /// Rays of sixteen samples each from the middle of the volume to all sides.

@@ -6,7 +6,7 @@ mod truth;
 
 use std::path::PathBuf;
 
-pub use engine::{PathSpeed, path_speeds};
+pub use engine::{PathSpeed, RunPoint, path_speeds, training_run};
 pub use metrics::{ConfusionMatrix, Scores};
 pub use truth::{GroundTruth, LabelImage, Split, frame_number};
 

@@ -42,6 +42,10 @@ pub struct HeldOut {
     pub psnr: f32,
     /// Median absolute error of the ray length where depth is measured, in metres.
     pub depth_error: Option<f32>,
+    /// The same as a share of the ray length.
+    pub relative_depth_error: Option<f32>,
+    /// Share of those pixels whose error is at most a tenth of the ray length, 0..=1.
+    pub within_tenth: Option<f32>,
 }
 
 /// Trains a field, a step at a time.
@@ -130,6 +134,11 @@ impl Trainer {
         self.steps >= self.capacity.steps
     }
 
+    /// Samples that a training ray needed of late.
+    pub fn samples_per_ray(&self) -> f32 {
+        self.samples_per_ray
+    }
+
     /// Distance between samples for rendering, in metres.
     pub fn render_step(&self) -> f32 {
         self.capacity.cell.max(self.field.volume().side / 400.0)
@@ -160,34 +169,45 @@ impl Trainer {
     /// # Errors
     /// None on the CPU short of a lack of memory.
     pub fn evaluate(&self) -> Result<Option<HeldOut>> {
+        self.evaluate_against(&self.scene)
+    }
+
+    /// The same against another reading of the same capture, such as one with the depth that the field
+    /// was not given.
+    ///
+    /// # Errors
+    /// As [`Trainer::evaluate`].
+    pub fn evaluate_against(&self, truth: &Scene) -> Result<Option<HeldOut>> {
         if self.held_out.is_empty() {
             return Ok(None);
         }
-        let rays: Vec<Ray> = self
-            .held_out
-            .iter()
-            .map(|&(frame, index)| Ray {
-                length: None,
-                ..self.ray(frame, index)
-            })
-            .collect();
+        let ray = |&(frame, index): &(usize, usize)| Ray {
+            length: None,
+            ..self.ray(frame, index)
+        };
+        let rays: Vec<Ray> = self.held_out.iter().map(ray).collect();
         let rendered = render_rays(&self.field, &self.occupancy, &rays, self.render_step(), true)?;
         let mut squared = 0.0;
         let mut errors = Vec::new();
         for (&(frame, index), ray) in self.held_out.iter().zip(&rendered) {
-            let frame = &self.scene.frames[frame];
+            let frame = &truth.frames[frame];
             squared += (ray.color - frame.color.color(index)).length_squared() / 3.0;
             if let Some(measured) = frame.depth.as_ref().and_then(|depth| depth.ray_length(index)) {
-                errors.push(
-                    ray.length
-                        .map_or(f32::INFINITY, |length| (length - measured).abs()),
-                );
+                let error = ray.length.map_or(f32::INFINITY, |length| (length - measured).abs());
+                errors.push((error, error / measured));
             }
         }
-        errors.sort_by(f32::total_cmp);
+        let median = |part: fn(&(f32, f32)) -> f32| {
+            let mut values: Vec<f32> = errors.iter().map(part).collect();
+            values.sort_by(f32::total_cmp);
+            values.get(values.len() / 2).copied()
+        };
+        let close = errors.iter().filter(|(_, relative)| *relative <= 0.1).count();
         Ok(Some(HeldOut {
             psnr: -10.0 * (squared / self.held_out.len() as f32).max(1e-10).log10(),
-            depth_error: errors.get(errors.len() / 2).copied(),
+            depth_error: median(|(error, _)| *error),
+            relative_depth_error: median(|(_, relative)| *relative),
+            within_tenth: (!errors.is_empty()).then(|| close as f32 / errors.len() as f32),
         }))
     }
 
