@@ -54,7 +54,8 @@ pub fn run(what: Bench) -> Result<(), Failure> {
     if !runs.is_empty() {
         println!("scene            depth  seconds   steps  samples/ray   error cm  error %  within 10%   dB");
     }
-    let figure = |value: Option<f32>, scale: f32| value.map_or("-".to_owned(), |v| format!("{:.2}", scale * v));
+    let figure =
+        |value: Option<f32>, scale: f32| value.map_or("-".to_owned(), |v| format!("{:.2}", scale * v));
     for run in &runs {
         println!(
             "{:16} {:5} {:8.1} {:7} {:12.1} {:>10} {:>8} {:>11} {:5.1}",
@@ -72,7 +73,13 @@ pub fn run(what: Bench) -> Result<(), Failure> {
     Ok(())
 }
 
-fn runs(scenes: &[PathBuf], depth: bool, seed: u64, marks: &[f64], threads: usize) -> Result<Vec<RunPoint>, Failure> {
+fn runs(
+    scenes: &[PathBuf],
+    depth: bool,
+    seed: u64,
+    marks: &[f64],
+    threads: usize,
+) -> Result<Vec<RunPoint>, Failure> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
     let mut runs = Vec::new();
     for scene in scenes {

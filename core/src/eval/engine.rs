@@ -9,9 +9,7 @@ use rand::{Rng, SeedableRng, rngs::SmallRng};
 use serde::Serialize;
 
 use crate::field::kernels::Dispatch;
-use crate::field::{
-    Capacity, OccupancyGrid, Preset, RadianceField, Ray, Samples, Sampling, Trainer, Volume,
-};
+use crate::field::{Capacity, OccupancyGrid, Preset, RadianceField, Ray, Samples, Sampling, Trainer, Volume};
 use crate::scene::Scene;
 
 /// Samples of one measured step.

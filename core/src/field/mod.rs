@@ -8,6 +8,7 @@ mod occupancy;
 mod rays;
 mod render;
 mod train;
+mod visibility;
 mod volume;
 
 pub use capacity::{Capacity, Preset};
@@ -17,6 +18,7 @@ pub use occupancy::OccupancyGrid;
 pub use rays::{Ray, Samples, Sampling};
 pub use render::{RenderedRay, frame_rays, render_rays};
 pub use train::{HeldOut, Trainer};
+pub use visibility::until_opaque;
 pub use volume::Volume;
 
 /// A failure of the tensor library.

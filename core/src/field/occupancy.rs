@@ -11,7 +11,7 @@ pub const OCCUPANCY_RESOLUTION: u32 = 96;
 /// What is left of a cell's density after an update that finds none (Müller et al. 2022).
 const DECAY: f32 = 0.9;
 /// Density that a cell has before it was ever looked at, per metre.
-const UNKNOWN: f32 = 10.0;
+const UNKNOWN: f32 = 1e6;
 
 /// A coarse grid of the density over the unit cube, so that rays skip what is empty.
 #[derive(Clone, Debug)]
@@ -83,6 +83,14 @@ impl OccupancyGrid {
         occupied as f32 / self.occupied.len() as f32
     }
 
+    /// All cells, and a random unit position inside each.
+    pub fn everywhere(&self, seed: u64) -> (Vec<u32>, Vec<Vec3>) {
+        Self::inside(
+            (0..self.occupied.len() as u32).collect(),
+            &mut SmallRng::seed_from_u64(seed),
+        )
+    }
+
     /// Cells to look at next and a random unit position inside each: half of them among the occupied.
     pub fn probes(&self, count: usize, seed: u64) -> (Vec<u32>, Vec<Vec3>) {
         let mut rng = SmallRng::seed_from_u64(seed);
@@ -98,6 +106,10 @@ impl OccupancyGrid {
                 }
             })
             .collect();
+        Self::inside(cells, &mut rng)
+    }
+
+    fn inside(cells: Vec<u32>, rng: &mut SmallRng) -> (Vec<u32>, Vec<Vec3>) {
         let positions = cells
             .iter()
             .map(|&cell| {
@@ -113,7 +125,11 @@ impl OccupancyGrid {
     pub fn update(&mut self, cells: &[u32], found: &[f32]) {
         for (&cell, &found) in cells.iter().zip(found) {
             let density = &mut self.density[cell as usize];
-            *density = (*density * DECAY).max(found);
+            *density = if *density == UNKNOWN {
+                found
+            } else {
+                (*density * DECAY).max(found)
+            };
         }
         self.classify();
     }
@@ -135,7 +151,8 @@ impl OccupancyGrid {
 
     /// While the whole field is thin, the mean takes the place of the absolute threshold.
     fn classify(&mut self) {
-        let mean = self.density.iter().sum::<f32>() / self.density.len() as f32;
+        let known = || self.density.iter().filter(|&&density| density != UNKNOWN);
+        let mean = known().sum::<f32>() / known().count().max(1) as f32;
         let threshold = self.threshold.min(mean);
         for (occupied, &density) in self.occupied.iter_mut().zip(&self.density) {
             *occupied = density >= threshold;

@@ -13,7 +13,7 @@ use super::{OccupancyGrid, Volume};
 /// Nothing is sampled nearer to the camera, in metres: density there explains noise, not the scene.
 const NEAR: f32 = 0.1;
 /// Most samples of one ray.
-const MOST_SAMPLES: usize = 160;
+const MOST_SAMPLES: usize = 512;
 
 /// A ray through the centre of a pixel.
 #[derive(Clone, Copy, Debug)]
@@ -117,6 +117,31 @@ impl Samples {
             directions: vec![[0.0; DIRECTION_FEATURES]; packing.rays()],
             positions: points.iter().flat_map(Vec3::to_array).collect(),
             packing,
+        }
+    }
+
+    /// The same rays with only their first `counts[ray]` samples each.
+    pub fn truncated(&self, counts: &[usize]) -> Self {
+        let kept = (0..self.packing.rays()).map(|ray| {
+            let range = self.packing.range(ray);
+            range.start..range.end.min(range.start + counts[ray])
+        });
+        let mut packing = RayPacking {
+            gradient_ramp: self.packing.gradient_ramp,
+            ..RayPacking::default()
+        };
+        let mut positions = Vec::new();
+        for range in kept {
+            packing.starts.push(packing.t.len() as u32);
+            packing.t.extend_from_slice(&self.packing.t[range.clone()]);
+            packing.dt.extend_from_slice(&self.packing.dt[range.clone()]);
+            positions.extend_from_slice(&self.positions[3 * range.start..3 * range.end]);
+        }
+        packing.starts.push(packing.t.len() as u32);
+        Self {
+            packing,
+            positions,
+            directions: self.directions.clone(),
         }
     }
 

@@ -7,7 +7,9 @@ use candle_core::{Device, Result, Tensor, Var};
 use rand::{Rng, SeedableRng, rngs::SmallRng};
 
 use super::kernels::{Adam, Wanted};
-use super::{Capacity, OccupancyGrid, Preset, RadianceField, Ray, Samples, Sampling, Volume, render_rays};
+use super::{
+    Capacity, OccupancyGrid, Preset, RadianceField, Ray, Samples, Sampling, Volume, render_rays, until_opaque,
+};
 use crate::scene::Scene;
 
 /// Samples that a step aims at; the number of rays follows from how many samples a ray needs.
@@ -25,7 +27,7 @@ const DISTORTION_WEIGHT: f64 = 0.01;
 const OCCUPANCY_EVERY: u64 = 16;
 const OCCUPANCY_PROBES: usize = 16 * 1024;
 /// Steps before the first look: the field says nothing yet.
-const OCCUPANCY_WARM_UP: u64 = 64;
+const OCCUPANCY_WARM_UP: u64 = 256;
 /// Non-finite steps in a row after which the last good state comes back.
 const PATIENCE: u32 = 3;
 /// Steps between snapshots of a good state.
@@ -151,6 +153,7 @@ impl Trainer {
     pub fn step(&mut self) -> Result<()> {
         let (rays, colors) = self.batch();
         let samples = Samples::along(&rays, self.field.volume(), &self.occupancy, self.sampling());
+        let samples = until_opaque(&self.field, samples, |ray| rays[ray].length.is_none())?;
         self.samples_per_ray = 0.9 * self.samples_per_ray + 0.1 * samples.len() as f32 / rays.len() as f32;
         self.steps += 1;
         if !samples.is_empty() {
@@ -193,7 +196,9 @@ impl Trainer {
             let frame = &truth.frames[frame];
             squared += (ray.color - frame.color.color(index)).length_squared() / 3.0;
             if let Some(measured) = frame.depth.as_ref().and_then(|depth| depth.ray_length(index)) {
-                let error = ray.length.map_or(f32::INFINITY, |length| (length - measured).abs());
+                let error = ray
+                    .length
+                    .map_or(f32::INFINITY, |length| (length - measured).abs());
                 errors.push((error, error / measured));
             }
         }
@@ -370,7 +375,13 @@ impl Trainer {
     }
 
     fn look_around(&mut self) -> Result<()> {
-        let (cells, positions) = self.occupancy.probes(OCCUPANCY_PROBES, self.seed ^ self.steps);
+        // The first look without depth sees everything: nothing else tells what is empty.
+        let all = self.steps < OCCUPANCY_WARM_UP + OCCUPANCY_EVERY && !self.scene.has_depth();
+        let (cells, positions) = if all {
+            self.occupancy.everywhere(self.seed ^ self.steps)
+        } else {
+            self.occupancy.probes(OCCUPANCY_PROBES, self.seed ^ self.steps)
+        };
         let density = self
             .field
             .evaluate(&Samples::at_points(&positions), Wanted::default())?

@@ -1,0 +1,59 @@
+//! Where rays end: what lies behind an opaque surface is neither rendered nor trained.
+
+use candle_core::Result;
+use glam::Vec3;
+
+use super::kernels::Wanted;
+use super::{RadianceField, Samples};
+
+/// Share of the light below which a ray has ended.
+const DARK: f32 = 1e-3;
+/// Samples of each ray that are looked at before rays that have ended are left out.
+const BLOCK: usize = 32;
+
+/// Leaves out the samples of each ray behind the first at which hardly any light is left. Only rays that
+/// `open` picks are looked at; the others are known to end at a surface.
+///
+/// # Errors
+/// None on the CPU.
+pub fn until_opaque(
+    field: &RadianceField,
+    samples: Samples,
+    open: impl Fn(usize) -> bool,
+) -> Result<Samples> {
+    let packing = &samples.packing;
+    let mut counts: Vec<usize> = (0..packing.rays()).map(|ray| packing.range(ray).len()).collect();
+    let mut alive: Vec<(usize, f32)> = (0..packing.rays())
+        .filter(|&ray| open(ray) && counts[ray] > BLOCK / 2)
+        .map(|ray| (ray, 1.0))
+        .collect();
+    let mut looked = 0;
+    while !alive.is_empty() {
+        let block = |ray: usize| {
+            let range = packing.range(ray);
+            (range.start + looked).min(range.end)..(range.start + looked + BLOCK).min(range.end)
+        };
+        let points: Vec<Vec3> = alive
+            .iter()
+            .flat_map(|&(ray, _)| block(ray))
+            .map(|sample| Vec3::from(samples.position(sample)))
+            .collect();
+        let density = field
+            .evaluate(&Samples::at_points(&points), Wanted::default())?
+            .density;
+        let mut density = density.into_iter();
+        alive.retain_mut(|(ray, transmittance)| {
+            for sample in block(*ray) {
+                let optical_depth = density.next().unwrap_or(0.0) * packing.dt[sample];
+                let before = *transmittance;
+                *transmittance *= (-optical_depth).exp();
+                if before >= DARK && *transmittance < DARK {
+                    counts[*ray] = sample + 1 - packing.range(*ray).start;
+                }
+            }
+            *transmittance >= DARK && looked + BLOCK < packing.range(*ray).len()
+        });
+        looked += BLOCK;
+    }
+    Ok(samples.truncated(&counts))
+}
