@@ -149,13 +149,13 @@ impl OccupancyGrid {
         fits
     }
 
-    /// While the whole field is thin, the mean takes the place of the absolute threshold.
+    /// While the whole field is thin, half of the mean takes the place of the absolute threshold.
     fn classify(&mut self) {
         let known = || self.density.iter().filter(|&&density| density != UNKNOWN);
         let mean = known().sum::<f32>() / known().count().max(1) as f32;
-        let threshold = self.threshold.min(mean);
+        let threshold = self.threshold.min(0.5 * mean);
         for (occupied, &density) in self.occupied.iter_mut().zip(&self.density) {
-            *occupied = density >= threshold;
+            *occupied = density > threshold;
         }
     }
 }

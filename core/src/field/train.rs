@@ -15,7 +15,7 @@ use crate::scene::Scene;
 /// Samples that a step aims at; the number of rays follows from how many samples a ray needs.
 const SAMPLES_PER_STEP: usize = 24 * 1024;
 /// Learning rate of the hash table at the start and of the networks.
-const TABLE_RATE: f32 = 0.02;
+const TABLE_RATE: f32 = 0.04;
 const NETWORK_RATE: f32 = 0.005;
 /// Learning rates fall to this share over the capacity's steps.
 const FINAL_RATE: f32 = 0.1;
