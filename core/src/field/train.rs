@@ -14,8 +14,10 @@ use crate::scene::Scene;
 
 /// Samples that a step aims at; the number of rays follows from how many samples a ray needs.
 const SAMPLES_PER_STEP: usize = 24 * 1024;
-/// Learning rate of the hash table at the start and of the networks.
+/// Learning rate at the start: of the hash table without and with measured depth (where only a few
+/// samples watch over the free space, and a fast table leaves floaters there), and of the networks.
 const TABLE_RATE: f32 = 0.04;
+const TABLE_RATE_WITH_DEPTH: f32 = 0.02;
 const NETWORK_RATE: f32 = 0.005;
 /// Learning rates fall to this share over the capacity's steps.
 const FINAL_RATE: f32 = 0.1;
@@ -338,8 +340,13 @@ impl Trainer {
                 return Ok(false);
             }
             self.weights_optimiser.step(weights, rate * NETWORK_RATE)?;
+            let base = if self.scene.has_depth() {
+                TABLE_RATE_WITH_DEPTH
+            } else {
+                TABLE_RATE
+            };
             self.table_optimiser
-                .step(self.field.table_gradient(), rate * TABLE_RATE)?;
+                .step(self.field.table_gradient(), rate * base)?;
         }
         Ok(true)
     }

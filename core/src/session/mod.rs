@@ -3,6 +3,7 @@
 
 mod maps;
 mod message;
+mod outbox;
 mod survey;
 mod worker;
 
@@ -30,7 +31,7 @@ impl Session {
         let (command_sender, commands) = unbounded();
         let (event_sender, events) = unbounded();
         let maps = Arc::new(MapSlots::default());
-        let outbox = worker::Outbox::new(event_sender, Arc::clone(&maps), Box::new(wake));
+        let outbox = outbox::Outbox::new(event_sender, Arc::clone(&maps), Box::new(wake));
         let thread = std::thread::Builder::new().name("inplace-worker".to_owned());
         let failed = outbox.clone();
         let worker = thread.spawn(move || worker::run(options, &commands, &outbox));

@@ -7,15 +7,16 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use candle_core::Tensor;
-use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded, select};
+use crossbeam_channel::{Receiver, RecvTimeoutError, bounded, select};
 
+use super::outbox::Outbox;
 use super::survey::Survey;
-use super::{Command, Event, MapSlots, ModelState, Phase, SessionOptions, Status};
+use super::{Command, Event, ModelState, Phase, SessionOptions, Status};
 use crate::field::{FieldError, HeldOut, Ray, Sampling, Trainer};
 use crate::guide::suggest;
 use crate::labels::LabelSet;
 use crate::scene::{Scene, SceneError};
-use crate::semantics::{FrameMap, HeadLook, RayTargets, SemanticHead, Spread};
+use crate::semantics::{HeadLook, RayTargets, SemanticHead, Spread};
 
 /// How long maps are published before commands are looked at again.
 const PUBLISH_SLICE: Duration = Duration::from_millis(15);
@@ -33,39 +34,6 @@ const HEAD_FOLLOWS: u64 = 300;
 /// Places of the surface and labelled rays in a step of the head.
 const SOFT_TARGETS: usize = 1024;
 const LABELLED_RAYS: usize = 128;
-
-/// Where the worker's results go; cheap to clone.
-#[derive(Clone)]
-pub(super) struct Outbox {
-    events: Sender<Event>,
-    maps: Arc<MapSlots>,
-    wake: Arc<dyn Fn() + Send + Sync>,
-}
-
-impl Outbox {
-    pub(super) fn new(events: Sender<Event>, maps: Arc<MapSlots>, wake: Box<dyn Fn() + Send + Sync>) -> Self {
-        Self {
-            events,
-            maps,
-            wake: Arc::from(wake),
-        }
-    }
-
-    /// Tells an event and wakes the reader.
-    pub(super) fn send(&self, event: Event) {
-        // Nobody reads any more when the session is being dropped.
-        let _ = self.events.send(event);
-        (self.wake)();
-    }
-
-    /// Publishes a map and tells that it is there.
-    fn publish(&self, map: FrameMap) {
-        let (frame, generation) = (map.frame, map.generation);
-        if self.maps.publish(map) {
-            self.send(Event::Map { frame, generation });
-        }
-    }
-}
 
 /// Why the worker ended early.
 #[derive(Debug, thiserror::Error)]
@@ -161,7 +129,7 @@ fn open(
                     return Err(WorkerError::Other(reason));
                 };
                 let scene = Arc::new(scene?);
-                outbox.maps.reset(scene.frames.len());
+                outbox.reset_maps(scene.frames.len());
                 outbox.send(Event::Opened(Arc::clone(&scene)));
                 return Ok(Some((scene, early)));
             }

@@ -1,0 +1,45 @@
+//! Where the worker's results go.
+
+use std::sync::Arc;
+
+use crossbeam_channel::Sender;
+
+use super::{Event, FrameMap, MapSlots};
+
+/// Where the worker's results go; cheap to clone.
+#[derive(Clone)]
+pub(super) struct Outbox {
+    events: Sender<Event>,
+    maps: Arc<MapSlots>,
+    wake: Arc<dyn Fn() + Send + Sync>,
+}
+
+impl Outbox {
+    pub(super) fn new(events: Sender<Event>, maps: Arc<MapSlots>, wake: Box<dyn Fn() + Send + Sync>) -> Self {
+        Self {
+            events,
+            maps,
+            wake: Arc::from(wake),
+        }
+    }
+
+    /// Tells an event and wakes the reader.
+    pub(super) fn send(&self, event: Event) {
+        // Nobody reads any more when the session is being dropped.
+        let _ = self.events.send(event);
+        (self.wake)();
+    }
+
+    /// Publishes a map and tells that it is there.
+    pub(super) fn publish(&self, map: FrameMap) {
+        let (frame, generation) = (map.frame, map.generation);
+        if self.maps.publish(map) {
+            self.send(Event::Map { frame, generation });
+        }
+    }
+
+    /// Empties the map slots and makes one for each frame.
+    pub(super) fn reset_maps(&self, frames: usize) {
+        self.maps.reset(frames);
+    }
+}
