@@ -77,12 +77,6 @@ impl OccupancyGrid {
         index_of(unit).is_some_and(|index| self.occupied[index])
     }
 
-    /// Share of the cells that can hold anything, 0..=1.
-    pub fn share(&self) -> f32 {
-        let occupied = self.occupied.iter().filter(|&&o| o).count();
-        occupied as f32 / self.occupied.len() as f32
-    }
-
     /// All cells, and a random unit position inside each.
     pub fn everywhere(&self, seed: u64) -> (Vec<u32>, Vec<Vec3>) {
         Self::inside(

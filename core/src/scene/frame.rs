@@ -53,7 +53,7 @@ impl ColorImage {
 
 /// Distances along the rays of a frame's pixels, in metres, row-major `[height, width]`; 0 = unknown.
 ///
-/// Kept as 16-bit steps of [`DepthMap::unit`], so that a thousand frames fit in memory: at 10 m the
+/// Kept as 16-bit steps, so that a thousand frames fit in memory: at 10 m the
 /// step is 0.15 mm.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DepthMap {
@@ -94,11 +94,6 @@ impl DepthMap {
     /// Image width in pixels.
     pub fn width(&self) -> u32 {
         self.width
-    }
-
-    /// Metres per stored step.
-    pub fn unit(&self) -> f32 {
-        self.unit
     }
 
     /// Number of pixels.

@@ -34,6 +34,8 @@ pub(super) struct Survey {
 struct Rendering {
     /// The frames done.
     done: Vec<Option<Arc<FieldDepth>>>,
+    /// Samples along x and rays of the next frame, once it was begun.
+    begun: Option<(u32, Vec<Ray>)>,
     /// Ray lengths of the next frame, as far as they are known.
     lengths: Vec<f32>,
 }
@@ -96,6 +98,7 @@ impl Survey {
         if self.incomplete {
             self.rendering = Some(Rendering {
                 done: Vec::with_capacity(self.scene.frames.len()),
+                begun: None,
                 lengths: Vec::new(),
             });
         }
@@ -114,13 +117,16 @@ impl Survey {
         {
             rendering.done.push(None);
         } else {
-            let (camera, rays) = frame_rays(frame, STRIDE);
+            let (width, rays) = rendering.begun.get_or_insert_with(|| {
+                let (camera, rays) = frame_rays(frame, STRIDE);
+                (camera.width, rays)
+            });
+            let width = *width;
             // Rays among measured pixels need not be rendered.
             let mut unknown = Vec::new();
             while rendering.lengths.len() < rays.len() && unknown.len() < RAYS_AT_A_TIME {
                 let index = rendering.lengths.len();
-                let measured =
-                    measured_around(frame, index as u32 % camera.width, index as u32 / camera.width);
+                let measured = measured_around(frame, index as u32 % width, index as u32 / width);
                 rendering.lengths.push(measured.unwrap_or(f32::INFINITY));
                 if measured.is_none() {
                     unknown.push(index);
@@ -135,9 +141,10 @@ impl Survey {
             if rendering.lengths.len() == rays.len() {
                 rendering.done.push(Some(Arc::new(FieldDepth {
                     stride: STRIDE,
-                    width: camera.width,
+                    width,
                     lengths: std::mem::take(&mut rendering.lengths),
                 })));
+                rendering.begun = None;
             }
         }
         if rendering.done.len() == self.scene.frames.len()

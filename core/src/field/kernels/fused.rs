@@ -386,16 +386,7 @@ impl CustomOp2 for Fused {
             .for_each_init(Workspace::default, |work, (chunk, positions, encoding, out)| {
                 gather_positions(&self.samples, chunk, positions);
                 encode_groups(&self.grid, table, positions, encoding, self.dispatch);
-                work.activate(
-                    &self.shape,
-                    &self.samples,
-                    chunk,
-                    weights,
-                    encoding,
-                    true,
-                    self.dispatch,
-                );
-                work.gather(chunk, &self.gaps);
+                self.activate(work, chunk, encoding, weights);
                 for (ray, out) in chunk.rays.clone().zip(out.chunks_exact_mut(width)) {
                     let range = self.samples.packing.range(ray);
                     let local = range.start - chunk.samples.start..range.end - chunk.samples.start;
@@ -501,6 +492,13 @@ impl InplaceOp1 for TableGradient<'_> {
 }
 
 impl Fused {
+    /// Computes a chunk's activations, densities and values.
+    fn activate(&self, work: &mut Workspace, chunk: &Chunk, encoding: &[Group], weights: &[f32]) {
+        let (shape, samples) = (&self.shape, &self.samples);
+        work.activate(shape, samples, chunk, weights, encoding, true, self.dispatch);
+        work.gather(chunk, &self.gaps);
+    }
+
     /// Turns a chunk's encodings into their derivatives and adds to the weights' gradient.
     fn backward_chunk(
         &self,
@@ -513,16 +511,7 @@ impl Fused {
     ) {
         let width = VALUE_CHANNELS + EXTRA;
         let count = chunk.samples.len();
-        work.activate(
-            &self.shape,
-            &self.samples,
-            chunk,
-            weights,
-            encoding,
-            true,
-            self.dispatch,
-        );
-        work.gather(chunk, &self.gaps);
+        self.activate(work, chunk, encoding, weights);
         work.of_density.resize(count, 0.0);
         work.of_value.resize(count * VALUE_CHANNELS, 0.0);
         for ray in chunk.rays.clone() {
