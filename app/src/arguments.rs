@@ -35,7 +35,7 @@ pub struct TrainingArguments {
     /// How much the field may model: auto, fast or accurate.
     #[arg(long, value_name = "NAME", default_value = "auto", value_parser = preset)]
     pub preset: Preset,
-    /// Leave measured depth aside.
+    /// Leave measured depth and sparse points aside.
     #[arg(long)]
     pub no_depth: bool,
     /// Threads to train with [default: all cores, or all but one beside the window].
@@ -83,7 +83,7 @@ pub enum Bench {
         /// Seconds of training after which a field is measured.
         #[arg(long, value_name = "SECONDS,...", value_delimiter = ',', default_value = "5,10,15,30,60", value_parser = seconds)]
         marks: Vec<f64>,
-        /// Leave measured depth aside in training.
+        /// Leave measured depth and sparse points aside in training.
         #[arg(long)]
         no_depth: bool,
         /// Seed of everything random.

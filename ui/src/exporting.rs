@@ -54,9 +54,8 @@ impl Export {
             return;
         };
         let progress = |done, total| tell(Progress::Writing(done, total));
-        let stems: Vec<String> = self.scene.frames.iter().map(|frame| frame.stem.clone()).collect();
         let written = write_maps(&folder, &self.scene, &self.labels.classes, &maps, &progress)
-            .and_then(|()| write_strokes(&folder.join("strokes.json"), &self.labels, &stems));
+            .and_then(|()| write_strokes(&folder.join("strokes.json"), &self.labels, &self.scene.frames));
         tell(match written {
             Ok(()) => Progress::Finished(folder, maps.len()),
             Err(error) => Progress::Failed(format!("{error}.")),

@@ -80,13 +80,17 @@ fn scene(source: SceneSource) -> Arc<Scene> {
         camera_to_world: Default::default(),
         color: ColorImage::new(WIDTH, HEIGHT, vec![90; (WIDTH * HEIGHT * 3) as usize]).unwrap(),
         depth: None,
+        points: Vec::new(),
+        lens: None,
     };
     Arc::new(Scene {
         source,
         format: "test",
         frames: (0..FRAMES).map(frame).collect(),
         origin: Default::default(),
+        unit: 1.0,
         warnings: Vec::new(),
+        notes: Vec::new(),
     })
 }
 

@@ -39,20 +39,28 @@ fn facts(scene: &Scene) -> Value {
         SceneSource::Demo => scene.frames.len(),
         SceneSource::Folder(folder) => GroundTruth::find(folder).map_or(0, |truth| truth.numbers().count()),
     };
-    let camera = scene.frames.first().map(|frame| frame.camera);
+    let image = scene.frames.first().map(|frame| *frame.image());
+    let sparse: Vec<usize> = scene.frames.iter().map(|frame| frame.points.len()).collect();
+    // In the capture's own coordinates, but in metres: they are named so.
+    let metres = |position| (scene.to_capture(position) / scene.unit).to_array();
     json!({
         "scene": scene.source.to_string(),
         "format": scene.format,
         "frames": scene.frames.len(),
-        "width": camera.map(|camera| camera.width),
-        "height": camera.map(|camera| camera.height),
-        "intrinsics": camera.map(|camera| [camera.fx, camera.fy, camera.cx, camera.cy]),
+        "width": image.map(|camera| camera.width),
+        "height": image.map(|camera| camera.height),
+        "intrinsics": image.map(|camera| [camera.fx, camera.fy, camera.cx, camera.cy]),
+        "frames_with_distortion": scene.frames.iter().filter(|frame| frame.lens.is_some()).count(),
         "frames_with_depth": coverage.len(),
         "depth_coverage": (!coverage.is_empty()).then(|| coverage.iter().sum::<f32>() / coverage.len() as f32),
+        "frames_with_points": sparse.iter().filter(|&&points| points > 0).count(),
+        "sparse_points": sparse.iter().sum::<usize>(),
         "frames_with_labels": labelled,
-        "bounds_min_m": (bounds.min.as_dvec3() + scene.origin).to_array(),
-        "bounds_max_m": (bounds.max.as_dvec3() + scene.origin).to_array(),
+        "bounds_min_m": metres(bounds.min),
+        "bounds_max_m": metres(bounds.max),
+        "capture_units_per_m": scene.unit,
         "capacity": capacity.to_string(),
+        "notes": scene.notes,
         "warnings": scene.warnings,
     })
 }
@@ -76,6 +84,9 @@ fn print(facts: &Value) {
         text("height")
     );
     println!("intrinsics  fx fy cx cy = {}", text("intrinsics"));
+    if facts["frames_with_distortion"] != 0 {
+        println!("distortion  undone in {} frames", text("frames_with_distortion"));
+    }
     match facts["depth_coverage"].as_f64() {
         Some(coverage) => println!(
             "depth       in {} frames, on {:.0}% of their pixels",
@@ -84,6 +95,13 @@ fn print(facts: &Value) {
         ),
         None => println!("depth       none"),
     }
+    if facts["sparse_points"] != 0 {
+        println!(
+            "points      {} in {} frames",
+            text("sparse_points"),
+            text("frames_with_points")
+        );
+    }
     println!("labels      in {} frames (not used)", text("frames_with_labels"));
     println!(
         "bounds      {} to {} m",
@@ -91,6 +109,9 @@ fn print(facts: &Value) {
         text("bounds_max_m")
     );
     println!("model       {}", text("capacity"));
+    for note in facts["notes"].as_array().into_iter().flatten() {
+        println!("note        {}", note.as_str().unwrap_or_default());
+    }
     for warning in facts["warnings"].as_array().into_iter().flatten() {
         println!("warning     {}", warning.as_str().unwrap_or_default());
     }

@@ -20,6 +20,8 @@ use crate::session::FrameMap;
 /// - entropy: 16 bit, nats times [`ENTROPY_STEPS_PER_NAT`](crate::session::ENTROPY_STEPS_PER_NAT)
 /// - color: the classes' colours; void and ids without a class are black
 ///
+/// Each PNG has the pixels of the frame's image on disk, distortion included.
+///
 /// `progress` is called with (frames written, frames in all), from any thread.
 ///
 /// # Errors
@@ -92,6 +94,7 @@ fn write_map(
     map: &FrameMap,
     colors: &HashMap<ClassId, [u8; 3]>,
 ) -> Result<(), ExportError> {
+    let map = &*map.in_image(frame);
     let (width, height) = (map.width, map.height);
     let rgb: Vec<u8> = map
         .labels
@@ -130,13 +133,17 @@ mod tests {
             camera_to_world: Affine3A::IDENTITY,
             color: ColorImage::new(3, 2, vec![0; 18]).unwrap(),
             depth: None,
+            points: Vec::new(),
+            lens: None,
         };
         Scene {
             source: SceneSource::Demo,
             format: "test",
             frames: stems.iter().map(frame).collect(),
             origin: DVec3::ZERO,
+            unit: 1.0,
             warnings: Vec::new(),
+            notes: Vec::new(),
         }
     }
 

@@ -13,6 +13,7 @@ pub use memory::peak_memory;
 pub use report::{PhaseSeconds, Report};
 
 use crate::labels::{Class, LabelSet, strokes_json};
+use crate::scene::Frame;
 
 /// The folders of [`write_maps`], below the export's own.
 const FOLDERS: [&str; 3] = ["labels", "entropy", "color"];
@@ -73,15 +74,13 @@ fn write_classes(folder: &Path, classes: &[Class]) -> Result<(), ExportError> {
     write_json(&folder.join("classes.json"), classes)
 }
 
-/// Writes a strokes file. `stems` holds the name of each frame of the scene; strokes on other frames
-/// (that have vanished from the scene) are left out.
+/// Writes a strokes file for the frames of a scene; strokes on other frames (that have vanished from the
+/// scene) are left out.
 ///
 /// # Errors
 /// [`ExportError::Unwritable`].
-pub fn write_strokes(path: &Path, labels: &LabelSet, stems: &[String]) -> Result<(), ExportError> {
-    let mut present = labels.clone();
-    present.strokes.retain(|_, stroke| stroke.frame < stems.len());
-    write(path, (strokes_json(&present, stems) + "\n").as_bytes())
+pub fn write_strokes(path: &Path, labels: &LabelSet, frames: &[Frame]) -> Result<(), ExportError> {
+    write(path, (strokes_json(labels, frames) + "\n").as_bytes())
 }
 
 /// Writes a value as a JSON file, under a temporary name first.
@@ -106,6 +105,7 @@ mod tests {
 
     use super::*;
     use crate::labels::{Stroke, StrokeId};
+    use crate::scene::testing::wall;
 
     #[test]
     fn an_unwritable_folder_is_one_sentence_before_any_work() {
@@ -160,7 +160,7 @@ mod tests {
             let stroke = Arc::new(Stroke::click(frame, 1, [2, 3]));
             labels.strokes.insert(StrokeId(id), stroke);
         }
-        write_strokes(&path, &labels, &["rgb_0".to_owned()]).unwrap();
+        write_strokes(&path, &labels, &wall(1, 4, 3).frames).unwrap();
         let json: serde_json::Value = serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
         assert_eq!(json["strokes"].as_array().unwrap().len(), 1);
         assert_eq!(json["strokes"][0]["frame"], "rgb_0");

@@ -5,8 +5,9 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use super::raster::redrawn;
 use super::{Class, ClassId, LabelSet, Pixel, Stroke, StrokeId, VOID};
-use crate::scene::Scene;
+use crate::scene::{Frame, Scene};
 
 /// A strokes file that cannot be used; nothing of it is taken over.
 #[derive(Debug, thiserror::Error)]
@@ -63,7 +64,7 @@ fn parse(file: StrokesFile, scene: &Scene) -> Result<LabelSet, String> {
     }
     for (number, record) in file.strokes.into_iter().enumerate() {
         let place = format!("stroke {}", number + 1);
-        let Some(frame) = scene.frame_index(&record.frame) else {
+        let Some(index) = scene.frame_index(&record.frame) else {
             return Err(format!(
                 "{place} names frame \"{}\", which {} does not have",
                 record.frame, scene.source
@@ -75,25 +76,40 @@ fn parse(file: StrokesFile, scene: &Scene) -> Result<LabelSet, String> {
                 record.class
             ));
         }
-        let camera = &scene.frames[frame].camera;
+        let frame = &scene.frames[index];
+        let image = frame.image();
         if let Some([x, y]) = record
             .points
             .iter()
-            .find(|[x, y]| *x >= camera.width || *y >= camera.height)
+            .find(|[x, y]| *x >= image.width || *y >= image.height)
         {
             return Err(format!(
                 "{place} has the point [{x}, {y}], which is outside frame \"{}\" ({}x{} pixels)",
-                record.frame, camera.width, camera.height
+                record.frame, image.width, image.height
             ));
         }
         if record.points.is_empty() {
             return Err(format!("{place} has no points"));
         }
+        if let Some([x, y]) = record
+            .points
+            .iter()
+            .find(|&&point| frame.of_image(point).is_none())
+        {
+            return Err(format!(
+                "{place} has the point [{x}, {y}], which the lens of frame \"{}\" bends too much to be used",
+                record.frame
+            ));
+        }
+        let line = match frame.lens {
+            None => record.points,
+            Some(_) => redrawn(&record.points, |point| frame.of_image(point)),
+        };
         let stroke = Stroke {
-            frame,
+            frame: index,
             class: record.class,
             radius: record.radius,
-            lines: vec![record.points],
+            lines: vec![line],
         };
         labels
             .strokes
@@ -102,23 +118,116 @@ fn parse(file: StrokesFile, scene: &Scene) -> Result<LabelSet, String> {
     Ok(labels)
 }
 
-/// The labels as the text of a strokes file. `stems` holds the name of each frame of the scene.
+/// The labels as the text of a strokes file, in pixels of the frames' images on disk. Strokes on frames that
+/// the scene does not have are left out.
 ///
 /// A stroke with several lines (parts of it were erased) becomes one entry per line.
-pub fn strokes_json(labels: &LabelSet, stems: &[String]) -> String {
-    let records = labels.strokes.values().flat_map(|stroke| {
-        let frame = stems.get(stroke.frame).cloned().unwrap_or_default();
-        stroke.lines.iter().map(move |line| StrokeRecord {
-            frame: frame.clone(),
-            class: stroke.class,
-            points: line.clone(),
-            radius: stroke.radius,
-        })
-    });
+pub fn strokes_json(labels: &LabelSet, frames: &[Frame]) -> String {
+    let mut records = Vec::new();
+    for stroke in labels.strokes.values() {
+        let Some(frame) = frames.get(stroke.frame) else {
+            continue;
+        };
+        for line in &stroke.lines {
+            let points = match frame.lens {
+                None => line.clone(),
+                Some(_) => redrawn(line, |point| frame.to_image(point)),
+            };
+            // What was drawn where the image does not reach says nothing about it.
+            if !points.is_empty() {
+                records.push(StrokeRecord {
+                    frame: frame.stem.clone(),
+                    class: stroke.class,
+                    points,
+                    radius: stroke.radius,
+                });
+            }
+        }
+    }
     let file = StrokesFile {
         classes: labels.classes.clone(),
-        strokes: records.collect(),
+        strokes: records,
     };
     // Plain structs of numbers and strings always have a JSON form.
     serde_json::to_string_pretty(&file).unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::testing::wall;
+    use crate::scene::{Distortion, Lens};
+
+    /// The wall as an image of a barrel lens.
+    fn bent() -> Scene {
+        let mut scene = wall(1, 64, 48);
+        let frame = &mut scene.frames[0];
+        let lens = Lens {
+            image: frame.camera,
+            distortion: Distortion {
+                k1: -0.05,
+                ..Distortion::default()
+            },
+        };
+        frame.camera = lens.pinhole().unwrap();
+        frame.lens = Some(lens);
+        scene
+    }
+
+    #[test]
+    fn strokes_on_bent_images_are_moved_to_the_frame_and_back() {
+        let scene = bent();
+        let frame = &scene.frames[0];
+        let root = tempfile::tempdir().unwrap();
+        let path = root.path().join("strokes.json");
+        let points = [[0, 0], [63, 0], [60, 40]];
+        let file = StrokesFile {
+            classes: vec![Class::new(1, "wall")],
+            strokes: vec![StrokeRecord {
+                frame: "rgb_0".to_owned(),
+                class: 1,
+                points: points.to_vec(),
+                radius: 0,
+            }],
+        };
+        std::fs::write(&path, serde_json::to_string(&file).unwrap()).unwrap();
+        let labels = read_strokes(&path, &scene).unwrap();
+        let line = &labels.strokes[&StrokeId(1)].lines[0];
+        assert_eq!(line.first().copied(), frame.of_image(points[0]));
+        assert_eq!(line.last().copied(), frame.of_image(points[2]));
+        // The border of a barrel image is a curve in the straight one.
+        assert!(line.len() > 3 && line.iter().any(|[_, y]| *y > line[0][1] + 1));
+
+        let back: StrokesFile = serde_json::from_str(&strokes_json(&labels, &scene.frames)).unwrap();
+        let [record] = back.strokes.as_slice() else {
+            panic!()
+        };
+        assert!(record.points.iter().all(|[x, y]| *x < 64 && *y < 48));
+        for corner in points {
+            let close =
+                |point: &Pixel| point[0].abs_diff(corner[0]) <= 1 && point[1].abs_diff(corner[1]) <= 1;
+            assert!(record.points.iter().any(close), "{corner:?} {:?}", record.points);
+        }
+    }
+
+    #[test]
+    fn a_point_is_outside_when_it_is_outside_the_image_on_disk() {
+        let scene = bent();
+        assert!(scene.frames[0].camera.width > 64);
+        let file = |point: Pixel| StrokesFile {
+            classes: vec![Class::new(1, "wall")],
+            strokes: vec![StrokeRecord {
+                frame: "rgb_0".to_owned(),
+                class: 1,
+                points: vec![point],
+                radius: 0,
+            }],
+        };
+        assert!(parse(file([63, 47]), &scene).is_ok());
+        let refused = parse(file([64, 3]), &scene).unwrap_err();
+        assert!(
+            refused.contains("[64, 3]") && refused.contains("64x48"),
+            "{refused}"
+        );
+    }
 }

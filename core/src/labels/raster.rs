@@ -127,6 +127,20 @@ fn segment(from: Pixel, to: Pixel) -> Vec<Pixel> {
     pixels
 }
 
+/// The polyline of the pixels that a polyline's pixels become; those that become none are left out.
+pub(super) fn redrawn(line: &[Pixel], place: impl Fn(Pixel) -> Option<Pixel>) -> Vec<Pixel> {
+    let dense = match line {
+        [point] => vec![*point],
+        points => points
+            .windows(2)
+            .flat_map(|pair| segment(pair[0], pair[1]))
+            .collect(),
+    };
+    let mut placed: Vec<Pixel> = dense.into_iter().filter_map(place).collect();
+    placed.dedup();
+    simplified(&placed)
+}
+
 /// Drops the inner points of straight runs of neighbouring pixels; covers the same pixels.
 fn simplified(points: &[Pixel]) -> Vec<Pixel> {
     let direction = |a: Pixel, b: Pixel| {

@@ -15,13 +15,17 @@ pub(super) fn scene(folder: &Path, stems: &[&str]) -> Scene {
         camera_to_world: Affine3A::IDENTITY,
         color: ColorImage::new(3, 2, vec![0; 18]).unwrap(),
         depth: None,
+        points: Vec::new(),
+        lens: None,
     };
     Scene {
         source: SceneSource::Folder(folder.to_path_buf()),
         format: "test",
         frames: stems.iter().map(frame).collect(),
         origin: DVec3::ZERO,
+        unit: 1.0,
         warnings: Vec::new(),
+        notes: Vec::new(),
     }
 }
 

@@ -115,6 +115,16 @@ pub fn orthonormalised(rotation: DMat3) -> DMat3 {
     DMat3::from_cols(x, z.cross(x), z)
 }
 
+/// The median of positions, axis by axis; zero where there are none.
+pub fn median_position(positions: impl Iterator<Item = DVec3> + Clone) -> DVec3 {
+    let median = |axis: usize| {
+        let mut values: Vec<f64> = positions.clone().map(|position| position[axis]).collect();
+        values.sort_by(f64::total_cmp);
+        values.get(values.len() / 2).copied().unwrap_or(0.0)
+    };
+    DVec3::new(median(0), median(1), median(2))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -9,12 +9,12 @@ pub enum SceneError {
     #[error("{}: no such folder; give the folder of a capture, or the word \"demo\"", .0.display())]
     Missing(PathBuf),
     /// No known format was recognised.
-    #[error("{}: no capture was recognised here; {expected}", .path.display())]
+    #[error("{}: no capture was recognised here; expected {expected}", .path.display())]
     Unrecognised {
         /// The folder.
         path: PathBuf,
         /// What a readable capture holds.
-        expected: &'static str,
+        expected: String,
     },
     /// A file of the capture is missing, unreadable or holds something unusable.
     #[error("{}: {reason}", .path.display())]

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use glam::{Affine3A, Vec3, Vec3A};
 
-use super::Camera;
+use super::{Camera, Lens};
 
 /// A colour image: 8-bit sRGB, row-major `[height, width, 3]`.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -121,7 +121,19 @@ impl DepthMap {
     }
 }
 
-/// One posed image of the scene.
+/// A point of the scene that many frames agree on, as one frame sees it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SparsePoint {
+    /// Row-major index of the pixel that shows it.
+    pub pixel: u32,
+    /// Distance from the camera's centre, in metres.
+    pub length: f32,
+    /// Distance between where the frame shows it and where its position projects to, in pixels of the image
+    /// on disk.
+    pub error: f32,
+}
+
+/// One posed image of the scene, without lens distortion.
 #[derive(Clone, Debug)]
 pub struct Frame {
     /// File stem of the colour image: the frame's name everywhere.
@@ -136,9 +148,50 @@ pub struct Frame {
     pub color: ColorImage,
     /// Measured depth, where the capture has it.
     pub depth: Option<DepthMap>,
+    /// Points that a structure-from-motion found, where the capture has them; at most one for a pixel.
+    pub points: Vec<SparsePoint>,
+    /// The lens that the image on disk was taken with; `None` where that image is this one.
+    pub lens: Option<Lens>,
 }
 
 impl Frame {
+    /// Size and intrinsics of the image on disk, which labels are exchanged with.
+    pub fn image(&self) -> &Camera {
+        self.lens.as_ref().map_or(&self.camera, |lens| &lens.image)
+    }
+
+    /// Whether the image on disk shows what the pixel with this row-major index shows; the colours of
+    /// others mean nothing.
+    pub fn is_valid(&self, index: usize) -> bool {
+        self.lens.as_ref().is_none_or(|lens| {
+            let column = (index as u32 % self.camera.width) as f64;
+            let row = (index as u32 / self.camera.width) as f64;
+            lens.to_image(&self.camera, column + 0.5, row + 0.5).is_some()
+        })
+    }
+
+    /// The pixel `[column, row]` of the image on disk at the centre of a pixel of this frame.
+    pub fn to_image(&self, pixel: [u32; 2]) -> Option<[u32; 2]> {
+        let Some(lens) = &self.lens else {
+            return Some(pixel);
+        };
+        let [x, y] = pixel.map(|v| f64::from(v) + 0.5);
+        let (x, y) = lens.to_image(&self.camera, x, y)?;
+        // Up to half a pixel beyond the border is still the border's.
+        let inside = |v: f64, size: u32| (v.max(0.0) as u32).min(size - 1);
+        Some([inside(x, lens.image.width), inside(y, lens.image.height)])
+    }
+
+    /// The pixel `[column, row]` of this frame at the centre of a pixel of the image on disk.
+    pub fn of_image(&self, pixel: [u32; 2]) -> Option<[u32; 2]> {
+        let Some(lens) = &self.lens else {
+            return Some(pixel);
+        };
+        let [x, y] = pixel.map(|v| f64::from(v) + 0.5);
+        let (x, y) = lens.to_pinhole(&self.camera, x, y)?;
+        Some([x as u32, y as u32])
+    }
+
     /// The camera's centre in the world, in metres.
     pub fn center(&self) -> Vec3 {
         self.camera_to_world.translation.into()
@@ -190,6 +243,8 @@ mod tests {
             ),
             color: ColorImage::new(320, 240, vec![0; 320 * 240 * 3]).unwrap(),
             depth: None,
+            points: Vec::new(),
+            lens: None,
         };
         let index = 77 * 320 + 41;
         let point = frame.center() + 2.5 * frame.ray_direction(index);

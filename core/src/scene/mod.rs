@@ -1,9 +1,13 @@
 //! A posed capture of one static scene: cameras, frames, and the formats they are read from.
 
 mod camera;
+mod colmap;
 pub mod demo;
 mod error;
+mod files;
+mod formats;
 mod frame;
+mod lens;
 mod replica;
 #[cfg(test)]
 pub(crate) mod testing;
@@ -15,7 +19,8 @@ use glam::{DVec3, Vec3};
 
 pub use camera::Camera;
 pub use error::SceneError;
-pub use frame::{ColorImage, DepthMap, Frame};
+pub use frame::{ColorImage, DepthMap, Frame, SparsePoint};
+pub use lens::{Distortion, Lens};
 pub use replica::{GroundTruth, write as write_replica};
 
 /// Where a scene comes from.
@@ -50,7 +55,7 @@ impl fmt::Display for SceneSource {
 /// What to read of a capture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OpenOptions {
-    /// Read measured depth where there is any.
+    /// Read measured depth, and the points of a structure-from-motion, where there are any.
     pub depth: bool,
 }
 
@@ -76,6 +81,10 @@ impl Bounds {
     }
 }
 
+/// Share of the measured and of the sparse points on each side that may lie outside the scene's box.
+const TRIMMED: f32 = 0.002;
+const TRIMMED_SPARSE: f32 = 0.01;
+
 /// A posed capture of one static scene, decoded.
 #[derive(Clone, Debug)]
 pub struct Scene {
@@ -88,8 +97,13 @@ pub struct Scene {
     /// World position, in the capture's own coordinates, that is the zero of every pose here: keeps
     /// single precision exact for captures far from their origin.
     pub origin: DVec3,
+    /// Length of a metre here, in the capture's own unit: 1 where that is the metre. Where it is arbitrary,
+    /// as after a structure-from-motion, the reader chooses metres that make the scene the size of a room.
+    pub unit: f64,
     /// Suspicious but usable input, a sentence each.
     pub warnings: Vec<String>,
+    /// What else is to say about how the capture was read, a sentence each.
+    pub notes: Vec<String>,
 }
 
 impl Scene {
@@ -108,18 +122,13 @@ impl Scene {
                 if !folder.is_dir() {
                     return Err(SceneError::Missing(folder.clone()));
                 }
-                if !replica::recognise(folder) {
-                    return Err(SceneError::Unrecognised {
-                        path: folder.clone(),
-                        expected: replica::EXPECTED,
-                    });
-                }
-                replica::read(folder, options, progress)?
+                formats::read(folder, options, progress)?
             }
         };
         if !options.depth {
             for frame in &mut scene.frames {
                 frame.depth = None;
+                frame.points.clear();
             }
         }
         Ok(scene)
@@ -150,13 +159,28 @@ impl Scene {
         self.frames.iter().any(|frame| frame.depth.is_some())
     }
 
-    /// Box around what the cameras see, in metres: around the measured points where there is depth
-    /// (without the farthest 0.2% on each side), else around the cameras with a room's margin.
+    /// Whether any frame has points of a structure-from-motion.
+    pub fn has_points(&self) -> bool {
+        self.frames.iter().any(|frame| !frame.points.is_empty())
+    }
+
+    /// A position here (in metres, relative to the origin) in the capture's own coordinates and unit.
+    pub fn to_capture(&self, position: Vec3) -> DVec3 {
+        self.origin + self.unit * position.as_dvec3()
+    }
+
+    /// Box around what the cameras see, in metres: around the cameras and the measured points where there
+    /// is depth (without the farthest 0.2% on each side) or else sparse points (without 1%), else around
+    /// the cameras with a room's margin.
     pub fn bounds(&self) -> Bounds {
         let centers = || self.frames.iter().map(Frame::center);
         let mut min = centers().fold(Vec3::INFINITY, Vec3::min);
         let mut max = centers().fold(Vec3::NEG_INFINITY, Vec3::max);
-        let points = self.sampled_points();
+        let (points, trimmed) = if self.has_depth() {
+            (self.sampled_points(), TRIMMED)
+        } else {
+            (self.sparse_points(), TRIMMED_SPARSE)
+        };
         if points.is_empty() {
             let margin = (max - min).max_element().max(2.5);
             return Bounds {
@@ -167,7 +191,7 @@ impl Scene {
         for axis in 0..3 {
             let mut values: Vec<f32> = points.iter().map(|point| point[axis]).collect();
             values.sort_by(f32::total_cmp);
-            let trim = values.len() / 500;
+            let trim = (trimmed * values.len() as f32) as usize;
             min[axis] = min[axis].min(values[trim]);
             max[axis] = max[axis].max(values[values.len() - 1 - trim]);
         }
@@ -191,5 +215,16 @@ impl Scene {
             }
         }
         points
+    }
+
+    /// World positions of the sparse points of every frame; one that many frames see counts as often.
+    fn sparse_points(&self) -> Vec<Vec3> {
+        let of_frame = |frame: &Frame| {
+            let place = |point: &SparsePoint| {
+                frame.center() + point.length * frame.ray_direction(point.pixel as usize)
+            };
+            frame.points.iter().map(place).collect::<Vec<Vec3>>()
+        };
+        self.frames.iter().flat_map(of_frame).collect()
     }
 }

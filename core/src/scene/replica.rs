@@ -16,17 +16,20 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use glam::{Affine3A, DAffine3, DVec3};
-use image::{DynamicImage, ImageReader};
+use image::DynamicImage;
 use rayon::prelude::*;
 
-use super::camera::orthonormalised;
+use super::camera::{median_position, orthonormalised};
+use super::files::{decode_image, file_name, reader, stem, warn};
 use super::{Camera, ColorImage, DepthMap, Frame, OpenOptions, Scene, SceneError, SceneSource};
 use text::{read_intrinsics, read_poses};
 pub use write::{GroundTruth, write};
 
+/// Name of the format.
+pub(super) const NAME: &str = "Replica";
 /// What a folder in this layout holds.
 pub(super) const EXPECTED: &str =
-    "expected colour images rgb/rgb_N.png with one camera-to-world matrix a line in traj_w_c.txt";
+    "colour images rgb/rgb_N.png with one camera-to-world matrix a line in traj_w_c.txt";
 
 /// Horizontal field of view of captures without `intrinsics.txt`, in degrees.
 const DEFAULT_FIELD_OF_VIEW: f32 = 90.0;
@@ -69,10 +72,12 @@ pub(super) fn read(
     let frames = keep_usable(folder, &listed, decoded, &mut warnings)?;
     Ok(Scene {
         source: SceneSource::Folder(folder.to_path_buf()),
-        format: "Replica",
+        format: NAME,
         frames,
         origin,
+        unit: 1.0,
         warnings,
+        notes: Vec::new(),
     })
 }
 
@@ -354,6 +359,8 @@ fn decode(
             ),
             color,
             depth,
+            points: Vec::new(),
+            lens: None,
         })
         .ok_or_else(|| "its size changed while it was read".to_owned());
     Ok(Decoded { frame, depth_problem })
@@ -428,15 +435,7 @@ fn keep_usable(
 
 /// The median camera position where it is far from zero, else zero.
 fn choose_origin(listed: &[Listed]) -> DVec3 {
-    let median = |axis: usize| {
-        let mut values: Vec<f64> = listed
-            .iter()
-            .map(|f| f.camera_to_world.translation[axis])
-            .collect();
-        values.sort_by(f64::total_cmp);
-        values.get(values.len() / 2).copied().unwrap_or(0.0)
-    };
-    let median = DVec3::new(median(0), median(1), median(2));
+    let median = median_position(listed.iter().map(|frame| frame.camera_to_world.translation));
     if median.length() > FAR_FROM_ZERO {
         median
     } else {
@@ -447,40 +446,6 @@ fn choose_origin(listed: &[Listed]) -> DVec3 {
 /// Whether this many of `total` are a small remainder: a tenth, or one.
 fn few(count: usize, total: usize) -> bool {
     count < total && count <= (total / 10).max(1)
-}
-
-/// One warning for all files with the same problem: how many, and the first of them.
-fn warn(warnings: &mut Vec<String>, what: &str, examples: &[String]) {
-    const SHOWN: usize = 3;
-    if !examples.is_empty() {
-        let shown = examples[..examples.len().min(SHOWN)].join(", ");
-        let more = if examples.len() > SHOWN { ", ..." } else { "" };
-        warnings.push(format!("{what} ({} in all): {shown}{more}", examples.len()));
-    }
-}
-
-fn decode_image(path: &Path) -> Result<DynamicImage, String> {
-    reader(path)?.decode().map_err(|error| error.to_string())
-}
-
-fn reader(path: &Path) -> Result<ImageReader<std::io::BufReader<std::fs::File>>, String> {
-    ImageReader::open(path)
-        .and_then(ImageReader::with_guessed_format)
-        .map_err(|error| error.to_string())
-}
-
-fn stem(path: &Path) -> String {
-    path.file_stem()
-        .unwrap_or_default()
-        .to_string_lossy()
-        .into_owned()
-}
-
-fn file_name(path: &Path) -> String {
-    path.file_name()
-        .unwrap_or_default()
-        .to_string_lossy()
-        .into_owned()
 }
 
 /// The number that a name ends in.

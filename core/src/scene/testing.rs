@@ -26,6 +26,8 @@ pub fn wall(frames: usize, width: u32, height: u32) -> Scene {
                 camera_to_world: Affine3A::from_translation(Vec3::new(x, 0.0, 0.0)),
                 color: ColorImage::new(width, height, rgb).unwrap(),
                 depth: Some(DepthMap::from_z_depths(&camera, vec![2.0; camera.pixels()])),
+                points: Vec::new(),
+                lens: None,
             }
         })
         .collect();
@@ -34,6 +36,8 @@ pub fn wall(frames: usize, width: u32, height: u32) -> Scene {
         format: "test",
         frames,
         origin: DVec3::ZERO,
+        unit: 1.0,
         warnings: Vec::new(),
+        notes: Vec::new(),
     }
 }

@@ -14,13 +14,14 @@ pub struct FieldDepth {
 }
 
 /// Ray length of every pixel of a frame in metres, row-major: infinite where the ray meets nothing,
-/// not a number where nobody knows (yet).
+/// not a number where nobody knows (yet) and where the image on disk does not reach.
 pub fn pixel_lengths(frame: &Frame, field: Option<&FieldDepth>) -> Vec<f32> {
     let pixels = frame.camera.pixels();
     let measured = |index| frame.depth.as_ref().and_then(|depth| depth.ray_length(index));
     (0..pixels)
         .map(|index| match (measured(index), field) {
             (Some(length), _) => length,
+            (None, _) if !frame.is_valid(index) => f32::NAN,
             (None, Some(field)) => field.at(frame, index),
             (None, None) => f32::NAN,
         })

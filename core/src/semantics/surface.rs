@@ -12,7 +12,7 @@ use super::graph::{Node, SurfaceGraph};
 use super::{FieldDepth, pixel_lengths};
 use crate::scene::{Frame, Scene};
 
-/// A pixel that shows no node.
+/// A pixel that shows no node: the image on disk does not reach it, or the whole frame has no depth.
 pub const NO_NODE: u32 = u32::MAX;
 
 /// Side of a voxel in footprints of a pixel at the median depth.
@@ -122,6 +122,13 @@ impl Surface {
                     .map(|pixel| voxels.node_of(frame, pixel, lengths[pixel], &index, graph.nodes()))
                     .collect();
                 fill_holes(frame, &mut own);
+                if frame.lens.is_some() {
+                    for (index, node) in own.iter_mut().enumerate() {
+                        if !frame.is_valid(index) {
+                            *node = NO_NODE;
+                        }
+                    }
+                }
                 own
             })
             .collect();

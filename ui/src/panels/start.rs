@@ -72,8 +72,9 @@ impl StartPage {
             egui::Label::new(
                 egui::RichText::new(
                     "A folder with posed colour images of one scene, with or without depth, in the \
-                     Replica / Semantic-NeRF layout: rgb/, depth/, and traj_w_c.txt. Or a project \
-                     file (.inplace) that was saved here.",
+                     Replica / Semantic-NeRF layout: rgb/, depth/, and traj_w_c.txt. Or one with a \
+                     COLMAP model: images/ and sparse/. Or a project file (.inplace) that was saved \
+                     here.",
                 )
                 .weak(),
             )

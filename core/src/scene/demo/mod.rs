@@ -65,7 +65,9 @@ pub fn scene(progress: &(dyn Fn(usize, usize) + Sync)) -> Scene {
         format: "demo",
         frames,
         origin: DVec3::ZERO,
+        unit: 1.0,
         warnings: Vec::new(),
+        notes: Vec::new(),
     }
 }
 
@@ -86,6 +88,8 @@ fn render_frame(room: &Room, light: &LightMap, index: usize) -> Frame {
         ),
         color,
         depth: Some(DepthMap::from_ray_lengths(width, &lengths)),
+        points: Vec::new(),
+        lens: None,
     }
 }
 

@@ -36,6 +36,8 @@ fn tiny_scene(frames: usize) -> Scene {
             ),
             color: ColorImage::new(WIDTH, HEIGHT, bytes).unwrap(),
             depth: Some(DepthMap::from_ray_lengths(WIDTH, &lengths)),
+            points: Vec::new(),
+            lens: None,
         }
     };
     Scene {
@@ -43,7 +45,9 @@ fn tiny_scene(frames: usize) -> Scene {
         format: "test",
         frames: (0..frames).map(frame).collect(),
         origin: DVec3::ZERO,
+        unit: 1.0,
         warnings: Vec::new(),
+        notes: Vec::new(),
     }
 }
 

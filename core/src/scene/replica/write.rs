@@ -159,12 +159,12 @@ fn z_millimetres(frame: &Frame) -> Option<Vec<u16>> {
     Some(millimetres.collect())
 }
 
-/// One row-major 4x4 camera-to-world a line, in the capture's own coordinates.
+/// One row-major 4x4 camera-to-world a line, in the capture's own coordinates and in metres.
 fn trajectory(scene: &Scene) -> String {
     let mut text = String::new();
     for frame in &scene.frames {
         let rotation = frame.camera_to_world.matrix3;
-        let position = frame.center().as_dvec3() + scene.origin;
+        let position = scene.to_capture(frame.center()) / scene.unit;
         for row in 0..3 {
             let r = rotation.row(row);
             // Writing to a string cannot fail.

@@ -1,0 +1,213 @@
+//! Images and points of a model to frames.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use glam::{Affine3A, DVec3};
+use rayon::prelude::*;
+
+use super::model::Model;
+use super::{Listed, MOST_ERROR};
+use crate::scene::camera::orthonormalised;
+use crate::scene::files::{decode_image, warn};
+use crate::scene::{Camera, ColorImage, Frame, SceneError, SparsePoint};
+
+/// From the model's coordinates to the scene's.
+pub(super) struct Placing {
+    /// The zero of the scene, in the model's coordinates.
+    pub origin: DVec3,
+    /// The length of a metre, in the model's unit.
+    pub unit: f64,
+}
+
+/// The frames that could be decoded.
+pub(super) struct Read {
+    pub frames: Vec<Frame>,
+    /// Places that show a point of the model, trusted or not.
+    pub observations: usize,
+    /// Mean distance between those places and the points' projections, in pixels of the images on disk.
+    pub mean_error: f64,
+}
+
+/// Why an image cannot be used.
+enum Problem {
+    Missing,
+    Unreadable(String),
+    Size(u32, u32),
+}
+
+/// Decodes the images and finds the points that they show; images that cannot be used are left out, up to
+/// half of them.
+pub(super) fn decode(
+    folder: &Path,
+    listed: &[Listed],
+    model: &Model,
+    placing: &Placing,
+    progress: &(dyn Fn(usize, usize) + Sync),
+    warnings: &mut Vec<String>,
+) -> Result<Read, SceneError> {
+    let (done, total) = (AtomicUsize::new(0), listed.len());
+    let decoded: Vec<_> = listed
+        .par_iter()
+        .map(|listed| {
+            let color = decode_color(listed);
+            progress(1 + done.fetch_add(1, Ordering::Relaxed), total);
+            color.map(|color| (color, Projected::new(listed, model)))
+        })
+        .collect();
+    let mut read = Read {
+        frames: Vec::new(),
+        observations: 0,
+        mean_error: 0.0,
+    };
+    let (mut missing, mut unreadable, mut odd) = (Vec::new(), Vec::new(), Vec::new());
+    for (listed, decoded) in listed.iter().zip(decoded) {
+        let name = listed.path.strip_prefix(folder).unwrap_or(&listed.path);
+        let name = format!("{:?}", name.to_string_lossy());
+        match decoded {
+            Ok((color, projected)) => {
+                read.observations += projected.observations;
+                read.mean_error += projected.error;
+                read.frames.push(frame(listed, color, &projected, placing));
+            }
+            Err(Problem::Missing) => missing.push(name),
+            Err(Problem::Unreadable(reason)) => unreadable.push(format!("{name} ({reason})")),
+            Err(Problem::Size(width, height)) => {
+                let Camera {
+                    width: w, height: h, ..
+                } = listed.lens.image;
+                odd.push(format!("{name} ({width}x{height} instead of {w}x{h})"));
+            }
+        }
+    }
+    read.mean_error /= read.observations.max(1) as f64;
+    for (names, what, remedy) in [
+        (
+            &missing,
+            "of the model are missing",
+            "put the images that the model was made from there",
+        ),
+        (&unreadable, "cannot be read", "copy the capture again"),
+        (
+            &odd,
+            "have another size than their camera in the model",
+            "use the images that the model was made from, or scale the model's cameras",
+        ),
+    ] {
+        if let Some(first) = names.first().filter(|_| 2 * names.len() > listed.len()) {
+            return Err(SceneError::file(
+                folder,
+                format!(
+                    "{} of {} images {what}, first {first}; {remedy}",
+                    names.len(),
+                    listed.len()
+                ),
+            ));
+        }
+        warn(warnings, &format!("images {what} and were left out"), names);
+    }
+    if read.frames.is_empty() {
+        return Err(SceneError::file(
+            folder,
+            "holds no usable image of the model; put the images that the model was made from there",
+        ));
+    }
+    Ok(read)
+}
+
+/// The colour image without distortion.
+fn decode_color(listed: &Listed) -> Result<ColorImage, Problem> {
+    if !listed.path.is_file() {
+        return Err(Problem::Missing);
+    }
+    let image = decode_image(&listed.path)
+        .map_err(Problem::Unreadable)?
+        .into_rgb8();
+    let (width, height) = image.dimensions();
+    let lens = &listed.lens;
+    if (width, height) != (lens.image.width, lens.image.height) {
+        return Err(Problem::Size(width, height));
+    }
+    let color = ColorImage::new(width, height, image.into_raw());
+    let color = if lens.distortion.is_none() {
+        color
+    } else {
+        color.and_then(|color| lens.resample(&listed.pinhole, &color))
+    };
+    color.ok_or(Problem::Size(width, height))
+}
+
+/// What an image shows of the model's points.
+struct Projected {
+    /// Number of places whose point projects into the image's plane.
+    observations: usize,
+    /// Sum of the distances between those places and the projections, in pixels.
+    error: f64,
+    /// Trusted points by the frame's pixel: distance in the model's unit and reprojection error; the most
+    /// exact where a pixel has several.
+    trusted: BTreeMap<u32, (f64, f64)>,
+}
+
+impl Projected {
+    fn new(listed: &Listed, model: &Model) -> Self {
+        let world_to_camera = listed.camera_to_world.inverse();
+        let mut projected = Self {
+            observations: 0,
+            error: 0.0,
+            trusted: BTreeMap::new(),
+        };
+        for seen in &listed.observations {
+            let Some(point) = model.points.get(&seen.point) else {
+                continue;
+            };
+            let local = world_to_camera.transform_point3(point.position);
+            let place = listed.lens.place(local.x / local.z, local.y / local.z);
+            let Some((x, y)) = place.filter(|_| local.z > 0.0) else {
+                continue;
+            };
+            let error = (x - seen.x).hypot(y - seen.y);
+            if !error.is_finite() {
+                continue;
+            }
+            projected.observations += 1;
+            projected.error += error;
+            let pixel = listed.lens.to_pinhole(&listed.pinhole, seen.x, seen.y);
+            let Some((x, y)) = pixel.filter(|_| error <= MOST_ERROR && model.trusted(seen.point).is_some())
+            else {
+                continue;
+            };
+            let pixel = y as u32 * listed.pinhole.width + x as u32;
+            let entry = projected.trusted.entry(pixel).or_insert((0.0, f64::INFINITY));
+            if error < entry.1 {
+                *entry = (local.length(), error);
+            }
+        }
+        projected
+    }
+}
+
+fn frame(listed: &Listed, color: ColorImage, projected: &Projected, placing: &Placing) -> Frame {
+    let pose = &listed.camera_to_world;
+    let points = projected
+        .trusted
+        .iter()
+        .map(|(&pixel, &(distance, error))| SparsePoint {
+            pixel,
+            length: (distance / placing.unit) as f32,
+            error: error as f32,
+        });
+    Frame {
+        stem: listed.stem.clone(),
+        path: listed.path.clone(),
+        camera: listed.pinhole,
+        camera_to_world: Affine3A::from_mat3_translation(
+            orthonormalised(pose.matrix3).as_mat3(),
+            ((pose.translation - placing.origin) / placing.unit).as_vec3(),
+        ),
+        color,
+        depth: None,
+        points: points.collect(),
+        lens: (!listed.lens.distortion.is_none()).then_some(listed.lens),
+    }
+}

@@ -1,0 +1,315 @@
+//! Captures with a COLMAP model: structure from motion.
+//!
+//! - `images/`: the colour images, by the names that the model gives them
+//! - `sparse/0/`, `sparse/` or `colmap/sparse/0/`: `cameras`, `images` and `points3D`, all `.bin` or all
+//!   `.txt`
+//!
+//! Poses in the model are world-to-camera; camera axes are OpenCV's and the centre of the top left pixel is
+//! at (0.5, 0.5), as here.
+
+mod binary;
+mod frames;
+mod model;
+#[cfg(test)]
+mod tests;
+mod text;
+
+use std::collections::HashMap;
+use std::path::{Component, Path, PathBuf};
+
+use glam::{DAffine3, DMat3, DQuat, DVec3};
+
+use super::camera::{median_position, pose_problem};
+use super::files::{stem, warn};
+use super::{Camera, Lens, OpenOptions, Scene, SceneError, SceneSource};
+use model::{Model, ModelImage};
+
+/// Name of the format.
+pub(super) const NAME: &str = "COLMAP";
+/// What a folder in this format holds.
+pub(super) const EXPECTED: &str =
+    "colour images in images/ with cameras.bin, images.bin and points3D.bin (or .txt) in sparse/0";
+
+/// Where the model may lie below the capture's folder; the first that holds one counts.
+const PLACES: [&str; 3] = ["sparse/0", "sparse", "colmap/sparse/0"];
+/// Median distance of the model's points from the cameras that see them, in metres, after scaling.
+const MEDIAN_DEPTH: f64 = 2.5;
+/// Longest side of the box around the cameras after scaling where there are no points, in metres.
+const CAMERA_EXTENT: f64 = 2.0;
+/// Fewest images that must have seen a point, and its largest mean error in pixels, for it to count.
+const FEWEST_VIEWS: u64 = 3;
+const MOST_ERROR: f64 = 2.0;
+/// Mean error of all observations above which the model is suspicious, in pixels.
+const SUSPICIOUS_ERROR: f64 = 4.0;
+
+/// Whether a folder looks like this format, complete or not.
+pub(super) fn recognise(folder: &Path) -> bool {
+    find_model(folder).is_some()
+}
+
+/// The folder of the model, and the extension of its files.
+fn find_model(folder: &Path) -> Option<(PathBuf, &'static str)> {
+    PLACES.iter().map(|place| folder.join(place)).find_map(|place| {
+        let holds = |extension: &str| {
+            let has = |name: &str| place.join(name).with_extension(extension).is_file();
+            has("cameras") || has("images")
+        };
+        ["bin", "txt"]
+            .into_iter()
+            .find(|extension| holds(extension))
+            .map(|extension| (place.clone(), extension))
+    })
+}
+
+/// An image of the model that is still on disk, in the model's own coordinates.
+struct Listed {
+    path: PathBuf,
+    stem: String,
+    camera_to_world: DAffine3,
+    lens: Lens,
+    /// The camera of the frame: the lens's own where it bends nothing.
+    pinhole: Camera,
+    observations: Vec<model::Observation>,
+}
+
+/// Reads a folder in this format.
+pub(super) fn read(
+    folder: &Path,
+    options: OpenOptions,
+    progress: &(dyn Fn(usize, usize) + Sync),
+) -> Result<Scene, SceneError> {
+    let Some((place, extension)) = find_model(folder) else {
+        return Err(SceneError::file(
+            folder.join(PLACES[0]),
+            "holds no model; put cameras.bin, images.bin and points3D.bin there",
+        ));
+    };
+    let mut warnings = Vec::new();
+    let mut model = if extension == "bin" {
+        binary::read(&place)?
+    } else {
+        text::read(&place)?
+    };
+    if model.points.is_empty() {
+        warnings.push(format!(
+            "the model in {} has no points, so that depth must be learnt from the images alone",
+            place.display()
+        ));
+    }
+    let mut notes = vec![describe(folder, &place, extension, &model)];
+    let images_file = place.join("images").with_extension(extension);
+    let listed = list(folder, &images_file, &mut model, &mut warnings)?;
+    let unit = choose_unit(&listed, &model);
+    let origin = median_position(listed.iter().map(|frame| frame.camera_to_world.translation));
+    let placing = frames::Placing { origin, unit };
+    let read = frames::decode(
+        &folder.join("images"),
+        &listed,
+        &model,
+        &placing,
+        progress,
+        &mut warnings,
+    )?;
+    if options.depth && read.observations > 0 {
+        notes.push(format!(
+            "sparse points on {} pixels of {} frames; mean reprojection error {:.2} pixels over {} observations",
+            read.frames.iter().map(|frame| frame.points.len()).sum::<usize>(),
+            read.frames.iter().filter(|frame| !frame.points.is_empty()).count(),
+            read.mean_error,
+            read.observations
+        ));
+    }
+    if read.mean_error > SUSPICIOUS_ERROR {
+        warnings.push(format!(
+            "the model's points miss the places where its images show them by {:.1} pixels on average; check that \
+             {} belongs to the images",
+            read.mean_error,
+            place.display()
+        ));
+    }
+    notes.push(format!(
+        "a metre here is {unit:.4} units of the model, whose scale is arbitrary: {}",
+        if model.points.is_empty() {
+            "the cameras now span 2 m"
+        } else {
+            "the median depth of its points is now 2.5 m"
+        }
+    ));
+    Ok(Scene {
+        source: SceneSource::Folder(folder.to_path_buf()),
+        format: NAME,
+        frames: read.frames,
+        origin,
+        unit,
+        warnings,
+        notes,
+    })
+}
+
+/// What the model holds, in a sentence.
+fn describe(folder: &Path, place: &Path, extension: &str, model: &Model) -> String {
+    let mut kinds: Vec<&str> = model.cameras.values().map(|camera| camera.model).collect();
+    kinds.sort_unstable();
+    kinds.dedup();
+    let kind = if extension == "bin" { "binary" } else { "text" };
+    format!(
+        "{kind} model in {}: {} images, {} cameras ({}), {} points",
+        place.strip_prefix(folder).unwrap_or(place).display(),
+        model.images.len(),
+        model.cameras.len(),
+        kinds.join(", "),
+        model.points.len()
+    )
+}
+
+/// The images of the model in the order of their names, with pose and lens; those with an unusable pose are
+/// left out.
+fn list(
+    folder: &Path,
+    file: &Path,
+    model: &mut Model,
+    warnings: &mut Vec<String>,
+) -> Result<Vec<Listed>, SceneError> {
+    let mut images = std::mem::take(&mut model.images);
+    if images.is_empty() {
+        return Err(SceneError::file(
+            file,
+            "holds no images; register the images of the capture first",
+        ));
+    }
+    images.sort_by(|a, b| a.name.cmp(&b.name));
+    if let Some(pair) = images.windows(2).find(|pair| pair[0].name == pair[1].name) {
+        return Err(SceneError::file(
+            file,
+            format!("names the image {:?} twice; remove one", pair[0].name),
+        ));
+    }
+    let stems = stems(file, &images)?;
+    let total = images.len();
+    let (mut listed, mut bad) = (Vec::new(), Vec::new());
+    for (image, stem) in images.into_iter().zip(stems) {
+        let Some(camera) = model.cameras.get(&image.camera) else {
+            return Err(SceneError::file(
+                file,
+                format!(
+                    "gives {:?} camera {}, which the model's cameras do not hold; copy the model again",
+                    image.name, image.camera
+                ),
+            ));
+        };
+        match camera_to_world(&image) {
+            Ok(camera_to_world) => listed.push(Listed {
+                path: folder.join("images").join(&image.name),
+                stem,
+                camera_to_world,
+                lens: camera.lens,
+                pinhole: camera.pinhole,
+                observations: image.observations,
+            }),
+            Err(problem) => bad.push(format!("{:?} ({problem})", image.name)),
+        }
+    }
+    if let Some(first) = bad.first().filter(|_| 2 * bad.len() > total) {
+        return Err(SceneError::file(
+            file,
+            format!(
+                "{} of {total} poses are unusable, first that of {first}; copy the model again",
+                bad.len()
+            ),
+        ));
+    }
+    warn(
+        warnings,
+        "frames were left out because their pose is unusable",
+        &bad,
+    );
+    Ok(listed)
+}
+
+/// The name of each frame: the stem of its image, or its whole path with `_` between the folders where
+/// images in different folders have like stems.
+fn stems(file: &Path, images: &[ModelImage]) -> Result<Vec<String>, SceneError> {
+    if let Some(image) = images.iter().find(|image| !is_inside(&image.name)) {
+        return Err(SceneError::file(
+            file,
+            format!(
+                "names the image {:?}, which is not a path inside images/; give the images names below it",
+                image.name
+            ),
+        ));
+    }
+    let short = |image: &ModelImage| stem(Path::new(&image.name));
+    let long = |image: &ModelImage| {
+        let path = Path::new(&image.name).with_extension("");
+        let parts = path
+            .components()
+            .filter(|part| matches!(part, Component::Normal(_)));
+        let parts: Vec<_> = parts.map(|part| part.as_os_str().to_string_lossy()).collect();
+        parts.join("_")
+    };
+    let mut first: HashMap<String, &str> = HashMap::new();
+    let unique = images
+        .iter()
+        .all(|image| first.insert(short(image), &image.name).is_none());
+    if unique {
+        return Ok(images.iter().map(short).collect());
+    }
+    first.clear();
+    for image in images {
+        if let Some(other) = first.insert(long(image), &image.name) {
+            return Err(SceneError::file(
+                file,
+                format!(
+                    "names the images {other:?} and {:?}, whose labels would get one name; rename one",
+                    image.name
+                ),
+            ));
+        }
+    }
+    Ok(images.iter().map(long).collect())
+}
+
+/// Whether an image's name stays inside the folder of the images.
+fn is_inside(name: &str) -> bool {
+    let parts = || Path::new(name).components();
+    parts().all(|part| matches!(part, Component::Normal(_) | Component::CurDir))
+        && parts().any(|part| matches!(part, Component::Normal(_)))
+        && !name.contains('\0')
+}
+
+/// The pose of an image, or what is wrong with it.
+fn camera_to_world(image: &ModelImage) -> Result<DAffine3, &'static str> {
+    let [w, x, y, z] = image.rotation;
+    let rotation = DQuat::from_xyzw(x, y, z, w);
+    if !rotation.is_finite() || rotation.length() < 1e-6 {
+        return Err("its quaternion is not a rotation");
+    }
+    let world_to_camera = DMat3::from_quat(rotation.normalize());
+    let rotation = world_to_camera.transpose();
+    let pose = DAffine3::from_mat3_translation(rotation, -(rotation * image.translation));
+    pose_problem(&pose).map_or(Ok(pose), Err)
+}
+
+/// The length of a metre, in the model's unit.
+fn choose_unit(listed: &[Listed], model: &Model) -> f64 {
+    let depths = listed.iter().flat_map(|frame| {
+        let centre = frame.camera_to_world.translation;
+        let points = frame
+            .observations
+            .iter()
+            .filter_map(|seen| model.trusted(seen.point));
+        points.map(move |point| point.distance(centre))
+    });
+    let mut depths: Vec<f64> = depths.filter(|depth| depth.is_finite() && *depth > 0.0).collect();
+    depths.sort_by(f64::total_cmp);
+    let unit = depths.get(depths.len() / 2).map_or_else(
+        || {
+            let centres = || listed.iter().map(|frame| frame.camera_to_world.translation);
+            let low = centres().fold(DVec3::INFINITY, DVec3::min);
+            let high = centres().fold(DVec3::NEG_INFINITY, DVec3::max);
+            (high - low).max_element() / CAMERA_EXTENT
+        },
+        |median| median / MEDIAN_DEPTH,
+    );
+    if unit.is_finite() && unit > 0.0 { unit } else { 1.0 }
+}

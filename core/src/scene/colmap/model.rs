@@ -1,0 +1,216 @@
+//! What a model says, whichever way it is written.
+
+use std::collections::{BTreeMap, HashMap};
+use std::path::Path;
+
+use glam::DVec3;
+
+use super::{FEWEST_VIEWS, MOST_ERROR};
+use crate::scene::{Camera, Distortion, Lens, SceneError};
+
+/// The camera models by their number: name and number of parameters; those that can be used come first.
+const CAMERA_MODELS: [(&str, usize); 12] = [
+    ("SIMPLE_PINHOLE", 3),
+    ("PINHOLE", 4),
+    ("SIMPLE_RADIAL", 4),
+    ("RADIAL", 5),
+    ("OPENCV", 8),
+    ("OPENCV_FISHEYE", 8),
+    ("FULL_OPENCV", 12),
+    ("FOV", 5),
+    ("SIMPLE_RADIAL_FISHEYE", 4),
+    ("RADIAL_FISHEYE", 5),
+    ("THIN_PRISM_FISHEYE", 12),
+    ("RAD_TAN_THIN_PRISM_FISHEYE", 16),
+];
+/// How many of them can be used.
+const USABLE: usize = 5;
+/// Largest width and height of an image, in pixels.
+const LARGEST_SIDE: u64 = u16::MAX as u64;
+
+/// A whole model, in its own coordinates and unit.
+#[derive(Debug, Default)]
+pub(super) struct Model {
+    /// Cameras by id.
+    pub cameras: BTreeMap<u32, ModelCamera>,
+    /// Registered images.
+    pub images: Vec<ModelImage>,
+    /// Points by id.
+    pub points: HashMap<u64, ModelPoint>,
+}
+
+/// A camera of a model.
+#[derive(Debug)]
+pub(super) struct ModelCamera {
+    /// Name of the camera model.
+    pub model: &'static str,
+    /// Its size, intrinsics and distortion.
+    pub lens: Lens,
+    /// The pinhole camera that takes its place.
+    pub pinhole: Camera,
+}
+
+/// An image of a model.
+#[derive(Debug)]
+pub(super) struct ModelImage {
+    /// Path below the folder of the images.
+    pub name: String,
+    /// World-to-camera rotation, a quaternion (w, x, y, z).
+    pub rotation: [f64; 4],
+    /// World-to-camera translation.
+    pub translation: DVec3,
+    /// Id of the camera.
+    pub camera: u32,
+    /// Where it shows which point.
+    pub observations: Vec<Observation>,
+}
+
+/// A place in an image that shows a point.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Observation {
+    /// Image position in pixels.
+    pub x: f64,
+    /// Image position in pixels.
+    pub y: f64,
+    /// Id of the point.
+    pub point: u64,
+}
+
+/// A point of a model.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ModelPoint {
+    /// Position.
+    pub position: DVec3,
+    /// Mean reprojection error, in pixels.
+    pub error: f64,
+    /// Number of images that show it.
+    pub views: u64,
+}
+
+impl Model {
+    /// The position of a point that enough images agree on.
+    pub fn trusted(&self, id: u64) -> Option<DVec3> {
+        self.points
+            .get(&id)
+            .filter(|point| point.views >= FEWEST_VIEWS && point.error <= MOST_ERROR)
+            .map(|point| point.position)
+    }
+}
+
+/// Number of the parameters of a camera model, or a refusal that names the camera.
+pub(super) fn parameters_of(file: &Path, camera: u32, model: i64) -> Result<usize, SceneError> {
+    let known = usize::try_from(model)
+        .ok()
+        .and_then(|model| CAMERA_MODELS.get(model));
+    match known {
+        Some(&(name, _)) if model as usize >= USABLE => Err(refused(file, camera, name)),
+        Some(&(_, count)) => Ok(count),
+        None => Err(refused(file, camera, &format!("number {model}"))),
+    }
+}
+
+/// The number of a camera model by its name, or a refusal that names the camera.
+pub(super) fn model_named(file: &Path, camera: u32, name: &str) -> Result<i64, SceneError> {
+    let known = CAMERA_MODELS[..USABLE]
+        .iter()
+        .position(|(known, _)| *known == name);
+    // At most a dozen models.
+    known
+        .map(|model| model as i64)
+        .ok_or_else(|| refused(file, camera, name))
+}
+
+fn refused(file: &Path, camera: u32, model: &str) -> SceneError {
+    let usable: Vec<&str> = CAMERA_MODELS[..USABLE].iter().map(|(name, _)| *name).collect();
+    SceneError::file(
+        file,
+        format!(
+            "camera {camera} has the camera model {}, which cannot be used; undistort the images first (colmap \
+             image_undistorter), or use {}",
+            model.escape_debug().take(40).collect::<String>(),
+            usable.join(", ")
+        ),
+    )
+}
+
+impl ModelCamera {
+    /// A camera from its parameters, as many as [`parameters_of`] says.
+    ///
+    /// # Errors
+    /// An unusable model or value: a sentence that names the camera.
+    pub fn new(
+        file: &Path,
+        id: u32,
+        model: i64,
+        [width, height]: [u64; 2],
+        parameters: &[f64],
+    ) -> Result<Self, SceneError> {
+        let unusable = |reason: &str| {
+            Err(SceneError::file(
+                file,
+                format!("camera {id} cannot be used: {reason}; copy the model again, or calibrate anew"),
+            ))
+        };
+        let expected = parameters_of(file, id, model)?;
+        let (fx, fy, cx, cy, k1, k2, p1, p2) = match (model, parameters) {
+            (0, &[f, cx, cy]) => (f, f, cx, cy, 0.0, 0.0, 0.0, 0.0),
+            (1, &[fx, fy, cx, cy]) => (fx, fy, cx, cy, 0.0, 0.0, 0.0, 0.0),
+            (2, &[f, cx, cy, k]) => (f, f, cx, cy, k, 0.0, 0.0, 0.0),
+            (3, &[f, cx, cy, k1, k2]) => (f, f, cx, cy, k1, k2, 0.0, 0.0),
+            (4, &[fx, fy, cx, cy, k1, k2, p1, p2]) => (fx, fy, cx, cy, k1, k2, p1, p2),
+            _ => {
+                let count = parameters.len();
+                return unusable(&format!("it has {count} parameters instead of {expected}"));
+            }
+        };
+        if !(1..=LARGEST_SIDE).contains(&width) || !(1..=LARGEST_SIDE).contains(&height) {
+            return unusable(&format!("{width} x {height} is not an image size in pixels"));
+        }
+        let image = Camera {
+            width: width as u32,
+            height: height as u32,
+            fx: fx as f32,
+            fy: fy as f32,
+            cx: cx as f32,
+            cy: cy as f32,
+        };
+        if let Some(problem) = image.problem() {
+            return unusable(problem);
+        }
+        if [k1, k2, p1, p2].iter().any(|value| !value.is_finite()) {
+            return unusable("its distortion is not finite");
+        }
+        let lens = Lens {
+            image,
+            distortion: Distortion { k1, k2, p1, p2 },
+        };
+        let pinhole = if lens.distortion.is_none() {
+            image
+        } else if let Some(pinhole) = lens.pinhole() {
+            pinhole
+        } else {
+            return unusable("its distortion cannot be undone");
+        };
+        Ok(Self {
+            model: CAMERA_MODELS[model as usize].0,
+            lens,
+            pinhole,
+        })
+    }
+}
+
+/// Puts a camera into the model; each id may come once.
+pub(super) fn add_camera(
+    file: &Path,
+    model: &mut Model,
+    id: u32,
+    camera: ModelCamera,
+) -> Result<(), SceneError> {
+    match model.cameras.insert(id, camera) {
+        None => Ok(()),
+        Some(_) => Err(SceneError::file(
+            file,
+            format!("holds camera {id} twice; copy the model again"),
+        )),
+    }
+}

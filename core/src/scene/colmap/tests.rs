@@ -1,0 +1,372 @@
+//! What holds for captures with a model.
+
+mod refused;
+
+use std::fmt::Write as _;
+use std::fs;
+
+use glam::Vec3;
+
+use super::*;
+use crate::scene::testing::wall;
+use crate::scene::{Distortion, SceneSource};
+
+const WIDTH: u32 = 32;
+const HEIGHT: u32 = 24;
+/// Units of the model in a metre of the wall.
+const SCALE: f64 = 7.0;
+const BARREL: Distortion = Distortion {
+    k1: -0.12,
+    k2: 0.01,
+    p1: 0.001,
+    p2: -0.002,
+};
+
+/// Where an image shows a point: x, y and the point's id, or -1.
+type Place = (f64, f64, i64);
+
+/// Name, quaternion and translation, camera, places.
+type Image = (String, [f64; 7], u32, Vec<Place>);
+
+/// A model as a person would write it down.
+#[derive(Clone)]
+struct Fixture {
+    /// (id, camera model, parameters)
+    cameras: Vec<(u32, i32, Vec<f64>)>,
+    images: Vec<Image>,
+    /// (id, position, error, views)
+    points: Vec<(u64, DVec3, f64, usize)>,
+}
+
+/// Somewhere far away and turned: position and directions of a world that the wall lies in.
+fn placed() -> (DQuat, DVec3) {
+    (
+        DQuat::from_euler(glam::EulerRot::XYZ, 0.3, -0.8, 2.1),
+        DVec3::new(400_000.0, -20.0, 3.0),
+    )
+}
+
+impl Fixture {
+    /// The wall of three cameras of the given model, and points on it that all of them see.
+    fn of_wall(model: i32, distortion: Distortion) -> Self {
+        let scene = wall(3, WIDTH, HEIGHT);
+        let Distortion { k1, k2, p1, p2 } = distortion;
+        let camera = scene.frames[0].camera;
+        let (f, cx, cy) = (f64::from(camera.fx), f64::from(camera.cx), f64::from(camera.cy));
+        let parameters = match model {
+            0 => vec![f, cx, cy],
+            1 => vec![f, f, cx, cy],
+            2 => vec![f, cx, cy, k1],
+            3 => vec![f, cx, cy, k1, k2],
+            _ => vec![f, f, cx, cy, k1, k2, p1, p2],
+        };
+        let lens = Lens {
+            image: camera,
+            distortion,
+        };
+        let (turn, shift) = placed();
+        let local = |column: u32, row: u32| DVec3::new(f64::from(column) - 1.5, f64::from(row) - 1.0, 2.0);
+        let grid = || (0..4).flat_map(|column| (0..3).map(move |row| local(column, row)));
+        let images = (0..3).map(|number| {
+            let centre = scene.frames[number].center().as_dvec3();
+            let place = |(id, point): (i64, DVec3)| {
+                let seen = point - centre;
+                let (x, y) = lens.place(seen.x / seen.z, seen.y / seen.z).unwrap();
+                (x, y, id)
+            };
+            let mut places: Vec<Place> = (1..).zip(grid()).map(place).collect();
+            places.insert(1, (3.0, 4.0, -1));
+            let rotation = turn.inverse();
+            let translation = -(rotation * (turn * centre * SCALE + shift));
+            let [x, y, z, w] = rotation.to_array();
+            let [tx, ty, tz] = translation.to_array();
+            // Not of unit length: it is made so.
+            let pose = [2.0 * w, 2.0 * x, 2.0 * y, 2.0 * z, tx, ty, tz];
+            let name = ["view c.png", "b.png", "a.png"][number].to_owned();
+            (name, pose, 1 + number as u32, places)
+        });
+        Self {
+            cameras: (1..=3).map(|id| (id, model, parameters.clone())).collect(),
+            images: images.collect(),
+            points: (1..)
+                .zip(grid())
+                .map(|(id, point)| (id, turn * point * SCALE + shift, 0.5, 3))
+                .collect(),
+        }
+    }
+
+    fn binary(&self) -> [(&'static str, Vec<u8>); 3] {
+        let mut cameras = (self.cameras.len() as u64).to_le_bytes().to_vec();
+        for (id, model, parameters) in &self.cameras {
+            cameras.extend(id.to_le_bytes());
+            cameras.extend(model.to_le_bytes());
+            cameras.extend(u64::from(WIDTH).to_le_bytes());
+            cameras.extend(u64::from(HEIGHT).to_le_bytes());
+            cameras.extend(parameters.iter().flat_map(|value| value.to_le_bytes()));
+        }
+        let mut images = (self.images.len() as u64).to_le_bytes().to_vec();
+        for (id, (name, pose, camera, places)) in (1_u32..).zip(&self.images) {
+            images.extend(id.to_le_bytes());
+            images.extend(pose.iter().flat_map(|value| value.to_le_bytes()));
+            images.extend(camera.to_le_bytes());
+            images.extend(name.bytes().chain([0]));
+            images.extend((places.len() as u64).to_le_bytes());
+            for (x, y, point) in places {
+                images.extend([x.to_le_bytes(), y.to_le_bytes(), point.to_le_bytes()].concat());
+            }
+        }
+        let mut points = (self.points.len() as u64).to_le_bytes().to_vec();
+        for (id, position, error, views) in &self.points {
+            points.extend(id.to_le_bytes());
+            points.extend(position.to_array().iter().flat_map(|value| value.to_le_bytes()));
+            points.extend([9, 9, 9]);
+            points.extend(error.to_le_bytes());
+            points.extend((*views as u64).to_le_bytes());
+            points.extend(vec![1; 8 * views]);
+        }
+        [
+            ("cameras.bin", cameras),
+            ("images.bin", images),
+            ("points3D.bin", points),
+        ]
+    }
+
+    fn text(&self) -> [(&'static str, String); 3] {
+        let (mut cameras, mut images, mut points) =
+            ("# cameras\n".to_owned(), "# images\n\n".to_owned(), String::new());
+        let joined = |values: &[f64]| values.iter().map(f64::to_string).collect::<Vec<_>>().join(" ");
+        for (id, model, parameters) in &self.cameras {
+            let name = ["SIMPLE_PINHOLE", "PINHOLE", "SIMPLE_RADIAL", "RADIAL", "OPENCV"][*model as usize];
+            writeln!(cameras, "{id} {name} {WIDTH} {HEIGHT} {}", joined(parameters)).unwrap();
+        }
+        for (id, (name, pose, camera, places)) in (1..).zip(&self.images) {
+            writeln!(images, "{id} {} {camera} {name}", joined(pose)).unwrap();
+            let places: Vec<String> = places
+                .iter()
+                .map(|(x, y, point)| format!("{x} {y} {point}"))
+                .collect();
+            writeln!(images, "{}", places.join(" ")).unwrap();
+        }
+        for (id, position, error, views) in &self.points {
+            let track = " 1 0".repeat(*views);
+            writeln!(
+                points,
+                "{id} {} 9 9 9 {error}{track}",
+                joined(&position.to_array())
+            )
+            .unwrap();
+        }
+        [
+            ("cameras.txt", cameras),
+            ("images.txt", images),
+            ("points3D.txt", points),
+        ]
+    }
+}
+
+/// A capture on disk, without a model.
+fn capture(place: &str) -> (tempfile::TempDir, PathBuf) {
+    let root = tempfile::tempdir().unwrap();
+    fs::create_dir_all(root.path().join("images")).unwrap();
+    let model = root.path().join(place);
+    fs::create_dir_all(&model).unwrap();
+    let scene = wall(3, WIDTH, HEIGHT);
+    for (frame, name) in scene.frames.iter().zip(["view c.png", "b.png", "a.png"]) {
+        let path = root.path().join("images").join(name);
+        image::save_buffer(path, frame.color.bytes(), WIDTH, HEIGHT, image::ColorType::Rgb8).unwrap();
+    }
+    (root, model)
+}
+
+fn write<T: AsRef<[u8]>>(model: &Path, files: &[(&'static str, T)]) {
+    for (name, content) in files {
+        fs::write(model.join(name), content).unwrap();
+    }
+}
+
+fn open(folder: &Path) -> Result<Scene, SceneError> {
+    let source = SceneSource::Folder(folder.to_path_buf());
+    Scene::open(&source, OpenOptions::default(), &|_, _| {})
+}
+
+/// The capture is refused in one sentence that says all of `parts`.
+#[track_caller]
+fn assert_refused(folder: &Path, parts: &[&str]) {
+    let message = open(folder).unwrap_err().to_string();
+    assert!(!message.contains('\n'), "{message}");
+    for part in parts {
+        assert!(message.contains(part), "\"{part}\" is not in: {message}");
+    }
+}
+
+#[test]
+fn frames_and_points_lie_where_the_model_says_whichever_way_it_is_written() {
+    for model in 0..5 {
+        let distortion = if model < 2 { Distortion::default() } else { BARREL };
+        let distortion = match model {
+            2 => Distortion {
+                k1: BARREL.k1,
+                ..Distortion::default()
+            },
+            3 => Distortion {
+                p1: 0.0,
+                p2: 0.0,
+                ..BARREL
+            },
+            _ => distortion,
+        };
+        let fixture = Fixture::of_wall(model, distortion);
+        let (as_binary, place) = capture("sparse/0");
+        write(&place, &fixture.binary());
+        let (as_text, place) = capture("colmap/sparse/0");
+        write(&place, &fixture.text());
+        for folder in [&as_binary, &as_text] {
+            let scene = open(folder.path()).unwrap();
+            assert_eq!(scene.format, "COLMAP");
+            assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+            let stems: Vec<&str> = scene.frames.iter().map(|frame| frame.stem.as_str()).collect();
+            assert_eq!(stems, ["a", "b", "view c"]);
+            let (turn, shift) = placed();
+            let mut depths = Vec::new();
+            for (frame, number) in scene.frames.iter().zip([2, 1, 0]) {
+                let centre = wall(3, WIDTH, HEIGHT).frames[number].center().as_dvec3();
+                let gap = scene.to_capture(frame.center()) - (turn * centre * SCALE + shift);
+                assert!(gap.length() < 1e-5 * SCALE, "{gap}");
+                assert_eq!(frame.image().width, WIDTH);
+                assert_eq!(frame.lens.is_some(), model >= 2);
+                assert_eq!(frame.points.len(), fixture.points.len());
+                for point in &frame.points {
+                    assert!(point.error < 1e-3);
+                    depths.push(point.length);
+                    let seen = frame.center() + point.length * frame.ray_direction(point.pixel as usize);
+                    // A ray goes through the centre of a pixel, up to 0.71 pixels from the point.
+                    let pixel = 0.75 * point.length / frame.camera.fx;
+                    let nearest = fixture
+                        .points
+                        .iter()
+                        .map(|(_, position, ..)| (scene.to_capture(seen) - *position).length() / scene.unit);
+                    assert!(nearest.fold(f64::INFINITY, f64::min) < f64::from(pixel));
+                }
+            }
+            depths.sort_by(f32::total_cmp);
+            assert!((depths[depths.len() / 2] - 2.5).abs() < 1e-4);
+        }
+    }
+}
+
+#[test]
+fn a_bent_image_is_straightened_and_leads_back_to_its_own_pixels() {
+    let fixture = Fixture::of_wall(4, BARREL);
+    let (root, place) = capture("sparse");
+    write(&place, &fixture.binary());
+    let scene = open(root.path()).unwrap();
+    let frame = &scene.frames[0];
+    assert!(frame.camera.width > WIDTH && frame.camera.height > HEIGHT);
+    let valid = (0..frame.camera.pixels())
+        .filter(|&index| frame.is_valid(index))
+        .count();
+    assert!(valid >= (WIDTH * HEIGHT) as usize && valid < frame.camera.pixels());
+    for row in 0..HEIGHT {
+        for column in 0..WIDTH {
+            let [x, y] = frame.of_image([column, row]).unwrap();
+            let [back_x, back_y] = frame.to_image([x, y]).unwrap();
+            assert!(back_x.abs_diff(column) <= 1 && back_y.abs_diff(row) <= 1);
+            assert!(frame.is_valid((y * frame.camera.width + x) as usize));
+        }
+    }
+    // Bent inwards, the middle of the border is nearer to the centre than the corners are.
+    assert_eq!(frame.to_image([0, frame.camera.height / 2]), None);
+}
+
+#[test]
+fn the_box_is_around_the_points_and_no_depth_means_no_points() {
+    let (root, place) = capture("sparse/0");
+    write(&place, &Fixture::of_wall(1, Distortion::default()).binary());
+    let scene = open(root.path()).unwrap();
+    assert!(scene.has_points());
+    let bounds = scene.bounds();
+    for frame in &scene.frames {
+        for point in &frame.points {
+            let place = frame.center() + point.length * frame.ray_direction(point.pixel as usize);
+            assert!(place.cmpge(bounds.min).all() && place.cmple(bounds.max).all());
+        }
+    }
+    let without = Scene::open(&scene.source, OpenOptions { depth: false }, &|_, _| {}).unwrap();
+    assert!(!without.has_points() && without.unit == scene.unit);
+    assert!(without.bounds().size().max_element() > bounds.size().max_element());
+}
+
+#[test]
+fn points_that_few_images_agree_on_do_not_count() {
+    let mut fixture = Fixture::of_wall(1, Distortion::default());
+    fixture.points[0].3 = 2;
+    fixture.points[1].2 = 2.5;
+    // Seen five pixels beside its projection by the first image.
+    fixture.images[0].3[4].0 += 5.0;
+    fixture.points.remove(5);
+    let (root, place) = capture("sparse/0");
+    write(&place, &fixture.binary());
+    let points: Vec<usize> = open(root.path())
+        .unwrap()
+        .frames
+        .iter()
+        .map(|f| f.points.len())
+        .collect();
+    assert_eq!(points, [9, 9, 8]);
+}
+
+#[test]
+fn without_points_the_scene_is_opened_with_a_warning() {
+    let (root, place) = capture("sparse/0");
+    write(&place, &Fixture::of_wall(1, Distortion::default()).binary()[..2]);
+    let scene = open(root.path()).unwrap();
+    assert!(scene.warnings[0].contains("no points"), "{:?}", scene.warnings);
+    let centres = scene.frames.iter().map(|frame| frame.center());
+    let (low, high) = (
+        centres.clone().fold(Vec3::INFINITY, Vec3::min),
+        centres.fold(Vec3::NEG_INFINITY, Vec3::max),
+    );
+    assert!(((high - low).max_element() - 2.0).abs() < 1e-4);
+}
+
+#[test]
+fn missing_and_unfit_images_are_left_out_and_most_are_an_error() {
+    let (root, place) = capture("sparse/0");
+    write(&place, &Fixture::of_wall(1, Distortion::default()).text());
+    let images = root.path().join("images");
+    fs::remove_file(images.join("b.png")).unwrap();
+    let scene = open(root.path()).unwrap();
+    assert_eq!(scene.frames.len(), 2);
+    assert!(scene.warnings[0].contains("\"b.png\"") && scene.warnings[0].contains("missing"));
+    image::save_buffer(images.join("b.png"), &[0; 36], 4, 3, image::ColorType::Rgb8).unwrap();
+    let scene = open(root.path()).unwrap();
+    assert!(
+        scene.warnings[0].contains("4x3 instead of 32x24"),
+        "{:?}",
+        scene.warnings
+    );
+    fs::write(images.join("b.png"), "spoilt").unwrap();
+    assert!(open(root.path()).unwrap().warnings[0].contains("cannot be read"));
+    fs::remove_dir_all(&images).unwrap();
+    assert_refused(root.path(), &["images", "3 of 3", "missing", "\"a.png\""]);
+}
+
+#[test]
+fn images_in_several_folders_keep_their_names_apart() {
+    let (root, place) = capture("sparse/0");
+    let mut fixture = Fixture::of_wall(1, Distortion::default());
+    for (image, side) in fixture.images.iter_mut().zip(["left", "right", "up"]) {
+        let folder = root.path().join("images").join(side);
+        fs::create_dir(&folder).unwrap();
+        fs::rename(root.path().join("images").join(&image.0), folder.join("1.png")).unwrap();
+        image.0 = format!("{side}/1.png");
+    }
+    write(&place, &fixture.binary());
+    let stems: Vec<String> = open(root.path())
+        .unwrap()
+        .frames
+        .into_iter()
+        .map(|frame| frame.stem)
+        .collect();
+    assert_eq!(stems, ["left_1", "right_1", "up_1"]);
+}

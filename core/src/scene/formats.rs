@@ -1,0 +1,57 @@
+//! The formats that a folder can be in, and how to tell them apart.
+
+use std::path::Path;
+
+use super::{OpenOptions, Scene, SceneError, colmap, replica};
+
+/// Called with (frames decoded, frames in all), from any thread.
+type Progress<'a> = &'a (dyn Fn(usize, usize) + Sync);
+
+/// One format: its module has a constant or a function for each field.
+struct Format {
+    /// Name for people.
+    name: &'static str,
+    /// What a folder in this format holds.
+    expected: &'static str,
+    /// Whether a folder looks like this format, complete or not.
+    recognise: fn(&Path) -> bool,
+    /// Reads a folder in this format.
+    read: fn(&Path, OpenOptions, Progress) -> Result<Scene, SceneError>,
+}
+
+/// All formats; the first that recognises a folder reads it.
+const FORMATS: [Format; 2] = [
+    Format {
+        name: replica::NAME,
+        expected: replica::EXPECTED,
+        recognise: replica::recognise,
+        read: replica::read,
+    },
+    Format {
+        name: colmap::NAME,
+        expected: colmap::EXPECTED,
+        recognise: colmap::recognise,
+        read: colmap::read,
+    },
+];
+
+/// Reads a folder in the first format that recognises it; a note says which others would have.
+pub(super) fn read(folder: &Path, options: OpenOptions, progress: Progress) -> Result<Scene, SceneError> {
+    let mut recognised = FORMATS.iter().filter(|format| (format.recognise)(folder));
+    let Some(format) = recognised.next() else {
+        let expected = FORMATS.map(|format| format!("{} ({})", format.expected, format.name));
+        return Err(SceneError::Unrecognised {
+            path: folder.to_path_buf(),
+            expected: expected.join(", or "),
+        });
+    };
+    let mut scene = (format.read)(folder, options, progress)?;
+    let others: Vec<&str> = recognised.map(|format| format.name).collect();
+    if !others.is_empty() {
+        let others = others.join(" and ");
+        scene
+            .notes
+            .push(format!("the folder also looks like {others}, which was not read"));
+    }
+    Ok(scene)
+}
