@@ -80,8 +80,8 @@ impl fmt::Display for Capacity {
     }
 }
 
-/// Size of a pixel at a typical surface, in metres: at the median measured depth, or half way from the
-/// centre to a side of the volume where there is no depth.
+/// Size of a pixel at a typical surface, in metres: at the median measured depth, else at that of the sparse
+/// points, else half way from the centre to a side of the volume.
 fn pixel_footprint(scene: &Scene, volume: &Volume) -> f32 {
     let median = |mut values: Vec<f32>| {
         values.sort_by(f32::total_cmp);
@@ -97,7 +97,13 @@ fn pixel_footprint(scene: &Scene, volume: &Volume) -> f32 {
                 .step_by(stride)
                 .filter_map(|index| depth.ray_length(index))
         });
-    let length = median(lengths.collect()).unwrap_or(0.25 * volume.side);
+    let sparse = || {
+        let points = scene.frames.iter().flat_map(|frame| &frame.points);
+        points.map(|point| point.length).collect()
+    };
+    let length = median(lengths.collect())
+        .or_else(|| median(sparse()))
+        .unwrap_or(0.25 * volume.side);
     let focal = median(scene.frames.iter().map(|frame| frame.camera.fx).collect()).unwrap_or(1.0);
     length / focal
 }

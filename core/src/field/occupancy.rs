@@ -18,6 +18,8 @@ const UNKNOWN: f32 = 1e6;
 pub struct OccupancyGrid {
     density: Vec<f32>,
     occupied: Vec<bool>,
+    /// Cells that stay occupied whatever is found there.
+    kept: Vec<bool>,
     threshold: f32,
 }
 
@@ -29,6 +31,7 @@ impl OccupancyGrid {
         Self {
             density: vec![UNKNOWN; cells],
             occupied: vec![true; cells],
+            kept: vec![false; cells],
             threshold: 0.01 / step,
         }
     }
@@ -65,6 +68,24 @@ impl OccupancyGrid {
                 let point = origin + (length + offset * cell) * direction;
                 if let Some(index) = index_of(volume.to_unit(point)) {
                     self.density[index] = UNKNOWN;
+                }
+            }
+        }
+        self.classify();
+    }
+
+    /// Keeps the cells around sparse points occupied from now on: there is a surface, though the field may
+    /// not show it yet. The way to a point empties nothing, as too few rays mark what lies beside it.
+    pub fn keep_points(&mut self, scene: &Scene, volume: &Volume) {
+        let cell = 1.0 / OCCUPANCY_RESOLUTION as f32;
+        for frame in &scene.frames {
+            for point in &frame.points {
+                let place = frame.center() + point.length * frame.ray_direction(point.pixel as usize);
+                let around = (0..27).map(|k| Vec3::new((k % 3) as f32, (k / 3 % 3) as f32, (k / 9) as f32));
+                for offset in around {
+                    if let Some(index) = index_of(volume.to_unit(place) + cell * (offset - 1.0)) {
+                        self.kept[index] = true;
+                    }
                 }
             }
         }
@@ -148,8 +169,9 @@ impl OccupancyGrid {
         let known = || self.density.iter().filter(|&&density| density != UNKNOWN);
         let mean = known().sum::<f32>() / known().count().max(1) as f32;
         let threshold = self.threshold.min(0.5 * mean);
-        for (occupied, &density) in self.occupied.iter_mut().zip(&self.density) {
-            *occupied = density > threshold;
+        let cells = self.density.iter().zip(&self.kept);
+        for (occupied, (&density, &kept)) in self.occupied.iter_mut().zip(cells) {
+            *occupied = kept || density > threshold;
         }
     }
 }
@@ -171,6 +193,7 @@ fn corner_of(index: u32) -> UVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::SparsePoint;
 
     #[test]
     fn cells_found_empty_become_empty_and_come_back_when_filled() {
@@ -183,6 +206,31 @@ mod tests {
         assert!(!grid.is_occupied(unit));
         grid.update(&[cell], &[50.0]);
         assert!(grid.is_occupied(unit));
+    }
+
+    #[test]
+    fn cells_around_sparse_points_stay_occupied() {
+        let mut scene = crate::scene::testing::wall(3, 32, 24);
+        let middle = 12 * 32 + 16;
+        for frame in &mut scene.frames {
+            let length = frame.depth.take().unwrap().ray_length(middle).unwrap();
+            frame.points = vec![SparsePoint {
+                pixel: middle as u32,
+                length,
+                error: 0.1,
+            }];
+        }
+        let volume = Volume::around(&scene.bounds());
+        let mut grid = OccupancyGrid::unknown(0.02);
+        grid.keep_points(&scene, &volume);
+        let cells: Vec<u32> = (0..OCCUPANCY_RESOLUTION.pow(3)).collect();
+        grid.update(&cells, &vec![0.0; cells.len()]);
+        let frame = &scene.frames[1];
+        let along = |length: f32| volume.to_unit(frame.center() + length * frame.ray_direction(middle));
+        assert!(grid.is_occupied(along(frame.points[0].length)));
+        assert!(!grid.is_occupied(along(0.5 * frame.points[0].length)));
+        let saved = grid.density().to_vec();
+        assert!(grid.restore(saved) && grid.is_occupied(along(frame.points[0].length)));
     }
 
     #[test]

@@ -36,7 +36,9 @@ const PATIENCE: u32 = 3;
 const SNAPSHOT_EVERY: u64 = 200;
 /// Pixels that the held-out error is measured on.
 const HELD_OUT_PIXELS: usize = 1024;
-/// Gradients are scaled down nearer to the camera than this, in metres, in batches without any depth.
+/// One ray in so many goes through a sparse point, where the capture has such points.
+const SPARSE_EVERY: usize = 8;
+/// Gradients are scaled down nearer to the camera than this, in metres, in captures without any depth.
 const GRADIENT_RAMP: f32 = 1.0;
 
 /// The error on frames that the field never trained on.
@@ -61,6 +63,8 @@ pub struct Trainer {
     table_optimiser: Adam,
     weights_optimiser: Adam,
     train_frames: Vec<usize>,
+    /// Sparse points of the training frames: (frame, index of the point).
+    sparse: Vec<(usize, usize)>,
     held_out: Vec<(usize, usize)>,
     seed: u64,
     steps: u64,
@@ -84,7 +88,11 @@ impl Trainer {
         if scene.has_depth() {
             occupancy.carve(&scene, &volume);
         }
+        occupancy.keep_points(&scene, &volume);
         let (train_frames, held_out) = split(&scene, seed);
+        let points_of =
+            |&frame: &usize| (0..scene.frames[frame].points.len()).map(move |point| (frame, point));
+        let sparse = train_frames.iter().flat_map(points_of).collect();
         let table_optimiser = Adam::new(field.table());
         let weights_optimiser = Adam::new(field.weights());
         let mut trainer = Self {
@@ -95,6 +103,7 @@ impl Trainer {
             table_optimiser,
             weights_optimiser,
             train_frames,
+            sparse,
             held_out,
             seed,
             steps: 0,
@@ -247,7 +256,7 @@ impl Trainer {
         Ok(())
     }
 
-    /// Random rays of training frames and their colours `[rays, 3]`.
+    /// Random rays of training frames, a share of them through sparse points, and their colours `[rays, 3]`.
     fn batch(&self) -> (Vec<Ray>, Vec<f32>) {
         let mut rng =
             SmallRng::seed_from_u64(self.seed ^ (self.steps + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15));
@@ -255,10 +264,24 @@ impl Trainer {
         let count = count.clamp(128, 4096);
         let mut rays = Vec::with_capacity(count);
         let mut colors = Vec::with_capacity(3 * count);
-        for _ in 0..count {
-            let frame = self.train_frames[rng.random_range(0..self.train_frames.len())];
-            let index = rng.random_range(0..self.scene.frames[frame].camera.pixels());
-            rays.push(self.ray(frame, index));
+        for number in 0..count {
+            let (frame, index, length) = if number % SPARSE_EVERY == 0 && !self.sparse.is_empty() {
+                let (frame, point) = self.sparse[rng.random_range(0..self.sparse.len())];
+                let point = self.scene.frames[frame].points[point];
+                (frame, point.pixel as usize, Some(point.length))
+            } else {
+                let frame = self.train_frames[rng.random_range(0..self.train_frames.len())];
+                let index = rng.random_range(0..self.scene.frames[frame].camera.pixels());
+                (frame, index, None)
+            };
+            if !self.scene.frames[frame].is_valid(index) {
+                continue;
+            }
+            let ray = self.ray(frame, index);
+            rays.push(Ray {
+                length: length.or(ray.length),
+                ..ray
+            });
             colors.extend(self.scene.frames[frame].color.color(index).to_array());
         }
         (rays, colors)
@@ -288,7 +311,8 @@ impl Trainer {
     fn loss(&self, rays: &[Ray], colors: &[f32], mut samples: Samples) -> Result<Tensor> {
         let side = self.field.volume().side;
         let measured = rays.iter().filter(|ray| ray.length.is_some()).count();
-        if measured == 0 {
+        // A few rays through sparse points do not watch over the space before the camera as depth images do.
+        if !self.scene.has_depth() {
             samples.packing.gradient_ramp = GRADIENT_RAMP;
         }
         let mut gaps = vec![0.0; samples.len()];
@@ -411,6 +435,7 @@ fn split(scene: &Scene, seed: u64) -> (Vec<usize>, Vec<(usize, usize)>) {
             let frame = held_frames[k % count];
             (frame, rng.random_range(0..scene.frames[frame].camera.pixels()))
         })
+        .filter(|&(frame, index)| scene.frames[frame].is_valid(index))
         .collect();
     (train, pixels)
 }
