@@ -1,0 +1,194 @@
+//! A capture with a COLMAP model and a bent lens is labelled in the pixels of its own images.
+#![allow(clippy::unwrap_used, reason = "a test ends where it fails")]
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+
+use glam::Quat;
+use image::RgbImage;
+use inplace_core::eval::ConfusionMatrix;
+use inplace_core::labels::ClassId;
+use inplace_core::scene::{Camera, Distortion, Frame, Lens};
+use inplace_tests::{Click, Running, Small, class_ids, inplace};
+use serde_json::{Value, json};
+
+/// Seconds that a small scene may take.
+const BUDGET: &str = "6";
+/// What the labels reach at least, tiny classes included; one class everywhere gives 0.02.
+const MIOU: f64 = 0.05;
+/// Units of the model in a metre.
+const UNIT: f32 = 3.0;
+/// Every so many pixels of a frame shows a point of the model.
+const POINT_EVERY: usize = 37;
+
+/// The images are a cut-out of the small capture's frames through this lens.
+fn lens() -> Lens {
+    let camera = Small::get().scene.frames[0].camera;
+    Lens {
+        image: Camera {
+            width: 56,
+            height: 42,
+            cx: camera.cx - 4.0,
+            cy: camera.cy - 3.0,
+            ..camera
+        },
+        distortion: Distortion {
+            k1: -0.06,
+            k2: 0.01,
+            ..Distortion::default()
+        },
+    }
+}
+
+/// Index of the small capture's pixel that each pixel of a bent image shows, row by row.
+fn shown() -> Vec<usize> {
+    let (lens, camera) = (lens(), Small::get().scene.frames[0].camera);
+    let position = |row: u32, column: u32| {
+        let (x, y) = (f64::from(column) + 0.5, f64::from(row) + 0.5);
+        let (x, y) = lens.to_pinhole(&camera, x, y).unwrap();
+        y as usize * camera.width as usize + x as usize
+    };
+    let columns = lens.image.width;
+    (0..lens.image.height)
+        .flat_map(|row| (0..columns).map(move |column| (row, column)))
+        .map(|(row, column)| position(row, column))
+        .collect()
+}
+
+/// Writes images and a text model, with points at measured depths.
+fn write(folder: &Path) {
+    let (small, lens, shown) = (Small::get(), lens(), shown());
+    let model = folder.join("sparse/0");
+    fs::create_dir_all(&model).unwrap();
+    fs::create_dir(folder.join("images")).unwrap();
+    let (mut images, mut points) = (String::new(), String::new());
+    let mut id = 0;
+    let mut places = vec![String::new(); small.scene.frames.len()];
+    for frame in &small.scene.frames {
+        let depth = frame.depth.as_ref().unwrap();
+        for index in (0..depth.len()).step_by(POINT_EVERY) {
+            let Some(length) = depth.ray_length(index) else {
+                continue;
+            };
+            let point = frame.center() + length * frame.ray_direction(index);
+            id += 1;
+            let place = UNIT * point;
+            writeln!(
+                points,
+                "{id} {} {} {} 0 0 0 0.1 1 0 2 0 3 0",
+                place.x, place.y, place.z
+            )
+            .unwrap();
+            write_place(&mut places, frame, &lens, point, id);
+        }
+    }
+    for (frame, places) in small.scene.frames.iter().zip(places) {
+        let rgb = shown.iter().flat_map(|&index| frame.color.pixel(index)).collect();
+        let image = RgbImage::from_raw(lens.image.width, lens.image.height, rgb).unwrap();
+        image
+            .save(folder.join(format!("images/{}.png", frame.stem)))
+            .unwrap();
+        let world_to_camera = frame.camera_to_world.inverse();
+        let [x, y, z, w] = Quat::from_mat3a(&world_to_camera.matrix3).to_array();
+        let [tx, ty, tz] = (UNIT * world_to_camera.translation).to_array();
+        let name = format!("{}.png", frame.stem);
+        writeln!(images, "1 {w} {x} {y} {z} {tx} {ty} {tz} 1 {name}\n{places}").unwrap();
+    }
+    let Lens { image, distortion } = lens;
+    let Distortion { k1, k2, .. } = distortion;
+    let (width, height, cx, cy) = (image.width, image.height, image.cx, image.cy);
+    let camera = format!("1 RADIAL {width} {height} {} {cx} {cy} {k1} {k2}\n", image.fx);
+    for (name, text) in [("cameras", camera), ("images", images), ("points3D", points)] {
+        fs::write(model.join(name).with_extension("txt"), text).unwrap();
+    }
+}
+
+/// Notes where a point is seen by the frame that measured it.
+fn write_place(places: &mut [String], frame: &Frame, lens: &Lens, point: glam::Vec3, id: usize) {
+    let local = frame.camera_to_world.inverse().transform_point3(point).as_dvec3();
+    let (x, y) = lens.place(local.x / local.z, local.y / local.z).unwrap();
+    let inside = x > 0.0 && y > 0.0 && x < f64::from(lens.image.width) && y < f64::from(lens.image.height);
+    let index = Small::get().scene.frame_index(&frame.stem).unwrap();
+    if inside {
+        write!(places[index], "{x} {y} {id} ").unwrap();
+    }
+}
+
+/// The small capture's clicks where the bent images show them: the pixel of the image, its frame and class.
+fn clicks() -> Vec<Click> {
+    let (lens, shown) = (lens(), shown());
+    let width = Small::get().scene.frames[0].camera.width;
+    let seen = |click: &Click| {
+        let [x, y] = click.pixel;
+        let index = shown
+            .iter()
+            .position(|&index| index == (y * width + x) as usize)? as u32;
+        Some(Click {
+            pixel: [index % lens.image.width, index / lens.image.width],
+            ..*click
+        })
+    };
+    Small::get().clicks().iter().filter_map(seen).collect()
+}
+
+#[test]
+fn labels_come_out_in_the_pixels_of_the_bent_images() {
+    let root = tempfile::tempdir().unwrap();
+    let (room, out) = (root.path().join("room"), root.path().join("out"));
+    write(&room);
+    let (small, lens, clicks) = (Small::get(), lens(), clicks());
+    assert!(clicks.len() > 10);
+
+    let info = Running::to_the_end(inplace().arg("info").arg(&room).arg("--json"));
+    assert_eq!(info.code, Some(0), "{info:?}");
+    let facts: Value = serde_json::from_str(&info.stdout).unwrap();
+    assert_eq!(facts["format"], "COLMAP");
+    assert_eq!([&facts["width"], &facts["height"]], [56, 42]);
+    for count in ["frames", "frames_with_distortion", "frames_with_points"] {
+        assert_eq!(facts[count], 10, "{count}");
+    }
+    assert_eq!(facts["warnings"].as_array().unwrap().len(), 0, "{facts}");
+    assert!(
+        facts["notes"][1].as_str().unwrap().contains("error 0.0"),
+        "{facts}"
+    );
+
+    let strokes: Vec<Value> = clicks
+        .iter()
+        .map(|click| {
+            let frame = &small.scene.frames[click.frame].stem;
+            json!({ "frame": frame, "class": click.class, "points": [click.pixel], "radius": 0 })
+        })
+        .collect();
+    let strokes = json!({ "classes": small.classes, "strokes": strokes });
+    let file = root.path().join("strokes.json");
+    fs::write(&file, strokes.to_string()).unwrap();
+    let mut command = inplace();
+    command.arg("label").arg(&room).arg("--strokes").arg(&file);
+    command.arg("--out").arg(&out).args(["--budget", BUDGET]);
+    let outcome = Running::to_the_end(&mut command);
+    assert_eq!(
+        (outcome.code, outcome.stderr.as_str()),
+        (Some(0), ""),
+        "{outcome:?}"
+    );
+
+    let mut matrix = ConfusionMatrix::default();
+    for (index, frame) in small.scene.frames.iter().enumerate() {
+        let (width, height, labels) = class_ids(&out.join(format!("labels/{}.png", frame.stem)));
+        assert_eq!((width, height), (lens.image.width, lens.image.height));
+        for click in clicks.iter().filter(|click| click.frame == index) {
+            let [x, y] = click.pixel;
+            assert_eq!(labels[(y * width + x) as usize], click.class, "{click:?}");
+        }
+        let truth: Vec<ClassId> = shown()
+            .into_iter()
+            .map(|pixel| small.truth[index][pixel])
+            .collect();
+        matrix.add(&truth, &labels).unwrap();
+    }
+    let miou = matrix.miou().unwrap();
+    println!("mIoU: {miou:.3}");
+    assert!(miou > MIOU, "{miou}");
+}
