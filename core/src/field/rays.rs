@@ -1,6 +1,5 @@
 //! Rays and the samples along them.
 
-use candle_core::{Device, Result, Tensor};
 use glam::Vec3;
 use rand::{Rng, SeedableRng, rngs::SmallRng};
 use rayon::prelude::*;
@@ -153,24 +152,6 @@ impl Samples {
     /// Whether no ray has any sample.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
-    }
-
-    /// Unit positions as a tensor `[N, 3]`.
-    ///
-    /// # Errors
-    /// None on the CPU.
-    pub fn positions(&self) -> Result<Tensor> {
-        Tensor::from_slice(&self.positions, (self.len(), 3), &Device::Cpu)
-    }
-
-    /// Direction features of each sample's ray as a tensor `[N, 9]`.
-    ///
-    /// # Errors
-    /// None on the CPU.
-    pub fn directions(&self) -> Result<Tensor> {
-        let of_sample = |ray| std::iter::repeat_n(self.directions[ray], self.packing.range(ray).len());
-        let flat: Vec<f32> = (0..self.packing.rays()).flat_map(of_sample).flatten().collect();
-        Tensor::from_vec(flat, (self.len(), DIRECTION_FEATURES), &Device::Cpu)
     }
 
     /// Unit position of a sample.

@@ -68,7 +68,7 @@ struct StepBuffers {
     encodings: Vec<Group>,
 }
 
-/// A field's parameters and how to compute with them.
+/// A field's parameters.
 #[derive(Clone, Copy, Debug)]
 pub struct Parameters<'a> {
     /// The shape of the hash grid.
@@ -79,12 +79,10 @@ pub struct Parameters<'a> {
     pub table: &'a Tensor,
     /// The networks' weights, one after another (see [`NetworkShape::split`]).
     pub weights: &'a Tensor,
-    /// The vector unit.
-    pub dispatch: Dispatch,
 }
 
 /// Renders packed samples to `[rays, 7]`: red, green, blue, mean distance to the measured surface (from
-/// `gaps`), then ray length, opacity and distortion as [`Composite`](super::Composite) has them.
+/// `gaps`), then ray length, opacity and distortion (see `composite_ray`).
 ///
 /// Differentiable in the weights, and in the table through [`Buffers::table_gradient`].
 ///
@@ -92,6 +90,7 @@ pub struct Parameters<'a> {
 /// Arguments of other shapes, or not contiguous `f32` on the CPU.
 pub fn render(
     parameters: Parameters,
+    dispatch: Dispatch,
     buffers: &Buffers,
     samples: Arc<Samples>,
     gaps: Vec<f32>,
@@ -102,7 +101,7 @@ pub fn render(
         shape: parameters.shape,
         samples,
         gaps,
-        dispatch: parameters.dispatch,
+        dispatch,
         plan,
         step: Mutex::new(buffers.take()),
         buffers: buffers.clone(),
@@ -135,13 +134,17 @@ pub struct Wanted {
 ///
 /// # Errors
 /// Arguments of other shapes, or not contiguous `f32` on the CPU.
-pub fn evaluate(parameters: Parameters, samples: &Samples, wanted: Wanted) -> Result<Evaluated> {
+pub fn evaluate(
+    parameters: Parameters,
+    dispatch: Dispatch,
+    samples: &Samples,
+    wanted: Wanted,
+) -> Result<Evaluated> {
     let Parameters {
         grid,
         shape,
         table,
         weights,
-        dispatch,
     } = parameters;
     let (table_storage, table_layout) = table.storage_and_layout();
     let (weights_storage, weights_layout) = weights.storage_and_layout();
