@@ -3,13 +3,15 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use candle_core::Result;
+use candle_core::{Device, Result};
 use glam::Vec3;
 use rand::{Rng, SeedableRng, rngs::SmallRng};
 use serde::Serialize;
 
 use crate::field::kernels::Dispatch;
-use crate::field::{Capacity, OccupancyGrid, Preset, RadianceField, Ray, Samples, Sampling, Trainer, Volume};
+use crate::field::{
+    Capacity, OccupancyGrid, Path, Preset, RadianceField, Ray, Samples, Sampling, Trainer, Volume,
+};
 use crate::scene::Scene;
 
 /// Samples of one measured step.
@@ -45,28 +47,24 @@ pub fn path_speeds(table_log2: u32, rounds: usize, threads: usize) -> Result<Vec
         steps: 1,
         cell: 6.0 / 512.0,
     };
-    let mut field = RadianceField::new(volume, &capacity, 1)?;
+    let paths = Dispatch::available().map(Path::Fused);
+    let paths = paths.chain([Path::Plain(Device::Cpu)]);
+    let fields: Vec<(String, RadianceField)> = paths
+        .map(|path| Ok((name(&path), RadianceField::new(volume, &capacity, 1, &path)?)))
+        .collect::<Result<_>>()?;
     let samples = Arc::new(random_samples(&volume));
     let gaps = vec![0.0; samples.len()];
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads.max(1))
         .build();
     let pool = pool.map_err(candle_core::Error::wrap)?;
-    let mut ways: Vec<Option<Dispatch>> = Dispatch::available().map(Some).collect();
-    ways.push(None);
-    let mut times: Vec<Vec<Duration>> = vec![Vec::new(); ways.len()];
+    let mut times: Vec<Vec<Duration>> = vec![Vec::new(); fields.len()];
     // One round more than counted: the first warms up.
     for round in 0..=rounds {
-        for (way, times) in ways.iter().zip(&mut times) {
+        for ((_, field), times) in fields.iter().zip(&mut times) {
             let start = Instant::now();
             pool.install(|| -> Result<()> {
-                let out = match way {
-                    Some(dispatch) => {
-                        field.set_dispatch(*dispatch);
-                        field.render(Arc::clone(&samples), gaps.clone())?
-                    }
-                    None => field.render_plain(&samples, &gaps)?,
-                };
+                let out = field.render(Arc::clone(&samples), gaps.clone())?;
                 out.sqr()?.mean_all()?.backward()?;
                 Ok(())
             })?;
@@ -75,21 +73,29 @@ pub fn path_speeds(table_log2: u32, rounds: usize, threads: usize) -> Result<Vec
             }
         }
     }
-    Ok(ways
+    Ok(fields
         .into_iter()
         .zip(times)
-        .map(|(way, mut times)| {
+        .map(|((name, _), mut times)| {
             times.sort_unstable();
             let median = times
                 .get(times.len() / 2)
                 .map_or(f64::INFINITY, Duration::as_secs_f64);
             PathSpeed {
-                name: way.map_or_else(|| "candle".to_owned(), |dispatch| format!("fused-{dispatch}")),
+                name,
                 table_log2,
                 samples_per_s: samples.len() as f64 / median,
             }
         })
         .collect())
+}
+
+/// What a path is called in the results.
+fn name(path: &Path) -> String {
+    match path {
+        Path::Fused(dispatch) => format!("fused-{dispatch}"),
+        Path::Plain(_) => "candle".to_owned(),
+    }
 }
 
 /// How good a field was after so much training.

@@ -3,15 +3,15 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use candle_core::{Device, Result, Tensor, Var, bail};
+use candle_core::{Device, Result, Tensor, Var, backprop::GradStore, bail};
 use glam::Vec3;
 use rand::{Rng, SeedableRng, rngs::SmallRng};
 
 use super::kernels::{
-    self, Buffers, Composite, DIRECTION_FEATURES, Dispatch, Evaluated, GEOMETRY_FEATURES,
-    INITIAL_LOG_DENSITY, LOG_DENSITY_RANGE, NetworkShape, Parameters, Wanted, encode,
+    self, Adam, Buffers, DIRECTION_FEATURES, Dispatch, Evaluated, GEOMETRY_FEATURES, NetworkShape,
+    Parameters, Wanted,
 };
-use super::{Capacity, GridShape, Samples, Volume};
+use super::{Capacity, GridShape, Path, Samples, Volume, plain};
 
 /// Density, geometry features and colour at any point of a volume (Semantic-NeRF, Fig. 2, with the
 /// positional encoding and trunk replaced by a hash grid and a one-hidden-layer network).
@@ -20,18 +20,24 @@ pub struct RadianceField {
     volume: Volume,
     grid: GridShape,
     shape: NetworkShape,
-    dispatch: Dispatch,
+    engine: Engine,
     table: Var,
     weights: Var,
-    buffers: Buffers,
+}
+
+/// What a [`Path`] needs to compute.
+#[derive(Debug)]
+enum Engine {
+    Fused(Dispatch, Buffers),
+    Plain,
 }
 
 impl RadianceField {
-    /// A field with random parameters.
+    /// A field with random parameters, the same on every path.
     ///
     /// # Errors
-    /// None on the CPU short of a lack of memory.
-    pub fn new(volume: Volume, capacity: &Capacity, seed: u64) -> Result<Self> {
+    /// The device's, such as a lack of memory.
+    pub fn new(volume: Volume, capacity: &Capacity, seed: u64, path: &Path) -> Result<Self> {
         let mut rng = SmallRng::seed_from_u64(seed ^ 0x5_eedf_1e1d);
         let grid = capacity.grid();
         let shape = NetworkShape {
@@ -47,22 +53,26 @@ impl RadianceField {
             let bound = (6.0 / (inputs + outputs) as f32).sqrt();
             weights.extend((0..inputs * outputs).map(|_| rng.random_range(-bound..bound)));
         }
-        let table = Tensor::from_vec(table, (grid.rows(), 2), &Device::Cpu)?;
-        let weights = Tensor::from_vec(weights, shape.weights(), &Device::Cpu)?;
+        let device = path.device();
+        let table = Tensor::from_vec(table, (grid.rows(), 2), &device)?;
+        let weights = Tensor::from_vec(weights, shape.weights(), &device)?;
+        let engine = match path {
+            Path::Fused(dispatch) => Engine::Fused(*dispatch, Buffers::new(&grid)?),
+            Path::Plain(_) => Engine::Plain,
+        };
         Ok(Self {
             volume,
-            buffers: Buffers::new(&grid)?,
             grid,
             shape,
-            dispatch: Dispatch::detect(),
+            engine,
             table: Var::from_tensor(&table)?,
             weights: Var::from_tensor(&weights)?,
         })
     }
 
-    /// Computes on this vector unit instead of the best one. The processor must have it.
-    pub fn set_dispatch(&mut self, dispatch: Dispatch) {
-        self.dispatch = dispatch;
+    /// Where the parameters lie, and what [`RadianceField::render`] gives.
+    pub fn device(&self) -> &Device {
+        self.table.device()
     }
 
     /// The part of the world that it models.
@@ -80,9 +90,25 @@ impl RadianceField {
         &self.weights
     }
 
-    /// Gradient of the table `[rows, 2]` from the latest backward pass through [`RadianceField::render`].
-    pub fn table_gradient(&self) -> &Tensor {
-        &self.buffers.table_gradient
+    /// Gradient of the table `[rows, 2]`, from the latest backward pass through [`RadianceField::render`]
+    /// and what it gave. Rows that no sample touched have exactly zero.
+    pub fn table_gradient<'a>(&'a self, gradients: &'a GradStore) -> Option<&'a Tensor> {
+        match &self.engine {
+            Engine::Fused(_, buffers) => Some(&buffers.table_gradient),
+            Engine::Plain => gradients.get(&self.table),
+        }
+    }
+
+    /// Optimisers of the table and of the weights.
+    ///
+    /// # Errors
+    /// The device's, such as a lack of memory.
+    pub fn optimisers(&self) -> Result<[Adam; 2]> {
+        let [table, weights] = [&self.table, &self.weights];
+        Ok(match self.engine {
+            Engine::Fused(..) => [Adam::new(table), Adam::new(weights)],
+            Engine::Plain => [Adam::plain(table)?, Adam::plain(weights)?],
+        })
     }
 
     /// Trainable parameters.
@@ -96,57 +122,47 @@ impl RadianceField {
     }
 
     /// Renders samples to `[rays, 7]`: red, green, blue, mean distance to the measured surface (given
-    /// for each sample by `gaps`), ray length, opacity, distortion; differentiable in
-    /// the weights, and in the table through [`RadianceField::table_gradient`].
+    /// for each sample by `gaps`), ray length, opacity, distortion; differentiable in the weights, and in
+    /// the table by [`RadianceField::table_gradient`].
     ///
     /// # Errors
-    /// `gaps` of another length than the samples.
+    /// `gaps` of another length than the samples; the device's.
     pub fn render(&self, samples: Arc<Samples>, gaps: Vec<f32>) -> Result<Tensor> {
-        kernels::render(self.all(), &self.buffers, samples, gaps)
-    }
-
-    /// The same as [`RadianceField::render`] with plain candle ops between the encoding and the
-    /// compositing: what the fused kernel is tested against.
-    ///
-    /// # Errors
-    /// As there.
-    pub fn render_plain(&self, samples: &Samples, gaps: &[f32]) -> Result<Tensor> {
-        let mut start = 0;
-        let mut matrices = Vec::with_capacity(4);
-        for (inputs, outputs) in self.shape.layers() {
-            let flat = self.weights.narrow(0, start, inputs * outputs)?;
-            matrices.push(flat.reshape((inputs, outputs))?);
-            start += inputs * outputs;
+        match &self.engine {
+            Engine::Fused(dispatch, buffers) => {
+                kernels::render(self.all(), *dispatch, buffers, samples, gaps)
+            }
+            Engine::Plain => plain::render(self.all(), &samples, &gaps),
         }
-        let encoding = encode(&self.grid, &samples.positions()?, &self.table)?;
-        let out = encoding.matmul(&matrices[0])?.relu()?.matmul(&matrices[1])?;
-        let (low, high) = LOG_DENSITY_RANGE;
-        let density = out
-            .narrow(1, 0, 1)?
-            .squeeze(1)?
-            .affine(1.0, f64::from(INITIAL_LOG_DENSITY))?
-            .clamp(low, high)?
-            .exp()?;
-        let features = out.narrow(1, 1, GEOMETRY_FEATURES)?;
-        let input = Tensor::cat(&[features, samples.directions()?], 1)?;
-        let hidden = input.matmul(&matrices[2])?.relu()?;
-        // The logistic function by tanh, which has a backward pass in candle.
-        let color = hidden
-            .matmul(&matrices[3])?
-            .affine(0.5, 0.0)?
-            .tanh()?
-            .affine(0.5, 0.5)?;
-        let gaps = Tensor::from_slice(gaps, (samples.len(), 1), &Device::Cpu)?;
-        let values = Tensor::cat(&[color, gaps], 1)?;
-        Composite(Arc::new(samples.packing.clone())).apply(&density, &values)
     }
 
     /// Density, and colours and features where wanted, at samples; without gradients.
     ///
     /// # Errors
-    /// None on the CPU.
+    /// The device's, such as a lack of memory.
     pub fn evaluate(&self, samples: &Samples, wanted: Wanted) -> Result<Evaluated> {
-        kernels::evaluate(self.all(), samples, wanted)
+        let mut evaluated = Evaluated::default();
+        self.evaluate_into(samples, wanted, &mut evaluated)?;
+        Ok(evaluated)
+    }
+
+    /// The same in the memory of an earlier evaluation.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn evaluate_into(&self, samples: &Samples, wanted: Wanted, into: &mut Evaluated) -> Result<()> {
+        match &self.engine {
+            Engine::Fused(dispatch, _) => kernels::evaluate(self.all(), *dispatch, samples, wanted, into),
+            Engine::Plain => plain::evaluate(self.all(), samples, wanted, into),
+        }
+    }
+
+    /// Samples and gaps that an earlier [`RadianceField::render`] no longer needs, to be filled again.
+    pub fn spare(&self) -> (Samples, Vec<f32>) {
+        match &self.engine {
+            Engine::Fused(_, buffers) => buffers.spare(),
+            Engine::Plain => Default::default(),
+        }
     }
 
     fn all(&self) -> Parameters<'_> {
@@ -155,7 +171,6 @@ impl RadianceField {
             shape: self.shape,
             table: &self.table,
             weights: &self.weights,
-            dispatch: self.dispatch,
         }
     }
 
@@ -177,7 +192,7 @@ impl RadianceField {
         }
         for (name, var) in self.named() {
             if let Some(tensor) = tensors.get(name) {
-                var.set(tensor)?;
+                var.set(&tensor.to_device(var.device())?)?;
             }
         }
         Ok(())

@@ -8,7 +8,8 @@ use rand::{Rng, SeedableRng, rngs::SmallRng};
 
 use super::kernels::{Adam, Wanted};
 use super::{
-    Capacity, OccupancyGrid, Preset, RadianceField, Ray, Samples, Sampling, Volume, render_rays, until_opaque,
+    Capacity, OccupancyGrid, Path, Preset, RadianceField, Ray, Samples, Sampling, Volume, render_rays,
+    until_opaque,
 };
 use crate::scene::Scene;
 
@@ -76,14 +77,22 @@ pub struct Trainer {
 }
 
 impl Trainer {
-    /// Starts a field for a scene.
+    /// Starts a field for a scene on the fastest path.
     ///
     /// # Errors
-    /// None on the CPU short of a lack of memory.
+    /// As [`best_device`](super::best_device), and a lack of memory.
     pub fn new(scene: Arc<Scene>, preset: Preset, seed: u64) -> Result<Self> {
+        Self::on(&Path::best()?, scene, preset, seed)
+    }
+
+    /// Starts a field for a scene on this path.
+    ///
+    /// # Errors
+    /// The device's, such as a lack of memory.
+    pub fn on(path: &Path, scene: Arc<Scene>, preset: Preset, seed: u64) -> Result<Self> {
         let volume = Volume::around(&scene.bounds());
         let capacity = Capacity::for_scene(&scene, &volume, preset);
-        let field = RadianceField::new(volume, &capacity, seed)?;
+        let field = RadianceField::new(volume, &capacity, seed, path)?;
         let mut occupancy = OccupancyGrid::unknown(capacity.cell);
         if scene.has_depth() {
             occupancy.carve(&scene, &volume);
@@ -93,8 +102,7 @@ impl Trainer {
         let points_of =
             |&frame: &usize| (0..scene.frames[frame].points.len()).map(move |point| (frame, point));
         let sparse = train_frames.iter().flat_map(points_of).collect();
-        let table_optimiser = Adam::new(field.table());
-        let weights_optimiser = Adam::new(field.weights());
+        let [table_optimiser, weights_optimiser] = field.optimisers()?;
         let mut trainer = Self {
             scene,
             capacity,
@@ -163,12 +171,13 @@ impl Trainer {
     /// None on the CPU short of a lack of memory; a step that is not finite is skipped and counted.
     pub fn step(&mut self) -> Result<()> {
         let (rays, colors) = self.batch();
-        let samples = Samples::along(&rays, self.field.volume(), &self.occupancy, self.sampling());
+        let (mut samples, gaps) = self.field.spare();
+        samples.refill(&rays, self.field.volume(), &self.occupancy, self.sampling());
         let samples = until_opaque(&self.field, samples, |ray| rays[ray].length.is_none())?;
         self.samples_per_ray = 0.9 * self.samples_per_ray + 0.1 * samples.len() as f32 / rays.len() as f32;
         self.steps += 1;
         if !samples.is_empty() {
-            let loss = self.loss(&rays, &colors, samples)?;
+            let loss = self.loss(&rays, &colors, samples, gaps)?;
             let finite = loss.to_scalar::<f32>()?.is_finite() && self.descend(&loss)?;
             self.guard(finite)?;
         }
@@ -234,7 +243,7 @@ impl Trainer {
     pub fn state(&self) -> Result<HashMap<String, Tensor>> {
         let mut tensors: HashMap<String, Tensor> = HashMap::new();
         for (name, var) in self.field.named() {
-            tensors.insert(name.to_owned(), var.copy()?);
+            tensors.insert(name.to_owned(), var.copy()?.to_device(&Device::Cpu)?);
         }
         let density = self.occupancy.density();
         let occupancy = Tensor::from_slice(density, density.len(), &Device::Cpu)?;
@@ -308,14 +317,15 @@ impl Trainer {
     }
 
     /// Colour error over a random background, distance of the samples to measured surfaces, distortion.
-    fn loss(&self, rays: &[Ray], colors: &[f32], mut samples: Samples) -> Result<Tensor> {
+    fn loss(&self, rays: &[Ray], colors: &[f32], mut samples: Samples, mut gaps: Vec<f32>) -> Result<Tensor> {
         let side = self.field.volume().side;
         let measured = rays.iter().filter(|ray| ray.length.is_some()).count();
         // A few rays through sparse points do not watch over the space before the camera as depth images do.
         if !self.scene.has_depth() {
             samples.packing.gradient_ramp = GRADIENT_RAMP;
         }
-        let mut gaps = vec![0.0; samples.len()];
+        gaps.clear();
+        gaps.resize(samples.len(), 0.0);
         for (number, ray) in rays.iter().enumerate() {
             if let Some(length) = ray.length {
                 for i in samples.packing.range(number) {
@@ -329,8 +339,8 @@ impl Trainer {
         let opacity = out.narrow(1, 5, 1)?;
         let mut rng = SmallRng::seed_from_u64(self.seed ^ self.steps);
         let background: Vec<f32> = (0..3 * count).map(|_| rng.random()).collect();
-        let background = Tensor::from_vec(background, (count, 3), &Device::Cpu)?;
-        let target = Tensor::from_slice(colors, (count, 3), &Device::Cpu)?;
+        let background = Tensor::from_vec(background, (count, 3), self.field.device())?;
+        let target = Tensor::from_slice(colors, (count, 3), self.field.device())?;
         let clear = opacity.affine(-1.0, 1.0)?;
         let seen = (out.narrow(1, 0, 3)? + background.broadcast_mul(&clear)?)?;
         let mut loss = seen.sub(&target)?.sqr()?.mean_all()?;
@@ -339,7 +349,7 @@ impl Trainer {
                 .iter()
                 .map(|ray| f32::from(u8::from(ray.length.is_some())))
                 .collect();
-            let has_depth = Tensor::from_vec(has_depth, (count, 1), &Device::Cpu)?;
+            let has_depth = Tensor::from_vec(has_depth, (count, 1), self.field.device())?;
             // What passes the surface is as wrong as what stops a margin away from it.
             let passing = clear.mul(&has_depth)?.affine(0.02, 0.0)?;
             let depth = (out.narrow(1, 3, 1)? + passing)?.sum_all()?;
@@ -369,8 +379,9 @@ impl Trainer {
             } else {
                 TABLE_RATE
             };
-            self.table_optimiser
-                .step(self.field.table_gradient(), rate * base)?;
+            if let Some(table) = self.field.table_gradient(&gradients) {
+                self.table_optimiser.step(table, rate * base)?;
+            }
         }
         Ok(true)
     }
@@ -439,3 +450,6 @@ fn split(scene: &Scene, seed: u64) -> (Vec<usize>, Vec<(usize, usize)>) {
         .collect();
     (train, pixels)
 }
+
+#[cfg(test)]
+mod tests;

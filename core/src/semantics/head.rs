@@ -1,15 +1,14 @@
 //! The semantic head: class logits from the field's features, trained continuously.
 
 use std::collections::HashMap;
-use std::sync::Arc;
 
 use candle_core::{Device, Result, Tensor, Var};
 use candle_nn::ops::log_softmax;
 use glam::Vec3;
 use rand::{Rng, SeedableRng, rngs::SmallRng};
 
-use crate::field::kernels::{Adam, Composite, Wanted};
-use crate::field::{OccupancyGrid, RadianceField, Ray, Samples, Sampling};
+use crate::field::kernels::{Adam, Wanted};
+use crate::field::{OccupancyGrid, RadianceField, Ray, Samples, Sampling, sum_by_ray};
 use crate::labels::ClassId;
 
 /// Width of the hidden layer.
@@ -224,9 +223,12 @@ impl SemanticHead {
             &Device::Cpu,
         )?;
         let logits = self.logits(&features)?;
-        let density = Tensor::from_vec(evaluated.density, samples.len(), &Device::Cpu)?;
-        let out = Composite(Arc::new(samples.packing)).apply(&density, &logits)?;
-        out.narrow(1, 0, self.classes.len())
+        let packing = &samples.packing;
+        let weights: Vec<f32> = (0..packing.rays())
+            .flat_map(|ray| packing.weights(ray, &evaluated.density))
+            .collect();
+        let weights = Tensor::from_vec(weights, (samples.len(), 1), &Device::Cpu)?;
+        sum_by_ray(packing, &logits.broadcast_mul(&weights)?)
     }
 
     /// The parameters by name, for saving.

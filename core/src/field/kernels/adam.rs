@@ -5,6 +5,7 @@ use std::sync::{Mutex, PoisonError};
 use candle_core::{CpuStorage, InplaceOp2, Layout, Result, Tensor, Var, bail};
 use rayon::prelude::*;
 
+use super::lanes::{Dispatch, Vector, dispatched};
 use super::values;
 
 const BETA1: f32 = 0.9;
@@ -24,20 +25,54 @@ pub struct Adam {
 
 #[derive(Debug)]
 struct State {
-    /// First and second moment of each element.
-    moments: Vec<[f32; 2]>,
+    moments: Moments,
     steps: i32,
 }
 
+/// First and second moment of each element.
+#[derive(Debug)]
+enum Moments {
+    /// For the kernel.
+    Flat(FlatMoments),
+    /// For plain tensor ops, shaped as the parameter.
+    Tensors(Tensor, Tensor),
+}
+
+/// First and second moments, one after another.
+#[derive(Debug)]
+struct FlatMoments {
+    first: Vec<f32>,
+    second: Vec<f32>,
+}
+
+/// What a step's number and learning rate make of Adam's update rule.
+#[derive(Clone, Copy)]
+struct Rates {
+    rate: f32,
+    epsilon: f32,
+}
+
 impl Adam {
-    /// Starts with zero moments.
+    /// Starts with zero moments, for a parameter on the CPU.
     pub fn new(parameter: &Var) -> Self {
+        let zeros = || vec![0.0; parameter.elem_count()];
+        let [first, second] = [zeros(), zeros()];
+        Self::with(parameter, Moments::Flat(FlatMoments { first, second }))
+    }
+
+    /// The same in plain tensor ops, for a parameter on any device.
+    ///
+    /// # Errors
+    /// The device's, such as a lack of memory.
+    pub fn plain(parameter: &Var) -> Result<Self> {
+        let moments = Moments::Tensors(parameter.zeros_like()?, parameter.zeros_like()?);
+        Ok(Self::with(parameter, moments))
+    }
+
+    fn with(parameter: &Var, moments: Moments) -> Self {
         Self {
             parameter: parameter.clone(),
-            state: Mutex::new(State {
-                moments: vec![[0.0; 2]; parameter.elem_count()],
-                steps: 0,
-            }),
+            state: Mutex::new(State { moments, steps: 0 }),
         }
     }
 
@@ -49,20 +84,42 @@ impl Adam {
     /// One step against the gradient.
     ///
     /// # Errors
-    /// A gradient of another shape, or not contiguous `f32` on the CPU.
+    /// A gradient of another shape or type than the parameter, or on another device.
     pub fn step(&self, gradient: &Tensor, learning_rate: f32) -> Result<()> {
-        let gradient = gradient.contiguous()?;
-        let op = AdamStep {
-            state: &self.state,
-            learning_rate,
+        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        state.steps += 1;
+        let corrected = 1.0 - BETA2.powi(state.steps);
+        let rates = Rates {
+            rate: learning_rate * corrected.sqrt() / (1.0 - BETA1.powi(state.steps)),
+            epsilon: EPSILON * corrected.sqrt(),
         };
-        self.parameter.inplace_op2(&gradient, &op)
+        match &mut state.moments {
+            Moments::Flat(moments) => {
+                let moments = Mutex::new(moments);
+                let op = AdamStep { moments, rates };
+                self.parameter.inplace_op2(&gradient.contiguous()?, &op)
+            }
+            Moments::Tensors(first, second) => {
+                let parameter = self.parameter.as_detached_tensor();
+                let touched = gradient.ne(0.0)?;
+                let mix = |old: &Tensor, new: &Tensor, beta: f32| {
+                    let mixed = old.affine(f64::from(beta), 0.0)? + new.affine(f64::from(1.0 - beta), 0.0)?;
+                    touched.where_cond(&mixed?, old)
+                };
+                *first = mix(first, gradient, BETA1)?;
+                *second = mix(second, &gradient.sqr()?, BETA2)?;
+                let root = second.sqrt()?.affine(1.0, f64::from(rates.epsilon))?;
+                let change = first.div(&root)?.affine(f64::from(-rates.rate), 0.0)?;
+                let stepped = touched.where_cond(&(&parameter + change)?, &parameter)?;
+                self.parameter.set(&stepped)
+            }
+        }
     }
 }
 
 struct AdamStep<'a> {
-    state: &'a Mutex<State>,
-    learning_rate: f32,
+    moments: Mutex<&'a mut FlatMoments>,
+    rates: Rates,
 }
 
 impl InplaceOp2 for AdamStep<'_> {
@@ -78,7 +135,7 @@ impl InplaceOp2 for AdamStep<'_> {
         gradient_layout: &Layout,
     ) -> Result<()> {
         let gradient = values(gradient, gradient_layout, self.name())?;
-        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut moments = self.moments.lock().unwrap_or_else(PoisonError::into_inner);
         let CpuStorage::F32(parameter) = parameter else {
             bail!("adam needs f32 parameters")
         };
@@ -86,24 +143,51 @@ impl InplaceOp2 for AdamStep<'_> {
         if !whole || gradient.len() != parameter.len() {
             bail!("adam: gradient and parameter differ in shape");
         }
-        state.steps += 1;
-        let corrected = 1.0 - BETA2.powi(state.steps);
-        let rate = self.learning_rate * corrected.sqrt() / (1.0 - BETA1.powi(state.steps));
-        let epsilon = EPSILON * corrected.sqrt();
+        let FlatMoments { first, second } = &mut **moments;
+        let dispatch = Dispatch::detect();
         parameter
             .par_chunks_mut(CHUNK)
             .zip(gradient.par_chunks(CHUNK))
-            .zip(state.moments.par_chunks_mut(CHUNK))
-            .for_each(|((parameter, gradient), moments)| {
-                for ((p, &g), [m, v]) in parameter.iter_mut().zip(gradient).zip(moments) {
-                    if g != 0.0 {
-                        *m = BETA1 * *m + (1.0 - BETA1) * g;
-                        *v = BETA2 * *v + (1.0 - BETA2) * g * g;
-                        *p -= rate * *m / (v.sqrt() + epsilon);
-                    }
-                }
+            .zip(first.par_chunks_mut(CHUNK).zip(second.par_chunks_mut(CHUNK)))
+            .for_each(|((parameter, gradient), (first, second))| {
+                descend(dispatch, parameter, gradient, first, second, self.rates);
             });
         Ok(())
+    }
+}
+
+dispatched! {
+    /// One step of some elements. The same to the last bit on every vector unit.
+    fn descend = descend_on(
+        parameter: &mut [f32],
+        gradient: &[f32],
+        first: &mut [f32],
+        second: &mut [f32],
+        rates: Rates,
+    )
+}
+
+#[inline(always)]
+fn descend_on<V: Vector>(
+    parameter: &mut [f32],
+    gradient: &[f32],
+    first: &mut [f32],
+    second: &mut [f32],
+    rates: Rates,
+) {
+    // Written without a branch, so that the compiler makes vectors of it.
+    let elements = parameter
+        .iter_mut()
+        .zip(gradient)
+        .zip(first.iter_mut().zip(second));
+    for ((p, &g), (m, v)) in elements {
+        let first = BETA1 * *m + (1.0 - BETA1) * g;
+        let second = BETA2 * *v + (1.0 - BETA2) * g * g;
+        let stepped = *p - rates.rate * first / (second.sqrt() + rates.epsilon);
+        let touched = g != 0.0;
+        *m = if touched { first } else { *m };
+        *v = if touched { second } else { *v };
+        *p = if touched { stepped } else { *p };
     }
 }
 
@@ -122,6 +206,25 @@ mod tests {
         for (value, expected) in values.iter().zip([0.9, 2.0, 3.1]) {
             assert!((value - expected).abs() < 1e-5);
         }
+    }
+
+    #[test]
+    fn plain_tensor_ops_step_as_the_kernel_does() {
+        let start = Tensor::new(&[1.0_f32, 2.0, 3.0, -4.0], &Device::Cpu).unwrap();
+        let [by_kernel, by_ops] = [0, 1].map(|_| Var::from_tensor(&start.copy().unwrap()).unwrap());
+        let (kernel, ops) = (Adam::new(&by_kernel), Adam::plain(&by_ops).unwrap());
+        for step in 0..20 {
+            // The second is touched in every other step, the last never.
+            let sometimes = if step % 2 == 0 { 0.3 } else { 0.0 };
+            let gradient = Tensor::new(&[0.1 * step as f32, sometimes, -2.0, 0.0], &Device::Cpu).unwrap();
+            kernel.step(&gradient, 0.1).unwrap();
+            ops.step(&gradient, 0.1).unwrap();
+        }
+        let [by_kernel, by_ops] = [by_kernel, by_ops].map(|var| var.to_vec1::<f32>().unwrap());
+        for (a, b) in by_kernel.iter().zip(&by_ops) {
+            assert!((a - b).abs() < 1e-5, "{by_kernel:?} {by_ops:?}");
+        }
+        assert_eq!(by_ops[3], -4.0);
     }
 
     #[test]

@@ -41,18 +41,22 @@ fn interpolate_on<V: Vector>(
     assert_eq!(table.len(), level.rows);
     for (position, encoding) in positions.chunks_exact(3).zip(encoding.chunks_exact_mut(width)) {
         let (rows, weights) = level.corners_of_group(position);
-        let mut sums = [V::splat(0.0); 2];
+        // All corners are fetched before the first is used: a load of sixteen lanes right after their
+        // stores would wait for these.
+        let mut entries = [[Group::ZERO; 2]; 8];
         for corner in 0..8 {
-            let mut entries = [Group::ZERO; 2];
             for lane in 0..LANES {
                 // SAFETY: corners_of_group gives rows below level.rows, which is the table's length.
                 let entry = unsafe { table.get_unchecked(rows[corner][lane] as usize) };
-                entries[0].0[lane] = entry[0];
-                entries[1].0[lane] = entry[1];
+                entries[corner][0].0[lane] = entry[0];
+                entries[corner][1].0[lane] = entry[1];
             }
+        }
+        let mut sums = [V::splat(0.0); 2];
+        for corner in 0..8 {
             let weight = V::load(&weights[corner]);
             for feature in 0..2 {
-                sums[feature] = weight.mul_add(V::load(&entries[feature]), sums[feature]);
+                sums[feature] = weight.mul_add(V::load(&entries[corner][feature]), sums[feature]);
             }
         }
         for feature in 0..2 {

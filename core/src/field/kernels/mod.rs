@@ -1,10 +1,7 @@
-//! The field's hot loops as candle custom ops with hand-written gradients.
+//! The field's hot loops as a candle custom op with hand-written gradients.
 //!
-//! [`render`] does all of it in one op for the CPU's vector unit, chosen at run time ([`Dispatch`]);
-//! [`encode`] and [`Composite`] are its parts, between which plain candle ops can stand.
-//!
-//! Each op has its formula, its backward pass, and tests against central differences and against the
-//! same computation in plain candle ops.
+//! [`render`] does all of it in one op for the CPU's vector unit, chosen at run time ([`Dispatch`]). Its
+//! gradients are tested against central differences and against the same computation in plain candle ops.
 
 // Vector loads, unchecked table rows and run-time dispatch; each block says why it is sound.
 #![allow(unsafe_code)]
@@ -13,7 +10,6 @@
 
 mod adam;
 mod composite;
-mod encode;
 mod fused;
 mod grid;
 mod lanes;
@@ -22,8 +18,7 @@ mod network;
 use candle_core::{CpuStorage, Layout, Result, bail};
 
 pub use adam::Adam;
-pub use composite::{Composite, RayPacking};
-pub use encode::encode;
+pub use composite::RayPacking;
 pub use fused::{Buffers, Evaluated, Parameters, VALUE_CHANNELS, Wanted, evaluate, render};
 pub use lanes::{Dispatch, Group, LANES};
 pub use network::{

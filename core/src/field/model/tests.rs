@@ -1,7 +1,7 @@
 use super::*;
 use crate::field::{OccupancyGrid, Ray, Sampling};
 
-fn field(dispatch: Dispatch) -> RadianceField {
+fn field(path: &Path) -> RadianceField {
     let volume = Volume {
         min: Vec3::splat(-2.0),
         side: 4.0,
@@ -15,8 +15,7 @@ fn field(dispatch: Dispatch) -> RadianceField {
         steps: 100,
         cell: 4.0 / 64.0,
     };
-    let mut field = RadianceField::new(volume, &capacity, 5).unwrap();
-    field.dispatch = dispatch;
+    let field = RadianceField::new(volume, &capacity, 5, path).unwrap();
     // Features large enough that all parts of the networks are at work.
     let mut rng = SmallRng::seed_from_u64(8);
     let table: Vec<f32> = (0..2 * field.grid.rows())
@@ -25,6 +24,10 @@ fn field(dispatch: Dispatch) -> RadianceField {
     let table = Tensor::from_vec(table, field.table.shape(), &Device::Cpu).unwrap();
     field.table.set(&table).unwrap();
     field
+}
+
+fn fused() -> RadianceField {
+    field(&Path::Fused(Dispatch::detect()))
 }
 
 /// Rays of all kinds: of known and unknown length, and one that misses the volume.
@@ -63,7 +66,7 @@ fn descend(field: &RadianceField, out: &Tensor) -> (f32, Vec<f32>, Vec<f32>) {
     let loss = (mixed.sqr().unwrap().sum_all().unwrap() + mixed.sum_all().unwrap()).unwrap();
     let gradients = loss.backward().unwrap();
     let flat = |gradient: &Tensor| gradient.flatten_all().unwrap().to_vec1().unwrap();
-    let table = gradients.get(&field.table).unwrap_or(field.table_gradient());
+    let table = field.table_gradient(&gradients).unwrap();
     let weights = gradients.get(&field.weights).unwrap();
     (loss.to_scalar().unwrap(), flat(table), flat(weights))
 }
@@ -81,24 +84,47 @@ fn assert_close(a: &[f32], b: &[f32], tolerance: f32, what: &str) {
 
 #[test]
 fn the_fused_kernel_equals_plain_candle_ops_on_every_vector_unit() {
+    let plain = field(&Path::Plain(Device::Cpu));
+    let rows = |out: &Tensor| out.flatten_all().unwrap().to_vec1::<f32>().unwrap();
+    for gradient_ramp in [0.0, 0.8] {
+        let (samples, gaps) = samples(plain.volume(), gradient_ramp);
+        let expected = plain.render(Arc::clone(&samples), gaps.clone()).unwrap();
+        let (expected_loss, expected_table, expected_weights) = descend(&plain, &expected);
+        for dispatch in Dispatch::available() {
+            let fused = field(&Path::Fused(dispatch));
+            let out = fused.render(Arc::clone(&samples), gaps.clone()).unwrap();
+            assert_close(&rows(&out), &rows(&expected), 1e-5, "output");
+            let (loss, table, weights) = descend(&fused, &out);
+            assert!(
+                (loss - expected_loss).abs() < 1e-4 * expected_loss.abs(),
+                "{dispatch}"
+            );
+            assert_close(&table, &expected_table, 1e-4, "table");
+            assert_close(&weights, &expected_weights, 1e-4, "weights");
+        }
+    }
+}
+
+#[test]
+fn evaluating_gives_the_same_on_every_path() {
+    let plain = field(&Path::Plain(Device::Cpu));
+    let (samples, _) = samples(plain.volume(), 0.0);
+    let wanted = Wanted {
+        color: true,
+        features: true,
+    };
+    let expected = plain.evaluate(&samples, wanted).unwrap();
     for dispatch in Dispatch::available() {
-        let field = field(dispatch);
-        let (samples, gaps) = samples(field.volume(), 0.8);
-        let plain = field.render_plain(&samples, &gaps).unwrap();
-        let fused = field.render(Arc::clone(&samples), gaps).unwrap();
-        let rows = |out: &Tensor| out.flatten_all().unwrap().to_vec1::<f32>().unwrap();
-        assert_close(&rows(&fused), &rows(&plain), 1e-5, "output");
-        let (plain_loss, plain_table, plain_weights) = descend(&field, &plain);
-        let (loss, table, weights) = descend(&field, &fused);
-        assert!((loss - plain_loss).abs() < 1e-4 * plain_loss.abs(), "{dispatch}");
-        assert_close(&table, &plain_table, 1e-4, "table");
-        assert_close(&weights, &plain_weights, 1e-4, "weights");
+        let got = field(&Path::Fused(dispatch)).evaluate(&samples, wanted).unwrap();
+        assert_close(&got.density, &expected.density, 1e-5, "density");
+        assert_close(&got.color, &expected.color, 1e-5, "color");
+        assert_close(&got.features, &expected.features, 1e-5, "features");
     }
 }
 
 #[test]
 fn the_fused_gradient_is_the_same_for_any_number_of_threads() {
-    let field = field(Dispatch::detect());
+    let field = fused();
     let (samples, gaps) = samples(field.volume(), 0.8);
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new()
@@ -111,34 +137,40 @@ fn the_fused_gradient_is_the_same_for_any_number_of_threads() {
 }
 
 #[test]
-fn the_fused_gradient_of_the_weights_equals_central_differences() {
-    let field = field(Dispatch::detect());
+fn the_fused_gradients_equal_central_differences() {
+    let field = fused();
     let (samples, gaps) = samples(field.volume(), 0.0);
     let loss = || descend(&field, &field.render(Arc::clone(&samples), gaps.clone()).unwrap());
-    let (_, _, gradient) = loss();
-    let weights: Vec<f32> = field.weights.to_vec1().unwrap();
-    let scale = gradient.iter().fold(0.0_f32, |scale, g| scale.max(g.abs()));
-    for index in (0..weights.len()).step_by(97) {
-        let shifted = |by: f32| {
-            let mut moved = weights.clone();
-            moved[index] += by;
-            let moved = Tensor::from_vec(moved, weights.len(), &Device::Cpu).unwrap();
-            field.weights.set(&moved).unwrap();
-            loss().0
+    let (_, of_table, of_weights) = loss();
+    for (var, gradient) in [(&field.weights, of_weights), (&field.table, of_table)] {
+        let values: Vec<f32> = var.flatten_all().unwrap().to_vec1().unwrap();
+        let scale = gradient.iter().fold(0.0_f32, |scale, g| scale.max(g.abs()));
+        let set = |values: Vec<f32>| {
+            var.set(&Tensor::from_vec(values, var.shape(), &Device::Cpu).unwrap())
+                .unwrap();
         };
-        let numeric = (shifted(2e-3) - shifted(-2e-3)) / 4e-3;
-        let difference = (gradient[index] - numeric).abs();
-        assert!(
-            difference < 2e-2 * scale,
-            "{index}: {} {numeric}",
-            gradient[index]
-        );
+        for index in (0..values.len()).step_by(97) {
+            let shifted = |by: f32| {
+                let mut moved = values.clone();
+                moved[index] += by;
+                set(moved);
+                loss().0
+            };
+            let numeric = (shifted(2e-3) - shifted(-2e-3)) / 4e-3;
+            let difference = (gradient[index] - numeric).abs();
+            assert!(
+                difference < 2e-2 * scale,
+                "{index}: {} {numeric}",
+                gradient[index]
+            );
+        }
+        set(values);
     }
 }
 
 #[test]
 fn evaluating_points_gives_density_and_features_of_each() {
-    let field = field(Dispatch::detect());
+    let field = fused();
     let points: Vec<Vec3> = (0..300).map(|k| Vec3::new(k as f32 / 300.0, 0.3, 0.8)).collect();
     let wanted = Wanted {
         color: false,
@@ -156,7 +188,6 @@ fn evaluating_points_gives_density_and_features_of_each() {
 
 #[test]
 fn rays_without_samples_render_to_nothing() {
-    let field = field(Dispatch::detect());
     let miss = Ray {
         origin: Vec3::splat(50.0),
         direction: Vec3::X,
@@ -169,7 +200,9 @@ fn rays_without_samples_render_to_nothing() {
         jitter: None,
     };
     let grid = OccupancyGrid::unknown(0.06);
-    let samples = Samples::along(&[miss; 3], field.volume(), &grid, sampling);
-    let out = field.render(Arc::new(samples), Vec::new()).unwrap();
-    assert_eq!(out.to_vec2::<f32>().unwrap(), [[0.0; 7]; 3]);
+    for field in [fused(), field(&Path::Plain(Device::Cpu))] {
+        let samples = Samples::along(&[miss; 3], field.volume(), &grid, sampling);
+        let out = field.render(Arc::new(samples), Vec::new()).unwrap();
+        assert_eq!(out.to_vec2::<f32>().unwrap(), [[0.0; 7]; 3]);
+    }
 }

@@ -1,0 +1,47 @@
+//! How a field is computed, and on which device.
+
+use candle_core::{Device, Result};
+
+use super::kernels::Dispatch;
+
+/// A way to compute a field. All give the same numbers up to rounding.
+#[derive(Clone, Debug)]
+pub enum Path {
+    /// The fused kernels, on this vector unit of the CPU. The processor must have it.
+    Fused(Dispatch),
+    /// Plain candle ops, on any device.
+    Plain(Device),
+}
+
+impl Path {
+    /// The fastest: plain ops on the best device, or the fused kernels where that is the CPU.
+    ///
+    /// # Errors
+    /// As [`best_device`].
+    pub fn best() -> Result<Self> {
+        Ok(match best_device()? {
+            Device::Cpu => Self::Fused(Dispatch::detect()),
+            device => Self::Plain(device),
+        })
+    }
+
+    /// Where the parameters lie.
+    pub fn device(&self) -> Device {
+        match self {
+            Self::Fused(_) => Device::Cpu,
+            Self::Plain(device) => device.clone(),
+        }
+    }
+}
+
+/// The first GPU in a build with the feature `cuda` or `metal`, else the CPU.
+///
+/// # Errors
+/// Such a build on a machine without a usable GPU.
+pub fn best_device() -> Result<Device> {
+    if cfg!(feature = "metal") {
+        Device::metal_if_available(0)
+    } else {
+        Device::cuda_if_available(0)
+    }
+}
