@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use glam::{Affine3A, DVec3, Vec3};
 use inplace_core::field::kernels::Dispatch;
-use inplace_core::field::{Path, Preset, Trainer};
+use inplace_core::field::{Path, Preset, Recipe, Trainer};
 use inplace_core::scene::{Camera, ColorImage, DepthMap, Frame, Scene, SceneSource};
 
 /// Blocks of more bytes count: more than candle's tensors of seven numbers for each of at most 4096 rays.
@@ -68,6 +68,8 @@ fn wall(depth: bool) -> Scene {
             camera_to_world: Affine3A::from_translation(Vec3::new(0.05 * number as f32, 0.0, 0.0)),
             color: ColorImage::new(width, height, rgb.collect()).unwrap(),
             depth: depth.then(|| DepthMap::from_z_depths(&camera, vec![2.0; camera.pixels()])),
+            points: Vec::new(),
+            lens: None,
         }
     });
     Scene {
@@ -75,7 +77,9 @@ fn wall(depth: bool) -> Scene {
         format: "test",
         frames: frames.collect(),
         origin: DVec3::ZERO,
+        unit: 1.0,
         warnings: Vec::new(),
+        notes: Vec::new(),
     }
 }
 
@@ -83,7 +87,8 @@ fn wall(depth: bool) -> Scene {
 fn a_step_under_way_allocates_hardly_anything_large() {
     for depth in [true, false] {
         let path = Path::Fused(Dispatch::detect());
-        let mut trainer = Trainer::on(&path, Arc::new(wall(depth)), Preset::Fast, 1).unwrap();
+        let mut trainer =
+            Trainer::on(&path, Arc::new(wall(depth)), Preset::Fast, Recipe::default(), 1).unwrap();
         for _ in 0..40 {
             trainer.step().unwrap();
         }

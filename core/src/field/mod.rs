@@ -2,6 +2,7 @@
 
 mod capacity;
 mod encoding;
+mod exposure;
 pub mod kernels;
 mod model;
 mod occupancy;
@@ -21,7 +22,7 @@ pub use path::{Path, best_device};
 pub use plain::sum_by_ray;
 pub use rays::{Ray, Samples, Sampling};
 pub use render::{RenderedRay, frame_rays, render_rays};
-pub use train::{HeldOut, Trainer};
+pub use train::{HeldOut, Recipe, Trainer};
 pub use visibility::until_opaque;
 pub use volume::Volume;
 

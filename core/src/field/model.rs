@@ -43,7 +43,7 @@ impl RadianceField {
         let shape = NetworkShape {
             features: grid.features(),
             hidden: capacity.hidden,
-            color_hidden: capacity.hidden / 2,
+            color_hidden: capacity.hidden,
         };
         let table: Vec<f32> = (0..2 * grid.rows())
             .map(|_| rng.random_range(-1e-4..1e-4))
@@ -199,7 +199,7 @@ impl RadianceField {
     }
 }
 
-/// Real spherical harmonics up to degree 2 of a unit direction.
+/// Real spherical harmonics up to degree 3 of a unit direction.
 pub fn direction_features(d: Vec3) -> [f32; DIRECTION_FEATURES] {
     let Vec3 { x, y, z } = d;
     [
@@ -212,6 +212,13 @@ pub fn direction_features(d: Vec3) -> [f32; DIRECTION_FEATURES] {
         0.315_391_57 * (3.0 * z * z - 1.0),
         1.092_548_4 * x * z,
         0.546_274_2 * (x * x - y * y),
+        0.590_043_6 * y * (3.0 * x * x - y * y),
+        2.890_611_4 * x * y * z,
+        0.457_045_8 * y * (5.0 * z * z - 1.0),
+        0.373_176_33 * z * (5.0 * z * z - 3.0),
+        0.457_045_8 * x * (5.0 * z * z - 1.0),
+        1.445_305_7 * z * (x * x - y * y),
+        0.590_043_6 * x * (x * x - 3.0 * y * y),
     ]
 }
 

@@ -10,6 +10,7 @@ use super::kernels::DIRECTION_FEATURES;
 use super::kernels::RayPacking;
 use super::model::direction_features;
 use super::{OccupancyGrid, Volume};
+use crate::scene::Frame;
 
 /// Nothing is sampled nearer to the camera, in metres: density there explains noise, not the scene.
 const NEAR: f32 = 0.1;
@@ -27,6 +28,17 @@ pub struct Ray {
     pub direction: Vec3,
     /// Length to the surface where it is known, in metres.
     pub length: Option<f32>,
+}
+
+impl Ray {
+    /// Through the pixel of a frame with this row-major index, as long as its measured depth.
+    pub fn through(frame: &Frame, index: usize) -> Self {
+        Self {
+            origin: frame.center(),
+            direction: frame.ray_direction(index),
+            length: frame.depth.as_ref().and_then(|depth| depth.ray_length(index)),
+        }
+    }
 }
 
 /// How rays are sampled.

@@ -7,8 +7,8 @@ use super::lanes::{Group, LANES, Vector, dispatched};
 
 /// Geometry features beside the density.
 pub const GEOMETRY_FEATURES: usize = 15;
-/// Spherical harmonics up to degree 2 of the viewing direction.
-pub const DIRECTION_FEATURES: usize = 9;
+/// Spherical harmonics up to degree 3 of the viewing direction.
+pub const DIRECTION_FEATURES: usize = 16;
 /// Added to the network's output before the exponential: the field starts thin, at e^-2 per metre.
 pub const INITIAL_LOG_DENSITY: f32 = -2.0;
 /// Log densities are kept in this range.
@@ -97,7 +97,7 @@ impl Activations {
         self.color.resize(groups * 3, Group::ZERO);
     }
 
-    /// Where the direction features of a group's samples go, `[9]`.
+    /// Where the direction features of a group's samples go, `[16]`.
     pub fn directions(&mut self, group: usize) -> &mut [Group] {
         let start = group * COLOR_IN + GEOMETRY_FEATURES;
         &mut self.color_in[start..start + DIRECTION_FEATURES]

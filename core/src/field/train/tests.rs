@@ -10,7 +10,7 @@ fn trained(path: &Path, depth: bool, steps: u64) -> Trainer {
             frame.depth = None;
         }
     }
-    let mut trainer = Trainer::on(path, Arc::new(scene), Preset::Fast, 3).unwrap();
+    let mut trainer = Trainer::on(path, Arc::new(scene), Preset::Fast, Recipe::default(), 3).unwrap();
     for _ in 0..steps {
         trainer.step().unwrap();
     }

@@ -1,0 +1,170 @@
+//! Which pixels a training step looks at.
+
+use glam::Vec3;
+use rand::{Rng, rngs::SmallRng};
+
+use super::super::Ray;
+use crate::scene::Scene;
+
+/// One ray in so many goes through a sparse point, where the capture has such points.
+const SPARSE_EVERY: usize = 8;
+/// Share of the rays that come in threes, evenly spaced on a line across the image, where no depth is
+/// measured.
+const SHARE_OF_TRIPLES: f32 = 0.2;
+/// Farthest that the outer pixels of three are from the middle one, in widths of the image.
+const REACH: f32 = 0.19;
+
+/// Rays of some pixels of the training frames.
+#[derive(Debug, Default)]
+pub struct Batch {
+    /// The rays. The first `3 * triples` are in threes: all first pixels, all middle, all last.
+    pub rays: Vec<Ray>,
+    /// Colours of their pixels, `[rays, 3]`.
+    pub colors: Vec<f32>,
+    /// Their frames.
+    pub frames: Vec<u32>,
+    /// Number of threes.
+    pub triples: usize,
+    /// Ray length over z-depth of the rays in threes, `[3, triples]`.
+    pub slants: Vec<f32>,
+}
+
+/// Draws batches from the frames of a scene.
+#[derive(Debug)]
+pub struct Source {
+    frames: Vec<usize>,
+    /// Sparse points: (frame, index of the point).
+    sparse: Vec<(usize, usize)>,
+    triples: bool,
+}
+
+impl Source {
+    /// Draws from these frames; in threes where `triples` says so.
+    pub fn new(scene: &Scene, frames: Vec<usize>, triples: bool) -> Self {
+        let points_of =
+            |&frame: &usize| (0..scene.frames[frame].points.len()).map(move |point| (frame, point));
+        let sparse = frames.iter().flat_map(points_of).collect();
+        Self {
+            frames,
+            sparse,
+            triples,
+        }
+    }
+
+    /// About `count` random rays; pixels that the image does not show are left out.
+    pub fn draw(&self, scene: &Scene, count: usize, rng: &mut SmallRng) -> Batch {
+        let mut batch = Batch::default();
+        if self.triples {
+            self.draw_triples(
+                scene,
+                (SHARE_OF_TRIPLES * count as f32 / 3.0) as usize,
+                rng,
+                &mut batch,
+            );
+        }
+        for number in batch.rays.len()..count {
+            let (frame, index, length) = if number % SPARSE_EVERY == 0 && !self.sparse.is_empty() {
+                let (frame, point) = self.sparse[rng.random_range(0..self.sparse.len())];
+                let point = scene.frames[frame].points[point];
+                (frame, point.pixel as usize, Some(point.length))
+            } else {
+                let frame = self.frames[rng.random_range(0..self.frames.len())];
+                let index = rng.random_range(0..scene.frames[frame].camera.pixels());
+                (frame, index, None)
+            };
+            if scene.frames[frame].is_valid(index) {
+                batch.push(scene, frame, index, length);
+            }
+        }
+        batch
+    }
+
+    fn draw_triples(&self, scene: &Scene, count: usize, rng: &mut SmallRng, batch: &mut Batch) {
+        let drawn: Vec<(usize, [usize; 3])> = (0..count)
+            .filter_map(|_| {
+                let frame = self.frames[rng.random_range(0..self.frames.len())];
+                let camera = &scene.frames[frame].camera;
+                let middle = [
+                    rng.random_range(0..camera.width as i32),
+                    rng.random_range(0..camera.height as i32),
+                ];
+                let radius = 1.0 + REACH * camera.width as f32 * rng.random::<f32>().powi(2);
+                let angle = rng.random_range(0.0..std::f32::consts::PI);
+                let step = [radius * angle.cos(), radius * angle.sin()].map(|v| v.round() as i32);
+                let pixel = |sign: i32| {
+                    let [x, y] = [0, 1].map(|axis| middle[axis] + sign * step[axis]);
+                    let inside =
+                        (0..camera.width as i32).contains(&x) && (0..camera.height as i32).contains(&y);
+                    let index = inside.then(|| y as usize * camera.width as usize + x as usize)?;
+                    scene.frames[frame].is_valid(index).then_some(index)
+                };
+                Some((frame, [pixel(-1)?, pixel(0)?, pixel(1)?]))
+            })
+            .collect();
+        batch.triples = drawn.len();
+        for place in 0..3 {
+            for (frame, pixels) in &drawn {
+                batch.push(scene, *frame, pixels[place], None);
+                let own = &scene.frames[*frame];
+                let forward = Vec3::from(own.camera_to_world.matrix3.z_axis);
+                let cosine = own.ray_direction(pixels[place]).dot(forward);
+                batch.slants.push(1.0 / cosine.max(1e-3));
+            }
+        }
+    }
+}
+
+impl Batch {
+    fn push(&mut self, scene: &Scene, frame: usize, index: usize, length: Option<f32>) {
+        let ray = Ray::through(&scene.frames[frame], index);
+        self.rays.push(Ray {
+            length: length.or(ray.length),
+            ..ray
+        });
+        let color = scene.frames[frame].color.color(index);
+        self.colors.extend(color.to_array());
+        self.frames.push(frame as u32);
+    }
+
+    /// The colour of a ray's pixel.
+    pub fn color(&self, ray: usize) -> Vec3 {
+        Vec3::from_slice(&self.colors[3 * ray..])
+    }
+
+    /// Rays whose length is known.
+    pub fn measured(&self) -> usize {
+        self.rays.iter().filter(|ray| ray.length.is_some()).count()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::testing::wall;
+    use rand::SeedableRng;
+
+    #[test]
+    fn pixels_in_threes_lie_on_a_line_and_inverse_depth_is_even_along_a_wall() {
+        let scene = wall(4, 40, 30);
+        let source = Source::new(&scene, vec![0, 2], true);
+        let batch = source.draw(&scene, 600, &mut SmallRng::seed_from_u64(1));
+        assert!(batch.triples > 20 && batch.rays.len() == 600 && batch.frames.len() == 600);
+        assert!(batch.frames.iter().all(|frame| [0, 2].contains(frame)));
+        for k in 0..batch.triples {
+            // The wall is a plane: its inverse z-depth is linear in the image.
+            let inverse = [0, 1, 2].map(|place| {
+                let ray = place * batch.triples + k;
+                batch.slants[ray] / batch.rays[ray].length.unwrap()
+            });
+            assert!((inverse[0] + inverse[2] - 2.0 * inverse[1]).abs() < 1e-3);
+        }
+    }
+
+    #[test]
+    fn without_threes_every_pixel_is_on_its_own() {
+        let scene = wall(4, 40, 30);
+        let source = Source::new(&scene, vec![1], false);
+        let batch = source.draw(&scene, 100, &mut SmallRng::seed_from_u64(1));
+        assert_eq!((batch.triples, batch.rays.len(), batch.measured()), (0, 100, 100));
+    }
+}

@@ -1,0 +1,104 @@
+//! How good a field is where it was never taught.
+
+use candle_core::Result;
+use glam::Vec3;
+use rand::{Rng, SeedableRng, rngs::SmallRng};
+
+use super::super::exposure::corrected_error;
+use super::super::{OccupancyGrid, RadianceField, Ray, render_rays};
+use crate::scene::Scene;
+
+/// Pixels that the held-out error is measured on.
+const PIXELS: usize = 1024;
+
+/// The error on frames that the field never trained on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HeldOut {
+    /// Peak signal-to-noise ratio of the colours, in dB, where a frame's own exposure does not count as
+    /// an error.
+    pub psnr: f32,
+    /// Median absolute error of the ray length where depth is measured, in metres.
+    pub depth_error: Option<f32>,
+    /// The same as a share of the ray length.
+    pub relative_depth_error: Option<f32>,
+    /// Share of those pixels whose error is at most a tenth of the ray length, 0..=1.
+    pub within_tenth: Option<f32>,
+}
+
+/// Random pixels of the frames that are held out of the training.
+#[derive(Debug)]
+pub struct HeldOutPixels {
+    /// (frame, pixel indices).
+    frames: Vec<(usize, Vec<usize>)>,
+}
+
+impl HeldOutPixels {
+    /// Holds every twentieth frame out, at most eight and none of a capture of fewer than eight frames;
+    /// the second are the frames to train on.
+    pub fn split(scene: &Scene, seed: u64) -> (Self, Vec<usize>) {
+        let frames = scene.frames.len();
+        let count = if frames < 8 { 0 } else { (frames / 20).clamp(1, 8) };
+        let held: Vec<usize> = (0..count).map(|k| (2 * k + 1) * frames / (2 * count)).collect();
+        let train = (0..frames).filter(|frame| !held.contains(frame)).collect();
+        let mut rng = SmallRng::seed_from_u64(seed ^ 0x4e1d);
+        let pixels_of = |&frame: &usize| {
+            let own = &scene.frames[frame];
+            let drawn = (0..PIXELS / count).map(|_| rng.random_range(0..own.camera.pixels()));
+            (frame, drawn.filter(|&index| own.is_valid(index)).collect())
+        };
+        let frames = held.iter().map(pixels_of).collect();
+        (Self { frames }, train)
+    }
+
+    /// The error of a field rendered with samples `step` metres apart against `truth`; `None` where no
+    /// frame is held out.
+    ///
+    /// # Errors
+    /// The device's, such as a lack of memory.
+    pub fn measure(
+        &self,
+        field: &RadianceField,
+        occupancy: &OccupancyGrid,
+        step: f32,
+        truth: &Scene,
+    ) -> Result<Option<HeldOut>> {
+        let pixels: usize = self.frames.iter().map(|(_, pixels)| pixels.len()).sum();
+        if pixels == 0 {
+            return Ok(None);
+        }
+        let mut squared = 0.0;
+        let mut errors = Vec::new();
+        for (frame, pixels) in &self.frames {
+            let frame = &truth.frames[*frame];
+            let ray = |&index: &usize| Ray {
+                length: None,
+                ..Ray::through(frame, index)
+            };
+            let rays: Vec<Ray> = pixels.iter().map(ray).collect();
+            let rendered = render_rays(field, occupancy, &rays, step, true)?;
+            let shown: Vec<Vec3> = rendered.iter().map(|ray| ray.color).collect();
+            let measured: Vec<Vec3> = pixels.iter().map(|&index| frame.color.color(index)).collect();
+            squared += corrected_error(&shown, &measured) * pixels.len() as f32;
+            for (ray, &index) in rendered.iter().zip(pixels) {
+                if let Some(measured) = frame.depth.as_ref().and_then(|depth| depth.ray_length(index)) {
+                    let error = ray
+                        .length
+                        .map_or(f32::INFINITY, |length| (length - measured).abs());
+                    errors.push((error, error / measured));
+                }
+            }
+        }
+        let median = |part: fn(&(f32, f32)) -> f32| {
+            let mut values: Vec<f32> = errors.iter().map(part).collect();
+            values.sort_by(f32::total_cmp);
+            values.get(values.len() / 2).copied()
+        };
+        let close = errors.iter().filter(|(_, relative)| *relative <= 0.1).count();
+        Ok(Some(HeldOut {
+            psnr: -10.0 * (squared / pixels as f32).max(1e-10).log10(),
+            depth_error: median(|(error, _)| *error),
+            relative_depth_error: median(|(_, relative)| *relative),
+            within_tenth: (!errors.is_empty()).then(|| close as f32 / errors.len() as f32),
+        }))
+    }
+}
