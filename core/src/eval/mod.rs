@@ -1,5 +1,6 @@
 //! How good label maps are, measured against ground truth.
 
+pub mod chart;
 mod engine;
 mod metrics;
 mod truth;
