@@ -17,7 +17,7 @@ pub use model::RadianceField;
 pub use occupancy::OccupancyGrid;
 pub use rays::{Ray, Samples, Sampling};
 pub use render::{RenderedRay, frame_rays, render_rays};
-pub use train::{HeldOut, Trainer};
+pub use train::{HeldOut, Trainer, Work};
 pub use visibility::until_opaque;
 pub use volume::Volume;
 
