@@ -1,12 +1,19 @@
 //! Dense label maps.
 
+use std::borrow::Cow;
+use std::sync::Arc;
+
+use super::{NO_NODE, NodeMap, Posterior};
 use crate::labels::{ClassId, VOID};
 
 /// Steps of [`FrameMap::entropy`] per nat.
 pub const ENTROPY_STEPS_PER_NAT: f32 = 10_000.0;
 
 /// Dense labels of one frame, row-major `[height, width]`.
-#[derive(Clone, Debug, PartialEq, Eq)]
+///
+/// A map that follows from a surface is kept as what it follows from, which all maps share; its pixels
+/// are looked up when somebody reads them. So making all maps costs next to nothing.
+#[derive(Clone, Debug)]
 pub struct FrameMap {
     /// Index of the frame.
     pub frame: usize,
@@ -16,22 +23,164 @@ pub struct FrameMap {
     pub width: u32,
     /// Height in pixels.
     pub height: u32,
-    /// Most likely class of every pixel; void where nothing is known or the person said so.
-    pub labels: Vec<ClassId>,
-    /// Entropy of every pixel's class distribution, in nats times [`ENTROPY_STEPS_PER_NAT`].
-    pub entropy: Vec<u16>,
+    pixels: Pixels,
+}
+
+#[derive(Clone, Debug)]
+enum Pixels {
+    /// One by one.
+    Listed { labels: Vec<ClassId>, entropy: Vec<u16> },
+    /// By the nodes that they show.
+    OnSurface {
+        nodes: Arc<NodeMap>,
+        posterior: Arc<Posterior>,
+        /// Entropy where there is no node.
+        unknown: u16,
+        /// Pixels that the person painted, and their classes: those as they said, without doubt.
+        painted: Vec<(u32, ClassId)>,
+    },
 }
 
 impl FrameMap {
+    /// Wraps the class and entropy of every pixel; `None` unless there are `width * height` of both.
+    pub fn new(
+        frame: usize,
+        generation: u64,
+        [width, height]: [u32; 2],
+        labels: Vec<ClassId>,
+        entropy: Vec<u16>,
+    ) -> Option<Self> {
+        let pixels = width as usize * height as usize;
+        (labels.len() == pixels && entropy.len() == pixels).then_some(Self {
+            frame,
+            generation,
+            width,
+            height,
+            pixels: Pixels::Listed { labels, entropy },
+        })
+    }
+
+    /// A map by the nodes of its pixels; `unknown` is the entropy of pixels without one, and `painted` are
+    /// pixels with the class that the person gave them.
+    pub(super) fn on_surface(
+        (frame, generation): (usize, u64),
+        [width, height]: [u32; 2],
+        (nodes, posterior): (Arc<NodeMap>, Arc<Posterior>),
+        unknown: u16,
+        painted: Vec<(u32, ClassId)>,
+    ) -> Self {
+        Self {
+            frame,
+            generation,
+            width,
+            height,
+            pixels: Pixels::OnSurface {
+                nodes,
+                posterior,
+                unknown,
+                painted,
+            },
+        }
+    }
+
+    /// Most likely class of every pixel; void where nothing is known or the person said so.
+    pub fn labels(&self) -> Cow<'_, [ClassId]> {
+        match &self.pixels {
+            Pixels::Listed { labels, .. } => Cow::Borrowed(labels),
+            Pixels::OnSurface {
+                nodes,
+                posterior,
+                painted,
+                ..
+            } => Cow::Owned(looked_up(nodes, &posterior.labels, VOID, painted.iter().copied())),
+        }
+    }
+
+    /// Entropy of every pixel's class distribution, in nats times [`ENTROPY_STEPS_PER_NAT`].
+    pub fn entropy(&self) -> Cow<'_, [u16]> {
+        match &self.pixels {
+            Pixels::Listed { entropy, .. } => Cow::Borrowed(entropy),
+            Pixels::OnSurface {
+                nodes,
+                posterior,
+                unknown,
+                painted,
+            } => {
+                let sure = painted.iter().map(|&(pixel, _)| (pixel, 0));
+                Cow::Owned(looked_up(nodes, &posterior.entropy, *unknown, sure))
+            }
+        }
+    }
+
     /// Mean entropy over all pixels, in nats.
     pub fn mean_entropy(&self) -> f32 {
-        let sum: u64 = self.entropy.iter().map(|&e| u64::from(e)).sum();
-        sum as f32 / self.entropy.len().max(1) as f32 / ENTROPY_STEPS_PER_NAT
+        let entropy = self.entropy();
+        let sum: u64 = entropy.iter().map(|&e| u64::from(e)).sum();
+        sum as f32 / entropy.len().max(1) as f32 / ENTROPY_STEPS_PER_NAT
     }
 
     /// Share of the pixels that have a class, 0..=1.
     pub fn coverage(&self) -> f32 {
-        let labelled = self.labels.iter().filter(|&&label| label != VOID).count();
-        labelled as f32 / self.labels.len().max(1) as f32
+        let labels = self.labels();
+        let labelled = labels.iter().filter(|&&label| label != VOID).count();
+        labelled as f32 / labels.len().max(1) as f32
+    }
+}
+
+impl PartialEq for FrameMap {
+    /// Whether frame, generation, size and all pixels are the same.
+    fn eq(&self, other: &Self) -> bool {
+        (self.frame, self.generation, self.width, self.height)
+            == (other.frame, other.generation, other.width, other.height)
+            && self.labels() == other.labels()
+            && self.entropy() == other.entropy()
+    }
+}
+
+impl Eq for FrameMap {}
+
+/// The value of every pixel's node, `without` where there is none, and what was painted over them.
+fn looked_up(
+    nodes: &NodeMap,
+    values: &[u16],
+    without: u16,
+    painted: impl Iterator<Item = (u32, u16)>,
+) -> Vec<u16> {
+    let mut pixels = Vec::with_capacity(nodes.len());
+    for (node, run) in nodes.runs() {
+        let value = if node == NO_NODE {
+            without
+        } else {
+            values[node as usize]
+        };
+        pixels.resize(run.end, value);
+    }
+    for (pixel, value) in painted {
+        pixels[pixel as usize] = value;
+    }
+    pixels
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_map_on_a_surface_reads_like_one_that_lists_its_pixels() {
+        let nodes = Arc::new(NodeMap::pack(3, &[0, 0, 1, 1, NO_NODE, 0]));
+        let posterior = Arc::new(Posterior {
+            labels: vec![5, 7],
+            entropy: vec![100, 200],
+            ..Posterior::default()
+        });
+        let painted = vec![(1, 7), (5, VOID)];
+        let map = FrameMap::on_surface((2, 9), [3, 2], (nodes, posterior), 999, painted);
+        let labels = vec![5, 7, 7, 7, VOID, VOID];
+        let listed = FrameMap::new(2, 9, [3, 2], labels, vec![100, 0, 200, 200, 999, 0]).unwrap();
+        assert_eq!(map, listed);
+        assert!((map.coverage() - 4.0 / 6.0).abs() < 1e-6);
+        assert!((map.mean_entropy() - 1499.0 / 6.0 / ENTROPY_STEPS_PER_NAT).abs() < 1e-6);
+        assert_ne!(map, FrameMap::new(2, 9, [3, 2], vec![5; 6], vec![0; 6]).unwrap());
+        assert!(FrameMap::new(0, 1, [3, 2], vec![1; 6], vec![0; 5]).is_none());
     }
 }
