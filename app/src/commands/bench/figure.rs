@@ -7,8 +7,9 @@ use super::cost;
 use super::engine::grouped;
 use crate::arguments::EngineArguments;
 
-/// The most memory that a thousand frames of 640 x 480 with depth may take, in GB.
+/// The most memory that a thousand frames of this size with depth may take, in GB.
 const MEMORY_TARGET: f64 = 3.0;
+const TARGET_SIZE: (u32, u32) = (640, 480);
 
 /// `engine.svg`: panels for whatever was measured.
 pub(super) fn engine(
@@ -18,15 +19,15 @@ pub(super) fn engine(
     runs: &[RunPoint],
     costs: &[Cost],
 ) -> Figure {
-    let mut panels = Vec::new();
+    let mut rows = Vec::new();
     if !paths.is_empty() {
-        panels.push(speeds(paths));
+        rows.push(vec![speeds(paths)]);
     }
     if !runs.is_empty() {
-        panels.extend(progress(runs));
+        rows.push(progress(runs));
     }
     if !costs.is_empty() {
-        panels.extend(cost_panels(arguments, costs));
+        rows.extend(cost_rows(arguments, costs));
     }
     let seeds = match (runs.is_empty(), arguments.seeds) {
         (true, _) => String::new(),
@@ -41,8 +42,7 @@ pub(super) fn engine(
     Figure {
         title: "How fast the engine is".to_owned(),
         subtitle: format!("{}, {threads} thread{plural}{seeds}", cost::processor()),
-        columns: 2,
-        panels,
+        rows,
     }
 }
 
@@ -120,7 +120,7 @@ fn progress(runs: &[RunPoint]) -> Vec<Panel> {
 }
 
 /// Cost against the number of frames and the image size.
-fn cost_panels(arguments: &EngineArguments, costs: &[Cost]) -> Vec<Panel> {
+fn cost_rows(arguments: &EngineArguments, costs: &[Cost]) -> Vec<Vec<Panel>> {
     let size = cost::size_of_frames(arguments);
     let by_frames: Vec<&Cost> = costs
         .iter()
@@ -173,44 +173,55 @@ fn cost_panels(arguments: &EngineArguments, costs: &[Cost]) -> Vec<Panel> {
         title: title.to_owned(),
         chart: Chart::Lines { x, y, series },
     };
+    let memory_by_frames = if size == TARGET_SIZE {
+        Axis::new("GB", Scale::FromZero).with_mark(MEMORY_TARGET, "target for 1000 frames")
+    } else {
+        Axis::new("GB", Scale::FromZero)
+    };
     let gigabyte_axis = || Axis::new("GB", Scale::FromZero);
     let million = || Axis::new("million samples/s, head and maps running", Scale::FromZero);
     vec![
-        panel(
-            "Waiting, by frames",
-            across_frames(),
-            seconds(),
-            waits(&by_frames, &frames),
-        ),
-        panel(
-            "Waiting, by image size",
-            across_sizes(),
-            seconds(),
-            waits(&by_size, &megapixels),
-        ),
-        panel(
-            "Memory, by frames",
-            across_frames(),
-            gigabyte_axis().with_mark(MEMORY_TARGET, "target for 1000 frames"),
-            memory(&by_frames, &frames),
-        ),
-        panel(
-            "Memory, by image size",
-            across_sizes(),
-            gigabyte_axis(),
-            memory(&by_size, &megapixels),
-        ),
-        panel(
-            "Training, by frames",
-            across_frames(),
-            million(),
-            training(&by_frames, &frames),
-        ),
-        panel(
-            "Training, by image size",
-            across_sizes(),
-            million(),
-            training(&by_size, &megapixels),
-        ),
+        vec![
+            panel(
+                "Waiting, by frames",
+                across_frames(),
+                seconds(),
+                waits(&by_frames, &frames),
+            ),
+            panel(
+                "Waiting, by image size",
+                across_sizes(),
+                seconds(),
+                waits(&by_size, &megapixels),
+            ),
+        ],
+        vec![
+            panel(
+                "Memory, by frames",
+                across_frames(),
+                memory_by_frames,
+                memory(&by_frames, &frames),
+            ),
+            panel(
+                "Memory, by image size",
+                across_sizes(),
+                gigabyte_axis(),
+                memory(&by_size, &megapixels),
+            ),
+        ],
+        vec![
+            panel(
+                "Training, by frames",
+                across_frames(),
+                million(),
+                training(&by_frames, &frames),
+            ),
+            panel(
+                "Training, by image size",
+                across_sizes(),
+                million(),
+                training(&by_size, &megapixels),
+            ),
+        ],
     ]
 }

@@ -92,14 +92,9 @@ pub(super) fn linear_ticks(low: f64, high: f64, most: usize) -> Vec<f64> {
 }
 
 /// Round values within a range of positive numbers, at most about `most` of them: whole powers of ten, or
-/// some or all of their multiples; evenly spaced ones where the range is too narrow for those.
+/// some of their multiples; evenly spaced ones where the range is too narrow for those.
 pub(super) fn logarithmic_ticks(low: f64, high: f64, most: usize) -> Vec<f64> {
-    const MULTIPLES: [&[f64]; 4] = [
-        &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0],
-        &[1.0, 2.0, 5.0],
-        &[1.0, 3.0],
-        &[1.0],
-    ];
+    const MULTIPLES: [&[f64]; 4] = [&[1.0, 2.0, 3.0, 5.0, 7.0], &[1.0, 2.0, 5.0], &[1.0, 3.0], &[1.0]];
     let decades = low.log10().floor() as i32..=high.log10().ceil() as i32;
     let within = |value: &f64| (low..=high).contains(value);
     let choices = MULTIPLES.map(|multiples| -> Vec<f64> {
@@ -109,7 +104,10 @@ pub(super) fn logarithmic_ticks(low: f64, high: f64, most: usize) -> Vec<f64> {
         });
         all.filter(within).collect()
     });
-    // Nine to a decade crowd at its end: they are only for less than one.
+    if high / low < 3.0 {
+        return linear_ticks(low, high, most);
+    }
+    // Five to a decade are only for less than one.
     let wide = high / low >= 8.0;
     let fits = |ticks: &&Vec<f64>| ticks.len() <= most;
     let chosen = choices.iter().skip(usize::from(wide)).find(fits);

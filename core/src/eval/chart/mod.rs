@@ -20,10 +20,8 @@ pub struct Figure {
     pub title: String,
     /// One line of conditions: machine, threads, seeds.
     pub subtitle: String,
-    /// Panels side by side, at least 1.
-    pub columns: usize,
-    /// The panels, row by row.
-    pub panels: Vec<Panel>,
+    /// The panels, row by row; those of a row share its width.
+    pub rows: Vec<Vec<Panel>>,
 }
 
 /// One chart.
@@ -157,16 +155,17 @@ impl Figure {
     pub fn svg(&self) -> String {
         const MARGIN: f64 = 24.0;
         const GAP: f64 = 28.0;
-        let columns = self.columns.clamp(1, self.panels.len().max(1));
-        let rows: Vec<&[Panel]> = self.panels.chunks(columns).collect();
-        let heights: Vec<f64> = rows
+        let columns = self.rows.iter().map(Vec::len).max().unwrap_or(0).max(1);
+        let heights: Vec<f64> = self
+            .rows
             .iter()
             .map(|row| row.iter().map(panel::height).fold(0.0, f64::max))
             .collect();
         // A single panel is no narrower than a line of conditions.
-        let panel_width = if columns == 1 { 640.0 } else { panel::WIDTH };
-        let width = 2.0 * MARGIN + columns as f64 * (panel_width + GAP) - GAP;
-        let subtitle = svg::wrapped(&self.subtitle, 12.0, width - 2.0 * MARGIN);
+        let narrowest = if columns == 1 { 640.0 } else { panel::WIDTH };
+        let inside = columns as f64 * (narrowest + GAP) - GAP;
+        let width = 2.0 * MARGIN + inside;
+        let subtitle = svg::wrapped(&self.subtitle, 12.0, inside);
         let top = MARGIN + 18.0 + 16.0 * subtitle.len() as f64 + 18.0;
         let body: f64 = heights.iter().map(|height| height + GAP).sum();
         let height = top + (body - GAP).max(0.0) + MARGIN;
@@ -177,7 +176,8 @@ impl Figure {
             out.text("muted", MARGIN, MARGIN + 34.0 + 16.0 * line as f64, text);
         }
         let mut y = top;
-        for (row, height) in rows.iter().zip(&heights) {
+        for (row, height) in self.rows.iter().zip(&heights) {
+            let panel_width = (inside + GAP) / row.len().max(1) as f64 - GAP;
             for (column, panel) in row.iter().enumerate() {
                 let x = MARGIN + column as f64 * (panel_width + GAP);
                 panel::draw(&mut out, panel, (x, y), (panel_width, *height));

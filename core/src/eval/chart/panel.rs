@@ -5,7 +5,7 @@ use super::lines;
 use super::svg::{COLORS, Svg, shortened, text_width};
 use super::{Axis, BarSeries, Chart, Panel, Scale};
 
-/// Width of a panel, in pixels.
+/// Width of a panel in the fullest row, in pixels.
 pub(super) const WIDTH: f64 = 440.0;
 /// Height of a panel unless its bars need more.
 const HEIGHT: f64 = 300.0;

@@ -6,15 +6,14 @@ fn lines(series: Vec<Series>, scale: Scale) -> Figure {
     Figure {
         title: "Error & <time>".to_owned(),
         subtitle: "2 threads, seeds 0 to 2".to_owned(),
-        columns: 2,
-        panels: vec![Panel {
+        rows: vec![vec![Panel {
             title: "Depth".to_owned(),
             chart: Chart::Lines {
                 x: Axis::new("seconds", scale),
                 y: Axis::new("error, cm", scale).with_mark(2.0, "target"),
                 series,
             },
-        }],
+        }]],
     }
 }
 
@@ -82,10 +81,7 @@ fn logarithmic_ticks_are_round_few_and_inside() {
         logarithmic_ticks(0.9, 1.1e4, 5),
         &[1.0, 10.0, 100.0, 1000.0, 10000.0],
     );
-    close(
-        logarithmic_ticks(2.0, 9.0, 9),
-        &[2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0],
-    );
+    close(logarithmic_ticks(2.0, 9.0, 9), &[2.0, 3.0, 5.0, 7.0]);
     close(logarithmic_ticks(1.01, 1.09, 5), &[1.02, 1.04, 1.06, 1.08]);
     assert!(logarithmic_ticks(1e-12, 1e12, 6).len() <= 6);
 }
@@ -214,10 +210,10 @@ fn bars_show_every_value_but_those_that_are_none() {
         series,
     };
     let figure = |series| Figure {
-        panels: vec![Panel {
+        rows: vec![vec![Panel {
             title: "Speed".to_owned(),
             chart: chart(series),
-        }],
+        }]],
         ..Figure::default()
     };
     let svg = figure(vec![bars("2^17", &[6.1e6, f64::NAN]), bars("2^19", &[3e6, 4e5])]).svg();
