@@ -76,32 +76,63 @@ pub enum Command {
 /// What can be measured.
 #[derive(Debug, Subcommand)]
 pub enum Bench {
-    /// Samples a second of each way to compute the field; how soon a field of each scene is good.
-    Engine {
-        /// Folders of captures, or "demo".
-        scenes: Vec<PathBuf>,
-        /// Seconds of training after which a field is measured.
-        #[arg(long, value_name = "SECONDS,...", value_delimiter = ',', default_value = "5,10,15,30,60", value_parser = seconds)]
-        marks: Vec<f64>,
-        /// Leave measured depth and sparse points aside in training.
-        #[arg(long)]
-        no_depth: bool,
-        /// Seed of everything random.
-        #[arg(long, value_name = "N", default_value_t = 0)]
-        seed: u64,
-        /// Where engine.json goes.
-        #[arg(long, value_name = "DIR")]
-        out: PathBuf,
-        /// Runs of each way.
-        #[arg(long, value_name = "N", default_value_t = 15)]
-        rounds: usize,
-        /// Threads to compute with [default: all cores].
-        #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
-        threads: Option<u16>,
-        /// Print the results as JSON.
-        #[arg(long)]
-        json: bool,
+    /// Samples a second of each way to compute the field; how soon a field of each scene is good; with
+    /// --cost, what captures of several sizes cost.
+    Engine(EngineArguments),
+    /// What one capture costs, as JSON: a process of its own for each, so that its peak memory is its own.
+    #[command(hide = true)]
+    CostOf {
+        /// Folder of a capture made by `bench engine --cost`.
+        scene: PathBuf,
+        /// Seconds of training.
+        #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+        seconds: f64,
+        #[command(flatten)]
+        training: TrainingArguments,
     },
+}
+
+/// Measuring the engine.
+#[derive(Debug, Args)]
+pub struct EngineArguments {
+    /// Folders of captures, or "demo".
+    pub scenes: Vec<PathBuf>,
+    /// Seconds of training after which a field is measured.
+    #[arg(long, value_name = "SECONDS,...", value_delimiter = ',', default_value = "5,10,15,30,60", value_parser = seconds)]
+    pub marks: Vec<f64>,
+    /// Leave measured depth aside in training.
+    #[arg(long)]
+    pub no_depth: bool,
+    /// Seed of everything random; of the first run of each scene.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u64,
+    /// Runs of each scene, with seeds that count up from --seed.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+    pub seeds: u64,
+    /// Where engine.json and engine.svg go.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Runs of each way.
+    #[arg(long, value_name = "N", default_value_t = 15)]
+    pub rounds: usize,
+    /// Threads to compute with [default: all cores].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub threads: Option<u16>,
+    /// Print the results as JSON.
+    #[arg(long)]
+    pub json: bool,
+    /// Measure opening, maps, training and memory of captures of the demo room in several sizes.
+    #[arg(long)]
+    pub cost: bool,
+    /// Numbers of frames to measure the cost of, at the third of the sizes or the last.
+    #[arg(long, value_name = "N,...", value_delimiter = ',', default_value = "20,50,100,200,500,1000", value_parser = clap::value_parser!(u16).range(8..))]
+    pub cost_frames: Vec<u16>,
+    /// Image sizes to measure the cost of, with a hundred frames.
+    #[arg(long, value_name = "WxH,...", value_delimiter = ',', default_value = "160x120,320x240,640x480,1280x960", value_parser = image_size)]
+    pub cost_sizes: Vec<(u32, u32)>,
+    /// Seconds of training of each capture whose cost is measured.
+    #[arg(long, value_name = "SECONDS", default_value_t = 10.0, value_parser = seconds)]
+    pub cost_seconds: f64,
 }
 
 /// Labelling without the window.
@@ -139,6 +170,16 @@ fn seconds(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(seconds) if seconds.is_finite() && seconds > 0.0 => Ok(seconds),
         _ => Err("give a number of seconds above zero".to_owned()),
+    }
+}
+
+fn image_size(text: &str) -> Result<(u32, u32), String> {
+    let size = text
+        .split_once('x')
+        .and_then(|(width, height)| Some((width.parse().ok()?, height.parse().ok()?)));
+    match size {
+        Some((width @ 16..=8192, height @ 16..=8192)) => Ok((width, height)),
+        _ => Err("give width and height in pixels, such as 640x480, each from 16 to 8192".to_owned()),
     }
 }
 

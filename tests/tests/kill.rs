@@ -54,14 +54,9 @@ fn stroke(sequence: u64) -> Stroke {
 fn map(sequence: u64) -> Arc<FrameMap> {
     let pixels = u64::from(SIZE[0] * SIZE[1]);
     let noise = |i: u64| ((i + sequence).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 48) as u16;
-    Arc::new(FrameMap {
-        frame: sequence as usize % FRAMES,
-        generation: sequence,
-        width: SIZE[0],
-        height: SIZE[1],
-        labels: (0..pixels).map(|i| noise(i) % 3).collect(),
-        entropy: (0..pixels).map(noise).collect(),
-    })
+    let labels = (0..pixels).map(|i| noise(i) % 3).collect();
+    let entropy = (0..pixels).map(noise).collect();
+    Arc::new(FrameMap::new(sequence as usize % FRAMES, sequence, SIZE, labels, entropy).unwrap())
 }
 
 /// The child: records strokes as fast as it can, and says which are kept, until it is killed.

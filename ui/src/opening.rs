@@ -181,7 +181,7 @@ pub fn attach(
     notes.extend(contents.warnings.iter().cloned());
     if let Some(maps) = maps {
         for map in &contents.maps {
-            maps.publish(map.as_ref().clone());
+            maps.publish(Arc::clone(map));
         }
     }
     let (journal, problem) = match journal {

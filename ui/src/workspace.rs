@@ -297,7 +297,7 @@ impl Workspace {
         self.last_serial += 1;
         let serial = (self.serial << 32) | self.last_serial;
         self.shown = map
-            .filter(|map| is_whole(map))
+            .filter(|map| map.width > 0 && map.height > 0)
             .map(|map| ShownMap { map, serial });
     }
 
@@ -307,10 +307,4 @@ impl Workspace {
             generation: self.document.generation(),
         });
     }
-}
-
-/// Whether a map has as many values as its size says.
-fn is_whole(map: &inplace_core::session::FrameMap) -> bool {
-    let pixels = map.width as usize * map.height as usize;
-    pixels > 0 && map.labels.len() == pixels && map.entropy.len() == pixels
 }

@@ -37,14 +37,9 @@ impl Worker {
     /// Answers with a map of the frame in which every pixel has this class.
     fn publish(&self, frame: usize, generation: u64, class: u16) {
         let pixels = (WIDTH * HEIGHT) as usize;
-        self.maps.publish(FrameMap {
-            frame,
-            generation,
-            width: WIDTH,
-            height: HEIGHT,
-            labels: vec![class; pixels],
-            entropy: vec![500; pixels],
-        });
+        let (labels, entropy) = (vec![class; pixels], vec![500; pixels]);
+        let map = FrameMap::new(frame, generation, [WIDTH, HEIGHT], labels, entropy);
+        self.maps.publish(map.unwrap());
         self.events.send(Event::Map { frame, generation }).unwrap();
     }
 
@@ -411,7 +406,7 @@ fn an_older_map_never_covers_a_newer_one() {
     window.worker().publish(0, 5, 1);
     window.worker().publish(0, 4, 2);
     window.harness.run_steps(3);
-    assert_eq!(window.workspace().shown_map().unwrap().map.labels[0], 1);
+    assert_eq!(window.workspace().shown_map().unwrap().map.labels()[0], 1);
 }
 
 #[test]
@@ -459,7 +454,7 @@ fn a_saved_project_opens_again_with_its_strokes_and_its_maps() {
     let mut window = Window::new(folder.path(), Some(Target::Path(file)));
     window.until("the project is open", |app| app.state().workspace().is_some());
     window.harness.get_by_label("wall, 1 stroke");
-    assert_eq!(window.workspace().shown_map().unwrap().map.labels[0], 1);
+    assert_eq!(window.workspace().shown_map().unwrap().map.labels()[0], 1);
 }
 
 #[test]

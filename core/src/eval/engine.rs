@@ -8,6 +8,7 @@ use glam::Vec3;
 use rand::{Rng, SeedableRng, rngs::SmallRng};
 use serde::Serialize;
 
+use super::reached::{Progress, Reached};
 use crate::field::kernels::Dispatch;
 use crate::field::{
     Capacity, OccupancyGrid, Path, Preset, RadianceField, Ray, Samples, Sampling, Trainer, Volume,
@@ -111,6 +112,10 @@ pub struct RunPoint {
     pub seconds: f64,
     /// Steps done.
     pub steps: u64,
+    /// Rays trained on a second, over all training so far.
+    pub rays_per_s: f64,
+    /// Steps a second, over all training so far.
+    pub steps_per_s: f64,
     /// Samples a training ray needed of late.
     pub samples_per_ray: f32,
     /// Median error of the ray length on held-out frames, in metres.
@@ -124,7 +129,8 @@ pub struct RunPoint {
 }
 
 /// Trains a field on `scene` and measures it on its held-out frames against `truth`, another reading of
-/// the same capture, after each of `marks` seconds of training (measuring not counted).
+/// the same capture, after each of `marks` seconds of training (measuring not counted); in between it is
+/// looked at often enough to tell when it reached the [`TARGETS`](super::TARGETS) within a tenth.
 ///
 /// # Errors
 /// None on the CPU short of a lack of memory.
@@ -134,7 +140,8 @@ pub fn training_run(
     preset: Preset,
     seed: u64,
     marks: &[f64],
-) -> Result<Vec<RunPoint>> {
+) -> Result<(Vec<RunPoint>, Vec<Reached>)> {
+    let mut reached = Progress::default();
     let mut trainer = Trainer::new(Arc::clone(scene), preset, seed)?;
     let mut seconds = 0.0;
     let mut points = Vec::new();
@@ -143,14 +150,23 @@ pub fn training_run(
             let start = Instant::now();
             trainer.step()?;
             seconds += start.elapsed().as_secs_f64();
+            if reached.is_due(seconds)
+                && let Some(held_out) = trainer.evaluate_against(truth)?
+            {
+                reached.note(seconds, &held_out);
+            }
         }
         if let Some(held_out) = trainer.evaluate_against(truth)? {
+            reached.note(seconds, &held_out);
+            let work = trainer.work();
             points.push(RunPoint {
                 scene: scene.name(),
                 depth: scene.has_depth(),
                 seed,
                 seconds,
                 steps: trainer.steps(),
+                rays_per_s: work.rays as f64 / seconds,
+                steps_per_s: work.steps as f64 / seconds,
                 samples_per_ray: trainer.samples_per_ray(),
                 depth_error_m: held_out.depth_error,
                 depth_error_rel: held_out.relative_depth_error,
@@ -159,7 +175,8 @@ pub fn training_run(
             });
         }
     }
-    Ok(points)
+    let reached = reached.finish(&scene.name(), scene.has_depth(), seed);
+    Ok((points, reached))
 }
 
 /// Rays of sixteen samples each from the middle of the volume to all sides.

@@ -1,13 +1,18 @@
-//! How good label maps are, measured against ground truth.
+//! How good label maps are, measured against ground truth; how fast the engine is and what it costs.
 
+pub mod chart;
+mod cost;
 mod engine;
 mod metrics;
+mod reached;
 mod truth;
 
 use std::path::PathBuf;
 
+pub use cost::{Cost, CostError, session_cost};
 pub use engine::{PathSpeed, RunPoint, path_speeds, training_run};
 pub use metrics::{ConfusionMatrix, Scores};
+pub use reached::{Quantity, Reached, TARGETS};
 pub use truth::{GroundTruth, LabelImage, Split, frame_number};
 
 /// Something that cannot be measured; each message is one sentence that names the file and what to do.

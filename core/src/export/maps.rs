@@ -63,8 +63,7 @@ fn check(scene: &Scene, maps: &[Arc<FrameMap>]) -> Result<(), String> {
             return Err(format!("there are two maps of frame \"{}\"", frame.stem));
         }
         let size = [frame.camera.width, frame.camera.height];
-        let pixels = size[0] as usize * size[1] as usize;
-        if [map.width, map.height] != size || map.labels.len() != pixels || map.entropy.len() != pixels {
+        if [map.width, map.height] != size {
             return Err(format!(
                 "the map of frame \"{}\" has another size than the frame",
                 frame.stem
@@ -96,14 +95,14 @@ fn write_map(
 ) -> Result<(), ExportError> {
     let map = &*map.in_image(frame);
     let (width, height) = (map.width, map.height);
-    let rgb: Vec<u8> = map
-        .labels
+    let labels = map.labels();
+    let rgb: Vec<u8> = labels
         .iter()
         .flat_map(|label| colors.get(label).copied().unwrap_or_default())
         .collect();
     let images = [
-        ("labels", png::encode_labels(width, height, &map.labels)),
-        ("entropy", png::encode_steps(width, height, &map.entropy)),
+        ("labels", png::encode_labels(width, height, &labels)),
+        ("entropy", png::encode_steps(width, height, &map.entropy())),
         ("color", png::encode_rgb(width, height, &rgb)),
     ];
     for (name, image) in images {
@@ -148,14 +147,8 @@ mod tests {
     }
 
     fn map(frame: usize, labels: [ClassId; 6]) -> Arc<FrameMap> {
-        Arc::new(FrameMap {
-            frame,
-            generation: 1,
-            width: 3,
-            height: 2,
-            labels: labels.to_vec(),
-            entropy: vec![0, 1, 9_999, 10_000, 27_080, 65_535],
-        })
+        let entropy = vec![0, 1, 9_999, 10_000, 27_080, 65_535];
+        Arc::new(FrameMap::new(frame, 1, [3, 2], labels.to_vec(), entropy).unwrap())
     }
 
     fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
@@ -207,7 +200,7 @@ mod tests {
         let labels = |name: &str| png::decode_gray(&written[name]).unwrap().2;
         assert_eq!(labels("labels/rgb_0.png"), first);
         assert_eq!(labels("labels/rgb_1.png"), second);
-        assert_eq!(labels("entropy/rgb_0.png"), maps[0].entropy);
+        assert_eq!(labels("entropy/rgb_0.png"), maps[0].entropy()[..]);
         let depth = |name: &str| written[name][24];
         assert_eq!([depth("labels/rgb_0.png"), depth("labels/rgb_1.png")], [8, 16]);
         let color = image::load_from_memory(&written["color/rgb_1.png"])

@@ -94,7 +94,8 @@ pub fn write_json<T: serde::Serialize + ?Sized>(path: &Path, value: &T) -> Resul
     write(path, &text)
 }
 
-fn write(path: &Path, bytes: &[u8]) -> Result<(), ExportError> {
+/// Writes a file under a temporary name first.
+pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<(), ExportError> {
     atomic::write(path, bytes).map_err(|error| ExportError::unwritable(path, error))
 }
 

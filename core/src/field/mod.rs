@@ -22,7 +22,7 @@ pub use path::{Path, best_device};
 pub use plain::sum_by_ray;
 pub use rays::{Ray, Samples, Sampling};
 pub use render::{RenderedRay, frame_rays, render_rays};
-pub use train::{HeldOut, Recipe, Trainer};
+pub use train::{HeldOut, Recipe, Trainer, Work};
 pub use visibility::until_opaque;
 pub use volume::Volume;
 

@@ -41,6 +41,17 @@ const PATIENCE: u32 = 3;
 /// Steps between snapshots of a good state.
 const SNAPSHOT_EVERY: u64 = 200;
 
+/// What training has gone through since the trainer was made.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Work {
+    /// Steps.
+    pub steps: u64,
+    /// Rays of all steps.
+    pub rays: u64,
+    /// Samples of all steps, forward and backward.
+    pub samples: u64,
+}
+
 /// Trains a field, a step at a time.
 pub struct Trainer {
     scene: Arc<Scene>,
@@ -55,6 +66,7 @@ pub struct Trainer {
     held_out: HeldOutPixels,
     seed: u64,
     steps: u64,
+    work: Work,
     samples_per_ray: f32,
     rate_scale: f32,
     skipped: u64,
@@ -102,6 +114,7 @@ impl Trainer {
             held_out,
             seed,
             steps: 0,
+            work: Work::default(),
             samples_per_ray: 16.0,
             rate_scale: 1.0,
             skipped: 0,
@@ -130,6 +143,11 @@ impl Trainer {
     /// Steps done.
     pub fn steps(&self) -> u64 {
         self.steps
+    }
+
+    /// Steps, rays and samples of this trainer; those before a saved state are not in it.
+    pub fn work(&self) -> Work {
+        self.work
     }
 
     /// Steps that were skipped because their loss or gradient was not finite.
@@ -164,6 +182,9 @@ impl Trainer {
         let samples = until_opaque(&self.field, samples, |ray| rays[ray].length.is_none())?;
         self.samples_per_ray = 0.9 * self.samples_per_ray + 0.1 * samples.len() as f32 / rays.len() as f32;
         self.steps += 1;
+        self.work.steps += 1;
+        self.work.rays += rays.len() as u64;
+        self.work.samples += samples.len() as u64;
         if !samples.is_empty() {
             let loss = self.objective().loss(&batch, samples, gaps)?;
             let finite = loss.to_scalar::<f32>()?.is_finite() && self.descend(&loss)?;

@@ -151,15 +151,15 @@ fn describe(
     region_of: &[u8],
     worth: &[f32],
 ) -> Vec<Suggestion> {
-    let total: usize = surface.pixels.iter().map(Vec::len).sum();
+    let total: usize = surface.pixels.iter().map(|pixels| pixels.len()).sum();
     // Pixels of each region in each frame, and whether the pick itself is seen there.
     let mut counts = vec![vec![(0_usize, false); picks.len()]; surface.pixels.len()];
     for (counts, pixels) in counts.iter_mut().zip(&surface.pixels) {
-        for &node in pixels.iter().filter(|&&node| node != NO_NODE) {
+        for (node, run) in pixels.runs().filter(|&(node, _)| node != NO_NODE) {
             let region = region_of[node as usize];
             if region != NO_REGION {
                 let entry = &mut counts[region as usize];
-                entry.0 += 1;
+                entry.0 += run.len();
                 entry.1 |= picks[region as usize] == node;
             }
         }
@@ -172,8 +172,8 @@ fn describe(
             let seen = (0..counts.len()).filter(|&frame| counts[frame][region].1);
             let frame = seen.max_by_key(|&frame| (counts[frame][region].0, std::cmp::Reverse(frame)))?;
             let camera = &scene.frames[frame].camera;
-            let pixels = &surface.pixels[frame];
-            let pixel = middle_pixel(pixels, pick, camera.width)?;
+            let pixels = surface.pixels[frame].unpack();
+            let pixel = middle_pixel(&pixels, pick, camera.width)?;
             let inside = |x: u32, y: u32| {
                 let node = pixels[(y * camera.width + x) as usize];
                 node != NO_NODE && region_of[node as usize] == region as u8

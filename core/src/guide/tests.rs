@@ -10,7 +10,7 @@ fn suggestions(labels: &[(usize, Pixel, ClassId)]) -> (Scene, Surface, Vec<u32>,
     let surface = Surface::build(&scene, &[], 5.0).unwrap();
     let mut seeds = FxHashMap::default();
     for &(frame, [x, y], class) in labels {
-        seeds.insert(surface.pixels[frame][(y * 80 + x) as usize], class);
+        seeds.insert(surface.pixels[frame].node((y * 80 + x) as usize).unwrap(), class);
     }
     let said: Vec<u32> = seeds.keys().copied().collect();
     let mut propagation = Propagation::default();
@@ -36,7 +36,11 @@ fn suggestions_are_apart_and_never_on_a_label() {
     let (_, surface, said, found) = suggestions(&[(0, [10, 30], 1), (1, [70, 30], 2)]);
     let places: Vec<u32> = found
         .iter()
-        .map(|s| surface.pixels[s.frame][(s.pixel[1] * 80 + s.pixel[0]) as usize])
+        .map(|s| {
+            surface.pixels[s.frame]
+                .node((s.pixel[1] * 80 + s.pixel[0]) as usize)
+                .unwrap()
+        })
         .collect();
     assert!(!places.is_empty());
     for (number, &a) in places.iter().enumerate() {
@@ -58,7 +62,9 @@ fn the_border_between_two_settled_halves_is_no_suggestion() {
         .collect();
     let (_, surface, _, found) = suggestions(&dense);
     for s in &found {
-        let node = surface.pixels[s.frame][(s.pixel[1] * 80 + s.pixel[0]) as usize];
+        let node = surface.pixels[s.frame]
+            .node((s.pixel[1] * 80 + s.pixel[0]) as usize)
+            .unwrap();
         let x = surface.graph.nodes()[node as usize].position.x;
         assert!(x.abs() > 0.08, "on the border: {s:?}");
     }

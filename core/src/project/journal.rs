@@ -329,7 +329,7 @@ mod tests {
         let labels: Vec<_> = reopened
             .maps
             .iter()
-            .map(|map| (map.frame, map.labels[0]))
+            .map(|map| (map.frame, map.labels()[0]))
             .collect();
         assert_eq!(labels, [(0, 2), (2, 1)]);
     }

@@ -203,8 +203,8 @@ impl MapRow {
         Ok(Self {
             frame: map.frame,
             generation: map.generation,
-            labels: png::encode_labels(map.width, map.height, &map.labels)?,
-            entropy: png::encode_steps(map.width, map.height, &map.entropy)?,
+            labels: png::encode_labels(map.width, map.height, &map.labels())?,
+            entropy: png::encode_steps(map.width, map.height, &map.entropy())?,
         })
     }
 
@@ -228,14 +228,8 @@ impl MapRow {
         if (width, height) != (entropy_width, entropy_height) {
             return Err("labels and entropy differ in size".to_owned());
         }
-        Ok(FrameMap {
-            frame: self.frame,
-            generation: self.generation,
-            width,
-            height,
-            labels,
-            entropy,
-        })
+        FrameMap::new(self.frame, self.generation, [width, height], labels, entropy)
+            .ok_or_else(|| "labels or entropy do not fill the image".to_owned())
     }
 }
 

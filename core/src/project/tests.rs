@@ -43,14 +43,8 @@ pub(super) fn contents(folder: &Path) -> Contents {
 }
 
 pub(super) fn map(frame: usize, generation: u64, label: u16) -> Arc<FrameMap> {
-    Arc::new(FrameMap {
-        frame,
-        generation,
-        width: 3,
-        height: 2,
-        labels: vec![label; 6],
-        entropy: (0..6).map(|i| i * 10_000).collect(),
-    })
+    let entropy = (0..6).map(|i| i * 10_000).collect();
+    Arc::new(FrameMap::new(frame, generation, [3, 2], vec![label; 6], entropy).unwrap())
 }
 
 /// Stem and class of every stroke.

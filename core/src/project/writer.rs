@@ -250,7 +250,7 @@ impl Writer {
         while pixels < PIECE_PIXELS
             && let Some((_, map)) = self.maps.pop_first()
         {
-            pixels += map.labels.len();
+            pixels += map.width as usize * map.height as usize;
             piece.push(map);
         }
         self.project.save_maps(&piece)

@@ -16,16 +16,20 @@ pub struct FieldDepth {
 /// Ray length of every pixel of a frame in metres, row-major: infinite where the ray meets nothing,
 /// not a number where nobody knows (yet) and where the image on disk does not reach.
 pub fn pixel_lengths(frame: &Frame, field: Option<&FieldDepth>) -> Vec<f32> {
-    let pixels = frame.camera.pixels();
-    let measured = |index| frame.depth.as_ref().and_then(|depth| depth.ray_length(index));
-    (0..pixels)
-        .map(|index| match (measured(index), field) {
-            (Some(length), _) => length,
-            (None, _) if !frame.is_valid(index) => f32::NAN,
-            (None, Some(field)) => field.at(frame, index),
-            (None, None) => f32::NAN,
-        })
+    (0..frame.camera.pixels())
+        .map(|index| pixel_length(frame, field, index))
         .collect()
+}
+
+/// The same of the pixel with this row-major index.
+pub fn pixel_length(frame: &Frame, field: Option<&FieldDepth>, index: usize) -> f32 {
+    let measured = frame.depth.as_ref().and_then(|depth| depth.ray_length(index));
+    match (measured, field) {
+        (Some(length), _) => length,
+        (None, _) if !frame.is_valid(index) => f32::NAN,
+        (None, Some(field)) => field.at(frame, index),
+        (None, None) => f32::NAN,
+    }
 }
 
 impl FieldDepth {

@@ -1,7 +1,9 @@
 //! Dense label maps.
 
 use std::borrow::Cow;
+use std::sync::Arc;
 
+use super::{NO_NODE, NodeMap, Posterior};
 use crate::labels::{ClassId, VOID};
 use crate::scene::Frame;
 
@@ -9,7 +11,10 @@ use crate::scene::Frame;
 pub const ENTROPY_STEPS_PER_NAT: f32 = 10_000.0;
 
 /// Dense labels of one frame, row-major `[height, width]`.
-#[derive(Clone, Debug, PartialEq, Eq)]
+///
+/// A map that follows from a surface is kept as what it follows from, which all maps share; its pixels
+/// are looked up when somebody reads them. So making all maps costs next to nothing.
+#[derive(Clone, Debug)]
 pub struct FrameMap {
     /// Index of the frame.
     pub frame: usize,
@@ -19,23 +24,107 @@ pub struct FrameMap {
     pub width: u32,
     /// Height in pixels.
     pub height: u32,
-    /// Most likely class of every pixel; void where nothing is known or the person said so.
-    pub labels: Vec<ClassId>,
-    /// Entropy of every pixel's class distribution, in nats times [`ENTROPY_STEPS_PER_NAT`].
-    pub entropy: Vec<u16>,
+    pixels: Pixels,
+}
+
+#[derive(Clone, Debug)]
+enum Pixels {
+    /// One by one.
+    Listed { labels: Vec<ClassId>, entropy: Vec<u16> },
+    /// By the nodes that they show.
+    OnSurface {
+        nodes: Arc<NodeMap>,
+        posterior: Arc<Posterior>,
+        /// Entropy where there is no node.
+        unknown: u16,
+        /// Pixels that the person painted, and their classes: those as they said, without doubt.
+        painted: Vec<(u32, ClassId)>,
+    },
 }
 
 impl FrameMap {
+    /// Wraps the class and entropy of every pixel; `None` unless there are `width * height` of both.
+    pub fn new(
+        frame: usize,
+        generation: u64,
+        [width, height]: [u32; 2],
+        labels: Vec<ClassId>,
+        entropy: Vec<u16>,
+    ) -> Option<Self> {
+        let pixels = width as usize * height as usize;
+        (labels.len() == pixels && entropy.len() == pixels).then_some(Self {
+            frame,
+            generation,
+            width,
+            height,
+            pixels: Pixels::Listed { labels, entropy },
+        })
+    }
+
+    /// A map by the nodes of its pixels; `unknown` is the entropy of pixels without one, and `painted` are
+    /// pixels with the class that the person gave them.
+    pub(super) fn on_surface(
+        (frame, generation): (usize, u64),
+        [width, height]: [u32; 2],
+        (nodes, posterior): (Arc<NodeMap>, Arc<Posterior>),
+        unknown: u16,
+        painted: Vec<(u32, ClassId)>,
+    ) -> Self {
+        Self {
+            frame,
+            generation,
+            width,
+            height,
+            pixels: Pixels::OnSurface {
+                nodes,
+                posterior,
+                unknown,
+                painted,
+            },
+        }
+    }
+
+    /// Most likely class of every pixel; void where nothing is known or the person said so.
+    pub fn labels(&self) -> Cow<'_, [ClassId]> {
+        match &self.pixels {
+            Pixels::Listed { labels, .. } => Cow::Borrowed(labels),
+            Pixels::OnSurface {
+                nodes,
+                posterior,
+                painted,
+                ..
+            } => Cow::Owned(looked_up(nodes, &posterior.labels, VOID, painted.iter().copied())),
+        }
+    }
+
+    /// Entropy of every pixel's class distribution, in nats times [`ENTROPY_STEPS_PER_NAT`].
+    pub fn entropy(&self) -> Cow<'_, [u16]> {
+        match &self.pixels {
+            Pixels::Listed { entropy, .. } => Cow::Borrowed(entropy),
+            Pixels::OnSurface {
+                nodes,
+                posterior,
+                unknown,
+                painted,
+            } => {
+                let sure = painted.iter().map(|&(pixel, _)| (pixel, 0));
+                Cow::Owned(looked_up(nodes, &posterior.entropy, *unknown, sure))
+            }
+        }
+    }
+
     /// Mean entropy over all pixels, in nats.
     pub fn mean_entropy(&self) -> f32 {
-        let sum: u64 = self.entropy.iter().map(|&e| u64::from(e)).sum();
-        sum as f32 / self.entropy.len().max(1) as f32 / ENTROPY_STEPS_PER_NAT
+        let entropy = self.entropy();
+        let sum: u64 = entropy.iter().map(|&e| u64::from(e)).sum();
+        sum as f32 / entropy.len().max(1) as f32 / ENTROPY_STEPS_PER_NAT
     }
 
     /// Share of the pixels that have a class, 0..=1.
     pub fn coverage(&self) -> f32 {
-        let labelled = self.labels.iter().filter(|&&label| label != VOID).count();
-        labelled as f32 / self.labels.len().max(1) as f32
+        let labels = self.labels();
+        let labelled = labels.iter().filter(|&&label| label != VOID).count();
+        labelled as f32 / labels.len().max(1) as f32
     }
 
     /// The map in the pixels of the frame's image on disk: each has what the frame's pixel at the same
@@ -46,11 +135,12 @@ impl FrameMap {
             return Cow::Borrowed(self);
         }
         let (width, height) = (frame.image().width, frame.image().height);
-        let unknown = self.entropy.iter().copied().max().unwrap_or(0);
+        let (own_labels, own_entropy) = (self.labels(), self.entropy());
+        let unknown = own_entropy.iter().copied().max().unwrap_or(0);
         let at = |index: u32| match frame.of_image([index % width, index / width]) {
             Some([x, y]) if x < self.width && y < self.height => {
                 let index = (y * self.width + x) as usize;
-                (self.labels[index], self.entropy[index])
+                (own_labels[index], own_entropy[index])
             }
             _ => (VOID, unknown),
         };
@@ -58,11 +148,44 @@ impl FrameMap {
         Cow::Owned(Self {
             width,
             height,
-            labels,
-            entropy,
+            pixels: Pixels::Listed { labels, entropy },
             ..*self
         })
     }
+}
+
+impl PartialEq for FrameMap {
+    /// Whether frame, generation, size and all pixels are the same.
+    fn eq(&self, other: &Self) -> bool {
+        (self.frame, self.generation, self.width, self.height)
+            == (other.frame, other.generation, other.width, other.height)
+            && self.labels() == other.labels()
+            && self.entropy() == other.entropy()
+    }
+}
+
+impl Eq for FrameMap {}
+
+/// The value of every pixel's node, `without` where there is none, and what was painted over them.
+fn looked_up(
+    nodes: &NodeMap,
+    values: &[u16],
+    without: u16,
+    painted: impl Iterator<Item = (u32, u16)>,
+) -> Vec<u16> {
+    let mut pixels = Vec::with_capacity(nodes.len());
+    for (node, run) in nodes.runs() {
+        let value = if node == NO_NODE {
+            without
+        } else {
+            values[node as usize]
+        };
+        pixels.resize(run.end, value);
+    }
+    for (pixel, value) in painted {
+        pixels[pixel as usize] = value;
+    }
+    pixels
 }
 
 #[cfg(test)]
@@ -72,18 +195,33 @@ mod tests {
     use crate::scene::{Distortion, Lens};
 
     #[test]
+    fn a_map_on_a_surface_reads_like_one_that_lists_its_pixels() {
+        let nodes = Arc::new(NodeMap::pack(3, &[0, 0, 1, 1, NO_NODE, 0]));
+        let posterior = Arc::new(Posterior {
+            labels: vec![5, 7],
+            entropy: vec![100, 200],
+            ..Posterior::default()
+        });
+        let painted = vec![(1, 7), (5, VOID)];
+        let map = FrameMap::on_surface((2, 9), [3, 2], (nodes, posterior), 999, painted);
+        let labels = vec![5, 7, 7, 7, VOID, VOID];
+        let listed = FrameMap::new(2, 9, [3, 2], labels, vec![100, 0, 200, 200, 999, 0]).unwrap();
+        assert_eq!(map, listed);
+        assert!((map.coverage() - 4.0 / 6.0).abs() < 1e-6);
+        assert!((map.mean_entropy() - 1499.0 / 6.0 / ENTROPY_STEPS_PER_NAT).abs() < 1e-6);
+        assert_ne!(map, FrameMap::new(2, 9, [3, 2], vec![5; 6], vec![0; 6]).unwrap());
+        assert!(FrameMap::new(0, 1, [3, 2], vec![1; 6], vec![0; 5]).is_none());
+    }
+
+    #[test]
     fn a_map_of_a_straight_frame_is_looked_up_through_the_lens() {
         let mut frame = wall(1, 64, 48).frames.remove(0);
         let map_of = |frame: &Frame| {
             let pixels = frame.camera.pixels();
-            FrameMap {
-                frame: 0,
-                generation: 1,
-                width: frame.camera.width,
-                height: frame.camera.height,
-                labels: (0..pixels).map(|index| index as ClassId).collect(),
-                entropy: (0..pixels).map(|index| index as u16).collect(),
-            }
+            let size = [frame.camera.width, frame.camera.height];
+            let labels = (0..pixels).map(|index| index as ClassId).collect();
+            let entropy = (0..pixels).map(|index| index as u16).collect();
+            FrameMap::new(0, 1, size, labels, entropy).unwrap()
         };
         let same = map_of(&frame);
         assert!(matches!(same.in_image(&frame), Cow::Borrowed(map) if *map == same));
@@ -99,15 +237,15 @@ mod tests {
         let map = map_of(&frame);
         let bent = map.in_image(&frame);
         assert_eq!(
-            [bent.width, bent.height, bent.labels.len() as u32],
+            [bent.width, bent.height, bent.labels().len() as u32],
             [64, 48, 64 * 48]
         );
         let [x, y] = frame.of_image([10, 40]).unwrap();
         let index = (y * frame.camera.width + x) as usize;
-        assert_eq!(bent.labels[40 * 64 + 10], map.labels[index]);
-        assert_eq!(bent.entropy[40 * 64 + 10], map.entropy[index]);
+        assert_eq!(bent.labels()[40 * 64 + 10], map.labels()[index]);
+        assert_eq!(bent.entropy()[40 * 64 + 10], map.entropy()[index]);
         // The middle of the image stays the middle.
         let middle = (frame.camera.height / 2 * frame.camera.width + frame.camera.width / 2) as usize;
-        assert_eq!(bent.labels[24 * 64 + 32], map.labels[middle]);
+        assert_eq!(bent.labels()[24 * 64 + 32], map.labels()[middle]);
     }
 }

@@ -15,7 +15,8 @@ use crate::scene::Scene;
 pub struct Spread {
     surface: Arc<Surface>,
     propagation: Propagation,
-    posterior: Posterior,
+    /// Shared with the maps.
+    posterior: Arc<Posterior>,
     classes: Vec<ClassId>,
     /// The strokes that `painted` was made from.
     strokes: BTreeMap<StrokeId, Arc<Stroke>>,
@@ -32,7 +33,7 @@ impl Spread {
         Self {
             surface,
             propagation: Propagation::default(),
-            posterior,
+            posterior: Arc::new(posterior),
             classes: Vec::new(),
             strokes: BTreeMap::new(),
             painted: BTreeMap::new(),
@@ -90,35 +91,25 @@ impl Spread {
 
     fn refresh(&mut self) {
         let nodes = self.surface.graph.len();
-        self.posterior = Posterior::new(&self.propagation, &self.classes, nodes, self.head.as_deref());
+        let posterior = Posterior::new(&self.propagation, &self.classes, nodes, self.head.as_deref());
+        self.posterior = Arc::new(posterior);
     }
 
     /// The dense map of a frame. What the person painted there is as they said.
     pub fn map(&self, scene: &Scene, frame: usize, generation: u64) -> FrameMap {
-        let pixels = &self.surface.pixels[frame];
         let unknown = ((self.classes.len().max(1) as f32).ln() * ENTROPY_STEPS_PER_NAT).round() as u16;
-        let of_node = |node: u32| match node {
-            NO_NODE => (VOID, unknown),
-            node => (
-                self.posterior.labels[node as usize],
-                self.posterior.entropy[node as usize],
-            ),
-        };
-        let (mut labels, mut entropy): (Vec<ClassId>, Vec<u16>) =
-            pixels.iter().map(|&node| of_node(node)).unzip();
-        for (&pixel, &(class, _)) in self.painted.get(&frame).into_iter().flatten() {
-            labels[pixel as usize] = class;
-            entropy[pixel as usize] = 0;
-        }
+        let painted = self.painted.get(&frame).into_iter().flatten();
         let camera = &scene.frames[frame].camera;
-        FrameMap {
-            frame,
-            generation,
-            width: camera.width,
-            height: camera.height,
-            labels,
-            entropy,
-        }
+        FrameMap::on_surface(
+            (frame, generation),
+            [camera.width, camera.height],
+            (
+                Arc::clone(&self.surface.pixels[frame]),
+                Arc::clone(&self.posterior),
+            ),
+            unknown,
+            painted.map(|(&pixel, &(class, _))| (pixel, class)).collect(),
+        )
     }
 
     /// Mean entropy over all pixels that show the surface, in nats.
@@ -139,12 +130,8 @@ impl Spread {
         let mut nodes: Vec<u32> = self
             .painted
             .iter()
-            .flat_map(|(&frame, pixels)| {
-                pixels
-                    .keys()
-                    .map(move |&pixel| self.surface.pixels[frame][pixel as usize])
-            })
-            .filter(|&node| node != NO_NODE)
+            .flat_map(|(&frame, pixels)| self.nodes_of(frame, pixels))
+            .map(|(_, node)| node)
             .collect();
         nodes.sort_unstable();
         nodes.dedup();
@@ -190,13 +177,32 @@ impl Spread {
         })
     }
 
+    /// What is painted on a frame with the nodes under it; pixels without a node are left out.
+    fn nodes_of<'a>(
+        &self,
+        frame: usize,
+        painted: &'a BTreeMap<u32, (ClassId, StrokeId)>,
+    ) -> Vec<(&'a (ClassId, StrokeId), u32)> {
+        let map = &self.surface.pixels[frame];
+        let width = map.width().max(1);
+        // A lookup reads half a row; from there on it is less work to read everything once.
+        if painted.len() > 2 * map.len() / width {
+            let nodes = map.unpack();
+            let all = painted.iter().map(|(&pixel, what)| (what, nodes[pixel as usize]));
+            return all.filter(|&(_, node)| node != NO_NODE).collect();
+        }
+        let looked_up = painted
+            .iter()
+            .map(|(&pixel, what)| Some((what, map.node(pixel as usize)?)));
+        looked_up.flatten().collect()
+    }
+
     /// The class of each labelled node: that of the latest stroke on it.
     fn seeds(&self) -> FxHashMap<u32, ClassId> {
         let mut latest: FxHashMap<u32, (StrokeId, ClassId)> = FxHashMap::default();
         for (&frame, pixels) in &self.painted {
-            for (&pixel, &(class, stroke)) in pixels {
-                let node = self.surface.pixels[frame][pixel as usize];
-                if node == NO_NODE || class == VOID {
+            for (&(class, stroke), node) in self.nodes_of(frame, pixels) {
+                if class == VOID {
                     continue;
                 }
                 let entry = latest.entry(node).or_insert((stroke, class));

@@ -4,12 +4,12 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::sync::Arc;
 
-use glam::{IVec3, Vec3};
+use glam::{IVec3, Vec3, Vec3A};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use super::graph::{Node, SurfaceGraph};
-use super::{FieldDepth, pixel_lengths};
+use super::{FieldDepth, NodeMap, pixel_length, pixel_lengths};
 use crate::scene::{Frame, Scene};
 
 /// A pixel that shows no node: the image on disk does not reach it, or the whole frame has no depth.
@@ -21,6 +21,10 @@ const VOXEL_FOOTPRINTS: f32 = 2.5;
 const VOXEL_RANGE: (f32, f32) = (0.02, 0.5);
 /// Most nodes; a larger scene gets larger voxels.
 const MOST_NODES: usize = 300_000;
+/// In longer captures every second pixel along each axis is fused, and every fourth where those would be
+/// more than this.
+const ALL_PIXELS_FRAMES: usize = 40;
+const MOST_FUSED_PIXELS: usize = 32_000_000;
 /// Pixels that must show a voxel for it to count.
 const FEWEST_PIXELS: f32 = 3.0;
 /// What meets nothing lies on a shell this many sides of the scene's box away, in cells of this angle.
@@ -32,8 +36,8 @@ const SHELL_CELL: f32 = 0.05;
 pub struct Surface {
     /// The graph.
     pub graph: SurfaceGraph,
-    /// For each frame, row-major `[height, width]`: index of the node, or [`NO_NODE`].
-    pub pixels: Vec<Vec<u32>>,
+    /// For each frame, the node of every pixel.
+    pub pixels: Vec<Arc<NodeMap>>,
     /// Side of a voxel, in metres.
     pub voxel: f32,
 }
@@ -54,6 +58,65 @@ struct Cell {
     index: IVec3,
 }
 
+/// A scene with what the field adds to its depth, frame by frame. The lengths of all pixels are found
+/// anew whenever a frame needs them: kept, they would outweigh the scene.
+#[derive(Clone, Copy)]
+struct Lengths<'a> {
+    scene: &'a Scene,
+    field: &'a [Option<Arc<FieldDepth>>],
+}
+
+impl Lengths<'_> {
+    fn field_of(&self, frame: usize) -> Option<&FieldDepth> {
+        self.field.get(frame).and_then(Option::as_deref)
+    }
+
+    /// Ray length of every pixel of a frame.
+    fn of_frame(&self, frame: usize) -> Vec<f32> {
+        pixel_lengths(&self.scene.frames[frame], self.field_of(frame))
+    }
+
+    /// Ray length of one pixel of a frame.
+    fn of_pixel(&self, frame: usize, pixel: usize) -> f32 {
+        pixel_length(&self.scene.frames[frame], self.field_of(frame), pixel)
+    }
+}
+
+/// The pixels of a frame as points of the world.
+struct Points<'a> {
+    frame: &'a Frame,
+    /// Ray length of every pixel.
+    lengths: Vec<f32>,
+    /// Unit direction of the ray through every pixel.
+    directions: Vec<Vec3>,
+}
+
+impl<'a> Points<'a> {
+    /// Of a frame; directions are left out but at every `step`-th pixel along each axis.
+    fn of(lengths: Lengths<'a>, number: usize, step: usize) -> Self {
+        let frame = &lengths.scene.frames[number];
+        let camera = &frame.camera;
+        let rotation = frame.camera_to_world.matrix3;
+        let mut directions = vec![Vec3::ZERO; camera.pixels()];
+        for row in (0..camera.height).step_by(step) {
+            for column in (0..camera.width).step_by(step) {
+                let direction = rotation * Vec3A::from(camera.pixel_direction(column, row));
+                directions[(row * camera.width + column) as usize] = direction.normalize().into();
+            }
+        }
+        Self {
+            frame,
+            lengths: lengths.of_frame(number),
+            directions,
+        }
+    }
+
+    /// Where the ray of a pixel ends, seen from the camera.
+    fn offset(&self, pixel: usize) -> Vec3 {
+        self.lengths[pixel] * self.directions[pixel]
+    }
+}
+
 /// Voxel sizes and the way from a pixel to its voxel.
 struct Voxels {
     side: f32,
@@ -66,28 +129,24 @@ impl Surface {
     ///
     /// `extent` is the side of the scene's box, in metres.
     pub fn build(scene: &Scene, field: &[Option<Arc<FieldDepth>>], extent: f32) -> Option<Self> {
-        let lengths: Vec<Vec<f32>> = scene
-            .frames
-            .par_iter()
-            .enumerate()
-            .map(|(index, frame)| pixel_lengths(frame, field.get(index).and_then(Option::as_deref)))
-            .collect();
+        let lengths = Lengths { scene, field };
         let mut voxels = Voxels {
-            side: voxel_side(scene, &lengths)?,
+            side: voxel_side(lengths)?,
             shell: SHELL_DISTANCE * extent,
         };
-        let stride = if scene.frames.len() > 40 { 2 } else { 1 };
+        let stride = stride(scene);
         loop {
-            let sums = voxels.fuse(scene, &lengths, stride);
+            let sums = voxels.fuse(lengths, stride);
             if sums.len() > MOST_NODES {
                 voxels.side *= (sums.len() as f32 / MOST_NODES as f32).sqrt().max(1.05);
                 continue;
             }
-            return Some(Self::from_sums(scene, &voxels, sums, &lengths));
+            return Some(Self::from_sums(&voxels, sums, lengths));
         }
     }
 
-    fn from_sums(scene: &Scene, voxels: &Voxels, sums: FxHashMap<Cell, Sum>, lengths: &[Vec<f32>]) -> Self {
+    fn from_sums(voxels: &Voxels, sums: FxHashMap<Cell, Sum>, lengths: Lengths<'_>) -> Self {
+        let scene = lengths.scene;
         let mut sums: Vec<(Cell, Sum)> = sums.into_iter().collect();
         // A fixed order, whatever order the frames were fused in.
         sums.sort_by_key(|(cell, _)| (cell.shell, cell.index.to_array()));
@@ -116,11 +175,25 @@ impl Surface {
         let pixels = scene
             .frames
             .par_iter()
-            .zip(lengths)
-            .map(|(frame, lengths)| {
-                let mut own: Vec<u32> = (0..lengths.len())
-                    .map(|pixel| voxels.node_of(frame, pixel, lengths[pixel], &index, graph.nodes()))
-                    .collect();
+            .enumerate()
+            .map(|(number, frame)| {
+                let points = Points::of(lengths, number, 1);
+                // Neighbouring pixels are often in one voxel.
+                let mut last: Option<(Cell, u32)> = None;
+                let node_of = |pixel| {
+                    let Some((cell, point)) = voxels.cell(&points, pixel) else {
+                        return NO_NODE;
+                    };
+                    match last {
+                        Some((same, node)) if same == cell => node,
+                        _ => {
+                            let (node, own) = voxels.node_of(cell, point, &index, graph.nodes());
+                            last = own.then_some((cell, node));
+                            node
+                        }
+                    }
+                };
+                let mut own: Vec<u32> = (0..frame.camera.pixels()).map(node_of).collect();
                 fill_holes(frame, &mut own);
                 if frame.lens.is_some() {
                     for (index, node) in own.iter_mut().enumerate() {
@@ -129,7 +202,7 @@ impl Surface {
                         }
                     }
                 }
-                own
+                Arc::new(NodeMap::pack(frame.camera.width as usize, &own))
             })
             .collect();
         Self {
@@ -141,7 +214,8 @@ impl Surface {
 }
 
 impl Voxels {
-    fn cell(&self, frame: &Frame, pixel: usize, length: f32) -> Option<(Cell, Vec3)> {
+    fn cell(&self, points: &Points<'_>, pixel: usize) -> Option<(Cell, Vec3)> {
+        let length = points.lengths[pixel];
         if length.is_nan() {
             return None;
         }
@@ -151,24 +225,27 @@ impl Voxels {
         } else {
             (length, self.side)
         };
-        let point = frame.center() + length * frame.ray_direction(pixel);
+        let point = points.frame.center() + length * points.directions[pixel];
         let index = (point / side).floor().as_ivec3();
         Some((Cell { shell, index }, point))
     }
 
     /// Sums of the points of all frames by voxel; every `stride`-th pixel along each axis counts.
-    fn fuse(&self, scene: &Scene, lengths: &[Vec<f32>], stride: u32) -> FxHashMap<Cell, Sum> {
+    fn fuse(&self, lengths: Lengths<'_>, stride: u32) -> FxHashMap<Cell, Sum> {
         let share = (stride * stride) as f32;
-        let of_frame = |frame: &Frame, lengths: &[f32]| {
+        let of_frame = |number: usize| {
+            // Normals look two pixels far: with an even stride only every second one is ever read.
+            let points = Points::of(lengths, number, if stride.is_multiple_of(2) { 2 } else { 1 });
+            let frame = points.frame;
             let mut sums: FxHashMap<Cell, Sum> = FxHashMap::default();
             for row in (0..frame.camera.height).step_by(stride as usize) {
                 for column in (0..frame.camera.width).step_by(stride as usize) {
                     let pixel = (row * frame.camera.width + column) as usize;
-                    if let Some((cell, point)) = self.cell(frame, pixel, lengths[pixel]) {
+                    if let Some((cell, point)) = self.cell(&points, pixel) {
                         let sum = sums.entry(cell).or_default();
                         sum.position += share * point;
                         sum.color += share * frame.color.color(pixel);
-                        sum.normal += share * normal(frame, lengths, column, row);
+                        sum.normal += share * normal(&points, column, row);
                         sum.pixels += share;
                     }
                 }
@@ -177,12 +254,9 @@ impl Voxels {
         };
         // In blocks, so that the sums come together in the same order with any number of threads.
         let mut all: FxHashMap<Cell, Sum> = FxHashMap::default();
-        let frames: Vec<(&Frame, &Vec<f32>)> = scene.frames.iter().zip(lengths).collect();
+        let frames: Vec<usize> = (0..lengths.scene.frames.len()).collect();
         for block in frames.chunks(16) {
-            let parts: Vec<_> = block
-                .par_iter()
-                .map(|(frame, lengths)| of_frame(frame, lengths))
-                .collect();
+            let parts: Vec<_> = block.par_iter().map(|&number| of_frame(number)).collect();
             for part in parts {
                 for (cell, sum) in part {
                     let total = all.entry(cell).or_default();
@@ -196,22 +270,12 @@ impl Voxels {
         all
     }
 
-    /// The node of a pixel's voxel, or of the nearest neighbouring voxel that has one.
-    fn node_of(
-        &self,
-        frame: &Frame,
-        pixel: usize,
-        length: f32,
-        index: &FxHashMap<Cell, u32>,
-        nodes: &[Node],
-    ) -> u32 {
-        let Some((cell, point)) = self.cell(frame, pixel, length) else {
-            return NO_NODE;
-        };
+    /// The node of a voxel and true, or else that of the neighbouring voxel nearest to the point.
+    fn node_of(&self, cell: Cell, point: Vec3, index: &FxHashMap<Cell, u32>, nodes: &[Node]) -> (u32, bool) {
         if let Some(&node) = index.get(&cell) {
-            return node;
+            return (node, true);
         }
-        (0..27)
+        let nearest = (0..27)
             .filter_map(|k| {
                 let offset = IVec3::new(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1);
                 let index_of = Cell {
@@ -223,22 +287,32 @@ impl Voxels {
             .min_by(|&a, &b| {
                 let gap = |node: u32| nodes[node as usize].position.distance_squared(point);
                 gap(a).total_cmp(&gap(b))
-            })
-            .unwrap_or(NO_NODE)
+            });
+        (nearest.unwrap_or(NO_NODE), false)
+    }
+}
+
+/// Every how many pixels along each axis are fused: fewer of each frame where there are many frames.
+fn stride(scene: &Scene) -> u32 {
+    let pixels: usize = scene.frames.iter().map(|frame| frame.camera.pixels()).sum();
+    match scene.frames.len() {
+        0..=ALL_PIXELS_FRAMES => 1,
+        _ if pixels / 4 <= MOST_FUSED_PIXELS => 2,
+        _ => 4,
     }
 }
 
 /// Unit normal of the surface at a pixel, towards the camera; zero where a neighbour is missing or lies
 /// on another surface.
-fn normal(frame: &Frame, lengths: &[f32], column: u32, row: u32) -> Vec3 {
+fn normal(points: &Points<'_>, column: u32, row: u32) -> Vec3 {
     const REACH: u32 = 2;
-    let (width, height) = (frame.camera.width, frame.camera.height);
+    let (width, height) = (points.frame.camera.width, points.frame.camera.height);
     if column < REACH || row < REACH || column + REACH >= width || row + REACH >= height {
         return Vec3::ZERO;
     }
     let at = |column: u32, row: u32| {
         let pixel = (row * width + column) as usize;
-        (lengths[pixel], lengths[pixel] * frame.ray_direction(pixel))
+        (points.lengths[pixel], points.offset(pixel))
     };
     let (length, centre) = at(column, row);
     let around = [
@@ -311,11 +385,14 @@ fn fill_holes(frame: &Frame, pixels: &mut [u32]) {
 }
 
 /// Side of a voxel from the size of a pixel at the median depth; `None` where there is no depth at all.
-fn voxel_side(scene: &Scene, lengths: &[Vec<f32>]) -> Option<f32> {
+fn voxel_side(lengths: Lengths<'_>) -> Option<f32> {
     let mut footprints: Vec<f32> = Vec::new();
-    for (frame, lengths) in scene.frames.iter().zip(lengths) {
-        let stride = (lengths.len() / 100).max(1) | 1;
-        let known = lengths.iter().step_by(stride).filter(|length| length.is_finite());
+    for (number, frame) in lengths.scene.frames.iter().enumerate() {
+        let pixels = frame.camera.pixels();
+        let sampled = (0..pixels).step_by((pixels / 100).max(1) | 1);
+        let known = sampled
+            .map(|pixel| lengths.of_pixel(number, pixel))
+            .filter(|length| length.is_finite());
         footprints.extend(known.map(|length| length / frame.camera.fx));
     }
     let middle = footprints.len() / 2;

@@ -32,7 +32,8 @@ impl MapSlots {
     }
 
     /// Puts a map into its frame's slot unless a newer one is there; returns whether it did.
-    pub fn publish(&self, map: FrameMap) -> bool {
+    pub fn publish(&self, map: impl Into<Arc<FrameMap>>) -> bool {
+        let map = map.into();
         let mut slots = self.lock();
         let Some(slot) = slots.get_mut(map.frame) else {
             return false;
@@ -41,7 +42,7 @@ impl MapSlots {
             .as_ref()
             .is_none_or(|present| present.generation <= map.generation);
         if newer {
-            *slot = Some(Arc::new(map));
+            *slot = Some(map);
         }
         newer
     }
@@ -58,14 +59,7 @@ mod tests {
     use crate::labels::ClassId;
 
     fn map(generation: u64, label: ClassId) -> FrameMap {
-        FrameMap {
-            frame: 1,
-            generation,
-            width: 1,
-            height: 1,
-            labels: vec![label],
-            entropy: vec![0],
-        }
+        FrameMap::new(1, generation, [1, 1], vec![label], vec![0]).unwrap()
     }
 
     #[test]
@@ -74,9 +68,9 @@ mod tests {
         slots.reset(2);
         assert!(slots.publish(map(5, 1)));
         assert!(!slots.publish(map(4, 2)));
-        assert_eq!(slots.get(1).unwrap().labels, [1]);
+        assert_eq!(slots.get(1).unwrap().labels()[..], [1]);
         assert!(slots.publish(map(5, 3)));
-        assert_eq!(slots.get(1).unwrap().labels, [3]);
+        assert_eq!(slots.get(1).unwrap().labels()[..], [3]);
         assert!(slots.get(0).is_none());
     }
 }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::field::Preset;
+use crate::field::{Preset, Work};
 use crate::guide::Suggestion;
 use crate::labels::LabelSet;
 use crate::scene::{OpenOptions, Scene, SceneSource};
@@ -98,8 +98,10 @@ pub enum Event {
 pub struct Status {
     /// What the worker is doing.
     pub phase: Phase,
-    /// Training steps done.
+    /// Training steps done, those before a saved state included.
     pub steps: u64,
+    /// What this session has trained on.
+    pub work: Work,
     /// Seconds spent training the field and looking at its surface.
     pub geometry_seconds: f64,
     /// Seconds spent spreading the labels and training the head.

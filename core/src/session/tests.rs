@@ -76,8 +76,8 @@ fn two_clicks_label_every_frame_on_both_sides_of_the_border() {
     assert_eq!(maps.len(), 9);
     for map in maps {
         // Well away from the border, which runs near the middle of every frame.
-        assert_eq!(map.labels[24 * 64 + 4], 1);
-        assert_eq!(map.labels[24 * 64 + 60], 2);
+        assert_eq!(map.labels()[24 * 64 + 4], 1);
+        assert_eq!(map.labels()[24 * 64 + 60], 2);
         assert!(map.mean_entropy() < 0.5);
     }
 }
@@ -98,7 +98,7 @@ fn undo_restores_the_maps_of_before_while_paused() {
     let after = all_maps(&session, 3);
     let pixels = |maps: &[Arc<FrameMap>]| -> Vec<_> {
         maps.iter()
-            .map(|map| (map.labels.clone(), map.entropy.clone()))
+            .map(|map| (map.labels().into_owned(), map.entropy().into_owned()))
             .collect()
     };
     assert_ne!(pixels(&before), pixels(&between));
@@ -119,9 +119,9 @@ fn painted_pixels_show_what_the_person_said_and_void_is_void() {
     });
     send_labels(&session, history.labels(), 1);
     let maps = all_maps(&session, 1);
-    assert_eq!(maps[3].labels[40 * 64 + 61], 1);
-    assert_eq!(maps[3].labels[20 * 64 + 20], 0);
-    assert_eq!(maps[3].labels[20 * 64 + 26], 1);
+    assert_eq!(maps[3].labels()[40 * 64 + 61], 1);
+    assert_eq!(maps[3].labels()[20 * 64 + 20], 0);
+    assert_eq!(maps[3].labels()[20 * 64 + 26], 1);
 }
 
 #[test]

@@ -492,6 +492,7 @@ impl<'a> Worker<'a> {
         self.outbox.send(Event::Status(Status {
             phase,
             steps: self.trainer.steps(),
+            work: self.trainer.work(),
             geometry_seconds: self.seconds.geometry,
             semantics_seconds: self.seconds.semantics,
             render_seconds: self.seconds.render,

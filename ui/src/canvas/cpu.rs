@@ -1,6 +1,9 @@
 //! The frame composed on the CPU: what the shader does, for thumbnails and for windows without wgpu.
 
+use std::borrow::Cow;
+
 use egui::Color32;
+use inplace_core::labels::ClassId;
 use inplace_core::scene;
 use inplace_core::session::FrameMap;
 
@@ -31,14 +34,15 @@ pub fn composite(
     let (color_width, color_height) = (color.width() as usize, color.height() as usize);
     let nearest = |position: usize, length: usize, source: usize| (2 * position + 1) * source / (2 * length);
     let mut pixels = Vec::with_capacity(width * height);
+    let planes = map.map(|map| Planes::of(map, look.layer));
     for y in 0..height {
         for x in 0..width {
             let index = nearest(y, height, color_height) * color_width + nearest(x, width, color_width);
             let mut rgb = color.pixel(index);
-            if let Some(map) = map {
-                let column = nearest(x, width, map.width as usize);
-                let row = nearest(y, height, map.height as usize);
-                rgb = over(rgb, map, palette, look, column, row);
+            if let Some(planes) = &planes {
+                let column = nearest(x, width, planes.width);
+                let row = nearest(y, height, planes.height);
+                rgb = over(rgb, planes, palette, look, column, row);
             }
             pixels.push(Color32::from_rgb(rgb[0], rgb[1], rgb[2]));
         }
@@ -46,8 +50,43 @@ pub fn composite(
     egui::ColorImage::new([width, height], pixels)
 }
 
-fn over(base: [u8; 3], map: &FrameMap, palette: &Palette, look: Look, column: usize, row: usize) -> [u8; 3] {
-    let width = map.width as usize;
+/// The pixels of a map that a layer shows; the others stay empty.
+struct Planes<'a> {
+    width: usize,
+    height: usize,
+    labels: Cow<'a, [ClassId]>,
+    entropy: Cow<'a, [u16]>,
+}
+
+impl<'a> Planes<'a> {
+    fn of(map: &'a FrameMap, layer: Layer) -> Self {
+        let empty = || Cow::Borrowed(&[][..]);
+        Self {
+            width: map.width as usize,
+            height: map.height as usize,
+            labels: if layer == Layer::Labels {
+                map.labels()
+            } else {
+                empty()
+            },
+            entropy: if layer == Layer::Entropy {
+                map.entropy()
+            } else {
+                empty()
+            },
+        }
+    }
+}
+
+fn over(
+    base: [u8; 3],
+    map: &Planes<'_>,
+    palette: &Palette,
+    look: Look,
+    column: usize,
+    row: usize,
+) -> [u8; 3] {
+    let width = map.width;
     let index = row * width + column;
     match look.layer {
         Layer::Color => base,
@@ -55,7 +94,7 @@ fn over(base: [u8; 3], map: &FrameMap, palette: &Palette, look: Look, column: us
         Layer::Labels => {
             let label = map.labels[index];
             let right = if column + 1 < width { index + 1 } else { index };
-            let below = if row + 1 < map.height as usize {
+            let below = if row + 1 < map.height {
                 index + width
             } else {
                 index
@@ -88,14 +127,7 @@ mod tests {
 
     fn frame() -> (scene::ColorImage, FrameMap) {
         let color = scene::ColorImage::new(2, 1, vec![10, 20, 30, 40, 50, 60]).unwrap();
-        let map = FrameMap {
-            frame: 0,
-            generation: 1,
-            width: 2,
-            height: 1,
-            labels: vec![1, 0],
-            entropy: vec![0, u16::MAX],
-        };
+        let map = FrameMap::new(0, 1, [2, 1], vec![1, 0], vec![0, u16::MAX]).unwrap();
         (color, map)
     }
 

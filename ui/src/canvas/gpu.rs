@@ -1,10 +1,12 @@
 //! The frame drawn by a wgpu paint callback; textures are uploaded only when their content changes.
 
+use std::borrow::Cow;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
 use bytemuck::{Pod, Zeroable};
 use egui_wgpu::{CallbackResources, CallbackTrait, ScreenDescriptor};
+use inplace_core::session::FrameMap;
 
 use super::content::Content;
 use super::cpu::{Look, OUTLINE_STRENGTH};
@@ -225,19 +227,19 @@ impl Resources {
             (shown.serial, [shown.map.width, shown.map.height])
         });
         let fresh = self.labels.serial != Some(serial);
-        let plane = |values: fn(&inplace_core::session::FrameMap) -> &[u16]| {
+        let plane = |values: fn(&FrameMap) -> Cow<'_, [u16]>| {
             let map = content.map.as_ref();
             map.map_or_else(
                 || vec![0; 2],
-                |shown| bytemuck::cast_slice(values(&shown.map)).to_vec(),
+                |shown| bytemuck::cast_slice(&values(&shown.map)).to_vec(),
             )
         };
         renewed |= self
             .labels
-            .hold(device, queue, serial, size, || plane(|map| &map.labels));
+            .hold(device, queue, serial, size, || plane(FrameMap::labels));
         renewed |= self
             .entropy
-            .hold(device, queue, serial, size, || plane(|map| &map.entropy));
+            .hold(device, queue, serial, size, || plane(FrameMap::entropy));
         if let Some(shown) = content.map.as_ref().filter(|_| fresh) {
             note_upload(&draw.clock, shown.map.generation, shown.map.frame);
         }

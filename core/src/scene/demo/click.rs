@@ -6,7 +6,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::room::Room;
-use super::{path, view};
+use super::{Shot, path};
 use crate::labels::{Class, ClassId, LabelSet, Stroke, VOID};
 
 /// Clicks of each class.
@@ -69,7 +69,7 @@ pub(super) fn clicks(room: &Room, classes: Vec<Class>) -> LabelSet {
 
 /// Every second pixel of every second row that is not at a border of its class.
 fn candidates(room: &Room, frame: usize) -> Vec<Candidate> {
-    let view = view(room, frame);
+    let view = Shot::default().view(room, frame);
     let (width, height) = (view.camera.width as usize, view.camera.height as usize);
     let labels = view.labels();
     let inside = border_distance(&labels, width, height);

@@ -17,80 +17,122 @@ mod solid;
 mod tests;
 
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use glam::DVec3;
 use rayon::prelude::*;
 
 use super::{Camera, ColorImage, DepthMap, Frame, Scene, SceneSource};
-use crate::labels::{Class, ClassId, LabelSet};
+use crate::labels::{Class, ClassId, LabelSet, Stroke};
 use light::LightMap;
 use render::View;
 use room::Room;
 
-/// Image size of the demo's frames, in pixels.
-const SIZE: (u32, u32) = (320, 240);
 /// Horizontal field of view of the demo's camera, in degrees.
 const FIELD_OF_VIEW: f32 = 78.0;
 
-fn camera() -> Camera {
-    Camera::with_horizontal_fov(SIZE.0, SIZE.1, FIELD_OF_VIEW)
+/// How the demo room is photographed. Longer shots begin with the frames of shorter ones.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shot {
+    /// Number of frames.
+    pub frames: usize,
+    /// Width of the images in pixels.
+    pub width: u32,
+    /// Height of the images in pixels.
+    pub height: u32,
 }
 
-fn view(room: &Room, frame: usize) -> View<'_> {
-    View {
-        caster: &room.caster,
-        camera: camera(),
-        camera_to_world: path::pose(frame),
+impl Default for Shot {
+    /// The demo: 60 frames of 320 x 240.
+    fn default() -> Self {
+        Self {
+            frames: path::FRAMES,
+            width: 320,
+            height: 240,
+        }
+    }
+}
+
+impl Shot {
+    fn view<'a>(&self, room: &'a Room, frame: usize) -> View<'a> {
+        View {
+            caster: &room.caster,
+            camera: Camera::with_horizontal_fov(self.width, self.height, FIELD_OF_VIEW),
+            camera_to_world: path::pose(frame),
+        }
+    }
+
+    /// Renders the scene, depth included; `progress` is called with (frames done, frames in all), from any
+    /// thread.
+    pub fn scene(&self, progress: &(dyn Fn(usize, usize) + Sync)) -> Scene {
+        progress(0, self.frames);
+        let room = room::room();
+        let light = LightMap::new(&room.caster, &room.panes, &room.bulbs);
+        let done = AtomicUsize::new(0);
+        let frames = (0..self.frames)
+            .into_par_iter()
+            .map(|index| {
+                let frame = self.frame(&room, &light, index);
+                progress(1 + done.fetch_add(1, Ordering::Relaxed), self.frames);
+                frame
+            })
+            .collect();
+        Scene {
+            source: SceneSource::Demo,
+            format: "demo",
+            frames,
+            origin: DVec3::ZERO,
+            unit: 1.0,
+            warnings: Vec::new(),
+            notes: Vec::new(),
+        }
+    }
+
+    fn frame(&self, room: &Room, light: &LightMap, index: usize) -> Frame {
+        let view = self.view(room, index);
+        let (rgb, lengths) = view.render(light);
+        // `render` gives three bytes for each pixel of the camera: the image always exists.
+        let color = ColorImage::new(self.width, self.height, rgb).unwrap_or_else(|| unreachable!());
+        let pose = view.camera_to_world;
+        Frame {
+            stem: format!("rgb_{index}"),
+            path: PathBuf::new(),
+            camera: view.camera,
+            camera_to_world: glam::Affine3A::from_mat3_translation(
+                pose.matrix3.as_mat3(),
+                pose.translation.as_vec3(),
+            ),
+            color,
+            depth: Some(DepthMap::from_ray_lengths(self.width, &lengths)),
+            points: Vec::new(),
+            lens: None,
+        }
+    }
+
+    /// The clicks of the demo on this shot's frames, at the same places of the images; those on frames
+    /// that it lacks are left out.
+    pub fn clicks(&self) -> LabelSet {
+        let demo = Self::default();
+        let mut labels = clicks();
+        labels.strokes.retain(|_, stroke| stroke.frame < self.frames);
+        let scaled = |at: u32, from: u32, to: u32| ((2 * at + 1) * to / (2 * from)).min(to - 1);
+        for stroke in labels.strokes.values_mut() {
+            let [x, y] = stroke.first_point().unwrap_or_default();
+            let point = [
+                scaled(x, demo.width, self.width),
+                scaled(y, demo.height, self.height),
+            ];
+            *stroke = Arc::new(Stroke::click(stroke.frame, stroke.class, point));
+        }
+        labels
     }
 }
 
 /// Renders the demo scene, depth included; `progress` is called with (frames done, frames in all), from any
 /// thread.
 pub fn scene(progress: &(dyn Fn(usize, usize) + Sync)) -> Scene {
-    progress(0, path::FRAMES);
-    let room = room::room();
-    let light = LightMap::new(&room.caster, &room.panes, &room.bulbs);
-    let done = AtomicUsize::new(0);
-    let frames = (0..path::FRAMES)
-        .into_par_iter()
-        .map(|index| {
-            let frame = render_frame(&room, &light, index);
-            progress(1 + done.fetch_add(1, Ordering::Relaxed), path::FRAMES);
-            frame
-        })
-        .collect();
-    Scene {
-        source: SceneSource::Demo,
-        format: "demo",
-        frames,
-        origin: DVec3::ZERO,
-        unit: 1.0,
-        warnings: Vec::new(),
-        notes: Vec::new(),
-    }
-}
-
-fn render_frame(room: &Room, light: &LightMap, index: usize) -> Frame {
-    let view = view(room, index);
-    let (rgb, lengths) = view.render(light);
-    let (width, height) = SIZE;
-    // `render` gives three bytes for each pixel of the camera: the image always exists.
-    let color = ColorImage::new(width, height, rgb).unwrap_or_else(|| unreachable!());
-    let pose = view.camera_to_world;
-    Frame {
-        stem: format!("rgb_{index}"),
-        path: PathBuf::new(),
-        camera: view.camera,
-        camera_to_world: glam::Affine3A::from_mat3_translation(
-            pose.matrix3.as_mat3(),
-            pose.translation.as_vec3(),
-        ),
-        color,
-        depth: Some(DepthMap::from_ray_lengths(width, &lengths)),
-        points: Vec::new(),
-        lens: None,
-    }
+    Shot::default().scene(progress)
 }
 
 /// The demo's classes, ids from 1.
@@ -111,7 +153,7 @@ pub fn ground_truth() -> Vec<Vec<ClassId>> {
     let room = room::room();
     (0..path::FRAMES)
         .into_par_iter()
-        .map(|frame| view(&room, frame).labels())
+        .map(|frame| Shot::default().view(&room, frame).labels())
         .collect()
 }
 

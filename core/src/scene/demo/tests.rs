@@ -43,10 +43,41 @@ fn cameras_keep_their_distance_from_everything() {
         assert!(nearest > 0.25, "{}: {nearest}", frame.stem);
     }
     let room = room::room();
-    for frame in 0..path::FRAMES {
+    let coarse = Shot {
+        frames: 1000,
+        width: 16,
+        height: 12,
+    };
+    for frame in 0..coarse.frames {
         let eye = path::pose(frame).translation.as_vec3a();
         assert!(!room.caster.buried(eye, usize::MAX), "frame {frame}");
+        let view = coarse.view(&room, frame);
+        let nearest = (0..view.camera.pixels())
+            .map(|index| view.hit(index).distance)
+            .fold(f32::INFINITY, f32::min);
+        assert!(nearest > 0.25, "frame {frame}: {nearest}");
     }
+}
+
+#[test]
+fn a_larger_shot_shows_the_same_places_and_is_clicked_there() {
+    let large = Shot {
+        frames: 20,
+        width: 640,
+        height: 480,
+    };
+    let clicks = large.clicks();
+    assert!(clicks.strokes.len() > 5);
+    let room = room::room();
+    for stroke in clicks.strokes.values() {
+        assert!(stroke.frame < large.frames);
+        let [x, y] = stroke.first_point().unwrap();
+        let hit = large
+            .view(&room, stroke.frame)
+            .hit((y * large.width + x) as usize);
+        assert_eq!(room.caster.solids[hit.solid].class, stroke.class);
+    }
+    assert_eq!(Shot::default().clicks(), super::clicks());
 }
 
 #[test]
@@ -83,7 +114,7 @@ fn every_rendering_is_the_same() {
     let room = room::room();
     let light = LightMap::new(&room.caster, &room.panes, &room.bulbs);
     for index in [7, 40] {
-        let again = render_frame(&room, &light, index);
+        let again = Shot::default().frame(&room, &light, index);
         assert_eq!(again.color, SCENE.frames[index].color);
         assert_eq!(again.depth, SCENE.frames[index].depth);
     }
@@ -108,7 +139,10 @@ fn clicks_tell_the_truth_sparingly_and_only_on_training_frames() {
                 (0, 1, 1)
             );
             assert!(!held_out().contains(&stroke.frame));
-            assert_eq!(TRUTH[stroke.frame][(y * SIZE.0 + x) as usize], class.id);
+            assert_eq!(
+                TRUTH[stroke.frame][(y * Shot::default().width + x) as usize],
+                class.id
+            );
         }
     }
 }

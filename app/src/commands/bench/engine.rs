@@ -1,0 +1,191 @@
+//! `inplace bench engine`: how fast the kernels are, how soon a field is good, what captures cost.
+
+use std::sync::Arc;
+
+use inplace_core::eval::{PathSpeed, Quantity, Reached, RunPoint, TARGETS, path_speeds, training_run};
+use inplace_core::export::{self, peak_memory};
+use inplace_core::field::Preset;
+use inplace_core::scene::{OpenOptions, Scene, SceneSource};
+use serde_json::json;
+
+use super::{cost, figure};
+use crate::arguments::EngineArguments;
+use crate::commands::{Failure, cores};
+
+/// Sizes of the hash table that the engine is measured with.
+const TABLES: [u32; 2] = [17, 19];
+
+/// Measures, writes `engine.json` and `engine.svg`, and prints.
+pub fn run(arguments: &EngineArguments) -> Result<(), Failure> {
+    let out = &arguments.out;
+    std::fs::create_dir_all(out).map_err(|error| format!("{}: cannot be made: {error}", out.display()))?;
+    let threads = arguments.threads.map_or(cores(), usize::from);
+    let mut paths = Vec::new();
+    for table_log2 in TABLES.into_iter().filter(|_| arguments.rounds > 0) {
+        paths.extend(path_speeds(table_log2, arguments.rounds, threads)?);
+    }
+    let (runs, reached) = runs(arguments, threads)?;
+    // Before the captures are made whose cost is measured: those are rendered in this process.
+    let peak = peak_memory();
+    let costs = if arguments.cost {
+        cost::measure(arguments, threads)?
+    } else {
+        Vec::new()
+    };
+    let result = json!({
+        "version": env!("CARGO_PKG_VERSION"),
+        "machine": cost::processor(),
+        "threads": threads,
+        "rounds": arguments.rounds,
+        "peak_memory_bytes": peak,
+        "paths": paths,
+        "runs": runs,
+        "reached": reached,
+        "costs": costs,
+    });
+    export::write_json(&out.join("engine.json"), &result)?;
+    figure::engine(arguments, threads, &paths, &runs, &costs).write(&out.join("engine.svg"))?;
+    if arguments.json {
+        println!("{result:#}");
+        return Ok(());
+    }
+    print_paths(&paths);
+    print_runs(&runs);
+    print_reached(&reached);
+    cost::print(&costs);
+    if let Some(peak) = peak {
+        println!("peak memory      {:.2} GB", peak as f64 / 1e9);
+    }
+    Ok(())
+}
+
+fn runs(arguments: &EngineArguments, threads: usize) -> Result<(Vec<RunPoint>, Vec<Reached>), Failure> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
+    let (mut runs, mut reached) = (Vec::new(), Vec::new());
+    for scene in &arguments.scenes {
+        let source = SceneSource::from_argument(scene);
+        let open = |depth| Scene::open(&source, OpenOptions { depth }, &|_, _| {});
+        let truth = open(true)?;
+        let seen = Arc::new(open(!arguments.no_depth)?);
+        for run in 0..arguments.seeds {
+            let seed = arguments.seed.wrapping_add(run);
+            let measured =
+                pool.install(|| training_run(&seen, &truth, Preset::Auto, seed, &arguments.marks))?;
+            runs.extend(measured.0);
+            reached.extend(measured.1);
+        }
+    }
+    Ok((runs, reached))
+}
+
+fn print_paths(paths: &[PathSpeed]) {
+    if !paths.is_empty() {
+        println!("path            table  million samples/s");
+    }
+    for path in paths {
+        println!(
+            "{:15} 2^{:<4} {:6.2}",
+            path.name,
+            path.table_log2,
+            path.samples_per_s / 1e6
+        );
+    }
+}
+
+/// Items of `all` that belong together, in the order in which the first of each comes.
+pub(super) fn grouped<T, K: PartialEq>(all: &[T], key: impl Fn(&T) -> K) -> Vec<(K, Vec<&T>)> {
+    let mut groups: Vec<(K, Vec<&T>)> = Vec::new();
+    for item in all {
+        let own = key(item);
+        match groups.iter_mut().find(|(other, _)| *other == own) {
+            Some((_, members)) => members.push(item),
+            None => groups.push((own, vec![item])),
+        }
+    }
+    groups
+}
+
+/// Median of the finite ones among some values, and the range around it where they differ, as text.
+fn spread(values: impl IntoIterator<Item = f64>, decimals: usize) -> String {
+    use inplace_core::eval::chart::Point;
+
+    match Point::of_values(0.0, values) {
+        None => "-".to_owned(),
+        Some(Point {
+            y,
+            range: (low, high),
+            ..
+        }) if low < high => {
+            format!("{y:.decimals$} ({low:.decimals$} to {high:.decimals$})")
+        }
+        Some(point) => format!("{:.decimals$}", point.y),
+    }
+}
+
+/// A row for each scene and mark: medians over the seeds, with their range.
+fn print_runs(runs: &[RunPoint]) {
+    if runs.is_empty() {
+        return;
+    }
+    println!(
+        "scene            depth  seconds  steps/s   rays/s  samples/ray             error cm              error %  within 10%                   dB"
+    );
+    for ((scene, depth), of_scene) in grouped(runs, |run| (run.scene.clone(), run.depth)) {
+        // The runs of a scene pass the same marks one after the other.
+        let first = of_scene[0].seed;
+        let marks = of_scene.iter().filter(|run| run.seed == first).count();
+        for mark in 0..marks {
+            let at: Vec<&RunPoint> = of_scene.iter().copied().skip(mark).step_by(marks).collect();
+            let of = |value: &dyn Fn(&RunPoint) -> f64, decimals| {
+                spread(at.iter().map(|run| value(run)), decimals)
+            };
+            let some = |value: Option<f32>| value.map_or(f64::NAN, |value| 100.0 * f64::from(value));
+            println!(
+                "{scene:16} {:5} {:>8.1} {:>8.1} {:>8.0} {:>12.1} {:>20} {:>20} {:>11} {:>20}",
+                if depth { "yes" } else { "no" },
+                at[0].seconds,
+                at[0].steps_per_s,
+                at[0].rays_per_s,
+                at[0].samples_per_ray,
+                of(&|run| some(run.depth_error_m), 2),
+                of(&|run| some(run.depth_error_rel), 2),
+                of(&|run| some(run.within_tenth), 1),
+                of(&|run| f64::from(run.psnr_db), 1),
+            );
+        }
+    }
+}
+
+/// A row for each scene and quantity: seconds until each target, medians over the seeds that met it.
+fn print_reached(reached: &[Reached]) {
+    if reached.is_empty() {
+        return;
+    }
+    println!("seconds until");
+    for ((scene, depth), of_scene) in grouped(reached, |one| (one.scene.clone(), one.depth)) {
+        for quantity in [Quantity::DepthErrorM, Quantity::DepthErrorRel, Quantity::PsnrDb] {
+            let texts: Vec<String> = TARGETS
+                .iter()
+                .filter(|(own, _)| *own == quantity)
+                .map(|&(_, target)| {
+                    let own = |one: &&&Reached| one.quantity == quantity && one.target == target;
+                    let all = || of_scene.iter().filter(own);
+                    let met = all().filter_map(|one| one.seconds);
+                    let share = if all().any(|one| one.seconds.is_none()) && met.clone().next().is_some() {
+                        format!(" [{} of {} runs]", met.clone().count(), all().count())
+                    } else {
+                        String::new()
+                    };
+                    let name = match quantity {
+                        Quantity::DepthErrorM => format!("{:.0} cm", 100.0 * target),
+                        Quantity::DepthErrorRel => format!("{:.1}%", 100.0 * target),
+                        Quantity::PsnrDb => format!("{target:.0} dB"),
+                    };
+                    format!("{name}: {}{share}", spread(met, 1))
+                })
+                .collect();
+            let with = if depth { "depth" } else { "no depth" };
+            println!("{scene:16} {with:8}  {}", texts.join("   "));
+        }
+    }
+}

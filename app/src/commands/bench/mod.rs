@@ -1,0 +1,20 @@
+//! `inplace bench`: measurements, as commands.
+
+mod cost;
+mod engine;
+mod figure;
+
+use super::Failure;
+use crate::arguments::Bench;
+
+/// Measures what is asked for.
+pub fn run(what: Bench) -> Result<(), Failure> {
+    match what {
+        Bench::Engine(arguments) => engine::run(&arguments),
+        Bench::CostOf {
+            scene,
+            seconds,
+            training,
+        } => cost::of_one(&scene, seconds, &training),
+    }
+}

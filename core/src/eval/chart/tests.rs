@@ -1,0 +1,236 @@
+use super::axis::{linear_ticks, logarithmic_ticks, number, tick_texts};
+use super::lines::apart;
+use super::*;
+
+fn lines(series: Vec<Series>, scale: Scale) -> Figure {
+    Figure {
+        title: "Error & <time>".to_owned(),
+        subtitle: "2 threads, seeds 0 to 2".to_owned(),
+        rows: vec![vec![Panel {
+            title: "Depth".to_owned(),
+            chart: Chart::Lines {
+                x: Axis::new("seconds", scale),
+                y: Axis::new("error, cm", scale).with_mark(2.0, "target"),
+                series,
+            },
+        }]],
+    }
+}
+
+fn series(name: &str, points: &[(f64, f64)]) -> Series {
+    Series {
+        name: name.to_owned(),
+        points: points.iter().map(|&(x, y)| Point::new(x, y)).collect(),
+    }
+}
+
+/// Fails unless every element is closed by its own name, attributes are quoted and text is escaped.
+fn assert_well_formed(xml: &str) {
+    let mut open: Vec<&str> = Vec::new();
+    for piece in xml.split('<').skip(1) {
+        let (tag, text) = piece.split_once('>').expect("a tag ends");
+        if let Some(name) = tag.strip_prefix('/') {
+            assert_eq!(open.pop(), Some(name), "{tag}");
+        } else {
+            assert_eq!(tag.matches('"').count() % 2, 0, "{tag}");
+            if !tag.ends_with('/') {
+                open.push(tag.split_whitespace().next().unwrap());
+            }
+        }
+        assert!(!text.contains('>'), "{text}");
+        for entity in text.split('&').skip(1) {
+            let name = entity.split(';').next().unwrap();
+            assert!(["amp", "lt", "gt", "quot"].contains(&name), "{text}");
+        }
+    }
+    assert!(open.is_empty(), "{open:?}");
+    assert!(!xml.contains("NaN") && !xml.contains("inf"), "{xml}");
+}
+
+#[test]
+fn linear_ticks_are_round_few_and_inside() {
+    assert_eq!(linear_ticks(0.0, 10.0, 6), [0.0, 2.0, 4.0, 6.0, 8.0, 10.0]);
+    assert_eq!(linear_ticks(-0.5, 1.2, 5), [-0.5, 0.0, 0.5, 1.0]);
+    for (low, high, most) in [
+        (22.7, 31.4, 5),
+        (0.0, 6.1e6, 4),
+        (-3e-5, 8e-5, 6),
+        (1e9, 1.001e9, 3),
+    ] {
+        let ticks = linear_ticks(low, high, most);
+        assert!((2..=most).contains(&ticks.len()), "{ticks:?}");
+        assert!(ticks.iter().all(|tick| (low..=high).contains(tick)), "{ticks:?}");
+    }
+    assert_eq!(linear_ticks(1.0, 1.0, 5), Vec::<f64>::new());
+}
+
+#[test]
+fn logarithmic_ticks_are_round_few_and_inside() {
+    let close = |ticks: Vec<f64>, expected: &[f64]| {
+        let same = ticks
+            .iter()
+            .zip(expected)
+            .all(|(a, b)| (a / b - 1.0).abs() < 1e-9);
+        assert!(ticks.len() == expected.len() && same, "{ticks:?}");
+    };
+    close(
+        logarithmic_ticks(18.0, 1100.0, 8),
+        &[20.0, 50.0, 100.0, 200.0, 500.0, 1000.0],
+    );
+    close(
+        logarithmic_ticks(0.9, 1.1e4, 5),
+        &[1.0, 10.0, 100.0, 1000.0, 10000.0],
+    );
+    close(logarithmic_ticks(2.0, 9.0, 9), &[2.0, 3.0, 5.0, 7.0]);
+    close(logarithmic_ticks(1.01, 1.09, 5), &[1.02, 1.04, 1.06, 1.08]);
+    assert!(logarithmic_ticks(1e-12, 1e12, 6).len() <= 6);
+}
+
+#[test]
+fn numbers_have_three_digits_and_suffixes() {
+    for (value, text) in [
+        (0.0, "0"),
+        (6_123_456.0, "6.12M"),
+        (12_000.0, "12k"),
+        (1000.0, "1000"),
+        (0.025, "0.025"),
+        (2.50, "2.5"),
+        (-17.04, "\u{2212}17"),
+        (3.2e9, "3.2G"),
+        (999_960.0, "1M"),
+    ] {
+        assert_eq!(number(value), text);
+    }
+    assert_eq!(tick_texts(&[0.0, 2e5, 4e5]), ["0", "200k", "400k"]);
+    assert_eq!(tick_texts(&[1000.0, 1000.5]), ["1000.0", "1000.5"]);
+}
+
+#[test]
+fn names_of_lines_keep_apart_and_in_order() {
+    let places = apart(&[50.0, 52.0, 51.0, 90.0, 200.0], 14.0, (40.0, 190.0));
+    let mut sorted = places.clone();
+    sorted.sort_by(f64::total_cmp);
+    assert!(
+        sorted.windows(2).all(|pair| pair[1] - pair[0] >= 14.0 - 1e-9),
+        "{places:?}"
+    );
+    assert!(places[0] < places[2] && places[2] < places[1] && places[1] < places[3]);
+    assert_eq!(places[3], 90.0);
+}
+
+#[test]
+fn every_name_and_every_point_appears_in_well_formed_xml() {
+    let names = ["office \"a\"", "R&D", "x < y"];
+    let all = names.map(|name| series(name, &[(1.0, 3.0), (10.0, 2.0), (100.0, 1.0)]));
+    for scale in [Scale::Linear, Scale::FromZero, Scale::Logarithmic] {
+        let svg = lines(all.to_vec(), scale).svg();
+        assert_well_formed(&svg);
+        for text in [
+            "office &quot;a&quot;</text>",
+            "R&amp;D</text>",
+            "x &lt; y</text>",
+            ">target<",
+        ] {
+            assert!(svg.contains(text), "{text}");
+        }
+        for text in [
+            "Depth",
+            "error, cm",
+            "seconds",
+            "2 threads, seeds 0 to 2",
+            "Error &amp; &lt;time&gt;",
+        ] {
+            assert!(svg.contains(&format!(">{text}</text>")), "{text}");
+        }
+        assert_eq!(svg.matches("class=\"point").count(), 9);
+        assert_eq!(svg.matches("<polyline").count(), 3);
+        assert!(svg.contains("prefers-color-scheme:dark"));
+    }
+}
+
+#[test]
+fn what_is_no_number_is_left_out_and_breaks_the_line() {
+    let gap = series(
+        "a",
+        &[
+            (1.0, 1.0),
+            (2.0, 2.0),
+            (3.0, f64::NAN),
+            (4.0, 1.0),
+            (5.0, f64::INFINITY),
+        ],
+    );
+    let svg = lines(vec![gap], Scale::Linear).svg();
+    assert_well_formed(&svg);
+    assert_eq!(svg.matches("class=\"point").count(), 3);
+    assert_eq!(svg.matches("<polyline").count(), 1);
+    // Zero has no place on a logarithmic axis.
+    let zero = series("a", &[(1.0, 0.0), (2.0, 2.0), (-1.0, 3.0)]);
+    let svg = lines(vec![zero], Scale::Logarithmic).svg();
+    assert_well_formed(&svg);
+    assert_eq!(svg.matches("class=\"point").count(), 1);
+}
+
+#[test]
+fn nothing_one_point_and_equal_points_are_drawable() {
+    let cases: [&[(f64, f64)]; 4] = [&[], &[(0.0, 0.0)], &[(5.0, 5.0), (5.0, 5.0)], &[(f64::NAN, 1.0)]];
+    for points in cases {
+        for scale in [Scale::Linear, Scale::FromZero, Scale::Logarithmic] {
+            assert_well_formed(&lines(vec![series("a", points)], scale).svg());
+        }
+    }
+    let empty = lines(Vec::new(), Scale::Linear);
+    assert!(empty.svg().contains(">no data<"));
+    assert_well_formed(&Figure::default().svg());
+}
+
+#[test]
+fn a_band_spans_the_seeds_around_their_median() {
+    assert_eq!(Point::of_values(1.0, [f64::NAN]), None);
+    let point = Point::of_values(1.0, [4.0, f64::NAN, 1.0, 2.0]).unwrap();
+    assert_eq!((point.y, point.range), (2.0, (1.0, 4.0)));
+    assert_eq!(Point::of_values(1.0, [1.0, 2.0]).unwrap().y, 1.5);
+    let points = vec![point, Point { x: 2.0, ..point }];
+    let name = "a".to_owned();
+    let svg = lines(vec![Series { name, points }], Scale::Linear).svg();
+    assert_well_formed(&svg);
+    assert_eq!(svg.matches("class=\"band").count(), 1);
+    assert!(svg.contains("a: 2 at 1 (1 to 4)"));
+}
+
+#[test]
+fn bars_show_every_value_but_those_that_are_none() {
+    let bars = |name: &str, values: &[f64]| BarSeries {
+        name: name.to_owned(),
+        values: values.to_vec(),
+    };
+    let chart = |series| Chart::Bars {
+        value: Axis::new("samples/s", Scale::FromZero),
+        groups: vec!["fused".to_owned(), "candle".to_owned()],
+        series,
+    };
+    let figure = |series| Figure {
+        rows: vec![vec![Panel {
+            title: "Speed".to_owned(),
+            chart: chart(series),
+        }]],
+        ..Figure::default()
+    };
+    let svg = figure(vec![bars("2^17", &[6.1e6, f64::NAN]), bars("2^19", &[3e6, 4e5])]).svg();
+    assert_well_formed(&svg);
+    for text in [
+        "fused",
+        "candle",
+        "2^17",
+        "2^19",
+        "6.1M",
+        "3M",
+        "400k",
+        "samples/s",
+    ] {
+        assert!(svg.contains(&format!(">{text}</text>")), "{text}");
+    }
+    assert_eq!(svg.matches("<rect class=\"f").count(), 3 + 2);
+    assert_well_formed(&figure(Vec::new()).svg());
+    assert_well_formed(&figure(vec![bars("a", &[])]).svg());
+}

@@ -1,0 +1,192 @@
+//! What a capture costs: waiting, speed of training, memory.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use crossbeam_channel::RecvTimeoutError;
+use serde::{Deserialize, Serialize};
+
+use crate::export::peak_memory;
+use crate::labels::LabelSet;
+use crate::scene::Scene;
+use crate::session::{Command, Event, Session, SessionOptions, Status};
+
+/// What one capture cost.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Cost {
+    /// Number of frames.
+    pub frames: usize,
+    /// Width of the frames, in pixels.
+    pub width: u32,
+    /// Height of the frames, in pixels.
+    pub height: u32,
+    /// Whether depth was read.
+    pub depth: bool,
+    /// Threads of the session.
+    pub threads: usize,
+    /// Seconds until the capture was open.
+    pub opening_s: f64,
+    /// Seconds from then until there was a surface to spread labels over.
+    pub surface_s: f64,
+    /// Seconds from the first click until the map of the frame in view was read.
+    pub map_in_view_s: f64,
+    /// Seconds from the first click until every frame's map had been read, pixel by pixel.
+    pub all_maps_s: f64,
+    /// Voxels of the surface.
+    pub surface_nodes: usize,
+    /// Seconds of training in which the speeds were measured, everything else running beside it.
+    pub training_s: f64,
+    /// Steps a second.
+    pub steps_per_s: f64,
+    /// Rays a second.
+    pub rays_per_s: f64,
+    /// Samples a second, forward and backward.
+    pub samples_per_s: f64,
+    /// The most memory held until the capture was open, in bytes.
+    pub peak_opening_bytes: Option<u64>,
+    /// The most memory held in all, in bytes.
+    pub peak_memory_bytes: Option<u64>,
+}
+
+/// A session that ended before it was measured.
+#[derive(Debug, thiserror::Error)]
+pub enum CostError {
+    /// The session's own sentence.
+    #[error("{0}")]
+    Session(String),
+    /// There is nothing to click on.
+    #[error("{0}: there is no stroke in any of its frames; more frames are needed")]
+    NoStrokes(String),
+}
+
+/// Opens a capture in a session, clicks once, then labels it with all of `labels` and trains for
+/// `seconds`. Peak memory is that of the whole process: measure each capture in a process of its own.
+///
+/// # Errors
+/// [`CostError`].
+pub fn session_cost(
+    options: SessionOptions,
+    seconds: f64,
+    labels: impl FnOnce(&Scene) -> LabelSet,
+) -> Result<Cost, CostError> {
+    let threads = options.threads;
+    let start = Instant::now();
+    let mut run = Run {
+        session: Session::start(options, || {}),
+        status: Status::default(),
+    };
+    let scene = run.opened()?;
+    let opening_s = start.elapsed().as_secs_f64();
+    let peak_opening_bytes = peak_memory();
+    let open = Instant::now();
+    run.follow(|_, status| status.surface_nodes > 0)?;
+    let surface_s = open.elapsed().as_secs_f64();
+
+    let labels = labels(&scene);
+    let Some(first) = labels.strokes.values().next() else {
+        return Err(CostError::NoStrokes(scene.name()));
+    };
+    let view = first.frame;
+    let mut one = labels.clone();
+    one.strokes = labels
+        .strokes
+        .iter()
+        .take(1)
+        .map(|(id, stroke)| (*id, Arc::clone(stroke)))
+        .collect();
+    run.session.send(Command::View { frame: view });
+    let click = Instant::now();
+    run.session.send(Command::Labels {
+        labels: one,
+        generation: 1,
+    });
+    run.follow(|event, _| matches!(event, Event::Map { frame, generation: 1 } if *frame == view))?;
+    run.read(view);
+    let map_in_view_s = click.elapsed().as_secs_f64();
+    run.follow(|event, _| matches!(event, Event::AllMaps { generation: 1 }))?;
+    (0..scene.frames.len()).for_each(|frame| run.read(frame));
+    let all_maps_s = click.elapsed().as_secs_f64();
+
+    run.session.send(Command::Labels {
+        labels,
+        generation: 2,
+    });
+    run.follow(|event, _| matches!(event, Event::AllMaps { generation: 2 }))?;
+    run.follow(|event, _| matches!(event, Event::Status(_)))?;
+    let (training, before) = (Instant::now(), run.status.work);
+    let enough = |status: &Status| training.elapsed().as_secs_f64() >= seconds || status.settled;
+    run.follow(|event, status| matches!(event, Event::Status(_)) && enough(status))?;
+    let training_s = training.elapsed().as_secs_f64();
+    let a_second = |before: u64, after: u64| (after - before) as f64 / training_s;
+    let after = run.status.work;
+    let camera = &scene.frames[view].camera;
+    Ok(Cost {
+        frames: scene.frames.len(),
+        width: camera.width,
+        height: camera.height,
+        depth: scene.has_depth(),
+        threads,
+        opening_s,
+        surface_s,
+        map_in_view_s,
+        all_maps_s,
+        surface_nodes: run.status.surface_nodes,
+        training_s,
+        steps_per_s: a_second(before.steps, after.steps),
+        rays_per_s: a_second(before.rays, after.rays),
+        samples_per_s: a_second(before.samples, after.samples),
+        peak_opening_bytes,
+        peak_memory_bytes: peak_memory(),
+    })
+}
+
+struct Run {
+    session: Session,
+    status: Status,
+}
+
+impl Run {
+    fn opened(&mut self) -> Result<Arc<Scene>, CostError> {
+        let mut opened = None;
+        self.follow(|event, _| {
+            if let Event::Opened(scene) = event {
+                opened = Some(Arc::clone(scene));
+            }
+            opened.is_some()
+        })?;
+        opened.ok_or_else(ended)
+    }
+
+    /// Follows the events until one of them (with the newest status) is the one that is waited for.
+    fn follow(&mut self, mut is_it: impl FnMut(&Event, &Status) -> bool) -> Result<(), CostError> {
+        loop {
+            match self.session.events().recv_timeout(Duration::from_secs(600)) {
+                Ok(Event::Error(reason)) => return Err(CostError::Session(reason)),
+                Ok(Event::Stopped) | Err(RecvTimeoutError::Disconnected) => return Err(ended()),
+                Ok(event) => {
+                    if let Event::Status(status) = &event {
+                        self.status = status.clone();
+                    }
+                    if is_it(&event, &self.status) {
+                        return Ok(());
+                    }
+                }
+                Err(RecvTimeoutError::Timeout) => {
+                    let reason = "nothing happened for ten minutes; try a smaller capture";
+                    return Err(CostError::Session(reason.to_owned()));
+                }
+            }
+        }
+    }
+
+    /// Reads a frame's map as a window would.
+    fn read(&self, frame: usize) {
+        if let Some(map) = self.session.maps().get(frame) {
+            std::hint::black_box(map.mean_entropy() + map.coverage());
+        }
+    }
+}
+
+fn ended() -> CostError {
+    CostError::Session("the session ended before it was measured".to_owned())
+}
