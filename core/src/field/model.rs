@@ -141,9 +141,27 @@ impl RadianceField {
     /// # Errors
     /// The device's, such as a lack of memory.
     pub fn evaluate(&self, samples: &Samples, wanted: Wanted) -> Result<Evaluated> {
+        let mut evaluated = Evaluated::default();
+        self.evaluate_into(samples, wanted, &mut evaluated)?;
+        Ok(evaluated)
+    }
+
+    /// The same in the memory of an earlier evaluation.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn evaluate_into(&self, samples: &Samples, wanted: Wanted, into: &mut Evaluated) -> Result<()> {
         match &self.engine {
-            Engine::Fused(dispatch, _) => kernels::evaluate(self.all(), *dispatch, samples, wanted),
-            Engine::Plain => plain::evaluate(self.all(), samples, wanted),
+            Engine::Fused(dispatch, _) => kernels::evaluate(self.all(), *dispatch, samples, wanted, into),
+            Engine::Plain => plain::evaluate(self.all(), samples, wanted, into),
+        }
+    }
+
+    /// Samples and gaps that an earlier [`RadianceField::render`] no longer needs, to be filled again.
+    pub fn spare(&self) -> (Samples, Vec<f32>) {
+        match &self.engine {
+            Engine::Fused(_, buffers) => buffers.spare(),
+            Engine::Plain => Default::default(),
         }
     }
 

@@ -47,26 +47,31 @@ pub fn render(parameters: Parameters, samples: &Samples, gaps: &[f32]) -> Result
 ///
 /// # Errors
 /// Parameters of other shapes.
-pub fn evaluate(parameters: Parameters, samples: &Samples, wanted: Wanted) -> Result<Evaluated> {
+pub fn evaluate(
+    parameters: Parameters,
+    samples: &Samples,
+    wanted: Wanted,
+    into: &mut Evaluated,
+) -> Result<()> {
     let table = parameters.table.detach();
     let network = Network::new(parameters.shape, &parameters.weights.detach())?;
     let flat = |tensor: &Tensor| tensor.flatten_all()?.to_vec1::<f32>();
-    let mut all = Evaluated::default();
+    into.clear();
     for start in (0..samples.len()).step_by(PORTION) {
         let range = start..(start + PORTION).min(samples.len());
         let encoding = encode(parameters.grid, &table, samples, range.clone())?;
         let (density, features) = network.geometry(&encoding)?;
-        all.density.extend(flat(&density)?);
+        into.density.extend(flat(&density)?);
         if wanted.color {
             let directions = directions(samples, range, table.device())?;
-            all.color.extend(flat(&network.color(&features, &directions)?)?);
+            into.color.extend(flat(&network.color(&features, &directions)?)?);
         }
         if wanted.features {
             let coarse = encoding.narrow(1, 0, parameters.shape.features / 2)?;
-            all.features.extend(flat(&Tensor::cat(&[coarse, features], 1)?)?);
+            into.features.extend(flat(&Tensor::cat(&[coarse, features], 1)?)?);
         }
     }
-    Ok(all)
+    Ok(())
 }
 
 /// Sums the rows of `values`, `[N, C]`, that belong to each ray, to `[rays, C]`.

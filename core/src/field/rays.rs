@@ -1,5 +1,7 @@
 //! Rays and the samples along them.
 
+use std::cell::Cell;
+
 use glam::Vec3;
 use rand::{Rng, SeedableRng, rngs::SmallRng};
 use rayon::prelude::*;
@@ -13,6 +15,8 @@ use super::{OccupancyGrid, Volume};
 const NEAR: f32 = 0.1;
 /// Most samples of one ray.
 const MOST_SAMPLES: usize = 512;
+/// Rays that one task samples.
+const PORTION: usize = 64;
 
 /// A ray through the centre of a pixel.
 #[derive(Clone, Copy, Debug)]
@@ -39,7 +43,7 @@ pub struct Sampling {
 }
 
 /// The samples of a batch of rays.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Samples {
     /// Where along which ray each sample lies.
     pub packing: RayPacking,
@@ -49,99 +53,147 @@ pub struct Samples {
     directions: Vec<[f32; DIRECTION_FEATURES]>,
 }
 
+/// The samples of a portion of rays, before their place among all is known.
+#[derive(Default)]
+struct Portion {
+    /// Samples of each ray.
+    counts: Vec<u32>,
+    /// (t, dt), one ray after another.
+    intervals: Vec<(f32, f32)>,
+}
+
+thread_local! {
+    /// Memory of [`Samples::refill`], from one call to the next.
+    static PORTIONS: Cell<Vec<Portion>> = const { Cell::new(Vec::new()) };
+}
+
 impl Samples {
     /// Samples rays in a volume, skipping what the grid knows to be empty.
     ///
     /// A ray of known length is sampled evenly up to the surface and densely around it (more widely the
     /// farther it is, as sensors are), and not behind it.
     pub fn along(rays: &[Ray], volume: &Volume, occupancy: &OccupancyGrid, sampling: Sampling) -> Self {
-        let per_ray: Vec<Vec<(f32, f32)>> = rays
-            .par_iter()
+        let mut samples = Self::default();
+        samples.refill(rays, volume, occupancy, sampling);
+        samples
+    }
+
+    /// Becomes what [`Samples::along`] gives, in the memory that these samples had.
+    pub fn refill(&mut self, rays: &[Ray], volume: &Volume, occupancy: &OccupancyGrid, sampling: Sampling) {
+        let mut portions = PORTIONS.take();
+        let count = rays.len().div_ceil(PORTION);
+        portions.resize_with(count.max(portions.len()), Portion::default);
+        portions[..count]
+            .par_iter_mut()
+            .zip(rays.par_chunks(PORTION))
             .enumerate()
-            .with_min_len(64)
-            .map(|(number, ray)| {
-                let mut rng = sampling
-                    .jitter
-                    .map(|seed| SmallRng::seed_from_u64(seed.wrapping_add(number as u64 * 0x9e37_79b9)));
-                let mut offset = || rng.as_mut().map_or(0.5, |rng| rng.random::<f32>());
-                match ray.length {
-                    Some(length) => guided(length, sampling, &mut offset),
-                    None => marched(ray, volume, occupancy, sampling.step, &mut offset),
+            .for_each(|(number, (portion, rays))| {
+                portion.counts.clear();
+                portion.intervals.clear();
+                for (number, ray) in (number * PORTION..).zip(rays) {
+                    let mut rng = sampling
+                        .jitter
+                        .map(|seed| SmallRng::seed_from_u64(seed.wrapping_add(number as u64 * 0x9e37_79b9)));
+                    let mut offset = || rng.as_mut().map_or(0.5, |rng| rng.random::<f32>());
+                    let intervals = &mut portion.intervals;
+                    let before = intervals.len();
+                    match ray.length {
+                        Some(length) => guided(length, sampling, &mut offset, intervals),
+                        None => marched(ray, volume, occupancy, sampling.step, &mut offset, intervals),
+                    }
+                    portion.counts.push((portion.intervals.len() - before) as u32);
                 }
+            });
+
+        let packing = &mut self.packing;
+        packing.gradient_ramp = 0.0;
+        packing.starts.clear();
+        let mut total = 0;
+        packing.starts.push(total);
+        for count in portions[..count].iter().flat_map(|portion| &portion.counts) {
+            total += count;
+            packing.starts.push(total);
+        }
+        let total = total as usize;
+        self.directions.clear();
+        self.directions
+            .extend(rays.iter().map(|ray| direction_features(ray.direction)));
+        packing.t.resize(total, 0.0);
+        packing.dt.resize(total, 0.0);
+        self.positions.resize(3 * total, 0.0);
+        let mut rest = (&mut packing.t[..], &mut packing.dt[..], &mut self.positions[..]);
+        let places: Vec<_> = portions[..count]
+            .iter()
+            .map(|portion| {
+                let length = portion.intervals.len();
+                let (t, later_t) = std::mem::take(&mut rest.0).split_at_mut(length);
+                let (dt, later_dt) = std::mem::take(&mut rest.1).split_at_mut(length);
+                let (positions, later_positions) = std::mem::take(&mut rest.2).split_at_mut(3 * length);
+                rest = (later_t, later_dt, later_positions);
+                (portion, t, dt, positions)
             })
             .collect();
-
-        let total = per_ray.iter().map(Vec::len).sum();
-        let mut packing = RayPacking {
-            starts: Vec::with_capacity(rays.len() + 1),
-            t: Vec::with_capacity(total),
-            dt: Vec::with_capacity(total),
-            ..RayPacking::default()
-        };
-        let mut positions = Vec::with_capacity(3 * total);
-        let mut directions = Vec::with_capacity(rays.len());
-        for (ray, samples) in rays.iter().zip(per_ray) {
-            packing.starts.push(packing.t.len() as u32);
-            directions.push(direction_features(ray.direction));
-            for (t, dt) in samples {
-                packing.t.push(t);
-                packing.dt.push(dt);
-                let unit = volume.to_unit(ray.origin + t * ray.direction);
-                positions.extend_from_slice(&unit.to_array());
-            }
-        }
-        packing.starts.push(packing.t.len() as u32);
-        Self {
-            packing,
-            positions,
-            directions,
-        }
+        places.into_par_iter().zip(rays.par_chunks(PORTION)).for_each(
+            |((portion, t, dt, positions), rays)| {
+                let mut sample = 0;
+                for (ray, &count) in rays.iter().zip(&portion.counts) {
+                    for _ in 0..count {
+                        (t[sample], dt[sample]) = portion.intervals[sample];
+                        let unit = volume.to_unit(ray.origin + t[sample] * ray.direction);
+                        positions[3 * sample..3 * sample + 3].copy_from_slice(&unit.to_array());
+                        sample += 1;
+                    }
+                }
+            },
+        );
+        PORTIONS.set(portions);
     }
 
     /// Points without rays, given in unit coordinates: for what does not depend on the direction.
     pub fn at_points(points: &[Vec3]) -> Self {
-        // In portions, so that they can be worked on in parallel.
-        const PORTION: usize = 256;
-        let starts = (0..points.len())
-            .step_by(PORTION)
-            .chain([points.len()])
-            .map(|start| start as u32);
-        let packing = RayPacking {
-            starts: starts.collect(),
-            t: vec![0.0; points.len()],
-            dt: vec![0.0; points.len()],
-            ..RayPacking::default()
-        };
-        Self {
-            directions: vec![[0.0; DIRECTION_FEATURES]; packing.rays()],
-            positions: points.iter().flat_map(Vec3::to_array).collect(),
-            packing,
-        }
+        let mut samples = Self::default();
+        samples.refill_points(points.iter().map(Vec3::to_array));
+        samples
     }
 
-    /// The same rays with only their first `counts[ray]` samples each.
-    pub fn truncated(&self, counts: &[usize]) -> Self {
-        let kept = (0..self.packing.rays()).map(|ray| {
-            let range = self.packing.range(ray);
-            range.start..range.end.min(range.start + counts[ray])
-        });
-        let mut packing = RayPacking {
-            gradient_ramp: self.packing.gradient_ramp,
-            ..RayPacking::default()
-        };
-        let mut positions = Vec::new();
-        for range in kept {
-            packing.starts.push(packing.t.len() as u32);
-            packing.t.extend_from_slice(&self.packing.t[range.clone()]);
-            packing.dt.extend_from_slice(&self.packing.dt[range.clone()]);
-            positions.extend_from_slice(&self.positions[3 * range.start..3 * range.end]);
+    /// Becomes what [`Samples::at_points`] gives, in the memory that these samples had.
+    pub fn refill_points(&mut self, points: impl Iterator<Item = [f32; 3]>) {
+        // In portions, so that they can be worked on in parallel.
+        const POINTS: usize = 256;
+        self.positions.clear();
+        self.positions.extend(points.flatten());
+        let count = self.positions.len() / 3;
+        let packing = &mut self.packing;
+        packing.gradient_ramp = 0.0;
+        packing.starts.clear();
+        let starts = (0..count).step_by(POINTS).chain([count]);
+        packing.starts.extend(starts.map(|start| start as u32));
+        packing.t.clear();
+        packing.t.resize(count, 0.0);
+        packing.dt.clear();
+        packing.dt.resize(count, 0.0);
+        self.directions.clear();
+        self.directions.resize(packing.rays(), [0.0; DIRECTION_FEATURES]);
+    }
+
+    /// Keeps only the first `counts[ray]` samples of each ray.
+    pub fn truncate(&mut self, counts: &[usize]) {
+        let packing = &mut self.packing;
+        let (mut start, mut end) = (0, 0);
+        for (ray, &count) in counts.iter().enumerate() {
+            let next = packing.starts[ray + 1] as usize;
+            let kept = start..next.min(start + count);
+            packing.starts[ray] = end as u32;
+            packing.t.copy_within(kept.clone(), end);
+            packing.dt.copy_within(kept.clone(), end);
+            self.positions.copy_within(3 * kept.start..3 * kept.end, 3 * end);
+            end += kept.len();
+            start = next;
         }
-        packing.starts.push(packing.t.len() as u32);
-        Self {
-            packing,
-            positions,
-            directions: self.directions.clone(),
-        }
+        packing.starts[counts.len()] = end as u32;
+        packing.t.truncate(end);
+        packing.dt.truncate(end);
+        self.positions.truncate(3 * end);
     }
 
     /// Number of samples.
@@ -171,42 +223,45 @@ impl Samples {
     }
 }
 
-/// Intervals of a ray whose surface is known: (t, dt) ascending.
-fn guided(length: f32, sampling: Sampling, offset: &mut impl FnMut() -> f32) -> Vec<(f32, f32)> {
+/// Adds the intervals of a ray whose surface is known: (t, dt) ascending.
+fn guided(
+    length: f32,
+    sampling: Sampling,
+    offset: &mut impl FnMut() -> f32,
+    intervals: &mut Vec<(f32, f32)>,
+) {
     let margin = 1.5 * sampling.step + 0.015 * length;
     let surface = (length - margin).max(0.5 * NEAR);
     let near = NEAR.min(0.5 * surface);
-    let mut samples = Vec::with_capacity(sampling.free + sampling.near_surface);
     let mut fill = |from: f32, to: f32, count: usize| {
         let dt = (to - from) / count.max(1) as f32;
-        samples.extend((0..count).map(|k| (from + (k as f32 + offset()) * dt, dt)));
+        intervals.extend((0..count).map(|k| (from + (k as f32 + offset()) * dt, dt)));
     };
     fill(near, surface, sampling.free);
     fill(surface, length + margin, sampling.near_surface);
-    samples
 }
 
-/// Intervals of a ray whose surface is not known, in occupied cells only.
+/// Adds the intervals of a ray whose surface is not known, in occupied cells only.
 fn marched(
     ray: &Ray,
     volume: &Volume,
     occupancy: &OccupancyGrid,
     step: f32,
     offset: &mut impl FnMut() -> f32,
-) -> Vec<(f32, f32)> {
+    intervals: &mut Vec<(f32, f32)>,
+) {
     let Some((enter, leave)) = volume.clip(ray.origin, ray.direction) else {
-        return Vec::new();
+        return;
     };
-    let mut samples = Vec::new();
+    let most = intervals.len() + MOST_SAMPLES;
     let mut from = enter.max(NEAR);
-    while from + step <= leave && samples.len() < MOST_SAMPLES {
+    while from + step <= leave && intervals.len() < most {
         let t = from + offset() * step;
         if occupancy.is_occupied(volume.to_unit(ray.origin + t * ray.direction)) {
-            samples.push((t, step));
+            intervals.push((t, step));
         }
         from += step;
     }
-    samples
 }
 
 #[cfg(test)]
@@ -265,5 +320,37 @@ mod tests {
         };
         assert_eq!(t(7), t(7));
         assert_ne!(t(7), t(8));
+    }
+
+    #[test]
+    fn samples_filled_again_are_as_new() {
+        let grid = OccupancyGrid::unknown(0.05);
+        let volume = Volume {
+            min: Vec3::ZERO,
+            side: 2.0,
+        };
+        let rays = |count: usize, length| {
+            let ray = |k| Ray {
+                origin: Vec3::splat(1.0),
+                direction: Vec3::new(1.0, 0.01 * k as f32, 0.3).normalize(),
+                length,
+            };
+            (0..count).map(ray).collect::<Vec<_>>()
+        };
+        let mut samples = Samples::along(&rays(300, None), &volume, &grid, sampling(Some(1)));
+        samples.truncate(&[7; 300]);
+        assert_eq!(samples.packing.range(299), 7 * 299..7 * 300);
+        let whole = Samples::along(&rays(300, None), &volume, &grid, sampling(Some(1)));
+        let start = whole.packing.range(299).start;
+        assert_eq!(samples.packing.t[7 * 299..], whole.packing.t[start..start + 7]);
+        assert_eq!(samples.position(7 * 299 + 6), whole.position(start + 6));
+
+        samples.refill(&rays(130, Some(0.9)), &volume, &grid, sampling(Some(2)));
+        let new = Samples::along(&rays(130, Some(0.9)), &volume, &grid, sampling(Some(2)));
+        assert_eq!(samples.packing.starts, new.packing.starts);
+        assert_eq!(samples.packing.t, new.packing.t);
+        assert_eq!(samples.packing.dt, new.packing.dt);
+        assert_eq!(samples.positions, new.positions);
+        assert_eq!(samples.directions, new.directions);
     }
 }

@@ -162,12 +162,13 @@ impl Trainer {
     /// None on the CPU short of a lack of memory; a step that is not finite is skipped and counted.
     pub fn step(&mut self) -> Result<()> {
         let (rays, colors) = self.batch();
-        let samples = Samples::along(&rays, self.field.volume(), &self.occupancy, self.sampling());
+        let (mut samples, gaps) = self.field.spare();
+        samples.refill(&rays, self.field.volume(), &self.occupancy, self.sampling());
         let samples = until_opaque(&self.field, samples, |ray| rays[ray].length.is_none())?;
         self.samples_per_ray = 0.9 * self.samples_per_ray + 0.1 * samples.len() as f32 / rays.len() as f32;
         self.steps += 1;
         if !samples.is_empty() {
-            let loss = self.loss(&rays, &colors, samples)?;
+            let loss = self.loss(&rays, &colors, samples, gaps)?;
             let finite = loss.to_scalar::<f32>()?.is_finite() && self.descend(&loss)?;
             self.guard(finite)?;
         }
@@ -293,13 +294,14 @@ impl Trainer {
     }
 
     /// Colour error over a random background, distance of the samples to measured surfaces, distortion.
-    fn loss(&self, rays: &[Ray], colors: &[f32], mut samples: Samples) -> Result<Tensor> {
+    fn loss(&self, rays: &[Ray], colors: &[f32], mut samples: Samples, mut gaps: Vec<f32>) -> Result<Tensor> {
         let side = self.field.volume().side;
         let measured = rays.iter().filter(|ray| ray.length.is_some()).count();
         if measured == 0 {
             samples.packing.gradient_ramp = GRADIENT_RAMP;
         }
-        let mut gaps = vec![0.0; samples.len()];
+        gaps.clear();
+        gaps.resize(samples.len(), 0.0);
         for (number, ray) in rays.iter().enumerate() {
             if let Some(length) = ray.length {
                 for i in samples.packing.range(number) {

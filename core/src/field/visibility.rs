@@ -1,15 +1,21 @@
 //! Where rays end: what lies behind an opaque surface is neither rendered nor trained.
 
-use candle_core::Result;
-use glam::Vec3;
+use std::cell::Cell;
 
-use super::kernels::Wanted;
+use candle_core::Result;
+
+use super::kernels::{Evaluated, Wanted};
 use super::{RadianceField, Samples};
 
 /// Share of the light below which a ray has ended.
 const DARK: f32 = 1e-3;
 /// Samples of each ray that are looked at before rays that have ended are left out.
 const BLOCK: usize = 32;
+
+thread_local! {
+    /// Points that are looked at and what is found there: memory from one call to the next.
+    static LOOKED_AT: Cell<(Samples, Evaluated)> = Cell::default();
+}
 
 /// Leaves out the samples of each ray behind the first at which hardly any light is left. Only rays that
 /// `open` picks are looked at; the others are known to end at a surface.
@@ -18,7 +24,7 @@ const BLOCK: usize = 32;
 /// None on the CPU.
 pub fn until_opaque(
     field: &RadianceField,
-    samples: Samples,
+    mut samples: Samples,
     open: impl Fn(usize) -> bool,
 ) -> Result<Samples> {
     let packing = &samples.packing;
@@ -27,21 +33,17 @@ pub fn until_opaque(
         .filter(|&ray| open(ray) && counts[ray] > BLOCK / 2)
         .map(|ray| (ray, 1.0))
         .collect();
+    let (mut points, mut found) = LOOKED_AT.take();
     let mut looked = 0;
     while !alive.is_empty() {
         let block = |ray: usize| {
             let range = packing.range(ray);
             (range.start + looked).min(range.end)..(range.start + looked + BLOCK).min(range.end)
         };
-        let points: Vec<Vec3> = alive
-            .iter()
-            .flat_map(|&(ray, _)| block(ray))
-            .map(|sample| Vec3::from(samples.position(sample)))
-            .collect();
-        let density = field
-            .evaluate(&Samples::at_points(&points), Wanted::default())?
-            .density;
-        let mut density = density.into_iter();
+        let positions = alive.iter().flat_map(|&(ray, _)| block(ray));
+        points.refill_points(positions.map(|sample| samples.position(sample)));
+        field.evaluate_into(&points, Wanted::default(), &mut found)?;
+        let mut density = found.density.iter().copied();
         alive.retain_mut(|(ray, transmittance)| {
             for sample in block(*ray) {
                 let optical_depth = density.next().unwrap_or(0.0) * packing.dt[sample];
@@ -55,5 +57,7 @@ pub fn until_opaque(
         });
         looked += BLOCK;
     }
-    Ok(samples.truncated(&counts))
+    LOOKED_AT.set((points, found));
+    samples.truncate(&counts);
+    Ok(samples)
 }

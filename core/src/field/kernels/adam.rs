@@ -5,6 +5,7 @@ use std::sync::{Mutex, PoisonError};
 use candle_core::{CpuStorage, InplaceOp2, Layout, Result, Tensor, Var, bail};
 use rayon::prelude::*;
 
+use super::lanes::{Dispatch, Vector, dispatched};
 use super::values;
 
 const BETA1: f32 = 0.9;
@@ -32,9 +33,16 @@ struct State {
 #[derive(Debug)]
 enum Moments {
     /// For the kernel.
-    Pairs(Vec<[f32; 2]>),
+    Flat(FlatMoments),
     /// For plain tensor ops, shaped as the parameter.
     Tensors(Tensor, Tensor),
+}
+
+/// First and second moments, one after another.
+#[derive(Debug)]
+struct FlatMoments {
+    first: Vec<f32>,
+    second: Vec<f32>,
 }
 
 /// What a step's number and learning rate make of Adam's update rule.
@@ -47,7 +55,9 @@ struct Rates {
 impl Adam {
     /// Starts with zero moments, for a parameter on the CPU.
     pub fn new(parameter: &Var) -> Self {
-        Self::with(parameter, Moments::Pairs(vec![[0.0; 2]; parameter.elem_count()]))
+        let zeros = || vec![0.0; parameter.elem_count()];
+        let [first, second] = [zeros(), zeros()];
+        Self::with(parameter, Moments::Flat(FlatMoments { first, second }))
     }
 
     /// The same in plain tensor ops, for a parameter on any device.
@@ -84,7 +94,7 @@ impl Adam {
             epsilon: EPSILON * corrected.sqrt(),
         };
         match &mut state.moments {
-            Moments::Pairs(moments) => {
+            Moments::Flat(moments) => {
                 let moments = Mutex::new(moments);
                 let op = AdamStep { moments, rates };
                 self.parameter.inplace_op2(&gradient.contiguous()?, &op)
@@ -108,7 +118,7 @@ impl Adam {
 }
 
 struct AdamStep<'a> {
-    moments: Mutex<&'a mut Vec<[f32; 2]>>,
+    moments: Mutex<&'a mut FlatMoments>,
     rates: Rates,
 }
 
@@ -133,21 +143,51 @@ impl InplaceOp2 for AdamStep<'_> {
         if !whole || gradient.len() != parameter.len() {
             bail!("adam: gradient and parameter differ in shape");
         }
-        let Rates { rate, epsilon } = self.rates;
+        let FlatMoments { first, second } = &mut **moments;
+        let dispatch = Dispatch::detect();
         parameter
             .par_chunks_mut(CHUNK)
             .zip(gradient.par_chunks(CHUNK))
-            .zip(moments.par_chunks_mut(CHUNK))
-            .for_each(|((parameter, gradient), moments)| {
-                for ((p, &g), [m, v]) in parameter.iter_mut().zip(gradient).zip(moments) {
-                    if g != 0.0 {
-                        *m = BETA1 * *m + (1.0 - BETA1) * g;
-                        *v = BETA2 * *v + (1.0 - BETA2) * g * g;
-                        *p -= rate * *m / (v.sqrt() + epsilon);
-                    }
-                }
+            .zip(first.par_chunks_mut(CHUNK).zip(second.par_chunks_mut(CHUNK)))
+            .for_each(|((parameter, gradient), (first, second))| {
+                descend(dispatch, parameter, gradient, first, second, self.rates);
             });
         Ok(())
+    }
+}
+
+dispatched! {
+    /// One step of some elements. The same to the last bit on every vector unit.
+    fn descend = descend_on(
+        parameter: &mut [f32],
+        gradient: &[f32],
+        first: &mut [f32],
+        second: &mut [f32],
+        rates: Rates,
+    )
+}
+
+#[inline(always)]
+fn descend_on<V: Vector>(
+    parameter: &mut [f32],
+    gradient: &[f32],
+    first: &mut [f32],
+    second: &mut [f32],
+    rates: Rates,
+) {
+    // Written without a branch, so that the compiler makes vectors of it.
+    let elements = parameter
+        .iter_mut()
+        .zip(gradient)
+        .zip(first.iter_mut().zip(second));
+    for ((p, &g), (m, v)) in elements {
+        let first = BETA1 * *m + (1.0 - BETA1) * g;
+        let second = BETA2 * *v + (1.0 - BETA2) * g * g;
+        let stepped = *p - rates.rate * first / (second.sqrt() + rates.epsilon);
+        let touched = g != 0.0;
+        *m = if touched { first } else { *m };
+        *v = if touched { second } else { *v };
+        *p = if touched { stepped } else { *p };
     }
 }
 

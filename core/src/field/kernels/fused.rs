@@ -3,6 +3,7 @@
 //! Rays are worked on in chunks whose activations stay in the second-level cache; only the encodings
 //! are kept between the passes, and become their own derivatives in the backward pass.
 
+use std::cell::RefCell;
 use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -27,7 +28,7 @@ pub const VALUE_CHANNELS: usize = 4;
 /// Buffers that go from step to step, so that a steady state allocates nothing large.
 #[derive(Clone, Debug)]
 pub struct Buffers {
-    free: Arc<Mutex<Vec<StepBuffers>>>,
+    free: Arc<Mutex<Free>>,
     /// Gradient of the hash table from the latest backward pass of [`render`], `[rows, 2]`. It does not
     /// go through candle's gradient store, which would allocate and add it twice.
     pub table_gradient: Tensor,
@@ -46,17 +47,23 @@ impl Buffers {
         })
     }
 
-    fn take(&self) -> StepBuffers {
+    /// Samples and gaps that a finished step no longer needs, to be filled again.
+    pub fn spare(&self) -> (Samples, Vec<f32>) {
         let mut free = self.free.lock().unwrap_or_else(PoisonError::into_inner);
-        free.pop().unwrap_or_default()
+        free.inputs.pop().unwrap_or_default()
     }
 
-    fn give_back(&self, buffers: StepBuffers) {
-        self.free
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .push(buffers);
+    fn take(&self) -> StepBuffers {
+        let mut free = self.free.lock().unwrap_or_else(PoisonError::into_inner);
+        free.steps.pop().unwrap_or_default()
     }
+}
+
+/// What finished steps left.
+#[derive(Debug, Default)]
+struct Free {
+    steps: Vec<StepBuffers>,
+    inputs: Vec<(Samples, Vec<f32>)>,
 }
 
 /// What one forward pass keeps for its backward pass.
@@ -121,6 +128,15 @@ pub struct Evaluated {
     pub features: Vec<f32>,
 }
 
+impl Evaluated {
+    /// Forgets all values, but not their memory.
+    pub fn clear(&mut self) {
+        self.density.clear();
+        self.color.clear();
+        self.features.clear();
+    }
+}
+
 /// What [`evaluate`] gives beside the density.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Wanted {
@@ -130,7 +146,7 @@ pub struct Wanted {
     pub features: bool,
 }
 
-/// Evaluates the field at samples, without gradients.
+/// Evaluates the field at samples into what held an earlier evaluation, without gradients.
 ///
 /// # Errors
 /// Arguments of other shapes, or not contiguous `f32` on the CPU.
@@ -139,7 +155,8 @@ pub fn evaluate(
     dispatch: Dispatch,
     samples: &Samples,
     wanted: Wanted,
-) -> Result<Evaluated> {
+    into: &mut Evaluated,
+) -> Result<()> {
     let Parameters {
         grid,
         shape,
@@ -158,49 +175,58 @@ pub fn evaluate(
     let coarse = shape.features / 2;
     let width = coarse + super::network::GEOMETRY_FEATURES;
     let plan = Plan::new(samples);
-    let parts: Vec<Evaluated> = plan
+    let count = samples.len();
+    into.density.resize(count, 0.0);
+    into.color.resize(if wanted.color { 3 * count } else { 0 }, 0.0);
+    into.features
+        .resize(if wanted.features { width * count } else { 0 }, 0.0);
+    let mut rest = (&mut into.density[..], &mut into.color[..], &mut into.features[..]);
+    let tasks: Vec<_> = plan
         .chunks
-        .par_iter()
-        .map_init(Workspace::default, |work, chunk| {
-            let mut encoding = std::mem::take(&mut work.encoding);
-            encoding.resize(chunk.groups() * shape.features, Group::ZERO);
-            work.positions.resize(chunk.groups() * 3, Group::ZERO);
-            gather_positions(samples, chunk, &mut work.positions);
-            encode_groups(grid, table, &work.positions, &mut encoding, dispatch);
-            work.activate(&shape, samples, chunk, weights, &encoding, wanted.color, dispatch);
+        .iter()
+        .map(|chunk| {
             let count = chunk.samples.len();
-            let mut part = Evaluated {
-                density: (0..count)
-                    .map(|k| work.activations.density[k / LANES].0[k % LANES])
-                    .collect(),
-                ..Evaluated::default()
-            };
-            if wanted.color {
-                part.color = (0..3 * count)
-                    .map(|k| work.activations.color[k / 3 / LANES * 3 + k % 3].0[k / 3 % LANES])
-                    .collect();
-            }
-            if wanted.features {
-                part.features.reserve(count * width);
-                for k in 0..count {
+            let density = split_off(&mut rest.0, count);
+            let color = split_off(&mut rest.1, if wanted.color { 3 * count } else { 0 });
+            let features = split_off(&mut rest.2, if wanted.features { width * count } else { 0 });
+            (chunk, density, color, features)
+        })
+        .collect();
+    tasks
+        .into_par_iter()
+        .for_each(|(chunk, density, color, features)| {
+            with_workspace(|work| {
+                let mut encoding = std::mem::take(&mut work.encoding);
+                encoding.resize(chunk.groups() * shape.features, Group::ZERO);
+                work.positions.resize(chunk.groups() * 3, Group::ZERO);
+                gather_positions(samples, chunk, &mut work.positions);
+                encode_groups(grid, table, &work.positions, &mut encoding, dispatch);
+                work.activate(&shape, samples, chunk, weights, &encoding, wanted.color, dispatch);
+                for (k, density) in density.iter_mut().enumerate() {
+                    *density = work.activations.density[k / LANES].0[k % LANES];
+                }
+                for (k, color) in color.iter_mut().enumerate() {
+                    *color = work.activations.color[k / 3 / LANES * 3 + k % 3].0[k / 3 % LANES];
+                }
+                for (k, features) in features.chunks_exact_mut(width).enumerate() {
                     let (group, lane) = (k / LANES, k % LANES);
                     let own = &encoding[group * shape.features..group * shape.features + coarse];
                     let geometry = &work.activations.out(group)[1..];
-                    part.features
-                        .extend(own.iter().chain(geometry).map(|feature| feature.0[lane]));
+                    for (place, feature) in features.iter_mut().zip(own.iter().chain(geometry)) {
+                        *place = feature.0[lane];
+                    }
                 }
-            }
-            work.encoding = encoding;
-            part
-        })
-        .collect();
-    let mut all = Evaluated::default();
-    for part in parts {
-        all.density.extend(part.density);
-        all.color.extend(part.color);
-        all.features.extend(part.features);
-    }
-    Ok(all)
+                work.encoding = encoding;
+            });
+        });
+    Ok(())
+}
+
+/// Takes the first `count` elements off a slice.
+fn split_off<'a>(rest: &mut &'a mut [f32], count: usize) -> &'a mut [f32] {
+    let (own, others) = std::mem::take(rest).split_at_mut(count);
+    *rest = others;
+    own
 }
 
 /// Rays that are worked on together.
@@ -260,6 +286,15 @@ struct Workspace {
     of_value: Vec<f32>,
     by_density: Vec<Group>,
     by_color: Vec<Group>,
+}
+
+thread_local! {
+    static WORKSPACE: RefCell<Workspace> = RefCell::default();
+}
+
+/// Runs `f` with this thread's workspace; `f` must not wait for other tasks, which may want it too.
+fn with_workspace<T>(f: impl FnOnce(&mut Workspace) -> T) -> T {
+    WORKSPACE.with_borrow_mut(f)
 }
 
 impl Workspace {
@@ -326,7 +361,13 @@ struct Fused {
 impl Drop for Fused {
     fn drop(&mut self) {
         let step = self.step.get_mut().unwrap_or_else(PoisonError::into_inner);
-        self.buffers.give_back(std::mem::take(step));
+        let mut free = self.buffers.free.lock().unwrap_or_else(PoisonError::into_inner);
+        free.steps.push(std::mem::take(step));
+        // Only what is asked for again is worth keeping, and a step asks for one.
+        if let (Some(samples), true) = (Arc::get_mut(&mut self.samples), free.inputs.is_empty()) {
+            free.inputs
+                .push((std::mem::take(samples), std::mem::take(&mut self.gaps)));
+        }
     }
 }
 
@@ -386,16 +427,19 @@ impl CustomOp2 for Fused {
             .collect();
         tasks
             .into_par_iter()
-            .for_each_init(Workspace::default, |work, (chunk, positions, encoding, out)| {
+            .for_each(|(chunk, positions, encoding, out)| {
                 gather_positions(&self.samples, chunk, positions);
                 encode_groups(&self.grid, table, positions, encoding, self.dispatch);
-                self.activate(work, chunk, encoding, weights);
-                for (ray, out) in chunk.rays.clone().zip(out.chunks_exact_mut(width)) {
-                    let range = self.samples.packing.range(ray);
-                    let local = range.start - chunk.samples.start..range.end - chunk.samples.start;
-                    let value = &work.value[local.start * VALUE_CHANNELS..local.end * VALUE_CHANNELS];
-                    composite_ray(self.samples.packing.of_ray(ray), &work.density[local], value, out);
-                }
+                with_workspace(|work| {
+                    self.activate(work, chunk, encoding, weights);
+                    for (ray, out) in chunk.rays.clone().zip(out.chunks_exact_mut(width)) {
+                        let range = self.samples.packing.range(ray);
+                        let local = range.start - chunk.samples.start..range.end - chunk.samples.start;
+                        let value = &work.value[local.start * VALUE_CHANNELS..local.end * VALUE_CHANNELS];
+                        let of_ray = self.samples.packing.of_ray(ray);
+                        composite_ray(of_ray, &work.density[local], value, out);
+                    }
+                });
             });
         Ok((CpuStorage::F32(out), Shape::from((rays, width))))
     }
@@ -419,12 +463,14 @@ impl CustomOp2 for Fused {
         let per_stripe = parts.len().div_ceil(STRIPES).max(1);
         let sums: Vec<Vec<f32>> = parts
             .par_chunks_mut(per_stripe)
-            .map_init(Workspace::default, |work, stripe| {
-                work.gradients.weights.clear();
-                for (chunk, encoding) in stripe {
-                    self.backward_chunk(work, chunk, encoding, &flat, &transposed, &grad);
-                }
-                work.gradients.weights.clone()
+            .map(|stripe| {
+                with_workspace(|work| {
+                    work.gradients.weights.clear();
+                    for (chunk, encoding) in stripe {
+                        self.backward_chunk(work, chunk, encoding, &flat, &transposed, &grad);
+                    }
+                    work.gradients.weights.clone()
+                })
             })
             .collect();
         let mut weights_grad = vec![0.0_f32; flat.len()];

@@ -19,7 +19,7 @@ fn trained(path: &Path, depth: bool, steps: u64) -> Trainer {
 
 #[test]
 fn plain_ops_train_a_scene_as_the_fused_kernels_do() {
-    for (depth, steps) in [(true, 20), (false, 6)] {
+    for (depth, steps) in [(true, 10), (false, 4)] {
         let plain = trained(&Path::Plain(Device::Cpu), depth, steps);
         let fused = trained(&Path::Fused(Dispatch::detect()), depth, steps);
         let (plain, fused) = (
@@ -28,7 +28,7 @@ fn plain_ops_train_a_scene_as_the_fused_kernels_do() {
         );
         let start = trained(&Path::Fused(Dispatch::detect()), depth, 0);
         let start = start.evaluate().unwrap().unwrap();
-        assert!(fused.psnr > start.psnr + 1.0, "{start:?} {fused:?}");
+        assert!(fused.psnr > start.psnr + 0.2, "{start:?} {fused:?}");
         assert!((plain.psnr - fused.psnr).abs() < 0.1, "{plain:?} {fused:?}");
         assert_eq!(plain.depth_error.is_some(), depth);
         if let (Some(plain), Some(fused)) = (plain.depth_error, fused.depth_error) {
