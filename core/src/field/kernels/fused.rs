@@ -3,23 +3,20 @@
 //! Rays are worked on in chunks whose activations stay in the second-level cache; only the encodings
 //! are kept between the passes, and become their own derivatives in the backward pass.
 
-use std::cell::RefCell;
-use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use candle_core::{CpuStorage, CustomOp2, DType, Device, InplaceOp1, Layout, Result, Shape, Tensor, bail};
 use rayon::prelude::*;
 
+use super::chunk::{Chunk, Plan, Workspace, encode_groups, gather_positions, with_workspace};
 use super::composite::{EXTRA, composite_ray, gradient_of_ray};
-use super::grid::{interpolate, scatter};
+use super::grid::scatter;
 use super::lanes::{Dispatch, Group, LANES};
-use super::network::{Activations, Gradients, NetworkShape, backward, forward};
+use super::network::{NetworkShape, backward};
 use super::values;
 use crate::field::encoding::{FEATURES_PER_LEVEL, GridShape};
 use crate::field::rays::Samples;
 
-/// Samples of a chunk, unless a single ray has more.
-const CHUNK_SAMPLES: usize = 384;
 /// Parts whose weight gradients are summed on their own: the same for any number of threads.
 const STRIPES: usize = 16;
 /// Channels of the composited values: red, green, blue, gap.
@@ -229,123 +226,6 @@ fn split_off<'a>(rest: &mut &'a mut [f32], count: usize) -> &'a mut [f32] {
     own
 }
 
-/// Rays that are worked on together.
-#[derive(Clone, Debug)]
-struct Chunk {
-    rays: Range<usize>,
-    samples: Range<usize>,
-}
-
-impl Chunk {
-    fn groups(&self) -> usize {
-        self.samples.len().div_ceil(LANES)
-    }
-}
-
-/// How the rays are divided.
-#[derive(Clone, Debug)]
-struct Plan {
-    chunks: Vec<Chunk>,
-    groups: usize,
-}
-
-impl Plan {
-    fn new(samples: &Samples) -> Self {
-        let packing = &samples.packing;
-        let mut chunks = Vec::new();
-        let mut groups = 0;
-        let mut first = 0;
-        while first < packing.rays() {
-            let start = packing.starts[first] as usize;
-            let mut end = first + 1;
-            while end < packing.rays() && packing.starts[end + 1] as usize - start <= CHUNK_SAMPLES {
-                end += 1;
-            }
-            let chunk = Chunk {
-                rays: first..end,
-                samples: start..packing.starts[end] as usize,
-            };
-            groups += chunk.groups();
-            chunks.push(chunk);
-            first = end;
-        }
-        Self { chunks, groups }
-    }
-}
-
-/// Buffers of one thread.
-#[derive(Default)]
-struct Workspace {
-    positions: Vec<Group>,
-    encoding: Vec<Group>,
-    activations: Activations,
-    gradients: Gradients,
-    density: Vec<f32>,
-    value: Vec<f32>,
-    of_density: Vec<f32>,
-    of_value: Vec<f32>,
-    by_density: Vec<Group>,
-    by_color: Vec<Group>,
-}
-
-thread_local! {
-    static WORKSPACE: RefCell<Workspace> = RefCell::default();
-}
-
-/// Runs `f` with this thread's workspace; `f` must not wait for other tasks, which may want it too.
-fn with_workspace<T>(f: impl FnOnce(&mut Workspace) -> T) -> T {
-    WORKSPACE.with_borrow_mut(f)
-}
-
-impl Workspace {
-    /// Computes the activations of a chunk.
-    fn activate(
-        &mut self,
-        shape: &NetworkShape,
-        samples: &Samples,
-        chunk: &Chunk,
-        weights: &[f32],
-        encoding: &[Group],
-        with_color: bool,
-        dispatch: Dispatch,
-    ) {
-        self.activations.resize(shape, chunk.groups());
-        if with_color {
-            for ray in chunk.rays.clone() {
-                let direction = samples.direction(ray);
-                for sample in samples.packing.range(ray) {
-                    let k = sample - chunk.samples.start;
-                    let places = self.activations.directions(k / LANES);
-                    for (place, feature) in places.iter_mut().zip(direction) {
-                        place.0[k % LANES] = *feature;
-                    }
-                }
-            }
-        }
-        forward(
-            dispatch,
-            shape,
-            weights,
-            encoding,
-            with_color,
-            &mut self.activations,
-        );
-    }
-
-    /// Copies densities and values `[n, 4]` of a chunk's samples to where compositing reads them.
-    fn gather(&mut self, chunk: &Chunk, gaps: &[f32]) {
-        self.density.clear();
-        self.value.clear();
-        for (k, gap) in gaps[chunk.samples.clone()].iter().enumerate() {
-            let (group, lane) = (k / LANES, k % LANES);
-            self.density.push(self.activations.density[group].0[lane]);
-            let color = &self.activations.color[group * 3..group * 3 + 3];
-            self.value
-                .extend([color[0].0[lane], color[1].0[lane], color[2].0[lane], *gap]);
-        }
-    }
-}
-
 struct Fused {
     grid: GridShape,
     shape: NetworkShape,
@@ -368,19 +248,6 @@ impl Drop for Fused {
             free.inputs
                 .push((std::mem::take(samples), std::mem::take(&mut self.gaps)));
         }
-    }
-}
-
-impl Plan {
-    /// Slices of `values`, which hold `width` groups for each group of samples, one for each chunk.
-    fn split<'a>(&'a self, mut values: &'a mut [Group], width: usize) -> Vec<(&'a Chunk, &'a mut [Group])> {
-        let mut parts = Vec::with_capacity(self.chunks.len());
-        for chunk in &self.chunks {
-            let (own, rest) = values.split_at_mut(chunk.groups() * width);
-            values = rest;
-            parts.push((chunk, own));
-        }
-        parts
     }
 }
 
@@ -597,32 +464,5 @@ impl Fused {
             &work.by_color,
             &mut work.gradients,
         );
-    }
-}
-
-/// Encodes positions `[groups, 3]` to `[groups, features]`.
-fn encode_groups(
-    grid: &GridShape,
-    table: &[[f32; 2]],
-    positions: &[Group],
-    encoding: &mut [Group],
-    dispatch: Dispatch,
-) {
-    for (index, level) in grid.levels().iter().enumerate() {
-        let own = &table[level.first_row..level.first_row + level.rows];
-        let place = index * FEATURES_PER_LEVEL;
-        interpolate(dispatch, level, own, positions, encoding, grid.features(), place);
-    }
-}
-
-/// Unit positions of a chunk's samples, `[groups, 3]`; lanes beyond the last sample are zero.
-fn gather_positions(samples: &Samples, chunk: &Chunk, positions: &mut [Group]) {
-    let tail = positions.len().saturating_sub(3);
-    positions[tail..].fill(Group::ZERO);
-    for (k, sample) in chunk.samples.clone().enumerate() {
-        let position = samples.position(sample);
-        for axis in 0..3 {
-            positions[k / LANES * 3 + axis].0[k % LANES] = position[axis];
-        }
     }
 }

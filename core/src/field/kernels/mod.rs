@@ -9,6 +9,7 @@
 #![allow(clippy::needless_range_loop, clippy::too_many_arguments)]
 
 mod adam;
+mod chunk;
 mod composite;
 mod fused;
 mod grid;
