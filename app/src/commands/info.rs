@@ -20,7 +20,7 @@ pub fn run(argument: &Path, as_json: bool) -> Result<(), Failure> {
         }
     })?;
     drop(progress);
-    let facts = facts(&scene);
+    let facts = facts(&scene)?;
     if as_json {
         println!("{facts:#}");
     } else {
@@ -29,10 +29,10 @@ pub fn run(argument: &Path, as_json: bool) -> Result<(), Failure> {
     Ok(())
 }
 
-fn facts(scene: &Scene) -> Value {
+fn facts(scene: &Scene) -> Result<Value, Failure> {
     let bounds = scene.bounds();
     let volume = Volume::around(&bounds);
-    let capacity = Capacity::for_scene(scene, &volume, Preset::Auto);
+    let capacity = Capacity::for_scene(scene, &volume, Preset::Auto)?;
     let with_depth = scene.frames.iter().filter_map(|frame| frame.depth.as_ref());
     let coverage: Vec<f32> = with_depth.map(|depth| depth.coverage()).collect();
     let labelled = match &scene.source {
@@ -43,7 +43,7 @@ fn facts(scene: &Scene) -> Value {
     let sparse: Vec<usize> = scene.frames.iter().map(|frame| frame.points.len()).collect();
     // In the capture's own coordinates, but in metres: they are named so.
     let metres = |position| (scene.to_capture(position) / scene.unit).to_array();
-    json!({
+    Ok(json!({
         "scene": scene.source.to_string(),
         "format": scene.format,
         "frames": scene.frames.len(),
@@ -62,7 +62,7 @@ fn facts(scene: &Scene) -> Value {
         "capacity": capacity.to_string(),
         "notes": scene.notes,
         "warnings": scene.warnings,
-    })
+    }))
 }
 
 fn print(facts: &Value) {

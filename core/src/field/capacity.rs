@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use candle_core::{Result, bail};
 use serde::{Deserialize, Serialize};
 
 use super::{GridShape, Volume};
@@ -18,6 +19,21 @@ pub enum Preset {
     Fast,
     /// Finer and later.
     Accurate,
+    /// The network of the Semantic-NeRF paper as published ([`reference`](super::reference)), not a field
+    /// of this size at all.
+    Reference,
+}
+
+impl Preset {
+    /// Its name on the command line and in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::Fast => "fast",
+            Self::Accurate => "accurate",
+            Self::Reference => "reference",
+        }
+    }
 }
 
 /// The size of a field, and how long it trains.
@@ -41,16 +57,20 @@ pub struct Capacity {
 
 impl Capacity {
     /// The capacity for a scene: the finest cells are as large as a pixel's footprint at a typical surface.
-    pub fn for_scene(scene: &Scene, volume: &Volume, preset: Preset) -> Self {
+    ///
+    /// # Errors
+    /// [`Preset::Reference`], whose networks have no grid.
+    pub fn for_scene(scene: &Scene, volume: &Volume, preset: Preset) -> Result<Self> {
         let (coarser, table_log2, steps) = match preset {
             Preset::Fast => (2.0, 15, 800),
             Preset::Auto => (1.0, 17, 2_500),
             Preset::Accurate => (0.5, 19, 10_000),
+            Preset::Reference => bail!("the reference preset has no grid whose capacity could be chosen"),
         };
         let cell = coarser * pixel_footprint(scene, volume);
         let coarsest = 16;
         let finest = ((volume.side / cell).round() as u32).clamp(2 * coarsest, 2048);
-        Self {
+        Ok(Self {
             levels: 8,
             coarsest,
             finest,
@@ -58,7 +78,7 @@ impl Capacity {
             hidden: 64,
             steps,
             cell: volume.side / finest as f32,
-        }
+        })
     }
 
     /// The shape of the grid.

@@ -9,6 +9,7 @@ mod occupancy;
 mod path;
 mod plain;
 mod rays;
+pub mod reference;
 mod render;
 mod train;
 mod visibility;
@@ -22,7 +23,7 @@ pub use path::{Path, best_device};
 pub use plain::sum_by_ray;
 pub use rays::{Ray, Samples, Sampling};
 pub use render::{RenderedRay, frame_rays, render_rays};
-pub use train::{HeldOut, Recipe, Trainer, Work};
+pub use train::{HeldOut, HeldOutPixels, Recipe, Trainer, Work};
 pub use visibility::until_opaque;
 pub use volume::Volume;
 

@@ -15,8 +15,7 @@ use super::kernels::{Adam, Wanted};
 use super::{Capacity, OccupancyGrid, Path, Preset, RadianceField, Samples, Sampling, Volume, until_opaque};
 use crate::scene::Scene;
 use batch::{Batch, Source};
-pub use held_out::HeldOut;
-use held_out::HeldOutPixels;
+pub use held_out::{HeldOut, HeldOutPixels};
 use loss::Objective;
 pub use loss::Recipe;
 
@@ -89,7 +88,7 @@ impl Trainer {
     /// The device's, such as a lack of memory.
     pub fn on(path: &Path, scene: Arc<Scene>, preset: Preset, recipe: Recipe, seed: u64) -> Result<Self> {
         let volume = Volume::around(&scene.bounds());
-        let capacity = Capacity::for_scene(&scene, &volume, preset);
+        let capacity = Capacity::for_scene(&scene, &volume, preset)?;
         let field = RadianceField::new(volume, &capacity, seed, path)?;
         let mut occupancy = OccupancyGrid::unknown(capacity.cell);
         if scene.has_depth() {

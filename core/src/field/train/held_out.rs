@@ -5,7 +5,7 @@ use glam::Vec3;
 use rand::{Rng, SeedableRng, rngs::SmallRng};
 
 use super::super::exposure::corrected_error;
-use super::super::{OccupancyGrid, RadianceField, Ray, render_rays};
+use super::super::{OccupancyGrid, RadianceField, Ray, RenderedRay, render_rays};
 use crate::scene::Scene;
 
 /// Pixels that the held-out error is measured on.
@@ -26,7 +26,7 @@ pub struct HeldOut {
 }
 
 /// Random pixels of the frames that are held out of the training.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct HeldOutPixels {
     /// (frame, pixel indices).
     frames: Vec<(usize, Vec<usize>)>,
@@ -62,24 +62,52 @@ impl HeldOutPixels {
         step: f32,
         truth: &Scene,
     ) -> Result<Option<HeldOut>> {
-        let pixels: usize = self.frames.iter().map(|(_, pixels)| pixels.len()).sum();
-        if pixels == 0 {
+        let rays = self.rays(truth);
+        if rays.is_empty() {
             return Ok(None);
         }
+        let rendered = render_rays(field, occupancy, &rays, step, true)?;
+        Ok(self.error(&rendered, truth))
+    }
+
+    /// The first of the pixels, at most `most` in all and as many of each frame.
+    pub fn fewer(&self, most: usize) -> Self {
+        let each = most / self.frames.len().max(1);
+        let of_frame = |(frame, pixels): &(usize, Vec<usize>)| {
+            let kept = pixels.iter().copied().take(each);
+            (*frame, kept.collect())
+        };
+        Self {
+            frames: self.frames.iter().map(of_frame).collect(),
+        }
+    }
+
+    /// The rays of the pixels, a frame after another, without measured length.
+    pub fn rays(&self, scene: &Scene) -> Vec<Ray> {
+        let ray = |frame: usize, index: usize| Ray {
+            length: None,
+            ..Ray::through(&scene.frames[frame], index)
+        };
+        self.frames
+            .iter()
+            .flat_map(|(frame, pixels)| pixels.iter().map(move |&index| ray(*frame, index)))
+            .collect()
+    }
+
+    /// The error of what was rendered along [`HeldOutPixels::rays`] against `truth`; `None` where no frame
+    /// is held out.
+    pub fn error(&self, rendered: &[RenderedRay], truth: &Scene) -> Option<HeldOut> {
         let mut squared = 0.0;
         let mut errors = Vec::new();
+        let mut rest = rendered;
         for (frame, pixels) in &self.frames {
             let frame = &truth.frames[*frame];
-            let ray = |&index: &usize| Ray {
-                length: None,
-                ..Ray::through(frame, index)
-            };
-            let rays: Vec<Ray> = pixels.iter().map(ray).collect();
-            let rendered = render_rays(field, occupancy, &rays, step, true)?;
-            let shown: Vec<Vec3> = rendered.iter().map(|ray| ray.color).collect();
+            let (own, others) = rest.split_at_checked(pixels.len())?;
+            rest = others;
+            let shown: Vec<Vec3> = own.iter().map(|ray| ray.color).collect();
             let measured: Vec<Vec3> = pixels.iter().map(|&index| frame.color.color(index)).collect();
             squared += corrected_error(&shown, &measured) * pixels.len() as f32;
-            for (ray, &index) in rendered.iter().zip(pixels) {
+            for (ray, &index) in own.iter().zip(pixels) {
                 if let Some(measured) = frame.depth.as_ref().and_then(|depth| depth.ray_length(index)) {
                     let error = ray
                         .length
@@ -94,11 +122,11 @@ impl HeldOutPixels {
             values.get(values.len() / 2).copied()
         };
         let close = errors.iter().filter(|(_, relative)| *relative <= 0.1).count();
-        Ok(Some(HeldOut {
-            psnr: -10.0 * (squared / pixels as f32).max(1e-10).log10(),
+        (!rendered.is_empty()).then(|| HeldOut {
+            psnr: -10.0 * (squared / rendered.len() as f32).max(1e-10).log10(),
             depth_error: median(|(error, _)| *error),
             relative_depth_error: median(|(_, relative)| *relative),
             within_tenth: (!errors.is_empty()).then(|| close as f32 / errors.len() as f32),
-        }))
+        })
     }
 }
