@@ -32,7 +32,8 @@ pub struct WindowArguments {
 /// How a scene is read and learnt.
 #[derive(Clone, Copy, Debug, Args)]
 pub struct TrainingArguments {
-    /// How much the field may model: auto, fast or accurate.
+    /// How much the field may model: auto, fast or accurate; or reference, the published Semantic-NeRF
+    /// network, which needs `label` with a --budget.
     #[arg(long, value_name = "NAME", default_value = "auto", value_parser = preset)]
     pub preset: Preset,
     /// Leave measured depth and sparse points aside.
@@ -100,6 +101,9 @@ pub struct EngineArguments {
     /// Seconds of training after which a field is measured.
     #[arg(long, value_name = "SECONDS,...", value_delimiter = ',', default_value = "5,10,15,30,60", value_parser = seconds)]
     pub marks: Vec<f64>,
+    /// What to train: auto, fast, accurate or reference, or several of them in turn.
+    #[arg(long = "preset", value_name = "NAME,...", value_delimiter = ',', default_value = "auto", value_parser = preset)]
+    pub presets: Vec<Preset>,
     /// Leave measured depth aside in training.
     #[arg(long)]
     pub no_depth: bool,
@@ -162,7 +166,8 @@ fn preset(name: &str) -> Result<Preset, String> {
         "auto" => Ok(Preset::Auto),
         "fast" => Ok(Preset::Fast),
         "accurate" => Ok(Preset::Accurate),
-        _ => Err("use auto, fast or accurate".to_owned()),
+        "reference" => Ok(Preset::Reference),
+        _ => Err("use auto, fast, accurate or reference".to_owned()),
     }
 }
 
@@ -191,6 +196,27 @@ mod tests {
     #[test]
     fn the_command_line_is_consistent() {
         Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn bench_takes_a_list_of_presets() {
+        let bench = [
+            "inplace",
+            "bench",
+            "engine",
+            "demo",
+            "--out",
+            "x",
+            "--preset",
+            "auto,reference",
+        ];
+        let Some(Command::Bench {
+            what: Bench::Engine(arguments),
+        }) = Arguments::try_parse_from(bench).unwrap().command
+        else {
+            panic!("not bench engine")
+        };
+        assert_eq!(arguments.presets, [Preset::Auto, Preset::Reference]);
     }
 
     #[test]

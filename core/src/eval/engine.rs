@@ -10,8 +10,10 @@ use serde::Serialize;
 
 use super::reached::{Progress, Reached};
 use crate::field::kernels::Dispatch;
+use crate::field::reference::{PixelLabels, ReferenceTrainer, Settings};
 use crate::field::{
-    Capacity, OccupancyGrid, Path, Preset, RadianceField, Ray, Samples, Sampling, Trainer, Volume,
+    Capacity, OccupancyGrid, Path, Preset, RadianceField, Ray, RenderedRay, Samples, Sampling, Trainer,
+    Volume, best_device,
 };
 use crate::scene::Scene;
 
@@ -104,6 +106,8 @@ fn name(path: &Path) -> String {
 pub struct RunPoint {
     /// The scene.
     pub scene: String,
+    /// What was trained.
+    pub preset: Preset,
     /// Whether the field was given measured depth.
     pub depth: bool,
     /// Seed of the run.
@@ -116,7 +120,7 @@ pub struct RunPoint {
     pub rays_per_s: f64,
     /// Steps a second, over all training so far.
     pub steps_per_s: f64,
-    /// Samples a training ray needed of late.
+    /// Samples a training ray needed of late; of the reference, its network evaluations.
     pub samples_per_ray: f32,
     /// Median error of the ray length on held-out frames, in metres.
     pub depth_error_m: Option<f32>,
@@ -141,6 +145,9 @@ pub fn training_run(
     seed: u64,
     marks: &[f64],
 ) -> Result<(Vec<RunPoint>, Vec<Reached>)> {
+    if preset == Preset::Reference {
+        return reference_run(scene, truth, seed, marks);
+    }
     let mut reached = Progress::default();
     let mut trainer = Trainer::new(Arc::clone(scene), preset, seed)?;
     let mut seconds = 0.0;
@@ -161,6 +168,7 @@ pub fn training_run(
             let work = trainer.work();
             points.push(RunPoint {
                 scene: scene.name(),
+                preset,
                 depth: scene.has_depth(),
                 seed,
                 seconds,
@@ -175,8 +183,56 @@ pub fn training_run(
             });
         }
     }
-    let reached = reached.finish(&scene.name(), scene.has_depth(), seed);
+    let reached = reached.finish(&scene.name(), preset, scene.has_depth(), seed);
     Ok((points, reached))
+}
+
+/// The same for the paper's networks, which have no labels here and learn colours alone. A step takes
+/// longer than some marks are apart: what is measured is the state after the last whole step. They are looked
+/// at at the marks alone, since a look takes seconds.
+fn reference_run(
+    scene: &Arc<Scene>,
+    truth: &Scene,
+    seed: u64,
+    marks: &[f64],
+) -> Result<(Vec<RunPoint>, Vec<Reached>)> {
+    let device = best_device()?;
+    let (settings, labels) = (Settings::published(&device), PixelLabels::default());
+    let mut reached = Progress::default();
+    let mut trainer = ReferenceTrainer::new(Arc::clone(scene), labels, settings, &device, seed)?;
+    let rays = trainer.held_out().rays(scene);
+    // Depth does no more than bound the volume.
+    let (preset, depth) = (Preset::Reference, false);
+    let mut seconds = 0.0;
+    let mut points = Vec::new();
+    for &mark in marks {
+        while seconds < mark {
+            let start = Instant::now();
+            trainer.advance()?;
+            seconds += start.elapsed().as_secs_f64();
+        }
+        let rendered = trainer.field().render(&rays)?;
+        let seen: Vec<RenderedRay> = rendered.iter().map(|ray| ray.seen).collect();
+        if let Some(held_out) = trainer.held_out().error(&seen, truth) {
+            reached.note(seconds, &held_out);
+            points.push(RunPoint {
+                scene: scene.name(),
+                preset,
+                depth,
+                seed,
+                seconds,
+                steps: trainer.steps(),
+                rays_per_s: trainer.work().rays as f64 / seconds,
+                steps_per_s: trainer.work().rays as f64 / settings.rays as f64 / seconds,
+                samples_per_ray: settings.evaluations_per_ray() as f32,
+                depth_error_m: held_out.depth_error,
+                depth_error_rel: held_out.relative_depth_error,
+                within_tenth: held_out.within_tenth,
+                psnr_db: held_out.psnr,
+            });
+        }
+    }
+    Ok((points, reached.finish(&scene.name(), preset, depth, seed)))
 }
 
 /// Rays of sixteen samples each from the middle of the volume to all sides.

@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use inplace_core::eval::{PathSpeed, Quantity, Reached, RunPoint, TARGETS, path_speeds, training_run};
 use inplace_core::export::{self, peak_memory};
-use inplace_core::field::Preset;
 use inplace_core::scene::{OpenOptions, Scene, SceneSource};
 use serde_json::json;
 
@@ -69,10 +68,12 @@ fn runs(arguments: &EngineArguments, threads: usize) -> Result<(Vec<RunPoint>, V
         let seen = Arc::new(open(!arguments.no_depth)?);
         for run in 0..arguments.seeds {
             let seed = arguments.seed.wrapping_add(run);
-            let measured =
-                pool.install(|| training_run(&seen, &truth, Preset::Auto, seed, &arguments.marks))?;
-            runs.extend(measured.0);
-            reached.extend(measured.1);
+            for &preset in &arguments.presets {
+                let measured =
+                    pool.install(|| training_run(&seen, &truth, preset, seed, &arguments.marks))?;
+                runs.extend(measured.0);
+                reached.extend(measured.1);
+            }
         }
     }
     Ok((runs, reached))
@@ -128,9 +129,10 @@ fn print_runs(runs: &[RunPoint]) {
         return;
     }
     println!(
-        "scene            depth  seconds  steps/s   rays/s  samples/ray             error cm              error %  within 10%                   dB"
+        "scene            preset     depth  seconds  steps/s   rays/s  samples/ray             error cm              error %  within 10%                   dB"
     );
-    for ((scene, depth), of_scene) in grouped(runs, |run| (run.scene.clone(), run.depth)) {
+    for ((scene, preset, depth), of_scene) in grouped(runs, |run| (run.scene.clone(), run.preset, run.depth))
+    {
         // The runs of a scene pass the same marks one after the other.
         let first = of_scene[0].seed;
         let marks = of_scene.iter().filter(|run| run.seed == first).count();
@@ -141,7 +143,8 @@ fn print_runs(runs: &[RunPoint]) {
             };
             let some = |value: Option<f32>| value.map_or(f64::NAN, |value| 100.0 * f64::from(value));
             println!(
-                "{scene:16} {:5} {:>8.1} {:>8.1} {:>8.0} {:>12.1} {:>20} {:>20} {:>11} {:>20}",
+                "{scene:16} {:10} {:5} {:>8.1} {:>8.1} {:>8.0} {:>12.1} {:>20} {:>20} {:>11} {:>20}",
+                preset.name(),
                 if depth { "yes" } else { "no" },
                 at[0].seconds,
                 at[0].steps_per_s,
@@ -162,7 +165,9 @@ fn print_reached(reached: &[Reached]) {
         return;
     }
     println!("seconds until");
-    for ((scene, depth), of_scene) in grouped(reached, |one| (one.scene.clone(), one.depth)) {
+    for ((scene, preset, depth), of_scene) in
+        grouped(reached, |one| (one.scene.clone(), one.preset, one.depth))
+    {
         for quantity in [Quantity::DepthErrorM, Quantity::DepthErrorRel, Quantity::PsnrDb] {
             let texts: Vec<String> = TARGETS
                 .iter()
@@ -185,7 +190,7 @@ fn print_reached(reached: &[Reached]) {
                 })
                 .collect();
             let with = if depth { "depth" } else { "no depth" };
-            println!("{scene:16} {with:8}  {}", texts.join("   "));
+            println!("{scene:16} {:10} {with:8}  {}", preset.name(), texts.join("   "));
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use inplace_core::eval::chart::{Axis, BarSeries, Chart, Figure, Panel, Point, Scale, Series};
 use inplace_core::eval::{Cost, PathSpeed, RunPoint};
+use inplace_core::field::Preset;
 
 use super::cost;
 use super::engine::grouped;
@@ -73,9 +74,9 @@ fn speeds(paths: &[PathSpeed]) -> Panel {
 /// Depth error and PSNR over the seconds of training.
 fn progress(runs: &[RunPoint]) -> Vec<Panel> {
     let lines = |value: &dyn Fn(&RunPoint) -> f64| -> Vec<Series> {
-        grouped(runs, |run| (run.scene.clone(), run.depth))
+        grouped(runs, |run| (run.scene.clone(), run.preset, run.depth))
             .into_iter()
-            .map(|((scene, depth), own)| {
+            .map(|((scene, preset, depth), own)| {
                 let marks = own.iter().filter(|run| run.seed == own[0].seed).count();
                 let points = (0..marks).filter_map(|mark| {
                     let at = || own.iter().skip(mark).step_by(marks);
@@ -83,10 +84,11 @@ fn progress(runs: &[RunPoint]) -> Vec<Panel> {
                     Point::of_values(middle, at().map(|run| value(run)))
                 });
                 Series {
-                    name: if depth {
-                        scene
-                    } else {
-                        format!("{scene}, no depth")
+                    name: match (preset, depth) {
+                        (Preset::Auto, true) => scene,
+                        (Preset::Auto, false) => format!("{scene}, no depth"),
+                        (_, true) => format!("{scene}, {}", preset.name()),
+                        (_, false) => format!("{scene}, {}, no depth", preset.name()),
                     },
                     points: points.collect(),
                 }
