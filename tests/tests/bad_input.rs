@@ -230,6 +230,19 @@ fn captures_that_cannot_be_used_are_refused_in_one_sentence() {
 }
 
 #[test]
+fn the_published_network_is_refused_without_a_budget() {
+    let case = Case::new();
+    let mut label = inplace();
+    label.arg("label").arg(case.scene());
+    label.arg("--strokes").arg(case.strokes());
+    label.arg("--out").arg(case.out()).args(["--preset", "reference"]);
+    case.assert_refused("no budget", label, &["month", "--budget"]);
+    let mut window = inplace();
+    window.arg(case.scene()).args(["--preset", "reference"]);
+    case.assert_refused("window", window, &["month", "--budget"]);
+}
+
+#[test]
 fn strokes_that_cannot_be_used_are_refused_in_one_sentence() {
     type Spoil = fn(&mut Value);
     let case = Case::new();

@@ -154,6 +154,22 @@ fn a_few_clicks_label_every_pixel_of_every_frame() {
 }
 
 #[test]
+fn the_published_network_labels_every_frame_within_its_budget() {
+    let disk = OnDisk::new();
+    disk.label(&["--budget", BUDGET, "--preset", "reference"]);
+    assert_complete(&disk.path("out"));
+    let report = json(&disk.path("out").join("report.json"));
+    assert_eq!(report["preset"], "reference");
+    assert!(report["map_stride"].as_u64().unwrap() <= 128);
+    // Coarse and fine, with as many logits as there are classes.
+    let classes = Small::get().strokes()["classes"].as_array().unwrap().len();
+    assert_eq!(report["parameters"], 2 * (628_740 + 129 * classes));
+    for phase in ["geometry", "render"] {
+        assert!(report["wall_s"][phase].as_f64().unwrap() > 0.0, "{phase}");
+    }
+}
+
+#[test]
 fn colour_alone_is_enough_to_finish() {
     let disk = OnDisk::new();
     disk.label(&["--budget", BUDGET, "--no-depth"]);

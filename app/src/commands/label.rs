@@ -5,13 +5,14 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use inplace_core::export::{self, PhaseSeconds, Report, peak_memory};
+use inplace_core::field::Preset;
 use inplace_core::labels::{LabelSet, read_strokes};
 use inplace_core::project::{Contents, Project};
 use inplace_core::scene::{OpenOptions, Scene, SceneSource, demo};
 use inplace_core::session::{Command, Event, FrameMap, Session, SessionOptions, Status};
 
 use super::progress::Progress;
-use super::{Failure, cores, session_options};
+use super::{Failure, cores, refuse_endless, session_options};
 use crate::arguments::LabelArguments;
 
 /// Generation of the labels: they never change here.
@@ -21,6 +22,8 @@ const WRITE_SECONDS_PER_MEGAPIXEL: f64 = 0.12;
 const WRITE_SECONDS: f64 = 0.5;
 /// Share of the budget kept for the last look at the surface.
 const LAST_LOOK: f64 = 0.12;
+/// Share of the budget in which the published network renders its maps.
+const REFERENCE_RENDERING: f64 = 0.5;
 
 /// Where the labels come from; they are read when the scene is open.
 enum Strokes {
@@ -42,6 +45,7 @@ impl Strokes {
 /// Labels every frame and writes maps and report.
 pub fn run(arguments: &LabelArguments) -> Result<(), Failure> {
     let start = Instant::now();
+    refuse_endless(&arguments.training, arguments.budget)?;
     let (options, strokes) = job(arguments)?;
     let mut run = Run {
         session: Session::start(options.clone(), || {}),
@@ -67,7 +71,11 @@ pub fn run(arguments: &LabelArguments) -> Result<(), Failure> {
         labels: labels.clone(),
         generation: GENERATION,
     });
-    let maps = run.maps(&scene, arguments.budget)?;
+    let kept = match options.preset {
+        Preset::Reference => REFERENCE_RENDERING,
+        Preset::Auto | Preset::Fast | Preset::Accurate => LAST_LOOK,
+    };
+    let maps = run.maps(&scene, arguments.budget, kept)?;
 
     let writing = Instant::now();
     export::write_maps(&arguments.out, &scene, &labels.classes, &maps, &|_, _| {})?;
@@ -93,6 +101,7 @@ pub fn run(arguments: &LabelArguments) -> Result<(), Failure> {
         held_out_psnr_db: status.held_out_psnr,
         depth_error_m: status.depth_error,
         mean_entropy: status.mean_entropy,
+        map_stride: status.map_stride,
     };
     export::write_report(&arguments.out, &report)?;
     drop(run);
@@ -106,6 +115,9 @@ pub fn run(arguments: &LabelArguments) -> Result<(), Failure> {
             start.elapsed().as_secs_f64(),
             arguments.out.display()
         );
+        if let Some(stride) = report.map_stride.filter(|&stride| stride > 1) {
+            println!("maps were rendered at one pixel in {stride} along each axis");
+        }
     }
     Ok(())
 }
@@ -176,8 +188,9 @@ impl Run {
         }
     }
 
-    /// Waits until the maps are final, or for as long as the budget allows; then returns them.
-    fn maps(&mut self, scene: &Scene, budget: Option<f64>) -> Result<Vec<Arc<FrameMap>>, Failure> {
+    /// Waits until the maps are final, or for as long as the budget allows, with a share of it kept for what
+    /// follows training; then returns them.
+    fn maps(&mut self, scene: &Scene, budget: Option<f64>, kept: f64) -> Result<Vec<Arc<FrameMap>>, Failure> {
         let megapixels = scene
             .frames
             .iter()
@@ -187,8 +200,7 @@ impl Run {
         let writing = WRITE_SECONDS + WRITE_SECONDS_PER_MEGAPIXEL * megapixels;
         // When to train no more, and when to write whatever there is.
         let at = |seconds: f64| self.start + Duration::from_secs_f64(seconds.max(0.0));
-        let deadlines =
-            budget.map(|budget| (at(budget - writing - LAST_LOOK * budget), at(budget - writing)));
+        let deadlines = budget.map(|budget| (at(budget - writing - kept * budget), at(budget - writing)));
         let mut settling = false;
         loop {
             let now = Instant::now();

@@ -10,6 +10,7 @@ mod window;
 use std::error::Error;
 use std::thread::available_parallelism;
 
+use inplace_core::field::{Preset, best_device};
 use inplace_core::scene::OpenOptions;
 use inplace_core::session::SessionOptions;
 
@@ -33,6 +34,18 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
 /// Number of cores; 1 where it cannot be found out.
 fn cores() -> usize {
     available_parallelism().map_or(1, usize::from)
+}
+
+/// Refuses the published network where neither a budget nor a fast device bounds its training.
+fn refuse_endless(training: &TrainingArguments, budget: Option<f64>) -> Result<(), Failure> {
+    if training.preset == Preset::Reference && budget.is_none() && best_device()?.is_cpu() {
+        return Err(
+            "the published network trains for a month on this computer; use `inplace label --preset reference` \
+             with a --budget in seconds, or another preset"
+                .into(),
+        );
+    }
+    Ok(())
 }
 
 fn open_options(training: &TrainingArguments) -> OpenOptions {

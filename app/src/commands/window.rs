@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use inplace_core::scene::SceneSource;
 use inplace_ui::{Target, UiError, UiOptions};
 
-use super::{Failure, label, open_options};
+use super::{Failure, label, open_options, refuse_endless};
 use crate::arguments::{LabelArguments, WindowArguments};
 
 /// Where the demo's maps go when there is no display.
@@ -13,6 +13,7 @@ const DEMO_OUT: &str = "inplace-demo";
 
 /// Opens the window; without a display and with nothing given to open, labels the demo instead.
 pub fn run(arguments: WindowArguments) -> Result<(), Failure> {
+    refuse_endless(&arguments.training, None)?;
     let open = match &arguments.open {
         None => Target::Scene(SceneSource::Demo),
         Some(path) => Target::Path(path.clone()),

@@ -48,7 +48,8 @@ pub enum Command {
     Settle,
     /// Answer with [`Event::State`].
     Save,
-    /// End the worker. It answers with [`Event::Stopped`] within 100 ms.
+    /// End the worker. It answers with [`Event::Stopped`] within 100 ms; with [`Preset::Reference`] after
+    /// the eight rays that it is working on, which take about as long on two free cores.
     Stop,
 }
 
@@ -122,6 +123,9 @@ pub struct Status {
     pub capacity: String,
     /// Nodes of the surface graph; 0 until there is one.
     pub surface_nodes: usize,
+    /// The coarsest stride of the rendered maps: one pixel in so many along each axis was computed, and its
+    /// neighbours show the same. `None` where every pixel has an answer of its own, and before there are maps.
+    pub map_stride: Option<u32>,
     /// Generation of the newest labels that the worker has.
     pub generation: u64,
     /// Whether more training is not expected to change the maps, and all of them are published.

@@ -4,6 +4,7 @@
 mod maps;
 mod message;
 mod outbox;
+mod reference;
 mod survey;
 mod worker;
 

@@ -224,3 +224,57 @@ fn suggestions_follow_the_maps() {
     });
     assert!(!suggestions.is_empty());
 }
+
+fn reference(folder: &Path) -> SessionOptions {
+    SessionOptions {
+        preset: Preset::Reference,
+        ..options(folder)
+    }
+}
+
+#[test]
+fn the_reference_maps_every_frame_when_it_is_asked_to_settle() {
+    let folder = capture();
+    let session = Session::start(reference(folder.path()), || {});
+    let mut history = two_clicks();
+    history.add_stroke(Stroke::click(3, 0, [20, 20]));
+    send_labels(&session, history.labels(), 1);
+    session.send(Command::Settle);
+    let maps = all_maps(&session, 1);
+    assert_eq!(maps.len(), 9);
+    for map in &maps {
+        let void = map.labels().iter().filter(|&&label| label == 0).count();
+        assert_eq!(void, usize::from(map.frame == 3));
+        assert!(map.mean_entropy() > 0.0);
+    }
+    assert_eq!(
+        (maps[0].labels()[20 * 64 + 10], maps[8].labels()[30 * 64 + 50]),
+        (1, 2)
+    );
+    // Finer and finer, with what is known told.
+    let status = wait(&session, |event| match event {
+        Event::Status(status) if status.map_stride == Some(32) => Some(status.clone()),
+        _ => None,
+    });
+    assert!(status.mean_entropy.is_some() && status.held_out_psnr.is_some() && !status.settled);
+    assert_eq!(status.surface_nodes, 0);
+}
+
+#[test]
+fn the_reference_stops_in_the_middle_of_a_step() {
+    let folder = capture();
+    let session = Session::start(reference(folder.path()), || {});
+    send_labels(&session, two_clicks().labels(), 1);
+    wait(&session, |event| match event {
+        Event::Status(status) if status.geometry_seconds > 0.0 => Some(()),
+        _ => None,
+    });
+    session.send(Command::Pause);
+    let steps = wait(&session, |event| match event {
+        Event::Status(status) if status.phase == Phase::Paused => Some(status.steps),
+        _ => None,
+    });
+    assert_eq!(steps, 0, "a whole step takes far longer");
+    session.send(Command::Stop);
+    wait(&session, |event| matches!(event, Event::Stopped).then_some(()));
+}

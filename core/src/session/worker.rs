@@ -10,9 +10,10 @@ use candle_core::Tensor;
 use crossbeam_channel::{Receiver, RecvTimeoutError, bounded, select};
 
 use super::outbox::Outbox;
+use super::reference::ReferenceWorker;
 use super::survey::Survey;
 use super::{Command, Event, ModelState, Phase, SessionOptions, Status};
-use crate::field::{FieldError, HeldOut, Ray, Sampling, Trainer};
+use crate::field::{FieldError, HeldOut, Preset, Ray, Sampling, Trainer};
 use crate::guide::suggest;
 use crate::labels::LabelSet;
 use crate::scene::{Scene, SceneError};
@@ -20,9 +21,9 @@ use crate::semantics::{HeadLook, RayTargets, SemanticHead, Spread};
 
 /// How long maps are published before commands are looked at again.
 const PUBLISH_SLICE: Duration = Duration::from_millis(15);
-const STATUS_EVERY: Duration = Duration::from_millis(250);
+pub(super) const STATUS_EVERY: Duration = Duration::from_millis(250);
 /// How long the worker sleeps when there is nothing to do but to wait for a command or a surface.
-const NAP: Duration = Duration::from_millis(20);
+pub(super) const NAP: Duration = Duration::from_millis(20);
 /// Field steps between held-out evaluations.
 const EVALUATE_EVERY: u64 = 100;
 /// Field steps per step of the head.
@@ -37,7 +38,7 @@ const LABELLED_RAYS: usize = 128;
 
 /// Why the worker ended early.
 #[derive(Debug, thiserror::Error)]
-enum WorkerError {
+pub(super) enum WorkerError {
     #[error(transparent)]
     Scene(#[from] SceneError),
     #[error(transparent)]
@@ -66,7 +67,12 @@ pub(super) fn run(options: SessionOptions, commands: &Receiver<Command>, outbox:
         let Some((scene, early)) = open(&options, commands, outbox, &threads)? else {
             return Ok(());
         };
-        threads.install(|| Worker::new(scene, &options, commands, outbox)?.run(early))
+        threads.install(|| match options.preset {
+            Preset::Reference => ReferenceWorker::new(scene, &options, commands, outbox)?.run(early),
+            Preset::Auto | Preset::Fast | Preset::Accurate => {
+                Worker::new(scene, &options, commands, outbox)?.run(early)
+            }
+        })
     });
 }
 
@@ -173,7 +179,7 @@ struct Seconds {
 }
 
 /// Adds the time that `work` takes to `seconds`.
-fn timed<T>(seconds: &mut f64, work: impl FnOnce() -> T) -> T {
+pub(super) fn timed<T>(seconds: &mut f64, work: impl FnOnce() -> T) -> T {
     let start = Instant::now();
     let result = work();
     *seconds += start.elapsed().as_secs_f64();
@@ -506,6 +512,7 @@ impl<'a> Worker<'a> {
                 .spread
                 .as_ref()
                 .map_or(0, |spread| spread.surface().graph.len()),
+            map_stride: None,
             generation: self.generation,
             settled,
         }));
@@ -516,13 +523,15 @@ impl<'a> Worker<'a> {
         if let Some(head) = &self.head {
             tensors.extend(head.state()?);
         }
-        let tensors = safetensors::serialize(&tensors, None)
-            .map_err(|error| WorkerError::Other(format!("the model could not be saved: {error}")))?;
-        Ok(ModelState {
-            steps: self.trainer.steps(),
-            tensors,
-        })
+        saved(&tensors, self.trainer.steps())
     }
+}
+
+/// A model state of these tensors after so many steps.
+pub(super) fn saved(tensors: &HashMap<String, Tensor>, steps: u64) -> Result<ModelState, WorkerError> {
+    let tensors = safetensors::serialize(tensors, None)
+        .map_err(|error| WorkerError::Other(format!("the model could not be saved: {error}")))?;
+    Ok(ModelState { steps, tensors })
 }
 
 /// Takes a saved model over; returns its head where it has one that fits.

@@ -1,0 +1,385 @@
+//! The worker of [`Preset::Reference`](crate::field::Preset): trains the paper's networks on colours and
+//! labels, and renders every frame's maps from their logits.
+//!
+//! A ray costs milliseconds, so maps are rendered only when training rests (paused, settling or done): all
+//! frames at a coarse stride first, then again at half of it, and so on for as long as there is time.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use candle_core::Device;
+use crossbeam_channel::{Receiver, RecvTimeoutError};
+
+use super::outbox::Outbox;
+use super::worker::{NAP, STATUS_EVERY, WorkerError, saved, timed};
+use super::{Command, Event, FrameMap, Phase, SessionOptions, Status};
+use crate::field::reference::{PixelLabels, ReferenceRay, ReferenceTrainer, Settings};
+use crate::field::{HeldOut, Ray, RenderedRay, Work, best_device};
+use crate::labels::{ClassId, LabelSet, VOID, rasterise};
+use crate::scene::{Camera, Scene};
+use crate::semantics::ENTROPY_STEPS_PER_NAT;
+
+/// Stride of the first maps: so coarse that they cost less than a step, and always come in time.
+const COARSEST: u32 = 128;
+/// Held-out pixels that the error is measured on, once training rests.
+const HELD_OUT_RAYS: usize = 64;
+
+/// Trains, renders and obeys; one piece of work, a slice of rays, at a time.
+pub(super) struct ReferenceWorker<'a> {
+    scene: Arc<Scene>,
+    options: &'a SessionOptions,
+    commands: &'a Receiver<Command>,
+    outbox: &'a Outbox,
+    device: Device,
+    settings: Settings,
+    /// There once the classes are known, since the networks have a logit for each.
+    trainer: Option<ReferenceTrainer>,
+    labels: LabelSet,
+    generation: u64,
+    paused: bool,
+    settling: bool,
+    /// The maps of the networks as they are; anew after each training.
+    rendering: Rendering,
+    held_out: Option<HeldOut>,
+    map_stride: Option<u32>,
+    last_status: Instant,
+    told_settled: bool,
+    training_seconds: f64,
+    render_seconds: f64,
+}
+
+/// How far the maps have come.
+#[derive(Default)]
+struct Rendering {
+    held_out: Vec<RenderedRay>,
+    measured: bool,
+    /// Stride of the pass under way; 0 before the first.
+    stride: u32,
+    frame: usize,
+    /// What is rendered of the frame under way: the first so many of its [`coarse_pixels`].
+    done: Vec<ReferenceRay>,
+    /// Entropies of the pass under way, summed over its frames.
+    entropy: f32,
+    mean_entropy: Option<f32>,
+    complete: bool,
+}
+
+impl<'a> ReferenceWorker<'a> {
+    pub(super) fn new(
+        scene: Arc<Scene>,
+        options: &'a SessionOptions,
+        commands: &'a Receiver<Command>,
+        outbox: &'a Outbox,
+    ) -> Result<Self, WorkerError> {
+        let device = best_device()?;
+        Ok(Self {
+            scene,
+            options,
+            commands,
+            outbox,
+            settings: Settings::published(&device),
+            device,
+            trainer: None,
+            labels: LabelSet::default(),
+            generation: 0,
+            paused: false,
+            settling: false,
+            rendering: Rendering::default(),
+            held_out: None,
+            map_stride: None,
+            last_status: Instant::now(),
+            told_settled: false,
+            training_seconds: 0.0,
+            render_seconds: 0.0,
+        })
+    }
+
+    pub(super) fn run(mut self, early: Vec<Command>) -> Result<(), WorkerError> {
+        for command in early {
+            if !self.obey(command)? {
+                return Ok(());
+            }
+        }
+        self.tell_status();
+        loop {
+            while let Ok(command) = self.commands.try_recv() {
+                if !self.obey(command)? {
+                    return Ok(());
+                }
+            }
+            if self.last_status.elapsed() >= STATUS_EVERY || (!self.told_settled && self.is_settled()) {
+                self.tell_status();
+            }
+            if self.train()? || self.render()? {
+                continue;
+            }
+            match self.commands.recv_timeout(NAP) {
+                Ok(command) => {
+                    if !self.obey(command)? {
+                        return Ok(());
+                    }
+                }
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => return Ok(()),
+            }
+        }
+    }
+
+    /// Does what a command says; `false` = stop.
+    fn obey(&mut self, command: Command) -> Result<bool, WorkerError> {
+        match command {
+            Command::Labels { labels, generation } => self.set_labels(labels, generation)?,
+            // All frames are rendered at a stride before any is at the next.
+            Command::View { .. } => {}
+            Command::Pause => {
+                self.paused = true;
+                self.tell_status();
+            }
+            Command::Resume => {
+                self.paused = false;
+                self.settling = false;
+                self.tell_status();
+            }
+            Command::Settle => {
+                self.settling = true;
+                self.told_settled = false;
+            }
+            Command::Save => {
+                if let Some(trainer) = &self.trainer {
+                    let state = saved(&trainer.state()?, trainer.steps())?;
+                    self.outbox.send(Event::State(Arc::new(state)));
+                }
+            }
+            Command::Stop => return Ok(false),
+        }
+        Ok(true)
+    }
+
+    fn set_labels(&mut self, labels: LabelSet, generation: u64) -> Result<(), WorkerError> {
+        let pixels = PixelLabels::new(&self.scene, &labels);
+        self.labels = labels;
+        self.generation = generation;
+        self.told_settled = false;
+        self.rendering = Rendering::default();
+        match &mut self.trainer {
+            _ if pixels.classes().is_empty() => self.trainer = None,
+            Some(trainer) if trainer.labels().classes() == pixels.classes() => trainer.set_labels(pixels)?,
+            // A logit for each class: with other classes the networks are others.
+            _ => {
+                let mut trainer = ReferenceTrainer::new(
+                    Arc::clone(&self.scene),
+                    pixels,
+                    self.settings,
+                    &self.device,
+                    self.options.seed,
+                )?;
+                // A project's model is of the fused field unless this preset saved it.
+                if let Some(state) = &self.options.state
+                    && let Ok(tensors) = candle_core::safetensors::load_buffer(&state.tensors, &Device::Cpu)
+                    && trainer.restore(&tensors, state.steps).is_ok()
+                {
+                    self.tell_status();
+                }
+                self.trainer = Some(trainer);
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether training rests, so that maps are worth their time.
+    fn rests(&self) -> bool {
+        self.paused || self.settling || self.trainer.as_ref().is_some_and(ReferenceTrainer::settled)
+    }
+
+    /// Trains on a slice of rays; `false` when there is nothing to train.
+    fn train(&mut self) -> Result<bool, WorkerError> {
+        if self.rests() {
+            return Ok(false);
+        }
+        let Some(trainer) = &mut self.trainer else {
+            return Ok(false);
+        };
+        // Maps made meanwhile are of other networks.
+        self.rendering = Rendering::default();
+        timed(&mut self.training_seconds, || trainer.advance())?;
+        Ok(true)
+    }
+
+    /// Renders a slice of rays; `false` when there is nothing to render.
+    fn render(&mut self) -> Result<bool, WorkerError> {
+        let Some(trainer) = self.trainer.as_ref().filter(|_| !self.rendering.complete) else {
+            return Ok(false);
+        };
+        let start = Instant::now();
+        let (field, slice) = (trainer.field(), self.settings.slice);
+        let rendering = &mut self.rendering;
+        if !rendering.measured && rendering.stride < COARSEST && rendering.stride > 0 {
+            // After the first maps, which must not wait for it.
+            let pixels = trainer.held_out().fewer(HELD_OUT_RAYS);
+            let rays = pixels.rays(&self.scene);
+            let done = rendering.held_out.len();
+            if done < rays.len() {
+                let rendered = field.render(&rays[done..(done + slice).min(rays.len())])?;
+                rendering.held_out.extend(rendered.iter().map(|ray| ray.seen));
+            } else {
+                rendering.measured = true;
+                self.held_out = pixels.error(&rendering.held_out, &self.scene);
+            }
+            self.render_seconds += start.elapsed().as_secs_f64();
+            return Ok(true);
+        }
+        if rendering.stride == 0 {
+            rendering.stride = COARSEST;
+        }
+        let frame = &self.scene.frames[rendering.frame];
+        let pixels = coarse_pixels(&frame.camera, rendering.stride);
+        let done = rendering.done.len();
+        let rays: Vec<Ray> = pixels[done..(done + slice).min(pixels.len())]
+            .iter()
+            .map(|&pixel| Ray::through(frame, pixel))
+            .collect();
+        rendering.done.extend(field.render(&rays)?);
+        if rendering.done.len() == pixels.len() {
+            let said: Vec<(ClassId, u16)> = rendering
+                .done
+                .iter()
+                .map(|ray| most_likely(ray, trainer.labels().classes()))
+                .collect();
+            let of = (rendering.frame, self.generation);
+            if let Some(map) = frame_map(&self.scene, &self.labels, of, rendering.stride, &said) {
+                rendering.entropy += map.mean_entropy();
+                self.outbox.publish(map);
+            }
+            rendering.done.clear();
+            rendering.frame += 1;
+        }
+        if rendering.frame == self.scene.frames.len() {
+            self.map_stride = Some(rendering.stride);
+            rendering.mean_entropy = Some(rendering.entropy / rendering.frame as f32);
+            rendering.complete = rendering.stride == 1;
+            rendering.stride = (rendering.stride / 2).max(1);
+            rendering.frame = 0;
+            rendering.entropy = 0.0;
+            self.tell_status();
+            let generation = self.generation;
+            self.outbox.send(Event::AllMaps { generation });
+        }
+        self.render_seconds += start.elapsed().as_secs_f64();
+        Ok(true)
+    }
+
+    fn is_settled(&self) -> bool {
+        self.rests() && !self.paused && self.rendering.complete
+    }
+
+    fn tell_status(&mut self) {
+        self.last_status = Instant::now();
+        let settled = self.is_settled();
+        self.told_settled = settled;
+        let trainer = self.trainer.as_ref();
+        self.outbox.send(Event::Status(Status {
+            phase: if self.paused {
+                Phase::Paused
+            } else {
+                Phase::Training
+            },
+            steps: trainer.map_or(0, ReferenceTrainer::steps),
+            work: trainer.map_or(Work::default(), ReferenceTrainer::work),
+            geometry_seconds: self.training_seconds,
+            semantics_seconds: 0.0,
+            render_seconds: self.render_seconds,
+            skipped_steps: trainer.map_or(0, ReferenceTrainer::skipped),
+            held_out_psnr: self.held_out.map(|held_out| held_out.psnr),
+            depth_error: self.held_out.and_then(|held_out| held_out.depth_error),
+            mean_entropy: self.rendering.mean_entropy,
+            parameters: trainer.map_or(0, |trainer| trainer.field().parameters()),
+            capacity: self.settings.to_string(),
+            surface_nodes: 0,
+            map_stride: self.map_stride,
+            generation: self.generation,
+            settled,
+        }));
+    }
+}
+
+/// Row-major indices of the pixels that are rendered: the middle one of every square of `stride` pixels,
+/// squares that the image's border cuts included.
+fn coarse_pixels(camera: &Camera, stride: u32) -> Vec<usize> {
+    let middles =
+        |size: u32| (0..size.div_ceil(stride)).map(move |k| (k * stride + stride / 2).min(size - 1));
+    middles(camera.height)
+        .flat_map(|row| middles(camera.width).map(move |column| (row * camera.width + column) as usize))
+        .collect()
+}
+
+/// The most likely class of a ray, and the entropy in the steps of a map.
+fn most_likely(ray: &ReferenceRay, classes: &[ClassId]) -> (ClassId, u16) {
+    let probabilities = ray.probabilities.iter().zip(classes);
+    let best = probabilities.max_by(|(a, _), (b, _)| a.total_cmp(b));
+    (
+        best.map_or(VOID, |(_, &class)| class),
+        (ray.entropy * ENTROPY_STEPS_PER_NAT).round() as u16,
+    )
+}
+
+/// The dense map of a (frame, generation) from what is said of its [`coarse_pixels`]: each pixel as that of its
+/// square; what the person painted is as they said. `None` never, as long as all of those are there.
+fn frame_map(
+    scene: &Scene,
+    labels: &LabelSet,
+    (frame, generation): (usize, u64),
+    stride: u32,
+    said: &[(ClassId, u16)],
+) -> Option<FrameMap> {
+    let camera = &scene.frames[frame].camera;
+    let columns = camera.width.div_ceil(stride);
+    let (mut classes, mut entropy): (Vec<ClassId>, Vec<u16>) = (0..camera.pixels() as u32)
+        .map(|index| {
+            let (row, column) = (index / camera.width, index % camera.width);
+            said[(row / stride * columns + column / stride) as usize]
+        })
+        .unzip();
+    for (pixel, (class, _)) in rasterise(labels, frame, camera.width, camera.height) {
+        classes[pixel as usize] = class;
+        entropy[pixel as usize] = 0;
+    }
+    let size = [camera.width, camera.height];
+    FrameMap::new(frame, generation, size, classes, entropy)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::labels::{History, Stroke};
+    use crate::scene::testing::wall;
+
+    #[test]
+    fn every_square_has_a_rendered_pixel_inside_the_image_and_shows_it() {
+        let scene = wall(1, 10, 7);
+        let camera = &scene.frames[0].camera;
+        let pixels = coarse_pixels(camera, 4);
+        assert_eq!(pixels, [22, 26, 29, 62, 66, 69]);
+        assert_eq!(coarse_pixels(camera, 128), [69]);
+        assert_eq!(coarse_pixels(camera, 1), (0..70).collect::<Vec<_>>());
+
+        let said: Vec<(ClassId, u16)> = (1..=6).map(|class| (class, 10 * class)).collect();
+        let map = frame_map(&scene, &LabelSet::default(), (0, 1), 4, &said).unwrap();
+        let (labels, entropies) = (map.labels(), map.entropy());
+        for (pixel, &(class, entropy)) in pixels.iter().zip(&said) {
+            assert_eq!((labels[*pixel], entropies[*pixel]), (class, entropy));
+        }
+        assert_eq!((labels[0], labels[9], labels[69]), (1, 3, 6));
+    }
+
+    #[test]
+    fn painted_pixels_are_as_the_person_said() {
+        let scene = wall(1, 10, 7);
+        let mut history = History::default();
+        let (class, _) = history.add_class("dark");
+        history.add_stroke(Stroke::click(0, class, [3, 0]));
+        history.add_stroke(Stroke::click(0, VOID, [4, 0]));
+        let map = frame_map(&scene, history.labels(), (0, 1), 128, &[(9, 500)]).unwrap();
+        assert_eq!(map.labels()[2..6], [9, class, VOID, 9]);
+        assert_eq!(map.entropy()[2..6], [500, 0, 0, 500]);
+    }
+}
