@@ -39,15 +39,16 @@ impl Exposure {
     }
 
     /// The colours `[rays, 3]` of rays of these frames as their cameras would show them, and the penalty
-    /// that belongs into the loss.
+    /// that belongs into the loss. Colours are composited over nothing, to these opacities `[rays, 1]`.
     ///
     /// # Errors
     /// A frame that it does not know.
-    pub fn apply(&self, colors: &Tensor, frames: &[u32]) -> Result<(Tensor, Tensor)> {
+    pub fn apply(&self, colors: &Tensor, opacity: &Tensor, frames: &[u32]) -> Result<(Tensor, Tensor)> {
         let frames = Tensor::new(frames, self.parameters.device())?;
         let own = self.parameters.index_select(&frames, 0)?;
         let gain = own.narrow(1, 0, 3)?.exp()?;
-        let shown = (colors.mul(&gain)? + own.narrow(1, 3, 3)?)?;
+        let offset = own.narrow(1, 3, 3)?.broadcast_mul(opacity)?;
+        let shown = (colors.mul(&gain)? + offset)?;
         let penalty = own.sqr()?.mean_all()?.affine(PENALTY, 0.0)?;
         Ok((shown, penalty))
     }
@@ -120,8 +121,9 @@ mod tests {
         let colors = [[0.2_f32, 0.5, 0.8], [0.6, 0.3, 0.1]];
         let measured = Tensor::new(&colors.map(|c| c.map(|v| 1.2 * v)), &Device::Cpu).unwrap();
         let colors = Tensor::new(&colors, &Device::Cpu).unwrap();
+        let opaque = Tensor::new(&[[1.0_f32], [1.0]], &Device::Cpu).unwrap();
         for _ in 0..400 {
-            let (shown, penalty) = exposure.apply(&colors, &[1, 1]).unwrap();
+            let (shown, penalty) = exposure.apply(&colors, &opaque, &[1, 1]).unwrap();
             let error = shown.sub(&measured).unwrap().sqr().unwrap().mean_all().unwrap();
             let gradients = (error + penalty).unwrap().backward().unwrap();
             let gradient = gradients.get(exposure.parameters()).unwrap();

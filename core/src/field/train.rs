@@ -28,6 +28,8 @@ const TABLE_RATE: f32 = 0.04;
 const TABLE_RATE_WITH_DEPTH: f32 = 0.02;
 const NETWORK_RATE: f32 = 0.005;
 const EXPOSURE_RATE: f32 = 0.001;
+/// Steps before the first of the exposures: the field's own colours come first.
+const EXPOSURE_WARM_UP: u64 = 300;
 /// Learning rates fall to this share over the capacity's steps.
 const FINAL_RATE: f32 = 0.1;
 /// Steps between looks at the occupancy grid, and cells looked at.
@@ -282,7 +284,9 @@ impl Trainer {
                 return Ok(false);
             }
             self.weights_optimiser.step(weights, rate * NETWORK_RATE)?;
-            if let Some(exposure) = gradients.get(self.exposure.parameters()) {
+            if self.steps >= EXPOSURE_WARM_UP
+                && let Some(exposure) = gradients.get(self.exposure.parameters())
+            {
                 self.exposure.step(exposure, rate * EXPOSURE_RATE)?;
             }
             let base = if self.scene.has_depth() {

@@ -138,7 +138,9 @@ impl Objective<'_> {
         let mut shown = out.narrow(1, 0, 3)?;
         let mut penalty = None;
         if self.recipe.exposure {
-            let (corrected, size) = self.exposure.apply(&shown, &batch.frames)?;
+            let (corrected, size) =
+                self.exposure
+                    .apply(&shown, &out.narrow(1, 5, 1)?.detach(), &batch.frames)?;
             shown = corrected;
             penalty = Some(size);
         }
