@@ -104,6 +104,9 @@ pub struct EngineArguments {
     /// What to train: auto, fast, accurate or reference, or several of them in turn.
     #[arg(long = "preset", value_name = "NAME,...", value_delimiter = ',', default_value = "auto", value_parser = preset)]
     pub presets: Vec<Preset>,
+    /// Train the default with all that teaches it, and without one part each, instead of presets.
+    #[arg(long, conflicts_with = "presets")]
+    pub ablate: bool,
     /// Leave measured depth aside in training.
     #[arg(long)]
     pub no_depth: bool,

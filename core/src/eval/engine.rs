@@ -12,8 +12,8 @@ use super::reached::{Progress, Reached};
 use crate::field::kernels::Dispatch;
 use crate::field::reference::{PixelLabels, ReferenceTrainer, Settings};
 use crate::field::{
-    Capacity, OccupancyGrid, Path, Preset, RadianceField, Ray, RenderedRay, Samples, Sampling, Trainer,
-    Volume, best_device,
+    Capacity, OccupancyGrid, Path, Preset, RadianceField, Ray, Recipe, RenderedRay, Samples, Sampling,
+    Trainer, Volume, best_device,
 };
 use crate::scene::Scene;
 
@@ -46,6 +46,7 @@ pub fn path_speeds(table_log2: u32, rounds: usize, threads: usize) -> Result<Vec
         coarsest: 16,
         finest: 512,
         table_log2,
+        most_log2: table_log2,
         hidden: 64,
         steps: 1,
         cell: 6.0 / 512.0,
@@ -101,13 +102,49 @@ fn name(path: &Path) -> String {
     }
 }
 
+/// What is trained in a run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Variant {
+    /// Name for people.
+    pub name: String,
+    /// How much the field may model.
+    pub preset: Preset,
+    /// What it is taught by.
+    pub recipe: Recipe,
+}
+
+impl From<Preset> for Variant {
+    /// A preset by the whole recipe.
+    fn from(preset: Preset) -> Self {
+        Self {
+            name: preset.name().to_owned(),
+            preset,
+            recipe: Recipe::default(),
+        }
+    }
+}
+
+impl Variant {
+    /// The default by the whole recipe, and without one of its parts each.
+    pub fn ablations() -> Vec<Self> {
+        let ablations = Recipe::ablations().into_iter();
+        ablations
+            .map(|(name, recipe)| Self {
+                name: name.to_owned(),
+                preset: Preset::Auto,
+                recipe,
+            })
+            .collect()
+    }
+}
+
 /// How good a field was after so much training.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RunPoint {
     /// The scene.
     pub scene: String,
-    /// What was trained.
-    pub preset: Preset,
+    /// Name of what was trained.
+    pub preset: String,
     /// Whether the field was given measured depth.
     pub depth: bool,
     /// Seed of the run.
@@ -130,6 +167,10 @@ pub struct RunPoint {
     pub within_tenth: Option<f32>,
     /// Peak signal-to-noise ratio on held-out frames, in dB.
     pub psnr_db: f32,
+    /// Trainable parameters.
+    pub parameters: usize,
+    /// How often the field came back to an earlier state, because it had collapsed or was not finite.
+    pub undone: u64,
 }
 
 /// Trains a field on `scene` and measures it on its held-out frames against `truth`, another reading of
@@ -141,15 +182,16 @@ pub struct RunPoint {
 pub fn training_run(
     scene: &Arc<Scene>,
     truth: &Scene,
-    preset: Preset,
+    variant: &Variant,
     seed: u64,
     marks: &[f64],
 ) -> Result<(Vec<RunPoint>, Vec<Reached>)> {
-    if preset == Preset::Reference {
+    if variant.preset == Preset::Reference {
         return reference_run(scene, truth, seed, marks);
     }
     let mut reached = Progress::default();
-    let mut trainer = Trainer::new(Arc::clone(scene), preset, seed)?;
+    let (path, own) = (Path::best()?, Arc::clone(scene));
+    let mut trainer = Trainer::on(&path, own, variant.preset, variant.recipe, seed)?;
     let mut seconds = 0.0;
     let mut points = Vec::new();
     for &mark in marks {
@@ -168,7 +210,7 @@ pub fn training_run(
             let work = trainer.work();
             points.push(RunPoint {
                 scene: scene.name(),
-                preset,
+                preset: variant.name.clone(),
                 depth: scene.has_depth(),
                 seed,
                 seconds,
@@ -180,10 +222,12 @@ pub fn training_run(
                 depth_error_rel: held_out.relative_depth_error,
                 within_tenth: held_out.within_tenth,
                 psnr_db: held_out.psnr,
+                parameters: trainer.field().parameters(),
+                undone: trainer.undone(),
             });
         }
     }
-    let reached = reached.finish(&scene.name(), preset, scene.has_depth(), seed);
+    let reached = reached.finish(&scene.name(), &variant.name, scene.has_depth(), seed);
     Ok((points, reached))
 }
 
@@ -202,7 +246,7 @@ fn reference_run(
     let mut trainer = ReferenceTrainer::new(Arc::clone(scene), labels, settings, &device, seed)?;
     let rays = trainer.held_out().rays(scene);
     // Depth does no more than bound the volume.
-    let (preset, depth) = (Preset::Reference, false);
+    let (preset, depth) = (Preset::Reference.name(), false);
     let mut seconds = 0.0;
     let mut points = Vec::new();
     for &mark in marks {
@@ -217,7 +261,7 @@ fn reference_run(
             reached.note(seconds, &held_out);
             points.push(RunPoint {
                 scene: scene.name(),
-                preset,
+                preset: preset.to_owned(),
                 depth,
                 seed,
                 seconds,
@@ -229,6 +273,8 @@ fn reference_run(
                 depth_error_rel: held_out.relative_depth_error,
                 within_tenth: held_out.within_tenth,
                 psnr_db: held_out.psnr,
+                parameters: trainer.field().parameters(),
+                undone: 0,
             });
         }
     }

@@ -10,7 +10,7 @@ mod truth;
 use std::path::PathBuf;
 
 pub use cost::{Cost, CostError, session_cost};
-pub use engine::{PathSpeed, RunPoint, path_speeds, training_run};
+pub use engine::{PathSpeed, RunPoint, Variant, path_speeds, training_run};
 pub use metrics::{ConfusionMatrix, Scores};
 pub use reached::{Quantity, Reached, TARGETS};
 pub use truth::{GroundTruth, LabelImage, Split, frame_number};

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::field::{HeldOut, Preset};
+use crate::field::HeldOut;
 
 /// What a target is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -36,8 +36,8 @@ pub const TARGETS: [(Quantity, f32); 11] = [
 pub struct Reached {
     /// The scene.
     pub scene: String,
-    /// What was trained.
-    pub preset: Preset,
+    /// Name of what was trained.
+    pub preset: String,
     /// Whether the field was given measured depth.
     pub depth: bool,
     /// Seed of the run.
@@ -78,12 +78,12 @@ impl Progress {
         }
     }
 
-    pub(super) fn finish(self, scene: &str, preset: Preset, depth: bool, seed: u64) -> Vec<Reached> {
+    pub(super) fn finish(self, scene: &str, preset: &str, depth: bool, seed: u64) -> Vec<Reached> {
         let targets = TARGETS.into_iter().zip(self.seconds);
         targets
             .map(|((quantity, target), seconds)| Reached {
                 scene: scene.to_owned(),
-                preset,
+                preset: preset.to_owned(),
                 depth,
                 seed,
                 quantity,
@@ -113,7 +113,7 @@ mod tests {
         assert!(!progress.is_due(2.4) && progress.is_due(2.5));
         progress.note(20.0, &look(30.0, 0.06));
         assert!(!progress.is_due(21.9) && progress.is_due(22.1));
-        let reached = progress.finish("demo", Preset::Auto, true, 3);
+        let reached = progress.finish("demo", "auto", true, 3);
         let seconds: Vec<Option<f64>> = reached.iter().map(|one| one.seconds).collect();
         let of = |quantity| -> Vec<Option<f64>> {
             let own = reached.iter().filter(|one| one.quantity == quantity);

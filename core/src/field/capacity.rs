@@ -47,9 +47,11 @@ pub struct Capacity {
     pub finest: u32,
     /// Logarithm (base 2) of the most rows that a level may have.
     pub table_log2: u32,
+    /// What [`Capacity::table_log2`] may grow to while the held-out error falls.
+    pub most_log2: u32,
     /// Width of the hidden layers.
     pub hidden: usize,
-    /// Steps until the learning rate has come down.
+    /// Steps until the learning rate has come down; fewer when the held-out error no longer falls.
     pub steps: u64,
     /// Side of the finest cell, in metres.
     pub cell: f32,
@@ -61,10 +63,12 @@ impl Capacity {
     /// # Errors
     /// [`Preset::Reference`], whose networks have no grid.
     pub fn for_scene(scene: &Scene, volume: &Volume, preset: Preset) -> Result<Self> {
-        let (coarser, table_log2, steps) = match preset {
-            Preset::Fast => (2.0, 15, 800),
-            Preset::Auto => (1.0, 17, 2_500),
-            Preset::Accurate => (0.5, 19, 10_000),
+        // Measured depth leaves little to find out.
+        let auto_steps = if scene.has_depth() { 2_500 } else { 12_000 };
+        let (coarser, (table_log2, most_log2), steps) = match preset {
+            Preset::Fast => (2.0, (15, 15), 800),
+            Preset::Auto => (1.0, (16, 19), auto_steps),
+            Preset::Accurate => (0.5, (19, 19), 12_000),
             Preset::Reference => bail!("the reference preset has no grid whose capacity could be chosen"),
         };
         let cell = coarser * pixel_footprint(scene, volume);
@@ -75,10 +79,16 @@ impl Capacity {
             coarsest,
             finest,
             table_log2,
+            most_log2,
             hidden: 64,
             steps,
             cell: volume.side / finest as f32,
         })
+    }
+
+    /// How often the table may still double.
+    pub fn doublings(&self) -> u32 {
+        self.most_log2.saturating_sub(self.table_log2)
     }
 
     /// The shape of the grid.

@@ -60,6 +60,36 @@ impl GridShape {
         Self { levels, rows }
     }
 
+    /// The same levels with twice as many rows each where they were hashed, and for each row of the result
+    /// the row of `self` whose features it takes: then every position is encoded as before, since the
+    /// longer hash modulo the old number of rows is the shorter one.
+    pub fn doubled(&self) -> (Self, Vec<u32>) {
+        let mut levels = Vec::with_capacity(self.levels.len());
+        let mut sources = Vec::with_capacity(2 * self.rows);
+        for old in self.levels.iter() {
+            let corners = (old.resolution as usize + 1).pow(3);
+            let dense = old.dense || corners <= 2 * old.rows;
+            let rows = if dense { corners } else { 2 * old.rows };
+            levels.push(GridLevel {
+                first_row: sources.len(),
+                rows,
+                dense,
+                ..*old
+            });
+            if old.dense || !dense {
+                sources.extend((0..rows).map(|row| (old.first_row + row % old.rows) as u32));
+            } else {
+                let side = 0..=old.resolution;
+                for (z, y) in side.clone().flat_map(|z| side.clone().map(move |y| (z, y))) {
+                    sources.extend(side.clone().map(|x| old.row(x, y, z)));
+                }
+            }
+        }
+        let rows = sources.len();
+        let levels = levels.into();
+        (Self { levels, rows }, sources)
+    }
+
     /// The levels, coarsest first.
     pub fn levels(&self) -> &[GridLevel] {
         &self.levels
@@ -197,6 +227,22 @@ mod tests {
                     assert_eq!(rows[corner][lane] + level.first_row as u32, one_rows[corner]);
                     assert!((weights[corner].0[lane] - one_weights[corner]).abs() < 1e-6);
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn a_doubled_grid_is_the_one_of_twice_the_rows_and_encodes_the_same() {
+        let shape = GridShape::new(6, 4, 200, 12);
+        let (doubled, sources) = shape.doubled();
+        assert_eq!(doubled, GridShape::new(6, 4, 200, 13));
+        assert_eq!(sources.len(), doubled.rows());
+        for position in [[0.1, 0.9, 0.3], [0.77, 0.2, 0.6], [0.0, 1.0, 0.5]] {
+            for (old, new) in shape.levels().iter().zip(doubled.levels()) {
+                let (old_rows, old_weights) = old.corners(position);
+                let (new_rows, new_weights) = new.corners(position);
+                assert_eq!(new_rows.map(|row| sources[row as usize]), old_rows);
+                assert_eq!(new_weights, old_weights);
             }
         }
     }

@@ -99,6 +99,23 @@ impl RadianceField {
         }
     }
 
+    /// Doubles the table; nothing that the field renders changes. Returns, for each row of the table, the
+    /// row that it was.
+    ///
+    /// # Errors
+    /// The device's, such as a lack of memory; nothing is changed then.
+    pub fn grow(&mut self) -> Result<Vec<u32>> {
+        let (grid, sources) = self.grid.doubled();
+        let rows = Tensor::from_slice(&sources, sources.len(), self.device())?;
+        let table = Var::from_tensor(&self.table.index_select(&rows, 0)?)?;
+        if let Engine::Fused(_, buffers) = &mut self.engine {
+            *buffers = Buffers::new(&grid)?;
+        }
+        self.table = table;
+        self.grid = grid;
+        Ok(sources)
+    }
+
     /// Optimisers of the table and of the weights.
     ///
     /// # Errors

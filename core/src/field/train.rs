@@ -3,6 +3,7 @@
 mod batch;
 mod held_out;
 mod loss;
+mod pace;
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -18,6 +19,7 @@ use batch::{Batch, Source};
 pub use held_out::{HeldOut, HeldOutPixels};
 use loss::Objective;
 pub use loss::Recipe;
+use pace::{CHECK_EVERY, Pace, Verdict};
 
 /// Samples that a step aims at; the number of rays follows from how many samples a ray needs.
 const SAMPLES_PER_STEP: usize = 24 * 1024;
@@ -30,8 +32,6 @@ const NETWORK_RATE: f32 = 0.005;
 const EXPOSURE_RATE: f32 = 0.001;
 /// Steps before the first of the exposures: the field's own colours come first.
 const EXPOSURE_WARM_UP: u64 = 300;
-/// Learning rates fall to this share over the capacity's steps.
-const FINAL_RATE: f32 = 0.1;
 /// Steps between looks at the occupancy grid, and cells looked at.
 const OCCUPANCY_EVERY: u64 = 16;
 const OCCUPANCY_PROBES: usize = 16 * 1024;
@@ -39,8 +39,6 @@ const OCCUPANCY_PROBES: usize = 16 * 1024;
 const OCCUPANCY_WARM_UP: u64 = 256;
 /// Non-finite steps in a row after which the last good state comes back.
 const PATIENCE: u32 = 3;
-/// Steps between snapshots of a good state.
-const SNAPSHOT_EVERY: u64 = 200;
 
 /// What training has gone through since the trainer was made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -72,7 +70,17 @@ pub struct Trainer {
     rate_scale: f32,
     skipped: u64,
     failures: u32,
-    good: Vec<Tensor>,
+    pace: Pace,
+    error: Option<HeldOut>,
+    undone: u64,
+    good: Good,
+}
+
+/// A state to come back to.
+struct Good {
+    /// The parameters, in the order of [`RadianceField::named`].
+    parameters: Vec<Tensor>,
+    occupancy: OccupancyGrid,
 }
 
 impl Trainer {
@@ -102,7 +110,12 @@ impl Trainer {
         let source = Source::new(&scene, frames, recipe.smoothness && !scene.has_depth());
         let exposure = Exposure::new(scene.frames.len(), field.device())?;
         let [table_optimiser, weights_optimiser] = field.optimisers()?;
-        let mut trainer = Self {
+        let good = Good {
+            parameters: snapshot(&field)?,
+            occupancy: occupancy.clone(),
+        };
+        Ok(Self {
+            pace: Pace::new(capacity.steps, capacity.doublings()),
             scene,
             capacity,
             field,
@@ -120,10 +133,10 @@ impl Trainer {
             rate_scale: 1.0,
             skipped: 0,
             failures: 0,
-            good: Vec::new(),
-        };
-        trainer.good = trainer.snapshot()?;
-        Ok(trainer)
+            error: None,
+            undone: 0,
+            good,
+        })
     }
 
     /// The field.
@@ -156,9 +169,19 @@ impl Trainer {
         self.skipped
     }
 
-    /// Whether the learning rate has come down.
+    /// How often the field came back to an earlier state, because it had collapsed or was not finite.
+    pub fn undone(&self) -> u64 {
+        self.undone
+    }
+
+    /// The held-out error at the last look; there is one every 250 steps.
+    pub fn error(&self) -> Option<HeldOut> {
+        self.error
+    }
+
+    /// Whether teaching has come to its end: the learning rates are down.
     pub fn settled(&self) -> bool {
-        self.steps >= self.capacity.steps
+        self.pace.is_over(self.steps)
     }
 
     /// Samples that a training ray needed of late.
@@ -194,6 +217,46 @@ impl Trainer {
         if self.steps >= OCCUPANCY_WARM_UP && self.steps.is_multiple_of(OCCUPANCY_EVERY) {
             self.look_around()?;
         }
+        if self.steps.is_multiple_of(CHECK_EVERY) {
+            self.check()?;
+        }
+        Ok(())
+    }
+
+    /// Looks at the held-out error, and does what it says.
+    fn check(&mut self) -> Result<()> {
+        self.error = self.evaluate()?;
+        let verdict = self
+            .error
+            .map_or(Verdict::GoOn, |error| self.pace.judge(self.steps, error.psnr));
+        match verdict {
+            Verdict::Undo => return self.undo(),
+            Verdict::Grow => self.grow()?,
+            Verdict::GoOn => {}
+        }
+        self.good = Good {
+            parameters: snapshot(&self.field)?,
+            occupancy: self.occupancy.clone(),
+        };
+        Ok(())
+    }
+
+    /// Doubles the table.
+    fn grow(&mut self) -> Result<()> {
+        let sources = self.field.grow()?;
+        self.table_optimiser = self.table_optimiser.regrown(self.field.table(), &sources)?;
+        self.capacity.table_log2 += 1;
+        Ok(())
+    }
+
+    /// Comes back to the last good state and goes on more slowly.
+    fn undo(&mut self) -> Result<()> {
+        for ((_, var), good) in self.field.named().into_iter().zip(&self.good.parameters) {
+            var.set(good)?;
+        }
+        self.occupancy = self.good.occupancy.clone();
+        self.rate_scale *= 0.5;
+        self.undone += 1;
         Ok(())
     }
 
@@ -215,7 +278,7 @@ impl Trainer {
             .measure(&self.field, &self.occupancy, self.render_step(), truth)
     }
 
-    /// The parameters and the occupancy by name, for saving.
+    /// The parameters, the occupancy and the frames' exposures by name, for saving.
     ///
     /// # Errors
     /// None on the CPU short of a lack of memory.
@@ -227,6 +290,8 @@ impl Trainer {
         let density = self.occupancy.density();
         let occupancy = Tensor::from_slice(density, density.len(), &Device::Cpu)?;
         tensors.insert("occupancy".to_owned(), occupancy);
+        let exposure = self.exposure.parameters().copy()?;
+        tensors.insert("exposure".to_owned(), exposure.to_device(&Device::Cpu)?);
         Ok(tensors)
     }
 
@@ -235,12 +300,42 @@ impl Trainer {
     /// # Errors
     /// A state of a field of another capacity; nothing is changed then.
     pub fn restore(&mut self, tensors: &HashMap<String, Tensor>, steps: u64) -> Result<()> {
+        self.grow_to(tensors)?;
         self.field.restore(tensors)?;
         if let Some(density) = tensors.get("occupancy") {
             self.occupancy.restore(density.flatten_all()?.to_vec1()?);
         }
+        let exposure = self.exposure.parameters();
+        if let Some(saved) = tensors
+            .get("exposure")
+            .filter(|saved| saved.dims() == exposure.dims())
+        {
+            exposure.set(&saved.to_device(exposure.device())?)?;
+        }
         self.steps = steps;
-        self.good = self.snapshot()?;
+        self.good = Good {
+            parameters: snapshot(&self.field)?,
+            occupancy: self.occupancy.clone(),
+        };
+        Ok(())
+    }
+
+    /// Grows to the table of a saved state, where doublings lead there.
+    fn grow_to(&mut self, tensors: &HashMap<String, Tensor>) -> Result<()> {
+        let Some(table) = tensors.get("field.table") else {
+            return Ok(());
+        };
+        let fits = |capacity: &Capacity| capacity.grid().rows() == table.dims()[0];
+        let mut capacity = self.capacity;
+        while !fits(&capacity) && capacity.doublings() > 0 {
+            capacity.table_log2 += 1;
+        }
+        if fits(&capacity) {
+            while self.capacity != capacity {
+                self.grow()?;
+            }
+            self.pace = Pace::new(capacity.steps, capacity.doublings());
+        }
         Ok(())
     }
 
@@ -276,8 +371,7 @@ impl Trainer {
     /// Steps all parameters against the loss; `false`, with nothing changed, when a gradient is not finite.
     fn descend(&self, loss: &Tensor) -> Result<bool> {
         let gradients = loss.backward()?;
-        let progress = (self.steps as f32 / self.capacity.steps as f32).min(1.0);
-        let rate = self.rate_scale * FINAL_RATE.powf(progress);
+        let rate = self.rate_scale * self.pace.rate(self.steps);
         if let Some(weights) = gradients.get(self.field.weights()) {
             // The weights' gradient is small, and is not finite whenever a sample's is not.
             if !weights.sqr()?.sum_all()?.to_scalar::<f32>()?.is_finite() {
@@ -301,34 +395,19 @@ impl Trainer {
         Ok(true)
     }
 
-    /// Counts steps that were not finite; when they repeat, brings the last good state back and halves
-    /// the learning rate.
+    /// Counts steps that were not finite; when they repeat, brings the last good state back.
     fn guard(&mut self, finite: bool) -> Result<()> {
         if finite {
             self.failures = 0;
-            if self.steps.is_multiple_of(SNAPSHOT_EVERY) {
-                self.good = self.snapshot()?;
-            }
             return Ok(());
         }
         self.skipped += 1;
         self.failures += 1;
         if self.failures >= PATIENCE {
-            for ((_, var), good) in self.field.named().into_iter().zip(&self.good) {
-                var.set(good)?;
-            }
-            self.rate_scale *= 0.5;
             self.failures = 0;
+            self.undo()?;
         }
         Ok(())
-    }
-
-    fn snapshot(&self) -> Result<Vec<Tensor>> {
-        self.field
-            .named()
-            .into_iter()
-            .map(|(_, var): (_, &Var)| var.copy())
-            .collect()
     }
 
     fn look_around(&mut self) -> Result<()> {
@@ -346,6 +425,15 @@ impl Trainer {
         self.occupancy.update(&cells, &density);
         Ok(())
     }
+}
+
+/// Copies of a field's parameters.
+fn snapshot(field: &RadianceField) -> Result<Vec<Tensor>> {
+    field
+        .named()
+        .into_iter()
+        .map(|(_, var): (_, &Var)| var.copy())
+        .collect()
 }
 
 #[cfg(test)]

@@ -111,6 +111,8 @@ pub struct Status {
     pub render_seconds: f64,
     /// Steps that were skipped because their loss or gradient was not finite.
     pub skipped_steps: u64,
+    /// How often the field came back to an earlier state, because it had collapsed or was not finite.
+    pub undone: u64,
     /// Peak signal-to-noise ratio on held-out frames, in dB.
     pub held_out_psnr: Option<f32>,
     /// Median absolute depth error on held-out frames with depth, in metres.

@@ -288,6 +288,7 @@ impl<'a> ReferenceWorker<'a> {
             geometry_seconds: self.training_seconds,
             semantics_seconds: 0.0,
             render_seconds: self.render_seconds,
+            undone: 0,
             skipped_steps: trainer.map_or(0, ReferenceTrainer::skipped),
             held_out_psnr: self.held_out.map(|held_out| held_out.psnr),
             depth_error: self.held_out.and_then(|held_out| held_out.depth_error),

@@ -13,6 +13,8 @@ use crate::semantics::{FieldDepth, Surface};
 const STRIDE: u32 = 4;
 /// Rays rendered before commands are looked at again.
 const RAYS_AT_A_TIME: usize = 1024;
+/// Steps at which the field's depth is looked at, before the last look when it is taught.
+const LOOKS: [u64; 4] = [300, 1000, 3000, 8000];
 /// Share of pixels with measured depth above which the field's depth adds nothing.
 const COMPLETE: f32 = 0.98;
 
@@ -26,6 +28,8 @@ pub(super) struct Survey {
     incomplete: bool,
     /// Steps at which the field's depth is looked at, ascending.
     marks: Vec<u64>,
+    /// Whether there is one more look when the field is taught.
+    last_look: bool,
     rendering: Option<Rendering>,
     building: Option<Receiver<Option<Surface>>>,
 }
@@ -44,18 +48,17 @@ impl Survey {
     pub(super) fn new(scene: &Arc<Scene>, trainer: &Trainer, threads: usize) -> Self {
         let coverage = |frame: &Frame| frame.depth.as_ref().map_or(0.0, |depth| depth.coverage());
         let incomplete = scene.frames.iter().any(|frame| coverage(frame) < COMPLETE);
-        let last = trainer.capacity().steps;
-        let marks = if incomplete {
-            vec![last / 8, last * 2 / 5, last]
-        } else {
-            Vec::new()
-        };
+        let looks = incomplete && !trainer.settled();
         let mut survey = Self {
             scene: Arc::clone(scene),
             threads,
             extent: trainer.field().volume().side,
             incomplete,
-            marks: marks.into_iter().filter(|&mark| mark > trainer.steps()).collect(),
+            marks: LOOKS
+                .into_iter()
+                .filter(|&mark| looks && mark > trainer.steps())
+                .collect(),
+            last_look: looks,
             rendering: None,
             building: None,
         };
@@ -75,20 +78,25 @@ impl Survey {
 
     /// Whether nothing is under way and no look is due any more.
     pub(super) fn is_done(&self) -> bool {
-        self.marks.is_empty() && self.rendering.is_none() && self.building.is_none()
+        self.marks.is_empty() && !self.last_look && self.rendering.is_none() && self.building.is_none()
     }
 
-    /// Starts a look when one is due after so many steps.
-    pub(super) fn start_if_due(&mut self, steps: u64) {
-        if self.marks.first().is_some_and(|&mark| steps >= mark) {
-            self.marks.retain(|&mark| mark > steps);
+    /// Starts a look when one is due after a step of this training.
+    pub(super) fn start_if_due(&mut self, trainer: &Trainer) {
+        if trainer.settled() {
+            if self.last_look {
+                self.finish();
+            }
+        } else if self.marks.first().is_some_and(|&mark| trainer.steps() >= mark) {
+            self.marks.retain(|&mark| mark > trainer.steps());
             self.start();
         }
     }
 
-    /// Takes a last look now and none later.
+    /// Takes a last look now, unless one is under way, and none later.
     pub(super) fn finish(&mut self) {
         self.marks.clear();
+        self.last_look = false;
         if self.rendering.is_none() {
             self.start();
         }

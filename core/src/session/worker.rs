@@ -13,7 +13,7 @@ use super::outbox::Outbox;
 use super::reference::ReferenceWorker;
 use super::survey::Survey;
 use super::{Command, Event, ModelState, Phase, SessionOptions, Status};
-use crate::field::{FieldError, HeldOut, Preset, Ray, Sampling, Trainer};
+use crate::field::{FieldError, Preset, Ray, Sampling, Trainer};
 use crate::guide::suggest;
 use crate::labels::LabelSet;
 use crate::scene::{Scene, SceneError};
@@ -24,8 +24,6 @@ const PUBLISH_SLICE: Duration = Duration::from_millis(15);
 pub(super) const STATUS_EVERY: Duration = Duration::from_millis(250);
 /// How long the worker sleeps when there is nothing to do but to wait for a command or a surface.
 pub(super) const NAP: Duration = Duration::from_millis(20);
-/// Field steps between held-out evaluations.
-const EVALUATE_EVERY: u64 = 100;
 /// Field steps per step of the head.
 const HEAD_EVERY: u64 = 2;
 /// Head steps between looks at what it says of the surface, and steps after which the head has followed
@@ -164,7 +162,6 @@ struct Worker<'a> {
     /// Frames whose maps are out of date, in the order in which they are made.
     stale: VecDeque<usize>,
     suggestions_due: bool,
-    held_out: Option<HeldOut>,
     last_status: Instant,
     told_settled: bool,
     seconds: Seconds,
@@ -222,7 +219,6 @@ impl<'a> Worker<'a> {
             head_steps_due: 0,
             stale: VecDeque::new(),
             suggestions_due: false,
-            held_out: None,
             last_status: Instant::now(),
             told_settled: false,
             seconds: Seconds::default(),
@@ -388,10 +384,7 @@ impl<'a> Worker<'a> {
         let field = !self.trainer.settled();
         if field {
             timed(&mut self.seconds.geometry, || self.trainer.step())?;
-            self.survey.start_if_due(self.trainer.steps());
-            if self.trainer.steps().is_multiple_of(EVALUATE_EVERY) {
-                self.held_out = self.trainer.evaluate()?;
-            }
+            self.survey.start_if_due(&self.trainer);
         }
         if self.spread.is_none() && !field && self.survey.is_done() {
             return Err(WorkerError::Other(format!(
@@ -495,6 +488,7 @@ impl<'a> Worker<'a> {
             (false, Some(_)) => Phase::Training,
         };
         let head = self.head.as_ref().map_or(0, SemanticHead::parameters);
+        let held_out = self.trainer.error();
         self.outbox.send(Event::Status(Status {
             phase,
             steps: self.trainer.steps(),
@@ -503,8 +497,9 @@ impl<'a> Worker<'a> {
             semantics_seconds: self.seconds.semantics,
             render_seconds: self.seconds.render,
             skipped_steps: self.trainer.skipped(),
-            held_out_psnr: self.held_out.map(|held_out| held_out.psnr),
-            depth_error: self.held_out.and_then(|held_out| held_out.depth_error),
+            undone: self.trainer.undone(),
+            held_out_psnr: held_out.map(|error| error.psnr),
+            depth_error: held_out.and_then(|error| error.depth_error),
             mean_entropy: self.spread.as_ref().map(Spread::mean_entropy),
             parameters: self.trainer.field().parameters() + head,
             capacity: self.trainer.capacity().to_string(),

@@ -43,7 +43,7 @@ pub fn show(ui: &mut Ui, workspace: &Workspace, actions: &mut Actions) {
         });
 }
 
-fn rows(status: &Status) -> [(&'static str, String, &'static str); 6] {
+fn rows(status: &Status) -> [(&'static str, String, &'static str); 7] {
     let unknown = || "not known yet".to_owned();
     [
         (
@@ -86,7 +86,19 @@ fn rows(status: &Status) -> [(&'static str, String, &'static str); 6] {
             },
             "The size that was chosen for this scene",
         ),
+        (
+            "Mishaps",
+            mishaps(status.skipped_steps, status.undone),
+            "Steps that were left out because a number in them was not finite, and returns to an earlier state of the model, at half the learning rate",
+        ),
     ]
+}
+
+fn mishaps(skipped: u64, undone: u64) -> String {
+    match (skipped, undone) {
+        (0, 0) => "none".to_owned(),
+        _ => format!("{} steps left out, {undone} returns", grouped(skipped)),
+    }
 }
 
 /// A number with its thousands apart.

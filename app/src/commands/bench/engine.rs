@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use inplace_core::eval::{PathSpeed, Quantity, Reached, RunPoint, TARGETS, path_speeds, training_run};
+use inplace_core::eval::{
+    PathSpeed, Quantity, Reached, RunPoint, TARGETS, Variant, path_speeds, training_run,
+};
 use inplace_core::export::{self, peak_memory};
 use inplace_core::scene::{OpenOptions, Scene, SceneSource};
 use serde_json::json;
@@ -61,6 +63,11 @@ pub fn run(arguments: &EngineArguments) -> Result<(), Failure> {
 fn runs(arguments: &EngineArguments, threads: usize) -> Result<(Vec<RunPoint>, Vec<Reached>), Failure> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
     let (mut runs, mut reached) = (Vec::new(), Vec::new());
+    let variants = if arguments.ablate {
+        Variant::ablations()
+    } else {
+        arguments.presets.iter().copied().map(Variant::from).collect()
+    };
     for scene in &arguments.scenes {
         let source = SceneSource::from_argument(scene);
         let open = |depth| Scene::open(&source, OpenOptions { depth }, &|_, _| {});
@@ -68,9 +75,9 @@ fn runs(arguments: &EngineArguments, threads: usize) -> Result<(Vec<RunPoint>, V
         let seen = Arc::new(open(!arguments.no_depth)?);
         for run in 0..arguments.seeds {
             let seed = arguments.seed.wrapping_add(run);
-            for &preset in &arguments.presets {
+            for variant in &variants {
                 let measured =
-                    pool.install(|| training_run(&seen, &truth, preset, seed, &arguments.marks))?;
+                    pool.install(|| training_run(&seen, &truth, variant, seed, &arguments.marks))?;
                 runs.extend(measured.0);
                 reached.extend(measured.1);
             }
@@ -129,9 +136,10 @@ fn print_runs(runs: &[RunPoint]) {
         return;
     }
     println!(
-        "scene            preset     depth  seconds  steps/s   rays/s  samples/ray             error cm              error %  within 10%                   dB"
+        "scene            preset               depth  seconds  steps/s   rays/s  samples/ray             error cm              error %  within 10%                   dB"
     );
-    for ((scene, preset, depth), of_scene) in grouped(runs, |run| (run.scene.clone(), run.preset, run.depth))
+    for ((scene, preset, depth), of_scene) in
+        grouped(runs, |run| (run.scene.clone(), run.preset.clone(), run.depth))
     {
         // The runs of a scene pass the same marks one after the other.
         let first = of_scene[0].seed;
@@ -143,8 +151,8 @@ fn print_runs(runs: &[RunPoint]) {
             };
             let some = |value: Option<f32>| value.map_or(f64::NAN, |value| 100.0 * f64::from(value));
             println!(
-                "{scene:16} {:10} {:5} {:>8.1} {:>8.1} {:>8.0} {:>12.1} {:>20} {:>20} {:>11} {:>20}",
-                preset.name(),
+                "{scene:16} {:20} {:5} {:>8.1} {:>8.1} {:>8.0} {:>12.1} {:>20} {:>20} {:>11} {:>20}",
+                preset,
                 if depth { "yes" } else { "no" },
                 at[0].seconds,
                 at[0].steps_per_s,
@@ -166,7 +174,7 @@ fn print_reached(reached: &[Reached]) {
     }
     println!("seconds until");
     for ((scene, preset, depth), of_scene) in
-        grouped(reached, |one| (one.scene.clone(), one.preset, one.depth))
+        grouped(reached, |one| (one.scene.clone(), one.preset.clone(), one.depth))
     {
         for quantity in [Quantity::DepthErrorM, Quantity::DepthErrorRel, Quantity::PsnrDb] {
             let texts: Vec<String> = TARGETS
@@ -190,7 +198,7 @@ fn print_reached(reached: &[Reached]) {
                 })
                 .collect();
             let with = if depth { "depth" } else { "no depth" };
-            println!("{scene:16} {:10} {with:8}  {}", preset.name(), texts.join("   "));
+            println!("{scene:16} {:20} {with:8}  {}", preset, texts.join("   "));
         }
     }
 }

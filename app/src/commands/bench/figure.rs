@@ -2,7 +2,6 @@
 
 use inplace_core::eval::chart::{Axis, BarSeries, Chart, Figure, Panel, Point, Scale, Series};
 use inplace_core::eval::{Cost, PathSpeed, RunPoint};
-use inplace_core::field::Preset;
 
 use super::cost;
 use super::engine::grouped;
@@ -74,7 +73,7 @@ fn speeds(paths: &[PathSpeed]) -> Panel {
 /// Depth error and PSNR over the seconds of training.
 fn progress(runs: &[RunPoint]) -> Vec<Panel> {
     let lines = |value: &dyn Fn(&RunPoint) -> f64| -> Vec<Series> {
-        grouped(runs, |run| (run.scene.clone(), run.preset, run.depth))
+        grouped(runs, |run| (run.scene.clone(), run.preset.clone(), run.depth))
             .into_iter()
             .map(|((scene, preset, depth), own)| {
                 let marks = own.iter().filter(|run| run.seed == own[0].seed).count();
@@ -84,11 +83,11 @@ fn progress(runs: &[RunPoint]) -> Vec<Panel> {
                     Point::of_values(middle, at().map(|run| value(run)))
                 });
                 Series {
-                    name: match (preset, depth) {
-                        (Preset::Auto, true) => scene,
-                        (Preset::Auto, false) => format!("{scene}, no depth"),
-                        (_, true) => format!("{scene}, {}", preset.name()),
-                        (_, false) => format!("{scene}, {}, no depth", preset.name()),
+                    name: match (preset.as_str(), depth) {
+                        ("auto", true) => scene,
+                        ("auto", false) => format!("{scene}, no depth"),
+                        (_, true) => format!("{scene}, {preset}"),
+                        (_, false) => format!("{scene}, {preset}, no depth"),
                     },
                     points: points.collect(),
                 }

@@ -76,6 +76,38 @@ impl Adam {
         }
     }
 
+    /// Goes on with another parameter, whose every row was a row of this one, with the moments of that row.
+    ///
+    /// # Errors
+    /// The device's, such as a lack of memory.
+    pub fn regrown(&self, parameter: &Var, sources: &[u32]) -> Result<Self> {
+        let state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        let width = self.parameter.dim(1)?;
+        let moments = match &state.moments {
+            Moments::Flat(FlatMoments { first, second }) => {
+                let rows = |old: &[f32]| {
+                    let row = |&row: &u32| &old[row as usize * width..(row as usize + 1) * width];
+                    sources.iter().flat_map(row).copied().collect()
+                };
+                Moments::Flat(FlatMoments {
+                    first: rows(first),
+                    second: rows(second),
+                })
+            }
+            Moments::Tensors(first, second) => {
+                let rows = Tensor::from_slice(sources, sources.len(), parameter.device())?;
+                Moments::Tensors(first.index_select(&rows, 0)?, second.index_select(&rows, 0)?)
+            }
+        };
+        Ok(Self {
+            parameter: parameter.clone(),
+            state: Mutex::new(State {
+                moments,
+                steps: state.steps,
+            }),
+        })
+    }
+
     /// The parameter that is stepped.
     pub fn parameter(&self) -> &Var {
         &self.parameter
@@ -225,6 +257,28 @@ mod tests {
             assert!((a - b).abs() < 1e-5, "{by_kernel:?} {by_ops:?}");
         }
         assert_eq!(by_ops[3], -4.0);
+    }
+
+    #[test]
+    fn rows_go_on_as_the_rows_that_they_were() {
+        let rows = Tensor::new(&[[1.0_f32, 2.0], [3.0, 4.0]], &Device::Cpu).unwrap();
+        let gradient = Tensor::new(&[[0.5_f32, -1.0], [2.0, 0.25]], &Device::Cpu).unwrap();
+        let grown = |t: &Tensor| Tensor::cat(&[t, t], 0).unwrap();
+        for plain in [false, true] {
+            let parameter = Var::from_tensor(&rows).unwrap();
+            let adam = if plain {
+                Adam::plain(&parameter).unwrap()
+            } else {
+                Adam::new(&parameter)
+            };
+            adam.step(&gradient, 0.1).unwrap();
+            let larger = Var::from_tensor(&grown(&parameter)).unwrap();
+            let regrown = adam.regrown(&larger, &[0, 1, 0, 1]).unwrap();
+            adam.step(&gradient, 0.1).unwrap();
+            regrown.step(&grown(&gradient), 0.1).unwrap();
+            let expected = grown(&parameter).to_vec2::<f32>().unwrap();
+            assert_eq!(larger.to_vec2::<f32>().unwrap(), expected);
+        }
     }
 
     #[test]

@@ -11,6 +11,7 @@ fn field(path: &Path) -> RadianceField {
         coarsest: 4,
         finest: 64,
         table_log2: 11,
+        most_log2: 11,
         hidden: 32,
         steps: 100,
         cell: 4.0 / 64.0,

@@ -51,3 +51,66 @@ fn a_state_saved_on_one_path_goes_on_training_on_the_other() {
     fused.step().unwrap();
     assert_eq!((fused.steps(), fused.skipped()), (6, 0));
 }
+
+#[test]
+fn growing_changes_nothing_that_is_rendered_and_a_grown_state_is_taken_over() {
+    for path in [Path::Plain(Device::Cpu), Path::Fused(Dispatch::detect())] {
+        let mut grown = trained(&path, true, 3);
+        let before = grown.evaluate().unwrap().unwrap();
+        grown.capacity.most_log2 = grown.capacity.table_log2 + 1;
+        grown.grow().unwrap();
+        assert!(grown.field.parameters() > trained(&path, true, 0).field.parameters());
+        assert_eq!(grown.evaluate().unwrap().unwrap(), before);
+        for _ in 0..3 {
+            grown.step().unwrap();
+        }
+        let mut other = trained(&path, true, 0);
+        assert!(other.restore(&grown.state().unwrap(), grown.steps()).is_err());
+        other.capacity.most_log2 = grown.capacity.table_log2;
+        other.restore(&grown.state().unwrap(), grown.steps()).unwrap();
+        assert_eq!(other.capacity.table_log2, grown.capacity.table_log2);
+        assert_eq!(other.evaluate().unwrap(), grown.evaluate().unwrap());
+    }
+}
+
+#[test]
+fn a_collapsed_field_comes_back_and_goes_on_more_slowly() {
+    let mut trainer = trained(&Path::Fused(Dispatch::detect()), true, 250);
+    let good = trainer.evaluate().unwrap().unwrap();
+    trainer
+        .field
+        .weights()
+        .set(&trainer.field.weights().zeros_like().unwrap())
+        .unwrap();
+    for _ in 0..250 {
+        trainer.step().unwrap();
+        // Whatever it learns meanwhile is wiped out: the collapse lasts until it is noticed.
+        if trainer.steps() < 500 {
+            let zeros = trainer.field.weights().zeros_like().unwrap();
+            trainer.field.weights().set(&zeros).unwrap();
+        }
+    }
+    let back = trainer.evaluate().unwrap().unwrap();
+    assert_eq!((trainer.undone(), trainer.rate_scale), (1, 0.5));
+    assert!((back.psnr - good.psnr).abs() < 1e-3, "{good:?} {back:?}");
+}
+
+#[test]
+fn steps_that_are_not_finite_change_nothing_and_are_undone_when_they_repeat() {
+    let mut trainer = trained(&Path::Fused(Dispatch::detect()), true, 2);
+    let weights = trainer.field.weights().clone();
+    let broken = (weights.as_tensor() * f64::NAN).unwrap();
+    weights.set(&broken).unwrap();
+    for _ in 0..u64::from(PATIENCE) {
+        trainer.step().unwrap();
+    }
+    assert_eq!((trainer.skipped(), trainer.undone()), (u64::from(PATIENCE), 1));
+    let sum = weights
+        .sqr()
+        .unwrap()
+        .sum_all()
+        .unwrap()
+        .to_scalar::<f32>()
+        .unwrap();
+    assert!(sum.is_finite());
+}
