@@ -67,7 +67,7 @@ impl Capacity {
         let auto_steps = if scene.has_depth() { 2_500 } else { 12_000 };
         let (coarser, (table_log2, most_log2), steps) = match preset {
             Preset::Fast => (2.0, (15, 15), 800),
-            Preset::Auto => (1.0, (16, 19), auto_steps),
+            Preset::Auto => (1.0, (17, 19), auto_steps),
             Preset::Accurate => (0.5, (19, 19), 12_000),
             Preset::Reference => bail!("the reference preset has no grid whose capacity could be chosen"),
         };
