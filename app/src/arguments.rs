@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
+use inplace_core::eval::simulate::Policy;
 use inplace_core::field::Preset;
 
 /// Labels a whole scene from a few clicks.
@@ -66,6 +67,9 @@ pub enum Command {
     },
     /// Label every frame of a scene from a few strokes.
     Label(LabelArguments),
+    /// Measure how good the maps of unseen frames become as a simulated annotator, who knows the ground truth,
+    /// clicks on the training frames.
+    Simulate(SimulateArguments),
     /// Measure.
     Bench {
         /// What to measure.
@@ -161,6 +165,43 @@ pub struct LabelArguments {
     pub training: TrainingArguments,
 }
 
+/// A simulated annotator.
+#[derive(Debug, Args)]
+pub struct SimulateArguments {
+    /// Folder of a capture with ground truth and split.json, or "demo".
+    pub scene: PathBuf,
+    /// Where the annotator clicks: guided (one random pixel of every class, then the program's suggestions),
+    /// random (equally many pixels of every class) or uniform (any pixels), or several of them in turn.
+    #[arg(
+        long = "policy",
+        value_name = "NAME,...",
+        value_delimiter = ',',
+        default_value = "guided"
+    )]
+    pub policies: Vec<Policy>,
+    /// Clicks a class, in the whole scene, after which the maps are measured.
+    #[arg(long, value_name = "N,...", value_delimiter = ',', default_value = "1,3,5,10", value_parser = clap::value_parser!(u16).range(1..))]
+    pub clicks: Vec<u16>,
+    /// Runs, with seeds that count up from --seed.
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u64).range(1..))]
+    pub seeds: u64,
+    /// Where results.csv and results.svg go.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Most seconds of learning the geometry before the first click [default: until it is learnt].
+    #[arg(long, value_name = "SECONDS", value_parser = seconds_or_none)]
+    pub geometry: Option<f64>,
+    /// Most seconds after the last click of each batch before the maps are measured; 0 trains no head and
+    /// measures what the surface graph says.
+    #[arg(long, value_name = "SECONDS", default_value = "60", value_parser = seconds_or_none)]
+    pub settle: f64,
+    /// Print the results as JSON.
+    #[arg(long)]
+    pub json: bool,
+    #[command(flatten)]
+    pub training: TrainingArguments,
+}
+
 fn preset(name: &str) -> Result<Preset, String> {
     match name {
         "auto" => Ok(Preset::Auto),
@@ -175,6 +216,13 @@ fn seconds(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(seconds) if seconds.is_finite() && seconds > 0.0 => Ok(seconds),
         _ => Err("give a number of seconds above zero".to_owned()),
+    }
+}
+
+fn seconds_or_none(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(seconds) if (0.0..1e9).contains(&seconds) => Ok(seconds),
+        _ => Err("give a number of seconds, zero or above".to_owned()),
     }
 }
 

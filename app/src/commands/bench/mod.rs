@@ -1,7 +1,7 @@
 //! `inplace bench`: measurements, as commands.
 
 mod cost;
-mod engine;
+pub(super) mod engine;
 mod figure;
 
 use super::Failure;
