@@ -84,6 +84,9 @@ pub enum Bench {
     /// Samples a second of each way to compute the field; how soon a field of each scene is good; with
     /// --cost, what captures of several sizes cost.
     Engine(EngineArguments),
+    /// The experiments of the Semantic-NeRF paper: sparse, noisy, coarse and partial label images of the
+    /// training frames, beside the paper's numbers.
+    Paper(PaperArguments),
     /// What one capture costs, as JSON: a process of its own for each, so that its peak memory is its own.
     #[command(hide = true)]
     CostOf {
@@ -141,6 +144,28 @@ pub struct EngineArguments {
     /// Seconds of training of each capture whose cost is measured.
     #[arg(long, value_name = "SECONDS", default_value_t = 10.0, value_parser = seconds)]
     pub cost_seconds: f64,
+}
+
+/// The paper's experiments.
+#[derive(Debug, Args)]
+pub struct PaperArguments {
+    /// Folders of captures with ground truth and split.json, or "demo".
+    #[arg(required = true)]
+    pub scenes: Vec<PathBuf>,
+    /// Runs of each scene, with seeds that count up from --seed.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+    pub seeds: u64,
+    /// Seconds of training the field where depth is missing; complete depth needs none.
+    #[arg(long, value_name = "SECONDS", default_value_t = 120.0, value_parser = seconds)]
+    pub seconds: f64,
+    /// Where paper.csv goes.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Print the results as JSON.
+    #[arg(long)]
+    pub json: bool,
+    #[command(flatten)]
+    pub training: TrainingArguments,
 }
 
 /// Labelling without the window.

@@ -5,6 +5,7 @@ mod cost;
 mod engine;
 mod followed;
 mod metrics;
+pub mod paper;
 mod reached;
 mod scene_truth;
 pub mod simulate;

@@ -17,7 +17,7 @@ const RAYS_AT_A_TIME: usize = 1024;
 const COMPLETE: f32 = 0.98;
 
 /// Renders the field's depth frame by frame and has the surface built from it in the background.
-pub(super) struct Survey {
+pub(crate) struct Survey {
     scene: Arc<Scene>,
     /// Threads of their own: the session's are busy training.
     threads: usize,
@@ -41,7 +41,7 @@ struct Rendering {
 }
 
 impl Survey {
-    pub(super) fn new(scene: &Arc<Scene>, trainer: &Trainer, threads: usize) -> Self {
+    pub(crate) fn new(scene: &Arc<Scene>, trainer: &Trainer, threads: usize) -> Self {
         let coverage = |frame: &Frame| frame.depth.as_ref().map_or(0.0, |depth| depth.coverage());
         let incomplete = scene.frames.iter().any(|frame| coverage(frame) < COMPLETE);
         let last = trainer.capacity().steps;
@@ -69,17 +69,22 @@ impl Survey {
     }
 
     /// Whether a look at the field's depth is under way.
-    pub(super) fn is_rendering(&self) -> bool {
+    pub(crate) fn is_rendering(&self) -> bool {
         self.rendering.is_some()
     }
 
+    /// Whether the frames' own depth leaves nothing for the field to find out.
+    pub(crate) fn is_complete(&self) -> bool {
+        !self.incomplete
+    }
+
     /// Whether nothing is under way and no look is due any more.
-    pub(super) fn is_done(&self) -> bool {
+    pub(crate) fn is_done(&self) -> bool {
         self.marks.is_empty() && self.rendering.is_none() && self.building.is_none()
     }
 
     /// Starts a look when one is due after so many steps.
-    pub(super) fn start_if_due(&mut self, steps: u64) {
+    pub(crate) fn start_if_due(&mut self, steps: u64) {
         if self.marks.first().is_some_and(|&mark| steps >= mark) {
             self.marks.retain(|&mark| mark > steps);
             self.start();
@@ -87,7 +92,7 @@ impl Survey {
     }
 
     /// Takes a last look now and none later.
-    pub(super) fn finish(&mut self) {
+    pub(crate) fn finish(&mut self) {
         self.marks.clear();
         if self.rendering.is_none() {
             self.start();
@@ -105,7 +110,7 @@ impl Survey {
     }
 
     /// Renders some more rays; the surface is built after those of the last frame.
-    pub(super) fn advance(&mut self, trainer: &Trainer) -> Result<(), FieldError> {
+    pub(crate) fn advance(&mut self, trainer: &Trainer) -> Result<(), FieldError> {
         let Some(rendering) = &mut self.rendering else {
             return Ok(());
         };
@@ -176,7 +181,7 @@ impl Survey {
     ///
     /// # Errors
     /// The building thread died.
-    pub(super) fn ready(&mut self) -> Result<Option<Surface>, &'static str> {
+    pub(crate) fn ready(&mut self) -> Result<Option<Surface>, &'static str> {
         let Some(building) = &self.building else {
             return Ok(None);
         };
