@@ -220,6 +220,10 @@ pub struct SimulateArguments {
     /// measures what the surface graph says.
     #[arg(long, value_name = "SECONDS", default_value = "60", value_parser = seconds_or_none)]
     pub settle: f64,
+    /// Measure other methods on the clicks of "random" too: the click nearest in a straight line, a joint
+    /// network of positions, and a pixel classifier.
+    #[arg(long)]
+    pub baselines: bool,
     /// Print the results as JSON.
     #[arg(long)]
     pub json: bool,

@@ -33,6 +33,7 @@ pub fn run(arguments: &SimulateArguments) -> Result<(), Failure> {
         seeds: arguments.seeds,
         geometry: arguments.geometry.map(Duration::from_secs_f64),
         settle: Duration::from_secs_f64(arguments.settle),
+        baselines: arguments.baselines,
     };
     let mut progress = Progress::new();
     let points = simulate(&experiment, &mut |line| progress.show(line))?;

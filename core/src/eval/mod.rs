@@ -4,6 +4,7 @@ pub mod chart;
 mod cost;
 mod engine;
 mod followed;
+mod learnt;
 mod metrics;
 pub mod paper;
 mod reached;

@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::{ConfusionMatrix, EvalError, GroundTruth, LabelImage, Scores, Split, frame_number};
 use crate::labels::{ClassId, VOID};
 use crate::scene::{Scene, SceneSource, demo};
+use crate::semantics::FrameMap;
 
 /// The label images of a scene's frames, and which of them labels may be taken from.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -110,6 +111,17 @@ impl SceneTruth {
             scene: "ground truth".to_owned(),
             reason: "all pixels are void; measure on a capture with classes".to_owned(),
         })
+    }
+}
+
+/// A label map of a frame in the pixels of its image on disk.
+pub(super) fn in_image(scene: &Scene, number: usize, labels: Vec<ClassId>) -> Vec<ClassId> {
+    let frame = &scene.frames[number];
+    let (size, sure) = ([frame.camera.width, frame.camera.height], vec![0; labels.len()]);
+    match FrameMap::new(number, 0, size, labels, sure) {
+        Some(map) => map.in_image(frame).labels().into_owned(),
+        // Sizes that do not fit are an error where the map is measured.
+        None => Vec::new(),
     }
 }
 

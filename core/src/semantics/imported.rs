@@ -89,9 +89,9 @@ fn most_likely(classes: &[ClassId], values: &[f32]) -> ClassId {
     values.iter().zip(classes).fold((0.0, VOID), best).1
 }
 
-/// The most likely class of every node of a surface.
+/// The class of every node of a surface.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct NodeLabels(Vec<ClassId>);
+pub struct NodeLabels(pub Vec<ClassId>);
 
 impl NodeLabels {
     /// Spreads label images over a surface: trusted pixels are sources of shortest paths, votes are diffused

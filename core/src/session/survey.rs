@@ -41,9 +41,14 @@ struct Rendering {
 }
 
 impl Survey {
-    pub(crate) fn new(scene: &Arc<Scene>, trainer: &Trainer, threads: usize) -> Self {
+    /// Whether the frames' own depth leaves nothing for the field to find out.
+    pub(crate) fn is_complete(scene: &Scene) -> bool {
         let coverage = |frame: &Frame| frame.depth.as_ref().map_or(0.0, |depth| depth.coverage());
-        let incomplete = scene.frames.iter().any(|frame| coverage(frame) < COMPLETE);
+        scene.frames.iter().all(|frame| coverage(frame) >= COMPLETE)
+    }
+
+    pub(crate) fn new(scene: &Arc<Scene>, trainer: &Trainer, threads: usize) -> Self {
+        let incomplete = !Self::is_complete(scene);
         let last = trainer.capacity().steps;
         let marks = if incomplete {
             vec![last / 8, last * 2 / 5, last]
@@ -71,11 +76,6 @@ impl Survey {
     /// Whether a look at the field's depth is under way.
     pub(crate) fn is_rendering(&self) -> bool {
         self.rendering.is_some()
-    }
-
-    /// Whether the frames' own depth leaves nothing for the field to find out.
-    pub(crate) fn is_complete(&self) -> bool {
-        !self.incomplete
     }
 
     /// Whether nothing is under way and no look is due any more.

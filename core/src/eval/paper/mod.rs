@@ -5,7 +5,6 @@ mod recipe;
 mod region;
 
 use std::sync::Arc;
-use std::thread;
 use std::time::{Duration, Instant};
 
 use rand::{SeedableRng, rngs::SmallRng};
@@ -15,12 +14,13 @@ use serde::Serialize;
 pub use recipe::{clicks, coarse, evenly, grid, grown, pixel_noise};
 pub use region::{Flipped, Objects};
 
+use super::learnt::trained_surface;
+use super::scene_truth::in_image;
 use super::{EvalError, SceneTruth, Scores, Table};
-use crate::field::{Preset, Trainer};
+use crate::field::Preset;
 use crate::labels::{ClassId, ImportedLabels, ImportedMap, Trust};
 use crate::scene::Scene;
-use crate::semantics::{FrameMap, NodeLabels, Surface};
-use crate::session::survey::Survey;
+use crate::semantics::NodeLabels;
 
 /// How the training frames' label images are spoilt.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -187,7 +187,7 @@ pub fn paper_experiments(
         .collect();
     let start = Instant::now();
     progress("finding the surface");
-    let surface = surface(scene, preset, training, seed)?;
+    let surface = trained_surface(scene, preset, training, seed)?;
     let surface_s = start.elapsed().as_secs_f64();
     let all = ImportedLabels {
         maps: clean.clone(),
@@ -226,39 +226,6 @@ pub fn paper_experiments(
         });
     }
     Ok(points)
-}
-
-/// The surface from measured depth, and from that of a trained field where it has holes.
-fn surface(scene: &Arc<Scene>, preset: Preset, training: Duration, seed: u64) -> Result<Surface, EvalError> {
-    let failed = |reason: String| EvalError::Session(reason);
-    let mut trainer =
-        Trainer::new(Arc::clone(scene), preset, seed).map_err(|error| failed(error.to_string()))?;
-    let threads = rayon::current_num_threads();
-    let mut survey = Survey::new(scene, &trainer, threads);
-    if !survey.is_complete() {
-        let start = Instant::now();
-        while start.elapsed() < training && !trainer.settled() {
-            trainer.step().map_err(|error| failed(error.to_string()))?;
-        }
-        survey.finish();
-        while survey.is_rendering() {
-            survey
-                .advance(&trainer)
-                .map_err(|error| failed(error.to_string()))?;
-        }
-    }
-    loop {
-        if let Some(surface) = survey.ready().map_err(|reason| failed(reason.to_owned()))? {
-            return Ok(surface);
-        }
-        if survey.is_done() {
-            return Err(EvalError::Scene {
-                scene: scene.source.to_string(),
-                reason: "no surface was found; train for longer with --seconds".to_owned(),
-            });
-        }
-        thread::sleep(Duration::from_millis(5));
-    }
 }
 
 /// The label images after a recipe.
@@ -333,17 +300,6 @@ fn in_frame(scene: &Scene, truth: &SceneTruth, number: usize) -> ImportedMap {
     ImportedMap {
         frame: number,
         labels: (0..frame.camera.pixels() as u32).map(label).collect(),
-    }
-}
-
-/// A label map of a frame in the pixels of its image on disk.
-fn in_image(scene: &Scene, number: usize, labels: Vec<ClassId>) -> Vec<ClassId> {
-    let frame = &scene.frames[number];
-    let (size, sure) = ([frame.camera.width, frame.camera.height], vec![0; labels.len()]);
-    match FrameMap::new(number, 0, size, labels, sure) {
-        Some(map) => map.in_image(frame).labels().into_owned(),
-        // Sizes that do not fit are an error where the map is measured.
-        None => Vec::new(),
     }
 }
 

@@ -3,8 +3,10 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::{Annotator, Click, Policy, SimulatedPoint};
+use super::{Annotator, Baseline, Click, Policy, SimulatedPoint};
 use crate::eval::followed::Followed;
+use crate::eval::learnt::restored_surface;
+use crate::eval::scene_truth::in_image;
 use crate::eval::{EvalError, SceneTruth, Scores};
 use crate::guide::Suggestion;
 use crate::scene::Scene;
@@ -26,6 +28,18 @@ pub struct Experiment {
     /// Most time after the last click of each batch before the maps are measured; less when they are final.
     /// Zero trains no head: the maps are what the surface graph says.
     pub settle: Duration,
+    /// Whether the baselines are measured on the clicks of [`Policy::Random`] too.
+    pub baselines: bool,
+}
+
+impl Experiment {
+    /// Clicks a class of the batches, ascending.
+    fn batches(&self) -> Vec<usize> {
+        let mut batches = self.clicks.clone();
+        batches.sort_unstable();
+        batches.dedup();
+        batches
+    }
 }
 
 /// Runs the experiment; `progress` is told what is being done.
@@ -53,9 +67,10 @@ pub fn simulate(
         progress(&format!("seed {seed}: learning the scene"));
         open.learn(experiment.geometry)?;
         let learnt = opening + learning.elapsed();
-        if experiment.policies.len() > 1 {
+        if experiment.policies.len() > 1 || experiment.baselines {
             options.state = Some(open.saved()?);
         }
+        let annotator = Annotator::new(&scene, truth);
         let mut first = Some(open);
         for &policy in &experiment.policies {
             let mut open = match first.take() {
@@ -67,12 +82,72 @@ pub fn simulate(
                     open
                 }
             };
-            let annotator = Annotator::new(&scene, truth);
             let measured = open.label(experiment, policy, seed, &annotator, truth, progress)?;
             points.extend(measured.into_iter().map(|mut point| {
                 point.wall_s += learnt.as_secs_f64();
                 point
             }));
+        }
+        drop(first);
+        if experiment.baselines {
+            let times = (opening.as_secs_f64(), learnt.as_secs_f64());
+            points.extend(baselines(
+                experiment, &options, &scene, &annotator, truth, times, progress,
+            )?);
+        }
+    }
+    Ok(points)
+}
+
+/// The baselines on the clicks of [`Policy::Random`], with the learnt field of `options`; `times` are seconds
+/// until the scene was open and until it was learnt.
+fn baselines(
+    experiment: &Experiment,
+    options: &SessionOptions,
+    scene: &Arc<Scene>,
+    annotator: &Annotator<'_>,
+    truth: &SceneTruth,
+    (opening_s, learnt_s): (f64, f64),
+    progress: &mut dyn FnMut(&str),
+) -> Result<Vec<SimulatedPoint>, EvalError> {
+    let Some(state) = &options.state else {
+        return Ok(Vec::new());
+    };
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(options.threads.max(1))
+        .build();
+    let pool = pool.map_err(|error| EvalError::Session(error.to_string()))?;
+    let surface = pool.install(|| restored_surface(scene, options.preset, state, options.seed))?;
+    let batches = experiment.batches();
+    let planned = annotator.clicks(Policy::Random, batches.last().copied().unwrap_or(0), options.seed);
+    let mut points = Vec::new();
+    for baseline in Baseline::ALL {
+        let before = if baseline.needs_surface() {
+            learnt_s
+        } else {
+            opening_s
+        };
+        for &clicks_per_class in &batches {
+            let name = format!("{}/{}", Policy::Random, baseline.name());
+            progress(&format!(
+                "seed {}, {name}: {clicks_per_class} clicks a class",
+                options.seed
+            ));
+            let given = &planned[..planned.len().min(clicks_per_class * annotator.classes().len())];
+            let made = pool.install(|| baseline.maps(scene, &surface, given, &truth.test, options.seed))?;
+            let mut maps = truth.test.iter().zip(made.maps);
+            points.push(SimulatedPoint {
+                scene: scene.name(),
+                policy: name,
+                seed: options.seed,
+                clicks_per_class,
+                strokes: given.len(),
+                scores: truth.scores(&truth.test, |_| {
+                    let map = maps.next();
+                    map.map_or_else(Vec::new, |(&frame, labels)| in_image(scene, frame, labels))
+                })?,
+                wall_s: before + made.seconds,
+            });
         }
     }
     Ok(points)
@@ -143,9 +218,7 @@ impl Open {
         self.run.session.send(resting);
         let frames = truth.train.iter().copied().collect();
         self.run.session.send(Command::SuggestOn { frames });
-        let mut batches = experiment.clicks.clone();
-        batches.sort_unstable();
-        batches.dedup();
+        let batches = experiment.batches();
         let most = batches.last().copied().unwrap_or(0);
         let planned = annotator.clicks(policy, most, seed);
         let mut given: Vec<Click> = Vec::new();
@@ -302,6 +375,7 @@ mod tests {
             seeds: 2,
             geometry: Some(Duration::ZERO),
             settle: Duration::ZERO,
+            baselines: false,
         };
         let points = simulate(&experiment, &mut |_| {}).unwrap();
         let told: Vec<(&str, u64, usize, usize)> = points

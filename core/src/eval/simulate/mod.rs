@@ -2,11 +2,13 @@
 //! and the maps of the test frames are measured as the clicks grow.
 
 mod annotator;
+mod baseline;
 mod experiment;
 
 use serde::Serialize;
 
 pub use annotator::{Annotator, Click, Policy};
+pub use baseline::{Baseline, BaselineMaps};
 pub use experiment::{Experiment, simulate};
 
 use super::{Scores, Table};
