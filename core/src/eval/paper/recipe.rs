@@ -136,9 +136,9 @@ mod tests {
     #[test]
     fn a_coarse_image_consists_of_squares_and_a_grid_of_their_corners() {
         let coarse = coarse(&labels(), 40, 10);
-        for index in 0..1200 {
+        for (index, &label) in coarse.iter().enumerate() {
             let corner = (index / 40 / 10 * 10) * 40 + index % 40 / 10 * 10;
-            assert_eq!(coarse[index], labels()[corner]);
+            assert_eq!(label, labels()[corner]);
         }
         let grid = grid(&labels(), 40, 10);
         assert_eq!(grid.iter().filter(|&&label| label != VOID).count(), 8);
@@ -167,7 +167,7 @@ mod tests {
         assert!(small.contains(&9));
         assert_eq!(grown_to(1.0), labels());
         // Two far islands of one class: the second is only reached by a second start.
-        let islands: Vec<ClassId> = (0..100).map(|x| ClassId::from(x < 3 || x >= 97)).collect();
+        let islands: Vec<ClassId> = (0..100).map(|x| ClassId::from(!(3..97).contains(&x))).collect();
         let all = grown(&islands, 100, 1.0, &mut SmallRng::seed_from_u64(2));
         assert_eq!(all, islands);
     }
