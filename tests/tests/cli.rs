@@ -150,7 +150,7 @@ fn a_simulated_annotator_labels_the_demo() {
         (&"random".into(), &1.into())
     );
     assert!(point["miou"].as_f64().unwrap() > 0.2, "{point}");
-    let table = std::fs::read_to_string(out.join("results.csv")).unwrap();
+    let table = fs::read_to_string(out.join("results.csv")).unwrap();
     assert!(
         table.starts_with("scene,policy,seed,clicks_per_class,strokes,miou,"),
         "{table}"
