@@ -103,7 +103,7 @@ fn figure(arguments: &SimulateArguments, threads: usize, points: &[SimulatedPoin
         title: "How labels spread from a few clicks".to_owned(),
         subtitle: format!(
             "{}{}; {} preset, {threads} threads; mean and range over {} seed{} from {}; maps measured at most {} s after a batch of clicks",
-            arguments.scene.display(),
+            points.first().map_or("", |point| point.scene.as_str()),
             if arguments.training.no_depth {
                 " without depth"
             } else {
