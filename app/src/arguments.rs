@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
+use inplace_core::eval::simulate::Policy;
 use inplace_core::field::Preset;
 
 /// Labels a whole scene from a few clicks.
@@ -66,6 +67,9 @@ pub enum Command {
     },
     /// Label every frame of a scene from a few strokes.
     Label(LabelArguments),
+    /// Measure how good the maps of unseen frames become as a simulated annotator, who knows the ground truth,
+    /// clicks on the training frames.
+    Simulate(SimulateArguments),
     /// Measure.
     Bench {
         /// What to measure.
@@ -80,6 +84,9 @@ pub enum Bench {
     /// Samples a second of each way to compute the field; how soon a field of each scene is good; with
     /// --cost, what captures of several sizes cost.
     Engine(EngineArguments),
+    /// The experiments of the Semantic-NeRF paper: sparse, noisy, coarse and partial label images of the
+    /// training frames, beside the paper's numbers.
+    Paper(PaperArguments),
     /// What one capture costs, as JSON: a process of its own for each, so that its peak memory is its own.
     #[command(hide = true)]
     CostOf {
@@ -142,6 +149,28 @@ pub struct EngineArguments {
     pub cost_seconds: f64,
 }
 
+/// The paper's experiments.
+#[derive(Debug, Args)]
+pub struct PaperArguments {
+    /// Folders of captures with ground truth and split.json, or "demo".
+    #[arg(required = true)]
+    pub scenes: Vec<PathBuf>,
+    /// Runs of each scene, with seeds that count up from --seed.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+    pub seeds: u64,
+    /// Seconds of training the field where depth is missing; complete depth needs none.
+    #[arg(long, value_name = "SECONDS", default_value_t = 120.0, value_parser = seconds)]
+    pub seconds: f64,
+    /// Where paper.csv goes.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Print the results as JSON.
+    #[arg(long)]
+    pub json: bool,
+    #[command(flatten)]
+    pub training: TrainingArguments,
+}
+
 /// Labelling without the window.
 #[derive(Debug, Args)]
 pub struct LabelArguments {
@@ -164,6 +193,47 @@ pub struct LabelArguments {
     pub training: TrainingArguments,
 }
 
+/// A simulated annotator.
+#[derive(Debug, Args)]
+pub struct SimulateArguments {
+    /// Folder of a capture with ground truth and split.json, or "demo".
+    pub scene: PathBuf,
+    /// Where the annotator clicks: guided (one random pixel of every class, then the program's suggestions),
+    /// random (equally many pixels of every class) or uniform (any pixels), or several of them in turn.
+    #[arg(
+        long = "policy",
+        value_name = "NAME,...",
+        value_delimiter = ',',
+        default_value = "guided"
+    )]
+    pub policies: Vec<Policy>,
+    /// Clicks a class, in the whole scene, after which the maps are measured.
+    #[arg(long, value_name = "N,...", value_delimiter = ',', default_value = "1,3,5,10", value_parser = clap::value_parser!(u16).range(1..))]
+    pub clicks: Vec<u16>,
+    /// Runs, with seeds that count up from --seed.
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u64).range(1..))]
+    pub seeds: u64,
+    /// Where results.csv and results.svg go.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Most seconds of learning the geometry before the first click [default: until it is learnt].
+    #[arg(long, value_name = "SECONDS", value_parser = seconds_or_none)]
+    pub geometry: Option<f64>,
+    /// Most seconds after the last click of each batch before the maps are measured; 0 trains no head and
+    /// measures what the surface graph says.
+    #[arg(long, value_name = "SECONDS", default_value = "60", value_parser = seconds_or_none)]
+    pub settle: f64,
+    /// Measure other methods on the clicks of "random" too: the click nearest in a straight line, a joint
+    /// network of positions, and a pixel classifier.
+    #[arg(long)]
+    pub baselines: bool,
+    /// Print the results as JSON.
+    #[arg(long)]
+    pub json: bool,
+    #[command(flatten)]
+    pub training: TrainingArguments,
+}
+
 fn preset(name: &str) -> Result<Preset, String> {
     match name {
         "auto" => Ok(Preset::Auto),
@@ -178,6 +248,13 @@ fn seconds(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(seconds) if seconds.is_finite() && seconds > 0.0 => Ok(seconds),
         _ => Err("give a number of seconds above zero".to_owned()),
+    }
+}
+
+fn seconds_or_none(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(seconds) if (0.0..1e9).contains(&seconds) => Ok(seconds),
+        _ => Err("give a number of seconds, zero or above".to_owned()),
     }
 }
 

@@ -121,6 +121,45 @@ fn the_embedded_demo_needs_no_folder() {
 }
 
 #[test]
+fn a_simulated_annotator_labels_the_demo() {
+    let root = tempfile::tempdir().unwrap();
+    let out = root.path().join("out");
+    let graph_alone = [
+        "--policy",
+        "random",
+        "--clicks",
+        "1",
+        "--seeds",
+        "1",
+        "--geometry",
+        "0",
+        "--settle",
+        "0",
+    ];
+    let outcome = Running::to_the_end(
+        inplace()
+            .args(["simulate", "demo", "--json", "--out"])
+            .arg(&out)
+            .args(graph_alone),
+    );
+    assert_eq!((outcome.code, outcome.stderr.as_str()), (Some(0), ""));
+    let points: Value = serde_json::from_str(&outcome.stdout).unwrap();
+    let point = &points[0];
+    assert_eq!(
+        (&point["policy"], &point["clicks_per_class"]),
+        (&"random".into(), &1.into())
+    );
+    assert!(point["miou"].as_f64().unwrap() > 0.2, "{point}");
+    let table = fs::read_to_string(out.join("results.csv")).unwrap();
+    assert!(
+        table.starts_with("scene,policy,seed,clicks_per_class,strokes,miou,"),
+        "{table}"
+    );
+    assert_eq!(table.lines().count(), 2);
+    assert!(out.join("results.svg").is_file());
+}
+
+#[test]
 fn a_few_clicks_label_every_pixel_of_every_frame() {
     let disk = OnDisk::new();
     let outcome = disk.label(&["--budget", BUDGET, "--json", "--seed", "7", "--threads", "2"]);

@@ -5,6 +5,7 @@ mod demo;
 mod info;
 mod label;
 mod progress;
+mod simulate;
 mod window;
 
 use std::error::Error;
@@ -26,6 +27,7 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         Some(Command::Demo { out: None }) => window::run(arguments.window),
         Some(Command::Info { scene, json }) => info::run(&scene, json),
         Some(Command::Label(label)) => label::run(&label),
+        Some(Command::Simulate(arguments)) => simulate::run(&arguments),
         Some(Command::Bench { what }) => bench::run(what),
         None => window::run(arguments.window),
     }

@@ -1,15 +1,16 @@
 //! What a capture costs: waiting, speed of training, memory.
 
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
-use crossbeam_channel::RecvTimeoutError;
 use serde::{Deserialize, Serialize};
 
+use super::EvalError;
+use super::followed::Followed;
 use crate::export::peak_memory;
 use crate::labels::LabelSet;
 use crate::scene::Scene;
-use crate::session::{Command, Event, Session, SessionOptions, Status};
+use crate::session::{Command, Event, SessionOptions, Status};
 
 /// What one capture cost.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -48,33 +49,19 @@ pub struct Cost {
     pub peak_memory_bytes: Option<u64>,
 }
 
-/// A session that ended before it was measured.
-#[derive(Debug, thiserror::Error)]
-pub enum CostError {
-    /// The session's own sentence.
-    #[error("{0}")]
-    Session(String),
-    /// There is nothing to click on.
-    #[error("{0}: there is no stroke in any of its frames; more frames are needed")]
-    NoStrokes(String),
-}
-
 /// Opens a capture in a session, clicks once, then labels it with all of `labels` and trains for
 /// `seconds`. Peak memory is that of the whole process: measure each capture in a process of its own.
 ///
 /// # Errors
-/// [`CostError`].
+/// [`EvalError::Session`]; [`EvalError::NoStrokes`].
 pub fn session_cost(
     options: SessionOptions,
     seconds: f64,
     labels: impl FnOnce(&Scene) -> LabelSet,
-) -> Result<Cost, CostError> {
+) -> Result<Cost, EvalError> {
     let threads = options.threads;
     let start = Instant::now();
-    let mut run = Run {
-        session: Session::start(options, || {}),
-        status: Status::default(),
-    };
+    let mut run = Followed::start(options);
     let scene = run.opened()?;
     let opening_s = start.elapsed().as_secs_f64();
     let peak_opening_bytes = peak_memory();
@@ -84,7 +71,7 @@ pub fn session_cost(
 
     let labels = labels(&scene);
     let Some(first) = labels.strokes.values().next() else {
-        return Err(CostError::NoStrokes(scene.name()));
+        return Err(EvalError::NoStrokes(scene.name()));
     };
     let view = first.frame;
     let mut one = labels.clone();
@@ -101,10 +88,10 @@ pub fn session_cost(
         generation: 1,
     });
     run.follow(|event, _| matches!(event, Event::Map { frame, generation: 1 } if *frame == view))?;
-    run.read(view);
+    read(&run, view);
     let map_in_view_s = click.elapsed().as_secs_f64();
     run.follow(|event, _| matches!(event, Event::AllMaps { generation: 1 }))?;
-    (0..scene.frames.len()).for_each(|frame| run.read(frame));
+    (0..scene.frames.len()).for_each(|frame| read(&run, frame));
     let all_maps_s = click.elapsed().as_secs_f64();
 
     run.session.send(Command::Labels {
@@ -140,53 +127,9 @@ pub fn session_cost(
     })
 }
 
-struct Run {
-    session: Session,
-    status: Status,
-}
-
-impl Run {
-    fn opened(&mut self) -> Result<Arc<Scene>, CostError> {
-        let mut opened = None;
-        self.follow(|event, _| {
-            if let Event::Opened(scene) = event {
-                opened = Some(Arc::clone(scene));
-            }
-            opened.is_some()
-        })?;
-        opened.ok_or_else(ended)
+/// Reads a frame's map as a window would.
+fn read(run: &Followed, frame: usize) {
+    if let Some(map) = run.session.maps().get(frame) {
+        std::hint::black_box(map.mean_entropy() + map.coverage());
     }
-
-    /// Follows the events until one of them (with the newest status) is the one that is waited for.
-    fn follow(&mut self, mut is_it: impl FnMut(&Event, &Status) -> bool) -> Result<(), CostError> {
-        loop {
-            match self.session.events().recv_timeout(Duration::from_secs(600)) {
-                Ok(Event::Error(reason)) => return Err(CostError::Session(reason)),
-                Ok(Event::Stopped) | Err(RecvTimeoutError::Disconnected) => return Err(ended()),
-                Ok(event) => {
-                    if let Event::Status(status) = &event {
-                        self.status = status.clone();
-                    }
-                    if is_it(&event, &self.status) {
-                        return Ok(());
-                    }
-                }
-                Err(RecvTimeoutError::Timeout) => {
-                    let reason = "nothing happened for ten minutes; try a smaller capture";
-                    return Err(CostError::Session(reason.to_owned()));
-                }
-            }
-        }
-    }
-
-    /// Reads a frame's map as a window would.
-    fn read(&self, frame: usize) {
-        if let Some(map) = self.session.maps().get(frame) {
-            std::hint::black_box(map.mean_entropy() + map.coverage());
-        }
-    }
-}
-
-fn ended() -> CostError {
-    CostError::Session("the session ended before it was measured".to_owned())
 }

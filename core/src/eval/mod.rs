@@ -3,16 +3,24 @@
 pub mod chart;
 mod cost;
 mod engine;
+mod followed;
+mod learnt;
 mod metrics;
+pub mod paper;
 mod reached;
+mod scene_truth;
+pub mod simulate;
+mod table;
 mod truth;
 
 use std::path::PathBuf;
 
-pub use cost::{Cost, CostError, session_cost};
+pub use cost::{Cost, session_cost};
 pub use engine::{PathSpeed, RunPoint, Variant, path_speeds, training_run};
 pub use metrics::{ConfusionMatrix, Scores};
 pub use reached::{Quantity, Reached, TARGETS};
+pub use scene_truth::SceneTruth;
+pub use table::Table;
 pub use truth::{GroundTruth, LabelImage, Split, frame_number};
 
 /// Something that cannot be measured; each message is one sentence that names the file and what to do.
@@ -33,6 +41,20 @@ pub enum EvalError {
         truth: usize,
         /// Pixels of the prediction.
         predicted: usize,
+    },
+    /// A session that ended before it was measured; its own sentence.
+    #[error("{0}")]
+    Session(String),
+    /// There is nothing to click on.
+    #[error("{0}: there is no stroke in any of its frames; more frames are needed")]
+    NoStrokes(String),
+    /// There is nothing to measure with.
+    #[error("{scene}: {reason}")]
+    Scene {
+        /// The scene.
+        scene: String,
+        /// What is missing and what to do.
+        reason: String,
     },
 }
 

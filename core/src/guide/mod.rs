@@ -2,6 +2,8 @@
 
 mod outline;
 
+use std::collections::BTreeSet;
+
 use glam::Vec3;
 
 use crate::labels::{ClassId, Pixel, VOID};
@@ -44,7 +46,15 @@ const INNER: f32 = 0.7;
 /// The worth of a node is u sqrt(a) min(r / 0.1 m, 1)^2: u = (d1 / d2) sqrt(d1) grows with the distance
 /// to the nearest class and with how alike the two nearest are, averaged twice over neighbours; a is
 /// the number of pixels that show the node, r the distance to the nearest label.
-pub fn suggest(scene: &Scene, surface: &Surface, posterior: &Posterior, said: &[u32]) -> Vec<Suggestion> {
+///
+/// With `only`, the places are shown in these frames, and those that none of them shows are left out.
+pub fn suggest(
+    scene: &Scene,
+    surface: &Surface,
+    posterior: &Posterior,
+    said: &[u32],
+    only: Option<&BTreeSet<usize>>,
+) -> Vec<Suggestion> {
     let graph = &surface.graph;
     let unclear = unclearness(graph, posterior);
     let labels = LabelPlaces::new(graph, said);
@@ -90,7 +100,7 @@ pub fn suggest(scene: &Scene, surface: &Surface, posterior: &Posterior, said: &[
             break;
         }
     }
-    describe(scene, surface, posterior, &picks, &region_of, &worth)
+    describe((scene, only), surface, posterior, &picks, &region_of, &worth)
 }
 
 /// Not in any region.
@@ -144,7 +154,7 @@ fn grow(graph: &SurfaceGraph, unclear: &[f32], centre: u32, level: f32, region: 
 
 /// Finds for each pick the frame that shows most of its region, the pixel and the outline there.
 fn describe(
-    scene: &Scene,
+    (scene, only): (&Scene, Option<&BTreeSet<usize>>),
     surface: &Surface,
     posterior: &Posterior,
     picks: &[u32],
@@ -169,7 +179,8 @@ fn describe(
         .iter()
         .enumerate()
         .filter_map(|(region, &pick)| {
-            let seen = (0..counts.len()).filter(|&frame| counts[frame][region].1);
+            let allowed = |frame: &usize| only.is_none_or(|only| only.contains(frame));
+            let seen = (0..counts.len()).filter(|&frame| allowed(&frame) && counts[frame][region].1);
             let frame = seen.max_by_key(|&frame| (counts[frame][region].0, std::cmp::Reverse(frame)))?;
             let camera = &scene.frames[frame].camera;
             let pixels = surface.pixels[frame].unpack();

@@ -16,7 +16,7 @@ fn suggestions(labels: &[(usize, Pixel, ClassId)]) -> (Scene, Surface, Vec<u32>,
     let mut propagation = Propagation::default();
     propagation.update(&surface.graph, seeds);
     let posterior = Posterior::new(&propagation, &[1, 2], surface.graph.len(), None);
-    let suggestions = suggest(&scene, &surface, &posterior, &said);
+    let suggestions = suggest(&scene, &surface, &posterior, &said, None);
     (scene, surface, said, suggestions)
 }
 
@@ -87,5 +87,17 @@ fn outlines_surround_their_pixel() {
             ys().fold(99.0, f32::min),
             ys().fold(0.0, f32::max)
         ));
+    }
+}
+
+#[test]
+fn suggestions_keep_to_the_frames_that_may_be_labelled() {
+    let scene = wall(4, 80, 60);
+    let surface = Surface::build(&scene, &[], 5.0).unwrap();
+    let posterior = Posterior::new(&Propagation::default(), &[1, 2], surface.graph.len(), None);
+    for frame in 0..4 {
+        let only = BTreeSet::from([frame]);
+        let found = suggest(&scene, &surface, &posterior, &[], Some(&only));
+        assert!(!found.is_empty() && found.iter().all(|s| s.frame == frame));
     }
 }

@@ -5,6 +5,7 @@
 mod class;
 mod edit;
 mod file;
+mod imported;
 mod raster;
 mod stroke;
 
@@ -14,6 +15,7 @@ use std::sync::Arc;
 pub use class::{Class, ClassId, VOID};
 pub use edit::{Edit, History, StrokeChange};
 pub use file::{StrokesError, read_strokes, strokes_json};
+pub use imported::{ImportedLabels, ImportedMap, Trust};
 pub use raster::{erase, pixels_of, rasterise};
 pub use stroke::{Pixel, Stroke, StrokeId};
 

@@ -1,9 +1,11 @@
 //! How labels spread: over the scene's surface by shortest paths, and into a semantic head on the field.
 
 mod depth;
+mod diffusion;
 mod geodesic;
 mod graph;
 mod head;
+mod imported;
 mod look;
 mod map;
 mod node_map;
@@ -12,9 +14,11 @@ mod spread;
 mod surface;
 
 pub use depth::{FieldDepth, pixel_length, pixel_lengths};
+pub use diffusion::diffuse;
 pub use geodesic::{Geodesics, Propagation};
 pub use graph::{Node, SurfaceGraph};
 pub use head::{RayTargets, SemanticHead, SoftTargets};
+pub use imported::{NodeLabels, NodeVotes};
 pub use look::HeadLook;
 pub use map::{ENTROPY_STEPS_PER_NAT, FrameMap};
 pub use node_map::NodeMap;

@@ -1,5 +1,6 @@
 //! What the window (or a headless command) and the worker say to each other.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use crate::field::{Preset, Work};
@@ -38,6 +39,11 @@ pub enum Command {
     View {
         /// Index of the frame.
         frame: usize,
+    },
+    /// Suggest places in these frames alone: the others are not to be labelled.
+    SuggestOn {
+        /// Indices of the frames.
+        frames: BTreeSet<usize>,
     },
     /// Stop training; label changes are still followed.
     Pause,

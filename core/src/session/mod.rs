@@ -5,7 +5,7 @@ mod maps;
 mod message;
 mod outbox;
 mod reference;
-mod survey;
+pub(crate) mod survey;
 mod worker;
 
 use std::sync::Arc;

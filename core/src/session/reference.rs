@@ -131,6 +131,8 @@ impl<'a> ReferenceWorker<'a> {
             Command::Labels { labels, generation } => self.set_labels(labels, generation)?,
             // All frames are rendered at a stride before any is at the next.
             Command::View { .. } => {}
+            // There are no suggestions without a surface.
+            Command::SuggestOn { .. } => {}
             Command::Pause => {
                 self.paused = true;
                 self.tell_status();

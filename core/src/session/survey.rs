@@ -19,7 +19,7 @@ const LOOKS: [u64; 4] = [300, 1000, 3000, 8000];
 const COMPLETE: f32 = 0.98;
 
 /// Renders the field's depth frame by frame and has the surface built from it in the background.
-pub(super) struct Survey {
+pub(crate) struct Survey {
     scene: Arc<Scene>,
     /// Threads of their own: the session's are busy training.
     threads: usize,
@@ -45,9 +45,14 @@ struct Rendering {
 }
 
 impl Survey {
-    pub(super) fn new(scene: &Arc<Scene>, trainer: &Trainer, threads: usize) -> Self {
+    /// Whether the frames' own depth leaves nothing for the field to find out.
+    pub(crate) fn is_complete(scene: &Scene) -> bool {
         let coverage = |frame: &Frame| frame.depth.as_ref().map_or(0.0, |depth| depth.coverage());
-        let incomplete = scene.frames.iter().any(|frame| coverage(frame) < COMPLETE);
+        scene.frames.iter().all(|frame| coverage(frame) >= COMPLETE)
+    }
+
+    pub(crate) fn new(scene: &Arc<Scene>, trainer: &Trainer, threads: usize) -> Self {
+        let incomplete = !Self::is_complete(scene);
         let looks = incomplete && !trainer.settled();
         let mut survey = Self {
             scene: Arc::clone(scene),
@@ -72,17 +77,17 @@ impl Survey {
     }
 
     /// Whether a look at the field's depth is under way.
-    pub(super) fn is_rendering(&self) -> bool {
+    pub(crate) fn is_rendering(&self) -> bool {
         self.rendering.is_some()
     }
 
     /// Whether nothing is under way and no look is due any more.
-    pub(super) fn is_done(&self) -> bool {
+    pub(crate) fn is_done(&self) -> bool {
         self.marks.is_empty() && !self.last_look && self.rendering.is_none() && self.building.is_none()
     }
 
     /// Starts a look when one is due after a step of this training.
-    pub(super) fn start_if_due(&mut self, trainer: &Trainer) {
+    pub(crate) fn start_if_due(&mut self, trainer: &Trainer) {
         if trainer.settled() {
             if self.last_look {
                 self.finish();
@@ -94,7 +99,7 @@ impl Survey {
     }
 
     /// Takes a last look now, unless one is under way, and none later.
-    pub(super) fn finish(&mut self) {
+    pub(crate) fn finish(&mut self) {
         self.marks.clear();
         self.last_look = false;
         if self.rendering.is_none() {
@@ -113,7 +118,7 @@ impl Survey {
     }
 
     /// Renders some more rays; the surface is built after those of the last frame.
-    pub(super) fn advance(&mut self, trainer: &Trainer) -> Result<(), FieldError> {
+    pub(crate) fn advance(&mut self, trainer: &Trainer) -> Result<(), FieldError> {
         let Some(rendering) = &mut self.rendering else {
             return Ok(());
         };
@@ -184,7 +189,7 @@ impl Survey {
     ///
     /// # Errors
     /// The building thread died.
-    pub(super) fn ready(&mut self) -> Result<Option<Surface>, &'static str> {
+    pub(crate) fn ready(&mut self) -> Result<Option<Surface>, &'static str> {
         let Some(building) = &self.building else {
             return Ok(None);
         };

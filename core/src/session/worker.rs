@@ -1,7 +1,7 @@
 //! The worker thread: follows the labels first, trains the rest of the time.
 
 use std::any::Any;
-use std::collections::{HashMap, VecDeque};
+use std::collections::{BTreeSet, HashMap, VecDeque};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -162,6 +162,8 @@ struct Worker<'a> {
     /// Frames whose maps are out of date, in the order in which they are made.
     stale: VecDeque<usize>,
     suggestions_due: bool,
+    /// The frames that suggestions are shown in; all of them where there is nothing here.
+    suggest_on: Option<BTreeSet<usize>>,
     last_status: Instant,
     told_settled: bool,
     seconds: Seconds,
@@ -219,6 +221,7 @@ impl<'a> Worker<'a> {
             head_steps_due: 0,
             stale: VecDeque::new(),
             suggestions_due: false,
+            suggest_on: None,
             last_status: Instant::now(),
             told_settled: false,
             seconds: Seconds::default(),
@@ -291,6 +294,10 @@ impl<'a> Worker<'a> {
                 self.view = frame.min(self.scene.frames.len().saturating_sub(1));
                 self.sort_stale();
             }
+            Command::SuggestOn { frames } => {
+                self.suggest_on = Some(frames);
+                self.suggestions_due = true;
+            }
             Command::Pause => {
                 self.paused = true;
                 self.tell_status();
@@ -358,7 +365,13 @@ impl<'a> Worker<'a> {
             return false;
         };
         self.suggestions_due = false;
-        let suggestions = suggest(&self.scene, spread.surface(), spread.posterior(), &spread.said());
+        let suggestions = suggest(
+            &self.scene,
+            spread.surface(),
+            spread.posterior(),
+            &spread.said(),
+            self.suggest_on.as_ref(),
+        );
         self.outbox.send(Event::Suggestions {
             generation: self.generation,
             suggestions,

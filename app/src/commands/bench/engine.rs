@@ -101,7 +101,7 @@ fn print_paths(paths: &[PathSpeed]) {
 }
 
 /// Items of `all` that belong together, in the order in which the first of each comes.
-pub(super) fn grouped<T, K: PartialEq>(all: &[T], key: impl Fn(&T) -> K) -> Vec<(K, Vec<&T>)> {
+pub(crate) fn grouped<T, K: PartialEq>(all: &[T], key: impl Fn(&T) -> K) -> Vec<(K, Vec<&T>)> {
     let mut groups: Vec<(K, Vec<&T>)> = Vec::new();
     for item in all {
         let own = key(item);

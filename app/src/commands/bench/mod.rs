@@ -1,8 +1,9 @@
 //! `inplace bench`: measurements, as commands.
 
 mod cost;
-mod engine;
+pub(super) mod engine;
 mod figure;
+mod paper;
 
 use super::Failure;
 use crate::arguments::Bench;
@@ -11,6 +12,7 @@ use crate::arguments::Bench;
 pub fn run(what: Bench) -> Result<(), Failure> {
     match what {
         Bench::Engine(arguments) => engine::run(&arguments),
+        Bench::Paper(arguments) => paper::run(&arguments),
         Bench::CostOf {
             scene,
             seconds,

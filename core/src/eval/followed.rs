@@ -1,0 +1,80 @@
+//! A session that a measurement follows event by event.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use crossbeam_channel::RecvTimeoutError;
+
+use super::EvalError;
+use crate::scene::Scene;
+use crate::session::{Event, Session, SessionOptions, Status};
+
+/// How long a session may say nothing.
+const PATIENCE: Duration = Duration::from_secs(600);
+
+/// A session and its newest status.
+pub(super) struct Followed {
+    pub(super) session: Session,
+    pub(super) status: Status,
+}
+
+impl Followed {
+    pub(super) fn start(options: SessionOptions) -> Self {
+        Self {
+            session: Session::start(options, || {}),
+            status: Status::default(),
+        }
+    }
+
+    /// Waits for the scene.
+    pub(super) fn opened(&mut self) -> Result<Arc<Scene>, EvalError> {
+        let mut opened = None;
+        self.follow(|event, _| {
+            if let Event::Opened(scene) = event {
+                opened = Some(Arc::clone(scene));
+            }
+            opened.is_some()
+        })?;
+        opened.ok_or_else(ended)
+    }
+
+    /// Follows the events until one of them (with the newest status) is the one that is waited for.
+    pub(super) fn follow(&mut self, is_it: impl FnMut(&Event, &Status) -> bool) -> Result<(), EvalError> {
+        self.follow_until(None, is_it).map(|_| ())
+    }
+
+    /// The same, but not past the deadline; whether what was waited for came.
+    pub(super) fn follow_until(
+        &mut self,
+        deadline: Option<Instant>,
+        mut is_it: impl FnMut(&Event, &Status) -> bool,
+    ) -> Result<bool, EvalError> {
+        loop {
+            let patience = Instant::now() + PATIENCE;
+            let end = deadline.map_or(patience, |deadline| deadline.min(patience));
+            match self.session.events().recv_deadline(end) {
+                Ok(Event::Error(reason)) => return Err(EvalError::Session(reason)),
+                Ok(Event::Stopped) | Err(RecvTimeoutError::Disconnected) => return Err(ended()),
+                Ok(event) => {
+                    if let Event::Status(status) = &event {
+                        self.status = status.clone();
+                    }
+                    if is_it(&event, &self.status) {
+                        return Ok(true);
+                    }
+                }
+                Err(RecvTimeoutError::Timeout) if deadline.is_some_and(|deadline| end == deadline) => {
+                    return Ok(false);
+                }
+                Err(RecvTimeoutError::Timeout) => {
+                    let reason = "nothing happened for ten minutes; try a smaller capture";
+                    return Err(EvalError::Session(reason.to_owned()));
+                }
+            }
+        }
+    }
+}
+
+fn ended() -> EvalError {
+    EvalError::Session("the session ended before it was measured".to_owned())
+}

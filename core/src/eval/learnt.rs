@@ -1,0 +1,76 @@
+//! The surface of a scene outside of a session.
+
+use std::sync::Arc;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use super::EvalError;
+use crate::field::{FieldError, Preset, Trainer};
+use crate::scene::Scene;
+use crate::semantics::Surface;
+use crate::session::ModelState;
+use crate::session::survey::Survey;
+
+impl From<FieldError> for EvalError {
+    fn from(error: FieldError) -> Self {
+        Self::Session(error.to_string())
+    }
+}
+
+impl From<candle_core::Error> for EvalError {
+    fn from(error: candle_core::Error) -> Self {
+        Self::Session(error.to_string())
+    }
+}
+
+/// The surface from measured depth; where that has holes or there is none, a field is trained for so long, and
+/// its depth fills them. It takes the threads that it is run in.
+pub(super) fn trained_surface(
+    scene: &Arc<Scene>,
+    preset: Preset,
+    training: Duration,
+    seed: u64,
+) -> Result<Surface, EvalError> {
+    let mut trainer = Trainer::new(Arc::clone(scene), preset, seed)?;
+    if !Survey::is_complete(scene) {
+        let start = Instant::now();
+        while start.elapsed() < training && !trainer.settled() {
+            trainer.step()?;
+        }
+    }
+    surface(scene, &trainer)
+}
+
+/// The surface that a session with this model has.
+pub(super) fn restored_surface(
+    scene: &Arc<Scene>,
+    preset: Preset,
+    state: &ModelState,
+    seed: u64,
+) -> Result<Surface, EvalError> {
+    let mut trainer = Trainer::new(Arc::clone(scene), preset, seed)?;
+    let tensors = candle_core::safetensors::load_buffer(&state.tensors, &candle_core::Device::Cpu)?;
+    trainer.restore(&tensors, state.steps)?;
+    surface(scene, &trainer)
+}
+
+fn surface(scene: &Arc<Scene>, trainer: &Trainer) -> Result<Surface, EvalError> {
+    let mut survey = Survey::new(scene, trainer, rayon::current_num_threads());
+    survey.finish();
+    while survey.is_rendering() {
+        survey.advance(trainer)?;
+    }
+    loop {
+        let ready = survey.ready();
+        if let Some(surface) = ready.map_err(|reason| EvalError::Session(reason.to_owned()))? {
+            return Ok(surface);
+        }
+        if survey.is_done() {
+            return Err(EvalError::Scene {
+                scene: scene.source.to_string(),
+                reason: "no surface was found; train for longer".to_owned(),
+            });
+        }
+        thread::sleep(Duration::from_millis(5));
+    }
+}

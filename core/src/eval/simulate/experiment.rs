@@ -1,0 +1,401 @@
+//! The experiment: sessions that a simulated annotator labels.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use super::{Annotator, Baseline, Click, Policy, SimulatedPoint};
+use crate::eval::followed::Followed;
+use crate::eval::learnt::restored_surface;
+use crate::eval::scene_truth::in_image;
+use crate::eval::{EvalError, SceneTruth, Scores};
+use crate::guide::Suggestion;
+use crate::scene::Scene;
+use crate::session::{Command, Event, ModelState, SessionOptions, Status};
+
+/// What is simulated.
+#[derive(Clone, Debug)]
+pub struct Experiment {
+    /// The capture and how it is learnt; its seed is that of the first run.
+    pub session: SessionOptions,
+    /// Where the annotator clicks, in turn; each policy starts from the same learnt field.
+    pub policies: Vec<Policy>,
+    /// Clicks a class after which the maps are measured.
+    pub clicks: Vec<usize>,
+    /// Number of runs, with seeds that count up.
+    pub seeds: u64,
+    /// Most seconds of learning the geometry before the first click; without, until it is learnt.
+    pub geometry: Option<Duration>,
+    /// Most time after the last click of each batch before the maps are measured; less when they are final.
+    /// Zero trains no head: the maps are what the surface graph says.
+    pub settle: Duration,
+    /// Whether the baselines are measured on the clicks of [`Policy::Random`] too.
+    pub baselines: bool,
+}
+
+impl Experiment {
+    /// Clicks a class of the batches, ascending.
+    fn batches(&self) -> Vec<usize> {
+        let mut batches = self.clicks.clone();
+        batches.sort_unstable();
+        batches.dedup();
+        batches
+    }
+}
+
+/// Runs the experiment; `progress` is told what is being done.
+///
+/// # Errors
+/// A scene without ground truth, and whatever stops a session.
+pub fn simulate(
+    experiment: &Experiment,
+    progress: &mut dyn FnMut(&str),
+) -> Result<Vec<SimulatedPoint>, EvalError> {
+    let mut truth = None;
+    let mut points = Vec::new();
+    for run in 0..experiment.seeds {
+        let mut options = experiment.session.clone();
+        options.seed = options.seed.wrapping_add(run);
+        let seed = options.seed;
+        let start = Instant::now();
+        let (mut open, scene) = opened(options.clone())?;
+        let opening = start.elapsed();
+        if truth.is_none() {
+            truth = Some(SceneTruth::read(&scene)?);
+        }
+        let Some(truth) = &truth else { continue };
+        let learning = Instant::now();
+        progress(&format!("seed {seed}: learning the scene"));
+        open.learn(experiment.geometry)?;
+        let learnt = opening + learning.elapsed();
+        if experiment.policies.len() > 1 || experiment.baselines {
+            options.state = Some(open.saved()?);
+        }
+        let annotator = Annotator::new(&scene, truth);
+        let mut first = Some(open);
+        for &policy in &experiment.policies {
+            let mut open = match first.take() {
+                Some(open) => open,
+                // The head of the policy before has seen other labels: start again from the learnt field.
+                None => {
+                    let (mut open, _) = opened(options.clone())?;
+                    open.learn(Some(Duration::ZERO))?;
+                    open
+                }
+            };
+            let measured = open.label(experiment, policy, seed, &annotator, truth, progress)?;
+            points.extend(measured.into_iter().map(|mut point| {
+                point.wall_s += learnt.as_secs_f64();
+                point
+            }));
+        }
+        drop(first);
+        if experiment.baselines {
+            let times = (opening.as_secs_f64(), learnt.as_secs_f64());
+            points.extend(baselines(
+                experiment, &options, &scene, &annotator, truth, times, progress,
+            )?);
+        }
+    }
+    Ok(points)
+}
+
+/// The baselines on the clicks of [`Policy::Random`], with the learnt field of `options`; `times` are seconds
+/// until the scene was open and until it was learnt.
+fn baselines(
+    experiment: &Experiment,
+    options: &SessionOptions,
+    scene: &Arc<Scene>,
+    annotator: &Annotator<'_>,
+    truth: &SceneTruth,
+    (opening_s, learnt_s): (f64, f64),
+    progress: &mut dyn FnMut(&str),
+) -> Result<Vec<SimulatedPoint>, EvalError> {
+    let Some(state) = &options.state else {
+        return Ok(Vec::new());
+    };
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(options.threads.max(1))
+        .build();
+    let pool = pool.map_err(|error| EvalError::Session(error.to_string()))?;
+    let surface = pool.install(|| restored_surface(scene, options.preset, state, options.seed))?;
+    let batches = experiment.batches();
+    let planned = annotator.clicks(Policy::Random, batches.last().copied().unwrap_or(0), options.seed);
+    let mut points = Vec::new();
+    for baseline in Baseline::ALL {
+        let before = if baseline.needs_surface() {
+            learnt_s
+        } else {
+            opening_s
+        };
+        for &clicks_per_class in &batches {
+            let name = format!("{}/{}", Policy::Random, baseline.name());
+            progress(&format!(
+                "seed {}, {name}: {clicks_per_class} clicks a class",
+                options.seed
+            ));
+            let given = &planned[..planned.len().min(clicks_per_class * annotator.classes().len())];
+            let made = pool.install(|| baseline.maps(scene, &surface, given, &truth.test, options.seed))?;
+            let mut maps = truth.test.iter().zip(made.maps);
+            points.push(SimulatedPoint {
+                scene: scene.name(),
+                policy: name,
+                seed: options.seed,
+                clicks_per_class,
+                strokes: given.len(),
+                scores: truth.scores(&truth.test, |_| {
+                    let map = maps.next();
+                    map.map_or_else(Vec::new, |(&frame, labels)| in_image(scene, frame, labels))
+                })?,
+                wall_s: before + made.seconds,
+            });
+        }
+    }
+    Ok(points)
+}
+
+fn opened(options: SessionOptions) -> Result<(Open, Arc<Scene>), EvalError> {
+    let mut run = Followed::start(options);
+    let scene = run.opened()?;
+    let open = Open {
+        run,
+        scene: Arc::clone(&scene),
+        generation: 0,
+        suggestions: None,
+    };
+    Ok((open, scene))
+}
+
+/// An open session with the newest suggestions.
+struct Open {
+    run: Followed,
+    scene: Arc<Scene>,
+    generation: u64,
+    /// Those of the newest labels.
+    suggestions: Option<Vec<Suggestion>>,
+}
+
+impl Open {
+    /// Learns the geometry, for so long at most; then its surface is final.
+    fn learn(&mut self, limit: Option<Duration>) -> Result<(), EvalError> {
+        let deadline = limit.map(|limit| Instant::now() + limit);
+        let learnt = |event: &Event, status: &_| is_settled(event, status, 0);
+        if !self.run.follow_until(deadline, learnt)? {
+            self.run.session.send(Command::Settle);
+            self.run.follow(learnt)?;
+        }
+        Ok(())
+    }
+
+    /// The model as it is.
+    fn saved(&mut self) -> Result<Arc<ModelState>, EvalError> {
+        self.run.session.send(Command::Save);
+        let mut state = None;
+        self.run.follow(|event, _| {
+            if let Event::State(saved) = event {
+                state = Some(Arc::clone(saved));
+            }
+            state.is_some()
+        })?;
+        state.ok_or_else(|| EvalError::Session("the model could not be saved".to_owned()))
+    }
+
+    /// Lets the annotator label and measures the maps after each batch of clicks; the wall seconds are those
+    /// from the first click on.
+    fn label(
+        &mut self,
+        experiment: &Experiment,
+        policy: Policy,
+        seed: u64,
+        annotator: &Annotator<'_>,
+        truth: &SceneTruth,
+        progress: &mut dyn FnMut(&str),
+    ) -> Result<Vec<SimulatedPoint>, EvalError> {
+        let resting = if experiment.settle.is_zero() {
+            Command::Pause
+        } else {
+            Command::Resume
+        };
+        self.run.session.send(resting);
+        let frames = truth.train.iter().copied().collect();
+        self.run.session.send(Command::SuggestOn { frames });
+        let batches = experiment.batches();
+        let most = batches.last().copied().unwrap_or(0);
+        let planned = annotator.clicks(policy, most, seed);
+        let mut given: Vec<Click> = Vec::new();
+        let mut points = Vec::new();
+        let mut labelling = Duration::ZERO;
+        for clicks_per_class in batches {
+            progress(&format!(
+                "seed {seed}, {policy}: {clicks_per_class} clicks a class"
+            ));
+            let start = Instant::now();
+            let wanted = clicks_per_class * annotator.classes().len();
+            let from_plan = wanted.min(planned.len()).saturating_sub(given.len());
+            given.extend(planned.iter().skip(given.len()).take(from_plan));
+            self.send(annotator, &given);
+            while policy == Policy::Guided && given.len() < wanted {
+                let Some(click) = self.suggested(annotator)? else {
+                    break;
+                };
+                given.push(click);
+                self.send(annotator, &given);
+            }
+            self.settle(experiment.settle)?;
+            labelling += start.elapsed();
+            points.push(SimulatedPoint {
+                scene: self.scene.name(),
+                policy: policy.to_string(),
+                seed,
+                clicks_per_class,
+                strokes: given.len(),
+                scores: self.scores(truth)?,
+                wall_s: labelling.as_secs_f64(),
+            });
+        }
+        Ok(points)
+    }
+
+    fn send(&mut self, annotator: &Annotator<'_>, clicks: &[Click]) {
+        self.generation += 1;
+        self.suggestions = None;
+        self.run.session.send(Command::Labels {
+            labels: annotator.labels(clicks),
+            generation: self.generation,
+        });
+    }
+
+    /// The best of the program's suggestions, answered with the truth; `None` when it has none.
+    fn suggested(&mut self, annotator: &Annotator<'_>) -> Result<Option<Click>, EvalError> {
+        if self.suggestions.is_none() {
+            self.follow(None, |event, _| matches!(event, Event::Suggestions { .. }))?;
+        }
+        let suggestions = self.suggestions.iter().flatten();
+        Ok(suggestions
+            .filter_map(|suggestion| annotator.answer(suggestion.frame, suggestion.pixel))
+            .next())
+    }
+
+    /// Waits for the maps of the newest labels, and then until they are final or the time is over.
+    fn settle(&mut self, limit: Duration) -> Result<(), EvalError> {
+        let (deadline, generation) = (Instant::now() + limit, self.generation);
+        // Suggestions come after all maps: the newest are known when some have come.
+        if self.suggestions.is_none() {
+            self.follow(None, |event, _| matches!(event, Event::Suggestions { .. }))?;
+        }
+        if !limit.is_zero() {
+            self.follow(Some(deadline), |event, status| {
+                is_settled(event, status, generation)
+            })?;
+        }
+        Ok(())
+    }
+
+    /// Follows the events of the newest labels and keeps their suggestions.
+    fn follow(
+        &mut self,
+        deadline: Option<Instant>,
+        is_it: impl Fn(&Event, &Status) -> bool,
+    ) -> Result<bool, EvalError> {
+        let (newest, kept) = (self.generation, &mut self.suggestions);
+        self.run.follow_until(deadline, |event, status| {
+            if let Event::Suggestions {
+                generation,
+                suggestions,
+            } = event
+            {
+                if *generation != newest {
+                    return false;
+                }
+                *kept = Some(suggestions.clone());
+            }
+            is_it(event, status)
+        })
+    }
+
+    fn scores(&self, truth: &SceneTruth) -> Result<Scores, EvalError> {
+        truth.scores(&truth.test, |frame| {
+            let map = self.run.session.maps().get(frame);
+            // Suggestions came, so all maps had been made.
+            map.map_or_else(Vec::new, |map| {
+                map.in_image(&self.scene.frames[frame]).labels().into_owned()
+            })
+        })
+    }
+}
+
+/// Whether an event tells that the maps of these labels are final.
+fn is_settled(event: &Event, status: &Status, generation: u64) -> bool {
+    matches!(event, Event::Status(_)) && status.is_final(generation)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::eval::simulate::table;
+    use crate::field::Preset;
+    use crate::labels::{Class, ClassId};
+    use crate::scene::testing::wall;
+    use crate::scene::{GroundTruth, OpenOptions, SceneSource, write_replica};
+
+    /// A wall that is dark on the left and bright on the right, each a class of its own.
+    fn capture(folder: &std::path::Path) {
+        let scene = wall(6, 64, 48);
+        let labels: Vec<Vec<ClassId>> = scene
+            .frames
+            .iter()
+            .map(|frame| {
+                let class = |pixel| 1 + ClassId::from(frame.color.pixel(pixel)[0] > 128);
+                (0..frame.camera.pixels()).map(class).collect()
+            })
+            .collect();
+        let truth = GroundTruth {
+            classes: &[Class::new(1, "dark"), Class::new(2, "bright")],
+            labels: &labels,
+            held_out: &[1, 3, 5],
+        };
+        write_replica(&scene, folder, Some(&truth)).unwrap();
+    }
+
+    #[test]
+    fn the_graph_alone_labels_two_halves_from_a_click_each() {
+        let root = tempfile::tempdir().unwrap();
+        let folder = root.path().join("wall");
+        capture(&folder);
+        let experiment = Experiment {
+            session: SessionOptions {
+                source: SceneSource::Folder(folder),
+                open: OpenOptions::default(),
+                preset: Preset::Fast,
+                threads: 2,
+                seed: 4,
+                state: None,
+            },
+            policies: vec![Policy::Guided, Policy::Random],
+            clicks: vec![2, 1],
+            seeds: 2,
+            geometry: Some(Duration::ZERO),
+            settle: Duration::ZERO,
+            baselines: false,
+        };
+        let points = simulate(&experiment, &mut |_| {}).unwrap();
+        let told: Vec<(&str, u64, usize, usize)> = points
+            .iter()
+            .map(|p| (p.policy.as_str(), p.seed, p.clicks_per_class, p.strokes))
+            .collect();
+        let expected = [
+            ("guided", 4, 1, 2),
+            ("guided", 4, 2, 4),
+            ("random", 4, 1, 2),
+            ("random", 4, 2, 4),
+            ("guided", 5, 1, 2),
+            ("guided", 5, 2, 4),
+            ("random", 5, 1, 2),
+            ("random", 5, 2, 4),
+        ];
+        assert_eq!(told, expected);
+        // Both policies begin with the same clicks, and the graph's answer depends on nothing else.
+        assert_eq!(points[0].scores, points[2].scores);
+        assert!(points.iter().all(|point| point.scores.miou > 0.9), "{points:?}");
+        assert_eq!(table(&points).as_str().lines().count(), 9);
+    }
+}

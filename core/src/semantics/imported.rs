@@ -1,0 +1,196 @@
+//! Whole label images on the surface: trusted pixels by shortest paths, votes by diffusion.
+
+use rayon::prelude::*;
+use rustc_hash::FxHashMap;
+
+use super::{NO_NODE, Posterior, Propagation, Surface, diffuse};
+use crate::labels::{ClassId, ImportedLabels, Trust, VOID};
+
+/// Strength of the diffusion where all votes in a voxel agree, and how it grows as fewer do.
+const STRENGTH: f32 = 1.5;
+const STRENGTH_POWER: f32 = -1.5;
+
+/// How many pixels say which class of each voxel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NodeVotes {
+    classes: Vec<ClassId>,
+    /// Pixels, `[nodes, classes]`.
+    counts: Vec<f32>,
+}
+
+impl NodeVotes {
+    /// Counts the pixels of the images that say one of `classes`.
+    pub fn count(surface: &Surface, classes: &[ClassId], labels: &ImportedLabels) -> Self {
+        let index: FxHashMap<ClassId, usize> = classes.iter().copied().zip(0..).collect();
+        let mut counts = vec![0.0; surface.graph.len() * classes.len()];
+        for map in &labels.maps {
+            for (node, pixels) in surface.pixels[map.frame].runs() {
+                if node == NO_NODE {
+                    continue;
+                }
+                for label in &map.labels[pixels] {
+                    if let Some(class) = index.get(label) {
+                        counts[node as usize * classes.len() + class] += 1.0;
+                    }
+                }
+            }
+        }
+        Self {
+            classes: classes.to_vec(),
+            counts,
+        }
+    }
+
+    /// The class that most pixels say, for each node of which any pixel says one.
+    pub fn majority(&self) -> FxHashMap<u32, ClassId> {
+        let rows = self.counts.chunks_exact(self.classes.len().max(1));
+        let with_votes = rows
+            .enumerate()
+            .filter(|(_, row)| row.iter().any(|&count| count > 0.0));
+        with_votes
+            .map(|(node, row)| (node as u32, most_likely(&self.classes, row)))
+            .collect()
+    }
+
+    /// The chance that two votes in one voxel agree, over the voxels that have at least two, each as often as
+    /// it has votes; 1 where there are none.
+    ///
+    /// Of C classes with a share r of random votes it is about (1 - r)^2 + r (2 - r) / C.
+    pub fn agreement(&self) -> f32 {
+        let (mut agreed, mut votes) = (0.0_f64, 0.0_f64);
+        for row in self.counts.chunks_exact(self.classes.len().max(1)) {
+            let total: f64 = row.iter().map(|&count| f64::from(count)).sum();
+            if total >= 2.0 {
+                let same = |&count: &f32| f64::from(count) * (f64::from(count) - 1.0);
+                agreed += row.iter().map(same).sum::<f64>() / (total - 1.0);
+                votes += total;
+            }
+        }
+        if votes > 0.0 { (agreed / votes) as f32 } else { 1.0 }
+    }
+
+    /// The class of every node after diffusion whose strength follows from how much the votes contradict each
+    /// other.
+    fn diffused(&self, surface: &Surface) -> Vec<ClassId> {
+        let count = self.classes.len();
+        let strength = STRENGTH * self.agreement().max(1e-3).powf(STRENGTH_POWER);
+        diffuse(&surface.graph, &self.counts, count, strength)
+            .par_chunks_exact(count.max(1))
+            .map(|row| most_likely(&self.classes, row))
+            .collect()
+    }
+}
+
+/// The class with the largest value, the first of those with it; void where all are zero.
+fn most_likely(classes: &[ClassId], values: &[f32]) -> ClassId {
+    let best = |best: (f32, ClassId), (&value, &class): (&f32, &ClassId)| {
+        if value > best.0 { (value, class) } else { best }
+    };
+    values.iter().zip(classes).fold((0.0, VOID), best).1
+}
+
+/// The class of every node of a surface.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NodeLabels(pub Vec<ClassId>);
+
+impl NodeLabels {
+    /// Spreads label images over a surface: trusted pixels are sources of shortest paths, votes are diffused
+    /// with a strength that follows from how much they contradict each other.
+    pub fn spread(surface: &Surface, classes: &[ClassId], labels: &ImportedLabels) -> Self {
+        let votes = NodeVotes::count(surface, classes, labels);
+        match labels.trust {
+            Trust::Trusted => {
+                let mut propagation = Propagation::default();
+                propagation.update(&surface.graph, votes.majority());
+                Self(Posterior::new(&propagation, classes, surface.graph.len(), None).labels)
+            }
+            Trust::Votes => Self(votes.diffused(surface)),
+        }
+    }
+
+    /// The class of every pixel of a frame, row-major; void where it shows no node.
+    pub fn of_frame(&self, surface: &Surface, frame: usize) -> Vec<ClassId> {
+        let map = &surface.pixels[frame];
+        let mut labels = Vec::with_capacity(map.len());
+        for (node, pixels) in map.runs() {
+            let label = if node == NO_NODE {
+                VOID
+            } else {
+                self.0[node as usize]
+            };
+            labels.resize(pixels.end, label);
+        }
+        labels
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{Rng, SeedableRng, rngs::SmallRng};
+
+    use super::*;
+    use crate::labels::ImportedMap;
+    use crate::scene::Scene;
+    use crate::scene::testing::wall;
+
+    fn truth(scene: &Scene, frame: usize) -> Vec<ClassId> {
+        let color = &scene.frames[frame].color;
+        (0..64 * 48)
+            .map(|pixel| 1 + ClassId::from(color.pixel(pixel)[0] > 128))
+            .collect()
+    }
+
+    fn right(labels: &[ClassId], truth: &[ClassId]) -> f32 {
+        let same = labels.iter().zip(truth).filter(|(a, b)| a == b).count();
+        same as f32 / truth.len() as f32
+    }
+
+    #[test]
+    fn two_trusted_pixels_label_frames_that_none_is_on() {
+        let scene = wall(5, 64, 48);
+        let surface = Surface::build(&scene, &[], 5.0).unwrap();
+        let mut labels = vec![VOID; 64 * 48];
+        labels[20 * 64 + 10] = 1;
+        labels[20 * 64 + 55] = 2;
+        let maps = vec![ImportedMap { frame: 0, labels }];
+        let trusted = ImportedLabels {
+            maps,
+            trust: Trust::Trusted,
+        };
+        let spread = NodeLabels::spread(&surface, &[1, 2], &trusted);
+        assert!(right(&spread.of_frame(&surface, 4), &truth(&scene, 4)) > 0.95);
+    }
+
+    #[test]
+    fn votes_that_are_mostly_noise_still_tell_the_halves_apart() {
+        let scene = wall(5, 64, 48);
+        let surface = Surface::build(&scene, &[], 5.0).unwrap();
+        let mut rng = SmallRng::seed_from_u64(3);
+        let classes: Vec<ClassId> = (1..=4).collect();
+        let maps: Vec<ImportedMap> = (0..3)
+            .map(|frame| {
+                let mut labels = truth(&scene, frame);
+                for label in &mut labels {
+                    if rng.random_bool(0.7) {
+                        *label = rng.random_range(1..=4);
+                    }
+                }
+                ImportedMap { frame, labels }
+            })
+            .collect();
+        let noisy = ImportedLabels {
+            maps,
+            trust: Trust::Votes,
+        };
+        let votes = NodeVotes::count(&surface, &classes, &noisy);
+        let expected = 0.3_f32.powi(2) + 0.7 * 1.3 / 4.0;
+        assert!(
+            (votes.agreement() - expected).abs() < 0.05,
+            "{}",
+            votes.agreement()
+        );
+        let spread = NodeLabels::spread(&surface, &classes, &noisy);
+        assert!(right(&noisy.maps[0].labels, &truth(&scene, 0)) < 0.5);
+        assert!(right(&spread.of_frame(&surface, 4), &truth(&scene, 4)) > 0.95);
+    }
+}
