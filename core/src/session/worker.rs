@@ -432,6 +432,7 @@ impl<'a> Worker<'a> {
         let field = self.trainer.field();
         let done = self.head.as_ref().map_or(0, SemanticHead::steps);
         let seed = self.options.seed ^ (self.trainer.steps() << 20) ^ done;
+        let followed = self.head_steps_due == 1;
         self.head_steps_due = self.head_steps_due.saturating_sub(1);
         if self.head.as_ref().is_none_or(|head| head.classes() != classes) {
             let earlier = self.head.as_ref();
@@ -447,7 +448,8 @@ impl<'a> Worker<'a> {
             jitter: Some(seed),
         };
         head.step(field, self.trainer.occupancy(), &soft, &labelled, sampling)?;
-        if head.steps().is_multiple_of(HEAD_LOOK_EVERY) {
+        // Also when it has just followed the labels, so that the last of those steps are not lost.
+        if followed || head.steps().is_multiple_of(HEAD_LOOK_EVERY) {
             self.start_look();
         }
         Ok(())
