@@ -192,7 +192,6 @@ impl Network {
 /// - value = sum_i w_i v_i; ray length = sum_i w_i t_i; opacity = sum_i w_i
 /// - distortion = sum_ij w_i w_j |t_i - t_j| + sum_i w_i^2 dt_i / 3 (Barron et al. 2022, Eq. 15)
 fn composite(packing: &RayPacking, density: &Tensor, values: &Tensor) -> Result<Tensor> {
-    let (density, values) = ramped(packing, density, values)?;
     let device = density.device();
     let Slots {
         rays,
@@ -269,22 +268,4 @@ impl Slots {
         }
         slots
     }
-}
-
-/// Densities and values whose gradients are scaled near the camera (see [`RayPacking::gradient_ramp`]).
-fn ramped(packing: &RayPacking, density: &Tensor, values: &Tensor) -> Result<(Tensor, Tensor)> {
-    let ramp = packing.gradient_ramp;
-    if ramp <= 0.0 {
-        return Ok((density.clone(), values.clone()));
-    }
-    let scale: Vec<f32> = packing.t.iter().map(|t| (t / ramp).powi(2).min(1.0)).collect();
-    let scale = Tensor::from_vec(scale, packing.samples(), density.device())?;
-    // The difference is zero, but has a gradient.
-    let density = {
-        let fixed = density.detach();
-        (density.sub(&fixed)?.mul(&scale)? + fixed)?
-    };
-    let fixed = values.detach();
-    let values = (values.sub(&fixed)?.broadcast_mul(&scale.unsqueeze(1)?)? + fixed)?;
-    Ok((density, values))
 }

@@ -118,7 +118,6 @@ impl Samples {
             });
 
         let packing = &mut self.packing;
-        packing.gradient_ramp = 0.0;
         packing.starts.clear();
         let mut total = 0;
         packing.starts.push(total);
@@ -176,7 +175,6 @@ impl Samples {
         self.positions.extend(points.flatten());
         let count = self.positions.len() / 3;
         let packing = &mut self.packing;
-        packing.gradient_ramp = 0.0;
         packing.starts.clear();
         let starts = (0..count).step_by(POINTS).chain([count]);
         packing.starts.extend(starts.map(|start| start as u32));

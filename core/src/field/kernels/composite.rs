@@ -9,9 +9,6 @@ pub struct RayPacking {
     pub t: Vec<f32>,
     /// Length of each sample's interval, in metres.
     pub dt: Vec<f32>,
-    /// Distance in metres below which a sample's gradients are scaled by (t / ramp)^2, so that noise
-    /// in the images is not fitted right before the camera (Philip and Deschaintre 2023); 0 = never.
-    pub gradient_ramp: f32,
 }
 
 impl RayPacking {
@@ -36,7 +33,6 @@ impl RayPacking {
         OfRay {
             t: &self.t[range.clone()],
             dt: &self.dt[range],
-            gradient_ramp: self.gradient_ramp,
         }
     }
 
@@ -55,12 +51,11 @@ impl RayPacking {
 /// Channels after the composited values: ray length, opacity, distortion.
 pub(super) const EXTRA: usize = 3;
 
-/// Where the samples of one ray lie, and how gradients near the camera are scaled.
+/// Where the samples of one ray lie.
 #[derive(Clone, Copy)]
 pub(super) struct OfRay<'a> {
     t: &'a [f32],
     dt: &'a [f32],
-    gradient_ramp: f32,
 }
 
 /// Composites one ray's densities `[n]` (per metre) and values `[n, channels]` to `out`, `[channels + 3]`:
@@ -129,17 +124,12 @@ pub(super) fn gradient_of_ray(
         let through_value: f32 = own.iter().zip(to_values).map(|(v, g)| v * g).sum();
         let by_weight =
             through_value + to_extra[0] * t + to_extra[1] + to_extra[2] * (2.0 * spread + 2.0 / 3.0 * w * dt);
-        let scale = if ray.gradient_ramp > 0.0 {
-            (t / ray.gradient_ramp).powi(2).min(1.0)
-        } else {
-            1.0
-        };
-        of_density[k] = scale * dt * (next * by_weight - later);
+        of_density[k] = dt * (next * by_weight - later);
         for (of_value, g) in of_value[k * channels..(k + 1) * channels]
             .iter_mut()
             .zip(to_values)
         {
-            *of_value = scale * w * g;
+            *of_value = w * g;
         }
         later += w * by_weight;
         after += w;
@@ -161,7 +151,6 @@ mod tests {
         let ray = OfRay {
             t: &[1.0, 2.0],
             dt: &[1.0, 0.5],
-            gradient_ramp: 0.0,
         };
         let mut out = [0.0; 1 + EXTRA];
         composite_ray(ray, &[half, 2.0 * half], &[1.0, 3.0], &mut out);
@@ -176,7 +165,6 @@ mod tests {
         let ray = OfRay {
             t: &[0.3, 0.5, 0.6, 0.8, 1.0, 1.4, 2.0],
             dt: &[0.2, 0.1, 0.2, 0.2, 0.4, 0.6, 0.5],
-            gradient_ramp: 0.0,
         };
         let scale = [1.0_f32, -0.5, 0.7, 0.9, 0.3];
         let composited = |density: &[f32], value: &[f32]| {

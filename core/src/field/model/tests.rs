@@ -32,7 +32,7 @@ fn fused() -> RadianceField {
 }
 
 /// Rays of all kinds: of known and unknown length, and one that misses the volume.
-fn samples(volume: &Volume, gradient_ramp: f32) -> (Arc<Samples>, Vec<f32>) {
+fn samples(volume: &Volume) -> (Arc<Samples>, Vec<f32>) {
     let mut rng = SmallRng::seed_from_u64(9);
     let rays: Vec<Ray> = (0..90)
         .map(|number| {
@@ -54,8 +54,7 @@ fn samples(volume: &Volume, gradient_ramp: f32) -> (Arc<Samples>, Vec<f32>) {
         near_surface: 6,
         jitter: Some(3),
     };
-    let mut samples = Samples::along(&rays, volume, &OccupancyGrid::unknown(0.06), sampling);
-    samples.packing.gradient_ramp = gradient_ramp;
+    let samples = Samples::along(&rays, volume, &OccupancyGrid::unknown(0.06), sampling);
     let gaps = (0..samples.len()).map(|_| rng.random_range(0.0..1.0)).collect();
     (Arc::new(samples), gaps)
 }
@@ -87,29 +86,27 @@ fn assert_close(a: &[f32], b: &[f32], tolerance: f32, what: &str) {
 fn the_fused_kernel_equals_plain_candle_ops_on_every_vector_unit() {
     let plain = field(&Path::Plain(Device::Cpu));
     let rows = |out: &Tensor| out.flatten_all().unwrap().to_vec1::<f32>().unwrap();
-    for gradient_ramp in [0.0, 0.8] {
-        let (samples, gaps) = samples(plain.volume(), gradient_ramp);
-        let expected = plain.render(Arc::clone(&samples), gaps.clone()).unwrap();
-        let (expected_loss, expected_table, expected_weights) = descend(&plain, &expected);
-        for dispatch in Dispatch::available() {
-            let fused = field(&Path::Fused(dispatch));
-            let out = fused.render(Arc::clone(&samples), gaps.clone()).unwrap();
-            assert_close(&rows(&out), &rows(&expected), 1e-5, "output");
-            let (loss, table, weights) = descend(&fused, &out);
-            assert!(
-                (loss - expected_loss).abs() < 1e-4 * expected_loss.abs(),
-                "{dispatch}"
-            );
-            assert_close(&table, &expected_table, 1e-4, "table");
-            assert_close(&weights, &expected_weights, 1e-4, "weights");
-        }
+    let (samples, gaps) = samples(plain.volume());
+    let expected = plain.render(Arc::clone(&samples), gaps.clone()).unwrap();
+    let (expected_loss, expected_table, expected_weights) = descend(&plain, &expected);
+    for dispatch in Dispatch::available() {
+        let fused = field(&Path::Fused(dispatch));
+        let out = fused.render(Arc::clone(&samples), gaps.clone()).unwrap();
+        assert_close(&rows(&out), &rows(&expected), 1e-5, "output");
+        let (loss, table, weights) = descend(&fused, &out);
+        assert!(
+            (loss - expected_loss).abs() < 1e-4 * expected_loss.abs(),
+            "{dispatch}"
+        );
+        assert_close(&table, &expected_table, 1e-4, "table");
+        assert_close(&weights, &expected_weights, 1e-4, "weights");
     }
 }
 
 #[test]
 fn evaluating_gives_the_same_on_every_path() {
     let plain = field(&Path::Plain(Device::Cpu));
-    let (samples, _) = samples(plain.volume(), 0.0);
+    let (samples, _) = samples(plain.volume());
     let wanted = Wanted {
         color: true,
         features: true,
@@ -126,7 +123,7 @@ fn evaluating_gives_the_same_on_every_path() {
 #[test]
 fn the_fused_gradient_is_the_same_for_any_number_of_threads() {
     let field = fused();
-    let (samples, gaps) = samples(field.volume(), 0.8);
+    let (samples, gaps) = samples(field.volume());
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
@@ -140,7 +137,7 @@ fn the_fused_gradient_is_the_same_for_any_number_of_threads() {
 #[test]
 fn the_fused_gradients_equal_central_differences() {
     let field = fused();
-    let (samples, gaps) = samples(field.volume(), 0.0);
+    let (samples, gaps) = samples(field.volume());
     let loss = || descend(&field, &field.render(Arc::clone(&samples), gaps.clone()).unwrap());
     let (_, of_table, of_weights) = loss();
     for (var, gradient) in [(&field.weights, of_weights), (&field.table, of_table)] {

@@ -24,8 +24,6 @@ const EDGE_COLOR: f32 = 20.0;
 /// Distortion and smoothness come in over so many steps: in full from the start they can collapse a
 /// field that has no shape yet.
 const RAMP_STEPS: f64 = 500.0;
-/// Gradients are scaled down nearer to the camera than this, in metres, in captures without depth images.
-const GRADIENT_RAMP: f32 = 1.0;
 
 /// What keeps a field to the scene's geometry beside the colours of its pixels; all of it by default.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,8 +34,6 @@ pub struct Recipe {
     pub distortion: bool,
     /// Surfaces are even where the image is: inverse z-depth is linear across the image of a plane.
     pub smoothness: bool,
-    /// Gradients are small near the cameras (Philip and Deschaintre 2023).
-    pub gradient_ramp: bool,
     /// Each frame has its own exposure and white balance.
     pub exposure: bool,
 }
@@ -48,7 +44,6 @@ impl Default for Recipe {
             random_background: true,
             distortion: true,
             smoothness: true,
-            gradient_ramp: true,
             exposure: true,
         }
     }
@@ -56,7 +51,7 @@ impl Default for Recipe {
 
 impl Recipe {
     /// The whole, and the whole without one of its parts each, by name.
-    pub fn ablations() -> [(&'static str, Self); 6] {
+    pub fn ablations() -> [(&'static str, Self); 5] {
         let all = Self::default();
         let without = |part: fn(&mut Self) -> &mut bool| {
             let mut recipe = all;
@@ -71,7 +66,6 @@ impl Recipe {
             ),
             ("no distortion", without(|recipe| &mut recipe.distortion)),
             ("no smoothness", without(|recipe| &mut recipe.smoothness)),
-            ("no gradient ramp", without(|recipe| &mut recipe.gradient_ramp)),
             ("no exposure", without(|recipe| &mut recipe.exposure)),
         ]
     }
@@ -98,12 +92,8 @@ impl Objective<'_> {
     ///
     /// # Errors
     /// The device's, such as a lack of memory.
-    pub fn loss(&self, batch: &Batch, mut samples: Samples, mut gaps: Vec<f32>) -> Result<Tensor> {
+    pub fn loss(&self, batch: &Batch, samples: Samples, mut gaps: Vec<f32>) -> Result<Tensor> {
         let side = self.field.volume().side;
-        // A few rays through sparse points do not watch over the space before the camera as depth images do.
-        if self.recipe.gradient_ramp && !self.depth_images {
-            samples.packing.gradient_ramp = GRADIENT_RAMP;
-        }
         gaps.clear();
         gaps.resize(samples.len(), 0.0);
         for (number, ray) in batch.rays.iter().enumerate() {
