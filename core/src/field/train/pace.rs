@@ -57,8 +57,7 @@ impl Pace {
     /// What the held-out PSNR in dB says after so many steps.
     pub fn judge(&mut self, steps: u64, psnr: f32) -> Verdict {
         let (risen_at, best) = *self.best.get_or_insert((steps, psnr));
-        // Not a number is a collapse too.
-        if !(psnr >= best - COLLAPSE) {
+        if psnr.is_nan() || psnr < best - COLLAPSE {
             return Verdict::Undo;
         }
         if psnr >= best + RISE {
