@@ -8,6 +8,7 @@ use inplace_core::eval::ConfusionMatrix;
 use inplace_core::labels::{History, read_strokes};
 use inplace_core::project::{Contents, Project, SceneRecord};
 use inplace_core::scene::{OpenOptions, Scene, SceneSource};
+use inplace_core::session::ModelState;
 use inplace_tests::{Outcome, Running, Small, class_ids, inplace};
 use serde_json::Value;
 use tempfile::TempDir;
@@ -225,7 +226,14 @@ fn a_project_is_labelled_from_its_own_strokes() {
     let scene = Scene::open(&SceneSource::Folder(disk.path("room")), options, &|_, _| {}).unwrap();
     let labels = read_strokes(&disk.path("strokes.json"), &scene).unwrap();
     let contents = Contents::new(SceneRecord::of(&scene, options), History::new(labels));
-    drop(Project::create(&disk.path("room.inplace"), &contents).unwrap());
+    let mut project = Project::create(&disk.path("room.inplace"), &contents).unwrap();
+    // As of another version of the program: it is left out, and the strokes count.
+    let foreign = ModelState {
+        steps: 5,
+        tensors: vec![1, 2, 3],
+    };
+    project.save_model(&foreign).unwrap();
+    drop(project);
     let mut command = inplace();
     command.arg("label").arg(disk.path("room.inplace"));
     command
@@ -235,6 +243,7 @@ fn a_project_is_labelled_from_its_own_strokes() {
     let outcome = Running::to_the_end(&mut command);
     assert_eq!(outcome.code, Some(0), "{outcome:?}");
     assert!(outcome.stdout.contains("labelled 10 frames"), "{outcome:?}");
+    assert!(outcome.stderr.contains("training starts anew"), "{outcome:?}");
     assert_complete(&disk.path("out"));
     assert!(assert_clicks_hold(&disk.path("out")) > MIOU_WITH_DEPTH);
 }

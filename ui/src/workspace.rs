@@ -272,7 +272,7 @@ impl Workspace {
             }
             Event::Status(status) => self.status = status,
             Event::State(state) => self.state = Some(state),
-            Event::Error(sentence) => return Some(sentence),
+            Event::Warning(sentence) | Event::Error(sentence) => return Some(sentence),
             Event::Stopped => self.ended = true,
             Event::AllMaps { .. } | Event::Opening { .. } | Event::Opened(_) => {}
         }

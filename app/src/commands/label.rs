@@ -224,6 +224,7 @@ impl Run {
                         return Ok(maps);
                     }
                 }
+                Ok(Event::Warning(sentence)) => eprintln!("inplace: {sentence}"),
                 Ok(Event::Error(reason)) => return Err(reason.into()),
                 Ok(Event::Stopped) | Err(crossbeam_channel::RecvTimeoutError::Disconnected) => {
                     return Err("training ended before the maps were made".into());

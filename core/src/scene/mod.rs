@@ -159,11 +159,6 @@ impl Scene {
         self.frames.iter().any(|frame| frame.depth.is_some())
     }
 
-    /// Whether any frame has points of a structure-from-motion.
-    pub fn has_points(&self) -> bool {
-        self.frames.iter().any(|frame| !frame.points.is_empty())
-    }
-
     /// A position here (in metres, relative to the origin) in the capture's own coordinates and unit.
     pub fn to_capture(&self, position: Vec3) -> DVec3 {
         self.origin + self.unit * position.as_dvec3()

@@ -94,6 +94,8 @@ pub enum Event {
     Status(Status),
     /// The answer to [`Command::Save`].
     State(Arc<ModelState>),
+    /// Something is other than expected, and the work goes on; the sentence says what.
+    Warning(String),
     /// Something failed; the sentence says what and what to do. The labels are safe.
     Error(String),
     /// The worker has ended.

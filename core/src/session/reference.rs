@@ -8,10 +8,10 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use candle_core::Device;
-use crossbeam_channel::{Receiver, RecvTimeoutError};
 
 use super::outbox::Outbox;
-use super::worker::{NAP, STATUS_EVERY, WorkerError, saved, timed};
+use super::serve::Task;
+use super::worker::{STATUS_EVERY, WorkerError, saved, timed};
 use super::{Command, Event, FrameMap, Phase, SessionOptions, Status};
 use crate::field::reference::{PixelLabels, ReferenceRay, ReferenceTrainer, Settings};
 use crate::field::{HeldOut, Ray, RenderedRay, Work, best_device};
@@ -28,7 +28,6 @@ const HELD_OUT_RAYS: usize = 64;
 pub(super) struct ReferenceWorker<'a> {
     scene: Arc<Scene>,
     options: &'a SessionOptions,
-    commands: &'a Receiver<Command>,
     outbox: &'a Outbox,
     device: Device,
     settings: Settings,
@@ -68,14 +67,12 @@ impl<'a> ReferenceWorker<'a> {
     pub(super) fn new(
         scene: Arc<Scene>,
         options: &'a SessionOptions,
-        commands: &'a Receiver<Command>,
         outbox: &'a Outbox,
     ) -> Result<Self, WorkerError> {
         let device = best_device()?;
         Ok(Self {
             scene,
             options,
-            commands,
             outbox,
             settings: Settings::published(&device),
             device,
@@ -92,69 +89,6 @@ impl<'a> ReferenceWorker<'a> {
             training_seconds: 0.0,
             render_seconds: 0.0,
         })
-    }
-
-    pub(super) fn run(mut self, early: Vec<Command>) -> Result<(), WorkerError> {
-        for command in early {
-            if !self.obey(command)? {
-                return Ok(());
-            }
-        }
-        self.tell_status();
-        loop {
-            while let Ok(command) = self.commands.try_recv() {
-                if !self.obey(command)? {
-                    return Ok(());
-                }
-            }
-            if self.last_status.elapsed() >= STATUS_EVERY || (!self.told_settled && self.is_settled()) {
-                self.tell_status();
-            }
-            if self.train()? || self.render()? {
-                continue;
-            }
-            match self.commands.recv_timeout(NAP) {
-                Ok(command) => {
-                    if !self.obey(command)? {
-                        return Ok(());
-                    }
-                }
-                Err(RecvTimeoutError::Timeout) => {}
-                Err(RecvTimeoutError::Disconnected) => return Ok(()),
-            }
-        }
-    }
-
-    /// Does what a command says; `false` = stop.
-    fn obey(&mut self, command: Command) -> Result<bool, WorkerError> {
-        match command {
-            Command::Labels { labels, generation } => self.set_labels(labels, generation)?,
-            // All frames are rendered at a stride before any is at the next.
-            Command::View { .. } => {}
-            // There are no suggestions without a surface.
-            Command::SuggestOn { .. } => {}
-            Command::Pause => {
-                self.paused = true;
-                self.tell_status();
-            }
-            Command::Resume => {
-                self.paused = false;
-                self.settling = false;
-                self.tell_status();
-            }
-            Command::Settle => {
-                self.settling = true;
-                self.told_settled = false;
-            }
-            Command::Save => {
-                if let Some(trainer) = &self.trainer {
-                    let state = saved(&trainer.state()?, trainer.steps())?;
-                    self.outbox.send(Event::State(Arc::new(state)));
-                }
-            }
-            Command::Stop => return Ok(false),
-        }
-        Ok(true)
     }
 
     fn set_labels(&mut self, labels: LabelSet, generation: u64) -> Result<(), WorkerError> {
@@ -273,6 +207,39 @@ impl<'a> ReferenceWorker<'a> {
     fn is_settled(&self) -> bool {
         self.rests() && !self.paused && self.rendering.complete
     }
+}
+
+impl Task for ReferenceWorker<'_> {
+    fn obey(&mut self, command: Command) -> Result<bool, WorkerError> {
+        match command {
+            Command::Labels { labels, generation } => self.set_labels(labels, generation)?,
+            // All frames are rendered at a stride before any is at the next.
+            Command::View { .. } => {}
+            // There are no suggestions without a surface.
+            Command::SuggestOn { .. } => {}
+            Command::Pause => {
+                self.paused = true;
+                self.tell_status();
+            }
+            Command::Resume => {
+                self.paused = false;
+                self.settling = false;
+                self.tell_status();
+            }
+            Command::Settle => {
+                self.settling = true;
+                self.told_settled = false;
+            }
+            Command::Save => {
+                if let Some(trainer) = &self.trainer {
+                    let state = saved(&trainer.state()?, trainer.steps())?;
+                    self.outbox.send(Event::State(Arc::new(state)));
+                }
+            }
+            Command::Stop => return Ok(false),
+        }
+        Ok(true)
+    }
 
     fn tell_status(&mut self) {
         self.last_status = Instant::now();
@@ -302,6 +269,13 @@ impl<'a> ReferenceWorker<'a> {
             generation: self.generation,
             settled,
         }));
+    }
+
+    fn advance(&mut self) -> Result<bool, WorkerError> {
+        if self.last_status.elapsed() >= STATUS_EVERY || (!self.told_settled && self.is_settled()) {
+            self.tell_status();
+        }
+        Ok(self.train()? || self.render()?)
     }
 }
 

@@ -184,14 +184,14 @@ fn a_foreign_state_is_left_out_with_a_sentence() {
         ..options(folder.path())
     };
     let session = Session::start(foreign, || {});
-    let reason = loop {
+    let sentence = loop {
         match session.events().recv_timeout(PATIENCE).unwrap() {
-            Event::Error(reason) => break reason,
+            Event::Warning(sentence) => break sentence,
             Event::Stopped => panic!("stopped"),
             _ => {}
         }
     };
-    assert!(reason.contains("training starts anew"), "{reason}");
+    assert!(sentence.contains("training starts anew"), "{sentence}");
     wait(&session, |event| {
         matches!(event, Event::Status(status) if status.steps > 0).then_some(())
     });

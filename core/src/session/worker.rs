@@ -7,10 +7,11 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use candle_core::Tensor;
-use crossbeam_channel::{Receiver, RecvTimeoutError, bounded, select};
+use crossbeam_channel::{Receiver, bounded, select};
 
 use super::outbox::Outbox;
 use super::reference::ReferenceWorker;
+use super::serve::{Task, serve};
 use super::survey::Survey;
 use super::{Command, Event, ModelState, Phase, SessionOptions, Status};
 use crate::field::{FieldError, Preset, Ray, Sampling, Trainer};
@@ -22,8 +23,6 @@ use crate::semantics::{HeadLook, RayTargets, SemanticHead, Spread};
 /// How long maps are published before commands are looked at again.
 const PUBLISH_SLICE: Duration = Duration::from_millis(15);
 pub(super) const STATUS_EVERY: Duration = Duration::from_millis(250);
-/// How long the worker sleeps when there is nothing to do but to wait for a command or a surface.
-pub(super) const NAP: Duration = Duration::from_millis(20);
 /// Field steps per step of the head.
 const HEAD_EVERY: u64 = 2;
 /// Head steps between looks at what it says of the surface, and steps after which the head has followed
@@ -66,9 +65,13 @@ pub(super) fn run(options: SessionOptions, commands: &Receiver<Command>, outbox:
             return Ok(());
         };
         threads.install(|| match options.preset {
-            Preset::Reference => ReferenceWorker::new(scene, &options, commands, outbox)?.run(early),
+            Preset::Reference => serve(
+                &mut ReferenceWorker::new(scene, &options, outbox)?,
+                early,
+                commands,
+            ),
             Preset::Auto | Preset::Fast | Preset::Accurate => {
-                Worker::new(scene, &options, commands, outbox)?.run(early)
+                serve(&mut Worker::new(scene, &options, outbox)?, early, commands)
             }
         })
     });
@@ -144,7 +147,6 @@ fn open(
 struct Worker<'a> {
     scene: Arc<Scene>,
     options: &'a SessionOptions,
-    commands: &'a Receiver<Command>,
     outbox: &'a Outbox,
     trainer: Trainer,
     survey: Survey,
@@ -186,18 +188,13 @@ pub(super) fn timed<T>(seconds: &mut f64, work: impl FnOnce() -> T) -> T {
 }
 
 impl<'a> Worker<'a> {
-    fn new(
-        scene: Arc<Scene>,
-        options: &'a SessionOptions,
-        commands: &'a Receiver<Command>,
-        outbox: &'a Outbox,
-    ) -> Result<Self, WorkerError> {
+    fn new(scene: Arc<Scene>, options: &'a SessionOptions, outbox: &'a Outbox) -> Result<Self, WorkerError> {
         let mut trainer = Trainer::new(Arc::clone(&scene), options.preset, options.seed)?;
         let mut head = None;
         if let Some(state) = &options.state {
             match restore(&mut trainer, state) {
                 Ok(restored) => head = restored,
-                Err(error) => outbox.send(Event::Error(format!(
+                Err(error) => outbox.send(Event::Warning(format!(
                     "the saved model does not fit this scene and was left out ({error}); training starts anew"
                 ))),
             }
@@ -206,7 +203,6 @@ impl<'a> Worker<'a> {
         Ok(Self {
             scene,
             options,
-            commands,
             outbox,
             trainer,
             survey,
@@ -226,99 +222,6 @@ impl<'a> Worker<'a> {
             told_settled: false,
             seconds: Seconds::default(),
         })
-    }
-
-    fn run(mut self, early: Vec<Command>) -> Result<(), WorkerError> {
-        for command in early {
-            if !self.obey(command)? {
-                return Ok(());
-            }
-        }
-        self.tell_status();
-        loop {
-            while let Ok(command) = self.commands.try_recv() {
-                if !self.obey(command)? {
-                    return Ok(());
-                }
-            }
-            if let Some(surface) = self
-                .survey
-                .ready()
-                .map_err(|reason| WorkerError::Other(reason.to_owned()))?
-            {
-                let mut spread = Spread::new(Arc::new(surface));
-                timed(&mut self.seconds.semantics, || {
-                    spread.set_labels(&self.scene, &self.labels);
-                });
-                self.spread = Some(spread);
-                self.start_look();
-                self.refresh_all();
-            }
-            if self.last_status.elapsed() >= STATUS_EVERY {
-                self.tell_status();
-            }
-            if self.publish() || self.suggest() || self.train()? {
-                continue;
-            }
-            if !self.told_settled && self.is_settled() {
-                self.tell_status();
-            }
-            match self.commands.recv_timeout(NAP) {
-                Ok(command) => {
-                    if !self.obey(command)? {
-                        return Ok(());
-                    }
-                }
-                Err(RecvTimeoutError::Timeout) => {}
-                Err(RecvTimeoutError::Disconnected) => return Ok(()),
-            }
-        }
-    }
-
-    /// Does what a command says; `false` = stop.
-    fn obey(&mut self, command: Command) -> Result<bool, WorkerError> {
-        match command {
-            Command::Labels { labels, generation } => {
-                self.labels = labels;
-                self.generation = generation;
-                self.told_settled = false;
-                self.head_steps_due = if self.head_is_wanted() { HEAD_FOLLOWS } else { 0 };
-                if let Some(spread) = &mut self.spread {
-                    timed(&mut self.seconds.semantics, || {
-                        spread.set_labels(&self.scene, &self.labels);
-                    });
-                    self.refresh_all();
-                }
-            }
-            Command::View { frame } => {
-                self.view = frame.min(self.scene.frames.len().saturating_sub(1));
-                self.sort_stale();
-            }
-            Command::SuggestOn { frames } => {
-                self.suggest_on = Some(frames);
-                self.suggestions_due = true;
-            }
-            Command::Pause => {
-                self.paused = true;
-                self.tell_status();
-            }
-            Command::Resume => {
-                self.paused = false;
-                self.settling = false;
-                self.tell_status();
-            }
-            Command::Settle => {
-                self.settling = true;
-                self.told_settled = false;
-                self.survey.finish();
-            }
-            Command::Save => {
-                let state = self.save()?;
-                self.outbox.send(Event::State(Arc::new(state)));
-            }
-            Command::Stop => return Ok(false),
-        }
-        Ok(true)
     }
 
     /// All maps are out of date: the frame in view comes first, then its neighbours.
@@ -493,6 +396,68 @@ impl<'a> Worker<'a> {
         trained && idle && self.spread.is_some()
     }
 
+    fn save(&self) -> Result<ModelState, WorkerError> {
+        let mut tensors = self.trainer.state()?;
+        if let Some(head) = &self.head {
+            tensors.extend(head.state()?);
+        }
+        saved(&tensors, self.trainer.steps())
+    }
+}
+
+/// A model state of these tensors after so many steps.
+pub(super) fn saved(tensors: &HashMap<String, Tensor>, steps: u64) -> Result<ModelState, WorkerError> {
+    let tensors = safetensors::serialize(tensors, None)
+        .map_err(|error| WorkerError::Other(format!("the model could not be saved: {error}")))?;
+    Ok(ModelState { steps, tensors })
+}
+
+impl Task for Worker<'_> {
+    fn obey(&mut self, command: Command) -> Result<bool, WorkerError> {
+        match command {
+            Command::Labels { labels, generation } => {
+                self.labels = labels;
+                self.generation = generation;
+                self.told_settled = false;
+                self.head_steps_due = if self.head_is_wanted() { HEAD_FOLLOWS } else { 0 };
+                if let Some(spread) = &mut self.spread {
+                    timed(&mut self.seconds.semantics, || {
+                        spread.set_labels(&self.scene, &self.labels);
+                    });
+                    self.refresh_all();
+                }
+            }
+            Command::View { frame } => {
+                self.view = frame.min(self.scene.frames.len().saturating_sub(1));
+                self.sort_stale();
+            }
+            Command::SuggestOn { frames } => {
+                self.suggest_on = Some(frames);
+                self.suggestions_due = true;
+            }
+            Command::Pause => {
+                self.paused = true;
+                self.tell_status();
+            }
+            Command::Resume => {
+                self.paused = false;
+                self.settling = false;
+                self.tell_status();
+            }
+            Command::Settle => {
+                self.settling = true;
+                self.told_settled = false;
+                self.survey.finish();
+            }
+            Command::Save => {
+                let state = self.save()?;
+                self.outbox.send(Event::State(Arc::new(state)));
+            }
+            Command::Stop => return Ok(false),
+        }
+        Ok(true)
+    }
+
     fn tell_status(&mut self) {
         self.last_status = Instant::now();
         let settled = self.is_settled();
@@ -528,20 +493,28 @@ impl<'a> Worker<'a> {
         }));
     }
 
-    fn save(&self) -> Result<ModelState, WorkerError> {
-        let mut tensors = self.trainer.state()?;
-        if let Some(head) = &self.head {
-            tensors.extend(head.state()?);
+    fn advance(&mut self) -> Result<bool, WorkerError> {
+        let surface = self.survey.ready();
+        if let Some(surface) = surface.map_err(|reason| WorkerError::Other(reason.to_owned()))? {
+            let mut spread = Spread::new(Arc::new(surface));
+            timed(&mut self.seconds.semantics, || {
+                spread.set_labels(&self.scene, &self.labels);
+            });
+            self.spread = Some(spread);
+            self.start_look();
+            self.refresh_all();
         }
-        saved(&tensors, self.trainer.steps())
+        if self.last_status.elapsed() >= STATUS_EVERY {
+            self.tell_status();
+        }
+        if self.publish() || self.suggest() || self.train()? {
+            return Ok(true);
+        }
+        if !self.told_settled && self.is_settled() {
+            self.tell_status();
+        }
+        Ok(false)
     }
-}
-
-/// A model state of these tensors after so many steps.
-pub(super) fn saved(tensors: &HashMap<String, Tensor>, steps: u64) -> Result<ModelState, WorkerError> {
-    let tensors = safetensors::serialize(tensors, None)
-        .map_err(|error| WorkerError::Other(format!("the model could not be saved: {error}")))?;
-    Ok(ModelState { steps, tensors })
 }
 
 /// Takes a saved model over; returns its head where it has one that fits.

@@ -4,23 +4,16 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use super::model::{Model, ModelCamera, ModelImage, ModelPoint, Observation, add_camera, parameters_of};
+use super::model::{
+    Model, ModelCamera, ModelImage, ModelPoint, Observation, Readers, add_camera, parameters_of,
+};
 use crate::scene::SceneError;
 
 /// Id of a point that is none.
 const NO_POINT: u64 = u64::MAX;
 
-/// Reads `cameras.bin`, `images.bin` and, where it is, `points3D.bin`.
-pub(super) fn read(folder: &Path) -> Result<Model, SceneError> {
-    let mut model = Model::default();
-    read_cameras(&folder.join("cameras.bin"), &mut model)?;
-    read_images(&folder.join("images.bin"), &mut model)?;
-    let points = folder.join("points3D.bin");
-    if points.exists() {
-        read_points(&points, &mut model)?;
-    }
-    Ok(model)
-}
+/// What reads cameras, images and points.
+pub(super) const READERS: Readers = [read_cameras, read_images, read_points];
 
 fn read_cameras(path: &Path, model: &mut Model) -> Result<(), SceneError> {
     let bytes = load(path)?;

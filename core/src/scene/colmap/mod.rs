@@ -85,11 +85,12 @@ pub(super) fn read(
         ));
     };
     let mut warnings = Vec::new();
-    let mut model = if extension == "bin" {
-        binary::read(&place)?
+    let readers = if extension == "bin" {
+        binary::READERS
     } else {
-        text::read(&place)?
+        text::READERS
     };
+    let mut model = Model::read(&place, extension, readers)?;
     if model.points.is_empty() {
         warnings.push(format!(
             "the model in {} has no points, so that depth must be learnt from the images alone",

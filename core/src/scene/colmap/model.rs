@@ -87,7 +87,27 @@ pub(super) struct ModelPoint {
     pub views: u64,
 }
 
+/// What reads a file of cameras, of images and of points into a model.
+pub(super) type Readers = [fn(&Path, &mut Model) -> Result<(), SceneError>; 3];
+
 impl Model {
+    /// Reads the files of a folder that have this extension; that of the points may be missing.
+    pub fn read(
+        folder: &Path,
+        extension: &str,
+        [cameras, images, points]: Readers,
+    ) -> Result<Self, SceneError> {
+        let file = |name: &str| folder.join(name).with_extension(extension);
+        let mut model = Self::default();
+        cameras(&file("cameras"), &mut model)?;
+        images(&file("images"), &mut model)?;
+        let file = file("points3D");
+        if file.exists() {
+            points(&file, &mut model)?;
+        }
+        Ok(model)
+    }
+
     /// The position of a point that enough images agree on.
     pub fn trusted(&self, id: u64) -> Option<DVec3> {
         self.points

@@ -5,20 +5,13 @@ use std::str::{FromStr, SplitWhitespace};
 
 use glam::DVec3;
 
-use super::model::{Model, ModelCamera, ModelImage, ModelPoint, Observation, add_camera, model_named};
+use super::model::{
+    Model, ModelCamera, ModelImage, ModelPoint, Observation, Readers, add_camera, model_named,
+};
 use crate::scene::SceneError;
 
-/// Reads `cameras.txt`, `images.txt` and, where it is, `points3D.txt`.
-pub(super) fn read(folder: &Path) -> Result<Model, SceneError> {
-    let mut model = Model::default();
-    read_cameras(&folder.join("cameras.txt"), &mut model)?;
-    read_images(&folder.join("images.txt"), &mut model)?;
-    let points = folder.join("points3D.txt");
-    if points.exists() {
-        read_points(&points, &mut model)?;
-    }
-    Ok(model)
-}
+/// What reads cameras, images and points.
+pub(super) const READERS: Readers = [read_cameras, read_images, read_points];
 
 /// `ID MODEL WIDTH HEIGHT PARAMETERS...`
 fn read_cameras(path: &Path, model: &mut Model) -> Result<(), SceneError> {
