@@ -22,8 +22,18 @@ pub struct Spread {
     strokes: BTreeMap<StrokeId, Arc<Stroke>>,
     /// Labelled pixels of each frame that has strokes.
     painted: BTreeMap<usize, BTreeMap<u32, (ClassId, StrokeId)>>,
-    /// The head's say on each node, `[nodes, classes]`.
-    head: Option<Vec<f32>>,
+    /// The head's newest say. It outlives a change of the classes, so that taking that back gives the maps
+    /// of before.
+    head: Option<HeadSay>,
+}
+
+/// What the head says of each node.
+#[derive(Clone, Debug)]
+struct HeadSay {
+    /// The classes that it was taught.
+    classes: Vec<ClassId>,
+    /// Positive weights `[nodes, classes]`.
+    weights: Vec<f32>,
 }
 
 impl Spread {
@@ -72,26 +82,29 @@ impl Spread {
             }
         }
         let classes: Vec<ClassId> = labels.classes.iter().map(|class| class.id).collect();
-        if classes != self.classes {
-            self.classes = classes;
-            self.head = None;
-        }
+        self.classes = classes;
         let seeds = self.seeds();
         self.propagation.update(&self.surface.graph, seeds);
         self.refresh();
     }
 
-    /// Takes over the head's say on each node, positive weights `[nodes, classes]`; others are ignored.
+    /// Takes over the head's say on each node, positive weights `[nodes, classes]`; others are ignored. It
+    /// counts as long as the classes are those of now.
     pub fn set_head(&mut self, weights: Vec<f32>) {
         if weights.len() == self.surface.graph.len() * self.classes.len() {
-            self.head = Some(weights);
+            self.head = Some(HeadSay {
+                classes: self.classes.clone(),
+                weights,
+            });
             self.refresh();
         }
     }
 
     fn refresh(&mut self) {
         let nodes = self.surface.graph.len();
-        let posterior = Posterior::new(&self.propagation, &self.classes, nodes, self.head.as_deref());
+        let head = self.head.as_ref().filter(|head| head.classes == self.classes);
+        let weights = head.map(|head| head.weights.as_slice());
+        let posterior = Posterior::new(&self.propagation, &self.classes, nodes, weights);
         self.posterior = Arc::new(posterior);
     }
 

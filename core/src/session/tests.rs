@@ -3,7 +3,7 @@ use std::time::{Duration, Instant};
 
 use super::*;
 use crate::field::Preset;
-use crate::labels::{History, LabelSet, Stroke};
+use crate::labels::{ClassId, History, LabelSet, Stroke};
 use crate::scene::testing::wall;
 use crate::scene::{OpenOptions, SceneSource, write_replica};
 
@@ -96,13 +96,63 @@ fn undo_restores_the_maps_of_before_while_paused() {
     history.undo();
     send_labels(&session, history.labels(), 3);
     let after = all_maps(&session, 3);
-    let pixels = |maps: &[Arc<FrameMap>]| -> Vec<_> {
-        maps.iter()
-            .map(|map| (map.labels().into_owned(), map.entropy().into_owned()))
-            .collect()
-    };
     assert_ne!(pixels(&before), pixels(&between));
     assert_eq!(pixels(&before), pixels(&after));
+}
+
+/// Class and entropy of every pixel of all maps.
+fn pixels(maps: &[Arc<FrameMap>]) -> Vec<(Vec<ClassId>, Vec<u16>)> {
+    maps.iter()
+        .map(|map| (map.labels().into_owned(), map.entropy().into_owned()))
+        .collect()
+}
+
+#[test]
+fn every_undo_restores_its_maps_when_the_head_had_a_say_before_the_pause() {
+    let folder = capture();
+    let session = Session::start(options(folder.path()), || {});
+    // Both on the dark half, so that the graph is in doubt and the head has something to say.
+    let mut history = History::default();
+    for (name, pixel) in [("left", [6, 20]), ("right", [28, 30])] {
+        let (class, _) = history.add_class(name);
+        history.add_stroke(Stroke::click(0, class, pixel));
+    }
+    send_labels(&session, history.labels(), 1);
+    let of_the_graph = pixels(&all_maps(&session, 1));
+    // All maps again: the head has been looked at.
+    all_maps(&session, 1);
+    session.send(Command::Pause);
+    wait(&session, |event| {
+        matches!(event, Event::Status(status) if status.phase == Phase::Paused).then_some(())
+    });
+
+    let mut generation = 1;
+    let mut maps_of = |history: &History| {
+        generation += 1;
+        send_labels(&session, history.labels(), generation);
+        pixels(&all_maps(&session, generation))
+    };
+    let mut before = vec![maps_of(&history)];
+    assert!(before[0] != of_the_graph);
+    let edits: [fn(&mut History); 5] = [
+        |history| drop(history.add_stroke(Stroke::click(4, 1, [60, 10]))),
+        |history| drop(history.add_stroke(Stroke::click(2, 0, [5, 5]))),
+        |history| drop(history.add_class("third")),
+        |history| drop(history.add_stroke(Stroke::click(6, 3, [30, 40]))),
+        |history| drop(history.delete_class(1)),
+    ];
+    for edit in edits {
+        edit(&mut history);
+        before.push(maps_of(&history));
+    }
+    for (edit, before) in before.iter().enumerate().rev().skip(1) {
+        history.undo();
+        assert!(maps_of(&history) == *before, "after the undo of edit {edit}");
+    }
+    for (edit, before) in before.iter().enumerate().skip(1) {
+        history.redo();
+        assert!(maps_of(&history) == *before, "after the redo of edit {edit}");
+    }
 }
 
 #[test]

@@ -18,7 +18,7 @@ use crate::field::{FieldError, Preset, Ray, Sampling, Trainer};
 use crate::guide::suggest;
 use crate::labels::LabelSet;
 use crate::scene::{Scene, SceneError};
-use crate::semantics::{HeadLook, RayTargets, SemanticHead, Spread};
+use crate::semantics::{HeadLook, RayTargets, SemanticHead, Spread, Surface};
 
 /// How long maps are published before commands are looked at again.
 const PUBLISH_SLICE: Duration = Duration::from_millis(15);
@@ -390,6 +390,16 @@ impl<'a> Worker<'a> {
         Ok(())
     }
 
+    /// A surface that has become ready. While training is paused, one that is there stays: the maps follow
+    /// the labels alone, so that an undo gives back those of before.
+    fn new_surface(&mut self) -> Result<Option<Surface>, WorkerError> {
+        if self.paused && self.spread.is_some() {
+            return Ok(None);
+        }
+        let ready = self.survey.ready();
+        ready.map_err(|reason| WorkerError::Other(reason.to_owned()))
+    }
+
     fn is_settled(&self) -> bool {
         let trained = self.settling || (self.trainer.settled() && self.head_steps_due == 0);
         let idle = self.survey.is_done() && self.look.is_none() && self.stale.is_empty();
@@ -494,8 +504,7 @@ impl Task for Worker<'_> {
     }
 
     fn advance(&mut self) -> Result<bool, WorkerError> {
-        let surface = self.survey.ready();
-        if let Some(surface) = surface.map_err(|reason| WorkerError::Other(reason.to_owned()))? {
+        if let Some(surface) = self.new_surface()? {
             let mut spread = Spread::new(Arc::new(surface));
             timed(&mut self.seconds.semantics, || {
                 spread.set_labels(&self.scene, &self.labels);
@@ -557,6 +566,54 @@ fn labelled_rays(scene: &Scene, spread: &Spread, seed: u64) -> RayTargets {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::testing::wall;
+    use crate::scene::{DepthMap, OpenOptions, SceneSource};
+
+    #[test]
+    fn a_surface_that_becomes_ready_during_a_pause_waits_for_its_end() {
+        let mut scene = wall(5, 64, 48);
+        for frame in &mut scene.frames {
+            // Without its upper half there is something to find out.
+            let depths = [vec![0.0; 64 * 24], vec![2.0; 64 * 24]].concat();
+            frame.depth = Some(DepthMap::from_z_depths(&frame.camera, depths));
+        }
+        let (sender, _events) = crossbeam_channel::unbounded();
+        let outbox = Outbox::new(sender, Arc::default(), Box::new(|| {}));
+        let options = SessionOptions {
+            source: SceneSource::Demo,
+            open: OpenOptions::default(),
+            preset: Preset::Fast,
+            threads: 2,
+            seed: 1,
+            state: None,
+        };
+        let end = Instant::now() + Duration::from_secs(60);
+        let surface = |worker: &Worker<'_>| {
+            let spread = worker.spread.as_ref();
+            spread.map(|spread| std::ptr::from_ref(spread.surface()))
+        };
+        let mut worker = Worker::new(Arc::new(scene), &options, &outbox).unwrap();
+        while worker.spread.is_none() {
+            worker.advance().unwrap();
+            assert!(Instant::now() < end);
+        }
+        let first = surface(&worker);
+        worker.obey(Command::Settle).unwrap();
+        while worker.survey.is_rendering() {
+            worker.advance().unwrap();
+        }
+        worker.obey(Command::Pause).unwrap();
+        for _ in 0..100 {
+            worker.advance().unwrap();
+            std::thread::sleep(Duration::from_millis(10));
+        }
+        assert_eq!(surface(&worker), first);
+        worker.obey(Command::Resume).unwrap();
+        while surface(&worker) == first {
+            worker.advance().unwrap();
+            assert!(Instant::now() < end);
+        }
+    }
 
     #[test]
     fn a_panic_becomes_an_error_event_and_the_end_is_told() {
