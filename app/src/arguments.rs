@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
-use inplace_core::eval::simulate::Policy;
+use inplace_core::eval::simulate::{Baseline, Policy};
 use inplace_core::field::Preset;
 
 /// Labels a whole scene from a few clicks.
@@ -213,7 +213,7 @@ pub struct SimulateArguments {
     /// Runs, with seeds that count up from --seed.
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u64).range(1..))]
     pub seeds: u64,
-    /// Where results.csv and results.svg go.
+    /// Where results.csv, calibration.csv and their charts go.
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
     /// Most seconds of learning the geometry before the first click [default: until it is learnt].
@@ -223,10 +223,18 @@ pub struct SimulateArguments {
     /// measures what the surface graph says.
     #[arg(long, value_name = "SECONDS", default_value = "60", value_parser = seconds_or_none)]
     pub settle: f64,
-    /// Measure other methods on the clicks of "random" too: the click nearest in a straight line, a joint
-    /// network of positions, and a pixel classifier.
-    #[arg(long)]
-    pub baselines: bool,
+    /// Measure other methods on the clicks of "random" too: the click nearest in a straight line (nearest), a
+    /// joint network of positions (joint-mlp) and a pixel classifier (pixels), or some of them; and, where it is
+    /// named, the published Semantic-NeRF network (reference), in the time that labelling took.
+    #[arg(
+        long,
+        value_name = "NAME,...",
+        value_delimiter = ',',
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_values = Baseline::QUICK.map(Baseline::name)
+    )]
+    pub baselines: Vec<Baseline>,
     /// Print the results as JSON.
     #[arg(long)]
     pub json: bool,
@@ -297,6 +305,23 @@ mod tests {
             panic!("not bench engine")
         };
         assert_eq!(arguments.presets, [Preset::Auto, Preset::Reference]);
+    }
+
+    #[test]
+    fn the_published_network_is_a_baseline_only_where_it_is_named() {
+        let baselines = |given: &[&str]| {
+            let arguments = [&["inplace", "simulate"], given, &["demo", "--out", "x"]].concat();
+            match Arguments::try_parse_from(arguments).unwrap().command {
+                Some(Command::Simulate(arguments)) => arguments.baselines,
+                other => panic!("{other:?}"),
+            }
+        };
+        assert_eq!(baselines(&[]), []);
+        assert_eq!(baselines(&["--baselines"]), Baseline::QUICK);
+        assert_eq!(
+            baselines(&["--baselines=nearest,reference"]),
+            [Baseline::Nearest, Baseline::Reference]
+        );
     }
 
     #[test]

@@ -2,8 +2,9 @@
 
 use std::time::Duration;
 
+use inplace_core::eval::Calibration;
 use inplace_core::eval::chart::{Axis, Chart, Figure, Panel, Point, Scale, Series};
-use inplace_core::eval::simulate::{Experiment, SimulatedPoint, simulate, table};
+use inplace_core::eval::simulate::{Experiment, SimulatedPoint, calibration_table, simulate, table};
 use inplace_core::field::Preset;
 use inplace_core::scene::SceneSource;
 
@@ -12,7 +13,10 @@ use super::progress::Progress;
 use super::{Failure, cores, session_options};
 use crate::arguments::SimulateArguments;
 
-/// Simulates, writes `results.csv` and `results.svg`, and prints.
+/// Share of a line's pixels below which a bin of confidence is not drawn: it would show little but chance.
+const LEAST_SHARE: f64 = 1e-3;
+
+/// Simulates, writes `results.csv`, `calibration.csv` and their charts, and prints.
 pub fn run(arguments: &SimulateArguments) -> Result<(), Failure> {
     if arguments.training.preset == Preset::Reference {
         return Err("the published network learns a scene for each set of labels; measure it with `inplace label --preset reference`".into());
@@ -33,13 +37,15 @@ pub fn run(arguments: &SimulateArguments) -> Result<(), Failure> {
         seeds: arguments.seeds,
         geometry: arguments.geometry.map(Duration::from_secs_f64),
         settle: Duration::from_secs_f64(arguments.settle),
-        baselines: arguments.baselines,
+        baselines: arguments.baselines.clone(),
     };
     let mut progress = Progress::new();
     let points = simulate(&experiment, &mut |line| progress.show(line))?;
     drop(progress);
     table(&points).write(&out.join("results.csv"))?;
     figure(arguments, threads, &points).write(&out.join("results.svg"))?;
+    calibration_table(&points).write(&out.join("calibration.csv"))?;
+    reliability(arguments, threads, &points).write(&out.join("calibration.svg"))?;
     if arguments.json {
         println!("{}", serde_json::to_string_pretty(&points)?);
     } else {
@@ -57,17 +63,22 @@ fn summary(values: &[f64]) -> (f64, f64) {
 }
 
 fn print(points: &[SimulatedPoint]) {
-    println!("policy               clicks a class  strokes  mIoU (sd)        average   total   seconds");
+    println!(
+        "policy               clicks a class  strokes  mIoU (sd)        average   total     ECE   seconds"
+    );
     for ((policy, clicks), runs) in grouped(points, |point| (point.policy.clone(), point.clicks_per_class)) {
         let of = |value: &dyn Fn(&SimulatedPoint) -> f64| {
             summary(&runs.iter().map(|run| value(run)).collect::<Vec<_>>())
         };
+        let errors: Option<Vec<f64>> = runs.iter().map(|run| run.calibration_error()).collect();
+        let error = errors.map(|errors| summary(&errors).0);
         let (miou, deviation) = of(&|run| run.scores.miou);
         println!(
-            "{policy:20} {clicks:>14} {:>8.0}  {miou:.3} ({deviation:.3}) {:>13.3} {:>7.3} {:>9.1}",
+            "{policy:20} {clicks:>14} {:>8.0}  {miou:.3} ({deviation:.3}) {:>13.3} {:>7.3} {:>7} {:>9.1}",
             of(&|run| run.strokes as f64).0,
             of(&|run| run.scores.average_accuracy).0,
             of(&|run| run.scores.total_accuracy).0,
+            error.map_or("-".to_owned(), |error| format!("{error:.3}")),
             of(&|run| run.wall_s).0,
         );
     }
@@ -101,25 +112,81 @@ fn figure(arguments: &SimulateArguments, threads: usize, points: &[SimulatedPoin
     let seconds = Axis::new("seconds since the scene was opened", Scale::Linear);
     Figure {
         title: "How labels spread from a few clicks".to_owned(),
-        subtitle: format!(
-            "{}{}; {} preset, {threads} threads; mean and range over {} seed{} from {}; maps measured at most {} s after a batch of clicks",
-            points.first().map_or("", |point| point.scene.as_str()),
-            if arguments.training.no_depth {
-                " without depth"
-            } else {
-                ""
-            },
-            arguments.training.preset.name(),
-            arguments.seeds,
-            if arguments.seeds == 1 { "" } else { "s" },
-            arguments.training.seed,
-            arguments.settle,
-        ),
+        subtitle: conditions(arguments, threads, points, "mean and range"),
         rows: vec![vec![
             panel("by clicks", clicks, lines(&|point| point.clicks_per_class as f64)),
             panel("by time", seconds, lines(&|point| point.wall_s)),
         ]],
     }
+}
+
+/// Accuracy against confidence, a panel for each policy and a line for each number of clicks.
+fn reliability(arguments: &SimulateArguments, threads: usize, points: &[SimulatedPoint]) -> Figure {
+    let known: Vec<SimulatedPoint> = points
+        .iter()
+        .filter(|point| point.calibration.is_some())
+        .cloned()
+        .collect();
+    let panels = grouped(&known, |point| point.policy.clone());
+    let panels = panels.into_iter().map(|(policy, own)| {
+        let own: Vec<SimulatedPoint> = own.into_iter().cloned().collect();
+        let mut series = vec![Series {
+            name: "as likely as said".to_owned(),
+            points: vec![Point::new(0.0, 0.0), Point::new(1.0, 1.0)],
+        }];
+        series.extend(
+            grouped(&own, |point| point.clicks_per_class)
+                .into_iter()
+                .map(|(clicks, runs)| {
+                    let mut all = Calibration::default();
+                    let of_runs = runs.iter().filter_map(|run| run.calibration.as_ref());
+                    of_runs.for_each(|calibration| all.merge(calibration));
+                    let bins = all.reliability(LEAST_SHARE).into_iter();
+                    Series {
+                        name: format!("{clicks} click{} a class", if clicks == 1 { "" } else { "s" }),
+                        points: bins
+                            .map(|(confidence, accuracy)| Point::new(confidence, accuracy))
+                            .collect(),
+                    }
+                }),
+        );
+        Panel {
+            title: policy,
+            chart: Chart::Lines {
+                x: Axis::new("probability of the most likely class", Scale::FromZero),
+                y: Axis::new("share that is right", Scale::FromZero),
+                series,
+            },
+        }
+    });
+    Figure {
+        title: "How right the probabilities of the maps are".to_owned(),
+        subtitle: conditions(arguments, threads, points, "all pixels of the test frames"),
+        rows: vec![panels.collect()],
+    }
+}
+
+/// What was measured, in a line; `what` is taken over the seeds.
+fn conditions(
+    arguments: &SimulateArguments,
+    threads: usize,
+    points: &[SimulatedPoint],
+    what: &str,
+) -> String {
+    format!(
+        "{}{}; {} preset, {threads} threads; {what} over {} seed{} from {}; maps measured at most {} s after a batch of clicks",
+        points.first().map_or("", |point| point.scene.as_str()),
+        if arguments.training.no_depth {
+            " without depth"
+        } else {
+            ""
+        },
+        arguments.training.preset.name(),
+        arguments.seeds,
+        if arguments.seeds == 1 { "" } else { "s" },
+        arguments.training.seed,
+        arguments.settle,
+    )
 }
 
 fn mean(runs: &[&SimulatedPoint], across: &dyn Fn(&SimulatedPoint) -> f64) -> Point {

@@ -1,5 +1,6 @@
 //! How good label maps are, measured against ground truth; how fast the engine is and what it costs.
 
+mod calibration;
 pub mod chart;
 mod cost;
 mod engine;
@@ -15,6 +16,7 @@ mod truth;
 
 use std::path::PathBuf;
 
+pub use calibration::Calibration;
 pub use cost::{Cost, session_cost};
 pub use engine::{PathSpeed, RunPoint, Variant, path_speeds, training_run};
 pub use metrics::{ConfusionMatrix, Scores};

@@ -9,6 +9,8 @@ use crate::scene::Frame;
 
 /// Steps of [`FrameMap::entropy`] per nat.
 pub const ENTROPY_STEPS_PER_NAT: f32 = 10_000.0;
+/// A probability of 1 in [`FrameMap::confidence`].
+pub const CERTAIN: u16 = u16::MAX;
 
 /// Dense labels of one frame, row-major `[height, width]`.
 ///
@@ -30,7 +32,12 @@ pub struct FrameMap {
 #[derive(Clone, Debug)]
 enum Pixels {
     /// One by one.
-    Listed { labels: Vec<ClassId>, entropy: Vec<u16> },
+    Listed {
+        labels: Vec<ClassId>,
+        entropy: Vec<u16>,
+        /// `None` where it is not known, as it is not kept on disk.
+        confidence: Option<Vec<u16>>,
+    },
     /// By the nodes that they show.
     OnSurface {
         nodes: Arc<NodeMap>,
@@ -57,7 +64,11 @@ impl FrameMap {
             generation,
             width,
             height,
-            pixels: Pixels::Listed { labels, entropy },
+            pixels: Pixels::Listed {
+                labels,
+                entropy,
+                confidence: None,
+            },
         })
     }
 
@@ -113,6 +124,23 @@ impl FrameMap {
         }
     }
 
+    /// Probability of every pixel's class, times [`CERTAIN`]; 0 where nothing is known. `None` for a map that
+    /// was made from labels and entropy alone, such as one of a project file.
+    pub fn confidence(&self) -> Option<Cow<'_, [u16]>> {
+        match &self.pixels {
+            Pixels::Listed { confidence, .. } => confidence.as_deref().map(Cow::Borrowed),
+            Pixels::OnSurface {
+                nodes,
+                posterior,
+                painted,
+                ..
+            } => {
+                let sure = painted.iter().map(|&(pixel, _)| (pixel, CERTAIN));
+                Some(Cow::Owned(looked_up(nodes, &posterior.confidence, 0, sure)))
+            }
+        }
+    }
+
     /// Mean entropy over all pixels, in nats.
     pub fn mean_entropy(&self) -> f32 {
         let entropy = self.entropy();
@@ -128,27 +156,35 @@ impl FrameMap {
     }
 
     /// The map in the pixels of the frame's image on disk: each has what the frame's pixel at the same
-    /// place has. Pixels that the frame does not reach, behind the strongest lenses, are void and as unsure
-    /// as the frame's most unsure pixel.
+    /// place has. Pixels that the frame does not reach, behind the strongest lenses, are void, without
+    /// confidence and as unsure as the frame's most unsure pixel.
     pub fn in_image<'a>(&'a self, frame: &Frame) -> Cow<'a, Self> {
         if frame.lens.is_none() {
             return Cow::Borrowed(self);
         }
         let (width, height) = (frame.image().width, frame.image().height);
         let (own_labels, own_entropy) = (self.labels(), self.entropy());
+        let own_confidence = self.confidence();
         let unknown = own_entropy.iter().copied().max().unwrap_or(0);
-        let at = |index: u32| match frame.of_image([index % width, index / width]) {
-            Some([x, y]) if x < self.width && y < self.height => {
-                let index = (y * self.width + x) as usize;
-                (own_labels[index], own_entropy[index])
-            }
-            _ => (VOID, unknown),
+        let own: Vec<Option<usize>> = (0..width * height)
+            .map(|index| {
+                let [x, y] = frame.of_image([index % width, index / width])?;
+                (x < self.width && y < self.height).then_some((y * self.width + x) as usize)
+            })
+            .collect();
+        let moved = |values: &[u16], without: u16| -> Vec<u16> {
+            own.iter()
+                .map(|index| index.map_or(without, |index| values[index]))
+                .collect()
         };
-        let (labels, entropy) = (0..width * height).map(at).unzip();
         Cow::Owned(Self {
             width,
             height,
-            pixels: Pixels::Listed { labels, entropy },
+            pixels: Pixels::Listed {
+                labels: moved(&own_labels, VOID),
+                entropy: moved(&own_entropy, unknown),
+                confidence: own_confidence.map(|values| moved(&values, 0)),
+            },
             ..*self
         })
     }
@@ -200,6 +236,7 @@ mod tests {
         let posterior = Arc::new(Posterior {
             labels: vec![5, 7],
             entropy: vec![100, 200],
+            confidence: vec![60_000, 50_000],
             ..Posterior::default()
         });
         let painted = vec![(1, 7), (5, VOID)];
@@ -207,6 +244,9 @@ mod tests {
         let labels = vec![5, 7, 7, 7, VOID, VOID];
         let listed = FrameMap::new(2, 9, [3, 2], labels, vec![100, 0, 200, 200, 999, 0]).unwrap();
         assert_eq!(map, listed);
+        assert_eq!(listed.confidence(), None);
+        let confidence = [60_000, CERTAIN, 50_000, 50_000, 0, CERTAIN];
+        assert_eq!(map.confidence().as_deref(), Some(&confidence[..]));
         assert!((map.coverage() - 4.0 / 6.0).abs() < 1e-6);
         assert!((map.mean_entropy() - 1499.0 / 6.0 / ENTROPY_STEPS_PER_NAT).abs() < 1e-6);
         assert_ne!(map, FrameMap::new(2, 9, [3, 2], vec![5; 6], vec![0; 6]).unwrap());
@@ -219,9 +259,18 @@ mod tests {
         let map_of = |frame: &Frame| {
             let pixels = frame.camera.pixels();
             let size = [frame.camera.width, frame.camera.height];
-            let labels = (0..pixels).map(|index| index as ClassId).collect();
-            let entropy = (0..pixels).map(|index| index as u16).collect();
-            FrameMap::new(0, 1, size, labels, entropy).unwrap()
+            let nodes: Vec<u32> = (0..pixels as u32).collect();
+            let posterior = Posterior {
+                labels: (0..pixels).map(|index| index as ClassId).collect(),
+                entropy: (0..pixels).map(|index| index as u16).collect(),
+                confidence: (0..pixels).map(|index| 3 * index as u16).collect(),
+                ..Posterior::default()
+            };
+            let shown = (
+                Arc::new(NodeMap::pack(size[0] as usize, &nodes)),
+                Arc::new(posterior),
+            );
+            FrameMap::on_surface((0, 1), size, shown, 0, Vec::new())
         };
         let same = map_of(&frame);
         assert!(matches!(same.in_image(&frame), Cow::Borrowed(map) if *map == same));
@@ -244,6 +293,7 @@ mod tests {
         let index = (y * frame.camera.width + x) as usize;
         assert_eq!(bent.labels()[40 * 64 + 10], map.labels()[index]);
         assert_eq!(bent.entropy()[40 * 64 + 10], map.entropy()[index]);
+        assert_eq!(bent.confidence().unwrap()[40 * 64 + 10], 3 * index as u16);
         // The middle of the image stays the middle.
         let middle = (frame.camera.height / 2 * frame.camera.width + frame.camera.width / 2) as usize;
         assert_eq!(bent.labels()[24 * 64 + 32], map.labels()[middle]);

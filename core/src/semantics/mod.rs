@@ -20,7 +20,7 @@ pub use graph::{Node, SurfaceGraph};
 pub use head::{RayTargets, SemanticHead, SoftTargets};
 pub use imported::{NodeLabels, NodeVotes};
 pub use look::HeadLook;
-pub use map::{ENTROPY_STEPS_PER_NAT, FrameMap};
+pub use map::{CERTAIN, ENTROPY_STEPS_PER_NAT, FrameMap};
 pub use node_map::NodeMap;
 pub use posterior::Posterior;
 pub use spread::Spread;

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::{ENTROPY_STEPS_PER_NAT, Propagation};
+use super::{CERTAIN, ENTROPY_STEPS_PER_NAT, Propagation};
 use crate::labels::{ClassId, VOID};
 
 /// A class's weight falls with this power of its distance.
@@ -19,6 +19,8 @@ pub struct Posterior {
     pub labels: Vec<ClassId>,
     /// Entropy of each node, in nats times [`ENTROPY_STEPS_PER_NAT`].
     pub entropy: Vec<u16>,
+    /// Probability of the most likely class of each node, times [`CERTAIN`]; 0 where that is void.
+    pub confidence: Vec<u16>,
     /// Second most likely class of each node; void where there is none.
     pub runners_up: Vec<ClassId>,
     /// Distances to the nearest and the second nearest class of each node.
@@ -36,7 +38,7 @@ impl Posterior {
             .iter()
             .map(|class| propagation.classes().get(class).map(super::Geodesics::distances))
             .collect();
-        let rows: Vec<(ClassId, u16, ClassId, [f32; 2])> = (0..nodes)
+        let rows: Vec<Summary> = (0..nodes)
             .into_par_iter()
             .with_min_len(1024)
             .map_init(
@@ -52,11 +54,12 @@ impl Posterior {
             )
             .collect();
         let mut posterior = Self::default();
-        for (label, entropy, runner_up, distances) in rows {
-            posterior.labels.push(label);
-            posterior.entropy.push(entropy);
-            posterior.runners_up.push(runner_up);
-            posterior.distances.push(distances);
+        for row in rows {
+            posterior.labels.push(row.label);
+            posterior.entropy.push(row.entropy);
+            posterior.confidence.push(row.confidence);
+            posterior.runners_up.push(row.runner_up);
+            posterior.distances.push(row.nearest);
         }
         posterior
     }
@@ -91,10 +94,25 @@ fn fill_weights(fields: &[Option<&[f32]>], node: usize, weights: &mut [f32]) -> 
     nearest
 }
 
-fn summarise(classes: &[ClassId], weights: &[f32], nearest: [f32; 2]) -> (ClassId, u16, ClassId, [f32; 2]) {
+/// What the posterior keeps of a node.
+struct Summary {
+    label: ClassId,
+    entropy: u16,
+    confidence: u16,
+    runner_up: ClassId,
+    nearest: [f32; 2],
+}
+
+fn summarise(classes: &[ClassId], weights: &[f32], nearest: [f32; 2]) -> Summary {
     let sum: f32 = weights.iter().sum();
     if sum <= 0.0 {
-        return (VOID, 0, VOID, nearest);
+        return Summary {
+            label: VOID,
+            entropy: 0,
+            confidence: 0,
+            runner_up: VOID,
+            nearest,
+        };
     }
     let mut best = [(0.0, VOID); 2];
     let mut entropy = 0.0;
@@ -112,9 +130,14 @@ fn summarise(classes: &[ClassId], weights: &[f32], nearest: [f32; 2]) -> (ClassI
     if nearest[0].is_infinite() {
         best = [(0.0, VOID); 2];
     }
-    // A cast saturates: 6.5 nats are the entropy of 700 classes.
-    let entropy = (entropy * ENTROPY_STEPS_PER_NAT).round() as u16;
-    (best[0].1, entropy, best[1].1, nearest)
+    Summary {
+        label: best[0].1,
+        // A cast saturates: 6.5 nats are the entropy of 700 classes.
+        entropy: (entropy * ENTROPY_STEPS_PER_NAT).round() as u16,
+        confidence: (best[0].0 * f32::from(CERTAIN)).round() as u16,
+        runner_up: best[1].1,
+        nearest,
+    }
 }
 
 #[cfg(test)]
@@ -125,15 +148,21 @@ mod tests {
     fn equal_distances_give_the_highest_entropy() {
         let even = summarise(&[1, 2], &[1.0, 1.0], [1.0, 1.0]);
         let sure = summarise(&[1, 2], &[1.0, 0.01], [1.0, 9.0]);
-        assert_eq!(even.1, (2.0_f32.ln() * ENTROPY_STEPS_PER_NAT).round() as u16);
-        assert!(sure.1 < even.1 / 4);
-        assert_eq!((sure.0, sure.2), (1, 2));
+        assert_eq!(
+            even.entropy,
+            (2.0_f32.ln() * ENTROPY_STEPS_PER_NAT).round() as u16
+        );
+        assert!(sure.entropy < even.entropy / 4);
+        assert_eq!((sure.label, sure.runner_up), (1, 2));
+        assert_eq!(even.confidence, 32_768);
+        assert_eq!(sure.confidence, (f32::from(CERTAIN) / 1.01).round() as u16);
     }
 
     #[test]
     fn without_labels_everything_is_void_and_unknown() {
         let posterior = Posterior::new(&Propagation::default(), &[1, 2, 3], 5, None);
         assert_eq!(posterior.labels, [VOID; 5]);
+        assert_eq!(posterior.confidence, [0; 5]);
         assert!(
             posterior
                 .entropy

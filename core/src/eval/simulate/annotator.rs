@@ -21,13 +21,20 @@ pub enum Policy {
     Uniform,
 }
 
-impl fmt::Display for Policy {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(match self {
+impl Policy {
+    /// Its name in the results.
+    pub fn name(self) -> &'static str {
+        match self {
             Self::Guided => "guided",
             Self::Random => "random",
             Self::Uniform => "uniform",
-        })
+        }
+    }
+}
+
+impl fmt::Display for Policy {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(self.name())
     }
 }
 

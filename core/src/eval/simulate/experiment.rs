@@ -3,11 +3,10 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use super::compared::Comparison;
 use super::{Annotator, Baseline, Click, Policy, SimulatedPoint};
 use crate::eval::followed::Followed;
-use crate::eval::learnt::restored_surface;
-use crate::eval::scene_truth::in_image;
-use crate::eval::{EvalError, SceneTruth, Scores};
+use crate::eval::{Calibration, EvalError, SceneTruth, Scores};
 use crate::guide::Suggestion;
 use crate::scene::Scene;
 use crate::session::{Command, Event, ModelState, SessionOptions, Status};
@@ -28,13 +27,13 @@ pub struct Experiment {
     /// Most time after the last click of each batch before the maps are measured; less when they are final.
     /// Zero trains no head: the maps are what the surface graph says.
     pub settle: Duration,
-    /// Whether the baselines are measured on the clicks of [`Policy::Random`] too.
-    pub baselines: bool,
+    /// What is measured on the clicks of [`Policy::Random`] too.
+    pub baselines: Vec<Baseline>,
 }
 
 impl Experiment {
     /// Clicks a class of the batches, ascending.
-    fn batches(&self) -> Vec<usize> {
+    pub(super) fn batches(&self) -> Vec<usize> {
         let mut batches = self.clicks.clone();
         batches.sort_unstable();
         batches.dedup();
@@ -45,11 +44,17 @@ impl Experiment {
 /// Runs the experiment; `progress` is told what is being done.
 ///
 /// # Errors
-/// A scene without ground truth, and whatever stops a session.
+/// A scene without ground truth, [`Baseline::Reference`] without [`Policy::Random`], and whatever stops a session.
 pub fn simulate(
     experiment: &Experiment,
     progress: &mut dyn FnMut(&str),
 ) -> Result<Vec<SimulatedPoint>, EvalError> {
+    if experiment.baselines.contains(&Baseline::Reference) && !experiment.policies.contains(&Policy::Random) {
+        return Err(EvalError::Session(
+            "the published network gets the time that labelling took with the policy random; simulate that, too"
+                .to_owned(),
+        ));
+    }
     let mut truth = None;
     let mut points = Vec::new();
     for run in 0..experiment.seeds {
@@ -67,7 +72,7 @@ pub fn simulate(
         progress(&format!("seed {seed}: learning the scene"));
         open.learn(experiment.geometry)?;
         let learnt = opening + learning.elapsed();
-        if experiment.policies.len() > 1 || experiment.baselines {
+        if experiment.policies.len() > 1 || !experiment.baselines.is_empty() {
             options.state = Some(open.saved()?);
         }
         let annotator = Annotator::new(&scene, truth);
@@ -89,65 +94,18 @@ pub fn simulate(
             }));
         }
         drop(first);
-        if experiment.baselines {
-            let times = (opening.as_secs_f64(), learnt.as_secs_f64());
-            points.extend(baselines(
-                experiment, &options, &scene, &annotator, truth, times, progress,
-            )?);
-        }
-    }
-    Ok(points)
-}
-
-/// The baselines on the clicks of [`Policy::Random`], with the learnt field of `options`; `times` are seconds
-/// until the scene was open and until it was learnt.
-fn baselines(
-    experiment: &Experiment,
-    options: &SessionOptions,
-    scene: &Arc<Scene>,
-    annotator: &Annotator<'_>,
-    truth: &SceneTruth,
-    (opening_s, learnt_s): (f64, f64),
-    progress: &mut dyn FnMut(&str),
-) -> Result<Vec<SimulatedPoint>, EvalError> {
-    let Some(state) = &options.state else {
-        return Ok(Vec::new());
-    };
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(options.threads.max(1))
-        .build();
-    let pool = pool.map_err(|error| EvalError::Session(error.to_string()))?;
-    let surface = pool.install(|| restored_surface(scene, options.preset, state, options.seed))?;
-    let batches = experiment.batches();
-    let planned = annotator.clicks(Policy::Random, batches.last().copied().unwrap_or(0), options.seed);
-    let mut points = Vec::new();
-    for baseline in Baseline::ALL {
-        let before = if baseline.needs_surface() {
-            learnt_s
-        } else {
-            opening_s
-        };
-        for &clicks_per_class in &batches {
-            let name = format!("{}/{}", Policy::Random, baseline.name());
-            progress(&format!(
-                "seed {}, {name}: {clicks_per_class} clicks a class",
-                options.seed
-            ));
-            let given = &planned[..planned.len().min(clicks_per_class * annotator.classes().len())];
-            let made = pool.install(|| baseline.maps(scene, &surface, given, &truth.test, options.seed))?;
-            let mut maps = truth.test.iter().zip(made.maps);
-            points.push(SimulatedPoint {
-                scene: scene.name(),
-                policy: name,
-                seed: options.seed,
-                clicks_per_class,
-                strokes: given.len(),
-                scores: truth.scores(&truth.test, |_| {
-                    let map = maps.next();
-                    map.map_or_else(Vec::new, |(&frame, labels)| in_image(scene, frame, labels))
-                })?,
-                wall_s: before + made.seconds,
-            });
+        if !experiment.baselines.is_empty() {
+            let comparison = Comparison {
+                experiment,
+                options: &options,
+                scene: &scene,
+                annotator: &annotator,
+                truth,
+                opening_s: opening.as_secs_f64(),
+                learnt_s: learnt.as_secs_f64(),
+            };
+            let compared = comparison.measured(&points, progress)?;
+            points.extend(compared);
         }
     }
     Ok(points)
@@ -242,13 +200,15 @@ impl Open {
             }
             self.settle(experiment.settle)?;
             labelling += start.elapsed();
+            let (scores, calibration) = self.measured(truth)?;
             points.push(SimulatedPoint {
                 scene: self.scene.name(),
                 policy: policy.to_string(),
                 seed,
                 clicks_per_class,
                 strokes: given.len(),
-                scores: self.scores(truth)?,
+                scores,
+                calibration: Some(calibration),
                 wall_s: labelling.as_secs_f64(),
             });
         }
@@ -312,49 +272,39 @@ impl Open {
         })
     }
 
-    fn scores(&self, truth: &SceneTruth) -> Result<Scores, EvalError> {
-        truth.scores(&truth.test, |frame| {
-            let map = self.run.session.maps().get(frame);
-            // Suggestions came, so all maps had been made.
-            map.map_or_else(Vec::new, |map| {
+    /// How good the maps of the test frames are, and their probabilities.
+    fn measured(&self, truth: &SceneTruth) -> Result<(Scores, Calibration), EvalError> {
+        let mut calibration = Calibration::default();
+        // Suggestions came, so all maps had been made.
+        let map_of = |frame: usize| self.run.session.maps().get(frame);
+        for &frame in &truth.test {
+            let Some(map) = map_of(frame) else { continue };
+            let map = map.in_image(&self.scene.frames[frame]);
+            if let Some(confidence) = map.confidence() {
+                calibration.add(&truth.images[&frame].labels, &map.labels(), &confidence)?;
+            }
+        }
+        let scores = truth.scores(&truth.test, |frame| {
+            map_of(frame).map_or_else(Vec::new, |map| {
                 map.in_image(&self.scene.frames[frame]).labels().into_owned()
             })
-        })
+        })?;
+        Ok((scores, calibration))
     }
 }
 
 /// Whether an event tells that the maps of these labels are final.
-fn is_settled(event: &Event, status: &Status, generation: u64) -> bool {
+pub(super) fn is_settled(event: &Event, status: &Status, generation: u64) -> bool {
     matches!(event, Event::Status(_)) && status.is_final(generation)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::eval::simulate::table;
+    use crate::eval::simulate::testing::capture;
+    use crate::eval::simulate::{calibration_table, table};
     use crate::field::Preset;
-    use crate::labels::{Class, ClassId};
-    use crate::scene::testing::wall;
-    use crate::scene::{GroundTruth, OpenOptions, SceneSource, write_replica};
-
-    /// A wall that is dark on the left and bright on the right, each a class of its own.
-    fn capture(folder: &std::path::Path) {
-        let scene = wall(6, 64, 48);
-        let labels: Vec<Vec<ClassId>> = scene
-            .frames
-            .iter()
-            .map(|frame| {
-                let class = |pixel| 1 + ClassId::from(frame.color.pixel(pixel)[0] > 128);
-                (0..frame.camera.pixels()).map(class).collect()
-            })
-            .collect();
-        let truth = GroundTruth {
-            classes: &[Class::new(1, "dark"), Class::new(2, "bright")],
-            labels: &labels,
-            held_out: &[1, 3, 5],
-        };
-        write_replica(&scene, folder, Some(&truth)).unwrap();
-    }
+    use crate::scene::{OpenOptions, SceneSource};
 
     #[test]
     fn the_graph_alone_labels_two_halves_from_a_click_each() {
@@ -375,9 +325,12 @@ mod tests {
             seeds: 2,
             geometry: Some(Duration::ZERO),
             settle: Duration::ZERO,
-            baselines: false,
+            baselines: vec![Baseline::Reference],
         };
         let points = simulate(&experiment, &mut |_| {}).unwrap();
+        let (compared, points): (Vec<_>, Vec<_>) = points
+            .into_iter()
+            .partition(|point| point.policy == "random/reference");
         let told: Vec<(&str, u64, usize, usize)> = points
             .iter()
             .map(|p| (p.policy.as_str(), p.seed, p.clicks_per_class, p.strokes))
@@ -397,5 +350,50 @@ mod tests {
         assert_eq!(points[0].scores, points[2].scores);
         assert!(points.iter().all(|point| point.scores.miou > 0.9), "{points:?}");
         assert_eq!(table(&points).as_str().lines().count(), 9);
+        let calibration = calibration_table(&points);
+        assert!(
+            calibration
+                .as_str()
+                .starts_with("scene,policy,seed,clicks_per_class,ece\nwall,guided,4,1,0.")
+        );
+        assert_eq!(calibration.as_str().lines().count(), 9);
+        let json = serde_json::to_value(&points[0]).unwrap();
+        assert!(
+            json["ece"]
+                .as_f64()
+                .is_some_and(|error| (0.0..0.2).contains(&error)),
+            "{json}"
+        );
+
+        // The published network had hardly begun, and says nothing of how sure it is.
+        assert_eq!(compared.len(), 4);
+        assert!(
+            compared
+                .iter()
+                .all(|point| point.strokes > 0 && point.wall_s > 0.0)
+        );
+        assert_eq!(calibration_table(&compared).as_str().lines().count(), 1);
+    }
+
+    #[test]
+    fn the_published_network_needs_a_time_to_compare_with() {
+        let experiment = Experiment {
+            session: SessionOptions {
+                source: SceneSource::Demo,
+                open: OpenOptions::default(),
+                preset: Preset::Fast,
+                threads: 1,
+                seed: 1,
+                state: None,
+            },
+            policies: vec![Policy::Guided],
+            clicks: vec![1],
+            seeds: 1,
+            geometry: Some(Duration::ZERO),
+            settle: Duration::ZERO,
+            baselines: vec![Baseline::Nearest, Baseline::Reference],
+        };
+        let error = simulate(&experiment, &mut |_| {}).unwrap_err();
+        assert!(error.to_string().contains("random"), "{error}");
     }
 }

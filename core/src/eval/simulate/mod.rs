@@ -3,15 +3,18 @@
 
 mod annotator;
 mod baseline;
+mod compared;
 mod experiment;
+#[cfg(test)]
+pub(super) mod testing;
 
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 pub use annotator::{Annotator, Click, Policy};
 pub use baseline::{Baseline, BaselineMaps};
 pub use experiment::{Experiment, simulate};
 
-use super::{Scores, Table};
+use super::{Calibration, Scores, Table};
 
 /// How good the maps of the test frames were after so many clicks.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -29,9 +32,28 @@ pub struct SimulatedPoint {
     /// The scores of the test frames.
     #[serde(flatten)]
     pub scores: Scores,
+    /// How right the probabilities of the test frames are, of maps that have any; in JSON, their expected
+    /// calibration error as `ece`.
+    #[serde(rename = "ece", serialize_with = "calibration_error")]
+    pub calibration: Option<Calibration>,
     /// Wall seconds: opening and learning the scene, which the policies of a seed share, and labelling; without
     /// measuring.
     pub wall_s: f64,
+}
+
+impl SimulatedPoint {
+    /// The expected calibration error; `None` of maps without probabilities.
+    pub fn calibration_error(&self) -> Option<f64> {
+        self.calibration.as_ref()?.error()
+    }
+}
+
+fn calibration_error<S: Serializer>(
+    calibration: &Option<Calibration>,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    let error = calibration.as_ref().and_then(Calibration::error);
+    error.serialize(serializer)
 }
 
 /// The points as a table, `results.csv`.
@@ -58,6 +80,24 @@ pub fn table(points: &[SimulatedPoint]) -> Table {
             format!("{:.4}", point.scores.average_accuracy),
             format!("{:.4}", point.scores.total_accuracy),
             format!("{:.2}", point.wall_s),
+        ]);
+    }
+    table
+}
+
+/// The expected calibration errors of the points that have one, `calibration.csv`.
+pub fn calibration_table(points: &[SimulatedPoint]) -> Table {
+    let mut table = Table::new(&["scene", "policy", "seed", "clicks_per_class", "ece"]);
+    for point in points {
+        let Some(error) = point.calibration_error() else {
+            continue;
+        };
+        table.push(&[
+            point.scene.clone(),
+            point.policy.clone(),
+            point.seed.to_string(),
+            point.clicks_per_class.to_string(),
+            format!("{error:.4}"),
         ]);
     }
     table

@@ -2,16 +2,19 @@
 
 mod joint;
 mod pixels;
+mod reference;
 
+use std::str::FromStr;
 use std::time::{Duration, Instant};
 
 use glam::Vec3;
 
 use super::Click;
 use crate::eval::EvalError;
-use crate::labels::{ClassId, VOID};
+use crate::labels::{ClassId, LabelSet, VOID};
 use crate::scene::Scene;
 use crate::semantics::{NodeLabels, Surface};
+use crate::session::SessionOptions;
 
 /// How long the joint network trains on each batch of clicks.
 const JOINT_TRAINING: Duration = Duration::from_secs(20);
@@ -27,6 +30,24 @@ pub enum Baseline {
     JointMlp,
     /// A random forest on filter responses of the image alone, in the way of ilastik (Berg et al. 2019).
     Pixels,
+    /// The published Semantic-NeRF network ([`Preset::Reference`](crate::field::Preset)) in a session of its
+    /// own, for as long as our own labelling took from opening the scene on.
+    Reference,
+}
+
+/// What maps are made of.
+pub(super) struct Task<'a> {
+    pub(super) scene: &'a Scene,
+    pub(super) surface: &'a Surface,
+    /// Of our own session.
+    pub(super) options: &'a SessionOptions,
+    pub(super) clicks: &'a [Click],
+    /// The clicks as strokes.
+    pub(super) labels: LabelSet,
+    /// Frames whose maps are wanted.
+    pub(super) frames: &'a [usize],
+    /// How long our own way took.
+    pub(super) wall: Duration,
 }
 
 /// The maps of some frames.
@@ -38,8 +59,8 @@ pub struct BaselineMaps {
 }
 
 impl Baseline {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::Nearest, Self::JointMlp, Self::Pixels];
+    /// Those that take seconds: all but the published network.
+    pub const QUICK: [Self; 3] = [Self::Nearest, Self::JointMlp, Self::Pixels];
 
     /// Its name in the results.
     pub fn name(self) -> &'static str {
@@ -47,28 +68,20 @@ impl Baseline {
             Self::Nearest => "nearest",
             Self::JointMlp => "joint-mlp",
             Self::Pixels => "pixels",
+            Self::Reference => "reference",
         }
     }
 
-    /// Whether it needs the surface, so that the time to learn that counts.
-    pub fn needs_surface(self) -> bool {
-        self != Self::Pixels
-    }
-
-    /// Makes the maps of `frames`; void clicks say nothing. It takes the threads that it is run in.
+    /// Makes the maps of a task's frames; void clicks say nothing. It takes the threads that it is run in;
+    /// the published network, those of the task's options.
     ///
     /// # Errors
-    /// None on the CPU.
-    pub fn maps(
-        self,
-        scene: &Scene,
-        surface: &Surface,
-        clicks: &[Click],
-        frames: &[usize],
-        seed: u64,
-    ) -> Result<BaselineMaps, EvalError> {
+    /// Whatever stops the session of the published network; of the others none on the CPU.
+    pub(super) fn maps(self, task: &Task<'_>) -> Result<BaselineMaps, EvalError> {
         let start = Instant::now();
-        let clicks: Vec<Click> = clicks
+        let (scene, surface, frames, seed) = (task.scene, task.surface, task.frames, task.options.seed);
+        let clicks: Vec<Click> = task
+            .clicks
             .iter()
             .copied()
             .filter(|click| click.class != VOID)
@@ -88,11 +101,22 @@ impl Baseline {
                 )
             }
             Self::Pixels => pixels::maps(scene, &clicks, frames, seed),
+            Self::Reference => reference::maps(task)?,
         };
         Ok(BaselineMaps {
             maps,
             seconds: start.elapsed().as_secs_f64(),
         })
+    }
+}
+
+impl FromStr for Baseline {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Self, String> {
+        let all = Self::QUICK.into_iter().chain([Self::Reference]);
+        let named = all.into_iter().find(|baseline| baseline.name() == name);
+        named.ok_or_else(|| "use nearest, joint-mlp, pixels or reference".to_owned())
     }
 }
 
@@ -129,7 +153,9 @@ fn on_surface(surface: &Surface, frames: &[usize], classes: NodeLabels) -> Vec<V
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::field::Preset;
     use crate::scene::testing::wall;
+    use crate::scene::{OpenOptions, SceneSource};
 
     fn right(scene: &Scene, frame: usize, labels: &[ClassId]) -> f32 {
         let color = &scene.frames[frame].color;
@@ -147,13 +173,33 @@ mod tests {
         [click(16, 1), click(54, 2)]
     }
 
+    /// The map of frame 2.
+    fn made(baseline: Baseline, scene: &Scene, surface: &Surface) -> BaselineMaps {
+        let options = SessionOptions {
+            source: SceneSource::Demo,
+            open: OpenOptions::default(),
+            preset: Preset::Fast,
+            threads: 2,
+            seed: 1,
+            state: None,
+        };
+        let task = Task {
+            scene,
+            surface,
+            options: &options,
+            clicks: &clicks(),
+            labels: LabelSet::default(),
+            frames: &[2],
+            wall: Duration::ZERO,
+        };
+        baseline.maps(&task).unwrap()
+    }
+
     #[test]
     fn the_nearest_click_halves_the_straight_line() {
         let scene = wall(3, 64, 48);
         let surface = Surface::build(&scene, &[], 5.0).unwrap();
-        let made = Baseline::Nearest
-            .maps(&scene, &surface, &clicks(), &[2], 1)
-            .unwrap();
+        let made = made(Baseline::Nearest, &scene, &surface);
         let share = right(&scene, 2, &made.maps[0]);
         assert!(share > 0.93, "{share}");
     }
@@ -162,9 +208,7 @@ mod tests {
     fn a_forest_tells_dark_pixels_from_bright_ones() {
         let scene = wall(3, 64, 48);
         let surface = Surface::default();
-        let made = Baseline::Pixels
-            .maps(&scene, &surface, &clicks(), &[2], 1)
-            .unwrap();
+        let made = made(Baseline::Pixels, &scene, &surface);
         assert!(right(&scene, 2, &made.maps[0]) > 0.9);
     }
 
