@@ -87,6 +87,9 @@ pub enum Bench {
     /// The experiments of the Semantic-NeRF paper: sparse, noisy, coarse and partial label images of the
     /// training frames, beside the paper's numbers.
     Paper(PaperArguments),
+    /// How long a click waits for its maps while the field is being taught: for that of the frame in view and
+    /// for those of all frames.
+    Latency(LatencyArguments),
     /// What one capture costs, as JSON: a process of its own for each, so that its peak memory is its own.
     #[command(hide = true)]
     CostOf {
@@ -165,6 +168,25 @@ pub struct PaperArguments {
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
     /// Print the results as JSON.
+    #[arg(long)]
+    pub json: bool,
+    #[command(flatten)]
+    pub training: TrainingArguments,
+}
+
+/// Measuring how long clicks wait.
+#[derive(Debug, Args)]
+pub struct LatencyArguments {
+    /// Folders of captures with ground truth and split.json, or "demo".
+    #[arg(required = true)]
+    pub scenes: Vec<PathBuf>,
+    /// Clicks in each scene.
+    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u16).range(1..))]
+    pub clicks: u16,
+    /// Where latency.json and latency.svg go.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Print the results as JSON: an object for one scene, an array of them for several.
     #[arg(long)]
     pub json: bool,
     #[command(flatten)]

@@ -157,7 +157,36 @@ fn a_simulated_annotator_labels_the_demo() {
         "{table}"
     );
     assert_eq!(table.lines().count(), 2);
-    assert!(out.join("results.svg").is_file());
+    let calibration = fs::read_to_string(out.join("calibration.csv")).unwrap();
+    let error = format!("{:.4}", point["ece"].as_f64().unwrap());
+    assert!(
+        calibration.starts_with("scene,policy,seed,clicks_per_class,ece\n") && calibration.contains(&error),
+        "{calibration}"
+    );
+    for chart in ["results.svg", "calibration.svg"] {
+        assert!(out.join(chart).is_file(), "{chart}");
+    }
+}
+
+#[test]
+fn how_long_clicks_wait_is_measured_in_the_demo() {
+    let root = tempfile::tempdir().unwrap();
+    let out = root.path().join("out");
+    let mut command = inplace();
+    command.args(["bench", "latency", "demo", "--clicks", "3", "--json", "--out"]);
+    let outcome = Running::to_the_end(command.arg(&out));
+    assert_eq!((outcome.code, outcome.stderr.as_str()), (Some(0), ""));
+    let latency: Value = serde_json::from_str(&outcome.stdout).unwrap();
+    assert_eq!(latency["clicks"], 3);
+    assert!(latency["frames"].as_u64().unwrap() > 3);
+    for percentile in ["p50", "p95", "p99"] {
+        let of = |key: &str| latency[key][percentile].as_f64().unwrap();
+        let (in_view, all) = (of("in_view_ms"), of("all_frames_ms"));
+        assert!(0.0 < in_view && in_view <= all, "{latency}");
+    }
+    let written = fs::read_to_string(out.join("latency.json")).unwrap();
+    assert_eq!(serde_json::from_str::<Value>(&written).unwrap(), latency);
+    assert!(out.join("latency.svg").is_file());
 }
 
 #[test]

@@ -109,6 +109,8 @@ pub struct Status {
     pub phase: Phase,
     /// Training steps done, those before a saved state included.
     pub steps: u64,
+    /// Whether the field is taught: what is trained from now on only follows the labels.
+    pub field_settled: bool,
     /// What this session has trained on.
     pub work: Work,
     /// Seconds spent training the field and looking at its surface.

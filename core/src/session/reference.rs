@@ -253,6 +253,7 @@ impl Task for ReferenceWorker<'_> {
                 Phase::Training
             },
             steps: trainer.map_or(0, ReferenceTrainer::steps),
+            field_settled: trainer.is_some_and(ReferenceTrainer::settled),
             work: trainer.map_or(Work::default(), ReferenceTrainer::work),
             geometry_seconds: self.training_seconds,
             semantics_seconds: 0.0,

@@ -482,6 +482,7 @@ impl Task for Worker<'_> {
         self.outbox.send(Event::Status(Status {
             phase,
             steps: self.trainer.steps(),
+            field_settled: self.trainer.settled(),
             work: self.trainer.work(),
             geometry_seconds: self.seconds.geometry,
             semantics_seconds: self.seconds.semantics,

@@ -3,6 +3,7 @@
 mod cost;
 pub(super) mod engine;
 mod figure;
+mod latency;
 mod paper;
 
 use super::Failure;
@@ -13,6 +14,7 @@ pub fn run(what: Bench) -> Result<(), Failure> {
     match what {
         Bench::Engine(arguments) => engine::run(&arguments),
         Bench::Paper(arguments) => paper::run(&arguments),
+        Bench::Latency(arguments) => latency::run(&arguments),
         Bench::CostOf {
             scene,
             seconds,
