@@ -1,12 +1,12 @@
 //! Shortest paths from the labelled nodes, one distance field per class, kept exact under changes.
 
-use std::cmp::Ordering;
-use std::collections::{BTreeMap, BinaryHeap};
+use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use super::SurfaceGraph;
+use super::queue::DistanceQueue;
 use crate::labels::ClassId;
 
 /// No seed reaches the node.
@@ -18,30 +18,6 @@ pub struct Geodesics {
     distance: Vec<f32>,
     /// The seed that each node's shortest path starts from.
     seed: Vec<u32>,
-}
-
-/// An entry of the priority queue: the smallest distance comes first.
-#[derive(PartialEq)]
-struct Reached {
-    distance: f32,
-    node: u32,
-}
-
-impl Eq for Reached {}
-
-impl Ord for Reached {
-    fn cmp(&self, other: &Self) -> Ordering {
-        other
-            .distance
-            .total_cmp(&self.distance)
-            .then(other.node.cmp(&self.node))
-    }
-}
-
-impl PartialOrd for Reached {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
 }
 
 impl Geodesics {
@@ -58,22 +34,23 @@ impl Geodesics {
         &self.distance
     }
 
-    /// Adds seeds: only the part of the graph that they win is visited (Dijkstra).
-    pub fn add(&mut self, graph: &SurfaceGraph, seeds: &[u32]) {
-        let mut queue = BinaryHeap::new();
+    /// Adds seeds: only the part of the graph that they win is visited (Dijkstra). Returns the nodes of it,
+    /// some more than once.
+    pub fn add(&mut self, graph: &SurfaceGraph, seeds: &[u32]) -> Vec<u32> {
+        let mut queue = DistanceQueue::new();
         for &seed in seeds {
             self.distance[seed as usize] = 0.0;
             self.seed[seed as usize] = seed;
-            queue.push(Reached {
-                distance: 0.0,
-                node: seed,
-            });
+            queue.push(0.0, seed);
         }
-        self.relax(graph, queue);
+        let mut changed = seeds.to_vec();
+        self.relax(graph, queue, &mut changed);
+        changed
     }
 
     /// Removes seeds: only the nodes that they owned are flooded again, from the border of those that stay.
-    pub fn remove(&mut self, graph: &SurfaceGraph, seeds: &[u32]) {
+    /// Returns those nodes, some more than once.
+    pub fn remove(&mut self, graph: &SurfaceGraph, seeds: &[u32]) -> Vec<u32> {
         let mut gone = vec![false; self.distance.len()];
         for &seed in seeds {
             gone[seed as usize] = true;
@@ -88,23 +65,23 @@ impl Geodesics {
             self.distance[orphan as usize] = f32::INFINITY;
             self.seed[orphan as usize] = NOBODY;
         }
-        let mut queue = BinaryHeap::new();
+        let mut queue = DistanceQueue::new();
         for &orphan in &orphans {
             for (neighbour, _) in graph.edges(orphan) {
                 let distance = self.distance[neighbour as usize];
                 if distance.is_finite() {
-                    queue.push(Reached {
-                        distance,
-                        node: neighbour,
-                    });
+                    queue.push(distance, neighbour);
                 }
             }
         }
-        self.relax(graph, queue);
+        let mut changed = orphans;
+        self.relax(graph, queue, &mut changed);
+        changed
     }
 
-    fn relax(&mut self, graph: &SurfaceGraph, mut queue: BinaryHeap<Reached>) {
-        while let Some(Reached { distance, node }) = queue.pop() {
+    /// Goes on from the nodes of the queue; adds the nodes that come nearer to `changed`.
+    fn relax(&mut self, graph: &SurfaceGraph, mut queue: DistanceQueue, changed: &mut Vec<u32>) {
+        while let Some((distance, node)) = queue.pop() {
             if distance > self.distance[node as usize] {
                 continue;
             }
@@ -114,10 +91,8 @@ impl Geodesics {
                 if through < self.distance[neighbour as usize] {
                     self.distance[neighbour as usize] = through;
                     self.seed[neighbour as usize] = seed;
-                    queue.push(Reached {
-                        distance: through,
-                        node: neighbour,
-                    });
+                    queue.push(through, neighbour);
+                    changed.push(neighbour);
                 }
             }
         }
@@ -142,8 +117,9 @@ impl Propagation {
         &self.classes
     }
 
-    /// Makes `seeds` the labelled nodes; what did not change is not computed again.
-    pub fn update(&mut self, graph: &SurfaceGraph, seeds: FxHashMap<u32, ClassId>) {
+    /// Makes `seeds` the labelled nodes; what did not change is not computed again. Returns the nodes whose
+    /// distance to any class may have changed, ascending.
+    pub fn update(&mut self, graph: &SurfaceGraph, seeds: FxHashMap<u32, ClassId>) -> Vec<u32> {
         let mut changes: BTreeMap<ClassId, (Vec<u32>, Vec<u32>)> = BTreeMap::new();
         for (&node, &class) in &self.seeds {
             if seeds.get(&node) != Some(&class) {
@@ -160,19 +136,31 @@ impl Propagation {
                 .entry(*class)
                 .or_insert_with(|| Geodesics::new(graph.len()));
         }
-        self.classes.par_iter_mut().for_each(|(class, field)| {
-            if let Some((removed, added)) = changes.get(class) {
-                if !removed.is_empty() {
-                    field.remove(graph, removed);
-                }
-                if !added.is_empty() {
-                    field.add(graph, added);
-                }
+        let of_class = |(class, field): (&ClassId, &mut Geodesics)| -> Vec<u32> {
+            let Some((removed, added)) = changes.get(class) else {
+                return Vec::new();
+            };
+            let mut changed = if removed.is_empty() {
+                Vec::new()
+            } else {
+                field.remove(graph, removed)
+            };
+            if !added.is_empty() {
+                changed.extend(field.add(graph, added));
             }
-        });
+            changed
+        };
+        let changed: Vec<Vec<u32>> = self.classes.par_iter_mut().map(of_class).collect();
+        let mut is_changed = vec![false; graph.len()];
+        for node in changed.into_iter().flatten() {
+            is_changed[node as usize] = true;
+        }
         self.seeds = seeds;
         let present: std::collections::BTreeSet<ClassId> = self.seeds.values().copied().collect();
         self.classes.retain(|class, _| present.contains(class));
+        (0..graph.len() as u32)
+            .filter(|&node| is_changed[node as usize])
+            .collect()
     }
 }
 
@@ -247,7 +235,15 @@ mod tests {
             } else {
                 seeds.insert(node, rng.random_range(1..4));
             }
-            propagation.update(&graph, seeds.clone());
+            let before = propagation.clone();
+            let changed = propagation.update(&graph, seeds.clone());
+            for (class, field) in propagation.classes() {
+                let earlier = before.classes().get(class).map(Geodesics::distances);
+                for (node, &distance) in field.distances().iter().enumerate() {
+                    let same = distance == earlier.map_or(f32::INFINITY, |earlier| earlier[node]);
+                    assert!(same || changed.binary_search(&(node as u32)).is_ok());
+                }
+            }
             let mut anew = Propagation::default();
             anew.update(&graph, seeds.clone());
             let distances = |p: &Propagation| {

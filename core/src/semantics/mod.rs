@@ -10,6 +10,7 @@ mod look;
 mod map;
 mod node_map;
 mod posterior;
+mod queue;
 mod spread;
 mod surface;
 

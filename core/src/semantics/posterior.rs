@@ -13,7 +13,7 @@ const SOFTNESS: f32 = 0.5;
 const HORIZON: f32 = 400.0;
 
 /// Class probabilities of every node, summarised.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Posterior {
     /// Most likely class of each node; void where there are no labels at all.
     pub labels: Vec<ClassId>,
@@ -34,16 +34,34 @@ impl Posterior {
     /// p_c is proportional to (d_c + softness)^-power plus an equal share of not knowing, times the
     /// head's weight.
     pub fn new(propagation: &Propagation, classes: &[ClassId], nodes: usize, head: Option<&[f32]>) -> Self {
-        let fields: Vec<Option<&[f32]>> = classes
-            .iter()
-            .map(|class| propagation.classes().get(class).map(super::Geodesics::distances))
-            .collect();
-        let rows: Vec<Summary> = (0..nodes)
-            .into_par_iter()
+        let mut posterior = Self {
+            labels: vec![VOID; nodes],
+            entropy: vec![0; nodes],
+            confidence: vec![0; nodes],
+            runners_up: vec![VOID; nodes],
+            distances: vec![[f32::INFINITY; 2]; nodes],
+        };
+        let all: Vec<u32> = (0..nodes as u32).collect();
+        posterior.update(propagation, classes, &all, head);
+        posterior
+    }
+
+    /// Computes these nodes anew, as [`Posterior::new`] does: those whose distances have changed.
+    pub fn update(
+        &mut self,
+        propagation: &Propagation,
+        classes: &[ClassId],
+        nodes: &[u32],
+        head: Option<&[f32]>,
+    ) {
+        let fields = distance_fields(propagation, classes);
+        let rows: Vec<Summary> = nodes
+            .par_iter()
             .with_min_len(1024)
             .map_init(
                 || vec![0.0; classes.len()],
-                |weights, node| {
+                |weights, &node| {
+                    let node = node as usize;
                     let nearest = fill_weights(&fields, node, weights);
                     if let Some(head) = head {
                         let own = &head[node * classes.len()..(node + 1) * classes.len()];
@@ -53,29 +71,32 @@ impl Posterior {
                 },
             )
             .collect();
-        let mut posterior = Self::default();
-        for row in rows {
-            posterior.labels.push(row.label);
-            posterior.entropy.push(row.entropy);
-            posterior.confidence.push(row.confidence);
-            posterior.runners_up.push(row.runner_up);
-            posterior.distances.push(row.nearest);
+        for (&node, row) in nodes.iter().zip(rows) {
+            let node = node as usize;
+            self.labels[node] = row.label;
+            self.entropy[node] = row.entropy;
+            self.confidence[node] = row.confidence;
+            self.runners_up[node] = row.runner_up;
+            self.distances[node] = row.nearest;
         }
-        posterior
     }
 
     /// The graph's class probabilities of one node, in the order of `classes`.
     pub fn of_node(propagation: &Propagation, classes: &[ClassId], node: usize) -> Vec<f32> {
-        let fields: Vec<Option<&[f32]>> = classes
-            .iter()
-            .map(|class| propagation.classes().get(class).map(super::Geodesics::distances))
-            .collect();
+        let fields = distance_fields(propagation, classes);
         let mut weights = vec![0.0; classes.len()];
         fill_weights(&fields, node, &mut weights);
         let sum: f32 = weights.iter().sum();
         weights.iter_mut().for_each(|w| *w /= sum.max(f32::MIN_POSITIVE));
         weights
     }
+}
+
+/// The distance field of each class; `None` where it has no labelled node.
+fn distance_fields<'a>(propagation: &'a Propagation, classes: &[ClassId]) -> Vec<Option<&'a [f32]>> {
+    let fields = propagation.classes();
+    let of_class = |class| fields.get(class).map(super::Geodesics::distances);
+    classes.iter().map(of_class).collect()
 }
 
 /// Unnormalised weights of the classes at a node; returns the two smallest distances.

@@ -36,6 +36,13 @@ struct HeadSay {
     weights: Vec<f32>,
 }
 
+impl HeadSay {
+    /// The weights, if these are the classes that it was taught.
+    fn on(&self, classes: &[ClassId]) -> Option<&[f32]> {
+        (self.classes == classes).then_some(self.weights.as_slice())
+    }
+}
+
 impl Spread {
     /// A surface without labels.
     pub fn new(surface: Arc<Surface>) -> Self {
@@ -82,10 +89,18 @@ impl Spread {
             }
         }
         let classes: Vec<ClassId> = labels.classes.iter().map(|class| class.id).collect();
+        let same_classes = classes == self.classes;
         self.classes = classes;
         let seeds = self.seeds();
-        self.propagation.update(&self.surface.graph, seeds);
-        self.refresh();
+        let changed = self.propagation.update(&self.surface.graph, seeds);
+        if same_classes {
+            let head = self.head.as_ref().and_then(|head| head.on(&self.classes));
+            // Maps of before may still hold the posterior: then it is copied, which costs little.
+            let posterior = Arc::make_mut(&mut self.posterior);
+            posterior.update(&self.propagation, &self.classes, &changed, head);
+        } else {
+            self.refresh();
+        }
     }
 
     /// Takes over the head's say on each node, positive weights `[nodes, classes]`; others are ignored. It
@@ -102,9 +117,8 @@ impl Spread {
 
     fn refresh(&mut self) {
         let nodes = self.surface.graph.len();
-        let head = self.head.as_ref().filter(|head| head.classes == self.classes);
-        let weights = head.map(|head| head.weights.as_slice());
-        let posterior = Posterior::new(&self.propagation, &self.classes, nodes, weights);
+        let head = self.head.as_ref().and_then(|head| head.on(&self.classes));
+        let posterior = Posterior::new(&self.propagation, &self.classes, nodes, head);
         self.posterior = Arc::new(posterior);
     }
 

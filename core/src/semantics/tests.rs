@@ -8,6 +8,46 @@ use crate::labels::{History, Stroke};
 use crate::scene::testing::wall;
 
 #[test]
+fn labels_that_follow_others_spread_like_new_ones() {
+    let scene = wall(5, 64, 48);
+    let surface = Arc::new(Surface::build(&scene, &[], 5.0).unwrap());
+    let weights = |spread: &Spread| -> Vec<f32> {
+        let count = spread.surface().graph.len() * spread.classes().len();
+        (0..count).map(|index| 0.1 + (index % 7) as f32).collect()
+    };
+    let mut history = History::default();
+    for name in ["dark", "bright"] {
+        history.add_class(name);
+    }
+    let mut spread = Spread::new(Arc::clone(&surface));
+    spread.set_labels(&scene, history.labels());
+    spread.set_head(weights(&spread));
+    let clicks = [
+        (0, 1, [10, 20]),
+        (0, 1, [25, 30]),
+        (4, 2, [50, 30]),
+        (1, 2, [28, 8]),
+    ];
+    for (frame, class, pixel) in clicks.into_iter().chain([(2, 0, [20, 20]), (0, 2, [10, 20])]) {
+        history.add_stroke(Stroke::click(frame, class, pixel));
+        spread.set_labels(&scene, history.labels());
+        let mut anew = Spread::new(Arc::clone(&surface));
+        anew.set_labels(&scene, history.labels());
+        anew.set_head(weights(&anew));
+        assert!(spread.posterior() == anew.posterior());
+    }
+    while history.undo().is_some() {
+        spread.set_labels(&scene, history.labels());
+        let mut anew = Spread::new(Arc::clone(&surface));
+        anew.set_labels(&scene, history.labels());
+        if anew.classes().len() == 2 {
+            anew.set_head(weights(&anew));
+        }
+        assert!(spread.posterior() == anew.posterior());
+    }
+}
+
+#[test]
 fn the_composited_head_labels_a_view_that_no_frame_shows() {
     let scene = Arc::new(wall(9, 64, 48));
     let mut trainer = Trainer::new(Arc::clone(&scene), Preset::Fast, 3).unwrap();

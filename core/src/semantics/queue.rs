@@ -1,0 +1,81 @@
+//! The priority queue of shortest paths.
+
+/// Nodes by distance, smallest first: a radix heap (Ahuja et al., "Faster Algorithms for the Shortest Path Problem",
+/// 1990). It needs what Dijkstra's algorithm has, that nothing is pushed below what was popped last, and is several
+/// times faster than a binary heap.
+///
+/// The bits of floating-point numbers from zero on are ordered as the numbers are, so they serve as integer keys.
+pub(super) struct DistanceQueue {
+    /// Bucket 0 holds the key popped last; bucket k those that differ from it in bit k - 1 and in none above.
+    buckets: [Vec<(u32, u32)>; 33],
+    last: u32,
+}
+
+impl DistanceQueue {
+    pub(super) fn new() -> Self {
+        Self {
+            buckets: [const { Vec::new() }; 33],
+            last: 0,
+        }
+    }
+
+    /// Adds a node; its distance is not negative and not below the one popped last.
+    pub(super) fn push(&mut self, distance: f32, node: u32) {
+        let key = distance.to_bits();
+        debug_assert!(key >= self.last, "{distance} is below what was popped");
+        self.buckets[bucket(key, self.last)].push((key, node));
+    }
+
+    /// Takes a node of the smallest distance, if any.
+    pub(super) fn pop(&mut self) -> Option<(f32, u32)> {
+        if self.buckets[0].is_empty() {
+            let first = self.buckets.iter().position(|entries| !entries.is_empty())?;
+            let mut entries = std::mem::take(&mut self.buckets[first]);
+            self.last = entries.iter().map(|&(key, _)| key).min()?;
+            // All of them differ from their smallest in lower bits than before.
+            for entry in entries.drain(..) {
+                self.buckets[bucket(entry.0, self.last)].push(entry);
+            }
+            self.buckets[first] = entries;
+        }
+        let (key, node) = self.buckets[0].pop()?;
+        Some((f32::from_bits(key), node))
+    }
+}
+
+fn bucket(key: u32, last: u32) -> usize {
+    (u32::BITS - (key ^ last).leading_zeros()) as usize
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{Rng, SeedableRng, rngs::SmallRng};
+
+    #[test]
+    fn nodes_come_by_distance_whatever_is_pushed_in_between() {
+        let mut rng = SmallRng::seed_from_u64(5);
+        let mut queue = DistanceQueue::new();
+        let (mut last, mut pushed, mut popped) = (0.0, Vec::new(), Vec::new());
+        for node in 0..2000 {
+            // Equal ones, tiny ones and large ones.
+            let step = [0.0, 1e-4, 0.3, 700.0][rng.random_range(0..4)];
+            let distance = last + step * rng.random_range(0.5..1.0_f32);
+            queue.push(distance, node);
+            pushed.push((distance, node));
+            if rng.random_bool(0.4) {
+                let next = queue.pop().unwrap();
+                assert!(next.0 >= last);
+                last = next.0;
+                popped.push(next);
+            }
+        }
+        while let Some(next) = queue.pop() {
+            assert!(next.0 >= last);
+            last = next.0;
+            popped.push(next);
+        }
+        popped.sort_by_key(|&(_, node)| node);
+        assert_eq!(popped, pushed);
+    }
+}
