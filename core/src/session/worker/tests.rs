@@ -1,0 +1,61 @@
+use super::*;
+use crate::scene::testing::wall;
+use crate::scene::{DepthMap, OpenOptions, SceneSource};
+
+#[test]
+fn a_surface_that_becomes_ready_during_a_pause_waits_for_its_end() {
+    let mut scene = wall(5, 64, 48);
+    for frame in &mut scene.frames {
+        // Without its upper half there is something to find out.
+        let depths = [vec![0.0; 64 * 24], vec![2.0; 64 * 24]].concat();
+        frame.depth = Some(DepthMap::from_z_depths(&frame.camera, depths));
+    }
+    let (sender, _events) = crossbeam_channel::unbounded();
+    let outbox = Outbox::new(sender, Arc::default(), Box::new(|| {}));
+    let options = SessionOptions {
+        source: SceneSource::Demo,
+        open: OpenOptions::default(),
+        preset: Preset::Fast,
+        threads: 2,
+        seed: 1,
+        state: None,
+    };
+    let end = Instant::now() + Duration::from_secs(60);
+    let surface = |worker: &Worker<'_>| {
+        let spread = worker.spread.as_ref();
+        spread.map(|spread| std::ptr::from_ref(spread.surface()))
+    };
+    let mut worker = Worker::new(Arc::new(scene), &options, &outbox).unwrap();
+    while worker.spread.is_none() {
+        worker.advance().unwrap();
+        assert!(Instant::now() < end);
+    }
+    let first = surface(&worker);
+    worker.obey(Command::Settle).unwrap();
+    while worker.survey.is_rendering() {
+        worker.advance().unwrap();
+    }
+    worker.obey(Command::Pause).unwrap();
+    for _ in 0..100 {
+        worker.advance().unwrap();
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    assert_eq!(surface(&worker), first);
+    worker.obey(Command::Resume).unwrap();
+    while surface(&worker) == first {
+        worker.advance().unwrap();
+        assert!(Instant::now() < end);
+    }
+}
+
+#[test]
+fn a_panic_becomes_an_error_event_and_the_end_is_told() {
+    let (sender, events) = crossbeam_channel::unbounded();
+    let outbox = Outbox::new(sender, Arc::default(), Box::new(|| {}));
+    guarded(&outbox, || panic!("index out of range"));
+    let told: Vec<Event> = events.try_iter().collect();
+    let [Event::Error(reason), Event::Stopped] = told.as_slice() else {
+        panic!("{told:?}");
+    };
+    assert!(reason.contains("index out of range") && reason.contains("labels are safe"));
+}
