@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use super::{NO_NODE, NodeMap, Posterior};
-use crate::labels::{ClassId, VOID};
+use crate::labels::{ClassId, ImportedLabels, VOID};
 use crate::scene::Frame;
 
 /// Steps of [`FrameMap::entropy`] per nat.
@@ -37,6 +37,8 @@ enum Pixels {
         posterior: Arc<Posterior>,
         /// Entropy where there is no node.
         unknown: u16,
+        /// Label images whose pixels are as they say, without doubt.
+        trusted: Option<Arc<ImportedLabels>>,
         /// Pixels that the person painted, and their classes: those as they said, without doubt.
         painted: Vec<(u32, ClassId)>,
     },
@@ -61,13 +63,14 @@ impl FrameMap {
         })
     }
 
-    /// A map by the nodes of its pixels; `unknown` is the entropy of pixels without one, and `painted` are
-    /// pixels with the class that the person gave them.
+    /// A map by the nodes of its pixels; `unknown` is the entropy of pixels without one, `trusted` are
+    /// label images whose pixels are as they say, and `painted` pixels with the class that the person gave them.
     pub(super) fn on_surface(
         (frame, generation): (usize, u64),
         [width, height]: [u32; 2],
         (nodes, posterior): (Arc<NodeMap>, Arc<Posterior>),
         unknown: u16,
+        trusted: Option<Arc<ImportedLabels>>,
         painted: Vec<(u32, ClassId)>,
     ) -> Self {
         Self {
@@ -79,6 +82,7 @@ impl FrameMap {
                 nodes,
                 posterior,
                 unknown,
+                trusted,
                 painted,
             },
         }
@@ -91,9 +95,17 @@ impl FrameMap {
             Pixels::OnSurface {
                 nodes,
                 posterior,
+                trusted,
                 painted,
                 ..
-            } => Cow::Owned(looked_up(nodes, &posterior.labels, VOID, painted.iter().copied())),
+            } => {
+                let mut labels = looked_up(nodes, &posterior.labels, VOID);
+                self.cover(trusted.as_deref(), &mut labels, |class| class);
+                painted
+                    .iter()
+                    .for_each(|&(pixel, class)| labels[pixel as usize] = class);
+                Cow::Owned(labels)
+            }
         }
     }
 
@@ -105,11 +117,29 @@ impl FrameMap {
                 nodes,
                 posterior,
                 unknown,
+                trusted,
                 painted,
             } => {
-                let sure = painted.iter().map(|&(pixel, _)| (pixel, 0));
-                Cow::Owned(looked_up(nodes, &posterior.entropy, *unknown, sure))
+                let mut entropy = looked_up(nodes, &posterior.entropy, *unknown);
+                self.cover(trusted.as_deref(), &mut entropy, |_| 0);
+                painted.iter().for_each(|&(pixel, _)| entropy[pixel as usize] = 0);
+                Cow::Owned(entropy)
             }
+        }
+    }
+
+    /// Puts values for the classes of the frame's trusted image over the pixels that have one.
+    fn cover(&self, trusted: Option<&ImportedLabels>, pixels: &mut [u16], value: impl Fn(ClassId) -> u16) {
+        let image = trusted.and_then(|images| images.of_frame(self.frame));
+        let Some(image) = image.filter(|image| image.pixels() == pixels.len()) else {
+            return;
+        };
+        let mut start = 0;
+        for (class, length) in image.runs() {
+            if class != VOID {
+                pixels[start..start + length].fill(value(class));
+            }
+            start += length;
         }
     }
 
@@ -166,13 +196,8 @@ impl PartialEq for FrameMap {
 
 impl Eq for FrameMap {}
 
-/// The value of every pixel's node, `without` where there is none, and what was painted over them.
-fn looked_up(
-    nodes: &NodeMap,
-    values: &[u16],
-    without: u16,
-    painted: impl Iterator<Item = (u32, u16)>,
-) -> Vec<u16> {
+/// The value of every pixel's node, `without` where there is none.
+fn looked_up(nodes: &NodeMap, values: &[u16], without: u16) -> Vec<u16> {
     let mut pixels = Vec::with_capacity(nodes.len());
     for (node, run) in nodes.runs() {
         let value = if node == NO_NODE {
@@ -181,9 +206,6 @@ fn looked_up(
             values[node as usize]
         };
         pixels.resize(run.end, value);
-    }
-    for (pixel, value) in painted {
-        pixels[pixel as usize] = value;
     }
     pixels
 }
@@ -203,7 +225,7 @@ mod tests {
             ..Posterior::default()
         });
         let painted = vec![(1, 7), (5, VOID)];
-        let map = FrameMap::on_surface((2, 9), [3, 2], (nodes, posterior), 999, painted);
+        let map = FrameMap::on_surface((2, 9), [3, 2], (nodes, posterior), 999, None, painted);
         let labels = vec![5, 7, 7, 7, VOID, VOID];
         let listed = FrameMap::new(2, 9, [3, 2], labels, vec![100, 0, 200, 200, 999, 0]).unwrap();
         assert_eq!(map, listed);

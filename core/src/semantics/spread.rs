@@ -6,7 +6,9 @@ use std::sync::Arc;
 use rand::{Rng, SeedableRng, rngs::SmallRng};
 use rustc_hash::FxHashMap;
 
-use super::{ENTROPY_STEPS_PER_NAT, FrameMap, NO_NODE, Posterior, Propagation, SoftTargets, Surface};
+use super::{
+    ENTROPY_STEPS_PER_NAT, FrameMap, NO_NODE, Posterior, Propagation, SoftTargets, Surface, SurfaceImport,
+};
 use crate::labels::{ClassId, LabelSet, Stroke, StrokeId, VOID, rasterise};
 use crate::scene::Scene;
 
@@ -24,12 +26,15 @@ pub struct Spread {
     painted: BTreeMap<usize, BTreeMap<u32, (ClassId, StrokeId)>>,
     /// The head's say on each node, `[nodes, classes]`.
     head: Option<Vec<f32>>,
+    /// What imported images say, and the probabilities that it gives the classes where it is votes.
+    import: Option<SurfaceImport>,
+    votes: Option<Vec<f32>>,
 }
 
 impl Spread {
     /// A surface without labels.
     pub fn new(surface: Arc<Surface>) -> Self {
-        let posterior = Posterior::new(&Propagation::default(), &[], surface.graph.len(), None);
+        let posterior = Posterior::new(&Propagation::default(), &[], surface.graph.len(), None, None);
         Self {
             surface,
             propagation: Propagation::default(),
@@ -38,11 +43,13 @@ impl Spread {
             strokes: BTreeMap::new(),
             painted: BTreeMap::new(),
             head: None,
+            import: None,
+            votes: None,
         }
     }
 
     /// The surface.
-    pub fn surface(&self) -> &Surface {
+    pub fn surface(&self) -> &Arc<Surface> {
         &self.surface
     }
 
@@ -56,7 +63,8 @@ impl Spread {
         &self.classes
     }
 
-    /// Makes these the labels; only what changed is computed.
+    /// Makes these the labels; only what changed is computed. Imported images come by [`Spread::set_import`]; here
+    /// they are only taken away.
     pub fn set_labels(&mut self, scene: &Scene, labels: &LabelSet) {
         let changed: Vec<usize> = changed_frames(&self.strokes, &labels.strokes);
         self.strokes.clone_from(&labels.strokes);
@@ -75,10 +83,31 @@ impl Spread {
         if classes != self.classes {
             self.classes = classes;
             self.head = None;
+            self.votes = self
+                .import
+                .as_ref()
+                .and_then(|import| import.votes(&self.classes));
+        }
+        if labels.imported.is_none() {
+            (self.import, self.votes) = (None, None);
         }
         let seeds = self.seeds();
         self.propagation.update(&self.surface.graph, seeds);
         self.refresh();
+    }
+
+    /// Takes over what imported images say of this surface.
+    pub fn set_import(&mut self, import: SurfaceImport) {
+        self.votes = import.votes(&self.classes);
+        self.import = Some(import);
+        let seeds = self.seeds();
+        self.propagation.update(&self.surface.graph, seeds);
+        self.refresh();
+    }
+
+    /// Whether what the imported images of a label set say is taken into account.
+    pub fn has_import_of(&self, labels: &LabelSet) -> bool {
+        self.import.as_ref().is_some_and(|import| import.is_of(labels))
     }
 
     /// Takes over the head's say on each node, positive weights `[nodes, classes]`; others are ignored.
@@ -91,11 +120,12 @@ impl Spread {
 
     fn refresh(&mut self) {
         let nodes = self.surface.graph.len();
-        let posterior = Posterior::new(&self.propagation, &self.classes, nodes, self.head.as_deref());
+        let (votes, head) = (self.votes.as_deref(), self.head.as_deref());
+        let posterior = Posterior::new(&self.propagation, &self.classes, nodes, votes, head);
         self.posterior = Arc::new(posterior);
     }
 
-    /// The dense map of a frame. What the person painted there is as they said.
+    /// The dense map of a frame. What the person painted there, and trusted images, are as they said.
     pub fn map(&self, scene: &Scene, frame: usize, generation: u64) -> FrameMap {
         let unknown = ((self.classes.len().max(1) as f32).ln() * ENTROPY_STEPS_PER_NAT).round() as u16;
         let painted = self.painted.get(&frame).into_iter().flatten();
@@ -108,6 +138,7 @@ impl Spread {
                 Arc::clone(&self.posterior),
             ),
             unknown,
+            self.import.as_ref().and_then(|import| import.trusted()).cloned(),
             painted.map(|(&pixel, &(class, _))| (pixel, class)).collect(),
         )
     }
@@ -138,7 +169,7 @@ impl Spread {
         nodes
     }
 
-    /// Random places of the surface with the class probabilities that the graph gives them; empty
+    /// Random places of the surface with the class probabilities that graph and votes give them; empty
     /// without labels.
     pub fn soft_targets(&self, count: usize, seed: u64) -> SoftTargets {
         let mut targets = SoftTargets {
@@ -147,14 +178,15 @@ impl Spread {
             weights: Vec::new(),
         };
         let nodes = self.surface.graph.nodes();
-        if self.propagation.seeds().is_empty() || nodes.is_empty() {
+        if (self.propagation.seeds().is_empty() && self.votes.is_none()) || nodes.is_empty() {
             return targets;
         }
         let most = (self.classes.len().max(2) as f32).ln();
         let mut rng = SmallRng::seed_from_u64(seed);
         for _ in 0..count {
             let node = rng.random_range(0..nodes.len());
-            let probabilities = Posterior::of_node(&self.propagation, &self.classes, node);
+            let probabilities =
+                Posterior::of_node(&self.propagation, &self.classes, node, self.votes.as_deref());
             let entropy: f32 = probabilities
                 .iter()
                 .filter(|&&p| p > 0.0)
@@ -197,7 +229,7 @@ impl Spread {
         looked_up.flatten().collect()
     }
 
-    /// The class of each labelled node: that of the latest stroke on it.
+    /// The class of each labelled node: that of the latest stroke on it, or else that of trusted images.
     fn seeds(&self) -> FxHashMap<u32, ClassId> {
         let mut latest: FxHashMap<u32, (StrokeId, ClassId)> = FxHashMap::default();
         for (&frame, pixels) in &self.painted {
@@ -211,10 +243,9 @@ impl Spread {
                 }
             }
         }
-        latest
-            .into_iter()
-            .map(|(node, (_, class))| (node, class))
-            .collect()
+        let mut seeds: FxHashMap<u32, ClassId> = self.import.iter().flat_map(SurfaceImport::seeds).collect();
+        seeds.extend(latest.into_iter().map(|(node, (_, class))| (node, class)));
+        seeds
     }
 }
 

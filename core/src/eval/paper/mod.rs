@@ -18,7 +18,7 @@ use super::learnt::trained_surface;
 use super::scene_truth::in_image;
 use super::{EvalError, SceneTruth, Scores, Table};
 use crate::field::Preset;
-use crate::labels::{ClassId, ImportedLabels, ImportedMap, Trust};
+use crate::labels::{self, ClassId, ImportedLabels, ImportedMap, Trust};
 use crate::scene::Scene;
 use crate::semantics::NodeLabels;
 
@@ -201,7 +201,7 @@ pub fn paper_experiments(
         let input = |frame: usize| {
             let own = labels.maps.iter().find(|map| map.frame == frame);
             let size = scene.frames[frame].camera.pixels();
-            own.map_or_else(|| vec![0; size], |map| map.labels.clone())
+            own.map_or_else(|| vec![0; size], ImportedMap::labels)
         };
         let in_image = |frame, labels| in_image(scene, frame, labels);
         let input_miou = truth
@@ -241,10 +241,7 @@ fn spoilt(
     let each = |change: &(dyn Fn(&ImportedMap, &mut SmallRng) -> Vec<ClassId> + Sync)| -> Vec<ImportedMap> {
         let spoil = |map: &ImportedMap| {
             let mut rng = SmallRng::seed_from_u64(seed ^ ((map.frame as u64 + 1) << 32));
-            ImportedMap {
-                frame: map.frame,
-                labels: change(map, &mut rng),
-            }
+            ImportedMap::new(map.frame, &change(map, &mut rng))
         };
         clean.par_iter().map(spoil).collect()
     };
@@ -262,7 +259,7 @@ fn spoilt(
         Recipe::Frames(count) => (kept(count), Trust::Trusted),
         Recipe::PixelNoise(share) => {
             let maps = each(&|map, rng| {
-                let mut labels = map.labels.clone();
+                let mut labels = map.labels();
                 pixel_noise(&mut labels, classes, share, rng);
                 labels
             });
@@ -274,16 +271,16 @@ fn spoilt(
             (maps, Trust::Votes)
         }
         Recipe::Coarse(factor) => {
-            let maps = each(&|map, _| coarse(&map.labels, width(map.frame), factor));
+            let maps = each(&|map, _| coarse(&map.labels(), width(map.frame), factor));
             (maps, Trust::Votes)
         }
         Recipe::Grid(factor) => {
-            let maps = each(&|map, _| grid(&map.labels, width(map.frame), factor));
+            let maps = each(&|map, _| grid(&map.labels(), width(map.frame), factor));
             (maps, Trust::Trusted)
         }
-        Recipe::Clicks => (each(&|map, rng| clicks(&map.labels, rng)), Trust::Trusted),
+        Recipe::Clicks => (each(&|map, rng| clicks(&map.labels(), rng)), Trust::Trusted),
         Recipe::Grown(share) => {
-            let maps = each(&|map, rng| grown(&map.labels, width(map.frame), share, rng));
+            let maps = each(&|map, rng| grown(&map.labels(), width(map.frame), share, rng));
             (maps, Trust::Trusted)
         }
     };
@@ -292,15 +289,8 @@ fn spoilt(
 
 /// A label image of the truth in the pixels of the frame.
 fn in_frame(scene: &Scene, truth: &SceneTruth, number: usize) -> ImportedMap {
-    let (frame, image) = (&scene.frames[number], &truth.images[&number]);
-    let label = |index: u32| {
-        let place = frame.to_image([index % frame.camera.width, index / frame.camera.width]);
-        place.map_or(0, |[x, y]| image.labels[(y * image.width + x) as usize])
-    };
-    ImportedMap {
-        frame: number,
-        labels: (0..frame.camera.pixels() as u32).map(label).collect(),
-    }
+    let image = &truth.images[&number];
+    ImportedMap::new(number, &labels::in_frame(&scene.frames[number], &image.labels))
 }
 
 /// The points as a table, `paper.csv`.
