@@ -124,6 +124,24 @@ fn file(ui: &mut Ui, state: &AppState, actions: &mut Actions) {
         actions,
         Action::Show(Some(Dialog::export())),
     );
+    entry(
+        ui,
+        open,
+        "Import labels...",
+        "",
+        actions,
+        Action::Show(Some(Dialog::import())),
+    );
+    let labels = state.workspace().map(|workspace| workspace.document().labels());
+    let imported = labels.is_some_and(|labels| labels.imported.is_some());
+    entry(
+        ui,
+        imported,
+        "Remove imported labels",
+        "",
+        actions,
+        Action::RemoveImported,
+    );
     ui.separator();
     entry(ui, open, "Close scene", "", actions, Action::CloseScene);
     entry(ui, true, "Quit", "", actions, Action::Quit);
