@@ -7,6 +7,7 @@ mod followed;
 mod learnt;
 mod metrics;
 pub mod paper;
+mod pixels;
 mod reached;
 mod scene_truth;
 pub mod simulate;

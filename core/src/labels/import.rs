@@ -148,11 +148,19 @@ fn read_classes(folder: &Path) -> Result<Vec<Class>, ImportError> {
     let Some(path) = path.into_iter().flatten().find(|path| path.is_file()) else {
         return Ok(Vec::new());
     };
+    read_class_list(&path)
+}
+
+/// Reads `classes.json`, a list of `{"id", "name", "color"}`; void is left out, and a class without a colour gets one.
+///
+/// # Errors
+/// A file that cannot be used: a sentence that names it.
+pub fn read_class_list(path: &Path) -> Result<Vec<Class>, ImportError> {
     let unusable = |reason: String| {
         let expected = "it must hold [{\"id\": 1, \"name\": \"wall\"}, ...]";
-        ImportError::new(&path, format!("cannot be used: {reason}; {expected}"))
+        ImportError::new(path, format!("cannot be used: {reason}; {expected}"))
     };
-    let text = fs::read_to_string(&path).map_err(|error| unusable(error.to_string()))?;
+    let text = fs::read_to_string(path).map_err(|error| unusable(error.to_string()))?;
     let records: Vec<ClassRecord> =
         serde_json::from_str(&text).map_err(|error| unusable(error.to_string()))?;
     let mut ids = BTreeSet::new();

@@ -18,7 +18,7 @@ use std::sync::Arc;
 pub use class::{Class, ClassId, VOID};
 pub use edit::{Edit, History, ImportChange, StrokeChange};
 pub use file::{StrokesError, read_strokes, strokes_json};
-pub use import::{ImportError, LabelImages, in_frame, read_label_images};
+pub use import::{ImportError, LabelImages, in_frame, read_class_list, read_label_images};
 pub use imported::{ImportId, ImportedLabels, ImportedMap, Trust};
 pub use raster::{erase, pixels_of, rasterise};
 pub use stroke::{Pixel, Stroke, StrokeId};
