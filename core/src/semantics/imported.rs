@@ -10,7 +10,7 @@ use super::{NO_NODE, Posterior, Propagation, Surface, diffuse};
 use crate::labels::{ClassId, ImportedLabels, LabelSet, Trust, VOID};
 
 /// Strength of the diffusion where all votes in a voxel agree, and how it grows as fewer do.
-const STRENGTH: f32 = 1.5;
+const STRENGTH: f32 = 3.0;
 const STRENGTH_POWER: f32 = -1.5;
 /// Chance that a vote that all around agree with is wrong all the same: errors that all images share contradict
 /// nothing, so they cannot be measured.

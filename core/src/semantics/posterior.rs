@@ -12,7 +12,7 @@ const SOFTNESS: f32 = 0.5;
 /// A class at this distance weighs as much as not knowing anything.
 const HORIZON: f32 = 400.0;
 /// A class at this distance weighs as much as all votes on a node.
-const VOTES_HORIZON: f32 = 12.0;
+const VOTES_HORIZON: f32 = 5.0;
 
 /// Class probabilities of every node, summarised.
 #[derive(Clone, Debug, Default)]
