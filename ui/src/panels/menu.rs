@@ -189,7 +189,10 @@ fn view(ui: &mut Ui, state: &AppState, actions: &mut Actions) {
 }
 
 fn entry(ui: &mut Ui, enabled: bool, text: &str, keys: &str, actions: &mut Actions, action: Action) {
-    let button = Button::new(text).shortcut_text(keys);
+    let mut button = Button::new(text);
+    if !keys.is_empty() {
+        button = button.shortcut_text(keys);
+    }
     if ui.add_enabled(enabled, button).clicked() {
         actions.push(action);
         ui.close();
