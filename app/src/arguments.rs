@@ -189,7 +189,7 @@ pub struct LabelArguments {
     /// The strokes (JSON); a project brings its own, and the demo has some built in.
     #[arg(long, value_name = "FILE")]
     pub strokes: Option<PathBuf>,
-    /// Label images of frames: a folder of <stem>.png with 8 or 16 bit class ids, such as a network's predictions
+    /// Label images of frames: a folder of PNGs named by frame stem with 8 or 16 bit class ids, such as a network's predictions
     /// or an earlier labelling; classes.json beside them names the ids. Their pixels are votes that may be wrong:
     /// where many disagree they are outvoted, and a stroke corrects what it is connected with. A folder that
     /// `label` wrote will do.
