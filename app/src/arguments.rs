@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
+use inplace_core::eval::paper::{EXPERIMENTS, FUSION};
 use inplace_core::eval::simulate::{Baseline, Policy};
 use inplace_core::field::Preset;
 
@@ -164,6 +165,14 @@ pub struct PaperArguments {
     /// Seconds of training the field where depth is missing; complete depth needs none.
     #[arg(long, value_name = "SECONDS", default_value_t = 120.0, value_parser = seconds)]
     pub seconds: f64,
+    /// Only these experiments, by their names in the results [default: all].
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',', value_parser = experiment)]
+    pub experiments: Vec<String>,
+    /// Captures with ground truth and classes.json, or "demo", whose label images teach the pixel classifier of the
+    /// experiment "fusion", which is left out without them. Classes are matched by name; those that a scene does not
+    /// share with these are predicted as others and not measured.
+    #[arg(long, value_name = "SCENE", num_args = 1..)]
+    pub train_on: Vec<PathBuf>,
     /// Where paper.csv goes.
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
@@ -202,6 +211,15 @@ pub struct LabelArguments {
     /// The strokes (JSON); a project brings its own, and the demo has some built in.
     #[arg(long, value_name = "FILE")]
     pub strokes: Option<PathBuf>,
+    /// Label images of frames: a folder of PNGs named by frame stem with 8 or 16 bit class ids, such as a network's predictions
+    /// or an earlier labelling; classes.json beside them names the ids. Their pixels are votes that may be wrong:
+    /// where many disagree they are outvoted, and a stroke corrects what it is connected with. A folder that
+    /// `label` wrote will do.
+    #[arg(long, value_name = "DIR")]
+    pub labels: Option<PathBuf>,
+    /// Take the pixels of --labels as right, as strokes are.
+    #[arg(long, requires = "labels")]
+    pub trust: bool,
     /// Where the maps and the report go.
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
@@ -272,6 +290,18 @@ fn preset(name: &str) -> Result<Preset, String> {
         "reference" => Ok(Preset::Reference),
         _ => Err("use auto, fast, accurate or reference".to_owned()),
     }
+}
+
+fn experiment(name: &str) -> Result<String, String> {
+    let names: Vec<&str> = EXPERIMENTS
+        .iter()
+        .map(|experiment| experiment.name)
+        .chain([FUSION])
+        .collect();
+    if names.contains(&name) {
+        return Ok(name.to_owned());
+    }
+    Err(format!("use some of {}", names.join(", ")))
 }
 
 fn seconds(text: &str) -> Result<f64, String> {

@@ -433,3 +433,25 @@ fn a_small_fault_is_counted_in_a_warning_and_the_rest_is_labelled() {
         assert_eq!(written, frames, "{what}");
     }
 }
+
+#[test]
+fn label_images_that_cannot_be_used_are_refused_in_one_sentence() {
+    let case = Case::new();
+    let images = case.root.path().join("predictions");
+    let refused = |what: &str, parts: &[&str]| {
+        let mut command = case.label();
+        command.arg("--labels").arg(&images);
+        case.assert_refused(what, command, parts);
+    };
+    refused("no folder", &["predictions", "is no folder"]);
+    fs::create_dir(&images).unwrap();
+    refused("empty folder", &["predictions", "has no PNGs"]);
+    GrayImage::new(64, 48).save(images.join("other.png")).unwrap();
+    refused("other names", &["predictions", "rgb_0.png"]);
+    RgbImage::new(64, 48).save(images.join("rgb_3.png")).unwrap();
+    refused("colours", &["rgb_3.png", "colour"]);
+    GrayImage::new(32, 24).save(images.join("rgb_3.png")).unwrap();
+    refused("another size", &["rgb_3.png", "32x24", "64x48"]);
+    fs::write(images.join("rgb_3.png"), "no image").unwrap();
+    refused("no image", &["rgb_3.png", "is no label image"]);
+}

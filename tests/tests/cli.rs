@@ -113,6 +113,57 @@ fn the_demo_can_be_written_and_is_recognised_as_a_capture() {
 }
 
 #[test]
+fn label_images_alone_label_every_frame_and_a_stroke_covers_them() {
+    let small = Small::get();
+    let on_disk = OnDisk::new();
+    let images = on_disk.path("predictions");
+    fs::create_dir(&images).unwrap();
+    for (frame, truth) in small.scene.frames.iter().zip(&small.truth).step_by(2) {
+        let ids: Vec<u8> = truth.iter().map(|&id| u8::try_from(id).unwrap()).collect();
+        let image = image::GrayImage::from_raw(frame.camera.width, frame.camera.height, ids).unwrap();
+        image.save(images.join(format!("{}.png", frame.stem))).unwrap();
+    }
+    let out = on_disk.path("from-images");
+    let mut command = inplace();
+    command
+        .arg("label")
+        .arg(on_disk.path("room"))
+        .arg("--labels")
+        .arg(&images);
+    let outcome = Running::to_the_end(command.arg("--out").arg(&out).args(["--budget", BUDGET]));
+    assert_eq!(outcome.code, Some(0), "{outcome:?}");
+    assert_complete(&out);
+    let report = json(&out.join("report.json"));
+    let expected = small.scene.frames.len().div_ceil(2);
+    assert_eq!(
+        (&report["strokes"], &report["imported_images"]),
+        (&0.into(), &expected.into())
+    );
+    assert_eq!(report["imported_are_trusted"], false);
+    let mut matrix = ConfusionMatrix::default();
+    for (frame, truth) in small.scene.frames.iter().zip(&small.truth).skip(1).step_by(2) {
+        let (_, _, labels) = class_ids(&out.join("labels").join(format!("{}.png", frame.stem)));
+        matrix.add(truth, &labels).unwrap();
+    }
+    let accuracy = matrix.scores().unwrap().total_accuracy;
+    assert!(accuracy > 0.8, "{accuracy}");
+
+    let trusted = on_disk.label(&[
+        "--labels",
+        images.to_str().unwrap(),
+        "--trust",
+        "--budget",
+        BUDGET,
+    ]);
+    assert_eq!(trusted.stderr, "");
+    assert_clicks_hold(&on_disk.path("out"));
+    assert_eq!(
+        json(&on_disk.path("out/report.json"))["imported_are_trusted"],
+        true
+    );
+}
+
+#[test]
 fn the_embedded_demo_needs_no_folder() {
     let info = Running::to_the_end(inplace().args(["info", "demo"]));
     assert_eq!((info.code, info.stderr.as_str()), (Some(0), ""));

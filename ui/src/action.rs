@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use inplace_core::labels::{ClassId, Pixel};
+use inplace_core::labels::{ClassId, Pixel, Trust};
 use inplace_core::scene::SceneSource;
 
 use crate::canvas::{Layer, Line, Tool, View};
@@ -23,6 +23,10 @@ pub enum Action {
     SaveTo(PathBuf),
     /// Writes label images and the like into a folder.
     ExportTo(PathBuf),
+    /// Takes over the label images of a folder, believed so far.
+    ImportFrom(PathBuf, Trust),
+    /// Removes the label images that were imported.
+    RemoveImported,
     /// Shows a folder in the file manager.
     ShowFolder(PathBuf),
     /// Puts a text on the clipboard.

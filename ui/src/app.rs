@@ -223,6 +223,7 @@ impl App {
                 Done::Attached(ticket, scene, attached) => self.show_workspace(ticket, scene, *attached),
                 Done::Kept(serial, keeper) => self.kept(serial, *keeper),
                 Done::Exported(progress) => self.exported(progress),
+                Done::Imported(serial, images) => self.imported(serial, *images),
                 Done::Failed(sentence) => self.state.toasts.error(sentence),
             }
         }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use inplace_core::labels::{ClassId, Edit, History, Stroke, VOID};
+use inplace_core::labels::{ClassId, Edit, History, LabelImages, Stroke, Trust, VOID, read_label_images};
 use inplace_core::project::Step;
 use inplace_core::session::Command;
 
@@ -28,6 +28,8 @@ impl App {
             Action::Save => self.save(),
             Action::SaveTo(path) => self.save_to(path),
             Action::ExportTo(folder) => self.export_to(folder),
+            Action::ImportFrom(folder, trust) => self.import_from(folder, trust),
+            Action::RemoveImported => self.edit(History::remove_imported),
             Action::ShowFolder(folder) => self.jobs.show_folder(folder),
             Action::Copy(text) => self.ctx.copy_text(text),
             Action::Browse(purpose) => self.jobs.browse(purpose),
@@ -112,8 +114,23 @@ impl App {
     }
 
     fn keep(&mut self, step: Option<Step>) {
-        if let (Some(step), Some(keeper)) = (step, &mut self.state.keeper) {
-            keeper.record(step);
+        let Some(step) = step else {
+            return;
+        };
+        let history = self
+            .state
+            .workspace()
+            .map(|workspace| workspace.document().history());
+        let brought = match (&step, history) {
+            (Step::Do(edit), Some(history)) => history.brought_by(edit),
+            _ => None,
+        };
+        let images = brought.map(|(id, images)| Step::Import(id, Arc::clone(images)));
+        if let Some(keeper) = &mut self.state.keeper {
+            images
+                .into_iter()
+                .chain([step])
+                .for_each(|step| keeper.record(step));
         }
     }
 
@@ -235,7 +252,10 @@ impl App {
     }
 
     fn show(&mut self, dialog: Option<Dialog>) {
-        let needs_scene = matches!(dialog, Some(Dialog::SaveAs { .. } | Dialog::Export { .. }));
+        let needs_scene = matches!(
+            dialog,
+            Some(Dialog::SaveAs { .. } | Dialog::Export { .. } | Dialog::Import { .. })
+        );
         if needs_scene && self.state.workspace().is_none() {
             return;
         }
@@ -269,12 +289,14 @@ impl App {
             return;
         };
         match (&mut self.state.dialog, purpose) {
-            (Some(dialog @ (Dialog::SaveAs { .. } | Dialog::Export { .. })), _) => dialog.take_path(&path),
+            (Some(dialog @ (Dialog::SaveAs { .. } | Dialog::Export { .. } | Dialog::Import { .. })), _) => {
+                dialog.take_path(&path);
+            }
             (_, Purpose::Scene) => {
                 self.open(Target::Scene(inplace_core::scene::SceneSource::Folder(path)));
             }
             (_, Purpose::Project) => self.open(Target::Project(path)),
-            (_, Purpose::SaveAs | Purpose::Export) => {}
+            (_, Purpose::SaveAs | Purpose::Export | Purpose::Import) => {}
         }
     }
 
@@ -332,6 +354,39 @@ impl App {
                 },
             );
         });
+    }
+
+    fn import_from(&mut self, folder: PathBuf, trust: Trust) {
+        self.state.dialog = None;
+        let Some(workspace) = self.state.workspace() else {
+            return;
+        };
+        let (scene, serial) = (Arc::clone(workspace.scene()), workspace.serial());
+        self.jobs.spawn("import", move |tell| {
+            tell(match read_label_images(&folder, &scene, trust) {
+                Ok(images) => Done::Imported(serial, Box::new(images)),
+                Err(error) => Done::Failed(error.to_string()),
+            });
+        });
+    }
+
+    /// Label images were read.
+    pub(crate) fn imported(&mut self, serial: u64, images: LabelImages) {
+        if self
+            .state
+            .workspace()
+            .is_none_or(|workspace| workspace.serial() != serial)
+        {
+            return;
+        }
+        let (count, unmatched) = (images.labels.maps.len(), images.unmatched);
+        self.edit(|history| Some(history.import(images)));
+        let plural = if count == 1 { "" } else { "s" };
+        let mut sentence = format!("Imported {count} label image{plural}.");
+        if unmatched > 0 {
+            sentence += &format!(" Left out, because they are named like no frame: {unmatched}.");
+        }
+        self.state.toasts.info(sentence);
     }
 
     fn export_to(&mut self, folder: PathBuf) {

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use egui::{Key, Ui};
-use inplace_core::labels::Stroke;
+use inplace_core::labels::{Stroke, Trust};
 use inplace_core::scene::SceneSource;
 
 use crate::action::{Action, Actions};
@@ -21,6 +21,8 @@ pub enum Purpose {
     SaveAs,
     /// A folder, to export into.
     Export,
+    /// A folder of label images, to import.
+    Import,
 }
 
 impl Purpose {
@@ -31,6 +33,7 @@ impl Purpose {
             Self::Project => "Open a project",
             Self::SaveAs => "Save the project as",
             Self::Export => "Export into a folder",
+            Self::Import => "Import the label images of a folder",
         }
     }
 }
@@ -52,6 +55,13 @@ pub enum Dialog {
     Export {
         /// The path typed so far.
         path: String,
+    },
+    /// Asks for a folder of label images.
+    Import {
+        /// The path typed so far.
+        path: String,
+        /// Whether every labelled pixel is right.
+        trusted: bool,
     },
     /// Asks for the name of the first class; the stroke that waited for it is then added.
     FirstClass {
@@ -75,10 +85,21 @@ impl Dialog {
         Self::Export { path: String::new() }
     }
 
+    /// Asks for a folder of label images.
+    pub const fn import() -> Self {
+        Self::Import {
+            path: String::new(),
+            trusted: false,
+        }
+    }
+
     /// Puts a path that the system's dialog gave into the path field.
     pub fn take_path(&mut self, picked: &Path) {
         match self {
-            Self::Open { path } | Self::SaveAs { path } | Self::Export { path } => {
+            Self::Open { path }
+            | Self::SaveAs { path }
+            | Self::Export { path }
+            | Self::Import { path, .. } => {
                 *path = picked.display().to_string();
             }
             Self::FirstClass { .. } | Self::Help => {}
@@ -90,6 +111,7 @@ impl Dialog {
             Self::Open { .. } => "Open",
             Self::SaveAs { .. } => "Save project as",
             Self::Export { .. } => "Export",
+            Self::Import { .. } => "Import labels",
             Self::FirstClass { .. } => "Name the first class",
             Self::Help => "Keys and gestures",
         }
@@ -108,6 +130,7 @@ impl Dialog {
                 Self::Open { path } => open(ui, path, actions),
                 Self::SaveAs { path } => save_as(ui, path, actions),
                 Self::Export { path } => export(ui, path, actions),
+                Self::Import { path, trusted } => import(ui, path, trusted, actions),
                 Self::FirstClass { name, .. } => first_class(ui, name, actions),
                 Self::Help => help(ui, actions),
             }
@@ -163,6 +186,23 @@ fn export(ui: &mut Ui, path: &mut String, actions: &mut Actions) {
     let path = path.trim();
     confirm(ui, "Export", !path.is_empty(), entered, actions, || {
         Action::ExportTo(PathBuf::from(path))
+    });
+}
+
+fn import(ui: &mut Ui, path: &mut String, trusted: &mut bool, actions: &mut Actions) {
+    ui.label(
+        "A folder of label images named like the frames, such as a network's predictions or an earlier export. \
+         Their pixels may be wrong: they are outvoted where many disagree, and your strokes correct them.",
+    );
+    let entered = path_field(ui, path, "Folder of label images");
+    ui.checkbox(trusted, "Every labelled pixel is right");
+    if ui.button("Browse...").clicked() {
+        actions.push(Action::Browse(Purpose::Import));
+    }
+    let path = path.trim();
+    let trust = if *trusted { Trust::Trusted } else { Trust::Votes };
+    confirm(ui, "Import", !path.is_empty(), entered, actions, || {
+        Action::ImportFrom(PathBuf::from(path), trust)
     });
 }
 

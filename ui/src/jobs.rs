@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use crossbeam_channel::{Receiver, Sender, unbounded};
+use inplace_core::labels::LabelImages;
 use inplace_core::scene::Scene;
 
 use crate::dialogs::Purpose;
@@ -24,6 +25,8 @@ pub enum Done {
     Kept(u64, Box<Keeper>),
     /// How an export goes.
     Exported(Progress),
+    /// Label images were read for the scene with this serial number.
+    Imported(u64, Box<LabelImages>),
     /// A sentence about what failed.
     Failed(String),
 }
@@ -74,7 +77,7 @@ impl Jobs {
             let dialog = rfd::FileDialog::new().set_title(purpose.title());
             let project = |dialog: rfd::FileDialog| dialog.add_filter("Inplace project", &["inplace"]);
             let path = match purpose {
-                Purpose::Scene | Purpose::Export => dialog.pick_folder(),
+                Purpose::Scene | Purpose::Export | Purpose::Import => dialog.pick_folder(),
                 Purpose::Project => project(dialog).pick_file(),
                 Purpose::SaveAs => project(dialog).save_file(),
             };

@@ -171,11 +171,17 @@ pub fn attach(
     });
     let journal = project
         .and_then(|project| Journal::start(project, &contents, wake).map_err(|error| error.to_string()));
-    let strokes = contents.history.labels().strokes.len();
-    if !named && strokes > 0 {
+    let labels = contents.history.labels();
+    if !named && labels.says_anything() {
+        let strokes = labels.strokes.len();
         notes.push(format!(
-            "Your earlier work on this scene was recovered: {strokes} {}.",
-            if strokes == 1 { "stroke" } else { "strokes" }
+            "Your earlier work on this scene was recovered: {strokes} {}{}.",
+            if strokes == 1 { "stroke" } else { "strokes" },
+            if labels.imported.is_some() {
+                " and imported labels"
+            } else {
+                ""
+            },
         ));
     }
     notes.extend(contents.warnings.iter().cloned());

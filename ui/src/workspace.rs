@@ -62,7 +62,7 @@ impl Workspace {
         };
         workspace.session.send(Command::View { frame: 0 });
         workspace.take_map();
-        if !workspace.document.labels().strokes.is_empty() {
+        if workspace.document.labels().says_anything() {
             workspace.send_labels();
         }
         workspace

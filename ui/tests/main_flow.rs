@@ -505,6 +505,56 @@ fn an_export_says_where_its_files_are() {
 }
 
 #[test]
+fn label_images_are_imported_undone_removed_and_kept_in_the_project() {
+    let folder = tempfile::tempdir().unwrap();
+    let images = folder.path().join("predictions");
+    std::fs::create_dir(&images).unwrap();
+    let import = |window: &mut Window, path: &Path| {
+        window.click("File");
+        window.click("Import labels...");
+        window.press(Modifiers::COMMAND, Key::A);
+        window.type_into("Folder of label images", path.to_str().unwrap());
+    };
+    let imported = |window: &Window| window.workspace().document().labels().imported.clone();
+    {
+        let mut window = Window::with_demo(folder.path());
+        import(&mut window, &images);
+        window.until("the error is shown", |app| app.state().toasts.texts().count() > 0);
+        assert!(imported(&window).is_none());
+
+        let image = image::GrayImage::from_pixel(WIDTH, HEIGHT, image::Luma([7]));
+        image.save(images.join("rgb_1.png")).unwrap();
+        window.worker().received();
+        import(&mut window, &images);
+        window.until("the images are imported", |app| {
+            let workspace = app.state().workspace().unwrap();
+            workspace.document().labels().imported.is_some()
+        });
+        window.harness.get_by_label("class 7, 0 strokes");
+        assert!(window.worker().received().iter().any(|command| matches!(
+            command,
+            Command::Labels { labels, .. } if labels.imported.is_some()
+        )));
+        window.press(Modifiers::COMMAND, Key::Z);
+        assert!(imported(&window).is_none());
+        assert!(window.workspace().document().classes().is_empty());
+        window.press(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z);
+        window.click("File");
+        window.click("Remove imported labels");
+        assert!(imported(&window).is_none());
+        window.press(Modifiers::COMMAND, Key::Z);
+        assert!(imported(&window).is_some());
+        eframe::App::on_exit(window.harness.state_mut(), None);
+    }
+    let window = Window::with_demo(folder.path());
+    let images = imported(&window).unwrap();
+    assert_eq!((images.maps.len(), images.maps[0].frame), (1, 1));
+    window
+        .harness
+        .get_by_label("Your earlier work on this scene was recovered: 0 strokes and imported labels.");
+}
+
+#[test]
 fn the_question_mark_shows_every_key() {
     let folder = tempfile::tempdir().unwrap();
     let mut window = Window::with_demo(folder.path());

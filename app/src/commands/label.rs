@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use inplace_core::export::{self, PhaseSeconds, Report, peak_memory};
 use inplace_core::field::Preset;
-use inplace_core::labels::{LabelSet, read_strokes};
+use inplace_core::labels::{History, LabelSet, Trust, read_label_images, read_strokes};
 use inplace_core::project::{Contents, Project};
 use inplace_core::scene::{OpenOptions, Scene, SceneSource, demo};
 use inplace_core::session::{Command, Event, FrameMap, Session, SessionOptions, Status};
@@ -30,6 +30,8 @@ enum Strokes {
     Project(Box<Contents>, OpenOptions),
     File(PathBuf),
     Demo,
+    /// There are label images alone.
+    Nothing,
 }
 
 impl Strokes {
@@ -38,8 +40,24 @@ impl Strokes {
             Self::Project(contents, open) => contents.matched(scene, open)?.history.labels().clone(),
             Self::File(path) => read_strokes(&path, scene)?,
             Self::Demo => demo::clicks(),
+            Self::Nothing => LabelSet::default(),
         })
     }
+}
+
+/// The labels with the label images of a folder, in place of those that a project has.
+fn with_images(labels: LabelSet, folder: &Path, trust: Trust, scene: &Scene) -> Result<LabelSet, Failure> {
+    let images = read_label_images(folder, scene, trust)?;
+    if images.unmatched > 0 {
+        eprintln!(
+            "inplace: {}: images that are named like no frame were left out: {}",
+            folder.display(),
+            images.unmatched
+        );
+    }
+    let mut history = History::new(labels);
+    history.import(images);
+    Ok(history.labels().clone())
 }
 
 /// Labels every frame and writes maps and report.
@@ -58,7 +76,15 @@ pub fn run(arguments: &LabelArguments) -> Result<(), Failure> {
     for warning in &scene.warnings {
         eprintln!("inplace: {warning}");
     }
-    let labels = strokes.read(&scene)?;
+    let mut labels = strokes.read(&scene)?;
+    if let Some(folder) = &arguments.labels {
+        let trust = if arguments.trust {
+            Trust::Trusted
+        } else {
+            Trust::Votes
+        };
+        labels = with_images(labels, folder, trust, &scene)?;
+    }
     if labels.classes.is_empty() {
         return Err(format!(
             "{}: there are no classes to label with",
@@ -85,6 +111,11 @@ pub fn run(arguments: &LabelArguments) -> Result<(), Failure> {
         scene: scene.name(),
         frames: scene.frames.len(),
         strokes: labels.strokes.len(),
+        imported_images: labels.imported.as_ref().map_or(0, |images| images.maps.len()),
+        imported_are_trusted: labels
+            .imported
+            .as_ref()
+            .is_some_and(|images| images.trust == Trust::Trusted),
         preset: options.preset,
         seed: options.seed,
         threads: options.threads,
@@ -109,9 +140,13 @@ pub fn run(arguments: &LabelArguments) -> Result<(), Failure> {
         println!("{}", serde_json::to_string_pretty(&report)?);
     } else {
         println!(
-            "labelled {} frames from {} strokes in {:.1} s: {}",
+            "labelled {} frames from {}{} in {:.1} s: {}",
             report.frames,
-            report.strokes,
+            counted(report.strokes, "stroke"),
+            match report.imported_images {
+                0 => String::new(),
+                images => format!(" and {}", counted(images, "label image")),
+            },
             start.elapsed().as_secs_f64(),
             arguments.out.display()
         );
@@ -122,9 +157,24 @@ pub fn run(arguments: &LabelArguments) -> Result<(), Failure> {
     Ok(())
 }
 
+/// "1 stroke", "2 strokes".
+fn counted(count: usize, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
+}
+
 /// Finds out what to label: a project with its own strokes, or a scene with a strokes file.
 fn job(arguments: &LabelArguments) -> Result<(SessionOptions, Strokes), Failure> {
     let threads = cores();
+    if let Some(folder) = &arguments.labels {
+        if arguments.training.preset == Preset::Reference {
+            return Err(
+                "the published network does not learn from label images here; leave --preset away".into(),
+            );
+        }
+        if !folder.is_dir() {
+            return Err(format!("{}: is no folder; give one with label images", folder.display()).into());
+        }
+    }
     if arguments
         .scene
         .extension()
@@ -147,9 +197,10 @@ fn job(arguments: &LabelArguments) -> Result<(SessionOptions, Strokes), Failure>
             Strokes::File(path.clone())
         }
         (None, SceneSource::Demo) => Strokes::Demo,
+        (None, SceneSource::Folder(_)) if arguments.labels.is_some() => Strokes::Nothing,
         (None, SceneSource::Folder(_)) => {
             return Err(format!(
-                "{}: nothing says what is where; give a strokes file with --strokes",
+                "{}: nothing says what is where; give a strokes file with --strokes, or label images with --labels",
                 arguments.scene.display()
             )
             .into());

@@ -37,6 +37,8 @@ pub fn run(arguments: WindowArguments) -> Result<(), Failure> {
             label::run(&LabelArguments {
                 scene: PathBuf::from("demo"),
                 strokes: None,
+                labels: None,
+                trust: false,
                 out: PathBuf::from(DEMO_OUT),
                 budget: None,
                 json: false,

@@ -9,6 +9,7 @@ mod latency;
 mod learnt;
 mod metrics;
 pub mod paper;
+mod pixels;
 mod reached;
 mod scene_truth;
 pub mod simulate;

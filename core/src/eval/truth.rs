@@ -7,8 +7,7 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 
 use super::EvalError;
-use crate::labels::ClassId;
-use crate::project::png;
+use crate::labels::{ClassId, png};
 
 /// Where the ground truth of a capture lies: `semantic_class/*_N.png` for frame number N.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -8,8 +8,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use rayon::prelude::*;
 
 use super::{ExportError, prepare, write, write_classes};
-use crate::labels::{Class, ClassId};
-use crate::project::png;
+use crate::labels::{Class, ClassId, png};
 use crate::scene::{Frame, Scene};
 use crate::session::FrameMap;
 

@@ -15,6 +15,12 @@ pub struct Report {
     pub frames: usize,
     /// Number of strokes that the maps were made from.
     pub strokes: usize,
+    /// Number of imported label images that the maps were made from beside the strokes.
+    #[serde(default)]
+    pub imported_images: usize,
+    /// Whether those were trusted as strokes are; otherwise each of their pixels was a vote.
+    #[serde(default)]
+    pub imported_are_trusted: bool,
     /// How much the field was allowed to model.
     pub preset: Preset,
     /// Seed of everything random.

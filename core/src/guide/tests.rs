@@ -15,7 +15,7 @@ fn suggestions(labels: &[(usize, Pixel, ClassId)]) -> (Scene, Surface, Vec<u32>,
     let said: Vec<u32> = seeds.keys().copied().collect();
     let mut propagation = Propagation::default();
     propagation.update(&surface.graph, seeds);
-    let posterior = Posterior::new(&propagation, &[1, 2], surface.graph.len(), None);
+    let posterior = Posterior::new(&propagation, &[1, 2], surface.graph.len(), None, None);
     let suggestions = suggest(&scene, &surface, &posterior, &said, None);
     (scene, surface, said, suggestions)
 }
@@ -94,7 +94,7 @@ fn outlines_surround_their_pixel() {
 fn suggestions_keep_to_the_frames_that_may_be_labelled() {
     let scene = wall(4, 80, 60);
     let surface = Surface::build(&scene, &[], 5.0).unwrap();
-    let posterior = Posterior::new(&Propagation::default(), &[1, 2], surface.graph.len(), None);
+    let posterior = Posterior::new(&Propagation::default(), &[1, 2], surface.graph.len(), None, None);
     for frame in 0..4 {
         let only = BTreeSet::from([frame]);
         let found = suggest(&scene, &surface, &posterior, &[], Some(&only));

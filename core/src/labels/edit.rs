@@ -1,10 +1,14 @@
 //! Edits, and undo and redo over them.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Class, ClassId, LabelSet, Pixel, Stroke, StrokeId, erase};
+use super::{
+    Class, ClassId, ImportId, ImportedLabels, LabelImages, LabelSet, Pixel, Stroke, StrokeId, Trust, VOID,
+    erase,
+};
 
 /// One stroke before and after an edit; `None` = not there.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -17,6 +21,15 @@ pub struct StrokeChange {
     pub after: Option<Stroke>,
 }
 
+/// Which label images are in force before and after an edit; [`History::imports`] has them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ImportChange {
+    /// Those before the edit.
+    pub before: Option<ImportId>,
+    /// Those after the edit.
+    pub after: Option<ImportId>,
+}
+
 /// One step that a person can undo: everything that it changed, with what was there before.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Edit {
@@ -26,6 +39,9 @@ pub struct Edit {
     pub strokes: Vec<StrokeChange>,
     /// The whole class list before and after, where it changed.
     pub classes: Option<(Vec<Class>, Vec<Class>)>,
+    /// The label images from elsewhere, where they changed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub imported: Option<ImportChange>,
 }
 
 impl Edit {
@@ -43,10 +59,14 @@ impl Edit {
                 })
                 .collect(),
             classes: self.classes.clone().map(|(before, after)| (after, before)),
+            imported: self.imported.map(|change| ImportChange {
+                before: change.after,
+                after: change.before,
+            }),
         }
     }
 
-    fn apply(&self, labels: &mut LabelSet) {
+    fn apply(&self, labels: &mut LabelSet, imports: &BTreeMap<ImportId, Arc<ImportedLabels>>) {
         for change in &self.strokes {
             match &change.after {
                 Some(stroke) => labels.strokes.insert(change.id, Arc::new(stroke.clone())),
@@ -56,7 +76,15 @@ impl Edit {
         if let Some((_, after)) = &self.classes {
             labels.classes.clone_from(after);
         }
+        if let Some(change) = &self.imported {
+            labels.imported = change.after.and_then(|id| imports.get(&id)).cloned();
+        }
     }
+}
+
+/// Whether two names are of one class, capitals and surrounding blanks aside.
+fn same_name(a: &str, b: &str) -> bool {
+    a.trim().to_lowercase() == b.trim().to_lowercase()
 }
 
 /// The labels with the edits that led to them: what the window changes, and what a project keeps.
@@ -67,6 +95,11 @@ pub struct History {
     /// Number of edits that are in force; those after it were undone.
     cursor: usize,
     last_stroke: u64,
+    /// All label images that an edit brings or takes away, or that are in force.
+    imports: BTreeMap<ImportId, Arc<ImportedLabels>>,
+    /// Those in force.
+    imported: Option<ImportId>,
+    last_import: u64,
 }
 
 impl History {
@@ -84,12 +117,55 @@ impl History {
         let in_labels = labels.strokes.keys().map(|id| id.0);
         let last_stroke = in_edits.chain(in_labels).max().unwrap_or(0);
         let cursor = cursor.min(edits.len());
+        let first = ImportId(1);
+        let imports: BTreeMap<_, _> = labels
+            .imported
+            .iter()
+            .map(|images| (first, Arc::clone(images)))
+            .collect();
         Self {
+            imported: labels.imported.as_ref().map(|_| first),
+            last_import: imports.len() as u64,
+            imports,
             labels,
             edits,
             cursor,
             last_stroke,
         }
+    }
+
+    /// The same history with the label images that its edits name; `imported` are those in force.
+    #[must_use]
+    pub fn with_imports(
+        mut self,
+        imports: BTreeMap<ImportId, Arc<ImportedLabels>>,
+        imported: Option<ImportId>,
+    ) -> Self {
+        self.labels.imported = imported.and_then(|id| imports.get(&id)).cloned();
+        self.imported = imported.filter(|id| imports.contains_key(id));
+        let named = self.edits.iter().filter_map(|edit| edit.imported);
+        let named = named.flat_map(|change| [change.before, change.after]).flatten();
+        let ever = named.chain(imports.keys().copied()).map(|id| id.0);
+        self.last_import = ever.max().unwrap_or(0);
+        self.imports = imports;
+        self
+    }
+
+    /// The label images that the edits name, and which of them are in force.
+    pub fn imports(&self) -> (&BTreeMap<ImportId, Arc<ImportedLabels>>, Option<ImportId>) {
+        (&self.imports, self.imported)
+    }
+
+    /// The label images that an edit brings.
+    pub fn brought_by(&self, edit: &Edit) -> Option<(ImportId, &Arc<ImportedLabels>)> {
+        let id = edit.imported?.after?;
+        Some((id, self.imports.get(&id)?))
+    }
+
+    /// Takes label images over that an edit to [`History::adopt`] names.
+    pub fn adopt_import(&mut self, id: ImportId, images: Arc<ImportedLabels>) {
+        self.last_import = self.last_import.max(id.0);
+        self.imports.insert(id, images);
     }
 
     /// The labels as they are now.
@@ -117,7 +193,7 @@ impl History {
     pub fn undo(&mut self) -> Option<Edit> {
         let index = self.cursor.checked_sub(1)?;
         let change = self.edits.get(index)?.inverse();
-        change.apply(&mut self.labels);
+        self.apply(&change);
         self.cursor = index;
         Some(change)
     }
@@ -125,7 +201,7 @@ impl History {
     /// Does the last undone edit again; returns it.
     pub fn redo(&mut self) -> Option<Edit> {
         let edit = self.edits.get(self.cursor)?.clone();
-        edit.apply(&mut self.labels);
+        self.apply(&edit);
         self.cursor += 1;
         Some(edit)
     }
@@ -149,7 +225,7 @@ impl History {
                 before: None,
                 after: Some(stroke),
             }],
-            classes: None,
+            ..Edit::default()
         })
     }
 
@@ -171,7 +247,7 @@ impl History {
             self.commit(Edit {
                 name: "erase".to_owned(),
                 strokes,
-                classes: None,
+                ..Edit::default()
             })
         })
     }
@@ -184,8 +260,8 @@ impl History {
         after.push(Class::new(id, name));
         let edit = self.commit(Edit {
             name: format!("add class {name}"),
-            strokes: Vec::new(),
             classes: Some((before, after)),
+            ..Edit::default()
         });
         (id, edit)
     }
@@ -202,8 +278,8 @@ impl History {
         *place = class;
         Some(self.commit(Edit {
             name,
-            strokes: Vec::new(),
             classes: Some((before, after)),
+            ..Edit::default()
         }))
     }
 
@@ -217,10 +293,12 @@ impl History {
             name,
             strokes,
             classes: Some((before, after)),
+            ..Edit::default()
         }))
     }
 
-    /// Gives all strokes of one class to another and deletes the first; `None` unless both exist.
+    /// Gives all strokes and imported pixels of one class to another and deletes the first; `None` unless both
+    /// exist.
     pub fn merge_class(&mut self, from: ClassId, into: ClassId) -> Option<Edit> {
         let (source, target) = (self.labels.class(from)?, self.labels.class(into)?);
         if from == into {
@@ -235,11 +313,90 @@ impl History {
                 ..stroke.clone()
             })
         });
+        let says = |images: &&Arc<ImportedLabels>| {
+            let mut classes = images.maps.iter().flat_map(|map| map.runs());
+            classes.any(|(class, _)| class == from)
+        };
+        let images = self.labels.imported.as_ref().filter(says);
+        let images = images.map(|images| images.relabelled(|class| if class == from { into } else { class }));
+        let imported = images.map(|images| self.change_import(Some(images)));
         Some(self.commit(Edit {
             name,
             strokes,
             classes: Some((before, after)),
+            imported,
         }))
+    }
+
+    /// Takes label images from elsewhere over, in place of earlier ones.
+    ///
+    /// An id that comes with a name is the class of that name (capitals aside), and otherwise a new class, with
+    /// another id if its own is taken. An id without a name is the class with that id, or a new one.
+    pub fn import(&mut self, images: LabelImages) -> Edit {
+        let what = match images.labels.trust {
+            Trust::Trusted => "labels",
+            Trust::Votes => "predictions",
+        };
+        let before = self.labels.classes.clone();
+        let mut classes = before.clone();
+        let mut becomes = BTreeMap::new();
+        let mut displaced = Vec::new();
+        for id in images.labels.classes() {
+            let has = |class: &Class| class.id == id;
+            match images.classes.iter().find(|class| class.id == id) {
+                Some(named) => match classes.iter().find(|known| same_name(&known.name, &named.name)) {
+                    Some(known) => {
+                        becomes.insert(id, known.id);
+                    }
+                    None if classes.iter().any(has) => displaced.push(named),
+                    None => classes.push(named.clone()),
+                },
+                None if classes.iter().any(has) => {}
+                None => classes.push(Class::new(id, format!("class {id}"))),
+            }
+        }
+        // Only now, so that no id is given that an image uses.
+        for named in displaced {
+            let highest = classes.iter().map(|class| class.id).max().unwrap_or(VOID);
+            let id = self.unused_class_id().max(highest + 1);
+            becomes.insert(named.id, id);
+            classes.push(Class { id, ..named.clone() });
+        }
+        let images = images
+            .labels
+            .relabelled(|class| becomes.get(&class).copied().unwrap_or(class));
+        let imported = self.change_import(Some(images));
+        self.commit(Edit {
+            name: format!("import {what}"),
+            strokes: Vec::new(),
+            classes: (before != classes).then_some((before, classes)),
+            imported: Some(imported),
+        })
+    }
+
+    /// Removes the label images from elsewhere; `None` when there are none.
+    pub fn remove_imported(&mut self) -> Option<Edit> {
+        self.imported?;
+        let imported = self.change_import(None);
+        Some(self.commit(Edit {
+            name: "remove imported labels".to_owned(),
+            imported: Some(imported),
+            ..Edit::default()
+        }))
+    }
+
+    /// A change to these images, which get an id.
+    fn change_import(&mut self, images: Option<ImportedLabels>) -> ImportChange {
+        let after = images.map(|images| {
+            self.last_import += 1;
+            let id = ImportId(self.last_import);
+            self.imports.insert(id, Arc::new(images));
+            id
+        });
+        ImportChange {
+            before: self.imported,
+            after,
+        }
     }
 
     fn changes_of_class(&self, id: ClassId, after: impl Fn(&Stroke) -> Option<Stroke>) -> Vec<StrokeChange> {
@@ -270,17 +427,30 @@ impl History {
     }
 
     fn commit(&mut self, edit: Edit) -> Edit {
-        edit.apply(&mut self.labels);
+        self.apply(&edit);
         self.edits.truncate(self.cursor);
         self.edits.push(edit.clone());
         self.cursor += 1;
+        // Images that only forgotten edits named are forgotten with them.
+        let edits = self.edits.iter().filter_map(|edit| edit.imported);
+        let named = edits.flat_map(|change| [change.before, change.after]);
+        let named: BTreeSet<ImportId> = named.chain([self.imported]).flatten().collect();
+        self.imports.retain(|id, _| named.contains(id));
         edit
+    }
+
+    fn apply(&mut self, edit: &Edit) {
+        edit.apply(&mut self.labels, &self.imports);
+        if let Some(change) = &edit.imported {
+            self.imported = change.after;
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::labels::ImportedMap;
 
     fn history() -> (History, ClassId, ClassId) {
         let mut history = History::default();
@@ -342,6 +512,50 @@ mod tests {
         assert!(second > first);
         history.delete_class(floor).unwrap();
         assert!(history.add_class("table").0 > floor);
+    }
+
+    #[test]
+    fn an_import_is_undone_redone_merged_and_removed_like_any_edit() {
+        let (mut history, wall, floor) = history();
+        let images = ImportedLabels {
+            maps: vec![ImportedMap::new(1, &[wall, floor, 9])],
+            trust: Trust::Votes,
+        };
+        let mut classes = history.labels().classes.clone();
+        classes.push(Class::new(9, "lamp"));
+        let mut mirror = history.clone();
+        let edit = history.import(LabelImages {
+            labels: images.clone(),
+            classes: vec![Class::new(9, "lamp")],
+            unmatched: 0,
+        });
+        let (id, brought) = history.brought_by(&edit).unwrap();
+        mirror.adopt_import(id, Arc::clone(brought));
+        mirror.adopt(edit);
+        assert_eq!(mirror.labels(), history.labels());
+        let imported = history.labels().clone();
+        assert_eq!(
+            (imported.imported.as_deref(), &imported.classes),
+            (Some(&images), &classes)
+        );
+        history.undo().unwrap();
+        assert_eq!(history.labels().classes.len(), 2);
+        assert!(!history.labels().says_anything());
+        history.redo().unwrap();
+        assert_eq!(history.labels(), &imported);
+
+        history.merge_class(floor, wall).unwrap();
+        let merged = history.labels().imported.clone().unwrap();
+        assert_eq!(merged.maps[0].labels(), [wall, wall, 9]);
+        history.remove_imported().unwrap();
+        assert!(history.labels().imported.is_none() && history.remove_imported().is_none());
+        assert_eq!(history.imports().0.len(), 2);
+        for _ in 0..3 {
+            history.undo().unwrap();
+        }
+        assert!(history.labels().imported.is_none());
+        history.add_class("door");
+        assert!(history.imports().0.is_empty(), "images of forgotten edits stay");
     }
 
     #[test]

@@ -1,11 +1,14 @@
-//! What the person said: classes and strokes, with undo and redo.
+//! What the person said: classes, strokes and label images from elsewhere, with undo and redo.
 //!
-//! Strokes are vectors in pixel coordinates and are the only truth; every map is derived from them.
+//! Strokes are vectors in pixel coordinates; they and the imported images are the only truth, from which every
+//! map is derived.
 
 mod class;
 mod edit;
 mod file;
+mod import;
 mod imported;
+pub(crate) mod png;
 mod raster;
 mod stroke;
 
@@ -13,22 +16,30 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 pub use class::{Class, ClassId, VOID};
-pub use edit::{Edit, History, StrokeChange};
+pub use edit::{Edit, History, ImportChange, StrokeChange};
 pub use file::{StrokesError, read_strokes, strokes_json};
-pub use imported::{ImportedLabels, ImportedMap, Trust};
+pub use import::{ImportError, LabelImages, in_frame, read_class_list, read_label_images};
+pub use imported::{ImportId, ImportedLabels, ImportedMap, Trust};
 pub use raster::{erase, pixels_of, rasterise};
 pub use stroke::{Pixel, Stroke, StrokeId};
 
-/// Everything the person said about a scene. Cloning is cheap: strokes are shared.
+/// Everything the person said about a scene. Cloning is cheap: strokes and images are shared.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LabelSet {
     /// The classes, in the order in which they are shown; void is not among them.
     pub classes: Vec<Class>,
     /// The strokes by id; later ids cover earlier ones.
     pub strokes: BTreeMap<StrokeId, Arc<Stroke>>,
+    /// Label images from elsewhere; strokes cover them.
+    pub imported: Option<Arc<ImportedLabels>>,
 }
 
 impl LabelSet {
+    /// Whether anything is said about any pixel.
+    pub fn says_anything(&self) -> bool {
+        !self.strokes.is_empty() || self.imported.is_some()
+    }
+
     /// The class with this id.
     pub fn class(&self, id: ClassId) -> Option<&Class> {
         self.classes.iter().find(|class| class.id == id)

@@ -1,12 +1,12 @@
 //! What a project file holds, and fitting it to the scene as it is today.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::fs;
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::ProjectError;
-use crate::labels::{Edit, History, LabelSet, Stroke};
+use crate::labels::{Edit, History, ImportedLabels, ImportedMap, LabelSet, Stroke};
 use crate::scene::{Frame, OpenOptions, Scene, SceneSource};
 use crate::session::{FrameMap, ModelState};
 
@@ -125,8 +125,8 @@ impl Contents {
     /// frames may have been added, removed or reordered.
     ///
     /// Frame indices become those of `scene`. Strokes on frames that have vanished stay in the project,
-    /// with indices of `scene.frames.len()` and above, and have no effect; a warning counts them. Where
-    /// frames differ, the model is dropped (it would describe another scene), and so are the maps of
+    /// with indices of `scene.frames.len()` and above, and have no effect; a warning counts them. Imported
+    /// images do the same, and are dropped with a warning where their frame has another size. Where frames differ, the model is dropped (it would describe another scene), and so are the maps of
     /// frames that are gone or have another size. The file is brought in line by
     /// [`Journal::start`](super::Journal::start).
     ///
@@ -154,6 +154,7 @@ impl Contents {
         self.warn_of_changes(scene, &record);
         if record.frames != self.scene.frames {
             self.history = renumbered(&self.history, &new_index);
+            self.drop_misfits(scene, &record);
             self.maps.retain_mut(|map| {
                 let Some(&index) = new_index.get(map.frame) else {
                     return false;
@@ -171,6 +172,34 @@ impl Contents {
         }
         self.scene = record;
         Ok(self)
+    }
+
+    /// Drops imported images of frames that have another size now.
+    fn drop_misfits(&mut self, scene: &Scene, record: &SceneRecord) {
+        let fits = |map: &ImportedMap| {
+            let frame = record.frames.get(map.frame);
+            frame.is_some_and(|frame| map.pixels() == frame.width as usize * frame.height as usize)
+        };
+        let (imports, in_force) = self.history.imports();
+        let mut dropped = 0;
+        let kept: BTreeMap<_, _> = imports
+            .iter()
+            .map(|(&id, images)| {
+                let (maps, misfits): (Vec<ImportedMap>, Vec<ImportedMap>) =
+                    images.maps.iter().cloned().partition(fits);
+                dropped += misfits.len();
+                let trust = images.trust;
+                (id, Arc::new(ImportedLabels { maps, trust }))
+            })
+            .collect();
+        if dropped > 0 {
+            self.history = self.history.clone().with_imports(kept, in_force);
+            self.warnings.push(format!(
+                "{}: imported label images of frames that have another size now were left out: {dropped}; import \
+                 them again",
+                scene.source
+            ));
+        }
     }
 
     fn warn_of_changes(&mut self, scene: &Scene, record: &SceneRecord) {
@@ -243,6 +272,7 @@ fn renumbered(history: &History, new_index: &[usize]) -> History {
             .iter()
             .map(|(&id, old)| (id, Arc::new(stroke(old))))
             .collect(),
+        imported: None,
     };
     let (edits, cursor) = history.edits();
     let edit = |edit: &Edit| {
@@ -253,5 +283,16 @@ fn renumbered(history: &History, new_index: &[usize]) -> History {
         }
         edit
     };
+    let place = |frame: usize| new_index.get(frame).copied().unwrap_or(frame);
+    let (imports, in_force) = history.imports();
+    let imports = imports.iter().map(|(&id, images)| {
+        let mut images = images.as_ref().clone();
+        images
+            .maps
+            .iter_mut()
+            .for_each(|map| map.frame = place(map.frame));
+        (id, Arc::new(images))
+    });
     History::restored(labels, edits.iter().map(edit).collect(), cursor)
+        .with_imports(imports.collect(), in_force)
 }

@@ -7,9 +7,9 @@
 
 mod contents;
 mod error;
+mod imports;
 mod journal;
 mod location;
-pub(crate) mod png;
 mod replace;
 mod rows;
 mod schema;
@@ -25,12 +25,14 @@ pub use error::ProjectError;
 pub use journal::{Journal, JournalEvent};
 pub use location::autosave_path;
 
-use crate::labels::{Edit, History};
+use crate::labels::{Edit, History, ImportId, ImportedLabels};
 use crate::session::{FrameMap, ModelState};
 
 /// One step through the edit history.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Step {
+    /// Label images from elsewhere, which the next edit brings.
+    Import(ImportId, Arc<ImportedLabels>),
     /// A new edit; what had been undone is forgotten.
     Do(Edit),
     /// The last edit was taken back.

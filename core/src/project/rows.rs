@@ -7,13 +7,13 @@ use rayon::prelude::*;
 use rusqlite::{Connection, OptionalExtension, Row, params};
 
 use super::contents::Pending;
-use super::{Contents, FrameRecord, ProjectError, SceneRecord, Step, location, png};
-use crate::labels::{Class, Edit, History, LabelSet, Stroke, StrokeId};
+use super::{Contents, FrameRecord, ProjectError, SceneRecord, Step, imports, location};
+use crate::labels::{Class, Edit, History, LabelSet, Stroke, StrokeId, png};
 use crate::scene::SceneSource;
 use crate::session::{FrameMap, ModelState};
 
 /// SQLite's integers are signed; nothing here comes near the limit.
-fn integer(value: impl TryInto<i64>) -> i64 {
+pub(super) fn integer(value: impl TryInto<i64>) -> i64 {
     value.try_into().unwrap_or(i64::MAX)
 }
 
@@ -53,6 +53,7 @@ pub(super) fn write_all(
     for (&id, stroke) in &history.labels().strokes {
         write_stroke(connection, id, stroke)?;
     }
+    imports::write_all(connection, scene, history)?;
     edits
         .iter()
         .enumerate()
@@ -87,12 +88,16 @@ pub(super) fn write_step(connection: &Connection, step: &Step) -> rusqlite::Resu
         .query_row([], |row| row.get(0))?;
     let cursor = usize::try_from(cursor).unwrap_or(0);
     match step {
+        Step::Import(id, images) => imports::write(connection, *id, images),
         Step::Do(edit) => {
-            connection
+            let forgotten = connection
                 .prepare_cached("DELETE FROM edit WHERE number >= ?1")?
                 .execute([integer(cursor)])?;
             write_edit(connection, cursor, edit)?;
             apply(connection, edit)?;
+            if forgotten > 0 {
+                imports::delete_unnamed(connection)?;
+            }
             write_cursor(connection, cursor + 1)
         }
         Step::Undo => match cursor.checked_sub(1) {
@@ -126,8 +131,11 @@ fn apply(connection: &Connection, edit: &Edit) -> rusqlite::Result<()> {
             }
         }
     }
-    match &edit.classes {
-        Some((_, after)) => write_classes(connection, after),
+    if let Some((_, after)) = &edit.classes {
+        write_classes(connection, after)?;
+    }
+    match &edit.imported {
+        Some(change) => imports::put_in_force(connection, change.after),
         None => Ok(()),
     }
 }
@@ -257,6 +265,7 @@ pub(super) fn read(connection: &Connection, path: &Path) -> Result<Contents, Pro
         .map_err(reading)?
         .into_iter()
         .collect(),
+        imported: None,
     };
     let edits: Vec<Edit> = rows(connection, "SELECT change FROM edit ORDER BY number", |row| {
         from_json(row, 0)
@@ -280,9 +289,10 @@ pub(super) fn read(connection: &Connection, path: &Path) -> Result<Contents, Pro
         .optional()
         .map_err(reading)?;
     let (maps, warnings) = read_maps(connection, path, frames).map_err(reading)?;
+    let (images, in_force) = imports::read(connection, path, &scene)?;
     Ok(Contents {
         scene,
-        history: History::restored(labels, edits, cursor),
+        history: History::restored(labels, edits, cursor).with_imports(images, in_force),
         view,
         model: model.map(Arc::new),
         maps,
@@ -383,7 +393,7 @@ fn read_stroke(row: &Row<'_>) -> rusqlite::Result<(StrokeId, Arc<Stroke>)> {
     Ok((StrokeId(unsigned(row, 0)? as u64), Arc::new(stroke)))
 }
 
-fn rows<T>(
+pub(super) fn rows<T>(
     connection: &Connection,
     sql: &str,
     read: impl FnMut(&Row<'_>) -> rusqlite::Result<T>,
@@ -391,7 +401,7 @@ fn rows<T>(
     connection.prepare(sql)?.query_map([], read)?.collect()
 }
 
-fn unsigned(row: &Row<'_>, column: usize) -> rusqlite::Result<usize> {
+pub(super) fn unsigned(row: &Row<'_>, column: usize) -> rusqlite::Result<usize> {
     let value: i64 = row.get(column)?;
     usize::try_from(value).map_err(|_| rusqlite::Error::IntegralValueOutOfRange(column, value))
 }

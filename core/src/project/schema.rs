@@ -11,7 +11,7 @@ use super::ProjectError;
 pub(super) const APPLICATION_ID: i64 = 0x494e_504c;
 
 /// Schema version that this program writes, and the highest that it reads.
-pub(super) const VERSION: i64 = 1;
+pub(super) const VERSION: i64 = 2;
 
 const TABLES: &str = "
 CREATE TABLE project (
@@ -22,7 +22,8 @@ CREATE TABLE project (
     depth         INTEGER NOT NULL,
     cursor        INTEGER NOT NULL,
     view          TEXT,
-    written_by    TEXT NOT NULL
+    written_by    TEXT NOT NULL,
+    imported      INTEGER
 ) STRICT;
 CREATE TABLE frame (
     number INTEGER PRIMARY KEY,
@@ -63,9 +64,24 @@ CREATE TABLE map (
 ) STRICT;
 ";
 
+/// What version 2 brought: label images from elsewhere.
+const IMPORTS: &str = "
+CREATE TABLE import (
+    id    INTEGER PRIMARY KEY,
+    trust TEXT NOT NULL CHECK (trust IN ('trusted', 'votes'))
+) STRICT;
+CREATE TABLE imported_map (
+    import INTEGER NOT NULL,
+    frame  INTEGER NOT NULL,
+    labels BLOB NOT NULL,
+    PRIMARY KEY (import, frame)
+) STRICT;
+";
+
 /// Makes the tables of the current version in an empty database.
 pub(super) fn create_tables(connection: &Connection) -> rusqlite::Result<()> {
     connection.execute_batch(TABLES)?;
+    connection.execute_batch(IMPORTS)?;
     connection.pragma_update(None, "application_id", APPLICATION_ID)?;
     connection.pragma_update(None, "user_version", VERSION)
 }
@@ -95,18 +111,36 @@ pub(super) fn connect(path: &Path, create: bool) -> rusqlite::Result<Connection>
     Ok(connection)
 }
 
-/// Whether the database is a project that this program can read.
+/// The schema version that a database has.
+pub(super) fn version(connection: &Connection) -> rusqlite::Result<i64> {
+    connection.pragma_query_value(None, "user_version", |row| row.get(0))
+}
+
+/// Brings a database of an earlier version up to date, whole or not at all. One that cannot be written stays as it
+/// is: [`version`] tells what it lacks.
+fn upgrade(connection: &Connection) -> rusqlite::Result<()> {
+    if connection.is_readonly("main")? {
+        return Ok(());
+    }
+    connection.execute_batch(&format!(
+        "BEGIN; ALTER TABLE project ADD COLUMN imported INTEGER; {IMPORTS} PRAGMA user_version = {VERSION}; COMMIT"
+    ))
+}
+
+/// Whether the database is a project that this program can read; an older one is brought up to date.
 pub(super) fn check(connection: &Connection, path: &Path) -> Result<(), ProjectError> {
+    let reading = |error| ProjectError::reading(path, &error);
     let pragma = |name: &str| {
         connection
             .pragma_query_value(None, name, |row| row.get::<_, i64>(0))
-            .map_err(|error| ProjectError::reading(path, &error))
+            .map_err(reading)
     };
     if pragma("application_id")? != APPLICATION_ID {
         return Err(ProjectError::NotAProject(path.to_path_buf()));
     }
-    match pragma("user_version")? {
+    match version(connection).map_err(reading)? {
         VERSION => Ok(()),
+        1 => upgrade(connection).map_err(reading),
         found if found > VERSION => Err(ProjectError::Newer {
             path: path.to_path_buf(),
             found,

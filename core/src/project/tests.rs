@@ -3,7 +3,7 @@ use std::fs;
 use glam::{Affine3A, DVec3};
 
 use super::*;
-use crate::labels::{LabelSet, Stroke};
+use crate::labels::{ImportedLabels, ImportedMap, LabelImages, LabelSet, Stroke, Trust};
 use crate::scene::{Camera, ColorImage, Frame, OpenOptions, Scene, SceneSource};
 
 /// A scene of tiny frames, in a folder.
@@ -60,6 +60,7 @@ fn assert_same(a: &Contents, b: &Contents) {
     assert_eq!(a.scene, b.scene);
     assert_eq!(a.history.labels(), b.history.labels());
     assert_eq!(a.history.edits(), b.history.edits());
+    assert_eq!(a.history.imports(), b.history.imports());
     assert_eq!((&a.view, &a.model, &a.maps), (&b.view, &b.model, &b.maps));
 }
 
@@ -94,6 +95,94 @@ fn a_project_comes_back_as_it_was_and_undo_and_redo_go_on() {
     let (_project, again) = Project::open(&path).unwrap();
     assert_same(&again, &saved);
     assert_eq!(again.history.redo_name(), None);
+}
+
+/// Label images of the frames a and c.
+fn images(class: u16) -> LabelImages {
+    let maps = vec![
+        ImportedMap::new(0, &[class; 6]),
+        ImportedMap::new(2, &[0, 1, 2, 300, 2, 1]),
+    ];
+    LabelImages {
+        labels: ImportedLabels {
+            maps,
+            trust: Trust::Votes,
+        },
+        classes: Vec::new(),
+        unmatched: 0,
+    }
+}
+
+fn import(history: &mut History, images: LabelImages) -> [Step; 2] {
+    let edit = history.import(images);
+    let (id, images) = history.brought_by(&edit).unwrap();
+    [Step::Import(id, Arc::clone(images)), Step::Do(edit)]
+}
+
+#[test]
+fn imported_images_come_back_with_their_history_and_forgotten_ones_leave_the_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("p.inplace");
+    let mut contents = contents(folder.path());
+    let mut project = Project::create(&path, &contents).unwrap();
+    for class in [1, 2] {
+        let steps = import(&mut contents.history, images(class));
+        project.record(&steps).unwrap();
+    }
+    contents.history.undo().unwrap();
+    project.record(&[Step::Undo]).unwrap();
+    drop(project);
+    let (mut project, mut saved) = Project::open(&path).unwrap();
+    assert_same(&saved, &contents);
+    assert_eq!(saved.history.imports().0.len(), 2);
+    assert_eq!(saved.history.redo_name(), Some("import predictions"));
+
+    let edit = saved.history.delete_class(2).unwrap();
+    project.record(&[Step::Do(edit)]).unwrap();
+    assert_eq!(saved.history.imports().0.len(), 1);
+    let edit = saved.history.remove_imported().unwrap();
+    project.record(&[Step::Do(edit)]).unwrap();
+    drop(project);
+    let (project, again) = Project::open(&path).unwrap();
+    assert_same(&again, &saved);
+    let count = |table: &str| -> i64 {
+        let sql = format!("SELECT count(*) FROM {table}");
+        project.connection.query_row(&sql, [], |row| row.get(0)).unwrap()
+    };
+    assert_eq!((count("import"), count("imported_map")), (1, 2));
+    drop(project);
+    // Written as a whole, as after a failure, it is the same.
+    drop(Project::create(&path, &saved).unwrap());
+    assert_same(&Project::open(&path).unwrap().1, &saved);
+}
+
+#[test]
+fn imported_images_follow_their_frames_and_are_left_out_where_a_frame_has_another_size() {
+    let folder = tempfile::tempdir().unwrap();
+    let options = OpenOptions::default();
+    let mut before = contents(folder.path());
+    before.history.import(images(1));
+    let mut scene = scene(folder.path(), &["c", "x", "a"]);
+    let frames = |contents: &Contents| -> Vec<usize> {
+        let images = contents.history.labels().imported.clone().unwrap();
+        images.maps.iter().map(|map| map.frame).collect()
+    };
+    let after = before.clone().matched(&scene, options).unwrap();
+    assert_eq!(frames(&after), [2, 0]);
+    scene.frames[2].camera = Camera::with_horizontal_fov(4, 2, 90.0);
+    let after = before.matched(&scene, options).unwrap();
+    assert_eq!(frames(&after), [0]);
+    assert!(
+        after
+            .warnings
+            .iter()
+            .any(|warning| warning.contains("left out: 1")),
+        "{:?}",
+        after.warnings
+    );
+    let path = folder.path().join("p.inplace");
+    drop(Project::create(&path, &after).unwrap());
+    assert_same(&Project::open(&path).unwrap().1, &after);
 }
 
 #[test]
@@ -164,9 +253,9 @@ fn a_newer_file_is_refused_and_a_damaged_one_does_no_harm() {
         Connection::open(&path).unwrap().execute_batch(sql).unwrap();
         Project::open(&path)
     };
-    let newer = spoil("PRAGMA user_version = 2").unwrap_err().to_string();
+    let newer = spoil("PRAGMA user_version = 3").unwrap_err().to_string();
     assert!(
-        newer.contains("newer Inplace (file version 2, this program reads up to 1)"),
+        newer.contains("newer Inplace (file version 3, this program reads up to 2)"),
         "{newer}"
     );
     for sql in [
@@ -176,6 +265,8 @@ fn a_newer_file_is_refused_and_a_damaged_one_does_no_harm() {
         "UPDATE stroke SET radius = -1",
         "DELETE FROM edit",
         "PRAGMA user_version = 0",
+        "UPDATE project SET imported = 5",
+        "INSERT INTO imported_map VALUES (1, 0, x'00')",
     ] {
         let error = spoil(sql).unwrap_err();
         assert!(matches!(error, ProjectError::Damaged { .. }), "{sql}: {error}");
@@ -281,6 +372,40 @@ fn changed_images_are_noticed() {
         "{:?}",
         after.warnings
     );
+}
+
+#[test]
+fn files_of_version_2_still_open() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("p.inplace");
+    let old = Connection::open(&path).unwrap();
+    old.execute_batch(include_str!("fixtures/v2.sql")).unwrap();
+    drop(old);
+    let (_project, saved) = Project::open(&path).unwrap();
+    assert_eq!(saved.history.undo_name(), Some("import predictions"));
+    let images = saved.history.labels().imported.clone().unwrap();
+    assert_eq!(
+        (images.trust, images.maps.len(), images.maps[0].frame),
+        (Trust::Votes, 1, 1)
+    );
+    let labels = images.maps[0].labels();
+    assert_eq!((labels[0], labels[320 * 240 - 1]), (1, 2));
+}
+
+#[test]
+fn a_file_of_version_1_that_cannot_be_written_is_read_as_it_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("p.inplace");
+    let old = Connection::open(&path).unwrap();
+    old.execute_batch(include_str!("fixtures/v1.sql")).unwrap();
+    let uri = format!("file:{}?immutable=1", path.display());
+    drop(old);
+    let flags = rusqlite::OpenFlags::SQLITE_OPEN_READ_ONLY | rusqlite::OpenFlags::SQLITE_OPEN_URI;
+    let connection = Connection::open_with_flags(uri, flags).unwrap();
+    schema::check(&connection, &path).unwrap();
+    let contents = rows::read(&connection, &path).unwrap();
+    assert_eq!(contents.history.labels().strokes.len(), 2);
+    assert!(contents.history.imports().0.is_empty());
 }
 
 #[test]

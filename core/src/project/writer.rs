@@ -113,6 +113,7 @@ impl Writer {
         match message {
             Message::Step(step) => {
                 match &step {
+                    Step::Import(id, images) => self.history.adopt_import(*id, Arc::clone(images)),
                     Step::Do(edit) => self.history.adopt(edit.clone()),
                     Step::Undo => drop(self.history.undo()),
                     Step::Redo => drop(self.history.redo()),

@@ -7,7 +7,7 @@ use super::graph::Node;
 
 /// How fast the weight of an edge falls with the squared difference in colour (channels in 0..=1), with
 /// the bend between the normals and with the squared distance in voxels.
-const COLOR_FALLOFF: f32 = 300.0;
+const COLOR_FALLOFF: f32 = 150.0;
 const BEND_FALLOFF: f32 = 8.0;
 const DISTANCE_FALLOFF: f32 = 1.0;
 /// No edge weighs less, so that votes reach every node.
@@ -22,7 +22,7 @@ const BLOCK: usize = 1024;
 /// node, `[nodes, classes]`; rows of nodes that no vote reaches are zero.
 ///
 /// `votes` are counts `[nodes, classes]`, W is the diagonal of their sums over the classes, and L the
-/// Laplacian of the graph with weights exp(-300 |dc|^2 - 8 (1 - n n') - d^2): a random walker with a data
+/// Laplacian of the graph with weights exp(-150 |dc|^2 - 8 (1 - n n') - d^2): a random walker with a data
 /// term (Grady 2005), solved by conjugate gradients with the diagonal as preconditioner.
 pub fn diffuse(graph: &SurfaceGraph, votes: &[f32], classes: usize, strength: f32) -> Vec<f32> {
     if classes == 0 {

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use super::{NO_NODE, NodeMap, Posterior};
-use crate::labels::{ClassId, VOID};
+use crate::labels::{ClassId, ImportedLabels, VOID};
 use crate::scene::Frame;
 
 /// Steps of [`FrameMap::entropy`] per nat.
@@ -44,6 +44,8 @@ enum Pixels {
         posterior: Arc<Posterior>,
         /// Entropy where there is no node.
         unknown: u16,
+        /// Label images whose pixels are as they say, without doubt.
+        trusted: Option<Arc<ImportedLabels>>,
         /// Pixels that the person painted, and their classes: those as they said, without doubt.
         painted: Vec<(u32, ClassId)>,
     },
@@ -72,13 +74,14 @@ impl FrameMap {
         })
     }
 
-    /// A map by the nodes of its pixels; `unknown` is the entropy of pixels without one, and `painted` are
-    /// pixels with the class that the person gave them.
+    /// A map by the nodes of its pixels; `unknown` is the entropy of pixels without one, `trusted` are
+    /// label images whose pixels are as they say, and `painted` pixels with the class that the person gave them.
     pub(super) fn on_surface(
         (frame, generation): (usize, u64),
         [width, height]: [u32; 2],
         (nodes, posterior): (Arc<NodeMap>, Arc<Posterior>),
         unknown: u16,
+        trusted: Option<Arc<ImportedLabels>>,
         painted: Vec<(u32, ClassId)>,
     ) -> Self {
         Self {
@@ -90,6 +93,7 @@ impl FrameMap {
                 nodes,
                 posterior,
                 unknown,
+                trusted,
                 painted,
             },
         }
@@ -102,9 +106,17 @@ impl FrameMap {
             Pixels::OnSurface {
                 nodes,
                 posterior,
+                trusted,
                 painted,
                 ..
-            } => Cow::Owned(looked_up(nodes, &posterior.labels, VOID, painted.iter().copied())),
+            } => {
+                let mut labels = looked_up(nodes, &posterior.labels, VOID);
+                self.cover(trusted.as_deref(), &mut labels, |class| class);
+                painted
+                    .iter()
+                    .for_each(|&(pixel, class)| labels[pixel as usize] = class);
+                Cow::Owned(labels)
+            }
         }
     }
 
@@ -116,10 +128,13 @@ impl FrameMap {
                 nodes,
                 posterior,
                 unknown,
+                trusted,
                 painted,
             } => {
-                let sure = painted.iter().map(|&(pixel, _)| (pixel, 0));
-                Cow::Owned(looked_up(nodes, &posterior.entropy, *unknown, sure))
+                let mut entropy = looked_up(nodes, &posterior.entropy, *unknown);
+                self.cover(trusted.as_deref(), &mut entropy, |_| 0);
+                painted.iter().for_each(|&(pixel, _)| entropy[pixel as usize] = 0);
+                Cow::Owned(entropy)
             }
         }
     }
@@ -132,12 +147,32 @@ impl FrameMap {
             Pixels::OnSurface {
                 nodes,
                 posterior,
+                trusted,
                 painted,
                 ..
             } => {
-                let sure = painted.iter().map(|&(pixel, _)| (pixel, CERTAIN));
-                Some(Cow::Owned(looked_up(nodes, &posterior.confidence, 0, sure)))
+                let mut confidence = looked_up(nodes, &posterior.confidence, 0);
+                self.cover(trusted.as_deref(), &mut confidence, |_| CERTAIN);
+                painted
+                    .iter()
+                    .for_each(|&(pixel, _)| confidence[pixel as usize] = CERTAIN);
+                Some(Cow::Owned(confidence))
             }
+        }
+    }
+
+    /// Puts values for the classes of the frame's trusted image over the pixels that have one.
+    fn cover(&self, trusted: Option<&ImportedLabels>, pixels: &mut [u16], value: impl Fn(ClassId) -> u16) {
+        let image = trusted.and_then(|images| images.of_frame(self.frame));
+        let Some(image) = image.filter(|image| image.pixels() == pixels.len()) else {
+            return;
+        };
+        let mut start = 0;
+        for (class, length) in image.runs() {
+            if class != VOID {
+                pixels[start..start + length].fill(value(class));
+            }
+            start += length;
         }
     }
 
@@ -202,13 +237,8 @@ impl PartialEq for FrameMap {
 
 impl Eq for FrameMap {}
 
-/// The value of every pixel's node, `without` where there is none, and what was painted over them.
-fn looked_up(
-    nodes: &NodeMap,
-    values: &[u16],
-    without: u16,
-    painted: impl Iterator<Item = (u32, u16)>,
-) -> Vec<u16> {
+/// The value of every pixel's node, `without` where there is none.
+fn looked_up(nodes: &NodeMap, values: &[u16], without: u16) -> Vec<u16> {
     let mut pixels = Vec::with_capacity(nodes.len());
     for (node, run) in nodes.runs() {
         let value = if node == NO_NODE {
@@ -217,9 +247,6 @@ fn looked_up(
             values[node as usize]
         };
         pixels.resize(run.end, value);
-    }
-    for (pixel, value) in painted {
-        pixels[pixel as usize] = value;
     }
     pixels
 }
@@ -240,7 +267,7 @@ mod tests {
             ..Posterior::default()
         });
         let painted = vec![(1, 7), (5, VOID)];
-        let map = FrameMap::on_surface((2, 9), [3, 2], (nodes, posterior), 999, painted);
+        let map = FrameMap::on_surface((2, 9), [3, 2], (nodes, posterior), 999, None, painted);
         let labels = vec![5, 7, 7, 7, VOID, VOID];
         let listed = FrameMap::new(2, 9, [3, 2], labels, vec![100, 0, 200, 200, 999, 0]).unwrap();
         assert_eq!(map, listed);
@@ -270,7 +297,7 @@ mod tests {
                 Arc::new(NodeMap::pack(size[0] as usize, &nodes)),
                 Arc::new(posterior),
             );
-            FrameMap::on_surface((0, 1), size, shown, 0, Vec::new())
+            FrameMap::on_surface((0, 1), size, shown, 0, None, Vec::new())
         };
         let same = map_of(&frame);
         assert!(matches!(same.in_image(&frame), Cow::Borrowed(map) if *map == same));

@@ -1,4 +1,4 @@
-//! How labels spread: over the scene's surface by shortest paths, and into a semantic head on the field.
+//! How labels spread: over the scene's surface by shortest paths and diffusion, and into a semantic head on the field.
 
 mod depth;
 mod diffusion;
@@ -19,7 +19,7 @@ pub use diffusion::diffuse;
 pub use geodesic::{Geodesics, Propagation};
 pub use graph::{Node, SurfaceGraph};
 pub use head::{RayTargets, SemanticHead, SoftTargets};
-pub use imported::{NodeLabels, NodeVotes};
+pub use imported::{NodeLabels, NodeVotes, SurfaceImport};
 pub use look::HeadLook;
 pub use map::{CERTAIN, ENTROPY_STEPS_PER_NAT, FrameMap};
 pub use node_map::NodeMap;

@@ -11,6 +11,8 @@ const POWER: i32 = 3;
 const SOFTNESS: f32 = 0.5;
 /// A class at this distance weighs as much as not knowing anything.
 const HORIZON: f32 = 400.0;
+/// A class at this distance weighs as much as all votes on a node.
+const VOTES_HORIZON: f32 = 5.0;
 
 /// Class probabilities of every node, summarised.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -23,17 +25,25 @@ pub struct Posterior {
     pub confidence: Vec<u16>,
     /// Second most likely class of each node; void where there is none.
     pub runners_up: Vec<ClassId>,
-    /// Distances to the nearest and the second nearest class of each node.
+    /// Distances to the nearest and the second nearest class of each node; where there are votes, those at which
+    /// labels alone would weigh as much.
     pub distances: Vec<[f32; 2]>,
 }
 
 impl Posterior {
-    /// Combines the classes' distances with the head's say, where there is any (positive weights
-    /// `[nodes, classes]`, in the order of `classes`).
+    /// Combines the classes' distances with votes (probabilities) and with the head's say (positive weights), where
+    /// there are any, each `[nodes, classes]` in the order of `classes`.
     ///
     /// p_c is proportional to (d_c + softness)^-power plus an equal share of not knowing, times the
-    /// head's weight.
-    pub fn new(propagation: &Propagation, classes: &[ClassId], nodes: usize, head: Option<&[f32]>) -> Self {
+    /// head's weight. On nodes that votes reach, what they say takes the place of not knowing, with a horizon that is
+    /// nearer.
+    pub fn new(
+        propagation: &Propagation,
+        classes: &[ClassId],
+        nodes: usize,
+        votes: Option<&[f32]>,
+        head: Option<&[f32]>,
+    ) -> Self {
         let mut posterior = Self {
             labels: vec![VOID; nodes],
             entropy: vec![0; nodes],
@@ -42,7 +52,7 @@ impl Posterior {
             distances: vec![[f32::INFINITY; 2]; nodes],
         };
         let all: Vec<u32> = (0..nodes as u32).collect();
-        posterior.update(propagation, classes, &all, head);
+        posterior.update(propagation, classes, &all, votes, head);
         posterior
     }
 
@@ -52,6 +62,7 @@ impl Posterior {
         propagation: &Propagation,
         classes: &[ClassId],
         nodes: &[u32],
+        votes: Option<&[f32]>,
         head: Option<&[f32]>,
     ) {
         let fields = distance_fields(propagation, classes);
@@ -62,7 +73,7 @@ impl Posterior {
                 || vec![0.0; classes.len()],
                 |weights, &node| {
                     let node = node as usize;
-                    let nearest = fill_weights(&fields, node, weights);
+                    let nearest = fill_weights(&fields, node, votes, weights);
                     if let Some(head) = head {
                         let own = &head[node * classes.len()..(node + 1) * classes.len()];
                         weights.iter_mut().zip(own).for_each(|(w, p)| *w *= p);
@@ -82,10 +93,15 @@ impl Posterior {
     }
 
     /// The graph's class probabilities of one node, in the order of `classes`.
-    pub fn of_node(propagation: &Propagation, classes: &[ClassId], node: usize) -> Vec<f32> {
+    pub fn of_node(
+        propagation: &Propagation,
+        classes: &[ClassId],
+        node: usize,
+        votes: Option<&[f32]>,
+    ) -> Vec<f32> {
         let fields = distance_fields(propagation, classes);
         let mut weights = vec![0.0; classes.len()];
-        fill_weights(&fields, node, &mut weights);
+        fill_weights(&fields, node, votes, &mut weights);
         let sum: f32 = weights.iter().sum();
         weights.iter_mut().for_each(|w| *w /= sum.max(f32::MIN_POSITIVE));
         weights
@@ -100,12 +116,27 @@ fn distance_fields<'a>(propagation: &'a Propagation, classes: &[ClassId]) -> Vec
 }
 
 /// Unnormalised weights of the classes at a node; returns the two smallest distances.
-fn fill_weights(fields: &[Option<&[f32]>], node: usize, weights: &mut [f32]) -> [f32; 2] {
-    let unknown = (HORIZON + SOFTNESS).powi(-POWER) / weights.len().max(1) as f32;
+fn fill_weights(
+    fields: &[Option<&[f32]>],
+    node: usize,
+    votes: Option<&[f32]>,
+    weights: &mut [f32],
+) -> [f32; 2] {
+    let count = weights.len();
+    let votes = votes.map(|votes| &votes[node * count..(node + 1) * count]);
+    let votes = votes.filter(|row| row.iter().any(|&share| share > 0.0));
+    let unknown = (HORIZON + SOFTNESS).powi(-POWER) / count.max(1) as f32;
+    let voted = (VOTES_HORIZON + SOFTNESS).powi(-POWER);
     let mut nearest = [f32::INFINITY; 2];
-    for (weight, field) in weights.iter_mut().zip(fields) {
-        let distance = field.map_or(f32::INFINITY, |field| field[node]);
-        *weight = (distance + SOFTNESS).powi(-POWER) + unknown;
+    for (class, (weight, field)) in weights.iter_mut().zip(fields).enumerate() {
+        let mut distance = field.map_or(f32::INFINITY, |field| field[node]);
+        let near = (distance + SOFTNESS).powi(-POWER);
+        if let Some(votes) = votes {
+            *weight = near + voted * votes[class];
+            distance = (weight.powf(-1.0 / POWER as f32) - SOFTNESS).max(0.0);
+        } else {
+            *weight = near + unknown;
+        }
         if distance < nearest[0] {
             nearest = [distance, nearest[0]];
         } else if distance < nearest[1] {
@@ -181,7 +212,7 @@ mod tests {
 
     #[test]
     fn without_labels_everything_is_void_and_unknown() {
-        let posterior = Posterior::new(&Propagation::default(), &[1, 2, 3], 5, None);
+        let posterior = Posterior::new(&Propagation::default(), &[1, 2, 3], 5, None, None);
         assert_eq!(posterior.labels, [VOID; 5]);
         assert_eq!(posterior.confidence, [0; 5]);
         assert!(

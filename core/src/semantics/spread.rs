@@ -6,7 +6,9 @@ use std::sync::Arc;
 use rand::{Rng, SeedableRng, rngs::SmallRng};
 use rustc_hash::FxHashMap;
 
-use super::{ENTROPY_STEPS_PER_NAT, FrameMap, NO_NODE, Posterior, Propagation, SoftTargets, Surface};
+use super::{
+    ENTROPY_STEPS_PER_NAT, FrameMap, NO_NODE, Posterior, Propagation, SoftTargets, Surface, SurfaceImport,
+};
 use crate::labels::{ClassId, LabelSet, Stroke, StrokeId, VOID, rasterise};
 use crate::scene::Scene;
 
@@ -25,6 +27,9 @@ pub struct Spread {
     /// The head's newest say. It outlives a change of the classes, so that taking that back gives the maps
     /// of before.
     head: Option<HeadSay>,
+    /// What imported images say, and the probabilities that it gives the classes where it is votes.
+    import: Option<SurfaceImport>,
+    votes: Option<Vec<f32>>,
 }
 
 /// What the head says of each node.
@@ -46,7 +51,7 @@ impl HeadSay {
 impl Spread {
     /// A surface without labels.
     pub fn new(surface: Arc<Surface>) -> Self {
-        let posterior = Posterior::new(&Propagation::default(), &[], surface.graph.len(), None);
+        let posterior = Posterior::new(&Propagation::default(), &[], surface.graph.len(), None, None);
         Self {
             surface,
             propagation: Propagation::default(),
@@ -55,11 +60,13 @@ impl Spread {
             strokes: BTreeMap::new(),
             painted: BTreeMap::new(),
             head: None,
+            import: None,
+            votes: None,
         }
     }
 
     /// The surface.
-    pub fn surface(&self) -> &Surface {
+    pub fn surface(&self) -> &Arc<Surface> {
         &self.surface
     }
 
@@ -73,7 +80,8 @@ impl Spread {
         &self.classes
     }
 
-    /// Makes these the labels; only what changed is computed.
+    /// Makes these the labels; only what changed is computed. Imported images come by [`Spread::set_import`]; here
+    /// they are only taken away.
     pub fn set_labels(&mut self, scene: &Scene, labels: &LabelSet) {
         let changed: Vec<usize> = changed_frames(&self.strokes, &labels.strokes);
         self.strokes.clone_from(&labels.strokes);
@@ -89,18 +97,43 @@ impl Spread {
             }
         }
         let classes: Vec<ClassId> = labels.classes.iter().map(|class| class.id).collect();
-        let same_classes = classes == self.classes;
-        self.classes = classes;
+        let mut same_votes = classes == self.classes;
+        if !same_votes {
+            self.classes = classes;
+            self.votes = self
+                .import
+                .as_ref()
+                .and_then(|import| import.votes(&self.classes));
+        }
+        if labels.imported.is_none() && self.import.is_some() {
+            (self.import, self.votes) = (None, None);
+            same_votes = false;
+        }
         let seeds = self.seeds();
         let changed = self.propagation.update(&self.surface.graph, seeds);
-        if same_classes {
+        if same_votes {
+            let votes = self.votes.as_deref();
             let head = self.head.as_ref().and_then(|head| head.on(&self.classes));
             // Maps of before may still hold the posterior: then it is copied, which costs little.
             let posterior = Arc::make_mut(&mut self.posterior);
-            posterior.update(&self.propagation, &self.classes, &changed, head);
+            posterior.update(&self.propagation, &self.classes, &changed, votes, head);
         } else {
             self.refresh();
         }
+    }
+
+    /// Takes over what imported images say of this surface.
+    pub fn set_import(&mut self, import: SurfaceImport) {
+        self.votes = import.votes(&self.classes);
+        self.import = Some(import);
+        let seeds = self.seeds();
+        self.propagation.update(&self.surface.graph, seeds);
+        self.refresh();
+    }
+
+    /// Whether what the imported images of a label set say is taken into account.
+    pub fn has_import_of(&self, labels: &LabelSet) -> bool {
+        self.import.as_ref().is_some_and(|import| import.is_of(labels))
     }
 
     /// Takes over the head's say on each node, positive weights `[nodes, classes]`; others are ignored. It
@@ -117,12 +150,13 @@ impl Spread {
 
     fn refresh(&mut self) {
         let nodes = self.surface.graph.len();
+        let votes = self.votes.as_deref();
         let head = self.head.as_ref().and_then(|head| head.on(&self.classes));
-        let posterior = Posterior::new(&self.propagation, &self.classes, nodes, head);
+        let posterior = Posterior::new(&self.propagation, &self.classes, nodes, votes, head);
         self.posterior = Arc::new(posterior);
     }
 
-    /// The dense map of a frame. What the person painted there is as they said.
+    /// The dense map of a frame. What the person painted there, and trusted images, are as they said.
     pub fn map(&self, scene: &Scene, frame: usize, generation: u64) -> FrameMap {
         let unknown = ((self.classes.len().max(1) as f32).ln() * ENTROPY_STEPS_PER_NAT).round() as u16;
         let painted = self.painted.get(&frame).into_iter().flatten();
@@ -135,6 +169,7 @@ impl Spread {
                 Arc::clone(&self.posterior),
             ),
             unknown,
+            self.import.as_ref().and_then(|import| import.trusted()).cloned(),
             painted.map(|(&pixel, &(class, _))| (pixel, class)).collect(),
         )
     }
@@ -165,7 +200,7 @@ impl Spread {
         nodes
     }
 
-    /// Random places of the surface with the class probabilities that the graph gives them; empty
+    /// Random places of the surface with the class probabilities that graph and votes give them; empty
     /// without labels.
     pub fn soft_targets(&self, count: usize, seed: u64) -> SoftTargets {
         let mut targets = SoftTargets {
@@ -174,14 +209,15 @@ impl Spread {
             weights: Vec::new(),
         };
         let nodes = self.surface.graph.nodes();
-        if self.propagation.seeds().is_empty() || nodes.is_empty() {
+        if (self.propagation.seeds().is_empty() && self.votes.is_none()) || nodes.is_empty() {
             return targets;
         }
         let most = (self.classes.len().max(2) as f32).ln();
         let mut rng = SmallRng::seed_from_u64(seed);
         for _ in 0..count {
             let node = rng.random_range(0..nodes.len());
-            let probabilities = Posterior::of_node(&self.propagation, &self.classes, node);
+            let probabilities =
+                Posterior::of_node(&self.propagation, &self.classes, node, self.votes.as_deref());
             let entropy: f32 = probabilities
                 .iter()
                 .filter(|&&p| p > 0.0)
@@ -224,7 +260,7 @@ impl Spread {
         looked_up.flatten().collect()
     }
 
-    /// The class of each labelled node: that of the latest stroke on it.
+    /// The class of each labelled node: that of the latest stroke on it, or else that of trusted images.
     fn seeds(&self) -> FxHashMap<u32, ClassId> {
         let mut latest: FxHashMap<u32, (StrokeId, ClassId)> = FxHashMap::default();
         for (&frame, pixels) in &self.painted {
@@ -238,10 +274,9 @@ impl Spread {
                 }
             }
         }
-        latest
-            .into_iter()
-            .map(|(node, (_, class))| (node, class))
-            .collect()
+        let mut seeds: FxHashMap<u32, ClassId> = self.import.iter().flat_map(SurfaceImport::seeds).collect();
+        seeds.extend(latest.into_iter().map(|(node, (_, class))| (node, class)));
+        seeds
     }
 }
 

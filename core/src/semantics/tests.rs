@@ -4,7 +4,9 @@ use glam::{Affine3A, Quat, Vec3};
 
 use super::*;
 use crate::field::{Preset, Sampling, Trainer, frame_rays};
-use crate::labels::{History, Stroke};
+use crate::labels::{
+    ClassId, History, ImportedLabels, ImportedMap, LabelImages, LabelSet, Stroke, Trust, VOID,
+};
 use crate::scene::testing::wall;
 
 #[test]
@@ -99,4 +101,91 @@ fn the_composited_head_labels_a_view_that_no_frame_shows() {
     }
     assert!(counted > camera.pixels() / 3);
     assert!(right as f32 > 0.97 * counted as f32, "{right} of {counted}");
+}
+
+/// Imports an image that says the same of every pixel of the first three frames.
+fn import(history: &mut History, class: ClassId, trust: Trust) {
+    let maps = (0..3)
+        .map(|frame| ImportedMap::new(frame, &[class; 64 * 48]))
+        .collect();
+    history.import(LabelImages {
+        labels: ImportedLabels { maps, trust },
+        classes: Vec::new(),
+        unmatched: 0,
+    });
+}
+
+fn spread_over(spread: &mut Spread, scene: &crate::scene::Scene, labels: &LabelSet) {
+    spread.set_labels(scene, labels);
+    if let Some(import) = SurfaceImport::new(spread.surface(), labels) {
+        spread.set_import(import);
+    }
+}
+
+/// Shares of the dark and of the bright pixels of a frame that have this class.
+fn shares(spread: &Spread, scene: &crate::scene::Scene, frame: usize, class: ClassId) -> [f32; 2] {
+    let map = spread.map(scene, frame, 1);
+    let (mut counted, mut with) = ([0.0; 2], [0.0; 2]);
+    for (pixel, &label) in map.labels().iter().enumerate() {
+        let side = usize::from(scene.frames[frame].color.pixel(pixel)[0] > 128);
+        counted[side] += 1.0;
+        with[side] += f32::from(u8::from(label == class));
+    }
+    [with[0] / counted[0], with[1] / counted[1]]
+}
+
+#[test]
+fn votes_decide_until_a_click_corrects_what_is_connected_with_it() {
+    let scene = wall(5, 64, 48);
+    let mut spread = Spread::new(Arc::new(Surface::build(&scene, &[], 5.0).unwrap()));
+    let mut history = History::default();
+    history.add_class("dark");
+    history.add_class("bright");
+    import(&mut history, 1, Trust::Votes);
+    spread_over(&mut spread, &scene, history.labels());
+    assert!(spread.has_import_of(history.labels()));
+    // Also where no image is.
+    assert!(shares(&spread, &scene, 4, 1).iter().all(|&share| share > 0.99));
+    let sure = spread.map(&scene, 4, 1).mean_entropy();
+    assert!(sure < 0.3, "{sure}");
+
+    history.add_stroke(Stroke::click(4, 2, [50, 30]));
+    spread.set_labels(&scene, history.labels());
+    let [dark, bright] = shares(&spread, &scene, 3, 2);
+    assert!(bright > 0.95 && dark < 0.05, "{dark} {bright}");
+    let map = spread.map(&scene, 4, 1);
+    assert_eq!((map.labels()[30 * 64 + 50], map.entropy()[30 * 64 + 50]), (2, 0));
+
+    history.undo().unwrap();
+    spread.set_labels(&scene, history.labels());
+    assert!(shares(&spread, &scene, 3, 1).iter().all(|&share| share > 0.99));
+    history.undo().unwrap();
+    spread.set_labels(&scene, history.labels());
+    assert!(!spread.has_import_of(history.labels()));
+    assert!(shares(&spread, &scene, 3, VOID).iter().all(|&share| share == 1.0));
+}
+
+#[test]
+fn trusted_images_are_as_they_say_under_later_strokes() {
+    let scene = wall(5, 64, 48);
+    let mut spread = Spread::new(Arc::new(Surface::build(&scene, &[], 5.0).unwrap()));
+    let mut history = History::default();
+    history.add_class("one");
+    history.add_class("two");
+    import(&mut history, 1, Trust::Trusted);
+    history.add_stroke(Stroke::click(2, 2, [50, 30]));
+    spread_over(&mut spread, &scene, history.labels());
+    let map = spread.map(&scene, 2, 1);
+    for (pixel, (&label, &entropy)) in map.labels().iter().zip(map.entropy().iter()).enumerate() {
+        let class = if pixel == 30 * 64 + 50 { 2 } else { 1 };
+        assert_eq!((label, entropy), (class, 0));
+    }
+    // Frames without an image follow by shortest paths.
+    let [dark, bright] = shares(&spread, &scene, 4, 1);
+    assert!(dark > 0.95 && bright > 0.8, "{dark} {bright}");
+    // A class that is gone says nothing any more.
+    history.delete_class(1).unwrap();
+    assert!(!spread.has_import_of(history.labels()));
+    spread_over(&mut spread, &scene, history.labels());
+    assert!(shares(&spread, &scene, 2, 1).iter().all(|&share| share == 0.0));
 }

@@ -92,6 +92,12 @@ impl<'a> ReferenceWorker<'a> {
     }
 
     fn set_labels(&mut self, labels: LabelSet, generation: u64) -> Result<(), WorkerError> {
+        if labels.imported.is_some() && self.labels.imported.is_none() {
+            self.outbox.send(Event::Warning(
+                "the published network does not learn from imported label images: they are left out"
+                    .to_owned(),
+            ));
+        }
         let pixels = PixelLabels::new(&self.scene, &labels);
         self.labels = labels;
         self.generation = generation;

@@ -169,20 +169,9 @@ impl Survey {
     }
 
     fn build(&mut self, lengths: Vec<Option<Arc<FieldDepth>>>) {
-        let (sender, receiver) = bounded(1);
         let (scene, extent) = (Arc::clone(&self.scene), self.extent);
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(self.threads)
-            .thread_name(|_| "inplace-surface".to_owned())
-            .build();
-        // Without threads the receiver sees that the sender is gone.
-        if let Ok(pool) = pool {
-            pool.spawn(move || {
-                // Nobody waits for it any more when the session has ended.
-                let _ = sender.send(Surface::build(&scene, &lengths, extent));
-            });
-        }
-        self.building = Some(receiver);
+        let build = move || Surface::build(&scene, &lengths, extent);
+        self.building = Some(in_background("inplace-surface", self.threads, build));
     }
 
     /// The surface that has become ready, if any.
@@ -205,6 +194,27 @@ impl Survey {
             }
         }
     }
+}
+
+/// Does work on threads of its own: the session's are busy training. A receiver whose sender is gone tells that the
+/// work failed, or that there were no threads.
+pub(super) fn in_background<T: Send + 'static>(
+    name: &'static str,
+    threads: usize,
+    work: impl FnOnce() -> T + Send + 'static,
+) -> Receiver<T> {
+    let (sender, receiver) = bounded(1);
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .thread_name(move |_| name.to_owned())
+        .build();
+    if let Ok(pool) = pool {
+        pool.spawn(move || {
+            // Nobody waits for it any more when the session has ended.
+            let _ = sender.send(work());
+        });
+    }
+    receiver
 }
 
 /// Measured ray length in the middle of a sample's pixels; `None` unless all of them and those beside

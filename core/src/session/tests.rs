@@ -3,7 +3,7 @@ use std::time::{Duration, Instant};
 
 use super::*;
 use crate::field::Preset;
-use crate::labels::{ClassId, History, LabelSet, Stroke};
+use crate::labels::{ClassId, History, ImportedLabels, ImportedMap, LabelImages, LabelSet, Stroke, Trust};
 use crate::scene::testing::wall;
 use crate::scene::{OpenOptions, SceneSource, write_replica};
 
@@ -65,6 +65,51 @@ fn two_clicks() -> History {
     history.add_stroke(Stroke::click(0, dark, [10, 20]));
     history.add_stroke(Stroke::click(8, bright, [50, 30]));
     history
+}
+
+#[test]
+fn imported_votes_label_every_frame_and_a_click_among_them_wins_its_surroundings() {
+    let folder = capture();
+    let session = Session::start(options(folder.path()), || {});
+    let mut history = History::default();
+    history.add_class("dark");
+    history.add_class("bright");
+    let maps = (0..3)
+        .map(|frame| ImportedMap::new(frame, &[1; 64 * 48]))
+        .collect();
+    history.import(LabelImages {
+        labels: ImportedLabels {
+            maps,
+            trust: Trust::Votes,
+        },
+        classes: Vec::new(),
+        unmatched: 0,
+    });
+    let label_of = |frame: usize, pixel: usize| {
+        let map = session.maps().get(frame);
+        map.map_or(0, |map| map.labels()[pixel])
+    };
+    // Votes come beside the other work, so the first maps may be without them.
+    let until = |generation: u64, pixel: usize, class: u16| {
+        wait(&session, |event| {
+            let of = matches!(event, Event::AllMaps { generation: g } if *g == generation);
+            (of && label_of(7, pixel) == class).then_some(())
+        });
+    };
+    send_labels(&session, history.labels(), 1);
+    until(1, 24 * 64 + 60, 1);
+    history.add_stroke(Stroke::click(8, 2, [50, 30]));
+    send_labels(&session, history.labels(), 2);
+    until(2, 24 * 64 + 60, 2);
+    assert_eq!(label_of(7, 24 * 64 + 4), 1);
+    history.undo();
+    history.undo();
+    send_labels(&session, history.labels(), 3);
+    let maps = all_maps(&session, 3);
+    assert!(
+        maps.iter()
+            .all(|map| map.labels().iter().all(|&label| label == 0))
+    );
 }
 
 #[test]

@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 use candle_core::Tensor;
 use crossbeam_channel::{Receiver, bounded, select};
 
+use super::importing::Importing;
 use super::outbox::Outbox;
 use super::reference::ReferenceWorker;
 use super::serve::{Task, serve};
@@ -18,7 +19,7 @@ use crate::field::{FieldError, Preset, Ray, Sampling, Trainer};
 use crate::guide::suggest;
 use crate::labels::LabelSet;
 use crate::scene::{Scene, SceneError};
-use crate::semantics::{HeadLook, RayTargets, SemanticHead, Spread, Surface};
+use crate::semantics::{HeadLook, RayTargets, SemanticHead, Spread, Surface, SurfaceImport};
 
 /// How long maps are published before commands are looked at again.
 const PUBLISH_SLICE: Duration = Duration::from_millis(15);
@@ -153,6 +154,7 @@ struct Worker<'a> {
     spread: Option<Spread>,
     head: Option<SemanticHead>,
     look: Option<HeadLook>,
+    importing: Option<Importing>,
     labels: LabelSet,
     generation: u64,
     view: usize,
@@ -209,6 +211,7 @@ impl<'a> Worker<'a> {
             spread: None,
             head,
             look: None,
+            importing: None,
             labels: LabelSet::default(),
             generation: 0,
             view: 0,
@@ -325,7 +328,7 @@ impl<'a> Worker<'a> {
 
     /// Whether there is anything to tell apart.
     fn head_is_wanted(&self) -> bool {
-        self.labels.classes.len() >= 2 && !self.labels.strokes.is_empty()
+        self.labels.classes.len() >= 2 && self.labels.says_anything()
     }
 
     /// A step of the head; every now and then, a look at what it says.
@@ -400,9 +403,53 @@ impl<'a> Worker<'a> {
         ready.map_err(|reason| WorkerError::Other(reason.to_owned()))
     }
 
+    fn take_surface(&mut self, surface: Arc<Surface>) {
+        let mut spread = Spread::new(surface);
+        timed(&mut self.seconds.semantics, || {
+            spread.set_labels(&self.scene, &self.labels);
+        });
+        self.spread = Some(spread);
+        self.start_look();
+        self.refresh_all();
+    }
+
+    fn import_onto(&self, surface: &Arc<Surface>) -> Importing {
+        Importing::start(surface, &self.labels, self.options.threads.max(1))
+    }
+
+    /// Starts to spread imported images unless they are, or others are being spread.
+    fn import_if_due(&mut self) {
+        let due = |spread: &&Spread| self.labels.imported.is_some() && !spread.has_import_of(&self.labels);
+        if self.importing.is_none()
+            && let Some(spread) = self.spread.as_ref().filter(due)
+        {
+            self.importing = Some(self.import_onto(spread.surface()));
+        }
+    }
+
+    /// Imported images have been spread: they go into the maps, with the surface where that is newer.
+    fn take_import(&mut self, import: Option<SurfaceImport>) {
+        let Some(importing) = self.importing.take() else {
+            return;
+        };
+        let is_new = |spread: &Spread| !Arc::ptr_eq(spread.surface(), &importing.surface);
+        if self.spread.as_ref().is_none_or(is_new) {
+            self.take_surface(importing.surface);
+        }
+        // The labels may have changed meanwhile.
+        let import = import.filter(|import| import.is_of(&self.labels));
+        if let (Some(import), Some(spread)) = (import, &mut self.spread) {
+            timed(&mut self.seconds.semantics, || spread.set_import(import));
+            self.head_steps_due = if self.head_is_wanted() { HEAD_FOLLOWS } else { 0 };
+            self.refresh_all();
+        }
+        self.import_if_due();
+    }
+
     fn is_settled(&self) -> bool {
         let trained = self.settling || (self.trainer.settled() && self.head_steps_due == 0);
-        let idle = self.survey.is_done() && self.look.is_none() && self.stale.is_empty();
+        let idle =
+            self.survey.is_done() && self.look.is_none() && self.importing.is_none() && self.stale.is_empty();
         trained && idle && self.spread.is_some()
     }
 
@@ -436,6 +483,7 @@ impl Task for Worker<'_> {
                     });
                     self.refresh_all();
                 }
+                self.import_if_due();
             }
             Command::View { frame } => {
                 self.view = frame.min(self.scene.frames.len().saturating_sub(1));
@@ -505,14 +553,20 @@ impl Task for Worker<'_> {
     }
 
     fn advance(&mut self) -> Result<bool, WorkerError> {
+        let failed = |reason: &str| WorkerError::Other(reason.to_owned());
         if let Some(surface) = self.new_surface()? {
-            let mut spread = Spread::new(Arc::new(surface));
-            timed(&mut self.seconds.semantics, || {
-                spread.set_labels(&self.scene, &self.labels);
-            });
-            self.spread = Some(spread);
-            self.start_look();
-            self.refresh_all();
+            let surface = Arc::new(surface);
+            if self.labels.imported.is_some() && self.spread.is_some() {
+                // The one before stays until the images are spread over this one too.
+                self.importing = Some(self.import_onto(&surface));
+            } else {
+                self.take_surface(surface);
+            }
+            self.import_if_due();
+        }
+        let imported = self.importing.as_ref().map(Importing::ready).transpose();
+        if let Some(import) = imported.map_err(failed)?.flatten() {
+            self.take_import(import);
         }
         if self.last_status.elapsed() >= STATUS_EVERY {
             self.tell_status();

@@ -124,6 +124,24 @@ fn file(ui: &mut Ui, state: &AppState, actions: &mut Actions) {
         actions,
         Action::Show(Some(Dialog::export())),
     );
+    entry(
+        ui,
+        open,
+        "Import labels...",
+        "",
+        actions,
+        Action::Show(Some(Dialog::import())),
+    );
+    let labels = state.workspace().map(|workspace| workspace.document().labels());
+    let imported = labels.is_some_and(|labels| labels.imported.is_some());
+    entry(
+        ui,
+        imported,
+        "Remove imported labels",
+        "",
+        actions,
+        Action::RemoveImported,
+    );
     ui.separator();
     entry(ui, open, "Close scene", "", actions, Action::CloseScene);
     entry(ui, true, "Quit", "", actions, Action::Quit);
@@ -171,7 +189,10 @@ fn view(ui: &mut Ui, state: &AppState, actions: &mut Actions) {
 }
 
 fn entry(ui: &mut Ui, enabled: bool, text: &str, keys: &str, actions: &mut Actions, action: Action) {
-    let button = Button::new(text).shortcut_text(keys);
+    let mut button = Button::new(text);
+    if !keys.is_empty() {
+        button = button.shortcut_text(keys);
+    }
     if ui.add_enabled(enabled, button).clicked() {
         actions.push(action);
         ui.close();

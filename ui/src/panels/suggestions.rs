@@ -40,13 +40,13 @@ impl SuggestionPanel {
             }
         });
         if workspace.suggestions().is_empty() {
-            let strokes = workspace.document().labels().strokes.len();
+            let said = workspace.document().labels().says_anything();
             empty_state(
                 ui,
-                if strokes == 0 {
-                    "After your first strokes, the places that would settle most are listed here."
-                } else {
+                if said {
                     "Looking for the places that would settle most."
+                } else {
+                    "After your first strokes, the places that would settle most are listed here."
                 },
             );
             return;

@@ -148,10 +148,9 @@ pub fn hint(ui: &Ui, workspace: &Workspace, canvas: Rect) {
 
 fn hint_text(workspace: &Workspace) -> Option<&'static str> {
     let document = workspace.document();
-    let strokes = document.labels().strokes.len();
     if document.classes().is_empty() {
         Some("Click on something in the image and name its class")
-    } else if strokes == 0 {
+    } else if !document.labels().says_anything() {
         Some("No strokes yet: choose a class, then click or scribble on the image")
     } else if workspace.status().phase == Phase::FindingSurface && workspace.shown_map().is_none() {
         Some("Finding the surface of the scene; your labels spread as soon as it is there")

@@ -1,9 +1,10 @@
 //! `inplace bench paper`: the experiments of the Semantic-NeRF paper.
 
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-use inplace_core::eval::paper::{EXPERIMENTS, PaperPoint, paper_experiments, table};
+use inplace_core::eval::paper::{PaperOptions, PaperPoint, PixelClassifier, paper_experiments, table};
 use inplace_core::field::Preset;
 use inplace_core::scene::{Scene, SceneSource};
 
@@ -21,21 +22,53 @@ pub fn run(arguments: &PaperArguments) -> Result<(), Failure> {
     std::fs::create_dir_all(out).map_err(|error| format!("{}: cannot be made: {error}", out.display()))?;
     let threads = training.threads.map_or(cores(), usize::from);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
+    let open = |argument: &Path| -> Result<Arc<Scene>, Failure> {
+        let source = SceneSource::from_argument(argument);
+        Ok(Arc::new(Scene::open(
+            &source,
+            open_options(training),
+            &|_, _| {},
+        )?))
+    };
+    let taught_by: Result<Vec<Arc<Scene>>, Failure> =
+        arguments.train_on.iter().map(|argument| open(argument)).collect();
+    let taught_by = taught_by?;
     let mut points = Vec::new();
     for argument in &arguments.scenes {
-        let source = SceneSource::from_argument(argument);
-        let scene = Arc::new(Scene::open(&source, open_options(training), &|_, _| {})?);
+        let scene = open(argument)?;
+        if taught_by.iter().any(|other| other.source == scene.source) {
+            return Err(format!(
+                "{}: is in --train-on; predictions are for other scenes",
+                argument.display()
+            )
+            .into());
+        }
         for run in 0..arguments.seeds {
             let seed = training.seed.wrapping_add(run);
-            let seconds = Duration::from_secs_f64(arguments.seconds);
-            let measured = pool.install(|| {
+            let measured = pool.install(|| -> Result<Vec<PaperPoint>, Failure> {
                 let mut progress = Progress::new();
-                paper_experiments(&scene, training.preset, seconds, seed, &mut |what| {
+                let mut tell = |what: &str| {
                     progress.show(&format!(
                         "{argument}, seed {seed}: {what}",
                         argument = argument.display()
                     ));
-                })
+                };
+                let classifier = if taught_by.is_empty() {
+                    None
+                } else {
+                    tell("teaching the pixel classifier");
+                    let classifier = PixelClassifier::learn(&taught_by, seed)?;
+                    eprintln!("{}", describe(&classifier, &scene)?);
+                    Some(Arc::new(classifier))
+                };
+                let options = PaperOptions {
+                    preset: training.preset,
+                    training: Duration::from_secs_f64(arguments.seconds),
+                    seed,
+                    experiments: arguments.experiments.clone(),
+                    classifier,
+                };
+                Ok(paper_experiments(&scene, &options, &mut tell)?)
             });
             points.extend(measured?);
         }
@@ -49,28 +82,41 @@ pub fn run(arguments: &PaperArguments) -> Result<(), Failure> {
     Ok(())
 }
 
+/// What the predictions are, in a sentence.
+fn describe(classifier: &PixelClassifier, scene: &Scene) -> Result<String, Failure> {
+    let known = classifier.known(scene)?;
+    let names: Vec<&str> = known.iter().map(|(_, name, _)| name.as_str()).collect();
+    Ok(format!(
+        "{}: predictions of a pixel classifier taught on {}; measured on the {} classes of both: {}; pixels of \
+         other classes are wrong votes",
+        scene.name(),
+        classifier.scenes.join(", "),
+        names.len(),
+        names.join(", ")
+    ))
+}
+
 /// A row for each scene and experiment: means over the seeds.
 fn print(points: &[PaperPoint]) {
     println!("scene            experiment       depth   input    mIoU  average   total  seconds   paper");
-    for ((scene, depth), own) in super::engine::grouped(points, |point| (point.scene.clone(), point.depth)) {
-        for experiment in EXPERIMENTS {
-            let runs = || own.iter().filter(|point| point.experiment == experiment.name);
-            let mean = |value: &dyn Fn(&PaperPoint) -> f64| {
-                runs().map(|point| value(point)).sum::<f64>() / runs().count().max(1) as f64
-            };
-            println!(
-                "{scene:16} {:16} {:5} {:>7.3} {:>7.3} {:>8.3} {:>7.3} {:>8.1}   {}",
-                experiment.name,
-                if depth { "yes" } else { "no" },
-                mean(&|point| point.input_miou),
-                mean(&|point| point.scores.miou),
-                mean(&|point| point.scores.average_accuracy),
-                mean(&|point| point.scores.total_accuracy),
-                mean(&|point| point.wall_s),
-                experiment
-                    .paper_miou
-                    .map_or("-".to_owned(), |miou| format!("{miou:.3}")),
-            );
-        }
+    let by_experiment = super::engine::grouped(points, |point| {
+        (point.scene.clone(), point.depth, point.experiment)
+    });
+    for ((scene, depth, experiment), runs) in by_experiment {
+        let mean = |value: &dyn Fn(&PaperPoint) -> f64| {
+            runs.iter().map(|point| value(point)).sum::<f64>() / runs.len().max(1) as f64
+        };
+        println!(
+            "{scene:16} {experiment:16} {:5} {:>7.3} {:>7.3} {:>8.3} {:>7.3} {:>8.1}   {}",
+            if depth { "yes" } else { "no" },
+            mean(&|point| point.input_miou),
+            mean(&|point| point.scores.miou),
+            mean(&|point| point.scores.average_accuracy),
+            mean(&|point| point.scores.total_accuracy),
+            mean(&|point| point.wall_s),
+            runs[0]
+                .paper_miou
+                .map_or("-".to_owned(), |miou| format!("{miou:.3}")),
+        );
     }
 }

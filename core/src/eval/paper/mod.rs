@@ -1,6 +1,7 @@
 //! The experiments of the Semantic-NeRF paper: imperfect label images of the training frames, made perfect
 //! by the surface that they share.
 
+mod fusion;
 mod recipe;
 mod region;
 
@@ -11,6 +12,7 @@ use rand::{SeedableRng, rngs::SmallRng};
 use rayon::prelude::*;
 use serde::Serialize;
 
+pub use fusion::PixelClassifier;
 pub use recipe::{clicks, coarse, evenly, grid, grown, pixel_noise};
 pub use region::{Flipped, Objects};
 
@@ -18,9 +20,9 @@ use super::learnt::trained_surface;
 use super::scene_truth::in_image;
 use super::{EvalError, SceneTruth, Scores, Table};
 use crate::field::Preset;
-use crate::labels::{ClassId, ImportedLabels, ImportedMap, Trust};
+use crate::labels::{self, ClassId, ImportedLabels, ImportedMap, Trust};
 use crate::scene::Scene;
-use crate::semantics::NodeLabels;
+use crate::semantics::{NodeLabels, Surface};
 
 /// How the training frames' label images are spoilt.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -79,8 +81,8 @@ const fn of(
     }
 }
 
-/// The experiments of Figure 4 and Tables 1 to 3. Table 4, the fusion of a network's predictions, needs the
-/// predictions of a network and is not here. The two frames are evenly spaced, the paper's chosen by hand.
+/// The experiments of Figure 4 and Tables 1 to 3; Table 4 is [`FUSION`]. The two frames are evenly spaced, the
+/// paper's chosen by hand.
 pub const EXPERIMENTS: [PaperExperiment; 20] = [
     of("frames-100%", Recipe::ShareOfFrames(1.0), Evaluated::Test, None),
     of("frames-50%", Recipe::ShareOfFrames(0.5), Evaluated::Test, None),
@@ -144,6 +146,9 @@ pub const EXPERIMENTS: [PaperExperiment; 20] = [
     of("grown-10%", Recipe::Grown(0.1), Evaluated::Test, Some(0.884)),
 ];
 
+/// The name of the experiment of Table 4, which needs a [`PixelClassifier`].
+pub const FUSION: &str = "fusion";
+
 /// The result of one run of an experiment.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PaperPoint {
@@ -166,16 +171,61 @@ pub struct PaperPoint {
     pub paper_miou: Option<f64>,
 }
 
-/// Runs all experiments with one seed. Where the frames' depth has holes or there is none, a field is trained
-/// for so long, and its depth makes the surface. It takes the threads that it is run in.
+/// What is run and how.
+#[derive(Clone, Debug)]
+pub struct PaperOptions {
+    /// How much the field may model.
+    pub preset: Preset,
+    /// Where the frames' depth has holes or there is none, a field is trained for so long, and its depth makes the
+    /// surface.
+    pub training: Duration,
+    /// Seed of the recipes and of the field.
+    pub seed: u64,
+    /// Names of the experiments; all of them where there is none here.
+    pub experiments: Vec<String>,
+    /// Makes the predictions for [`FUSION`], which is left out without one.
+    pub classifier: Option<Arc<PixelClassifier>>,
+}
+
+/// What the experiments of a scene share.
+struct Found<'a> {
+    scene: &'a Scene,
+    truth: &'a SceneTruth,
+    surface: &'a Surface,
+    /// Wall seconds that the surface took.
+    surface_s: f64,
+    seed: u64,
+}
+
+impl Found<'_> {
+    fn point(
+        &self,
+        experiment: &'static str,
+        scores: Scores,
+        input_miou: f64,
+        wall_s: f64,
+        paper_miou: Option<f64>,
+    ) -> PaperPoint {
+        PaperPoint {
+            scene: self.scene.name(),
+            experiment,
+            depth: self.scene.has_depth(),
+            seed: self.seed,
+            scores,
+            input_miou,
+            wall_s,
+            paper_miou,
+        }
+    }
+}
+
+/// Runs experiments with one seed. It takes the threads that it is run in.
 ///
 /// # Errors
 /// A scene without ground truth or without a surface.
 pub fn paper_experiments(
     scene: &Arc<Scene>,
-    preset: Preset,
-    training: Duration,
-    seed: u64,
+    options: &PaperOptions,
     progress: &mut dyn FnMut(&str),
 ) -> Result<Vec<PaperPoint>, EvalError> {
     let truth = SceneTruth::read(scene)?;
@@ -187,21 +237,32 @@ pub fn paper_experiments(
         .collect();
     let start = Instant::now();
     progress("finding the surface");
-    let surface = trained_surface(scene, preset, training, seed)?;
-    let surface_s = start.elapsed().as_secs_f64();
+    let seed = options.seed;
+    let surface = trained_surface(scene, options.preset, options.training, seed)?;
+    let found = Found {
+        scene,
+        truth: &truth,
+        surface: &surface,
+        surface_s: start.elapsed().as_secs_f64(),
+        seed,
+    };
+    let wanted = |name: &str| options.experiments.is_empty() || options.experiments.iter().any(|e| e == name);
     let all = ImportedLabels {
         maps: clean.clone(),
         trust: Trust::Trusted,
     };
     let objects = Objects::find(&surface, &classes, &all);
     let mut points = Vec::new();
-    for experiment in EXPERIMENTS {
+    for experiment in EXPERIMENTS
+        .into_iter()
+        .filter(|experiment| wanted(experiment.name))
+    {
         progress(experiment.name);
         let labels = spoilt(&clean, scene, &classes, &objects, experiment.recipe, seed);
         let input = |frame: usize| {
             let own = labels.maps.iter().find(|map| map.frame == frame);
             let size = scene.frames[frame].camera.pixels();
-            own.map_or_else(|| vec![0; size], |map| map.labels.clone())
+            own.map_or_else(|| vec![0; size], ImportedMap::labels)
         };
         let in_image = |frame, labels| in_image(scene, frame, labels);
         let input_miou = truth
@@ -209,21 +270,16 @@ pub fn paper_experiments(
             .miou;
         let start = Instant::now();
         let spread = NodeLabels::spread(&surface, &classes, &labels);
-        let wall_s = surface_s + start.elapsed().as_secs_f64();
+        let wall_s = found.surface_s + start.elapsed().as_secs_f64();
         let frames = match experiment.evaluated {
             Evaluated::Train => &truth.train,
             Evaluated::Test => &truth.test,
         };
-        points.push(PaperPoint {
-            scene: scene.name(),
-            experiment: experiment.name,
-            depth: scene.has_depth(),
-            seed,
-            scores: truth.scores(frames, |frame| in_image(frame, spread.of_frame(&surface, frame)))?,
-            input_miou,
-            wall_s,
-            paper_miou: experiment.paper_miou,
-        });
+        let scores = truth.scores(frames, |frame| in_image(frame, spread.of_frame(&surface, frame)))?;
+        points.push(found.point(experiment.name, scores, input_miou, wall_s, experiment.paper_miou));
+    }
+    if let Some(classifier) = options.classifier.as_ref().filter(|_| wanted(FUSION)) {
+        points.extend(fusion::run(&found, classifier, progress)?);
     }
     Ok(points)
 }
@@ -241,10 +297,7 @@ fn spoilt(
     let each = |change: &(dyn Fn(&ImportedMap, &mut SmallRng) -> Vec<ClassId> + Sync)| -> Vec<ImportedMap> {
         let spoil = |map: &ImportedMap| {
             let mut rng = SmallRng::seed_from_u64(seed ^ ((map.frame as u64 + 1) << 32));
-            ImportedMap {
-                frame: map.frame,
-                labels: change(map, &mut rng),
-            }
+            ImportedMap::new(map.frame, &change(map, &mut rng))
         };
         clean.par_iter().map(spoil).collect()
     };
@@ -262,7 +315,7 @@ fn spoilt(
         Recipe::Frames(count) => (kept(count), Trust::Trusted),
         Recipe::PixelNoise(share) => {
             let maps = each(&|map, rng| {
-                let mut labels = map.labels.clone();
+                let mut labels = map.labels();
                 pixel_noise(&mut labels, classes, share, rng);
                 labels
             });
@@ -274,16 +327,16 @@ fn spoilt(
             (maps, Trust::Votes)
         }
         Recipe::Coarse(factor) => {
-            let maps = each(&|map, _| coarse(&map.labels, width(map.frame), factor));
+            let maps = each(&|map, _| coarse(&map.labels(), width(map.frame), factor));
             (maps, Trust::Votes)
         }
         Recipe::Grid(factor) => {
-            let maps = each(&|map, _| grid(&map.labels, width(map.frame), factor));
+            let maps = each(&|map, _| grid(&map.labels(), width(map.frame), factor));
             (maps, Trust::Trusted)
         }
-        Recipe::Clicks => (each(&|map, rng| clicks(&map.labels, rng)), Trust::Trusted),
+        Recipe::Clicks => (each(&|map, rng| clicks(&map.labels(), rng)), Trust::Trusted),
         Recipe::Grown(share) => {
-            let maps = each(&|map, rng| grown(&map.labels, width(map.frame), share, rng));
+            let maps = each(&|map, rng| grown(&map.labels(), width(map.frame), share, rng));
             (maps, Trust::Trusted)
         }
     };
@@ -292,15 +345,8 @@ fn spoilt(
 
 /// A label image of the truth in the pixels of the frame.
 fn in_frame(scene: &Scene, truth: &SceneTruth, number: usize) -> ImportedMap {
-    let (frame, image) = (&scene.frames[number], &truth.images[&number]);
-    let label = |index: u32| {
-        let place = frame.to_image([index % frame.camera.width, index / frame.camera.width]);
-        place.map_or(0, |[x, y]| image.labels[(y * image.width + x) as usize])
-    };
-    ImportedMap {
-        frame: number,
-        labels: (0..frame.camera.pixels() as u32).map(label).collect(),
-    }
+    let image = &truth.images[&number];
+    ImportedMap::new(number, &labels::in_frame(&scene.frames[number], &image.labels))
 }
 
 /// The points as a table, `paper.csv`.

@@ -64,7 +64,8 @@ impl Objects {
         let mut pixels: Vec<Vec<(usize, Vec<usize>)>> = vec![Vec::new(); class_of.len()];
         let mut labelled = 0;
         for (image, map) in truth.maps.iter().enumerate() {
-            labelled += map.labels.iter().filter(|&&label| label != VOID).count();
+            let labels = map.labels();
+            labelled += labels.iter().filter(|&&label| label != VOID).count();
             for (node, run) in surface.pixels[map.frame].runs() {
                 let Some(&part) = part_of.get(node as usize).filter(|_| node != NO_NODE) else {
                     continue;
@@ -72,7 +73,7 @@ impl Objects {
                 let Some(images) = pixels.get_mut(part) else {
                     continue;
                 };
-                let own = run.filter(|&pixel| map.labels[pixel] == class_of[part]);
+                let own = run.filter(|&pixel| labels[pixel] == class_of[part]);
                 match images.last_mut() {
                     Some((last, pixels)) if *last == image => pixels.extend(own),
                     _ => images.push((image, own.collect())),
@@ -113,6 +114,7 @@ impl Objects {
         seed: u64,
     ) {
         let mut rng = SmallRng::seed_from_u64(seed);
+        let mut labels: Vec<Vec<ClassId>> = maps.iter().map(ImportedMap::labels).collect();
         for images in &self.pixels {
             let mut order: Vec<&(usize, Vec<usize>)> = images.iter().collect();
             order.sort_by_key(|(image, pixels)| (pixels.len(), *image));
@@ -125,9 +127,12 @@ impl Objects {
                 let (image, pixels) = order[place];
                 let class = classes.choose(&mut rng).copied().unwrap_or(VOID);
                 for &pixel in pixels {
-                    maps[*image].labels[pixel] = class;
+                    labels[*image][pixel] = class;
                 }
             }
+        }
+        for (map, labels) in maps.iter_mut().zip(labels) {
+            *map = ImportedMap::new(map.frame, &labels);
         }
     }
 }
@@ -152,10 +157,8 @@ mod tests {
                     let picture = (0.4..0.8).contains(&x) || (-1.1..-0.3).contains(&x);
                     1 + ClassId::from(picture && y.abs() < 0.4)
                 };
-                ImportedMap {
-                    frame,
-                    labels: (0..64 * 48).map(class).collect(),
-                }
+                let labels: Vec<ClassId> = (0..64 * 48).map(class).collect();
+                ImportedMap::new(frame, &labels)
             })
             .collect();
         let trust = Trust::Trusted;
@@ -177,11 +180,12 @@ mod tests {
         for flipped in [Flipped::Smallest, Flipped::Even] {
             let mut maps = truth.maps.clone();
             objects.flip(&mut maps, &[7], flipped, 0.5, 3);
+            let flipped_to: Vec<Vec<ClassId>> = maps.iter().map(ImportedMap::labels).collect();
             for images in &objects.pixels {
                 let is_flipped = |image: usize, pixels: &[usize]| {
                     let count = pixels
                         .iter()
-                        .filter(|&&pixel| maps[image].labels[pixel] == 7)
+                        .filter(|&&pixel| flipped_to[image][pixel] == 7)
                         .count();
                     assert!(count == 0 || count == pixels.len());
                     count > 0
@@ -199,11 +203,12 @@ mod tests {
                     assert!(sizes(true).iter().max() <= sizes(false).iter().min());
                 }
             }
-            let elsewhere = |pixel: usize| truth.maps[0].labels[pixel] == 1;
+            let original = truth.maps[0].labels();
+            let elsewhere = |pixel: usize| original[pixel] == 1;
             assert!(
                 (0..64 * 48)
                     .filter(|&pixel| elsewhere(pixel))
-                    .all(|pixel| maps[0].labels[pixel] == 1)
+                    .all(|pixel| flipped_to[0][pixel] == 1)
             );
         }
     }

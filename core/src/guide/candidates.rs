@@ -1,0 +1,112 @@
+//! Places that may be worth a label.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use rayon::prelude::*;
+
+use super::places::Places;
+use crate::labels::ClassId;
+use crate::semantics::{CERTAIN, NO_NODE, Posterior, Surface, SurfaceGraph};
+
+/// Most candidates, the nodes that they are looked for among, and how far they keep from each other, in metres.
+const MOST: usize = 250;
+const PROMISING: usize = 40_000;
+const APART: f32 = 0.2;
+/// Share of a place's neighbours that must be at least this unclear, relative to it: fewer make a ridge
+/// along a border.
+const INNER: f32 = 0.7;
+const RIDGE_LEVEL: f32 = 0.6;
+/// A pixel counts with this power of the number of all pixels over those of its class: with 0 pixels count
+/// alike, with 1 classes.
+const CLASS_POWER: f32 = 0.25;
+
+/// The chance that the most likely class of each node is wrong, averaged twice over neighbours, so that thin
+/// ridges vanish.
+pub(super) fn unclearness(graph: &SurfaceGraph, posterior: &Posterior) -> Vec<f32> {
+    let mut unclear: Vec<f32> = posterior
+        .confidence
+        .iter()
+        .map(|&confidence| 1.0 - f32::from(confidence) / f32::from(CERTAIN))
+        .collect();
+    for _ in 0..2 {
+        unclear = (0..graph.len() as u32)
+            .into_par_iter()
+            .map(|node| {
+                let own = (unclear[node as usize], 1.0);
+                let (sum, count) = graph.edges(node).fold(own, |(sum, count), (other, _)| {
+                    (sum + unclear[other as usize], count + 1.0)
+                });
+                sum / count
+            })
+            .collect();
+    }
+    unclear
+}
+
+/// How much a pixel of each class counts.
+pub(super) fn class_weights(graph: &SurfaceGraph, posterior: &Posterior) -> BTreeMap<ClassId, f32> {
+    let mut pixels: BTreeMap<ClassId, f32> = BTreeMap::new();
+    for (node, label) in graph.nodes().iter().zip(&posterior.labels) {
+        *pixels.entry(*label).or_default() += node.pixels;
+    }
+    let all: f32 = pixels.values().sum();
+    // What a class has little of may be a mistake altogether: it counts at most as a thousandth does.
+    let weight = |own: f32| (all / own.max(1e-3 * all).max(f32::MIN_POSITIVE)).powf(CLASS_POWER);
+    pixels.into_iter().map(|(class, own)| (class, weight(own))).collect()
+}
+
+/// Whether each node is seen in any of the frames that places may be shown in.
+pub(super) fn visible(surface: &Surface, only: Option<&BTreeSet<usize>>) -> Vec<bool> {
+    let Some(only) = only else {
+        return vec![true; surface.graph.len()];
+    };
+    let mut visible = vec![false; surface.graph.len()];
+    for pixels in only.iter().filter_map(|&frame| surface.pixels.get(frame)) {
+        for (node, _) in pixels.runs().filter(|&(node, _)| node != NO_NODE) {
+            visible[node as usize] = true;
+        }
+    }
+    visible
+}
+
+/// The most promising places that lie apart and on no ridge, best first; those without promise are left out.
+pub(super) fn candidates(
+    graph: &SurfaceGraph,
+    unclear: &[f32],
+    promise: impl Fn(u32) -> f32 + Sync,
+) -> Vec<u32> {
+    let mut order: Vec<(f32, u32)> = (0..graph.len() as u32)
+        .into_par_iter()
+        .map(|node| (promise(node), node))
+        .filter(|&(promise, _)| promise > 0.0)
+        .collect();
+    let better = |a: &(f32, u32), b: &(f32, u32)| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1));
+    if order.len() > PROMISING {
+        order.select_nth_unstable_by(PROMISING, better);
+        order.truncate(PROMISING);
+    }
+    order.par_sort_unstable_by(better);
+    let mut taken = Places::new(APART);
+    let mut candidates = Vec::with_capacity(MOST);
+    for (_, node) in order {
+        let position = graph.nodes()[node as usize].position;
+        if taken.distance(position) < APART || is_ridge(graph, unclear, node) {
+            continue;
+        }
+        taken.add(position);
+        candidates.push(node);
+        if candidates.len() == MOST {
+            break;
+        }
+    }
+    candidates
+}
+
+/// Whether too few of a node's neighbours are about as unclear as it.
+fn is_ridge(graph: &SurfaceGraph, unclear: &[f32], node: u32) -> bool {
+    let level = RIDGE_LEVEL * unclear[node as usize];
+    let (inner, all) = graph.edges(node).fold((0, 0), |(inner, all), (other, _)| {
+        (inner + usize::from(unclear[other as usize] >= level), all + 1)
+    });
+    (inner as f32) < INNER * all as f32
+}

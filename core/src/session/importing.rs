@@ -1,0 +1,42 @@
+//! Spreading imported label images beside the worker: votes take seconds, and a click must not wait for them.
+
+use std::sync::Arc;
+
+use crossbeam_channel::{Receiver, TryRecvError};
+
+use super::survey::in_background;
+use crate::labels::LabelSet;
+use crate::semantics::{Surface, SurfaceImport};
+
+/// What imported images say of a surface, being found out.
+pub(super) struct Importing {
+    /// The surface.
+    pub(super) surface: Arc<Surface>,
+    receiver: Receiver<Option<SurfaceImport>>,
+}
+
+impl Importing {
+    /// Starts to spread the imported images of a label set over a surface.
+    pub(super) fn start(surface: &Arc<Surface>, labels: &LabelSet, threads: usize) -> Self {
+        let (on, labels) = (Arc::clone(surface), labels.clone());
+        let spread = move || SurfaceImport::new(&on, &labels);
+        Self {
+            surface: Arc::clone(surface),
+            receiver: in_background("inplace-import", threads, spread),
+        }
+    }
+
+    /// The answer, once it is there; `Some(None)` where the labels have no imported images.
+    ///
+    /// # Errors
+    /// The thread died.
+    pub(super) fn ready(&self) -> Result<Option<Option<SurfaceImport>>, &'static str> {
+        match self.receiver.try_recv() {
+            Ok(import) => Ok(Some(import)),
+            Err(TryRecvError::Empty) => Ok(None),
+            Err(TryRecvError::Disconnected) => {
+                Err("the imported labels could not be spread; open the scene again and remove them")
+            }
+        }
+    }
+}
