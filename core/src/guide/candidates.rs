@@ -16,6 +16,8 @@ const APART: f32 = 0.2;
 /// along a border.
 const INNER: f32 = 0.7;
 const RIDGE_LEVEL: f32 = 0.6;
+/// No class is surer than this, so that there is a next place when all seems clear.
+const LEAST_DOUBT: f32 = 1e-4;
 /// A pixel counts with this power of the number of all pixels over those of its class: with 0 pixels count
 /// alike, with 1 classes.
 const CLASS_POWER: f32 = 0.25;
@@ -26,7 +28,7 @@ pub(super) fn unclearness(graph: &SurfaceGraph, posterior: &Posterior) -> Vec<f3
     let mut unclear: Vec<f32> = posterior
         .confidence
         .iter()
-        .map(|&confidence| 1.0 - f32::from(confidence) / f32::from(CERTAIN))
+        .map(|&confidence| (1.0 - f32::from(confidence) / f32::from(CERTAIN)).max(LEAST_DOUBT))
         .collect();
     for _ in 0..2 {
         unclear = (0..graph.len() as u32)
@@ -52,7 +54,10 @@ pub(super) fn class_weights(graph: &SurfaceGraph, posterior: &Posterior) -> BTre
     let all: f32 = pixels.values().sum();
     // What a class has little of may be a mistake altogether: it counts at most as a thousandth does.
     let weight = |own: f32| (all / own.max(1e-3 * all).max(f32::MIN_POSITIVE)).powf(CLASS_POWER);
-    pixels.into_iter().map(|(class, own)| (class, weight(own))).collect()
+    pixels
+        .into_iter()
+        .map(|(class, own)| (class, weight(own)))
+        .collect()
 }
 
 /// Whether each node is seen in any of the frames that places may be shown in.

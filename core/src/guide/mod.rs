@@ -1,14 +1,21 @@
 //! What to label next: the places of the whole scene whose label would settle most.
 
+mod candidates;
+mod effect;
 mod outline;
+mod places;
 
 use std::collections::BTreeSet;
 
-use glam::Vec3;
+use rayon::prelude::*;
+
+use candidates::{candidates, class_weights, unclearness, visible};
+use effect::{Effect, Reach};
+use places::Places;
 
 use crate::labels::{ClassId, Pixel, VOID};
 use crate::scene::Scene;
-use crate::semantics::{ENTROPY_STEPS_PER_NAT, NO_NODE, Posterior, Surface, SurfaceGraph};
+use crate::semantics::{ENTROPY_STEPS_PER_NAT, NO_NODE, Posterior, Surface};
 
 /// A place whose label would settle much.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,21 +38,22 @@ pub struct Suggestion {
 
 /// Most suggestions at a time.
 const MOST: usize = 8;
-/// A label settles little nearer than this to another, in metres.
-const NEAR_A_LABEL: f32 = 0.1;
 /// Suggestions keep this far from each other, in metres.
 const APART: f32 = 0.4;
-/// A region is what is at least this unclear, relative to its centre, and in reach along the surface.
-const REGION_LEVEL: f32 = 0.6;
-const REGION_NODES: usize = 4000;
-/// Share of a place's neighbours that must belong to its region: fewer make a ridge along a border.
-const INNER: f32 = 0.7;
+/// A label settles little nearer than this to another, in metres.
+const NEAR_A_LABEL: f32 = 0.1;
+/// Nodes that are visited to find out what labels would change, before it is enough.
+const MOST_VISITS: usize = 1_000_000;
+/// Candidates whose effects are found out together.
+const BLOCK: usize = 32;
 
 /// Ranks the places to label next, best first; `said` are the nodes that strokes lie on.
 ///
-/// The worth of a node is u sqrt(a) min(r / 0.1 m, 1)^2: u = (d1 / d2) sqrt(d1) grows with the distance
-/// to the nearest class and with how alike the two nearest are, averaged twice over neighbours; a is
-/// the number of pixels that show the node, r the distance to the nearest label.
+/// The worth of a node x is u min(r / 0.1 m, 1)^2 sqrt(e): u is the chance that its most likely class is
+/// wrong, averaged twice over neighbours, r the distance in space to the nearest label, and e the effect of
+/// a label there: the sum of a k (1 - d / d1) over the nodes that are nearer to x than to every label, d
+/// being the distance to x, d1 that to the nearest label, both along the graph, a the number of pixels that
+/// show the node, and k the weight of its class, which is larger the fewer pixels the class has.
 ///
 /// With `only`, the places are shown in these frames, and those that none of them shows are left out.
 pub fn suggest(
@@ -57,109 +65,86 @@ pub fn suggest(
 ) -> Vec<Suggestion> {
     let graph = &surface.graph;
     let unclear = unclearness(graph, posterior);
-    let labels = LabelPlaces::new(graph, said);
-    let mut worth: Vec<f32> = graph
-        .nodes()
-        .iter()
-        .zip(&unclear)
-        .map(|(node, u)| {
-            let near = (labels.distance(node.position) / NEAR_A_LABEL).min(1.0);
-            u * node.pixels.sqrt() * near * near
-        })
-        .collect();
+    let weights = class_weights(graph, posterior);
+    let value = |node: u32| {
+        let (pixels, label) = (
+            graph.nodes()[node as usize].pixels,
+            posterior.labels[node as usize],
+        );
+        pixels * weights.get(&label).copied().unwrap_or(1.0)
+    };
+    let to_label = |node: u32| posterior.distances[node as usize][0];
+    let mut labels = Places::new(NEAR_A_LABEL);
     for &node in said {
-        worth[node as usize] = 0.0;
+        labels.add(graph.nodes()[node as usize].position);
     }
+    let away = |node: u32| {
+        let distance = labels.distance(graph.nodes()[node as usize].position);
+        (distance / NEAR_A_LABEL).powi(2)
+    };
+    let mut open = visible(surface, only);
+    for &node in said {
+        open[node as usize] = false;
+    }
+    let promise = |node: u32| match open[node as usize] {
+        true => unclear[node as usize] * value(node).sqrt() * away(node),
+        false => 0.0,
+    };
 
-    let mut order: Vec<u32> = (0..graph.len() as u32)
-        .filter(|&node| worth[node as usize] > 0.0)
-        .collect();
-    order.sort_by(|&a, &b| worth[b as usize].total_cmp(&worth[a as usize]).then(a.cmp(&b)));
+    let mut ranked: Vec<(f32, Effect)> = Vec::new();
+    let mut visits = 0;
+    // In blocks, so that what is looked at does not depend on the number of threads.
+    for block in candidates(graph, &unclear, promise).chunks(BLOCK) {
+        let effects: Vec<Effect> = block
+            .par_iter()
+            .map_init(
+                || Reach::new(graph),
+                |reach, &node| reach.effect(node, to_label, value),
+            )
+            .collect();
+        visits += effects.iter().map(|effect| effect.visits).sum::<usize>();
+        ranked.extend(effects.into_iter().map(|effect| {
+            let worth = unclear[effect.node as usize] * away(effect.node) * effect.size.sqrt();
+            (worth, effect)
+        }));
+        if visits > MOST_VISITS {
+            break;
+        }
+    }
+    ranked.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.node.cmp(&b.1.node)));
+
+    let position = |node: u32| graph.nodes()[node as usize].position;
     let mut region_of = vec![NO_REGION; graph.len()];
-    let mut picks: Vec<u32> = Vec::new();
-    for node in order {
-        let position = graph.nodes()[node as usize].position;
-        let close = picks
-            .iter()
-            .any(|&pick| graph.nodes()[pick as usize].position.distance(position) < APART);
-        if close || region_of[node as usize] != NO_REGION {
+    let mut picks: Vec<(f32, u32)> = Vec::new();
+    for (worth, effect) in ranked {
+        let close = |&(_, pick): &(f32, u32)| position(pick).distance(position(effect.node)) < APART;
+        if region_of[effect.node as usize] != NO_REGION || picks.iter().any(close) {
             continue;
         }
-        let level = REGION_LEVEL * unclear[node as usize];
-        let neighbours = graph.edges(node).count().max(1);
-        let inner = graph
-            .edges(node)
-            .filter(|(other, _)| unclear[*other as usize] >= level)
-            .count();
-        if (inner as f32) < INNER * neighbours as f32 {
-            continue;
+        for &node in &effect.settled {
+            let region = &mut region_of[node as usize];
+            if *region == NO_REGION {
+                *region = picks.len() as u8;
+            }
         }
-        grow(graph, &unclear, node, level, picks.len() as u8, &mut region_of);
-        picks.push(node);
+        picks.push((worth, effect.node));
         if picks.len() == MOST {
             break;
         }
     }
-    describe((scene, only), surface, posterior, &picks, &region_of, &worth)
+    describe((scene, only), surface, posterior, &picks, &region_of)
 }
 
 /// Not in any region.
 const NO_REGION: u8 = u8::MAX;
-
-/// u of every node, averaged twice over neighbours, so that thin ridges vanish.
-fn unclearness(graph: &SurfaceGraph, posterior: &Posterior) -> Vec<f32> {
-    let mut unclear: Vec<f32> = posterior
-        .distances
-        .iter()
-        .map(
-            |&[nearest, second]| match (nearest.is_finite(), second.is_finite()) {
-                // Without labels every place is as unclear as any other.
-                (false, _) => 1.0,
-                (true, false) => nearest.sqrt(),
-                (true, true) => nearest / second.max(1e-6) * nearest.sqrt(),
-            },
-        )
-        .collect();
-    for _ in 0..2 {
-        unclear = (0..graph.len() as u32)
-            .map(|node| {
-                let (sum, count) = graph
-                    .edges(node)
-                    .fold((unclear[node as usize], 1.0), |(sum, count), (other, _)| {
-                        (sum + unclear[other as usize], count + 1.0)
-                    });
-                sum / count
-            })
-            .collect();
-    }
-    unclear
-}
-
-/// Marks the connected nodes around `centre` that are at least `level` unclear.
-fn grow(graph: &SurfaceGraph, unclear: &[f32], centre: u32, level: f32, region: u8, region_of: &mut [u8]) {
-    let mut open = std::collections::VecDeque::from([centre]);
-    region_of[centre as usize] = region;
-    let mut count = 1;
-    while let Some(node) = open.pop_front() {
-        for (other, _) in graph.edges(node) {
-            let free = region_of[other as usize] == NO_REGION;
-            if free && unclear[other as usize] >= level && count < REGION_NODES {
-                region_of[other as usize] = region;
-                count += 1;
-                open.push_back(other);
-            }
-        }
-    }
-}
 
 /// Finds for each pick the frame that shows most of its region, the pixel and the outline there.
 fn describe(
     (scene, only): (&Scene, Option<&BTreeSet<usize>>),
     surface: &Surface,
     posterior: &Posterior,
-    picks: &[u32],
+    picks: &[(f32, u32)],
     region_of: &[u8],
-    worth: &[f32],
 ) -> Vec<Suggestion> {
     let total: usize = surface.pixels.iter().map(|pixels| pixels.len()).sum();
     // Pixels of each region in each frame, and whether the pick itself is seen there.
@@ -170,15 +155,15 @@ fn describe(
             if region != NO_REGION {
                 let entry = &mut counts[region as usize];
                 entry.0 += run.len();
-                entry.1 |= picks[region as usize] == node;
+                entry.1 |= picks[region as usize].1 == node;
             }
         }
     }
-    let best = picks.first().map_or(1.0, |&pick| worth[pick as usize]);
+    let best = picks.first().map_or(1.0, |&(worth, _)| worth);
     picks
         .iter()
         .enumerate()
-        .filter_map(|(region, &pick)| {
+        .filter_map(|(region, &(worth, pick))| {
             let allowed = |frame: &usize| only.is_none_or(|only| only.contains(frame));
             let seen = (0..counts.len()).filter(|&frame| allowed(&frame) && counts[frame][region].1);
             let frame = seen.max_by_key(|&frame| (counts[frame][region].0, std::cmp::Reverse(frame)))?;
@@ -198,7 +183,7 @@ fn describe(
                 frame,
                 pixel,
                 outline: outline::trace(camera.width, camera.height, pixel, inside),
-                score: worth[pick as usize] / best.max(f32::MIN_POSITIVE),
+                score: worth / best.max(f32::MIN_POSITIVE),
                 entropy: f32::from(posterior.entropy[pick as usize]) / ENTROPY_STEPS_PER_NAT,
                 share: covered as f32 / total.max(1) as f32,
                 classes: classes.into_iter().filter(|&class| class != VOID).collect(),
@@ -219,37 +204,6 @@ fn middle_pixel(pixels: &[u32], node: u32, width: u32) -> Option<Pixel> {
     });
     let gap = |pixel: &Pixel| (pixel[0] as f32 - middle[0]).powi(2) + (pixel[1] as f32 - middle[1]).powi(2);
     own.into_iter().min_by(|a, b| gap(a).total_cmp(&gap(b)))
-}
-
-/// The positions of the labelled nodes in a hash of cells, for the distance to the nearest one nearby.
-struct LabelPlaces(rustc_hash::FxHashMap<glam::IVec3, Vec<Vec3>>);
-
-impl LabelPlaces {
-    fn new(graph: &SurfaceGraph, said: &[u32]) -> Self {
-        let mut cells: rustc_hash::FxHashMap<glam::IVec3, Vec<Vec3>> = rustc_hash::FxHashMap::default();
-        for &node in said {
-            let position = graph.nodes()[node as usize].position;
-            cells.entry(Self::cell(position)).or_default().push(position);
-        }
-        Self(cells)
-    }
-
-    fn cell(position: Vec3) -> glam::IVec3 {
-        (position / NEAR_A_LABEL).floor().as_ivec3()
-    }
-
-    /// Distance to the nearest label, in metres; at least [`NEAR_A_LABEL`] where none is near.
-    fn distance(&self, position: Vec3) -> f32 {
-        let cell = Self::cell(position);
-        let mut nearest = NEAR_A_LABEL;
-        for k in 0..27 {
-            let offset = glam::IVec3::new(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1);
-            for place in self.0.get(&(cell + offset)).into_iter().flatten() {
-                nearest = nearest.min(place.distance(position));
-            }
-        }
-        nearest
-    }
 }
 
 #[cfg(test)]

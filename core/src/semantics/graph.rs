@@ -4,16 +4,21 @@ use glam::{IVec3, Vec3};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-/// Most neighbours that a node chooses; the graph is symmetric, so a node can have more.
-const NEIGHBOURS: usize = 10;
+/// Most neighbours that a node chooses; the graph is symmetric, so a node can have more. With more of them,
+/// paths find their way around more borders.
+const NEIGHBOURS: usize = 5;
 /// Farthest neighbour, in voxels.
 const REACH: f32 = 2.5;
-/// Cost of a unit of squared colour difference (channels in 0..=1).
+/// Cost of a unit of squared colour difference (channels in 0..=1), and the share that counts of what is a
+/// difference in brightness alone, as shadows make it.
 const COLOR_COST: f32 = 4000.0;
-/// Cost of opposite normals, halved.
-const NORMAL_COST: f32 = 40.0;
+const BRIGHTNESS_SHARE: f32 = 0.3;
+/// Cost of opposite normals, halved: where the surface bends towards the viewer, as where a thing stands on
+/// another, and where it bends away, as around one thing.
+const CONCAVE_COST: f32 = 80.0;
+const CONVEX_COST: f32 = 10.0;
 /// Cost of a voxel's side of distance.
-const DISTANCE_COST: f32 = 0.02;
+const DISTANCE_COST: f32 = 0.005;
 
 /// What is known of one place of the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -116,14 +121,19 @@ impl SurfaceGraph {
 }
 
 fn edge_cost(a: &Node, b: &Node) -> f32 {
-    let color = COLOR_COST * (a.color - b.color).length_squared();
+    let difference = a.color - b.color;
+    // The part of the squared difference that is along grey.
+    let brightness = difference.element_sum().powi(2) / 3.0;
+    let color = difference.length_squared() - (1.0 - BRIGHTNESS_SHARE) * brightness;
     let bend = if a.normal == Vec3::ZERO || b.normal == Vec3::ZERO {
         0.0
     } else {
-        NORMAL_COST * (1.0 - a.normal.dot(b.normal)).max(0.0)
+        let is_convex = (a.position - b.position).dot(a.normal - b.normal) > 0.0;
+        let cost = if is_convex { CONVEX_COST } else { CONCAVE_COST };
+        cost * (1.0 - a.normal.dot(b.normal)).max(0.0)
     };
     let distance = a.position.distance(b.position) / a.voxel.max(b.voxel);
-    color + bend + DISTANCE_COST * distance
+    COLOR_COST * color.max(0.0) + bend + DISTANCE_COST * distance
 }
 
 /// Each node's nearest neighbours, as pairs with the smaller index first, without repetition.

@@ -24,6 +24,7 @@ pub use look::HeadLook;
 pub use map::{CERTAIN, ENTROPY_STEPS_PER_NAT, FrameMap};
 pub use node_map::NodeMap;
 pub use posterior::Posterior;
+pub(crate) use queue::DistanceQueue;
 pub use spread::Spread;
 pub use surface::{NO_NODE, Surface};
 

@@ -5,14 +5,14 @@
 /// times faster than a binary heap.
 ///
 /// The bits of floating-point numbers from zero on are ordered as the numbers are, so they serve as integer keys.
-pub(super) struct DistanceQueue {
+pub(crate) struct DistanceQueue {
     /// Bucket 0 holds the key popped last; bucket k those that differ from it in bit k - 1 and in none above.
     buckets: [Vec<(u32, u32)>; 33],
     last: u32,
 }
 
 impl DistanceQueue {
-    pub(super) fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self {
             buckets: [const { Vec::new() }; 33],
             last: 0,
@@ -20,14 +20,14 @@ impl DistanceQueue {
     }
 
     /// Adds a node; its distance is not negative and not below the one popped last.
-    pub(super) fn push(&mut self, distance: f32, node: u32) {
+    pub(crate) fn push(&mut self, distance: f32, node: u32) {
         let key = distance.to_bits();
         debug_assert!(key >= self.last, "{distance} is below what was popped");
         self.buckets[bucket(key, self.last)].push((key, node));
     }
 
     /// Takes a node of the smallest distance, if any.
-    pub(super) fn pop(&mut self) -> Option<(f32, u32)> {
+    pub(crate) fn pop(&mut self) -> Option<(f32, u32)> {
         if self.buckets[0].is_empty() {
             let first = self.buckets.iter().position(|entries| !entries.is_empty())?;
             let mut entries = std::mem::take(&mut self.buckets[first]);

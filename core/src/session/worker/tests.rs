@@ -23,7 +23,7 @@ fn a_surface_that_becomes_ready_during_a_pause_waits_for_its_end() {
     let end = Instant::now() + Duration::from_secs(60);
     let surface = |worker: &Worker<'_>| {
         let spread = worker.spread.as_ref();
-        spread.map(|spread| std::ptr::from_ref(spread.surface()))
+        spread.map(|spread| Arc::as_ptr(spread.surface()))
     };
     let mut worker = Worker::new(Arc::new(scene), &options, &outbox).unwrap();
     while worker.spread.is_none() {
