@@ -91,7 +91,12 @@ fn ray_of_samples(packing: &RayPacking) -> Vec<u32> {
 }
 
 /// Encodes the positions of some samples to `[n, levels * 2]` by trilinear interpolation of table rows.
-fn encode(grid: &GridShape, table: &Tensor, samples: &Samples, range: Range<usize>) -> Result<Tensor> {
+pub(super) fn encode(
+    grid: &GridShape,
+    table: &Tensor,
+    samples: &Samples,
+    range: Range<usize>,
+) -> Result<Tensor> {
     let levels = grid.levels().len();
     let cells = range.len() * levels;
     // Row and weight of every corner, [n, levels, 8]; each weight twice, once for each feature, since
