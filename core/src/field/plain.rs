@@ -78,7 +78,7 @@ pub fn evaluate(
 ///
 /// # Errors
 /// Another number of rows than of samples.
-pub fn sum_by_ray(packing: &RayPacking, values: &Tensor) -> Result<Tensor> {
+fn sum_by_ray(packing: &RayPacking, values: &Tensor) -> Result<Tensor> {
     let rays = Tensor::from_vec(ray_of_samples(packing), packing.samples(), values.device())?;
     let sums = Tensor::zeros((packing.rays(), values.dim(1)?), DType::F32, values.device())?;
     sums.index_add(&rays, values, 0)
