@@ -3,6 +3,7 @@
 pub mod chart;
 mod cost;
 mod engine;
+pub mod field;
 mod followed;
 mod learnt;
 mod metrics;

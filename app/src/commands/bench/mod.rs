@@ -2,6 +2,7 @@
 
 mod cost;
 pub(super) mod engine;
+mod field;
 mod figure;
 mod paper;
 
@@ -12,6 +13,7 @@ use crate::arguments::Bench;
 pub fn run(what: Bench) -> Result<(), Failure> {
     match what {
         Bench::Engine(arguments) => engine::run(&arguments),
+        Bench::Field(arguments) => field::run(&arguments),
         Bench::Paper(arguments) => paper::run(&arguments),
         Bench::CostOf {
             scene,

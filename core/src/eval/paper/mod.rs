@@ -291,7 +291,7 @@ fn spoilt(
 }
 
 /// A label image of the truth in the pixels of the frame.
-fn in_frame(scene: &Scene, truth: &SceneTruth, number: usize) -> ImportedMap {
+pub(super) fn in_frame(scene: &Scene, truth: &SceneTruth, number: usize) -> ImportedMap {
     let (frame, image) = (&scene.frames[number], &truth.images[&number]);
     let label = |index: u32| {
         let place = frame.to_image([index % frame.camera.width, index / frame.camera.width]);
