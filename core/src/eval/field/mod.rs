@@ -248,3 +248,65 @@ impl<'a> Measured<'a> {
         Ok(points)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::field::Preset;
+    use crate::labels::Class;
+    use crate::scene::testing::wall;
+    use crate::scene::{GroundTruth, OpenOptions, SceneSource, write_replica};
+
+    #[test]
+    fn every_answer_is_measured_at_every_time() {
+        let root = tempfile::tempdir().unwrap();
+        let folder = root.path().join("wall");
+        let scene = wall(6, 48, 36);
+        let truth = |frame: usize| {
+            let color = &scene.frames[frame].color;
+            let class = |pixel| 1 + ClassId::from(color.pixel(pixel)[0] > 128);
+            (0..48 * 36).map(class).collect()
+        };
+        let written = GroundTruth {
+            classes: &[Class::new(1, "dark"), Class::new(2, "bright")],
+            labels: &(0..6).map(truth).collect::<Vec<_>>(),
+            held_out: &[1, 3, 5],
+        };
+        write_replica(&scene, &folder, Some(&written)).unwrap();
+        let experiment = FieldExperiment {
+            session: SessionOptions {
+                source: SceneSource::Folder(folder),
+                open: OpenOptions::default(),
+                preset: Preset::Fast,
+                threads: 2,
+                seed: 4,
+                state: None,
+            },
+            geometry: Some(Duration::from_millis(500)),
+            clicks: 2,
+            noise: vec![0.4],
+            marks: vec![0.5, 1.0],
+            stride: 2,
+        };
+        let points = semantic_field(&experiment, &mut |_| {}).unwrap();
+        let of = |labels: &str, answer: &str| -> Vec<&FieldPoint> {
+            let is = |point: &&FieldPoint| point.labels == labels && point.answer == answer;
+            points.iter().filter(is).collect()
+        };
+        let (noise, clicks) = ("40% pixel noise", "2 clicks a class");
+        for (labels, answer) in [(noise, "majority"), (noise, "diffusion"), (clicks, "graph")] {
+            let [only] = of(labels, answer)[..] else {
+                panic!("{points:?}");
+            };
+            assert!(only.seconds.is_nan() && only.miou > 0.9, "{only:?}");
+        }
+        for answer in ["field", "field, known depth"] {
+            let taught = of(noise, answer);
+            let seconds: Vec<f64> = taught.iter().map(|point| point.seconds).collect();
+            assert_eq!(seconds, [0.5, 1.0]);
+        }
+        assert_eq!(of(clicks, "maps").len(), 2);
+        assert_eq!(table(&points).as_str().lines().count(), 1 + points.len());
+        assert!(table(&points).as_str().contains(",graph,4,,"));
+    }
+}
