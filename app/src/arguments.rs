@@ -91,6 +91,9 @@ pub enum Bench {
     /// How long a click waits for its maps while the field is being taught: for that of the frame in view and
     /// for those of all frames.
     Latency(LatencyArguments),
+    /// The labels that the semantic field renders, as seconds pass since the last click, and from noisy label
+    /// images, beside what the surface says.
+    Field(FieldArguments),
     /// What one capture costs, as JSON: a process of its own for each, so that its peak memory is its own.
     #[command(hide = true)]
     CostOf {
@@ -196,6 +199,40 @@ pub struct LatencyArguments {
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
     /// Print the results as JSON: an object for one scene, an array of them for several.
+    #[arg(long)]
+    pub json: bool,
+    #[command(flatten)]
+    pub training: TrainingArguments,
+}
+
+/// Measuring the semantic field.
+#[derive(Debug, Args)]
+pub struct FieldArguments {
+    /// Folders of captures with ground truth and split.json, or "demo".
+    #[arg(required = true)]
+    pub scenes: Vec<PathBuf>,
+    /// Random clicks a class, given all at once.
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u16).range(1..))]
+    pub clicks: u16,
+    /// Shares of the training frames' pixels that get a random class, in per cent.
+    #[arg(long, value_name = "PER CENT,...", value_delimiter = ',', default_value = "50,90", value_parser = per_cent)]
+    pub noise: Vec<f64>,
+    /// Seconds after the labels at which the answers are measured.
+    #[arg(long, value_name = "SECONDS,...", value_delimiter = ',', default_value = "0.5,1,2,5,10,30", value_parser = seconds)]
+    pub marks: Vec<f64>,
+    /// Every so many pixels along each axis are measured.
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u16).range(1..))]
+    pub stride: u16,
+    /// Most seconds of learning the geometry before there are labels [default: until it is learnt].
+    #[arg(long, value_name = "SECONDS", value_parser = seconds_or_none)]
+    pub geometry: Option<f64>,
+    /// Runs of each scene, with seeds that count up from --seed.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+    pub seeds: u64,
+    /// Where field.csv and field.svg go.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Print the results as JSON.
     #[arg(long)]
     pub json: bool,
     #[command(flatten)]
@@ -315,6 +352,13 @@ fn seconds_or_none(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(seconds) if (0.0..1e9).contains(&seconds) => Ok(seconds),
         _ => Err("give a number of seconds, zero or above".to_owned()),
+    }
+}
+
+fn per_cent(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(share) if (0.0..=100.0).contains(&share) => Ok(share),
+        _ => Err("give per cent, from 0 to 100".to_owned()),
     }
 }
 

@@ -7,7 +7,7 @@ use crossbeam_channel::RecvTimeoutError;
 
 use super::EvalError;
 use crate::scene::Scene;
-use crate::session::{Event, Session, SessionOptions, Status};
+use crate::session::{Command, Event, ModelState, Session, SessionOptions, Status};
 
 /// How long a session may say nothing.
 const PATIENCE: Duration = Duration::from_secs(600);
@@ -36,6 +36,30 @@ impl Followed {
             opened.is_some()
         })?;
         opened.ok_or_else(ended)
+    }
+
+    /// Learns the geometry, for so long at most; then its surface is final.
+    pub(super) fn learn(&mut self, limit: Option<Duration>) -> Result<(), EvalError> {
+        let deadline = limit.map(|limit| Instant::now() + limit);
+        let learnt = |event: &Event, status: &_| is_settled(event, status, 0);
+        if !self.follow_until(deadline, learnt)? {
+            self.session.send(Command::Settle);
+            self.follow(learnt)?;
+        }
+        Ok(())
+    }
+
+    /// The model as it is.
+    pub(super) fn saved(&mut self) -> Result<Arc<ModelState>, EvalError> {
+        self.session.send(Command::Save);
+        let mut state = None;
+        self.follow(|event, _| {
+            if let Event::State(saved) = event {
+                state = Some(Arc::clone(saved));
+            }
+            state.is_some()
+        })?;
+        state.ok_or_else(|| EvalError::Session("the model could not be saved".to_owned()))
     }
 
     /// Follows the events until one of them (with the newest status) is the one that is waited for.
@@ -73,6 +97,11 @@ impl Followed {
             }
         }
     }
+}
+
+/// Whether an event tells that the maps of these labels are final.
+pub(super) fn is_settled(event: &Event, status: &Status, generation: u64) -> bool {
+    matches!(event, Event::Status(_)) && status.is_final(generation)
 }
 
 fn ended() -> EvalError {

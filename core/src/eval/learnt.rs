@@ -48,13 +48,24 @@ pub(super) fn restored_surface(
     state: &ModelState,
     seed: u64,
 ) -> Result<Surface, EvalError> {
+    surface(scene, &restored(scene, preset, state, seed)?)
+}
+
+/// The field of a session with this model.
+pub(super) fn restored(
+    scene: &Arc<Scene>,
+    preset: Preset,
+    state: &ModelState,
+    seed: u64,
+) -> Result<Trainer, EvalError> {
     let mut trainer = Trainer::new(Arc::clone(scene), preset, seed)?;
     let tensors = candle_core::safetensors::load_buffer(&state.tensors, &candle_core::Device::Cpu)?;
     trainer.restore(&tensors, state.steps)?;
-    surface(scene, &trainer)
+    Ok(trainer)
 }
 
-fn surface(scene: &Arc<Scene>, trainer: &Trainer) -> Result<Surface, EvalError> {
+/// The surface that this field completes.
+pub(super) fn surface(scene: &Arc<Scene>, trainer: &Trainer) -> Result<Surface, EvalError> {
     let mut survey = Survey::new(scene, trainer, rayon::current_num_threads());
     survey.finish();
     while survey.is_rendering() {

@@ -4,6 +4,7 @@ mod calibration;
 pub mod chart;
 mod cost;
 mod engine;
+pub mod field;
 mod followed;
 mod latency;
 mod learnt;

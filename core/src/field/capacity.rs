@@ -91,6 +91,12 @@ impl Capacity {
         self.most_log2.saturating_sub(self.table_log2)
     }
 
+    /// The shape of the semantic field's own grid: down to five of the finest cells, two voxels of the
+    /// surface. Things are larger than their texture, and finer cells would learn the noise of labels.
+    pub fn semantic_grid(&self) -> GridShape {
+        GridShape::new(6, self.coarsest, (self.finest / 5).max(self.coarsest + 1), 15)
+    }
+
     /// The shape of the grid.
     pub fn grid(&self) -> GridShape {
         GridShape::new(self.levels, self.coarsest, self.finest, self.table_log2)

@@ -20,7 +20,6 @@ pub use encoding::{FEATURES_PER_LEVEL, GridLevel, GridShape};
 pub use model::RadianceField;
 pub use occupancy::OccupancyGrid;
 pub use path::{Path, best_device};
-pub use plain::sum_by_ray;
 pub use rays::{Ray, Samples, Sampling};
 pub use render::{RenderedRay, frame_rays, render_rays};
 pub use train::{HeldOut, HeldOutPixels, Recipe, Trainer, Work};

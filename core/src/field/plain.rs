@@ -78,7 +78,7 @@ pub fn evaluate(
 ///
 /// # Errors
 /// Another number of rows than of samples.
-pub fn sum_by_ray(packing: &RayPacking, values: &Tensor) -> Result<Tensor> {
+fn sum_by_ray(packing: &RayPacking, values: &Tensor) -> Result<Tensor> {
     let rays = Tensor::from_vec(ray_of_samples(packing), packing.samples(), values.device())?;
     let sums = Tensor::zeros((packing.rays(), values.dim(1)?), DType::F32, values.device())?;
     sums.index_add(&rays, values, 0)
@@ -91,7 +91,12 @@ fn ray_of_samples(packing: &RayPacking) -> Vec<u32> {
 }
 
 /// Encodes the positions of some samples to `[n, levels * 2]` by trilinear interpolation of table rows.
-fn encode(grid: &GridShape, table: &Tensor, samples: &Samples, range: Range<usize>) -> Result<Tensor> {
+pub(super) fn encode(
+    grid: &GridShape,
+    table: &Tensor,
+    samples: &Samples,
+    range: Range<usize>,
+) -> Result<Tensor> {
     let levels = grid.levels().len();
     let cells = range.len() * levels;
     // Row and weight of every corner, [n, levels, 8]; each weight twice, once for each feature, since

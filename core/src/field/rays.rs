@@ -216,6 +216,11 @@ impl Samples {
         self.len() == 0
     }
 
+    /// Unit positions of all samples, x, y, z one after another.
+    pub fn positions(&self) -> &[f32] {
+        &self.positions
+    }
+
     /// Unit position of a sample.
     #[inline(always)]
     pub fn position(&self, sample: usize) -> [f32; 3] {

@@ -1,31 +1,46 @@
-//! The semantic head: class logits from the field's features, trained continuously.
+//! The semantic head: class logits from the field's features and a grid of its own, trained continuously.
 
 use std::collections::HashMap;
+use std::ops::Range;
 
-use candle_core::{Device, Result, Tensor, Var};
+use candle_core::{DType, Device, Result, Tensor, Var};
 use candle_nn::ops::log_softmax;
 use glam::Vec3;
 use rand::{Rng, SeedableRng, rngs::SmallRng};
+use rayon::prelude::*;
 
-use crate::field::kernels::{Adam, Wanted};
-use crate::field::{OccupancyGrid, RadianceField, Ray, Samples, Sampling, sum_by_ray};
+use super::places::Places;
+use super::{RayTargets, SoftTargets};
+use crate::field::kernels::{Adam, Dispatch, Wanted, encode};
+use crate::field::{GridShape, OccupancyGrid, RadianceField, Ray, Samples, Sampling};
 use crate::labels::ClassId;
 
 /// Width of the hidden layer.
 const HIDDEN: usize = 64;
-const LEARNING_RATE: f32 = 0.005;
+/// Learning rates of the network and of the own grid.
+const NETWORK_RATE: f32 = 0.005;
+const GRID_RATE: f32 = 0.02;
 const FEATURES: Wanted = Wanted {
     color: false,
     features: true,
 };
-/// Rays rendered at a time.
-const CHUNK: usize = 1024;
+/// Rays and points asked at a time.
+const RAYS: usize = 4096;
+const POINTS: usize = 16 * 1024;
+/// Samples of a piece, which one thread works on: candle shares tensors of 65,536 numbers and more among
+/// threads of its own, which spin while they wait and slow down a busy machine several times.
+const PIECE: usize = 65_536 / HIDDEN - 1;
 
 /// Logits of every class at any point of the field: a network of one hidden layer on the field's
-/// (detached) features, so that labels never disturb the geometry.
+/// (detached) features, so that labels never disturb the geometry, and on those of a hash grid of its
+/// own where it has one.
+///
+/// With its own grid the head holds any labelling of the scene, and so it is a semantic field; without,
+/// it knows only what things look like, and so it can have an opinion on labels that it was taught.
 #[derive(Debug)]
 pub struct SemanticHead {
     classes: Vec<ClassId>,
+    own: Option<OwnGrid>,
     hidden: Var,
     output: Var,
     bias: Var,
@@ -33,31 +48,70 @@ pub struct SemanticHead {
     steps: u64,
 }
 
-/// Places on the surface with the class probabilities that the labels' spreading gives them.
-pub struct SoftTargets {
-    /// World positions.
-    pub positions: Vec<Vec3>,
-    /// Probabilities, row-major `[positions, classes]`.
-    pub probabilities: Vec<f32>,
-    /// How sure each row is, 0..=1.
-    pub weights: Vec<f32>,
+/// A hash grid that belongs to a head.
+#[derive(Debug)]
+struct OwnGrid {
+    shape: GridShape,
+    /// `[rows, 2]`.
+    table: Var,
+    optimiser: Adam,
 }
 
-/// Labelled rays: what the person said.
-pub struct RayTargets {
-    /// The rays.
-    pub rays: Vec<Ray>,
-    /// Index of each ray's class in the head's class list.
-    pub classes: Vec<u32>,
+impl OwnGrid {
+    fn new(shape: GridShape, table: Tensor) -> Result<Self> {
+        let table = Var::from_tensor(&table)?;
+        let optimiser = Adam::new(&table);
+        Ok(Self {
+            shape,
+            table,
+            optimiser,
+        })
+    }
+}
+
+/// What the network reads at some places.
+struct Inputs {
+    /// The field's features `[N, width]`.
+    features: Vec<f32>,
+    width: usize,
+    /// Those of the own grid `[N, own width]`: differentiable in its table, and as numbers.
+    own: Option<(Tensor, Vec<f32>)>,
+}
+
+/// Loss of a piece, and its gradients by the network and by the own features `[n, own width]`.
+struct Part {
+    loss: f32,
+    network: [Option<Tensor>; 3],
+    own: Vec<f32>,
 }
 
 impl SemanticHead {
-    /// A head for these classes; the rows of classes that `earlier` knows are taken over.
+    /// A head for these classes on so many features of the field, and a grid of its own where `own` says
+    /// its shape. What `earlier`, a head of the same shape, knows is taken over: its features whole, and
+    /// the rows of the classes that it has.
     ///
     /// # Errors
     /// None on the CPU.
-    pub fn new(classes: &[ClassId], features: usize, earlier: Option<&Self>, seed: u64) -> Result<Self> {
+    pub fn new(
+        classes: &[ClassId],
+        features: usize,
+        own: Option<GridShape>,
+        earlier: Option<&Self>,
+        seed: u64,
+    ) -> Result<Self> {
         let mut rng = SmallRng::seed_from_u64(seed ^ 0x4ead);
+        let features = features + own.as_ref().map_or(0, GridShape::features);
+        let own = match (own, earlier.and_then(|earlier| earlier.own.as_ref())) {
+            (None, _) => None,
+            (Some(shape), Some(earlier)) => Some(OwnGrid::new(shape, earlier.table.copy()?)?),
+            (Some(shape), None) => {
+                let values: Vec<f32> = (0..2 * shape.rows())
+                    .map(|_| rng.random_range(-1e-2..1e-2))
+                    .collect();
+                let table = Tensor::from_vec(values, (shape.rows(), 2), &Device::Cpu)?;
+                Some(OwnGrid::new(shape, table)?)
+            }
+        };
         let mut layer = |inputs: usize, outputs: usize| -> Vec<f32> {
             let bound = (6.0 / (inputs + outputs) as f32).sqrt();
             (0..inputs * outputs)
@@ -87,6 +141,7 @@ impl SemanticHead {
         let optimisers = [Adam::new(&hidden), Adam::new(&output), Adam::new(&bias)];
         Ok(Self {
             classes: classes.to_vec(),
+            own,
             hidden,
             output,
             bias,
@@ -107,19 +162,16 @@ impl SemanticHead {
 
     /// Trainable parameters.
     pub fn parameters(&self) -> usize {
+        let own = self.own.as_ref().map(|own| &own.table);
         [&self.hidden, &self.output, &self.bias]
-            .iter()
+            .into_iter()
+            .chain(own)
             .map(|var| var.elem_count())
             .sum()
     }
 
-    fn logits(&self, features: &Tensor) -> Result<Tensor> {
-        let hidden = features.matmul(&self.hidden)?.relu()?;
-        hidden.matmul(&self.output)?.broadcast_add(&self.bias)
-    }
-
-    /// One step: cross-entropy with the soft targets at their places, each weighted by its certainty,
-    /// plus cross-entropy of the composited logits with the person's labels (Eq. 4 and 5).
+    /// One step: cross-entropy with the soft targets at their points, plus that of the composited logits
+    /// with the targets of rays (Eq. 4 and 5); each row is weighted by its certainty.
     ///
     /// # Errors
     /// None on the CPU; a step that is not finite changes nothing and returns `false`.
@@ -128,47 +180,43 @@ impl SemanticHead {
         field: &RadianceField,
         occupancy: &OccupancyGrid,
         soft: &SoftTargets,
-        labelled: &RayTargets,
+        along: &RayTargets,
         sampling: Sampling,
     ) -> Result<bool> {
-        let count = self.classes.len();
-        let mut losses = Vec::new();
-        if !soft.positions.is_empty() {
-            let n = soft.positions.len();
-            let features = features_at(field, &soft.positions)?;
-            let log_p = log_softmax(&self.logits(&features)?, 1)?;
-            let target = Tensor::from_slice(&soft.probabilities, (n, count), &Device::Cpu)?;
-            let weight = Tensor::from_slice(&soft.weights, (n, 1), &Device::Cpu)?;
-            let total: f32 = soft.weights.iter().sum();
-            let cross = log_p.mul(&target)?.broadcast_mul(&weight)?.sum_all()?;
-            losses.push(cross.affine(-1.0 / f64::from(total.max(1e-3)), 0.0)?);
-        }
-        if !labelled.rays.is_empty() {
-            let samples = Samples::along(&labelled.rays, field.volume(), occupancy, sampling);
-            if !samples.is_empty() {
-                let logits = self.composited(field, samples)?;
-                let rows = labelled.rays.len();
-                let mut target = vec![0.0_f32; rows * count];
-                for (row, &class) in labelled.classes.iter().enumerate() {
-                    target[row * count + class as usize] = 1.0;
-                }
-                let target = Tensor::from_vec(target, (rows, count), &Device::Cpu)?;
-                let cross = log_softmax(&logits, 1)?.mul(&target)?.sum_all()?;
-                losses.push(cross.affine(-1.0 / rows as f64, 0.0)?);
-            }
-        }
         self.steps += 1;
-        let Some(loss) = losses.into_iter().map(Ok).reduce(|a: Result<Tensor>, b| a? + b?) else {
+        let mut places = Places::at_points(field, &soft.positions);
+        places.add_rays(field, occupancy, &along.rays, sampling)?;
+        if places.positions.is_empty() {
             return Ok(true);
-        };
-        let loss = loss?;
-        if !loss.to_scalar::<f32>()?.is_finite() {
+        }
+        let mut weights = Vec::with_capacity(places.rows());
+        for own in [&soft.weights, &along.weights] {
+            let total: f32 = own.iter().sum();
+            weights.extend(own.iter().map(|weight| weight / total.max(1e-3)));
+        }
+        let targets = [&soft.probabilities[..], &along.probabilities[..]].concat();
+        let inputs = self.inputs(field, &places)?;
+        let parts: Vec<Part> = places
+            .pieces(PIECE)
+            .into_par_iter()
+            .map(|rows| self.part(&places, &inputs, &targets, &weights, rows))
+            .collect::<Result<_>>()?;
+        if !parts.iter().map(|part| part.loss).sum::<f32>().is_finite() {
             return Ok(false);
         }
-        let gradients = loss.backward()?;
-        for optimiser in &self.optimisers {
-            if let Some(gradient) = gradients.get(optimiser.parameter()) {
-                optimiser.step(gradient, LEARNING_RATE)?;
+        for (index, optimiser) in self.optimisers.iter().enumerate() {
+            let own = parts.iter().filter_map(|part| part.network[index].clone());
+            if let Some(gradient) = own.map(Ok).reduce(|a: Result<Tensor>, b| a? + b?) {
+                optimiser.step(&gradient?, NETWORK_RATE)?;
+            }
+        }
+        if let (Some(own), Some((encoded, _))) = (&self.own, &inputs.own) {
+            let gradient: Vec<f32> = parts.into_iter().flat_map(|part| part.own).collect();
+            // What arrives at the features goes on to the table as the derivative of a product.
+            let arrived = Tensor::from_vec(gradient, encoded.shape(), &Device::Cpu)?;
+            let gradients = encoded.mul(&arrived)?.sum_all()?.backward()?;
+            if let Some(gradient) = gradients.get(&own.table) {
+                own.optimiser.step(gradient, GRID_RATE)?;
             }
         }
         Ok(true)
@@ -180,10 +228,9 @@ impl SemanticHead {
     /// None on the CPU.
     pub fn at_points(&self, field: &RadianceField, positions: &[Vec3]) -> Result<Vec<f32>> {
         let mut probabilities = Vec::with_capacity(positions.len() * self.classes.len());
-        for positions in positions.chunks(16 * CHUNK) {
-            let features = features_at(field, positions)?;
-            let p = log_softmax(&self.logits(&features)?, 1)?.exp()?;
-            probabilities.extend(p.flatten_all()?.to_vec1::<f32>()?);
+        for positions in positions.chunks(POINTS) {
+            let places = Places::at_points(field, positions);
+            self.ask(field, &places, &mut probabilities)?;
         }
         Ok(probabilities)
     }
@@ -200,73 +247,161 @@ impl SemanticHead {
         rays: &[Ray],
         sampling: Sampling,
     ) -> Result<Vec<f32>> {
-        let count = self.classes.len();
-        let mut probabilities = Vec::with_capacity(rays.len() * count);
-        for rays in rays.chunks(CHUNK) {
-            let samples = Samples::along(rays, field.volume(), occupancy, sampling);
-            if samples.is_empty() {
-                probabilities.resize(probabilities.len() + rays.len() * count, 1.0 / count as f32);
-                continue;
-            }
-            let logits = self.composited(field, samples)?;
-            probabilities.extend(log_softmax(&logits, 1)?.exp()?.flatten_all()?.to_vec1::<f32>()?);
+        let mut probabilities = Vec::with_capacity(rays.len() * self.classes.len());
+        for rays in rays.chunks(RAYS) {
+            let mut places = Places::at_points(field, &[]);
+            places.add_rays(field, occupancy, rays, sampling)?;
+            self.ask(field, &places, &mut probabilities)?;
         }
         Ok(probabilities)
     }
 
-    /// Composited class logits `[rays, classes]` (Eq. 4); differentiable in the head alone.
-    fn composited(&self, field: &RadianceField, samples: Samples) -> Result<Tensor> {
-        let evaluated = field.evaluate(&samples, FEATURES)?;
-        let features = Tensor::from_vec(
-            evaluated.features,
-            (samples.len(), field.feature_width()),
-            &Device::Cpu,
-        )?;
-        let logits = self.logits(&features)?;
-        let packing = &samples.packing;
-        let weights: Vec<f32> = (0..packing.rays())
-            .flat_map(|ray| packing.weights(ray, &evaluated.density))
-            .collect();
-        let weights = Tensor::from_vec(weights, (samples.len(), 1), &Device::Cpu)?;
-        sum_by_ray(packing, &logits.broadcast_mul(&weights)?)
+    /// Adds the probabilities of all rows.
+    fn ask(&self, field: &RadianceField, places: &Places, probabilities: &mut Vec<f32>) -> Result<()> {
+        let inputs = self.inputs(field, places)?;
+        let parts: Vec<Vec<f32>> = places
+            .pieces(PIECE)
+            .into_par_iter()
+            .map(|rows| {
+                let (logits, _) = self.composited(places, &inputs, &rows)?;
+                log_softmax(&logits, 1)?.exp()?.flatten_all()?.to_vec1()
+            })
+            .collect::<Result<_>>()?;
+        probabilities.extend(parts.into_iter().flatten());
+        Ok(())
     }
 
-    /// The parameters by name, for saving.
+    fn inputs(&self, field: &RadianceField, places: &Places) -> Result<Inputs> {
+        let samples = Samples::at_points(&places.positions);
+        let own = match &self.own {
+            None => None,
+            Some(own) => {
+                let encoded = encode(&own.shape, &own.table, samples.positions(), Dispatch::detect())?;
+                let values = encoded.flatten_all()?.to_vec1()?;
+                Some((encoded, values))
+            }
+        };
+        Ok(Inputs {
+            features: field.evaluate(&samples, FEATURES)?.features,
+            width: field.feature_width(),
+            own,
+        })
+    }
+
+    /// Loss and gradients of some rows.
+    fn part(
+        &self,
+        places: &Places,
+        inputs: &Inputs,
+        targets: &[f32],
+        weights: &[f32],
+        rows: Range<usize>,
+    ) -> Result<Part> {
+        let count = self.classes.len();
+        let (logits, own) = self.composited(places, inputs, &rows)?;
+        let target = &targets[rows.start * count..rows.end * count];
+        let target = Tensor::from_slice(target, (rows.len(), count), &Device::Cpu)?;
+        let weight = Tensor::from_slice(&weights[rows.clone()], (rows.len(), 1), &Device::Cpu)?;
+        let cross = log_softmax(&logits, 1)?.mul(&target)?.broadcast_mul(&weight)?;
+        let loss = cross.sum_all()?.neg()?;
+        let gradients = loss.backward()?;
+        let own = match own.and_then(|own| gradients.get(&own).cloned()) {
+            Some(gradient) => gradient.flatten_all()?.to_vec1()?,
+            None => Vec::new(),
+        };
+        Ok(Part {
+            loss: loss.to_scalar()?,
+            network: [&self.hidden, &self.output, &self.bias].map(|var| gradients.get(var).cloned()),
+            own,
+        })
+    }
+
+    /// Composited class logits `[rows, classes]` of some rows (Eq. 4), differentiable in the network and
+    /// in the features of the own grid that come with them.
+    fn composited(
+        &self,
+        places: &Places,
+        inputs: &Inputs,
+        rows: &Range<usize>,
+    ) -> Result<(Tensor, Option<Var>)> {
+        let samples = places.samples(rows);
+        let sums = Tensor::zeros((rows.len(), self.classes.len()), DType::F32, &Device::Cpu)?;
+        if samples.is_empty() {
+            return Ok((sums, None));
+        }
+        let of_samples = |values: &[f32], width: usize| {
+            let own = &values[samples.start * width..samples.end * width];
+            Tensor::from_slice(own, (samples.len(), width), &Device::Cpu)
+        };
+        let mut features = of_samples(&inputs.features, inputs.width)?;
+        let mut own = None;
+        if let Some((encoded, values)) = &inputs.own {
+            let var = Var::from_tensor(&of_samples(values, encoded.dim(1)?)?)?;
+            features = Tensor::cat(&[&features, var.as_tensor()], 1)?;
+            own = Some(var);
+        }
+        let hidden = features.matmul(&self.hidden)?.relu()?;
+        let logits = hidden.matmul(&self.output)?.broadcast_add(&self.bias)?;
+        let shared = logits.broadcast_mul(&of_samples(&places.shares, 1)?)?;
+        let row = Tensor::from_vec(places.row_of_samples(rows), samples.len(), &Device::Cpu)?;
+        Ok((sums.index_add(&row, &shared, 0)?, own))
+    }
+
+    /// The parameters by name, for saving; the names begin with `name`.
     ///
     /// # Errors
     /// None on the CPU.
-    pub fn state(&self) -> Result<HashMap<String, Tensor>> {
+    pub fn state(&self, name: &str) -> Result<HashMap<String, Tensor>> {
         let ids: Vec<u32> = self.classes.iter().map(|&class| u32::from(class)).collect();
-        Ok(HashMap::from([
-            ("head.hidden".to_owned(), self.hidden.copy()?),
-            ("head.output".to_owned(), self.output.copy()?),
-            ("head.bias".to_owned(), self.bias.copy()?),
-            ("head.classes".to_owned(), Tensor::new(ids, &Device::Cpu)?),
+        let mut tensors = HashMap::from([
+            (format!("{name}.hidden"), self.hidden.copy()?),
+            (format!("{name}.output"), self.output.copy()?),
+            (format!("{name}.bias"), self.bias.copy()?),
+            (format!("{name}.classes"), Tensor::new(ids, &Device::Cpu)?),
             (
-                "head.steps".to_owned(),
+                format!("{name}.steps"),
                 Tensor::new(&[self.steps as u32], &Device::Cpu)?,
             ),
-        ]))
+        ]);
+        if let Some(own) = &self.own {
+            tensors.insert(format!("{name}.table"), own.table.copy()?);
+        }
+        Ok(tensors)
     }
 
-    /// A head from saved parameters; `None` where there is none that fits a field of this feature width.
-    pub fn restored(tensors: &HashMap<String, Tensor>, features: usize) -> Option<Self> {
-        let [hidden, output, bias, ids] =
-            ["head.hidden", "head.output", "head.bias", "head.classes"].map(|name| tensors.get(name));
+    /// A head from saved parameters whose names begin with `name`; `None` where there is none that fits a
+    /// field of this feature width and a grid of this shape.
+    pub fn restored(
+        name: &str,
+        tensors: &HashMap<String, Tensor>,
+        features: usize,
+        own: Option<GridShape>,
+    ) -> Option<Self> {
+        let saved = |part: &str| tensors.get(&format!("{name}.{part}"));
+        let [hidden, output, bias, ids] = ["hidden", "output", "bias", "classes"].map(saved);
         let ids: Vec<u32> = ids?.to_vec1().ok()?;
-        let steps: Vec<u32> = tensors.get("head.steps")?.to_vec1().ok()?;
+        let steps: Vec<u32> = saved("steps")?.to_vec1().ok()?;
         let (hidden, output, bias) = (hidden?, output?, bias?);
         let count = ids.len();
+        let features = features + own.as_ref().map_or(0, GridShape::features);
         let fits =
             hidden.dims() == [features, HIDDEN] && output.dims() == [HIDDEN, count] && bias.dims() == [count];
         if !fits {
             return None;
         }
+        let own = match own {
+            None => None,
+            Some(shape) => {
+                let table = saved("table").filter(|table| table.dims() == [shape.rows(), 2])?;
+                Some(OwnGrid::new(shape, table.copy().ok()?).ok()?)
+            }
+        };
         let [hidden, output, bias] = [hidden, output, bias].map(Var::from_tensor);
         let (hidden, output, bias) = (hidden.ok()?, output.ok()?, bias.ok()?);
         let optimisers = [Adam::new(&hidden), Adam::new(&output), Adam::new(&bias)];
         Some(Self {
             classes: ids.into_iter().map(|id| id as ClassId).collect(),
+            own,
             hidden,
             output,
             bias,
@@ -276,28 +411,18 @@ impl SemanticHead {
     }
 }
 
-/// The field's features at world positions, `[N, feature_width]`.
-fn features_at(field: &RadianceField, positions: &[Vec3]) -> Result<Tensor> {
-    let unit: Vec<Vec3> = positions
-        .iter()
-        .map(|&position| field.volume().to_unit(position))
-        .collect();
-    let evaluated = field.evaluate(&Samples::at_points(&unit), FEATURES)?;
-    Tensor::from_vec(
-        evaluated.features,
-        (positions.len(), field.feature_width()),
-        &Device::Cpu,
-    )
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn grid() -> GridShape {
+        GridShape::new(3, 4, 16, 8)
+    }
+
     #[test]
     fn classes_keep_their_weights_when_the_list_changes() {
-        let first = SemanticHead::new(&[3, 5], 8, None, 1).unwrap();
-        let second = SemanticHead::new(&[5, 9, 3], 8, Some(&first), 2).unwrap();
+        let first = SemanticHead::new(&[3, 5], 8, Some(grid()), None, 1).unwrap();
+        let second = SemanticHead::new(&[5, 9, 3], 8, Some(grid()), Some(&first), 2).unwrap();
         let (old, new) = (
             first.output.to_vec2::<f32>().unwrap(),
             second.output.to_vec2::<f32>().unwrap(),
@@ -305,18 +430,28 @@ mod tests {
         for (old, new) in old.iter().zip(&new) {
             assert_eq!((old[0], old[1]), (new[2], new[0]));
         }
+        let table = |head: &SemanticHead| head.own.as_ref().unwrap().table.to_vec2::<f32>().unwrap();
+        assert_eq!(table(&first), table(&second));
     }
 
     #[test]
     fn a_saved_head_comes_back_and_a_foreign_one_does_not() {
-        let head = SemanticHead::new(&[3, 5], 8, None, 1).unwrap();
-        let state = head.state().unwrap();
-        let back = SemanticHead::restored(&state, 8).unwrap();
+        let head = SemanticHead::new(&[3, 5], 8, Some(grid()), None, 1).unwrap();
+        let state = head.state("semantics").unwrap();
+        let back = SemanticHead::restored("semantics", &state, 8, Some(grid())).unwrap();
         assert_eq!(back.classes(), [3, 5]);
         assert_eq!(
             back.hidden.to_vec2::<f32>().unwrap(),
             head.hidden.to_vec2::<f32>().unwrap()
         );
-        assert!(SemanticHead::restored(&state, 9).is_none());
+        let larger = GridShape::new(3, 4, 16, 10);
+        for (name, features, own) in [
+            ("semantics", 9, Some(grid())),
+            ("semantics", 8, None),
+            ("semantics", 8, Some(larger)),
+            ("other", 8, Some(grid())),
+        ] {
+            assert!(SemanticHead::restored(name, &state, features, own).is_none());
+        }
     }
 }

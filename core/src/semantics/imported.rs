@@ -53,6 +53,14 @@ impl NodeVotes {
         }
     }
 
+    /// Number of a node's votes and the share of each class in them; `None` where it has none.
+    pub(super) fn shares(&self, node: usize) -> Option<(f32, Vec<f32>)> {
+        let count = self.classes.len();
+        let own = &self.counts[node * count..(node + 1) * count];
+        let sum: f32 = own.iter().sum();
+        (sum > 0.0).then(|| (sum, own.iter().map(|votes| votes / sum).collect()))
+    }
+
     /// The class that most pixels say, for each node of which any pixel says one.
     pub fn majority(&self) -> FxHashMap<u32, ClassId> {
         let rows = self.counts.chunks_exact(self.classes.len().max(1));

@@ -3,12 +3,9 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use rand::{Rng, SeedableRng, rngs::SmallRng};
 use rustc_hash::FxHashMap;
 
-use super::{
-    ENTROPY_STEPS_PER_NAT, FrameMap, NO_NODE, Posterior, Propagation, SoftTargets, Surface, SurfaceImport,
-};
+use super::{ENTROPY_STEPS_PER_NAT, FrameMap, NO_NODE, Posterior, Propagation, Surface, SurfaceImport};
 use crate::labels::{ClassId, LabelSet, Stroke, StrokeId, VOID, rasterise};
 use crate::scene::Scene;
 
@@ -200,34 +197,29 @@ impl Spread {
         nodes
     }
 
-    /// Random places of the surface with the class probabilities that graph and votes give them; empty
-    /// without labels.
-    pub fn soft_targets(&self, count: usize, seed: u64) -> SoftTargets {
-        let mut targets = SoftTargets {
-            positions: Vec::new(),
-            probabilities: Vec::new(),
-            weights: Vec::new(),
-        };
-        let nodes = self.surface.graph.nodes();
-        if (self.propagation.seeds().is_empty() && self.votes.is_none()) || nodes.is_empty() {
-            return targets;
+    /// What graph and votes say of a node, in the order of the classes.
+    pub(super) fn graph_probabilities(&self, node: usize) -> Vec<f32> {
+        Posterior::of_node(&self.propagation, &self.classes, node, self.votes.as_deref())
+    }
+
+    /// What the maps say of a node, in the order of the classes: graph and votes with the head's say.
+    pub(super) fn probabilities(&self, node: usize) -> Vec<f32> {
+        let mut probabilities = self.graph_probabilities(node);
+        if let Some(head) = self.head.as_ref().and_then(|head| head.on(&self.classes)) {
+            let count = probabilities.len();
+            let own = &head[node * count..(node + 1) * count];
+            probabilities.iter_mut().zip(own).for_each(|(p, say)| *p *= say);
+            let sum: f32 = probabilities.iter().sum();
+            probabilities
+                .iter_mut()
+                .for_each(|p| *p /= sum.max(f32::MIN_POSITIVE));
         }
-        let most = (self.classes.len().max(2) as f32).ln();
-        let mut rng = SmallRng::seed_from_u64(seed);
-        for _ in 0..count {
-            let node = rng.random_range(0..nodes.len());
-            let probabilities =
-                Posterior::of_node(&self.propagation, &self.classes, node, self.votes.as_deref());
-            let entropy: f32 = probabilities
-                .iter()
-                .filter(|&&p| p > 0.0)
-                .map(|p| -p * p.ln())
-                .sum();
-            targets.positions.push(nodes[node].position);
-            targets.probabilities.extend(probabilities);
-            targets.weights.push((1.0 - entropy / most).clamp(0.0, 1.0));
-        }
-        targets
+        probabilities
+    }
+
+    /// Whether anything is known of any node.
+    pub(super) fn is_labelled(&self) -> bool {
+        !self.propagation.seeds().is_empty() || self.votes.is_some()
     }
 
     /// Labelled pixels of classes that are trained on: (frame, pixel index, class).

@@ -1,12 +1,14 @@
 use std::sync::Arc;
 
 use glam::{Affine3A, Quat, Vec3};
+use rand::{Rng, SeedableRng, rngs::SmallRng};
 
 use super::*;
 use crate::field::{Preset, Sampling, Trainer, frame_rays};
 use crate::labels::{
     ClassId, History, ImportedLabels, ImportedMap, LabelImages, LabelSet, Stroke, Trust, VOID,
 };
+use crate::scene::Scene;
 use crate::scene::testing::wall;
 
 #[test]
@@ -49,8 +51,8 @@ fn labels_that_follow_others_spread_like_new_ones() {
     }
 }
 
-#[test]
-fn the_composited_head_labels_a_view_that_no_frame_shows() {
+/// A wall whose halves are clicked once each, and a field that knows it.
+fn clicked() -> (Arc<Scene>, Trainer, Spread) {
     let scene = Arc::new(wall(9, 64, 48));
     let mut trainer = Trainer::new(Arc::clone(&scene), Preset::Fast, 3).unwrap();
     for _ in 0..120 {
@@ -65,29 +67,29 @@ fn the_composited_head_labels_a_view_that_no_frame_shows() {
     let mut spread = Spread::new(Arc::new(surface));
     spread.set_labels(&scene, history.labels());
 
-    let (field, occupancy) = (trainer.field(), trainer.occupancy());
-    let sampling = Sampling {
+    (scene, trainer, spread)
+}
+
+fn sampling(trainer: &Trainer) -> Sampling {
+    Sampling {
         step: trainer.render_step(),
         free: 2,
         near_surface: 8,
         jitter: None,
-    };
-    let mut head = SemanticHead::new(spread.classes(), field.feature_width(), None, 1).unwrap();
-    let nobody = RayTargets {
-        rays: Vec::new(),
-        classes: Vec::new(),
-    };
-    for step in 0..150 {
-        let soft = spread.soft_targets(256, step);
-        head.step(field, occupancy, &soft, &nobody, sampling).unwrap();
     }
+}
 
+/// Asserts that a head labels a view that no frame shows.
+fn labels_an_unseen_view(scene: &Scene, trainer: &Trainer, head: &SemanticHead) {
+    let (field, occupancy) = (trainer.field(), trainer.occupancy());
     // Nearer than any frame, above their line, and turned.
     let mut view = scene.frames[4].clone();
     let turn = Quat::from_rotation_y(0.1);
     view.camera_to_world = Affine3A::from_rotation_translation(turn, Vec3::new(-0.1, 0.15, 0.3));
     let (camera, rays) = frame_rays(&view, 1);
-    let probabilities = head.along_rays(field, occupancy, &rays, sampling).unwrap();
+    let probabilities = head
+        .along_rays(field, occupancy, &rays, sampling(trainer))
+        .unwrap();
     let (mut right, mut counted) = (0, 0);
     for (ray, p) in rays.iter().zip(probabilities.chunks_exact(2)) {
         assert!((p[0] + p[1] - 1.0).abs() < 1e-4);
@@ -115,7 +117,7 @@ fn import(history: &mut History, class: ClassId, trust: Trust) {
     });
 }
 
-fn spread_over(spread: &mut Spread, scene: &crate::scene::Scene, labels: &LabelSet) {
+fn spread_over(spread: &mut Spread, scene: &Scene, labels: &LabelSet) {
     spread.set_labels(scene, labels);
     if let Some(import) = SurfaceImport::new(spread.surface(), labels) {
         spread.set_import(import);
@@ -123,7 +125,7 @@ fn spread_over(spread: &mut Spread, scene: &crate::scene::Scene, labels: &LabelS
 }
 
 /// Shares of the dark and of the bright pixels of a frame that have this class.
-fn shares(spread: &Spread, scene: &crate::scene::Scene, frame: usize, class: ClassId) -> [f32; 2] {
+fn shares(spread: &Spread, scene: &Scene, frame: usize, class: ClassId) -> [f32; 2] {
     let map = spread.map(scene, frame, 1);
     let (mut counted, mut with) = ([0.0; 2], [0.0; 2]);
     for (pixel, &label) in map.labels().iter().enumerate() {
@@ -188,4 +190,82 @@ fn trusted_images_are_as_they_say_under_later_strokes() {
     assert!(!spread.has_import_of(history.labels()));
     spread_over(&mut spread, &scene, history.labels());
     assert!(shares(&spread, &scene, 2, 1).iter().all(|&share| share == 0.0));
+}
+
+#[test]
+fn the_composited_head_labels_a_view_that_no_frame_shows() {
+    let (scene, trainer, spread) = clicked();
+    let field = trainer.field();
+    let mut head = SemanticHead::new(spread.classes(), field.feature_width(), None, None, 1).unwrap();
+    for step in 0..150 {
+        let soft = spread.soft_targets(256, step);
+        let nobody = RayTargets::default();
+        head.step(field, trainer.occupancy(), &soft, &nobody, sampling(&trainer))
+            .unwrap();
+    }
+    labels_an_unseen_view(&scene, &trainer, &head);
+}
+
+#[test]
+fn a_semantic_field_that_is_taught_by_rays_alone_labels_such_a_view_too() {
+    let (scene, trainer, spread) = clicked();
+    let field = trainer.field();
+    let own = Some(trainer.capacity().semantic_grid());
+    let mut head = SemanticHead::new(spread.classes(), field.feature_width(), own, None, 1).unwrap();
+    for step in 0..150 {
+        let nowhere = SoftTargets::default();
+        let rays = spread.map_rays(&scene, 256, step);
+        assert!(rays.rays.iter().all(|ray| ray.length.is_none()));
+        head.step(field, trainer.occupancy(), &nowhere, &rays, sampling(&trainer))
+            .unwrap();
+    }
+    labels_an_unseen_view(&scene, &trainer, &head);
+}
+
+#[test]
+fn votes_of_which_most_are_wrong_teach_a_semantic_field_the_truth() {
+    let (scene, trainer, spread) = clicked();
+    let classes = [1, 2, 3, 4];
+    let mut rng = SmallRng::seed_from_u64(2);
+    let mut noisy = |frame: usize| {
+        let mut labels = spread.map(&scene, frame, 0).labels().into_owned();
+        for label in &mut labels {
+            if rng.random_bool(0.8) {
+                *label = rng.random_range(1..=4);
+            }
+        }
+        ImportedMap::new(frame, &labels)
+    };
+    let labels = ImportedLabels {
+        maps: (0..scene.frames.len()).map(&mut noisy).collect(),
+        trust: Trust::Votes,
+    };
+    let votes = NodeVotes::count(spread.surface(), &classes, &labels);
+    let field = trainer.field();
+    let own = Some(trainer.capacity().semantic_grid());
+    let mut head = SemanticHead::new(&classes, field.feature_width(), own, None, 1).unwrap();
+    let frames: Vec<usize> = (0..scene.frames.len()).collect();
+    for step in 0..60 {
+        let soft = votes.targets(spread.surface(), 512, step);
+        let rays = votes.rays(spread.surface(), &scene, &frames, 64, step);
+        head.step(field, trainer.occupancy(), &soft, &rays, sampling(&trainer))
+            .unwrap();
+    }
+    let nodes = spread.surface().graph.nodes();
+    let positions: Vec<Vec3> = nodes.iter().map(|node| node.position).collect();
+    let probabilities = head.at_points(field, &positions).unwrap();
+    let truth = &spread.posterior().labels;
+    let right = probabilities.chunks_exact(4).zip(truth).filter(|(p, truth)| {
+        let best = (0..4).max_by(|&a, &b| p[a].total_cmp(&p[b])).unwrap();
+        classes[best] == **truth
+    });
+    let right = right.count();
+    let majority = votes.majority();
+    let by_majority = (0..nodes.len()).filter(|&node| majority.get(&(node as u32)) == Some(&truth[node]));
+    assert!(
+        right as f32 > 0.97 * nodes.len() as f32,
+        "{right} of {}",
+        nodes.len()
+    );
+    assert!(by_majority.count() < right);
 }

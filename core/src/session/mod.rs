@@ -6,6 +6,7 @@ mod maps;
 mod message;
 mod outbox;
 mod reference;
+pub(crate) mod semantic_field;
 mod serve;
 pub(crate) mod survey;
 mod worker;

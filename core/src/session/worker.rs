@@ -12,14 +12,15 @@ use crossbeam_channel::{Receiver, bounded, select};
 use super::importing::Importing;
 use super::outbox::Outbox;
 use super::reference::ReferenceWorker;
+use super::semantic_field::{SemanticField, sampling};
 use super::serve::{Task, serve};
 use super::survey::Survey;
 use super::{Command, Event, ModelState, Phase, SessionOptions, Status};
-use crate::field::{FieldError, Preset, Ray, Sampling, Trainer};
+use crate::field::{FieldError, Preset, Trainer};
 use crate::guide::suggest;
 use crate::labels::LabelSet;
 use crate::scene::{Scene, SceneError};
-use crate::semantics::{HeadLook, RayTargets, SemanticHead, Spread, Surface, SurfaceImport};
+use crate::semantics::{HeadLook, SemanticHead, Spread, Surface, SurfaceImport};
 
 /// How long maps are published before commands are looked at again.
 const PUBLISH_SLICE: Duration = Duration::from_millis(15);
@@ -33,6 +34,8 @@ const HEAD_FOLLOWS: u64 = 300;
 /// Places of the surface and labelled rays in a step of the head.
 const SOFT_TARGETS: usize = 1024;
 const LABELLED_RAYS: usize = 128;
+/// What the names of its parameters begin with in a saved model.
+const HEAD: &str = "head";
 
 /// Why the worker ended early.
 #[derive(Debug, thiserror::Error)]
@@ -152,7 +155,10 @@ struct Worker<'a> {
     trainer: Trainer,
     survey: Survey,
     spread: Option<Spread>,
+    /// What things look like: an opinion on the graph's answer.
     head: Option<SemanticHead>,
+    /// What the maps say, to be rendered from any pose.
+    semantic_field: SemanticField,
     look: Option<HeadLook>,
     importing: Option<Importing>,
     labels: LabelSet,
@@ -192,10 +198,10 @@ pub(super) fn timed<T>(seconds: &mut f64, work: impl FnOnce() -> T) -> T {
 impl<'a> Worker<'a> {
     fn new(scene: Arc<Scene>, options: &'a SessionOptions, outbox: &'a Outbox) -> Result<Self, WorkerError> {
         let mut trainer = Trainer::new(Arc::clone(&scene), options.preset, options.seed)?;
-        let mut head = None;
+        let (mut head, mut semantic_field) = (None, SemanticField::default());
         if let Some(state) = &options.state {
             match restore(&mut trainer, state) {
-                Ok(restored) => head = restored,
+                Ok(restored) => (head, semantic_field) = restored,
                 Err(error) => outbox.send(Event::Warning(format!(
                     "the saved model does not fit this scene and was left out ({error}); training starts anew"
                 ))),
@@ -210,6 +216,7 @@ impl<'a> Worker<'a> {
             survey,
             spread: None,
             head,
+            semantic_field,
             look: None,
             importing: None,
             labels: LabelSet::default(),
@@ -300,6 +307,9 @@ impl<'a> Worker<'a> {
         if self.paused || self.settling {
             return Ok(false);
         }
+        if self.semantic_field.has_the_turn() && self.spread.is_some() {
+            return self.train_semantics(self.head_steps_due > 0, true);
+        }
         let field = !self.trainer.settled();
         if field {
             timed(&mut self.seconds.geometry, || self.trainer.step())?;
@@ -318,12 +328,24 @@ impl<'a> Worker<'a> {
             self.head_steps_due > 0
         };
         let head = due && self.spread.is_some() && self.head_is_wanted();
+        let semantic = self.spread.is_some()
+            && self.head_is_wanted()
+            && self.semantic_field.is_due(&self.trainer, field);
+        Ok(self.train_semantics(head, semantic)? || field)
+    }
+
+    /// A step of the head, and one of the semantic field towards the maps; whether there was any.
+    fn train_semantics(&mut self, head: bool, semantic_field: bool) -> Result<bool, WorkerError> {
+        let start = Instant::now();
         if head {
-            let start = Instant::now();
             self.train_head()?;
-            self.seconds.semantics += start.elapsed().as_secs_f64();
         }
-        Ok(field || head)
+        if let Some(spread) = self.spread.as_ref().filter(|_| semantic_field) {
+            let field = &mut self.semantic_field;
+            field.step(&self.scene, &self.trainer, spread, self.options.seed)?;
+        }
+        self.seconds.semantics += start.elapsed().as_secs_f64();
+        Ok(head || semantic_field)
     }
 
     /// Whether there is anything to tell apart.
@@ -342,17 +364,13 @@ impl<'a> Worker<'a> {
         self.head_steps_due = self.head_steps_due.saturating_sub(1);
         if self.head.as_ref().is_none_or(|head| head.classes() != classes) {
             let earlier = self.head.as_ref();
-            self.head = Some(SemanticHead::new(classes, field.feature_width(), earlier, seed)?);
+            let head = SemanticHead::new(classes, field.feature_width(), None, earlier, seed)?;
+            self.head = Some(head);
         }
         let Some(head) = &mut self.head else { return Ok(()) };
         let soft = spread.soft_targets(SOFT_TARGETS, seed);
-        let labelled = labelled_rays(&self.scene, spread, seed);
-        let sampling = Sampling {
-            step: self.trainer.render_step(),
-            free: 2,
-            near_surface: 8,
-            jitter: Some(seed),
-        };
+        let labelled = spread.labelled_rays(&self.scene, LABELLED_RAYS, seed);
+        let sampling = sampling(&self.trainer, seed);
         head.step(field, self.trainer.occupancy(), &soft, &labelled, sampling)?;
         // Also when it has just followed the labels, so that the last of those steps are not lost.
         if followed || head.steps().is_multiple_of(HEAD_LOOK_EVERY) {
@@ -447,7 +465,8 @@ impl<'a> Worker<'a> {
     }
 
     fn is_settled(&self) -> bool {
-        let trained = self.settling || (self.trainer.settled() && self.head_steps_due == 0);
+        let followed = self.head_steps_due == 0 && self.semantic_field.has_followed();
+        let trained = self.settling || (self.trainer.settled() && followed);
         let idle =
             self.survey.is_done() && self.look.is_none() && self.importing.is_none() && self.stale.is_empty();
         trained && idle && self.spread.is_some()
@@ -456,8 +475,9 @@ impl<'a> Worker<'a> {
     fn save(&self) -> Result<ModelState, WorkerError> {
         let mut tensors = self.trainer.state()?;
         if let Some(head) = &self.head {
-            tensors.extend(head.state()?);
+            tensors.extend(head.state(HEAD)?);
         }
+        tensors.extend(self.semantic_field.state()?);
         saved(&tensors, self.trainer.steps())
     }
 }
@@ -476,7 +496,9 @@ impl Task for Worker<'_> {
                 self.labels = labels;
                 self.generation = generation;
                 self.told_settled = false;
-                self.head_steps_due = if self.head_is_wanted() { HEAD_FOLLOWS } else { 0 };
+                let wanted = self.head_is_wanted();
+                self.head_steps_due = if wanted { HEAD_FOLLOWS } else { 0 };
+                self.semantic_field.labels_changed(wanted);
                 if let Some(spread) = &mut self.spread {
                     timed(&mut self.seconds.semantics, || {
                         spread.set_labels(&self.scene, &self.labels);
@@ -540,7 +562,7 @@ impl Task for Worker<'_> {
             held_out_psnr: held_out.map(|error| error.psnr),
             depth_error: held_out.and_then(|error| error.depth_error),
             mean_entropy: self.spread.as_ref().map(Spread::mean_entropy),
-            parameters: self.trainer.field().parameters() + head,
+            parameters: self.trainer.field().parameters() + head + self.semantic_field.parameters(),
             capacity: self.trainer.capacity().to_string(),
             surface_nodes: self
                 .spread
@@ -581,41 +603,16 @@ impl Task for Worker<'_> {
     }
 }
 
-/// Takes a saved model over; returns its head where it has one that fits.
-fn restore(trainer: &mut Trainer, state: &ModelState) -> Result<Option<SemanticHead>, candle_core::Error> {
+/// Takes a saved model over; returns its head and its semantic field where it has some that fit.
+fn restore(
+    trainer: &mut Trainer,
+    state: &ModelState,
+) -> Result<(Option<SemanticHead>, SemanticField), candle_core::Error> {
     let tensors: HashMap<String, Tensor> =
         candle_core::safetensors::load_buffer(&state.tensors, &candle_core::Device::Cpu)?;
     trainer.restore(&tensors, state.steps)?;
-    Ok(SemanticHead::restored(&tensors, trainer.field().feature_width()))
-}
-
-/// A random batch of labelled pixels as rays with the index of their class.
-fn labelled_rays(scene: &Scene, spread: &Spread, seed: u64) -> RayTargets {
-    use rand::seq::IteratorRandom;
-    use rand::{SeedableRng, rngs::SmallRng};
-
-    let mut rng = SmallRng::seed_from_u64(seed);
-    let chosen = spread.labelled_pixels().choose_multiple(&mut rng, LABELLED_RAYS);
-    let mut targets = RayTargets {
-        rays: Vec::new(),
-        classes: Vec::new(),
-    };
-    for (frame, pixel, class) in chosen {
-        let Some(index) = spread.classes().iter().position(|&known| known == class) else {
-            continue;
-        };
-        let frame = &scene.frames[frame];
-        targets.rays.push(Ray {
-            origin: frame.center(),
-            direction: frame.ray_direction(pixel as usize),
-            length: frame
-                .depth
-                .as_ref()
-                .and_then(|depth| depth.ray_length(pixel as usize)),
-        });
-        targets.classes.push(index as u32);
-    }
-    targets
+    let head = SemanticHead::restored(HEAD, &tensors, trainer.field().feature_width(), None);
+    Ok((head, SemanticField::restored(&tensors, trainer)))
 }
 
 #[cfg(test)]

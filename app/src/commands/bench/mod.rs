@@ -2,6 +2,7 @@
 
 mod cost;
 pub(super) mod engine;
+mod field;
 mod figure;
 mod latency;
 mod paper;
@@ -13,6 +14,7 @@ use crate::arguments::Bench;
 pub fn run(what: Bench) -> Result<(), Failure> {
     match what {
         Bench::Engine(arguments) => engine::run(&arguments),
+        Bench::Field(arguments) => field::run(&arguments),
         Bench::Paper(arguments) => paper::run(&arguments),
         Bench::Latency(arguments) => latency::run(&arguments),
         Bench::CostOf {

@@ -5,11 +5,11 @@ use std::time::{Duration, Instant};
 
 use super::compared::Comparison;
 use super::{Annotator, Baseline, Click, Policy, SimulatedPoint};
-use crate::eval::followed::Followed;
+use crate::eval::followed::{Followed, is_settled};
 use crate::eval::{Calibration, EvalError, SceneTruth, Scores};
 use crate::guide::Suggestion;
 use crate::scene::Scene;
-use crate::session::{Command, Event, ModelState, SessionOptions, Status};
+use crate::session::{Command, Event, SessionOptions, Status};
 
 /// What is simulated.
 #[derive(Clone, Debug)]
@@ -70,10 +70,10 @@ pub fn simulate(
         let Some(truth) = &truth else { continue };
         let learning = Instant::now();
         progress(&format!("seed {seed}: learning the scene"));
-        open.learn(experiment.geometry)?;
+        open.run.learn(experiment.geometry)?;
         let learnt = opening + learning.elapsed();
         if experiment.policies.len() > 1 || !experiment.baselines.is_empty() {
-            options.state = Some(open.saved()?);
+            options.state = Some(open.run.saved()?);
         }
         let annotator = Annotator::new(&scene, truth);
         let mut first = Some(open);
@@ -83,7 +83,7 @@ pub fn simulate(
                 // The head of the policy before has seen other labels: start again from the learnt field.
                 None => {
                     let (mut open, _) = opened(options.clone())?;
-                    open.learn(Some(Duration::ZERO))?;
+                    open.run.learn(Some(Duration::ZERO))?;
                     open
                 }
             };
@@ -133,30 +133,6 @@ struct Open {
 }
 
 impl Open {
-    /// Learns the geometry, for so long at most; then its surface is final.
-    fn learn(&mut self, limit: Option<Duration>) -> Result<(), EvalError> {
-        let deadline = limit.map(|limit| Instant::now() + limit);
-        let learnt = |event: &Event, status: &_| is_settled(event, status, 0);
-        if !self.run.follow_until(deadline, learnt)? {
-            self.run.session.send(Command::Settle);
-            self.run.follow(learnt)?;
-        }
-        Ok(())
-    }
-
-    /// The model as it is.
-    fn saved(&mut self) -> Result<Arc<ModelState>, EvalError> {
-        self.run.session.send(Command::Save);
-        let mut state = None;
-        self.run.follow(|event, _| {
-            if let Event::State(saved) = event {
-                state = Some(Arc::clone(saved));
-            }
-            state.is_some()
-        })?;
-        state.ok_or_else(|| EvalError::Session("the model could not be saved".to_owned()))
-    }
-
     /// Lets the annotator label and measures the maps after each batch of clicks; the wall seconds are those
     /// from the first click on.
     fn label(
@@ -291,11 +267,6 @@ impl Open {
         })?;
         Ok((scores, calibration))
     }
-}
-
-/// Whether an event tells that the maps of these labels are final.
-pub(super) fn is_settled(event: &Event, status: &Status, generation: u64) -> bool {
-    matches!(event, Event::Status(_)) && status.is_final(generation)
 }
 
 #[cfg(test)]

@@ -11,6 +11,7 @@
 mod adam;
 mod chunk;
 mod composite;
+mod encode;
 mod fused;
 mod grid;
 mod lanes;
@@ -20,6 +21,7 @@ use candle_core::{CpuStorage, Layout, Result, bail};
 
 pub use adam::Adam;
 pub use composite::RayPacking;
+pub use encode::encode;
 pub use fused::{Buffers, Evaluated, Parameters, VALUE_CHANNELS, Wanted, evaluate, render};
 pub use lanes::{Dispatch, Group, LANES};
 pub use network::{

@@ -4,8 +4,7 @@ use std::time::Instant;
 
 use super::Task;
 use crate::eval::EvalError;
-use crate::eval::followed::Followed;
-use crate::eval::simulate::experiment::is_settled;
+use crate::eval::followed::{Followed, is_settled};
 use crate::field::Preset;
 use crate::labels::ClassId;
 use crate::session::{Command, Event, SessionOptions};
