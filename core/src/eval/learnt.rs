@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use super::EvalError;
 use crate::field::{FieldError, Preset, Trainer};
+use crate::labels::LabelSet;
 use crate::scene::Scene;
 use crate::semantics::Surface;
 use crate::session::ModelState;
@@ -30,7 +31,7 @@ pub(super) fn trained_surface(
     preset: Preset,
     training: Duration,
     seed: u64,
-) -> Result<Surface, EvalError> {
+) -> Result<Arc<Surface>, EvalError> {
     let mut trainer = Trainer::new(Arc::clone(scene), preset, seed)?;
     if !Survey::is_complete(scene) {
         let start = Instant::now();
@@ -47,7 +48,7 @@ pub(super) fn restored_surface(
     preset: Preset,
     state: &ModelState,
     seed: u64,
-) -> Result<Surface, EvalError> {
+) -> Result<Arc<Surface>, EvalError> {
     surface(scene, &restored(scene, preset, state, seed)?)
 }
 
@@ -65,16 +66,16 @@ pub(super) fn restored(
 }
 
 /// The surface that this field completes.
-pub(super) fn surface(scene: &Arc<Scene>, trainer: &Trainer) -> Result<Surface, EvalError> {
+pub(super) fn surface(scene: &Arc<Scene>, trainer: &Trainer) -> Result<Arc<Surface>, EvalError> {
     let mut survey = Survey::new(scene, trainer, rayon::current_num_threads());
     survey.finish();
     while survey.is_rendering() {
-        survey.advance(trainer)?;
+        survey.advance(trainer, &LabelSet::default())?;
     }
     loop {
         let ready = survey.ready();
-        if let Some(surface) = ready.map_err(|reason| EvalError::Session(reason.to_owned()))? {
-            return Ok(surface);
+        if let Some(spread) = ready.map_err(|reason| EvalError::Session(reason.to_owned()))? {
+            return Ok(Arc::clone(spread.surface()));
         }
         if survey.is_done() {
             return Err(EvalError::Scene {

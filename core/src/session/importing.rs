@@ -9,21 +9,14 @@ use crate::labels::LabelSet;
 use crate::semantics::{Surface, SurfaceImport};
 
 /// What imported images say of a surface, being found out.
-pub(super) struct Importing {
-    /// The surface.
-    pub(super) surface: Arc<Surface>,
-    receiver: Receiver<Option<SurfaceImport>>,
-}
+pub(super) struct Importing(Receiver<Option<SurfaceImport>>);
 
 impl Importing {
     /// Starts to spread the imported images of a label set over a surface.
     pub(super) fn start(surface: &Arc<Surface>, labels: &LabelSet, threads: usize) -> Self {
         let (on, labels) = (Arc::clone(surface), labels.clone());
         let spread = move || SurfaceImport::new(&on, &labels);
-        Self {
-            surface: Arc::clone(surface),
-            receiver: in_background("inplace-import", threads, spread),
-        }
+        Self(in_background("inplace-import", threads, spread))
     }
 
     /// The answer, once it is there; `Some(None)` where the labels have no imported images.
@@ -31,7 +24,7 @@ impl Importing {
     /// # Errors
     /// The thread died.
     pub(super) fn ready(&self) -> Result<Option<Option<SurfaceImport>>, &'static str> {
-        match self.receiver.try_recv() {
+        match self.0.try_recv() {
             Ok(import) => Ok(Some(import)),
             Err(TryRecvError::Empty) => Ok(None),
             Err(TryRecvError::Disconnected) => {

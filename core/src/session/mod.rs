@@ -4,6 +4,8 @@
 mod importing;
 mod maps;
 mod message;
+mod opening;
+mod opinion;
 mod outbox;
 mod reference;
 pub(crate) mod semantic_field;

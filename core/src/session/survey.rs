@@ -1,13 +1,14 @@
-//! The surface as it is known so far: built from measured depth at once, and again from the field's
-//! depth when the field has become better.
+//! The surface as it is known so far, with the labels spread over it: built from measured depth at once, and
+//! again from the field's depth when the field has become better.
 
 use std::sync::Arc;
 
 use crossbeam_channel::{Receiver, TryRecvError, bounded};
 
 use crate::field::{FieldError, Ray, Trainer, frame_rays, render_rays};
+use crate::labels::LabelSet;
 use crate::scene::{Frame, Scene};
-use crate::semantics::{FieldDepth, Surface};
+use crate::semantics::{FieldDepth, Spread, Surface};
 
 /// Pixels of a frame, along each axis, per ray that is rendered for its depth.
 const STRIDE: u32 = 4;
@@ -31,7 +32,7 @@ pub(crate) struct Survey {
     /// Whether there is one more look when the field is taught.
     last_look: bool,
     rendering: Option<Rendering>,
-    building: Option<Receiver<Option<Surface>>>,
+    building: Option<Receiver<Option<Spread>>>,
 }
 
 /// A look at the field's depth that is under way.
@@ -68,7 +69,7 @@ impl Survey {
             building: None,
         };
         if scene.has_depth() {
-            survey.build(vec![None; scene.frames.len()]);
+            survey.build(vec![None; scene.frames.len()], LabelSet::default());
         }
         if trainer.steps() > 0 {
             survey.start();
@@ -117,8 +118,9 @@ impl Survey {
         }
     }
 
-    /// Renders some more rays; the surface is built after those of the last frame.
-    pub(crate) fn advance(&mut self, trainer: &Trainer) -> Result<(), FieldError> {
+    /// Renders some more rays; after those of the last frame the surface is built and the labels of now are
+    /// spread over it, which takes longer than a click may wait.
+    pub(crate) fn advance(&mut self, trainer: &Trainer, labels: &LabelSet) -> Result<(), FieldError> {
         let Some(rendering) = &mut self.rendering else {
             return Ok(());
         };
@@ -163,29 +165,33 @@ impl Survey {
         if rendering.done.len() == self.scene.frames.len()
             && let Some(rendering) = self.rendering.take()
         {
-            self.build(rendering.done);
+            self.build(rendering.done, labels.clone());
         }
         Ok(())
     }
 
-    fn build(&mut self, lengths: Vec<Option<Arc<FieldDepth>>>) {
+    fn build(&mut self, lengths: Vec<Option<Arc<FieldDepth>>>, labels: LabelSet) {
         let (scene, extent) = (Arc::clone(&self.scene), self.extent);
-        let build = move || Surface::build(&scene, &lengths, extent);
+        let build = move || {
+            let mut spread = Spread::new(Arc::new(Surface::build(&scene, &lengths, extent)?));
+            spread.set_labels(&scene, &labels);
+            Some(spread)
+        };
         self.building = Some(in_background("inplace-surface", self.threads, build));
     }
 
-    /// The surface that has become ready, if any.
+    /// The surface that has become ready, if any, with the labels of when it was begun.
     ///
     /// # Errors
     /// The building thread died.
-    pub(crate) fn ready(&mut self) -> Result<Option<Surface>, &'static str> {
+    pub(crate) fn ready(&mut self) -> Result<Option<Spread>, &'static str> {
         let Some(building) = &self.building else {
             return Ok(None);
         };
         match building.try_recv() {
-            Ok(surface) => {
+            Ok(spread) => {
                 self.building = None;
-                Ok(surface)
+                Ok(spread)
             }
             Err(TryRecvError::Empty) => Ok(None),
             Err(TryRecvError::Disconnected) => {

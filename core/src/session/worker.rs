@@ -7,12 +7,14 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use candle_core::Tensor;
-use crossbeam_channel::{Receiver, bounded, select};
+use crossbeam_channel::Receiver;
 
 use super::importing::Importing;
+use super::opening::open;
+use super::opinion::Opinion;
 use super::outbox::Outbox;
 use super::reference::ReferenceWorker;
-use super::semantic_field::{SemanticField, sampling};
+use super::semantic_field::SemanticField;
 use super::serve::{Task, serve};
 use super::survey::Survey;
 use super::{Command, Event, ModelState, Phase, SessionOptions, Status};
@@ -20,23 +22,11 @@ use crate::field::{FieldError, Preset, Trainer};
 use crate::guide::suggest;
 use crate::labels::LabelSet;
 use crate::scene::{Scene, SceneError};
-use crate::semantics::{HeadLook, SemanticHead, Spread, Surface, SurfaceImport};
+use crate::semantics::{Spread, Surface, SurfaceImport};
 
 /// How long maps are published before commands are looked at again.
 const PUBLISH_SLICE: Duration = Duration::from_millis(15);
 pub(super) const STATUS_EVERY: Duration = Duration::from_millis(250);
-/// Field steps per step of the head.
-const HEAD_EVERY: u64 = 2;
-/// Head steps between looks at what it says of the surface, and steps after which the head has followed
-/// the labels.
-const HEAD_LOOK_EVERY: u64 = 100;
-const HEAD_FOLLOWS: u64 = 300;
-/// Places of the surface and labelled rays in a step of the head.
-const SOFT_TARGETS: usize = 1024;
-const LABELLED_RAYS: usize = 128;
-/// What the names of its parameters begin with in a saved model.
-const HEAD: &str = "head";
-
 /// Why the worker ended early.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum WorkerError {
@@ -102,52 +92,6 @@ fn panic_message(panic: &(dyn Any + Send)) -> &str {
         .unwrap_or("no message")
 }
 
-/// An open scene, and the commands that came meanwhile.
-type Opened = (Arc<Scene>, Vec<Command>);
-
-/// Opens the scene beside the worker, so that it can be stopped meanwhile; `None` when it was.
-fn open(
-    options: &SessionOptions,
-    commands: &Receiver<Command>,
-    outbox: &Outbox,
-    threads: &Arc<rayon::ThreadPool>,
-) -> Result<Option<Opened>, WorkerError> {
-    let (sender, opened) = bounded(1);
-    let (source, what) = (options.source.clone(), options.open);
-    let (progress, threads) = (outbox.clone(), Arc::clone(threads));
-    let thread = std::thread::Builder::new().name("inplace-open".to_owned());
-    let spawned = thread.spawn(move || {
-        let tell = |done, total| progress.send(Event::Opening { done, total });
-        let scene = threads.install(|| Scene::open(&source, what, &tell));
-        // Nobody waits for it any more when the session was stopped.
-        let _ = sender.send(scene);
-    });
-    if let Err(error) = spawned {
-        return Err(WorkerError::Other(format!(
-            "the scene could not be opened: {error}"
-        )));
-    }
-    let mut early = Vec::new();
-    loop {
-        select! {
-            recv(commands) -> command => match command {
-                Ok(Command::Stop) | Err(_) => return Ok(None),
-                Ok(command) => early.push(command),
-            },
-            recv(opened) -> scene => {
-                let Ok(scene) = scene else {
-                    let reason = format!("{}: an internal error stopped the reading", options.source);
-                    return Err(WorkerError::Other(reason));
-                };
-                let scene = Arc::new(scene?);
-                outbox.reset_maps(scene.frames.len());
-                outbox.send(Event::Opened(Arc::clone(&scene)));
-                return Ok(Some((scene, early)));
-            }
-        }
-    }
-}
-
 struct Worker<'a> {
     scene: Arc<Scene>,
     options: &'a SessionOptions,
@@ -155,20 +99,19 @@ struct Worker<'a> {
     trainer: Trainer,
     survey: Survey,
     spread: Option<Spread>,
-    /// What things look like: an opinion on the graph's answer.
-    head: Option<SemanticHead>,
+    /// What things look like, beside the graph's answer.
+    opinion: Opinion,
     /// What the maps say, to be rendered from any pose.
     semantic_field: SemanticField,
-    look: Option<HeadLook>,
     importing: Option<Importing>,
+    /// A newer surface that imported images are being spread over.
+    waiting: Option<Spread>,
     labels: LabelSet,
     generation: u64,
     view: usize,
     paused: bool,
     /// Train no more: finish what is under way.
     settling: bool,
-    /// Steps that the head still needs to follow the labels.
-    head_steps_due: u64,
     /// Frames whose maps are out of date, in the order in which they are made.
     stale: VecDeque<usize>,
     suggestions_due: bool,
@@ -198,10 +141,10 @@ pub(super) fn timed<T>(seconds: &mut f64, work: impl FnOnce() -> T) -> T {
 impl<'a> Worker<'a> {
     fn new(scene: Arc<Scene>, options: &'a SessionOptions, outbox: &'a Outbox) -> Result<Self, WorkerError> {
         let mut trainer = Trainer::new(Arc::clone(&scene), options.preset, options.seed)?;
-        let (mut head, mut semantic_field) = (None, SemanticField::default());
+        let (mut opinion, mut semantic_field) = (Opinion::default(), SemanticField::default());
         if let Some(state) = &options.state {
             match restore(&mut trainer, state) {
-                Ok(restored) => (head, semantic_field) = restored,
+                Ok(restored) => (opinion, semantic_field) = restored,
                 Err(error) => outbox.send(Event::Warning(format!(
                     "the saved model does not fit this scene and was left out ({error}); training starts anew"
                 ))),
@@ -215,16 +158,15 @@ impl<'a> Worker<'a> {
             trainer,
             survey,
             spread: None,
-            head,
+            opinion,
             semantic_field,
-            look: None,
             importing: None,
+            waiting: None,
             labels: LabelSet::default(),
             generation: 0,
             view: 0,
             paused: false,
             settling: false,
-            head_steps_due: 0,
             stale: VecDeque::new(),
             suggestions_due: false,
             suggest_on: None,
@@ -295,10 +237,12 @@ impl<'a> Worker<'a> {
     /// A slice of training; `false` when there is nothing to train.
     fn train(&mut self) -> Result<bool, WorkerError> {
         if self.survey.is_rendering() && (!self.paused || self.spread.is_none()) {
-            timed(&mut self.seconds.geometry, || self.survey.advance(&self.trainer))?;
+            timed(&mut self.seconds.geometry, || {
+                self.survey.advance(&self.trainer, &self.labels)
+            })?;
             return Ok(true);
         }
-        if self.look.is_some() && !self.paused {
+        if self.opinion.is_looking() && !self.paused {
             let start = Instant::now();
             self.look_on()?;
             self.seconds.semantics += start.elapsed().as_secs_f64();
@@ -308,7 +252,7 @@ impl<'a> Worker<'a> {
             return Ok(false);
         }
         if self.semantic_field.has_the_turn() && self.spread.is_some() {
-            return self.train_semantics(self.head_steps_due > 0, true);
+            return self.train_semantics(self.opinion.is_behind(), true);
         }
         let field = !self.trainer.settled();
         if field {
@@ -321,99 +265,56 @@ impl<'a> Worker<'a> {
                 self.options.source
             )));
         }
-        // After the field's last step the head still follows the labels.
-        let due = if field {
-            self.trainer.steps().is_multiple_of(HEAD_EVERY)
-        } else {
-            self.head_steps_due > 0
-        };
-        let head = due && self.spread.is_some() && self.head_is_wanted();
-        let semantic = self.spread.is_some()
-            && self.head_is_wanted()
-            && self.semantic_field.is_due(&self.trainer, field);
-        Ok(self.train_semantics(head, semantic)? || field)
+        let wanted = self.spread.is_some() && self.semantics_are_wanted();
+        // After the field's last step they still follow the labels.
+        let opinion = wanted && self.opinion.is_due(&self.trainer, field);
+        let semantic_field = wanted && self.semantic_field.is_due(&self.trainer, field);
+        Ok(self.train_semantics(opinion, semantic_field)? || field)
     }
 
-    /// A step of the head, and one of the semantic field towards the maps; whether there was any.
-    fn train_semantics(&mut self, head: bool, semantic_field: bool) -> Result<bool, WorkerError> {
+    /// A step of the opinion, and one of the semantic field towards the maps; whether there was any.
+    fn train_semantics(&mut self, opinion: bool, semantic_field: bool) -> Result<bool, WorkerError> {
+        let Some(spread) = &self.spread else {
+            return Ok(false);
+        };
         let start = Instant::now();
-        if head {
-            self.train_head()?;
+        let (scene, trainer, seed) = (&self.scene, &self.trainer, self.options.seed);
+        if opinion {
+            self.opinion.step(scene, trainer, spread, seed)?;
         }
-        if let Some(spread) = self.spread.as_ref().filter(|_| semantic_field) {
-            let field = &mut self.semantic_field;
-            field.step(&self.scene, &self.trainer, spread, self.options.seed)?;
+        if semantic_field {
+            self.semantic_field.step(scene, trainer, spread, seed)?;
         }
         self.seconds.semantics += start.elapsed().as_secs_f64();
-        Ok(head || semantic_field)
+        Ok(opinion || semantic_field)
     }
 
     /// Whether there is anything to tell apart.
-    fn head_is_wanted(&self) -> bool {
+    fn semantics_are_wanted(&self) -> bool {
         self.labels.classes.len() >= 2 && self.labels.says_anything()
     }
 
-    /// A step of the head; every now and then, a look at what it says.
-    fn train_head(&mut self) -> Result<(), WorkerError> {
-        let Some(spread) = &self.spread else { return Ok(()) };
-        let classes = spread.classes();
-        let field = self.trainer.field();
-        let done = self.head.as_ref().map_or(0, SemanticHead::steps);
-        let seed = self.options.seed ^ (self.trainer.steps() << 20) ^ done;
-        let followed = self.head_steps_due == 1;
-        self.head_steps_due = self.head_steps_due.saturating_sub(1);
-        if self.head.as_ref().is_none_or(|head| head.classes() != classes) {
-            let earlier = self.head.as_ref();
-            let head = SemanticHead::new(classes, field.feature_width(), None, earlier, seed)?;
-            self.head = Some(head);
-        }
-        let Some(head) = &mut self.head else { return Ok(()) };
-        let soft = spread.soft_targets(SOFT_TARGETS, seed);
-        let labelled = spread.labelled_rays(&self.scene, LABELLED_RAYS, seed);
-        let sampling = sampling(&self.trainer, seed);
-        head.step(field, self.trainer.occupancy(), &soft, &labelled, sampling)?;
-        // Also when it has just followed the labels, so that the last of those steps are not lost.
-        if followed || head.steps().is_multiple_of(HEAD_LOOK_EVERY) {
-            self.start_look();
-        }
-        Ok(())
+    /// What is trained on the labels has something new to follow.
+    fn labels_changed(&mut self) {
+        let wanted = self.semantics_are_wanted();
+        self.opinion.labels_changed(wanted);
+        self.semantic_field.labels_changed(wanted);
     }
 
-    /// Starts a look at what the head says of every node, once it has learnt something.
-    fn start_look(&mut self) {
-        let knows = |head: &SemanticHead| head.steps() >= HEAD_LOOK_EVERY;
-        self.look = self
-            .head
-            .as_ref()
-            .filter(|head| knows(head))
-            .map(|_| HeadLook::default());
-    }
-
-    /// Goes on with the look; at its end, what the head says goes into the maps.
+    /// Goes on with the look at the opinion; at its end, that goes into the maps.
     fn look_on(&mut self) -> Result<(), WorkerError> {
-        let Some(mut look) = self.look.take() else {
-            return Ok(());
-        };
-        let (Some(spread), Some(head)) = (&mut self.spread, &self.head) else {
-            return Ok(());
-        };
-        // Classes came or went: the head learns them first.
-        if head.classes() != spread.classes() {
-            return Ok(());
-        }
-        match look.advance(spread, head, self.trainer.field())? {
-            None => self.look = Some(look),
-            Some(weights) => {
-                spread.set_head(weights);
-                self.refresh_all();
-            }
+        if let Some(spread) = &mut self.spread
+            && let Some(weights) = self.opinion.look_on(&self.trainer, spread)?
+        {
+            spread.set_head(weights);
+            self.refresh_all();
         }
         Ok(())
     }
 
     /// A surface that has become ready. While training is paused, one that is there stays: the maps follow
     /// the labels alone, so that an undo gives back those of before.
-    fn new_surface(&mut self) -> Result<Option<Surface>, WorkerError> {
+    fn new_spread(&mut self) -> Result<Option<Spread>, WorkerError> {
         if self.paused && self.spread.is_some() {
             return Ok(None);
         }
@@ -421,16 +322,16 @@ impl<'a> Worker<'a> {
         ready.map_err(|reason| WorkerError::Other(reason.to_owned()))
     }
 
-    fn take_surface(&mut self, surface: Arc<Surface>) {
-        let mut spread = Spread::new(surface);
+    fn take_spread(&mut self, mut spread: Spread) {
         timed(&mut self.seconds.semantics, || {
             spread.set_labels(&self.scene, &self.labels);
         });
         self.spread = Some(spread);
-        self.start_look();
+        self.opinion.start_look();
         self.refresh_all();
     }
 
+    /// Starts to spread the imported images over this surface, beside the worker.
     fn import_onto(&self, surface: &Arc<Surface>) -> Importing {
         Importing::start(surface, &self.labels, self.options.threads.max(1))
     }
@@ -445,38 +346,33 @@ impl<'a> Worker<'a> {
         }
     }
 
-    /// Imported images have been spread: they go into the maps, with the surface where that is newer.
+    /// Imported images have been spread: they go into the maps, with the surface that waited for them.
     fn take_import(&mut self, import: Option<SurfaceImport>) {
-        let Some(importing) = self.importing.take() else {
-            return;
-        };
-        let is_new = |spread: &Spread| !Arc::ptr_eq(spread.surface(), &importing.surface);
-        if self.spread.as_ref().is_none_or(is_new) {
-            self.take_surface(importing.surface);
+        self.importing = None;
+        if let Some(spread) = self.waiting.take() {
+            self.take_spread(spread);
         }
         // The labels may have changed meanwhile.
         let import = import.filter(|import| import.is_of(&self.labels));
         if let (Some(import), Some(spread)) = (import, &mut self.spread) {
             timed(&mut self.seconds.semantics, || spread.set_import(import));
-            self.head_steps_due = if self.head_is_wanted() { HEAD_FOLLOWS } else { 0 };
+            self.labels_changed();
             self.refresh_all();
         }
         self.import_if_due();
     }
 
     fn is_settled(&self) -> bool {
-        let followed = self.head_steps_due == 0 && self.semantic_field.has_followed();
+        let followed = !self.opinion.is_behind() && self.semantic_field.has_followed();
         let trained = self.settling || (self.trainer.settled() && followed);
-        let idle =
-            self.survey.is_done() && self.look.is_none() && self.importing.is_none() && self.stale.is_empty();
+        let looked = self.survey.is_done() && !self.opinion.is_looking();
+        let idle = looked && self.importing.is_none() && self.stale.is_empty();
         trained && idle && self.spread.is_some()
     }
 
     fn save(&self) -> Result<ModelState, WorkerError> {
         let mut tensors = self.trainer.state()?;
-        if let Some(head) = &self.head {
-            tensors.extend(head.state(HEAD)?);
-        }
+        tensors.extend(self.opinion.state()?);
         tensors.extend(self.semantic_field.state()?);
         saved(&tensors, self.trainer.steps())
     }
@@ -496,9 +392,7 @@ impl Task for Worker<'_> {
                 self.labels = labels;
                 self.generation = generation;
                 self.told_settled = false;
-                let wanted = self.head_is_wanted();
-                self.head_steps_due = if wanted { HEAD_FOLLOWS } else { 0 };
-                self.semantic_field.labels_changed(wanted);
+                self.labels_changed();
                 if let Some(spread) = &mut self.spread {
                     timed(&mut self.seconds.semantics, || {
                         spread.set_labels(&self.scene, &self.labels);
@@ -547,7 +441,7 @@ impl Task for Worker<'_> {
             (false, None) => Phase::FindingSurface,
             (false, Some(_)) => Phase::Training,
         };
-        let head = self.head.as_ref().map_or(0, SemanticHead::parameters);
+        let semantics = self.opinion.parameters() + self.semantic_field.parameters();
         let held_out = self.trainer.error();
         self.outbox.send(Event::Status(Status {
             phase,
@@ -562,7 +456,7 @@ impl Task for Worker<'_> {
             held_out_psnr: held_out.map(|error| error.psnr),
             depth_error: held_out.and_then(|error| error.depth_error),
             mean_entropy: self.spread.as_ref().map(Spread::mean_entropy),
-            parameters: self.trainer.field().parameters() + head + self.semantic_field.parameters(),
+            parameters: self.trainer.field().parameters() + semantics,
             capacity: self.trainer.capacity().to_string(),
             surface_nodes: self
                 .spread
@@ -576,13 +470,13 @@ impl Task for Worker<'_> {
 
     fn advance(&mut self) -> Result<bool, WorkerError> {
         let failed = |reason: &str| WorkerError::Other(reason.to_owned());
-        if let Some(surface) = self.new_surface()? {
-            let surface = Arc::new(surface);
+        if let Some(spread) = self.new_spread()? {
             if self.labels.imported.is_some() && self.spread.is_some() {
                 // The one before stays until the images are spread over this one too.
-                self.importing = Some(self.import_onto(&surface));
+                self.importing = Some(self.import_onto(spread.surface()));
+                self.waiting = Some(spread);
             } else {
-                self.take_surface(surface);
+                self.take_spread(spread);
             }
             self.import_if_due();
         }
@@ -607,12 +501,12 @@ impl Task for Worker<'_> {
 fn restore(
     trainer: &mut Trainer,
     state: &ModelState,
-) -> Result<(Option<SemanticHead>, SemanticField), candle_core::Error> {
+) -> Result<(Opinion, SemanticField), candle_core::Error> {
     let tensors: HashMap<String, Tensor> =
         candle_core::safetensors::load_buffer(&state.tensors, &candle_core::Device::Cpu)?;
     trainer.restore(&tensors, state.steps)?;
-    let head = SemanticHead::restored(HEAD, &tensors, trainer.field().feature_width(), None);
-    Ok((head, SemanticField::restored(&tensors, trainer)))
+    let opinion = Opinion::restored(&tensors, trainer);
+    Ok((opinion, SemanticField::restored(&tensors, trainer)))
 }
 
 #[cfg(test)]

@@ -54,7 +54,7 @@ impl Learnt {
         let state = run.saved()?;
         drop(run);
         let trainer = restored(&scene, options.preset, &state, options.seed)?;
-        let surface = Arc::new(surface(&scene, &trainer)?);
+        let surface = surface(&scene, &trainer)?;
         options.state = Some(state);
         Ok(Self {
             options,
