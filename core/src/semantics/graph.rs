@@ -13,6 +13,8 @@ const REACH: f32 = 2.5;
 /// difference in brightness alone, as shadows make it.
 const COLOR_COST: f32 = 4000.0;
 const BRIGHTNESS_SHARE: f32 = 0.3;
+/// The cost of the largest difference in colour: what is printed on a thing is no border.
+const MOST_COLOR_COST: f32 = 30.0;
 /// Cost of opposite normals, halved: where the surface bends towards the viewer, as where a thing stands on
 /// another, and where it bends away, as around one thing.
 const CONCAVE_COST: f32 = 80.0;
@@ -125,6 +127,7 @@ fn edge_cost(a: &Node, b: &Node) -> f32 {
     // The part of the squared difference that is along grey.
     let brightness = difference.element_sum().powi(2) / 3.0;
     let color = difference.length_squared() - (1.0 - BRIGHTNESS_SHARE) * brightness;
+    let color = COLOR_COST * color.max(0.0);
     let bend = if a.normal == Vec3::ZERO || b.normal == Vec3::ZERO {
         0.0
     } else {
@@ -133,7 +136,7 @@ fn edge_cost(a: &Node, b: &Node) -> f32 {
         cost * (1.0 - a.normal.dot(b.normal)).max(0.0)
     };
     let distance = a.position.distance(b.position) / a.voxel.max(b.voxel);
-    COLOR_COST * color.max(0.0) + bend + DISTANCE_COST * distance
+    color / (1.0 + color / MOST_COLOR_COST) + bend + DISTANCE_COST * distance
 }
 
 /// Each node's nearest neighbours, as pairs with the smaller index first, without repetition.
@@ -341,6 +344,28 @@ mod tests {
             }
         }
         assert!(across > 20.0 * within, "{across} {within}");
+    }
+
+    #[test]
+    fn shadows_and_prints_cost_less_than_colours_and_edges_around_a_thing_less_than_at_its_foot() {
+        let at = |position: Vec3, normal: Vec3, color: Vec3| Node {
+            position,
+            normal,
+            color,
+            ..node(0.0, 0.0, 0.5)
+        };
+        let grey = |value: f32| at(Vec3::ZERO, Vec3::Z, Vec3::splat(value));
+        let tinted = at(Vec3::ZERO, Vec3::Z, Vec3::new(0.5 + 0.0012_f32.sqrt(), 0.5, 0.5));
+        assert!(edge_cost(&grey(0.5), &grey(0.52)) < 0.5 * edge_cost(&grey(0.5), &tinted));
+        assert!(edge_cost(&grey(0.0), &grey(1.0)) < MOST_COLOR_COST);
+        // The edge of a table top, and its foot on the floor: y points down.
+        let floor = |x: f32| at(Vec3::new(x, 0.0, 0.0), -Vec3::Y, Vec3::splat(0.5));
+        let side = |x: f32, y: f32| at(Vec3::new(x, y, 0.0), Vec3::X, Vec3::splat(0.5));
+        let (convex, concave) = (
+            edge_cost(&floor(-0.05), &side(0.0, 0.05)),
+            edge_cost(&floor(0.05), &side(0.0, -0.05)),
+        );
+        assert!(concave > 5.0 * convex, "{concave} {convex}");
     }
 
     #[test]
