@@ -173,8 +173,16 @@ fn conditions(
     points: &[SimulatedPoint],
     what: &str,
 ) -> String {
+    let answer = if arguments.settle == 0.0 {
+        "the surface graph alone".to_owned()
+    } else {
+        format!(
+            "maps measured at most {} s after a batch of clicks",
+            arguments.settle
+        )
+    };
     format!(
-        "{}{}; {} preset, {threads} threads; {what} over {} seed{} from {}; maps measured at most {} s after a batch of clicks",
+        "{}{}; {} preset, {threads} threads; {what} over {} seed{} from {}; {answer}",
         points.first().map_or("", |point| point.scene.as_str()),
         if arguments.training.no_depth {
             " without depth"
@@ -185,7 +193,6 @@ fn conditions(
         arguments.seeds,
         if arguments.seeds == 1 { "" } else { "s" },
         arguments.training.seed,
-        arguments.settle,
     )
 }
 

@@ -17,6 +17,8 @@ pub const NO_NODE: u32 = u32::MAX;
 
 /// Side of a voxel in footprints of a pixel at the median depth.
 const VOXEL_FOOTPRINTS: f32 = 2.5;
+/// A voxel is not thinner than so many times the noise of the measured depth: it would hold one layer of it.
+const VOXEL_NOISES: f32 = 20.0;
 /// Smallest and largest side of a voxel, in metres.
 const VOXEL_RANGE: (f32, f32) = (0.02, 0.5);
 /// Most nodes; a larger scene gets larger voxels.
@@ -384,7 +386,8 @@ fn fill_holes(frame: &Frame, pixels: &mut [u32]) {
     }
 }
 
-/// Side of a voxel from the size of a pixel at the median depth; `None` where there is no depth at all.
+/// Side of a voxel from the size of a pixel at the median depth and from the noise of measured depth; `None` where
+/// there is no depth at all.
 fn voxel_side(lengths: Lengths<'_>) -> Option<f32> {
     let mut footprints: Vec<f32> = Vec::new();
     for (number, frame) in lengths.scene.frames.iter().enumerate() {
@@ -395,10 +398,31 @@ fn voxel_side(lengths: Lengths<'_>) -> Option<f32> {
             .filter(|length| length.is_finite());
         footprints.extend(known.map(|length| length / frame.camera.fx));
     }
-    let middle = footprints.len() / 2;
-    if footprints.is_empty() {
-        return None;
+    let side = (VOXEL_FOOTPRINTS * median(footprints)?).max(VOXEL_NOISES * depth_noise(lengths.scene));
+    Some(side.clamp(VOXEL_RANGE.0, VOXEL_RANGE.1))
+}
+
+/// How far measured depth is from the mean of its two neighbours in the row, the median over the frames, in metres; 0
+/// without measured depth.
+fn depth_noise(scene: &Scene) -> f32 {
+    let mut gaps = Vec::new();
+    for frame in &scene.frames {
+        let Some(depth) = &frame.depth else { continue };
+        let pixels = frame.camera.pixels();
+        let width = frame.camera.width as usize;
+        for pixel in (0..pixels).step_by((pixels / 100).max(1) | 1) {
+            if (1..width.saturating_sub(1)).contains(&(pixel % width)) {
+                let around = [pixel - 1, pixel, pixel + 1].map(|index| depth.ray_length(index));
+                if let [Some(left), Some(own), Some(right)] = around {
+                    gaps.push((0.5 * (left + right) - own).abs());
+                }
+            }
+        }
     }
-    let median = *footprints.select_nth_unstable_by(middle, f32::total_cmp).1;
-    Some((VOXEL_FOOTPRINTS * median).clamp(VOXEL_RANGE.0, VOXEL_RANGE.1))
+    median(gaps).unwrap_or(0.0)
+}
+
+fn median(mut values: Vec<f32>) -> Option<f32> {
+    let middle = values.len() / 2;
+    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f32::total_cmp).1)
 }

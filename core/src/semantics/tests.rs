@@ -8,8 +8,8 @@ use crate::field::{Preset, Sampling, Trainer, frame_rays};
 use crate::labels::{
     ClassId, History, ImportedLabels, ImportedMap, LabelImages, LabelSet, Stroke, Trust, VOID,
 };
-use crate::scene::Scene;
 use crate::scene::testing::wall;
+use crate::scene::{DepthMap, Scene};
 
 #[test]
 fn labels_that_follow_others_spread_like_new_ones() {
@@ -268,4 +268,20 @@ fn votes_of_which_most_are_wrong_teach_a_semantic_field_the_truth() {
         nodes.len()
     );
     assert!(by_majority.count() < right);
+}
+
+#[test]
+fn voxels_are_not_thinner_than_the_noise_of_the_depth() {
+    let mut scene = wall(3, 64, 48);
+    let exact = Surface::build(&scene, &[], 5.0).unwrap().voxel;
+    for frame in &mut scene.frames {
+        // Every second column is 2 cm nearer: each is that far from the mean of its neighbours.
+        let depths = (0..64 * 48)
+            .map(|pixel| 2.0 - 0.02 * (pixel % 2) as f32)
+            .collect();
+        frame.depth = Some(DepthMap::from_z_depths(&frame.camera, depths));
+    }
+    let noisy = Surface::build(&scene, &[], 5.0).unwrap().voxel;
+    assert!(exact < 0.2, "{exact}");
+    assert!((noisy - 20.0 * 0.02).abs() < 0.1, "{noisy}");
 }
