@@ -125,7 +125,7 @@ fn spread_over(spread: &mut Spread, scene: &Scene, labels: &LabelSet) {
 }
 
 /// Shares of the dark and of the bright pixels of a frame that have this class.
-fn shares(spread: &Spread, scene: &Scene, frame: usize, class: ClassId) -> [f32; 2] {
+fn shares(spread: &Spread, scene: &Arc<Scene>, frame: usize, class: ClassId) -> [f32; 2] {
     let map = spread.map(scene, frame, 1);
     let (mut counted, mut with) = ([0.0; 2], [0.0; 2]);
     for (pixel, &label) in map.labels().iter().enumerate() {
@@ -138,7 +138,7 @@ fn shares(spread: &Spread, scene: &Scene, frame: usize, class: ClassId) -> [f32;
 
 #[test]
 fn votes_decide_until_a_click_corrects_what_is_connected_with_it() {
-    let scene = wall(5, 64, 48);
+    let scene = Arc::new(wall(5, 64, 48));
     let mut spread = Spread::new(Arc::new(Surface::build(&scene, &[], 5.0).unwrap()));
     let mut history = History::default();
     history.add_class("dark");
@@ -169,7 +169,7 @@ fn votes_decide_until_a_click_corrects_what_is_connected_with_it() {
 
 #[test]
 fn trusted_images_are_as_they_say_under_later_strokes() {
-    let scene = wall(5, 64, 48);
+    let scene = Arc::new(wall(5, 64, 48));
     let mut spread = Spread::new(Arc::new(Surface::build(&scene, &[], 5.0).unwrap()));
     let mut history = History::default();
     history.add_class("one");
