@@ -47,6 +47,10 @@ impl FieldDepth {
         let lengths = corners.map(|(x, y)| self.lengths[(y * self.width + x) as usize]);
         let nearest = lengths.iter().copied().fold(f32::INFINITY, f32::min);
         let farthest = lengths.iter().copied().fold(0.0, f32::max);
+        if nearest.is_infinite() {
+            // Between infinite ends there is no number.
+            return f32::INFINITY;
+        }
         if farthest <= 1.08 * nearest {
             let (fx, fy) = ((x - x0 as f32).clamp(0.0, 1.0), (y - y0 as f32).clamp(0.0, 1.0));
             let upper = lengths[0] + fx * (lengths[1] - lengths[0]);
@@ -62,5 +66,32 @@ impl FieldDepth {
         let gaps = corners.map(|corner| color_gap(&corner));
         let best = (0..4).min_by(|&a, &b| gaps[a].total_cmp(&gaps[b])).unwrap_or(0);
         lengths[best]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::testing::wall;
+
+    #[test]
+    fn where_all_samples_meet_nothing_so_do_the_pixels_between() {
+        let mut frame = wall(1, 16, 8).frames.remove(0);
+        frame.depth = None;
+        let near = |index: u32| if index % 4 < 2 { 2.0 } else { f32::INFINITY };
+        let field = FieldDepth {
+            stride: 4,
+            width: 4,
+            lengths: (0..8).map(near).collect(),
+        };
+        let lengths = pixel_lengths(&frame, Some(&field));
+        for (pixel, length) in lengths.into_iter().enumerate() {
+            match pixel % 16 {
+                0..6 => assert_eq!(length, 2.0, "pixel {pixel}"),
+                10.. => assert_eq!(length, f32::INFINITY, "pixel {pixel}"),
+                // Between the two it is one of them, never a mixture.
+                _ => assert!(length == 2.0 || length.is_infinite(), "pixel {pixel}: {length}"),
+            }
+        }
     }
 }

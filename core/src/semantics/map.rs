@@ -3,9 +3,10 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use super::{NO_NODE, NodeMap, Posterior};
+use super::borders::nodes_at_borders;
+use super::{NO_NODE, Posterior, Surface};
 use crate::labels::{ClassId, ImportedLabels, VOID};
-use crate::scene::Frame;
+use crate::scene::{Frame, Scene};
 
 /// Steps of [`FrameMap::entropy`] per nat.
 pub const ENTROPY_STEPS_PER_NAT: f32 = 10_000.0;
@@ -38,9 +39,10 @@ enum Pixels {
         /// `None` where it is not known, as it is not kept on disk.
         confidence: Option<Vec<u16>>,
     },
-    /// By the nodes that they show.
+    /// By the nodes that they show, along borders chosen by the colours and depths of the frame.
     OnSurface {
-        nodes: Arc<NodeMap>,
+        scene: Arc<Scene>,
+        surface: Arc<Surface>,
         posterior: Arc<Posterior>,
         /// Entropy where there is no node.
         unknown: u16,
@@ -74,23 +76,25 @@ impl FrameMap {
         })
     }
 
-    /// A map by the nodes of its pixels; `unknown` is the entropy of pixels without one, `trusted` are
+    /// A map of a frame of the scene by the nodes of its pixels; `unknown` is the entropy of pixels without one, `trusted` are
     /// label images whose pixels are as they say, and `painted` pixels with the class that the person gave them.
     pub(super) fn on_surface(
         (frame, generation): (usize, u64),
-        [width, height]: [u32; 2],
-        (nodes, posterior): (Arc<NodeMap>, Arc<Posterior>),
+        scene: Arc<Scene>,
+        (surface, posterior): (Arc<Surface>, Arc<Posterior>),
         unknown: u16,
         trusted: Option<Arc<ImportedLabels>>,
         painted: Vec<(u32, ClassId)>,
     ) -> Self {
+        let camera = &scene.frames[frame].camera;
         Self {
             frame,
             generation,
-            width,
-            height,
+            width: camera.width,
+            height: camera.height,
             pixels: Pixels::OnSurface {
-                nodes,
+                scene,
+                surface,
                 posterior,
                 unknown,
                 trusted,
@@ -104,13 +108,14 @@ impl FrameMap {
         match &self.pixels {
             Pixels::Listed { labels, .. } => Cow::Borrowed(labels),
             Pixels::OnSurface {
-                nodes,
+                scene,
+                surface,
                 posterior,
                 trusted,
                 painted,
                 ..
             } => {
-                let mut labels = looked_up(nodes, &posterior.labels, VOID);
+                let mut labels = looked_up(&self.nodes(scene, surface, posterior), &posterior.labels, VOID);
                 self.cover(trusted.as_deref(), &mut labels, |class| class);
                 painted
                     .iter()
@@ -125,13 +130,18 @@ impl FrameMap {
         match &self.pixels {
             Pixels::Listed { entropy, .. } => Cow::Borrowed(entropy),
             Pixels::OnSurface {
-                nodes,
+                scene,
+                surface,
                 posterior,
                 unknown,
                 trusted,
                 painted,
             } => {
-                let mut entropy = looked_up(nodes, &posterior.entropy, *unknown);
+                let mut entropy = looked_up(
+                    &self.nodes(scene, surface, posterior),
+                    &posterior.entropy,
+                    *unknown,
+                );
                 self.cover(trusted.as_deref(), &mut entropy, |_| 0);
                 painted.iter().for_each(|&(pixel, _)| entropy[pixel as usize] = 0);
                 Cow::Owned(entropy)
@@ -145,13 +155,15 @@ impl FrameMap {
         match &self.pixels {
             Pixels::Listed { confidence, .. } => confidence.as_deref().map(Cow::Borrowed),
             Pixels::OnSurface {
-                nodes,
+                scene,
+                surface,
                 posterior,
                 trusted,
                 painted,
                 ..
             } => {
-                let mut confidence = looked_up(nodes, &posterior.confidence, 0);
+                let mut confidence =
+                    looked_up(&self.nodes(scene, surface, posterior), &posterior.confidence, 0);
                 self.cover(trusted.as_deref(), &mut confidence, |_| CERTAIN);
                 painted
                     .iter()
@@ -159,6 +171,12 @@ impl FrameMap {
                 Some(Cow::Owned(confidence))
             }
         }
+    }
+
+    /// The node that every pixel takes its class from.
+    fn nodes(&self, scene: &Scene, surface: &Surface, posterior: &Posterior) -> Vec<u32> {
+        let frame = &scene.frames[self.frame];
+        nodes_at_borders(frame, self.frame, surface, &posterior.labels)
     }
 
     /// Puts values for the classes of the frame's trusted image over the pixels that have one.
@@ -238,68 +256,96 @@ impl PartialEq for FrameMap {
 impl Eq for FrameMap {}
 
 /// The value of every pixel's node, `without` where there is none.
-fn looked_up(nodes: &NodeMap, values: &[u16], without: u16) -> Vec<u16> {
-    let mut pixels = Vec::with_capacity(nodes.len());
-    for (node, run) in nodes.runs() {
-        let value = if node == NO_NODE {
+fn looked_up(nodes: &[u32], values: &[u16], without: u16) -> Vec<u16> {
+    let value = |&node: &u32| {
+        if node == NO_NODE {
             without
         } else {
             values[node as usize]
-        };
-        pixels.resize(run.end, value);
-    }
-    pixels
+        }
+    };
+    nodes.iter().map(value).collect()
 }
 
 #[cfg(test)]
 mod tests {
+    use glam::Vec3;
+
     use super::*;
     use crate::scene::testing::wall;
-    use crate::scene::{Distortion, Lens};
+    use crate::scene::{ColorImage, Distortion, Lens};
+    use crate::semantics::{Node, NodeMap, SurfaceGraph};
+
+    /// A map of the first frame of a scene whose pixels show these nodes, on a surface without edges.
+    fn map_of(
+        scene: Scene,
+        shown: &[u32],
+        posterior: Posterior,
+        unknown: u16,
+        painted: Vec<(u32, ClassId)>,
+    ) -> FrameMap {
+        let node = Node {
+            position: Vec3::Z,
+            color: Vec3::ZERO,
+            normal: Vec3::ZERO,
+            pixels: 1.0,
+            voxel: 0.1,
+        };
+        let surface = Surface {
+            graph: SurfaceGraph::from_edges(vec![node; posterior.labels.len()], &[]),
+            pixels: vec![Arc::new(NodeMap::pack(
+                scene.frames[0].camera.width as usize,
+                shown,
+            ))],
+            voxel: 0.1,
+        };
+        let of = (Arc::new(surface), Arc::new(posterior));
+        FrameMap::on_surface((0, 9), Arc::new(scene), of, unknown, None, painted)
+    }
 
     #[test]
     fn a_map_on_a_surface_reads_like_one_that_lists_its_pixels() {
-        let nodes = Arc::new(NodeMap::pack(3, &[0, 0, 1, 1, NO_NODE, 0]));
-        let posterior = Arc::new(Posterior {
+        // A single bright pixel, which shows a node of its own.
+        let mut scene = wall(1, 3, 2);
+        scene.frames[0].color =
+            ColorImage::new(3, 2, [[0; 9], [0, 0, 0, 255, 255, 255, 0, 0, 0]].concat()).unwrap();
+        let posterior = Posterior {
             labels: vec![5, 7],
             entropy: vec![100, 200],
             confidence: vec![60_000, 50_000],
             ..Posterior::default()
-        });
-        let painted = vec![(1, 7), (5, VOID)];
-        let map = FrameMap::on_surface((2, 9), [3, 2], (nodes, posterior), 999, None, painted);
-        let labels = vec![5, 7, 7, 7, VOID, VOID];
-        let listed = FrameMap::new(2, 9, [3, 2], labels, vec![100, 0, 200, 200, 999, 0]).unwrap();
+        };
+        let shown = [0, 0, 0, 0, 1, NO_NODE];
+        let map = map_of(scene, &shown, posterior, 999, vec![(1, 7), (3, VOID)]);
+        let labels = vec![5, 7, 5, VOID, 7, VOID];
+        let listed = FrameMap::new(0, 9, [3, 2], labels, vec![100, 0, 100, 0, 200, 999]).unwrap();
         assert_eq!(map, listed);
         assert_eq!(listed.confidence(), None);
-        let confidence = [60_000, CERTAIN, 50_000, 50_000, 0, CERTAIN];
+        let confidence = [60_000, CERTAIN, 60_000, CERTAIN, 50_000, 0];
         assert_eq!(map.confidence().as_deref(), Some(&confidence[..]));
         assert!((map.coverage() - 4.0 / 6.0).abs() < 1e-6);
-        assert!((map.mean_entropy() - 1499.0 / 6.0 / ENTROPY_STEPS_PER_NAT).abs() < 1e-6);
-        assert_ne!(map, FrameMap::new(2, 9, [3, 2], vec![5; 6], vec![0; 6]).unwrap());
+        assert!((map.mean_entropy() - 1399.0 / 6.0 / ENTROPY_STEPS_PER_NAT).abs() < 1e-6);
+        assert_ne!(map, FrameMap::new(0, 9, [3, 2], vec![5; 6], vec![0; 6]).unwrap());
         assert!(FrameMap::new(0, 1, [3, 2], vec![1; 6], vec![0; 5]).is_none());
     }
 
     #[test]
     fn a_map_of_a_straight_frame_is_looked_up_through_the_lens() {
         let mut frame = wall(1, 64, 48).frames.remove(0);
-        let map_of = |frame: &Frame| {
+        let listing = |frame: &Frame| {
+            let mut scene = wall(1, 64, 48);
+            scene.frames[0] = frame.clone();
             let pixels = frame.camera.pixels();
-            let size = [frame.camera.width, frame.camera.height];
-            let nodes: Vec<u32> = (0..pixels as u32).collect();
+            let shown: Vec<u32> = (0..pixels as u32).collect();
             let posterior = Posterior {
                 labels: (0..pixels).map(|index| index as ClassId).collect(),
                 entropy: (0..pixels).map(|index| index as u16).collect(),
                 confidence: (0..pixels).map(|index| 3 * index as u16).collect(),
                 ..Posterior::default()
             };
-            let shown = (
-                Arc::new(NodeMap::pack(size[0] as usize, &nodes)),
-                Arc::new(posterior),
-            );
-            FrameMap::on_surface((0, 1), size, shown, 0, None, Vec::new())
+            map_of(scene, &shown, posterior, 0, Vec::new())
         };
-        let same = map_of(&frame);
+        let same = listing(&frame);
         assert!(matches!(same.in_image(&frame), Cow::Borrowed(map) if *map == same));
         let lens = Lens {
             image: frame.camera,
@@ -310,7 +356,10 @@ mod tests {
         };
         frame.camera = lens.pinhole().unwrap();
         frame.lens = Some(lens);
-        let map = map_of(&frame);
+        let (width, height) = (frame.camera.width, frame.camera.height);
+        frame.color = ColorImage::new(width, height, vec![0; 3 * frame.camera.pixels()]).unwrap();
+        frame.depth = None;
+        let map = listing(&frame);
         let bent = map.in_image(&frame);
         assert_eq!(
             [bent.width, bent.height, bent.labels().len() as u32],

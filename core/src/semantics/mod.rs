@@ -1,5 +1,6 @@
 //! How labels spread: over the scene's surface by shortest paths and diffusion, and into a semantic head on the field.
 
+mod borders;
 mod depth;
 mod diffusion;
 mod geodesic;

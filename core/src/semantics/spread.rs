@@ -154,17 +154,13 @@ impl Spread {
     }
 
     /// The dense map of a frame. What the person painted there, and trusted images, are as they said.
-    pub fn map(&self, scene: &Scene, frame: usize, generation: u64) -> FrameMap {
+    pub fn map(&self, scene: &Arc<Scene>, frame: usize, generation: u64) -> FrameMap {
         let unknown = ((self.classes.len().max(1) as f32).ln() * ENTROPY_STEPS_PER_NAT).round() as u16;
         let painted = self.painted.get(&frame).into_iter().flatten();
-        let camera = &scene.frames[frame].camera;
         FrameMap::on_surface(
             (frame, generation),
-            [camera.width, camera.height],
-            (
-                Arc::clone(&self.surface.pixels[frame]),
-                Arc::clone(&self.posterior),
-            ),
+            Arc::clone(scene),
+            (Arc::clone(&self.surface), Arc::clone(&self.posterior)),
             unknown,
             self.import.as_ref().and_then(|import| import.trusted()).cloned(),
             painted.map(|(&pixel, &(class, _))| (pixel, class)).collect(),

@@ -125,7 +125,7 @@ fn spread_over(spread: &mut Spread, scene: &Scene, labels: &LabelSet) {
 }
 
 /// Shares of the dark and of the bright pixels of a frame that have this class.
-fn shares(spread: &Spread, scene: &Scene, frame: usize, class: ClassId) -> [f32; 2] {
+fn shares(spread: &Spread, scene: &Arc<Scene>, frame: usize, class: ClassId) -> [f32; 2] {
     let map = spread.map(scene, frame, 1);
     let (mut counted, mut with) = ([0.0; 2], [0.0; 2]);
     for (pixel, &label) in map.labels().iter().enumerate() {
@@ -138,7 +138,7 @@ fn shares(spread: &Spread, scene: &Scene, frame: usize, class: ClassId) -> [f32;
 
 #[test]
 fn votes_decide_until_a_click_corrects_what_is_connected_with_it() {
-    let scene = wall(5, 64, 48);
+    let scene = Arc::new(wall(5, 64, 48));
     let mut spread = Spread::new(Arc::new(Surface::build(&scene, &[], 5.0).unwrap()));
     let mut history = History::default();
     history.add_class("dark");
@@ -168,8 +168,41 @@ fn votes_decide_until_a_click_corrects_what_is_connected_with_it() {
 }
 
 #[test]
+fn maps_have_the_borders_of_the_image_where_voxels_lie_across() {
+    let mut scene = wall(5, 64, 48);
+    // The border is at x = 0, where voxels end, and comes to lie within some.
+    for frame in &mut scene.frames {
+        frame.camera_to_world.translation.x += 0.06;
+    }
+    let scene = Arc::new(scene);
+    let mut spread = Spread::new(Arc::new(Surface::build(&scene, &[], 5.0).unwrap()));
+    let mut history = History::default();
+    history.add_class("dark");
+    history.add_class("bright");
+    history.add_stroke(Stroke::click(0, 1, [10, 20]));
+    history.add_stroke(Stroke::click(4, 2, [50, 30]));
+    spread.set_labels(&scene, history.labels());
+    let (mut by_voxels, mut in_maps) = (0, 0);
+    for (number, frame) in scene.frames.iter().enumerate() {
+        let class = |pixel: usize| if frame.color.pixel(pixel)[0] > 128 { 2 } else { 1 };
+        let nodes = spread.surface().pixels[number].unpack();
+        let of_voxel = |pixel: usize| spread.posterior().labels[nodes[pixel] as usize];
+        let map = spread.map(&scene, number, 1);
+        by_voxels += (0..nodes.len())
+            .filter(|&pixel| of_voxel(pixel) != class(pixel))
+            .count();
+        let labels = map.labels();
+        in_maps += (0..nodes.len())
+            .filter(|&pixel| labels[pixel] != class(pixel))
+            .count();
+    }
+    assert!(by_voxels >= 48, "{by_voxels}");
+    assert!(10 * in_maps < by_voxels, "{in_maps} {by_voxels}");
+}
+
+#[test]
 fn trusted_images_are_as_they_say_under_later_strokes() {
-    let scene = wall(5, 64, 48);
+    let scene = Arc::new(wall(5, 64, 48));
     let mut spread = Spread::new(Arc::new(Surface::build(&scene, &[], 5.0).unwrap()));
     let mut history = History::default();
     history.add_class("one");

@@ -1,0 +1,290 @@
+//! Borders of label maps at the resolution of the image: voxels are some pixels wide, and colours and measured
+//! depth tell which of them a pixel beside a border belongs to.
+
+use std::ops::Range;
+
+use super::{NO_NODE, Node, Surface};
+use crate::labels::{ClassId, VOID};
+use crate::scene::Frame;
+
+/// Pixels whose surroundings count, on each side.
+const REACH: usize = 2;
+/// How far apart pixels, colours and ray lengths may be: in pixels, in units of the colour (channels in 0..=1)
+/// and as a share of the length.
+const PIXELS: f32 = 1.5;
+const COLOR: f32 = 0.07;
+const LENGTH: f32 = 0.014;
+/// Most of the exponent that lengths make, so that colours still count beside a wrong length.
+const MOST_FOR_LENGTH: f32 = 9.0;
+
+/// The node that every pixel of a frame takes its class from, row-major, [`NO_NODE`] where there is none;
+/// `labels` are the classes of the nodes.
+///
+/// Beside borders, that is where a window of 5 x 5 pixels shows several classes, a pixel has the class with
+/// the largest sum of
+///
+/// ```text
+/// exp(-(|dx|^2 / 1.5^2 + |dcolour|^2 / 0.07^2 + (dlength / length / 0.014)^2) / 2)
+/// ```
+///
+/// over the window (a joint bilateral filter: Petschnigg et al. 2004, Eisemann and Durand 2004), and takes
+/// it from the pixel that weighs most among those of the class. Everywhere else, and where the class stays,
+/// it is the node that the surface gives it.
+pub(super) fn nodes_at_borders(
+    frame: &Frame,
+    number: usize,
+    surface: &Surface,
+    labels: &[ClassId],
+) -> Vec<u32> {
+    let shown = surface.pixels[number].unpack();
+    // What shows no node has no class.
+    let class = |&node: &u32| labels.get(node as usize).copied().unwrap_or(VOID);
+    let classes: Vec<ClassId> = shown.iter().map(class).collect();
+    let around = Around {
+        frame,
+        nodes: surface.graph.nodes(),
+        shown: &shown,
+        classes: &classes,
+        width: frame.camera.width as usize,
+        height: frame.camera.height as usize,
+    };
+    let mut refined = shown.clone();
+    let mut votes = Vec::new();
+    for (pixel, _) in around
+        .beside_borders()
+        .into_iter()
+        .enumerate()
+        .filter(|pixel| pixel.1)
+    {
+        if shown[pixel] != NO_NODE {
+            refined[pixel] = around.node_of(pixel, &mut votes);
+        }
+    }
+    refined
+}
+
+/// What the pixels of a window say for one class.
+struct Vote {
+    class: ClassId,
+    sum: f32,
+    /// The largest weight of a pixel, and its node.
+    most: f32,
+    node: u32,
+}
+
+/// A frame and what its pixels show.
+struct Around<'a> {
+    frame: &'a Frame,
+    nodes: &'a [Node],
+    /// The node of every pixel, and its class.
+    shown: &'a [u32],
+    classes: &'a [ClassId],
+    width: usize,
+    height: usize,
+}
+
+impl Around<'_> {
+    /// Whether the window around a pixel shows several classes, for every pixel.
+    fn beside_borders(&self) -> Vec<bool> {
+        let (classes, width, height) = (self.classes, self.width, self.height);
+        let mut beside = vec![false; classes.len()];
+        // A window shows several classes where it holds two neighbouring pixels that differ.
+        let mut mark = |columns: Range<usize>, rows: Range<usize>| {
+            for row in rows.start..rows.end.min(height) {
+                beside[row * width + columns.start..row * width + columns.end.min(width)].fill(true);
+            }
+        };
+        for row in 0..height {
+            for column in 0..width {
+                let class = classes[row * width + column];
+                let all = |at: usize| at.saturating_sub(REACH)..at + REACH + 1;
+                // The windows that reach both this pixel and the next.
+                let both = |at: usize| (at + 1).saturating_sub(REACH)..at + REACH + 1;
+                if column + 1 < width && classes[row * width + column + 1] != class {
+                    mark(both(column), all(row));
+                }
+                if row + 1 < height && classes[(row + 1) * width + column] != class {
+                    mark(all(column), both(row));
+                }
+            }
+        }
+        beside
+    }
+
+    /// The node that a pixel takes its class from; `votes` is room to work in.
+    fn node_of(&self, pixel: usize, votes: &mut Vec<Vote>) -> u32 {
+        votes.clear();
+        let own = self.shown[pixel];
+        // First, so that it wins where votes are equal.
+        votes.push(Vote {
+            class: self.classes[pixel],
+            sum: 0.0,
+            most: f32::INFINITY,
+            node: own,
+        });
+        let color = self.frame.color.color(pixel);
+        let length = self.length(pixel);
+        let per_length = (LENGTH * length).recip();
+        let (column, row) = (pixel % self.width, pixel / self.width);
+        for y in row.saturating_sub(REACH)..(row + REACH + 1).min(self.height) {
+            for x in column.saturating_sub(REACH)..(column + REACH + 1).min(self.width) {
+                let other = y * self.width + x;
+                let node = self.shown[other];
+                if node == NO_NODE {
+                    continue;
+                }
+                let pixels = (x.abs_diff(column).pow(2) + y.abs_diff(row).pow(2)) as f32 / PIXELS.powi(2);
+                let colors = (self.frame.color.color(other) - color).length_squared() / COLOR.powi(2);
+                let lengths = ((self.length(other) - length) * per_length).powi(2);
+                let weight = (-0.5 * (pixels + colors + lengths.min(2.0 * MOST_FOR_LENGTH))).exp();
+                let class = self.classes[other];
+                match votes.iter_mut().find(|vote| vote.class == class) {
+                    Some(vote) => {
+                        vote.sum += weight;
+                        if weight > vote.most {
+                            (vote.most, vote.node) = (weight, node);
+                        }
+                    }
+                    None => votes.push(Vote {
+                        class,
+                        sum: weight,
+                        most: weight,
+                        node,
+                    }),
+                }
+            }
+        }
+        let first = (0.0, own);
+        let larger = |best: (f32, u32), vote: &Vote| {
+            if vote.sum > best.0 {
+                (vote.sum, vote.node)
+            } else {
+                best
+            }
+        };
+        votes.iter().fold(first, larger).1
+    }
+
+    /// Ray length of a pixel with a node: measured, or that of the node's centre.
+    fn length(&self, pixel: usize) -> f32 {
+        let measured = self
+            .frame
+            .depth
+            .as_ref()
+            .and_then(|depth| depth.ray_length(pixel));
+        measured.unwrap_or_else(|| {
+            let position = self.nodes[self.shown[pixel] as usize].position;
+            position.distance(self.frame.center())
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use glam::Vec3;
+
+    use super::*;
+    use crate::scene::testing::wall;
+    use crate::scene::{ColorImage, DepthMap, Scene};
+    use crate::semantics::{NodeMap, SurfaceGraph};
+
+    const SIZE: [u32; 2] = [24, 9];
+    /// The last column of the blocks left of the border, which lie on blocks of three columns.
+    const BLOCKS_END: u32 = 12;
+
+    /// One frame whose pixels show nodes three columns wide at two metres, of class 4 left of column 12 and of
+    /// class 5 from there on.
+    fn blocks() -> (Scene, Surface, Vec<ClassId>) {
+        let scene = wall(1, SIZE[0], SIZE[1]);
+        let frame = &scene.frames[0];
+        let shown: Vec<u32> = (0..SIZE[0] * SIZE[1]).map(|pixel| pixel % SIZE[0] / 3).collect();
+        let nodes: Vec<Node> = (0..SIZE[0] / 3)
+            .map(|node| Node {
+                position: frame.center() + 2.0 * frame.ray_direction((4 * SIZE[0] + 3 * node + 1) as usize),
+                color: Vec3::ZERO,
+                normal: Vec3::Z,
+                pixels: 27.0,
+                voxel: 0.3,
+            })
+            .collect();
+        let surface = Surface {
+            graph: SurfaceGraph::from_edges(nodes, &[]),
+            pixels: vec![Arc::new(NodeMap::pack(SIZE[0] as usize, &shown))],
+            voxel: 0.3,
+        };
+        let labels = (0..SIZE[0] / 3)
+            .map(|node| if 3 * node < BLOCKS_END { 4 } else { 5 })
+            .collect();
+        (scene, surface, labels)
+    }
+
+    fn paint(scene: &mut Scene, gray: impl Fn(u32, u32) -> u8) {
+        let pixels = (0..SIZE[0] * SIZE[1]).map(|pixel| gray(pixel % SIZE[0], pixel / SIZE[0]));
+        let rgb = pixels.flat_map(|value| [value; 3]).collect();
+        scene.frames[0].color = ColorImage::new(SIZE[0], SIZE[1], rgb).unwrap();
+    }
+
+    fn classes(scene: &Scene, surface: &Surface, labels: &[ClassId]) -> Vec<ClassId> {
+        let nodes = nodes_at_borders(&scene.frames[0], 0, surface, labels);
+        nodes.iter().map(|&node| labels[node as usize]).collect()
+    }
+
+    #[test]
+    fn a_border_follows_the_colours_of_the_image() {
+        let (mut scene, surface, labels) = blocks();
+        scene.frames[0].depth = None;
+        for edge in [BLOCKS_END - 1, BLOCKS_END, BLOCKS_END + 1] {
+            paint(&mut scene, |x, _| if x < edge { 60 } else { 200 });
+            let classes = classes(&scene, &surface, &labels);
+            for (pixel, class) in (0..).zip(classes) {
+                let expected = if pixel % SIZE[0] < edge { 4 } else { 5 };
+                assert_eq!(class, expected, "edge {edge} pixel {pixel}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_border_without_colours_follows_the_measured_depth() {
+        let (mut scene, surface, labels) = blocks();
+        paint(&mut scene, |_, _| 128);
+        let edge = BLOCKS_END + 1;
+        let lengths: Vec<f32> = (0..SIZE[0] * SIZE[1])
+            .map(|pixel| if pixel % SIZE[0] < edge { 2.0 } else { 3.0 })
+            .collect();
+        scene.frames[0].depth = Some(DepthMap::from_ray_lengths(SIZE[0], &lengths));
+        let classes = classes(&scene, &surface, &labels);
+        for (pixel, class) in (0..).zip(classes) {
+            assert_eq!(class, if pixel % SIZE[0] < edge { 4 } else { 5 }, "pixel {pixel}");
+        }
+    }
+
+    #[test]
+    fn away_from_borders_and_on_plain_ones_every_pixel_keeps_its_node() {
+        let (mut scene, surface, mut labels) = blocks();
+        scene.frames[0].depth = None;
+        // Stripes that no border of classes is near.
+        paint(&mut scene, |x, _| if x < 6 && x % 2 == 0 { 20 } else { 128 });
+        let shown = surface.pixels[0].unpack();
+        assert_eq!(nodes_at_borders(&scene.frames[0], 0, &surface, &labels), shown);
+        labels.fill(4);
+        paint(&mut scene, |x, y| (37 * x + 91 * y) as u8);
+        assert_eq!(nodes_at_borders(&scene.frames[0], 0, &surface, &labels), shown);
+    }
+
+    #[test]
+    fn pixels_without_a_node_stay_so_and_say_nothing() {
+        let (mut scene, mut surface, labels) = blocks();
+        paint(&mut scene, |x, _| if x < BLOCKS_END + 1 { 60 } else { 200 });
+        let mut shown = surface.pixels[0].unpack();
+        for (pixel, node) in shown.iter_mut().enumerate() {
+            if pixel % SIZE[0] as usize <= 11 {
+                *node = NO_NODE;
+            }
+        }
+        surface.pixels[0] = Arc::new(NodeMap::pack(SIZE[0] as usize, &shown));
+        // Column 12 has the colour of the left, and nobody there to say what that is.
+        assert_eq!(nodes_at_borders(&scene.frames[0], 0, &surface, &labels), shown);
+    }
+}
