@@ -39,18 +39,76 @@ enum Pixels {
         /// `None` where it is not known, as it is not kept on disk.
         confidence: Option<Vec<u16>>,
     },
-    /// By the nodes that they show, along borders chosen by the colours and depths of the frame.
-    OnSurface {
-        scene: Arc<Scene>,
-        surface: Arc<Surface>,
-        posterior: Arc<Posterior>,
-        /// Entropy where there is no node.
-        unknown: u16,
-        /// Label images whose pixels are as they say, without doubt.
-        trusted: Option<Arc<ImportedLabels>>,
-        /// Pixels that the person painted, and their classes: those as they said, without doubt.
-        painted: Vec<(u32, ClassId)>,
-    },
+    /// By the nodes that they show.
+    OnSurface(OnSurface),
+}
+
+/// What the pixels of a map follow from: the nodes that they show, along borders chosen by the colours and depths of
+/// the frame.
+#[derive(Clone, Debug)]
+pub(super) struct OnSurface {
+    pub(super) scene: Arc<Scene>,
+    pub(super) surface: Arc<Surface>,
+    pub(super) posterior: Arc<Posterior>,
+    /// Entropy where there is no node.
+    pub(super) unknown: u16,
+    /// Label images whose pixels are as they say, without doubt.
+    pub(super) trusted: Option<Arc<ImportedLabels>>,
+    /// Pixels that the person painted, and their classes: those as they said, without doubt.
+    pub(super) painted: Vec<(u32, ClassId)>,
+}
+
+impl OnSurface {
+    /// The node that every pixel of a frame takes its class from.
+    fn nodes(&self, frame: usize) -> Vec<u32> {
+        let labels = &self.posterior.labels;
+        nodes_at_borders(&self.scene.frames[frame], frame, &self.surface, labels)
+    }
+
+    fn labels(&self, frame: usize, nodes: &[u32]) -> Vec<ClassId> {
+        self.read(frame, nodes, (&self.posterior.labels, VOID), |class| class)
+    }
+
+    fn entropy(&self, frame: usize, nodes: &[u32]) -> Vec<u16> {
+        self.read(frame, nodes, (&self.posterior.entropy, self.unknown), |_| 0)
+    }
+
+    fn confidence(&self, frame: usize, nodes: &[u32]) -> Vec<u16> {
+        self.read(frame, nodes, (&self.posterior.confidence, 0), |_| CERTAIN)
+    }
+
+    /// The value of every pixel's node, or that of pixels `without` one; over them what was `said` of a pixel, by its
+    /// class.
+    fn read(
+        &self,
+        frame: usize,
+        nodes: &[u32],
+        (values, without): (&[u16], u16),
+        said: impl Fn(ClassId) -> u16,
+    ) -> Vec<u16> {
+        let value = |&node: &u32| {
+            if node == NO_NODE {
+                without
+            } else {
+                values[node as usize]
+            }
+        };
+        let mut pixels: Vec<u16> = nodes.iter().map(value).collect();
+        let image = self.trusted.as_deref().and_then(|images| images.of_frame(frame));
+        if let Some(image) = image.filter(|image| image.pixels() == pixels.len()) {
+            let mut start = 0;
+            for (class, length) in image.runs() {
+                if class != VOID {
+                    pixels[start..start + length].fill(said(class));
+                }
+                start += length;
+            }
+        }
+        for &(pixel, class) in &self.painted {
+            pixels[pixel as usize] = said(class);
+        }
+        pixels
+    }
 }
 
 impl FrameMap {
@@ -76,52 +134,37 @@ impl FrameMap {
         })
     }
 
-    /// A map of a frame of the scene by the nodes of its pixels; `unknown` is the entropy of pixels without one, `trusted` are
-    /// label images whose pixels are as they say, and `painted` pixels with the class that the person gave them.
-    pub(super) fn on_surface(
-        (frame, generation): (usize, u64),
-        scene: Arc<Scene>,
-        (surface, posterior): (Arc<Surface>, Arc<Posterior>),
-        unknown: u16,
-        trusted: Option<Arc<ImportedLabels>>,
-        painted: Vec<(u32, ClassId)>,
-    ) -> Self {
-        let camera = &scene.frames[frame].camera;
+    /// A map of a frame of the scene that follows from a surface.
+    pub(super) fn on_surface((frame, generation): (usize, u64), shown: OnSurface) -> Self {
+        let camera = &shown.scene.frames[frame].camera;
         Self {
             frame,
             generation,
             width: camera.width,
             height: camera.height,
-            pixels: Pixels::OnSurface {
-                scene,
-                surface,
-                posterior,
-                unknown,
-                trusted,
-                painted,
-            },
+            pixels: Pixels::OnSurface(shown),
         }
+    }
+
+    /// The same map with its pixels looked up: whoever reads it does not wait for that.
+    pub fn looked_up(self) -> Self {
+        let Pixels::OnSurface(shown) = &self.pixels else {
+            return self;
+        };
+        let nodes = shown.nodes(self.frame);
+        let pixels = Pixels::Listed {
+            labels: shown.labels(self.frame, &nodes),
+            entropy: shown.entropy(self.frame, &nodes),
+            confidence: Some(shown.confidence(self.frame, &nodes)),
+        };
+        Self { pixels, ..self }
     }
 
     /// Most likely class of every pixel; void where nothing is known or the person said so.
     pub fn labels(&self) -> Cow<'_, [ClassId]> {
         match &self.pixels {
             Pixels::Listed { labels, .. } => Cow::Borrowed(labels),
-            Pixels::OnSurface {
-                scene,
-                surface,
-                posterior,
-                trusted,
-                painted,
-                ..
-            } => {
-                let mut labels = looked_up(&self.nodes(scene, surface, posterior), &posterior.labels, VOID);
-                self.cover(trusted.as_deref(), &mut labels, |class| class);
-                painted
-                    .iter()
-                    .for_each(|&(pixel, class)| labels[pixel as usize] = class);
-                Cow::Owned(labels)
-            }
+            Pixels::OnSurface(shown) => Cow::Owned(shown.labels(self.frame, &shown.nodes(self.frame))),
         }
     }
 
@@ -129,23 +172,7 @@ impl FrameMap {
     pub fn entropy(&self) -> Cow<'_, [u16]> {
         match &self.pixels {
             Pixels::Listed { entropy, .. } => Cow::Borrowed(entropy),
-            Pixels::OnSurface {
-                scene,
-                surface,
-                posterior,
-                unknown,
-                trusted,
-                painted,
-            } => {
-                let mut entropy = looked_up(
-                    &self.nodes(scene, surface, posterior),
-                    &posterior.entropy,
-                    *unknown,
-                );
-                self.cover(trusted.as_deref(), &mut entropy, |_| 0);
-                painted.iter().for_each(|&(pixel, _)| entropy[pixel as usize] = 0);
-                Cow::Owned(entropy)
-            }
+            Pixels::OnSurface(shown) => Cow::Owned(shown.entropy(self.frame, &shown.nodes(self.frame))),
         }
     }
 
@@ -154,43 +181,10 @@ impl FrameMap {
     pub fn confidence(&self) -> Option<Cow<'_, [u16]>> {
         match &self.pixels {
             Pixels::Listed { confidence, .. } => confidence.as_deref().map(Cow::Borrowed),
-            Pixels::OnSurface {
-                scene,
-                surface,
-                posterior,
-                trusted,
-                painted,
-                ..
-            } => {
-                let mut confidence =
-                    looked_up(&self.nodes(scene, surface, posterior), &posterior.confidence, 0);
-                self.cover(trusted.as_deref(), &mut confidence, |_| CERTAIN);
-                painted
-                    .iter()
-                    .for_each(|&(pixel, _)| confidence[pixel as usize] = CERTAIN);
-                Some(Cow::Owned(confidence))
+            Pixels::OnSurface(shown) => {
+                let nodes = shown.nodes(self.frame);
+                Some(Cow::Owned(shown.confidence(self.frame, &nodes)))
             }
-        }
-    }
-
-    /// The node that every pixel takes its class from.
-    fn nodes(&self, scene: &Scene, surface: &Surface, posterior: &Posterior) -> Vec<u32> {
-        let frame = &scene.frames[self.frame];
-        nodes_at_borders(frame, self.frame, surface, &posterior.labels)
-    }
-
-    /// Puts values for the classes of the frame's trusted image over the pixels that have one.
-    fn cover(&self, trusted: Option<&ImportedLabels>, pixels: &mut [u16], value: impl Fn(ClassId) -> u16) {
-        let image = trusted.and_then(|images| images.of_frame(self.frame));
-        let Some(image) = image.filter(|image| image.pixels() == pixels.len()) else {
-            return;
-        };
-        let mut start = 0;
-        for (class, length) in image.runs() {
-            if class != VOID {
-                pixels[start..start + length].fill(value(class));
-            }
-            start += length;
         }
     }
 
@@ -255,18 +249,6 @@ impl PartialEq for FrameMap {
 
 impl Eq for FrameMap {}
 
-/// The value of every pixel's node, `without` where there is none.
-fn looked_up(nodes: &[u32], values: &[u16], without: u16) -> Vec<u16> {
-    let value = |&node: &u32| {
-        if node == NO_NODE {
-            without
-        } else {
-            values[node as usize]
-        }
-    };
-    nodes.iter().map(value).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use glam::Vec3;
@@ -299,8 +281,15 @@ mod tests {
             ))],
             voxel: 0.1,
         };
-        let of = (Arc::new(surface), Arc::new(posterior));
-        FrameMap::on_surface((0, 9), Arc::new(scene), of, unknown, None, painted)
+        let shown = OnSurface {
+            scene: Arc::new(scene),
+            surface: Arc::new(surface),
+            posterior: Arc::new(posterior),
+            unknown,
+            trusted: None,
+            painted,
+        };
+        FrameMap::on_surface((0, 9), shown)
     }
 
     #[test]
@@ -323,6 +312,9 @@ mod tests {
         assert_eq!(listed.confidence(), None);
         let confidence = [60_000, CERTAIN, 60_000, CERTAIN, 50_000, 0];
         assert_eq!(map.confidence().as_deref(), Some(&confidence[..]));
+        let looked_up = map.clone().looked_up();
+        assert!(matches!(looked_up.labels(), Cow::Borrowed(_)) && looked_up == map);
+        assert_eq!(looked_up.confidence(), map.confidence());
         assert!((map.coverage() - 4.0 / 6.0).abs() < 1e-6);
         assert!((map.mean_entropy() - 1399.0 / 6.0 / ENTROPY_STEPS_PER_NAT).abs() < 1e-6);
         assert_ne!(map, FrameMap::new(0, 9, [3, 2], vec![5; 6], vec![0; 6]).unwrap());

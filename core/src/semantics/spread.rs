@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use rustc_hash::FxHashMap;
 
+use super::map::OnSurface;
 use super::{ENTROPY_STEPS_PER_NAT, FrameMap, NO_NODE, Posterior, Propagation, Surface, SurfaceImport};
 use crate::labels::{ClassId, LabelSet, Stroke, StrokeId, VOID, rasterise};
 use crate::scene::Scene;
@@ -157,14 +158,15 @@ impl Spread {
     pub fn map(&self, scene: &Arc<Scene>, frame: usize, generation: u64) -> FrameMap {
         let unknown = ((self.classes.len().max(1) as f32).ln() * ENTROPY_STEPS_PER_NAT).round() as u16;
         let painted = self.painted.get(&frame).into_iter().flatten();
-        FrameMap::on_surface(
-            (frame, generation),
-            Arc::clone(scene),
-            (Arc::clone(&self.surface), Arc::clone(&self.posterior)),
+        let shown = OnSurface {
+            scene: Arc::clone(scene),
+            surface: Arc::clone(&self.surface),
+            posterior: Arc::clone(&self.posterior),
             unknown,
-            self.import.as_ref().and_then(|import| import.trusted()).cloned(),
-            painted.map(|(&pixel, &(class, _))| (pixel, class)).collect(),
-        )
+            trusted: self.import.as_ref().and_then(|import| import.trusted()).cloned(),
+            painted: painted.map(|(&pixel, &(class, _))| (pixel, class)).collect(),
+        };
+        FrameMap::on_surface((frame, generation), shown)
     }
 
     /// Mean entropy over all pixels that show the surface, in nats.

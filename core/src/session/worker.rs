@@ -200,8 +200,11 @@ impl<'a> Worker<'a> {
         }
         let start = Instant::now();
         while let Some(frame) = self.stale.pop_front() {
+            let map = spread.map(&self.scene, frame, self.generation);
+            // Somebody waits for this one; that thread shall not have to look it up.
+            let is_in_view = frame == self.view;
             self.outbox
-                .publish(spread.map(&self.scene, frame, self.generation));
+                .publish(if is_in_view { map.looked_up() } else { map });
             if start.elapsed() >= PUBLISH_SLICE {
                 break;
             }
