@@ -6,6 +6,7 @@
 mod class;
 mod edit;
 mod file;
+mod history;
 mod import;
 mod imported;
 pub(crate) mod png;
@@ -16,8 +17,9 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 pub use class::{Class, ClassId, VOID};
-pub use edit::{Edit, History, ImportChange, StrokeChange};
+pub use edit::{Edit, ImportChange, StrokeChange};
 pub use file::{StrokesError, read_strokes, strokes_json};
+pub use history::History;
 pub use import::{ImportError, LabelImages, in_frame, read_class_list, read_label_images};
 pub use imported::{ImportId, ImportedLabels, ImportedMap, Trust};
 pub use raster::{erase, pixels_of, rasterise};
