@@ -174,6 +174,7 @@ impl Request {
             palette,
             look,
         } = self.source;
+        let map = map.as_deref().map(FrameMap::looked_up);
         let map = map.as_deref();
         let (Subject::Frame(frame) | Subject::Place(frame, _)) = self.subject;
         let color = &scene.frames.get(frame)?.color;

@@ -1,5 +1,6 @@
 //! An open scene: what is looked at, what was said about it, and what the worker answered.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use inplace_core::guide::Suggestion;
@@ -296,9 +297,14 @@ impl Workspace {
         let map = self.session.maps().and_then(|maps| maps.get(self.frame));
         self.last_serial += 1;
         let serial = (self.serial << 32) | self.last_serial;
-        self.shown = map
-            .filter(|map| map.width > 0 && map.height > 0)
-            .map(|map| ShownMap { map, serial });
+        self.shown = map.filter(|map| map.width > 0 && map.height > 0).map(|map| {
+            // Once here, not once for each of its textures.
+            let map = match map.looked_up() {
+                Cow::Owned(looked_up) => Arc::new(looked_up),
+                Cow::Borrowed(_) => map,
+            };
+            ShownMap { map, serial }
+        });
     }
 
     fn send_labels(&self) {

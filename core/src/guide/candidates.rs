@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use rayon::prelude::*;
 
-use super::places::Places;
+use super::nearby::Nearby;
 use crate::labels::ClassId;
 use crate::semantics::{CERTAIN, NO_NODE, Posterior, Surface, SurfaceGraph};
 
@@ -45,8 +45,8 @@ pub(super) fn unclearness(graph: &SurfaceGraph, posterior: &Posterior) -> Vec<f3
     unclear
 }
 
-/// How much a pixel of each class counts.
-pub(super) fn class_weights(graph: &SurfaceGraph, posterior: &Posterior) -> BTreeMap<ClassId, f32> {
+/// What each node counts: the pixels that show it, each by the weight of its class.
+pub(super) fn values(graph: &SurfaceGraph, posterior: &Posterior) -> Vec<f32> {
     let mut pixels: BTreeMap<ClassId, f32> = BTreeMap::new();
     for (node, label) in graph.nodes().iter().zip(&posterior.labels) {
         *pixels.entry(*label).or_default() += node.pixels;
@@ -54,9 +54,13 @@ pub(super) fn class_weights(graph: &SurfaceGraph, posterior: &Posterior) -> BTre
     let all: f32 = pixels.values().sum();
     // What a class has little of may be a mistake altogether: it counts at most as a thousandth does.
     let weight = |own: f32| (all / own.max(1e-3 * all).max(f32::MIN_POSITIVE)).powf(CLASS_POWER);
-    pixels
+    let weights: BTreeMap<ClassId, f32> = pixels
         .into_iter()
         .map(|(class, own)| (class, weight(own)))
+        .collect();
+    let labelled = graph.nodes().iter().zip(&posterior.labels);
+    labelled
+        .map(|(node, label)| node.pixels * weights[label])
         .collect()
 }
 
@@ -91,7 +95,7 @@ pub(super) fn candidates(
         order.truncate(PROMISING);
     }
     order.par_sort_unstable_by(better);
-    let mut taken = Places::new(APART);
+    let mut taken = Nearby::new(APART);
     let mut candidates = Vec::with_capacity(MOST);
     for (_, node) in order {
         let position = graph.nodes()[node as usize].position;

@@ -2,16 +2,16 @@
 
 mod candidates;
 mod effect;
+mod nearby;
 mod outline;
-mod places;
 
 use std::collections::BTreeSet;
 
 use rayon::prelude::*;
 
-use candidates::{candidates, class_weights, unclearness, visible};
+use candidates::{candidates, unclearness, values, visible};
 use effect::{Effect, Reach};
-use places::Places;
+use nearby::Nearby;
 
 use crate::labels::{ClassId, Pixel, VOID};
 use crate::scene::Scene;
@@ -65,16 +65,10 @@ pub fn suggest(
 ) -> Vec<Suggestion> {
     let graph = &surface.graph;
     let unclear = unclearness(graph, posterior);
-    let weights = class_weights(graph, posterior);
-    let value = |node: u32| {
-        let (pixels, label) = (
-            graph.nodes()[node as usize].pixels,
-            posterior.labels[node as usize],
-        );
-        pixels * weights.get(&label).copied().unwrap_or(1.0)
-    };
+    let values = values(graph, posterior);
+    let value = |node: u32| values[node as usize];
     let to_label = |node: u32| posterior.distances[node as usize][0];
-    let mut labels = Places::new(NEAR_A_LABEL);
+    let mut labels = Nearby::new(NEAR_A_LABEL);
     for &node in said {
         labels.add(graph.nodes()[node as usize].position);
     }

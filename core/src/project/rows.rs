@@ -208,6 +208,7 @@ pub(super) struct MapRow {
 
 impl MapRow {
     pub(super) fn encode(map: &FrameMap) -> image::ImageResult<Self> {
+        let map = map.looked_up();
         Ok(Self {
             frame: map.frame,
             generation: map.generation,

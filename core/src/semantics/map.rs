@@ -146,10 +146,10 @@ impl FrameMap {
         }
     }
 
-    /// The same map with its pixels looked up: whoever reads it does not wait for that.
-    pub fn looked_up(self) -> Self {
+    /// The same map with its pixels looked up once, for whoever reads more than one thing of it.
+    pub fn looked_up(&self) -> Cow<'_, Self> {
         let Pixels::OnSurface(shown) = &self.pixels else {
-            return self;
+            return Cow::Borrowed(self);
         };
         let nodes = shown.nodes(self.frame);
         let pixels = Pixels::Listed {
@@ -157,7 +157,7 @@ impl FrameMap {
             entropy: shown.entropy(self.frame, &nodes),
             confidence: Some(shown.confidence(self.frame, &nodes)),
         };
-        Self { pixels, ..self }
+        Cow::Owned(Self { pixels, ..*self })
     }
 
     /// Most likely class of every pixel; void where nothing is known or the person said so.
@@ -202,16 +202,17 @@ impl FrameMap {
         labelled as f32 / labels.len().max(1) as f32
     }
 
-    /// The map in the pixels of the frame's image on disk: each has what the frame's pixel at the same
+    /// The map in the pixels of the frame's image on disk, looked up: each has what the frame's pixel at the same
     /// place has. Pixels that the frame does not reach, behind the strongest lenses, are void, without
     /// confidence and as unsure as the frame's most unsure pixel.
     pub fn in_image<'a>(&'a self, frame: &Frame) -> Cow<'a, Self> {
+        let straight = self.looked_up();
         if frame.lens.is_none() {
-            return Cow::Borrowed(self);
+            return straight;
         }
         let (width, height) = (frame.image().width, frame.image().height);
-        let (own_labels, own_entropy) = (self.labels(), self.entropy());
-        let own_confidence = self.confidence();
+        let (own_labels, own_entropy) = (straight.labels(), straight.entropy());
+        let own_confidence = straight.confidence();
         let unknown = own_entropy.iter().copied().max().unwrap_or(0);
         let own: Vec<Option<usize>> = (0..width * height)
             .map(|index| {
@@ -242,8 +243,10 @@ impl PartialEq for FrameMap {
     fn eq(&self, other: &Self) -> bool {
         (self.frame, self.generation, self.width, self.height)
             == (other.frame, other.generation, other.width, other.height)
-            && self.labels() == other.labels()
-            && self.entropy() == other.entropy()
+            && {
+                let (own, others) = (self.looked_up(), other.looked_up());
+                own.labels() == others.labels() && own.entropy() == others.entropy()
+            }
     }
 }
 
@@ -312,8 +315,8 @@ mod tests {
         assert_eq!(listed.confidence(), None);
         let confidence = [60_000, CERTAIN, 60_000, CERTAIN, 50_000, 0];
         assert_eq!(map.confidence().as_deref(), Some(&confidence[..]));
-        let looked_up = map.clone().looked_up();
-        assert!(matches!(looked_up.labels(), Cow::Borrowed(_)) && looked_up == map);
+        let looked_up = map.looked_up();
+        assert!(matches!(looked_up.labels(), Cow::Borrowed(_)) && *looked_up == map);
         assert_eq!(looked_up.confidence(), map.confidence());
         assert!((map.coverage() - 4.0 / 6.0).abs() < 1e-6);
         assert!((map.mean_entropy() - 1399.0 / 6.0 / ENTROPY_STEPS_PER_NAT).abs() < 1e-6);
@@ -338,7 +341,7 @@ mod tests {
             map_of(scene, &shown, posterior, 0, Vec::new())
         };
         let same = listing(&frame);
-        assert!(matches!(same.in_image(&frame), Cow::Borrowed(map) if *map == same));
+        assert_eq!(*same.in_image(&frame), same);
         let lens = Lens {
             image: frame.camera,
             distortion: Distortion {

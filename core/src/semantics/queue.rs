@@ -1,8 +1,8 @@
 //! The priority queue of shortest paths.
 
 /// Nodes by distance, smallest first: a radix heap (Ahuja et al., "Faster Algorithms for the Shortest Path Problem",
-/// 1990). It needs what Dijkstra's algorithm has, that nothing is pushed below what was popped last, and is several
-/// times faster than a binary heap.
+/// 1990). It needs what Dijkstra's algorithm has, that nothing is pushed below what was popped last, and is faster
+/// than a binary heap.
 ///
 /// The bits of floating-point numbers from zero on are ordered as the numbers are, so they serve as integer keys.
 pub(crate) struct DistanceQueue {

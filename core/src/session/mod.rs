@@ -11,6 +11,7 @@ mod reference;
 pub(crate) mod semantic_field;
 mod serve;
 pub(crate) mod survey;
+pub(crate) mod taught;
 mod worker;
 
 use std::sync::Arc;

@@ -4,48 +4,43 @@ use std::collections::HashMap;
 
 use candle_core::{Result, Tensor};
 
-use super::semantic_field::sampling;
+use super::taught::{Kind, Taught, sampling};
 use crate::field::Trainer;
 use crate::scene::Scene;
 use crate::semantics::{HeadLook, SemanticHead, Spread};
 
 /// Field steps per step of the head.
 const EVERY: u64 = 2;
-/// Steps between looks at what it says of the surface, and steps after which it has followed the labels.
+/// Steps between looks at what it says of the surface.
 const LOOK_EVERY: u64 = 100;
-const FOLLOWS: u64 = 300;
 /// Places of the surface and labelled rays in a step.
 const SOFT_TARGETS: usize = 1024;
 const LABELLED_RAYS: usize = 128;
-/// What the names of its parameters begin with in a saved model.
-const NAME: &str = "head";
+const KIND: Kind = Kind {
+    name: "head",
+    has_grid: false,
+};
 
-/// The head, what it still has to learn, and the look at what it says that is under way.
-#[derive(Default)]
+/// The head and the look at what it says that is under way.
 pub(super) struct Opinion {
-    head: Option<SemanticHead>,
-    /// Steps that it needs to follow the labels.
-    steps_due: u64,
+    pub(super) taught: Taught,
     look: Option<HeadLook>,
 }
 
 impl Opinion {
-    /// The head of a saved model, where it has one that fits.
-    pub(super) fn restored(tensors: &HashMap<String, Tensor>, trainer: &Trainer) -> Self {
+    pub(super) fn new() -> Self {
         Self {
-            head: SemanticHead::restored(NAME, tensors, trainer.field().feature_width(), None),
-            ..Self::default()
+            taught: Taught::new(KIND),
+            look: None,
         }
     }
 
-    /// There are new labels to follow, or it is `wanted` no more.
-    pub(super) fn labels_changed(&mut self, wanted: bool) {
-        self.steps_due = if wanted { FOLLOWS } else { 0 };
-    }
-
-    /// Whether it needs more steps to follow the labels.
-    pub(super) fn is_behind(&self) -> bool {
-        self.steps_due > 0
+    /// That of a saved model, where it has one that fits.
+    pub(super) fn restored(tensors: &HashMap<String, Tensor>, trainer: &Trainer) -> Self {
+        Self {
+            taught: Taught::restored(KIND, tensors, trainer),
+            look: None,
+        }
     }
 
     /// Whether a step is due after one of the field, or when that `trains` no more.
@@ -53,7 +48,7 @@ impl Opinion {
         if trains {
             trainer.steps().is_multiple_of(EVERY)
         } else {
-            self.is_behind()
+            self.taught.steps_due() > 0
         }
     }
 
@@ -65,28 +60,15 @@ impl Opinion {
         spread: &Spread,
         seed: u64,
     ) -> Result<()> {
-        let (field, classes) = (trainer.field(), spread.classes());
-        let done = self.head.as_ref().map_or(0, SemanticHead::steps);
-        let seed = seed ^ (trainer.steps() << 20) ^ done;
-        let followed = self.steps_due == 1;
-        self.steps_due = self.steps_due.saturating_sub(1);
-        let mut head = match self.head.take() {
-            Some(head) if head.classes() == classes => head,
-            earlier => SemanticHead::new(classes, field.feature_width(), None, earlier.as_ref(), seed)?,
-        };
+        let seed = self.taught.seed(trainer, seed);
+        // Also when it has just followed the labels, so that the last of those steps are not lost.
+        let followed = self.taught.steps_due() == 1;
         let soft = spread.soft_targets(SOFT_TARGETS, seed);
         let labelled = spread.labelled_rays(scene, LABELLED_RAYS, seed);
-        head.step(
-            field,
-            trainer.occupancy(),
-            &soft,
-            &labelled,
-            sampling(trainer, seed),
-        )?;
-        // Also when it has just followed the labels, so that the last of those steps are not lost.
-        let due = followed || head.steps().is_multiple_of(LOOK_EVERY);
-        self.head = Some(head);
-        if due {
+        let head = self.taught.for_step(spread.classes(), trainer, seed)?;
+        let (field, occupancy) = (trainer.field(), trainer.occupancy());
+        head.step(field, occupancy, &soft, &labelled, sampling(trainer, Some(seed)))?;
+        if followed || head.steps().is_multiple_of(LOOK_EVERY) {
             self.start_look();
         }
         Ok(())
@@ -94,12 +76,8 @@ impl Opinion {
 
     /// Starts a look at what the head says of every node, once it has learnt something.
     pub(super) fn start_look(&mut self) {
-        let knows = |head: &SemanticHead| head.steps() >= LOOK_EVERY;
-        self.look = self
-            .head
-            .as_ref()
-            .filter(|head| knows(head))
-            .map(|_| HeadLook::default());
+        let knows = |head: &&SemanticHead| head.steps() >= LOOK_EVERY;
+        self.look = self.taught.head().filter(knows).map(|_| HeadLook::default());
     }
 
     /// Whether a look is under way.
@@ -109,7 +87,7 @@ impl Opinion {
 
     /// Goes on with the look; at its end, what the head says of each node.
     pub(super) fn look_on(&mut self, trainer: &Trainer, spread: &Spread) -> Result<Option<Vec<f32>>> {
-        let (Some(mut look), Some(head)) = (self.look.take(), &self.head) else {
+        let (Some(mut look), Some(head)) = (self.look.take(), self.taught.head()) else {
             return Ok(None);
         };
         // Classes came or went: the head learns them first.
@@ -121,18 +99,5 @@ impl Opinion {
             self.look = Some(look);
         }
         Ok(said)
-    }
-
-    /// Trainable parameters.
-    pub(super) fn parameters(&self) -> usize {
-        self.head.as_ref().map_or(0, SemanticHead::parameters)
-    }
-
-    /// The parameters by name, for saving.
-    pub(super) fn state(&self) -> Result<HashMap<String, Tensor>> {
-        match &self.head {
-            Some(head) => head.state(NAME),
-            None => Ok(HashMap::new()),
-        }
     }
 }

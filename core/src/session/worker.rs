@@ -141,7 +141,7 @@ pub(super) fn timed<T>(seconds: &mut f64, work: impl FnOnce() -> T) -> T {
 impl<'a> Worker<'a> {
     fn new(scene: Arc<Scene>, options: &'a SessionOptions, outbox: &'a Outbox) -> Result<Self, WorkerError> {
         let mut trainer = Trainer::new(Arc::clone(&scene), options.preset, options.seed)?;
-        let (mut opinion, mut semantic_field) = (Opinion::default(), SemanticField::default());
+        let (mut opinion, mut semantic_field) = (Opinion::new(), SemanticField::new());
         if let Some(state) = &options.state {
             match restore(&mut trainer, state) {
                 Ok(restored) => (opinion, semantic_field) = restored,
@@ -203,8 +203,11 @@ impl<'a> Worker<'a> {
             let map = spread.map(&self.scene, frame, self.generation);
             // Somebody waits for this one; that thread shall not have to look it up.
             let is_in_view = frame == self.view;
-            self.outbox
-                .publish(if is_in_view { map.looked_up() } else { map });
+            self.outbox.publish(if is_in_view {
+                map.looked_up().into_owned()
+            } else {
+                map
+            });
             if start.elapsed() >= PUBLISH_SLICE {
                 break;
             }
@@ -255,7 +258,7 @@ impl<'a> Worker<'a> {
             return Ok(false);
         }
         if self.semantic_field.has_the_turn() && self.spread.is_some() {
-            return self.train_semantics(self.opinion.is_behind(), true);
+            return self.train_semantics(self.opinion.taught.steps_due() > 0, true);
         }
         let field = !self.trainer.settled();
         if field {
@@ -300,8 +303,8 @@ impl<'a> Worker<'a> {
     /// What is trained on the labels has something new to follow.
     fn labels_changed(&mut self) {
         let wanted = self.semantics_are_wanted();
-        self.opinion.labels_changed(wanted);
-        self.semantic_field.labels_changed(wanted);
+        self.opinion.taught.labels_changed(wanted);
+        self.semantic_field.taught.labels_changed(wanted);
     }
 
     /// Goes on with the look at the opinion; at its end, that goes into the maps.
@@ -366,8 +369,8 @@ impl<'a> Worker<'a> {
     }
 
     fn is_settled(&self) -> bool {
-        let followed = !self.opinion.is_behind() && self.semantic_field.has_followed();
-        let trained = self.settling || (self.trainer.settled() && followed);
+        let due = self.opinion.taught.steps_due() + self.semantic_field.taught.steps_due();
+        let trained = self.settling || (self.trainer.settled() && due == 0);
         let looked = self.survey.is_done() && !self.opinion.is_looking();
         let idle = looked && self.importing.is_none() && self.stale.is_empty();
         trained && idle && self.spread.is_some()
@@ -375,8 +378,8 @@ impl<'a> Worker<'a> {
 
     fn save(&self) -> Result<ModelState, WorkerError> {
         let mut tensors = self.trainer.state()?;
-        tensors.extend(self.opinion.state()?);
-        tensors.extend(self.semantic_field.state()?);
+        tensors.extend(self.opinion.taught.state()?);
+        tensors.extend(self.semantic_field.taught.state()?);
         saved(&tensors, self.trainer.steps())
     }
 }
@@ -444,7 +447,7 @@ impl Task for Worker<'_> {
             (false, None) => Phase::FindingSurface,
             (false, Some(_)) => Phase::Training,
         };
-        let semantics = self.opinion.parameters() + self.semantic_field.parameters();
+        let semantics = self.opinion.taught.parameters() + self.semantic_field.taught.parameters();
         let held_out = self.trainer.error();
         self.outbox.send(Event::Status(Status {
             phase,

@@ -11,11 +11,12 @@ use serde::Serialize;
 use super::followed::Followed;
 use super::learnt::{restored, surface};
 use super::{ConfusionMatrix, EvalError, SceneTruth, Table};
-use crate::field::{Ray, Sampling, Trainer};
-use crate::labels::{ClassId, VOID};
+use crate::field::{Ray, Trainer};
+use crate::labels::{ClassId, VOID, in_frame};
 use crate::scene::Scene;
 use crate::semantics::{SemanticHead, Surface};
 use crate::session::SessionOptions;
+use crate::session::taught::sampling;
 
 /// What is measured.
 #[derive(Clone, Debug)]
@@ -164,18 +165,13 @@ impl<'a> Measured<'a> {
 
     /// Row-major indices of the pixels of a frame, each with its true class.
     fn pixels(&self, number: usize) -> Vec<(usize, ClassId)> {
-        let (frame, image) = (&self.scene.frames[number], &self.truth.images[&number]);
+        let frame = &self.scene.frames[number];
+        let labels = in_frame(frame, &self.truth.images[&number].labels);
         let (width, height) = (frame.camera.width as usize, frame.camera.height as usize);
         let first = self.stride / 2;
-        let places = (first..height)
-            .step_by(self.stride)
-            .flat_map(|y| (first..width).step_by(self.stride).map(move |x| [x, y]));
-        places
-            .map(|[x, y]| {
-                let place = frame.to_image([x as u32, y as u32]);
-                let label = place.map_or(VOID, |[x, y]| image.labels[(y * image.width + x) as usize]);
-                (y * width + x, label)
-            })
+        let rows = (first..height).step_by(self.stride);
+        rows.flat_map(|y| (first..width).step_by(self.stride).map(move |x| y * width + x))
+            .map(|pixel| (pixel, labels[pixel]))
             .collect()
     }
 
@@ -208,12 +204,6 @@ impl<'a> Measured<'a> {
     /// depth.
     fn miou_of_field(&self, head: &SemanticHead, trainer: &Trainer, known: bool) -> Result<f64, EvalError> {
         let classes = head.classes();
-        let sampling = Sampling {
-            step: trainer.render_step(),
-            free: 2,
-            near_surface: 8,
-            jitter: None,
-        };
         let best = |row: &[f32]| {
             let better = |best: usize, index: usize| if row[index] > row[best] { index } else { best };
             classes[(1..row.len()).fold(0, better)]
@@ -227,7 +217,7 @@ impl<'a> Measured<'a> {
             };
             let rays: Vec<Ray> = pixels.iter().map(ray).collect();
             let (field, occupancy) = (trainer.field(), trainer.occupancy());
-            let probabilities = head.along_rays(field, occupancy, &rays, sampling)?;
+            let probabilities = head.along_rays(field, occupancy, &rays, sampling(trainer, None))?;
             Ok(probabilities.chunks_exact(classes.len()).map(best).collect())
         })
     }

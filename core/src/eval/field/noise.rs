@@ -8,13 +8,10 @@ use rayon::prelude::*;
 use super::{FieldExperiment, FieldPoint, Learnt, Measured};
 use crate::eval::EvalError;
 use crate::eval::paper::pixel_noise;
-use crate::field::Sampling;
 use crate::labels::{ClassId, ImportedLabels, ImportedMap, Trust, VOID, in_frame};
 use crate::semantics::{NodeLabels, NodeVotes, SemanticHead};
-
-/// Places of the surface and rays in a step of the field.
-const PLACES: usize = 2048;
-const RAYS: usize = 512;
+use crate::session::semantic_field::{PLACES, RAYS};
+use crate::session::taught::sampling;
 
 /// Teaches a semantic field label images of the training frames in which this share of the pixels has a random
 /// class, and measures the labels that it renders for the test frames, beside the majority of each voxel's
@@ -66,13 +63,13 @@ pub(super) fn points(
             let seed = seed ^ (head.steps() << 1);
             let soft = votes.targets(surface, PLACES, seed);
             let rays = votes.rays(surface, scene, &truth.train, RAYS, seed);
-            let sampling = Sampling {
-                step: trainer.render_step(),
-                free: 2,
-                near_surface: 8,
-                jitter: Some(seed),
-            };
-            head.step(field, trainer.occupancy(), &soft, &rays, sampling)?;
+            head.step(
+                field,
+                trainer.occupancy(),
+                &soft,
+                &rays,
+                sampling(trainer, Some(seed)),
+            )?;
             seconds += start.elapsed().as_secs_f64();
         }
         points.extend(measured.field_points(&head, trainer, mark)?);

@@ -1,5 +1,6 @@
 //! The experiment: sessions that a simulated annotator labels.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -9,6 +10,7 @@ use crate::eval::followed::{Followed, is_settled};
 use crate::eval::{Calibration, EvalError, SceneTruth, Scores};
 use crate::guide::Suggestion;
 use crate::scene::Scene;
+use crate::semantics::FrameMap;
 use crate::session::{Command, Event, SessionOptions, Status};
 
 /// What is simulated.
@@ -252,18 +254,19 @@ impl Open {
     fn measured(&self, truth: &SceneTruth) -> Result<(Scores, Calibration), EvalError> {
         let mut calibration = Calibration::default();
         // Suggestions came, so all maps had been made.
-        let map_of = |frame: usize| self.run.session.maps().get(frame);
-        for &frame in &truth.test {
-            let Some(map) = map_of(frame) else { continue };
-            let map = map.in_image(&self.scene.frames[frame]);
+        let in_image = |&frame: &usize| {
+            let map = self.run.session.maps().get(frame)?;
+            Some((frame, map.in_image(&self.scene.frames[frame]).into_owned()))
+        };
+        let maps: BTreeMap<usize, FrameMap> = truth.test.iter().filter_map(in_image).collect();
+        for (frame, map) in &maps {
             if let Some(confidence) = map.confidence() {
-                calibration.add(&truth.images[&frame].labels, &map.labels(), &confidence)?;
+                calibration.add(&truth.images[frame].labels, &map.labels(), &confidence)?;
             }
         }
         let scores = truth.scores(&truth.test, |frame| {
-            map_of(frame).map_or_else(Vec::new, |map| {
-                map.in_image(&self.scene.frames[frame]).labels().into_owned()
-            })
+            maps.get(&frame)
+                .map_or_else(Vec::new, |map| map.labels().into_owned())
         })?;
         Ok((scores, calibration))
     }

@@ -4,7 +4,7 @@ use candle_core::{CpuStorage, CustomOp1, Layout, Result, Shape, Tensor, bail};
 use rayon::prelude::*;
 
 use super::chunk::encode_groups;
-use super::grid::scatter;
+use super::grid::scatter_levels;
 use super::lanes::{Dispatch, Group, LANES};
 use super::values;
 use crate::field::encoding::{FEATURES_PER_LEVEL, GridShape};
@@ -68,7 +68,6 @@ impl CustomOp1 for Encode {
         Ok((CpuStorage::F32(out), Shape::from((self.count, width))))
     }
 
-    /// Each level on its own, positions in order, so that the sum is the same for any number of threads.
     fn bwd(&self, table: &Tensor, _out: &Tensor, grad: &Tensor) -> Result<Option<Tensor>> {
         let width = self.grid.features();
         let grad = grad.flatten_all()?.to_vec1::<f32>()?;
@@ -79,28 +78,8 @@ impl CustomOp1 for Encode {
             }
         }
         let mut gradient = vec![[0.0_f32; FEATURES_PER_LEVEL]; self.grid.rows()];
-        let mut rest = &mut gradient[..];
-        let mut tasks = Vec::with_capacity(self.grid.levels().len());
-        for (index, level) in self.grid.levels().iter().enumerate() {
-            let (own, others) = rest.split_at_mut(level.rows);
-            rest = others;
-            tasks.push((index * FEATURES_PER_LEVEL, level, own));
-        }
-        tasks
-            .into_par_iter()
-            .rev()
-            .with_max_len(1)
-            .for_each(|(place, level, own)| {
-                scatter(
-                    self.dispatch,
-                    level,
-                    own,
-                    &self.positions,
-                    &derivatives,
-                    width,
-                    place,
-                );
-            });
+        let (grid, positions) = (&self.grid, &self.positions);
+        scatter_levels(self.dispatch, grid, &mut gradient, positions, &derivatives);
         let gradient: &[f32] = bytemuck::cast_slice(&gradient);
         Ok(Some(Tensor::from_slice(gradient, table.shape(), table.device())?))
     }

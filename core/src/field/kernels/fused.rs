@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::chunk::{Chunk, Plan, Workspace, encode_groups, gather_positions, with_workspace};
 use super::composite::{EXTRA, composite_ray, gradient_of_ray};
-use super::grid::scatter;
+use super::grid::scatter_levels;
 use super::lanes::{Dispatch, Group, LANES};
 use super::network::{NetworkShape, backward};
 use super::values;
@@ -378,31 +378,9 @@ impl InplaceOp1 for TableGradient<'_> {
         if layout.contiguous_offsets() != Some((0, self.grid.rows() * FEATURES_PER_LEVEL)) {
             bail!("the table's gradient has another shape than the table");
         }
-        let mut rest: &mut [[f32; 2]] = bytemuck::cast_slice_mut(gradient);
-        let mut tasks = Vec::with_capacity(self.grid.levels().len());
-        for (index, level) in self.grid.levels().iter().enumerate() {
-            let (own, others) = rest.split_at_mut(level.rows);
-            rest = others;
-            tasks.push((index * FEATURES_PER_LEVEL, level, own));
-        }
-        // The finest levels take the longest, so they come first.
-        tasks
-            .into_par_iter()
-            .rev()
-            .with_max_len(1)
-            .for_each(|(place, level, own)| {
-                own.fill([0.0; 2]);
-                let (positions, derivatives) = (&self.step.positions, &self.step.encodings);
-                scatter(
-                    self.dispatch,
-                    level,
-                    own,
-                    positions,
-                    derivatives,
-                    self.grid.features(),
-                    place,
-                );
-            });
+        let (positions, derivatives) = (&self.step.positions, &self.step.encodings);
+        let gradient = bytemuck::cast_slice_mut(gradient);
+        scatter_levels(self.dispatch, self.grid, gradient, positions, derivatives);
         Ok(())
     }
 }

@@ -1,7 +1,9 @@
-//! One level of the hash grid on groups of sixteen samples: interpolation, and the scatter of its gradient.
+//! The levels of the hash grid on groups of sixteen samples: interpolation, and the scatter of its gradient.
 
-use super::lanes::{Group, LANES, Vector, dispatched};
-use crate::field::encoding::GridLevel;
+use rayon::prelude::*;
+
+use super::lanes::{Dispatch, Group, LANES, Vector, dispatched};
+use crate::field::encoding::{FEATURES_PER_LEVEL, GridLevel, GridShape};
 
 dispatched! {
     /// Interpolates a level's rows at positions `[groups, 3]` into features `place` and `place + 1` of
@@ -27,6 +29,35 @@ dispatched! {
         width: usize,
         place: usize,
     )
+}
+
+/// Writes the gradient of a grid's table, `[rows, 2]`: the sum of what arrives at its features, `derivatives`
+/// `[groups, features]`. Each level is on its own, samples in order, so that the sum is the same for any number of
+/// threads.
+pub fn scatter_levels(
+    dispatch: Dispatch,
+    grid: &GridShape,
+    gradient: &mut [[f32; 2]],
+    positions: &[Group],
+    derivatives: &[Group],
+) {
+    let width = grid.features();
+    let mut rest = gradient;
+    let mut tasks = Vec::with_capacity(grid.levels().len());
+    for (index, level) in grid.levels().iter().enumerate() {
+        let (own, others) = rest.split_at_mut(level.rows);
+        rest = others;
+        tasks.push((index * FEATURES_PER_LEVEL, level, own));
+    }
+    // The finest levels take the longest, so they come first.
+    tasks
+        .into_par_iter()
+        .rev()
+        .with_max_len(1)
+        .for_each(|(place, level, own)| {
+            own.fill([0.0; 2]);
+            scatter(dispatch, level, own, positions, derivatives, width, place);
+        });
 }
 
 #[inline(always)]

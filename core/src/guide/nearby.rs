@@ -1,15 +1,15 @@
-//! Places in space, for the distance to the nearest one nearby.
+//! Positions in space, for the distance to the nearest one nearby.
 
 use glam::{IVec3, Vec3};
 use rustc_hash::FxHashMap;
 
 /// Positions in a hash of cells.
-pub(super) struct Places {
+pub(super) struct Nearby {
     cells: FxHashMap<IVec3, Vec<Vec3>>,
     reach: f32,
 }
 
-impl Places {
+impl Nearby {
     /// No places yet; `reach` is the largest distance that matters, in metres.
     pub(super) fn new(reach: f32) -> Self {
         Self {

@@ -1,0 +1,123 @@
+//! A head that follows the labels of a session.
+
+use std::collections::HashMap;
+
+use candle_core::{Result, Tensor};
+
+use crate::field::{GridShape, Sampling, Trainer};
+use crate::labels::ClassId;
+use crate::semantics::SemanticHead;
+
+/// Steps after which a head has followed a change of the labels.
+const FOLLOWS: u64 = 300;
+
+/// Which of the heads it is.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Kind {
+    /// What the names of its parameters begin with in a saved model.
+    pub(super) name: &'static str,
+    /// Whether it has a grid of its own.
+    pub(super) has_grid: bool,
+}
+
+impl Kind {
+    fn grid(self, trainer: &Trainer) -> Option<GridShape> {
+        self.has_grid.then(|| trainer.capacity().semantic_grid())
+    }
+}
+
+/// A head, once it has had a step, and what it still has to learn.
+#[derive(Debug)]
+pub(super) struct Taught {
+    kind: Kind,
+    head: Option<SemanticHead>,
+    /// Steps that it needs to follow the labels.
+    steps_due: u64,
+}
+
+impl Taught {
+    pub(super) fn new(kind: Kind) -> Self {
+        Self {
+            kind,
+            head: None,
+            steps_due: 0,
+        }
+    }
+
+    /// The head of a saved model, where it has one that fits.
+    pub(super) fn restored(kind: Kind, tensors: &HashMap<String, Tensor>, trainer: &Trainer) -> Self {
+        let (width, grid) = (trainer.field().feature_width(), kind.grid(trainer));
+        Self {
+            head: SemanticHead::restored(kind.name, tensors, width, grid),
+            ..Self::new(kind)
+        }
+    }
+
+    /// The head, once it has had a step.
+    pub(super) fn head(&self) -> Option<&SemanticHead> {
+        self.head.as_ref()
+    }
+
+    /// The head, once it has had a step.
+    pub(super) fn into_head(self) -> Option<SemanticHead> {
+        self.head
+    }
+
+    /// There are new labels to follow, or it is `wanted` no more.
+    pub(super) fn labels_changed(&mut self, wanted: bool) {
+        self.steps_due = if wanted { FOLLOWS } else { 0 };
+    }
+
+    /// Steps that it needs to follow the labels.
+    pub(super) fn steps_due(&self) -> u64 {
+        self.steps_due
+    }
+
+    /// The head for a step on these classes, which counts; with other classes than before a new one, which takes over
+    /// what it can.
+    pub(super) fn for_step(
+        &mut self,
+        classes: &[ClassId],
+        trainer: &Trainer,
+        seed: u64,
+    ) -> Result<&mut SemanticHead> {
+        self.steps_due = self.steps_due.saturating_sub(1);
+        let head = match self.head.take() {
+            Some(head) if head.classes() == classes => head,
+            earlier => {
+                let (width, grid) = (trainer.field().feature_width(), self.kind.grid(trainer));
+                SemanticHead::new(classes, width, grid, earlier.as_ref(), seed)?
+            }
+        };
+        Ok(self.head.insert(head))
+    }
+
+    /// A seed for its next step.
+    pub(super) fn seed(&self, trainer: &Trainer, seed: u64) -> u64 {
+        let done = self.head.as_ref().map_or(0, SemanticHead::steps);
+        seed ^ (trainer.steps() << 20) ^ (done << 1) ^ u64::from(self.kind.has_grid)
+    }
+
+    /// Trainable parameters.
+    pub(super) fn parameters(&self) -> usize {
+        self.head.as_ref().map_or(0, SemanticHead::parameters)
+    }
+
+    /// The parameters by name, for saving.
+    pub(super) fn state(&self) -> Result<HashMap<String, Tensor>> {
+        match &self.head {
+            Some(head) => head.state(self.kind.name),
+            None => Ok(HashMap::new()),
+        }
+    }
+}
+
+/// How rays are sampled when a head is taught or asked; spread randomly where there is a seed for it.
+pub(crate) fn sampling(trainer: &Trainer, jitter: Option<u64>) -> Sampling {
+    Sampling {
+        step: trainer.render_step(),
+        free: 2,
+        near_surface: 8,
+        jitter,
+    }
+}
