@@ -11,6 +11,7 @@ mod apply;
 pub mod canvas;
 pub mod dialogs;
 pub mod document;
+pub mod english;
 pub mod exporting;
 pub mod jobs;
 pub mod keeper;

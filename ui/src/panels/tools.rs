@@ -5,6 +5,7 @@ use inplace_core::session::Phase;
 
 use crate::action::{Action, Actions};
 use crate::canvas::{Layer, Tool, View};
+use crate::english::hint;
 use crate::state::{AppState, LARGEST_BRUSH, Settings};
 use crate::widgets::{Icon, icon_button, icon_button_with};
 use crate::workspace::Workspace;
@@ -149,11 +150,11 @@ pub fn hint(ui: &Ui, workspace: &Workspace, canvas: Rect) {
 fn hint_text(workspace: &Workspace) -> Option<&'static str> {
     let document = workspace.document();
     if document.classes().is_empty() {
-        Some("Click on something in the image and name its class")
+        Some(hint::NO_CLASS)
     } else if !document.labels().says_anything() {
-        Some("No strokes yet: choose a class, then click or scribble on the image")
+        Some(hint::NO_STROKES)
     } else if workspace.status().phase == Phase::FindingSurface && workspace.shown_map().is_none() {
-        Some("Finding the surface of the scene; your labels spread as soon as it is there")
+        Some(hint::NO_SURFACE)
     } else {
         None
     }

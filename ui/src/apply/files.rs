@@ -1,0 +1,142 @@
+//! Actions that read and write files.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use inplace_core::labels::{LabelImages, Trust, read_label_images};
+use inplace_core::session::Command;
+
+use crate::app::App;
+use crate::dialogs::{Dialog, Purpose};
+use crate::exporting::{Export, Progress};
+use crate::jobs::Done;
+use crate::keeper::SavedState;
+use crate::opening::Target;
+
+impl App {
+    /// The system's dialog was answered. Without an answer the path fields are the way.
+    pub(crate) fn picked(&mut self, purpose: Purpose, path: Option<PathBuf>) {
+        let Some(path) = path else {
+            return;
+        };
+        match (&mut self.state.dialog, purpose) {
+            (Some(dialog @ (Dialog::SaveAs { .. } | Dialog::Export { .. } | Dialog::Import { .. })), _) => {
+                dialog.take_path(&path);
+            }
+            (_, Purpose::Scene) => {
+                self.open(Target::Scene(inplace_core::scene::SceneSource::Folder(path)));
+            }
+            (_, Purpose::Project) => self.open(Target::Project(path)),
+            (_, Purpose::SaveAs | Purpose::Export | Purpose::Import) => {}
+        }
+    }
+
+    pub(super) fn save(&mut self) {
+        let (Some(workspace), Some(keeper)) = (self.state.workspace(), &self.state.keeper) else {
+            return;
+        };
+        if !keeper.is_named() {
+            self.show(Some(Dialog::SaveAs { path: String::new() }));
+            return;
+        }
+        workspace.session().send(Command::Save);
+        let path = keeper.path().display().to_string();
+        let failing = keeper.saved_state() == SavedState::Failing;
+        self.keep_results();
+        if failing {
+            self.state.toasts.error(format!(
+                "{path} still cannot be written; save under another name with \"Save as\"."
+            ));
+        } else {
+            self.state.toasts.info(format!("Saved to {path}"));
+        }
+    }
+
+    pub(super) fn save_to(&mut self, path: PathBuf) {
+        self.state.dialog = None;
+        let (Some(workspace), Some(keeper)) = (self.state.workspace(), &self.state.keeper) else {
+            return;
+        };
+        workspace.session().send(Command::Save);
+        if !keeper.save_to(path.clone()) {
+            self.write_new_project(path);
+        }
+    }
+
+    /// There was no file to keep the work in so far: make one.
+    pub(super) fn write_new_project(&mut self, path: PathBuf) {
+        if let Some(keeper) = &mut self.state.keeper {
+            keeper.begin_snapshot();
+        }
+        let Some(workspace) = self.state.workspace() else {
+            return;
+        };
+        let (scene, history) = (
+            Arc::clone(workspace.scene()),
+            workspace.document().history().clone(),
+        );
+        let (open, ctx, serial) = (self.state.read, self.ctx.clone(), workspace.serial());
+        self.jobs.spawn("save", move |tell| {
+            let wake = move || ctx.request_repaint();
+            tell(
+                match crate::opening::new_project(path, &scene, open, history, wake) {
+                    Ok(keeper) => Done::Kept(serial, Box::new(keeper)),
+                    Err(sentence) => Done::Failed(sentence),
+                },
+            );
+        });
+    }
+
+    pub(super) fn import_from(&mut self, folder: PathBuf, trust: Trust) {
+        self.state.dialog = None;
+        let Some(workspace) = self.state.workspace() else {
+            return;
+        };
+        let (scene, serial) = (Arc::clone(workspace.scene()), workspace.serial());
+        self.jobs.spawn("import", move |tell| {
+            tell(match read_label_images(&folder, &scene, trust) {
+                Ok(images) => Done::Imported(serial, Box::new(images)),
+                Err(error) => Done::Failed(error.to_string()),
+            });
+        });
+    }
+
+    /// Label images were read.
+    pub(crate) fn imported(&mut self, serial: u64, images: LabelImages) {
+        if self
+            .state
+            .workspace()
+            .is_none_or(|workspace| workspace.serial() != serial)
+        {
+            return;
+        }
+        let (count, unmatched) = (images.labels.maps.len(), images.unmatched);
+        self.edit(|history| Some(history.import(images)));
+        let plural = if count == 1 { "" } else { "s" };
+        let mut sentence = format!("Imported {count} label image{plural}.");
+        if unmatched > 0 {
+            sentence += &format!(" Left out, because they are named like no frame: {unmatched}.");
+        }
+        self.state.toasts.info(sentence);
+    }
+
+    pub(super) fn export_to(&mut self, folder: PathBuf) {
+        self.state.dialog = None;
+        let Some(workspace) = self.state.workspace() else {
+            return;
+        };
+        let Some(maps) = workspace.session().maps().cloned() else {
+            return;
+        };
+        let export = Export {
+            scene: Arc::clone(workspace.scene()),
+            labels: workspace.document().labels().clone(),
+            generation: workspace.document().generation(),
+            maps,
+        };
+        self.state.export = Some(Progress::Writing(0, workspace.scene().frames.len()));
+        self.jobs.spawn("export", move |tell| {
+            export.run(&folder, &|progress| tell(Done::Exported(progress)));
+        });
+    }
+}

@@ -1,0 +1,140 @@
+//! Actions that change the labels.
+
+use std::sync::Arc;
+
+use inplace_core::labels::{ClassId, Edit, History, Stroke, VOID};
+use inplace_core::project::Step;
+
+use crate::app::App;
+use crate::canvas::{Line, Tool};
+use crate::dialogs::Dialog;
+
+impl App {
+    /// Changes the labels and keeps the edit.
+    pub(super) fn edit(&mut self, change: impl FnOnce(&mut History) -> Option<Edit>) {
+        let edit = self
+            .state
+            .workspace_mut()
+            .and_then(|workspace| workspace.edit(change));
+        self.keep(edit.map(Step::Do));
+    }
+
+    pub(super) fn step(&mut self, change: fn(&mut History) -> Option<Edit>, step: Step) {
+        let edit = self
+            .state
+            .workspace_mut()
+            .and_then(|workspace| workspace.step_history(change));
+        self.keep(edit.map(|_| step));
+    }
+
+    pub(super) fn keep(&mut self, step: Option<Step>) {
+        let Some(step) = step else {
+            return;
+        };
+        let history = self
+            .state
+            .workspace()
+            .map(|workspace| workspace.document().history());
+        let brought = match (&step, history) {
+            (Step::Do(edit), Some(history)) => history.brought_by(edit),
+            _ => None,
+        };
+        let images = brought.map(|(id, images)| Step::Import(id, Arc::clone(images)));
+        if let Some(keeper) = &mut self.state.keeper {
+            images
+                .into_iter()
+                .chain([step])
+                .for_each(|step| keeper.record(step));
+        }
+    }
+
+    pub(super) fn draw(&mut self, line: Line) {
+        let radius = self.state.settings.brush;
+        let Some(workspace) = self.state.workspace_mut() else {
+            return;
+        };
+        if line.tool == Tool::Label && workspace.class().is_none() {
+            let waiting = Stroke {
+                frame: workspace.frame_index(),
+                class: VOID,
+                radius,
+                lines: vec![line.points],
+            };
+            let name = String::new();
+            self.state.dialog = Some(Dialog::FirstClass { name, waiting });
+            return;
+        }
+        let labelled = line.tool == Tool::Label;
+        let edit = workspace.draw(line, radius);
+        self.keep(edit.map(Step::Do));
+        if labelled {
+            self.note_click();
+        }
+    }
+
+    /// Starts waiting for the overlay of the click that just changed the labels.
+    pub(super) fn note_click(&mut self) {
+        let Some(workspace) = self.state.workspace() else {
+            return;
+        };
+        let (generation, frame) = (workspace.document().generation(), workspace.frame_index());
+        if let Some(stats) = &mut self.state.stats {
+            stats.clicked(generation, frame);
+        }
+    }
+
+    pub(super) fn add_class(&mut self, name: &str) {
+        let waiting = match self.state.dialog.take() {
+            Some(Dialog::FirstClass { waiting, .. }) => Some(waiting),
+            other => {
+                self.state.dialog = other;
+                None
+            }
+        };
+        let mut added = VOID;
+        self.edit(|history| {
+            let (id, edit) = history.add_class(name);
+            added = id;
+            Some(edit)
+        });
+        self.choose_class(added);
+        if let Some(waiting) = waiting {
+            let stroke = Stroke {
+                class: added,
+                ..waiting
+            };
+            self.edit(|history| Some(history.add_stroke(stroke)));
+            self.note_click();
+        }
+    }
+
+    /// A class is chosen to label with it.
+    pub(super) fn choose_class(&mut self, class: ClassId) {
+        self.state.settings.tool = Tool::Label;
+        self.with_workspace(|workspace| workspace.choose_class(class));
+    }
+
+    pub(super) fn choose_slot(&mut self, slot: usize) {
+        let class = self.state.workspace().and_then(|workspace| {
+            let Some(index) = slot.checked_sub(1) else {
+                return Some(VOID);
+            };
+            workspace.document().classes().get(index).map(|class| class.id)
+        });
+        if let Some(class) = class {
+            self.choose_class(class);
+        }
+    }
+
+    pub(super) fn change_class(
+        &mut self,
+        id: ClassId,
+        change: impl FnOnce(&mut inplace_core::labels::Class),
+    ) {
+        self.edit(|history| {
+            let mut class = history.labels().class(id)?.clone();
+            change(&mut class);
+            history.change_class(class)
+        });
+    }
+}

@@ -1,0 +1,127 @@
+//! Carrying out actions.
+
+mod files;
+mod labels;
+mod view;
+
+use inplace_core::labels::{History, Stroke};
+use inplace_core::project::Step;
+
+use crate::action::Action;
+use crate::app::App;
+use crate::canvas::{Tool, stepped_brush};
+use crate::dialogs::Dialog;
+use crate::opening::Target;
+use crate::state::LARGEST_BRUSH;
+use crate::workspace::Workspace;
+
+impl App {
+    /// Carries out one action.
+    pub(crate) fn apply(&mut self, action: Action) {
+        match action {
+            Action::OpenScene(source) => self.open(Target::Scene(source)),
+            Action::OpenProject(path) => self.open(Target::Project(path)),
+            Action::OpenPath(path) => self.open(Target::Path(path)),
+            Action::Save => self.save(),
+            Action::SaveTo(path) => self.save_to(path),
+            Action::ExportTo(folder) => self.export_to(folder),
+            Action::ImportFrom(folder, trust) => self.import_from(folder, trust),
+            Action::RemoveImported => self.edit(History::remove_imported),
+            Action::ShowFolder(folder) => self.jobs.show_folder(folder),
+            Action::Copy(text) => self.ctx.copy_text(text),
+            Action::Browse(purpose) => self.jobs.browse(purpose),
+            Action::Show(dialog) => self.show(dialog),
+            Action::CloseScene => self.close(),
+            Action::Quit => self.ctx.send_viewport_cmd(egui::ViewportCommand::Close),
+            Action::Dismiss(id) => self.state.toasts.dismiss(id),
+            Action::DismissExport => self.state.export = None,
+
+            Action::Draw(line) => self.draw(line),
+            Action::LabelAt { frame, pixel, class } => {
+                self.with_workspace(|workspace| {
+                    workspace.choose_class(class);
+                    workspace.go_to_place(frame, pixel);
+                });
+                self.edit(|history| Some(history.add_stroke(Stroke::click(frame, class, pixel))));
+                self.note_click();
+            }
+            Action::Undo => self.step(History::undo, Step::Undo),
+            Action::Redo => self.step(History::redo, Step::Redo),
+
+            Action::AddClass(name) => self.add_class(&name),
+            Action::ChooseClass(class) => self.choose_class(class),
+            Action::ChooseSlot(slot) => self.choose_slot(slot),
+            Action::RenameClass(id, name) => self.change_class(id, |class| class.name = name),
+            Action::RecolorClass(id, color) => self.change_class(id, |class| class.color = color),
+            Action::DeleteClass(id) => self.edit(|history| history.delete_class(id)),
+            Action::MergeClass(from, into) => self.edit(|history| history.merge_class(from, into)),
+
+            Action::GoToFrame(frame) => self.go_to(|_| Some(frame)),
+            Action::StepFrame(step) => {
+                self.go_to(|workspace| workspace.frame_index().checked_add_signed(step));
+            }
+            Action::GoToSuggestion(index) => {
+                self.with_workspace(|workspace| workspace.go_to_suggestion(index));
+                self.looked_away();
+            }
+            Action::NextSuggestion => self.next_suggestion(),
+
+            Action::ChooseLayer(layer) => self.state.settings.layer = layer,
+            Action::CycleLayer => self.state.settings.layer = self.state.settings.layer.next(),
+            Action::SetOpacity(opacity) => self.state.settings.opacity = opacity.clamp(0.0, 1.0),
+            Action::SetOutlines(outlines) => self.state.settings.outlines = outlines,
+            Action::SetBrush(radius) => self.state.settings.brush = radius.min(LARGEST_BRUSH),
+            Action::StepBrush(steps) => {
+                self.state.settings.brush = stepped_brush(self.state.settings.brush, steps);
+            }
+            Action::ChooseTool(tool) => self.state.settings.tool = tool,
+            Action::ToggleTool => {
+                self.state.settings.tool = match self.state.settings.tool {
+                    Tool::Label => Tool::Erase,
+                    Tool::Erase => Tool::Label,
+                };
+            }
+            Action::SetView(view) => self.with_workspace(|workspace| workspace.view = view),
+            Action::TogglePause => self.with_workspace(Workspace::toggle_pause),
+            Action::SetTheme(preference) => self.ctx.set_theme(preference),
+        }
+    }
+
+    pub(super) fn with_workspace(&mut self, change: impl FnOnce(&mut Workspace)) {
+        if let Some(workspace) = self.state.workspace_mut() {
+            change(workspace);
+        }
+    }
+
+    pub(super) fn show(&mut self, dialog: Option<Dialog>) {
+        let needs_scene = matches!(
+            dialog,
+            Some(Dialog::SaveAs { .. } | Dialog::Export { .. } | Dialog::Import { .. })
+        );
+        if needs_scene && self.state.workspace().is_none() {
+            return;
+        }
+        self.give_up_focus();
+        self.state.dialog = match dialog {
+            Some(Dialog::SaveAs { path }) if path.is_empty() => Some(Dialog::SaveAs {
+                path: self.state.suggested_path(".inplace"),
+            }),
+            Some(Dialog::Export { path }) if path.is_empty() => {
+                let out = self.state.out.as_ref().map(|out| out.display().to_string());
+                Some(Dialog::Export {
+                    path: out.unwrap_or_else(|| self.state.suggested_path("-labels")),
+                })
+            }
+            dialog => dialog,
+        };
+    }
+
+    /// So that the first field of a dialog can have the keyboard.
+    pub(super) fn give_up_focus(&self) {
+        self.ctx.memory_mut(|memory| {
+            if let Some(focused) = memory.focused() {
+                memory.surrender_focus(focused);
+            }
+        });
+    }
+}

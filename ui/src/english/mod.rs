@@ -1,0 +1,3 @@
+//! What the window says, in English: one file for each part of the window.
+
+pub mod hint;

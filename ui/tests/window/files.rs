@@ -1,0 +1,138 @@
+//! Saving, recovering, exporting, importing.
+
+use egui::{Key, Modifiers, PointerButton};
+use egui_kittest::kittest::Queryable;
+use inplace_core::session::Command;
+use inplace_ui::Target;
+use std::path::Path;
+
+use crate::stand::*;
+
+#[test]
+fn a_saved_project_opens_again_with_its_strokes_and_its_maps() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("room.inplace");
+    {
+        let mut window = Window::with_demo(folder.path());
+        window.add_class("wall");
+        let place = window.canvas(0.0, 0.0);
+        window.drag(PointerButton::Primary, &[place]);
+        let generation = window.workspace().document().generation();
+        window.worker().publish(0, generation, 1);
+        window.harness.run_steps(3);
+        window.press(Modifiers::COMMAND, Key::S);
+        let field = window.harness.get_by_label("Project file");
+        field.focus();
+        window.harness.run_steps(2);
+        window.press(Modifiers::COMMAND, Key::A);
+        window.type_into("Project file", file.to_str().unwrap());
+        let named = file.clone();
+        window.until("the project is saved", |app| {
+            let keeper = app.state().keeper.as_ref();
+            keeper.is_some_and(|keeper| keeper.is_named() && keeper.path() == named)
+        });
+        assert!(!folder.path().join("autosave.inplace").exists());
+        eframe::App::on_exit(window.harness.state_mut(), None);
+    }
+    let mut window = Window::new(folder.path(), Some(Target::Path(file)));
+    window.until("the project is open", |app| app.state().workspace().is_some());
+    window.harness.get_by_label("wall, 1 stroke");
+    assert_eq!(window.workspace().shown_map().unwrap().map.labels()[0], 1);
+}
+
+#[test]
+fn work_that_was_never_saved_is_recovered_and_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    {
+        let mut window = Window::with_demo(folder.path());
+        window.add_class("wall");
+        let place = window.canvas(0.0, 0.0);
+        window.drag(PointerButton::Primary, &[place]);
+        eframe::App::on_exit(window.harness.state_mut(), None);
+    }
+    let window = Window::with_demo(folder.path());
+    assert_eq!(window.strokes(), 1);
+    window
+        .harness
+        .get_by_label("Your earlier work on this scene was recovered: 1 stroke.");
+}
+
+#[test]
+fn an_export_says_where_its_files_are() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let mut window = Window::with_demo(folder.path());
+    window.add_class("wall");
+    for frame in 0..FRAMES {
+        window.worker().publish(frame, 1, 1);
+    }
+    window.press(Modifiers::COMMAND, Key::E);
+    window.press(Modifiers::COMMAND, Key::A);
+    window.type_into("Export folder", out.to_str().unwrap());
+    window.until("the export has ended", |app| {
+        !matches!(
+            app.state().export,
+            Some(inplace_ui::exporting::Progress::Writing(..))
+        )
+    });
+    window.harness.get_by_label(&format!("Exported {FRAMES} frames"));
+    window.harness.get_by_label(out.to_str().unwrap());
+    for file in [
+        "labels/rgb_0.png",
+        "entropy/rgb_4.png",
+        "classes.json",
+        "strokes.json",
+    ] {
+        assert!(out.join(file).is_file(), "{file} is missing");
+    }
+}
+
+#[test]
+fn label_images_are_imported_undone_removed_and_kept_in_the_project() {
+    let folder = tempfile::tempdir().unwrap();
+    let images = folder.path().join("predictions");
+    std::fs::create_dir(&images).unwrap();
+    let import = |window: &mut Window, path: &Path| {
+        window.click("File");
+        window.click("Import labels...");
+        window.press(Modifiers::COMMAND, Key::A);
+        window.type_into("Folder of label images", path.to_str().unwrap());
+    };
+    let imported = |window: &Window| window.workspace().document().labels().imported.clone();
+    {
+        let mut window = Window::with_demo(folder.path());
+        import(&mut window, &images);
+        window.until("the error is shown", |app| app.state().toasts.texts().count() > 0);
+        assert!(imported(&window).is_none());
+
+        let image = image::GrayImage::from_pixel(WIDTH, HEIGHT, image::Luma([7]));
+        image.save(images.join("rgb_1.png")).unwrap();
+        window.worker().received();
+        import(&mut window, &images);
+        window.until("the images are imported", |app| {
+            let workspace = app.state().workspace().unwrap();
+            workspace.document().labels().imported.is_some()
+        });
+        window.harness.get_by_label("class 7, 0 strokes");
+        assert!(window.worker().received().iter().any(|command| matches!(
+            command,
+            Command::Labels { labels, .. } if labels.imported.is_some()
+        )));
+        window.press(Modifiers::COMMAND, Key::Z);
+        assert!(imported(&window).is_none());
+        assert!(window.workspace().document().classes().is_empty());
+        window.press(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z);
+        window.click("File");
+        window.click("Remove imported labels");
+        assert!(imported(&window).is_none());
+        window.press(Modifiers::COMMAND, Key::Z);
+        assert!(imported(&window).is_some());
+        eframe::App::on_exit(window.harness.state_mut(), None);
+    }
+    let window = Window::with_demo(folder.path());
+    let images = imported(&window).unwrap();
+    assert_eq!((images.maps.len(), images.maps[0].frame), (1, 1));
+    window
+        .harness
+        .get_by_label("Your earlier work on this scene was recovered: 0 strokes and imported labels.");
+}

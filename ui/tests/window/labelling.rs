@@ -1,0 +1,130 @@
+//! Drawing on frames and what the worker answers.
+
+use egui::{Key, Modifiers, PointerButton};
+use egui_kittest::kittest::Queryable;
+use inplace_core::session::Command;
+use inplace_core::session::Event;
+use inplace_ui::canvas::Layer;
+
+use crate::stand::*;
+
+#[test]
+fn a_click_becomes_a_stroke_and_its_map_is_shown_and_undo_takes_it_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = Window::with_demo(folder.path());
+    window.add_class("wall");
+    window.harness.get_by_label("wall, 0 strokes");
+    window.worker().received();
+    let place = window.canvas(0.0, 0.0);
+    window.drag(PointerButton::Primary, &[place]);
+    window.harness.get_by_label("wall, 1 stroke");
+    let generation = window.workspace().document().generation();
+    assert!(window.worker().received().iter().any(|command| matches!(
+        command,
+        Command::Labels { generation: sent, labels } if *sent == generation && labels.strokes.len() == 1
+    )));
+    window.worker().publish(0, generation, 1);
+    window.until("the map is shown", |app| {
+        let shown = app
+            .state()
+            .workspace()
+            .and_then(|workspace| workspace.shown_map());
+        shown.is_some_and(|shown| shown.map.generation == generation)
+    });
+    window.press(Modifiers::COMMAND, Key::Z);
+    assert_eq!(window.strokes(), 0);
+    window.press(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z);
+    assert_eq!(window.strokes(), 1);
+}
+
+#[test]
+fn a_click_without_any_class_asks_for_its_name_and_is_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = Window::with_demo(folder.path());
+    let place = window.canvas(10.0, 5.0);
+    window.drag(PointerButton::Primary, &[place]);
+    assert_eq!(window.strokes(), 0);
+    window.type_into("Class name", "sofa");
+    window.harness.get_by_label("sofa, 1 stroke");
+    assert_eq!(window.strokes(), 1);
+}
+
+#[test]
+fn a_scribble_keeps_every_position_and_the_right_button_erases_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = Window::with_demo(folder.path());
+    window.add_class("wall");
+    let path = [
+        window.canvas(-60.0, 0.0),
+        window.canvas(0.0, 60.0),
+        window.canvas(60.0, 0.0),
+    ];
+    window.drag(PointerButton::Primary, &path);
+    let labels = window.workspace().document().labels();
+    let (_, stroke) = labels.strokes_of(0).next().unwrap();
+    assert_eq!(stroke.lines[0].len(), 3);
+    window.drag(PointerButton::Secondary, &path);
+    assert_eq!(window.strokes(), 0);
+}
+
+#[test]
+fn undo_shows_the_frame_of_the_stroke() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = Window::with_demo(folder.path());
+    window.add_class("wall");
+    let place = window.canvas(0.0, 0.0);
+    window.drag(PointerButton::Primary, &[place]);
+    window.press(Modifiers::NONE, Key::D);
+    window.press(Modifiers::NONE, Key::D);
+    assert_eq!(window.workspace().frame_index(), 2);
+    window.press(Modifiers::COMMAND, Key::Z);
+    assert_eq!(window.workspace().frame_index(), 0);
+}
+
+#[test]
+fn keys_typed_into_a_text_field_do_nothing_else() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = Window::with_demo(folder.path());
+    window.type_into("New class", "desk pane");
+    assert_eq!(window.workspace().frame_index(), 0);
+    assert!(!window.workspace().is_paused());
+    window.press(Modifiers::NONE, Key::Escape);
+    window.harness.get_by_label("desk pane, 0 strokes");
+}
+
+#[test]
+fn layers_change_by_button_and_by_key() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = Window::with_demo(folder.path());
+    let layer = |window: &Window| window.harness.state().state().settings.layer;
+    window.click("Entropy");
+    assert_eq!(layer(&window), Layer::Entropy);
+    window.press(Modifiers::NONE, Key::Q);
+    assert_eq!(layer(&window), Layer::Color);
+}
+
+#[test]
+fn an_older_map_never_covers_a_newer_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = Window::with_demo(folder.path());
+    window.worker().publish(0, 5, 1);
+    window.worker().publish(0, 4, 2);
+    window.harness.run_steps(3);
+    assert_eq!(window.workspace().shown_map().unwrap().map.labels()[0], 1);
+}
+
+#[test]
+fn what_the_worker_reports_as_failed_is_shown_in_one_sentence() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = Window::with_demo(folder.path());
+    let sentence = "The surface could not be found.";
+    window
+        .worker()
+        .events
+        .send(Event::Error(sentence.to_owned()))
+        .unwrap();
+    window.harness.run_steps(3);
+    window.harness.get_by_label(sentence);
+    window.click("Dismiss message");
+    assert!(window.harness.query_by_label(sentence).is_none());
+}

@@ -1,0 +1,13 @@
+//! The window by accessible names, with a stand-in for the worker.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    reason = "a test ends where it fails"
+)]
+
+mod classes;
+mod files;
+mod guidance;
+mod labelling;
+mod stand;
+mod start;

@@ -1,0 +1,215 @@
+//! A window without a screen, and a stand-in for the worker.
+
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+
+use crossbeam_channel::{Receiver, Sender, unbounded};
+use egui::{Key, Modifiers, PointerButton, Pos2, vec2};
+use egui_kittest::{Harness, kittest::Queryable};
+use inplace_core::scene::{Camera, ColorImage, Frame, Scene, SceneSource};
+use inplace_core::session::{Command, Event, FrameMap, MapSlots};
+use inplace_ui::app::{App, Surroundings};
+use inplace_ui::canvas::CANVAS_NAME;
+use inplace_ui::session_link::SessionLink;
+use inplace_ui::workspace::Workspace;
+use inplace_ui::{Target, UiOptions};
+
+pub const WIDTH: u32 = 64;
+pub const HEIGHT: u32 = 48;
+pub const FRAMES: usize = 5;
+
+/// The worker's end of a session.
+#[derive(Clone)]
+pub struct Worker {
+    pub events: Sender<Event>,
+    pub commands: Receiver<Command>,
+    pub maps: Arc<MapSlots>,
+}
+
+impl Worker {
+    /// Answers with a map of the frame in which every pixel has this class.
+    pub fn publish(&self, frame: usize, generation: u64, class: u16) {
+        let pixels = (WIDTH * HEIGHT) as usize;
+        let (labels, entropy) = (vec![class; pixels], vec![500; pixels]);
+        let map = FrameMap::new(frame, generation, [WIDTH, HEIGHT], labels, entropy);
+        self.maps.publish(map.unwrap());
+        self.events.send(Event::Map { frame, generation }).unwrap();
+    }
+
+    /// The commands since the last call.
+    pub fn received(&self) -> Vec<Command> {
+        self.commands.try_iter().collect()
+    }
+}
+
+pub struct Link {
+    pub commands: Sender<Command>,
+    pub events: Receiver<Event>,
+    pub maps: Arc<MapSlots>,
+}
+
+impl SessionLink for Link {
+    fn send(&self, command: Command) {
+        let _ = self.commands.send(command);
+    }
+    fn next_event(&self) -> Option<Event> {
+        self.events.try_recv().ok()
+    }
+    fn maps(&self) -> &Arc<MapSlots> {
+        &self.maps
+    }
+}
+
+pub fn scene(source: SceneSource) -> Arc<Scene> {
+    let frame = |index: usize| Frame {
+        stem: format!("rgb_{index}"),
+        path: PathBuf::new(),
+        camera: Camera::with_horizontal_fov(WIDTH, HEIGHT, 90.0),
+        camera_to_world: Default::default(),
+        color: ColorImage::new(WIDTH, HEIGHT, vec![90; (WIDTH * HEIGHT * 3) as usize]).unwrap(),
+        depth: None,
+        points: Vec::new(),
+        lens: None,
+    };
+    Arc::new(Scene {
+        source,
+        format: "test",
+        frames: (0..FRAMES).map(frame).collect(),
+        origin: Default::default(),
+        unit: 1.0,
+        warnings: Vec::new(),
+        notes: Vec::new(),
+    })
+}
+
+/// A window in a test, with the worker of its newest session.
+pub struct Window {
+    pub harness: Harness<'static, App>,
+    pub workers: Arc<Mutex<Vec<Worker>>>,
+}
+
+impl Window {
+    pub fn new(folder: &Path, open: Option<Target>) -> Self {
+        let workers = Arc::new(Mutex::new(Vec::new()));
+        let started = Arc::clone(&workers);
+        let folder = folder.to_path_buf();
+        let mut harness = Harness::builder()
+            .with_size(vec2(1280.0, 720.0))
+            .build_eframe(move |creation| {
+                let around = Surroundings {
+                    sessions: Box::new(move |options, _wake| {
+                        let (commands, command_inbox) = unbounded();
+                        let (event_outbox, events) = unbounded();
+                        let maps = Arc::new(MapSlots::default());
+                        maps.reset(FRAMES);
+                        let scene = scene(options.source);
+                        event_outbox.send(Event::Opened(scene)).unwrap();
+                        started.lock().unwrap().push(Worker {
+                            events: event_outbox,
+                            commands: command_inbox,
+                            maps: Arc::clone(&maps),
+                        });
+                        Box::new(Link {
+                            commands,
+                            events,
+                            maps,
+                        })
+                    }),
+                    autosave: Arc::new(move |_| folder.join("autosave.inplace")),
+                    target: None,
+                };
+                let options = UiOptions {
+                    open,
+                    ..UiOptions::default()
+                };
+                App::new(&creation.egui_ctx, options, around)
+            });
+        harness.run_steps(2);
+        Self { harness, workers }
+    }
+
+    pub fn with_demo(folder: &Path) -> Self {
+        let mut window = Self::new(folder, Some(Target::Scene(SceneSource::Demo)));
+        window.until("the scene is open", |app| app.state().workspace().is_some());
+        window
+    }
+
+    /// Steps until something holds; it may depend on other threads.
+    pub fn until(&mut self, what: &str, holds: impl Fn(&App) -> bool) {
+        let start = Instant::now();
+        while !holds(self.harness.state()) {
+            assert!(
+                start.elapsed() < Duration::from_secs(20),
+                "waited in vain: {what}"
+            );
+            self.harness.step();
+            std::thread::sleep(Duration::from_millis(2));
+        }
+        self.harness.run_steps(2);
+    }
+
+    pub fn workspace(&self) -> &Workspace {
+        self.harness
+            .state()
+            .state()
+            .workspace()
+            .expect("no scene is open")
+    }
+
+    pub fn worker(&self) -> Worker {
+        self.workers.lock().unwrap().last().unwrap().clone()
+    }
+
+    pub fn click(&mut self, name: &str) {
+        self.harness.get_by_label(name).click();
+        self.harness.run_steps(3);
+    }
+
+    pub fn press(&mut self, modifiers: Modifiers, key: Key) {
+        self.harness.key_press_modifiers(modifiers, key);
+        self.harness.run_steps(3);
+    }
+
+    pub fn type_into(&mut self, field: &str, text: &str) {
+        self.harness
+            .get_by_role_and_label(egui::accesskit::Role::TextInput, field)
+            .focus();
+        self.harness.run_steps(2);
+        self.harness
+            .get_by_role_and_label(egui::accesskit::Role::TextInput, field)
+            .type_text(text);
+        self.harness.run_steps(2);
+        self.press(Modifiers::NONE, Key::Enter);
+    }
+
+    pub fn add_class(&mut self, name: &str) {
+        self.type_into("New class", name);
+    }
+
+    /// A point of the canvas, relative to its middle.
+    pub fn canvas(&self, x: f32, y: f32) -> Pos2 {
+        self.harness.get_by_label(CANVAS_NAME).rect().center() + vec2(x, y)
+    }
+
+    pub fn drag(&mut self, button: PointerButton, positions: &[Pos2]) {
+        let pressed = |pos, pressed| egui::Event::PointerButton {
+            pos,
+            button,
+            pressed,
+            modifiers: Modifiers::NONE,
+        };
+        let (first, last) = (positions[0], *positions.last().unwrap());
+        self.harness.event(egui::Event::PointerMoved(first));
+        self.harness.event(pressed(first, true));
+        for &position in &positions[1..] {
+            self.harness.event(egui::Event::PointerMoved(position));
+        }
+        self.harness.event(pressed(last, false));
+        self.harness.run_steps(3);
+    }
+
+    pub fn strokes(&self) -> usize {
+        self.workspace().document().labels().strokes.len()
+    }
+}

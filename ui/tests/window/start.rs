@@ -1,0 +1,48 @@
+//! The start page, opening, and help.
+
+use egui::{Key, Modifiers};
+use egui_kittest::kittest::Queryable;
+use inplace_ui::Target;
+use inplace_ui::canvas::CANVAS_NAME;
+
+use crate::stand::*;
+
+#[test]
+fn the_start_page_opens_the_demo() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = Window::new(folder.path(), None);
+    window.harness.get_by_label("Open a folder...");
+    window.click("Try the demo");
+    window.until("the demo is open", |app| app.state().workspace().is_some());
+    window.harness.get_by_label(CANVAS_NAME);
+    assert_eq!(window.workspace().scene().frames.len(), FRAMES);
+}
+
+#[test]
+fn the_question_mark_shows_every_key() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = Window::with_demo(folder.path());
+    window.press(Modifiers::SHIFT, Key::Questionmark);
+    window.harness.get_by_label("Pause or resume training");
+    window.harness.run_steps(5);
+    window.click("Close");
+    assert!(
+        window
+            .harness
+            .query_by_label("Pause or resume training")
+            .is_none()
+    );
+}
+
+#[test]
+fn a_path_that_cannot_be_opened_is_one_sentence_on_the_start_page() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("broken.inplace");
+    std::fs::write(&file, "not a project").unwrap();
+    let mut window = Window::new(folder.path(), Some(Target::Path(file)));
+    window.until("the error is shown", |app| app.state().toasts.texts().count() > 0);
+    window.harness.get_by_label("Try the demo");
+    let state = window.harness.state().state();
+    let text = state.toasts.texts().next().unwrap();
+    assert!(text.contains("broken.inplace"), "{text}");
+}
