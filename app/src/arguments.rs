@@ -57,6 +57,12 @@ pub enum Command {
         /// The folder to make.
         #[arg(long, value_name = "DIR")]
         out: Option<PathBuf>,
+        /// Number of frames of the written scene.
+        #[arg(long, value_name = "N", default_value_t = 60, value_parser = clap::value_parser!(u16).range(2..), requires = "out")]
+        frames: u16,
+        /// Image size of the written scene.
+        #[arg(long, value_name = "WxH", default_value = "320x240", value_parser = image_size, requires = "out")]
+        size: (u32, u32),
     },
     /// Tell what was found in a capture: format, frames, intrinsics, depth, labels, bounds, problems.
     Info {

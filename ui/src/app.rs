@@ -369,6 +369,9 @@ impl App {
 impl eframe::App for App {
     fn logic(&mut self, _ctx: &egui::Context, _frame: &mut eframe::Frame) {
         self.frame_started = Some(Instant::now());
+        if let Some(stats) = &mut self.state.stats {
+            stats.frame_begins();
+        }
         self.drain_jobs();
         self.drain_session();
         self.drain_keeper();

@@ -64,13 +64,17 @@ impl Summary {
 /// Everything measured.
 #[derive(Debug, Default)]
 pub struct Stats {
-    /// CPU time of the window's own code for one frame.
+    /// Time that the window's own code takes for one frame.
     pub frame: Samples,
+    /// CPU time of the window's thread from one frame to the next: everything that it does, waiting excluded.
+    pub thread: Samples,
     /// CPU time of one frame as eframe reports it: with tessellation and drawing, without waiting.
     pub reported: Samples,
     /// From the release of a click to the first map of its generation with the renderer.
     pub click_to_overlay: Samples,
     clock: UploadClock,
+    /// CPU time of this thread when the last frame began.
+    thread_time: Option<Duration>,
     /// The last click that still waits for its overlay: label generation, frame, time of release.
     waiting: Option<(u64, usize, Instant)>,
 }
@@ -94,6 +98,15 @@ impl Stats {
         self.waiting = None;
     }
 
+    /// A frame begins.
+    pub fn frame_begins(&mut self) {
+        let now = thread_time();
+        if let (Some(before), Some(now)) = (self.thread_time, now) {
+            self.thread.add(now.saturating_sub(before));
+        }
+        self.thread_time = now;
+    }
+
     /// A frame took this long; `reported` is eframe's own time of the frame before.
     pub fn frame_done(&mut self, own: Duration, reported: Option<f32>) {
         self.frame.add(own);
@@ -114,12 +127,26 @@ impl Stats {
     /// All summaries as one line of JSON, in milliseconds.
     pub fn json(&self) -> String {
         format!(
-            r#"{{"frame_ms":{},"eframe_ms":{},"click_to_overlay_ms":{}}}"#,
+            r#"{{"frame_ms":{},"thread_ms":{},"eframe_ms":{},"click_to_overlay_ms":{}}}"#,
             self.frame.summary().json(),
+            self.thread.summary().json(),
             self.reported.summary().json(),
             self.click_to_overlay.summary().json()
         )
     }
+}
+
+/// CPU time that this thread has used; `None` where the system does not tell.
+#[cfg(unix)]
+fn thread_time() -> Option<Duration> {
+    let time = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
+    Duration::try_from(time).ok()
+}
+
+/// CPU time that this thread has used; `None` where the system does not tell.
+#[cfg(not(unix))]
+fn thread_time() -> Option<Duration> {
+    None
 }
 
 #[cfg(test)]
@@ -135,6 +162,18 @@ mod tests {
         let summary = samples.summary();
         assert_eq!((summary.p50, summary.p95, summary.max), (50.0, 95.0, 100.0));
         assert_eq!(Samples::default().summary(), Summary::default());
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn waiting_takes_no_cpu_time_of_the_thread() {
+        let mut stats = Stats::default();
+        stats.frame_begins();
+        std::thread::sleep(Duration::from_millis(40));
+        stats.frame_begins();
+        let summary = stats.thread.summary();
+        assert_eq!(summary.count, 1);
+        assert!(summary.max < 20.0, "{summary:?}");
     }
 
     #[test]

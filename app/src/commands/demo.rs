@@ -2,17 +2,17 @@
 
 use std::path::Path;
 
-use inplace_core::scene::{GroundTruth, OpenOptions, Scene, SceneSource, demo, write_replica};
+use inplace_core::scene::{GroundTruth, demo, write_replica};
 
 use super::Failure;
 
-/// Renders the demo scene and writes it with its ground truth.
-pub fn run(out: &Path) -> Result<(), Failure> {
-    let scene = Scene::open(&SceneSource::Demo, OpenOptions::default(), &|_, _| {})?;
+/// Renders the demo scene as photographed in `shot` and writes it with its ground truth.
+pub fn run(out: &Path, shot: demo::Shot) -> Result<(), Failure> {
+    let scene = shot.scene(&|_, _| {});
     let truth = GroundTruth {
         classes: &demo::classes(),
-        labels: &demo::ground_truth(),
-        held_out: &demo::held_out(),
+        labels: &shot.ground_truth(),
+        held_out: &shot.held_out(),
     };
     write_replica(&scene, out, Some(&truth))?;
     println!(

@@ -13,6 +13,7 @@ use std::thread::available_parallelism;
 
 use inplace_core::field::{Preset, best_device};
 use inplace_core::scene::OpenOptions;
+use inplace_core::scene::demo::Shot;
 use inplace_core::session::SessionOptions;
 
 use crate::arguments::{Arguments, Command, TrainingArguments};
@@ -23,8 +24,22 @@ pub type Failure = Box<dyn Error + Send + Sync>;
 /// Does what the command line asks for.
 pub fn run(arguments: Arguments) -> Result<(), Failure> {
     match arguments.command {
-        Some(Command::Demo { out: Some(out) }) => demo::run(&out),
-        Some(Command::Demo { out: None }) => window::run(arguments.window),
+        Some(Command::Demo {
+            out: Some(out),
+            frames,
+            size: (width, height),
+        }) => {
+            let frames = usize::from(frames);
+            demo::run(
+                &out,
+                Shot {
+                    frames,
+                    width,
+                    height,
+                },
+            )
+        }
+        Some(Command::Demo { out: None, .. }) => window::run(arguments.window),
         Some(Command::Info { scene, json }) => info::run(&scene, json),
         Some(Command::Label(label)) => label::run(&label),
         Some(Command::Simulate(arguments)) => simulate::run(&arguments),

@@ -32,6 +32,7 @@ fn table(ui: &mut Ui, stats: &Stats) {
             ui.end_row();
             for (name, samples) in [
                 ("own frame", &stats.frame),
+                ("window's thread", &stats.thread),
                 ("eframe frame", &stats.reported),
                 ("click to overlay", &stats.click_to_overlay),
             ] {

@@ -110,6 +110,20 @@ impl Shot {
         }
     }
 
+    /// True classes of every frame, row-major `[height, width]` each, at the pixel centres.
+    pub fn ground_truth(&self) -> Vec<Vec<ClassId>> {
+        let room = room::room();
+        (0..self.frames)
+            .into_par_iter()
+            .map(|frame| self.view(&room, frame).labels())
+            .collect()
+    }
+
+    /// Frames kept for testing: every second one. [`clicks`] are on the others.
+    pub fn held_out(&self) -> Vec<usize> {
+        (0..self.frames).filter(|frame| frame % 2 == 1).collect()
+    }
+
     /// The clicks of the demo on this shot's frames, at the same places of the images; those on frames
     /// that it lacks are left out.
     pub fn clicks(&self) -> LabelSet {
@@ -150,16 +164,12 @@ pub fn classes() -> Vec<Class> {
 
 /// True classes of every frame, row-major `[height, width]` each, at the pixel centres.
 pub fn ground_truth() -> Vec<Vec<ClassId>> {
-    let room = room::room();
-    (0..path::FRAMES)
-        .into_par_iter()
-        .map(|frame| Shot::default().view(&room, frame).labels())
-        .collect()
+    Shot::default().ground_truth()
 }
 
 /// Frames kept for testing: every second one. [`clicks`] are on the others.
 pub fn held_out() -> Vec<usize> {
-    (0..path::FRAMES).filter(|frame| frame % 2 == 1).collect()
+    Shot::default().held_out()
 }
 
 /// Clicks that a sensible person would make: up to three pixels a class, well inside it and far apart.
