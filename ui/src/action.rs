@@ -17,6 +17,8 @@ pub enum Action {
     OpenProject(PathBuf),
     /// Opens what a path names: a project file or the folder of a capture.
     OpenPath(PathBuf),
+    /// Opens a project whose scene has moved into this folder.
+    OpenMoved(PathBuf, PathBuf),
     /// Saves to the project file; asks where if there is none yet.
     Save,
     /// Saves to another project file.
@@ -100,6 +102,8 @@ pub enum Action {
     SetView(View),
     /// Pauses or resumes training.
     TogglePause,
+    /// Changes what the person prefers in every scene.
+    Prefer(crate::preferences::Change),
     /// Chooses the colours of the window.
     SetTheme(egui::ThemePreference),
     /// Removes a message.

@@ -1,5 +1,6 @@
 //! The window's program: drains what others tell, draws the panels, carries out the actions.
 
+use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -12,12 +13,14 @@ use inplace_core::session::{self, Command, SessionOptions};
 use crate::UiOptions;
 use crate::action::Actions;
 use crate::canvas::Canvas;
+use crate::dialogs::Dialog;
 use crate::document::Document;
 use crate::exporting::Progress;
 use crate::jobs::{Done, Jobs};
-use crate::keeper::SavedState;
-use crate::opening::{self, Attached, Prepared, Target};
+use crate::keeper::{Ending, Keeper, SavedState};
+use crate::opening::{self, Attached, Prepared, Refusal, Target};
 use crate::panels::Panels;
+use crate::preferences::Store;
 use crate::session_link::{Running, SessionStarter};
 use crate::state::{AppState, Opening, Settings, Stage};
 use crate::stats::Stats;
@@ -39,6 +42,10 @@ pub struct Surroundings {
     pub sessions: SessionStarter,
     /// Where unnamed work is kept.
     pub autosave: AutosavePath,
+    /// What the person prefers, and where that is kept.
+    pub preferences: Store,
+    /// Folder of the pictures of what was opened lately.
+    pub pictures: PathBuf,
     /// The window's pixel format where wgpu draws it.
     pub target: Option<wgpu::TextureFormat>,
 }
@@ -52,7 +59,13 @@ pub struct App {
     panels: Panels,
     sessions: SessionStarter,
     pub(crate) autosave: AutosavePath,
-    threads: usize,
+    pub(crate) store: Store,
+    pub(crate) pictures: PathBuf,
+    /// The settings as they were when the preferences were last compared with them.
+    pub(crate) settings_seen: Settings,
+    /// Files that were closed and are still being written.
+    endings: Vec<Ending>,
+    threads: Option<usize>,
     seed: u64,
     last_ticket: u64,
     title: String,
@@ -70,6 +83,8 @@ impl App {
                 stage: Stage::Start,
                 keeper: None,
                 settings: Settings::default(),
+                preferences: around.preferences.preferences().clone(),
+                found: HashMap::new(),
                 open: options.read,
                 read: options.read,
                 preset: options.preset,
@@ -86,12 +101,22 @@ impl App {
             panels: Panels::new(ctx),
             sessions: around.sessions,
             autosave: around.autosave,
-            threads: options.threads.max(1),
+            store: around.preferences,
+            pictures: around.pictures,
+            settings_seen: Settings::default(),
+            endings: Vec::new(),
+            threads: options.threads,
             seed: options.seed,
             last_ticket: 0,
             title: String::new(),
             frame_started: None,
         };
+        // The scale has limits here, and is kept.
+        ctx.options_mut(|options| options.zoom_with_keyboard = false);
+        app.wear_preferences();
+        let settings = app.preferred_settings();
+        app.take_settings(settings);
+        app.look_at_recents();
         if let Some(target) = options.open {
             app.open(target);
         }
@@ -116,8 +141,10 @@ impl App {
             prepared: None,
         }));
         let (open, autosave) = (self.state.open, Arc::clone(&self.autosave));
+        self.endings.retain(|ending| !ending.is_done());
+        let endings = self.endings.clone();
         self.jobs.spawn("open", move |tell| {
-            let prepared = opening::prepare(target, open, autosave.as_ref());
+            let prepared = opening::prepare(target, open, autosave.as_ref(), &endings);
             tell(Done::Prepared(ticket, Box::new(prepared)));
         });
     }
@@ -125,8 +152,10 @@ impl App {
     /// Keeps and closes what is open.
     pub(crate) fn close(&mut self) {
         self.keep_results();
+        self.note_recent();
         self.state.stage = Stage::Start;
-        self.state.keeper = None;
+        self.endings
+            .extend(self.state.keeper.take().and_then(Keeper::end));
         self.state.export = None;
         self.state.dialog = None;
     }
@@ -143,12 +172,21 @@ impl App {
         keeper.keep_results(maps, workspace.state(), self.state.settings.to_json());
     }
 
+    /// Threads of the worker's pool: as the command line says, as preferred, or all cores but one.
+    fn threads(&self) -> usize {
+        let preferred = self.state.preferences.threads;
+        let chosen = self
+            .threads
+            .or(preferred.map(|threads| threads.min(crate::run::cores())));
+        chosen.unwrap_or_else(crate::run::usual_threads).max(1)
+    }
+
     fn start_session(&mut self, ticket: u64, prepared: Prepared) {
         let options = SessionOptions {
             source: prepared.source.clone(),
             open: prepared.open,
             preset: self.state.preset,
-            threads: self.threads,
+            threads: self.threads(),
             seed: self.seed,
             state: prepared.state(),
         };
@@ -204,12 +242,15 @@ impl App {
         if let Some(problem) = attached.problem {
             self.state.toasts.error(problem);
         }
+        let mut settings = self.preferred_settings();
         if let Some(view) = &attached.view {
-            self.state.settings.take_json(view);
+            settings.take_json(view);
         }
+        self.take_settings(settings);
         let document = Document::new(attached.history, attached.generation);
         self.state.keeper = Some(attached.keeper);
         self.state.stage = Stage::Open(Box::new(Workspace::new(scene, ticket, session, document)));
+        self.note_recent();
     }
 
     fn drain_jobs(&mut self) {
@@ -218,9 +259,16 @@ impl App {
                 Done::Picked(purpose, path) => self.picked(purpose, path),
                 Done::Prepared(ticket, prepared) => match *prepared {
                     Ok(prepared) => self.start_session(ticket, prepared),
-                    Err(sentence) => self.opening_failed(ticket, sentence),
+                    Err(Refusal::Sentence(sentence)) => self.opening_failed(ticket, sentence),
+                    Err(Refusal::SceneGone { project, missing }) => {
+                        self.scene_gone(ticket, project, missing);
+                    }
                 },
-                Done::Attached(ticket, scene, attached) => self.show_workspace(ticket, scene, *attached),
+                Done::Attached(ticket, scene, attached) => match *attached {
+                    Ok(attached) => self.show_workspace(ticket, scene, attached),
+                    Err(sentence) => self.other_scene(ticket, &scene.source, sentence),
+                },
+                Done::Seen(seen) => self.seen(seen),
                 Done::Kept(serial, keeper) => self.kept(serial, *keeper),
                 Done::Exported(progress) => self.exported(progress),
                 Done::Imported(serial, images) => self.imported(serial, *images),
@@ -230,21 +278,65 @@ impl App {
     }
 
     fn opening_failed(&mut self, ticket: u64, sentence: String) {
-        if matches!(&self.state.stage, Stage::Opening(opening) if opening.ticket == ticket) {
-            self.state.stage = Stage::Start;
+        let Some(target) = self.stop_opening(ticket) else {
+            self.state.toasts.error(sentence);
+            return;
+        };
+        match target {
+            Target::Moved { project, folder } => self.ask_where(project, folder, Some(sentence)),
+            _ => self.state.toasts.error(sentence),
         }
-        self.state.toasts.error(sentence);
+    }
+
+    /// Goes back to the start page if this is what is being opened; returns what it was.
+    fn stop_opening(&mut self, ticket: u64) -> Option<Target> {
+        match &self.state.stage {
+            Stage::Opening(opening) if opening.ticket == ticket => {
+                let target = opening.target.clone();
+                self.state.stage = Stage::Start;
+                Some(target)
+            }
+            _ => None,
+        }
+    }
+
+    fn scene_gone(&mut self, ticket: u64, project: PathBuf, missing: PathBuf) {
+        if self.stop_opening(ticket).is_some() {
+            self.ask_where(project, missing, None);
+        }
+    }
+
+    /// A folder was opened that is not the scene of the project.
+    fn other_scene(&mut self, ticket: u64, source: &SceneSource, sentence: String) {
+        match (self.stop_opening(ticket), source) {
+            (
+                Some(Target::Moved { project, .. } | Target::Project(project) | Target::Path(project)),
+                SceneSource::Folder(folder),
+            ) => self.ask_where(project, folder.clone(), Some(sentence)),
+            (Some(_), _) => self.state.toasts.error(sentence),
+            (None, _) => {}
+        }
+    }
+
+    /// Asks where the scene of a project is now; `last` is where it is not.
+    fn ask_where(&mut self, project: PathBuf, last: PathBuf, problem: Option<String>) {
+        self.give_up_focus();
+        self.state.dialog = Some(Dialog::Moved(crate::dialogs::MovedScene::new(
+            project, last, problem,
+        )));
     }
 
     /// The work in memory has a file from now on.
-    fn kept(&mut self, serial: u64, mut keeper: crate::keeper::Keeper) {
+    fn kept(&mut self, serial: u64, mut keeper: Keeper) {
         if let Some(workspace) = self.state.workspace()
             && workspace.serial() == serial
         {
             keeper.catch_up(self.state.keeper.take());
             let path = keeper.path().display().to_string();
+            let before = self.state.place();
             self.state.keeper = Some(keeper);
             self.keep_results();
+            self.note_named(before);
             self.state.toasts.info(format!("Saved to {path}"));
         }
     }
@@ -297,10 +389,20 @@ impl App {
     }
 
     fn drain_keeper(&mut self) {
-        while let Some(event) = self.state.keeper.as_mut().and_then(|keeper| keeper.next_event()) {
+        loop {
+            let unnamed = self
+                .state
+                .keeper
+                .as_ref()
+                .is_some_and(|keeper| !keeper.is_named());
+            let before = unnamed.then(|| self.state.place()).flatten();
+            let Some(event) = self.state.keeper.as_mut().and_then(Keeper::next_event) else {
+                return;
+            };
             match event {
                 JournalEvent::Saved { path } => {
                     self.keep_results();
+                    self.note_named(before);
                     self.state.toasts.info(format!("Saved to {}", path.display()));
                 }
                 JournalEvent::Failed(sentence) => self.state.toasts.error(sentence),
@@ -359,6 +461,8 @@ impl App {
             }
         }
         self.keep_results();
+        self.keep_preferences();
+        self.note_recent_last();
         if let Some(keeper) = self.state.keeper.take() {
             keeper.close();
         }
@@ -389,10 +493,12 @@ impl eframe::App for App {
                 crate::keys::dispatch(&ctx, &mut actions);
             }
         }
+        // What an open dialog or a text field does with Escape comes before the messages.
+        let escape = self.state.dialog.is_none() && !ctx.text_edit_focused();
         self.panels.show(ui, &self.state, &mut self.canvas, &mut actions);
         let mut dialog = self.state.dialog.take();
         if let Some(dialog) = &mut dialog {
-            dialog.show(&ctx, &mut actions);
+            dialog.show(&ctx, &self.state, &mut actions);
         }
         self.state.dialog = dialog;
         let area = match self.state.stage {
@@ -400,11 +506,13 @@ impl eframe::App for App {
             Stage::Start | Stage::Opening(_) => ctx.content_rect(),
         };
         crate::exporting::show(&ctx, &self.state, area, &mut actions);
-        self.state.toasts.show(&ctx, area, &mut actions);
+        crate::panels::drop_area(&ctx);
+        self.state.toasts.show(&ctx, area, escape, &mut actions);
         for action in actions.take() {
             self.apply(action);
             ctx.request_repaint();
         }
+        self.keep_preferences();
         if let (Some(stats), Some(started)) = (&mut self.state.stats, self.frame_started) {
             stats.frame_done(started.elapsed(), frame.info().cpu_usage);
         }

@@ -1,13 +1,22 @@
 //! Dialogs over the window: opening, saving, exporting, the first class, the keys.
 
+mod moved;
+mod settings;
+
 use std::path::{Path, PathBuf};
 
 use egui::{Key, Ui};
 use inplace_core::labels::{Stroke, Trust};
 use inplace_core::scene::SceneSource;
 
+pub use moved::MovedScene;
+pub use settings::SettingsPage;
+
 use crate::action::{Action, Actions};
+use crate::english;
+use crate::keymap::KeyMap;
 use crate::keys;
+use crate::state::AppState;
 use crate::widgets::main_button_enabled;
 
 /// What a path is asked for.
@@ -23,6 +32,8 @@ pub enum Purpose {
     Export,
     /// A folder of label images, to import.
     Import,
+    /// The folder that a project's scene has moved into.
+    Moved,
 }
 
 impl Purpose {
@@ -34,6 +45,7 @@ impl Purpose {
             Self::SaveAs => "Save the project as",
             Self::Export => "Export into a folder",
             Self::Import => "Import the label images of a folder",
+            Self::Moved => "The folder of the scene",
         }
     }
 }
@@ -72,6 +84,10 @@ pub enum Dialog {
     },
     /// Shows the keys.
     Help,
+    /// Shows what the person can choose once for all scenes.
+    Settings(SettingsPage),
+    /// Asks where the scene of a project is now.
+    Moved(MovedScene),
 }
 
 impl Dialog {
@@ -93,6 +109,11 @@ impl Dialog {
         }
     }
 
+    /// Shows the settings.
+    pub const fn settings() -> Self {
+        Self::Settings(SettingsPage::new())
+    }
+
     /// Puts a path that the system's dialog gave into the path field.
     pub fn take_path(&mut self, picked: &Path) {
         match self {
@@ -102,7 +123,8 @@ impl Dialog {
             | Self::Import { path, .. } => {
                 *path = picked.display().to_string();
             }
-            Self::FirstClass { .. } | Self::Help => {}
+            Self::Moved(moved) => moved.path = picked.display().to_string(),
+            Self::FirstClass { .. } | Self::Help | Self::Settings(_) => {}
         }
     }
 
@@ -114,12 +136,21 @@ impl Dialog {
             Self::Import { .. } => "Import labels",
             Self::FirstClass { .. } => "Name the first class",
             Self::Help => "Keys and gestures",
+            Self::Settings(_) => english::settings::TITLE,
+            Self::Moved(_) => english::opening::MOVED,
         }
     }
 
     /// Draws the dialog; pushes what was asked for.
-    pub fn show(&mut self, ctx: &egui::Context, actions: &mut Actions) {
-        let width = if *self == Self::Help { 560.0 } else { 460.0 };
+    pub fn show(&mut self, ctx: &egui::Context, state: &AppState, actions: &mut Actions) {
+        let width: f32 = match self {
+            Self::Help | Self::Settings(_) => 560.0,
+            _ => 460.0,
+        };
+        let width = width.min(ctx.content_rect().width() - 64.0);
+        if let Self::Settings(page) = self {
+            page.listen(ctx, actions);
+        }
         let frame = egui::Frame::popup(&ctx.global_style()).inner_margin(20);
         let modal = egui::Modal::new(egui::Id::unique(self.title())).frame(frame);
         let modal = modal.show(ctx, |ui| {
@@ -133,6 +164,8 @@ impl Dialog {
                 Self::Import { path, trusted } => import(ui, path, trusted, actions),
                 Self::FirstClass { name, .. } => first_class(ui, name, actions),
                 Self::Help => help(ui, actions),
+                Self::Settings(page) => page.show(ui, state, actions),
+                Self::Moved(moved) => moved.show(ui, actions),
             }
         });
         if modal.should_close() {
@@ -216,10 +249,10 @@ fn first_class(ui: &mut Ui, name: &mut String, actions: &mut Actions) {
 }
 
 fn help(ui: &mut Ui, actions: &mut Actions) {
-    let height = (ui.ctx().content_rect().height() - 200.0).max(200.0);
+    let map = KeyMap::of(ui.ctx());
     egui::ScrollArea::vertical()
         .auto_shrink([false, true])
-        .max_height(height)
+        .max_height(room(ui.ctx()))
         .show(ui, |ui| {
             egui::Grid::new("keys")
                 .num_columns(2)
@@ -227,8 +260,8 @@ fn help(ui: &mut Ui, actions: &mut Actions) {
                 .spacing([24.0, 8.0])
                 .show(ui, |ui| {
                     for row in keys::TABLE {
-                        ui.label(egui::RichText::new(row.shown).strong());
-                        ui.label(row.does);
+                        ui.label(egui::RichText::new(row.present(&map)).strong());
+                        ui.add(egui::Label::new(row.does).wrap());
                         ui.end_row();
                     }
                 });
@@ -239,6 +272,11 @@ fn help(ui: &mut Ui, actions: &mut Actions) {
             actions.push(Action::Show(None));
         }
     });
+}
+
+/// Height for what scrolls in a dialog.
+fn room(ctx: &egui::Context) -> f32 {
+    (ctx.content_rect().height() - 176.0).max(96.0)
 }
 
 /// A text field for a path that has the focus first; returns whether Enter was pressed in it.

@@ -10,7 +10,8 @@ use inplace_core::scene::Scene;
 use crate::dialogs::Purpose;
 use crate::exporting::Progress;
 use crate::keeper::Keeper;
-use crate::opening::{Attached, Prepared};
+use crate::opening::{Attached, Prepared, Refusal};
+use crate::pictures::Seen;
 
 /// What a job led to.
 #[derive(Debug)]
@@ -18,15 +19,18 @@ pub enum Done {
     /// The system's dialog was answered; `None` = cancelled, or there is no such dialog here.
     Picked(Purpose, Option<PathBuf>),
     /// What is kept about a scene was found; the number tells attempts apart.
-    Prepared(u64, Box<Result<Prepared, String>>),
-    /// A scene was fitted to what is kept about it.
-    Attached(u64, Arc<Scene>, Box<Attached>),
+    Prepared(u64, Box<Result<Prepared, Refusal>>),
+    /// A scene was fitted to what is kept about it; or a sentence about why it is not the scene of its
+    /// project.
+    Attached(u64, Arc<Scene>, Box<Result<Attached, String>>),
     /// A project file was made for the scene with this serial number.
     Kept(u64, Box<Keeper>),
     /// How an export goes.
     Exported(Progress),
     /// Label images were read for the scene with this serial number.
     Imported(u64, Box<LabelImages>),
+    /// What was opened lately was looked at.
+    Seen(Vec<Seen>),
     /// A sentence about what failed.
     Failed(String),
 }
@@ -77,7 +81,7 @@ impl Jobs {
             let dialog = rfd::FileDialog::new().set_title(purpose.title());
             let project = |dialog: rfd::FileDialog| dialog.add_filter("Inplace project", &["inplace"]);
             let path = match purpose {
-                Purpose::Scene | Purpose::Export | Purpose::Import => dialog.pick_folder(),
+                Purpose::Scene | Purpose::Moved | Purpose::Export | Purpose::Import => dialog.pick_folder(),
                 Purpose::Project => project(dialog).pick_file(),
                 Purpose::SaveAs => project(dialog).save_file(),
             };

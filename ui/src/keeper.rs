@@ -1,8 +1,10 @@
 //! Where the work on a scene is kept: the journal of its project file, named or not.
 
+use std::convert::Infallible;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use crossbeam_channel::{Receiver, Sender, TryRecvError, bounded};
 use inplace_core::project::{Journal, JournalEvent, Step};
 use inplace_core::session::{FrameMap, ModelState};
 
@@ -135,16 +137,58 @@ impl Keeper {
     pub fn close(mut self) {
         drop(self.journal.take());
     }
+
+    /// Writes what is queued and ends, on a thread; the file cannot be opened again before that is done.
+    pub fn end(mut self) -> Option<Ending> {
+        let journal = self.journal.take()?;
+        let (hold, done) = bounded(0);
+        end_on_thread(journal, Some(hold));
+        Some(Ending {
+            path: self.path.clone(),
+            done,
+        })
+    }
 }
 
 impl Drop for Keeper {
     fn drop(&mut self) {
-        let Some(journal) = self.journal.take() else {
-            return;
+        if let Some(journal) = self.journal.take() {
+            end_on_thread(journal, None);
+        }
+    }
+}
+
+/// Ending a journal waits for the disk; `hold` is dropped after that.
+fn end_on_thread(journal: Journal, hold: Option<Sender<Infallible>>) {
+    let thread = std::thread::Builder::new().name("inplace-journal-end".to_owned());
+    // Without a thread that happens here.
+    let _ = thread.spawn(move || {
+        drop(journal);
+        drop(hold);
+    });
+}
+
+/// A project file that is still being written, though it was closed.
+#[derive(Clone, Debug)]
+pub struct Ending {
+    path: PathBuf,
+    done: Receiver<Infallible>,
+}
+
+impl Ending {
+    /// Whether all of it is written.
+    pub fn is_done(&self) -> bool {
+        matches!(self.done.try_recv(), Err(TryRecvError::Disconnected))
+    }
+
+    /// Waits until all of it is written, if it is this file; touches the disk.
+    pub fn wait_for(&self, file: &Path) {
+        let same = |a: &Path, b: &Path| {
+            a == b || matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
         };
-        // Ending a journal waits for the disk. Without a thread that happens here.
-        let _ = std::thread::Builder::new()
-            .name("inplace-journal-end".to_owned())
-            .spawn(move || drop(journal));
+        if same(&self.path, file) {
+            // Nothing is ever sent: the end of the other side is the news.
+            let _ = self.done.recv();
+        }
     }
 }

@@ -1,9 +1,13 @@
 //! The keys: one table for the dispatcher and for the help window.
 
+use std::borrow::Cow;
+
 use egui::{Event, Key, Modifiers};
 
 use crate::action::{Action, Actions};
 use crate::dialogs::Dialog;
+use crate::keymap::{KeyMap, Shortcut};
+use crate::preferences::Change;
 
 /// A key and what it does.
 #[derive(Debug)]
@@ -21,6 +25,48 @@ pub struct Row {
     /// What they do.
     pub does: &'static str,
     bindings: &'static [Binding],
+}
+
+impl Binding {
+    /// The key that it has unless the person chose another.
+    pub fn default_key(&self) -> Shortcut {
+        Shortcut::new(self.modifiers, self.key)
+    }
+}
+
+impl Row {
+    /// The keys of this line that a person may choose.
+    pub fn choices(&self) -> impl Iterator<Item = Shortcut> + use<> {
+        let bindings = self.bindings.iter().map(Binding::default_key);
+        bindings.filter(|default| !default.is_fixed())
+    }
+
+    /// The keys as they are now, for people.
+    pub fn present(&self, map: &KeyMap) -> String {
+        if !self
+            .bindings
+            .iter()
+            .any(|binding| map.is_moved(binding.default_key()))
+        {
+            return self.shown.to_owned();
+        }
+        let mut parts: Vec<String> = Vec::new();
+        let mut named = Vec::new();
+        for part in self.shown.split(", ").flat_map(|part| part.split(" and ")) {
+            let bound = self.bindings.iter().map(Binding::default_key);
+            match bound.into_iter().find(|default| default.to_string() == part) {
+                Some(default) => {
+                    named.push(default);
+                    parts.extend(map.present(default).map(|present| present.to_string()));
+                }
+                None => parts.push(part.to_owned()),
+            }
+        }
+        let others = self.bindings.iter().map(Binding::default_key);
+        let moved = others.filter(|default| map.is_moved(*default) && !named.contains(default));
+        parts.extend(moved.filter_map(|default| Some(map.present(default)?.to_string())));
+        parts.join(", ")
+    }
 }
 
 const fn key(key: Key, action: Action) -> Binding {
@@ -153,6 +199,22 @@ pub static TABLE: &[Row] = &[
         bindings: &[key(Key::P, Action::TogglePause)],
     },
     Row {
+        shown: "Ctrl+,",
+        does: "Settings",
+        bindings: &[with(CTRL, Key::Comma, Action::Show(Some(Dialog::settings())))],
+    },
+    Row {
+        shown: "Ctrl++, Ctrl+-, Ctrl+0",
+        does: "Everything larger, smaller, as it comes",
+        bindings: &[
+            with(CTRL, Key::Plus, Action::Prefer(Change::StepScale(1))),
+            with(CTRL, Key::Equals, Action::Prefer(Change::StepScale(1))),
+            with(CTRL_SHIFT, Key::Plus, Action::Prefer(Change::StepScale(1))),
+            with(CTRL, Key::Minus, Action::Prefer(Change::StepScale(-1))),
+            with(CTRL, Key::Num0, Action::Prefer(Change::Scale(100))),
+        ],
+    },
+    Row {
         shown: "?",
         does: "This table",
         bindings: &[
@@ -167,6 +229,7 @@ pub static TABLE: &[Row] = &[
 pub fn dispatch(ctx: &egui::Context, actions: &mut Actions) {
     let typing = ctx.text_edit_focused();
     let focused = ctx.egui_wants_keyboard_input();
+    let map = KeyMap::of(ctx);
     ctx.input(|input| {
         for event in &input.events {
             let Event::Key {
@@ -181,7 +244,7 @@ pub fn dispatch(ctx: &egui::Context, actions: &mut Actions) {
             let arrow = matches!(key, Key::ArrowLeft | Key::ArrowRight);
             let of_texts = !modifiers.command || matches!(key, Key::Z | Key::Y);
             if !(focused && arrow || typing && of_texts)
-                && let Some(action) = action_of(*key, *modifiers)
+                && let Some(action) = action_of(&map, Shortcut::new(*modifiers, *key))
             {
                 actions.push(action);
             }
@@ -189,15 +252,54 @@ pub fn dispatch(ctx: &egui::Context, actions: &mut Actions) {
     });
 }
 
-fn action_of(key: Key, pressed: Modifiers) -> Option<Action> {
-    let mut bindings = TABLE.iter().flat_map(|row| row.bindings);
-    let found = bindings.find(|binding| binding.key == key && matches(binding.modifiers, pressed))?;
-    Some(found.action.clone())
+/// What a key does with this map. Shift only counts together with Ctrl, or where something is bound to
+/// it: layouts differ in what needs Shift.
+fn action_of(map: &KeyMap, pressed: Shortcut) -> Option<Action> {
+    let with_shift = bound_to(map, pressed);
+    let found = if pressed.shift && !pressed.command {
+        with_shift.or_else(|| bound_to(map, pressed.without_shift()))
+    } else {
+        with_shift
+    };
+    Some(found?.1.action.clone())
 }
 
-/// Shift only counts together with Ctrl: layouts differ in what needs Shift.
-fn matches(wanted: Modifiers, pressed: Modifiers) -> bool {
-    wanted.command == pressed.command && (!wanted.command || wanted.shift == pressed.shift)
+/// What a key is bound to with this map, and the line of the help window that it belongs to.
+fn bound_to(map: &KeyMap, pressed: Shortcut) -> Option<(&'static Row, &'static Binding)> {
+    let all = TABLE
+        .iter()
+        .flat_map(|row| row.bindings.iter().map(move |binding| (row, binding)));
+    let mut all = all.filter(|(_, binding)| map.present(binding.default_key()) == Some(pressed));
+    all.next()
+}
+
+/// What a key does with this map, in words, and the default key of that.
+pub fn meaning(map: &KeyMap, pressed: Shortcut) -> Option<(&'static str, Shortcut)> {
+    bound_to(map, pressed).map(|(row, binding)| (row.does, binding.default_key()))
+}
+
+/// The present key of what `default` ("Ctrl+S") does by default; empty where it has none.
+pub fn text(map: &KeyMap, default: &str) -> String {
+    let Ok(shortcut) = default.parse() else {
+        return default.to_owned();
+    };
+    map.present(shortcut)
+        .map_or_else(String::new, |present| present.to_string())
+}
+
+/// A control's name that ends with a default key in brackets, "Erase (E)", with the present key instead.
+pub fn named<'a>(ctx: &egui::Context, name: &'a str) -> Cow<'a, str> {
+    let map = KeyMap::of(ctx);
+    let parts = name.strip_suffix(')').and_then(|name| name.rsplit_once(" ("));
+    match parts {
+        Some((does, default)) if default.parse().is_ok_and(|default| map.is_moved(default)) => {
+            match text(&map, default) {
+                key if key.is_empty() => Cow::Borrowed(does),
+                key => Cow::Owned(format!("{does} ({key})")),
+            }
+        }
+        _ => Cow::Borrowed(name),
+    }
 }
 
 #[cfg(test)]
@@ -214,17 +316,69 @@ mod tests {
         }
     }
 
+    fn pressed(text: &str) -> Option<Action> {
+        action_of(&KeyMap::default(), text.parse().unwrap())
+    }
+
     #[test]
     fn shift_tells_undo_from_redo() {
-        assert_eq!(action_of(Key::Z, CTRL), Some(Action::Undo));
-        assert_eq!(action_of(Key::Z, CTRL_SHIFT), Some(Action::Redo));
-        assert_eq!(action_of(Key::Z, Modifiers::NONE), None);
+        assert_eq!(pressed("Ctrl+Z"), Some(Action::Undo));
+        assert_eq!(pressed("Ctrl+Shift+Z"), Some(Action::Redo));
+        assert_eq!(pressed("Z"), None);
     }
 
     #[test]
     fn a_question_mark_is_found_with_and_without_shift() {
         let help = Some(Action::Show(Some(Dialog::Help)));
-        assert_eq!(action_of(Key::Questionmark, Modifiers::SHIFT), help);
-        assert_eq!(action_of(Key::Questionmark, Modifiers::NONE), help);
+        assert_eq!(pressed("Shift+?"), help);
+        assert_eq!(pressed("?"), help);
+    }
+
+    #[test]
+    fn a_key_that_was_given_to_something_else_does_only_that() {
+        let mut map = KeyMap::default();
+        let shortcut = |text: &str| text.parse::<Shortcut>().unwrap();
+        map.set(shortcut("N"), Some(shortcut("E")));
+        map.set(shortcut("E"), None);
+        assert_eq!(action_of(&map, shortcut("E")), Some(Action::NextSuggestion));
+        assert_eq!(action_of(&map, shortcut("N")), None);
+        assert_eq!(
+            (text(&map, "N"), text(&map, "E")),
+            ("E".to_owned(), String::new())
+        );
+        assert_eq!(
+            meaning(&map, shortcut("E")).map(|(_, default)| default),
+            Some(shortcut("N"))
+        );
+    }
+
+    #[test]
+    fn the_help_window_shows_the_present_keys_and_keeps_the_gestures() {
+        let mut map = KeyMap::default();
+        let shortcut = |text: &str| text.parse::<Shortcut>().unwrap();
+        let row = |key: &str| {
+            let row = TABLE
+                .iter()
+                .find(|row| row.choices().any(|default| default == shortcut(key)));
+            row.unwrap()
+        };
+        assert_eq!(row("[").present(&map), row("[").shown);
+        map.set(shortcut("["), Some(shortcut("J")));
+        map.set(shortcut("]"), None);
+        assert_eq!(row("[").present(&map), "J, Ctrl+wheel");
+        map.set(shortcut("F1"), Some(shortcut("F2")));
+        assert_eq!(row("?").present(&map), "?, F2");
+    }
+
+    #[test]
+    fn names_of_controls_follow_their_keys() {
+        let ctx = egui::Context::default();
+        assert_eq!(named(&ctx, "Erase (E)"), "Erase (E)");
+        let mut map = KeyMap::default();
+        map.set("E".parse().unwrap(), Some("K".parse().unwrap()));
+        map.install(&ctx);
+        assert_eq!(named(&ctx, "Erase (E)"), "Erase (K)");
+        assert_eq!(named(&ctx, "Redo (Ctrl+Y)"), "Redo (Ctrl+Y)");
+        assert_eq!(named(&ctx, "Erase"), "Erase");
     }
 }

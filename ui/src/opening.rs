@@ -10,7 +10,8 @@ use inplace_core::project::{Contents, Journal, Project, ProjectError, SceneRecor
 use inplace_core::scene::{OpenOptions, Scene, SceneSource};
 use inplace_core::session::MapSlots;
 
-use crate::keeper::Keeper;
+use crate::english;
+use crate::keeper::{Ending, Keeper};
 
 /// What is to be opened.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -21,6 +22,13 @@ pub enum Target {
     Project(PathBuf),
     /// A project file or the folder of a capture, found out by looking.
     Path(PathBuf),
+    /// A project file whose scene has moved into this folder.
+    Moved {
+        /// The project file.
+        project: PathBuf,
+        /// The scene's folder.
+        folder: PathBuf,
+    },
 }
 
 impl Target {
@@ -28,12 +36,13 @@ impl Target {
     pub fn name(&self) -> String {
         match self {
             Self::Scene(SceneSource::Demo) => "the demo scene".to_owned(),
-            Self::Scene(SceneSource::Folder(path)) | Self::Project(path) | Self::Path(path) => {
-                path.file_name().map_or_else(
-                    || path.display().to_string(),
-                    |name| name.to_string_lossy().into_owned(),
-                )
-            }
+            Self::Scene(SceneSource::Folder(path))
+            | Self::Project(path)
+            | Self::Path(path)
+            | Self::Moved { project: path, .. } => path.file_name().map_or_else(
+                || path.display().to_string(),
+                |name| name.to_string_lossy().into_owned(),
+            ),
         }
     }
 }
@@ -59,34 +68,66 @@ impl Prepared {
     }
 }
 
-/// Finds what is kept about a target.
+/// Why something is not opened.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Refusal {
+    /// A sentence that says so.
+    Sentence(String),
+    /// The scene of a project is not where it was.
+    SceneGone {
+        /// The project file.
+        project: PathBuf,
+        /// Where its scene was.
+        missing: PathBuf,
+    },
+}
+
+impl From<ProjectError> for Refusal {
+    fn from(error: ProjectError) -> Self {
+        Self::Sentence(format!("{error}."))
+    }
+}
+
+/// Finds what is kept about a target. Files among `endings` are waited for.
 ///
 /// # Errors
-/// A sentence about a project file that cannot be opened, or whose scene is gone.
+/// About a project file that cannot be opened, whose scene is gone, or that another window has open.
 pub fn prepare(
     target: Target,
     open: OpenOptions,
     autosave: &dyn Fn(&SceneSource) -> PathBuf,
-) -> Result<Prepared, String> {
+    endings: &[Ending],
+) -> Result<Prepared, Refusal> {
     match target {
-        Target::Project(path) => prepare_project(path, open),
-        Target::Path(path) if path.is_file() => prepare_project(path, open),
-        Target::Path(path) => Ok(prepare_scene(SceneSource::from_argument(&path), open, autosave)),
-        Target::Scene(source) => Ok(prepare_scene(source, open, autosave)),
+        Target::Project(path) => prepare_project(path, None, open, endings),
+        Target::Path(path) if path.is_file() => prepare_project(path, None, open, endings),
+        Target::Moved { project, folder } => prepare_project(project, Some(folder), open, endings),
+        Target::Path(path) => prepare_scene(SceneSource::from_argument(&path), open, autosave, endings),
+        Target::Scene(source) => prepare_scene(source, open, autosave, endings),
     }
 }
 
-fn prepare_project(path: PathBuf, open: OpenOptions) -> Result<Prepared, String> {
-    let (project, contents) = Project::open(&path).map_err(|error| error.to_string())?;
-    if !contents.scene.is_there() {
-        return Err(format!(
-            "{}: its scene is no longer at {}; put the scene's folder back, or beside the project.",
-            path.display(),
-            contents.scene.source
-        ));
-    }
+/// `moved` is where the scene is now, if that is not where the project says.
+fn prepare_project(
+    path: PathBuf,
+    moved: Option<PathBuf>,
+    open: OpenOptions,
+    endings: &[Ending],
+) -> Result<Prepared, Refusal> {
+    endings.iter().for_each(|ending| ending.wait_for(&path));
+    let (project, contents) = Project::open(&path)?;
+    let source = match (moved, &contents.scene.source) {
+        (Some(folder), _) => SceneSource::Folder(folder),
+        (None, SceneSource::Folder(missing)) if !contents.scene.is_there() => {
+            return Err(Refusal::SceneGone {
+                project: path,
+                missing: missing.clone(),
+            });
+        }
+        (None, source) => source.clone(),
+    };
     Ok(Prepared {
-        source: contents.scene.source.clone(),
+        source,
         open: OpenOptions {
             depth: contents.scene.depth && open.depth,
         },
@@ -101,21 +142,26 @@ fn prepare_scene(
     source: SceneSource,
     open: OpenOptions,
     autosave: &dyn Fn(&SceneSource) -> PathBuf,
-) -> Prepared {
+    endings: &[Ending],
+) -> Result<Prepared, Refusal> {
     let file = autosave(&source);
+    endings.iter().for_each(|ending| ending.wait_for(&file));
     let (kept, problem) = match Project::open(&file) {
         Ok(kept) => (Some(kept), None),
         Err(ProjectError::Missing(_)) => (None, None),
+        Err(ProjectError::InUse(_)) => {
+            return Err(Refusal::Sentence(english::opening::scene_in_use(&source)));
+        }
         Err(error) => (None, Some(error.to_string())),
     };
-    Prepared {
+    Ok(Prepared {
         source,
         open,
         file,
         named: false,
         kept,
         problem,
-    }
+    })
 }
 
 /// What a workspace starts with.
@@ -136,12 +182,15 @@ pub struct Attached {
 }
 
 /// Fits what is kept to the opened scene, shows the kept maps, and starts the journal.
+///
+/// # Errors
+/// A sentence about a scene that is not the one of its project.
 pub fn attach(
     prepared: Prepared,
     scene: &Scene,
     maps: Option<&Arc<MapSlots>>,
     wake: impl Fn() + Send + 'static,
-) -> Attached {
+) -> Result<Attached, String> {
     let Prepared {
         open,
         file,
@@ -154,6 +203,7 @@ pub fn attach(
     let matched = match kept {
         Some((project, contents)) => match contents.matched(scene, open) {
             Ok(contents) => Some((Ok(project), contents)),
+            Err(error) if named => return Err(format!("{error}.")),
             Err(error) => {
                 problem = Some(error.to_string());
                 None
@@ -173,16 +223,7 @@ pub fn attach(
         .and_then(|project| Journal::start(project, &contents, wake).map_err(|error| error.to_string()));
     let labels = contents.history.labels();
     if !named && labels.says_anything() {
-        let strokes = labels.strokes.len();
-        notes.push(format!(
-            "Your earlier work on this scene was recovered: {strokes} {}{}.",
-            if strokes == 1 { "stroke" } else { "strokes" },
-            if labels.imported.is_some() {
-                " and imported labels"
-            } else {
-                ""
-            },
-        ));
+        notes.push(english::opening::recovered(labels));
     }
     notes.extend(contents.warnings.iter().cloned());
     if let Some(maps) = maps {
@@ -197,14 +238,14 @@ pub fn attach(
             Some(format!("{error} Until then your work is in memory only.")),
         ),
     };
-    Attached {
+    Ok(Attached {
         generation: contents.next_generation(),
         view: contents.view.clone(),
         history: contents.history,
         keeper: Keeper::new(journal, file, named),
         notes,
         problem,
-    }
+    })
 }
 
 /// A project file with labels, and the keeper that goes on in it.

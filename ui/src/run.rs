@@ -1,19 +1,28 @@
 //! Starting the window, with whatever can draw it.
 
+use std::cell::RefCell;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
+use std::rc::Rc;
 use std::sync::Arc;
 
 use inplace_core::field::Preset;
-use inplace_core::project::autosave_path;
+use inplace_core::project::{autosave_path, configuration_folder, pictures_folder};
 use inplace_core::scene::OpenOptions;
 
 use crate::app::{App, Surroundings};
 use crate::opening::Target;
+use crate::preferences::Store;
 use crate::session_link::real_sessions;
 
+/// Width and height of a window that was never resized, in points.
+const USUAL_SIZE: [f32; 2] = [1280.0, 800.0];
+
+/// The least that the panels need, in points.
+const LEAST_SIZE: [f32; 2] = [960.0, 600.0];
+
 /// What the window starts with.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct UiOptions {
     /// What is opened first; `None` = the start page.
     pub open: Option<Target>,
@@ -21,8 +30,8 @@ pub struct UiOptions {
     pub read: OpenOptions,
     /// How much the field may model.
     pub preset: Preset,
-    /// Threads of the worker's pool.
-    pub threads: usize,
+    /// Threads of the worker's pool; `None` = as the person prefers, or all cores but one.
+    pub threads: Option<usize>,
     /// Seed of everything random.
     pub seed: u64,
     /// Folder that exports go to unless the person chooses another.
@@ -31,19 +40,14 @@ pub struct UiOptions {
     pub stats: bool,
 }
 
-impl Default for UiOptions {
-    fn default() -> Self {
-        let cores = std::thread::available_parallelism().map_or(1, usize::from);
-        Self {
-            open: None,
-            read: OpenOptions::default(),
-            preset: Preset::default(),
-            threads: cores.saturating_sub(1).max(1),
-            seed: 0,
-            out: None,
-            stats: false,
-        }
-    }
+/// Threads of the worker's pool unless somebody chose otherwise: one core is the window's.
+pub(crate) fn usual_threads() -> usize {
+    cores().saturating_sub(1).max(1)
+}
+
+/// Number of cores.
+pub(crate) fn cores() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
 }
 
 /// Why there is no window; a sentence each.
@@ -72,9 +76,13 @@ pub enum UiError {
 /// # Errors
 /// Why there is no window, and what to install or do.
 pub fn run(options: UiOptions) -> Result<(), UiError> {
-    match start(&options, eframe::Renderer::Wgpu) {
+    let store = Store::open(configuration_folder().join("preferences.json"));
+    let window = store.preferences().window;
+    // Whichever renderer starts takes it.
+    let store = Rc::new(RefCell::new(Some(store)));
+    match start(&options, window, &store, eframe::Renderer::Wgpu) {
         Err(Failure::NoAdapter(_)) => {
-            start(&options, eframe::Renderer::Glow).map_err(|failure| match failure {
+            start(&options, window, &store, eframe::Renderer::Glow).map_err(|failure| match failure {
                 Failure::NoAdapter(reason) => UiError::NoRenderer(reason),
                 Failure::Other(error) => error,
             })
@@ -91,22 +99,32 @@ enum Failure {
     Other(UiError),
 }
 
-fn start(options: &UiOptions, renderer: eframe::Renderer) -> Result<(), Failure> {
+fn start(
+    options: &UiOptions,
+    window: Option<[f32; 2]>,
+    store: &Rc<RefCell<Option<Store>>>,
+    renderer: eframe::Renderer,
+) -> Result<(), Failure> {
     let native = eframe::NativeOptions {
         renderer,
         viewport: egui::ViewportBuilder::default()
             .with_app_id("inplace")
             .with_title("Inplace")
-            .with_inner_size([1280.0, 800.0])
-            .with_min_inner_size([1024.0, 640.0])
+            .with_inner_size(window.unwrap_or(USUAL_SIZE))
+            .with_min_inner_size(LEAST_SIZE)
             .with_drag_and_drop(true),
         ..eframe::NativeOptions::default()
     };
-    let options = options.clone();
+    let (options, store) = (options.clone(), Rc::clone(store));
     let create: eframe::AppCreator<'static> = Box::new(move |creation| {
+        let Some(preferences) = store.borrow_mut().take() else {
+            return Err("the preferences belong to another window already".into());
+        };
         let around = Surroundings {
             sessions: real_sessions(),
             autosave: Arc::new(autosave_path),
+            preferences,
+            pictures: pictures_folder(),
             target: creation
                 .wgpu_render_state
                 .as_ref()

@@ -1,15 +1,18 @@
 //! Everything that the panels read.
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use inplace_core::field::Preset;
-use inplace_core::scene::OpenOptions;
+use inplace_core::scene::{OpenOptions, SceneSource};
 
 use crate::canvas::{Layer, Look, Tool};
 use crate::dialogs::Dialog;
 use crate::exporting::Progress;
 use crate::keeper::Keeper;
 use crate::opening::{Prepared, Target};
+use crate::pictures::Found;
+use crate::preferences::{Place, Preferences};
 use crate::session_link::Running;
 use crate::stats::Stats;
 use crate::toasts::Toasts;
@@ -114,7 +117,6 @@ impl Settings {
 }
 
 /// Everything that the panels read. They change nothing here: they push actions.
-#[derive(Debug)]
 pub struct AppState {
     /// What the window is at.
     pub stage: Stage,
@@ -122,6 +124,10 @@ pub struct AppState {
     pub keeper: Option<Keeper>,
     /// How the frame is shown and drawn on.
     pub settings: Settings,
+    /// What the person prefers in every scene.
+    pub preferences: Preferences,
+    /// What is known about what was opened lately, once it was looked at.
+    pub found: HashMap<Place, Found>,
     /// What is read of captures.
     pub open: OpenOptions,
     /// What was read of the open one.
@@ -168,6 +174,17 @@ impl AppState {
             || workspace.scene().name(),
             |stem| stem.to_string_lossy().into_owned(),
         ))
+    }
+
+    /// Where what is open can be opened again; `None` for the demo scene, which is always there.
+    pub fn place(&self) -> Option<Place> {
+        let workspace = self.workspace()?;
+        let absolute = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
+        match (&self.keeper, &workspace.scene().source) {
+            (Some(keeper), _) if keeper.is_named() => Some(Place::Project(absolute(keeper.path()))),
+            (_, SceneSource::Folder(folder)) => Some(Place::Scene(absolute(folder))),
+            (_, SceneSource::Demo) => None,
+        }
     }
 
     /// Where a dialog suggests to put a file or folder with this ending.

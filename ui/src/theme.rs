@@ -8,6 +8,7 @@ pub const GAP: f32 = 8.0;
 /// The window's shades, from the canvas outwards, and its one accent.
 struct Shades {
     canvas: Color32,
+    field: Color32,
     panel: Color32,
     raised: Color32,
     control: Color32,
@@ -24,6 +25,7 @@ struct Shades {
 
 const DARK: Shades = Shades {
     canvas: Color32::from_rgb(15, 16, 19),
+    field: Color32::from_rgb(15, 16, 19),
     panel: Color32::from_rgb(26, 28, 32),
     raised: Color32::from_rgb(34, 36, 42),
     control: Color32::from_rgb(46, 49, 56),
@@ -40,6 +42,7 @@ const DARK: Shades = Shades {
 
 const LIGHT: Shades = Shades {
     canvas: Color32::from_rgb(214, 217, 222),
+    field: Color32::from_rgb(234, 237, 242),
     panel: Color32::from_rgb(246, 247, 249),
     raised: Color32::from_rgb(255, 255, 255),
     control: Color32::from_rgb(229, 232, 237),
@@ -145,11 +148,7 @@ fn visuals(theme: egui::Theme, shades: &Shades) -> Visuals {
     visuals.hyperlink_color = shades.accent;
     visuals.faint_bg_color = shades.raised;
     visuals.extreme_bg_color = shades.canvas;
-    visuals.text_edit_bg_color = Some(if visuals.dark_mode {
-        shades.canvas
-    } else {
-        shades.raised
-    });
+    visuals.text_edit_bg_color = Some(shades.field);
     visuals.warn_fg_color = shades.warning;
     visuals.error_fg_color = shades.error;
     visuals.panel_fill = shades.panel;
@@ -195,7 +194,7 @@ mod tests {
     #[test]
     fn text_is_readable_on_everything_it_stands_on() {
         for shades in [&DARK, &LIGHT] {
-            for under in [shades.panel, shades.raised] {
+            for under in [shades.panel, shades.raised, shades.field] {
                 for text in [
                     shades.weak,
                     shades.text,

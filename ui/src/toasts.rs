@@ -2,7 +2,10 @@
 
 use std::time::{Duration, Instant};
 
+use egui::accesskit::Live;
+
 use crate::action::{Action, Actions};
+use crate::english::toasts as words;
 use crate::theme;
 use crate::widgets::{Icon, icon_button};
 
@@ -78,40 +81,67 @@ impl Toasts {
         self.shown.drain(..surplus);
     }
 
-    /// Draws the messages over the lower part of `area`.
-    pub fn show(&self, ctx: &egui::Context, area: egui::Rect, actions: &mut Actions) {
+    /// Draws the messages over the lower part of `area`; Escape dismisses the newest, unless it has
+    /// something else to do.
+    pub fn show(&self, ctx: &egui::Context, area: egui::Rect, escape: bool, actions: &mut Actions) {
+        let Some(newest) = self.shown.last() else {
+            return;
+        };
+        if escape && ctx.input(|input| input.key_pressed(egui::Key::Escape)) {
+            actions.push(Action::Dismiss(newest.id));
+        }
         let bottom = area.center_bottom() - egui::vec2(0.0, theme::GAP * 2.0);
         egui::Area::new(egui::Id::unique("messages"))
             .order(egui::Order::Foreground)
             .pivot(egui::Align2::CENTER_BOTTOM)
             .fixed_pos(bottom)
             .show(ctx, |ui| {
-                ui.set_max_width((area.width() - 64.0).clamp(240.0, 560.0));
-                for toast in &self.shown {
-                    toast.show(ui, actions);
-                }
+                let width = (area.width() - 32.0).clamp(160.0, 560.0);
+                ui.set_max_width(width);
+                // What is too long for the area scrolls: it must not cover the tools above.
+                egui::ScrollArea::vertical()
+                    .max_height((area.height() - 4.0 * theme::GAP).max(48.0))
+                    .stick_to_bottom(true)
+                    .auto_shrink(true)
+                    .show(ui, |ui| {
+                        for toast in &self.shown {
+                            toast.show(ui, width, actions);
+                        }
+                    });
             });
     }
 }
 
 impl Toast {
-    fn show(&self, ui: &mut egui::Ui, actions: &mut Actions) {
+    fn show(&self, ui: &mut egui::Ui, width: f32, actions: &mut Actions) {
         let visuals = ui.visuals();
-        let (mark, name) = match self.level {
-            Level::Info => (theme::accent(visuals), "Message"),
-            Level::Error => (visuals.error_fg_color, "Error"),
+        let (icon, color, name, live) = match self.level {
+            Level::Info => (Icon::Info, theme::accent(visuals), words::INFO, Live::Polite),
+            Level::Error => (
+                Icon::Warning,
+                visuals.error_fg_color,
+                words::ERROR,
+                Live::Assertive,
+            ),
         };
-        egui::Frame::popup(ui.style()).inner_margin(12).show(ui, |ui| {
+        let mut frame = egui::Frame::popup(ui.style()).inner_margin(12);
+        if self.level == Level::Error {
+            frame = frame.stroke(egui::Stroke::new(1.0, color));
+        }
+        frame.show(ui, |ui| {
             ui.horizontal(|ui| {
-                let (dot, response) = ui.allocate_exact_size(egui::vec2(8.0, 18.0), egui::Sense::hover());
+                let (rect, response) = ui.allocate_exact_size(egui::vec2(18.0, 18.0), egui::Sense::hover());
                 response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, name));
-                ui.painter().circle_filled(dot.center(), 4.0, mark);
-                let room = ui.available_width() - 36.0;
+                icon.paint(ui.painter(), rect, color);
+                // The icon, the button and the frame around them.
+                let room = (width - 104.0).max(64.0);
                 ui.scope(|ui| {
                     ui.set_max_width(room);
-                    ui.add(egui::Label::new(&self.text).wrap().selectable(true));
+                    let text = ui.add(egui::Label::new(&self.text).wrap().selectable(true));
+                    ui.ctx()
+                        .accesskit_node_builder(text.id, |node| node.set_live(live));
                 });
-                if icon_button(ui, Icon::Close, "Dismiss message").clicked() {
+                if icon_button(ui, Icon::Close, words::DISMISS).clicked() {
                     actions.push(Action::Dismiss(self.id));
                 }
             });

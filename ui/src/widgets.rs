@@ -31,15 +31,24 @@ pub enum Icon {
     Next,
     /// Plus.
     Add,
+    /// An i in a circle.
+    Info,
+    /// An exclamation mark in a triangle.
+    Warning,
+    /// A folder.
+    Folder,
 }
 
-/// A square button with an icon; `name` is its tooltip and its name for screen readers.
+/// A square button with an icon; `name` is its tooltip and its name for screen readers. Where it ends with
+/// the default key of what the button does, "Erase (E)", the present key is shown.
 pub fn icon_button(ui: &mut Ui, icon: Icon, name: &str) -> Response {
     icon_button_with(ui, icon, name, false)
 }
 
 /// An icon button that can be chosen.
 pub fn icon_button_with(ui: &mut Ui, icon: Icon, name: &str, chosen: bool) -> Response {
+    let name = crate::keys::named(ui.ctx(), name);
+    let name = name.as_ref();
     let side = ui.spacing().interact_size.y;
     let (rect, response) = ui.allocate_exact_size(Vec2::splat(side), Sense::click());
     let enabled = ui.is_enabled();
@@ -139,6 +148,28 @@ impl Icon {
             }
             Self::Next => {
                 painter.add(line(&[at(-2.5, -5.0), at(2.5, 0.0), at(-2.5, 5.0)]));
+            }
+            Self::Info => {
+                painter.circle_stroke(center, 7.0, stroke);
+                painter.circle_filled(at(0.0, -3.2), 1.0, color);
+                painter.add(line(&[at(0.0, -0.8), at(0.0, 3.8)]));
+            }
+            Self::Warning => {
+                let triangle = vec![at(0.0, -7.0), at(7.5, 6.0), at(-7.5, 6.0)];
+                painter.add(Shape::closed_line(triangle, stroke));
+                painter.add(line(&[at(0.0, -2.6), at(0.0, 1.6)]));
+                painter.circle_filled(at(0.0, 3.8), 1.0, color);
+            }
+            Self::Folder => {
+                let outline = [
+                    at(-7.0, 5.5),
+                    at(-7.0, -5.0),
+                    at(-2.0, -5.0),
+                    at(0.0, -2.5),
+                    at(7.0, -2.5),
+                    at(7.0, 5.5),
+                ];
+                painter.add(Shape::closed_line(outline.to_vec(), stroke));
             }
             Self::Add => {
                 painter.add(line(&[at(-5.0, 0.0), at(5.0, 0.0)]));

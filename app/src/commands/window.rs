@@ -23,7 +23,7 @@ pub fn run(arguments: WindowArguments) -> Result<(), Failure> {
         open: Some(open),
         read: open_options(&arguments.training),
         preset: arguments.training.preset,
-        threads: arguments.training.threads.map_or(defaults.threads, usize::from),
+        threads: arguments.training.threads.map(usize::from),
         seed: arguments.training.seed,
         stats: arguments.stats,
         ..defaults

@@ -12,24 +12,56 @@ use crate::scene::SceneSource;
 /// macOS and `%LOCALAPPDATA%` on Windows, or else the temporary folder; below it `inplace/autosave`,
 /// which the caller makes where it is not there yet.
 pub fn autosave_path(source: &SceneSource) -> PathBuf {
-    let data = data_folder(std::env::consts::OS, |name| std::env::var_os(name));
-    let folder = data.unwrap_or_else(std::env::temp_dir);
-    folder
-        .join("inplace")
+    user_folder(Kind::Data)
         .join("autosave")
         .join(autosave_name(source))
 }
 
-fn data_folder(os: &str, variable: impl Fn(&str) -> Option<OsString>) -> Option<PathBuf> {
+/// Where small pictures of recent scenes and projects are kept: `inplace/pictures` in the folder that
+/// [`autosave_path`] is in. The caller makes it where it is not there yet.
+pub fn pictures_folder() -> PathBuf {
+    user_folder(Kind::Data).join("pictures")
+}
+
+/// File name of the small picture of the scene or project at a path: always the same for one path, and
+/// another one for every other.
+pub fn picture_name(of: &Path) -> String {
+    format!("{}.png", name_by_place(&absolute(of)))
+}
+
+/// Where the person's preferences are kept: `inplace` in `$XDG_CONFIG_HOME` (or `~/.config`) on Linux,
+/// `~/Library/Application Support` on macOS and `%APPDATA%` on Windows, or else in the temporary folder.
+/// The caller makes it where it is not there yet.
+pub fn configuration_folder() -> PathBuf {
+    user_folder(Kind::Configuration)
+}
+
+/// What a user's folder is for.
+#[derive(Clone, Copy)]
+enum Kind {
+    Data,
+    Configuration,
+}
+
+fn user_folder(kind: Kind) -> PathBuf {
+    let folder = base_folder(kind, std::env::consts::OS, |name| std::env::var_os(name));
+    folder.unwrap_or_else(std::env::temp_dir).join("inplace")
+}
+
+fn base_folder(kind: Kind, os: &str, variable: impl Fn(&str) -> Option<OsString>) -> Option<PathBuf> {
     let absolute = |name: &str| {
         variable(name)
             .map(PathBuf::from)
             .filter(|path| path.is_absolute())
     };
+    let (windows, freedesktop, below_home) = match kind {
+        Kind::Data => ("LOCALAPPDATA", "XDG_DATA_HOME", ".local/share"),
+        Kind::Configuration => ("APPDATA", "XDG_CONFIG_HOME", ".config"),
+    };
     match os {
-        "windows" => absolute("LOCALAPPDATA"),
+        "windows" => absolute(windows),
         "macos" => absolute("HOME").map(|home| home.join("Library/Application Support")),
-        _ => absolute("XDG_DATA_HOME").or_else(|| absolute("HOME").map(|home| home.join(".local/share"))),
+        _ => absolute(freedesktop).or_else(|| absolute("HOME").map(|home| home.join(below_home))),
     }
 }
 
@@ -38,11 +70,16 @@ fn autosave_name(source: &SceneSource) -> String {
         SceneSource::Demo => return "demo.inplace".to_owned(),
         SceneSource::Folder(folder) => absolute(folder),
     };
-    let name = folder.file_name().map_or_else(String::new, |name| {
+    format!("{}.inplace", name_by_place(&folder))
+}
+
+/// A name for what is at an absolute path, readable and its own.
+fn name_by_place(path: &Path) -> String {
+    let name = path.file_name().map_or_else(String::new, |name| {
         name.to_string_lossy().chars().take(40).collect()
     });
-    let hash = fnv1a(folder.as_os_str().as_encoded_bytes());
-    format!("{name}-{hash:016x}.inplace")
+    let hash = fnv1a(path.as_os_str().as_encoded_bytes());
+    format!("{name}-{hash:016x}")
 }
 
 /// FNV-1a: the same in every release, unlike the standard library's hashers.
@@ -155,19 +192,25 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn autosaves_live_in_the_data_folder_of_the_platform() {
-        let variable = |name: &str| match name {
+    fn data_and_preferences_live_in_the_folders_of_the_platform() {
+        let all = |name: &str| match name {
             "HOME" => Some("/home/ann".into()),
             "XDG_DATA_HOME" => Some("/data".into()),
+            "XDG_CONFIG_HOME" => Some("/config".into()),
             _ => None,
         };
-        assert_eq!(data_folder("linux", variable), Some("/data".into()));
-        let home = |name: &str| variable(name).filter(|_| name == "HOME");
-        assert_eq!(data_folder("linux", home), Some("/home/ann/.local/share".into()));
-        assert_eq!(
-            data_folder("macos", home),
-            Some("/home/ann/Library/Application Support".into())
-        );
-        assert_eq!(data_folder("windows", home), None);
+        let home = |name: &str| all(name).filter(|_| name == "HOME");
+        for (kind, named, usual) in [
+            (Kind::Data, "/data", "/home/ann/.local/share"),
+            (Kind::Configuration, "/config", "/home/ann/.config"),
+        ] {
+            assert_eq!(base_folder(kind, "linux", all), Some(named.into()));
+            assert_eq!(base_folder(kind, "linux", home), Some(usual.into()));
+            assert_eq!(
+                base_folder(kind, "macos", home),
+                Some("/home/ann/Library/Application Support".into())
+            );
+            assert_eq!(base_folder(kind, "windows", home), None);
+        }
     }
 }

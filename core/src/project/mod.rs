@@ -23,7 +23,7 @@ use rusqlite::{Connection, Transaction};
 pub use contents::{Contents, FrameRecord, SceneRecord};
 pub use error::ProjectError;
 pub use journal::{Journal, JournalEvent};
-pub use location::autosave_path;
+pub use location::{autosave_path, configuration_folder, picture_name, pictures_folder};
 
 use crate::labels::{Edit, History, ImportId, ImportedLabels};
 use crate::session::{FrameMap, ModelState};

@@ -20,14 +20,22 @@ impl App {
             return;
         };
         match (&mut self.state.dialog, purpose) {
-            (Some(dialog @ (Dialog::SaveAs { .. } | Dialog::Export { .. } | Dialog::Import { .. })), _) => {
+            (
+                Some(
+                    dialog @ (Dialog::SaveAs { .. }
+                    | Dialog::Export { .. }
+                    | Dialog::Import { .. }
+                    | Dialog::Moved(_)),
+                ),
+                _,
+            ) => {
                 dialog.take_path(&path);
             }
             (_, Purpose::Scene) => {
                 self.open(Target::Scene(inplace_core::scene::SceneSource::Folder(path)));
             }
             (_, Purpose::Project) => self.open(Target::Project(path)),
-            (_, Purpose::SaveAs | Purpose::Export | Purpose::Import) => {}
+            (_, Purpose::SaveAs | Purpose::Export | Purpose::Import | Purpose::Moved) => {}
         }
     }
 

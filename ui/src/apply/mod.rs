@@ -2,6 +2,7 @@
 
 mod files;
 mod labels;
+mod preferences;
 mod view;
 
 use inplace_core::labels::{History, Stroke};
@@ -22,6 +23,7 @@ impl App {
             Action::OpenScene(source) => self.open(Target::Scene(source)),
             Action::OpenProject(path) => self.open(Target::Project(path)),
             Action::OpenPath(path) => self.open(Target::Path(path)),
+            Action::OpenMoved(project, folder) => self.open(Target::Moved { project, folder }),
             Action::Save => self.save(),
             Action::SaveTo(path) => self.save_to(path),
             Action::ExportTo(folder) => self.export_to(folder),
@@ -83,7 +85,8 @@ impl App {
             }
             Action::SetView(view) => self.with_workspace(|workspace| workspace.view = view),
             Action::TogglePause => self.with_workspace(Workspace::toggle_pause),
-            Action::SetTheme(preference) => self.ctx.set_theme(preference),
+            Action::SetTheme(theme) => self.set_theme(theme),
+            Action::Prefer(change) => self.prefer(change),
         }
     }
 

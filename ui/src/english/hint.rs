@@ -1,8 +1,23 @@
 //! What to do next, over the canvas.
 
 /// There is no class yet.
-pub const NO_CLASS: &str = "Click on something in the image and name its class";
+pub const FIRST_CLASS: &str = "Click on something in the image and name its class";
 /// There are classes and no strokes.
-pub const NO_STROKES: &str = "No strokes yet: choose a class, then click or scribble on the image";
+pub const FIRST_STROKE: &str = "No strokes yet: choose a class, then click or scribble on the image";
 /// There are strokes and no surface to spread them over.
 pub const NO_SURFACE: &str = "Finding the surface of the scene; your labels spread as soon as it is there";
+/// There are places to label next.
+pub const SUGGESTIONS: &str = "These are the places whose label would settle most: click on one to go there";
+
+/// A suggestion was gone to; `key` goes on.
+pub fn next_suggestion(key: &str) -> String {
+    format!("Press {key} for the next place, or answer with one of the likely classes")
+}
+
+/// There is something worth exporting; `key` does that.
+pub fn export(key: &str) -> String {
+    format!("When the frames look right: Export ({key}) writes the labels of every frame")
+}
+
+/// Name of the button that takes a hint away.
+pub const DISMISS: &str = "Dismiss hint";

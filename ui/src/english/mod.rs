@@ -1,3 +1,9 @@
 //! What the window says, in English: one file for each part of the window.
 
 pub mod hint;
+pub mod layout;
+pub mod opening;
+pub mod preferences;
+pub mod settings;
+pub mod start;
+pub mod toasts;

@@ -5,10 +5,19 @@ use egui::{Align, Button, Layout, Ui};
 use crate::action::{Action, Actions};
 use crate::canvas::{Layer, View};
 use crate::dialogs::{Dialog, Purpose};
+use crate::english;
 use crate::exporting::Progress;
-use crate::keeper::SavedState;
+use crate::keeper::{Keeper, SavedState};
+use crate::keymap::KeyMap;
+use crate::keys;
+use crate::preferences::{Change, Pane};
 use crate::state::AppState;
 use crate::widgets::main_button;
+
+/// Below this width of what is left beside the menus, the Save button gives way: it is in the File menu.
+const ROOMY: f32 = 360.0;
+/// Room for the words about saving.
+const STATE_WIDTH: f32 = 80.0;
 
 /// Draws the menu bar.
 pub fn show(ui: &mut Ui, state: &AppState, actions: &mut Actions) {
@@ -26,23 +35,46 @@ pub fn show(ui: &mut Ui, state: &AppState, actions: &mut Actions) {
                 Action::Show(Some(Dialog::Help)),
             );
         });
-        if let Some(name) = state.document_name() {
-            ui.separator();
-            ui.add(egui::Label::new(egui::RichText::new(name).strong()).truncate());
-            let (words, explanation) = saved_in_words(state);
-            ui.weak(words).on_hover_text(explanation);
-        }
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            // The menu bar's own buttons have no frames; these do.
-            ui.reset_style();
+            let wide = ui.available_width() >= ROOMY;
             if state.workspace().is_some() {
-                export_button(ui, state, actions);
-                if ui.button("Save").on_hover_text("Ctrl+S").clicked() {
-                    actions.push(Action::Save);
-                }
+                ui.scope(|ui| {
+                    // The menu bar's own buttons have no frames; these do.
+                    ui.reset_style();
+                    export_button(ui, state, actions);
+                    let keys = keys::text(&state.preferences.keys, "Ctrl+S");
+                    if wide && ui.button("Save").on_hover_text(keys).clicked() {
+                        actions.push(Action::Save);
+                    }
+                });
             }
+            ui.with_layout(Layout::left_to_right(Align::Center), |ui| document(ui, state));
         });
     });
+}
+
+/// The name of what is open, cut to the room there is, and whether it is saved.
+fn document(ui: &mut Ui, state: &AppState) {
+    let Some(name) = state.document_name() else {
+        return;
+    };
+    let (words, explanation) = saved_in_words(state);
+    let words = match state.keeper.as_ref().map(Keeper::saved_state) {
+        Some(SavedState::Failing | SavedState::MemoryOnly) => {
+            egui::RichText::new(words).color(ui.visuals().warn_fg_color)
+        }
+        _ => egui::RichText::new(words).weak(),
+    };
+    ui.separator();
+    let room = ui.available_width() - STATE_WIDTH;
+    if room > 0.0 {
+        ui.scope(|ui| {
+            ui.set_max_width(room);
+            ui.add(egui::Label::new(egui::RichText::new(name).strong()).truncate());
+        });
+    }
+    ui.add(egui::Label::new(words).truncate())
+        .on_hover_text(explanation);
 }
 
 fn export_button(ui: &mut Ui, state: &AppState, actions: &mut Actions) {
@@ -50,7 +82,10 @@ fn export_button(ui: &mut Ui, state: &AppState, actions: &mut Actions) {
         let share = *done as f32 / (*total).max(1) as f32;
         let bar = egui::ProgressBar::new(share).text(format!("Exporting {done} of {total}"));
         ui.add(bar.desired_width(160.0));
-    } else if main_button(ui, "Export").on_hover_text("Ctrl+E").clicked() {
+    } else if main_button(ui, "Export")
+        .on_hover_text(keys::text(&state.preferences.keys, "Ctrl+E"))
+        .clicked()
+    {
         actions.push(Action::Show(Some(Dialog::export())));
     }
 }
@@ -105,6 +140,7 @@ fn file(ui: &mut Ui, state: &AppState, actions: &mut Actions) {
         actions,
         Action::Browse(Purpose::Project),
     );
+    ui.menu_button(english::start::OPEN_RECENT, |ui| recents(ui, state, actions));
     ui.separator();
     entry(ui, open, "Save", "Ctrl+S", actions, Action::Save);
     let path = String::new();
@@ -143,8 +179,42 @@ fn file(ui: &mut Ui, state: &AppState, actions: &mut Actions) {
         Action::RemoveImported,
     );
     ui.separator();
+    entry(
+        ui,
+        true,
+        "Settings...",
+        "Ctrl+,",
+        actions,
+        Action::Show(Some(Dialog::settings())),
+    );
+    ui.separator();
     entry(ui, open, "Close scene", "", actions, Action::CloseScene);
     entry(ui, true, "Quit", "", actions, Action::Quit);
+}
+
+fn recents(ui: &mut Ui, state: &AppState, actions: &mut Actions) {
+    let recents = &state.preferences.recents;
+    if recents.is_empty() {
+        ui.weak(english::start::NO_RECENTS);
+    }
+    for recent in recents.iter() {
+        let there = state.found.get(&recent.place).is_none_or(|found| found.there);
+        let text = if there {
+            recent.name.clone()
+        } else {
+            english::start::not_found(&recent.name)
+        };
+        let button = ui.add_enabled(there, Button::new(text).truncate());
+        let path = recent.place.path().display().to_string();
+        if button
+            .on_hover_text(&path)
+            .on_disabled_hover_text(&path)
+            .clicked()
+        {
+            actions.push(recent.place.open());
+            ui.close();
+        }
+    }
 }
 
 fn edit(ui: &mut Ui, state: &AppState, actions: &mut Actions) {
@@ -175,6 +245,15 @@ fn view(ui: &mut Ui, state: &AppState, actions: &mut Actions) {
     let open = state.workspace().is_some();
     entry(ui, open, "Fit image", "F", actions, Action::SetView(View::FITTED));
     ui.separator();
+    let window = ui.ctx().content_rect().size();
+    for pane in Pane::ALL {
+        let mut shown = state.preferences.layout.shows(pane, window);
+        if ui.checkbox(&mut shown, english::layout::pane(pane)).changed() {
+            let usual = pane.fits(window) == shown;
+            actions.push(Action::Prefer(Change::Pane(pane, (!usual).then_some(shown))));
+        }
+    }
+    ui.separator();
     let current = ui.ctx().options(|options| options.theme_preference);
     for (preference, name) in [
         (egui::ThemePreference::Dark, "Dark theme"),
@@ -188,10 +267,11 @@ fn view(ui: &mut Ui, state: &AppState, actions: &mut Actions) {
     }
 }
 
+/// An entry of a menu; `keys` is the default key of its action, and the present one is shown.
 fn entry(ui: &mut Ui, enabled: bool, text: &str, keys: &str, actions: &mut Actions, action: Action) {
     let mut button = Button::new(text);
     if !keys.is_empty() {
-        button = button.shortcut_text(keys);
+        button = button.shortcut_text(keys::text(&KeyMap::of(ui.ctx()), keys));
     }
     if ui.add_enabled(enabled, button).clicked() {
         actions.push(action);

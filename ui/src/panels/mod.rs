@@ -1,7 +1,9 @@
 //! The panels around the canvas, a file for each. A panel reads the state and pushes actions.
 
 mod classes;
+mod drop;
 mod filmstrip;
+mod hints;
 mod menu;
 mod opening;
 mod start;
@@ -12,8 +14,11 @@ mod tools;
 
 use egui::Ui;
 
-use crate::action::Actions;
+pub(crate) use drop::drop_area;
+
+use crate::action::{Action, Actions};
 use crate::canvas::Canvas;
+use crate::preferences::{Change, Pane};
 use crate::state::{AppState, Stage};
 use crate::theme;
 use crate::thumbnails::Thumbnails;
@@ -25,6 +30,7 @@ pub struct Panels {
     classes: classes::ClassPanel,
     filmstrip: filmstrip::Filmstrip,
     suggestions: suggestions::SuggestionPanel,
+    hints: hints::Hints,
 }
 
 impl Panels {
@@ -37,6 +43,7 @@ impl Panels {
             classes: classes::ClassPanel::default(),
             filmstrip: filmstrip::Filmstrip::new(frames),
             suggestions: suggestions::SuggestionPanel::new(places),
+            hints: hints::Hints::default(),
         }
     }
 
@@ -47,7 +54,7 @@ impl Panels {
             .show(ui, |ui| menu::show(ui, state, actions));
         match &state.stage {
             Stage::Start => {
-                egui::CentralPanel::default().show(ui, |ui| self.start.show(ui, actions));
+                egui::CentralPanel::default().show(ui, |ui| self.start.show(ui, state, actions));
             }
             Stage::Opening(opening) => {
                 egui::CentralPanel::default().show(ui, |ui| opening::show(ui, opening, actions));
@@ -64,16 +71,24 @@ impl Panels {
         canvas: &mut Canvas,
         actions: &mut Actions,
     ) {
+        let shown = |pane| {
+            state
+                .preferences
+                .layout
+                .shows(pane, ui.ctx().content_rect().size())
+        };
+        let before = Pane::ALL.map(shown);
+        let [mut classes, mut guidance, mut frames] = before;
         egui::Panel::left("classes")
             .frame(panel_frame(ui, 12, 12))
             .default_size(232.0)
             .size_range(184.0..=360.0)
-            .show(ui, |ui| self.classes.show(ui, workspace, actions));
+            .show_collapsible(ui, &mut classes, |ui| self.classes.show(ui, workspace, actions));
         egui::Panel::right("guidance")
             .frame(panel_frame(ui, 0, 0))
             .default_size(280.0)
             .size_range(240.0..=400.0)
-            .show(ui, |ui| {
+            .show_collapsible(ui, &mut guidance, |ui| {
                 egui::Panel::bottom("status")
                     .frame(panel_frame(ui, 12, 12))
                     .resizable(false)
@@ -86,14 +101,28 @@ impl Panels {
             .frame(panel_frame(ui, 12, 8))
             .resizable(false)
             .exact_size(filmstrip::HEIGHT)
-            .show(ui, |ui| self.filmstrip.show(ui, state, workspace, actions));
+            .show_collapsible(ui, &mut frames, |ui| {
+                self.filmstrip.show(ui, state, workspace, actions);
+            });
         egui::Panel::top("tools")
             .frame(panel_frame(ui, 12, 4))
             .resizable(false)
-            .show(ui, |ui| tools::show(ui, state, workspace, actions));
+            .show(ui, |ui| {
+                // Where there is little room, the tools scroll.
+                egui::ScrollArea::horizontal().show(ui, |ui| {
+                    ui.set_min_width(tools::LEAST_WIDTH);
+                    tools::show(ui, state, workspace, actions);
+                });
+            });
+        // A panel that was dragged shut stays so.
+        for (index, shown) in [classes, guidance, frames].into_iter().enumerate() {
+            if shown != before[index] {
+                actions.push(Action::Prefer(Change::Pane(Pane::ALL[index], Some(shown))));
+            }
+        }
         egui::CentralPanel::no_frame().show(ui, |ui| {
             canvas.show(ui, state, workspace, actions);
-            tools::hint(ui, workspace, canvas.rect());
+            self.hints.show(ui, state, workspace, canvas.rect(), actions);
             stats::show(ui.ctx(), state, canvas.rect());
         });
     }

@@ -2,83 +2,281 @@
 
 use std::path::PathBuf;
 
-use egui::{Key, Ui};
+use egui::{
+    Align, Color32, FontId, Key, Layout, Rect, RichText, Role, ScrollArea, Sense, Stroke, StrokeKind, Ui,
+    WidgetInfo, pos2, vec2,
+};
 use inplace_core::scene::SceneSource;
 
 use crate::action::{Action, Actions};
 use crate::dialogs::Purpose;
-use crate::widgets::{main_button, main_button_enabled};
+use crate::english::start as words;
+use crate::keys;
+use crate::preferences::{Change, Recent, now};
+use crate::state::AppState;
+use crate::theme;
+use crate::widgets::{Icon, focus_ring, icon_button, line_of_text, main_button, main_button_enabled};
 
-/// The start page with the path typed so far.
+/// Widest the page gets, and from which width on it has two columns.
+const WIDEST: f32 = 1000.0;
+const TWO_COLUMNS: f32 = 800.0;
+/// Between the columns.
+const GUTTER: f32 = 24.0;
+/// A picture of something opened lately.
+const PICTURE: egui::Vec2 = vec2(80.0, 60.0);
+
+/// The start page with the path typed so far, and how high it was last.
 #[derive(Debug, Default)]
 pub struct StartPage {
     path: String,
+    height: f32,
 }
 
 impl StartPage {
     /// Draws the page in the middle of the window.
-    pub fn show(&mut self, ui: &mut Ui, actions: &mut Actions) {
-        let height = 400.0;
-        ui.add_space(((ui.available_height() - height) * 0.45).max(16.0));
-        ui.vertical_centered(|ui| {
-            ui.set_max_width(480.0);
-            ui.label(egui::RichText::new("Inplace").size(36.0).strong());
-            ui.label(
-                egui::RichText::new("Label a whole scene from a few clicks")
-                    .size(16.0)
-                    .weak(),
-            );
-            ui.add_space(24.0);
-            super::card(ui).inner_margin(24).show(ui, |ui| {
-                ui.with_layout(egui::Layout::top_down(egui::Align::Min), |ui| {
-                    self.choices(ui, actions);
-                });
+    pub fn show(&mut self, ui: &mut Ui, state: &AppState, actions: &mut Actions) {
+        let window = ui.available_size();
+        ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
+            let width = (window.x - 32.0).min(WIDEST);
+            let left = (0.5 * (window.x - width)).max(0.0);
+            let top = (0.4 * (window.y - self.height)).max(16.0);
+            let corner = ui.max_rect().min + vec2(left, top);
+            let page = Rect::from_min_size(corner, vec2(width, 0.0));
+            let page = ui.scope_builder(egui::UiBuilder::new().max_rect(page), |ui| {
+                ui.set_width(width);
+                ui.label(RichText::new("Inplace").size(36.0).strong());
+                ui.label(RichText::new(words::CLAIM).size(16.0).weak());
+                ui.add_space(16.0);
+                self.columns(ui, state, actions);
+                ui.add_space(16.0);
+                let map = &state.preferences.keys;
+                let [help, open, settings] = ["?", "Ctrl+O", "Ctrl+,"].map(|key| keys::text(map, key));
+                ui.add(egui::Label::new(RichText::new(words::keys(&help, &open, &settings)).weak()).wrap());
+                ui.add_space(8.0);
             });
-            ui.add_space(16.0);
-            ui.weak("Or drop a folder or a project file onto this window.");
+            let height = page.response.rect.height();
+            if self.height != height {
+                self.height = height;
+                ui.ctx().request_repaint();
+            }
         });
     }
 
-    fn choices(&mut self, ui: &mut Ui, actions: &mut Actions) {
-        ui.horizontal(|ui| {
-            if main_button(ui, "Open a folder...").clicked() {
-                actions.push(Action::Browse(Purpose::Scene));
+    fn columns(&mut self, ui: &mut Ui, state: &AppState, actions: &mut Actions) {
+        let width = ui.available_width();
+        let one = |ui: &mut Ui, width: f32, add: &mut dyn FnMut(&mut Ui)| {
+            ui.allocate_ui_with_layout(vec2(width, 0.0), Layout::top_down(Align::Min), |ui| {
+                ui.set_width(width);
+                add(ui);
+            });
+        };
+        let recent = |ui: &mut Ui, actions: &mut Actions| {
+            if state.preferences.recents.is_empty() {
+                first_steps(ui);
+            } else {
+                recents(ui, state, actions);
             }
-            if ui.button("Open a project...").clicked() {
-                actions.push(Action::Browse(Purpose::Project));
-            }
-            if ui.button("Try the demo").clicked() {
-                actions.push(Action::OpenScene(SceneSource::Demo));
-            }
+        };
+        if width < TWO_COLUMNS {
+            self.opening(ui, actions);
+            ui.add_space(GUTTER);
+            recent(ui, actions);
+            return;
+        }
+        ui.horizontal_top(|ui| {
+            ui.spacing_mut().item_spacing.x = GUTTER;
+            let half = 0.5 * (width - GUTTER);
+            one(ui, half, &mut |ui| {
+                ui.spacing_mut().item_spacing.x = theme::GAP;
+                self.opening(ui, actions);
+            });
+            one(ui, half, &mut |ui| {
+                ui.spacing_mut().item_spacing.x = theme::GAP;
+                recent(ui, actions);
+            });
         });
-        ui.add_space(4.0);
+    }
+
+    fn opening(&mut self, ui: &mut Ui, actions: &mut Actions) {
+        super::card(ui).inner_margin(20).show(ui, |ui| {
+            ui.set_width(ui.available_width());
+            ui.horizontal_wrapped(|ui| {
+                if main_button(ui, words::OPEN_FOLDER).clicked() {
+                    actions.push(Action::Browse(Purpose::Scene));
+                }
+                if ui.button(words::OPEN_PROJECT).clicked() {
+                    actions.push(Action::Browse(Purpose::Project));
+                }
+                if ui.button(words::DEMO).clicked() {
+                    actions.push(Action::OpenScene(SceneSource::Demo));
+                }
+            });
+            self.path_field(ui, actions);
+            ui.add_space(4.0);
+            drop_here(ui);
+            ui.add_space(8.0);
+            ui.strong(words::FORMATS);
+            for (name, files) in words::FORMAT_LIST {
+                ui.vertical(|ui| {
+                    ui.spacing_mut().item_spacing.y = 0.0;
+                    ui.label(name);
+                    ui.add(egui::Label::new(RichText::new(files).weak()).wrap());
+                });
+            }
+            ui.add(egui::Label::new(RichText::new(words::FORMATS_MORE).weak().small()).wrap());
+        });
+    }
+
+    fn path_field(&mut self, ui: &mut Ui, actions: &mut Actions) {
         let mut open = false;
-        ui.horizontal(|ui| {
-            let field = egui::TextEdit::singleline(&mut self.path)
-                .hint_text("or type a path: /data/room, /work/room.inplace")
-                .margin(egui::vec2(8.0, 6.0))
-                .desired_width(ui.available_width() - 72.0);
-            let response = ui.add(field).accessible_name("Path to open");
-            open = response.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
-            let typed = !self.path.trim().is_empty();
-            open |= main_button_enabled(ui, typed, "Open").clicked();
-        });
+        let typed = !self.path.trim().is_empty();
+        let height = ui.spacing().interact_size.y;
+        ui.allocate_ui_with_layout(
+            vec2(ui.available_width(), height),
+            Layout::right_to_left(Align::Center),
+            |ui| {
+                open = main_button_enabled(ui, typed, words::OPEN).clicked();
+                let field = egui::TextEdit::singleline(&mut self.path)
+                    .hint_text(words::PATH_HINT)
+                    .margin(vec2(8.0, 6.0))
+                    .desired_width(ui.available_width());
+                let response = ui.add(field).accessible_name(words::PATH);
+                open |= response.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
+            },
+        );
         if open && !self.path.trim().is_empty() {
             actions.push(Action::OpenPath(PathBuf::from(self.path.trim())));
         }
-        ui.add_space(8.0);
-        ui.label("What can be opened");
-        ui.add(
-            egui::Label::new(
-                egui::RichText::new(
-                    "A folder with posed colour images of one scene, with or without depth, in the \
-                     Replica / Semantic-NeRF layout: rgb/, depth/, and traj_w_c.txt. Or one with a \
-                     COLMAP model: images/ and sparse/. Or a project file (.inplace) that was saved \
-                     here.",
-                )
-                .weak(),
-            )
-            .wrap(),
-        );
     }
+}
+
+/// Says that things can be dropped, in a frame that looks like it.
+fn drop_here(ui: &mut Ui) {
+    let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), 56.0), Sense::hover());
+    response.widget_info(|| WidgetInfo::labeled(Role::Label, true, words::DROP));
+    let stroke = Stroke::new(1.0, ui.visuals().weak_text_color());
+    let inner = rect.shrink(1.0);
+    let corners = [
+        inner.left_top(),
+        inner.right_top(),
+        inner.right_bottom(),
+        inner.left_bottom(),
+        inner.left_top(),
+    ];
+    ui.painter()
+        .extend(egui::Shape::dashed_line(&corners, stroke, 6.0, 5.0));
+    let job = egui::text::LayoutJob::simple(
+        words::DROP.to_owned(),
+        FontId::proportional(14.0),
+        ui.visuals().weak_text_color(),
+        rect.width() - 24.0,
+    );
+    let galley = ui.painter().layout_job(job);
+    let corner = rect.center() - 0.5 * galley.size();
+    ui.painter().galley(corner, galley, Color32::PLACEHOLDER);
+}
+
+fn first_steps(ui: &mut Ui) {
+    super::card(ui).inner_margin(20).show(ui, |ui| {
+        ui.set_width(ui.available_width());
+        ui.strong(words::FIRST_STEPS);
+        ui.add_space(4.0);
+        for (index, (title, text)) in words::STEPS.into_iter().enumerate() {
+            ui.horizontal_top(|ui| {
+                let (rect, _) = ui.allocate_exact_size(vec2(28.0, 28.0), Sense::hover());
+                let (fill, color) = (theme::accent(ui.visuals()), theme::on_accent(ui.visuals()));
+                ui.painter().circle_filled(rect.center(), 12.0, fill);
+                let number = (index + 1).to_string();
+                let font = FontId::proportional(14.0);
+                ui.painter()
+                    .text(rect.center(), egui::Align2::CENTER_CENTER, number, font, color);
+                ui.vertical(|ui| {
+                    ui.spacing_mut().item_spacing.y = 2.0;
+                    ui.strong(title);
+                    ui.add(egui::Label::new(RichText::new(text).weak()).wrap());
+                });
+            });
+            ui.add_space(8.0);
+        }
+    });
+}
+
+fn recents(ui: &mut Ui, state: &AppState, actions: &mut Actions) {
+    super::card(ui).inner_margin(12).show(ui, |ui| {
+        ui.set_width(ui.available_width());
+        ui.horizontal(|ui| {
+            ui.add_space(8.0);
+            ui.strong(words::RECENT);
+        });
+        ui.spacing_mut().item_spacing.y = 2.0;
+        let now = now();
+        for recent in state.preferences.recents.iter() {
+            ui.push_id(&recent.place, |ui| row(ui, state, recent, now, actions));
+        }
+    });
+}
+
+fn row(ui: &mut Ui, state: &AppState, recent: &Recent, now: u64, actions: &mut Actions) {
+    let found = state.found.get(&recent.place);
+    let there = found.is_none_or(|found| found.there);
+    let size = vec2(ui.available_width(), PICTURE.y + 2.0 * theme::GAP);
+    let (rect, response) = ui.allocate_exact_size(size, Sense::click());
+    response.widget_info(|| WidgetInfo::labeled(Role::Button, there, words::open_recent(recent, there)));
+    if there && response.clicked() {
+        actions.push(recent.place.open());
+    }
+    let visuals = ui.visuals().clone();
+    if there && response.hovered() {
+        ui.painter()
+            .rect_filled(rect, 6, visuals.widgets.inactive.bg_fill);
+    }
+    if response.has_focus() {
+        focus_ring(ui, rect.shrink(2.0));
+    }
+    let picture = Rect::from_min_size(rect.min + vec2(theme::GAP, theme::GAP), PICTURE);
+    paint_picture(ui, picture, found.and_then(|found| found.picture.as_ref()), there);
+    let text = Rect::from_min_max(
+        pos2(picture.right() + 12.0, picture.top()),
+        pos2(rect.right() - 44.0, picture.bottom()),
+    );
+    let lines =
+        |index: f32| Rect::from_min_size(text.min + vec2(0.0, 20.0 * index), vec2(text.width(), 20.0));
+    let (strong, weak) = (visuals.strong_text_color(), visuals.weak_text_color());
+    if there {
+        line_of_text(ui, lines(0.0), &recent.name, 15.0, strong);
+        line_of_text(ui, lines(2.0), &words::details(recent, now), 12.0, weak);
+    } else {
+        line_of_text(ui, lines(0.0), &words::not_found(&recent.name), 15.0, weak);
+    }
+    let path = recent.place.path().display().to_string();
+    line_of_text(ui, lines(1.0), &path, 12.0, weak);
+    let corner = Rect::from_center_size(pos2(rect.right() - 22.0, rect.center().y), vec2(28.0, 28.0));
+    let mut child = ui.new_child(egui::UiBuilder::new().max_rect(corner));
+    if icon_button(&mut child, Icon::Close, &words::forget(&recent.name)).clicked() {
+        actions.push(Action::Prefer(Change::Forget(recent.place.clone())));
+    }
+    response.on_hover_text(path);
+}
+
+fn paint_picture(ui: &Ui, rect: Rect, picture: Option<&egui::TextureHandle>, there: bool) {
+    let visuals = ui.visuals();
+    ui.painter().rect_filled(rect, 4, theme::canvas(visuals));
+    match picture {
+        Some(picture) => {
+            let size = picture.size_vec2();
+            let scale = (rect.width() / size.x).min(rect.height() / size.y);
+            let tint = if there {
+                Color32::WHITE
+            } else {
+                Color32::from_white_alpha(70)
+            };
+            egui::Image::new(picture)
+                .corner_radius(4)
+                .tint(tint)
+                .paint_at(ui, Rect::from_center_size(rect.center(), scale * size));
+        }
+        None => Icon::Folder.paint(ui.painter(), rect, visuals.weak_text_color()),
+    }
+    let line = Stroke::new(1.0, theme::line(visuals));
+    ui.painter().rect_stroke(rect, 4, line, StrokeKind::Inside);
 }

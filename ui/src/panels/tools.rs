@@ -1,17 +1,18 @@
 //! The tool bar over the canvas, and the hint about what to do next.
 
-use egui::{Align, Layout, Rect, Slider, Ui};
-use inplace_core::session::Phase;
+use egui::{Align, Layout, Slider, Ui};
 
 use crate::action::{Action, Actions};
 use crate::canvas::{Layer, Tool, View};
-use crate::english::hint;
 use crate::state::{AppState, LARGEST_BRUSH, Settings};
 use crate::widgets::{Icon, icon_button, icon_button_with};
 use crate::workspace::Workspace;
 
 /// Below this width words give way to tooltips.
 const ROOMY: f32 = 640.0;
+
+/// Narrowest that the tool bar can be.
+pub const LEAST_WIDTH: f32 = 440.0;
 
 /// Draws the tool bar.
 pub fn show(ui: &mut Ui, state: &AppState, workspace: &Workspace, actions: &mut Actions) {
@@ -121,41 +122,4 @@ fn small_slider(ui: &mut Ui, slider: Slider<'_>) -> egui::Response {
         ui.add(slider)
     })
     .inner
-}
-
-/// Says over the canvas what to do next, while there is something to say.
-pub fn hint(ui: &Ui, workspace: &Workspace, canvas: Rect) {
-    let Some(text) = hint_text(workspace) else {
-        return;
-    };
-    let visuals = ui.visuals();
-    let painter = ui.painter_at(canvas);
-    let font = egui::FontId::proportional(14.0);
-    let galley = painter.layout(
-        text.to_owned(),
-        font,
-        visuals.strong_text_color(),
-        canvas.width() - 64.0,
-    );
-    let top = canvas.center_top() + egui::vec2(0.0, 12.0);
-    let size = galley.size() + egui::vec2(24.0, 12.0);
-    let rect = Rect::from_min_size(top - egui::vec2(0.5 * size.x, 0.0), size);
-    let line = egui::Stroke::new(1.0, crate::theme::line(visuals));
-    painter.rect(rect, 8, visuals.window_fill, line, egui::StrokeKind::Inside);
-    let response = ui.interact(rect, ui.scope_id().with("hint"), egui::Sense::hover());
-    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Label, true, text));
-    painter.galley(rect.min + egui::vec2(12.0, 6.0), galley, visuals.text_color());
-}
-
-fn hint_text(workspace: &Workspace) -> Option<&'static str> {
-    let document = workspace.document();
-    if document.classes().is_empty() {
-        Some(hint::NO_CLASS)
-    } else if !document.labels().says_anything() {
-        Some(hint::NO_STROKES)
-    } else if workspace.status().phase == Phase::FindingSurface && workspace.shown_map().is_none() {
-        Some(hint::NO_SURFACE)
-    } else {
-        None
-    }
 }

@@ -54,7 +54,7 @@ fn work_that_was_never_saved_is_recovered_and_says_so() {
     assert_eq!(window.strokes(), 1);
     window
         .harness
-        .get_by_label("Your earlier work on this scene was recovered: 1 stroke.");
+        .get_by_label("Your earlier work on this scene was recovered: 1 stroke on 1 frame.");
 }
 
 #[test]

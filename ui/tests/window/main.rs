@@ -9,5 +9,7 @@ mod classes;
 mod files;
 mod guidance;
 mod labelling;
+mod preferences;
+mod projects;
 mod stand;
 mod start;

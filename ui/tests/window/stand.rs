@@ -11,6 +11,7 @@ use inplace_core::scene::{Camera, ColorImage, Frame, Scene, SceneSource};
 use inplace_core::session::{Command, Event, FrameMap, MapSlots};
 use inplace_ui::app::{App, Surroundings};
 use inplace_ui::canvas::CANVAS_NAME;
+use inplace_ui::preferences::Store;
 use inplace_ui::session_link::SessionLink;
 use inplace_ui::workspace::Workspace;
 use inplace_ui::{Target, UiOptions};
@@ -62,8 +63,11 @@ impl SessionLink for Link {
 }
 
 pub fn scene(source: SceneSource) -> Arc<Scene> {
+    // A folder named so is another scene.
+    let other = matches!(&source, SceneSource::Folder(folder) if folder.ends_with("other"));
+    let name = if other { "other" } else { "rgb" };
     let frame = |index: usize| Frame {
-        stem: format!("rgb_{index}"),
+        stem: format!("{name}_{index}"),
         path: PathBuf::new(),
         camera: Camera::with_horizontal_fov(WIDTH, HEIGHT, 90.0),
         camera_to_world: Default::default(),
@@ -81,6 +85,11 @@ pub fn scene(source: SceneSource) -> Arc<Scene> {
         warnings: Vec::new(),
         notes: Vec::new(),
     })
+}
+
+/// Where a window in a test keeps its preferences.
+pub fn preferences_file(folder: &Path) -> PathBuf {
+    folder.join("configuration/preferences.json")
 }
 
 /// A window in a test, with the worker of its newest session.
@@ -116,6 +125,8 @@ impl Window {
                             maps,
                         })
                     }),
+                    preferences: Store::open(preferences_file(&folder)),
+                    pictures: folder.join("pictures"),
                     autosave: Arc::new(move |_| folder.join("autosave.inplace")),
                     target: None,
                 };
@@ -149,6 +160,11 @@ impl Window {
         self.harness.run_steps(2);
     }
 
+    /// Ends the program as closing its window does.
+    pub fn close(mut self) {
+        eframe::App::on_exit(self.harness.state_mut(), None);
+    }
+
     pub fn workspace(&self) -> &Workspace {
         self.harness
             .state()
@@ -163,6 +179,13 @@ impl Window {
 
     pub fn click(&mut self, name: &str) {
         self.harness.get_by_label(name).click();
+        self.harness.run_steps(3);
+    }
+
+    /// Chooses something in a dialog, as a screen reader does: wherever it is scrolled to.
+    pub fn choose(&mut self, name: &str) {
+        self.harness.run_steps(3);
+        self.harness.get_by_label(name).click_accesskit();
         self.harness.run_steps(3);
     }
 

@@ -1,0 +1,100 @@
+//! The small pictures of what was opened lately: made and read off the UI thread, kept in the data folder.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use inplace_core::project::picture_name;
+use inplace_core::scene::Scene;
+use inplace_core::session::FrameMap;
+
+use crate::canvas::{Look, Palette, composite};
+use crate::preferences::Place;
+
+/// Most pixels along each axis: twice of what the start page shows in points.
+const SIZE: [f32; 2] = [176.0, 132.0];
+
+/// What a look at something opened lately found.
+#[derive(Clone)]
+pub struct Found {
+    /// Whether it is where it was.
+    pub there: bool,
+    /// Its picture, if there is one.
+    pub picture: Option<egui::TextureHandle>,
+}
+
+/// What a job saw of something opened lately.
+#[derive(Debug)]
+pub struct Seen {
+    /// What was looked at.
+    pub place: Place,
+    /// Whether it is where it was.
+    pub there: bool,
+    /// Its picture, if there is one.
+    pub picture: Option<egui::ColorImage>,
+}
+
+/// Looks at something opened lately and reads its picture from this folder. Touches the disk.
+pub fn look_at(place: Place, folder: &Path) -> Seen {
+    Seen {
+        there: place.is_there(),
+        picture: read(&file_of(&place, folder)),
+        place,
+    }
+}
+
+fn file_of(place: &Place, folder: &Path) -> PathBuf {
+    folder.join(picture_name(place.path()))
+}
+
+fn read(file: &Path) -> Option<egui::ColorImage> {
+    let image = image::open(file).ok()?.into_rgba8();
+    let size = [image.width() as usize, image.height() as usize];
+    Some(egui::ColorImage::from_rgba_unmultiplied(size, image.as_raw()))
+}
+
+/// What a picture is made from: a frame with its labels over it.
+#[derive(Debug)]
+pub struct Portrait {
+    /// The scene.
+    pub scene: Arc<Scene>,
+    /// Index of the frame.
+    pub frame: usize,
+    /// Its newest map.
+    pub map: Option<Arc<FrameMap>>,
+    /// The classes' colours.
+    pub palette: Arc<Palette>,
+    /// How it is composed.
+    pub look: Look,
+}
+
+impl Portrait {
+    /// Writes the picture of a place into a folder, whole or not at all. Touches the disk.
+    ///
+    /// # Errors
+    /// Why it cannot be written.
+    pub fn write(&self, place: &Place, folder: &Path) -> io::Result<()> {
+        let Some(frame) = self.scene.frames.get(self.frame) else {
+            return Ok(());
+        };
+        let (width, height) = (frame.color.width() as f32, frame.color.height() as f32);
+        let scale = (SIZE[0] / width).min(SIZE[1] / height).min(1.0);
+        let size = [width, height].map(|side| ((scale * side).round() as usize).max(1));
+        let map = self.map.as_deref().map(FrameMap::looked_up);
+        let picture = composite(&frame.color, map.as_deref(), &self.palette, self.look, size);
+        let rgb: Vec<u8> = picture
+            .pixels
+            .iter()
+            .flat_map(|pixel| [pixel.r(), pixel.g(), pixel.b()])
+            .collect();
+        let file = file_of(place, folder);
+        let temporary = file.with_extension(format!("{}.tmp", std::process::id()));
+        fs::create_dir_all(folder)?;
+        let (width, height) = (size[0] as u32, size[1] as u32);
+        let format = image::ImageFormat::Png;
+        image::save_buffer_with_format(&temporary, &rgb, width, height, image::ColorType::Rgb8, format)
+            .map_err(io::Error::other)?;
+        fs::rename(&temporary, &file)
+    }
+}

@@ -1,0 +1,90 @@
+//! Which panels are shown around the canvas.
+
+use egui::Vec2;
+use serde_json::{Map, Value};
+
+/// A panel that can be hidden.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pane {
+    /// The classes, at the left.
+    Classes,
+    /// What to label next and the training, at the right.
+    Guidance,
+    /// All frames, at the bottom.
+    Frames,
+}
+
+impl Pane {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Classes, Self::Guidance, Self::Frames];
+
+    /// Whether a window of this size, in points, has room for it beside the canvas.
+    pub fn fits(self, window: Vec2) -> bool {
+        match self {
+            Self::Classes => window.x >= 400.0,
+            Self::Guidance => window.x >= 800.0,
+            Self::Frames => window.y >= 420.0,
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Classes => "classes",
+            Self::Guidance => "guidance",
+            Self::Frames => "frames",
+        }
+    }
+}
+
+/// Which panels the person shows or hides; the others are shown where they fit.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Layout {
+    chosen: [Option<bool>; 3],
+}
+
+impl Layout {
+    /// Whether a panel is shown in a window of this size, in points.
+    pub fn shows(&self, pane: Pane, window: Vec2) -> bool {
+        self.chosen[pane as usize].unwrap_or_else(|| pane.fits(window))
+    }
+
+    /// Shows or hides a panel, or leaves that to its size.
+    pub fn set(&mut self, pane: Pane, shown: Option<bool>) {
+        self.chosen[pane as usize] = shown;
+    }
+
+    /// As kept in the preferences: `{"frames": false}`.
+    pub(super) fn to_json(&self) -> Value {
+        let chosen = |pane: Pane| Some((pane.name().to_owned(), self.chosen[pane as usize]?.into()));
+        Value::Object(Pane::ALL.into_iter().filter_map(chosen).collect::<Map<_, _>>())
+    }
+
+    /// Reads what [`Layout::to_json`] wrote.
+    pub(super) fn from_json(json: &Value) -> Self {
+        let chosen = Pane::ALL.map(|pane| json.get(pane.name()).and_then(Value::as_bool));
+        Self { chosen }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn panels_give_way_to_the_canvas_unless_the_person_says_otherwise() {
+        let (wide, small) = (egui::vec2(1280.0, 720.0), egui::vec2(427.0, 240.0));
+        let mut layout = Layout::default();
+        assert!(Pane::ALL.iter().all(|&pane| layout.shows(pane, wide)));
+        assert_eq!(
+            Pane::ALL.map(|pane| layout.shows(pane, small)),
+            [true, false, false]
+        );
+        layout.set(Pane::Guidance, Some(true));
+        layout.set(Pane::Classes, Some(false));
+        assert_eq!(Layout::from_json(&layout.to_json()), layout);
+        assert_eq!(
+            Pane::ALL.map(|pane| layout.shows(pane, small)),
+            [false, true, false]
+        );
+    }
+}

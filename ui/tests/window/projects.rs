@@ -1,0 +1,233 @@
+//! The life of a project: opened lately, moved, open twice, dropped on the window.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use egui::{Key, Modifiers, PointerButton};
+use egui_kittest::kittest::Queryable;
+use inplace_core::scene::SceneSource;
+use inplace_ui::Target;
+use inplace_ui::dialogs::Dialog;
+use inplace_ui::keeper::SavedState;
+
+use crate::stand::*;
+
+fn open_scene(folder: &Path, scene: &Path) -> Window {
+    let target = Target::Scene(SceneSource::Folder(scene.to_path_buf()));
+    let mut window = Window::new(folder, Some(target));
+    window.until("the scene is open", |app| app.state().workspace().is_some());
+    window
+}
+
+fn label_and_save(window: &mut Window, project: &Path) {
+    window.add_class("wall");
+    let place = window.canvas(0.0, 0.0);
+    window.drag(PointerButton::Primary, &[place]);
+    window.press(Modifiers::COMMAND, Key::S);
+    window.harness.get_by_label("Project file").focus();
+    window.harness.run_steps(2);
+    window.press(Modifiers::COMMAND, Key::A);
+    window.type_into("Project file", project.to_str().unwrap());
+    let named = project.to_path_buf();
+    window.until("the project is saved", |app| {
+        let keeper = app.state().keeper.as_ref();
+        keeper.is_some_and(|keeper| keeper.is_named() && keeper.path() == named)
+    });
+}
+
+#[test]
+fn a_scene_that_was_opened_is_on_the_start_page_with_its_picture() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("kitchen");
+    std::fs::create_dir(&scene).unwrap();
+    {
+        let mut window = open_scene(folder.path(), &scene);
+        window.add_class("wall");
+        window.click("File");
+        window.click("Close scene");
+        window.until("the picture is there", |app| {
+            app.state()
+                .found
+                .values()
+                .any(|found| found.there && found.picture.is_some())
+        });
+        window.click("Open kitchen");
+        window.until("the scene is open again", |app| app.state().workspace().is_some());
+        assert_eq!(window.workspace().document().classes().len(), 1);
+        window.close();
+    }
+    std::fs::remove_dir(&scene).unwrap();
+    let mut window = Window::new(folder.path(), None);
+    window.until("the scene is missed", |app| {
+        app.state().found.values().any(|found| !found.there)
+    });
+    window.harness.get_by_label("kitchen (not found)");
+    window.click("Remove kitchen from the list");
+    assert!(window.harness.query_by_label("kitchen (not found)").is_none());
+    window.harness.get_by_label("First steps");
+}
+
+#[test]
+fn saving_puts_the_project_in_the_place_of_its_scene() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("kitchen");
+    std::fs::create_dir(&scene).unwrap();
+    let mut window = open_scene(folder.path(), &scene);
+    label_and_save(&mut window, &folder.path().join("work.inplace"));
+    let recents = &window.harness.state().state().preferences.recents;
+    let names: Vec<&str> = recents.iter().map(|recent| recent.name.as_str()).collect();
+    assert_eq!(names, ["work"]);
+    assert_eq!(recents.iter().next().unwrap().strokes, 1);
+    window.click("File");
+    window.click("Open recent");
+    window
+        .harness
+        .get_by_role_and_label(egui::accesskit::Role::Button, "work");
+}
+
+#[test]
+fn a_scene_that_has_moved_is_asked_for_checked_and_remembered() {
+    let folder = tempfile::tempdir().unwrap();
+    let [old, new, other] = ["old", "new", "other"].map(|name| folder.path().join(name));
+    std::fs::create_dir(&old).unwrap();
+    std::fs::create_dir(&other).unwrap();
+    let project = folder.path().join("work.inplace");
+    {
+        let mut window = open_scene(folder.path(), &old);
+        label_and_save(&mut window, &project);
+        window.close();
+    }
+    std::fs::rename(&old, &new).unwrap();
+    {
+        let mut window = Window::new(folder.path(), Some(Target::Project(project.clone())));
+        window.until("it is asked", |app| {
+            matches!(app.state().dialog, Some(Dialog::Moved(_)))
+        });
+        let missing = format!(
+            "work.inplace labels a scene that is no longer at {}.",
+            old.display()
+        );
+        window.harness.get_by_label(&missing);
+        window.type_into("Folder of the scene", other.to_str().unwrap());
+        window.until("it is asked again", |app| {
+            matches!(app.state().dialog, Some(Dialog::Moved(_)))
+        });
+        let refused =
+            "has none of the 5 frames of this project; choose the folder of the scene that was labelled.";
+        window
+            .harness
+            .get_by_label(&format!("{}: {refused}", other.display()));
+        window.press(Modifiers::COMMAND, Key::A);
+        window.type_into("Folder of the scene", new.to_str().unwrap());
+        window.until("the scene is open", |app| app.state().workspace().is_some());
+        assert_eq!(window.strokes(), 1);
+        window.close();
+    }
+    let mut window = Window::new(folder.path(), Some(Target::Project(project)));
+    window.until("the scene is open", |app| app.state().workspace().is_some());
+    assert_eq!(window.workspace().scene().source, SceneSource::Folder(new));
+    assert_eq!(window.strokes(), 1);
+}
+
+#[test]
+fn what_is_open_in_one_window_is_refused_in_another() {
+    let folder = tempfile::tempdir().unwrap();
+    let project = folder.path().join("work.inplace");
+    let mut first = Window::with_demo(folder.path());
+    let refusal = |target: Target| {
+        let mut second = Window::new(folder.path(), Some(target));
+        second.until("it is refused", |app| app.state().toasts.texts().count() > 0);
+        assert!(second.harness.state().state().workspace().is_none());
+        let state = second.harness.state().state();
+        state.toasts.texts().next().unwrap().to_owned()
+    };
+    let unnamed = refusal(Target::Scene(SceneSource::Demo));
+    assert!(
+        unnamed.starts_with("The demo scene: is open in another window"),
+        "{unnamed}"
+    );
+    label_and_save(&mut first, &project);
+    let named = refusal(Target::Project(project));
+    assert!(
+        named.contains("work.inplace: is open in another window"),
+        "{named}"
+    );
+    first.close();
+}
+
+#[test]
+fn a_scene_can_be_opened_again_right_after_it_was_closed() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = Window::with_demo(folder.path());
+    window.add_class("wall");
+    for frame in 0..FRAMES {
+        window.worker().publish(frame, 1, 1);
+    }
+    window.click("File");
+    window.click("Close scene");
+    window.click("Try the demo");
+    window.until("the demo is open again", |app| app.state().workspace().is_some());
+    assert_eq!(window.workspace().document().classes().len(), 1);
+}
+
+#[test]
+fn the_window_says_drop_to_open_while_a_file_is_held_above_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = Window::with_demo(folder.path());
+    assert!(window.harness.query_by_label("Drop to open").is_none());
+    let hovered = egui::HoveredFile {
+        path: Some(folder.path().to_path_buf()),
+        ..egui::HoveredFile::default()
+    };
+    window.harness.input_mut().hovered_files = vec![hovered];
+    window.harness.run_steps(3);
+    window.harness.get_by_label("Drop to open");
+    window.harness.input_mut().hovered_files.clear();
+    window.harness.run_steps(2);
+    assert!(window.harness.query_by_label("Drop to open").is_none());
+}
+
+#[test]
+fn work_that_has_no_file_says_so_until_it_is_saved_under_a_name() {
+    let folder = tempfile::tempdir().unwrap();
+    // Nothing can be kept where a folder has the name.
+    std::fs::create_dir(folder.path().join("autosave.inplace")).unwrap();
+    let mut window = Window::with_demo(folder.path());
+    window.harness.get_by_label("not saved");
+    label_and_save(&mut window, &folder.path().join("work.inplace"));
+    window.until("all of it is written", |app| {
+        let keeper = app.state().keeper.as_ref();
+        keeper.is_some_and(|keeper| keeper.saved_state() == SavedState::Saved)
+    });
+    window.harness.get_by_label("saved");
+    window.close();
+}
+
+/// A file or folder that is dropped.
+#[derive(Debug)]
+struct Dropped(PathBuf);
+
+impl egui::DroppedFile for Dropped {
+    fn path(&self) -> &Path {
+        &self.0
+    }
+
+    fn bytes(&self) -> Result<Vec<u8>, String> {
+        Err("nobody reads what is dropped here".to_owned())
+    }
+}
+
+#[test]
+fn what_is_dropped_is_opened_in_place_of_what_was_open() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("kitchen");
+    std::fs::create_dir(&scene).unwrap();
+    let mut window = Window::with_demo(folder.path());
+    let dropped = Arc::new(Dropped(scene.clone()));
+    window.harness.input_mut().dropped_files = vec![dropped];
+    window.harness.step();
+    window.until("the scene is open", |app| {
+        let source = app.state().workspace().map(|workspace| &workspace.scene().source);
+        matches!(source, Some(SceneSource::Folder(folder)) if *folder == scene)
+    });
+}
