@@ -2,11 +2,13 @@
 
 use std::path::PathBuf;
 
-use inplace_core::labels::{ClassId, Pixel, Trust};
+use inplace_core::labels::{ClassId, Pixel, StrokeId, Trust};
 use inplace_core::scene::SceneSource;
 
 use crate::canvas::{Layer, Line, Tool, View};
 use crate::dialogs::{Dialog, Purpose};
+use crate::frames::{FrameFilter, FrameOrder};
+use crate::state::Side;
 
 /// One thing to do.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,8 +27,12 @@ pub enum Action {
     SaveTo(PathBuf),
     /// Writes label images and the like into a folder.
     ExportTo(PathBuf),
+    /// Stops the export that is under way.
+    CancelExport,
     /// Takes over the label images of a folder, believed so far.
     ImportFrom(PathBuf, Trust),
+    /// Drops the import whose images are being read.
+    CancelImport,
     /// Removes the label images that were imported.
     RemoveImported,
     /// Shows a folder in the file manager.
@@ -75,8 +81,20 @@ pub enum Action {
 
     /// Shows a frame.
     GoToFrame(usize),
-    /// Shows a frame this far from the one in view.
+    /// Shows the frame so many places from the one in view, among those that the filmstrip shows.
     StepFrame(isize),
+    /// Shows the frame with this number or name.
+    FindFrame(String),
+    /// Shows a stroke.
+    GoToStroke(StrokeId),
+    /// Chooses which frames the filmstrip shows.
+    FilterFrames(FrameFilter),
+    /// Chooses the order of the filmstrip.
+    OrderFrames(FrameOrder),
+    /// Chooses what the right side shows.
+    ShowSide(Side),
+    /// Shows the other tab of the right side.
+    SwitchSide,
     /// Shows the suggestion with this rank.
     GoToSuggestion(usize),
     /// Shows the next suggestion.

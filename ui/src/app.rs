@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use egui::{Event, Key};
@@ -15,7 +16,6 @@ use crate::action::Actions;
 use crate::canvas::Canvas;
 use crate::dialogs::Dialog;
 use crate::document::Document;
-use crate::exporting::Progress;
 use crate::jobs::{Done, Jobs};
 use crate::keeper::{Ending, Keeper, SavedState};
 use crate::opening::{self, Attached, Prepared, Refusal, Target};
@@ -67,7 +67,11 @@ pub struct App {
     endings: Vec<Ending>,
     threads: Option<usize>,
     seed: u64,
-    last_ticket: u64,
+    pub(crate) last_ticket: u64,
+    /// Set to stop the export that is under way.
+    pub(crate) export_stop: Arc<AtomicBool>,
+    /// The window was to be closed during an export.
+    pub(crate) closes_after_export: bool,
     title: String,
     frame_started: Option<Instant>,
 }
@@ -91,6 +95,9 @@ impl App {
                 out: options.out,
                 dialog: None,
                 export: None,
+                stopping_export: false,
+                importing: None,
+                side: crate::state::Side::default(),
                 toasts: Toasts::default(),
                 stats,
                 overlay_hidden: false,
@@ -108,6 +115,8 @@ impl App {
             threads: options.threads,
             seed: options.seed,
             last_ticket: 0,
+            export_stop: Arc::default(),
+            closes_after_export: false,
             title: String::new(),
             frame_started: None,
         };
@@ -126,6 +135,11 @@ impl App {
     /// What the panels read.
     pub fn state(&self) -> &AppState {
         &self.state
+    }
+
+    /// Does something as a panel or a key would.
+    pub fn act(&mut self, action: crate::action::Action) {
+        self.apply(action);
     }
 
     /// Starts opening something; what was open is kept and closed.
@@ -156,7 +170,11 @@ impl App {
         self.state.stage = Stage::Start;
         self.endings
             .extend(self.state.keeper.take().and_then(Keeper::end));
-        self.state.export = None;
+        self.state.importing = None;
+        // An export goes on: it has all that it needs.
+        if !self.is_exporting() {
+            self.state.export = None;
+        }
         self.state.dialog = None;
     }
 
@@ -169,7 +187,8 @@ impl App {
         let maps = workspace.session().maps().map_or_else(Vec::new, |slots| {
             frames.filter_map(|frame| slots.get(frame)).collect()
         });
-        keeper.keep_results(maps, workspace.state(), self.state.settings.to_json());
+        let view = workspace.overview().log().kept_in(&self.state.settings.to_json());
+        keeper.keep_results(maps, workspace.state(), view);
     }
 
     /// Threads of the worker's pool: as the command line says, as preferred, or all cores but one.
@@ -248,8 +267,12 @@ impl App {
         }
         self.take_settings(settings);
         let document = Document::new(attached.history, attached.generation);
+        let mut workspace = Workspace::new(scene, ticket, session, document);
+        if let Some(view) = &attached.view {
+            workspace.overview_mut().log_mut().take_view(view);
+        }
         self.state.keeper = Some(attached.keeper);
-        self.state.stage = Stage::Open(Box::new(Workspace::new(scene, ticket, session, document)));
+        self.state.stage = Stage::Open(Box::new(workspace));
         self.note_recent();
     }
 
@@ -271,7 +294,8 @@ impl App {
                 Done::Seen(seen) => self.seen(seen),
                 Done::Kept(serial, keeper) => self.kept(serial, *keeper),
                 Done::Exported(progress) => self.exported(progress),
-                Done::Imported(serial, images) => self.imported(serial, *images),
+                Done::Imported(ticket, images) => self.imported(ticket, *images),
+                Done::Summarised(serial, made) => self.summarised(serial, made),
                 Done::Failed(sentence) => self.state.toasts.error(sentence),
             }
         }
@@ -338,15 +362,6 @@ impl App {
             self.keep_results();
             self.note_named(before);
             self.state.toasts.info(format!("Saved to {path}"));
-        }
-    }
-
-    fn exported(&mut self, progress: Progress) {
-        if let Progress::Failed(sentence) = &progress {
-            self.state.toasts.error(sentence);
-            self.state.export = None;
-        } else {
-            self.state.export = Some(progress);
         }
     }
 
@@ -479,6 +494,8 @@ impl eframe::App for App {
         self.drain_jobs();
         self.drain_session();
         self.drain_keeper();
+        self.look_over();
+        self.hold_open_while_exporting();
         let ctx = self.ctx.clone();
         self.state.toasts.expire(&ctx);
         self.set_title();
@@ -505,7 +522,7 @@ impl eframe::App for App {
             Stage::Open(_) => self.canvas.rect(),
             Stage::Start | Stage::Opening(_) => ctx.content_rect(),
         };
-        crate::exporting::show(&ctx, &self.state, area, &mut actions);
+        crate::panels::work(&ctx, &self.state, area, &mut actions);
         crate::panels::drop_area(&ctx);
         self.state.toasts.show(&ctx, area, escape, &mut actions);
         for action in actions.take() {

@@ -63,6 +63,11 @@ impl Document {
         self.strokes_by_frame.get(&frame).copied().unwrap_or(0)
     }
 
+    /// Number of frames that have strokes.
+    pub fn labelled_frames(&self) -> usize {
+        self.strokes_by_frame.len()
+    }
+
     /// Number of strokes of a class.
     pub fn strokes_of_class(&self, class: ClassId) -> usize {
         self.strokes_by_class.get(&class).copied().unwrap_or(0)

@@ -11,6 +11,7 @@ use crate::dialogs::Purpose;
 use crate::exporting::Progress;
 use crate::keeper::Keeper;
 use crate::opening::{Attached, Prepared, Refusal};
+use crate::overview::Summarised;
 use crate::pictures::Seen;
 
 /// What a job led to.
@@ -27,10 +28,12 @@ pub enum Done {
     Kept(u64, Box<Keeper>),
     /// How an export goes.
     Exported(Progress),
-    /// Label images were read for the scene with this serial number.
-    Imported(u64, Box<LabelImages>),
     /// What was opened lately was looked at.
     Seen(Vec<Seen>),
+    /// The label images of the import with this number were read, or a sentence says what failed.
+    Imported(u64, Box<Result<LabelImages, String>>),
+    /// Maps of the scene with this serial number were summed up.
+    Summarised(u64, Vec<Summarised>),
     /// A sentence about what failed.
     Failed(String),
 }

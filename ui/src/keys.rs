@@ -146,7 +146,7 @@ pub static TABLE: &[Row] = &[
     },
     Row {
         shown: "A and D, Left and Right",
-        does: "Previous and next frame",
+        does: "Previous and next frame, of those that the filmstrip shows",
         bindings: &[
             key(Key::A, Action::StepFrame(-1)),
             key(Key::D, Action::StepFrame(1)),
@@ -158,6 +158,11 @@ pub static TABLE: &[Row] = &[
         shown: "N",
         does: "Go to the next suggestion",
         bindings: &[key(Key::N, Action::NextSuggestion)],
+    },
+    Row {
+        shown: "T",
+        does: "Show the other tab at the right: what to label next, progress",
+        bindings: &[key(Key::T, Action::SwitchSide)],
     },
     Row {
         shown: "Tab (hold)",

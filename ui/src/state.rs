@@ -47,6 +47,26 @@ pub struct Opening {
     pub prepared: Option<Prepared>,
 }
 
+/// What the right side shows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Side {
+    /// Where to label next.
+    #[default]
+    LabelNext,
+    /// How far the labelling has come.
+    Progress,
+}
+
+impl Side {
+    /// The other one.
+    pub fn other(self) -> Self {
+        match self {
+            Self::LabelNext => Self::Progress,
+            Self::Progress => Self::LabelNext,
+        }
+    }
+}
+
 /// How the frame is shown and drawn on; kept between scenes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
@@ -138,8 +158,14 @@ pub struct AppState {
     pub out: Option<PathBuf>,
     /// The dialog shown.
     pub dialog: Option<Dialog>,
-    /// How the last export went, until it is dismissed.
+    /// How the last export goes or went, until it is dismissed.
     pub export: Option<Progress>,
+    /// Whether it is being stopped.
+    pub stopping_export: bool,
+    /// The import whose label images are being read.
+    pub importing: Option<u64>,
+    /// What the right side shows.
+    pub side: Side,
     /// The messages shown.
     pub toasts: Toasts,
     /// Measurements, where asked for.

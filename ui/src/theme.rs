@@ -20,6 +20,7 @@ struct Shades {
     accent: Color32,
     on_accent: Color32,
     warning: Color32,
+    good: Color32,
     error: Color32,
 }
 
@@ -37,6 +38,7 @@ const DARK: Shades = Shades {
     accent: Color32::from_rgb(84, 160, 255),
     on_accent: Color32::from_rgb(10, 22, 40),
     warning: Color32::from_rgb(240, 184, 84),
+    good: Color32::from_rgb(110, 205, 140),
     error: Color32::from_rgb(255, 120, 112),
 };
 
@@ -54,6 +56,7 @@ const LIGHT: Shades = Shades {
     accent: Color32::from_rgb(22, 98, 200),
     on_accent: Color32::from_rgb(255, 255, 255),
     warning: Color32::from_rgb(146, 94, 0),
+    good: Color32::from_rgb(22, 116, 58),
     error: Color32::from_rgb(184, 38, 30),
 };
 
@@ -69,6 +72,11 @@ pub fn accent(visuals: &Visuals) -> Color32 {
 /// Text on the accent colour.
 pub fn on_accent(visuals: &Visuals) -> Color32 {
     shades(visuals).on_accent
+}
+
+/// Text that says that something is done and well.
+pub fn good(visuals: &Visuals) -> Color32 {
+    shades(visuals).good
 }
 
 /// What lies around the image.
@@ -200,6 +208,7 @@ mod tests {
                     shades.text,
                     shades.strong,
                     shades.warning,
+                    shades.good,
                     shades.error,
                 ] {
                     assert!(contrast(text, under) >= 4.5);

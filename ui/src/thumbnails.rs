@@ -36,22 +36,11 @@ pub struct Source {
     pub look: Look,
 }
 
-/// Numbers about a frame's map.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MapSummary {
-    /// Mean entropy in nats.
-    pub mean_entropy: f32,
-    /// Share of the pixels that have a class, 0..=1.
-    pub coverage: f32,
-}
-
 /// A finished thumbnail.
 #[derive(Clone)]
 pub struct Thumbnail {
     /// The picture.
     pub texture: egui::TextureHandle,
-    /// About the map it shows.
-    pub summary: Option<MapSummary>,
 }
 
 struct Request {
@@ -64,7 +53,6 @@ struct Made {
     subject: Subject,
     version: u64,
     image: egui::ColorImage,
-    summary: Option<MapSummary>,
 }
 
 #[derive(Default)]
@@ -120,14 +108,10 @@ impl Thumbnails {
             slot.arrived = Some(made.version);
             let options = egui::TextureOptions::LINEAR;
             match &mut slot.thumbnail {
-                Some(thumbnail) => {
-                    thumbnail.texture.set(made.image, options);
-                    thumbnail.summary = made.summary;
-                }
+                Some(thumbnail) => thumbnail.texture.set(made.image, options),
                 None => {
                     slot.thumbnail = Some(Thumbnail {
                         texture: ctx.load_texture("thumbnail", made.image, options),
-                        summary: made.summary,
                     });
                 }
             }
@@ -178,28 +162,23 @@ impl Request {
         let map = map.as_deref();
         let (Subject::Frame(frame) | Subject::Place(frame, _)) = self.subject;
         let color = &scene.frames.get(frame)?.color;
-        let (image, summary) = match self.subject {
+        let image = match self.subject {
             Subject::Frame(_) => {
                 let aspect = color.width() as f32 / color.height().max(1) as f32;
                 let width = width.min((height as f32 * aspect).round() as usize).max(1);
                 let height = height.min((width as f32 / aspect).round() as usize).max(1);
-                let summary = map.map(|map| MapSummary {
-                    mean_entropy: map.mean_entropy(),
-                    coverage: map.coverage(),
-                });
-                (composite(color, map, &palette, look, [width, height]), summary)
+                composite(color, map, &palette, look, [width, height])
             }
             Subject::Place(_, pixel) => {
                 let full = [color.width() as usize, color.height() as usize];
                 let whole = composite(color, map, &palette, look, full);
-                (whole.region_by_pixels(crop(full, pixel), crop_size(full)), None)
+                whole.region_by_pixels(crop(full, pixel), crop_size(full))
             }
         };
         Some(Made {
             subject: self.subject,
             version: self.version,
             image,
-            summary,
         })
     }
 }

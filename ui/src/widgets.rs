@@ -244,6 +244,23 @@ pub fn main_button_enabled(ui: &mut Ui, enabled: bool, text: &str) -> Response {
     ui.add_enabled(enabled, egui::Button::new(text).fill(fill))
 }
 
+/// Work that takes a while: what it is, how far it has come (`None` = nobody knows), and a button that stops it, where
+/// it can be stopped, with its name for screen readers. Returns whether that was pressed.
+pub fn long_work(
+    ui: &mut Ui,
+    title: &str,
+    (share, words): (Option<f32>, &str),
+    cancel: Option<&str>,
+) -> bool {
+    ui.add(egui::Label::new(egui::RichText::new(title).size(15.0).strong()).truncate());
+    let bar = egui::ProgressBar::new(share.unwrap_or(0.0)).desired_height(20.0);
+    ui.add(bar.text(words));
+    cancel.is_some_and(|name| {
+        let button = ui.button(crate::english::work::CANCEL);
+        button.accessible_name(name).clicked()
+    })
+}
+
 /// Words that stand where there is nothing to show yet.
 pub fn empty_state(ui: &mut Ui, text: &str) {
     ui.add(egui::Label::new(egui::RichText::new(text).weak()).wrap());

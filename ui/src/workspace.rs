@@ -2,14 +2,17 @@
 
 use std::borrow::Cow;
 use std::sync::Arc;
+use std::time::Instant;
 
 use inplace_core::guide::Suggestion;
-use inplace_core::labels::{ClassId, Edit, History, Pixel, Stroke, VOID};
+use inplace_core::labels::{ClassId, Edit, History, Pixel, Stroke, StrokeId, VOID};
 use inplace_core::scene::{Frame, Scene};
-use inplace_core::session::{Command, Event, ModelState, Phase, Status};
+use inplace_core::session::{Command, Event, ModelState, Phase, Status, Verdict};
 
 use crate::canvas::{Content, Line, ShownMap, Tool, View};
 use crate::document::{Document, frame_of};
+use crate::frames;
+use crate::overview::Overview;
 use crate::session_link::Running;
 
 /// An open scene.
@@ -32,6 +35,7 @@ pub struct Workspace {
     at_suggestion: Option<usize>,
     state: Option<Arc<ModelState>>,
     ended: bool,
+    overview: Overview,
     /// Zoom and pan.
     pub view: View,
 }
@@ -42,6 +46,7 @@ impl Workspace {
         let maps = session.maps().cloned();
         let has_map = |frame| maps.as_ref().is_some_and(|maps| maps.get(frame).is_some());
         let mut workspace = Self {
+            overview: Overview::new(scene.frames.len(), Instant::now()),
             map_versions: (0..scene.frames.len())
                 .map(|frame| u64::from(has_map(frame)))
                 .collect(),
@@ -61,6 +66,7 @@ impl Workspace {
             ended: false,
             view: View::FITTED,
         };
+        workspace.session.send(Command::CheckStrokes);
         workspace.session.send(Command::View { frame: 0 });
         workspace.take_map();
         if workspace.document.labels().says_anything() {
@@ -134,6 +140,27 @@ impl Workspace {
         &self.session
     }
 
+    /// The state of the scene as a whole.
+    pub fn overview(&self) -> &Overview {
+        &self.overview
+    }
+
+    /// The state of the scene as a whole.
+    pub fn overview_mut(&mut self) -> &mut Overview {
+        &mut self.overview
+    }
+
+    /// What the other strokes say of each stroke that can be checked.
+    pub fn verdicts(&self) -> &[Verdict] {
+        self.overview.verdicts()
+    }
+
+    /// Brings the overview up to date; returns the frames whose maps are to be summed up now, if any.
+    pub fn refresh_overview(&mut self, now: Instant) -> Option<Vec<(usize, u64)>> {
+        self.overview.refresh(&self.scene, &self.document);
+        self.overview.due(&self.map_versions, now)
+    }
+
     /// Changes with every new map of a frame; 0 = none yet.
     pub fn map_version(&self, frame: usize) -> u64 {
         self.map_versions.get(frame).copied().unwrap_or(0)
@@ -165,6 +192,32 @@ impl Workspace {
         self.session.send(Command::View { frame });
         self.take_map();
         true
+    }
+
+    /// The frame so many places from the one in view, among those that the filmstrip shows.
+    pub fn stepped(&self, by: isize) -> Option<usize> {
+        self.overview.frames().step(self.frame, by)
+    }
+
+    /// The frame that a number or a name means.
+    pub fn frame_named(&self, text: &str) -> Option<usize> {
+        let stems: Vec<&str> = self
+            .scene
+            .frames
+            .iter()
+            .map(|frame| frame.stem.as_str())
+            .collect();
+        frames::find(&stems, text, self.frame)
+    }
+
+    /// Shows a stroke.
+    pub fn go_to_stroke(&mut self, id: StrokeId) {
+        let stroke = self.document.labels().strokes.get(&id).cloned();
+        if let Some(stroke) = stroke
+            && let Some(pixel) = stroke.first_point()
+        {
+            self.go_to_place(stroke.frame, pixel);
+        }
     }
 
     /// Shows a place of a frame.
@@ -226,6 +279,7 @@ impl Workspace {
     /// Changes the labels and tells the worker; `None` when nothing changed.
     pub fn edit(&mut self, change: impl FnOnce(&mut History) -> Option<Edit>) -> Option<Edit> {
         let edit = self.document.edit(change)?;
+        self.overview.changed();
         let exists = |class| class == VOID || self.document.labels().class(class).is_some();
         if !self.class.is_some_and(exists) {
             self.class = self.document.classes().first().map(|class| class.id);
@@ -271,7 +325,14 @@ impl Workspace {
                 self.suggestions.retain(|suggestion| suggestion.frame < frames);
                 self.at_suggestion = None;
             }
-            Event::Status(status) => self.status = status,
+            Event::Status(status) => {
+                let strokes = self.document.labels().strokes.len();
+                self.overview.note(&status, strokes, Instant::now());
+                self.status = status;
+            }
+            Event::Verdicts {
+                verdicts, accuracy, ..
+            } => self.overview.take_verdicts(verdicts, accuracy),
             Event::State(state) => self.state = Some(state),
             Event::Warning(sentence) | Event::Error(sentence) => return Some(sentence),
             Event::Stopped => self.ended = true,

@@ -1,5 +1,6 @@
 //! `inplace label`: the main job without the window, through the same session.
 
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -104,7 +105,9 @@ pub fn run(arguments: &LabelArguments) -> Result<(), Failure> {
     let maps = run.maps(&scene, arguments.budget, kept)?;
 
     let writing = Instant::now();
-    export::write_maps(&arguments.out, &scene, &labels.classes, &maps, &|_, _| {})?;
+    export::write_maps(&arguments.out, &scene, &labels.classes, &maps, &|_, _| {
+        ControlFlow::Continue(())
+    })?;
     let status = &run.status;
     let report = Report {
         version: env!("CARGO_PKG_VERSION").to_owned(),

@@ -1,9 +1,10 @@
 //! Label, entropy and colour PNGs of every frame.
 
 use std::collections::{HashMap, HashSet};
+use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 
@@ -21,17 +22,18 @@ use crate::session::FrameMap;
 ///
 /// Each PNG has the pixels of the frame's image on disk, distortion included.
 ///
-/// `progress` is called with (frames written, frames in all), from any thread.
+/// `progress` is called with (frames written, frames in all), from any thread; when it answers
+/// [`ControlFlow::Break`], no further frame is begun.
 ///
 /// # Errors
 /// [`ExportError::Incomplete`] unless `maps` holds exactly one map of the right size for every frame,
-/// before anything is written; [`ExportError::Unwritable`].
+/// before anything is written; [`ExportError::Cancelled`]; [`ExportError::Unwritable`].
 pub fn write_maps(
     folder: &Path,
     scene: &Scene,
     classes: &[Class],
     maps: &[Arc<FrameMap>],
-    progress: &(dyn Fn(usize, usize) + Sync),
+    progress: &(dyn Fn(usize, usize) -> ControlFlow<()> + Sync),
 ) -> Result<(), ExportError> {
     check(scene, maps).map_err(|reason| ExportError::Incomplete {
         folder: folder.to_path_buf(),
@@ -39,12 +41,26 @@ pub fn write_maps(
     })?;
     prepare(folder)?;
     let colors: HashMap<ClassId, [u8; 3]> = classes.iter().map(|class| (class.id, class.color)).collect();
-    let written = AtomicUsize::new(0);
+    let (written, stopped) = (AtomicUsize::new(0), AtomicBool::new(false));
     maps.par_iter().try_for_each(|map| {
+        if stopped.load(Ordering::Relaxed) {
+            return Ok(());
+        }
         write_map(folder, &scene.frames[map.frame], map, &colors)?;
-        progress(written.fetch_add(1, Ordering::Relaxed) + 1, maps.len());
+        let done = written.fetch_add(1, Ordering::Relaxed) + 1;
+        if progress(done, maps.len()).is_break() {
+            stopped.store(true, Ordering::Relaxed);
+        }
         Ok(())
     })?;
+    let written = written.into_inner();
+    if written < maps.len() {
+        return Err(ExportError::Cancelled {
+            folder: folder.to_path_buf(),
+            written,
+            frames: maps.len(),
+        });
+    }
     write_classes(folder, classes)
 }
 
@@ -178,6 +194,7 @@ mod tests {
         let progress = |_, total| {
             assert_eq!(total, 2);
             calls.fetch_add(1, Ordering::Relaxed);
+            ControlFlow::Continue(())
         };
         let scene = scene(&["rgb_0", "rgb_1"]);
         write_maps(root.path(), &scene, &classes, &maps, &progress).unwrap();
@@ -212,8 +229,35 @@ mod tests {
         assert_eq!(read, classes);
 
         let again = tempfile::tempdir().unwrap();
-        write_maps(again.path(), &scene, &classes, &maps, &|_, _| ()).unwrap();
+        write_maps(again.path(), &scene, &classes, &maps, &|_, _| {
+            ControlFlow::Continue(())
+        })
+        .unwrap();
         assert_eq!(files(again.path()), written);
+    }
+
+    #[test]
+    fn a_cancelled_export_says_how_far_it_came_and_its_files_are_whole() {
+        let root = tempfile::tempdir().unwrap();
+        let stems: Vec<String> = (0..60).map(|index| format!("rgb_{index}")).collect();
+        let stems: Vec<&str> = stems.iter().map(String::as_str).collect();
+        let maps: Vec<_> = (0..60).map(|frame| map(frame, [1; 6])).collect();
+        let progress = |_, _| ControlFlow::Break(());
+        let error = write_maps(root.path(), &scene(&stems), &[], &maps, &progress).unwrap_err();
+        let ExportError::Cancelled { written, frames, .. } = error else {
+            panic!("{error}");
+        };
+        // One for each thread at most.
+        assert!(
+            frames == 60 && (1..60).contains(&written),
+            "{written} of {frames}"
+        );
+        let files = files(root.path());
+        assert_eq!(files.len(), 3 * written);
+        assert!(!files.contains_key("classes.json"));
+        for (name, bytes) in files.iter().filter(|(name, _)| name.starts_with("labels/")) {
+            assert_eq!(png::decode_gray(bytes).unwrap().2, [1; 6], "{name}");
+        }
     }
 
     #[test]
@@ -238,7 +282,7 @@ mod tests {
                 "two frames are named \"same\"",
             ),
         ] {
-            let error = write_maps(root.path(), scene, &[], &maps, &|_, _| ())
+            let error = write_maps(root.path(), scene, &[], &maps, &|_, _| ControlFlow::Continue(()))
                 .unwrap_err()
                 .to_string();
             assert!(error.contains(reason), "{error}");

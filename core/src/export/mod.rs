@@ -29,6 +29,16 @@ pub enum ExportError {
         /// The file system's reason.
         error: std::io::Error,
     },
+    /// Somebody stopped it; the files that were written by then are whole.
+    #[error("{}: the export was cancelled after {written} of {frames} frames; export again for all of them", .folder.display())]
+    Cancelled {
+        /// The export's folder.
+        folder: PathBuf,
+        /// Frames whose files were written.
+        written: usize,
+        /// Frames in all.
+        frames: usize,
+    },
     /// There is nothing right to write; nothing was written.
     #[error("{}: nothing was exported: {reason}", .folder.display())]
     Incomplete {

@@ -30,8 +30,9 @@ pub struct FrameMap {
     pixels: Pixels,
 }
 
+/// How a map knows its pixels.
 #[derive(Clone, Debug)]
-enum Pixels {
+pub(super) enum Pixels {
     /// One by one.
     Listed {
         labels: Vec<ClassId>,
@@ -144,6 +145,10 @@ impl FrameMap {
             height: camera.height,
             pixels: Pixels::OnSurface(shown),
         }
+    }
+
+    pub(super) fn pixels(&self) -> &Pixels {
+        &self.pixels
     }
 
     /// The same map with its pixels looked up once, for whoever reads more than one thing of it.

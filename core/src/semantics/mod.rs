@@ -14,8 +14,10 @@ mod places;
 mod posterior;
 mod queue;
 mod spread;
+mod summary;
 mod surface;
 mod targets;
+mod verdict;
 
 pub use depth::{FieldDepth, pixel_length, pixel_lengths};
 pub use diffusion::diffuse;
@@ -30,7 +32,9 @@ pub use places::{RayTargets, SoftTargets};
 pub use posterior::Posterior;
 pub(crate) use queue::DistanceQueue;
 pub use spread::Spread;
+pub use summary::FrameSummary;
 pub use surface::{NO_NODE, Surface};
+pub use verdict::{CrossValidation, Verdict, Verdicts};
 
 #[cfg(test)]
 mod tests;

@@ -108,6 +108,19 @@ impl Posterior {
     }
 }
 
+/// Most likely class of a node by the classes' distance fields and votes, as [`Posterior::new`] has it without a
+/// head's say.
+pub(super) fn label_at(
+    fields: &[Option<&[f32]>],
+    classes: &[ClassId],
+    node: usize,
+    votes: Option<&[f32]>,
+) -> ClassId {
+    let mut weights = vec![0.0; classes.len()];
+    let nearest = fill_weights(fields, node, votes, &mut weights);
+    summarise(classes, &weights, nearest).label
+}
+
 /// The distance field of each class; `None` where it has no labelled node.
 fn distance_fields<'a>(propagation: &'a Propagation, classes: &[ClassId]) -> Vec<Option<&'a [f32]>> {
     let fields = propagation.classes();

@@ -6,7 +6,9 @@ use std::sync::Arc;
 use rustc_hash::FxHashMap;
 
 use super::map::OnSurface;
-use super::{ENTROPY_STEPS_PER_NAT, FrameMap, NO_NODE, Posterior, Propagation, Surface, SurfaceImport};
+use super::{
+    CrossValidation, ENTROPY_STEPS_PER_NAT, FrameMap, Posterior, Propagation, Surface, SurfaceImport,
+};
 use crate::labels::{ClassId, LabelSet, Stroke, StrokeId, VOID, rasterise};
 use crate::scene::Scene;
 
@@ -236,18 +238,23 @@ impl Spread {
         frame: usize,
         painted: &'a BTreeMap<u32, (ClassId, StrokeId)>,
     ) -> Vec<(&'a (ClassId, StrokeId), u32)> {
-        let map = &self.surface.pixels[frame];
-        let width = map.width().max(1);
-        // A lookup reads half a row; from there on it is less work to read everything once.
-        if painted.len() > 2 * map.len() / width {
-            let nodes = map.unpack();
-            let all = painted.iter().map(|(&pixel, what)| (what, nodes[pixel as usize]));
-            return all.filter(|&(_, node)| node != NO_NODE).collect();
+        let pixels: Vec<u32> = painted.keys().copied().collect();
+        let nodes = self.surface.nodes_at(frame, &pixels);
+        let all = painted.values().zip(nodes);
+        all.filter_map(|(what, node)| Some((what, node?))).collect()
+    }
+
+    /// What is spread now, for checking the strokes against each other.
+    pub fn cross_validation(&self, scene: &Arc<Scene>) -> CrossValidation {
+        CrossValidation {
+            scene: Arc::clone(scene),
+            surface: Arc::clone(&self.surface),
+            classes: self.classes.clone(),
+            strokes: self.strokes.clone(),
+            propagation: self.propagation.clone(),
+            imported: self.import.iter().flat_map(SurfaceImport::seeds).collect(),
+            votes: self.votes.clone(),
         }
-        let looked_up = painted
-            .iter()
-            .map(|(&pixel, what)| Some((what, map.node(pixel as usize)?)));
-        looked_up.flatten().collect()
     }
 
     /// The class of each labelled node: that of the latest stroke on it, or else that of trusted images.

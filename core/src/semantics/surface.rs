@@ -126,6 +126,18 @@ struct Voxels {
 }
 
 impl Surface {
+    /// The node under each of these pixels of a frame, row-major indices; `None` where it shows none.
+    pub fn nodes_at(&self, frame: usize, pixels: &[u32]) -> Vec<Option<u32>> {
+        let map = &self.pixels[frame];
+        // A lookup reads half a row; from there on it is less work to read everything once.
+        if pixels.len() > 2 * map.len() / map.width().max(1) {
+            let nodes = map.unpack();
+            let node = |&pixel: &u32| Some(nodes[pixel as usize]).filter(|&node| node != NO_NODE);
+            return pixels.iter().map(node).collect();
+        }
+        pixels.iter().map(|&pixel| map.node(pixel as usize)).collect()
+    }
+
     /// Fuses the frames' depths (measured, or else the field's) to a graph; `None` where no pixel of any
     /// frame has a depth.
     ///

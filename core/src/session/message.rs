@@ -7,6 +7,7 @@ use crate::field::{Preset, Work};
 use crate::guide::Suggestion;
 use crate::labels::LabelSet;
 use crate::scene::{OpenOptions, Scene, SceneSource};
+use crate::semantics::Verdict;
 
 /// What a session works on and how.
 #[derive(Clone, Debug)]
@@ -45,6 +46,8 @@ pub enum Command {
         /// Indices of the frames.
         frames: BTreeSet<usize>,
     },
+    /// From now on, answer every change of the labels with [`Event::Verdicts`] too.
+    CheckStrokes,
     /// Stop training; label changes are still followed.
     Pause,
     /// Go on training.
@@ -89,6 +92,15 @@ pub enum Event {
         generation: u64,
         /// At most eight.
         suggestions: Vec<Suggestion>,
+    },
+    /// What the strokes say of each other, after [`Command::CheckStrokes`]; it follows the maps at leisure.
+    Verdicts {
+        /// Generation of the labels that were checked.
+        generation: u64,
+        /// One for every stroke that can be checked ([`Verdicts::strokes`](crate::semantics::Verdicts::strokes)).
+        verdicts: Vec<Verdict>,
+        /// Cross-validated accuracy, 0..=1 ([`Verdicts::accuracy`](crate::semantics::Verdicts::accuracy)).
+        accuracy: Option<f32>,
     },
     /// How training goes; several times a second while it runs.
     Status(Status),
@@ -140,6 +152,8 @@ pub struct Status {
     pub map_stride: Option<u32>,
     /// Generation of the newest labels that the worker has.
     pub generation: u64,
+    /// Whether imported label images are being spread: the maps do not follow them yet.
+    pub spreading_import: bool,
     /// Whether more training is not expected to change the maps, and all of them are published.
     pub settled: bool,
 }

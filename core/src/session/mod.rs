@@ -1,6 +1,7 @@
 //! A session: a background worker that opens a scene, trains its field and keeps every frame's maps
 //! in step with the labels. The window and the headless commands use the same one.
 
+mod checking;
 mod importing;
 mod maps;
 mod message;
@@ -19,7 +20,7 @@ use std::thread::JoinHandle;
 
 use crossbeam_channel::{Receiver, Sender, unbounded};
 
-pub use crate::semantics::{ENTROPY_STEPS_PER_NAT, FrameMap};
+pub use crate::semantics::{ENTROPY_STEPS_PER_NAT, FrameMap, FrameSummary, Verdict};
 pub use maps::MapSlots;
 pub use message::{Command, Event, ModelState, Phase, SessionOptions, Status};
 

@@ -223,6 +223,8 @@ impl Task for ReferenceWorker<'_> {
             Command::View { .. } => {}
             // There are no suggestions without a surface.
             Command::SuggestOn { .. } => {}
+            // Its labels do not spread along a surface, so none can be left out for a moment.
+            Command::CheckStrokes => {}
             Command::Pause => {
                 self.paused = true;
                 self.tell_status();
@@ -274,6 +276,7 @@ impl Task for ReferenceWorker<'_> {
             surface_nodes: 0,
             map_stride: self.map_stride,
             generation: self.generation,
+            spreading_import: false,
             settled,
         }));
     }

@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 use candle_core::Tensor;
 use crossbeam_channel::Receiver;
 
+use super::checking::Checking;
 use super::importing::Importing;
 use super::opening::open;
 use super::opinion::Opinion;
@@ -104,6 +105,7 @@ struct Worker<'a> {
     /// What the maps say, to be rendered from any pose.
     semantic_field: SemanticField,
     importing: Option<Importing>,
+    checking: Checking,
     /// A newer surface that imported images are being spread over.
     waiting: Option<Spread>,
     labels: LabelSet,
@@ -161,6 +163,7 @@ impl<'a> Worker<'a> {
             opinion,
             semantic_field,
             importing: None,
+            checking: Checking::default(),
             waiting: None,
             labels: LabelSet::default(),
             generation: 0,
@@ -238,6 +241,20 @@ impl<'a> Worker<'a> {
             suggestions,
         });
         true
+    }
+
+    /// Has the strokes checked when all maps follow them, and tells what came of it.
+    fn check(&mut self) {
+        if let Some(spread) = &self.spread {
+            self.checking.start_if_due(spread, &self.scene, self.generation);
+        }
+        if let Some((generation, verdicts)) = self.checking.ready() {
+            self.outbox.send(Event::Verdicts {
+                generation,
+                verdicts: verdicts.strokes,
+                accuracy: verdicts.accuracy,
+            });
+        }
     }
 
     /// A slice of training; `false` when there is nothing to train.
@@ -333,6 +350,7 @@ impl<'a> Worker<'a> {
             spread.set_labels(&self.scene, &self.labels);
         });
         self.spread = Some(spread);
+        self.checking.start_anew();
         self.opinion.start_look();
         self.refresh_all();
     }
@@ -362,6 +380,7 @@ impl<'a> Worker<'a> {
         let import = import.filter(|import| import.is_of(&self.labels));
         if let (Some(import), Some(spread)) = (import, &mut self.spread) {
             timed(&mut self.seconds.semantics, || spread.set_import(import));
+            self.checking.start_anew();
             self.labels_changed();
             self.refresh_all();
         }
@@ -399,6 +418,7 @@ impl Task for Worker<'_> {
                 self.generation = generation;
                 self.told_settled = false;
                 self.labels_changed();
+                self.checking.start_anew();
                 if let Some(spread) = &mut self.spread {
                     timed(&mut self.seconds.semantics, || {
                         spread.set_labels(&self.scene, &self.labels);
@@ -415,6 +435,7 @@ impl Task for Worker<'_> {
                 self.suggest_on = Some(frames);
                 self.suggestions_due = true;
             }
+            Command::CheckStrokes => self.checking.want(),
             Command::Pause => {
                 self.paused = true;
                 self.tell_status();
@@ -470,6 +491,7 @@ impl Task for Worker<'_> {
                 .map_or(0, |spread| spread.surface().graph.len()),
             map_stride: None,
             generation: self.generation,
+            spreading_import: self.importing.is_some(),
             settled,
         }));
     }
@@ -493,7 +515,11 @@ impl Task for Worker<'_> {
         if self.last_status.elapsed() >= STATUS_EVERY {
             self.tell_status();
         }
-        if self.publish() || self.suggest() || self.train()? {
+        if self.publish() || self.suggest() {
+            return Ok(true);
+        }
+        self.check();
+        if self.train()? {
             return Ok(true);
         }
         if !self.told_settled && self.is_settled() {

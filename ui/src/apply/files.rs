@@ -3,12 +3,10 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use inplace_core::labels::{LabelImages, Trust, read_label_images};
 use inplace_core::session::Command;
 
 use crate::app::App;
 use crate::dialogs::{Dialog, Purpose};
-use crate::exporting::{Export, Progress};
 use crate::jobs::Done;
 use crate::keeper::SavedState;
 use crate::opening::Target;
@@ -92,59 +90,6 @@ impl App {
                     Err(sentence) => Done::Failed(sentence),
                 },
             );
-        });
-    }
-
-    pub(super) fn import_from(&mut self, folder: PathBuf, trust: Trust) {
-        self.state.dialog = None;
-        let Some(workspace) = self.state.workspace() else {
-            return;
-        };
-        let (scene, serial) = (Arc::clone(workspace.scene()), workspace.serial());
-        self.jobs.spawn("import", move |tell| {
-            tell(match read_label_images(&folder, &scene, trust) {
-                Ok(images) => Done::Imported(serial, Box::new(images)),
-                Err(error) => Done::Failed(error.to_string()),
-            });
-        });
-    }
-
-    /// Label images were read.
-    pub(crate) fn imported(&mut self, serial: u64, images: LabelImages) {
-        if self
-            .state
-            .workspace()
-            .is_none_or(|workspace| workspace.serial() != serial)
-        {
-            return;
-        }
-        let (count, unmatched) = (images.labels.maps.len(), images.unmatched);
-        self.edit(|history| Some(history.import(images)));
-        let plural = if count == 1 { "" } else { "s" };
-        let mut sentence = format!("Imported {count} label image{plural}.");
-        if unmatched > 0 {
-            sentence += &format!(" Left out, because they are named like no frame: {unmatched}.");
-        }
-        self.state.toasts.info(sentence);
-    }
-
-    pub(super) fn export_to(&mut self, folder: PathBuf) {
-        self.state.dialog = None;
-        let Some(workspace) = self.state.workspace() else {
-            return;
-        };
-        let Some(maps) = workspace.session().maps().cloned() else {
-            return;
-        };
-        let export = Export {
-            scene: Arc::clone(workspace.scene()),
-            labels: workspace.document().labels().clone(),
-            generation: workspace.document().generation(),
-            maps,
-        };
-        self.state.export = Some(Progress::Writing(0, workspace.scene().frames.len()));
-        self.jobs.spawn("export", move |tell| {
-            export.run(&folder, &|progress| tell(Done::Exported(progress)));
         });
     }
 }

@@ -4,6 +4,9 @@ mod files;
 mod labels;
 mod preferences;
 mod view;
+mod work;
+
+use std::time::Instant;
 
 use inplace_core::labels::{History, Stroke};
 use inplace_core::project::Step;
@@ -19,6 +22,7 @@ use crate::workspace::Workspace;
 impl App {
     /// Carries out one action.
     pub(crate) fn apply(&mut self, action: Action) {
+        self.with_workspace(|workspace| workspace.overview_mut().log_mut().acted(Instant::now()));
         match action {
             Action::OpenScene(source) => self.open(Target::Scene(source)),
             Action::OpenProject(path) => self.open(Target::Project(path)),
@@ -27,6 +31,8 @@ impl App {
             Action::Save => self.save(),
             Action::SaveTo(path) => self.save_to(path),
             Action::ExportTo(folder) => self.export_to(folder),
+            Action::CancelExport => self.cancel_export(),
+            Action::CancelImport => self.cancel_import(),
             Action::ImportFrom(folder, trust) => self.import_from(folder, trust),
             Action::RemoveImported => self.edit(History::remove_imported),
             Action::ShowFolder(folder) => self.jobs.show_folder(folder),
@@ -59,9 +65,20 @@ impl App {
             Action::MergeClass(from, into) => self.edit(|history| history.merge_class(from, into)),
 
             Action::GoToFrame(frame) => self.go_to(|_| Some(frame)),
-            Action::StepFrame(step) => {
-                self.go_to(|workspace| workspace.frame_index().checked_add_signed(step));
+            Action::StepFrame(step) => self.go_to(|workspace| workspace.stepped(step)),
+            Action::FindFrame(text) => self.find_frame(&text),
+            Action::GoToStroke(id) => {
+                self.with_workspace(|workspace| workspace.go_to_stroke(id));
+                self.looked_away();
             }
+            Action::FilterFrames(filter) => {
+                self.with_workspace(|workspace| workspace.overview_mut().frames_mut().set_filter(filter));
+            }
+            Action::OrderFrames(order) => {
+                self.with_workspace(|workspace| workspace.overview_mut().frames_mut().set_order(order));
+            }
+            Action::ShowSide(side) => self.state.side = side,
+            Action::SwitchSide => self.state.side = self.state.side.other(),
             Action::GoToSuggestion(index) => {
                 self.with_workspace(|workspace| workspace.go_to_suggestion(index));
                 self.looked_away();

@@ -22,6 +22,20 @@ impl App {
         }
     }
 
+    pub(super) fn find_frame(&mut self, text: &str) {
+        let found = self
+            .state
+            .workspace()
+            .and_then(|workspace| workspace.frame_named(text));
+        if found.is_some() {
+            self.go_to(|_| found);
+        } else if !text.trim().is_empty() {
+            self.state
+                .toasts
+                .info(crate::english::frames::not_found(text.trim()));
+        }
+    }
+
     pub(super) fn next_suggestion(&mut self) {
         let Some(workspace) = self.state.workspace_mut() else {
             return;

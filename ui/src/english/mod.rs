@@ -1,9 +1,12 @@
 //! What the window says, in English: one file for each part of the window.
 
+pub mod frames;
 pub mod hint;
 pub mod layout;
 pub mod opening;
 pub mod preferences;
+pub mod progress;
 pub mod settings;
 pub mod start;
 pub mod toasts;
+pub mod work;

@@ -16,19 +16,6 @@ pub fn scene_in_use(source: &SceneSource) -> String {
     )
 }
 
-/// What is being opened.
-pub fn opening(name: &str) -> String {
-    format!("Opening {name}")
-}
-
-/// How many frames were read.
-pub fn progress(done: usize, total: usize) -> String {
-    match total {
-        0 => "Looking at the files".to_owned(),
-        _ => format!("{done} of {total} frames"),
-    }
-}
-
 /// Work without a name of its own is there again.
 pub fn recovered(labels: &LabelSet) -> String {
     let strokes = labels.strokes.len();

@@ -4,22 +4,28 @@ use egui::{
     Align2, Color32, FontId, Rect, Role, ScrollArea, Sense, Stroke, StrokeKind, Ui, WidgetInfo, pos2, vec2,
 };
 
+use super::frame_filter::FrameFilterRow;
 use crate::action::{Action, Actions};
 use crate::canvas::{Layer, Look};
+use crate::english::frames as words;
+use crate::frames::FrameFacts;
 use crate::state::AppState;
 use crate::theme;
-use crate::thumbnails::{MapSummary, Source, Subject, Thumbnail, Thumbnails};
-use crate::widgets::{focus_ring, line_of_text};
+use crate::thumbnails::{Source, Subject, Thumbnail, Thumbnails};
+use crate::widgets::{empty_state, focus_ring, line_of_text};
 use crate::workspace::Workspace;
 
 /// Height of the panel in points.
-pub const HEIGHT: f32 = 132.0;
+pub const HEIGHT: f32 = 168.0;
 
 const IMAGE: egui::Vec2 = vec2(112.0, 84.0);
 const CAPTION: f32 = 20.0;
 const STEP: f32 = IMAGE.x + theme::GAP;
 /// The bar that says how unsure a frame is; it lies on images, so it is the same in both themes.
 const UNCERTAIN: Color32 = Color32::from_rgb(240, 184, 84);
+/// The bar that says how much of a frame is labelled, and the badge of strokes that are contradicted.
+const LABELLED: Color32 = Color32::from_rgb(120, 205, 150);
+const CONTRADICTED: Color32 = Color32::from_rgb(255, 134, 116);
 /// Room for the frame around the chosen image.
 const INSET: f32 = 2.0;
 
@@ -29,6 +35,7 @@ pub struct Filmstrip {
     scene: u64,
     /// The frame that was scrolled to last.
     followed: Option<usize>,
+    filters: FrameFilterRow,
 }
 
 impl Filmstrip {
@@ -38,6 +45,7 @@ impl Filmstrip {
             thumbnails,
             scene: 0,
             followed: None,
+            filters: FrameFilterRow::default(),
         }
     }
 
@@ -49,25 +57,34 @@ impl Filmstrip {
             self.thumbnails.clear();
         }
         self.thumbnails.collect(ui.ctx());
-        let frames = workspace.scene().frames.len();
-        let current = workspace.frame_index();
+        self.filters.show(ui, workspace, actions);
+        let list = workspace.overview().frames();
+        let frames = list.shown();
+        if frames.is_empty() {
+            empty_state(ui, words::none(list.filter()));
+            self.followed = None;
+            return;
+        }
+        let current = list.index_of(workspace.frame_index());
         ScrollArea::horizontal()
             .auto_shrink([false, false])
             .show_viewport(ui, |ui, viewport| {
-                let size = vec2(frames as f32 * STEP, INSET + IMAGE.y + CAPTION);
+                let size = vec2(frames.len() as f32 * STEP, INSET + IMAGE.y + CAPTION);
                 let (whole, _) = ui.allocate_exact_size(size, Sense::hover());
                 let cell = |index: usize| {
                     let corner = whole.min + vec2(INSET + index as f32 * STEP, INSET);
                     Rect::from_min_size(corner, vec2(IMAGE.x, size.y - INSET))
                 };
-                if self.followed != Some(current) {
-                    self.followed = Some(current);
-                    ui.scroll_to_rect(cell(current).expand2(vec2(STEP, 0.0)), None);
+                if self.followed != current {
+                    self.followed = current;
+                    if let Some(current) = current {
+                        ui.scroll_to_rect(cell(current).expand2(vec2(STEP, 0.0)), None);
+                    }
                 }
                 let first = (viewport.left() / STEP).floor().max(0.0) as usize;
                 let last = (viewport.right() / STEP).ceil().max(0.0) as usize;
-                for index in first..last.min(frames) {
-                    self.cell(ui, state, workspace, index, cell(index), actions);
+                for index in first..last.min(frames.len()) {
+                    self.cell(ui, state, workspace, frames[index], cell(index), actions);
                 }
             });
     }
@@ -85,9 +102,8 @@ impl Filmstrip {
             return;
         };
         let thumbnail = self.thumbnail(state, workspace, index);
-        let summary = thumbnail.as_ref().and_then(|thumbnail| thumbnail.summary);
-        let strokes = workspace.document().strokes_of_frame(index);
-        let words = in_words(&frame.stem, strokes, summary);
+        let facts = workspace.overview().frames().facts(index);
+        let words = words::frame(&frame.stem, facts.strokes, facts.contradicted, facts.summary);
         let current = index == workspace.frame_index();
         let response = ui.interact(rect, ui.scope_id().with(("frame", index)), Sense::click());
         response.widget_info(|| WidgetInfo::selected(Role::ListBoxOption, true, current, &words));
@@ -97,11 +113,14 @@ impl Filmstrip {
         let image = Rect::from_min_size(rect.min, IMAGE);
         paint_image(ui, image, thumbnail.as_ref());
         let classes = workspace.document().classes().len();
-        if let Some(summary) = summary {
-            paint_uncertainty(ui, image, summary, classes);
+        paint_bars(ui, image, facts, classes);
+        if facts.strokes > 0 {
+            let (fill, color) = (theme::accent(ui.visuals()), theme::on_accent(ui.visuals()));
+            paint_count(ui, image, Align2::LEFT_TOP, (facts.strokes, fill, color));
         }
-        if strokes > 0 {
-            paint_count(ui, image, strokes);
+        if facts.contradicted > 0 {
+            let colors = (facts.contradicted, CONTRADICTED, Color32::BLACK);
+            paint_count(ui, image, Align2::RIGHT_TOP, colors);
         }
         let (width, color) = if current {
             (2.0, theme::accent(ui.visuals()))
@@ -157,65 +176,34 @@ fn paint_image(ui: &Ui, rect: Rect, thumbnail: Option<&Thumbnail>) {
     painter.image(thumbnail.texture.id(), rect, whole, Color32::WHITE);
 }
 
-/// A bar along the lower edge: the longer, the less sure.
-fn paint_uncertainty(ui: &Ui, image: Rect, summary: MapSummary, classes: usize) {
+/// Two bars along the lower edge: the longer the upper one, the more is labelled; the longer the lower, the less sure.
+fn paint_bars(ui: &Ui, image: Rect, facts: FrameFacts, classes: usize) {
+    let Some(summary) = facts.summary else {
+        return;
+    };
     let most = (classes.max(2) as f32).ln();
-    let share = (summary.mean_entropy / most).clamp(0.0, 1.0);
-    let track = Rect::from_min_max(pos2(image.left(), image.bottom() - 4.0), image.max);
-    ui.painter().rect_filled(track, 0, Color32::from_black_alpha(170));
-    let bar = Rect::from_min_size(track.min, vec2(share * track.width(), track.height()));
-    ui.painter().rect_filled(bar, 0, UNCERTAIN);
+    let unsure = (summary.mean_entropy / most).clamp(0.0, 1.0);
+    let height = 3.0;
+    for (line, share, color) in [(2.0, summary.coverage, LABELLED), (1.0, unsure, UNCERTAIN)] {
+        let corner = pos2(image.left(), image.bottom() - line * (height + 1.0));
+        let track = Rect::from_min_size(corner, vec2(image.width(), height + 1.0));
+        ui.painter().rect_filled(track, 0, Color32::from_black_alpha(170));
+        let bar = Rect::from_min_size(track.min, vec2(share * track.width(), height));
+        ui.painter().rect_filled(bar, 0, color);
+    }
 }
 
-fn paint_count(ui: &Ui, image: Rect, strokes: usize) {
-    let text = if strokes > 99 {
+/// A number in a corner of an image.
+fn paint_count(ui: &Ui, image: Rect, corner: Align2, (count, fill, color): (usize, Color32, Color32)) {
+    let text = if count > 99 {
         "99+".to_owned()
     } else {
-        strokes.to_string()
+        count.to_string()
     };
     let width = 10.0 + 7.0 * text.len() as f32;
-    let badge = Rect::from_min_size(image.min + vec2(4.0, 4.0), vec2(width, 17.0));
-    let visuals = ui.visuals();
-    ui.painter().rect_filled(badge, 8, theme::accent(visuals));
+    let badge = corner.align_size_within_rect(vec2(width, 17.0), image.shrink(4.0));
+    ui.painter().rect_filled(badge, 8, fill);
     let font = FontId::proportional(12.0);
-    let color = theme::on_accent(visuals);
     ui.painter()
         .text(badge.center(), Align2::CENTER_CENTER, text, font, color);
-}
-
-fn in_words(stem: &str, strokes: usize, summary: Option<MapSummary>) -> String {
-    let strokes = match strokes {
-        0 => "no strokes".to_owned(),
-        1 => "1 stroke".to_owned(),
-        many => format!("{many} strokes"),
-    };
-    let map = summary.map_or_else(
-        || "no labels yet".to_owned(),
-        |summary| {
-            format!(
-                "{:.0}% labelled, uncertainty {:.2} nats",
-                100.0 * summary.coverage,
-                summary.mean_entropy
-            )
-        },
-    );
-    format!("Frame {stem}: {strokes}, {map}")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_frames_state_is_a_sentence() {
-        let summary = MapSummary {
-            mean_entropy: 0.25,
-            coverage: 0.871,
-        };
-        assert_eq!(
-            in_words("rgb_3", 1, Some(summary)),
-            "Frame rgb_3: 1 stroke, 87% labelled, uncertainty 0.25 nats"
-        );
-        assert_eq!(in_words("a", 0, None), "Frame a: no strokes, no labels yet");
-    }
 }

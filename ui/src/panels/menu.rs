@@ -6,13 +6,14 @@ use crate::action::{Action, Actions};
 use crate::canvas::{Layer, View};
 use crate::dialogs::{Dialog, Purpose};
 use crate::english;
+use crate::english::work;
 use crate::exporting::Progress;
 use crate::keeper::{Keeper, SavedState};
 use crate::keymap::KeyMap;
 use crate::keys;
 use crate::preferences::{Change, Pane};
 use crate::state::AppState;
-use crate::widgets::main_button;
+use crate::widgets::main_button_enabled;
 
 /// Below this width of what is left beside the menus, the Save button gives way: it is in the File menu.
 const ROOMY: f32 = 360.0;
@@ -78,14 +79,10 @@ fn document(ui: &mut Ui, state: &AppState) {
 }
 
 fn export_button(ui: &mut Ui, state: &AppState, actions: &mut Actions) {
-    if let Some(Progress::Writing(done, total)) = &state.export {
-        let share = *done as f32 / (*total).max(1) as f32;
-        let bar = egui::ProgressBar::new(share).text(format!("Exporting {done} of {total}"));
-        ui.add(bar.desired_width(160.0));
-    } else if main_button(ui, "Export")
-        .on_hover_text(keys::text(&state.preferences.keys, "Ctrl+E"))
-        .clicked()
-    {
+    let runs = matches!(state.export, Some(Progress::Writing(..)));
+    let button =
+        main_button_enabled(ui, !runs, "Export").on_hover_text(keys::text(&state.preferences.keys, "Ctrl+E"));
+    if button.on_disabled_hover_text(work::EXPORT_RUNS).clicked() {
         actions.push(Action::Show(Some(Dialog::export())));
     }
 }

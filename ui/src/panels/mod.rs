@@ -1,25 +1,32 @@
 //! The panels around the canvas, a file for each. A panel reads the state and pushes actions.
 
+mod charted;
 mod classes;
 mod drop;
 mod filmstrip;
+mod frame_filter;
 mod hints;
 mod menu;
 mod opening;
+mod progress;
 mod start;
 mod stats;
 mod status;
 mod suggestions;
 mod tools;
+mod work;
 
-use egui::Ui;
+use egui::{Role, Ui, WidgetInfo};
+
+pub use work::show as work;
 
 pub(crate) use drop::drop_area;
 
 use crate::action::{Action, Actions};
 use crate::canvas::Canvas;
+use crate::english;
 use crate::preferences::{Change, Pane};
-use crate::state::{AppState, Stage};
+use crate::state::{AppState, Side, Stage};
 use crate::theme;
 use crate::thumbnails::Thumbnails;
 use crate::workspace::Workspace;
@@ -31,6 +38,7 @@ pub struct Panels {
     filmstrip: filmstrip::Filmstrip,
     suggestions: suggestions::SuggestionPanel,
     hints: hints::Hints,
+    progress: progress::ProgressPanel,
 }
 
 impl Panels {
@@ -44,6 +52,7 @@ impl Panels {
             filmstrip: filmstrip::Filmstrip::new(frames),
             suggestions: suggestions::SuggestionPanel::new(places),
             hints: hints::Hints::default(),
+            progress: progress::ProgressPanel::default(),
         }
     }
 
@@ -93,9 +102,16 @@ impl Panels {
                     .frame(panel_frame(ui, 12, 12))
                     .resizable(false)
                     .show(ui, |ui| status::show(ui, workspace, actions));
+                egui::Panel::top("sides")
+                    .frame(panel_frame(ui, 12, 8))
+                    .resizable(false)
+                    .show(ui, |ui| sides(ui, state, actions));
                 egui::CentralPanel::default()
                     .frame(panel_frame(ui, 12, 12))
-                    .show(ui, |ui| self.suggestions.show(ui, workspace, actions));
+                    .show(ui, |ui| match state.side {
+                        Side::LabelNext => self.suggestions.show(ui, workspace, actions),
+                        Side::Progress => self.progress.show(ui, workspace, actions),
+                    });
             });
         egui::Panel::bottom("filmstrip")
             .frame(panel_frame(ui, 12, 8))
@@ -126,6 +142,25 @@ impl Panels {
             stats::show(ui.ctx(), state, canvas.rect());
         });
     }
+}
+
+/// The tabs of the right side.
+fn sides(ui: &mut Ui, state: &AppState, actions: &mut Actions) {
+    ui.columns(2, |columns| {
+        for (ui, (side, name)) in columns.iter_mut().zip([
+            (Side::LabelNext, english::progress::LABEL_NEXT),
+            (Side::Progress, english::progress::PROGRESS),
+        ]) {
+            let chosen = state.side == side;
+            ui.vertical_centered_justified(|ui| {
+                let tab = ui.selectable_label(chosen, name);
+                tab.widget_info(|| WidgetInfo::selected(Role::Tab, true, chosen, name));
+                if tab.on_hover_text(english::progress::SWITCH).clicked() {
+                    actions.push(Action::ShowSide(side));
+                }
+            });
+        }
+    });
 }
 
 fn panel_frame(ui: &Ui, horizontal: i8, vertical: i8) -> egui::Frame {

@@ -3,22 +3,22 @@
 use egui::Ui;
 
 use crate::action::{Action, Actions};
-use crate::english::opening as words;
+use crate::english::work;
 use crate::state::Opening;
+use crate::widgets::long_work;
 
 /// Draws how far opening has come.
 pub fn show(ui: &mut Ui, opening: &Opening, actions: &mut Actions) {
     ui.add_space((ui.available_height() * 0.4).max(16.0));
     ui.vertical_centered(|ui| {
         ui.set_max_width(360.0);
-        let heading = egui::RichText::new(words::opening(&opening.target.name())).heading();
-        ui.add(egui::Label::new(heading).truncate());
         let (done, total) = opening.progress;
-        let share = done as f32 / total.max(1) as f32;
-        ui.add(egui::ProgressBar::new(share).desired_height(8.0));
-        ui.weak(words::progress(done, total));
-        ui.add_space(8.0);
-        if ui.button("Cancel").clicked() {
+        let (share, words) = match total {
+            0 => (None, work::LOOKING.to_owned()),
+            _ => (Some(done as f32 / total as f32), work::frames(done, total)),
+        };
+        let title = work::opening(&opening.target.name());
+        if long_work(ui, &title, (share, &words), Some(work::CANCEL)) {
             actions.push(Action::CloseScene);
         }
     });

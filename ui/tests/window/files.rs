@@ -2,8 +2,10 @@
 
 use egui::{Key, Modifiers, PointerButton};
 use egui_kittest::kittest::Queryable;
-use inplace_core::session::Command;
+use inplace_core::labels::Trust;
+use inplace_core::session::{Command, Event, Status};
 use inplace_ui::Target;
+use inplace_ui::action::Action;
 use std::path::Path;
 
 use crate::stand::*;
@@ -85,6 +87,132 @@ fn an_export_says_where_its_files_are() {
     ] {
         assert!(out.join(file).is_file(), "{file} is missing");
     }
+}
+
+/// Asks for an export into a folder.
+fn export(window: &mut Window, folder: &Path) {
+    window.press(Modifiers::COMMAND, Key::E);
+    window.press(Modifiers::COMMAND, Key::A);
+    window.type_into("Export folder", folder.to_str().unwrap());
+}
+
+fn is_exporting(window: &Window) -> bool {
+    let export = &window.harness.state().state().export;
+    matches!(export, Some(inplace_ui::exporting::Progress::Writing(..)))
+}
+
+/// What the window was told in the last frame.
+fn told(window: &Window, command: &egui::ViewportCommand) -> bool {
+    let outputs = window.harness.output().viewport_output.values();
+    outputs
+        .flat_map(|output| &output.commands)
+        .any(|told| told == command)
+}
+
+#[test]
+fn an_export_is_started_once_and_can_be_cancelled() {
+    let folder = tempfile::tempdir().unwrap();
+    let (out, other) = (folder.path().join("out"), folder.path().join("other"));
+    let mut window = Window::with_demo(folder.path());
+    window.add_class("wall");
+    // It waits for maps that never come.
+    export(&mut window, &out);
+    assert!(is_exporting(&window));
+    window.harness.get_by_label("Getting the newest maps");
+    export(&mut window, &other);
+    window
+        .harness
+        .get_by_label("An export is under way: wait for its end, or cancel it.");
+    window.click("Cancel export");
+    window.until("the export has ended", |app| app.state().export.is_none());
+    window.harness.get_by_label(&format!(
+        "The export was cancelled; nothing was written to {}.",
+        out.display()
+    ));
+    assert!(!out.exists() && !other.exists());
+    // The next one is not cancelled.
+    for frame in 0..FRAMES {
+        window.worker().publish(frame, 1, 1);
+    }
+    export(&mut window, &other);
+    window.until("the export has ended", |app| {
+        matches!(
+            app.state().export,
+            Some(inplace_ui::exporting::Progress::Finished(..))
+        )
+    });
+    assert!(other.join("classes.json").is_file());
+}
+
+#[test]
+fn a_window_that_is_closed_during_an_export_closes_after_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = Window::with_demo(folder.path());
+    window.add_class("wall");
+    export(&mut window, &folder.path().join("out"));
+    let close = |window: &mut Window| {
+        let viewport = window.harness.input_mut().viewports.entry(egui::ViewportId::ROOT);
+        viewport.or_default().events.push(egui::ViewportEvent::Close);
+        window.harness.step();
+        let held = told(window, &egui::ViewportCommand::CancelClose);
+        if let Some(viewport) = window
+            .harness
+            .input_mut()
+            .viewports
+            .get_mut(&egui::ViewportId::ROOT)
+        {
+            viewport.events.clear();
+        }
+        window.harness.run_steps(2);
+        held
+    };
+    assert!(close(&mut window) && is_exporting(&window));
+    window
+        .harness
+        .get_by_label("The window closes when the export has ended; close it again to cancel the export.");
+    assert!(close(&mut window));
+    let end = std::time::Instant::now() + std::time::Duration::from_secs(20);
+    while !told(&window, &egui::ViewportCommand::Close) {
+        assert!(std::time::Instant::now() < end, "the window stayed open");
+        window.harness.step();
+        std::thread::sleep(std::time::Duration::from_millis(2));
+    }
+    assert!(!is_exporting(&window));
+    assert!(!close(&mut window));
+}
+
+#[test]
+fn an_import_that_is_cancelled_changes_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let images = folder.path().join("predictions");
+    std::fs::create_dir(&images).unwrap();
+    let image = image::GrayImage::from_pixel(WIDTH, HEIGHT, image::Luma([7]));
+    image.save(images.join("rgb_1.png")).unwrap();
+    let mut window = Window::with_demo(folder.path());
+    // Both before the window can look at what was read.
+    for action in [Action::ImportFrom(images, Trust::Votes), Action::CancelImport] {
+        window.harness.state_mut().act(action);
+    }
+    window.harness.run_steps(3);
+    window.harness.get_by_label("Nothing was imported.");
+    std::thread::sleep(std::time::Duration::from_millis(200));
+    window.harness.run_steps(3);
+    assert!(window.workspace().document().labels().imported.is_none());
+    // While the worker spreads imported labels, the window says so.
+    let status = Status {
+        spreading_import: true,
+        ..Status::default()
+    };
+    window.worker().events.send(Event::Status(status)).unwrap();
+    window.harness.run_steps(2);
+    window.harness.get_by_label("Spreading them over the scene");
+    window
+        .worker()
+        .events
+        .send(Event::Status(Status::default()))
+        .unwrap();
+    window.harness.run_steps(2);
+    assert!(window.harness.query_by_label("Importing labels").is_none());
 }
 
 #[test]

@@ -10,6 +10,7 @@ mod files;
 mod guidance;
 mod labelling;
 mod preferences;
+mod progress;
 mod projects;
 mod stand;
 mod start;

@@ -9,6 +9,7 @@ use egui::{Key, Modifiers, PointerButton, Pos2, vec2};
 use egui_kittest::{Harness, kittest::Queryable};
 use inplace_core::scene::{Camera, ColorImage, Frame, Scene, SceneSource};
 use inplace_core::session::{Command, Event, FrameMap, MapSlots};
+use inplace_ui::action::Action;
 use inplace_ui::app::{App, Surroundings};
 use inplace_ui::canvas::CANVAS_NAME;
 use inplace_ui::preferences::Store;
@@ -191,6 +192,12 @@ impl Window {
 
     pub fn press(&mut self, modifiers: Modifiers, key: Key) {
         self.harness.key_press_modifiers(modifiers, key);
+        self.harness.run_steps(3);
+    }
+
+    /// Does something as a panel or a key would.
+    pub fn act(&mut self, action: Action) {
+        self.harness.state_mut().act(action);
         self.harness.run_steps(3);
     }
 

@@ -1,0 +1,248 @@
+//! Cross-validation of the strokes: what the others would say at a stroke's pixels if it were not there.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use rustc_hash::FxHashMap;
+
+use super::posterior::label_at;
+use super::{Geodesics, Propagation, Surface};
+use crate::labels::{ClassId, Stroke, StrokeId, VOID, pixels_of};
+use crate::scene::Scene;
+
+/// What the other strokes say of one, without it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Verdict {
+    /// The stroke.
+    pub stroke: StrokeId,
+    /// Its most likely class by the others: its own, unless they contradict most of its pixels; then the class
+    /// that most of those would get.
+    pub class: ClassId,
+    /// Share of its pixels whose most likely class by the others is not its own, 0..=1.
+    pub contradicting: f32,
+}
+
+impl Verdict {
+    /// Whether the others contradict most of the stroke.
+    pub fn is_contradicted(&self) -> bool {
+        self.contradicting > 0.5
+    }
+}
+
+/// What the strokes say of each other.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Verdicts {
+    /// Of every stroke that can be checked, in the order of the strokes. Those that cannot: void ones; those that
+    /// no pixel of the surface shows; and those that no other label of their class is left without, since the
+    /// others cannot know what they were never told.
+    pub strokes: Vec<Verdict>,
+    /// Mean over the classes of the share of their strokes that are not contradicted, so that a class with many
+    /// easy strokes does not hide one whose strokes are all wrong; `None` where nothing can be checked.
+    pub accuracy: Option<f32>,
+}
+
+/// A pixel of a stroke that the person sees: the strokes of the pixel, latest first. Without the first, the second
+/// holds.
+#[derive(Clone, Copy, Debug)]
+struct Layers {
+    top: (StrokeId, ClassId),
+    below: Option<(StrokeId, ClassId)>,
+}
+
+/// Labels as they were spread at one time, to be checked beside the worker.
+#[derive(Clone, Debug)]
+pub struct CrossValidation {
+    pub(super) scene: Arc<Scene>,
+    pub(super) surface: Arc<Surface>,
+    pub(super) classes: Vec<ClassId>,
+    pub(super) strokes: BTreeMap<StrokeId, Arc<Stroke>>,
+    pub(super) propagation: Propagation,
+    /// The classes of nodes by trusted label images.
+    pub(super) imported: FxHashMap<u32, ClassId>,
+    /// Class probabilities by label images that may be wrong, `[nodes, classes]`.
+    pub(super) votes: Option<Vec<f32>>,
+}
+
+/// A stroke's pixels that show a node, and the changes of the seeds if it were not there.
+#[derive(Debug, Default)]
+struct Absence {
+    /// The node of each of its pixels.
+    nodes: Vec<u32>,
+    /// Nodes that lose its class.
+    removed: Vec<u32>,
+    /// Nodes that get another class: what it covers.
+    added: BTreeMap<ClassId, Vec<u32>>,
+}
+
+impl CrossValidation {
+    /// Leaves out one stroke at a time, exactly: the answers are those of spreading the others anew, by the graph and
+    /// imported label images alone (the head has learnt from the stroke itself). Only what a stroke owned is
+    /// flooded again, so all strokes together cost about as much as spreading all labels twice, however many they
+    /// are. `None` when `cancelled` has been set meanwhile.
+    pub fn run(self, cancelled: &AtomicBool) -> Option<Verdicts> {
+        let mut seeds: BTreeMap<ClassId, usize> = BTreeMap::new();
+        for &class in self.propagation.seeds().values() {
+            *seeds.entry(class).or_default() += 1;
+        }
+        if seeds.len() < 2 && self.votes.is_none() {
+            // With one class alone there is nothing to contradict.
+            return Some(Verdicts::default());
+        }
+        let absences = self.absences(cancelled)?;
+        let mut fields: BTreeMap<ClassId, Geodesics> = self.propagation.classes().clone();
+        let mut verdicts = Vec::new();
+        for (id, absence) in absences {
+            if cancelled.load(Ordering::Relaxed) {
+                return None;
+            }
+            let Some(own) = self.strokes.get(&id).map(|stroke| stroke.class) else {
+                continue;
+            };
+            let told = seeds.get(&own).copied().unwrap_or(0) > absence.removed.len();
+            if told || self.votes.is_some() {
+                verdicts.extend(self.verdict(&mut fields, (id, own), &absence));
+            }
+        }
+        Some(Verdicts {
+            accuracy: self.accuracy(&verdicts),
+            strokes: verdicts,
+        })
+    }
+
+    fn verdict(
+        &self,
+        fields: &mut BTreeMap<ClassId, Geodesics>,
+        (stroke, own): (StrokeId, ClassId),
+        absence: &Absence,
+    ) -> Option<Verdict> {
+        let graph = &self.surface.graph;
+        if let Some(field) = fields.get_mut(&own) {
+            field.remove(graph, &absence.removed);
+        }
+        for (&class, nodes) in &absence.added {
+            let field = fields.entry(class).or_insert_with(|| Geodesics::new(graph.len()));
+            field.add(graph, nodes);
+        }
+        let verdict = self.read(fields, (stroke, own), &absence.nodes);
+        for (class, nodes) in &absence.added {
+            if let Some(field) = fields.get_mut(class) {
+                field.remove(graph, nodes);
+            }
+        }
+        if let Some(field) = fields.get_mut(&own) {
+            field.add(graph, &absence.removed);
+        }
+        verdict
+    }
+
+    /// What the fields say at a stroke's nodes; `None` where they reach none of them.
+    fn read(
+        &self,
+        fields: &BTreeMap<ClassId, Geodesics>,
+        (stroke, own): (StrokeId, ClassId),
+        nodes: &[u32],
+    ) -> Option<Verdict> {
+        let in_order: Vec<Option<&[f32]>> = self
+            .classes
+            .iter()
+            .map(|class| fields.get(class).map(Geodesics::distances))
+            .collect();
+        let mut counts: BTreeMap<ClassId, usize> = BTreeMap::new();
+        for &node in nodes {
+            let class = label_at(&in_order, &self.classes, node as usize, self.votes.as_deref());
+            if class != VOID {
+                *counts.entry(class).or_default() += 1;
+            }
+        }
+        let predicted: usize = counts.values().sum();
+        let right = counts.remove(&own).unwrap_or(0);
+        let contradicting = (predicted - right) as f32 / predicted as f32;
+        // Of as many, the class that comes first.
+        let other = counts
+            .iter()
+            .max_by_key(|&(&class, &count)| (count, std::cmp::Reverse(class)));
+        let other = other.map_or(own, |(&class, _)| class);
+        (predicted > 0).then(|| Verdict {
+            stroke,
+            class: if contradicting > 0.5 { other } else { own },
+            contradicting,
+        })
+    }
+
+    /// What would change without each stroke that is not void.
+    fn absences(&self, cancelled: &AtomicBool) -> Option<BTreeMap<StrokeId, Absence>> {
+        let mut of_node: FxHashMap<u32, Vec<Layers>> = FxHashMap::default();
+        let mut absences: BTreeMap<StrokeId, Absence> = BTreeMap::new();
+        for (frame, pixels) in self.layers(cancelled)? {
+            let indices: Vec<u32> = pixels.keys().copied().collect();
+            let nodes = self.surface.nodes_at(frame, &indices);
+            for (layers, node) in pixels.into_values().zip(nodes) {
+                let Some(node) = node else {
+                    continue;
+                };
+                of_node.entry(node).or_default().push(layers);
+                if layers.top.1 != VOID {
+                    absences.entry(layers.top.0).or_default().nodes.push(node);
+                }
+            }
+        }
+        for (&node, layers) in &of_node {
+            let tops = layers.iter().map(|layers| layers.top);
+            let Some(latest) = tops.filter(|&(_, class)| class != VOID).max() else {
+                continue;
+            };
+            let rest = layers.iter().filter_map(|layers| {
+                if layers.top.0 == latest.0 {
+                    layers.below
+                } else {
+                    Some(layers.top)
+                }
+            });
+            let rest = rest.filter(|&(_, class)| class != VOID).max();
+            let after = rest.map(|(_, class)| class).or(self.imported.get(&node).copied());
+            if after == Some(latest.1) {
+                continue;
+            }
+            let absence = absences.entry(latest.0).or_default();
+            absence.removed.push(node);
+            if let Some(class) = after {
+                absence.added.entry(class).or_default().push(node);
+            }
+        }
+        Some(absences)
+    }
+
+    /// The two latest strokes of every painted pixel of each frame.
+    fn layers(&self, cancelled: &AtomicBool) -> Option<BTreeMap<usize, BTreeMap<u32, Layers>>> {
+        let mut frames: BTreeMap<usize, BTreeMap<u32, Layers>> = BTreeMap::new();
+        for (&id, stroke) in &self.strokes {
+            if cancelled.load(Ordering::Relaxed) {
+                return None;
+            }
+            let Some(camera) = self.scene.frames.get(stroke.frame).map(|frame| &frame.camera) else {
+                continue;
+            };
+            let painted = frames.entry(stroke.frame).or_default();
+            for pixel in pixels_of(stroke, camera.width, camera.height) {
+                let below = painted.get(&pixel).map(|layers| layers.top);
+                let top = (id, stroke.class);
+                painted.insert(pixel, Layers { top, below });
+            }
+        }
+        Some(frames)
+    }
+
+    fn accuracy(&self, verdicts: &[Verdict]) -> Option<f32> {
+        let mut of_class: BTreeMap<ClassId, (f32, f32)> = BTreeMap::new();
+        for verdict in verdicts {
+            if let Some(stroke) = self.strokes.get(&verdict.stroke) {
+                let (right, all) = of_class.entry(stroke.class).or_default();
+                *right += f32::from(u8::from(!verdict.is_contradicted()));
+                *all += 1.0;
+            }
+        }
+        let sum: f32 = of_class.values().map(|(right, all)| right / all).sum();
+        (!of_class.is_empty()).then(|| sum / of_class.len() as f32)
+    }
+}

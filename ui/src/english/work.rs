@@ -1,0 +1,75 @@
+//! Work that takes a while: opening, exporting, importing.
+
+/// Stops it.
+pub const CANCEL: &str = "Cancel";
+/// Stops an export.
+pub const CANCEL_EXPORT: &str = "Cancel export";
+/// Stops an import.
+pub const CANCEL_IMPORT: &str = "Cancel import";
+/// Before the number of frames is known.
+pub const LOOKING: &str = "Looking at the files";
+/// Heading of an export that runs.
+pub const EXPORTING: &str = "Exporting";
+/// Before its first frame.
+pub const WAITING_FOR_MAPS: &str = "Getting the newest maps";
+/// An export that is being stopped.
+pub const STOPPING: &str = "Stopping";
+/// Heading of an import that runs.
+pub const IMPORTING: &str = "Importing labels";
+/// Its first part.
+pub const READING: &str = "Reading the label images";
+/// Its second part.
+pub const SPREADING: &str = "Spreading them over the scene";
+/// An export was asked for beside another.
+pub const EXPORT_RUNS: &str = "An export is under way: wait for its end, or cancel it.";
+/// An import was asked for beside another.
+pub const IMPORT_RUNS: &str = "An import is under way: wait for its end, or cancel it.";
+/// The window was to be closed during an export.
+pub const CLOSES_AFTER_EXPORT: &str =
+    "The window closes when the export has ended; close it again to cancel the export.";
+/// An import was stopped.
+pub const IMPORT_CANCELLED: &str = "Nothing was imported.";
+
+/// Heading while something is opened.
+pub fn opening(name: &str) -> String {
+    format!("Opening {name}")
+}
+
+/// How many frames are done.
+pub fn frames(done: usize, total: usize) -> String {
+    format!("{done} of {total} frames")
+}
+
+/// An export was stopped.
+pub fn export_cancelled(folder: &str, written: usize, frames: usize) -> String {
+    if written == 0 {
+        return format!("The export was cancelled; nothing was written to {folder}.");
+    }
+    format!(
+        "The export was cancelled: {folder} has {written} of {frames} frames, and each of those files is whole."
+    )
+}
+
+/// Label images were taken over; some may be named like no frame.
+pub fn imported(count: usize, unmatched: usize) -> String {
+    let plural = if count == 1 { "" } else { "s" };
+    let mut sentence = format!("Imported {count} label image{plural}.");
+    if unmatched > 0 {
+        sentence += &format!(" Left out, because they are named like no frame: {unmatched}.");
+    }
+    sentence
+}
+
+/// An export has ended.
+pub fn exported(frames: usize) -> String {
+    format!("Exported {frames} frames")
+}
+
+/// What is in its folder.
+pub const EXPORTED_FILES: &str = "labels, entropy and color as PNGs; classes.json; strokes.json";
+/// Shows its folder in the file manager.
+pub const OPEN_FOLDER: &str = "Open folder";
+/// Copies the path of its folder.
+pub const COPY_PATH: &str = "Copy path";
+/// Closes the note.
+pub const CLOSE: &str = "Close";

@@ -1,0 +1,313 @@
+//! Which frames the filmstrip shows and in which order: filters, sorting, stepping, finding one by name.
+
+use std::cmp::Ordering;
+
+use inplace_core::session::FrameSummary;
+
+use crate::readiness::NEAR;
+
+/// A frame's imported labels differ from its map above this share of the pixels.
+const DISAGREEING: f32 = 0.1;
+
+/// Which frames are shown.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum FrameFilter {
+    /// All of them.
+    #[default]
+    All,
+    /// Those without strokes.
+    Unlabelled,
+    /// Those with more unclear pixels than a finished frame has.
+    Uncertain,
+    /// Those whose strokes or imported labels are contradicted.
+    Disagreeing,
+}
+
+impl FrameFilter {
+    /// All filters, in the order shown.
+    pub const ALL: [Self; 4] = [Self::All, Self::Unlabelled, Self::Uncertain, Self::Disagreeing];
+}
+
+/// In which order frames are shown.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum FrameOrder {
+    /// As in the scene.
+    #[default]
+    Capture,
+    /// The highest mean entropy first.
+    Uncertainty,
+}
+
+impl FrameOrder {
+    /// All orders, in the order shown.
+    pub const ALL: [Self; 2] = [Self::Capture, Self::Uncertainty];
+}
+
+/// What is known of a frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FrameFacts {
+    /// Number of strokes.
+    pub strokes: usize,
+    /// Number of strokes that the others contradict.
+    pub contradicted: usize,
+    /// What its map comes to, once it has one.
+    pub summary: Option<FrameSummary>,
+}
+
+impl FrameFacts {
+    /// Whether a filter lets the frame through.
+    pub fn passes(&self, filter: FrameFilter) -> bool {
+        let summary = |holds: fn(&FrameSummary) -> bool| self.summary.as_ref().is_some_and(holds);
+        match filter {
+            FrameFilter::All => true,
+            FrameFilter::Unlabelled => self.strokes == 0,
+            FrameFilter::Uncertain => summary(|summary| summary.unclear > NEAR),
+            FrameFilter::Disagreeing => {
+                self.contradicted > 0 || summary(|summary| summary.disagreeing > DISAGREEING)
+            }
+        }
+    }
+}
+
+/// The frames shown.
+#[derive(Clone, Debug, Default)]
+pub struct FrameList {
+    filter: FrameFilter,
+    order: FrameOrder,
+    facts: Vec<FrameFacts>,
+    /// Place of every frame among all. By uncertainty it stays as it was when that was chosen: frames that change
+    /// their places while one steps through them would be seen twice, or never.
+    rank: Vec<usize>,
+    /// Whether every frame had a map when the places were given.
+    complete: bool,
+    shown: Vec<usize>,
+    counts: [usize; FrameFilter::ALL.len()],
+}
+
+impl FrameList {
+    /// The filter in force.
+    pub fn filter(&self) -> FrameFilter {
+        self.filter
+    }
+
+    /// The order in force.
+    pub fn order(&self) -> FrameOrder {
+        self.order
+    }
+
+    /// The frames shown, in order.
+    pub fn shown(&self) -> &[usize] {
+        &self.shown
+    }
+
+    /// How many frames pass a filter.
+    pub fn count(&self, filter: FrameFilter) -> usize {
+        FrameFilter::ALL
+            .into_iter()
+            .zip(self.counts)
+            .find(|&(each, _)| each == filter)
+            .map_or(0, |(_, count)| count)
+    }
+
+    /// What is known of a frame.
+    pub fn facts(&self, frame: usize) -> FrameFacts {
+        self.facts.get(frame).copied().unwrap_or_default()
+    }
+
+    /// What is known of all frames.
+    pub fn all_facts(&self) -> &[FrameFacts] {
+        &self.facts
+    }
+
+    /// Takes over what is known now of every frame.
+    pub fn set_facts(&mut self, facts: Vec<FrameFacts>) {
+        let grown = facts.len() != self.rank.len();
+        self.facts = facts;
+        if grown || !self.complete {
+            self.sort();
+        }
+        self.select();
+    }
+
+    /// Chooses a filter; frames are sorted anew.
+    pub fn set_filter(&mut self, filter: FrameFilter) {
+        self.filter = filter;
+        self.sort();
+        self.select();
+    }
+
+    /// Chooses an order.
+    pub fn set_order(&mut self, order: FrameOrder) {
+        self.order = order;
+        self.sort();
+        self.select();
+    }
+
+    /// The frame so many places from another one, which need not be shown itself; `None` beyond the ends.
+    pub fn step(&self, from: usize, by: isize) -> Option<usize> {
+        let place = |&frame: &usize| self.place(frame).cmp(&self.place(from));
+        let target = match self.shown.binary_search_by(place) {
+            Ok(index) => index.checked_add_signed(by),
+            // Where it would stand: the next one forward is at that place already.
+            Err(index) if by > 0 => index.checked_add_signed(by - 1),
+            Err(index) => index.checked_add_signed(by),
+        };
+        self.shown.get(target?).copied()
+    }
+
+    /// Where a frame is shown.
+    pub fn index_of(&self, frame: usize) -> Option<usize> {
+        let place = |&shown: &usize| self.place(shown).cmp(&self.place(frame));
+        self.shown.binary_search_by(place).ok()
+    }
+
+    fn place(&self, frame: usize) -> usize {
+        self.rank.get(frame).copied().unwrap_or(usize::MAX)
+    }
+
+    fn sort(&mut self) {
+        let entropy = |frame: usize| self.facts[frame].summary.map(|summary| summary.mean_entropy);
+        let mut sorted: Vec<usize> = (0..self.facts.len()).collect();
+        if self.order == FrameOrder::Uncertainty {
+            // Frames without a map are the least known.
+            sorted.sort_by(|&a, &b| match (entropy(a), entropy(b)) {
+                (Some(a), Some(b)) => b.total_cmp(&a),
+                (None, None) => Ordering::Equal,
+                (None, Some(_)) => Ordering::Less,
+                (Some(_), None) => Ordering::Greater,
+            });
+        }
+        self.complete = self.facts.iter().all(|facts| facts.summary.is_some());
+        self.rank = vec![0; sorted.len()];
+        for (place, frame) in sorted.into_iter().enumerate() {
+            self.rank[frame] = place;
+        }
+    }
+
+    fn select(&mut self) {
+        self.counts =
+            FrameFilter::ALL.map(|filter| self.facts.iter().filter(|facts| facts.passes(filter)).count());
+        let mut shown: Vec<usize> = (0..self.facts.len())
+            .filter(|&frame| self.facts[frame].passes(self.filter))
+            .collect();
+        shown.sort_by_key(|&frame| self.rank[frame]);
+        self.shown = shown;
+    }
+}
+
+/// The frame that a text means: the one with this name, or else with this number, counted from 1, or else the next
+/// one after `current` with the text in its name, whatever the case.
+pub fn find(stems: &[&str], text: &str, current: usize) -> Option<usize> {
+    let text = text.trim();
+    if text.is_empty() {
+        return None;
+    }
+    let named = stems.iter().position(|stem| *stem == text);
+    let numbered = || {
+        let number = text.parse::<usize>().ok()?.checked_sub(1)?;
+        (number < stems.len()).then_some(number)
+    };
+    let containing = || {
+        let part = text.to_lowercase();
+        let after = (1..=stems.len()).map(|step| (current + step) % stems.len());
+        let mut found = after.filter(|&frame| stems[frame].to_lowercase().contains(&part));
+        found.next()
+    };
+    named.or_else(numbered).or_else(containing)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn facts(strokes: usize, contradicted: usize, entropy: f32) -> FrameFacts {
+        FrameFacts {
+            strokes,
+            contradicted,
+            summary: Some(FrameSummary {
+                mean_entropy: entropy,
+                coverage: 1.0,
+                unclear: entropy,
+                disagreeing: 0.0,
+            }),
+        }
+    }
+
+    fn list() -> FrameList {
+        let mut list = FrameList::default();
+        list.set_facts(vec![
+            facts(2, 0, 0.01),
+            facts(0, 0, 0.3),
+            facts(1, 1, 0.04),
+            facts(0, 0, 0.6),
+            facts(0, 0, 0.02),
+        ]);
+        list
+    }
+
+    #[test]
+    fn each_filter_shows_and_counts_its_frames() {
+        let mut list = list();
+        for (filter, frames) in [
+            (FrameFilter::All, vec![0, 1, 2, 3, 4]),
+            (FrameFilter::Unlabelled, vec![1, 3, 4]),
+            (FrameFilter::Uncertain, vec![1, 3]),
+            (FrameFilter::Disagreeing, vec![2]),
+        ] {
+            list.set_filter(filter);
+            assert_eq!(list.shown(), frames);
+            assert_eq!(list.count(filter), frames.len());
+        }
+        let imported = FrameFacts {
+            summary: Some(FrameSummary {
+                disagreeing: 0.4,
+                ..FrameSummary::default()
+            }),
+            ..FrameFacts::default()
+        };
+        assert!(imported.passes(FrameFilter::Disagreeing));
+        let unknown = FrameFacts::default();
+        assert!(!unknown.passes(FrameFilter::Uncertain) && !unknown.passes(FrameFilter::Disagreeing));
+    }
+
+    #[test]
+    fn stepping_goes_through_the_frames_shown_also_from_one_that_is_not() {
+        let mut list = list();
+        list.set_filter(FrameFilter::Unlabelled);
+        assert_eq!((list.step(1, 1), list.step(3, -1)), (Some(3), Some(1)));
+        assert_eq!((list.step(2, 1), list.step(2, -1)), (Some(3), Some(1)));
+        assert_eq!((list.step(0, -1), list.step(4, 1)), (None, None));
+        list.set_order(FrameOrder::Uncertainty);
+        assert_eq!(list.shown(), [3, 1, 4]);
+        assert_eq!((list.step(3, 1), list.step(1, 1)), (Some(1), Some(4)));
+        // Frame 2 is less sure than 4 and surer than 1.
+        assert_eq!((list.step(2, 1), list.step(2, -1)), (Some(4), Some(1)));
+    }
+
+    #[test]
+    fn the_order_by_uncertainty_stays_until_it_is_chosen_again() {
+        let mut list = list();
+        list.set_order(FrameOrder::Uncertainty);
+        assert_eq!(list.shown(), [3, 1, 2, 4, 0]);
+        let mut settled = list.all_facts().to_vec();
+        settled[3] = facts(1, 0, 0.0);
+        list.set_facts(settled);
+        assert_eq!(list.shown(), [3, 1, 2, 4, 0]);
+        list.set_order(FrameOrder::Uncertainty);
+        assert_eq!(list.shown(), [1, 2, 4, 0, 3]);
+    }
+
+    #[test]
+    fn a_frame_is_found_by_name_number_or_part_of_its_name() {
+        let stems = ["3", "door_left", "Door_right", "wall"];
+        assert_eq!(find(&stems, "3", 0), Some(0));
+        assert_eq!(find(&stems, "4", 0), Some(3));
+        assert_eq!(find(&stems, " door ", 0), Some(1));
+        assert_eq!(find(&stems, "door", 1), Some(2));
+        assert_eq!(find(&stems, "door", 2), Some(1));
+        assert_eq!(find(&stems, "5", 0), None);
+        assert_eq!(find(&stems, "0", 0), None);
+        assert_eq!(find(&stems, "  ", 0), None);
+        assert_eq!(find(&[], "a", 0), None);
+    }
+}

@@ -1,0 +1,258 @@
+//! What is known of the scene as a whole: the frames' states, what the strokes say of each other, how it went.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use inplace_core::labels::{ImportedLabels, StrokeId, VOID};
+use inplace_core::scene::Scene;
+use inplace_core::session::{FrameSummary, MapSlots, Status, Verdict};
+
+use crate::document::Document;
+use crate::frames::{FrameFacts, FrameList};
+use crate::progress::Log;
+use crate::readiness::{Evidence, UNCLEAR_NATS};
+
+/// Maps are summed up at most this often.
+const PAUSE: Duration = Duration::from_millis(250);
+
+/// The state of a scene as a whole.
+#[derive(Debug)]
+pub struct Overview {
+    frames: FrameList,
+    /// The frames' summaries, each with the version of the map that it was made from.
+    summaries: Vec<(u64, Option<FrameSummary>)>,
+    /// Whether summaries are being made.
+    summarising: bool,
+    next_summaries: Instant,
+    verdicts: Vec<Verdict>,
+    contradicted: Vec<StrokeId>,
+    accuracy: Option<f32>,
+    evidence: Evidence,
+    log: Log,
+    /// Whether something that the frames' states and the evidence follow from has changed.
+    stale: bool,
+}
+
+impl Overview {
+    /// Nothing is known of these frames.
+    pub fn new(frames: usize, now: Instant) -> Self {
+        Self {
+            frames: FrameList::default(),
+            summaries: vec![(0, None); frames],
+            summarising: false,
+            next_summaries: now,
+            verdicts: Vec::new(),
+            contradicted: Vec::new(),
+            accuracy: None,
+            evidence: Evidence::default(),
+            log: Log::new(now),
+            stale: true,
+        }
+    }
+
+    /// The frames that the filmstrip shows, with the state of each.
+    pub fn frames(&self) -> &FrameList {
+        &self.frames
+    }
+
+    /// The frames that the filmstrip shows.
+    pub fn frames_mut(&mut self) -> &mut FrameList {
+        &mut self.frames
+    }
+
+    /// How it went.
+    pub fn log(&self) -> &Log {
+        &self.log
+    }
+
+    /// How it went.
+    pub fn log_mut(&mut self) -> &mut Log {
+        &mut self.log
+    }
+
+    /// What the others say of each stroke that can be checked.
+    pub fn verdicts(&self) -> &[Verdict] {
+        &self.verdicts
+    }
+
+    /// The strokes of now that the others contradict, in the order of the strokes.
+    pub fn contradicted(&self) -> &[StrokeId] {
+        &self.contradicted
+    }
+
+    /// Cross-validated accuracy of the strokes, 0..=1.
+    pub fn accuracy(&self) -> Option<f32> {
+        self.accuracy
+    }
+
+    /// What speaks for and against exporting now.
+    pub fn evidence(&self) -> &Evidence {
+        &self.evidence
+    }
+
+    /// Mean of a number over the frames; `None` before every frame has a map.
+    pub fn mean(&self, number: fn(&FrameSummary) -> f32) -> Option<f32> {
+        let all: Option<Vec<f32>> = self
+            .summaries
+            .iter()
+            .map(|(_, summary)| summary.as_ref().map(number))
+            .collect();
+        let all = all.filter(|all| !all.is_empty())?;
+        Some(all.iter().sum::<f32>() / all.len() as f32)
+    }
+
+    /// The worker has checked the strokes.
+    pub fn take_verdicts(&mut self, verdicts: Vec<Verdict>, accuracy: Option<f32>) {
+        (self.verdicts, self.accuracy) = (verdicts, accuracy);
+        self.stale = true;
+    }
+
+    /// Labels or maps are new.
+    pub fn changed(&mut self) {
+        self.stale = true;
+    }
+
+    /// The worker told how training goes.
+    pub fn note(&mut self, status: &Status, strokes: usize, now: Instant) {
+        self.log.note(now, strokes, self.accuracy, status);
+    }
+
+    /// Brings frames and evidence up to date; costs nothing where nothing has changed.
+    pub fn refresh(&mut self, scene: &Scene, document: &Document) {
+        if !std::mem::take(&mut self.stale) {
+            return;
+        }
+        let labels = document.labels();
+        let mut facts: Vec<FrameFacts> = (self.summaries.iter().zip(0..))
+            .map(|(&(_, summary), frame)| FrameFacts {
+                strokes: document.strokes_of_frame(frame),
+                contradicted: 0,
+                summary,
+            })
+            .collect();
+        self.contradicted.clear();
+        // Strokes may have gone, or got another class, since they were checked.
+        let present = |verdict: &&Verdict| labels.strokes.contains_key(&verdict.stroke);
+        let checked = self.verdicts.iter().filter(present).count();
+        for verdict in self.verdicts.iter().filter(|verdict| verdict.is_contradicted()) {
+            let stroke = labels.strokes.get(&verdict.stroke);
+            if let Some(stroke) = stroke.filter(|stroke| stroke.class != verdict.class) {
+                self.contradicted.push(verdict.stroke);
+                if let Some(facts) = facts.get_mut(stroke.frame) {
+                    facts.contradicted += 1;
+                }
+            }
+        }
+        self.frames.set_facts(facts);
+        let classes: BTreeSet<_> = labels.strokes.values().map(|stroke| stroke.class).collect();
+        let strokes = labels
+            .strokes
+            .values()
+            .filter(|stroke| stroke.class != VOID)
+            .count();
+        let used = classes.iter().filter(|&&class| class != VOID).count();
+        self.evidence = Evidence {
+            says_anything: labels.says_anything(),
+            // Imported labels have brought their classes.
+            classes: if labels.imported.is_some() {
+                labels.classes.len()
+            } else {
+                used
+            },
+            strokes,
+            checked,
+            contradicted: self.contradicted.len(),
+            unclear: self.unclear(scene),
+        };
+    }
+
+    /// Mean share of unclear pixels, and the frame that has most.
+    fn unclear(&self, scene: &Scene) -> Option<(f32, String)> {
+        let share = self.mean(|summary| summary.unclear)?;
+        let of_frames = self.summaries.iter().zip(&scene.frames);
+        let most = of_frames.max_by(|((_, a), _), ((_, b), _)| {
+            let unclear = |summary: &Option<FrameSummary>| summary.map_or(0.0, |summary| summary.unclear);
+            unclear(a).total_cmp(&unclear(b))
+        });
+        most.map(|(_, frame)| (share, frame.stem.clone()))
+    }
+
+    /// What to sum up now, if anything: frames whose map is newer than their summary, with its version. One request
+    /// is under way at a time; [`Overview::wake_in`] tells when to ask again.
+    pub fn due(&mut self, versions: &[u64], now: Instant) -> Option<Vec<(usize, u64)>> {
+        if self.summarising || now < self.next_summaries {
+            return None;
+        }
+        let due: Vec<(usize, u64)> = (self.summaries.iter().zip(versions).enumerate())
+            .filter(|(_, ((made, _), version))| made != *version)
+            .map(|(frame, (_, &version))| (frame, version))
+            .collect();
+        self.summarising = !due.is_empty();
+        self.summarising.then_some(due)
+    }
+
+    /// When the next summaries can be made, if not now.
+    pub fn wake_in(&self, now: Instant) -> Option<Duration> {
+        self.next_summaries
+            .checked_duration_since(now)
+            .filter(|wait| !wait.is_zero())
+    }
+
+    /// Takes summaries over.
+    pub fn take_summaries(&mut self, made: Vec<Summarised>, now: Instant) {
+        self.summarising = false;
+        self.next_summaries = now + PAUSE;
+        for (frame, version, summary) in made {
+            if let Some(slot) = self.summaries.get_mut(frame) {
+                *slot = (version, summary);
+            }
+        }
+        self.stale = true;
+    }
+}
+
+/// A frame, the version of its map, and what that comes to.
+pub type Summarised = (usize, u64, Option<FrameSummary>);
+
+/// Sums up the newest maps of frames: off the UI thread.
+pub fn summarise(
+    maps: &MapSlots,
+    imported: Option<&Arc<ImportedLabels>>,
+    due: Vec<(usize, u64)>,
+) -> Vec<Summarised> {
+    let summary = |frame: usize| {
+        let map = maps.get(frame)?;
+        let image = imported.and_then(|imported| imported.of_frame(frame));
+        Some(map.summary(UNCLEAR_NATS, image))
+    };
+    due.into_iter()
+        .map(|(frame, version)| (frame, version, summary(frame)))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_new_maps_are_summed_up_and_one_request_at_a_time() {
+        let start = Instant::now();
+        let mut overview = Overview::new(3, start);
+        assert_eq!(overview.due(&[0, 0, 0], start), None);
+        assert_eq!(overview.due(&[1, 0, 2], start), Some(vec![(0, 1), (2, 2)]));
+        assert_eq!(overview.due(&[1, 1, 2], start), None);
+        let summary = FrameSummary {
+            unclear: 0.5,
+            ..FrameSummary::default()
+        };
+        overview.take_summaries(vec![(0, 1, Some(summary)), (2, 2, Some(summary))], start);
+        assert_eq!(overview.due(&[1, 1, 2], start), None);
+        assert_eq!(overview.wake_in(start), Some(PAUSE));
+        assert_eq!(overview.due(&[1, 1, 2], start + PAUSE), Some(vec![(1, 1)]));
+        assert_eq!(overview.mean(|summary| summary.unclear), None);
+        overview.take_summaries(vec![(1, 1, Some(FrameSummary::default()))], start + PAUSE);
+        let mean = overview.mean(|summary| summary.unclear);
+        assert!(mean.is_some_and(|mean| (mean - 1.0 / 3.0).abs() < 1e-6));
+    }
+}

@@ -1,0 +1,156 @@
+//! What the charts of the progress show: the log by its horizontal axis, kept until there is more of it.
+
+use std::ops::RangeInclusive;
+
+use egui_plot::PlotPoint;
+
+use crate::progress::{Log, Sample};
+
+/// Most marks drawn: nearer to each other than this share of the axis, they are one.
+const MARKS: f64 = 100.0;
+
+/// The horizontal axis.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Axis {
+    /// Minutes that the scene was open.
+    #[default]
+    Time,
+    /// Strokes.
+    Strokes,
+}
+
+/// What is charted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Number {
+    /// Mean entropy, in nats.
+    Entropy,
+    /// Cross-validated accuracy, 0..=1.
+    Accuracy,
+    /// Image quality, in dB.
+    Psnr,
+}
+
+/// All of them, in the order shown.
+pub const NUMBERS: [Number; 3] = [Number::Entropy, Number::Accuracy, Number::Psnr];
+
+impl Number {
+    fn of(self, sample: &Sample) -> Option<f64> {
+        let value = match self {
+            Self::Entropy => sample.entropy,
+            Self::Accuracy => sample.accuracy,
+            Self::Psnr => sample.psnr,
+        };
+        value.filter(|value| value.is_finite()).map(f64::from)
+    }
+}
+
+/// The lines of the charts.
+#[derive(Clone, Debug, Default)]
+pub struct Charted {
+    /// The log and the axis that they were made from: scene, version, axis.
+    from: Option<(u64, u64, Axis)>,
+    lines: [Vec<PlotPoint>; NUMBERS.len()],
+    marks: Vec<f64>,
+    last: f64,
+}
+
+impl Charted {
+    /// Follows a scene's log; costs nothing where it has not grown.
+    pub fn follow(&mut self, scene: u64, log: &Log, axis: Axis) {
+        let from = Some((scene, log.version(), axis));
+        if self.from == from {
+            return;
+        }
+        self.from = from;
+        let samples = log.samples();
+        let x = |sample: &Sample| match axis {
+            Axis::Time => sample.seconds / 60.0,
+            Axis::Strokes => sample.strokes as f64,
+        };
+        self.last = samples.iter().map(x).fold(0.0, f64::max);
+        for (line, number) in self.lines.iter_mut().zip(NUMBERS) {
+            let points = samples
+                .iter()
+                .filter_map(|sample| Some((sample, number.of(sample)?)));
+            *line = match axis {
+                Axis::Time => points.map(|(sample, y)| PlotPoint::new(x(sample), y)).collect(),
+                Axis::Strokes => {
+                    // What came of each number of strokes in the end.
+                    let newest: std::collections::BTreeMap<usize, f64> =
+                        points.map(|(sample, y)| (sample.strokes, y)).collect();
+                    let points = newest.into_iter();
+                    points
+                        .map(|(strokes, y)| PlotPoint::new(strokes as f64, y))
+                        .collect()
+                }
+            };
+        }
+        self.marks.clear();
+        if axis == Axis::Time {
+            let apart = self.last / MARKS;
+            let mut strokes = 0;
+            for sample in samples {
+                let far = self.marks.last().is_none_or(|&mark| x(sample) - mark >= apart);
+                if sample.strokes != strokes && far {
+                    self.marks.push(x(sample));
+                }
+                strokes = sample.strokes;
+            }
+        }
+    }
+
+    /// The points of a number.
+    pub fn line(&self, number: Number) -> &[PlotPoint] {
+        let mut of_numbers = NUMBERS.iter().zip(&self.lines);
+        of_numbers
+            .find(|(each, _)| **each == number)
+            .map_or(&[], |(_, line)| line)
+    }
+
+    /// Where strokes were made, over time.
+    pub fn marks(&self) -> &[f64] {
+        &self.marks
+    }
+
+    /// What the horizontal axis spans.
+    pub fn range(&self) -> RangeInclusive<f64> {
+        0.0..=self.last
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use inplace_core::session::Status;
+    use std::time::{Duration, Instant};
+
+    #[test]
+    fn the_log_is_charted_over_time_and_over_strokes() {
+        let start = Instant::now();
+        let mut log = Log::new(start);
+        for (seconds, strokes, entropy, accuracy) in [
+            (0, 1, 0.9, None),
+            (60, 1, 0.8, None),
+            (120, 2, 0.5, Some(0.5)),
+            (180, 2, 0.4, Some(0.5)),
+        ] {
+            let status = Status {
+                mean_entropy: Some(entropy),
+                ..Status::default()
+            };
+            log.note(start + Duration::from_secs(seconds), strokes, accuracy, &status);
+        }
+        let mut charted = Charted::default();
+        charted.follow(1, &log, Axis::Time);
+        let minutes = |number: Number| -> Vec<f64> { charted.line(number).iter().map(|p| p.x).collect() };
+        assert_eq!(minutes(Number::Entropy), [0.0, 1.0, 2.0, 3.0]);
+        assert_eq!(minutes(Number::Accuracy), [2.0, 3.0]);
+        assert!(charted.line(Number::Psnr).is_empty());
+        assert_eq!(charted.marks(), [0.0, 2.0]);
+        charted.follow(1, &log, Axis::Strokes);
+        let points: Vec<f64> = charted.line(Number::Entropy).iter().map(|p| p.x).collect();
+        assert_eq!(points, [1.0, 2.0]);
+        let last = charted.line(Number::Entropy)[1].y;
+        assert!((last - 0.4).abs() < 1e-6 && charted.marks().is_empty());
+    }
+}

@@ -1,0 +1,320 @@
+//! How far the labelling has come: whether it is good enough, what contradicts itself, and charts.
+
+use std::ops::RangeInclusive;
+
+use egui::{Align, Button, Color32, Grid, Label, Layout, RichText, ScrollArea, Ui};
+use egui_plot::{GridMark, HoverPosition, Line, Plot, PlotPoint, PlotPoints, VLine};
+use inplace_core::labels::{ClassId, StrokeId, VOID};
+
+use super::charted::{Axis, Charted, NUMBERS, Number};
+use crate::action::{Action, Actions};
+use crate::english::progress as words;
+use crate::readiness::{Answer, readiness};
+use crate::theme;
+use crate::widgets::heading;
+use crate::workspace::Workspace;
+
+/// Suggestions whose worth is summed up.
+const NEXT: usize = 5;
+/// Height of a chart, without the names of its axis.
+const CHART: f32 = 76.0;
+/// Room for the numbers beside a chart, so that all begin at the same place.
+const NUMBERS_WIDTH: f32 = 40.0;
+/// Height of the list of contradicted strokes, at most.
+const LIST: f32 = 132.0;
+
+/// The panel with what its charts show.
+#[derive(Default)]
+pub struct ProgressPanel {
+    axis: Axis,
+    charted: Charted,
+}
+
+impl ProgressPanel {
+    /// Draws the panel.
+    pub fn show(&mut self, ui: &mut Ui, workspace: &Workspace, actions: &mut Actions) {
+        ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
+            answer(ui, workspace);
+            numbers(ui, workspace);
+            contradicted(ui, workspace, actions);
+            ui.add_space(theme::GAP);
+            self.charts(ui, workspace);
+        });
+    }
+
+    fn charts(&mut self, ui: &mut Ui, workspace: &Workspace) {
+        let log = workspace.overview().log();
+        if log.samples().is_empty() {
+            crate::widgets::empty_state(ui, words::NO_CHARTS);
+            return;
+        }
+        ui.horizontal(|ui| {
+            ui.spacing_mut().item_spacing.x = 4.0;
+            ui.label(words::CHARTS_OVER);
+            for axis in [Axis::Time, Axis::Strokes] {
+                let name = match axis {
+                    Axis::Time => words::OVER_TIME,
+                    Axis::Strokes => words::OVER_STROKES,
+                };
+                if ui.selectable_label(self.axis == axis, name).clicked() {
+                    self.axis = axis;
+                }
+            }
+        });
+        self.charted.follow(workspace.serial(), log, self.axis);
+        let shown: Vec<Number> = NUMBERS
+            .into_iter()
+            .filter(|&number| !self.charted.line(number).is_empty())
+            .collect();
+        for &number in &shown {
+            self.chart(ui, number, shown.last() == Some(&number));
+        }
+        if !self.charted.marks().is_empty() {
+            ui.add(Label::new(RichText::new(words::MARKS).weak().size(12.0)).wrap());
+        }
+    }
+
+    /// The chart of a number; the last one says what the horizontal axis is.
+    fn chart(&self, ui: &mut Ui, number: Number, last: bool) {
+        let points = self.charted.line(number);
+        let (name, meaning) = named(number);
+        ui.horizontal(|ui| {
+            ui.label(RichText::new(name).size(13.0)).on_hover_text(meaning);
+            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                let newest = points.last().map(|point| in_unit(number, point.y));
+                ui.label(RichText::new(newest.unwrap_or_default()).strong());
+            });
+        });
+        let axis = self.axis;
+        let across = |mark: GridMark, _: &RangeInclusive<f64>| round(mark.value);
+        let hovered = move |position: &HoverPosition<'_>| {
+            let HoverPosition::NearDataPoint { position, .. } = position else {
+                return None;
+            };
+            let x = match axis {
+                Axis::Time => format!("{:.1} min", position.x),
+                Axis::Strokes => format!("{:.0} {}", position.x, words::STROKES),
+            };
+            Some(format!("{x}: {}", in_unit(number, position.y)))
+        };
+        let mut plot = Plot::new(("progress", name))
+            .height(CHART + if last { 36.0 } else { 0.0 })
+            .show_axes([last, true])
+            .y_axis_min_width(NUMBERS_WIDTH)
+            .x_axis_formatter(across)
+            .y_axis_formatter(move |mark, _| ticked(number, mark.value))
+            .label_formatter(hovered)
+            .set_margin_fraction(egui::vec2(0.02, 0.12))
+            .grid_spacing(egui::Rangef::new(18.0, 80.0))
+            .allow_drag(false)
+            .allow_zoom(false)
+            .allow_scroll(false)
+            .allow_boxed_zoom(false)
+            .allow_axis_zoom_drag(false)
+            .allow_double_click_reset(false)
+            .show_crosshair(false);
+        let range = self.charted.range();
+        plot = plot.include_x(*range.start()).include_x(*range.end());
+        if number == Number::Accuracy {
+            plot = plot.include_y(0.0).include_y(1.0);
+        } else if number == Number::Entropy {
+            plot = plot.include_y(0.0);
+        }
+        if last {
+            plot = plot.x_axis_label(RichText::new(match axis {
+                Axis::Time => words::MINUTES,
+                Axis::Strokes => words::STROKES,
+            }));
+        }
+        let (color, mark) = (theme::accent(ui.visuals()), faint(ui));
+        plot.show(ui, |plot| {
+            for (index, &x) in self.charted.marks().iter().enumerate() {
+                let line = VLine::new("", x).color(mark).width(1.0);
+                plot.vline(line.id(("mark", index)).allow_hover(false));
+            }
+            let line = Line::new(name, PlotPoints::Borrowed(points));
+            plot.line(line.color(color).width(1.8));
+            if let [only] = points {
+                let only = PlotPoints::Owned(vec![PlotPoint::new(only.x, only.y)]);
+                plot.points(egui_plot::Points::new(name, only).color(color).radius(3.0));
+            }
+        });
+    }
+}
+
+/// Whether the labels are good enough, and what the next ones are worth.
+fn answer(ui: &mut Ui, workspace: &Workspace) {
+    let (answer, reason) = readiness(workspace.overview().evidence());
+    let sentence = words::readiness(answer, &reason);
+    let color = match answer {
+        Answer::NotYet => ui.visuals().warn_fg_color,
+        Answer::Nearly => theme::accent(ui.visuals()),
+        Answer::Yes => theme::good(ui.visuals()),
+    };
+    let card = super::card(ui).show(ui, |ui| {
+        ui.set_width(ui.available_width());
+        ui.spacing_mut().item_spacing.y = 4.0;
+        ui.label(RichText::new(words::GOOD_ENOUGH).strong());
+        ui.add(Label::new(RichText::new(sentence).color(color)).wrap());
+        let next = workspace.suggestions().iter().take(NEXT);
+        let shares: Vec<f32> = next.map(|suggestion| suggestion.share).collect();
+        if let Some(worth) = words::next_labels(&shares) {
+            ui.add(Label::new(worth).wrap());
+        }
+    });
+    // A bar in the answer's colour along the card's edge.
+    let edge = card.response.rect;
+    let bar = egui::Rect::from_min_size(edge.min, egui::vec2(3.0, edge.height()));
+    ui.painter().rect_filled(bar, 2, color);
+}
+
+fn numbers(ui: &mut Ui, workspace: &Workspace) {
+    let (overview, document) = (workspace.overview(), workspace.document());
+    let share = |share: Option<f32>| share.map_or_else(|| words::UNKNOWN.to_owned(), words::percent);
+    let evidence = overview.evidence();
+    let checked = match evidence.checked {
+        0 => words::UNKNOWN.to_owned(),
+        checked => words::agreeing(checked.saturating_sub(evidence.contradicted), checked),
+    };
+    let rows = [
+        (
+            words::ROW_STROKES,
+            words::strokes_on_frames(
+                document.labels().strokes.len(),
+                document.labelled_frames(),
+                workspace.scene().frames.len(),
+            ),
+            "",
+        ),
+        (words::ROW_CHECKED, checked, words::AGREEMENT_MEANS),
+        (
+            words::ROW_COVERED,
+            share(overview.mean(|summary| summary.coverage)),
+            words::ROW_COVERED_MEANS,
+        ),
+        (
+            words::ROW_CLEAR,
+            share(overview.mean(|summary| 1.0 - summary.unclear)),
+            words::ROW_CLEAR_MEANS,
+        ),
+        (
+            words::ROW_TIME,
+            words::duration(overview.log().labelling().as_secs_f64()),
+            words::ROW_TIME_MEANS,
+        ),
+    ];
+    Grid::new("progress numbers")
+        .num_columns(2)
+        .spacing([16.0, 4.0])
+        .min_col_width(104.0)
+        .min_row_height(20.0)
+        .show(ui, |ui| {
+            for (name, value, meaning) in rows {
+                let name = ui.weak(name);
+                if !meaning.is_empty() {
+                    name.on_hover_text(meaning);
+                }
+                ui.add(Label::new(value).truncate());
+                ui.end_row();
+            }
+        });
+}
+
+/// The strokes that the others contradict; a click goes there.
+fn contradicted(ui: &mut Ui, workspace: &Workspace, actions: &mut Actions) {
+    let strokes = workspace.overview().contradicted();
+    if strokes.is_empty() {
+        return;
+    }
+    heading(ui, words::CONTRADICTED, |ui| {
+        ui.weak(strokes.len().to_string());
+    });
+    let height = ui.spacing().interact_size.y;
+    ScrollArea::vertical()
+        .id_salt("contradicted")
+        .max_height(LIST)
+        .auto_shrink([false, true])
+        .show_rows(ui, height, strokes.len(), |ui, shown| {
+            for &id in &strokes[shown] {
+                let Some(text) = row(workspace, id) else {
+                    continue;
+                };
+                ui.allocate_ui_with_layout(
+                    egui::vec2(ui.available_width(), height),
+                    Layout::top_down_justified(Align::LEFT),
+                    |ui| {
+                        let button = ui.add(Button::new(&text).truncate());
+                        if button.on_hover_text(words::CONTRADICTED_MEANS).clicked() {
+                            actions.push(Action::GoToStroke(id));
+                        }
+                    },
+                );
+            }
+        });
+}
+
+/// What is said of a contradicted stroke.
+fn row(workspace: &Workspace, id: StrokeId) -> Option<String> {
+    let labels = workspace.document().labels();
+    let stroke = labels.strokes.get(&id)?;
+    let frame = workspace.scene().frames.get(stroke.frame)?;
+    let verdicts = workspace.verdicts();
+    let found = verdicts.binary_search_by_key(&id, |verdict| verdict.stroke);
+    let name = |class: ClassId| match labels.class(class) {
+        Some(class) => class.name.clone(),
+        None => format!("class {class}"),
+    };
+    debug_assert_ne!(stroke.class, VOID);
+    let others = name(verdicts[found.ok()?].class);
+    Some(words::contradicted(&name(stroke.class), &frame.stem, &others))
+}
+
+fn named(number: Number) -> (&'static str, &'static str) {
+    match number {
+        Number::Entropy => (words::UNCERTAINTY, words::UNCERTAINTY_MEANS),
+        Number::Accuracy => (words::AGREEMENT, words::AGREEMENT_MEANS),
+        Number::Psnr => (words::QUALITY, words::QUALITY_MEANS),
+    }
+}
+
+fn in_unit(number: Number, value: f64) -> String {
+    match number {
+        Number::Entropy => format!("{value:.2} nats"),
+        Number::Accuracy => words::percent(value as f32),
+        Number::Psnr => format!("{value:.1} dB"),
+    }
+}
+
+fn ticked(number: Number, value: f64) -> String {
+    match number {
+        Number::Accuracy => format!("{:.0}%", 100.0 * value),
+        Number::Entropy | Number::Psnr => round(value),
+    }
+}
+
+/// With as many digits as it has, three at most.
+fn round(value: f64) -> String {
+    let text = format!("{value:.3}");
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
+/// The colour of lines behind a chart.
+fn faint(ui: &Ui) -> Color32 {
+    ui.visuals().weak_text_color().gamma_multiply(0.35)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_their_units_and_no_needless_digits() {
+        assert_eq!(in_unit(Number::Entropy, 0.254), "0.25 nats");
+        assert_eq!(in_unit(Number::Accuracy, 0.75), "75%");
+        assert_eq!(in_unit(Number::Psnr, 24.31), "24.3 dB");
+        assert_eq!(
+            (round(0.5), round(20.0), round(1.0 / 3.0)),
+            ("0.5".into(), "20".into(), "0.333".into())
+        );
+    }
+}

@@ -1,0 +1,243 @@
+//! How far the labelling has come, and the frames one is after.
+
+use egui::{Key, Modifiers};
+use egui_kittest::kittest::Queryable;
+use inplace_core::guide::Suggestion;
+use inplace_core::labels::{Stroke, StrokeId};
+use inplace_core::session::{Command, Event, FrameMap, Status, Verdict};
+use inplace_ui::action::Action;
+use inplace_ui::frames::{FrameFilter, FrameOrder};
+use inplace_ui::state::Side;
+
+use crate::stand::*;
+
+/// A window with two classes and four clicks: three of the first class, one of the second.
+fn labelled(folder: &std::path::Path) -> Window {
+    let mut window = Window::with_demo(folder);
+    for name in ["wall", "door"] {
+        window.add_class(name);
+    }
+    for (frame, class, pixel) in [(0, 1, [5, 5]), (0, 1, [40, 9]), (3, 1, [9, 30]), (3, 2, [50, 30])] {
+        window.act(Action::LabelAt { frame, pixel, class });
+    }
+    window
+}
+
+/// The worker's answer: this entropy for every pixel of the frames, and what it thinks of the strokes.
+fn answer(window: &mut Window, entropy: [u16; FRAMES], contradicted: &[(u64, u16)]) {
+    let worker = window.worker();
+    let generation = window.workspace().document().generation();
+    let pixels = (WIDTH * HEIGHT) as usize;
+    for (frame, entropy) in entropy.into_iter().enumerate() {
+        let (labels, entropy) = (vec![1; pixels], vec![entropy; pixels]);
+        let map = FrameMap::new(frame, generation, [WIDTH, HEIGHT], labels, entropy).unwrap();
+        worker.maps.publish(map);
+        worker.events.send(Event::Map { frame, generation }).unwrap();
+    }
+    let ids: Vec<StrokeId> = window
+        .workspace()
+        .document()
+        .labels()
+        .strokes
+        .keys()
+        .copied()
+        .collect();
+    let verdicts = ids
+        .into_iter()
+        .filter_map(|stroke| {
+            let own = window.workspace().document().labels().strokes[&stroke].class;
+            let other = contradicted.iter().find(|(id, _)| *id == stroke.0);
+            // The only door cannot be checked.
+            (own == 1).then(|| Verdict {
+                stroke,
+                class: other.map_or(own, |&(_, class)| class),
+                contradicting: if other.is_some() { 1.0 } else { 0.0 },
+            })
+        })
+        .collect();
+    let verdicts = Event::Verdicts {
+        generation,
+        verdicts,
+        accuracy: Some(0.5),
+    };
+    worker.events.send(verdicts).unwrap();
+    window.until("the frames are summed up", move |app| {
+        let overview = app.state().workspace().unwrap().overview();
+        let frames = overview.frames().all_facts();
+        let all = frames.iter().zip(entropy).all(|(facts, entropy)| {
+            let mean = facts.summary.map(|summary| summary.mean_entropy);
+            mean.is_some_and(|mean| (mean - f32::from(entropy) / 10_000.0).abs() < 1e-4)
+        });
+        all && overview.accuracy().is_some()
+    });
+}
+
+#[test]
+fn the_progress_says_what_is_missing_and_leads_to_contradicted_strokes() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = labelled(folder.path());
+    assert!(
+        window
+            .worker()
+            .received()
+            .iter()
+            .any(|command| matches!(command, Command::CheckStrokes))
+    );
+    window.press(Modifiers::NONE, Key::T);
+    window
+        .harness
+        .get_by_label("Not yet: the labels have not spread over the frames so far.");
+    answer(&mut window, [1000; FRAMES], &[(3, 2)]);
+    let overview = window.workspace().overview();
+    assert_eq!(overview.contradicted(), [StrokeId(3)]);
+    assert_eq!(window.workspace().verdicts().len(), 3);
+    window
+        .harness
+        .get_by_label("Not yet: 1 of 3 strokes is contradicted by the others.");
+    window.harness.get_by_label("4 on 2 of 5 frames");
+    window.harness.get_by_label("2 of 3 checked");
+    window.act(Action::GoToFrame(1));
+    window.click("wall at rgb_3: the others say door");
+    assert_eq!(window.workspace().frame_index(), 3);
+
+    answer(&mut window, [1000, 1000, 6000, 1000, 1000], &[]);
+    window
+        .harness
+        .get_by_label("Nearly: 20% of the pixels are unclear, most in rgb_2.");
+    answer(&mut window, [1000; FRAMES], &[]);
+    window
+        .harness
+        .get_by_label("Yes: 100% of the pixels are clear, and all 3 strokes that could be checked agree.");
+    window.click("Label next");
+    assert_eq!(window.harness.state().state().side, Side::LabelNext);
+    assert!(window.harness.query_by_label("Good enough to export?").is_none());
+}
+
+#[test]
+fn the_next_labels_are_worth_what_the_suggestions_say() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = labelled(folder.path());
+    window.press(Modifiers::NONE, Key::T);
+    let suggestion = |share: f32| Suggestion {
+        frame: 0,
+        pixel: [1, 1],
+        outline: Vec::new(),
+        score: 1.0,
+        entropy: 0.5,
+        share,
+        classes: Vec::new(),
+    };
+    let mut suggest = |shares: &[f32]| {
+        let event = Event::Suggestions {
+            generation: 6,
+            suggestions: shares.iter().map(|&share| suggestion(share)).collect(),
+        };
+        window.worker().events.send(event).unwrap();
+        window.harness.run_steps(3);
+        let worth = window.harness.query_by_label_contains("of the scene.");
+        worth.is_some()
+    };
+    assert!(!suggest(&[0.001, 0.001]));
+    assert!(suggest(&[0.04, 0.03, 0.02, 0.02, 0.01, 0.5]));
+    window
+        .harness
+        .get_by_label("The next 5 labels would settle about 12% of the scene.");
+}
+
+#[test]
+fn the_log_survives_reopening_the_project() {
+    let folder = tempfile::tempdir().unwrap();
+    {
+        let mut window = labelled(folder.path());
+        let status = Status {
+            mean_entropy: Some(0.7),
+            held_out_psnr: Some(22.0),
+            ..Status::default()
+        };
+        window.worker().events.send(Event::Status(status)).unwrap();
+        window.until("a sample is taken", |app| {
+            !app.state()
+                .workspace()
+                .unwrap()
+                .overview()
+                .log()
+                .samples()
+                .is_empty()
+        });
+        window.press(Modifiers::NONE, Key::T);
+        window.harness.get_by_label("Charts over");
+        // In a chart, and among the figures of the training below it.
+        assert_eq!(window.harness.get_all_by_label("0.70 nats").count(), 2);
+        window.click("strokes");
+        eframe::App::on_exit(window.harness.state_mut(), None);
+    }
+    let window = Window::with_demo(folder.path());
+    let samples = window.workspace().overview().log().samples().to_vec();
+    assert_eq!(samples.len(), 1);
+    assert_eq!((samples[0].strokes, samples[0].entropy), (4, Some(0.7)));
+}
+
+#[test]
+fn the_filmstrip_shows_the_frames_one_is_after_and_a_and_d_go_through_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = labelled(folder.path());
+    answer(&mut window, [1000, 7000, 1000, 1000, 8000], &[(3, 2)]);
+    let frame = |window: &Window, stem: &str| {
+        let name = format!("Frame {stem}:");
+        window.harness.query_by_label_contains(&name).is_some()
+    };
+    for name in ["All 5", "Unlabelled 3", "Uncertain 2", "Disagreeing 1"] {
+        window.harness.get_by_label(name);
+    }
+    window.click("Unlabelled 3");
+    assert!(frame(&window, "rgb_1") && !frame(&window, "rgb_0") && !frame(&window, "rgb_3"));
+    assert_eq!(window.workspace().frame_index(), 3);
+    window.press(Modifiers::NONE, Key::D);
+    assert_eq!(window.workspace().frame_index(), 4);
+    window.press(Modifiers::NONE, Key::D);
+    assert_eq!(window.workspace().frame_index(), 4);
+    for expected in [2, 1, 1] {
+        window.press(Modifiers::NONE, Key::A);
+        assert_eq!(window.workspace().frame_index(), expected);
+    }
+    window.act(Action::FilterFrames(FrameFilter::Uncertain));
+    window.act(Action::OrderFrames(FrameOrder::Uncertainty));
+    assert_eq!(window.workspace().overview().frames().shown(), [4, 1]);
+    window.act(Action::FilterFrames(FrameFilter::Disagreeing));
+    window
+        .harness
+        .get_by_label_contains("Frame rgb_3: 2 strokes, 1 contradicted");
+    answer(&mut window, [1000; FRAMES], &[]);
+    window
+        .harness
+        .get_by_label("No frame is disagreeing: nothing contradicts your strokes.");
+    window.press(Modifiers::NONE, Key::D);
+    assert_eq!(window.workspace().frame_index(), 1);
+}
+
+#[test]
+fn a_frame_is_gone_to_by_its_number_or_its_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = Window::with_demo(folder.path());
+    for (text, frame) in [("4", 3), ("rgb_1", 1), ("RGB_2", 2)] {
+        window.type_into("Go to frame", text);
+        assert_eq!(window.workspace().frame_index(), frame, "{text}");
+    }
+    window.type_into("Go to frame", "hall");
+    window
+        .harness
+        .get_by_label("No frame has this number, or a name with \"hall\" in it.");
+    assert_eq!(window.workspace().frame_index(), 2);
+}
+
+#[test]
+fn strokes_that_have_gone_since_they_were_checked_are_not_listed() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = labelled(folder.path());
+    answer(&mut window, [1000; FRAMES], &[(3, 2)]);
+    window.act(Action::MergeClass(1, 2));
+    window.press(Modifiers::NONE, Key::T);
+    assert!(window.workspace().overview().contradicted().is_empty());
+    let stroke: &Stroke = &window.workspace().document().labels().strokes[&StrokeId(3)];
+    assert_eq!(stroke.class, 2);
+}
