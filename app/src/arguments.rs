@@ -27,6 +27,9 @@ pub struct WindowArguments {
     /// Show how long the window's frames and the maps after a click take, and print it at the end.
     #[arg(long)]
     pub stats: bool,
+    /// Write a record of what happens in the window to this file, a line of JSON for each event.
+    #[arg(long, value_name = "FILE")]
+    pub trace: Option<PathBuf>,
     #[command(flatten)]
     pub training: TrainingArguments,
 }
@@ -428,8 +431,10 @@ mod tests {
 
     #[test]
     fn a_scene_alone_opens_the_window_and_a_command_does_not() {
-        let window = Arguments::try_parse_from(["inplace", "some/scene", "--stats"]).unwrap();
+        let given = ["inplace", "some/scene", "--stats", "--trace", "record.jsonl"];
+        let window = Arguments::try_parse_from(given).unwrap();
         assert!(window.command.is_none() && window.window.stats);
+        assert_eq!(window.window.trace, Some(PathBuf::from("record.jsonl")));
         let label = ["inplace", "label", "demo", "--out", "x", "--budget", "5"];
         assert!(matches!(
             Arguments::try_parse_from(label).unwrap().command,

@@ -5,7 +5,9 @@
 mod capture;
 mod process;
 mod screen;
+mod window;
 
 pub use capture::{Click, Small, class_ids};
 pub use process::{Outcome, Running, inplace, one_line, program, until};
 pub use screen::{Screen, changed};
+pub use window::{PATIENCE, Window, skip};

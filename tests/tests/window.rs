@@ -9,113 +9,24 @@ use std::time::{Duration, Instant};
 use image::RgbImage;
 use inplace_core::labels::{LabelSet, Pixel, Stroke};
 use inplace_core::project::Project;
-use inplace_tests::{Running, Screen, Small, changed, class_ids, inplace, one_line, until};
-use tempfile::TempDir;
+use inplace_tests::{PATIENCE, Running, Small, Window, changed, class_ids, inplace, one_line, skip, until};
 
-/// Where set, the test of the window must not be skipped.
-const REQUIRED: &str = "INPLACE_REQUIRE_DISPLAY_TEST";
-/// Machines that render in software, beside other work, are slow.
-const PATIENCE: Duration = Duration::from_secs(60);
 /// A part of the frame in view, whatever the panels around it: left, top, right, bottom.
 const MIDDLE: [u32; 4] = [480, 260, 760, 480];
 /// Two places in it, far from each other.
 const PLACES: [[u32; 2]; 2] = [[620, 240], [620, 500]];
 
-/// What is missing for this test, where it may be skipped.
-fn skip(missing: &str) {
-    assert!(
-        std::env::var_os(REQUIRED).is_none(),
-        "the window cannot be tested: {missing} is missing"
-    );
-    println!("skipped: {missing} is missing here");
+/// What a hand does in the window, and what came of it on the disk.
+trait ByHand {
+    fn labels(&self) -> Option<LabelSet>;
+    fn until_kept(&self, classes: usize, strokes: usize) -> LabelSet;
+    fn until_changed(&self, what: &str, before: &RgbImage, share: f64) -> RgbImage;
+    fn answer(&self, open: &RgbImage, text: &str);
+    fn choose_field(&self, place: [u32; 2]);
+    fn export(&self, folder: &Path) -> bool;
 }
 
-/// The program's window on a screen of its own, with a home of its own.
-struct Window {
-    running: Running,
-    screen: Screen,
-    id: String,
-    home: TempDir,
-}
-
-impl Window {
-    /// Opens the small capture; `Err` says what is missing here.
-    fn open() -> Result<Self, String> {
-        let screen = Screen::start()?;
-        let home = tempfile::Builder::new().prefix("inplace").tempdir().unwrap();
-        let scene = home.path().join("room");
-        Small::get().write(&scene);
-        let mut command = inplace();
-        command.arg(&scene).env("DISPLAY", screen.display());
-        for (variable, folder) in [
-            ("XDG_DATA_HOME", "data"),
-            ("XDG_CONFIG_HOME", "config"),
-            ("XDG_CACHE_HOME", "cache"),
-            ("XDG_RUNTIME_DIR", "run"),
-            ("HOME", "home"),
-        ] {
-            let folder = home.path().join(folder);
-            fs::create_dir(&folder).unwrap();
-            command.env(variable, folder);
-        }
-        let mut running = Running::start(&mut command);
-        let start = Instant::now();
-        let id = loop {
-            let found = screen.xdotool(&["search", "--onlyvisible", "--name", "room.* - Inplace"]);
-            if let Some(id) = found.as_deref().and_then(|ids| ids.lines().next()) {
-                break id.to_owned();
-            }
-            if running.ended().is_some() {
-                let said = running.stderr();
-                assert!(said.contains("nothing here can draw a window"), "{said}");
-                return Err("a Vulkan or OpenGL driver".to_owned());
-            }
-            assert!(start.elapsed() < PATIENCE, "no window; {}", running.stderr());
-            std::thread::sleep(Duration::from_millis(50));
-        };
-        let window = Self {
-            running,
-            screen,
-            id,
-            home,
-        };
-        window.until("the window has the keyboard", |window| {
-            window.screen.xdotool(&["windowfocus", &window.id])?;
-            let focused = window.screen.xdotool(&["getwindowfocus"])?;
-            (focused == window.id).then_some(())
-        });
-        Ok(window)
-    }
-
-    /// Asks again and again; at the end of patience, tells what is there.
-    #[track_caller]
-    fn until<T>(&self, what: &str, mut answer: impl FnMut(&Self) -> Option<T>) -> T {
-        let start = Instant::now();
-        loop {
-            if let Some(answer) = answer(self) {
-                return answer;
-            }
-            if start.elapsed() > PATIENCE {
-                let picture = std::env::temp_dir().join("inplace-window-test.png");
-                let _ = self.screen.picture().save(&picture);
-                panic!(
-                    "not after {PATIENCE:?}: {what}; the screen is in {}, the labels are {:?}, it said: {}",
-                    picture.display(),
-                    self.labels(),
-                    self.running.stderr()
-                );
-            }
-            std::thread::sleep(Duration::from_millis(50));
-        }
-    }
-
-    /// The file that keeps what is done before it is saved.
-    fn autosave(&self) -> Option<PathBuf> {
-        let folder = fs::read_dir(self.home.path().join("data/inplace/autosave")).ok()?;
-        let mut files = folder.flatten().map(|entry| entry.path());
-        files.find(|path| path.extension().is_some_and(|extension| extension == "inplace"))
-    }
-
+impl ByHand for Window {
     /// The labels on the disk, read from a copy because the program has the file open.
     fn labels(&self) -> Option<LabelSet> {
         let copy = self.home.path().join("copy.inplace");
@@ -220,7 +131,7 @@ fn only_pixel(stroke: &Stroke) -> Pixel {
 
 #[test]
 fn a_scene_is_labelled_exported_and_kept_by_hand() {
-    let window = match Window::open() {
+    let window = match Window::open(|folder| Small::get().write(folder), &[]) {
         Ok(window) => window,
         Err(missing) => return skip(&missing),
     };

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use inplace_core::labels::{ClassId, Pixel, StrokeId, Trust};
+use inplace_core::labels::{ClassId, StrokeId, Trust};
 use inplace_core::scene::SceneSource;
 
 use crate::canvas::{Layer, Line, Tool, View};
@@ -50,15 +50,6 @@ pub enum Action {
 
     /// A line was drawn on the frame in view.
     Draw(Line),
-    /// Labels one pixel of one frame, and goes there.
-    LabelAt {
-        /// Index of the frame.
-        frame: usize,
-        /// The pixel.
-        pixel: Pixel,
-        /// The class it gets.
-        class: ClassId,
-    },
     /// Takes the last edit back.
     Undo,
     /// Does the last undone edit again.
@@ -95,10 +86,30 @@ pub enum Action {
     ShowSide(Side),
     /// Shows the other tab of the right side.
     SwitchSide,
-    /// Shows the suggestion with this rank.
+    /// Goes to the suggestion with this index: from now on, keys answer it.
     GoToSuggestion(usize),
-    /// Shows the next suggestion.
+    /// Goes to the next suggestion.
     NextSuggestion,
+    /// Goes to the suggestion before.
+    PreviousSuggestion,
+    /// Labels the suggestion with this index.
+    AnswerSuggestion(usize, ClassId),
+    /// Labels the suggestion at hand with its most likely class (0), or its second (1).
+    AnswerLikely(usize),
+    /// Labels the suggestion at hand with the n-th class of the list; 0 is void.
+    AnswerSlot(usize),
+    /// Asks for the class of the suggestion at hand by its name.
+    AskPlaceName,
+    /// Labels the suggestion at hand with the class of this name, which is added if there is none.
+    AnswerByName(String),
+    /// Leaves the suggestion at hand out and goes to the next one.
+    SkipSuggestion,
+    /// Lists the skipped suggestions again.
+    ListSkipped,
+    /// Keys do what they always do again.
+    LeaveSuggestions,
+    /// Whether the list of suggestions must stay as it is, since the pointer is on it.
+    HoldSuggestions(bool),
 
     /// Shows a layer.
     ChooseLayer(Layer),

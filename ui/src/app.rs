@@ -16,6 +16,7 @@ use crate::action::Actions;
 use crate::canvas::Canvas;
 use crate::dialogs::Dialog;
 use crate::document::Document;
+use crate::english;
 use crate::jobs::{Done, Jobs};
 use crate::keeper::{Ending, Keeper, SavedState};
 use crate::opening::{self, Attached, Prepared, Refusal, Target};
@@ -25,6 +26,7 @@ use crate::session_link::{Running, SessionStarter};
 use crate::state::{AppState, Opening, Settings, Stage};
 use crate::stats::Stats;
 use crate::toasts::Toasts;
+use crate::trace::Trace;
 use crate::workspace::Workspace;
 
 /// How long the end of the program waits for the worker's model state.
@@ -74,6 +76,7 @@ pub struct App {
     pub(crate) closes_after_export: bool,
     title: String,
     frame_started: Option<Instant>,
+    trace: Option<Trace>,
 }
 
 impl App {
@@ -119,6 +122,7 @@ impl App {
             closes_after_export: false,
             title: String::new(),
             frame_started: None,
+            trace: options.trace.map(Trace::new),
         };
         // The scale has limits here, and is kept.
         ctx.options_mut(|options| options.zoom_with_keyboard = false);
@@ -386,8 +390,18 @@ impl App {
                 if let (session::Event::State(state), Some(keeper)) = (&event, &self.state.keeper) {
                     keeper.keep_model(state);
                 }
-                if let Some(sentence) = workspace.on_event(event) {
+                let (frame, guided) = (workspace.frame_index(), workspace.guidance().is_active());
+                let told = workspace.on_event(event);
+                let moved = workspace.frame_index() != frame;
+                let ended = guided && !workspace.guidance().is_active();
+                if let Some(sentence) = told {
                     self.state.toasts.error(sentence);
+                }
+                if moved {
+                    self.looked_away();
+                }
+                if ended {
+                    self.state.toasts.info(english::guidance::NOTHING_LEFT);
                 }
             }
             Stage::Opening(opening) => match event {
@@ -507,7 +521,9 @@ impl eframe::App for App {
         if ctx.current_pass_index() == 0 {
             self.take_dropped_files(&mut actions);
             if self.state.dialog.is_none() {
-                crate::keys::dispatch(&ctx, &mut actions);
+                let workspace = self.state.workspace();
+                let guided = workspace.is_some_and(|workspace| workspace.guidance().is_active());
+                crate::keys::dispatch(&ctx, guided, &mut actions);
             }
         }
         // What an open dialog or a text field does with Escape comes before the messages.
@@ -530,6 +546,9 @@ impl eframe::App for App {
             ctx.request_repaint();
         }
         self.keep_preferences();
+        if let Some(trace) = &mut self.trace {
+            trace.observe(&self.state, ctx.text_edit_focused());
+        }
         if let (Some(stats), Some(started)) = (&mut self.state.stats, self.frame_started) {
             stats.frame_done(started.elapsed(), frame.info().cpu_usage);
         }

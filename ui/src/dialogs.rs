@@ -14,6 +14,7 @@ pub use settings::SettingsPage;
 
 use crate::action::{Action, Actions};
 use crate::english;
+use crate::english::guidance;
 use crate::keymap::KeyMap;
 use crate::keys;
 use crate::state::AppState;
@@ -82,6 +83,11 @@ pub enum Dialog {
         /// The stroke, without its class.
         waiting: Stroke,
     },
+    /// Asks what is at the suggested place at hand.
+    PlaceName {
+        /// The name typed so far.
+        name: String,
+    },
     /// Shows the keys.
     Help,
     /// Shows what the person can choose once for all scenes.
@@ -124,7 +130,7 @@ impl Dialog {
                 *path = picked.display().to_string();
             }
             Self::Moved(moved) => moved.path = picked.display().to_string(),
-            Self::FirstClass { .. } | Self::Help | Self::Settings(_) => {}
+            Self::FirstClass { .. } | Self::PlaceName { .. } | Self::Help | Self::Settings(_) => {}
         }
     }
 
@@ -135,6 +141,7 @@ impl Dialog {
             Self::Export { .. } => "Export",
             Self::Import { .. } => "Import labels",
             Self::FirstClass { .. } => "Name the first class",
+            Self::PlaceName { .. } => guidance::NAME_TITLE,
             Self::Help => "Keys and gestures",
             Self::Settings(_) => english::settings::TITLE,
             Self::Moved(_) => english::opening::MOVED,
@@ -163,6 +170,7 @@ impl Dialog {
                 Self::Export { path } => export(ui, path, actions),
                 Self::Import { path, trusted } => import(ui, path, trusted, actions),
                 Self::FirstClass { name, .. } => first_class(ui, name, actions),
+                Self::PlaceName { name } => place_name(ui, name, actions),
                 Self::Help => help(ui, actions),
                 Self::Settings(page) => page.show(ui, state, actions),
                 Self::Moved(moved) => moved.show(ui, actions),
@@ -248,6 +256,20 @@ fn first_class(ui: &mut Ui, name: &mut String, actions: &mut Actions) {
     });
 }
 
+fn place_name(ui: &mut Ui, name: &mut String, actions: &mut Actions) {
+    ui.label(guidance::NAME_TEXT);
+    let entered = text_field(ui, name, "Class name", "for example: wall");
+    let name = name.trim();
+    confirm(
+        ui,
+        guidance::NAME_VERB,
+        !name.is_empty(),
+        entered,
+        actions,
+        || Action::AnswerByName(name.to_owned()),
+    );
+}
+
 fn help(ui: &mut Ui, actions: &mut Actions) {
     let map = KeyMap::of(ui.ctx());
     egui::ScrollArea::vertical()
@@ -259,7 +281,7 @@ fn help(ui: &mut Ui, actions: &mut Actions) {
                 .min_row_height(18.0)
                 .spacing([24.0, 8.0])
                 .show(ui, |ui| {
-                    for row in keys::TABLE {
+                    for row in keys::TABLE.iter().chain(keys::AT_A_SUGGESTION) {
                         ui.label(egui::RichText::new(row.present(&map)).strong());
                         ui.add(egui::Label::new(row.does).wrap());
                         ui.end_row();

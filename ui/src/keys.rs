@@ -155,9 +155,12 @@ pub static TABLE: &[Row] = &[
         ],
     },
     Row {
-        shown: "N",
-        does: "Go to the next suggestion",
-        bindings: &[key(Key::N, Action::NextSuggestion)],
+        shown: "N, Shift+N",
+        does: "Go to the next suggestion, or the one before",
+        bindings: &[
+            key(Key::N, Action::NextSuggestion),
+            with(Modifiers::SHIFT, Key::N, Action::PreviousSuggestion),
+        ],
     },
     Row {
         shown: "T",
@@ -229,12 +232,59 @@ pub static TABLE: &[Row] = &[
     },
 ];
 
-/// Pushes the actions of the keys pressed in this frame. A focused text field keeps all keys but those
-/// with Ctrl that mean nothing in a text; a focused control keeps the arrow keys.
-pub fn dispatch(ctx: &egui::Context, actions: &mut Actions) {
+/// The keys that answer a suggestion; while one is at hand they come before those of [`TABLE`].
+pub static AT_A_SUGGESTION: &[Row] = &[
+    Row {
+        shown: "Enter, Shift+Enter",
+        does: "At a suggestion: label it with its first or second likely class",
+        bindings: &[
+            key(Key::Enter, Action::AnswerLikely(0)),
+            with(Modifiers::SHIFT, Key::Enter, Action::AnswerLikely(1)),
+        ],
+    },
+    Row {
+        shown: "1 to 9, 0",
+        does: "At a suggestion: label it with a class of the list; 0 is void",
+        bindings: &[
+            key(Key::Num0, Action::AnswerSlot(0)),
+            key(Key::Num1, Action::AnswerSlot(1)),
+            key(Key::Num2, Action::AnswerSlot(2)),
+            key(Key::Num3, Action::AnswerSlot(3)),
+            key(Key::Num4, Action::AnswerSlot(4)),
+            key(Key::Num5, Action::AnswerSlot(5)),
+            key(Key::Num6, Action::AnswerSlot(6)),
+            key(Key::Num7, Action::AnswerSlot(7)),
+            key(Key::Num8, Action::AnswerSlot(8)),
+            key(Key::Num9, Action::AnswerSlot(9)),
+        ],
+    },
+    Row {
+        shown: "C",
+        does: "At a suggestion: type the name of its class",
+        bindings: &[key(Key::C, Action::AskPlaceName)],
+    },
+    Row {
+        shown: "X, Delete",
+        does: "At a suggestion: skip it",
+        bindings: &[
+            key(Key::X, Action::SkipSuggestion),
+            key(Key::Delete, Action::SkipSuggestion),
+        ],
+    },
+    Row {
+        shown: "Escape",
+        does: "Leave the suggestions",
+        bindings: &[key(Key::Escape, Action::LeaveSuggestions)],
+    },
+];
+
+/// Pushes the actions of the keys pressed in this frame; `guided` tells whether keys answer suggestions. A focused text
+/// field keeps all keys but those with Ctrl that mean nothing in a text; a focused control keeps the arrow keys and
+/// Enter.
+pub fn dispatch(ctx: &egui::Context, guided: bool, actions: &mut Actions) {
     let typing = ctx.text_edit_focused();
     let focused = ctx.egui_wants_keyboard_input();
-    let map = KeyMap::of(ctx);
+    let (map, fixed) = (KeyMap::of(ctx), KeyMap::default());
     ctx.input(|input| {
         for event in &input.events {
             let Event::Key {
@@ -246,32 +296,40 @@ pub fn dispatch(ctx: &egui::Context, actions: &mut Actions) {
             else {
                 continue;
             };
-            let arrow = matches!(key, Key::ArrowLeft | Key::ArrowRight);
+            let of_controls = matches!(key, Key::ArrowLeft | Key::ArrowRight | Key::Enter);
             let of_texts = !modifiers.command || matches!(key, Key::Z | Key::Y);
-            if !(focused && arrow || typing && of_texts)
-                && let Some(action) = action_of(&map, Shortcut::new(*modifiers, *key))
-            {
+            if focused && of_controls || typing && of_texts {
+                continue;
+            }
+            let pressed = Shortcut::new(*modifiers, *key);
+            let answer = guided.then(|| action_of(AT_A_SUGGESTION, &fixed, pressed));
+            let action = answer.flatten().or_else(|| action_of(TABLE, &map, pressed));
+            if let Some(action) = action {
                 actions.push(action);
             }
         }
     });
 }
 
-/// What a key does with this map. Shift only counts together with Ctrl, or where something is bound to
+/// What a key does in a table with this map. Shift only counts together with Ctrl, or where something is bound to
 /// it: layouts differ in what needs Shift.
-fn action_of(map: &KeyMap, pressed: Shortcut) -> Option<Action> {
-    let with_shift = bound_to(map, pressed);
+fn action_of(table: &'static [Row], map: &KeyMap, pressed: Shortcut) -> Option<Action> {
+    let with_shift = bound_to(table, map, pressed);
     let found = if pressed.shift && !pressed.command {
-        with_shift.or_else(|| bound_to(map, pressed.without_shift()))
+        with_shift.or_else(|| bound_to(table, map, pressed.without_shift()))
     } else {
         with_shift
     };
     Some(found?.1.action.clone())
 }
 
-/// What a key is bound to with this map, and the line of the help window that it belongs to.
-fn bound_to(map: &KeyMap, pressed: Shortcut) -> Option<(&'static Row, &'static Binding)> {
-    let all = TABLE
+/// What a key is bound to in a table with this map, and the line of the help window that it belongs to.
+fn bound_to(
+    table: &'static [Row],
+    map: &KeyMap,
+    pressed: Shortcut,
+) -> Option<(&'static Row, &'static Binding)> {
+    let all = table
         .iter()
         .flat_map(|row| row.bindings.iter().map(move |binding| (row, binding)));
     let mut all = all.filter(|(_, binding)| map.present(binding.default_key()) == Some(pressed));
@@ -280,7 +338,7 @@ fn bound_to(map: &KeyMap, pressed: Shortcut) -> Option<(&'static Row, &'static B
 
 /// What a key does with this map, in words, and the default key of that.
 pub fn meaning(map: &KeyMap, pressed: Shortcut) -> Option<(&'static str, Shortcut)> {
-    bound_to(map, pressed).map(|(row, binding)| (row.does, binding.default_key()))
+    bound_to(TABLE, map, pressed).map(|(row, binding)| (row.does, binding.default_key()))
 }
 
 /// The present key of what `default` ("Ctrl+S") does by default; empty where it has none.
@@ -314,15 +372,17 @@ mod tests {
 
     #[test]
     fn no_key_is_bound_twice() {
-        let mut seen = HashSet::new();
-        for binding in TABLE.iter().flat_map(|row| row.bindings) {
-            let pressed = (binding.key, binding.modifiers.command, binding.modifiers.shift);
-            assert!(seen.insert(pressed), "{binding:?} is bound twice");
+        for table in [TABLE, AT_A_SUGGESTION] {
+            let mut seen = HashSet::new();
+            for binding in table.iter().flat_map(|row| row.bindings) {
+                let pressed = (binding.key, binding.modifiers.command, binding.modifiers.shift);
+                assert!(seen.insert(pressed), "{binding:?} is bound twice");
+            }
         }
     }
 
     fn pressed(text: &str) -> Option<Action> {
-        action_of(&KeyMap::default(), text.parse().unwrap())
+        action_of(TABLE, &KeyMap::default(), text.parse().unwrap())
     }
 
     #[test]
@@ -330,6 +390,8 @@ mod tests {
         assert_eq!(pressed("Ctrl+Z"), Some(Action::Undo));
         assert_eq!(pressed("Ctrl+Shift+Z"), Some(Action::Redo));
         assert_eq!(pressed("Z"), None);
+        assert_eq!(pressed("Shift+N"), Some(Action::PreviousSuggestion));
+        assert_eq!(pressed("N"), Some(Action::NextSuggestion));
     }
 
     #[test]
@@ -345,8 +407,11 @@ mod tests {
         let shortcut = |text: &str| text.parse::<Shortcut>().unwrap();
         map.set(shortcut("N"), Some(shortcut("E")));
         map.set(shortcut("E"), None);
-        assert_eq!(action_of(&map, shortcut("E")), Some(Action::NextSuggestion));
-        assert_eq!(action_of(&map, shortcut("N")), None);
+        assert_eq!(
+            action_of(TABLE, &map, shortcut("E")),
+            Some(Action::NextSuggestion)
+        );
+        assert_eq!(action_of(TABLE, &map, shortcut("N")), None);
         assert_eq!(
             (text(&map, "N"), text(&map, "E")),
             ("E".to_owned(), String::new())

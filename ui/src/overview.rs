@@ -11,7 +11,7 @@ use inplace_core::session::{FrameSummary, MapSlots, Status, Verdict};
 use crate::document::Document;
 use crate::frames::{FrameFacts, FrameList};
 use crate::progress::Log;
-use crate::readiness::{Evidence, UNCLEAR_NATS};
+use crate::readiness::Evidence;
 
 /// Maps are summed up at most this often.
 const PAUSE: Duration = Duration::from_millis(250);
@@ -224,7 +224,7 @@ pub fn summarise(
     let summary = |frame: usize| {
         let map = maps.get(frame)?;
         let image = imported.and_then(|imported| imported.of_frame(frame));
-        Some(map.summary(UNCLEAR_NATS, image))
+        Some(map.summary(image))
     };
     due.into_iter()
         .map(|(frame, version)| (frame, version, summary(frame)))

@@ -1,9 +1,7 @@
 //! Whether the labels are good enough to export, and why.
 
-/// A pixel is unclear above this entropy, in nats: that of four to one between two classes
-/// (0.8 ln(1 / 0.8) + 0.2 ln(1 / 0.2)).
-pub const UNCLEAR_NATS: f32 = 0.5;
-/// Above this share of unclear pixels a scene is far from done, and above the second one not quite done; a frame is
+/// Above this share of unclear pixels, whose class is more likely wrong than right
+/// ([`FrameSummary::unclear`](inplace_core::session::FrameSummary::unclear)), a scene is far from done, and above the second one not quite done; a frame is
 /// uncertain above the second, too.
 const FAR: f32 = 0.2;
 /// See [`FAR`].

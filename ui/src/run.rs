@@ -38,6 +38,8 @@ pub struct UiOptions {
     pub out: Option<PathBuf>,
     /// Measure the window, show the measurements and print them at exit.
     pub stats: bool,
+    /// File that a record of what happens is written to.
+    pub trace: Option<PathBuf>,
 }
 
 /// Threads of the worker's pool unless somebody chose otherwise: one core is the window's.

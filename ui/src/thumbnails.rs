@@ -5,11 +5,13 @@ use std::hash::Hash;
 use std::sync::Arc;
 
 use crossbeam_channel::{Receiver, Sender, unbounded};
+use inplace_core::guide::Suggestion;
 use inplace_core::labels::Pixel;
 use inplace_core::scene::Scene;
 use inplace_core::session::FrameMap;
 
-use crate::canvas::{Look, Palette, composite};
+use crate::canvas::{Layer, Look, Palette, composite};
+use crate::surroundings::{crossings, surroundings};
 
 /// Most textures kept.
 const MOST: usize = 300;
@@ -47,6 +49,8 @@ struct Request {
     subject: Subject,
     version: u64,
     source: Source,
+    /// Of a place: what is suggested there.
+    place: Option<Suggestion>,
 }
 
 struct Made {
@@ -129,16 +133,39 @@ impl Thumbnails {
         version: u64,
         source: impl FnOnce() -> Source,
     ) -> Option<Thumbnail> {
+        self.get_with(subject, version, || (source(), None))
+    }
+
+    /// The newest thumbnail of a suggested place: its [`surroundings`], with what the layer of the source shows in its
+    /// region alone.
+    pub fn get_place(
+        &mut self,
+        place: &Suggestion,
+        version: u64,
+        source: impl FnOnce() -> Source,
+    ) -> Option<Thumbnail> {
+        let subject = Subject::Place(place.frame, place.pixel);
+        self.get_with(subject, version, || (source(), Some(place.clone())))
+    }
+
+    fn get_with(
+        &mut self,
+        subject: Subject,
+        version: u64,
+        source: impl FnOnce() -> (Source, Option<Suggestion>),
+    ) -> Option<Thumbnail> {
         let slot = self.slots.entry(subject).or_default();
         slot.wanted = self.clock;
         let idle = slot.asked == slot.arrived;
         if idle && slot.arrived != Some(version) {
             slot.asked = Some(version);
+            let (source, place) = source();
             // Without the thread there are no pictures.
             let _ = self.requests.send(Request {
                 subject,
                 version,
-                source: source(),
+                source,
+                place,
             });
         }
         slot.thumbnail.clone()
@@ -169,10 +196,20 @@ impl Request {
                 let height = height.min((width as f32 / aspect).round() as usize).max(1);
                 composite(color, map, &palette, look, [width, height])
             }
-            Subject::Place(_, pixel) => {
+            Subject::Place(..) => {
                 let full = [color.width() as usize, color.height() as usize];
-                let whole = composite(color, map, &palette, look, full);
-                whole.region_by_pixels(crop(full, pixel), crop_size(full))
+                let shown = composite(color, map, &palette, look, full);
+                let plain = composite(
+                    color,
+                    None,
+                    &palette,
+                    Look {
+                        layer: Layer::Color,
+                        ..look
+                    },
+                    full,
+                );
+                place_picture(&shown, &plain, &self.place?, [width, height])
             }
         };
         Some(Made {
@@ -183,25 +220,37 @@ impl Request {
     }
 }
 
-/// Size of the surroundings that a place's thumbnail shows: a third of the image, with its aspect.
-fn crop_size([width, height]: [usize; 2]) -> [usize; 2] {
-    [(width / 3).max(1), (height / 3).max(1)]
-}
-
-/// Top left corner of the surroundings of a pixel, inside the image.
-fn crop(full: [usize; 2], pixel: Pixel) -> [usize; 2] {
-    let size = crop_size(full);
-    std::array::from_fn(|axis| {
-        let start = (pixel[axis] as usize).saturating_sub(size[axis] / 2);
-        start.min(full[axis] - size[axis])
-    })
-}
-
-/// Where in a place's thumbnail its pixel lies, 0..=1 along each axis.
-pub fn place_in_crop(full: [usize; 2], pixel: Pixel) -> egui::Vec2 {
-    let (size, start) = (crop_size(full), crop(full, pixel));
-    let share = |axis: usize| (pixel[axis] as f32 + 0.5 - start[axis] as f32) / size[axis] as f32;
-    egui::vec2(share(0), share(1))
+/// The surroundings of a place, at most `largest` pixels: `shown` inside its region, `plain` around it.
+fn place_picture(
+    shown: &egui::ColorImage,
+    plain: &egui::ColorImage,
+    place: &Suggestion,
+    largest: [usize; 2],
+) -> egui::ColorImage {
+    let full = plain.size;
+    let part = surroundings(egui::vec2(full[0] as f32, full[1] as f32), place);
+    let scale = (egui::vec2(largest[0] as f32, largest[1] as f32) / part.size())
+        .min_elem()
+        .min(1.0);
+    let size = [part.width(), part.height()].map(|length| ((length * scale).round() as usize).max(1));
+    let step = part.size() / egui::vec2(size[0] as f32, size[1] as f32);
+    let mut pixels = Vec::with_capacity(size[0] * size[1]);
+    for row in 0..size[1] {
+        let y = part.top() + (row as f32 + 0.5) * step.y;
+        let crossings = crossings(&place.outline, y);
+        for column in 0..size[0] {
+            let x = part.left() + (column as f32 + 0.5) * step.x;
+            let inside = crossings.iter().filter(|&&crossing| crossing < x).count() % 2 == 1;
+            let at = |position: f32, length: usize| (position.max(0.0) as usize).min(length - 1);
+            let index = at(y, full[1]) * full[0] + at(x, full[0]);
+            pixels.push(if inside {
+                shown.pixels[index]
+            } else {
+                plain.pixels[index]
+            });
+        }
+    }
+    egui::ColorImage::new(size, pixels)
 }
 
 #[cfg(test)]
@@ -209,12 +258,32 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_crop_stays_inside_the_image_and_shows_its_pixel() {
-        for pixel in [[0, 0], [319, 239], [160, 10]] {
-            let start = crop([320, 240], pixel);
-            assert!(start[0] + 106 <= 320 && start[1] + 80 <= 240);
-            let place = place_in_crop([320, 240], pixel);
-            assert!((0.0..=1.0).contains(&place.x) && (0.0..=1.0).contains(&place.y));
-        }
+    fn a_place_shows_labels_inside_its_region_and_the_image_around_it() {
+        let [shown, plain] =
+            [egui::Color32::RED, egui::Color32::GRAY].map(|color| egui::ColorImage::filled([60, 40], color));
+        let place = Suggestion {
+            frame: 0,
+            pixel: [30, 20],
+            position: Default::default(),
+            outline: vec![[26.0, 16.0], [26.0, 24.0], [34.0, 24.0], [34.0, 16.0]],
+            score: 1.0,
+            entropy: 0.0,
+            share: 0.0,
+            classes: Vec::new(),
+        };
+        let picture = place_picture(&shown, &plain, &place, [300, 300]);
+        let part = surroundings(egui::vec2(60.0, 40.0), &place);
+        assert_eq!(
+            picture.size,
+            [part.width().round() as usize, part.height().round() as usize]
+        );
+        let red = picture
+            .pixels
+            .iter()
+            .filter(|&&pixel| pixel == egui::Color32::RED)
+            .count();
+        assert!((56..=72).contains(&red), "{red} pixels of a region of 64");
+        assert_eq!(picture.pixels[0], egui::Color32::GRAY);
+        assert_eq!(place_picture(&shown, &plain, &place, [10, 10]).size[0], 10);
     }
 }

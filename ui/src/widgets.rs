@@ -231,6 +231,20 @@ pub fn key_cap(ui: &Ui, center: Pos2, text: &str) {
         .text(center, egui::Align2::CENTER_CENTER, text, font, color);
 }
 
+/// A key cap as wide as its text, left of `right_center`; returns its width.
+pub fn key_cap_of(ui: &Ui, right_center: Pos2, text: &str) -> f32 {
+    let color = ui.visuals().weak_text_color();
+    let font = egui::FontId::proportional(11.0);
+    let galley = ui.painter().layout_no_wrap(text.to_owned(), font, color);
+    let size = vec2((galley.size().x + 10.0).max(18.0), 18.0);
+    let rect = Rect::from_center_size(right_center - vec2(0.5 * size.x, 0.0), size);
+    let line = Stroke::new(1.0, ui.visuals().widgets.hovered.bg_fill);
+    ui.painter().rect_stroke(rect, 4, line, egui::StrokeKind::Inside);
+    let top_left = rect.center() - 0.5 * galley.size();
+    ui.painter().galley(top_left, galley, color);
+    size.x
+}
+
 /// The button that a person most likely wants.
 pub fn main_button(ui: &mut Ui, text: &str) -> Response {
     main_button_enabled(ui, true, text)

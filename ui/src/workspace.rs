@@ -12,8 +12,10 @@ use inplace_core::session::{Command, Event, ModelState, Phase, Status, Verdict};
 use crate::canvas::{Content, Line, ShownMap, Tool, View};
 use crate::document::{Document, frame_of};
 use crate::frames;
+use crate::guidance::{Arrival, Guidance};
 use crate::overview::Overview;
 use crate::session_link::Running;
+use crate::surroundings::surroundings;
 
 /// An open scene.
 #[derive(Debug)]
@@ -30,9 +32,9 @@ pub struct Workspace {
     last_serial: u64,
     status: Status,
     paused: bool,
-    suggestions: Vec<Suggestion>,
-    /// The suggestion that was gone to last.
-    at_suggestion: Option<usize>,
+    guidance: Guidance,
+    /// Generation of the labels that all maps follow.
+    followed: Option<u64>,
     state: Option<Arc<ModelState>>,
     ended: bool,
     overview: Overview,
@@ -60,8 +62,8 @@ impl Workspace {
             last_serial: 0,
             status: Status::default(),
             paused: false,
-            suggestions: Vec::new(),
-            at_suggestion: None,
+            guidance: Guidance::default(),
+            followed: None,
             state: None,
             ended: false,
             view: View::FITTED,
@@ -69,7 +71,8 @@ impl Workspace {
         workspace.session.send(Command::CheckStrokes);
         workspace.session.send(Command::View { frame: 0 });
         workspace.take_map();
-        if workspace.document.labels().says_anything() {
+        // So that the worker counts on from there: what it makes of older labels is not taken.
+        if workspace.document.generation() > 0 || workspace.document.labels().says_anything() {
             workspace.send_labels();
         }
         workspace
@@ -122,12 +125,27 @@ impl Workspace {
 
     /// Where to label next, best first.
     pub fn suggestions(&self) -> &[Suggestion] {
-        &self.suggestions
+        self.guidance.listed()
     }
 
-    /// The suggestion that was gone to last.
+    /// The suggestion that the person is at.
     pub fn at_suggestion(&self) -> Option<usize> {
-        self.at_suggestion
+        self.guidance.at()
+    }
+
+    /// The suggestions and where the person is among them.
+    pub fn guidance(&self) -> &Guidance {
+        &self.guidance
+    }
+
+    /// The suggestions and where the person is among them.
+    pub fn guidance_mut(&mut self) -> &mut Guidance {
+        &mut self.guidance
+    }
+
+    /// Generation of the newest labels that the maps of all frames follow; `None` before there are any.
+    pub fn followed(&self) -> Option<u64> {
+        self.followed
     }
 
     /// The newest model state that the worker handed over.
@@ -226,23 +244,51 @@ impl Workspace {
         self.view.center_on(egui::pos2(x as f32 + 0.5, y as f32 + 0.5));
     }
 
-    /// Goes to a suggestion.
-    pub fn go_to_suggestion(&mut self, index: usize) {
-        if let Some(suggestion) = self.suggestions.get(index) {
-            let (frame, pixel) = (suggestion.frame, suggestion.pixel);
-            self.at_suggestion = Some(index);
-            self.go_to_place(frame, pixel);
+    /// Shows the place of a suggestion, as near as it takes to recognise it.
+    pub fn show_suggestion(&mut self, index: usize) {
+        let Some(place) = self.guidance.listed().get(index) else {
+            return;
+        };
+        let shown = self.scene.frames.get(place.frame).map(|frame| {
+            let size = egui::vec2(frame.color.width() as f32, frame.color.height() as f32);
+            (place.frame, surroundings(size, place))
+        });
+        if let Some((frame, part)) = shown {
+            self.go_to(frame);
+            self.view = View::showing(part);
         }
     }
 
-    /// Goes to the best suggestion, or on to the next one; returns whether there is any.
-    pub fn go_to_next_suggestion(&mut self) -> bool {
-        if self.suggestions.is_empty() {
-            return false;
+    /// Goes to a suggestion and shows it; returns whether it is there.
+    pub fn go_to_suggestion(&mut self, index: usize) -> bool {
+        let there = self.guidance.go_to(index);
+        if there {
+            self.show_suggestion(index);
         }
-        let next = self.at_suggestion.map_or(0, |index| index + 1);
-        self.go_to_suggestion(next % self.suggestions.len());
-        true
+        there
+    }
+
+    /// Goes on to another suggestion and shows it; returns whether there is any.
+    pub fn step_suggestion(&mut self, backwards: bool) -> bool {
+        let next = self.guidance.step(backwards);
+        if let Some(index) = next {
+            self.show_suggestion(index);
+        }
+        next.is_some()
+    }
+
+    /// Labels the place of a suggestion; `None` when it is not there, or was answered before.
+    pub fn answer_suggestion(&mut self, index: usize, class: ClassId) -> Option<Edit> {
+        let place = self.guidance.listed().get(index)?;
+        let exists = class == VOID || self.document.labels().class(class).is_some();
+        if !exists || self.guidance.answer_of(index).is_some() {
+            return None;
+        }
+        let click = Stroke::click(place.frame, class, place.pixel);
+        let edit = self.edit(|history| Some(history.add_stroke(click)))?;
+        let stroke = edit.strokes.last()?.id;
+        self.guidance.answered(index, class, stroke);
+        Some(edit)
     }
 
     /// Makes a class current.
@@ -294,6 +340,9 @@ impl Workspace {
         if let Some(frame) = frame_of(&edit) {
             self.go_to(frame);
         }
+        if let Some(index) = self.guidance.history_stepped(&edit) {
+            self.show_suggestion(index);
+        }
         Some(edit)
     }
 
@@ -319,12 +368,19 @@ impl Workspace {
                     self.take_map();
                 }
             }
-            Event::Suggestions { suggestions, .. } => {
+            Event::Suggestions {
+                generation,
+                mut suggestions,
+            } => {
                 let frames = self.scene.frames.len();
-                self.suggestions = suggestions;
-                self.suggestions.retain(|suggestion| suggestion.frame < frames);
-                self.at_suggestion = None;
+                suggestions.retain(|suggestion| suggestion.frame < frames);
+                let newest = self.document.generation();
+                match self.guidance.take_list(generation, suggestions, newest) {
+                    Arrival::Next(index) => self.show_suggestion(index),
+                    Arrival::Quiet | Arrival::NothingLeft => {}
+                }
             }
+            Event::AllMaps { generation } => self.followed = Some(generation),
             Event::Status(status) => {
                 let strokes = self.document.labels().strokes.len();
                 self.overview.note(&status, strokes, Instant::now());
@@ -336,7 +392,7 @@ impl Workspace {
             Event::State(state) => self.state = Some(state),
             Event::Warning(sentence) | Event::Error(sentence) => return Some(sentence),
             Event::Stopped => self.ended = true,
-            Event::AllMaps { .. } | Event::Opening { .. } | Event::Opened(_) => {}
+            Event::Opening { .. } | Event::Opened(_) => {}
         }
         None
     }

@@ -26,6 +26,7 @@ pub fn run(arguments: WindowArguments) -> Result<(), Failure> {
         threads: arguments.training.threads.map(usize::from),
         seed: arguments.training.seed,
         stats: arguments.stats,
+        trace: arguments.trace,
         ..defaults
     };
     match inplace_ui::run(options) {

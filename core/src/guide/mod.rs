@@ -7,6 +7,7 @@ mod outline;
 
 use std::collections::BTreeSet;
 
+use glam::Vec3;
 use rayon::prelude::*;
 
 use candidates::{candidates, unclearness, values, visible};
@@ -15,7 +16,7 @@ use nearby::Nearby;
 
 use crate::labels::{ClassId, Pixel, VOID};
 use crate::scene::Scene;
-use crate::semantics::{ENTROPY_STEPS_PER_NAT, NO_NODE, Posterior, Surface};
+use crate::semantics::{ENTROPY_STEPS_PER_NAT, NO_NODE, Spread};
 
 /// A place whose label would settle much.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,6 +25,8 @@ pub struct Suggestion {
     pub frame: usize,
     /// The pixel to label.
     pub pixel: Pixel,
+    /// Where the place is, in world coordinates, in metres.
+    pub position: Vec3,
     /// Outline of the region that the label would settle, a closed polygon in pixel coordinates of the frame.
     pub outline: Vec<[f32; 2]>,
     /// What the label is worth, relative to the best suggestion (1).
@@ -33,7 +36,16 @@ pub struct Suggestion {
     /// Share of all pixels of all frames that the region covers, 0..=1.
     pub share: f32,
     /// The two most likely classes there, the likelier first; fewer where fewer are known.
-    pub classes: Vec<ClassId>,
+    pub classes: Vec<Likely>,
+}
+
+/// A class that a place may have.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Likely {
+    /// The class; never void.
+    pub class: ClassId,
+    /// What the maps say of it there, 0..=1.
+    pub probability: f32,
 }
 
 /// Most suggestions at a time.
@@ -47,7 +59,7 @@ const MOST_VISITS: usize = 1_000_000;
 /// Candidates whose effects are found out together.
 const BLOCK: usize = 32;
 
-/// Ranks the places to label next, best first; `said` are the nodes that strokes lie on.
+/// Ranks the places to label next, best first.
 ///
 /// The worth of a node x is u min(r / 0.1 m, 1)^2 sqrt(e): u is the chance that its most likely class is
 /// wrong, averaged twice over neighbours, r the distance in space to the nearest label, and e the effect of
@@ -56,20 +68,15 @@ const BLOCK: usize = 32;
 /// show the node, and k the weight of its class, which is larger the fewer pixels the class has.
 ///
 /// With `only`, the places are shown in these frames, and those that none of them shows are left out.
-pub fn suggest(
-    scene: &Scene,
-    surface: &Surface,
-    posterior: &Posterior,
-    said: &[u32],
-    only: Option<&BTreeSet<usize>>,
-) -> Vec<Suggestion> {
+pub fn suggest(scene: &Scene, spread: &Spread, only: Option<&BTreeSet<usize>>) -> Vec<Suggestion> {
+    let (surface, posterior, said) = (spread.surface(), spread.posterior(), spread.said());
     let graph = &surface.graph;
     let unclear = unclearness(graph, posterior);
     let values = values(graph, posterior);
     let value = |node: u32| values[node as usize];
     let to_label = |node: u32| posterior.distances[node as usize][0];
     let mut labels = Nearby::new(NEAR_A_LABEL);
-    for &node in said {
+    for &node in &said {
         labels.add(graph.nodes()[node as usize].position);
     }
     let away = |node: u32| {
@@ -77,7 +84,7 @@ pub fn suggest(
         (distance / NEAR_A_LABEL).powi(2)
     };
     let mut open = visible(surface, only);
-    for &node in said {
+    for &node in &said {
         open[node as usize] = false;
     }
     let promise = |node: u32| match open[node as usize] {
@@ -126,7 +133,7 @@ pub fn suggest(
             break;
         }
     }
-    describe((scene, only), surface, posterior, &picks, &region_of)
+    describe((scene, only), spread, &picks, &region_of)
 }
 
 /// Not in any region.
@@ -135,11 +142,11 @@ const NO_REGION: u8 = u8::MAX;
 /// Finds for each pick the frame that shows most of its region, the pixel and the outline there.
 fn describe(
     (scene, only): (&Scene, Option<&BTreeSet<usize>>),
-    surface: &Surface,
-    posterior: &Posterior,
+    spread: &Spread,
     picks: &[(f32, u32)],
     region_of: &[u8],
 ) -> Vec<Suggestion> {
+    let surface = spread.surface();
     let total: usize = surface.pixels.iter().map(|pixels| pixels.len()).sum();
     // Pixels of each region in each frame, and whether the pick itself is seen there.
     let mut counts = vec![vec![(0_usize, false); picks.len()]; surface.pixels.len()];
@@ -169,19 +176,36 @@ fn describe(
                 node != NO_NODE && region_of[node as usize] == region as u8
             };
             let covered: usize = counts.iter().map(|counts| counts[region].0).sum();
-            let classes = [
-                posterior.labels[pick as usize],
-                posterior.runners_up[pick as usize],
-            ];
             Some(Suggestion {
                 frame,
                 pixel,
+                position: surface.graph.nodes()[pick as usize].position,
                 outline: outline::trace(camera.width, camera.height, pixel, inside),
                 score: worth / best.max(f32::MIN_POSITIVE),
-                entropy: f32::from(posterior.entropy[pick as usize]) / ENTROPY_STEPS_PER_NAT,
+                entropy: f32::from(spread.posterior().entropy[pick as usize]) / ENTROPY_STEPS_PER_NAT,
                 share: covered as f32 / total.max(1) as f32,
-                classes: classes.into_iter().filter(|&class| class != VOID).collect(),
+                classes: likely(spread, pick),
             })
+        })
+        .collect()
+}
+
+/// The two most likely classes of a node, as far as they are known. The posterior keeps the probability of the first
+/// alone; that of the second is worth computing anew for the few places that are suggested.
+fn likely(spread: &Spread, node: u32) -> Vec<Likely> {
+    let posterior = spread.posterior();
+    let known = [
+        posterior.labels[node as usize],
+        posterior.runners_up[node as usize],
+    ];
+    let probabilities = spread.probabilities(node as usize);
+    let of_class = |class: ClassId| spread.classes().iter().position(|&other| other == class);
+    known
+        .into_iter()
+        .filter(|&class| class != VOID)
+        .filter_map(|class| {
+            let probability = probabilities[of_class(class)?];
+            Some(Likely { class, probability })
         })
         .collect()
 }

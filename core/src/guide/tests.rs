@@ -1,28 +1,37 @@
-use rustc_hash::FxHashMap;
+use std::sync::Arc;
 
 use super::*;
+use crate::labels::{Class, LabelSet, Stroke, StrokeId};
 use crate::scene::Camera;
 use crate::scene::testing::wall;
-use crate::semantics::Propagation;
+use crate::semantics::{CERTAIN, Surface};
 
-fn suggestions(labels: &[(usize, Pixel, ClassId)]) -> (Scene, Surface, Vec<u32>, Vec<Suggestion>) {
-    let scene = wall(2, 80, 60);
-    let surface = Surface::build(&scene, &[], 5.0).unwrap();
-    let mut seeds = FxHashMap::default();
-    for &(frame, [x, y], class) in labels {
-        seeds.insert(surface.pixels[frame].node((y * 80 + x) as usize).unwrap(), class);
-    }
-    let said: Vec<u32> = seeds.keys().copied().collect();
-    let mut propagation = Propagation::default();
-    propagation.update(&surface.graph, seeds);
-    let posterior = Posterior::new(&propagation, &[1, 2], surface.graph.len(), None, None);
-    let suggestions = suggest(&scene, &surface, &posterior, &said, None);
-    (scene, surface, said, suggestions)
+/// A wall seen from so many frames, with clicks of two classes spread over it.
+fn spread(frames: usize, clicks: &[(usize, Pixel, ClassId)]) -> (Scene, Spread) {
+    let scene = wall(frames, 80, 60);
+    let mut spread = Spread::new(Arc::new(Surface::build(&scene, &[], 5.0).unwrap()));
+    let strokes = clicks.iter().enumerate().map(|(number, &(frame, pixel, class))| {
+        let stroke = Stroke::click(frame, class, pixel);
+        (StrokeId(number as u64), Arc::new(stroke))
+    });
+    let labels = LabelSet {
+        classes: vec![Class::new(1, "left"), Class::new(2, "right")],
+        strokes: strokes.collect(),
+        ..LabelSet::default()
+    };
+    spread.set_labels(&scene, &labels);
+    (scene, spread)
+}
+
+fn suggestions(clicks: &[(usize, Pixel, ClassId)]) -> (Arc<Surface>, Vec<u32>, Vec<Suggestion>) {
+    let (scene, spread) = spread(2, clicks);
+    let suggestions = suggest(&scene, &spread, None);
+    (Arc::clone(spread.surface()), spread.said(), suggestions)
 }
 
 #[test]
 fn the_first_suggestion_is_on_the_half_without_a_label() {
-    let (_, _, _, found) = suggestions(&[(0, [10, 30], 1)]);
+    let (_, _, found) = suggestions(&[(0, [10, 30], 1)]);
     let best = &found[0];
     let camera = Camera::with_horizontal_fov(80, 60, 90.0);
     let shift = if best.frame == 0 { -0.2 } else { 0.2 };
@@ -33,7 +42,7 @@ fn the_first_suggestion_is_on_the_half_without_a_label() {
 
 #[test]
 fn suggestions_are_apart_and_never_on_a_label() {
-    let (_, surface, said, found) = suggestions(&[(0, [10, 30], 1), (1, [70, 30], 2)]);
+    let (surface, said, found) = suggestions(&[(0, [10, 30], 1), (1, [70, 30], 2)]);
     let places: Vec<u32> = found
         .iter()
         .map(|s| {
@@ -60,7 +69,7 @@ fn the_border_between_two_settled_halves_is_no_suggestion() {
     let dense: Vec<_> = (0..8)
         .flat_map(|k| [(0, [4 + 4 * k, 30], 1), (1, [44 + 4 * k, 30], 2)])
         .collect();
-    let (_, surface, _, found) = suggestions(&dense);
+    let (surface, _, found) = suggestions(&dense);
     for s in &found {
         let node = surface.pixels[s.frame]
             .node((s.pixel[1] * 80 + s.pixel[0]) as usize)
@@ -72,7 +81,7 @@ fn the_border_between_two_settled_halves_is_no_suggestion() {
 
 #[test]
 fn outlines_surround_their_pixel() {
-    let (_, _, _, found) = suggestions(&[(0, [10, 30], 1), (1, [70, 30], 2)]);
+    let (_, _, found) = suggestions(&[(0, [10, 30], 1), (1, [70, 30], 2)]);
     for s in &found {
         let xs = || s.outline.iter().map(|p| p[0]);
         let ys = || s.outline.iter().map(|p| p[1]);
@@ -92,12 +101,37 @@ fn outlines_surround_their_pixel() {
 
 #[test]
 fn suggestions_keep_to_the_frames_that_may_be_labelled() {
-    let scene = wall(4, 80, 60);
-    let surface = Surface::build(&scene, &[], 5.0).unwrap();
-    let posterior = Posterior::new(&Propagation::default(), &[1, 2], surface.graph.len(), None, None);
+    let (scene, spread) = spread(4, &[]);
     for frame in 0..4 {
         let only = BTreeSet::from([frame]);
-        let found = suggest(&scene, &surface, &posterior, &[], Some(&only));
+        let found = suggest(&scene, &spread, Some(&only));
         assert!(!found.is_empty() && found.iter().all(|s| s.frame == frame));
     }
+}
+
+#[test]
+fn the_likely_classes_have_the_probabilities_of_the_maps() {
+    let (scene, spread) = spread(2, &[(0, [10, 30], 1), (1, [70, 30], 2)]);
+    for suggestion in suggest(&scene, &spread, None) {
+        let pixel = (suggestion.pixel[1] * 80 + suggestion.pixel[0]) as usize;
+        let node = spread.surface().pixels[suggestion.frame].node(pixel).unwrap();
+        let [first, second] = suggestion.classes[..] else {
+            panic!("two classes are known: {suggestion:?}")
+        };
+        let confidence = f32::from(spread.posterior().confidence[node as usize]) / f32::from(CERTAIN);
+        assert!((first.probability - confidence).abs() < 1e-4, "{suggestion:?}");
+        assert!((first.probability + second.probability - 1.0).abs() < 1e-4);
+        assert!(first.probability >= second.probability);
+        assert_eq!(
+            suggestion.position,
+            spread.surface().graph.nodes()[node as usize].position
+        );
+    }
+}
+
+#[test]
+fn without_labels_there_are_places_and_no_likely_classes() {
+    let (scene, spread) = spread(2, &[]);
+    let found = suggest(&scene, &spread, None);
+    assert!(!found.is_empty() && found.iter().all(|suggestion| suggestion.classes.is_empty()));
 }

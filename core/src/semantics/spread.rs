@@ -203,7 +203,7 @@ impl Spread {
     }
 
     /// What the maps say of a node, in the order of the classes: graph and votes with the head's say.
-    pub(super) fn probabilities(&self, node: usize) -> Vec<f32> {
+    pub(crate) fn probabilities(&self, node: usize) -> Vec<f32> {
         let mut probabilities = self.graph_probabilities(node);
         if let Some(head) = self.head.as_ref().and_then(|head| head.on(&self.classes)) {
             let count = probabilities.len();

@@ -1,6 +1,9 @@
 //! What a frame's map comes to, in a few numbers.
 
-use super::map::{OnSurface, Pixels};
+use std::f32::consts::LN_2;
+use std::ops::Range;
+
+use super::map::{CERTAIN, OnSurface, Pixels};
 use super::{ENTROPY_STEPS_PER_NAT, FrameMap, NO_NODE};
 use crate::labels::{ClassId, ImportedMap, VOID};
 
@@ -11,7 +14,9 @@ pub struct FrameSummary {
     pub mean_entropy: f32,
     /// Share of the pixels that have a class, 0..=1.
     pub coverage: f32,
-    /// Share of the pixels whose entropy is above the threshold asked for, 0..=1.
+    /// Share of the pixels whose class is more likely wrong than right, 0..=1: it has a probability below one half.
+    /// For maps that do not know their probabilities, such as those of a project file, the pixels that are less sure
+    /// than an even guess between two classes (more than ln 2 nats).
     pub unclear: f32,
     /// Share of the pixels for which an imported label image says another class than the map, 0..=1.
     pub disagreeing: f32,
@@ -27,26 +32,42 @@ struct Counts {
     disagreeing: usize,
 }
 
+/// What a run of pixels has in common.
+#[derive(Clone, Copy)]
+struct Value {
+    label: ClassId,
+    entropy: u16,
+    unclear: bool,
+}
+
 impl FrameMap {
-    /// What the map comes to; `unclear_above` is in nats. A map that follows from a surface is summed up by the nodes
-    /// that its pixels show, before borders are drawn along the colours and what was painted is laid over it: that
-    /// moves few pixels, and a thousand frames take a fraction of a second.
-    pub fn summary(&self, unclear_above: f32, imported: Option<&ImportedMap>) -> FrameSummary {
-        let threshold = (unclear_above * ENTROPY_STEPS_PER_NAT) as u16;
+    /// What the map comes to. A map that follows from a surface is summed up by the nodes that its pixels show,
+    /// before borders are drawn along the colours and what was painted is laid over it: that moves few pixels, and a
+    /// thousand frames take a fraction of a second.
+    pub fn summary(&self, imported: Option<&ImportedMap>) -> FrameSummary {
         let pixels = self.width as usize * self.height as usize;
         let said = imported.filter(|image| image.pixels() == pixels);
         let said = said.map(ImportedMap::labels);
         let mut counts = Counts::default();
         match self.pixels() {
-            Pixels::Listed { labels, entropy, .. } => {
-                let mut start = 0;
-                let same = |a: &(&ClassId, &u16), b: &(&ClassId, &u16)| a == b;
-                let all: Vec<(&ClassId, &u16)> = labels.iter().zip(entropy).collect();
-                for run in all.chunk_by(same) {
-                    let (&label, &entropy) = run[0];
-                    let range = start..start + run.len();
-                    start = range.end;
-                    counts.add(range, (label, entropy), threshold, said.as_deref());
+            Pixels::Listed {
+                labels,
+                entropy,
+                confidence,
+            } => {
+                let toss_up = (LN_2 * ENTROPY_STEPS_PER_NAT) as u16;
+                for pixel in 0..labels.len() {
+                    let entropy = entropy[pixel];
+                    let unclear = match confidence {
+                        Some(confidence) => confidence[pixel] < CERTAIN / 2,
+                        None => entropy > toss_up,
+                    };
+                    let value = Value {
+                        label: labels[pixel],
+                        entropy,
+                        unclear,
+                    };
+                    counts.add(pixel..pixel + 1, value, said.as_deref());
                 }
             }
             Pixels::OnSurface(shown) => {
@@ -57,12 +78,19 @@ impl FrameMap {
                     ..
                 } = shown;
                 for (node, range) in surface.pixels[self.frame].runs() {
-                    let value = if node == NO_NODE {
-                        (VOID, *unknown)
-                    } else {
-                        (posterior.labels[node as usize], posterior.entropy[node as usize])
+                    let value = match node {
+                        NO_NODE => Value {
+                            label: VOID,
+                            entropy: *unknown,
+                            unclear: true,
+                        },
+                        node => Value {
+                            label: posterior.labels[node as usize],
+                            entropy: posterior.entropy[node as usize],
+                            unclear: posterior.confidence[node as usize] < CERTAIN / 2,
+                        },
                     };
-                    counts.add(range, value, threshold, said.as_deref());
+                    counts.add(range, value, said.as_deref());
                 }
             }
         }
@@ -71,22 +99,17 @@ impl FrameMap {
 }
 
 impl Counts {
-    /// Adds a run of pixels with the same class and entropy.
-    fn add(
-        &mut self,
-        range: std::ops::Range<usize>,
-        (label, entropy): (ClassId, u16),
-        threshold: u16,
-        said: Option<&[ClassId]>,
-    ) {
+    /// Adds a run of pixels.
+    fn add(&mut self, range: Range<usize>, value: Value, said: Option<&[ClassId]>) {
         let length = range.len();
         self.pixels += length;
-        self.entropy += length as u64 * u64::from(entropy);
-        self.labelled += if label == VOID { 0 } else { length };
-        self.unclear += if entropy > threshold { length } else { 0 };
-        let other = |&&said: &&ClassId| said != VOID && said != label;
-        let others = said.map_or(0, |said| said[range].iter().filter(other).count());
-        self.disagreeing += if label == VOID { 0 } else { others };
+        self.entropy += length as u64 * u64::from(value.entropy);
+        self.unclear += if value.unclear { length } else { 0 };
+        if value.label != VOID {
+            self.labelled += length;
+            let other = |&&said: &&ClassId| said != VOID && said != value.label;
+            self.disagreeing += said.map_or(0, |said| said[range].iter().filter(other).count());
+        }
     }
 
     fn shares(&self) -> FrameSummary {

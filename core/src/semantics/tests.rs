@@ -479,13 +479,14 @@ fn a_summary_by_nodes_is_near_that_of_the_pixels() {
     let imported = ImportedMap::new(2, &[1; 64 * 48]);
     for frame in 0..5 {
         let map = spread.map(&scene, frame, 1);
-        let summary = map.summary(0.3, Some(&imported));
-        let exact = map.looked_up().summary(0.3, Some(&imported));
+        let summary = map.summary(Some(&imported));
+        let exact = map.looked_up().summary(Some(&imported));
         assert!((exact.mean_entropy - map.mean_entropy()).abs() < 1e-5);
         assert!((exact.coverage - map.coverage()).abs() < 1e-6);
         let bright = map.labels().iter().filter(|&&label| label == 2).count() as f32;
         assert!((exact.disagreeing - bright / (64.0 * 48.0)).abs() < 1e-6);
-        let unclear = map.entropy().iter().filter(|&&entropy| entropy > 3000).count() as f32;
+        let confidence = map.confidence().unwrap();
+        let unclear = confidence.iter().filter(|&&p| p < CERTAIN / 2).count() as f32;
         assert!((exact.unclear - unclear / (64.0 * 48.0)).abs() < 1e-6);
         for (near, exact) in [
             (summary.mean_entropy, exact.mean_entropy),

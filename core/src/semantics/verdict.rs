@@ -156,6 +156,9 @@ impl CrossValidation {
             }
         }
         let predicted: usize = counts.values().sum();
+        if predicted == 0 {
+            return None;
+        }
         let right = counts.remove(&own).unwrap_or(0);
         let contradicting = (predicted - right) as f32 / predicted as f32;
         // Of as many, the class that comes first.
@@ -163,7 +166,7 @@ impl CrossValidation {
             .iter()
             .max_by_key(|&(&class, &count)| (count, std::cmp::Reverse(class)));
         let other = other.map_or(own, |(&class, _)| class);
-        (predicted > 0).then(|| Verdict {
+        Some(Verdict {
             stroke,
             class: if contradicting > 0.5 { other } else { own },
             contradicting,

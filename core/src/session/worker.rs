@@ -229,13 +229,7 @@ impl<'a> Worker<'a> {
             return false;
         };
         self.suggestions_due = false;
-        let suggestions = suggest(
-            &self.scene,
-            spread.surface(),
-            spread.posterior(),
-            &spread.said(),
-            self.suggest_on.as_ref(),
-        );
+        let suggestions = suggest(&self.scene, spread, self.suggest_on.as_ref());
         self.outbox.send(Event::Suggestions {
             generation: self.generation,
             suggestions,

@@ -91,12 +91,7 @@ impl App {
                 None
             }
         };
-        let mut added = VOID;
-        self.edit(|history| {
-            let (id, edit) = history.add_class(name);
-            added = id;
-            Some(edit)
-        });
+        let added = self.new_class(name);
         self.choose_class(added);
         if let Some(waiting) = waiting {
             let stroke = Stroke {
@@ -108,6 +103,17 @@ impl App {
         }
     }
 
+    /// Adds a class; returns its id.
+    pub(super) fn new_class(&mut self, name: &str) -> ClassId {
+        let mut added = VOID;
+        self.edit(|history| {
+            let (id, edit) = history.add_class(name);
+            added = id;
+            Some(edit)
+        });
+        added
+    }
+
     /// A class is chosen to label with it.
     pub(super) fn choose_class(&mut self, class: ClassId) {
         self.state.settings.tool = Tool::Label;
@@ -115,15 +121,18 @@ impl App {
     }
 
     pub(super) fn choose_slot(&mut self, slot: usize) {
-        let class = self.state.workspace().and_then(|workspace| {
-            let Some(index) = slot.checked_sub(1) else {
-                return Some(VOID);
-            };
-            workspace.document().classes().get(index).map(|class| class.id)
-        });
-        if let Some(class) = class {
+        if let Some(class) = self.class_of_slot(slot) {
             self.choose_class(class);
         }
+    }
+
+    /// The n-th class of the list; 0 is void.
+    pub(super) fn class_of_slot(&self, slot: usize) -> Option<ClassId> {
+        let Some(index) = slot.checked_sub(1) else {
+            return Some(VOID);
+        };
+        let classes = self.state.workspace()?.document().classes();
+        classes.get(index).map(|class| class.id)
     }
 
     pub(super) fn change_class(

@@ -1,6 +1,7 @@
 //! Carrying out actions.
 
 mod files;
+mod guidance;
 mod labels;
 mod preferences;
 mod view;
@@ -8,7 +9,7 @@ mod work;
 
 use std::time::Instant;
 
-use inplace_core::labels::{History, Stroke};
+use inplace_core::labels::History;
 use inplace_core::project::Step;
 
 use crate::action::Action;
@@ -44,14 +45,9 @@ impl App {
             Action::Dismiss(id) => self.state.toasts.dismiss(id),
             Action::DismissExport => self.state.export = None,
 
-            Action::Draw(line) => self.draw(line),
-            Action::LabelAt { frame, pixel, class } => {
-                self.with_workspace(|workspace| {
-                    workspace.choose_class(class);
-                    workspace.go_to_place(frame, pixel);
-                });
-                self.edit(|history| Some(history.add_stroke(Stroke::click(frame, class, pixel))));
-                self.note_click();
+            Action::Draw(line) => {
+                self.leave_suggestions();
+                self.draw(line);
             }
             Action::Undo => self.step(History::undo, Step::Undo),
             Action::Redo => self.step(History::redo, Step::Redo),
@@ -79,11 +75,20 @@ impl App {
             }
             Action::ShowSide(side) => self.state.side = side,
             Action::SwitchSide => self.state.side = self.state.side.other(),
-            Action::GoToSuggestion(index) => {
-                self.with_workspace(|workspace| workspace.go_to_suggestion(index));
-                self.looked_away();
+            Action::GoToSuggestion(index) => self.go_to_suggestion(index),
+            Action::NextSuggestion => self.step_suggestion(false),
+            Action::PreviousSuggestion => self.step_suggestion(true),
+            Action::AnswerSuggestion(index, class) => self.answer_suggestion(index, class),
+            Action::AnswerLikely(rank) => self.answer_likely(rank),
+            Action::AnswerSlot(slot) => self.answer_slot(slot),
+            Action::AskPlaceName => self.ask_place_name(),
+            Action::AnswerByName(name) => self.answer_by_name(&name),
+            Action::SkipSuggestion => self.skip_suggestion(),
+            Action::ListSkipped => self.with_workspace(|workspace| workspace.guidance_mut().list_skipped()),
+            Action::LeaveSuggestions => self.leave_suggestions(),
+            Action::HoldSuggestions(held) => {
+                self.with_workspace(|workspace| workspace.guidance_mut().hold(held));
             }
-            Action::NextSuggestion => self.next_suggestion(),
 
             Action::ChooseLayer(layer) => self.state.settings.layer = layer,
             Action::CycleLayer => self.state.settings.layer = self.state.settings.layer.next(),

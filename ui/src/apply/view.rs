@@ -4,7 +4,7 @@ use crate::app::App;
 use crate::workspace::Workspace;
 
 impl App {
-    pub(super) fn looked_away(&mut self) {
+    pub(crate) fn looked_away(&mut self) {
         if let Some(stats) = &mut self.state.stats {
             stats.looked_away();
         }
@@ -18,6 +18,7 @@ impl App {
             }
         });
         if moved {
+            self.leave_suggestions();
             self.looked_away();
         }
     }
@@ -33,19 +34,6 @@ impl App {
             self.state
                 .toasts
                 .info(crate::english::frames::not_found(text.trim()));
-        }
-    }
-
-    pub(super) fn next_suggestion(&mut self) {
-        let Some(workspace) = self.state.workspace_mut() else {
-            return;
-        };
-        if workspace.go_to_next_suggestion() {
-            self.looked_away();
-        } else {
-            self.state
-                .toasts
-                .info("There are no suggestions yet: label something first.");
         }
     }
 }

@@ -13,6 +13,7 @@ use egui::{CursorIcon, Key, Rect, Role, Sense, Ui, WidgetInfo, vec2};
 pub use content::{Content, ShownMap};
 pub use cpu::{Look, composite};
 pub use gpu::UploadClock;
+pub use overlay::{marker, region};
 pub use palette::{Layer, Palette, VOID_COLOR};
 pub use tools::{Gesture, Line, Outcome, Surroundings, Tool};
 pub use view::{Placement, View};
@@ -91,6 +92,10 @@ impl Canvas {
             cursor: hover,
         };
         let view = self.follow(ui, workspace.view, &around, &state.settings, actions);
+        if self.gesture.line().is_some() && workspace.guidance().is_active() {
+            // Whoever draws has turned to something else, also before the line is finished.
+            actions.push(Action::LeaveSuggestions);
+        }
         let placement = view.place(rect, size);
         let mut look = state.settings.look();
         if state.overlay_hidden {

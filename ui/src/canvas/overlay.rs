@@ -1,6 +1,7 @@
 //! Vectors over the frame: strokes, the line being drawn, the brush, suggestions.
 
 use egui::{Align2, Color32, FontId, Painter, Pos2, Shape, Stroke, vec2};
+use inplace_core::guide::Suggestion;
 use inplace_core::labels::{ClassId, Pixel, VOID};
 
 use super::palette::VOID_COLOR;
@@ -9,6 +10,8 @@ use super::view::Placement;
 use crate::theme;
 use crate::workspace::Workspace;
 
+/// Corners of a region that are nearer to each other on screen are drawn as one, in points.
+const FINEST_STEP: f32 = 1.5;
 const HALO: Color32 = Color32::from_black_alpha(150);
 
 /// The colour that strokes of a class have.
@@ -99,40 +102,60 @@ pub fn brush(
     }
 }
 
-/// Suggested regions on the frame in view: their outline, and a numbered marker where to click.
+/// Suggested regions on the frame in view: their outline, and a numbered marker where to click. While one is at hand,
+/// the others step back.
 pub fn suggestions(painter: &Painter, workspace: &Workspace, placement: Placement) {
-    let accent = theme::accent(&painter.ctx().global_style().visuals);
-    for (index, suggestion) in workspace.suggestions().iter().enumerate() {
-        if suggestion.frame != workspace.frame_index() {
-            continue;
-        }
-        let current = workspace.at_suggestion() == Some(index);
-        let mut outline: Vec<Pos2> = suggestion
-            .outline
-            .iter()
-            .map(|&[x, y]| placement.to_screen(Pos2::new(x, y)))
-            .collect();
-        if let Some(&first) = outline.first() {
-            outline.push(first);
-            let width = if current { 2.0 } else { 1.25 };
-            painter.add(Shape::line(outline.clone(), Stroke::new(width + 2.0, HALO)));
-            let dashes = Shape::dashed_line(&outline, Stroke::new(width, Color32::WHITE), 6.0, 4.0);
-            painter.extend(dashes);
+    let guidance = workspace.guidance();
+    let at = guidance.at();
+    let in_view = |&(_, suggestion): &(usize, &Suggestion)| suggestion.frame == workspace.frame_index();
+    let shown = workspace.suggestions().iter().enumerate().filter(in_view);
+    for (index, suggestion) in shown.filter(|&(index, _)| guidance.answer_of(index).is_none()) {
+        let current = at == Some(index);
+        let in_front = current || at.is_none();
+        if in_front {
+            let to_screen = |&[x, y]: &[f32; 2]| placement.to_screen(Pos2::new(x, y));
+            let outline: Vec<Pos2> = suggestion.outline.iter().map(to_screen).collect();
+            region(painter, outline, if current { 2.0 } else { 1.25 });
         }
         let center = placement.pixel_center(suggestion.pixel);
-        let radius = if current { 11.0 } else { 9.0 };
-        let fill = if current {
-            accent
-        } else {
-            Color32::from_black_alpha(190)
-        };
-        painter.circle(center, radius, fill, Stroke::new(1.5, Color32::WHITE));
-        painter.text(
-            center,
-            Align2::CENTER_CENTER,
-            index + 1,
-            FontId::proportional(12.0),
-            if current { Color32::BLACK } else { Color32::WHITE },
-        );
+        marker(painter, center, index, current, in_front);
+    }
+}
+
+/// The outline of a suggested region, on screen.
+pub fn region(painter: &Painter, mut outline: Vec<Pos2>, width: f32) {
+    // Steps of the pixels that cannot be seen cost time all the same.
+    outline.dedup_by(|next, last| next.distance(*last) < FINEST_STEP);
+    let Some(&first) = outline.first() else {
+        return;
+    };
+    outline.push(first);
+    painter.add(Shape::line(outline.clone(), Stroke::new(width + 2.0, HALO)));
+    let dashes = Shape::dashed_line(&outline, Stroke::new(width, Color32::WHITE), 6.0, 4.0);
+    painter.extend(dashes);
+}
+
+/// The numbered marker of a suggested place. That of the place at hand is a ring with the number beside it, since the
+/// pixel in question has to be seen.
+pub fn marker(painter: &Painter, center: Pos2, index: usize, current: bool, in_front: bool) {
+    let visuals = &painter.ctx().global_style().visuals;
+    let (accent, on_accent) = (theme::accent(visuals), theme::on_accent(visuals));
+    let dark = Color32::from_black_alpha(190);
+    let white = Color32::WHITE;
+    let font = FontId::proportional(12.0);
+    if current {
+        painter.circle_stroke(center, 9.0, Stroke::new(5.0, HALO));
+        painter.circle_stroke(center, 9.0, Stroke::new(3.0, white));
+        painter.circle_stroke(center, 9.0, Stroke::new(1.5, accent));
+        let badge = center + vec2(13.0, -13.0);
+        painter.circle(badge, 9.0, accent, Stroke::new(1.0, white));
+        painter.text(badge, Align2::CENTER_CENTER, index + 1, font, on_accent);
+    } else {
+        let strength = if in_front { 1.0 } else { 0.5 };
+        let radius = if in_front { 9.0 } else { 8.0 };
+        let line = Stroke::new(1.5, white.gamma_multiply(strength));
+        painter.circle(center, radius, dark.gamma_multiply(strength), line);
+        let color = white.gamma_multiply(strength);
+        painter.text(center, Align2::CENTER_CENTER, index + 1, font, color);
     }
 }

@@ -1,6 +1,6 @@
 //! Where the image lies in the canvas: zoom, pan, and the way between screen and image.
 
-use egui::{Pos2, Rect, Vec2, vec2};
+use egui::{Pos2, Rect, Vec2, pos2, vec2};
 use inplace_core::labels::Pixel;
 
 /// Points on screen per image pixel at the closest zoom.
@@ -13,24 +13,45 @@ const FIT_MARGIN: f32 = 16.0;
 /// What part of the image the canvas shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct View {
-    /// Zoom and the image position in the middle of the canvas; `None` = the whole image, fitted.
-    free: Option<(f32, Pos2)>,
+    part: Part,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+enum Part {
+    /// The whole image, fitted.
+    #[default]
+    Whole,
+    /// A rectangle of the image, in pixels, fitted.
+    Rectangle(Rect),
+    /// Points per pixel, and the image position in the middle of the canvas.
+    Free(f32, Pos2),
 }
 
 impl View {
     /// The whole image, fitted into whatever space there is.
-    pub const FITTED: Self = Self { free: None };
+    pub const FITTED: Self = Self { part: Part::Whole };
+
+    /// A rectangle of the image, in pixels, fitted into whatever space there is; the image around it fills the rest.
+    pub fn showing(rectangle: Rect) -> Self {
+        Self {
+            part: Part::Rectangle(rectangle),
+        }
+    }
 
     /// Whether the whole image is fitted into the canvas.
     pub fn is_fitted(&self) -> bool {
-        self.free.is_none()
+        self.part == Part::Whole
     }
 
     /// Where an image of this size lies in the canvas.
     pub fn place(&self, canvas: Rect, size: Vec2) -> Placement {
-        let (zoom, center) = match self.free {
-            Some((zoom, center)) => (clamp_zoom(zoom, canvas, size), center),
-            None => (fit_zoom(canvas, size), (0.5 * size).to_pos2()),
+        let (zoom, center) = match self.part {
+            Part::Whole => (fit_zoom(canvas, size), (0.5 * size).to_pos2()),
+            Part::Rectangle(rectangle) => {
+                let zoom = fit_zoom(canvas, rectangle.size());
+                (zoom, filling(rectangle.center(), canvas.size() / zoom, size))
+            }
+            Part::Free(zoom, center) => (clamp_zoom(zoom, canvas, size), center),
         };
         let origin = canvas.center() - zoom * center.to_vec2();
         Placement { origin, zoom, size }
@@ -54,15 +75,32 @@ impl View {
 
     /// Brings an image position into the middle when zoomed in; a fitted image already shows it.
     pub fn center_on(&mut self, position: Pos2) {
-        if let Some((_, center)) = &mut self.free {
-            *center = position;
+        match &mut self.part {
+            Part::Whole => {}
+            Part::Rectangle(rectangle) => rectangle.set_center(position),
+            Part::Free(_, center) => *center = position,
         }
     }
 
     /// The middle of the canvas always shows a part of the image.
     fn set(&mut self, zoom: f32, center: Pos2, size: Vec2) {
-        self.free = Some((zoom, center.clamp(Pos2::ZERO, size.to_pos2())));
+        self.part = Part::Free(zoom, center.clamp(Pos2::ZERO, size.to_pos2()));
     }
+}
+
+/// The middle nearest to this one for which the image fills as much as it can of what is visible, in pixels.
+fn filling(center: Pos2, visible: Vec2, size: Vec2) -> Pos2 {
+    let along = |center: f32, visible: f32, size: f32| {
+        if visible >= size {
+            0.5 * size
+        } else {
+            center.clamp(0.5 * visible, size - 0.5 * visible)
+        }
+    };
+    pos2(
+        along(center.x, visible.x, size.x),
+        along(center.y, visible.y, size.y),
+    )
 }
 
 fn fit_zoom(canvas: Rect, size: Vec2) -> f32 {
@@ -126,7 +164,6 @@ impl Placement {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use egui::pos2;
 
     const SIZE: Vec2 = vec2(320.0, 240.0);
 
@@ -161,6 +198,20 @@ mod tests {
         let rect = View::FITTED.place(canvas(), SIZE).rect();
         assert!(canvas().contains_rect(rect));
         assert!((rect.center() - canvas().center()).length() < 1e-3);
+    }
+
+    #[test]
+    fn a_rectangle_is_wholly_visible_and_as_large_as_it_can_be() {
+        let part = Rect::from_min_max(pos2(0.0, 20.0), pos2(80.0, 80.0));
+        let placement = View::showing(part).place(canvas(), SIZE);
+        let shown = Rect::from_min_max(placement.to_screen(part.min), placement.to_screen(part.max));
+        assert!(canvas().expand(1e-3).contains_rect(shown));
+        assert!((shown.height() - (canvas().height() - 2.0 * FIT_MARGIN)).abs() < 1e-2);
+        // What the rectangle leaves free shows the image, not what lies around it.
+        assert!(placement.rect().left() <= canvas().left() + 1e-3);
+        let whole = Rect::from_min_size(Pos2::ZERO, SIZE);
+        let (all, fitted) = (View::showing(whole), View::FITTED);
+        assert_eq!(all.place(canvas(), SIZE), fitted.place(canvas(), SIZE));
     }
 
     #[test]

@@ -1,7 +1,8 @@
 //! What to do next, over the canvas.
 
 /// There is no class yet.
-pub const FIRST_CLASS: &str = "Click on something in the image and name its class";
+pub const FIRST_CLASS: &str =
+    "Click on something in the image and name its class, or press N to be shown a place";
 /// There are classes and no strokes.
 pub const FIRST_STROKE: &str = "No strokes yet: choose a class, then click or scribble on the image";
 /// There are strokes and no surface to spread them over.

@@ -1,6 +1,7 @@
 //! What the window says, in English: one file for each part of the window.
 
 pub mod frames;
+pub mod guidance;
 pub mod hint;
 pub mod layout;
 pub mod opening;

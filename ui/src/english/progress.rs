@@ -58,7 +58,7 @@ pub const ROW_COVERED_MEANS: &str = "Share of the pixels of all frames that have
 pub const ROW_CLEAR: &str = "Clear";
 /// What it means.
 pub const ROW_CLEAR_MEANS: &str =
-    "Share of the pixels of all frames that are surer than four to one between two classes";
+    "Share of the pixels of all frames whose class is more likely right than wrong";
 /// Row: checked strokes.
 pub const ROW_CHECKED: &str = "Agreeing strokes";
 

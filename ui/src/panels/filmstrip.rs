@@ -83,8 +83,9 @@ impl Filmstrip {
                 }
                 let first = (viewport.left() / STEP).floor().max(0.0) as usize;
                 let last = (viewport.right() / STEP).ceil().max(0.0) as usize;
-                for index in first..last.min(frames.len()) {
-                    self.cell(ui, state, workspace, frames[index], cell(index), actions);
+                let visible = frames.iter().enumerate().take(last).skip(first);
+                for (index, &frame) in visible {
+                    self.cell(ui, state, workspace, frame, cell(index), actions);
                 }
             });
     }

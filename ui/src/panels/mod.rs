@@ -5,6 +5,7 @@ mod classes;
 mod drop;
 mod filmstrip;
 mod frame_filter;
+mod guidance_bar;
 mod hints;
 mod menu;
 mod opening;
@@ -45,7 +46,7 @@ impl Panels {
     /// Panels for this window.
     pub fn new(ctx: &egui::Context) -> Self {
         let frames = Thumbnails::new(ctx.clone(), [128, 96]);
-        let places = Thumbnails::new(ctx.clone(), [128, 96]);
+        let places = Thumbnails::new(ctx.clone(), [480, 360]);
         Self {
             start: start::StartPage::default(),
             classes: classes::ClassPanel::default(),
@@ -138,7 +139,10 @@ impl Panels {
         }
         egui::CentralPanel::no_frame().show(ui, |ui| {
             canvas.show(ui, state, workspace, actions);
-            self.hints.show(ui, state, workspace, canvas.rect(), actions);
+            if !workspace.guidance().is_active() {
+                self.hints.show(ui, state, workspace, canvas.rect(), actions);
+            }
+            guidance_bar::show(ui, workspace, canvas.rect());
             stats::show(ui.ctx(), state, canvas.rect());
         });
     }

@@ -1,9 +1,7 @@
 //! How far the labelling has come: whether it is good enough, what contradicts itself, and charts.
 
-use std::ops::RangeInclusive;
-
 use egui::{Align, Button, Color32, Grid, Label, Layout, RichText, ScrollArea, Ui};
-use egui_plot::{GridMark, HoverPosition, Line, Plot, PlotPoint, PlotPoints, VLine};
+use egui_plot::{AxisHints, GridInput, GridMark, HoverPosition, Line, Plot, PlotPoint, PlotPoints, VLine};
 use inplace_core::labels::{ClassId, StrokeId, VOID};
 
 use super::charted::{Axis, Charted, NUMBERS, Number};
@@ -86,7 +84,6 @@ impl ProgressPanel {
             });
         });
         let axis = self.axis;
-        let across = |mark: GridMark, _: &RangeInclusive<f64>| round(mark.value);
         let hovered = move |position: &HoverPosition<'_>| {
             let HoverPosition::NearDataPoint { position, .. } = position else {
                 return None;
@@ -97,15 +94,30 @@ impl ProgressPanel {
             };
             Some(format!("{x}: {}", in_unit(number, position.y)))
         };
+        // Close enough for a chart of this height.
+        let upright = AxisHints::new_y()
+            .formatter(move |mark, _| ticked(number, mark.value))
+            .min_thickness(NUMBERS_WIDTH)
+            .label_spacing(12.0..=16.0);
+        let mut across = AxisHints::new_x().formatter(|mark, _| round(mark.value));
+        if last {
+            across = across.label(RichText::new(match axis {
+                Axis::Time => words::MINUTES,
+                Axis::Strokes => words::STROKES,
+            }));
+        }
         let mut plot = Plot::new(("progress", name))
             .height(CHART + if last { 36.0 } else { 0.0 })
             .show_axes([last, true])
-            .y_axis_min_width(NUMBERS_WIDTH)
-            .x_axis_formatter(across)
-            .y_axis_formatter(move |mark, _| ticked(number, mark.value))
+            // Upright lines are strokes.
+            .show_grid([false, true])
+            .custom_x_axes(vec![across.label_spacing(20.0..=32.0)])
+            .custom_y_axes(vec![upright])
+            .x_grid_spacer(|input| marks(input, 4.0))
+            .y_grid_spacer(|input| marks(input, 2.5))
             .label_formatter(hovered)
             .set_margin_fraction(egui::vec2(0.02, 0.12))
-            .grid_spacing(egui::Rangef::new(18.0, 80.0))
+            .grid_spacing(egui::Rangef::new(8.0, 16.0))
             .allow_drag(false)
             .allow_zoom(false)
             .allow_scroll(false)
@@ -119,12 +131,6 @@ impl ProgressPanel {
             plot = plot.include_y(0.0).include_y(1.0);
         } else if number == Number::Entropy {
             plot = plot.include_y(0.0);
-        }
-        if last {
-            plot = plot.x_axis_label(RichText::new(match axis {
-                Axis::Time => words::MINUTES,
-                Axis::Strokes => words::STROKES,
-            }));
         }
         let (color, mark) = (theme::accent(ui.visuals()), faint(ui));
         plot.show(ui, |plot| {
@@ -292,6 +298,29 @@ fn ticked(number: Number, value: f64) -> String {
     }
 }
 
+/// Evenly spaced marks at round numbers, about so many over what is shown.
+fn marks(input: GridInput, about: f64) -> Vec<GridMark> {
+    let (low, high) = input.bounds;
+    let step = round_step((high - low) / about);
+    let first = (low / step).ceil();
+    let marks = (0..64).map(|index| (first + f64::from(index)) * step);
+    marks
+        .take_while(|&value| value <= high)
+        .map(|value| GridMark {
+            value,
+            step_size: step,
+        })
+        .collect()
+}
+
+/// The nearest of 1, 2, 5, 10, 20, ... and their fractions that is not smaller.
+fn round_step(step: f64) -> f64 {
+    let power = 10.0_f64.powf(step.max(1e-6).log10().floor());
+    let of_ten = step / power;
+    let digit = [1.0, 2.0, 5.0].into_iter().find(|&digit| of_ten <= digit + 1e-9);
+    digit.unwrap_or(10.0) * power
+}
+
 /// With as many digits as it has, three at most.
 fn round(value: f64) -> String {
     let text = format!("{value:.3}");
@@ -306,6 +335,26 @@ fn faint(ui: &Ui) -> Color32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn marks_are_round_and_few() {
+        for (bounds, expected) in [
+            ((-0.05, 0.92), vec![0.0, 0.5]),
+            ((20.0, 31.0), vec![20.0, 25.0, 30.0]),
+            ((-0.1, 1.1), vec![0.0, 0.5, 1.0]),
+        ] {
+            let input = GridInput {
+                bounds,
+                base_step_size: 1.0,
+            };
+            let values: Vec<f64> = marks(input, 2.5).iter().map(|mark| mark.value).collect();
+            assert_eq!(values, expected);
+        }
+        assert_eq!(
+            (round_step(0.3), round_step(7.0), round_step(10.0)),
+            (0.5, 10.0, 10.0)
+        );
+    }
 
     #[test]
     fn numbers_have_their_units_and_no_needless_digits() {

@@ -3,6 +3,7 @@
 use egui::{Key, Modifiers, PointerButton};
 use egui_kittest::kittest::Queryable;
 use inplace_ui::Target;
+use inplace_ui::english;
 use inplace_ui::hints::Hint;
 use inplace_ui::preferences::Preferences;
 use inplace_ui::state::Settings;
@@ -152,8 +153,8 @@ fn the_scale_has_keys_and_limits() {
 #[test]
 fn each_hint_is_shown_once_and_all_of_them_again_when_asked_for() {
     let folder = tempfile::tempdir().unwrap();
-    let first = "Click on something in the image and name its class";
-    let second = "No strokes yet: choose a class, then click or scribble on the image";
+    let first = english::hint::FIRST_CLASS;
+    let second = english::hint::FIRST_STROKE;
     {
         let mut window = Window::with_demo(folder.path());
         window.harness.get_by_label(first);

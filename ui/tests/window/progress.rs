@@ -6,6 +6,7 @@ use inplace_core::guide::Suggestion;
 use inplace_core::labels::{Stroke, StrokeId};
 use inplace_core::session::{Command, Event, FrameMap, Status, Verdict};
 use inplace_ui::action::Action;
+use inplace_ui::canvas::{Line, Tool};
 use inplace_ui::frames::{FrameFilter, FrameOrder};
 use inplace_ui::state::Side;
 
@@ -17,8 +18,23 @@ fn labelled(folder: &std::path::Path) -> Window {
     for name in ["wall", "door"] {
         window.add_class(name);
     }
+    // The field for the next class has the keyboard until the pointer is elsewhere.
+    for x in [0.0, 5.0] {
+        window.harness.hover_at(window.canvas(x, 0.0));
+        window.harness.run_steps(2);
+    }
     for (frame, class, pixel) in [(0, 1, [5, 5]), (0, 1, [40, 9]), (3, 1, [9, 30]), (3, 2, [50, 30])] {
-        window.act(Action::LabelAt { frame, pixel, class });
+        for action in [
+            Action::GoToFrame(frame),
+            Action::ChooseClass(class),
+            Action::SetBrush(0),
+            Action::Draw(Line {
+                tool: Tool::Label,
+                points: vec![pixel],
+            }),
+        ] {
+            window.act(action);
+        }
     }
     window
 }
@@ -100,7 +116,7 @@ fn the_progress_says_what_is_missing_and_leads_to_contradicted_strokes() {
     window.click("wall at rgb_3: the others say door");
     assert_eq!(window.workspace().frame_index(), 3);
 
-    answer(&mut window, [1000, 1000, 6000, 1000, 1000], &[]);
+    answer(&mut window, [1000, 1000, 8000, 1000, 1000], &[]);
     window
         .harness
         .get_by_label("Nearly: 20% of the pixels are unclear, most in rgb_2.");
@@ -121,15 +137,17 @@ fn the_next_labels_are_worth_what_the_suggestions_say() {
     let suggestion = |share: f32| Suggestion {
         frame: 0,
         pixel: [1, 1],
+        position: Default::default(),
         outline: Vec::new(),
         score: 1.0,
         entropy: 0.5,
         share,
         classes: Vec::new(),
     };
+    let generation = window.workspace().document().generation();
     let mut suggest = |shares: &[f32]| {
         let event = Event::Suggestions {
-            generation: 6,
+            generation,
             suggestions: shares.iter().map(|&share| suggestion(share)).collect(),
         };
         window.worker().events.send(event).unwrap();

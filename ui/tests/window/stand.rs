@@ -101,6 +101,26 @@ pub struct Window {
 
 impl Window {
     pub fn new(folder: &Path, open: Option<Target>) -> Self {
+        let options = UiOptions {
+            open,
+            ..UiOptions::default()
+        };
+        Self::with_options(folder, options)
+    }
+
+    /// A window with the demo that writes a record of what happens.
+    pub fn traced(folder: &Path, trace: &Path) -> Self {
+        let options = UiOptions {
+            open: Some(Target::Scene(SceneSource::Demo)),
+            trace: Some(trace.to_path_buf()),
+            ..UiOptions::default()
+        };
+        let mut window = Self::with_options(folder, options);
+        window.until("the scene is open", |app| app.state().workspace().is_some());
+        window
+    }
+
+    fn with_options(folder: &Path, options: UiOptions) -> Self {
         let workers = Arc::new(Mutex::new(Vec::new()));
         let started = Arc::clone(&workers);
         let folder = folder.to_path_buf();
@@ -130,10 +150,6 @@ impl Window {
                     pictures: folder.join("pictures"),
                     autosave: Arc::new(move |_| folder.join("autosave.inplace")),
                     target: None,
-                };
-                let options = UiOptions {
-                    open,
-                    ..UiOptions::default()
                 };
                 App::new(&creation.egui_ctx, options, around)
             });

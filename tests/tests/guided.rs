@@ -1,0 +1,253 @@
+//! A whole scene labelled without a mouse: a real window, real keys, the suggestions answered from the ground truth.
+#![cfg(target_os = "linux")]
+#![allow(clippy::unwrap_used, reason = "a test ends where it fails")]
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use inplace_core::eval::{ConfusionMatrix, GroundTruth, LabelImage};
+use inplace_core::labels::{Class, ClassId, Pixel, VOID};
+use inplace_tests::{Running, Window, class_ids, inplace, skip};
+use serde_json::Value;
+
+/// What the maps must reach.
+const GOAL: f64 = 0.8;
+/// Answers before the first look at the maps, four for each of the demo's classes; and before each further one.
+const FIRST_LOOK: usize = 80;
+const LOOK_EVERY: usize = 10;
+/// Answers to reach it with: of time a busy machine may need any amount.
+const MOST: u64 = 160;
+/// The record that the window writes.
+const TRACE: &str = "trace.jsonl";
+
+/// The scene's label images by frame stem, and its classes.
+struct Truth {
+    images: BTreeMap<String, LabelImage>,
+    classes: Vec<Class>,
+}
+
+impl Truth {
+    fn read(scene: &Path, stems: &[String]) -> Self {
+        let images = GroundTruth::find(scene).unwrap();
+        let read = |stem: &String| (stem.clone(), images.read(stem).unwrap().unwrap());
+        Self {
+            images: stems.iter().map(read).collect(),
+            classes: read_classes(&scene.join("classes.json")),
+        }
+    }
+
+    /// Name of what is at a pixel; `None` = void.
+    fn name_at(&self, frame: &str, [x, y]: Pixel) -> Option<&str> {
+        let image = &self.images[frame];
+        let id = image.labels[(y * image.width + x) as usize];
+        let mut classes = self.classes.iter();
+        classes
+            .find(|class| class.id == id)
+            .map(|class| class.name.as_str())
+    }
+
+    /// Mean intersection over union of exported label images over all frames; classes are matched by their names.
+    fn miou(&self, export: &Path) -> f64 {
+        let id_of = |name: &str| {
+            self.classes
+                .iter()
+                .find(|class| class.name == name)
+                .map(|class| class.id)
+        };
+        let exported = read_classes(&export.join("classes.json"));
+        let known: BTreeMap<ClassId, ClassId> = exported
+            .iter()
+            .filter_map(|class| Some((class.id, id_of(&class.name)?)))
+            .collect();
+        let mut matrix = ConfusionMatrix::default();
+        for (stem, image) in &self.images {
+            let (width, height, labels) = class_ids(&export.join(format!("labels/{stem}.png")));
+            assert_eq!((width, height), (image.width, image.height), "{stem}");
+            let predicted: Vec<ClassId> = labels
+                .iter()
+                .map(|label| known.get(label).copied().unwrap_or(VOID))
+                .collect();
+            matrix.add(&image.labels, &predicted).unwrap();
+        }
+        matrix.miou().unwrap()
+    }
+}
+
+fn read_classes(path: &Path) -> Vec<Class> {
+    serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap()
+}
+
+/// What the window's record says so far.
+struct Trace(Vec<Value>);
+
+impl Trace {
+    fn read(window: &Window) -> Self {
+        let text = fs::read_to_string(window.home.path().join(TRACE)).unwrap_or_default();
+        let whole = text.split_inclusive('\n').filter(|line| line.ends_with('\n'));
+        Self(whole.map(|line| serde_json::from_str(line).unwrap()).collect())
+    }
+
+    /// The newest event of a kind.
+    fn last(&self, event: &str) -> Option<&Value> {
+        self.0.iter().rev().find(|line| line["event"] == event)
+    }
+
+    fn count(&self, event: &str) -> usize {
+        self.0.iter().filter(|line| line["event"] == event).count()
+    }
+
+    /// The classes of the list, in its order: id and name.
+    fn classes(&self) -> Vec<(u64, String)> {
+        let classes = self.last("classes").and_then(|line| line["classes"].as_array());
+        let classes = classes.into_iter().flatten();
+        classes
+            .map(|class| {
+                (
+                    class["id"].as_u64().unwrap(),
+                    class["name"].as_str().unwrap().to_owned(),
+                )
+            })
+            .collect()
+    }
+
+    fn strokes(&self) -> u64 {
+        self.last("labels")
+            .map_or(0, |line| line["strokes"].as_u64().unwrap())
+    }
+}
+
+/// The hand on the keyboard.
+struct Hand<'a> {
+    window: &'a Window,
+    truth: Truth,
+    answers: u64,
+}
+
+impl Hand<'_> {
+    /// Waits until something holds of the record.
+    #[track_caller]
+    fn until<T>(&self, what: &str, mut answer: impl FnMut(&Trace) -> Option<T>) -> T {
+        self.window.until(what, |window| answer(&Trace::read(window)))
+    }
+
+    /// Goes to the first place. A window that has only just appeared may miss the key: then it is pressed again.
+    fn begin(&self) {
+        let mut pressed: Option<Instant> = None;
+        self.until("a place is at hand", |trace| {
+            if pressed.is_none_or(|at| at.elapsed() > Duration::from_secs(2)) {
+                self.window.focus()?;
+                self.window.screen.key("n");
+                pressed = Some(Instant::now());
+            }
+            (trace.last("place")?["mode"] == "at").then_some(())
+        });
+    }
+
+    /// Opens a text field with a key, types into it and confirms.
+    fn fill(&self, key: &str, text: &str) {
+        self.window.screen.key(key);
+        self.until("a field has the keyboard", |trace| {
+            (trace.last("typing")?["field"] == true).then_some(())
+        });
+        self.window.screen.key("ctrl+a");
+        self.window.screen.type_text(text);
+        self.window.screen.key("Return");
+        self.until("the field is left", |trace| {
+            (trace.last("typing")?["field"] == false).then_some(())
+        });
+    }
+
+    /// Waits for the next place; false when there is nothing left to suggest.
+    fn next_place(&self) -> bool {
+        self.until("the next place is at hand", |trace| {
+            let all_known = trace.strokes() == self.answers;
+            match trace.last("place")?["mode"].as_str()? {
+                "at" if all_known => Some(true),
+                "away" if all_known => Some(false),
+                _ => None,
+            }
+        })
+    }
+
+    /// Answers the place at hand from the ground truth: by Enter where the likely class is right, by its digit where
+    /// it has one, by its name otherwise.
+    fn answer(&mut self) {
+        let trace = Trace::read(self.window);
+        let place = &trace.last("place").unwrap()["suggestion"];
+        let pixel: Pixel = serde_json::from_value(place["pixel"].clone()).unwrap();
+        let frame = place["frame"].as_str().unwrap();
+        let classes = trace.classes();
+        match self.truth.name_at(frame, pixel) {
+            None => self.window.screen.key("0"),
+            Some(name) => {
+                let slot = classes.iter().position(|(_, known)| known == name);
+                let likely = place["classes"][0]["id"].as_u64();
+                match slot {
+                    Some(slot) if likely == Some(classes[slot].0) => self.window.screen.key("Return"),
+                    Some(slot @ 0..9) => self.window.screen.key(&(slot + 1).to_string()),
+                    _ => self.fill("c", name),
+                }
+            }
+        }
+        self.answers += 1;
+        let answers = self.answers;
+        self.until("the answer is taken", |trace| {
+            (trace.strokes() == answers).then_some(())
+        });
+    }
+
+    /// Exports through the dialog; returns how right the files are.
+    fn export(&self) -> f64 {
+        let before = Trace::read(self.window).count("exported");
+        let folder = self.window.home.path().join(format!("labels-{before}"));
+        self.fill("ctrl+e", &folder.display().to_string());
+        self.until("the files are written", |trace| {
+            (trace.count("exported") > before).then_some(())
+        });
+        self.truth.miou(&folder)
+    }
+}
+
+#[test]
+fn a_scene_is_labelled_by_answering_suggestions_with_keys() {
+    let write = |folder: &Path| {
+        let outcome = Running::to_the_end(inplace().args(["demo", "--out"]).arg(folder));
+        assert_eq!(outcome.code, Some(0), "{outcome:?}");
+    };
+    let window = match Window::open(write, &["--trace", TRACE]) {
+        Ok(window) => window,
+        Err(missing) => return skip(&missing),
+    };
+    let stems = window.until("there are suggestions", |window| {
+        let trace = Trace::read(window);
+        let listed = trace.last("suggestions")?["suggestions"].as_array()?;
+        (!listed.is_empty()).then_some(())?;
+        serde_json::from_value::<Vec<String>>(trace.last("opened")?["frames"].clone()).ok()
+    });
+    let mut hand = Hand {
+        window: &window,
+        truth: Truth::read(&window.home.path().join("room"), &stems),
+        answers: 0,
+    };
+    let start = Instant::now();
+    hand.begin();
+    // In a pause the maps follow the labels alone: the same answers give the same maps on every machine.
+    window.screen.key("p");
+    let mut scores = Vec::new();
+    loop {
+        let mut left = if scores.is_empty() { FIRST_LOOK } else { LOOK_EVERY };
+        while left > 0 && hand.next_place() {
+            hand.answer();
+            left -= 1;
+        }
+        scores.push((hand.answers, hand.export()));
+        println!("{:.1} s: {scores:?}", start.elapsed().as_secs_f64());
+        if scores.iter().any(|&(_, miou)| miou >= GOAL) {
+            break;
+        }
+        assert!(left == 0, "nothing is suggested any more: {scores:?}");
+        assert!(hand.answers < MOST, "not with {MOST} answers: {scores:?}");
+    }
+}

@@ -1,0 +1,119 @@
+//! Actions on the suggestions.
+
+use inplace_core::labels::ClassId;
+use inplace_core::project::Step;
+
+use crate::app::App;
+use crate::dialogs::Dialog;
+use crate::english::guidance as words;
+
+impl App {
+    pub(super) fn go_to_suggestion(&mut self, index: usize) {
+        let mut gone = false;
+        self.with_workspace(|workspace| gone = workspace.go_to_suggestion(index));
+        if gone {
+            self.arrived();
+        }
+    }
+
+    pub(super) fn step_suggestion(&mut self, backwards: bool) {
+        let Some(workspace) = self.state.workspace_mut() else {
+            return;
+        };
+        if workspace.step_suggestion(backwards) {
+            self.arrived();
+        } else {
+            let why = words::why_empty(workspace);
+            self.state.toasts.info(why);
+        }
+    }
+
+    /// Another place is in view: keys belong to it, not to the control that was used last.
+    fn arrived(&mut self) {
+        self.give_up_focus();
+        self.looked_away();
+    }
+
+    /// The suggestion that keys answer.
+    fn suggestion_at_hand(&self) -> Option<usize> {
+        self.state.workspace()?.guidance().at()
+    }
+
+    pub(super) fn answer_suggestion(&mut self, index: usize, class: ClassId) {
+        let mut edit = None;
+        self.with_workspace(|workspace| {
+            // So that it is seen what the answer does.
+            if workspace.guidance().at() != Some(index) {
+                workspace.show_suggestion(index);
+            }
+            edit = workspace.answer_suggestion(index, class);
+        });
+        if edit.is_some() {
+            self.give_up_focus();
+            self.note_click();
+        }
+        self.keep(edit.map(Step::Do));
+    }
+
+    pub(super) fn answer_likely(&mut self, rank: usize) {
+        let answer = self.state.workspace().and_then(|workspace| {
+            let index = workspace.guidance().at()?;
+            let likely = workspace.suggestions()[index].classes.get(rank)?;
+            Some((index, likely.class))
+        });
+        if let Some((index, class)) = answer {
+            self.answer_suggestion(index, class);
+        }
+    }
+
+    pub(super) fn answer_slot(&mut self, slot: usize) {
+        if let (Some(index), Some(class)) = (self.suggestion_at_hand(), self.class_of_slot(slot)) {
+            self.answer_suggestion(index, class);
+        }
+    }
+
+    pub(super) fn ask_place_name(&mut self) {
+        if self.suggestion_at_hand().is_some() {
+            let name = String::new();
+            self.show(Some(Dialog::PlaceName { name }));
+        }
+    }
+
+    pub(super) fn answer_by_name(&mut self, name: &str) {
+        self.state.dialog = None;
+        let Some(index) = self.suggestion_at_hand() else {
+            return;
+        };
+        let classes = self
+            .state
+            .workspace()
+            .map(|workspace| workspace.document().classes());
+        let mut classes = classes.into_iter().flatten();
+        let lower = name.to_lowercase();
+        let known = classes
+            .find(|class| class.name.to_lowercase() == lower)
+            .map(|class| class.id);
+        let class = known.unwrap_or_else(|| self.new_class(name));
+        self.answer_suggestion(index, class);
+    }
+
+    pub(super) fn skip_suggestion(&mut self) {
+        let Some(workspace) = self.state.workspace_mut() else {
+            return;
+        };
+        if workspace.guidance().at().is_none() {
+            return;
+        }
+        match workspace.guidance_mut().skip() {
+            Some(index) => {
+                workspace.show_suggestion(index);
+                self.arrived();
+            }
+            None => self.state.toasts.info(words::ALL_SKIPPED),
+        }
+    }
+
+    pub(super) fn leave_suggestions(&mut self) {
+        self.with_workspace(|workspace| workspace.guidance_mut().leave());
+    }
+}

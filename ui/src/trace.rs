@@ -1,0 +1,222 @@
+//! A record of what happened in the window, for bug reports, studies and scripts: a line of JSON for each event.
+//!
+//! The events are found by comparing the state after each frame of the window with that of before, so that nothing
+//! else has to know of the record. `docs/formats.md` describes them.
+
+use std::fs::File;
+use std::io::{LineWriter, Write};
+use std::path::PathBuf;
+use std::time::Instant;
+
+use crossbeam_channel::{Sender, unbounded};
+use inplace_core::guide::Suggestion;
+use inplace_core::labels::Stroke;
+use serde_json::{Value, json};
+
+use crate::exporting::Progress;
+use crate::guidance::Mode;
+use crate::state::AppState;
+use crate::workspace::Workspace;
+
+/// The record; another thread writes it.
+#[derive(Debug)]
+pub struct Trace {
+    lines: Sender<Value>,
+    started: Instant,
+    seen: Seen,
+}
+
+/// What was told last.
+#[derive(Debug, Default, PartialEq)]
+struct Seen {
+    typing: bool,
+    exported: Option<PathBuf>,
+    scene: Option<u64>,
+    labels: Option<u64>,
+    classes: Option<u64>,
+    maps: Option<u64>,
+    list: Option<u64>,
+    place: Place,
+}
+
+/// Where the person is among the suggestions.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+enum Place {
+    #[default]
+    Away,
+    Looking,
+    /// The place with this index of the list of this version.
+    At(usize, u64),
+}
+
+impl Trace {
+    /// Starts a record in this file, which is replaced.
+    pub fn new(path: PathBuf) -> Self {
+        let (lines, received) = unbounded::<Value>();
+        let write = move || -> std::io::Result<()> {
+            let mut file = LineWriter::new(File::create(&path)?);
+            for line in received {
+                writeln!(file, "{line}")?;
+            }
+            file.flush()
+        };
+        // Without the thread there is no record, and nothing else is lost.
+        let _ = std::thread::Builder::new()
+            .name("inplace-trace".to_owned())
+            .spawn(move || {
+                if let Err(error) = write() {
+                    eprintln!(
+                        "inplace: the trace cannot be written ({error}); give a file in a folder that can be"
+                    );
+                }
+            });
+        Self {
+            lines,
+            started: Instant::now(),
+            seen: Seen::default(),
+        }
+    }
+
+    /// Tells what has changed; `typing` = a text field has the keyboard.
+    pub fn observe(&mut self, state: &AppState, typing: bool) {
+        let exported = match &state.export {
+            Some(Progress::Finished(folder, _)) => Some(folder),
+            _ => None,
+        };
+        let workspace = state.workspace();
+        let guidance = workspace.map(Workspace::guidance);
+        let now = Seen {
+            typing,
+            exported: exported.cloned(),
+            scene: workspace.map(Workspace::serial),
+            labels: workspace.map(|workspace| workspace.document().generation()),
+            classes: workspace.map(|workspace| workspace.document().palette().1),
+            maps: workspace.and_then(Workspace::followed),
+            list: guidance.map(|guidance| guidance.version()),
+            place: guidance.map_or(Place::Away, |guidance| match guidance.mode() {
+                Mode::Away => Place::Away,
+                Mode::Looking(_) => Place::Looking,
+                Mode::At(index) => Place::At(index, guidance.version()),
+            }),
+        };
+        if now == self.seen {
+            return;
+        }
+        let before = std::mem::replace(&mut self.seen, now);
+        let other_scene = before.scene != self.seen.scene;
+        if before.typing != self.seen.typing {
+            self.tell("typing", json!({ "field": typing }));
+        }
+        if other_scene && workspace.is_none() {
+            self.tell("closed", json!({}));
+        }
+        if let Some(workspace) = workspace {
+            if other_scene {
+                self.tell("opened", opened(workspace));
+            }
+            if other_scene || before.classes != self.seen.classes {
+                let classes = workspace.document().classes();
+                self.tell("classes", json!({ "classes": classes }));
+            }
+            // Before the labels: who reads of an answer shall know that its place is no longer at hand.
+            if before.place != self.seen.place {
+                self.tell("place", place(workspace, self.seen.place));
+            }
+            if other_scene || before.labels != self.seen.labels {
+                self.tell("labels", labels(workspace));
+            }
+            if self.seen.maps.is_some() && before.maps != self.seen.maps {
+                self.tell("maps", json!({ "generation": self.seen.maps }));
+            }
+            if other_scene || before.list != self.seen.list {
+                let listed = workspace
+                    .suggestions()
+                    .iter()
+                    .map(|place| suggestion(workspace, place));
+                let list = listed.collect::<Vec<_>>();
+                let generation = workspace.guidance().generation();
+                self.tell(
+                    "suggestions",
+                    json!({ "generation": generation, "suggestions": list }),
+                );
+            }
+        }
+        if before.exported != self.seen.exported
+            && let Some(folder) = exported
+        {
+            self.tell("exported", json!({ "folder": folder }));
+        }
+    }
+
+    fn tell(&self, event: &str, mut line: Value) {
+        line["event"] = json!(event);
+        line["seconds"] = json!(self.started.elapsed().as_secs_f64());
+        // The thread is gone where the file could not be written, which it has said.
+        let _ = self.lines.send(line);
+    }
+}
+
+fn opened(workspace: &Workspace) -> Value {
+    let scene = workspace.scene();
+    let frames = scene.frames.iter().map(|frame| &frame.stem).collect::<Vec<_>>();
+    json!({ "scene": scene.name(), "frames": frames })
+}
+
+fn stem(workspace: &Workspace, frame: usize) -> &str {
+    workspace
+        .scene()
+        .frames
+        .get(frame)
+        .map_or("", |frame| &frame.stem)
+}
+
+fn labels(workspace: &Workspace) -> Value {
+    let document = workspace.document();
+    let newest = document.labels().strokes.last_key_value();
+    let newest = newest.map(|(id, stroke)| {
+        let Stroke {
+            frame,
+            class,
+            radius,
+            lines,
+        } = stroke.as_ref();
+        json!({
+            "id": id,
+            "frame": stem(workspace, *frame),
+            "class": class,
+            "radius": radius,
+            "lines": lines,
+        })
+    });
+    json!({
+        "generation": document.generation(),
+        "strokes": document.labels().strokes.len(),
+        "newest": newest,
+    })
+}
+
+fn suggestion(workspace: &Workspace, suggestion: &Suggestion) -> Value {
+    let classes = suggestion.classes.iter();
+    let classes = classes.map(|likely| json!({ "id": likely.class, "probability": likely.probability }));
+    json!({
+        "frame": stem(workspace, suggestion.frame),
+        "pixel": suggestion.pixel,
+        "share": suggestion.share,
+        "classes": classes.collect::<Vec<_>>(),
+    })
+}
+
+fn place(workspace: &Workspace, place: Place) -> Value {
+    match place {
+        Place::Away => json!({ "mode": "away" }),
+        Place::Looking => json!({ "mode": "looking" }),
+        Place::At(index, _) => {
+            let at = workspace.suggestions().get(index);
+            json!({
+                "mode": "at",
+                "number": index + 1,
+                "suggestion": at.map(|at| suggestion(workspace, at)),
+            })
+        }
+    }
+}
