@@ -13,6 +13,9 @@ use x11rb::rust_connection::RustConnection;
 
 use crate::until;
 
+/// How often a display is started before it is given up.
+const STARTS: usize = 5;
+
 /// A display with nothing on it: no window manager, so a window has the keyboard only when it is given.
 #[derive(Debug)]
 pub struct Screen {
@@ -30,6 +33,17 @@ impl Screen {
     /// # Panics
     /// When there is no temporary folder.
     pub fn start() -> Result<Self, String> {
+        // Of servers that start at the same moment, one may be told a number that another one has got.
+        for _ in 0..STARTS {
+            let screen = Self::serve()?;
+            if RustConnection::connect(Some(&screen.display)).is_ok() {
+                return Ok(screen);
+            }
+        }
+        Err("Xvfb (nothing can connect to it)".to_owned())
+    }
+
+    fn serve() -> Result<Self, String> {
         Command::new("xdotool")
             .arg("version")
             .output()

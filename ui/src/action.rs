@@ -50,6 +50,16 @@ pub enum Action {
 
     /// A line was drawn on the frame in view.
     Draw(Line),
+    /// Selects a stroke where it is, or none.
+    SelectStroke(Option<StrokeId>),
+    /// Shows a stroke and selects it.
+    GoToStroke(StrokeId),
+    /// Deletes a stroke.
+    DeleteStroke(StrokeId),
+    /// Deletes the selected stroke.
+    DeleteSelected,
+    /// Gives a stroke another class, which may be void.
+    ChangeStrokeClass(StrokeId, ClassId),
     /// Takes the last edit back.
     Undo,
     /// Does the last undone edit again.
@@ -76,8 +86,6 @@ pub enum Action {
     StepFrame(isize),
     /// Shows the frame with this number or name.
     FindFrame(String),
-    /// Shows a stroke.
-    GoToStroke(StrokeId),
     /// Chooses which frames the filmstrip shows.
     FilterFrames(FrameFilter),
     /// Chooses the order of the filmstrip.
@@ -125,7 +133,7 @@ pub enum Action {
     StepBrush(i32),
     /// Chooses what the left button does.
     ChooseTool(Tool),
-    /// Switches between labelling and erasing.
+    /// Switches between erasing and what the left button did before.
     ToggleTool,
     /// Zooms and pans.
     SetView(View),

@@ -14,7 +14,6 @@ use inplace_core::session::{self, Command, SessionOptions};
 use crate::UiOptions;
 use crate::action::Actions;
 use crate::canvas::Canvas;
-use crate::dialogs::Dialog;
 use crate::document::Document;
 use crate::english;
 use crate::jobs::{Done, Jobs};
@@ -144,6 +143,11 @@ impl App {
     /// Does something as a panel or a key would.
     pub fn act(&mut self, action: crate::action::Action) {
         self.apply(action);
+    }
+
+    /// The canvas.
+    pub fn canvas(&self) -> &Canvas {
+        &self.canvas
     }
 
     /// Starts opening something; what was open is kept and closed.
@@ -303,55 +307,6 @@ impl App {
                 Done::Failed(sentence) => self.state.toasts.error(sentence),
             }
         }
-    }
-
-    fn opening_failed(&mut self, ticket: u64, sentence: String) {
-        let Some(target) = self.stop_opening(ticket) else {
-            self.state.toasts.error(sentence);
-            return;
-        };
-        match target {
-            Target::Moved { project, folder } => self.ask_where(project, folder, Some(sentence)),
-            _ => self.state.toasts.error(sentence),
-        }
-    }
-
-    /// Goes back to the start page if this is what is being opened; returns what it was.
-    fn stop_opening(&mut self, ticket: u64) -> Option<Target> {
-        match &self.state.stage {
-            Stage::Opening(opening) if opening.ticket == ticket => {
-                let target = opening.target.clone();
-                self.state.stage = Stage::Start;
-                Some(target)
-            }
-            _ => None,
-        }
-    }
-
-    fn scene_gone(&mut self, ticket: u64, project: PathBuf, missing: PathBuf) {
-        if self.stop_opening(ticket).is_some() {
-            self.ask_where(project, missing, None);
-        }
-    }
-
-    /// A folder was opened that is not the scene of the project.
-    fn other_scene(&mut self, ticket: u64, source: &SceneSource, sentence: String) {
-        match (self.stop_opening(ticket), source) {
-            (
-                Some(Target::Moved { project, .. } | Target::Project(project) | Target::Path(project)),
-                SceneSource::Folder(folder),
-            ) => self.ask_where(project, folder.clone(), Some(sentence)),
-            (Some(_), _) => self.state.toasts.error(sentence),
-            (None, _) => {}
-        }
-    }
-
-    /// Asks where the scene of a project is now; `last` is where it is not.
-    fn ask_where(&mut self, project: PathBuf, last: PathBuf, problem: Option<String>) {
-        self.give_up_focus();
-        self.state.dialog = Some(Dialog::Moved(crate::dialogs::MovedScene::new(
-            project, last, problem,
-        )));
     }
 
     /// The work in memory has a file from now on.
@@ -523,6 +478,7 @@ impl eframe::App for App {
             if self.state.dialog.is_none() {
                 let workspace = self.state.workspace();
                 let guided = workspace.is_some_and(|workspace| workspace.guidance().is_active());
+                self.canvas.take_keys(&ctx, &self.state, &mut actions);
                 crate::keys::dispatch(&ctx, guided, &mut actions);
             }
         }

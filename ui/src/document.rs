@@ -1,9 +1,9 @@
 //! The labels being edited, with what the panels want to know about them at every frame.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use inplace_core::labels::{Class, ClassId, Edit, History, LabelSet};
+use inplace_core::labels::{Class, ClassId, Edit, History, LabelSet, Stroke, StrokeId};
 
 use crate::canvas::Palette;
 
@@ -14,23 +14,47 @@ pub struct Document {
     generation: u64,
     palette: Arc<Palette>,
     palette_serial: u64,
-    strokes_by_frame: BTreeMap<usize, usize>,
-    strokes_by_class: BTreeMap<ClassId, usize>,
+    index: StrokeIndex,
+}
+
+/// Which strokes there are, by what the window asks for; every edit changes only its own part of it.
+#[derive(Debug, Default)]
+struct StrokeIndex {
+    of_frame: BTreeMap<usize, BTreeSet<StrokeId>>,
+    count_of_class: BTreeMap<ClassId, usize>,
+}
+
+impl StrokeIndex {
+    fn add(&mut self, id: StrokeId, stroke: &Stroke) {
+        if self.of_frame.entry(stroke.frame).or_default().insert(id) {
+            *self.count_of_class.entry(stroke.class).or_default() += 1;
+        }
+    }
+
+    fn remove(&mut self, id: StrokeId, stroke: &Stroke) {
+        let ids = self.of_frame.get_mut(&stroke.frame);
+        if ids.is_some_and(|ids| ids.remove(&id))
+            && let Some(count) = self.count_of_class.get_mut(&stroke.class)
+        {
+            *count = count.saturating_sub(1);
+        }
+    }
 }
 
 impl Document {
     /// Goes on from labels with their edits; `generation` is that of the newest maps made from them.
     pub fn new(history: History, generation: u64) -> Self {
-        let mut document = Self {
+        let mut index = StrokeIndex::default();
+        for (&id, stroke) in &history.labels().strokes {
+            index.add(id, stroke);
+        }
+        Self {
             palette: Palette::new(&history.labels().classes),
             history,
             generation,
             palette_serial: 1,
-            strokes_by_frame: BTreeMap::new(),
-            strokes_by_class: BTreeMap::new(),
-        };
-        document.count();
-        document
+            index,
+        }
     }
 
     /// The labels as they are now.
@@ -60,17 +84,25 @@ impl Document {
 
     /// Number of strokes of a frame.
     pub fn strokes_of_frame(&self, frame: usize) -> usize {
-        self.strokes_by_frame.get(&frame).copied().unwrap_or(0)
+        self.index.of_frame.get(&frame).map_or(0, BTreeSet::len)
     }
 
     /// Number of frames that have strokes.
     pub fn labelled_frames(&self) -> usize {
-        self.strokes_by_frame.len()
+        let frames = self.index.of_frame.values();
+        frames.filter(|strokes| !strokes.is_empty()).count()
     }
 
     /// Number of strokes of a class.
     pub fn strokes_of_class(&self, class: ClassId) -> usize {
-        self.strokes_by_class.get(&class).copied().unwrap_or(0)
+        self.index.count_of_class.get(&class).copied().unwrap_or(0)
+    }
+
+    /// The strokes of a frame, earliest first.
+    pub fn strokes_on(&self, frame: usize) -> impl DoubleEndedIterator<Item = (StrokeId, &Arc<Stroke>)> {
+        let strokes = &self.labels().strokes;
+        let ids = self.index.of_frame.get(&frame).into_iter().flatten();
+        ids.filter_map(|id| Some((*id, strokes.get(id)?)))
     }
 
     /// Changes the history; `None` when nothing changed.
@@ -81,17 +113,15 @@ impl Document {
             self.palette = Palette::new(self.classes());
             self.palette_serial += 1;
         }
-        self.count();
-        Some(edit)
-    }
-
-    fn count(&mut self) {
-        self.strokes_by_frame.clear();
-        self.strokes_by_class.clear();
-        for stroke in self.history.labels().strokes.values() {
-            *self.strokes_by_frame.entry(stroke.frame).or_default() += 1;
-            *self.strokes_by_class.entry(stroke.class).or_default() += 1;
+        for change in &edit.strokes {
+            if let Some(before) = &change.before {
+                self.index.remove(change.id, before);
+            }
+            if let Some(after) = &change.after {
+                self.index.add(change.id, after);
+            }
         }
+        Some(edit)
     }
 }
 
@@ -105,7 +135,6 @@ pub fn frame_of(edit: &Edit) -> Option<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use inplace_core::labels::Stroke;
 
     #[test]
     fn counts_and_colours_follow_the_edits() {
@@ -126,6 +155,43 @@ mod tests {
         let undone = document.edit(History::undo).unwrap();
         assert_eq!(frame_of(&undone), Some(4));
         assert_eq!(document.strokes_of_frame(4), 0);
+    }
+
+    #[test]
+    fn after_every_edit_the_index_is_that_of_the_labels() {
+        let mut history = History::default();
+        let (wall, _) = history.add_class("wall");
+        let (floor, _) = history.add_class("floor");
+        let mut document = Document::new(history, 0);
+        let mut last = None;
+        type Step<'a> = &'a dyn Fn(&mut History, Option<StrokeId>) -> Option<Edit>;
+        let steps: [Step<'_>; 10] = [
+            &|history, _| Some(history.add_stroke(Stroke::click(4, wall, [1, 1]))),
+            &|history, _| Some(history.add_stroke(Stroke::polygon(4, floor, &[[3, 3], [9, 3], [9, 9]]))),
+            &|history, _| history.erase(4, &[[5, 3]], 1),
+            &|history, last| history.change_stroke_class(last?, wall),
+            &|history, _| Some(history.add_stroke(Stroke::click(2, floor, [1, 1]))),
+            &|history, _| history.merge_class(floor, wall),
+            &|history, last| history.delete_stroke(last?),
+            &|history, _| history.undo(),
+            &|history, _| history.undo(),
+            &|history, _| history.delete_class(wall),
+        ];
+        for (number, step) in steps.iter().enumerate() {
+            let edit = document.edit(|history| step(history, last)).unwrap();
+            last = edit.strokes.last().map(|change| change.id);
+            let fresh = Document::new(document.history().clone(), 0);
+            for frame in 0..6 {
+                let ids = |document: &Document| -> Vec<StrokeId> {
+                    document.strokes_on(frame).map(|(id, _)| id).collect()
+                };
+                assert_eq!(ids(&document), ids(&fresh), "frame {frame} after step {number}");
+            }
+            for class in [0, wall, floor] {
+                let counts = [&document, &fresh].map(|document| document.strokes_of_class(class));
+                assert_eq!(counts[0], counts[1], "class {class} after step {number}");
+            }
+        }
     }
 
     #[test]

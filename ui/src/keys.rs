@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use egui::{Event, Key, Modifiers};
 
 use crate::action::{Action, Actions};
+use crate::canvas::Tool;
 use crate::dialogs::Dialog;
 use crate::keymap::{KeyMap, Shortcut};
 use crate::preferences::Change;
@@ -96,8 +97,32 @@ pub static TABLE: &[Row] = &[
         bindings: &[],
     },
     Row {
+        shown: "Shift+click",
+        does: "Label along a straight line from where the last one ended",
+        bindings: &[],
+    },
+    Row {
         shown: "Right drag",
         does: "Erase",
+        bindings: &[],
+    },
+    Row {
+        shown: "B, L, G",
+        does: "Brush, polyline, polygon",
+        bindings: &[
+            key(Key::B, Action::ChooseTool(Tool::Brush)),
+            key(Key::L, Action::ChooseTool(Tool::Polyline)),
+            key(Key::G, Action::ChooseTool(Tool::Polygon)),
+        ],
+    },
+    Row {
+        shown: "Enter or double-click",
+        does: "End the polyline or polygon",
+        bindings: &[],
+    },
+    Row {
+        shown: "Backspace, Escape",
+        does: "Take its last corner back, drop it",
         bindings: &[],
     },
     Row {
@@ -106,8 +131,18 @@ pub static TABLE: &[Row] = &[
         bindings: &[key(Key::E, Action::ToggleTool)],
     },
     Row {
+        shown: "S",
+        does: "Select strokes by clicking on them",
+        bindings: &[key(Key::S, Action::ChooseTool(Tool::Select))],
+    },
+    Row {
+        shown: "Delete",
+        does: "Delete the selected stroke",
+        bindings: &[key(Key::Delete, Action::DeleteSelected)],
+    },
+    Row {
         shown: "1 to 9, 0",
-        does: "Choose a class; 0 is void",
+        does: "Choose a class, or change that of the stroke selected with S; 0 is void",
         bindings: &[
             key(Key::Num0, Action::ChooseSlot(0)),
             key(Key::Num1, Action::ChooseSlot(1)),

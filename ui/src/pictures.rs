@@ -44,6 +44,12 @@ pub fn look_at(place: Place, folder: &Path) -> Seen {
     }
 }
 
+/// Removes the picture of a place from this folder. Touches the disk.
+pub fn remove(place: &Place, folder: &Path) {
+    // Most often there is one; one that cannot be removed only takes space.
+    let _ = fs::remove_file(file_of(place, folder));
+}
+
 fn file_of(place: &Place, folder: &Path) -> PathBuf {
     folder.join(picture_name(place.path()))
 }

@@ -78,6 +78,8 @@ pub struct Settings {
     pub outlines: bool,
     /// What the left button does.
     pub tool: Tool,
+    /// The tool that labels, while another one is chosen.
+    pub labelling: Tool,
     /// Brush radius in image pixels.
     pub brush: u32,
 }
@@ -88,13 +90,22 @@ impl Default for Settings {
             layer: Layer::Labels,
             opacity: 0.55,
             outlines: true,
-            tool: Tool::Label,
+            tool: Tool::Brush,
+            labelling: Tool::Brush,
             brush: 2,
         }
     }
 }
 
 impl Settings {
+    /// Chooses what the left button does.
+    pub fn choose_tool(&mut self, tool: Tool) {
+        if tool.labels() {
+            self.labelling = tool;
+        }
+        self.tool = tool;
+    }
+
     /// How frames are composed.
     pub fn look(&self) -> Look {
         Look {

@@ -37,6 +37,18 @@ pub enum Icon {
     Warning,
     /// A folder.
     Folder,
+    /// A line with corners.
+    Polyline,
+    /// An outline with corners.
+    Polygon,
+    /// An arrow that points.
+    Select,
+    /// A bin.
+    Delete,
+    /// Upwards.
+    Up,
+    /// Downwards.
+    Down,
 }
 
 /// A square button with an icon; `name` is its tooltip and its name for screen readers. Where it ends with
@@ -174,6 +186,59 @@ impl Icon {
             Self::Add => {
                 painter.add(line(&[at(-5.0, 0.0), at(5.0, 0.0)]));
                 painter.add(line(&[at(0.0, -5.0), at(0.0, 5.0)]));
+            }
+            Self::Polyline => {
+                let corners = [at(-6.5, 4.5), at(-1.5, -4.0), at(2.0, 3.0), at(6.5, -4.5)];
+                painter.add(line(&corners));
+                for corner in corners {
+                    painter.circle_filled(corner, 2.2, color);
+                }
+            }
+            Self::Polygon => {
+                let corners = [
+                    at(-6.0, 5.0),
+                    at(-4.5, -4.5),
+                    at(4.5, -5.5),
+                    at(6.0, 3.5),
+                    at(0.5, 6.0),
+                ];
+                painter.add(Shape::closed_line(corners.to_vec(), stroke));
+                for corner in corners {
+                    painter.circle_filled(corner, 2.0, color);
+                }
+            }
+            Self::Select => {
+                let arrow = [
+                    at(-4.0, -6.5),
+                    at(-4.0, 5.0),
+                    at(-1.0, 2.0),
+                    at(1.2, 6.5),
+                    at(3.2, 5.5),
+                    at(1.0, 1.3),
+                    at(5.0, 1.0),
+                ];
+                painter.add(Shape::closed_line(arrow.to_vec(), stroke));
+            }
+            Self::Delete => {
+                painter.add(line(&[at(-6.0, -4.0), at(6.0, -4.0)]));
+                painter.add(line(&[
+                    at(-2.0, -4.0),
+                    at(-2.0, -6.5),
+                    at(2.0, -6.5),
+                    at(2.0, -4.0),
+                ]));
+                painter.add(line(&[
+                    at(-4.5, -4.0),
+                    at(-3.7, 6.5),
+                    at(3.7, 6.5),
+                    at(4.5, -4.0),
+                ]));
+            }
+            Self::Up => {
+                painter.add(line(&[at(-5.0, 2.5), at(0.0, -2.5), at(5.0, 2.5)]));
+            }
+            Self::Down => {
+                painter.add(line(&[at(-5.0, -2.5), at(0.0, 2.5), at(5.0, -2.5)]));
             }
         }
     }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use inplace_core::guide::Suggestion;
-use inplace_core::labels::{ClassId, Edit, History, Pixel, Stroke, StrokeId, VOID};
+use inplace_core::labels::{ClassId, Edit, History, Pixel, Stroke, StrokeId, StrokeKind, VOID};
 use inplace_core::scene::{Frame, Scene};
 use inplace_core::session::{Command, Event, ModelState, Phase, Status, Verdict};
 
@@ -26,6 +26,7 @@ pub struct Workspace {
     document: Document,
     frame: usize,
     class: Option<ClassId>,
+    selected: Option<StrokeId>,
     shown: Option<ShownMap>,
     /// Counts up with every new map of a frame.
     map_versions: Vec<u64>,
@@ -58,6 +59,7 @@ impl Workspace {
             class: document.classes().first().map(|class| class.id),
             document,
             frame: 0,
+            selected: None,
             shown: None,
             last_serial: 0,
             status: Status::default(),
@@ -106,6 +108,18 @@ impl Workspace {
     /// The current class; `None` until there is one.
     pub fn class(&self) -> Option<ClassId> {
         self.class
+    }
+
+    /// The selected stroke, which is on the frame in view.
+    pub fn selected(&self) -> Option<StrokeId> {
+        self.selected
+    }
+
+    /// Where the newest line of the frame in view ends.
+    pub fn line_end(&self) -> Option<Pixel> {
+        let mut newest_first = self.document.strokes_on(self.frame).rev();
+        let (_, newest) = newest_first.find(|(_, stroke)| stroke.kind() != StrokeKind::Polygon)?;
+        newest.lines.last()?.last().copied()
     }
 
     /// How training goes.
@@ -207,6 +221,7 @@ impl Workspace {
             return false;
         }
         self.frame = frame;
+        self.selected = None;
         self.session.send(Command::View { frame });
         self.take_map();
         true
@@ -228,14 +243,33 @@ impl Workspace {
         frames::find(&stems, text, self.frame)
     }
 
-    /// Shows a stroke.
-    pub fn go_to_stroke(&mut self, id: StrokeId) {
-        let stroke = self.document.labels().strokes.get(&id).cloned();
-        if let Some(stroke) = stroke
-            && let Some(pixel) = stroke.first_point()
-        {
-            self.go_to_place(stroke.frame, pixel);
+    /// Selects a stroke of the frame in view, or none.
+    pub fn select(&mut self, stroke: Option<StrokeId>) {
+        let strokes = &self.document.labels().strokes;
+        let here = |id: &StrokeId| strokes.get(id).is_some_and(|stroke| stroke.frame == self.frame);
+        self.selected = stroke.filter(here);
+    }
+
+    /// Shows a stroke and selects it; returns whether another frame was shown before.
+    pub fn go_to_stroke(&mut self, id: StrokeId) -> bool {
+        let Some(stroke) = self.document.labels().strokes.get(&id).cloned() else {
+            return false;
+        };
+        let before = self.frame;
+        // The middle of a scribble is on it; that of a polygon's rows is inside.
+        let line = stroke.lines.get(stroke.lines.len() / 2);
+        let middle = match line.map(Vec::as_slice) {
+            Some(&[[from, y], [to, row]]) if y == row => Some([from.midpoint(to), y]),
+            line => line.and_then(|line| line.get(line.len() / 2)).copied(),
+        };
+        match middle {
+            Some(pixel) => self.go_to_place(stroke.frame, pixel),
+            None => {
+                self.go_to(stroke.frame);
+            }
         }
+        self.select(Some(id));
+        self.frame != before
     }
 
     /// Shows a place of a frame.
@@ -298,28 +332,23 @@ impl Workspace {
         }
     }
 
-    /// A stroke of the current class along a line on the frame in view; `None` while there is no class.
-    pub fn stroke_along(&self, line: Line, radius: u32) -> Option<Stroke> {
-        Some(Stroke {
-            frame: self.frame,
-            class: self.class?,
-            radius,
-            lines: vec![line.points],
-        })
-    }
-
-    /// Adds or erases along a line; `None` when nothing changed.
+    /// Labels or erases along a line on the frame in view; `None` when nothing changed.
     pub fn draw(&mut self, line: Line, radius: u32) -> Option<Edit> {
+        self.selected = None;
         match line.tool {
-            Tool::Label => {
-                let stroke = self.stroke_along(line, radius)?;
+            Tool::Brush | Tool::Polyline | Tool::Polygon => {
+                let stroke = line.into_stroke(self.frame, self.class?, radius);
                 self.edit(|history| Some(history.add_stroke(stroke)))
             }
-            Tool::Erase => {
-                let frame = self.frame;
-                self.edit(|history| history.erase(frame, &line.points, radius))
-            }
+            Tool::Erase => self.erase(&line.points, radius),
+            Tool::Select => None,
         }
+    }
+
+    /// Erases along a path on the frame in view: every eraser of the window does it here.
+    fn erase(&mut self, path: &[Pixel], radius: u32) -> Option<Edit> {
+        let frame = self.frame;
+        self.edit(|history| history.erase(frame, path, radius))
     }
 
     /// Changes the labels and tells the worker; `None` when nothing changed.
@@ -330,6 +359,7 @@ impl Workspace {
         if !self.class.is_some_and(exists) {
             self.class = self.document.classes().first().map(|class| class.id);
         }
+        self.select(self.selected);
         self.send_labels();
         Some(edit)
     }

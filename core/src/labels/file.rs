@@ -121,7 +121,7 @@ fn parse(file: StrokesFile, scene: &Scene) -> Result<LabelSet, String> {
 /// The labels as the text of a strokes file, in pixels of the frames' images on disk. Strokes on frames that
 /// the scene does not have are left out.
 ///
-/// A stroke with several lines (parts of it were erased) becomes one entry per line.
+/// A stroke with several lines (a filled polygon, or one of which parts were erased) becomes one entry per line.
 pub fn strokes_json(labels: &LabelSet, frames: &[Frame]) -> String {
     let mut records = Vec::new();
     for stroke in labels.strokes.values() {
@@ -155,6 +155,7 @@ pub fn strokes_json(labels: &LabelSet, frames: &[Frame]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::labels::{erase, rasterise};
     use crate::scene::testing::wall;
     use crate::scene::{Distortion, Lens};
 
@@ -208,6 +209,27 @@ mod tests {
                 |point: &Pixel| point[0].abs_diff(corner[0]) <= 1 && point[1].abs_diff(corner[1]) <= 1;
             assert!(record.points.iter().any(close), "{corner:?} {:?}", record.points);
         }
+    }
+
+    #[test]
+    fn polygons_come_back_from_the_file_to_the_pixel() {
+        let scene = wall(2, 64, 48);
+        let mut labels = LabelSet::default();
+        labels.classes.push(Class::new(1, "wall"));
+        let polygon = Stroke::polygon(1, 1, &[[3, 4], [50, 10], [30, 40], [20, 12], [6, 30]]);
+        let erased = erase(&polygon, &[[25, 0], [25, 47]], 2).unwrap();
+        let void = Stroke::polygon(1, VOID, &[[40, 2], [60, 2], [60, 20]]);
+        for (id, stroke) in (1..).zip([erased, void]) {
+            labels.strokes.insert(StrokeId(id), Arc::new(stroke));
+        }
+        let file = serde_json::from_str(&strokes_json(&labels, &scene.frames)).unwrap();
+        let back = parse(file, &scene).unwrap();
+        let classes = |labels: &LabelSet| -> Vec<(u32, ClassId)> {
+            let pixels = rasterise(labels, 1, 64, 48).into_iter();
+            pixels.map(|(pixel, (class, _))| (pixel, class)).collect()
+        };
+        assert_eq!(classes(&back), classes(&labels));
+        assert!(classes(&back).len() > 500);
     }
 
     #[test]

@@ -141,11 +141,10 @@ impl History {
 
     /// Adds a stroke; returns the edit.
     pub fn add_stroke(&mut self, stroke: Stroke) -> Edit {
-        let class = self.class_name(stroke.class);
-        let single = stroke.lines.iter().map(Vec::len).sum::<usize>() == 1;
+        let name = self.name_of(&stroke);
         self.last_stroke += 1;
         self.commit(Edit {
-            name: format!("{} {class}", if single { "click" } else { "scribble" }),
+            name,
             strokes: vec![StrokeChange {
                 id: StrokeId(self.last_stroke),
                 before: None,
@@ -176,6 +175,46 @@ impl History {
                 ..Edit::default()
             })
         })
+    }
+
+    /// Deletes one stroke; `None` when there is no such stroke.
+    pub fn delete_stroke(&mut self, id: StrokeId) -> Option<Edit> {
+        let stroke = self.labels.strokes.get(&id)?;
+        let name = format!("delete {}", self.name_of(stroke));
+        Some(self.commit(Edit {
+            name,
+            strokes: vec![StrokeChange {
+                id,
+                before: Some(stroke.as_ref().clone()),
+                after: None,
+            }],
+            ..Edit::default()
+        }))
+    }
+
+    /// Makes one stroke say another class, which may be void; `None` when there is no such stroke or class, or
+    /// nothing changes.
+    pub fn change_stroke_class(&mut self, id: StrokeId, class: ClassId) -> Option<Edit> {
+        let stroke = self.labels.strokes.get(&id)?;
+        let known = class == VOID || self.labels.class(class).is_some();
+        if !known || stroke.class == class {
+            return None;
+        }
+        let name = format!("change {} to {}", self.name_of(stroke), self.class_name(class));
+        let before = stroke.as_ref().clone();
+        let after = Stroke {
+            class,
+            ..before.clone()
+        };
+        Some(self.commit(Edit {
+            name,
+            strokes: vec![StrokeChange {
+                id,
+                before: Some(before),
+                after: Some(after),
+            }],
+            ..Edit::default()
+        }))
     }
 
     /// Adds a class with the next id and colour; returns its id and the edit.
@@ -346,6 +385,11 @@ impl History {
         self.labels.next_class_id().max(highest + 1)
     }
 
+    /// What a stroke is and says: "scribble wall".
+    fn name_of(&self, stroke: &Stroke) -> String {
+        format!("{} {}", stroke.kind().name(), self.class_name(stroke.class))
+    }
+
     fn class_name(&self, id: ClassId) -> String {
         self.labels
             .class(id)
@@ -406,6 +450,40 @@ mod tests {
             assert_eq!(history.labels(), state);
         }
         assert!(history.redo().is_none());
+    }
+
+    #[test]
+    fn one_stroke_is_deleted_or_changed_and_undo_brings_it_back() {
+        let (mut history, wall, floor) = history();
+        let polygon = Stroke::polygon(2, wall, &[[1, 1], [5, 1], [5, 4]]);
+        let [click, region] =
+            [Stroke::click(0, wall, [1, 1]), polygon].map(|stroke| history.add_stroke(stroke).strokes[0].id);
+        assert_eq!(history.undo_name(), Some("polygon wall"));
+        let before = history.labels().clone();
+
+        history.change_stroke_class(region, floor).unwrap();
+        assert_eq!(history.undo_name(), Some("change polygon wall to floor"));
+        assert_eq!(history.labels().strokes[&region].class, floor);
+        assert_eq!(
+            history.labels().strokes[&region].lines,
+            before.strokes[&region].lines
+        );
+        history.delete_stroke(click).unwrap();
+        assert_eq!(history.undo_name(), Some("delete click wall"));
+        assert_eq!(history.labels().strokes.len(), 1);
+        history.change_stroke_class(region, VOID).unwrap();
+        assert_eq!(history.undo_name(), Some("change polygon floor to void"));
+
+        let edits = history.edits().1;
+        assert!(history.delete_stroke(click).is_none());
+        assert!(history.change_stroke_class(click, floor).is_none());
+        assert!(history.change_stroke_class(region, VOID).is_none());
+        assert!(history.change_stroke_class(region, 999).is_none());
+        assert_eq!(history.edits().1, edits, "what changes nothing is no edit");
+        for _ in 0..3 {
+            history.undo().unwrap();
+        }
+        assert_eq!(history.labels(), &before);
     }
 
     #[test]

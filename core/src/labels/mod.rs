@@ -10,7 +10,9 @@ mod history;
 mod import;
 mod imported;
 pub(crate) mod png;
+mod polygon;
 mod raster;
+mod runs;
 mod stroke;
 
 use std::collections::BTreeMap;
@@ -22,8 +24,10 @@ pub use file::{StrokesError, read_strokes, strokes_json};
 pub use history::History;
 pub use import::{ImportError, LabelImages, in_frame, read_class_list, read_label_images};
 pub use imported::{ImportId, ImportedLabels, ImportedMap, Trust};
-pub use raster::{erase, pixels_of, rasterise};
-pub use stroke::{Pixel, Stroke, StrokeId};
+pub use polygon::polygon_runs;
+pub use raster::{erase, pixels_of, rasterise, runs_of};
+pub use runs::Run;
+pub use stroke::{Pixel, Stroke, StrokeId, StrokeKind};
 
 /// Everything the person said about a scene. Cloning is cheap: strokes and images are shared.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::runs::{Coverage, Run, contains};
 use super::{ClassId, LabelSet, Pixel, Stroke, StrokeId};
 
 /// Row-major indices of the pixels that a stroke covers in an image of this size, ascending.
@@ -9,23 +10,67 @@ use super::{ClassId, LabelSet, Pixel, Stroke, StrokeId};
 /// A pixel is covered when its centre is within `radius` of the polyline, or is one of the line's own
 /// pixels.
 pub fn pixels_of(stroke: &Stroke, width: u32, height: u32) -> Vec<u32> {
-    let mut pixels = Vec::new();
+    let runs = runs_of(stroke, width, height);
+    let indices = |run: Run| (run.row * width + run.first)..=(run.row * width + run.last);
+    runs.into_iter().flat_map(indices).collect()
+}
+
+/// The pixels of [`pixels_of`] as runs by row and column, none of them touching another.
+pub fn runs_of(stroke: &Stroke, width: u32, height: u32) -> Vec<Run> {
+    let (Some(last_column), Some(last_row)) = (width.checked_sub(1), height.checked_sub(1)) else {
+        return Vec::new();
+    };
+    let image = Bounds {
+        min: [0, 0],
+        max: [last_column, last_row],
+    };
+    let points = |line: &Vec<Pixel>| pixels_along(line);
+    if stroke.radius > 0 {
+        let points: Vec<Pixel> = stroke.lines.iter().flat_map(points).collect();
+        return brushed(&points, stroke.radius, &image);
+    }
+    let mut coverage = Coverage::new(0, last_row);
     for line in &stroke.lines {
         match line.as_slice() {
-            [] => {}
-            [point] => stamp(*point, stroke.radius, width, height, &mut pixels),
-            points => {
-                for pair in points.windows(2) {
-                    for point in segment(pair[0], pair[1]) {
-                        stamp(point, stroke.radius, width, height, &mut pixels);
-                    }
-                }
+            // The rows of a polygon, which need not be taken apart.
+            [[from, row], [to, other]] if row == other && *from.min(to) <= last_column => {
+                coverage.add(*row, *from.min(to), last_column.min(*from.max(to)));
+            }
+            _ => {
+                let inside = points(line).into_iter().filter(|[x, _]| *x <= last_column);
+                inside.for_each(|[x, y]| coverage.add(y, x, x));
             }
         }
     }
-    pixels.sort_unstable();
-    pixels.dedup();
-    pixels
+    coverage.finish()
+}
+
+/// The runs of all pixels within `radius` of a point, those outside `within` left out.
+fn brushed(points: &[Pixel], radius: u32, within: &Bounds) -> Vec<Run> {
+    let Some(around) = Bounds::of(points) else {
+        return Vec::new();
+    };
+    let reached = around.grown(radius);
+    let top = reached.min[1].max(within.min[1]);
+    let bottom = reached.max[1].min(within.max[1]);
+    let mut coverage = Coverage::new(top, bottom);
+    // Half the width of the disc at each distance from its middle row.
+    let farthest = radius.min(around.max[1].abs_diff(top).max(bottom.abs_diff(around.min[1])));
+    let square = u64::from(radius).pow(2);
+    let halves: Vec<u32> = (0..=u64::from(farthest))
+        .map(|row| (square - row * row).isqrt() as u32)
+        .collect();
+    for &[x, y] in points {
+        for row in top.max(y.saturating_sub(radius))..=bottom.min(y.saturating_add(radius)) {
+            let half = halves[row.abs_diff(y) as usize];
+            let first = x.saturating_sub(half).max(within.min[0]);
+            let last = x.saturating_add(half).min(within.max[0]);
+            if first <= last {
+                coverage.add(row, first, last);
+            }
+        }
+    }
+    coverage.finish()
 }
 
 /// The labelled pixels of a frame: row-major index to class (void included), later strokes over earlier ones.
@@ -48,30 +93,22 @@ pub fn rasterise(
 ///
 /// `None` when nothing changes; a stroke without lines when all of it is erased.
 pub fn erase(stroke: &Stroke, path: &[Pixel], radius: u32) -> Option<Stroke> {
-    let reach = i64::from(radius) + i64::from(stroke.radius);
-    let eraser: Vec<Pixel> = match path {
-        [point] => vec![*point],
-        points => points
-            .windows(2)
-            .flat_map(|pair| segment(pair[0], pair[1]))
-            .collect(),
-    };
-    let erased = |point: &Pixel| {
-        eraser.iter().any(|centre| {
-            let dx = i64::from(centre[0]) - i64::from(point[0]);
-            let dy = i64::from(centre[1]) - i64::from(point[1]);
-            dx * dx + dy * dy <= reach * reach
-        })
-    };
+    let reach = radius.saturating_add(stroke.radius);
+    let around = Bounds::of(path)?.grown(reach);
+    let near = |line: &[Pixel]| Bounds::of(line).is_some_and(|bounds| bounds.touches(&around));
+    if !stroke.lines.iter().any(|line| near(line)) {
+        return None;
+    }
+    let points: Vec<Pixel> = stroke.lines.iter().flatten().copied().collect();
+    let eraser = brushed(&pixels_along(path), reach, &Bounds::of(&points)?);
+    let erased = |point: &Pixel| contains(&eraser, *point);
     let mut changed = false;
     let mut lines = Vec::new();
     for line in &stroke.lines {
-        let dense: Vec<Pixel> = match line.as_slice() {
-            [point] => vec![*point],
-            points => points
-                .windows(2)
-                .flat_map(|pair| segment(pair[0], pair[1]))
-                .collect(),
+        let dense = if near(line) {
+            pixels_along(line)
+        } else {
+            Vec::new()
         };
         if !dense.iter().any(erased) {
             lines.push(line.clone());
@@ -91,16 +128,44 @@ pub fn erase(stroke: &Stroke, path: &[Pixel], radius: u32) -> Option<Stroke> {
     })
 }
 
-/// Pixels within `radius` of `centre`, inside the image.
-fn stamp(centre: Pixel, radius: u32, width: u32, height: u32, pixels: &mut Vec<u32>) {
-    let radius = i64::from(radius);
-    let [x, y] = centre.map(i64::from);
-    for row in (y - radius).max(0)..=(y + radius).min(i64::from(height) - 1) {
-        for column in (x - radius).max(0)..=(x + radius).min(i64::from(width) - 1) {
-            if (column - x).pow(2) + (row - y).pow(2) <= radius * radius {
-                pixels.push((row * i64::from(width) + column) as u32);
-            }
+/// The columns and rows between which points lie, both ends included.
+#[derive(Clone, Copy)]
+struct Bounds {
+    min: Pixel,
+    max: Pixel,
+}
+
+impl Bounds {
+    fn of(points: &[Pixel]) -> Option<Self> {
+        let (&first, rest) = points.split_first()?;
+        let (mut min, mut max) = (first, first);
+        for &[x, y] in rest {
+            min = [min[0].min(x), min[1].min(y)];
+            max = [max[0].max(x), max[1].max(y)];
         }
+        Some(Self { min, max })
+    }
+
+    fn grown(self, by: u32) -> Self {
+        Self {
+            min: self.min.map(|value| value.saturating_sub(by)),
+            max: self.max.map(|value| value.saturating_add(by)),
+        }
+    }
+
+    fn touches(&self, other: &Self) -> bool {
+        (0..2).all(|axis| self.min[axis] <= other.max[axis] && other.min[axis] <= self.max[axis])
+    }
+}
+
+/// The pixels of a polyline in its order, both ends included; those of inner corners come twice.
+pub(super) fn pixels_along(line: &[Pixel]) -> Vec<Pixel> {
+    match line {
+        [point] => vec![*point],
+        points => points
+            .windows(2)
+            .flat_map(|pair| segment(pair[0], pair[1]))
+            .collect(),
     }
 }
 
@@ -129,14 +194,7 @@ fn segment(from: Pixel, to: Pixel) -> Vec<Pixel> {
 
 /// The polyline of the pixels that a polyline's pixels become; those that become none are left out.
 pub(super) fn redrawn(line: &[Pixel], place: impl Fn(Pixel) -> Option<Pixel>) -> Vec<Pixel> {
-    let dense = match line {
-        [point] => vec![*point],
-        points => points
-            .windows(2)
-            .flat_map(|pair| segment(pair[0], pair[1]))
-            .collect(),
-    };
-    let mut placed: Vec<Pixel> = dense.into_iter().filter_map(place).collect();
+    let mut placed: Vec<Pixel> = pixels_along(line).into_iter().filter_map(place).collect();
     placed.dedup();
     simplified(&placed)
 }
@@ -164,6 +222,7 @@ fn simplified(points: &[Pixel]) -> Vec<Pixel> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::labels::StrokeKind;
     use std::sync::Arc;
 
     fn line(radius: u32, points: &[Pixel]) -> Stroke {
@@ -184,6 +243,20 @@ mod tests {
     fn a_brush_is_a_disc_and_is_cut_at_the_image_border() {
         assert_eq!(pixels_of(&line(1, &[[0, 0]]), 10, 5), [0, 1, 10]);
         assert_eq!(pixels_of(&line(2, &[[5, 2]]), 10, 5).len(), 13);
+    }
+
+    #[test]
+    fn runs_are_the_pixels_within_the_radius_of_the_line() {
+        let stroke = line(3, &[[1, 9], [14, 3], [30, 12], [2, 11]]);
+        let within = |index: u32| {
+            let [x, y] = [index % 26, index / 26].map(i64::from);
+            let near = |[px, py]: Pixel| (i64::from(px) - x).pow(2) + (i64::from(py) - y).pow(2) <= 9;
+            stroke.lines.iter().flat_map(|line| pixels_along(line)).any(near)
+        };
+        let expected: Vec<u32> = (0..26 * 14).filter(|&index| within(index)).collect();
+        assert_eq!(pixels_of(&stroke, 26, 14), expected);
+        let pixels: u64 = runs_of(&stroke, 26, 14).iter().map(Run::pixels).sum();
+        assert_eq!(pixels, expected.len() as u64);
     }
 
     #[test]
@@ -218,5 +291,18 @@ mod tests {
         let stroke = line(1, &[[3, 3]]);
         assert_eq!(erase(&stroke, &[[9, 9]], 2), None);
         assert!(erase(&stroke, &[[4, 3]], 0).unwrap().lines.is_empty());
+    }
+
+    #[test]
+    fn erasing_a_polygon_takes_the_pixels_under_the_eraser_and_no_others() {
+        let polygon = Stroke::polygon(0, 1, &[[2, 2], [30, 5], [22, 25], [4, 18]]);
+        let path = [[10, 0], [10, 12], [40, 12]];
+        let rest = erase(&polygon, &path, 2).unwrap();
+        let eraser = pixels_of(&line(2, &path), 40, 30);
+        let mut expected = pixels_of(&polygon, 40, 30);
+        expected.retain(|pixel| !eraser.contains(pixel));
+        assert_eq!(pixels_of(&rest, 40, 30), expected);
+        assert_eq!(rest.kind(), StrokeKind::Polygon);
+        assert_eq!(erase(&rest, &path, 2), None);
     }
 }

@@ -2,7 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::ClassId;
+use super::polygon::polygon_runs;
+use super::runs::Run;
+use super::{ClassId, runs_of};
 
 /// A pixel of a frame: column and row, from the top left.
 pub type Pixel = [u32; 2];
@@ -12,7 +14,7 @@ pub type Pixel = [u32; 2];
 #[serde(transparent)]
 pub struct StrokeId(pub u64);
 
-/// A click (one point) or a scribble (a polyline) of one class on one frame.
+/// A click (one point), a scribble (a polyline) or a filled polygon (its rows) of one class on one frame.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Stroke {
     /// Index of the frame in the scene.
@@ -21,7 +23,7 @@ pub struct Stroke {
     pub class: ClassId,
     /// Brush radius in pixels; 0 = the pixels of the line alone.
     pub radius: u32,
-    /// Polylines: one as drawn, several after parts were erased.
+    /// Polylines: one as drawn, several after parts were erased; of a filled polygon the runs of its rows.
     pub lines: Vec<Vec<Pixel>>,
 }
 
@@ -36,8 +38,110 @@ impl Stroke {
         }
     }
 
+    /// A filled polygon with these corners, as the runs of its pixels ([`polygon_runs`]).
+    pub fn polygon(frame: usize, class: ClassId, corners: &[Pixel]) -> Self {
+        Self {
+            frame,
+            class,
+            radius: 0,
+            lines: polygon_runs(corners).iter().map(Run::line).collect(),
+        }
+    }
+
+    /// What it is for people; found by looking, so that parts of a polygon are one too.
+    pub fn kind(&self) -> StrokeKind {
+        let row = |line: &Vec<Pixel>| match line.as_slice() {
+            [[_, row]] => Some(*row),
+            [[_, row], [_, other]] if row == other => Some(*row),
+            _ => None,
+        };
+        if let [line] = self.lines.as_slice()
+            && line.len() == 1
+        {
+            return StrokeKind::Click;
+        }
+        let first = self.lines.first().and_then(row);
+        let rows = self.lines.iter().map(row);
+        let filled = self.radius == 0 && rows.clone().all(|row| row.is_some());
+        // Parts of one straight scribble are in one row.
+        if filled && rows.into_iter().any(|row| row != first) {
+            StrokeKind::Polygon
+        } else {
+            StrokeKind::Scribble
+        }
+    }
+
+    /// Number of pixels that it covers in an image of this size.
+    pub fn pixel_count(&self, width: u32, height: u32) -> u64 {
+        runs_of(self, width, height).iter().map(Run::pixels).sum()
+    }
+
     /// The first point.
     pub fn first_point(&self) -> Option<Pixel> {
         self.lines.first().and_then(|line| line.first()).copied()
+    }
+}
+
+/// What a stroke is for people.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum StrokeKind {
+    /// One point.
+    Click,
+    /// A line, or what was left of it.
+    Scribble,
+    /// A filled polygon, or what was left of it.
+    Polygon,
+}
+
+impl StrokeKind {
+    /// Its name for people.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Click => "click",
+            Self::Scribble => "scribble",
+            Self::Polygon => "polygon",
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn clicks_scribbles_and_polygons_are_told_apart() {
+        let scribble = |radius, lines: &[&[Pixel]]| Stroke {
+            frame: 0,
+            class: 1,
+            radius,
+            lines: lines.iter().map(|line| line.to_vec()).collect(),
+        };
+        for (stroke, kind) in [
+            (Stroke::click(0, 1, [3, 4]), StrokeKind::Click),
+            (scribble(5, &[&[[3, 4]]]), StrokeKind::Click),
+            (scribble(0, &[&[[3, 4], [9, 4]]]), StrokeKind::Scribble),
+            (
+                scribble(0, &[&[[3, 4], [9, 4]], &[[12, 4], [20, 4]]]),
+                StrokeKind::Scribble,
+            ),
+            (
+                scribble(2, &[&[[3, 4], [9, 4]], &[[3, 5], [9, 5]]]),
+                StrokeKind::Scribble,
+            ),
+            (
+                scribble(0, &[&[[3, 4], [9, 4]], &[[3, 5], [9, 7]]]),
+                StrokeKind::Scribble,
+            ),
+            (
+                Stroke::polygon(0, 1, &[[3, 4], [9, 4], [6, 9]]),
+                StrokeKind::Polygon,
+            ),
+        ] {
+            assert_eq!(stroke.kind(), kind, "{stroke:?}");
+        }
+        assert_eq!(
+            Stroke::polygon(0, 1, &[[1, 1], [3, 1], [3, 2], [1, 2]]).pixel_count(9, 9),
+            6
+        );
     }
 }

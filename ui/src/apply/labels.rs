@@ -6,7 +6,7 @@ use inplace_core::labels::{ClassId, Edit, History, Stroke, VOID};
 use inplace_core::project::Step;
 
 use crate::app::App;
-use crate::canvas::{Line, Tool};
+use crate::canvas::Line;
 use crate::dialogs::Dialog;
 
 impl App {
@@ -53,18 +53,13 @@ impl App {
         let Some(workspace) = self.state.workspace_mut() else {
             return;
         };
-        if line.tool == Tool::Label && workspace.class().is_none() {
-            let waiting = Stroke {
-                frame: workspace.frame_index(),
-                class: VOID,
-                radius,
-                lines: vec![line.points],
-            };
+        let labelled = line.tool.labels();
+        if labelled && workspace.class().is_none() {
+            let waiting = line.into_stroke(workspace.frame_index(), VOID, radius);
             let name = String::new();
             self.state.dialog = Some(Dialog::FirstClass { name, waiting });
             return;
         }
-        let labelled = line.tool == Tool::Label;
         let edit = workspace.draw(line, radius);
         self.keep(edit.map(Step::Do));
         if labelled {
@@ -116,13 +111,15 @@ impl App {
 
     /// A class is chosen to label with it.
     pub(super) fn choose_class(&mut self, class: ClassId) {
-        self.state.settings.tool = Tool::Label;
+        self.choose_tool(self.state.settings.labelling);
         self.with_workspace(|workspace| workspace.choose_class(class));
     }
 
     pub(super) fn choose_slot(&mut self, slot: usize) {
-        if let Some(class) = self.class_of_slot(slot) {
-            self.choose_class(class);
+        match (self.class_of_slot(slot), self.stroke_to_change()) {
+            (Some(class), Some(stroke)) => self.change_stroke_class(stroke, class),
+            (Some(class), None) => self.choose_class(class),
+            (None, _) => {}
         }
     }
 

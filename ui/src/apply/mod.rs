@@ -3,7 +3,9 @@
 mod files;
 mod guidance;
 mod labels;
+mod opening;
 mod preferences;
+mod strokes;
 mod view;
 mod work;
 
@@ -49,6 +51,11 @@ impl App {
                 self.leave_suggestions();
                 self.draw(line);
             }
+            Action::SelectStroke(stroke) => self.with_workspace(|workspace| workspace.select(stroke)),
+            Action::GoToStroke(stroke) => self.go_to_stroke(stroke),
+            Action::DeleteStroke(stroke) => self.edit(|history| history.delete_stroke(stroke)),
+            Action::DeleteSelected => self.delete_selected(),
+            Action::ChangeStrokeClass(stroke, class) => self.change_stroke_class(stroke, class),
             Action::Undo => self.step(History::undo, Step::Undo),
             Action::Redo => self.step(History::redo, Step::Redo),
 
@@ -63,10 +70,6 @@ impl App {
             Action::GoToFrame(frame) => self.go_to(|_| Some(frame)),
             Action::StepFrame(step) => self.go_to(|workspace| workspace.stepped(step)),
             Action::FindFrame(text) => self.find_frame(&text),
-            Action::GoToStroke(id) => {
-                self.with_workspace(|workspace| workspace.go_to_stroke(id));
-                self.looked_away();
-            }
             Action::FilterFrames(filter) => {
                 self.with_workspace(|workspace| workspace.overview_mut().frames_mut().set_filter(filter));
             }
@@ -98,13 +101,11 @@ impl App {
             Action::StepBrush(steps) => {
                 self.state.settings.brush = stepped_brush(self.state.settings.brush, steps);
             }
-            Action::ChooseTool(tool) => self.state.settings.tool = tool,
-            Action::ToggleTool => {
-                self.state.settings.tool = match self.state.settings.tool {
-                    Tool::Label => Tool::Erase,
-                    Tool::Erase => Tool::Label,
-                };
-            }
+            Action::ChooseTool(tool) => self.choose_tool(tool),
+            Action::ToggleTool => self.choose_tool(match self.state.settings.tool {
+                Tool::Erase => self.state.settings.labelling,
+                _ => Tool::Erase,
+            }),
             Action::SetView(view) => self.with_workspace(|workspace| workspace.view = view),
             Action::TogglePause => self.with_workspace(Workspace::toggle_pause),
             Action::SetTheme(theme) => self.set_theme(theme),

@@ -7,13 +7,18 @@ use serde_json::{Map, Value};
 use crate::app::App;
 use crate::jobs::Done;
 use crate::keymap::KeyMap;
-use crate::pictures::{Found, Portrait, Seen, look_at};
+use crate::pictures::{Found, Portrait, Seen, look_at, remove};
 use crate::preferences::{Change, Place, Recent, now};
 use crate::state::Settings;
 
 impl App {
     /// Changes what the person prefers.
     pub(super) fn prefer(&mut self, change: Change) {
+        if let Change::Forget(place) = &change {
+            let (place, folder) = (place.clone(), self.pictures.clone());
+            self.state.found.remove(&place);
+            self.jobs.spawn("forget", move |_| remove(&place, &folder));
+        }
         self.state.preferences.change(change);
         self.wear_preferences();
     }

@@ -5,20 +5,26 @@ mod cpu;
 mod gpu;
 mod overlay;
 mod palette;
+mod pick;
+mod strokes;
 mod tools;
 mod view;
 
-use egui::{CursorIcon, Key, Rect, Role, Sense, Ui, WidgetInfo, vec2};
+use std::collections::BTreeMap;
+
+use egui::{Align2, CursorIcon, Event, Key, Pos2, Rect, Role, Sense, Ui, WidgetInfo, vec2};
 
 pub use content::{Content, ShownMap};
 pub use cpu::{Look, composite};
 pub use gpu::UploadClock;
 pub use overlay::{marker, region};
 pub use palette::{Layer, Palette, VOID_COLOR};
-pub use tools::{Gesture, Line, Outcome, Surroundings, Tool};
+pub use strokes::StrokeLayer;
+pub use tools::{Draft, Gesture, Line, Outcome, Surroundings, Tool};
 pub use view::{Placement, View};
 
 use crate::action::{Action, Actions};
+use crate::english::tools as english;
 use crate::state::{AppState, Settings};
 use crate::theme;
 use crate::workspace::Workspace;
@@ -44,9 +50,19 @@ struct Composed {
 pub struct Canvas {
     renderer: Renderer,
     gesture: Gesture,
+    strokes: StrokeLayer,
+    /// The scene and the frame that the gesture is on.
+    place: (u64, usize),
+    /// What was begun on other frames of the scene, and goes on when they are in view again.
+    drafts: BTreeMap<usize, Draft>,
+    /// The brush's radius as it was last, and until when it is shown, in seconds.
+    brush: (u32, f64),
     clock: UploadClock,
     rect: Rect,
 }
+
+/// How long the size of the brush is shown after a change, in seconds.
+const BRUSH_SHOWN: f64 = 1.2;
 
 impl Canvas {
     /// A canvas drawn by wgpu where there is a target format, else on the CPU.
@@ -54,6 +70,10 @@ impl Canvas {
         Self {
             renderer: target.map_or(Renderer::Cpu(None), Renderer::Gpu),
             gesture: Gesture::default(),
+            strokes: StrokeLayer::default(),
+            place: (0, 0),
+            drafts: BTreeMap::new(),
+            brush: (0, f64::NEG_INFINITY),
             clock: UploadClock::default(),
             rect: Rect::NOTHING,
         }
@@ -69,6 +89,78 @@ impl Canvas {
         self.rect
     }
 
+    /// The strokes as they were painted last.
+    pub fn strokes(&self) -> &StrokeLayer {
+        &self.strokes
+    }
+
+    /// Takes the keys out of the input that belong to what is being drawn: Escape drops it, Enter ends it, Backspace
+    /// and undo take its last corner back. Without anything being drawn, Escape lets go of the selected stroke.
+    pub fn take_keys(&mut self, ctx: &egui::Context, state: &AppState, actions: &mut Actions) {
+        let Some(workspace) = state.workspace() else {
+            return;
+        };
+        self.turn_to(workspace);
+        if ctx.text_edit_focused() || egui::Popup::is_any_open(ctx) {
+            return;
+        }
+        // Enter presses the control that has the keyboard, if one has.
+        let focused = ctx.egui_wants_keyboard_input();
+        ctx.input_mut(|input| {
+            input.events.retain(|event| match event {
+                Event::Key {
+                    key,
+                    pressed: true,
+                    modifiers,
+                    ..
+                } => !self.take_key(*key, modifiers, focused, workspace, actions),
+                _ => true,
+            });
+        });
+    }
+
+    /// Returns whether the key was meant for what is being drawn.
+    fn take_key(
+        &mut self,
+        key: Key,
+        modifiers: &egui::Modifiers,
+        focused: bool,
+        workspace: &Workspace,
+        actions: &mut Actions,
+    ) -> bool {
+        let drafted = self.gesture.draft().is_some();
+        match key {
+            Key::Escape if self.gesture.is_drawing() => self.gesture.cancel(),
+            Key::Escape if workspace.selected().is_some() => actions.push(Action::SelectStroke(None)),
+            Key::Enter if drafted && !focused => {
+                if let Some(line) = self.gesture.finish() {
+                    actions.push(Action::Draw(line));
+                }
+            }
+            Key::Backspace if drafted => self.gesture.take_back(),
+            Key::Z if drafted && modifiers.command && !modifiers.shift => self.gesture.take_back(),
+            _ => return false,
+        }
+        true
+    }
+
+    /// What is being drawn stays on its frame.
+    fn turn_to(&mut self, workspace: &Workspace) {
+        let place = (workspace.serial(), workspace.frame_index());
+        if self.place == place {
+            return;
+        }
+        if self.place.0 == place.0 {
+            let draft = self.drafts.remove(&place.1);
+            let before = self.gesture.swap_draft(draft);
+            self.drafts.extend(before.map(|draft| (self.place.1, draft)));
+        } else {
+            self.drafts.clear();
+            self.gesture.cancel();
+        }
+        self.place = place;
+    }
+
     /// Draws the frame in view and follows the pointer.
     pub fn show(&mut self, ui: &mut Ui, state: &AppState, workspace: &Workspace, actions: &mut Actions) {
         let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
@@ -79,6 +171,7 @@ impl Canvas {
         let (Some(frame), Some(content)) = (workspace.frame(), workspace.content()) else {
             return;
         };
+        self.turn_to(workspace);
         let size = vec2(frame.color.width() as f32, frame.color.height() as f32);
         let hover = response
             .contains_pointer()
@@ -90,9 +183,11 @@ impl Canvas {
             tool: state.settings.tool,
             pan_key: ui.input(|input| input.key_down(Key::Space)) && !ui.ctx().text_edit_focused(),
             cursor: hover,
+            line_end: workspace.line_end(),
+            time: ui.input(|input| input.time),
         };
-        let view = self.follow(ui, workspace.view, &around, &state.settings, actions);
-        if self.gesture.line().is_some() && workspace.guidance().is_active() {
+        let view = self.follow(ui, workspace, &around, &state.settings, actions);
+        if self.gesture.is_drawing() && workspace.guidance().is_active() {
             // Whoever draws has turned to something else, also before the line is finished.
             actions.push(Action::LeaveSuggestions);
         }
@@ -103,26 +198,68 @@ impl Canvas {
         }
         self.paint_frame(&painter, content, placement, look);
         if !state.overlay_hidden {
-            overlay::strokes(&painter, workspace, placement);
+            self.strokes.paint(&painter, workspace, placement);
             overlay::suggestions(&painter, workspace, placement);
         }
         if let Some(line) = self.gesture.line() {
-            overlay::draft(&painter, workspace, placement, line, state.settings.brush);
+            overlay::line(&painter, workspace, placement, line, state.settings.brush);
+        }
+        if let Some(draft) = self.gesture.draft() {
+            let next = hover.filter(|_| state.settings.tool == draft.tool() && !self.gesture.is_panning());
+            overlay::draft(&painter, workspace, placement, draft, next, state.settings.brush);
+            draft_note(ui, &painter, draft);
         }
         if let Some(position) = hover {
             self.show_cursor(ui, &painter, state, workspace, placement, position, &around);
         }
+        self.show_brush_size(ui, &painter, &state.settings, placement, hover);
+    }
+
+    /// Shows the size of the brush for a moment when it changes.
+    fn show_brush_size(
+        &mut self,
+        ui: &Ui,
+        painter: &egui::Painter,
+        settings: &Settings,
+        placement: Placement,
+        hover: Option<Pos2>,
+    ) {
+        let now = ui.input(|input| input.time);
+        let (radius, until) = self.brush;
+        if radius != settings.brush {
+            let first = until == f64::NEG_INFINITY;
+            self.brush = (settings.brush, if first { now } else { now + BRUSH_SHOWN });
+        }
+        let left = self.brush.1 - now;
+        if left <= 0.0 {
+            return;
+        }
+        ui.ctx().request_repaint_after_secs(left as f32);
+        let center = hover.unwrap_or_else(|| painter.clip_rect().center());
+        let half = ((settings.brush as f32 + 0.5) * placement.zoom).max(3.0);
+        if hover.is_none() {
+            painter.circle_stroke(center, half + 1.0, egui::Stroke::new(1.0, overlay::HALO));
+            painter.circle_stroke(center, half, egui::Stroke::new(1.5, egui::Color32::WHITE));
+        }
+        let below = center + vec2(0.0, half + 10.0);
+        overlay::note(
+            painter,
+            below,
+            Align2::CENTER_TOP,
+            &english::brush_size(settings.brush),
+        );
     }
 
     /// Follows the pointer events of this frame; returns the view after them.
     fn follow(
         &mut self,
         ui: &Ui,
-        mut view: View,
+        workspace: &Workspace,
         around: &Surroundings,
         settings: &Settings,
         actions: &mut Actions,
     ) -> View {
+        let mut view = workspace.view;
         // A discarded pass is run again with the same events.
         if ui.ctx().current_pass_index() > 0 {
             return view;
@@ -134,11 +271,11 @@ impl Canvas {
         let mut brush = settings.brush;
         let events = ui.input(|input| input.events.clone());
         for event in &events {
-            let wheel = matches!(event, egui::Event::MouseWheel { .. });
+            let wheel = matches!(event, Event::MouseWheel { .. });
             if wheel && !around.cursor.is_some_and(reachable) {
                 continue;
             }
-            if matches!(event, egui::Event::PointerButton { pressed: true, pos, .. } if reachable(*pos))
+            if matches!(event, Event::PointerButton { pressed: true, pos, .. } if reachable(*pos))
                 && let Some(focused) = ui.memory(|memory| memory.focused())
             {
                 ui.memory_mut(|memory| memory.surrender_focus(focused));
@@ -146,6 +283,12 @@ impl Canvas {
             match self.gesture.follow(event, view, around, reachable) {
                 Some(Outcome::Finished(line)) => actions.push(Action::Draw(line)),
                 Some(Outcome::Moved(moved)) => view = moved,
+                Some(Outcome::Picked(position)) => {
+                    let zoom = view.place(around.canvas, around.size).zoom;
+                    let (document, frame) = (workspace.document(), workspace.frame_index());
+                    let picked = pick::stroke_at(document, frame, position, zoom);
+                    actions.push(Action::SelectStroke(picked));
+                }
                 Some(Outcome::Brush(steps)) => {
                     brush = stepped_brush(brush, steps);
                     actions.push(Action::SetBrush(brush));
@@ -205,26 +348,40 @@ impl Canvas {
         state: &AppState,
         workspace: &Workspace,
         placement: Placement,
-        position: egui::Pos2,
+        position: Pos2,
         around: &Surroundings,
     ) {
         if self.gesture.is_panning() {
             ui.ctx().set_cursor_icon(CursorIcon::Grabbing);
         } else if around.pan_key {
             ui.ctx().set_cursor_icon(CursorIcon::Grab);
-        } else if placement.pixel_at(position).is_some() {
-            ui.ctx().set_cursor_icon(CursorIcon::Crosshair);
+        } else if placement.pixel_at(position).is_some() || self.gesture.draft().is_some() {
             let tool = self.gesture.line().map_or(state.settings.tool, |line| line.tool);
-            overlay::brush(
-                painter,
-                workspace,
-                placement,
-                position,
-                tool,
-                state.settings.brush,
-            );
+            ui.ctx().set_cursor_icon(match tool {
+                Tool::Select => CursorIcon::Default,
+                _ => CursorIcon::Crosshair,
+            });
+            let straight = around.line_end.filter(|_| {
+                tool == Tool::Brush && !self.gesture.is_active() && ui.input(|input| input.modifiers.shift)
+            });
+            if let Some(from) = straight {
+                overlay::straight_line(painter, placement, from, position);
+            }
+            let radius = state.settings.brush;
+            overlay::cursor(painter, workspace, placement, position, tool, radius);
         }
     }
+}
+
+/// Says at the lower edge how what is being drawn ends.
+fn draft_note(ui: &Ui, painter: &egui::Painter, draft: &Draft) {
+    let text = english::draft_note(draft.tool(), draft.corners().count());
+    let canvas = painter.clip_rect();
+    let place = canvas.center_bottom() - vec2(0.0, 12.0);
+    overlay::note(painter, place, Align2::CENTER_BOTTOM, &text);
+    let id = ui.scope_id().with("draft");
+    let response = ui.interact(Rect::from_center_size(place, vec2(1.0, 1.0)), id, Sense::hover());
+    response.widget_info(|| WidgetInfo::labeled(Role::Label, true, &text));
 }
 
 fn compose(ctx: &egui::Context, content: &Content, look: Look) -> egui::TextureHandle {

@@ -1,18 +1,20 @@
-//! Vectors over the frame: strokes, the line being drawn, the brush, suggestions.
+//! Vectors over the frame: what is being drawn, the cursor of the tool, suggestions.
 
 use egui::{Align2, Color32, FontId, Painter, Pos2, Shape, Stroke, vec2};
 use inplace_core::guide::Suggestion;
-use inplace_core::labels::{ClassId, Pixel, VOID};
+use inplace_core::labels::{ClassId, Pixel, VOID, polygon_runs};
 
 use super::palette::VOID_COLOR;
-use super::tools::{Line, Tool};
+use super::strokes::paint_runs;
+use super::tools::{Draft, Line, Tool};
 use super::view::Placement;
 use crate::theme;
 use crate::workspace::Workspace;
 
 /// Corners of a region that are nearer to each other on screen are drawn as one, in points.
 const FINEST_STEP: f32 = 1.5;
-const HALO: Color32 = Color32::from_black_alpha(150);
+/// What lies around bright lines, so that they are seen on bright images.
+pub const HALO: Color32 = Color32::from_black_alpha(150);
 
 /// The colour that strokes of a class have.
 pub fn stroke_color(workspace: &Workspace, class: ClassId) -> Color32 {
@@ -25,60 +27,117 @@ pub fn stroke_color(workspace: &Workspace, class: ClassId) -> Color32 {
     Color32::from_rgb(r, g, b)
 }
 
-/// The strokes of the frame in view.
-pub fn strokes(painter: &Painter, workspace: &Workspace, placement: Placement) {
-    let labels = workspace.document().labels();
-    for (_, stroke) in labels.strokes_of(workspace.frame_index()) {
-        let color = stroke_color(workspace, stroke.class);
-        for line in &stroke.lines {
-            polyline(painter, placement, line, stroke.radius, color);
-        }
+/// The colour of what is drawn with a tool now.
+fn tool_color(workspace: &Workspace, tool: Tool) -> Color32 {
+    match workspace.class() {
+        Some(class) if tool.labels() => stroke_color(workspace, class),
+        _ => Color32::WHITE,
     }
 }
 
-/// The line being drawn.
-pub fn draft(painter: &Painter, workspace: &Workspace, placement: Placement, line: &Line, radius: u32) {
-    let color = match (line.tool, workspace.class()) {
-        (Tool::Erase, _) => Color32::from_white_alpha(120),
-        (Tool::Label, Some(class)) => stroke_color(workspace, class),
-        (Tool::Label, None) => Color32::from_white_alpha(200),
+/// The line being drawn with the button held.
+pub fn line(painter: &Painter, workspace: &Workspace, placement: Placement, line: &Line, radius: u32) {
+    let color = if line.tool == Tool::Erase {
+        Color32::from_white_alpha(120)
+    } else {
+        tool_color(workspace, line.tool)
     };
-    polyline(painter, placement, &line.points, radius, color);
+    painter.extend(line_shapes(placement, &line.points, radius, color));
 }
 
-fn polyline(painter: &Painter, placement: Placement, pixels: &[Pixel], radius: u32, color: Color32) {
+/// The polyline or polygon being drawn, with its next corner at the cursor.
+pub fn draft(
+    painter: &Painter,
+    workspace: &Workspace,
+    placement: Placement,
+    draft: &Draft,
+    cursor: Option<Pos2>,
+    radius: u32,
+) {
+    let color = tool_color(workspace, draft.tool());
+    let mut pixels = draft.points().to_vec();
+    let Some(first) = pixels.first().map(|&pixel| placement.pixel_center(pixel)) else {
+        return;
+    };
+    let closing = cursor.is_some_and(|cursor| draft.closes_at(cursor, first));
+    if let Some(cursor) = cursor.filter(|_| !closing) {
+        pixels.push(placement.nearest_pixel(cursor));
+    }
+    if draft.tool() == Tool::Polygon {
+        paint_runs(painter, &polygon_runs(&pixels), placement, color);
+        let mut outline: Vec<Pos2> = pixels
+            .iter()
+            .map(|&pixel| placement.pixel_center(pixel))
+            .collect();
+        for (width, color) in [(3.5, HALO), (1.5, color)] {
+            painter.add(Shape::line(outline.clone(), Stroke::new(width, color)));
+        }
+        // The side that will close it.
+        let last = outline.pop().unwrap_or(first);
+        let dashes = Shape::dashed_line(&[last, first], Stroke::new(1.25, Color32::WHITE), 5.0, 4.0);
+        painter.extend(dashes);
+    } else {
+        painter.extend(line_shapes(placement, &pixels, radius, color));
+    }
+    for (index, corner) in draft.corners().enumerate() {
+        let center = placement.pixel_center(corner);
+        let radius = if index == 0 && closing { 7.0 } else { 3.5 };
+        painter.circle_filled(center, radius + 1.5, HALO);
+        painter.circle(center, radius, color, Stroke::new(1.5, Color32::WHITE));
+    }
+}
+
+/// The straight line that a press with Shift would draw.
+pub fn straight_line(painter: &Painter, placement: Placement, from: Pixel, to: Pos2) {
+    let ends = [placement.pixel_center(from), to];
+    painter.line_segment(ends, Stroke::new(3.0, HALO));
+    painter.extend(Shape::dashed_line(
+        &ends,
+        Stroke::new(1.5, Color32::WHITE),
+        6.0,
+        4.0,
+    ));
+}
+
+/// A brushed line, its ends and joints round.
+pub fn line_shapes(placement: Placement, pixels: &[Pixel], radius: u32, color: Color32) -> Vec<Shape> {
     let points: Vec<Pos2> = pixels
         .iter()
         .map(|&pixel| placement.pixel_center(pixel))
         .collect();
     let half = ((radius as f32 + 0.5) * placement.zoom).max(1.5);
+    let mut shapes = Vec::new();
     match points.as_slice() {
         [] => {}
         [point] => {
             let half = half.max(4.0);
-            painter.circle(*point, half, color, Stroke::new(1.5, Color32::WHITE));
-            painter.circle_stroke(*point, half + 1.5, Stroke::new(1.0, HALO));
+            let filled = Shape::circle_filled(*point, half, color);
+            let ring = |radius, width, color| Shape::circle_stroke(*point, radius, Stroke::new(width, color));
+            shapes.extend([
+                filled,
+                ring(half, 1.5, Color32::WHITE),
+                ring(half + 1.5, 1.0, HALO),
+            ]);
         }
         [first, .., last] => {
             for (half, color) in [(half + 1.5, HALO), (half, color)] {
                 // Round ends and joints, which lines lack.
                 if half > 2.5 && color.is_opaque() {
-                    let joints = points
-                        .iter()
-                        .map(|&point| Shape::circle_filled(point, half, color));
-                    painter.extend(joints);
+                    let joints = points.iter();
+                    shapes.extend(joints.map(|&point| Shape::circle_filled(point, half, color)));
                 } else if color.is_opaque() {
-                    painter.circle_filled(*first, half, color);
-                    painter.circle_filled(*last, half, color);
+                    let ends = [*first, *last];
+                    shapes.extend(ends.map(|point| Shape::circle_filled(point, half, color)));
                 }
-                painter.add(Shape::line(points.clone(), Stroke::new(2.0 * half, color)));
+                shapes.push(Shape::line(points.clone(), Stroke::new(2.0 * half, color)));
             }
         }
     }
+    shapes
 }
 
-/// The brush under the pointer.
-pub fn brush(
+/// The tool under the pointer: the brush's disc, or a cross where there is none.
+pub fn cursor(
     painter: &Painter,
     workspace: &Workspace,
     placement: Placement,
@@ -86,11 +145,18 @@ pub fn brush(
     tool: Tool,
     radius: u32,
 ) {
+    let color = tool_color(workspace, tool);
+    if !tool.has_radius() {
+        if tool == Tool::Polygon {
+            // A small outline beside the cross hair of the system.
+            let at = |x: f32, y: f32| position + vec2(x, y);
+            let outline = vec![at(9.0, 16.0), at(12.0, 8.0), at(20.0, 10.0), at(19.0, 17.0)];
+            painter.add(Shape::closed_line(outline.clone(), Stroke::new(3.5, HALO)));
+            painter.add(Shape::closed_line(outline, Stroke::new(1.5, color)));
+        }
+        return;
+    }
     let half = ((radius as f32 + 0.5) * placement.zoom).max(3.0);
-    let color = match (tool, workspace.class()) {
-        (Tool::Label, Some(class)) => stroke_color(workspace, class),
-        _ => Color32::WHITE,
-    };
     painter.circle_stroke(position, half + 1.0, Stroke::new(1.0, HALO));
     painter.circle_stroke(position, half, Stroke::new(1.5, color));
     if tool == Tool::Erase {
@@ -100,6 +166,18 @@ pub fn brush(
             painter.line_segment([position - arm, position + arm], Stroke::new(1.5, color));
         }
     }
+}
+
+/// Words on the canvas, on a dark ground that suits every image.
+pub fn note(painter: &Painter, position: Pos2, align: Align2, text: &str) {
+    let galley = painter.layout_no_wrap(text.to_owned(), FontId::proportional(13.0), Color32::WHITE);
+    let rect = align.anchor_size(position, galley.size() + vec2(16.0, 8.0));
+    // Never cut by the canvas's border.
+    let bounds = painter.clip_rect().shrink(4.0);
+    let free = (bounds.size() - rect.size()).max(egui::Vec2::ZERO);
+    let rect = egui::Rect::from_min_size(rect.min.clamp(bounds.min, bounds.min + free), rect.size());
+    painter.rect_filled(rect, 6, Color32::from_black_alpha(200));
+    painter.galley(rect.min + vec2(8.0, 4.0), galley, Color32::WHITE);
 }
 
 /// Suggested regions on the frame in view: their outline, and a numbered marker where to click. While one is at hand,

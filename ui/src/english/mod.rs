@@ -9,5 +9,7 @@ pub mod preferences;
 pub mod progress;
 pub mod settings;
 pub mod start;
+pub mod strokes;
 pub mod toasts;
+pub mod tools;
 pub mod work;

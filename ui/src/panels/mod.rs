@@ -13,6 +13,7 @@ mod progress;
 mod start;
 mod stats;
 mod status;
+mod strokes;
 mod suggestions;
 mod tools;
 mod work;
@@ -36,6 +37,7 @@ use crate::workspace::Workspace;
 pub struct Panels {
     start: start::StartPage,
     classes: classes::ClassPanel,
+    strokes: strokes::StrokePanel,
     filmstrip: filmstrip::Filmstrip,
     suggestions: suggestions::SuggestionPanel,
     hints: hints::Hints,
@@ -50,6 +52,7 @@ impl Panels {
         Self {
             start: start::StartPage::default(),
             classes: classes::ClassPanel::default(),
+            strokes: strokes::StrokePanel::default(),
             filmstrip: filmstrip::Filmstrip::new(frames),
             suggestions: suggestions::SuggestionPanel::new(places),
             hints: hints::Hints::default(),
@@ -90,10 +93,15 @@ impl Panels {
         let before = Pane::ALL.map(shown);
         let [mut classes, mut guidance, mut frames] = before;
         egui::Panel::left("classes")
-            .frame(panel_frame(ui, 12, 12))
+            .frame(panel_frame(ui, 0, 0))
             .default_size(232.0)
             .size_range(184.0..=360.0)
-            .show_collapsible(ui, &mut classes, |ui| self.classes.show(ui, workspace, actions));
+            .show_collapsible(ui, &mut classes, |ui| {
+                self.strokes.show_below(ui, workspace, actions);
+                egui::CentralPanel::default()
+                    .frame(panel_frame(ui, 12, 12))
+                    .show(ui, |ui| self.classes.show(ui, workspace, actions));
+            });
         egui::Panel::right("guidance")
             .frame(panel_frame(ui, 0, 0))
             .default_size(280.0)

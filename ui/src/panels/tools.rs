@@ -4,12 +4,15 @@ use egui::{Align, Layout, Slider, Ui};
 
 use crate::action::{Action, Actions};
 use crate::canvas::{Layer, Tool, View};
+use crate::english::tools as english;
 use crate::state::{AppState, LARGEST_BRUSH, Settings};
 use crate::widgets::{Icon, icon_button, icon_button_with};
 use crate::workspace::Workspace;
 
 /// Below this width words give way to tooltips.
 const ROOMY: f32 = 640.0;
+/// Below this width sliders are short.
+const SPACIOUS: f32 = 784.0;
 
 /// Narrowest that the tool bar can be.
 pub const LEAST_WIDTH: f32 = 440.0;
@@ -20,14 +23,12 @@ pub fn show(ui: &mut Ui, state: &AppState, workspace: &Workspace, actions: &mut 
     let roomy = ui.available_width() >= ROOMY;
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 4.0;
-        if !roomy {
+        if ui.available_width() < SPACIOUS {
             ui.spacing_mut().slider_width = 56.0;
         }
-        for (tool, icon, name) in [
-            (Tool::Label, Icon::Brush, "Label"),
-            (Tool::Erase, Icon::Eraser, "Erase (E)"),
-        ] {
-            if icon_button_with(ui, icon, name, settings.tool == tool).clicked() {
+        for tool in Tool::ALL {
+            let chosen = settings.tool == tool;
+            if icon_button_with(ui, icon_of(tool), english::tool(tool), chosen).clicked() {
                 actions.push(Action::ChooseTool(tool));
             }
         }
@@ -44,20 +45,30 @@ pub fn show(ui: &mut Ui, state: &AppState, workspace: &Workspace, actions: &mut 
     });
 }
 
+fn icon_of(tool: Tool) -> Icon {
+    match tool {
+        Tool::Brush => Icon::Brush,
+        Tool::Polyline => Icon::Polyline,
+        Tool::Polygon => Icon::Polygon,
+        Tool::Erase => Icon::Eraser,
+        Tool::Select => Icon::Select,
+    }
+}
+
 fn brush(ui: &mut Ui, mut radius: u32, roomy: bool, actions: &mut Actions) {
     ui.add_space(4.0);
     if roomy {
-        ui.label("Brush");
+        ui.label(english::BRUSH);
     }
     let slider = Slider::new(&mut radius, 0..=LARGEST_BRUSH)
         .logarithmic(true)
         .show_value(false);
-    let response = small_slider(ui, slider).accessible_name("Brush size");
-    let response = response.on_hover_text("Brush radius in image pixels: [ and ], or Ctrl+wheel");
+    let response = small_slider(ui, slider).accessible_name(english::BRUSH_NAME);
+    let response = response.on_hover_text(english::BRUSH_HINT);
     if response.changed() {
         actions.push(Action::SetBrush(radius));
     }
-    ui.add_sized([40.0, 20.0], egui::Label::new(format!("{radius} px")));
+    ui.add_sized([40.0, 20.0], egui::Label::new(english::pixels(radius)));
 }
 
 fn layers(ui: &mut Ui, settings: &Settings, roomy: bool, actions: &mut Actions) {

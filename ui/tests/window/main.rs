@@ -14,3 +14,4 @@ mod progress;
 mod projects;
 mod stand;
 mod start;
+mod strokes;

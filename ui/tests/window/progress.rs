@@ -29,7 +29,7 @@ fn labelled(folder: &std::path::Path) -> Window {
             Action::ChooseClass(class),
             Action::SetBrush(0),
             Action::Draw(Line {
-                tool: Tool::Label,
+                tool: Tool::Brush,
                 points: vec![pixel],
             }),
         ] {

@@ -65,6 +65,10 @@ fn a_scene_that_was_opened_is_on_the_start_page_with_its_picture() {
     window.click("Remove kitchen from the list");
     assert!(window.harness.query_by_label("kitchen (not found)").is_none());
     window.harness.get_by_label("First steps");
+    let pictures = folder.path().join("pictures");
+    window.until("its picture is gone", |_| {
+        std::fs::read_dir(&pictures).unwrap().count() == 0
+    });
 }
 
 #[test]

@@ -1,0 +1,125 @@
+//! Sets of pixels as horizontal runs.
+
+use super::Pixel;
+
+/// Neighbouring pixels of one row.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Run {
+    /// The row, from the top.
+    pub row: u32,
+    /// Column of the first pixel.
+    pub first: u32,
+    /// Column of the last pixel, which is part of the run.
+    pub last: u32,
+}
+
+impl Run {
+    /// The run as a polyline: its two ends, or its only pixel.
+    pub fn line(&self) -> Vec<Pixel> {
+        if self.first == self.last {
+            vec![[self.first, self.row]]
+        } else {
+            vec![[self.first, self.row], [self.last, self.row]]
+        }
+    }
+
+    /// Number of pixels.
+    pub fn pixels(&self) -> u64 {
+        u64::from(self.last - self.first) + 1
+    }
+}
+
+/// Runs being collected, in any order; they may overlap.
+pub(super) struct Coverage {
+    top: u32,
+    /// First and last column of the runs of each row from `top` on.
+    rows: Vec<Vec<[u32; 2]>>,
+}
+
+impl Coverage {
+    /// Nothing yet, in the rows from `top` to `bottom`, both included.
+    pub(super) fn new(top: u32, bottom: u32) -> Self {
+        let rows = (u64::from(bottom) + 1).saturating_sub(u64::from(top));
+        Self {
+            top,
+            rows: vec![Vec::new(); rows as usize],
+        }
+    }
+
+    /// Adds the pixels from `first` to `last` of a row; rows outside are left out.
+    pub(super) fn add(&mut self, row: u32, first: u32, last: u32) {
+        let index = row.checked_sub(self.top).map(|index| index as usize);
+        let Some(runs) = index.and_then(|index| self.rows.get_mut(index)) else {
+            return;
+        };
+        // Neighbouring places of a brush overlap: most runs only make the one before longer.
+        match runs.last_mut() {
+            Some(before) if first <= before[1].saturating_add(1) && before[0] <= last.saturating_add(1) => {
+                *before = [before[0].min(first), before[1].max(last)];
+            }
+            _ => runs.push([first, last]),
+        }
+    }
+
+    /// The runs by row and column, none of them touching another.
+    pub(super) fn finish(self) -> Vec<Run> {
+        let mut finished: Vec<Run> = Vec::new();
+        for (row, mut runs) in (self.top..).zip(self.rows) {
+            runs.sort_unstable();
+            for [first, last] in runs {
+                match finished.last_mut() {
+                    Some(run) if run.row == row && first <= run.last.saturating_add(1) => {
+                        run.last = run.last.max(last);
+                    }
+                    _ => finished.push(Run { row, first, last }),
+                }
+            }
+        }
+        finished
+    }
+}
+
+/// Whether a pixel is in runs that [`Coverage::finish`] gave.
+pub(super) fn contains(runs: &[Run], [x, y]: Pixel) -> bool {
+    let after = runs.partition_point(|run| (run.row, run.first) <= (y, x));
+    let run = after.checked_sub(1).and_then(|index| runs.get(index));
+    run.is_some_and(|run| run.row == y && x <= run.last)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn runs_in_any_order_become_the_set_of_their_pixels() {
+        let mut coverage = Coverage::new(2, 3);
+        for (row, first, last) in [
+            (3, 9, 9),
+            (2, 5, 7),
+            (2, 0, 1),
+            (2, 2, 4),
+            (3, 0, 0),
+            (4, 0, 9),
+            (1, 0, 9),
+        ] {
+            coverage.add(row, first, last);
+        }
+        let runs = coverage.finish();
+        let run = |row, first, last| Run { row, first, last };
+        assert_eq!(runs, [run(2, 0, 7), run(3, 0, 0), run(3, 9, 9)]);
+        for (pixel, inside) in [
+            ([7, 2], true),
+            ([8, 2], false),
+            ([0, 3], true),
+            ([5, 3], false),
+            ([9, 3], true),
+        ] {
+            assert_eq!(contains(&runs, pixel), inside, "{pixel:?}");
+        }
+        assert_eq!(runs.iter().map(Run::pixels).sum::<u64>(), 10);
+        assert_eq!(
+            (runs[0].line(), runs[1].line()),
+            (vec![[0, 2], [7, 2]], vec![[0, 3]])
+        );
+    }
+}

@@ -1,0 +1,43 @@
+//! Actions on single strokes, and the tools.
+
+use inplace_core::labels::{ClassId, StrokeId};
+
+use crate::app::App;
+use crate::canvas::Tool;
+
+impl App {
+    pub(super) fn choose_tool(&mut self, tool: Tool) {
+        self.state.settings.choose_tool(tool);
+        if tool != Tool::Select {
+            self.with_workspace(|workspace| workspace.select(None));
+        }
+    }
+
+    pub(super) fn go_to_stroke(&mut self, stroke: StrokeId) {
+        let mut moved = false;
+        self.with_workspace(|workspace| moved = workspace.go_to_stroke(stroke));
+        if moved {
+            self.looked_away();
+        }
+    }
+
+    pub(super) fn delete_selected(&mut self) {
+        if let Some(stroke) = self.selected() {
+            self.edit(|history| history.delete_stroke(stroke));
+        }
+    }
+
+    pub(super) fn change_stroke_class(&mut self, stroke: StrokeId, class: ClassId) {
+        self.edit(|history| history.change_stroke_class(stroke, class));
+    }
+
+    /// The stroke that a choice of a class is about: the selected one, while the tool is the one that selects.
+    pub(super) fn stroke_to_change(&self) -> Option<StrokeId> {
+        self.selected()
+            .filter(|_| self.state.settings.tool == Tool::Select)
+    }
+
+    fn selected(&self) -> Option<StrokeId> {
+        self.state.workspace().and_then(|workspace| workspace.selected())
+    }
+}

@@ -1,0 +1,299 @@
+//! The strokes of the frame in view as one mesh, made anew only when what it shows changes.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use egui::epaint::{TessellationOptions, Tessellator};
+use egui::{Color32, Mesh, Painter, Pos2, Rect, Shape, Stroke as Pen, pos2, vec2};
+use inplace_core::labels::{Run, Stroke, StrokeId, StrokeKind, runs_of};
+
+use super::overlay::{HALO, line_shapes, stroke_color};
+use super::view::Placement;
+use crate::theme;
+use crate::workspace::Workspace;
+
+/// How much a filled polygon covers of what is under it.
+const FILL: f32 = 0.3;
+
+/// The meshes of a frame's strokes.
+#[derive(Debug, Default)]
+pub struct StrokeLayer {
+    built: Option<Built>,
+    /// The polygons of the frame, with the strokes that they were made of.
+    regions: BTreeMap<StrokeId, (Arc<Stroke>, Region)>,
+    builds: u64,
+}
+
+/// A mesh and what it was made of.
+#[derive(Debug)]
+struct Built {
+    of: Key,
+    /// Where the image lies in `mesh`.
+    origin: Pos2,
+    mesh: Arc<Mesh>,
+}
+
+/// All that the mesh depends on, its place aside.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Key {
+    scene: u64,
+    frame: usize,
+    generation: u64,
+    zoom: f32,
+    pixels_per_point: f32,
+    selected: Option<StrokeId>,
+    accent: Color32,
+}
+
+impl StrokeLayer {
+    /// Paints the strokes of the frame in view, the selected one marked.
+    pub fn paint(&mut self, painter: &Painter, workspace: &Workspace, placement: Placement) {
+        let of = Key {
+            scene: workspace.serial(),
+            frame: workspace.frame_index(),
+            generation: workspace.document().generation(),
+            zoom: placement.zoom,
+            pixels_per_point: painter.pixels_per_point(),
+            selected: workspace.selected(),
+            accent: theme::accent(&painter.ctx().global_style().visuals),
+        };
+        if self.built.as_ref().is_none_or(|built| built.of != of) {
+            self.builds += 1;
+            let here = Placement {
+                origin: Pos2::ZERO,
+                ..placement
+            };
+            self.built = Some(Built {
+                mesh: Arc::new(self.build(workspace, here, &of)),
+                origin: Pos2::ZERO,
+                of,
+            });
+        }
+        let Some(built) = &mut self.built else {
+            return;
+        };
+        if built.origin != placement.origin {
+            Arc::make_mut(&mut built.mesh).translate(placement.origin - built.origin);
+            built.origin = placement.origin;
+        }
+        if !built.mesh.is_empty() {
+            painter.add(Arc::clone(&built.mesh));
+        }
+    }
+
+    /// How often a mesh was made so far.
+    pub fn builds(&self) -> u64 {
+        self.builds
+    }
+
+    fn build(&mut self, workspace: &Workspace, placement: Placement, of: &Key) -> Mesh {
+        let size = [placement.size.x as u32, placement.size.y as u32];
+        let before = std::mem::take(&mut self.regions);
+        let mut pen = MeshPen::new(of.pixels_per_point);
+        let mut marked = None;
+        for (id, stroke) in workspace.document().strokes_on(of.frame) {
+            let color = stroke_color(workspace, stroke.class);
+            let region = (stroke.kind() == StrokeKind::Polygon).then(|| {
+                let known = before.get(&id).filter(|(of, _)| Arc::ptr_eq(of, stroke));
+                let region = known.map_or_else(|| Region::new(stroke, size), |(_, region)| region.clone());
+                self.regions.insert(id, (Arc::clone(stroke), region.clone()));
+                region
+            });
+            if of.selected == Some(id) {
+                // Over all others, so that nothing hides it.
+                marked = Some((stroke, region, color));
+                continue;
+            }
+            match region {
+                Some(region) => pen.region(&region, placement, color),
+                None => pen.line(stroke, placement, color),
+            }
+        }
+        if let Some((stroke, region, color)) = marked {
+            match region {
+                Some(region) => pen.marked_region(&region, placement, color, of.accent),
+                None => pen.marked_line(stroke, placement, color, of.accent),
+            }
+        }
+        pen.mesh
+    }
+}
+
+/// A filled polygon: its runs, and the sides of its pixels where it ends, in image positions.
+#[derive(Clone, Debug)]
+struct Region {
+    runs: Arc<[Run]>,
+    border: Arc<[Rect]>,
+}
+
+impl Region {
+    fn new(stroke: &Stroke, [width, height]: [u32; 2]) -> Self {
+        let runs = runs_of(stroke, width, height);
+        Self {
+            border: border_of(&runs).into(),
+            runs: runs.into(),
+        }
+    }
+}
+
+/// The sides of pixels in runs that no pixel of the runs lies beyond, as rectangles without width or height.
+fn border_of(runs: &[Run]) -> Vec<Rect> {
+    let in_row = |row: Option<u32>| {
+        let row = row.map(u64::from);
+        let from = row.map_or(0, |row| runs.partition_point(|run| u64::from(run.row) < row));
+        let to = row.map_or(0, |row| runs.partition_point(|run| u64::from(run.row) <= row));
+        &runs[from..to]
+    };
+    let mut border = Vec::new();
+    for run in runs {
+        let (left, right) = (run.first as f32, run.last as f32 + 1.0);
+        let (top, bottom) = (run.row as f32, run.row as f32 + 1.0);
+        for x in [left, right] {
+            border.push(Rect::from_min_max(pos2(x, top), pos2(x, bottom)));
+        }
+        for (y, beyond) in [
+            (top, in_row(run.row.checked_sub(1))),
+            (bottom, in_row(run.row.checked_add(1))),
+        ] {
+            let mut from = left;
+            for other in beyond {
+                let (other_left, other_right) = (other.first as f32, other.last as f32 + 1.0);
+                if other_left > from {
+                    border.push(Rect::from_min_max(pos2(from, y), pos2(other_left.min(right), y)));
+                }
+                from = from.max(other_right);
+                if from >= right {
+                    break;
+                }
+            }
+            if from < right {
+                border.push(Rect::from_min_max(pos2(from, y), pos2(right, y)));
+            }
+        }
+    }
+    // What lies beyond a run to its right is no part of this run's border.
+    border.retain(|side| side.max.x >= side.min.x);
+    border
+}
+
+/// Paints the pixels of runs, evenly.
+pub fn paint_runs(painter: &Painter, runs: &[Run], placement: Placement, color: Color32) {
+    let mut mesh = Mesh::default();
+    fill(&mut mesh, runs, placement, color.gamma_multiply(FILL));
+    if !mesh.is_empty() {
+        painter.add(mesh);
+    }
+}
+
+fn fill(mesh: &mut Mesh, runs: &[Run], placement: Placement, color: Color32) {
+    mesh.reserve_vertices(4 * runs.len());
+    for run in runs {
+        let corner = placement.to_screen(pos2(run.first as f32, run.row as f32));
+        let size = placement.zoom * vec2(run.pixels() as f32, 1.0);
+        mesh.add_colored_rect(Rect::from_min_size(corner, size), color);
+    }
+}
+
+/// Draws into a mesh.
+struct MeshPen {
+    mesh: Mesh,
+    tessellator: Tessellator,
+}
+
+impl MeshPen {
+    fn new(pixels_per_point: f32) -> Self {
+        // Without the discs in the font's texture, whose place changes while the mesh is kept.
+        let options = TessellationOptions {
+            prerasterized_discs: false,
+            coarse_tessellation_culling: false,
+            ..TessellationOptions::default()
+        };
+        Self {
+            mesh: Mesh::default(),
+            tessellator: Tessellator::new(pixels_per_point, options, [1, 1], Vec::new()),
+        }
+    }
+
+    fn shapes(&mut self, shapes: impl IntoIterator<Item = Shape>) {
+        for shape in shapes {
+            self.tessellator.tessellate_shape(shape, &mut self.mesh);
+        }
+    }
+
+    fn line(&mut self, stroke: &Stroke, placement: Placement, color: Color32) {
+        for line in &stroke.lines {
+            self.shapes(line_shapes(placement, line, stroke.radius, color));
+        }
+    }
+
+    /// The line with a glow that no class has, as wide as the eye needs whatever the brush.
+    fn marked_line(&mut self, stroke: &Stroke, placement: Placement, color: Color32, accent: Color32) {
+        let half = ((stroke.radius as f32 + 0.5) * placement.zoom).max(1.5);
+        for (wider, color) in [(7.0, HALO), (6.0, accent), (3.0, Color32::WHITE)] {
+            for line in &stroke.lines {
+                let points: Vec<Pos2> = line.iter().map(|&pixel| placement.pixel_center(pixel)).collect();
+                let half = if points.len() == 1 { half.max(4.0) } else { half } + wider;
+                let joints = points
+                    .iter()
+                    .map(|&point| Shape::circle_filled(point, half, color));
+                self.shapes(joints.collect::<Vec<_>>());
+                if points.len() > 1 {
+                    self.shapes([Shape::line(points, Pen::new(2.0 * half, color))]);
+                }
+            }
+        }
+        self.line(stroke, placement, color);
+    }
+
+    fn region(&mut self, region: &Region, placement: Placement, color: Color32) {
+        fill(
+            &mut self.mesh,
+            &region.runs,
+            placement,
+            color.gamma_multiply(FILL),
+        );
+        self.border(region, placement, 1.75, HALO);
+        self.border(region, placement, 1.0, color);
+    }
+
+    fn marked_region(&mut self, region: &Region, placement: Placement, color: Color32, accent: Color32) {
+        fill(
+            &mut self.mesh,
+            &region.runs,
+            placement,
+            color.gamma_multiply(1.8 * FILL),
+        );
+        self.border(region, placement, 4.0, accent);
+        self.border(region, placement, 1.75, Color32::WHITE);
+    }
+
+    fn border(&mut self, region: &Region, placement: Placement, half: f32, color: Color32) {
+        self.mesh.reserve_vertices(4 * region.border.len());
+        for side in region.border.iter() {
+            let side = Rect::from_min_max(placement.to_screen(side.min), placement.to_screen(side.max));
+            self.mesh.add_colored_rect(side.expand(half), color);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_border_of_a_polygon_is_every_side_of_a_pixel_without_a_neighbour() {
+        let run = |row, first, last| Run { row, first, last };
+        // ..##..##   with a bay, a hole is the same
+        // ..######
+        let runs = [run(4, 2, 3), run(4, 6, 7), run(5, 2, 7)];
+        let mut length = 0.0;
+        for side in border_of(&runs) {
+            assert!(side.width() == 0.0 || side.height() == 0.0);
+            length += side.width() + side.height();
+        }
+        assert_eq!(length, 2.0 * (6.0 + 2.0) + 2.0);
+        let alone = border_of(&[run(0, 0, 0), run(1, 5, 5)]);
+        let length: f32 = alone.iter().map(|side| side.width() + side.height()).sum();
+        assert_eq!(length, 8.0);
+    }
+}

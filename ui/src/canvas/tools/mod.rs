@@ -1,0 +1,339 @@
+//! Pointer gestures on the canvas: drawing, erasing, selecting, panning, zooming, brush size.
+//!
+//! Every event of a frame is looked at, not only the last pointer position, so that fast drags lose
+//! nothing.
+
+mod draft;
+
+use egui::{Event, Modifiers, MouseWheelUnit, PointerButton, Pos2, Rect, Vec2};
+use inplace_core::labels::{ClassId, Pixel, Stroke};
+
+pub use draft::Draft;
+
+use super::view::View;
+
+/// Two presses are a double-click within this many seconds and points.
+const DOUBLE_CLICK: (f64, f32) = (0.35, 6.0);
+
+/// What the left button does.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Tool {
+    /// Labels a point or along a line with the current class.
+    #[default]
+    Brush,
+    /// Labels along a line from corner to corner.
+    Polyline,
+    /// Labels the inside of an outline.
+    Polygon,
+    /// Erases strokes.
+    Erase,
+    /// Selects strokes.
+    Select,
+}
+
+impl Tool {
+    /// All tools, in the order of the tool bar.
+    pub const ALL: [Self; 5] = [
+        Self::Brush,
+        Self::Polyline,
+        Self::Polygon,
+        Self::Erase,
+        Self::Select,
+    ];
+
+    /// Whether it labels with the current class.
+    pub fn labels(self) -> bool {
+        matches!(self, Self::Brush | Self::Polyline | Self::Polygon)
+    }
+
+    /// Whether it draws with the brush's radius.
+    pub fn has_radius(self) -> bool {
+        matches!(self, Self::Brush | Self::Polyline | Self::Erase)
+    }
+}
+
+/// A line or an outline being drawn, or just finished.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Line {
+    /// What it does.
+    pub tool: Tool,
+    /// Its pixels, in the order drawn; of a polygon the corners.
+    pub points: Vec<Pixel>,
+}
+
+impl Line {
+    /// What it says: a filled polygon, or a line of this radius in pixels.
+    pub fn into_stroke(self, frame: usize, class: ClassId, radius: u32) -> Stroke {
+        if self.tool == Tool::Polygon {
+            return Stroke::polygon(frame, class, &self.points);
+        }
+        Stroke {
+            frame,
+            class,
+            radius,
+            lines: vec![self.points],
+        }
+    }
+}
+
+/// What a pointer event led to.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Outcome {
+    /// This line is complete.
+    Finished(Line),
+    /// A stroke was pointed at, or no stroke: the image position (the centre of pixel 0 is 0.5), which may be
+    /// outside the image.
+    Picked(Pos2),
+    /// The view moved.
+    Moved(View),
+    /// The brush should grow (positive) or shrink (negative) by so many steps.
+    Brush(i32),
+}
+
+/// Where gestures happen.
+#[derive(Clone, Copy, Debug)]
+pub struct Surroundings {
+    /// The canvas on screen.
+    pub canvas: Rect,
+    /// Image size in pixels.
+    pub size: Vec2,
+    /// The chosen tool.
+    pub tool: Tool,
+    /// Whether the key that turns a left drag into panning is held.
+    pub pan_key: bool,
+    /// Where the pointer is, if over the canvas: the fixed point of zooming.
+    pub cursor: Option<Pos2>,
+    /// Where the newest line of the frame ends: from there a straight line is drawn with Shift.
+    pub line_end: Option<Pixel>,
+    /// Seconds, from any fixed moment on.
+    pub time: f64,
+}
+
+/// The gesture in progress.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Gesture {
+    line: Option<(PointerButton, Line)>,
+    /// The panning button and where the pointer was last.
+    pan: Option<(PointerButton, Pos2)>,
+    draft: Option<Draft>,
+    /// When and where a corner was added last.
+    corner_added: Option<(f64, Pos2)>,
+}
+
+impl Gesture {
+    /// The line being drawn with a button held.
+    pub fn line(&self) -> Option<&Line> {
+        self.line.as_ref().map(|(_, line)| line)
+    }
+
+    /// The polyline or polygon being drawn.
+    pub fn draft(&self) -> Option<&Draft> {
+        self.draft.as_ref()
+    }
+
+    /// Puts another draft, or none, in the place of the one being drawn, which is returned.
+    pub fn swap_draft(&mut self, draft: Option<Draft>) -> Option<Draft> {
+        let before = std::mem::replace(&mut self.draft, draft);
+        self.line = None;
+        self.corner_added = None;
+        before
+    }
+
+    /// Whether the image is being dragged.
+    pub fn is_panning(&self) -> bool {
+        self.pan.is_some()
+    }
+
+    /// Whether a button of this gesture is still held.
+    pub fn is_active(&self) -> bool {
+        self.line.is_some() || self.pan.is_some() || self.draft.as_ref().is_some_and(Draft::is_held)
+    }
+
+    /// Whether something is being drawn.
+    pub fn is_drawing(&self) -> bool {
+        self.line.is_some() || self.draft.is_some()
+    }
+
+    /// Drops what is being drawn.
+    pub fn cancel(&mut self) {
+        *self = Self::default();
+    }
+
+    /// Ends the polyline or polygon being drawn.
+    pub fn finish(&mut self) -> Option<Line> {
+        self.corner_added = None;
+        self.draft.take().map(|draft| draft.line())
+    }
+
+    /// Takes the last corner of the polyline or polygon back; with its only corner it is dropped.
+    pub fn take_back(&mut self) {
+        self.corner_added = None;
+        if self.draft.as_mut().is_some_and(|draft| !draft.take_back()) {
+            self.draft = None;
+        }
+    }
+
+    /// Follows one event. `reachable` tells whether nothing lies over the canvas at a position.
+    pub fn follow(
+        &mut self,
+        event: &Event,
+        view: View,
+        around: &Surroundings,
+        reachable: impl Fn(Pos2) -> bool,
+    ) -> Option<Outcome> {
+        match *event {
+            Event::PointerButton {
+                pos,
+                button,
+                pressed: true,
+                modifiers,
+            } if !self.is_active() && reachable(pos) => self.press(pos, button, modifiers, view, around),
+            Event::PointerButton {
+                pos,
+                button,
+                pressed: false,
+                ..
+            } => self.release(pos, button, view, around),
+            Event::PointerMoved(pos) => self.drag(pos, view, around),
+            Event::MouseWheel {
+                unit,
+                delta,
+                modifiers,
+                ..
+            } => {
+                let steps = match unit {
+                    MouseWheelUnit::Line | MouseWheelUnit::Page => delta.y,
+                    MouseWheelUnit::Point => delta.y / 50.0,
+                };
+                wheel(steps, modifiers.command, view, around)
+            }
+            _ => None,
+        }
+    }
+
+    fn press(
+        &mut self,
+        pos: Pos2,
+        button: PointerButton,
+        modifiers: Modifiers,
+        view: View,
+        around: &Surroundings,
+    ) -> Option<Outcome> {
+        let tool = match button {
+            PointerButton::Middle => None,
+            PointerButton::Primary if around.pan_key => None,
+            PointerButton::Primary => Some(around.tool),
+            PointerButton::Secondary => Some(Tool::Erase),
+            PointerButton::Extra1 | PointerButton::Extra2 => return None,
+        };
+        let Some(tool) = tool else {
+            self.pan = Some((button, pos));
+            return None;
+        };
+        let placement = view.place(around.canvas, around.size);
+        match tool {
+            Tool::Select => return Some(Outcome::Picked(placement.to_image(pos))),
+            Tool::Polyline | Tool::Polygon => return self.add_corner(tool, pos, view, around),
+            Tool::Brush | Tool::Erase => {}
+        }
+        if let Some(pixel) = placement.pixel_at(pos) {
+            let straight = around.line_end.filter(|_| tool == Tool::Brush && modifiers.shift);
+            let mut points: Vec<Pixel> = straight.into_iter().collect();
+            if points.last() != Some(&pixel) {
+                points.push(pixel);
+            }
+            self.line = Some((button, Line { tool, points }));
+        }
+        None
+    }
+
+    fn add_corner(&mut self, tool: Tool, pos: Pos2, view: View, around: &Surroundings) -> Option<Outcome> {
+        let placement = view.place(around.canvas, around.size);
+        let Some(draft) = self.draft.as_mut().filter(|draft| draft.tool() == tool) else {
+            // What the other tool began stays only until this one begins.
+            let pixel = placement.pixel_at(pos)?;
+            self.draft = Some(Draft::new(tool, pixel, pos));
+            self.corner_added = Some((around.time, pos));
+            return None;
+        };
+        let twice = self.corner_added.is_some_and(|(time, at)| {
+            around.time - time <= DOUBLE_CLICK.0 && at.distance(pos) <= DOUBLE_CLICK.1
+        });
+        let closes = draft
+            .points()
+            .first()
+            .is_some_and(|&first| draft.closes_at(pos, placement.pixel_center(first)));
+        if twice || closes {
+            return self.finish().map(Outcome::Finished);
+        }
+        // Clicks beside the image are corners on its border.
+        draft.press(placement.nearest_pixel(pos), pos);
+        self.corner_added = Some((around.time, pos));
+        None
+    }
+
+    fn drag(&mut self, pos: Pos2, mut view: View, around: &Surroundings) -> Option<Outcome> {
+        if let Some((_, last)) = &mut self.pan {
+            view.pan(around.canvas, around.size, pos - *last);
+            *last = pos;
+            return Some(Outcome::Moved(view));
+        }
+        if let Some((_, line)) = &mut self.line {
+            extend(line, view, around, pos);
+        } else if let Some(draft) = &mut self.draft {
+            let pixel = view.place(around.canvas, around.size).nearest_pixel(pos);
+            draft.drag(pixel, pos);
+        }
+        None
+    }
+
+    fn release(
+        &mut self,
+        pos: Pos2,
+        button: PointerButton,
+        view: View,
+        around: &Surroundings,
+    ) -> Option<Outcome> {
+        if self.pan.is_some_and(|(panning, _)| panning == button) {
+            self.pan = None;
+        }
+        if self.line.as_ref().is_some_and(|(drawing, _)| *drawing == button) {
+            let (_, mut line) = self.line.take()?;
+            extend(&mut line, view, around, pos);
+            return Some(Outcome::Finished(line));
+        }
+        if button == PointerButton::Primary
+            && let Some(draft) = &mut self.draft
+            && draft.release()
+        {
+            let placement = view.place(around.canvas, around.size);
+            let first = placement.pixel_center(*draft.points().first()?);
+            if draft.closes_at(pos, first) {
+                return self.finish().map(Outcome::Finished);
+            }
+        }
+        None
+    }
+}
+
+fn wheel(steps: f32, brush: bool, mut view: View, around: &Surroundings) -> Option<Outcome> {
+    if steps == 0.0 {
+        return None;
+    }
+    if brush {
+        return Some(Outcome::Brush(steps.signum() as i32));
+    }
+    let cursor = around.cursor.unwrap_or_else(|| around.canvas.center());
+    view.zoom_at(around.canvas, around.size, cursor, 1.2_f32.powf(steps));
+    Some(Outcome::Moved(view))
+}
+
+fn extend(line: &mut Line, view: View, around: &Surroundings, pos: Pos2) {
+    let pixel = view.place(around.canvas, around.size).nearest_pixel(pos);
+    if line.points.last() != Some(&pixel) {
+        line.points.push(pixel);
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,268 @@
+//! Gestures by the events that make them.
+
+use egui::{MouseWheelSource, TouchPhase, pos2, vec2};
+
+use super::*;
+
+const AROUND: Surroundings = Surroundings {
+    canvas: Rect {
+        min: pos2(0.0, 0.0),
+        max: pos2(352.0, 272.0),
+    },
+    size: vec2(320.0, 240.0),
+    tool: Tool::Brush,
+    pan_key: false,
+    cursor: None,
+    line_end: None,
+    time: 0.0,
+};
+
+fn button(x: f32, y: f32, button: PointerButton, pressed: bool) -> Event {
+    Event::PointerButton {
+        pos: pos2(x, y),
+        button,
+        pressed,
+        modifiers: Modifiers::NONE,
+    }
+}
+
+fn follow(gesture: &mut Gesture, around: &Surroundings, events: &[Event]) -> Vec<Outcome> {
+    let follow = |event| gesture.follow(event, View::FITTED, around, |_| true);
+    events.iter().filter_map(follow).collect()
+}
+
+#[test]
+fn a_click_is_a_line_of_one_pixel() {
+    let events = [
+        button(26.5, 36.5, PointerButton::Primary, true),
+        button(26.5, 36.5, PointerButton::Primary, false),
+    ];
+    let line = Line {
+        tool: Tool::Brush,
+        points: vec![[10, 20]],
+    };
+    assert_eq!(
+        follow(&mut Gesture::default(), &AROUND, &events),
+        [Outcome::Finished(line)]
+    );
+}
+
+#[test]
+fn a_fast_drag_keeps_every_position_and_stays_in_the_image() {
+    let events = [
+        button(16.5, 16.5, PointerButton::Primary, true),
+        Event::PointerMoved(pos2(26.5, 16.5)),
+        Event::PointerMoved(pos2(26.5, 46.5)),
+        Event::PointerMoved(pos2(-400.0, 46.5)),
+        button(-400.0, 46.5, PointerButton::Primary, false),
+    ];
+    let outcomes = follow(&mut Gesture::default(), &AROUND, &events);
+    let Outcome::Finished(line) = &outcomes[0] else {
+        panic!("not finished: {outcomes:?}")
+    };
+    assert_eq!(line.points, [[0, 0], [10, 0], [10, 30], [0, 30]]);
+}
+
+#[test]
+fn the_right_button_erases_whatever_the_tool() {
+    let events = [
+        button(30.0, 30.0, PointerButton::Secondary, true),
+        button(30.0, 30.0, PointerButton::Secondary, false),
+    ];
+    let outcomes = follow(&mut Gesture::default(), &AROUND, &events);
+    assert!(matches!(&outcomes[0], Outcome::Finished(line) if line.tool == Tool::Erase));
+}
+
+#[test]
+fn dragging_with_the_pan_key_moves_the_view_and_draws_nothing() {
+    let around = Surroundings {
+        pan_key: true,
+        ..AROUND
+    };
+    let mut gesture = Gesture::default();
+    let events = [
+        button(30.0, 30.0, PointerButton::Primary, true),
+        Event::PointerMoved(pos2(50.0, 30.0)),
+        button(50.0, 30.0, PointerButton::Primary, false),
+    ];
+    let outcomes = follow(&mut gesture, &around, &events);
+    assert!(matches!(outcomes.as_slice(), [Outcome::Moved(_)]));
+    assert!(!gesture.is_active());
+}
+
+#[test]
+fn a_press_outside_the_image_or_under_a_window_starts_nothing() {
+    let mut gesture = Gesture::default();
+    follow(
+        &mut gesture,
+        &AROUND,
+        &[button(2.0, 2.0, PointerButton::Primary, true)],
+    );
+    assert!(!gesture.is_active());
+    gesture.follow(
+        &button(40.0, 40.0, PointerButton::Primary, true),
+        View::FITTED,
+        &AROUND,
+        |_| false,
+    );
+    assert!(!gesture.is_active());
+}
+
+#[test]
+fn the_wheel_zooms_and_with_ctrl_changes_the_brush() {
+    let wheel = |modifiers| Event::MouseWheel {
+        unit: MouseWheelUnit::Line,
+        delta: vec2(0.0, 1.0),
+        phase: TouchPhase::Move,
+        source: MouseWheelSource::Unknown,
+        modifiers,
+    };
+    let mut gesture = Gesture::default();
+    let plain = follow(&mut gesture, &AROUND, &[wheel(Modifiers::NONE)]);
+    assert!(matches!(plain[0], Outcome::Moved(view) if !view.is_fitted()));
+    let ctrl = follow(&mut gesture, &AROUND, &[wheel(Modifiers::COMMAND)]);
+    assert_eq!(ctrl, [Outcome::Brush(1)]);
+}
+
+fn with(tool: Tool) -> Surroundings {
+    Surroundings { tool, ..AROUND }
+}
+
+/// A click on the centre of a pixel of the fitted image, long after the one before.
+fn click(gesture: &mut Gesture, around: &mut Surroundings, [x, y]: Pixel) -> Vec<Outcome> {
+    around.time += 1.0;
+    let (x, y) = (x as f32 + 16.5, y as f32 + 16.5);
+    let events = [
+        button(x, y, PointerButton::Primary, true),
+        button(x, y, PointerButton::Primary, false),
+    ];
+    follow(gesture, around, &events)
+}
+
+const CORNERS: [Pixel; 3] = [[10, 10], [60, 10], [60, 50]];
+
+#[test]
+fn corners_become_a_polygon_by_a_click_on_the_first() {
+    let (mut gesture, mut around) = (Gesture::default(), with(Tool::Polygon));
+    for corner in CORNERS {
+        assert_eq!(click(&mut gesture, &mut around, corner), []);
+    }
+    let line = Line {
+        tool: Tool::Polygon,
+        points: CORNERS.to_vec(),
+    };
+    assert_eq!(
+        click(&mut gesture, &mut around, [12, 12]),
+        [Outcome::Finished(line)]
+    );
+    assert!(!gesture.is_drawing());
+}
+
+#[test]
+fn a_double_click_ends_and_two_quick_clicks_apart_do_not() {
+    for tool in [Tool::Polyline, Tool::Polygon] {
+        let (mut gesture, mut around) = (Gesture::default(), with(tool));
+        for corner in CORNERS {
+            click(&mut gesture, &mut around, corner);
+            // As fast as a double-click, but elsewhere.
+            around.time -= 0.8;
+        }
+        around.time -= 0.2;
+        let points = CORNERS.to_vec();
+        assert_eq!(
+            click(&mut gesture, &mut around, [61, 50]),
+            [Outcome::Finished(Line { tool, points })]
+        );
+    }
+}
+
+#[test]
+fn corners_are_taken_back_one_by_one() {
+    let (mut gesture, mut around) = (Gesture::default(), with(Tool::Polyline));
+    for corner in CORNERS {
+        click(&mut gesture, &mut around, corner);
+    }
+    gesture.take_back();
+    assert_eq!(gesture.draft().unwrap().points(), &CORNERS[..2]);
+    gesture.take_back();
+    gesture.take_back();
+    assert!(!gesture.is_drawing());
+    gesture.take_back();
+}
+
+#[test]
+fn a_drag_draws_an_outline_that_closes_near_its_beginning() {
+    let mut gesture = Gesture::default();
+    let around = with(Tool::Polygon);
+    let moved = |x, y| Event::PointerMoved(pos2(x, y));
+    let events = [
+        button(26.5, 26.5, PointerButton::Primary, true),
+        moved(28.0, 26.5),
+        moved(66.5, 26.5),
+        moved(66.5, 66.5),
+        moved(29.5, 29.5),
+        button(29.5, 29.5, PointerButton::Primary, false),
+    ];
+    let outcomes = follow(&mut gesture, &around, &events);
+    let [Outcome::Finished(line)] = outcomes.as_slice() else {
+        panic!("not finished: {outcomes:?}")
+    };
+    assert_eq!(line.points, [[10, 10], [50, 10], [50, 50], [13, 13]]);
+    // Released elsewhere, it goes on, and all of the drag is taken back at once.
+    let open = follow(&mut gesture, &around, &events[..4]);
+    assert_eq!(open, []);
+    follow(
+        &mut gesture,
+        &around,
+        &[button(66.5, 66.5, PointerButton::Primary, false)],
+    );
+    assert_eq!(gesture.draft().unwrap().points().len(), 3);
+    gesture.take_back();
+    assert!(!gesture.is_drawing());
+}
+
+#[test]
+fn the_view_moves_in_the_middle_of_a_polygon() {
+    let (mut gesture, mut around) = (Gesture::default(), with(Tool::Polygon));
+    click(&mut gesture, &mut around, CORNERS[0]);
+    let events = [
+        button(100.0, 100.0, PointerButton::Middle, true),
+        Event::PointerMoved(pos2(150.0, 100.0)),
+        button(150.0, 100.0, PointerButton::Middle, false),
+    ];
+    let outcomes = follow(&mut gesture, &around, &events);
+    assert!(matches!(outcomes.as_slice(), [Outcome::Moved(_)]));
+    assert_eq!(gesture.draft().unwrap().points(), &CORNERS[..1]);
+}
+
+#[test]
+fn shift_draws_a_straight_line_from_where_the_last_one_ended() {
+    let around = Surroundings {
+        line_end: Some([3, 4]),
+        ..AROUND
+    };
+    let events = |modifiers| {
+        [true, false].map(|pressed| Event::PointerButton {
+            pos: pos2(36.5, 46.5),
+            button: PointerButton::Primary,
+            pressed,
+            modifiers,
+        })
+    };
+    for (modifiers, points) in [
+        (Modifiers::SHIFT, vec![[3, 4], [20, 30]]),
+        (Modifiers::NONE, vec![[20, 30]]),
+    ] {
+        let outcomes = follow(&mut Gesture::default(), &around, &events(modifiers));
+        let tool = Tool::Brush;
+        assert_eq!(outcomes, [Outcome::Finished(Line { tool, points })]);
+    }
+}
+
+#[test]
+fn the_select_tool_points_and_draws_nothing() {
+    let (mut gesture, mut around) = (Gesture::default(), with(Tool::Select));
+    let picked = click(&mut gesture, &mut around, [10, 20]);
+    assert_eq!(picked, [Outcome::Picked(pos2(10.5, 20.5))]);
+    assert!(!gesture.is_active());
+}

@@ -1,0 +1,45 @@
+//! The tools that draw, and what is being drawn.
+
+use crate::canvas::Tool;
+
+/// Name of a tool, with its key.
+pub fn tool(tool: Tool) -> &'static str {
+    match tool {
+        Tool::Brush => "Brush (B)",
+        Tool::Polyline => "Polyline (L)",
+        Tool::Polygon => "Polygon (G)",
+        Tool::Erase => "Erase (E)",
+        Tool::Select => "Select strokes (S)",
+    }
+}
+
+/// The brush's radius, at the tool bar's slider.
+pub const BRUSH: &str = "Brush";
+/// Name of that slider for screen readers.
+pub const BRUSH_NAME: &str = "Brush size";
+/// What that slider sets.
+pub const BRUSH_HINT: &str = "Brush radius in image pixels: [ and ], or Ctrl+wheel";
+
+/// A radius in image pixels.
+pub fn pixels(radius: u32) -> String {
+    format!("{radius} px")
+}
+
+/// The brush's radius in image pixels, while it changes.
+pub fn brush_size(radius: u32) -> String {
+    format!("Brush {}", pixels(radius))
+}
+
+/// How what is being drawn ends.
+pub fn draft_note(tool: Tool, corners: usize) -> String {
+    let what = if tool == Tool::Polygon {
+        "Polygon"
+    } else {
+        "Polyline"
+    };
+    let corners = match corners {
+        1 => "1 corner".to_owned(),
+        many => format!("{many} corners"),
+    };
+    format!("{what}, {corners}: Enter ends it, Backspace takes a corner back, Escape drops it")
+}

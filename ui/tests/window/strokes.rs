@@ -1,0 +1,436 @@
+//! The tools that draw, and strokes as things to find, change and delete.
+
+use egui::accesskit::Role;
+use egui::{Key, Modifiers, PointerButton, Pos2};
+use egui_kittest::kittest::Queryable;
+use inplace_core::labels::{History, LabelSet, Stroke, StrokeId, StrokeKind, VOID};
+use inplace_core::project::{Contents, Project, SceneRecord};
+use inplace_core::scene::{OpenOptions, SceneSource};
+use inplace_ui::Target;
+use inplace_ui::canvas::Tool;
+use inplace_ui::state::Settings;
+use std::path::Path;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use crate::stand::*;
+
+fn settings(window: &Window) -> Settings {
+    window.harness.state().state().settings
+}
+
+fn newest(window: &Window) -> Stroke {
+    let labels = window.workspace().document().labels();
+    labels.strokes.last_key_value().unwrap().1.as_ref().clone()
+}
+
+/// Clicks one after the other, slowly.
+fn click_at(window: &mut Window, places: &[[f32; 2]]) {
+    for &[x, y] in places {
+        let place = window.canvas(x, y);
+        window.drag(PointerButton::Primary, &[place]);
+        window.harness.run_steps(30);
+    }
+}
+
+const TRIANGLE: [[f32; 2]; 3] = [[-120.0, -90.0], [120.0, -90.0], [0.0, 90.0]];
+
+fn draw_triangle(window: &mut Window) {
+    window.press(Modifiers::NONE, Key::G);
+    click_at(window, &TRIANGLE);
+    window.press(Modifiers::NONE, Key::Enter);
+}
+
+/// A window with the demo and two classes, of which the second is current.
+fn two_classes(folder: &Path) -> Window {
+    let mut window = Window::with_demo(folder);
+    window.add_class("wall");
+    window.add_class("floor");
+    // Out of the text field.
+    window.press(Modifiers::NONE, Key::Escape);
+    window
+}
+
+/// A project with these strokes in `folder`.
+fn project(folder: &Path, strokes: impl IntoIterator<Item = Stroke>) -> Target {
+    let mut history = History::default();
+    history.add_class("wall");
+    history.add_class("floor");
+    let labels = LabelSet {
+        strokes: (1..)
+            .map(StrokeId)
+            .zip(strokes.into_iter().map(Arc::new))
+            .collect(),
+        ..history.labels().clone()
+    };
+    let path = folder.join("strokes.inplace");
+    let record = SceneRecord::of(&scene(SceneSource::Demo), OpenOptions::default());
+    Project::create(&path, &Contents::new(record, History::new(labels))).unwrap();
+    Target::Project(path)
+}
+
+fn opened(folder: &Path, strokes: impl IntoIterator<Item = Stroke>) -> Window {
+    let target = project(folder, strokes);
+    let mut window = Window::new(folder, Some(target));
+    window.until("the project is open", |app| app.state().workspace().is_some());
+    window
+}
+
+#[test]
+fn a_polygon_is_filled_and_undone_and_redone_from_another_frame() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = two_classes(folder.path());
+    draw_triangle(&mut window);
+    let stroke = newest(&window);
+    assert_eq!(
+        (stroke.kind(), stroke.class, stroke.radius),
+        (StrokeKind::Polygon, 2, 0)
+    );
+    assert!(stroke.pixel_count(WIDTH, HEIGHT) > 50);
+    window.press(Modifiers::NONE, Key::D);
+    window.press(Modifiers::COMMAND, Key::Z);
+    assert_eq!((window.strokes(), window.workspace().frame_index()), (0, 0));
+    window.press(Modifiers::NONE, Key::D);
+    window.press(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z);
+    assert_eq!((window.strokes(), window.workspace().frame_index()), (1, 0));
+    assert_eq!(newest(&window), stroke);
+}
+
+#[test]
+fn escape_drops_a_polygon_and_backspace_and_undo_take_back_corners() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = two_classes(folder.path());
+    click_at(&mut window, &[[0.0, 0.0]]);
+    window.press(Modifiers::NONE, Key::G);
+    click_at(&mut window, &TRIANGLE);
+    window.harness.get_by_label_contains("Polygon, 3 corners");
+    window.press(Modifiers::NONE, Key::Backspace);
+    window.harness.get_by_label_contains("Polygon, 2 corners");
+    window.press(Modifiers::COMMAND, Key::Z);
+    window.harness.get_by_label_contains("Polygon, 1 corner");
+    assert_eq!(window.strokes(), 1, "undo in a polygon is about the polygon");
+    window.press(Modifiers::NONE, Key::Escape);
+    assert!(window.harness.query_by_label_contains("Polygon, ").is_none());
+    window.press(Modifiers::NONE, Key::Enter);
+    assert_eq!(window.strokes(), 1);
+    // A scribble is dropped while its button is still held.
+    window.press(Modifiers::NONE, Key::B);
+    let [from, to] = [window.canvas(-50.0, 0.0), window.canvas(50.0, 0.0)];
+    button(&mut window, from, true);
+    window.harness.event(egui::Event::PointerMoved(to));
+    window.press(Modifiers::NONE, Key::Escape);
+    button(&mut window, to, false);
+    assert_eq!(window.strokes(), 1);
+}
+
+fn button(window: &mut Window, pos: Pos2, pressed: bool) {
+    window.harness.event(egui::Event::PointerMoved(pos));
+    window.harness.event(egui::Event::PointerButton {
+        pos,
+        button: PointerButton::Primary,
+        pressed,
+        modifiers: Modifiers::NONE,
+    });
+    window.harness.run_steps(2);
+}
+
+#[test]
+fn a_polygon_waits_on_its_frame() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = two_classes(folder.path());
+    window.press(Modifiers::NONE, Key::G);
+    click_at(&mut window, &TRIANGLE[..2]);
+    window.press(Modifiers::NONE, Key::D);
+    assert!(window.harness.query_by_label_contains("Polygon, ").is_none());
+    window.press(Modifiers::NONE, Key::Enter);
+    assert_eq!(window.strokes(), 0);
+    window.press(Modifiers::NONE, Key::A);
+    click_at(&mut window, &TRIANGLE[2..]);
+    window.press(Modifiers::NONE, Key::Enter);
+    assert_eq!(
+        (newest(&window).kind(), newest(&window).frame),
+        (StrokeKind::Polygon, 0)
+    );
+}
+
+#[test]
+fn a_polyline_has_the_brushs_radius_and_ends_by_a_double_click() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = two_classes(folder.path());
+    window.press(Modifiers::NONE, Key::CloseBracket);
+    window.press(Modifiers::NONE, Key::L);
+    click_at(&mut window, &[[-100.0, 0.0], [0.0, 50.0]]);
+    let pos = window.canvas(100.0, 0.0);
+    // All within one frame: a step of the window takes longer than a double-click.
+    let events = [true, false, true, false].map(|pressed| egui::Event::PointerButton {
+        pos,
+        button: PointerButton::Primary,
+        pressed,
+        modifiers: Modifiers::NONE,
+    });
+    window.harness.input_mut().events.extend(events);
+    window.harness.run_steps(3);
+    let stroke = newest(&window);
+    assert_eq!(
+        (stroke.radius, stroke.lines.len(), stroke.lines[0].len()),
+        (3, 1, 3)
+    );
+    assert_eq!(window.strokes(), 1);
+    click_at(&mut window, &[[-100.0, 60.0]]);
+    window.harness.get_by_label_contains("Polyline, 1 corner");
+}
+
+#[test]
+fn shift_draws_from_the_end_of_the_last_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = two_classes(folder.path());
+    click_at(&mut window, &[[-100.0, 0.0]]);
+    let from = newest(&window).lines[0][0];
+    let pos = window.canvas(100.0, 50.0);
+    for pressed in [true, false] {
+        window.harness.event_modifiers(
+            egui::Event::PointerButton {
+                pos,
+                button: PointerButton::Primary,
+                pressed,
+                modifiers: Modifiers::SHIFT,
+            },
+            Modifiers::SHIFT,
+        );
+    }
+    window.harness.run_steps(3);
+    let stroke = newest(&window);
+    assert_eq!((stroke.lines[0].len(), stroke.lines[0][0]), (2, from));
+    assert_eq!(window.strokes(), 2);
+}
+
+#[test]
+fn void_is_drawn_with_every_tool_and_the_eraser_cuts_polygons() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = two_classes(folder.path());
+    window.press(Modifiers::NONE, Key::G);
+    window.press(Modifiers::NONE, Key::Num0);
+    assert_eq!(
+        settings(&window).tool,
+        Tool::Polygon,
+        "a class is chosen for the tool in hand"
+    );
+    draw_triangle(&mut window);
+    let whole = newest(&window);
+    assert_eq!(whole.class, VOID);
+    window.press(Modifiers::NONE, Key::E);
+    let path = [window.canvas(0.0, -120.0), window.canvas(0.0, 120.0)];
+    window.drag(PointerButton::Primary, &path);
+    let rest = newest(&window);
+    assert_eq!(rest.kind(), StrokeKind::Polygon);
+    assert!(rest.pixel_count(WIDTH, HEIGHT) < whole.pixel_count(WIDTH, HEIGHT));
+    window.press(Modifiers::NONE, Key::E);
+    assert_eq!(
+        settings(&window).tool,
+        Tool::Polygon,
+        "E goes back to the tool of before"
+    );
+    window.press(Modifiers::COMMAND, Key::Z);
+    assert_eq!(newest(&window), whole);
+}
+
+#[test]
+fn a_stroke_is_picked_on_the_frame_changed_by_a_digit_and_deleted() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = two_classes(folder.path());
+    draw_triangle(&mut window);
+    click_at(&mut window, &[[200.0, 150.0]]);
+    window.press(Modifiers::NONE, Key::Escape);
+    window.press(Modifiers::NONE, Key::S);
+    click_at(&mut window, &[[0.0, -20.0]]);
+    let selected = window.workspace().selected().unwrap();
+    window.press(Modifiers::NONE, Key::Num1);
+    assert_eq!(newest(&window).class, 1);
+    assert_eq!(
+        window.workspace().class(),
+        Some(2),
+        "the class to draw with is another matter"
+    );
+    assert_eq!(window.workspace().selected(), Some(selected));
+    assert_eq!(
+        window.workspace().document().history().undo_name(),
+        Some("change polygon floor to wall")
+    );
+    // Empty ground lets go of it, and then there is nothing to delete.
+    click_at(&mut window, &[[200.0, 150.0]]);
+    assert_eq!(window.workspace().selected(), None);
+    window.press(Modifiers::NONE, Key::Delete);
+    assert_eq!(window.strokes(), 1);
+    click_at(&mut window, &[[0.0, -20.0]]);
+    window.press(Modifiers::NONE, Key::Delete);
+    assert_eq!((window.strokes(), window.workspace().selected()), (0, None));
+    window.press(Modifiers::COMMAND, Key::Z);
+    window.press(Modifiers::COMMAND, Key::Z);
+    assert_eq!(newest(&window).class, 2);
+}
+
+#[test]
+fn the_list_goes_to_strokes_changes_and_deletes_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = opened(
+        folder.path(),
+        [
+            Stroke::click(0, 1, [5, 5]),
+            Stroke::polygon(3, 2, &[[10, 10], [19, 10], [19, 14], [10, 14]]),
+        ],
+    );
+    window.click("floor, polygon, 50 pixels, frame rgb_3");
+    assert_eq!(window.workspace().frame_index(), 3);
+    assert_eq!(window.workspace().selected(), Some(StrokeId(2)));
+    window
+        .harness
+        .get_by_role_and_label(Role::ComboBox, "Class of the stroke")
+        .click();
+    window.harness.run_steps(3);
+    window.click("wall");
+    window
+        .harness
+        .get_by_label("wall, polygon, 50 pixels, frame rgb_3");
+    window.click("Delete stroke (Delete)");
+    assert_eq!(window.strokes(), 1);
+    window.press(Modifiers::NONE, Key::A);
+    window.press(Modifiers::COMMAND, Key::Z);
+    assert_eq!((window.strokes(), window.workspace().frame_index()), (2, 3));
+}
+
+#[test]
+fn a_stroke_picked_on_the_frame_is_in_view_in_the_list() {
+    let folder = tempfile::tempdir().unwrap();
+    let polygon = Stroke::polygon(0, 2, &[[25, 20], [39, 20], [39, 29], [25, 29]]);
+    let clicks = (0..60).map(|index| Stroke::click(0, 1, [index, 2]));
+    let mut window = opened(folder.path(), std::iter::once(polygon).chain(clicks));
+    let row = "floor, polygon, 150 pixels, frame rgb_0";
+    assert!(
+        window.harness.query_by_label(row).is_none(),
+        "only what is in view is built"
+    );
+    window.press(Modifiers::NONE, Key::S);
+    click_at(&mut window, &[[0.0, 0.0]]);
+    assert_eq!(window.workspace().selected(), Some(StrokeId(1)));
+    window.harness.get_by_label(row);
+}
+
+#[test]
+fn the_list_is_worked_through_with_the_keyboard_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let strokes = (0..4).map(|frame| Stroke::click(frame, 1, [5, 5]));
+    let mut window = opened(folder.path(), strokes);
+    let row = window.harness.get_by_label("wall, click, 1 pixel, frame rgb_2");
+    let place = row.rect().center();
+    window.drag(PointerButton::Primary, &[place]);
+    assert_eq!(window.workspace().frame_index(), 2);
+    window.press(Modifiers::NONE, Key::ArrowUp);
+    assert_eq!(
+        window.workspace().frame_index(),
+        3,
+        "a click on a row gives the list the keyboard"
+    );
+    window.press(Modifiers::NONE, Key::Escape);
+    window.harness.get_by_label("List of strokes").focus();
+    window.harness.run_steps(3);
+    window.press(Modifiers::NONE, Key::Home);
+    assert_eq!(window.workspace().frame_index(), 3, "the newest comes first");
+    window.press(Modifiers::NONE, Key::ArrowDown);
+    assert_eq!(window.workspace().selected(), Some(StrokeId(3)));
+    window.press(Modifiers::NONE, Key::Delete);
+    assert_eq!(window.strokes(), 3);
+    assert_eq!(
+        window.workspace().selected(),
+        Some(StrokeId(2)),
+        "the next one takes its place"
+    );
+    window.press(Modifiers::NONE, Key::End);
+    assert_eq!(window.workspace().frame_index(), 0);
+    window.press(Modifiers::NONE, Key::ArrowUp);
+    assert_eq!(window.workspace().frame_index(), 1);
+    window.press(Modifiers::NONE, Key::S);
+    window.press(Modifiers::NONE, Key::Num2);
+    let labels = window.workspace().document().labels();
+    assert_eq!(labels.strokes[&StrokeId(2)].class, 2);
+}
+
+#[test]
+fn the_list_is_filtered_and_says_when_nothing_is_left() {
+    let folder = tempfile::tempdir().unwrap();
+    let window = Window::with_demo(folder.path());
+    window
+        .harness
+        .get_by_label_contains("No strokes yet. What you draw");
+    drop(window);
+    let mut window = opened(
+        folder.path(),
+        [
+            Stroke::click(0, 1, [5, 5]),
+            Stroke::click(2, 2, [6, 6]),
+            Stroke::polygon(2, 1, &[[10, 10], [19, 10], [19, 14], [10, 14]]),
+        ],
+    );
+    let listed = |window: &Window| {
+        let frame = |text: &&str| window.harness.query_by_label(text).is_some();
+        [
+            "wall, click, 1 pixel, frame rgb_0",
+            "floor, click, 1 pixel, frame rgb_2",
+            "wall, polygon, 50 pixels, frame rgb_2",
+        ]
+        .iter()
+        .map(frame)
+        .collect::<Vec<bool>>()
+    };
+    assert_eq!(listed(&window), [true, true, true]);
+    window.click("This frame");
+    assert_eq!(listed(&window), [true, false, false]);
+    window.click("This frame");
+    window.type_into("Find strokes", "wall rgb_2");
+    assert_eq!(listed(&window), [false, false, true]);
+    window.type_into("Find strokes", " click");
+    window.click("Show all strokes");
+    window
+        .harness
+        .get_by_role_and_label(Role::ComboBox, "Strokes of class")
+        .click();
+    window.harness.run_steps(3);
+    window.click("floor");
+    assert_eq!(listed(&window), [false, true, false]);
+    window.click("Hide the list of strokes");
+    assert_eq!(listed(&window), [false, false, false]);
+    window.click("Show the list of strokes");
+    assert_eq!(listed(&window), [false, true, false], "the filter is as it was");
+}
+
+#[test]
+fn ten_thousand_strokes_leave_the_window_quick() {
+    let folder = tempfile::tempdir().unwrap();
+    let stroke = |index: u32| {
+        let (x, y) = (index % WIDTH, index / WIDTH % HEIGHT);
+        let line = vec![[x, y], [WIDTH - 1 - x, y], [x, HEIGHT - 1 - y]];
+        Stroke {
+            frame: index as usize % FRAMES,
+            class: 1 + (index % 2) as u16,
+            radius: 2,
+            lines: vec![line],
+        }
+    };
+    let mut window = opened(folder.path(), (0..10_000).map(stroke));
+    window.harness.run_steps(5);
+    let builds = |window: &Window| window.harness.state().canvas().strokes().builds();
+    let before = builds(&window);
+    let start = Instant::now();
+    window.harness.run_steps(20);
+    let spent = start.elapsed() / 20;
+    assert_eq!(
+        builds(&window),
+        before,
+        "the strokes are drawn anew although nothing changed"
+    );
+    // Many times what it takes; walking all strokes in each frame takes longer in a dev build.
+    assert!(spent < Duration::from_millis(60), "{spent:?} a frame");
+    let places = [window.canvas(-60.0, 0.0), window.canvas(60.0, 0.0)];
+    window.drag(PointerButton::Primary, &places);
+    assert_eq!(window.strokes(), 10_001);
+    assert_eq!(builds(&window), before + 1, "one stroke more is one mesh more");
+}
