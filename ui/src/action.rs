@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
-use inplace_core::labels::{ClassId, StrokeId, Trust};
+use inplace_core::labels::{Class, ClassId, StrokeId, Trust};
 use inplace_core::scene::SceneSource;
 
 use crate::canvas::{Layer, Line, Tool, View};
-use crate::dialogs::{Dialog, Purpose};
+use crate::dialogs::{ClassUse, Dialog, Purpose};
 use crate::frames::{FrameFilter, FrameOrder};
 use crate::state::Side;
 
@@ -80,6 +80,38 @@ pub enum Action {
     /// Gives all strokes of the first class to the second.
     MergeClass(ClassId, ClassId),
 
+    /// Adds classes of a data set or a file, those of them that are not there yet.
+    AddClasses(Vec<Class>),
+    /// Moves a class to a place of the list, counted without it.
+    MoveClass(ClassId, usize),
+    /// Moves a class in front of another one of the list, or behind it.
+    MoveClassBeside {
+        /// The class that moves.
+        class: ClassId,
+        /// The class that stays.
+        neighbour: ClassId,
+        /// Whether it goes behind.
+        below: bool,
+    },
+    /// Locks a class, or unlocks it.
+    SetClassLocked(ClassId, bool),
+    /// Hides a class in the overlay, or shows it again.
+    SetClassHidden(ClassId, bool),
+    /// Unlocks all classes.
+    UnlockClasses,
+    /// Shows all classes in the overlay.
+    ShowClasses,
+    /// Lets the person find a class by typing.
+    FindClass(ClassUse),
+    /// Does something with the class that was found.
+    UseClass(ClassUse, ClassId),
+    /// The same with a new class of this name.
+    UseNewClass(ClassUse, String),
+    /// Reads a class list for the dialog that adds classes.
+    ReadClasses(PathBuf),
+    /// Writes the classes to a file.
+    SaveClassesTo(PathBuf),
+
     /// Shows a frame.
     GoToFrame(usize),
     /// Shows the frame so many places from the one in view, among those that the filmstrip shows.
@@ -106,10 +138,6 @@ pub enum Action {
     AnswerLikely(usize),
     /// Labels the suggestion at hand with the n-th class of the list; 0 is void.
     AnswerSlot(usize),
-    /// Asks for the class of the suggestion at hand by its name.
-    AskPlaceName,
-    /// Labels the suggestion at hand with the class of this name, which is added if there is none.
-    AnswerByName(String),
     /// Leaves the suggestion at hand out and goes to the next one.
     SkipSuggestion,
     /// Lists the skipped suggestions again.

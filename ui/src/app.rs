@@ -14,6 +14,7 @@ use inplace_core::session::{self, Command, SessionOptions};
 use crate::UiOptions;
 use crate::action::Actions;
 use crate::canvas::Canvas;
+use crate::class_view::ClassView;
 use crate::document::Document;
 use crate::english;
 use crate::jobs::{Done, Jobs};
@@ -195,7 +196,7 @@ impl App {
         let maps = workspace.session().maps().map_or_else(Vec::new, |slots| {
             frames.filter_map(|frame| slots.get(frame)).collect()
         });
-        let view = workspace.overview().log().kept_in(&self.state.settings.to_json());
+        let view = workspace.kept_view(&self.state.settings);
         keeper.keep_results(maps, workspace.state(), view);
     }
 
@@ -280,6 +281,9 @@ impl App {
             workspace.overview_mut().log_mut().take_view(view);
         }
         self.state.keeper = Some(attached.keeper);
+        if let Some(view) = &attached.view {
+            workspace.change_class_view(|classes| *classes = ClassView::of_json(view));
+        }
         self.state.stage = Stage::Open(Box::new(workspace));
         self.note_recent();
     }
@@ -304,6 +308,8 @@ impl App {
                 Done::Exported(progress) => self.exported(progress),
                 Done::Imported(ticket, images) => self.imported(ticket, *images),
                 Done::Summarised(serial, made) => self.summarised(serial, made),
+                Done::ClassesRead(read) => self.classes_read(read),
+                Done::ClassesSaved(count, path) => self.classes_saved(count, &path),
                 Done::Failed(sentence) => self.state.toasts.error(sentence),
             }
         }

@@ -1,5 +1,7 @@
 //! Dialogs over the window: opening, saving, exporting, the first class, the keys.
 
+mod classes;
+mod finder;
 mod moved;
 mod settings;
 
@@ -9,12 +11,14 @@ use egui::{Key, Ui};
 use inplace_core::labels::{Stroke, Trust};
 use inplace_core::scene::SceneSource;
 
+pub use classes::AddClasses;
+pub use finder::{ClassFinder, ClassUse};
 pub use moved::MovedScene;
 pub use settings::SettingsPage;
 
 use crate::action::{Action, Actions};
 use crate::english;
-use crate::english::guidance;
+use crate::english::classes as class_words;
 use crate::keymap::KeyMap;
 use crate::keys;
 use crate::state::AppState;
@@ -35,6 +39,10 @@ pub enum Purpose {
     Import,
     /// The folder that a project's scene has moved into.
     Moved,
+    /// A class list, to read.
+    Classes,
+    /// A class list, to write.
+    SaveClasses,
 }
 
 impl Purpose {
@@ -47,6 +55,8 @@ impl Purpose {
             Self::Export => "Export into a folder",
             Self::Import => "Import the label images of a folder",
             Self::Moved => "The folder of the scene",
+            Self::Classes => "Read a class list",
+            Self::SaveClasses => "Write the classes to a file",
         }
     }
 }
@@ -83,11 +93,15 @@ pub enum Dialog {
         /// The stroke, without its class.
         waiting: Stroke,
     },
-    /// Asks what is at the suggested place at hand.
-    PlaceName {
-        /// The name typed so far.
-        name: String,
+    /// Adds classes of a data set or a file.
+    AddClasses(Box<AddClasses>),
+    /// Asks for a file to write the classes to.
+    SaveClasses {
+        /// The path typed so far.
+        path: String,
     },
+    /// Finds a class by part of its name.
+    FindClass(Box<ClassFinder>),
     /// Shows the keys.
     Help,
     /// Shows what the person can choose once for all scenes.
@@ -126,11 +140,13 @@ impl Dialog {
             Self::Open { path }
             | Self::SaveAs { path }
             | Self::Export { path }
-            | Self::Import { path, .. } => {
+            | Self::Import { path, .. }
+            | Self::SaveClasses { path } => {
                 *path = picked.display().to_string();
             }
             Self::Moved(moved) => moved.path = picked.display().to_string(),
-            Self::FirstClass { .. } | Self::PlaceName { .. } | Self::Help | Self::Settings(_) => {}
+            Self::AddClasses(dialog) => dialog.take_path(picked),
+            Self::FirstClass { .. } | Self::FindClass(_) | Self::Help | Self::Settings(_) => {}
         }
     }
 
@@ -141,7 +157,9 @@ impl Dialog {
             Self::Export { .. } => "Export",
             Self::Import { .. } => "Import labels",
             Self::FirstClass { .. } => "Name the first class",
-            Self::PlaceName { .. } => guidance::NAME_TITLE,
+            Self::AddClasses(_) => class_words::ADD_MANY_TITLE,
+            Self::SaveClasses { .. } => class_words::SAVE_TITLE,
+            Self::FindClass(_) => class_words::FIND,
             Self::Help => "Keys and gestures",
             Self::Settings(_) => english::settings::TITLE,
             Self::Moved(_) => english::opening::MOVED,
@@ -150,8 +168,12 @@ impl Dialog {
 
     /// Draws the dialog; pushes what was asked for.
     pub fn show(&mut self, ctx: &egui::Context, state: &AppState, actions: &mut Actions) {
+        if let Self::FindClass(finder) = self {
+            finder.show(ctx, actions);
+            return;
+        }
         let width: f32 = match self {
-            Self::Help | Self::Settings(_) => 560.0,
+            Self::Help | Self::Settings(_) | Self::AddClasses(_) => 560.0,
             _ => 460.0,
         };
         let width = width.min(ctx.content_rect().width() - 64.0);
@@ -170,7 +192,9 @@ impl Dialog {
                 Self::Export { path } => export(ui, path, actions),
                 Self::Import { path, trusted } => import(ui, path, trusted, actions),
                 Self::FirstClass { name, .. } => first_class(ui, name, actions),
-                Self::PlaceName { name } => place_name(ui, name, actions),
+                Self::AddClasses(dialog) => dialog.show(ui, actions),
+                Self::SaveClasses { path } => classes::save_classes(ui, path, actions),
+                Self::FindClass(_) => {}
                 Self::Help => help(ui, actions),
                 Self::Settings(page) => page.show(ui, state, actions),
                 Self::Moved(moved) => moved.show(ui, actions),
@@ -254,20 +278,6 @@ fn first_class(ui: &mut Ui, name: &mut String, actions: &mut Actions) {
     confirm(ui, "Add class", !name.is_empty(), entered, actions, || {
         Action::AddClass(name.to_owned())
     });
-}
-
-fn place_name(ui: &mut Ui, name: &mut String, actions: &mut Actions) {
-    ui.label(guidance::NAME_TEXT);
-    let entered = text_field(ui, name, "Class name", "for example: wall");
-    let name = name.trim();
-    confirm(
-        ui,
-        guidance::NAME_VERB,
-        !name.is_empty(),
-        entered,
-        actions,
-        || Action::AnswerByName(name.to_owned()),
-    );
 }
 
 fn help(ui: &mut Ui, actions: &mut Actions) {

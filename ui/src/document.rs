@@ -14,6 +14,7 @@ pub struct Document {
     generation: u64,
     palette: Arc<Palette>,
     palette_serial: u64,
+    hidden: BTreeSet<ClassId>,
     index: StrokeIndex,
 }
 
@@ -53,6 +54,7 @@ impl Document {
             history,
             generation,
             palette_serial: 1,
+            hidden: BTreeSet::new(),
             index,
         }
     }
@@ -80,6 +82,14 @@ impl Document {
     /// The classes' colours, and a number that changes with them.
     pub fn palette(&self) -> (&Arc<Palette>, u64) {
         (&self.palette, self.palette_serial)
+    }
+
+    /// Leaves classes out of the palette.
+    pub fn hide(&mut self, hidden: &BTreeSet<ClassId>) {
+        if *hidden != self.hidden {
+            self.hidden.clone_from(hidden);
+            self.renew_palette();
+        }
     }
 
     /// Number of strokes of a frame.
@@ -110,8 +120,7 @@ impl Document {
         let edit = change(&mut self.history)?;
         self.generation += 1;
         if edit.classes.is_some() {
-            self.palette = Palette::new(self.classes());
-            self.palette_serial += 1;
+            self.renew_palette();
         }
         for change in &edit.strokes {
             if let Some(before) = &change.before {
@@ -122,6 +131,11 @@ impl Document {
             }
         }
         Some(edit)
+    }
+
+    fn renew_palette(&mut self) {
+        self.palette = Palette::hiding(self.classes(), &self.hidden);
+        self.palette_serial += 1;
     }
 }
 

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use crossbeam_channel::{Receiver, Sender, unbounded};
-use inplace_core::labels::LabelImages;
+use inplace_core::labels::{Class, LabelImages};
 use inplace_core::scene::Scene;
 
 use crate::dialogs::Purpose;
@@ -34,6 +34,10 @@ pub enum Done {
     Imported(u64, Box<Result<LabelImages, String>>),
     /// Maps of the scene with this serial number were summed up.
     Summarised(u64, Vec<Summarised>),
+    /// A class list was read, or a sentence says why not.
+    ClassesRead(Result<Vec<Class>, String>),
+    /// So many classes were written to this file.
+    ClassesSaved(usize, PathBuf),
     /// A sentence about what failed.
     Failed(String),
 }
@@ -83,10 +87,13 @@ impl Jobs {
         self.spawn("dialog", move |tell| {
             let dialog = rfd::FileDialog::new().set_title(purpose.title());
             let project = |dialog: rfd::FileDialog| dialog.add_filter("Inplace project", &["inplace"]);
+            let classes = |dialog: rfd::FileDialog| dialog.add_filter("Class list", &["json"]);
             let path = match purpose {
                 Purpose::Scene | Purpose::Moved | Purpose::Export | Purpose::Import => dialog.pick_folder(),
                 Purpose::Project => project(dialog).pick_file(),
                 Purpose::SaveAs => project(dialog).save_file(),
+                Purpose::Classes => classes(dialog).pick_file(),
+                Purpose::SaveClasses => classes(dialog).save_file(),
             };
             tell(Done::Picked(purpose, path));
         });

@@ -101,6 +101,13 @@ impl Keeper {
         }
     }
 
+    /// Keeps how the scene is looked at.
+    pub fn keep_view(&self, view: String) {
+        if let Some(journal) = &self.journal {
+            journal.save_view(view);
+        }
+    }
+
     /// Keeps the model state that the worker handed over.
     pub fn keep_model(&self, state: &Arc<ModelState>) {
         if let Some(journal) = &self.journal {

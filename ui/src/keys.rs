@@ -6,7 +6,7 @@ use egui::{Event, Key, Modifiers};
 
 use crate::action::{Action, Actions};
 use crate::canvas::Tool;
-use crate::dialogs::Dialog;
+use crate::dialogs::{ClassUse, Dialog};
 use crate::keymap::{KeyMap, Shortcut};
 use crate::preferences::Change;
 
@@ -157,6 +157,16 @@ pub static TABLE: &[Row] = &[
         ],
     },
     Row {
+        shown: "C",
+        does: "Find a class by typing part of its name, or make one",
+        bindings: &[key(Key::C, Action::FindClass(ClassUse::Choose))],
+    },
+    Row {
+        shown: "Alt+Up and Alt+Down",
+        does: "Move the class that has the focus in the list",
+        bindings: &[],
+    },
+    Row {
         shown: "[ and ], Ctrl+wheel",
         does: "Smaller and larger brush",
         bindings: &[
@@ -296,7 +306,7 @@ pub static AT_A_SUGGESTION: &[Row] = &[
     Row {
         shown: "C",
         does: "At a suggestion: type the name of its class",
-        bindings: &[key(Key::C, Action::AskPlaceName)],
+        bindings: &[key(Key::C, Action::FindClass(ClassUse::Answer))],
     },
     Row {
         shown: "X, Delete",

@@ -9,6 +9,7 @@ pub mod action;
 pub mod app;
 mod apply;
 pub mod canvas;
+pub mod class_view;
 pub mod dialogs;
 pub mod document;
 pub mod english;

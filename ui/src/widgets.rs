@@ -49,6 +49,12 @@ pub enum Icon {
     Up,
     /// Downwards.
     Down,
+    /// A closed padlock.
+    Locked,
+    /// An open padlock.
+    Unlocked,
+    /// An eye that is crossed out.
+    Hidden,
 }
 
 /// A square button with an icon; `name` is its tooltip and its name for screen readers. Where it ends with
@@ -240,6 +246,32 @@ impl Icon {
             Self::Down => {
                 painter.add(line(&[at(-5.0, -2.5), at(0.0, 2.5), at(5.0, -2.5)]));
             }
+            Self::Locked => {
+                painter.rect_filled(Rect::from_center_size(at(0.0, 2.5), vec2(10.0, 7.5)), 1, color);
+                painter.add(line(&[at(-3.0, -1.0), at(-3.0, -4.0), at(-1.5, -6.0)]));
+                painter.add(line(&[
+                    at(-1.5, -6.0),
+                    at(1.5, -6.0),
+                    at(3.0, -4.0),
+                    at(3.0, -1.0),
+                ]));
+            }
+            Self::Unlocked => {
+                let body = Rect::from_center_size(at(0.0, 2.5), vec2(10.0, 7.5));
+                painter.rect_stroke(body, 1, Stroke::new(1.2, color), egui::StrokeKind::Inside);
+                painter.add(line(&[at(-3.0, -1.0), at(-3.0, -4.0), at(-1.5, -6.0)]));
+                painter.add(line(&[at(-1.5, -6.0), at(1.5, -6.0), at(3.0, -4.0)]));
+            }
+            Self::Hidden => {
+                let lid = |side: f32| -> Vec<Pos2> {
+                    let steps = (0..=8).map(|step| step as f32 / 4.0 - 1.0);
+                    steps.map(|x| at(7.0 * x, side * 4.0 * (1.0 - x * x))).collect()
+                };
+                painter.add(Shape::line(lid(1.0), stroke));
+                painter.add(Shape::line(lid(-1.0), stroke));
+                painter.circle_filled(center, 2.0, color);
+                painter.add(line(&[at(-5.5, 5.5), at(5.5, -5.5)]));
+            }
         }
     }
 }
@@ -345,13 +377,15 @@ pub fn empty_state(ui: &mut Ui, text: &str) {
     ui.add(egui::Label::new(egui::RichText::new(text).weak()).wrap());
 }
 
-/// Text cut to one line in a rectangle, with the colour given.
-pub fn line_of_text(ui: &Ui, rect: Rect, text: &str, size: f32, color: Color32) {
+/// Text cut to one line in a rectangle, with the colour given; returns whether some of it is cut off.
+pub fn line_of_text(ui: &Ui, rect: Rect, text: &str, size: f32, color: Color32) -> bool {
     let font = egui::FontId::proportional(size);
     let mut job =
         egui::text::LayoutJob::single_section(text.to_owned(), egui::text::TextFormat::simple(font, color));
     job.wrap = egui::text::TextWrapping::truncate_at_width(rect.width());
     let galley = ui.painter().layout_job(job);
     let top = rect.center().y - 0.5 * galley.size().y;
+    let cut = galley.elided;
     ui.painter().galley(pos2(rect.left(), top), galley, color);
+    cut
 }

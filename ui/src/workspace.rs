@@ -5,16 +5,20 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use inplace_core::guide::Suggestion;
-use inplace_core::labels::{ClassId, Edit, History, Pixel, Stroke, StrokeId, StrokeKind, VOID};
+use inplace_core::labels::{
+    Class, ClassId, Edit, History, Pixel, Stroke, StrokeId, StrokeKind, VOID, erase, pixels_of, rasterise,
+};
 use inplace_core::scene::{Frame, Scene};
 use inplace_core::session::{Command, Event, ModelState, Phase, Status, Verdict};
 
 use crate::canvas::{Content, Line, ShownMap, Tool, View};
+use crate::class_view::ClassView;
 use crate::document::{Document, frame_of};
 use crate::frames;
 use crate::guidance::{Arrival, Guidance};
 use crate::overview::Overview;
 use crate::session_link::Running;
+use crate::state::Settings;
 use crate::surroundings::surroundings;
 
 /// An open scene.
@@ -24,6 +28,7 @@ pub struct Workspace {
     serial: u64,
     session: Running,
     document: Document,
+    class_view: ClassView,
     frame: usize,
     class: Option<ClassId>,
     selected: Option<StrokeId>,
@@ -58,6 +63,7 @@ impl Workspace {
             session,
             class: document.classes().first().map(|class| class.id),
             document,
+            class_view: ClassView::default(),
             frame: 0,
             selected: None,
             shown: None,
@@ -332,6 +338,58 @@ impl Workspace {
         }
     }
 
+    /// Which classes are locked, and which are hidden.
+    pub fn class_view(&self) -> &ClassView {
+        &self.class_view
+    }
+
+    /// Locks, hides and shows classes.
+    pub fn change_class_view(&mut self, change: impl FnOnce(&mut ClassView)) {
+        change(&mut self.class_view);
+        self.document.hide(self.class_view.hidden());
+    }
+
+    /// Whether what is labelled as a class has to stay as it is.
+    pub fn is_locked(&self, class: ClassId) -> bool {
+        self.class_view.locked().contains(&class)
+    }
+
+    /// Whether a class is left out of the overlay.
+    pub fn is_hidden(&self, class: ClassId) -> bool {
+        self.class_view.hidden().contains(&class)
+    }
+
+    /// The locked class that a stroke would cover, if any.
+    pub fn locked_under(&self, stroke: &Stroke) -> Option<&Class> {
+        let labels = self.document.labels();
+        let camera = &self.scene.frames.get(stroke.frame)?.camera;
+        let mut others = labels.strokes_of(stroke.frame);
+        if !others.any(|(_, other)| self.is_locked(other.class)) {
+            return None;
+        }
+        let drawn = rasterise(labels, stroke.frame, camera.width, camera.height);
+        let covered = pixels_of(stroke, camera.width, camera.height);
+        let mut classes = covered.iter().filter_map(|pixel| drawn.get(pixel));
+        let (class, _) = classes.find(|(class, _)| *class != stroke.class && self.is_locked(*class))?;
+        labels.class(*class)
+    }
+
+    /// The locked class whose strokes on the frame in view an eraser would have changed, if any.
+    pub fn locked_under_eraser(&self, path: &[Pixel], radius: u32) -> Option<&Class> {
+        let labels = self.document.labels();
+        let locked = labels
+            .strokes_of(self.frame)
+            .filter(|(_, stroke)| self.is_locked(stroke.class));
+        let mut touched = locked.filter(|(_, stroke)| erase(stroke, path, radius).is_some());
+        touched.next().and_then(|(_, stroke)| labels.class(stroke.class))
+    }
+
+    /// What a project keeps of how it is looked at: settings, locked and hidden classes, and the log.
+    pub fn kept_view(&self, settings: &Settings) -> String {
+        let view = self.class_view.with_settings(&settings.to_json());
+        self.overview.log().kept_in(&view)
+    }
+
     /// Labels or erases along a line on the frame in view; `None` when nothing changed.
     pub fn draw(&mut self, line: Line, radius: u32) -> Option<Edit> {
         self.selected = None;
@@ -348,7 +406,9 @@ impl Workspace {
     /// Erases along a path on the frame in view: every eraser of the window does it here.
     fn erase(&mut self, path: &[Pixel], radius: u32) -> Option<Edit> {
         let frame = self.frame;
-        self.edit(|history| history.erase(frame, path, radius))
+        let locked = self.class_view.locked().clone();
+        let may_erase = |class| !locked.contains(&class);
+        self.edit(|history| history.erase_where(frame, path, radius, may_erase))
     }
 
     /// Changes the labels and tells the worker; `None` when nothing changed.

@@ -1,17 +1,16 @@
 //! The labels with undo and redo over the edits that led to them.
 
+mod classes;
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
+
+pub use classes::AddedClasses;
 
 use super::{
     Class, ClassId, Edit, ImportChange, ImportId, ImportedLabels, LabelImages, LabelSet, Pixel, Stroke,
     StrokeChange, StrokeId, Trust, VOID, erase,
 };
-
-/// Whether two names are of one class, capitals and surrounding blanks aside.
-fn same_name(a: &str, b: &str) -> bool {
-    a.trim().to_lowercase() == b.trim().to_lowercase()
-}
 
 /// The labels with the edits that led to them: what the window changes, and what a project keeps.
 #[derive(Clone, Debug, Default)]
@@ -156,9 +155,22 @@ impl History {
 
     /// Erases along a path on one frame; `None` when nothing was under the eraser.
     pub fn erase(&mut self, frame: usize, path: &[Pixel], radius: u32) -> Option<Edit> {
+        self.erase_where(frame, path, radius, |_| true)
+    }
+
+    /// Erases along a path on one frame, but only strokes of classes that may be erased; `None` when none of them
+    /// was under the eraser.
+    pub fn erase_where(
+        &mut self,
+        frame: usize,
+        path: &[Pixel],
+        radius: u32,
+        may_erase: impl Fn(ClassId) -> bool,
+    ) -> Option<Edit> {
         let strokes: Vec<StrokeChange> = self
             .labels
             .strokes_of(frame)
+            .filter(|(_, stroke)| may_erase(stroke.class))
             .filter_map(|(id, stroke)| {
                 let rest = erase(stroke, path, radius)?;
                 Some(StrokeChange {
@@ -215,20 +227,6 @@ impl History {
             }],
             ..Edit::default()
         }))
-    }
-
-    /// Adds a class with the next id and colour; returns its id and the edit.
-    pub fn add_class(&mut self, name: &str) -> (ClassId, Edit) {
-        let id = self.unused_class_id();
-        let before = self.labels.classes.clone();
-        let mut after = before.clone();
-        after.push(Class::new(id, name));
-        let edit = self.commit(Edit {
-            name: format!("add class {name}"),
-            classes: Some((before, after)),
-            ..Edit::default()
-        });
-        (id, edit)
     }
 
     /// Changes a class's name and colour; `None` when there is no such class or nothing changes.
@@ -309,7 +307,7 @@ impl History {
         for id in images.labels.classes() {
             let has = |class: &Class| class.id == id;
             match images.classes.iter().find(|class| class.id == id) {
-                Some(named) => match classes.iter().find(|known| same_name(&known.name, &named.name)) {
+                Some(named) => match classes.iter().find(|known| known.is_named(&named.name)) {
                     Some(known) => {
                         becomes.insert(id, known.id);
                     }
@@ -322,8 +320,7 @@ impl History {
         }
         // Only now, so that no id is given that an image uses.
         for named in displaced {
-            let highest = classes.iter().map(|class| class.id).max().unwrap_or(VOID);
-            let id = self.unused_class_id().max(highest + 1);
+            let id = self.unused_class_id(&classes);
             becomes.insert(named.id, id);
             classes.push(Class { id, ..named.clone() });
         }
@@ -375,14 +372,6 @@ impl History {
                 after: after(stroke),
             })
             .collect()
-    }
-
-    /// Ids are never used twice, also not those of deleted classes that an undo could bring back.
-    fn unused_class_id(&self) -> ClassId {
-        let ever = self.edits.iter().filter_map(|edit| edit.classes.as_ref());
-        let ids = ever.flat_map(|(before, after)| before.iter().chain(after).map(|class| class.id));
-        let highest = ids.max().unwrap_or(0);
-        self.labels.next_class_id().max(highest + 1)
     }
 
     /// What a stroke is and says: "scribble wall".

@@ -1,12 +1,12 @@
 //! Reading label images from elsewhere: a folder of PNGs.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
-use serde::Deserialize;
 
+use super::palette::parse_class_list;
 use super::{Class, ClassId, ImportedLabels, ImportedMap, Trust, VOID, png};
 use crate::scene::{Frame, Scene};
 
@@ -36,13 +36,6 @@ pub struct LabelImages {
     pub classes: Vec<Class>,
     /// PNGs of the folder that are named like no frame, and were left out.
     pub unmatched: usize,
-}
-
-#[derive(Deserialize)]
-struct ClassRecord {
-    id: ClassId,
-    name: String,
-    color: Option<[u8; 3]>,
 }
 
 /// Reads the label images `<stem>.png` of a scene's frames: one gray channel of class ids, 8 or 16 bit, as large
@@ -161,21 +154,7 @@ pub fn read_class_list(path: &Path) -> Result<Vec<Class>, ImportError> {
         ImportError::new(path, format!("cannot be used: {reason}; {expected}"))
     };
     let text = fs::read_to_string(path).map_err(|error| unusable(error.to_string()))?;
-    let records: Vec<ClassRecord> =
-        serde_json::from_str(&text).map_err(|error| unusable(error.to_string()))?;
-    let mut ids = BTreeSet::new();
-    if let Some(twice) = records.iter().find(|record| !ids.insert(record.id)) {
-        return Err(unusable(format!("class {} is listed twice", twice.id)));
-    }
-    let class = |record: ClassRecord| {
-        let plain = Class::new(record.id, record.name);
-        Class {
-            color: record.color.unwrap_or(plain.color),
-            ..plain
-        }
-    };
-    let named = records.into_iter().filter(|record| record.id != VOID);
-    Ok(named.map(class).collect())
+    parse_class_list(&text).map_err(unusable)
 }
 
 #[cfg(test)]

@@ -9,6 +9,7 @@ mod file;
 mod history;
 mod import;
 mod imported;
+mod palette;
 pub(crate) mod png;
 mod polygon;
 mod raster;
@@ -18,12 +19,13 @@ mod stroke;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-pub use class::{Class, ClassId, VOID};
+pub use class::{Class, ClassId, DEFAULT_COLORS, VOID, default_color};
 pub use edit::{Edit, ImportChange, StrokeChange};
 pub use file::{StrokesError, read_strokes, strokes_json};
-pub use history::History;
+pub use history::{AddedClasses, History};
 pub use import::{ImportError, LabelImages, in_frame, read_class_list, read_label_images};
 pub use imported::{ImportId, ImportedLabels, ImportedMap, Trust};
+pub use palette::{ClassPalette, PALETTES};
 pub use polygon::polygon_runs;
 pub use raster::{erase, pixels_of, rasterise, runs_of};
 pub use runs::Run;
@@ -62,10 +64,5 @@ impl LabelSet {
     /// An id above those of all present strokes.
     pub fn next_stroke_id(&self) -> StrokeId {
         StrokeId(self.strokes.last_key_value().map_or(1, |(id, _)| id.0 + 1))
-    }
-
-    /// The smallest class id above all present ones.
-    pub fn next_class_id(&self) -> ClassId {
-        self.classes.iter().map(|class| class.id).max().unwrap_or(VOID) + 1
     }
 }

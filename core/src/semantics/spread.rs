@@ -96,7 +96,9 @@ impl Spread {
                 self.painted.insert(frame, pixels);
             }
         }
-        let classes: Vec<ClassId> = labels.classes.iter().map(|class| class.id).collect();
+        // In a fixed order, so that moving a class in the person's list changes nothing here.
+        let mut classes: Vec<ClassId> = labels.classes.iter().map(|class| class.id).collect();
+        classes.sort_unstable();
         let mut same_votes = classes == self.classes;
         if !same_votes {
             self.classes = classes;

@@ -54,6 +54,24 @@ fn labels_that_follow_others_spread_like_new_ones() {
     }
 }
 
+#[test]
+fn the_order_of_the_class_list_changes_nothing() {
+    let scene = wall(5, 64, 48);
+    let surface = Arc::new(Surface::build(&scene, &[], 5.0).unwrap());
+    let mut history = History::default();
+    for name in ["dark", "bright", "other"] {
+        history.add_class(name);
+    }
+    history.add_stroke(Stroke::click(0, 1, [10, 20]));
+    history.add_stroke(Stroke::click(4, 2, [50, 30]));
+    let mut spread = Spread::new(surface);
+    spread.set_labels(&scene, history.labels());
+    let before = (spread.classes().to_vec(), spread.posterior().clone());
+    history.move_class(3, 0).unwrap();
+    spread.set_labels(&scene, history.labels());
+    assert!(before == (spread.classes().to_vec(), spread.posterior().clone()));
+}
+
 /// A wall whose halves are clicked once each, and a field that knows it.
 fn clicked() -> (Arc<Scene>, Trainer, Spread) {
     let scene = Arc::new(wall(9, 64, 48));

@@ -26,14 +26,27 @@ impl App {
                     | Dialog::Moved(_)),
                 ),
                 _,
-            ) => {
+            )
+            | (Some(dialog @ Dialog::SaveClasses { .. }), Purpose::SaveClasses) => {
                 dialog.take_path(&path);
+            }
+            (Some(dialog @ Dialog::AddClasses(_)), Purpose::Classes) => {
+                dialog.take_path(&path);
+                self.read_classes(path);
             }
             (_, Purpose::Scene) => {
                 self.open(Target::Scene(inplace_core::scene::SceneSource::Folder(path)));
             }
             (_, Purpose::Project) => self.open(Target::Project(path)),
-            (_, Purpose::SaveAs | Purpose::Export | Purpose::Import | Purpose::Moved) => {}
+            (
+                _,
+                Purpose::SaveAs
+                | Purpose::Export
+                | Purpose::Import
+                | Purpose::Moved
+                | Purpose::Classes
+                | Purpose::SaveClasses,
+            ) => {}
         }
     }
 

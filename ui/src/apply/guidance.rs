@@ -4,7 +4,6 @@ use inplace_core::labels::ClassId;
 use inplace_core::project::Step;
 
 use crate::app::App;
-use crate::dialogs::Dialog;
 use crate::english::guidance as words;
 
 impl App {
@@ -72,29 +71,11 @@ impl App {
         }
     }
 
-    pub(super) fn ask_place_name(&mut self) {
-        if self.suggestion_at_hand().is_some() {
-            let name = String::new();
-            self.show(Some(Dialog::PlaceName { name }));
+    /// Labels the suggestion at hand with a class that was found.
+    pub(super) fn answer_with(&mut self, class: ClassId) {
+        if let Some(index) = self.suggestion_at_hand() {
+            self.answer_suggestion(index, class);
         }
-    }
-
-    pub(super) fn answer_by_name(&mut self, name: &str) {
-        self.state.dialog = None;
-        let Some(index) = self.suggestion_at_hand() else {
-            return;
-        };
-        let classes = self
-            .state
-            .workspace()
-            .map(|workspace| workspace.document().classes());
-        let mut classes = classes.into_iter().flatten();
-        let lower = name.to_lowercase();
-        let known = classes
-            .find(|class| class.name.to_lowercase() == lower)
-            .map(|class| class.id);
-        let class = known.unwrap_or_else(|| self.new_class(name));
-        self.answer_suggestion(index, class);
     }
 
     pub(super) fn skip_suggestion(&mut self) {

@@ -60,6 +60,17 @@ impl App {
             self.state.dialog = Some(Dialog::FirstClass { name, waiting });
             return;
         }
+        if let Some(class) = workspace.class().filter(|_| labelled) {
+            let stroke = line.clone().into_stroke(workspace.frame_index(), class, radius);
+            if self.lock_refuses(&stroke) {
+                return;
+            }
+        } else {
+            self.say_what_stays(&line, radius);
+        }
+        let Some(workspace) = self.state.workspace_mut() else {
+            return;
+        };
         let edit = workspace.draw(line, radius);
         self.keep(edit.map(Step::Do));
         if labelled {

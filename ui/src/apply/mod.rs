@@ -1,5 +1,6 @@
 //! Carrying out actions.
 
+mod classes;
 mod files;
 mod guidance;
 mod labels;
@@ -17,6 +18,7 @@ use inplace_core::project::Step;
 use crate::action::Action;
 use crate::app::App;
 use crate::canvas::{Tool, stepped_brush};
+use crate::class_view::ClassView;
 use crate::dialogs::Dialog;
 use crate::opening::Target;
 use crate::state::LARGEST_BRUSH;
@@ -53,7 +55,7 @@ impl App {
             }
             Action::SelectStroke(stroke) => self.with_workspace(|workspace| workspace.select(stroke)),
             Action::GoToStroke(stroke) => self.go_to_stroke(stroke),
-            Action::DeleteStroke(stroke) => self.edit(|history| history.delete_stroke(stroke)),
+            Action::DeleteStroke(stroke) => self.delete_stroke(stroke),
             Action::DeleteSelected => self.delete_selected(),
             Action::ChangeStrokeClass(stroke, class) => self.change_stroke_class(stroke, class),
             Action::Undo => self.step(History::undo, Step::Undo),
@@ -62,10 +64,26 @@ impl App {
             Action::AddClass(name) => self.add_class(&name),
             Action::ChooseClass(class) => self.choose_class(class),
             Action::ChooseSlot(slot) => self.choose_slot(slot),
-            Action::RenameClass(id, name) => self.change_class(id, |class| class.name = name),
+            Action::RenameClass(id, name) => self.rename_class(id, name),
             Action::RecolorClass(id, color) => self.change_class(id, |class| class.color = color),
-            Action::DeleteClass(id) => self.edit(|history| history.delete_class(id)),
-            Action::MergeClass(from, into) => self.edit(|history| history.merge_class(from, into)),
+            Action::DeleteClass(id) => self.delete_class(id),
+            Action::MergeClass(from, into) => self.merge_class(from, into),
+            Action::AddClasses(classes) => self.add_classes(&classes),
+            Action::MoveClass(id, place) => self.edit(|history| history.move_class(id, place)),
+            Action::MoveClassBeside {
+                class,
+                neighbour,
+                below,
+            } => self.move_class_beside(class, neighbour, below),
+            Action::SetClassLocked(id, locked) => self.change_class_view(|view| view.set_locked(id, locked)),
+            Action::SetClassHidden(id, hidden) => self.change_class_view(|view| view.set_hidden(id, hidden)),
+            Action::UnlockClasses => self.change_class_view(ClassView::unlock_all),
+            Action::ShowClasses => self.change_class_view(ClassView::show_all),
+            Action::FindClass(purpose) => self.find_class(purpose),
+            Action::UseClass(purpose, class) => self.use_class(purpose, class),
+            Action::UseNewClass(purpose, name) => self.use_new_class(purpose, &name),
+            Action::ReadClasses(path) => self.read_classes(path),
+            Action::SaveClassesTo(path) => self.save_classes_to(path),
 
             Action::GoToFrame(frame) => self.go_to(|_| Some(frame)),
             Action::StepFrame(step) => self.go_to(|workspace| workspace.stepped(step)),
@@ -84,8 +102,6 @@ impl App {
             Action::AnswerSuggestion(index, class) => self.answer_suggestion(index, class),
             Action::AnswerLikely(rank) => self.answer_likely(rank),
             Action::AnswerSlot(slot) => self.answer_slot(slot),
-            Action::AskPlaceName => self.ask_place_name(),
-            Action::AnswerByName(name) => self.answer_by_name(&name),
             Action::SkipSuggestion => self.skip_suggestion(),
             Action::ListSkipped => self.with_workspace(|workspace| workspace.guidance_mut().list_skipped()),
             Action::LeaveSuggestions => self.leave_suggestions(),
@@ -122,7 +138,13 @@ impl App {
     pub(super) fn show(&mut self, dialog: Option<Dialog>) {
         let needs_scene = matches!(
             dialog,
-            Some(Dialog::SaveAs { .. } | Dialog::Export { .. } | Dialog::Import { .. })
+            Some(
+                Dialog::SaveAs { .. }
+                    | Dialog::Export { .. }
+                    | Dialog::Import { .. }
+                    | Dialog::AddClasses(_)
+                    | Dialog::SaveClasses { .. }
+            )
         );
         if needs_scene && self.state.workspace().is_none() {
             return;
@@ -137,6 +159,13 @@ impl App {
                 Some(Dialog::Export {
                     path: out.unwrap_or_else(|| self.state.suggested_path("-labels")),
                 })
+            }
+            Some(Dialog::SaveClasses { path }) if path.is_empty() => Some(Dialog::SaveClasses {
+                path: self.state.suggested_path("-classes.json"),
+            }),
+            Some(Dialog::AddClasses(mut dialog)) => {
+                dialog.begin(self.present_classes());
+                Some(Dialog::AddClasses(dialog))
             }
             dialog => dialog,
         };

@@ -23,12 +23,32 @@ impl App {
 
     pub(super) fn delete_selected(&mut self) {
         if let Some(stroke) = self.selected() {
-            self.edit(|history| history.delete_stroke(stroke));
+            self.delete_stroke(stroke);
         }
     }
 
     pub(super) fn change_stroke_class(&mut self, stroke: StrokeId, class: ClassId) {
-        self.edit(|history| history.change_stroke_class(stroke, class));
+        if !self.locked_refuses_stroke(stroke) && !self.locked_refuses_change(class) {
+            self.edit(|history| history.change_stroke_class(stroke, class));
+        }
+    }
+
+    pub(super) fn delete_stroke(&mut self, stroke: StrokeId) {
+        if !self.locked_refuses_stroke(stroke) {
+            self.edit(|history| history.delete_stroke(stroke));
+        }
+    }
+
+    /// Whether the lock of a stroke's class keeps it as it is; then a message says so.
+    fn locked_refuses_stroke(&mut self, stroke: StrokeId) -> bool {
+        let strokes = self
+            .state
+            .workspace()
+            .map(|workspace| &workspace.document().labels().strokes);
+        let class = strokes
+            .and_then(|strokes| strokes.get(&stroke))
+            .map(|stroke| stroke.class);
+        class.is_some_and(|class| self.locked_refuses_change(class))
     }
 
     /// The stroke that a choice of a class is about: the selected one, while the tool is the one that selects.

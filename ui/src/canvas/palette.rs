@@ -1,5 +1,6 @@
 //! Colours of classes and of entropy: one table for the shader and for the CPU composite.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use inplace_core::labels::{Class, ClassId, VOID};
@@ -60,10 +61,15 @@ pub struct Palette {
 impl Palette {
     /// The colours of these classes.
     pub fn new(classes: &[Class]) -> Arc<Self> {
+        Self::hiding(classes, &BTreeSet::new())
+    }
+
+    /// The colours of these classes; the hidden ones are transparent.
+    pub fn hiding(classes: &[Class], hidden: &BTreeSet<ClassId>) -> Arc<Self> {
         let highest = classes.iter().map(|class| class.id).max().unwrap_or(VOID);
         let length = (usize::from(highest) + 1).next_multiple_of(PALETTE_COLUMNS);
         let mut table = vec![[0; 4]; length];
-        for class in classes {
+        for class in classes.iter().filter(|class| !hidden.contains(&class.id)) {
             let [r, g, b] = class.color;
             table[usize::from(class.id)] = [r, g, b, 255];
         }
@@ -131,6 +137,14 @@ mod tests {
         assert_eq!(palette.class(2)[3], 0);
         assert_eq!(palette.class(3)[3], 255);
         assert_eq!(palette.class(60_000)[3], 0);
+    }
+
+    #[test]
+    fn hidden_classes_are_transparent_and_change_nothing_else() {
+        let classes = [Class::new(1, "wall"), Class::new(2, "lamp")];
+        let palette = Palette::hiding(&classes, &BTreeSet::from([2]));
+        assert_eq!((palette.class(1)[3], palette.class(2)[3]), (255, 0));
+        assert_eq!(palette.entropy_scale(), Palette::new(&classes).entropy_scale());
     }
 
     #[test]

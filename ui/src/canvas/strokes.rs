@@ -39,6 +39,8 @@ struct Key {
     scene: u64,
     frame: usize,
     generation: u64,
+    /// Changes with the classes that are hidden.
+    palette: u64,
     zoom: f32,
     pixels_per_point: f32,
     selected: Option<StrokeId>,
@@ -52,6 +54,7 @@ impl StrokeLayer {
             scene: workspace.serial(),
             frame: workspace.frame_index(),
             generation: workspace.document().generation(),
+            palette: workspace.document().palette().1,
             zoom: placement.zoom,
             pixels_per_point: painter.pixels_per_point(),
             selected: workspace.selected(),
@@ -102,6 +105,9 @@ impl StrokeLayer {
             if of.selected == Some(id) {
                 // Over all others, so that nothing hides it.
                 marked = Some((stroke, region, color));
+                continue;
+            }
+            if workspace.is_hidden(stroke.class) {
                 continue;
             }
             match region {

@@ -27,13 +27,6 @@ pub const TAKE_BACK: &str = "Undo (Ctrl+Z)";
 /// Other labels have settled the place.
 pub const SETTLED: &str = "settled meanwhile";
 
-/// Title of the dialog that asks for a name.
-pub const NAME_TITLE: &str = "What is this?";
-/// What it asks.
-pub const NAME_TEXT: &str = "The name of what is at the marked place. A name that is in the list already means that class; another one becomes a new class.";
-/// Its button.
-pub const NAME_VERB: &str = "Label";
-
 /// The next place is being looked for.
 pub const LOOKING: &str = "Looking for the next place";
 /// It takes longer.

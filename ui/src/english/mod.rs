@@ -1,5 +1,6 @@
 //! What the window says, in English: one file for each part of the window.
 
+pub mod classes;
 pub mod frames;
 pub mod guidance;
 pub mod hint;

@@ -6,6 +6,7 @@ use inplace_core::labels::{ClassId, VOID};
 
 use crate::action::{Action, Actions};
 use crate::canvas::{Layer, Look, marker, region};
+use crate::dialogs::ClassUse;
 use crate::english::guidance as words;
 use crate::surroundings::surroundings;
 use crate::theme;
@@ -118,7 +119,7 @@ impl SuggestionPanel {
             ui.horizontal(|ui| {
                 ui.spacing_mut().item_spacing.x = 6.0;
                 for (text, action) in [
-                    (words::BY_NAME, Action::AskPlaceName),
+                    (words::BY_NAME, Action::FindClass(ClassUse::Answer)),
                     (words::SKIP, Action::SkipSuggestion),
                 ] {
                     if ui.button(text).clicked() {

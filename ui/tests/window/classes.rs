@@ -1,9 +1,34 @@
 //! The class list.
 
+use std::path::Path;
+
 use egui::{Key, Modifiers, PointerButton};
 use egui_kittest::kittest::Queryable;
+use inplace_core::labels::{Class, PALETTES, read_class_list};
 
 use crate::stand::*;
+
+fn names(window: &Window) -> Vec<String> {
+    let classes = window.workspace().document().classes();
+    classes.iter().map(|class| class.name.clone()).collect()
+}
+
+fn ids(window: &Window) -> Vec<u16> {
+    let classes = window.workspace().document().classes();
+    classes.iter().map(|class| class.id).collect()
+}
+
+fn messages(window: &Window) -> String {
+    let texts: Vec<&str> = window.harness.state().state().toasts.texts().collect();
+    texts.join("\n")
+}
+
+/// Types into the field that has the keyboard.
+fn type_text(window: &mut Window, field: &str, text: &str) {
+    let role = egui::accesskit::Role::TextInput;
+    window.harness.get_by_role_and_label(role, field).type_text(text);
+    window.harness.run_steps(2);
+}
 
 #[test]
 fn classes_are_renamed_merged_and_deleted_and_all_of_it_is_undone() {
@@ -13,10 +38,6 @@ fn classes_are_renamed_merged_and_deleted_and_all_of_it_is_undone() {
     window.add_class("floor");
     let place = window.canvas(0.0, 0.0);
     window.drag(PointerButton::Primary, &[place]);
-    let names = |window: &Window| -> Vec<String> {
-        let classes = window.workspace().document().classes();
-        classes.iter().map(|class| class.name.clone()).collect()
-    };
 
     window.click("Actions for wall");
     window.click("Rename");
@@ -43,4 +64,313 @@ fn classes_are_renamed_merged_and_deleted_and_all_of_it_is_undone() {
     }
     assert_eq!(names(&window), ["wall", "floor"]);
     assert_eq!(window.strokes(), 1);
+}
+
+#[test]
+fn an_empty_list_offers_the_classes_of_data_sets_and_adds_them_in_one_edit() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = Window::with_demo(folder.path());
+    window.click("NYU-13");
+    window.click("Add 13 classes");
+    assert_eq!(window.workspace().document().classes(), PALETTES[0].classes());
+    assert!(messages(&window).contains("Added 13 classes."));
+    assert!(
+        window.workspace().class().is_some(),
+        "no class is ready to label with"
+    );
+    window.press(Modifiers::COMMAND, Key::Z);
+    assert!(names(&window).is_empty());
+    window.press(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z);
+    assert_eq!(names(&window).len(), 13);
+}
+
+#[test]
+fn a_long_list_is_searched_and_ticked_and_taken_numbers_are_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = Window::with_demo(folder.path());
+    window.add_class("Chair");
+    window.click("Class list");
+    window.click("Add classes...");
+    window.click("COCO-Stuff");
+    window.harness.get_by_label("Add 0 classes");
+    window.type_into("Search in the list", "person");
+    window.click("person");
+    window.click("Add 1 class");
+    // The chair has number 1, which is that of persons in COCO.
+    assert_eq!(
+        (names(&window), ids(&window)),
+        (vec!["Chair".into(), "person".into()], vec![1, 2])
+    );
+    assert!(
+        messages(&window).contains("person (1 is now 2)"),
+        "{}",
+        messages(&window)
+    );
+
+    window.click("Class list");
+    window.click("Add classes...");
+    window.click("COCO-Stuff");
+    window.type_into("Search in the list", "chair");
+    window.click("Tick all");
+    window.harness.get_by_label("Add 0 classes");
+    window.click("Cancel");
+    assert_eq!(names(&window).len(), 2);
+}
+
+#[test]
+fn a_list_of_ones_own_is_written_and_read_and_a_bad_one_is_refused_by_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let (file, bad) = (folder.path().join("mine.json"), folder.path().join("bad.json"));
+    {
+        let mut window = Window::with_demo(folder.path());
+        window.add_class("wall");
+        window.add_class("mug");
+        window.click("Class list");
+        window.click("Save classes as a file...");
+        window.press(Modifiers::COMMAND, Key::A);
+        window.type_into("Class list file", file.to_str().unwrap());
+        window.until("the file is written", |app| {
+            app.state().toasts.texts().count() > 0
+        });
+        assert!(messages(&window).contains("mine.json"), "{}", messages(&window));
+        let written = read_class_list(&file).unwrap();
+        assert_eq!(written, [Class::new(1, "wall"), Class::new(2, "mug")]);
+    }
+    std::fs::write(&bad, r#"[{"id": 1, "name": "a"}, {"id": 1, "name": "b"}]"#).unwrap();
+    let other = tempfile::tempdir().unwrap();
+    let mut window = Window::with_demo(other.path());
+    let read = |window: &mut Window, path: &Path| {
+        window.press(Modifiers::COMMAND, Key::A);
+        window.type_into("Class list file", path.to_str().unwrap());
+    };
+    window.click("ScanNet-20");
+    window.click("From a file");
+    window.type_into("Class list file", "");
+    read(&mut window, &bad);
+    let start = std::time::Instant::now();
+    while window
+        .harness
+        .query_by_label_contains("bad.json: cannot be used")
+        .is_none()
+    {
+        assert!(start.elapsed().as_secs() < 20, "the refusal is not shown");
+        window.harness.step();
+    }
+    window.harness.get_by_label_contains("listed twice");
+
+    let field = egui::accesskit::Role::TextInput;
+    window
+        .harness
+        .get_by_role_and_label(field, "Class list file")
+        .focus();
+    window.harness.run_steps(2);
+    read(&mut window, &file);
+    while window.harness.query_by_label("Add 2 classes").is_none() {
+        assert!(start.elapsed().as_secs() < 20, "the classes are not shown");
+        window.harness.step();
+    }
+    window.click("Add 2 classes");
+    assert_eq!(names(&window), ["wall", "mug"]);
+}
+
+#[test]
+fn a_locked_class_is_neither_drawn_nor_covered_nor_erased_nor_changed() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = Window::with_demo(folder.path());
+    window.add_class("wall");
+    window.add_class("floor");
+    // High up, where no message lies over the canvas.
+    let (here, there) = (window.canvas(0.0, -180.0), window.canvas(120.0, -180.0));
+    window.drag(PointerButton::Primary, &[here]);
+    window.harness.get_by_label("floor, 1 stroke");
+    window.click("Lock floor");
+    window.harness.get_by_label("floor, 1 stroke, locked");
+
+    window.drag(PointerButton::Primary, &[there]);
+    assert_eq!(window.strokes(), 1);
+    assert!(messages(&window).contains("unlock it in the class list to label with it"));
+    window.press(Modifiers::NONE, Key::Num1);
+    window.drag(PointerButton::Primary, &[here]);
+    assert_eq!(window.strokes(), 1);
+    assert!(messages(&window).contains("would cover what is labelled \"floor\""));
+    window.drag(PointerButton::Primary, &[there]);
+    assert_eq!(window.strokes(), 2, "beside it one may draw");
+
+    window.drag(PointerButton::Secondary, &[here, there]);
+    window.harness.get_by_label("floor, 1 stroke, locked");
+    window.harness.get_by_label("wall, 0 strokes");
+    assert!(messages(&window).contains("so its strokes stay"));
+
+    for action in ["Delete with its stroke", "Rename"] {
+        window.click("Actions for floor");
+        window.click(action);
+        assert_eq!(names(&window), ["wall", "floor"]);
+    }
+    window.click("Actions for wall");
+    window.click("Merge into");
+    window.click("floor");
+    assert_eq!(names(&window), ["wall", "floor"]);
+    assert!(messages(&window).contains("to rename, merge or delete it"));
+
+    window.click("Unlock floor");
+    window.drag(PointerButton::Secondary, &[here]);
+    assert_eq!(window.strokes(), 0);
+}
+
+#[test]
+fn locks_and_hidden_classes_are_kept_in_the_project() {
+    let folder = tempfile::tempdir().unwrap();
+    {
+        let mut window = Window::with_demo(folder.path());
+        window.add_class("wall");
+        window.add_class("floor");
+        window.click("Lock wall");
+        window.click("Actions for floor");
+        window.click("Hide in the overlay");
+        let (palette, _) = window.workspace().document().palette();
+        assert_eq!((palette.class(1)[3], palette.class(2)[3]), (255, 0));
+        eframe::App::on_exit(window.harness.state_mut(), None);
+    }
+    let mut window = Window::with_demo(folder.path());
+    window.harness.get_by_label("wall, 0 strokes, locked");
+    window.harness.get_by_label("floor, 0 strokes, hidden");
+    window.click("Class list");
+    window.click("Show all classes");
+    window.click("Class list");
+    window.click("Unlock all classes");
+    window.harness.get_by_label("wall, 0 strokes");
+    window.harness.get_by_label("floor, 0 strokes");
+    let (palette, _) = window.workspace().document().palette();
+    assert_eq!(palette.class(2)[3], 255);
+}
+
+#[test]
+fn the_order_decides_which_digit_chooses_a_class() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = Window::with_demo(folder.path());
+    for name in ["wall", "floor", "door"] {
+        window.add_class(name);
+    }
+    window.press(Modifiers::NONE, Key::Escape);
+    window.click("Actions for door");
+    window.click("Move up");
+    assert_eq!(ids(&window), [1, 3, 2]);
+    window.press(Modifiers::NONE, Key::Num2);
+    assert_eq!(window.workspace().class(), Some(3));
+
+    // By dragging it over the first, into its upper half.
+    let from = window.harness.get_by_label("door, 0 strokes").rect().center();
+    let to = window.harness.get_by_label("wall, 0 strokes").rect();
+    let to = to.center_top() + egui::vec2(0.0, 3.0);
+    let button = |pos, pressed| egui::Event::PointerButton {
+        pos,
+        button: PointerButton::Primary,
+        pressed,
+        modifiers: Modifiers::NONE,
+    };
+    window.harness.event(egui::Event::PointerMoved(from));
+    window.harness.event(button(from, true));
+    window.harness.run_steps(1);
+    for step in [0.3, 0.7, 1.0] {
+        window
+            .harness
+            .event(egui::Event::PointerMoved(from.lerp(to, step)));
+        window.harness.run_steps(1);
+    }
+    window.harness.event(button(to, false));
+    window.harness.run_steps(3);
+    assert_eq!(ids(&window), [3, 1, 2]);
+
+    // And by the keyboard.
+    window.harness.get_by_label("door, 0 strokes").focus();
+    window.harness.run_steps(2);
+    window.press(Modifiers::ALT, Key::ArrowDown);
+    window.press(Modifiers::ALT, Key::ArrowDown);
+    assert_eq!(ids(&window), [1, 2, 3]);
+    for order in [[1, 3, 2], [3, 1, 2], [1, 3, 2], [1, 2, 3]] {
+        window.press(Modifiers::COMMAND, Key::Z);
+        assert_eq!(ids(&window), order);
+    }
+}
+
+#[test]
+fn a_moved_class_is_in_its_place_when_the_project_opens_again() {
+    let folder = tempfile::tempdir().unwrap();
+    {
+        let mut window = Window::with_demo(folder.path());
+        window.add_class("wall");
+        window.add_class("floor");
+        window.click("Actions for floor");
+        window.click("Move up");
+        eframe::App::on_exit(window.harness.state_mut(), None);
+    }
+    let window = Window::with_demo(folder.path());
+    assert_eq!(names(&window), ["floor", "wall"]);
+}
+
+#[test]
+fn the_finder_chooses_and_makes_classes_by_keyboard() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = Window::with_demo(folder.path());
+    window.click("NYU-13");
+    window.click("Add 13 classes");
+    let chosen = |window: &Window| {
+        let class = window.workspace().class().unwrap();
+        window
+            .workspace()
+            .document()
+            .labels()
+            .class(class)
+            .map(|class| class.name.clone())
+    };
+    window.press(Modifiers::NONE, Key::C);
+    type_text(&mut window, "Find class", "win");
+    window.press(Modifiers::NONE, Key::Enter);
+    assert_eq!(chosen(&window).as_deref(), Some("window"));
+    assert!(window.harness.query_by_label("Find class").is_none());
+
+    // "bed", "books", "ceiling": down and up again.
+    window.press(Modifiers::NONE, Key::C);
+    for key in [Key::ArrowDown, Key::ArrowDown, Key::ArrowUp, Key::Enter] {
+        window.press(Modifiers::NONE, key);
+    }
+    assert_eq!(chosen(&window).as_deref(), Some("books"));
+    assert_eq!(
+        window.workspace().frame_index(),
+        0,
+        "the arrows went to the frames"
+    );
+
+    window.press(Modifiers::NONE, Key::C);
+    type_text(&mut window, "Find class", "zebra");
+    window.harness.get_by_label("New class \"zebra\"");
+    window.press(Modifiers::NONE, Key::Enter);
+    assert_eq!(chosen(&window).as_deref(), Some("zebra"));
+    assert_eq!(names(&window).len(), 14);
+
+    window.press(Modifiers::NONE, Key::C);
+    type_text(&mut window, "Find class", "tab");
+    window.press(Modifiers::NONE, Key::Escape);
+    assert!(window.harness.query_by_label("Find class").is_none());
+    assert_eq!(chosen(&window).as_deref(), Some("zebra"));
+    // Keys mean what they did before.
+    window.press(Modifiers::NONE, Key::D);
+    assert_eq!(window.workspace().frame_index(), 1);
+}
+
+#[test]
+fn ten_classes_have_a_search_field() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = Window::with_demo(folder.path());
+    window.add_class("wall");
+    assert!(window.harness.query_by_label("Search classes").is_none());
+    window.click("Class list");
+    window.click("Add classes...");
+    window.click("Add 12 classes");
+    window.type_into("Search classes", "wi");
+    window.harness.get_by_label("window, 0 strokes");
+    assert!(window.harness.query_by_label("bed, 0 strokes").is_none());
+    window.type_into("Search classes", "qqq");
+    window.harness.get_by_label("No class has this in its name.");
+    window.harness.get_by_label("void, 0 strokes");
 }

@@ -1,0 +1,232 @@
+//! Edits of the class list as a whole: adding one class or many at once, and their order.
+
+use std::collections::BTreeSet;
+
+use super::History;
+use crate::labels::{Class, ClassId, Edit, VOID};
+
+/// What became of classes that were to be added.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct AddedClasses {
+    /// Those that were added, with the ids that they have now.
+    pub added: Vec<Class>,
+    /// Those that were left out, because a class of that name is there already.
+    pub known: Vec<Class>,
+    /// Of those added, the ones that got another id because theirs is taken: the id asked for and the class.
+    pub renumbered: Vec<(ClassId, Class)>,
+}
+
+impl History {
+    /// Adds a class with the next id and colour; returns its id and the edit.
+    pub fn add_class(&mut self, name: &str) -> (ClassId, Edit) {
+        let id = self.unused_class_id(&[]);
+        let before = self.labels.classes.clone();
+        let mut after = before.clone();
+        after.push(Class::new(id, name));
+        let edit = self.commit(Edit {
+            name: format!("add class {name}"),
+            classes: Some((before, after)),
+            ..Edit::default()
+        });
+        (id, edit)
+    }
+
+    /// Adds classes at the end of the list, in one edit; `None` when all of them are there already.
+    ///
+    /// A class whose name is there already (capitals aside) is left out. Ids are kept where they are free, and
+    /// otherwise the next ones above all that are or were in use.
+    pub fn add_classes(&mut self, classes: &[Class]) -> (Option<Edit>, AddedClasses) {
+        let before = self.labels.classes.clone();
+        let mut after = before.clone();
+        let mut outcome = AddedClasses::default();
+        let mut displaced = Vec::new();
+        for class in classes {
+            if after.iter().any(|present| present.is_named(&class.name))
+                || displaced.iter().any(|other: &&Class| other.is_named(&class.name))
+            {
+                outcome.known.push(class.clone());
+            } else if class.id == VOID || self.is_taken(&after, class) {
+                displaced.push(class);
+            } else {
+                outcome.added.push(class.clone());
+                after.push(class.clone());
+            }
+        }
+        // Only now, so that no class gets an id that a later one brings.
+        let mut used = self.class_ids_ever(&after);
+        for class in displaced {
+            let id = unused(&used);
+            used.insert(id);
+            let renumbered = Class { id, ..class.clone() };
+            outcome.renumbered.push((class.id, renumbered.clone()));
+            outcome.added.push(renumbered.clone());
+            after.push(renumbered);
+        }
+        let edit = (!outcome.added.is_empty()).then(|| {
+            let name = match outcome.added.as_slice() {
+                [class] => format!("add class {}", class.name),
+                many => format!("add {} classes", many.len()),
+            };
+            self.commit(Edit {
+                name,
+                classes: Some((before, after)),
+                ..Edit::default()
+            })
+        });
+        (edit, outcome)
+    }
+
+    /// Moves a class to a place of the list, counted without it; `None` when there is no such class or it is there
+    /// already.
+    pub fn move_class(&mut self, id: ClassId, place: usize) -> Option<Edit> {
+        let before = self.labels.classes.clone();
+        let index = before.iter().position(|class| class.id == id)?;
+        let mut after = before.clone();
+        let class = after.remove(index);
+        let place = place.min(after.len());
+        if place == index {
+            return None;
+        }
+        let name = format!("move class {}", class.name);
+        after.insert(place, class);
+        Some(self.commit(Edit {
+            name,
+            classes: Some((before, after)),
+            ..Edit::default()
+        }))
+    }
+
+    /// An id that neither these classes nor any earlier one has, also none of those deleted or undone that could come
+    /// back.
+    pub(super) fn unused_class_id(&self, classes: &[Class]) -> ClassId {
+        unused(&self.class_ids_ever(classes))
+    }
+
+    /// The ids of these classes, of those that are there, and of those that ever were.
+    fn class_ids_ever(&self, classes: &[Class]) -> BTreeSet<ClassId> {
+        let ever = self.edits.iter().filter_map(|edit| edit.classes.as_ref());
+        let ever = ever.flat_map(|(before, after)| before.iter().chain(after));
+        let all = ever.chain(&self.labels.classes).chain(classes);
+        all.map(|class| class.id).collect()
+    }
+
+    /// Whether a class with the id of this one is there, or was there under another name.
+    fn is_taken(&self, present: &[Class], class: &Class) -> bool {
+        // Edits that were undone are forgotten with the next one.
+        let in_force = self.edits.iter().take(self.cursor);
+        let mut earlier = in_force
+            .filter_map(|edit| edit.classes.as_ref())
+            .flat_map(|(before, after)| before.iter().chain(after));
+        present.iter().any(|other| other.id == class.id)
+            || earlier.any(|other| other.id == class.id && !other.is_named(&class.name))
+    }
+}
+
+/// The next id above all used ones, or the smallest unused one where the highest is in use.
+fn unused(used: &BTreeSet<ClassId>) -> ClassId {
+    let next = used.last().map_or(Some(1), |highest| highest.checked_add(1));
+    next.or_else(|| (1..ClassId::MAX).find(|id| !used.contains(id)))
+        .unwrap_or(ClassId::MAX)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::labels::{PALETTES, Stroke};
+
+    fn named(history: &History) -> Vec<(ClassId, &str)> {
+        let classes = history.labels().classes.iter();
+        classes.map(|class| (class.id, class.name.as_str())).collect()
+    }
+
+    #[test]
+    fn a_palette_keeps_its_numbers_and_is_taken_back_in_one_step() {
+        let mut history = History::default();
+        let classes = PALETTES[1].classes();
+        let (edit, outcome) = history.add_classes(&classes);
+        assert!(edit.is_some());
+        assert_eq!((&history.labels().classes, &outcome.added), (&classes, &classes));
+        assert!(outcome.known.is_empty() && outcome.renumbered.is_empty());
+        history.undo().unwrap();
+        assert!(history.labels().classes.is_empty());
+        // What was undone takes no number.
+        history.add_classes(&classes);
+        assert_eq!(history.labels().classes, classes);
+        let (edit, outcome) = history.add_classes(&classes);
+        assert!(edit.is_none());
+        assert_eq!(outcome.known.len(), 20);
+    }
+
+    #[test]
+    fn known_names_are_left_out_and_taken_numbers_give_way_to_the_next() {
+        let mut history = History::default();
+        history.add_class("Wall");
+        history.add_class("mug");
+        let brought = [
+            Class::new(2, "bed"),
+            Class::new(1, "wall "),
+            Class::new(7, "lamp"),
+            Class::new(3, "door"),
+            Class::new(3, "gate"),
+        ];
+        let (_, outcome) = history.add_classes(&brought);
+        assert_eq!(
+            named(&history),
+            [
+                (1, "Wall"),
+                (2, "mug"),
+                (7, "lamp"),
+                (3, "door"),
+                (8, "bed"),
+                (9, "gate")
+            ]
+        );
+        assert_eq!(outcome.known, [Class::new(1, "wall ")]);
+        let renumbered: Vec<_> = outcome
+            .renumbered
+            .iter()
+            .map(|(old, class)| (*old, class.id))
+            .collect();
+        assert_eq!(renumbered, [(2, 8), (3, 9)]);
+    }
+
+    #[test]
+    fn a_number_comes_back_to_its_own_name_only() {
+        let mut history = History::default();
+        let (bed, _) = history.add_class("bed");
+        history.delete_class(bed).unwrap();
+        history.add_classes(&[Class::new(bed, "sofa")]);
+        assert_eq!(named(&history), [(bed + 1, "sofa")]);
+        history.add_classes(&[Class::new(bed, "bed")]);
+        assert_eq!(named(&history), [(bed + 1, "sofa"), (bed, "bed")]);
+    }
+
+    #[test]
+    fn the_highest_number_does_not_keep_others_out() {
+        let mut history = History::default();
+        history.add_classes(&[Class::new(ClassId::MAX, "last"), Class::new(1, "first")]);
+        assert_eq!(history.add_class("next").0, 2);
+    }
+
+    #[test]
+    fn classes_are_moved_and_moved_back() {
+        let mut history = History::default();
+        for name in ["wall", "floor", "door"] {
+            history.add_class(name);
+        }
+        history.add_stroke(Stroke::click(0, 3, [1, 1]));
+        let order =
+            |history: &History| -> Vec<ClassId> { named(history).iter().map(|(id, _)| *id).collect() };
+        history.move_class(3, 0).unwrap();
+        assert_eq!(order(&history), [3, 1, 2]);
+        history.move_class(3, 99).unwrap();
+        assert_eq!(order(&history), [1, 2, 3]);
+        assert!(history.move_class(3, 2).is_none() && history.move_class(9, 0).is_none());
+        history.undo().unwrap();
+        history.undo().unwrap();
+        assert_eq!(
+            (order(&history), history.labels().strokes.len()),
+            (vec![1, 2, 3], 1)
+        );
+    }
+}

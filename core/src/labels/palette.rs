@@ -1,0 +1,150 @@
+//! The class lists of well-known data sets, to start from. Names and numbers are those of the data sets, so that
+//! exports can be compared with them.
+
+use serde::Deserialize;
+
+use super::{Class, ClassId, VOID};
+
+/// The classes of a data set.
+#[derive(Debug, PartialEq, Eq)]
+pub struct ClassPalette {
+    /// Name of the data set's list.
+    pub name: &'static str,
+    /// What kind of scenes it is for, in a few words.
+    pub scenes: &'static str,
+    /// A class list, see [`parse_class_list`].
+    json: &'static str,
+}
+
+/// All lists, the smallest first. Void (0) is in none of them.
+///
+/// - NYU-13: Couprie et al. 2013, numbers and colours of SceneNet (Handa et al. 2016).
+/// - ScanNet-20: the classes of ScanNet's benchmark (Dai et al. 2017) under their NYU-40 numbers.
+/// - Cityscapes: the label ids of Cordts et al. 2016, not the train ids.
+/// - NYU-40: Gupta et al. 2013, colours of ScanNet.
+/// - COCO-Stuff: the 171 things and stuff of Caesar et al. 2018, numbers of its label list, colours of COCO panoptic.
+pub static PALETTES: [ClassPalette; 5] = [
+    ClassPalette {
+        name: "NYU-13",
+        scenes: "rooms, coarse",
+        json: include_str!("palette/nyu13.json"),
+    },
+    ClassPalette {
+        name: "ScanNet-20",
+        scenes: "rooms, as in its benchmark",
+        json: include_str!("palette/scannet20.json"),
+    },
+    ClassPalette {
+        name: "Cityscapes",
+        scenes: "streets",
+        json: include_str!("palette/cityscapes.json"),
+    },
+    ClassPalette {
+        name: "NYU-40",
+        scenes: "rooms, fine",
+        json: include_str!("palette/nyu40.json"),
+    },
+    ClassPalette {
+        name: "COCO-Stuff",
+        scenes: "everything, indoors and out",
+        json: include_str!("palette/coco-stuff.json"),
+    },
+];
+
+impl ClassPalette {
+    /// The classes, in the data set's order.
+    pub fn classes(&self) -> Vec<Class> {
+        // Compiled in, and a test reads every one.
+        parse_class_list(self.json).unwrap_or_default()
+    }
+}
+
+#[derive(Deserialize)]
+struct ClassRecord {
+    id: ClassId,
+    name: String,
+    color: Option<[u8; 3]>,
+}
+
+/// Reads the text of a class list, `[{"id", "name", "color"}]`; void is left out, and a class without a colour gets
+/// its default one.
+///
+/// # Errors
+/// A part of a sentence that says what is wrong: no such list, a class that is listed twice or has no name.
+pub(super) fn parse_class_list(text: &str) -> Result<Vec<Class>, String> {
+    let records: Vec<ClassRecord> = serde_json::from_str(text).map_err(|error| error.to_string())?;
+    let mut classes: Vec<Class> = Vec::with_capacity(records.len());
+    let mut ids = std::collections::BTreeSet::new();
+    for record in records {
+        if !ids.insert(record.id) {
+            return Err(format!("class {} is listed twice", record.id));
+        }
+        if record.name.trim().is_empty() {
+            return Err(format!("class {} has no name", record.id));
+        }
+        if record.id != VOID {
+            let plain = Class::new(record.id, record.name.trim());
+            classes.push(Class {
+                color: record.color.unwrap_or(plain.color),
+                ..plain
+            });
+        }
+    }
+    Ok(classes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn every_palette_has_its_classes_with_names_numbers_and_colours_of_their_own() {
+        let counts = [13, 20, 33, 40, 171];
+        for (palette, count) in PALETTES.iter().zip(counts) {
+            let classes = parse_class_list(palette.json).unwrap();
+            assert_eq!(classes, palette.classes());
+            let ids: BTreeSet<_> = classes.iter().map(|class| class.id).collect();
+            let names: BTreeSet<_> = classes.iter().map(|class| class.name.to_lowercase()).collect();
+            let colors: BTreeSet<_> = classes.iter().map(|class| class.color).collect();
+            assert_eq!(classes.len(), count, "{}", palette.name);
+            assert_eq!(
+                (ids.len(), names.len(), colors.len()),
+                (count, count, count),
+                "{}",
+                palette.name
+            );
+            assert!(!ids.contains(&VOID));
+            assert!(classes.is_sorted_by_key(|class| class.id));
+        }
+    }
+
+    #[test]
+    fn palettes_have_the_numbers_of_their_data_sets() {
+        let id = |palette: usize, name: &str| {
+            let classes = PALETTES[palette].classes();
+            classes
+                .iter()
+                .find(|class| class.name == name)
+                .map(|class| class.id)
+        };
+        assert_eq!((id(0, "bed"), id(0, "window")), (Some(1), Some(13)));
+        let benchmark: Vec<ClassId> = PALETTES[1].classes().iter().map(|class| class.id).collect();
+        assert_eq!(
+            benchmark,
+            [
+                1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 14, 16, 24, 28, 33, 34, 36, 39
+            ]
+        );
+        assert_eq!((id(2, "road"), id(2, "bicycle")), (Some(7), Some(33)));
+        assert_eq!((id(3, "wall"), id(3, "otherprop")), (Some(1), Some(40)));
+        assert_eq!((id(4, "person"), id(4, "toothbrush")), (Some(1), Some(90)));
+        assert_eq!((id(4, "banner"), id(4, "wood")), (Some(92), Some(182)));
+    }
+
+    #[test]
+    fn scannet_is_a_part_of_nyu_40() {
+        let fine = PALETTES[3].classes();
+        assert!(PALETTES[1].classes().iter().all(|class| fine.contains(class)));
+    }
+}

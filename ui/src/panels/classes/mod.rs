@@ -1,0 +1,224 @@
+//! The class list: choose, add, find, order, rename, recolour, merge, delete, lock, hide.
+
+mod color;
+mod menu;
+mod row;
+
+use egui::{Key, ScrollArea, Ui, vec2};
+use inplace_core::labels::{Class, ClassId, PALETTES, VOID};
+
+use crate::action::{Action, Actions};
+use crate::canvas::VOID_COLOR;
+use crate::dialogs::{AddClasses, Dialog};
+use crate::english::classes as english;
+use crate::theme;
+use crate::widgets::{Icon, empty_state, heading, icon_button};
+use crate::workspace::Workspace;
+use row::{ROW, Row};
+
+/// So many classes have a field to search in them.
+const SEARCH_FROM: usize = 10;
+
+/// The class list with what is being typed in it.
+#[derive(Debug, Default)]
+pub struct ClassPanel {
+    new_name: String,
+    search: String,
+    renaming: Option<(ClassId, String)>,
+}
+
+impl ClassPanel {
+    /// Draws the list.
+    pub fn show(&mut self, ui: &mut Ui, workspace: &Workspace, actions: &mut Actions) {
+        heading(ui, english::HEADING, |ui| menu::of_list(ui, workspace, actions));
+        self.add_field(ui, workspace, actions);
+        let classes = workspace.document().classes();
+        if classes.is_empty() {
+            palettes(ui, actions);
+        }
+        if classes.len() >= SEARCH_FROM {
+            self.search_field(ui);
+        } else {
+            self.search.clear();
+        }
+        let found = self.found(classes);
+        if found.is_empty() && !classes.is_empty() {
+            empty_state(ui, english::NOT_FOUND);
+        }
+        ui.spacing_mut().item_spacing.y = 2.0;
+        // Void is the line after the last.
+        ScrollArea::vertical()
+            .auto_shrink([false, true])
+            .show_rows(ui, ROW, found.len() + 1, |ui, range| {
+                for line in range {
+                    match found.get(line) {
+                        Some(&index) => {
+                            let class = &classes[index];
+                            ui.push_id(class.id, |ui| self.row(ui, workspace, index, class, actions));
+                        }
+                        None => void_row(ui, workspace, actions),
+                    }
+                }
+            });
+    }
+
+    /// Indices of the classes that have the text of the search field in their name.
+    fn found(&self, classes: &[Class]) -> Vec<usize> {
+        let text = self.search.trim().to_lowercase();
+        let classes = classes.iter().enumerate();
+        let found = classes.filter(|(_, class)| text.is_empty() || class.name.to_lowercase().contains(&text));
+        found.map(|(index, _)| index).collect()
+    }
+
+    fn search_field(&mut self, ui: &mut Ui) {
+        let field = egui::TextEdit::singleline(&mut self.search)
+            .hint_text(english::SEARCH)
+            .margin(vec2(8.0, 5.0))
+            .desired_width(f32::INFINITY);
+        let response = ui.add(field).accessible_name(english::SEARCH);
+        if response.has_focus() && self.search.is_empty() && pointer_left(ui) {
+            response.surrender_focus();
+        }
+        if response.lost_focus() && ui.input(|input| input.key_pressed(Key::Escape)) {
+            self.search.clear();
+        }
+    }
+
+    fn add_field(&mut self, ui: &mut Ui, workspace: &Workspace, actions: &mut Actions) {
+        ui.horizontal(|ui| {
+            let side = ui.spacing().interact_size.y;
+            let field = egui::TextEdit::singleline(&mut self.new_name)
+                .hint_text(english::NEW)
+                .margin(vec2(8.0, 5.0))
+                .desired_width(ui.available_width() - side - theme::GAP);
+            let response = ui.add(field).accessible_name(english::NEW);
+            let entered = response.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
+            let name = self.new_name.trim();
+            let mut classes = workspace.document().classes().iter();
+            let known = classes.find(|class| class.is_named(name)).map(|class| class.id);
+            let possible = !name.is_empty() && known.is_none();
+            let clicked = ui
+                .add_enabled_ui(possible, |ui| icon_button(ui, Icon::Add, english::ADD).clicked())
+                .inner;
+            if possible && (entered || clicked) {
+                actions.push(Action::AddClass(name.to_owned()));
+                self.new_name.clear();
+                // Ready for the next name.
+                response.request_focus();
+            } else if let (Some(known), true) = (known, entered) {
+                actions.push(Action::ChooseClass(known));
+                self.new_name.clear();
+            } else if response.has_focus() && self.new_name.is_empty() && pointer_left(ui) {
+                response.surrender_focus();
+            }
+        });
+    }
+
+    fn row(
+        &mut self,
+        ui: &mut Ui,
+        workspace: &Workspace,
+        index: usize,
+        class: &Class,
+        actions: &mut Actions,
+    ) {
+        if let Some((id, name)) = &mut self.renaming
+            && *id == class.id
+        {
+            if rename_field(ui, class, name, actions) {
+                self.renaming = None;
+            }
+            return;
+        }
+        let row = Row {
+            id: class.id,
+            name: &class.name,
+            color: class.color,
+            strokes: workspace.document().strokes_of_class(class.id),
+            slot: (index < 9).then_some(index + 1),
+            chosen: workspace.class() == Some(class.id),
+            locked: workspace.is_locked(class.id),
+            hidden: workspace.is_hidden(class.id),
+        };
+        let (response, parts) = row.show(ui, actions);
+        let mut rename = response.double_clicked();
+        if self.search.trim().is_empty() {
+            let count = workspace.document().classes().len();
+            row::reorder(ui, &response, class.id, index, count, actions);
+        }
+        color::recolor_popup(ui, class, parts.swatch, actions);
+        row.buttons(ui, &response, &parts, actions);
+        rename |= menu::of_class(ui, &response, workspace, index, parts.menu, actions);
+        if rename && row.locked {
+            // Refused with the reason.
+            actions.push(Action::RenameClass(class.id, class.name.clone()));
+        } else if rename {
+            self.renaming = Some((class.id, class.name.clone()));
+        }
+    }
+}
+
+/// What to start from where there is no class yet.
+fn palettes(ui: &mut Ui, actions: &mut Actions) {
+    ui.add_space(0.5 * theme::GAP);
+    empty_state(ui, english::EMPTY);
+    ui.horizontal_wrapped(|ui| {
+        for (index, palette) in PALETTES.iter().enumerate() {
+            let button = ui.button(palette.name).on_hover_text(palette.scenes);
+            if button.clicked() {
+                actions.push(Action::Show(Some(Dialog::AddClasses(Box::new(AddClasses::new(
+                    index,
+                ))))));
+            }
+        }
+    });
+    ui.add_space(theme::GAP);
+}
+
+/// Whether the pointer moves elsewhere: then keys are meant for the image again.
+fn pointer_left(ui: &Ui) -> bool {
+    let panel = ui.clip_rect();
+    ui.input(|input| {
+        let outside = input
+            .pointer
+            .hover_pos()
+            .is_some_and(|position| !panel.contains(position));
+        outside && input.pointer.delta() != egui::Vec2::ZERO
+    })
+}
+
+fn void_row(ui: &mut Ui, workspace: &Workspace, actions: &mut Actions) {
+    let row = Row {
+        id: VOID,
+        name: "void",
+        color: VOID_COLOR,
+        strokes: workspace.document().strokes_of_class(VOID),
+        slot: Some(0),
+        chosen: workspace.class() == Some(VOID),
+        locked: false,
+        hidden: false,
+    };
+    let (response, _) = row.show(ui, actions);
+    response.on_hover_text(english::VOID);
+}
+
+/// A text field in place of the row; returns whether renaming is over.
+fn rename_field(ui: &mut Ui, class: &Class, name: &mut String, actions: &mut Actions) -> bool {
+    let field = egui::TextEdit::singleline(name)
+        .margin(vec2(8.0, 6.0))
+        .min_size(vec2(0.0, ROW))
+        .desired_width(f32::INFINITY);
+    let response = ui.add(field).accessible_name(english::rename(&class.name));
+    if response.lost_focus() {
+        let cancelled = ui.input(|input| input.key_pressed(Key::Escape));
+        let trimmed = name.trim();
+        if !cancelled && !trimmed.is_empty() && trimmed != class.name {
+            actions.push(Action::RenameClass(class.id, trimmed.to_owned()));
+        }
+        return true;
+    }
+    if !response.has_focus() {
+        response.request_focus();
+    }
+    false
+}
