@@ -155,6 +155,14 @@ pub enum Action {
     SetOpacity(f32),
     /// Whether borders between classes are drawn.
     SetOutlines(bool),
+    /// Whether the canvas has legends.
+    SetLegend(bool),
+    /// Splits the canvas between two layers, or shows one again.
+    ToggleCompare,
+    /// Shows a layer on the left of the split canvas.
+    ChooseOtherLayer(Layer),
+    /// Where the canvas is split, as a share of its width, 0..=1.
+    SetSplit(f32),
     /// Radius of the brush in image pixels.
     SetBrush(u32),
     /// Makes the brush larger (positive) or smaller by so many steps.

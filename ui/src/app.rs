@@ -276,7 +276,7 @@ impl App {
         }
         self.take_settings(settings);
         let document = Document::new(attached.history, attached.generation);
-        let mut workspace = Workspace::new(scene, ticket, session, document);
+        let mut workspace = Workspace::new(scene, ticket, session, document, &self.ctx);
         if let Some(view) = &attached.view {
             workspace.overview_mut().log_mut().take_view(view);
         }
@@ -471,6 +471,7 @@ impl eframe::App for App {
         self.drain_keeper();
         self.look_over();
         self.hold_open_while_exporting();
+        self.prepare_layers();
         let ctx = self.ctx.clone();
         self.state.toasts.expire(&ctx);
         self.set_title();
@@ -507,6 +508,8 @@ impl eframe::App for App {
             self.apply(action);
             ctx.request_repaint();
         }
+        // What an action asks for is under way before the next frame.
+        self.prepare_layers();
         self.keep_preferences();
         if let Some(trace) = &mut self.trace {
             trace.observe(&self.state, ctx.text_edit_focused());

@@ -219,8 +219,13 @@ pub static TABLE: &[Row] = &[
     },
     Row {
         shown: "Q",
-        does: "Next layer: colour, labels, entropy",
+        does: "Next layer: colour, labels, entropy, disagreement, depth, rendered colour",
         bindings: &[key(Key::Q, Action::CycleLayer)],
+    },
+    Row {
+        shown: "W",
+        does: "Compare two layers side by side",
+        bindings: &[key(Key::W, Action::ToggleCompare)],
     },
     Row {
         shown: "Ctrl+Z, Ctrl+Shift+Z",

@@ -30,6 +30,7 @@ pub mod progress;
 pub mod readiness;
 mod run;
 pub mod session_link;
+pub mod shown;
 pub mod state;
 pub mod stats;
 pub mod surroundings;

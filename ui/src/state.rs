@@ -76,6 +76,14 @@ pub struct Settings {
     pub opacity: f32,
     /// Whether borders between classes are drawn.
     pub outlines: bool,
+    /// Whether the canvas has legends.
+    pub legend: bool,
+    /// Whether the canvas is split between two layers.
+    pub compare: bool,
+    /// What the left side of the split canvas shows.
+    pub other_layer: Layer,
+    /// Where the canvas is split, as a share of its width, 0..=1.
+    pub split: f32,
     /// What the left button does.
     pub tool: Tool,
     /// The tool that labels, while another one is chosen.
@@ -90,6 +98,10 @@ impl Default for Settings {
             layer: Layer::Labels,
             opacity: 0.55,
             outlines: true,
+            legend: true,
+            compare: false,
+            other_layer: Layer::Color,
+            split: 0.5,
             tool: Tool::Brush,
             labelling: Tool::Brush,
             brush: 2,
@@ -117,11 +129,14 @@ impl Settings {
 
     /// As kept in the project file.
     pub fn to_json(self) -> String {
-        let layer = Layer::ALL.iter().position(|&layer| layer == self.layer);
         serde_json::json!({
-            "layer": layer.unwrap_or(0),
+            "layer": self.layer.number(),
             "opacity": self.opacity,
             "outlines": self.outlines,
+            "legend": self.legend,
+            "compare": self.compare,
+            "other_layer": self.other_layer.number(),
+            "split": self.split,
             "brush": self.brush,
         })
         .to_string()
@@ -132,8 +147,20 @@ impl Settings {
         let Ok(kept) = serde_json::from_str::<serde_json::Value>(json) else {
             return;
         };
-        if let Some(layer) = kept["layer"].as_u64() {
-            self.layer = Layer::ALL.get(layer as usize).copied().unwrap_or(self.layer);
+        for (layer, name) in [(&mut self.layer, "layer"), (&mut self.other_layer, "other_layer")] {
+            let number = kept[name].as_u64();
+            if let Some(&known) = number.and_then(|number| Layer::ALL.get(number as usize)) {
+                *layer = known;
+            }
+        }
+        if let Some(legend) = kept["legend"].as_bool() {
+            self.legend = legend;
+        }
+        if let Some(compare) = kept["compare"].as_bool() {
+            self.compare = compare;
+        }
+        if let Some(split) = kept["split"].as_f64() {
+            self.split = (split as f32).clamp(0.0, 1.0);
         }
         if let Some(opacity) = kept["opacity"].as_f64() {
             self.opacity = (opacity as f32).clamp(0.0, 1.0);
@@ -246,6 +273,10 @@ mod tests {
             layer: Layer::Entropy,
             opacity: 0.25,
             outlines: false,
+            legend: false,
+            compare: true,
+            other_layer: Layer::Rendered,
+            split: 0.75,
             brush: 9,
             ..Settings::default()
         };

@@ -55,6 +55,8 @@ pub enum Icon {
     Unlocked,
     /// An eye that is crossed out.
     Hidden,
+    /// A frame in two halves.
+    Compare,
 }
 
 /// A square button with an icon; `name` is its tooltip and its name for screen readers. Where it ends with
@@ -188,6 +190,12 @@ impl Icon {
                     at(7.0, 5.5),
                 ];
                 painter.add(Shape::closed_line(outline.to_vec(), stroke));
+            }
+            Self::Compare => {
+                let frame = Rect::from_center_size(center, vec2(15.0, 12.0));
+                let half = Rect::from_min_max(frame.min, pos2(center.x, frame.bottom()));
+                painter.rect_filled(half, 1, color);
+                painter.rect_stroke(frame, 2, stroke, egui::StrokeKind::Middle);
             }
             Self::Add => {
                 painter.add(line(&[at(-5.0, 0.0), at(5.0, 0.0)]));

@@ -1,6 +1,5 @@
 //! An open scene: what is looked at, what was said about it, and what the worker answered.
 
-use std::borrow::Cow;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -9,15 +8,16 @@ use inplace_core::labels::{
     Class, ClassId, Edit, History, Pixel, Stroke, StrokeId, StrokeKind, VOID, erase, pixels_of, rasterise,
 };
 use inplace_core::scene::{Frame, Scene};
-use inplace_core::session::{Command, Event, ModelState, Phase, Status, Verdict};
+use inplace_core::session::{Command, Event, FrameMap, ModelState, Phase, Status, Verdict};
 
-use crate::canvas::{Content, Line, ShownMap, Tool, View};
+use crate::canvas::{Content, Layer, Line, ShownMap, Tool, View};
 use crate::class_view::ClassView;
 use crate::document::{Document, frame_of};
 use crate::frames;
 use crate::guidance::{Arrival, Guidance};
 use crate::overview::Overview;
 use crate::session_link::Running;
+use crate::shown::Shown;
 use crate::state::Settings;
 use crate::surroundings::surroundings;
 
@@ -32,10 +32,9 @@ pub struct Workspace {
     frame: usize,
     class: Option<ClassId>,
     selected: Option<StrokeId>,
-    shown: Option<ShownMap>,
+    shown: Shown,
     /// Counts up with every new map of a frame.
     map_versions: Vec<u64>,
-    last_serial: u64,
     status: Status,
     paused: bool,
     guidance: Guidance,
@@ -49,8 +48,16 @@ pub struct Workspace {
 }
 
 impl Workspace {
-    /// A scene that a session has just opened; `serial` tells scenes apart.
-    pub fn new(scene: Arc<Scene>, serial: u64, session: Running, document: Document) -> Self {
+    /// A scene that a session has just opened; `serial` tells scenes apart. What is made for the canvas wakes
+    /// this window.
+    pub fn new(
+        scene: Arc<Scene>,
+        serial: u64,
+        session: Running,
+        document: Document,
+        ctx: &egui::Context,
+    ) -> Self {
+        let shown = Shown::new(&scene, serial, ctx);
         let maps = session.maps().cloned();
         let has_map = |frame| maps.as_ref().is_some_and(|maps| maps.get(frame).is_some());
         let mut workspace = Self {
@@ -66,8 +73,7 @@ impl Workspace {
             class_view: ClassView::default(),
             frame: 0,
             selected: None,
-            shown: None,
-            last_serial: 0,
+            shown,
             status: Status::default(),
             paused: false,
             guidance: Guidance::default(),
@@ -78,7 +84,7 @@ impl Workspace {
         };
         workspace.session.send(Command::CheckStrokes);
         workspace.session.send(Command::View { frame: 0 });
-        workspace.take_map();
+        workspace.shown.take_map(workspace.newest_map());
         // So that the worker counts on from there: what it makes of older labels is not taken.
         if workspace.document.generation() > 0 || workspace.document.labels().says_anything() {
             workspace.send_labels();
@@ -206,18 +212,34 @@ impl Workspace {
 
     /// The map shown for the frame in view.
     pub fn shown_map(&self) -> Option<&ShownMap> {
-        self.shown.as_ref()
+        self.shown.map()
     }
 
-    /// What the canvas shows.
-    pub fn content(&self) -> Option<Content> {
-        Content::new(
-            &self.scene,
-            self.serial,
-            self.frame,
-            self.shown.clone(),
-            self.document.palette(),
-        )
+    /// What is known of the frame in view.
+    pub fn shown(&self) -> &Shown {
+        &self.shown
+    }
+
+    /// The worker has checked the strokes.
+    fn take_verdicts(&mut self, verdicts: Vec<Verdict>, accuracy: Option<f32>) {
+        let contradicted = verdicts.iter().filter(|verdict| verdict.is_contradicted());
+        let contradicted: Vec<_> = contradicted
+            .map(|verdict| (verdict.stroke, verdict.class))
+            .collect();
+        self.shown.set_contradicted(&contradicted);
+        self.overview.take_verdicts(verdicts, accuracy);
+    }
+
+    /// What the canvas shows of a layer.
+    pub fn content(&self, layer: Layer) -> Option<Content> {
+        self.shown.content(layer, self.document.palette())
+    }
+
+    /// Takes over what was made for the canvas, and has what these layers need made.
+    pub fn prepare_layers(&mut self, layers: &[Layer], now: Instant) {
+        self.shown.collect();
+        let steps = self.status.steps;
+        self.shown.want(layers, &self.document, &self.session, steps, now);
     }
 
     /// Shows a frame; returns whether another one was shown before.
@@ -229,7 +251,7 @@ impl Workspace {
         self.frame = frame;
         self.selected = None;
         self.session.send(Command::View { frame });
-        self.take_map();
+        self.shown.go_to(frame, self.newest_map());
         true
     }
 
@@ -455,7 +477,7 @@ impl Workspace {
                     *version += 1;
                 }
                 if frame == self.frame {
-                    self.take_map();
+                    self.shown.take_map(self.newest_map());
                 }
             }
             Event::Suggestions {
@@ -478,7 +500,9 @@ impl Workspace {
             }
             Event::Verdicts {
                 verdicts, accuracy, ..
-            } => self.overview.take_verdicts(verdicts, accuracy),
+            } => self.take_verdicts(verdicts, accuracy),
+            Event::Rendered(view) => self.shown.take_view(view),
+            Event::NotRendered(reason) => self.shown.take_no_view(reason),
             Event::State(state) => self.state = Some(state),
             Event::Warning(sentence) | Event::Error(sentence) => return Some(sentence),
             Event::Stopped => self.ended = true,
@@ -500,18 +524,8 @@ impl Workspace {
         }
     }
 
-    fn take_map(&mut self) {
-        let map = self.session.maps().and_then(|maps| maps.get(self.frame));
-        self.last_serial += 1;
-        let serial = (self.serial << 32) | self.last_serial;
-        self.shown = map.filter(|map| map.width > 0 && map.height > 0).map(|map| {
-            // Once here, not once for each of its textures.
-            let map = match map.looked_up() {
-                Cow::Owned(looked_up) => Arc::new(looked_up),
-                Cow::Borrowed(_) => map,
-            };
-            ShownMap { map, serial }
-        });
+    fn newest_map(&self) -> Option<Arc<FrameMap>> {
+        self.session.maps().and_then(|maps| maps.get(self.frame))
     }
 
     fn send_labels(&self) {

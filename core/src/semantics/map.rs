@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::borders::nodes_at_borders;
 use super::{NO_NODE, Posterior, Surface};
-use crate::labels::{ClassId, ImportedLabels, VOID};
+use crate::labels::{ClassId, ImportedLabels, Pixel, VOID};
 use crate::scene::{Frame, Scene};
 
 /// Steps of [`FrameMap::entropy`] per nat.
@@ -37,11 +37,33 @@ pub(super) enum Pixels {
     Listed {
         labels: Vec<ClassId>,
         entropy: Vec<u16>,
-        /// `None` where it is not known, as it is not kept on disk.
-        confidence: Option<Vec<u16>>,
+        /// `None` where they are not known, as they are not kept on disk.
+        likelihood: Option<Likelihood>,
     },
     /// By the nodes that they show.
     OnSurface(OnSurface),
+}
+
+/// What a map knows of its pixels beyond what is kept on disk.
+#[derive(Clone, Debug)]
+pub(super) struct Likelihood {
+    /// Probability of every pixel's class, times [`CERTAIN`].
+    pub(super) confidence: Vec<u16>,
+    /// Second most likely class of every pixel.
+    runners_up: Vec<ClassId>,
+}
+
+/// What a map says of one pixel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PixelAnswer {
+    /// Most likely class; void where nothing is known or the person said so.
+    pub class: ClassId,
+    /// Entropy of the class distribution, in nats.
+    pub entropy: f32,
+    /// Probability of the class, 0..=1; `None` where it is not known.
+    pub probability: Option<f32>,
+    /// Second most likely class; `None` where there is none or it is not known.
+    pub runner_up: Option<ClassId>,
 }
 
 /// What the pixels of a map follow from: the nodes that they show, along borders chosen by the colours and depths of
@@ -76,6 +98,11 @@ impl OnSurface {
 
     fn confidence(&self, frame: usize, nodes: &[u32]) -> Vec<u16> {
         self.read(frame, nodes, (&self.posterior.confidence, 0), |_| CERTAIN)
+    }
+
+    /// What was said leaves no second.
+    fn runners_up(&self, frame: usize, nodes: &[u32]) -> Vec<ClassId> {
+        self.read(frame, nodes, (&self.posterior.runners_up, VOID), |_| VOID)
     }
 
     /// The value of every pixel's node, or that of pixels `without` one; over them what was `said` of a pixel, by its
@@ -130,7 +157,7 @@ impl FrameMap {
             pixels: Pixels::Listed {
                 labels,
                 entropy,
-                confidence: None,
+                likelihood: None,
             },
         })
     }
@@ -160,9 +187,42 @@ impl FrameMap {
         let pixels = Pixels::Listed {
             labels: shown.labels(self.frame, &nodes),
             entropy: shown.entropy(self.frame, &nodes),
-            confidence: Some(shown.confidence(self.frame, &nodes)),
+            likelihood: Some(Likelihood {
+                confidence: shown.confidence(self.frame, &nodes),
+                runners_up: shown.runners_up(self.frame, &nodes),
+            }),
         };
         Cow::Owned(Self { pixels, ..*self })
+    }
+
+    /// Whether reading the pixels costs nothing: they are listed, or were looked up before.
+    pub fn is_looked_up(&self) -> bool {
+        matches!(self.pixels, Pixels::Listed { .. })
+    }
+
+    /// What a map that [is looked up](Self::is_looked_up) says of one pixel; `None` for others, and outside the
+    /// map.
+    pub fn at(&self, [x, y]: Pixel) -> Option<PixelAnswer> {
+        let Pixels::Listed {
+            labels,
+            entropy,
+            likelihood,
+        } = &self.pixels
+        else {
+            return None;
+        };
+        if x >= self.width || y >= self.height {
+            return None;
+        }
+        let index = y as usize * self.width as usize + x as usize;
+        let likelihood = likelihood.as_ref();
+        let runner_up = likelihood.map(|known| known.runners_up[index]);
+        Some(PixelAnswer {
+            class: labels[index],
+            entropy: f32::from(entropy[index]) / ENTROPY_STEPS_PER_NAT,
+            probability: likelihood.map(|known| f32::from(known.confidence[index]) / f32::from(CERTAIN)),
+            runner_up: runner_up.filter(|&class| class != VOID),
+        })
     }
 
     /// Most likely class of every pixel; void where nothing is known or the person said so.
@@ -185,7 +245,10 @@ impl FrameMap {
     /// was made from labels and entropy alone, such as one of a project file.
     pub fn confidence(&self) -> Option<Cow<'_, [u16]>> {
         match &self.pixels {
-            Pixels::Listed { confidence, .. } => confidence.as_deref().map(Cow::Borrowed),
+            Pixels::Listed { likelihood, .. } => {
+                let known = likelihood.as_ref();
+                known.map(|known| Cow::Borrowed(known.confidence.as_slice()))
+            }
             Pixels::OnSurface(shown) => {
                 let nodes = shown.nodes(self.frame);
                 Some(Cow::Owned(shown.confidence(self.frame, &nodes)))
@@ -217,7 +280,9 @@ impl FrameMap {
         }
         let (width, height) = (frame.image().width, frame.image().height);
         let (own_labels, own_entropy) = (straight.labels(), straight.entropy());
-        let own_confidence = straight.confidence();
+        let Pixels::Listed { likelihood, .. } = &straight.pixels else {
+            return straight;
+        };
         let unknown = own_entropy.iter().copied().max().unwrap_or(0);
         let own: Vec<Option<usize>> = (0..width * height)
             .map(|index| {
@@ -236,7 +301,10 @@ impl FrameMap {
             pixels: Pixels::Listed {
                 labels: moved(&own_labels, VOID),
                 entropy: moved(&own_entropy, unknown),
-                confidence: own_confidence.map(|values| moved(&values, 0)),
+                likelihood: likelihood.as_ref().map(|known| Likelihood {
+                    confidence: moved(&known.confidence, 0),
+                    runners_up: moved(&known.runners_up, VOID),
+                }),
             },
             ..*self
         })
@@ -310,6 +378,7 @@ mod tests {
             labels: vec![5, 7],
             entropy: vec![100, 200],
             confidence: vec![60_000, 50_000],
+            runners_up: vec![7, VOID],
             ..Posterior::default()
         };
         let shown = [0, 0, 0, 0, 1, NO_NODE];
@@ -323,6 +392,24 @@ mod tests {
         let looked_up = map.looked_up();
         assert!(matches!(looked_up.labels(), Cow::Borrowed(_)) && *looked_up == map);
         assert_eq!(looked_up.confidence(), map.confidence());
+        assert!(looked_up.is_looked_up() && !map.is_looked_up());
+        assert_eq!(map.at([0, 0]), None);
+        let answer = looked_up.at([0, 0]).unwrap();
+        assert_eq!((answer.class, answer.runner_up), (5, Some(7)));
+        assert!((answer.entropy - 0.01).abs() < 1e-6);
+        assert!((answer.probability.unwrap() - 60_000.0 / 65_535.0).abs() < 1e-6);
+        let painted = looked_up.at([1, 0]).unwrap();
+        assert_eq!(
+            (painted.class, painted.probability, painted.runner_up),
+            (7, Some(1.0), None)
+        );
+        assert_eq!(looked_up.at([1, 1]).unwrap().runner_up, None);
+        assert_eq!(looked_up.at([3, 0]), None);
+        assert!(
+            listed
+                .at([2, 1])
+                .is_some_and(|answer| answer.probability.is_none())
+        );
         assert!((map.coverage() - 4.0 / 6.0).abs() < 1e-6);
         assert!((map.mean_entropy() - 1399.0 / 6.0 / ENTROPY_STEPS_PER_NAT).abs() < 1e-6);
         assert_ne!(map, FrameMap::new(0, 9, [3, 2], vec![5; 6], vec![0; 6]).unwrap());
@@ -341,6 +428,7 @@ mod tests {
                 labels: (0..pixels).map(|index| index as ClassId).collect(),
                 entropy: (0..pixels).map(|index| index as u16).collect(),
                 confidence: (0..pixels).map(|index| 3 * index as u16).collect(),
+                runners_up: vec![VOID; pixels],
                 ..Posterior::default()
             };
             map_of(scene, &shown, posterior, 0, Vec::new())

@@ -26,7 +26,7 @@ pub use graph::{Node, SurfaceGraph};
 pub use head::SemanticHead;
 pub use imported::{NodeLabels, NodeVotes, SurfaceImport};
 pub use look::HeadLook;
-pub use map::{CERTAIN, ENTROPY_STEPS_PER_NAT, FrameMap};
+pub use map::{CERTAIN, ENTROPY_STEPS_PER_NAT, FrameMap, PixelAnswer};
 pub use node_map::NodeMap;
 pub use places::{RayTargets, SoftTargets};
 pub use posterior::Posterior;

@@ -53,13 +53,13 @@ impl FrameMap {
             Pixels::Listed {
                 labels,
                 entropy,
-                confidence,
+                likelihood,
             } => {
                 let toss_up = (LN_2 * ENTROPY_STEPS_PER_NAT) as u16;
                 for pixel in 0..labels.len() {
                     let entropy = entropy[pixel];
-                    let unclear = match confidence {
-                        Some(confidence) => confidence[pixel] < CERTAIN / 2,
+                    let unclear = match likelihood {
+                        Some(likelihood) => likelihood.confidence[pixel] < CERTAIN / 2,
                         None => entropy > toss_up,
                     };
                     let value = Value {

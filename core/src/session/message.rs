@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
+use super::RenderedFrame;
 use crate::field::{Preset, Work};
 use crate::guide::Suggestion;
 use crate::labels::LabelSet;
@@ -48,6 +49,13 @@ pub enum Command {
     },
     /// From now on, answer every change of the labels with [`Event::Verdicts`] too.
     CheckStrokes,
+    /// Render the field as seen from this frame, in slices between which labels are still followed; a newer
+    /// wish replaces an older one. Answered with [`Event::Rendered`], coarse first and then fine, or with
+    /// [`Event::NotRendered`].
+    Render {
+        /// Index of the frame.
+        frame: usize,
+    },
     /// Stop training; label changes are still followed.
     Pause,
     /// Go on training.
@@ -102,6 +110,10 @@ pub enum Event {
         /// Cross-validated accuracy, 0..=1 ([`Verdicts::accuracy`](crate::semantics::Verdicts::accuracy)).
         accuracy: Option<f32>,
     },
+    /// The field as seen from a frame: an answer to [`Command::Render`].
+    Rendered(Arc<RenderedFrame>),
+    /// The field cannot be shown; the sentence says why. The other answer to [`Command::Render`].
+    NotRendered(String),
     /// How training goes; several times a second while it runs.
     Status(Status),
     /// The answer to [`Command::Save`].

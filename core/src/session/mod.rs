@@ -9,6 +9,7 @@ mod opening;
 mod opinion;
 mod outbox;
 mod reference;
+mod rendering;
 pub(crate) mod semantic_field;
 mod serve;
 pub(crate) mod survey;
@@ -20,9 +21,10 @@ use std::thread::JoinHandle;
 
 use crossbeam_channel::{Receiver, Sender, unbounded};
 
-pub use crate::semantics::{ENTROPY_STEPS_PER_NAT, FrameMap, FrameSummary, Verdict};
+pub use crate::semantics::{ENTROPY_STEPS_PER_NAT, FrameMap, FrameSummary, PixelAnswer, Verdict};
 pub use maps::MapSlots;
 pub use message::{Command, Event, ModelState, Phase, SessionOptions, Status};
+pub use rendering::RenderedFrame;
 
 /// A handle to the worker. Dropping it stops the worker and waits for it.
 #[derive(Debug)]

@@ -225,6 +225,10 @@ impl Task for ReferenceWorker<'_> {
             Command::SuggestOn { .. } => {}
             // Its labels do not spread along a surface, so none can be left out for a moment.
             Command::CheckStrokes => {}
+            Command::Render { .. } => self.outbox.send(Event::NotRendered(
+                "The published network takes minutes for a view of the scene: it is not shown here."
+                    .to_owned(),
+            )),
             Command::Pause => {
                 self.paused = true;
                 self.tell_status();

@@ -406,3 +406,21 @@ fn the_reference_stops_in_the_middle_of_a_step() {
     session.send(Command::Stop);
     wait(&session, |event| matches!(event, Event::Stopped).then_some(()));
 }
+
+#[test]
+fn a_view_of_the_field_is_rendered_during_a_pause_and_has_the_depth_of_the_wall() {
+    let folder = capture();
+    let session = Session::start(options(folder.path()), || {});
+    wait(&session, |event| {
+        matches!(event, Event::Status(status) if status.steps >= 200).then_some(())
+    });
+    session.send(Command::Pause);
+    session.send(Command::Render { frame: 4 });
+    let view = wait(&session, |event| match event {
+        Event::Rendered(view) if view.is_last => Some(Arc::clone(view)),
+        _ => None,
+    });
+    assert_eq!((view.frame, view.color.width(), view.color.height()), (4, 64, 48));
+    let depth = view.depth_at([32, 24]).unwrap();
+    assert!((depth - 2.0).abs() < 0.2, "{depth} m");
+}

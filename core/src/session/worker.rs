@@ -15,6 +15,7 @@ use super::opening::open;
 use super::opinion::Opinion;
 use super::outbox::Outbox;
 use super::reference::ReferenceWorker;
+use super::rendering::Rendering;
 use super::semantic_field::SemanticField;
 use super::serve::{Task, serve};
 use super::survey::Survey;
@@ -114,6 +115,8 @@ struct Worker<'a> {
     paused: bool,
     /// Train no more: finish what is under way.
     settling: bool,
+    /// The view of the field that is wished for, until it is rendered.
+    rendering: Option<Rendering>,
     /// Frames whose maps are out of date, in the order in which they are made.
     stale: VecDeque<usize>,
     suggestions_due: bool,
@@ -170,6 +173,7 @@ impl<'a> Worker<'a> {
             view: 0,
             paused: false,
             settling: false,
+            rendering: None,
             stale: VecDeque::new(),
             suggestions_due: false,
             suggest_on: None,
@@ -249,6 +253,22 @@ impl<'a> Worker<'a> {
                 accuracy: verdicts.accuracy,
             });
         }
+    }
+
+    /// Renders a slice of the view that is wished for; `false` when none is.
+    fn render(&mut self) -> Result<bool, WorkerError> {
+        let Some(rendering) = &mut self.rendering else {
+            return Ok(false);
+        };
+        let start = Instant::now();
+        if let Some(rendered) = rendering.advance(&self.scene, &self.trainer)? {
+            self.outbox.send(Event::Rendered(Arc::new(rendered)));
+        }
+        if rendering.is_done() {
+            self.rendering = None;
+        }
+        self.seconds.render += start.elapsed().as_secs_f64();
+        Ok(true)
     }
 
     /// A slice of training; `false` when there is nothing to train.
@@ -430,6 +450,7 @@ impl Task for Worker<'_> {
                 self.suggestions_due = true;
             }
             Command::CheckStrokes => self.checking.want(),
+            Command::Render { frame } => self.rendering = Rendering::new(&self.scene, frame),
             Command::Pause => {
                 self.paused = true;
                 self.tell_status();
@@ -513,7 +534,7 @@ impl Task for Worker<'_> {
             return Ok(true);
         }
         self.check();
-        if self.train()? {
+        if self.render()? || self.train()? {
             return Ok(true);
         }
         if !self.told_settled && self.is_settled() {

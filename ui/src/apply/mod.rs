@@ -4,6 +4,7 @@ mod classes;
 mod files;
 mod guidance;
 mod labels;
+mod layers;
 mod opening;
 mod preferences;
 mod strokes;
@@ -113,6 +114,10 @@ impl App {
             Action::CycleLayer => self.state.settings.layer = self.state.settings.layer.next(),
             Action::SetOpacity(opacity) => self.state.settings.opacity = opacity.clamp(0.0, 1.0),
             Action::SetOutlines(outlines) => self.state.settings.outlines = outlines,
+            Action::SetLegend(legend) => self.state.settings.legend = legend,
+            Action::ToggleCompare => self.state.settings.compare = !self.state.settings.compare,
+            Action::ChooseOtherLayer(layer) => self.state.settings.other_layer = layer,
+            Action::SetSplit(split) => self.state.settings.split = split.clamp(0.0, 1.0),
             Action::SetBrush(radius) => self.state.settings.brush = radius.min(LARGEST_BRUSH),
             Action::StepBrush(steps) => {
                 self.state.settings.brush = stepped_brush(self.state.settings.brush, steps);

@@ -5,24 +5,36 @@ struct Uniforms {
     // Physical pixels: left, top, width, height of the whole image.
     image: vec4<f32>,
     color_size: vec2<f32>,
-    map_size: vec2<f32>,
-    opacity: f32,
-    entropy_scale: f32,
-    // 0 colour, 1 labels, 2 entropy.
-    layer: u32,
-    entropy_row: u32,
+    plane_size: vec2<f32>,
+    // How much of the layer's colour there is.
+    strength: f32,
+    // A value times this is a column of its table.
+    scale: f32,
     outline_strength: f32,
+    hatching: f32,
+    // 0 nothing, 1 classes, 2 values.
+    reading: u32,
+    // Row of the palette with the values' colours.
+    table_row: u32,
+    // Rows of the palette with classes.
+    class_rows: u32,
+    // The value of pixels without one; above all values where there is none.
+    hole: u32,
+    // Width of the stripes of such pixels, in texels.
+    stripe: u32,
+    // 1 where the image is dimmed to grey: what black becomes, and how much brightness stays.
+    greyed: u32,
+    dimmed: vec2<f32>,
     // 1 where the window wants linear values.
     linear_target: u32,
-    padding: vec2<u32>,
+    padding: u32,
 }
 
 @group(0) @binding(0) var<uniform> u: Uniforms;
 @group(0) @binding(1) var color_texture: texture_2d<f32>;
 @group(0) @binding(2) var color_sampler: sampler;
-@group(0) @binding(3) var label_texture: texture_2d<u32>;
-@group(0) @binding(4) var entropy_texture: texture_2d<u32>;
-@group(0) @binding(5) var palette: texture_2d<f32>;
+@group(0) @binding(3) var plane: texture_2d<u32>;
+@group(0) @binding(4) var palette: texture_2d<f32>;
 
 @vertex
 fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
@@ -55,33 +67,43 @@ fn image_color(uv: vec2<f32>) -> vec3<f32> {
 }
 
 fn texel_of(uv: vec2<f32>) -> vec2<i32> {
-    let last = vec2<i32>(u.map_size) - 1;
-    return clamp(vec2<i32>(floor(uv * u.map_size)), vec2<i32>(0), last);
+    let last = vec2<i32>(u.plane_size) - 1;
+    return clamp(vec2<i32>(floor(uv * u.plane_size)), vec2<i32>(0), last);
 }
 
-fn label_at(uv: vec2<f32>) -> u32 {
-    return textureLoad(label_texture, texel_of(uv), 0).r;
+fn value_at(uv: vec2<f32>) -> u32 {
+    return textureLoad(plane, texel_of(uv), 0).r;
 }
 
-fn class_color(label: u32) -> vec4<f32> {
-    if (label >= u.entropy_row * 256u) {
+fn class_color(id: u32) -> vec4<f32> {
+    if (id >= u.class_rows * 256u) {
         return vec4<f32>(0.0);
     }
-    return textureLoad(palette, vec2<i32>(vec2<u32>(label & 255u, label >> 8u)), 0);
+    return textureLoad(palette, vec2<i32>(vec2<u32>(id & 255u, id >> 8u)), 0);
 }
 
-fn entropy_color(uv: vec2<f32>) -> vec4<f32> {
-    let steps = f32(textureLoad(entropy_texture, texel_of(uv), 0).r);
-    let column = min(u32(steps * u.entropy_scale), 255u);
-    return textureLoad(palette, vec2<i32>(vec2<u32>(column, u.entropy_row)), 0);
+fn value_color(value: u32) -> vec4<f32> {
+    let column = min(u32(f32(value) * u.scale), 255u);
+    return textureLoad(palette, vec2<i32>(vec2<u32>(column, u.table_row)), 0);
 }
 
-fn on_border(uv: vec2<f32>, label: u32) -> bool {
+// Stripes along a diagonal of the plane, for pixels without a value.
+fn hatched(uv: vec2<f32>) -> vec3<f32> {
+    let texel = vec2<u32>(texel_of(uv));
+    return vec3<f32>(1.0 - f32(((texel.x + texel.y) / u.stripe) & 1u));
+}
+
+fn on_border(uv: vec2<f32>, id: u32) -> bool {
     let reach = 0.75 / u.image.zw;
-    return label_at(uv + vec2<f32>(reach.x, 0.0)) != label
-        || label_at(uv - vec2<f32>(reach.x, 0.0)) != label
-        || label_at(uv + vec2<f32>(0.0, reach.y)) != label
-        || label_at(uv - vec2<f32>(0.0, reach.y)) != label;
+    return value_at(uv + vec2<f32>(reach.x, 0.0)) != id
+        || value_at(uv - vec2<f32>(reach.x, 0.0)) != id
+        || value_at(uv + vec2<f32>(0.0, reach.y)) != id
+        || value_at(uv - vec2<f32>(0.0, reach.y)) != id;
+}
+
+fn dimmed(rgb: vec3<f32>) -> vec3<f32> {
+    let brightness = dot(rgb, vec3<f32>(0.299, 0.587, 0.114));
+    return vec3<f32>(u.dimmed.x + u.dimmed.y * brightness);
 }
 
 fn linear_from_gamma(value: vec3<f32>) -> vec3<f32> {
@@ -97,15 +119,24 @@ fn fragment(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
         discard;
     }
     var rgb = image_color(uv);
-    if (u.layer == 1u && u.map_size.x > 0.0) {
-        let label = label_at(uv);
-        let over = class_color(label);
-        rgb = mix(rgb, over.rgb, over.a * u.opacity);
-        if (u.outline_strength > 0.0 && on_border(uv, label)) {
+    if (u.greyed == 1u) {
+        rgb = dimmed(rgb);
+    }
+    if (u.reading == 1u) {
+        let id = value_at(uv);
+        let over = class_color(id);
+        rgb = mix(rgb, over.rgb, over.a * u.strength);
+        if (u.outline_strength > 0.0 && on_border(uv, id)) {
             rgb = mix(rgb, vec3<f32>(1.0), u.outline_strength);
         }
-    } else if (u.layer == 2u && u.map_size.x > 0.0) {
-        rgb = mix(rgb, entropy_color(uv).rgb, u.opacity);
+    } else if (u.reading == 2u) {
+        let value = value_at(uv);
+        if (value == u.hole) {
+            rgb = mix(rgb, hatched(uv), u.hatching);
+        } else {
+            let over = value_color(value);
+            rgb = mix(rgb, over.rgb, over.a * u.strength);
+        }
     }
     if (u.linear_target == 1u) {
         rgb = linear_from_gamma(rgb);

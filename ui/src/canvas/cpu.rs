@@ -1,16 +1,21 @@
 //! The frame composed on the CPU: what the shader does, for thumbnails and for windows without wgpu.
 
-use std::borrow::Cow;
-
 use egui::Color32;
-use inplace_core::labels::ClassId;
 use inplace_core::scene;
 use inplace_core::session::FrameMap;
 
-use super::palette::{Layer, Palette};
+use super::content::entropy_reading;
+use super::layer::Layer;
+use super::palette::Palette;
+use super::plane::{Over, Reading};
 
 /// How much of the colour of a class border is the outline's.
-pub(super) const OUTLINE_STRENGTH: f32 = 0.55;
+const OUTLINE_STRENGTH: f32 = 0.55;
+/// How much of the colour of a pixel without a value is its stripe's.
+pub(super) const HATCHING: f32 = 0.4;
+/// What black becomes in a dimmed image, of 255, and how much of the brightness stays.
+pub(super) const DIMMED_BLACK: f32 = 22.0;
+pub(super) const DIMMED_SHARE: f32 = 0.5;
 
 /// How a frame is composed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,10 +28,85 @@ pub struct Look {
     pub outlines: bool,
 }
 
-/// The colour image with the layer over it, at `width` x `height`, nearest-neighbour.
+impl Look {
+    /// How much of the layer's own colour there is, 0..=1.
+    pub(super) fn strength(&self) -> f32 {
+        match self.layer {
+            // What is marked stays marked.
+            Layer::Disagreement => 0.5 + 0.5 * self.opacity,
+            _ => self.opacity,
+        }
+    }
+
+    /// How much of the colour of a border between classes is the outline's.
+    pub(super) fn outline(&self) -> f32 {
+        if self.outlines && self.opacity > 0.0 {
+            OUTLINE_STRENGTH * self.opacity.max(0.5)
+        } else {
+            0.0
+        }
+    }
+}
+
+/// The colour image with a layer of its map over it, at `width` x `height`, nearest-neighbour; the image alone
+/// for layers that need more than a map.
 pub fn composite(
     color: &scene::ColorImage,
     map: Option<&FrameMap>,
+    palette: &Palette,
+    look: Look,
+    size: [usize; 2],
+) -> egui::ColorImage {
+    let (values, reading) = match (map, look.layer) {
+        (Some(map), Layer::Labels) => (map.labels(), Reading::Classes),
+        (Some(map), Layer::Entropy) => (map.entropy(), entropy_reading(palette)),
+        _ => return compose(color, None, palette, look, size),
+    };
+    let map_size = map.map_or([0; 2], |map| [map.width as usize, map.height as usize]);
+    let plane = Plane {
+        size: map_size,
+        values: &values,
+        reading,
+        greyed: false,
+        stripe: 1,
+    };
+    compose(color, Some(&plane), palette, look, size)
+}
+
+/// The same with what lies over an image.
+pub fn composite_over(
+    color: &scene::ColorImage,
+    over: Option<&Over>,
+    palette: &Palette,
+    look: Look,
+    size: [usize; 2],
+) -> egui::ColorImage {
+    let Some(over) = over else {
+        return compose(color, None, palette, look, size);
+    };
+    let values = over.texels.values();
+    let plane = Plane {
+        size: over.size.map(|side| side as usize),
+        values: &values,
+        reading: over.reading,
+        greyed: over.greyed,
+        stripe: over.stripe() as usize,
+    };
+    compose(color, Some(&plane), palette, look, size)
+}
+
+/// What lies over an image, with its numbers at hand.
+struct Plane<'a> {
+    size: [usize; 2],
+    values: &'a [u16],
+    reading: Reading,
+    greyed: bool,
+    stripe: usize,
+}
+
+fn compose(
+    color: &scene::ColorImage,
+    plane: Option<&Plane<'_>>,
     palette: &Palette,
     look: Look,
     [width, height]: [usize; 2],
@@ -34,15 +114,14 @@ pub fn composite(
     let (color_width, color_height) = (color.width() as usize, color.height() as usize);
     let nearest = |position: usize, length: usize, source: usize| (2 * position + 1) * source / (2 * length);
     let mut pixels = Vec::with_capacity(width * height);
-    let planes = map.map(|map| Planes::of(map, look.layer));
     for y in 0..height {
         for x in 0..width {
             let index = nearest(y, height, color_height) * color_width + nearest(x, width, color_width);
             let mut rgb = color.pixel(index);
-            if let Some(planes) = &planes {
-                let column = nearest(x, width, planes.width);
-                let row = nearest(y, height, planes.height);
-                rgb = over(rgb, planes, palette, look, column, row);
+            if let Some(plane) = plane {
+                let column = nearest(x, width, plane.size[0]);
+                let row = nearest(y, height, plane.size[1]);
+                rgb = plane.over(rgb, palette, look, column, row);
             }
             pixels.push(Color32::from_rgb(rgb[0], rgb[1], rgb[2]));
         }
@@ -50,65 +129,46 @@ pub fn composite(
     egui::ColorImage::new([width, height], pixels)
 }
 
-/// The pixels of a map that a layer shows; the others stay empty.
-struct Planes<'a> {
-    width: usize,
-    height: usize,
-    labels: Cow<'a, [ClassId]>,
-    entropy: Cow<'a, [u16]>,
-}
-
-impl<'a> Planes<'a> {
-    fn of(map: &'a FrameMap, layer: Layer) -> Self {
-        let empty = || Cow::Borrowed(&[][..]);
-        Self {
-            width: map.width as usize,
-            height: map.height as usize,
-            labels: if layer == Layer::Labels {
-                map.labels()
-            } else {
-                empty()
-            },
-            entropy: if layer == Layer::Entropy {
-                map.entropy()
-            } else {
-                empty()
-            },
-        }
-    }
-}
-
-fn over(
-    base: [u8; 3],
-    map: &Planes<'_>,
-    palette: &Palette,
-    look: Look,
-    column: usize,
-    row: usize,
-) -> [u8; 3] {
-    let width = map.width;
-    let index = row * width + column;
-    match look.layer {
-        Layer::Color => base,
-        Layer::Entropy => mix(base, palette.entropy(map.entropy[index]), look.opacity),
-        Layer::Labels => {
-            let label = map.labels[index];
-            let right = if column + 1 < width { index + 1 } else { index };
-            let below = if row + 1 < map.height {
-                index + width
-            } else {
-                index
-            };
-            let border = map.labels[right] != label || map.labels[below] != label;
-            let color = palette.class(label);
-            let filled = mix(base, color, look.opacity);
-            if look.outlines && border && look.opacity > 0.0 {
-                mix(filled, [255; 4], OUTLINE_STRENGTH * look.opacity.max(0.5))
-            } else {
-                filled
+impl Plane<'_> {
+    fn over(&self, image: [u8; 3], palette: &Palette, look: Look, column: usize, row: usize) -> [u8; 3] {
+        let index = row * self.size[0] + column;
+        let value = self.values[index];
+        let strength = look.strength();
+        let base = if self.greyed { dimmed(image) } else { image };
+        match self.reading {
+            Reading::Classes => {
+                let filled = mix(base, palette.class(value), strength);
+                if self.is_border(index, column, row) {
+                    mix(filled, [255; 4], look.outline())
+                } else {
+                    filled
+                }
+            }
+            Reading::Values { hole, .. } if hole == Some(value) => {
+                let light = ((column + row) / self.stripe).is_multiple_of(2);
+                let stripe = if light { [255; 4] } else { [0, 0, 0, 255] };
+                mix(base, stripe, HATCHING * strength)
+            }
+            Reading::Values { table, scale, .. } => {
+                let column = (f32::from(value) * scale) as usize;
+                mix(base, palette.value(table, column), strength)
             }
         }
     }
+
+    /// Whether the pixel to the right or the one below is of another class.
+    fn is_border(&self, index: usize, column: usize, row: usize) -> bool {
+        let [width, height] = self.size;
+        let class = self.values[index];
+        (column + 1 < width && self.values[index + 1] != class)
+            || (row + 1 < height && self.values[index + width] != class)
+    }
+}
+
+/// A dark grey as bright as the colour was in its surroundings.
+fn dimmed([r, g, b]: [u8; 3]) -> [u8; 3] {
+    let brightness = 0.299 * f32::from(r) + 0.587 * f32::from(g) + 0.114 * f32::from(b);
+    [(DIMMED_BLACK + DIMMED_SHARE * brightness).round() as u8; 3]
 }
 
 fn mix(base: [u8; 3], over: [u8; 4], opacity: f32) -> [u8; 3] {
@@ -122,6 +182,8 @@ fn mix(base: [u8; 3], over: [u8; 4], opacity: f32) -> [u8; 3] {
 
 #[cfg(test)]
 mod tests {
+    use super::super::palette::{Table, Verdict};
+    use super::super::plane::{DepthPlane, Texels, VERDICTS};
     use super::*;
     use inplace_core::labels::Class;
 
@@ -166,11 +228,49 @@ mod tests {
     #[test]
     fn an_opaque_entropy_layer_shows_the_colour_table() {
         let palette = Palette::new(&[]);
-        let rgb = |steps| {
-            let [r, g, b, _] = palette.entropy(steps);
+        let rgb = |column| {
+            let [r, g, b, _] = palette.value(Table::Entropy, column);
             Color32::from_rgb(r, g, b)
         };
-        assert_eq!(composed(look(Layer::Entropy, 1.0)), [rgb(0), rgb(u16::MAX)]);
+        assert_eq!(composed(look(Layer::Entropy, 1.0)), [rgb(0), rgb(255)]);
+    }
+
+    /// Pixels of these colours and values with a layer over them.
+    fn over(layer: Layer, reading: Reading, values: &[u16], greyed: bool) -> Vec<Color32> {
+        let rgb = vec![100; 3 * values.len()];
+        let color = scene::ColorImage::new(values.len() as u32, 1, rgb).unwrap();
+        let over = Over {
+            size: [values.len() as u32, 1],
+            texels: Texels::Made(values.into()),
+            serial: 1,
+            reading,
+            greyed,
+        };
+        let size = [values.len(), 1];
+        composite_over(&color, Some(&over), &Palette::new(&[]), look(layer, 1.0), size).pixels
+    }
+
+    #[test]
+    fn depth_shows_its_colours_and_hatches_holes() {
+        let pixels = over(Layer::Depth, DepthPlane::READING, &[1, u16::MAX, 0, 0, 0], false);
+        let [near, far] = [0, 255].map(|column| {
+            let [r, g, b, _] = Table::Depth.color(column);
+            Color32::from_rgb(r, g, b)
+        });
+        let [light, dark] = [Color32::from_gray(162), Color32::from_gray(60)];
+        assert_eq!(pixels, [near, far, dark, dark, light]);
+    }
+
+    #[test]
+    fn disagreement_marks_what_is_contradicted_on_a_grey_image() {
+        let numbers = Verdict::ALL.map(|verdict| verdict as u16);
+        let pixels = over(Layer::Disagreement, VERDICTS, &numbers, true);
+        let grey = Color32::from_gray(72);
+        let [r, g, b, _] = Verdict::ImportContradicted.color();
+        assert_eq!((pixels[0], pixels[2]), (grey, Color32::from_rgb(r, g, b)));
+        let agreed = pixels[1];
+        assert!(agreed.b() > agreed.r() && agreed.b() < Verdict::Agreed.color()[2]);
+        assert_ne!(pixels[2], pixels[3]);
     }
 
     #[test]

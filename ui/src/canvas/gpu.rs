@@ -1,16 +1,15 @@
 //! The frame drawn by a wgpu paint callback; textures are uploaded only when their content changes.
 
-use std::borrow::Cow;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
 use bytemuck::{Pod, Zeroable};
 use egui_wgpu::{CallbackResources, CallbackTrait, ScreenDescriptor};
-use inplace_core::session::FrameMap;
 
 use super::content::Content;
-use super::cpu::{Look, OUTLINE_STRENGTH};
-use super::palette::{Layer, PALETTE_COLUMNS};
+use super::cpu::{DIMMED_BLACK, DIMMED_SHARE, HATCHING, Look};
+use super::palette::PALETTE_COLUMNS;
+use super::plane::Reading;
 use super::view::Placement;
 
 /// When the newest map reached the renderer: (label generation, frame, time).
@@ -21,8 +20,13 @@ pub(super) fn note_upload(clock: &UploadClock, generation: u64, frame: usize) {
     *clock.lock().unwrap_or_else(PoisonError::into_inner) = Some((generation, frame, Instant::now()));
 }
 
-/// One frame to draw.
+/// Parts of the canvas that show a layer each.
+pub(super) const SIDES: usize = 2;
+
+/// One frame to draw, on one side of the canvas.
 pub(super) struct Draw {
+    /// Below [`SIDES`].
+    pub(super) side: usize,
     pub(super) content: Content,
     pub(super) placement: Placement,
     pub(super) look: Look,
@@ -35,26 +39,38 @@ pub(super) struct Draw {
 struct Uniforms {
     image: [f32; 4],
     color_size: [f32; 2],
-    map_size: [f32; 2],
-    opacity: f32,
-    entropy_scale: f32,
-    layer: u32,
-    entropy_row: u32,
+    plane_size: [f32; 2],
+    strength: f32,
+    scale: f32,
     outline_strength: f32,
+    hatching: f32,
+    reading: u32,
+    table_row: u32,
+    class_rows: u32,
+    hole: u32,
+    stripe: u32,
+    greyed: u32,
+    dimmed: [f32; 2],
     linear_target: u32,
-    padding: [u32; 2],
+    padding: [u32; 3],
 }
 
 /// What stays with the renderer between frames.
 struct Resources {
     pipeline: wgpu::RenderPipeline,
     layout: wgpu::BindGroupLayout,
-    uniforms: wgpu::Buffer,
     sampler: wgpu::Sampler,
-    color: Plane,
-    labels: Plane,
-    entropy: Plane,
     palette: Plane,
+    sides: [Side; SIDES],
+    /// Serial number of the newest map that arrived here.
+    map_serial: u64,
+}
+
+/// What one side of the canvas shows.
+struct Side {
+    uniforms: wgpu::Buffer,
+    image: Plane,
+    over: Plane,
     bind_group: Option<wgpu::BindGroup>,
 }
 
@@ -83,7 +99,7 @@ impl Plane {
         queue: &wgpu::Queue,
         serial: u64,
         [width, height]: [u32; 2],
-        texels: impl FnOnce() -> Vec<u8>,
+        texels: &[u8],
     ) -> bool {
         if self.serial == Some(serial) {
             return false;
@@ -110,7 +126,6 @@ impl Plane {
             }));
         }
         self.serial = Some(serial);
-        let texels = texels();
         let row = self.format.block_copy_size(None).unwrap_or(4) * size.width;
         if let Some(texture) = &self.texture
             && texels.len() == row as usize * size.height as usize
@@ -122,7 +137,7 @@ impl Plane {
                     origin: wgpu::Origin3d::ZERO,
                     aspect: wgpu::TextureAspect::All,
                 },
-                &texels,
+                texels,
                 wgpu::TexelCopyBufferLayout {
                     offset: 0,
                     bytes_per_row: Some(row),
@@ -180,12 +195,6 @@ impl Resources {
             multiview_mask: None,
             cache: None,
         });
-        let uniforms = device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("canvas"),
-            size: size_of::<Uniforms>() as u64,
-            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
         let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
             label: Some("canvas"),
             mag_filter: wgpu::FilterMode::Linear,
@@ -195,70 +204,94 @@ impl Resources {
         Self {
             pipeline,
             layout,
-            uniforms,
             sampler,
-            color: Plane::new("canvas colour", wgpu::TextureFormat::Rgba8Unorm),
-            labels: Plane::new("canvas labels", wgpu::TextureFormat::R16Uint),
-            entropy: Plane::new("canvas entropy", wgpu::TextureFormat::R16Uint),
             palette: Plane::new("canvas palette", wgpu::TextureFormat::Rgba8Unorm),
-            bind_group: None,
+            sides: std::array::from_fn(|_| Side::new(device)),
+            map_serial: 0,
         }
     }
 
     fn upload(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, draw: &Draw) {
         let content = &draw.content;
-        let image = content.image();
-        let mut renewed = self.bind_group.is_none();
-        renewed |= self.color.hold(
-            device,
-            queue,
-            content.color_serial,
-            [image.width(), image.height()],
-            || rgba(image.bytes()),
-        );
         let palette = &content.palette;
-        let palette_size = [PALETTE_COLUMNS as u32, palette.entropy_row() as u32 + 1];
-        renewed |= self
-            .palette
-            .hold(device, queue, content.palette_serial, palette_size, || {
-                palette.texels()
-            });
-        let (serial, size) = content.map.as_ref().map_or((0, [1, 1]), |shown| {
-            (shown.serial, [shown.map.width, shown.map.height])
-        });
-        let fresh = self.labels.serial != Some(serial);
-        let plane = |values: fn(&FrameMap) -> Cow<'_, [u16]>| {
-            let map = content.map.as_ref();
-            map.map_or_else(
-                || vec![0; 2],
-                |shown| bytemuck::cast_slice(&values(&shown.map)).to_vec(),
-            )
-        };
-        renewed |= self
-            .labels
-            .hold(device, queue, serial, size, || plane(FrameMap::labels));
-        renewed |= self
-            .entropy
-            .hold(device, queue, serial, size, || plane(FrameMap::entropy));
-        if let Some(shown) = content.map.as_ref().filter(|_| fresh) {
-            note_upload(&draw.clock, shown.map.generation, shown.map.frame);
+        if self.palette.serial != Some(content.palette_serial) {
+            let size = [PALETTE_COLUMNS as u32, palette.rows() as u32];
+            let texels = palette.texels();
+            let serial = content.palette_serial;
+            if self.palette.hold(device, queue, serial, size, &texels) {
+                for side in &mut self.sides {
+                    side.bind_group = None;
+                }
+            }
         }
-        if renewed {
-            self.bind_group = self.bind(device);
+        let side = &mut self.sides[draw.side];
+        side.upload(device, queue, content);
+        if side.bind_group.is_none() {
+            side.bind_group = side.bind(device, &self.layout, &self.sampler, &self.palette);
+        }
+        if let Some((generation, frame, serial)) = content.map
+            && serial != self.map_serial
+        {
+            self.map_serial = serial;
+            note_upload(&draw.clock, generation, frame);
+        }
+    }
+}
+
+impl Side {
+    fn new(device: &wgpu::Device) -> Self {
+        let uniforms = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("canvas"),
+            size: size_of::<Uniforms>() as u64,
+            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        Self {
+            uniforms,
+            image: Plane::new("canvas image", wgpu::TextureFormat::Rgba8Unorm),
+            over: Plane::new("canvas plane", wgpu::TextureFormat::R16Uint),
+            bind_group: None,
         }
     }
 
-    fn bind(&self, device: &wgpu::Device) -> Option<wgpu::BindGroup> {
-        let color = self.color.view()?;
-        let labels = self.labels.view()?;
-        let entropy = self.entropy.view()?;
-        let palette = self.palette.view()?;
+    /// Makes the textures hold what is shown; the bind group goes when one of them is new.
+    fn upload(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, content: &Content) {
+        let mut renewed = false;
+        if let Some(picture) = &content.picture {
+            renewed |= self
+                .image
+                .hold(device, queue, picture.serial, picture.size, &picture.rgba);
+        }
+        match &content.over {
+            Some(over) if self.over.serial != Some(over.serial) => {
+                let values = over.texels.values();
+                let texels = bytemuck::cast_slice(&values);
+                renewed |= self.over.hold(device, queue, over.serial, over.size, texels);
+            }
+            // There has to be a texture, whatever is in it.
+            None if self.over.texture.is_none() => {
+                renewed |= self.over.hold(device, queue, 0, [1, 1], &[0; 2]);
+            }
+            _ => {}
+        }
+        if renewed {
+            self.bind_group = None;
+        }
+    }
+
+    fn bind(
+        &self,
+        device: &wgpu::Device,
+        layout: &wgpu::BindGroupLayout,
+        sampler: &wgpu::Sampler,
+        palette: &Plane,
+    ) -> Option<wgpu::BindGroup> {
+        let (image, over, palette) = (self.image.view()?, self.over.view()?, palette.view()?);
         let resources = [
             self.uniforms.as_entire_binding(),
-            wgpu::BindingResource::TextureView(&color),
-            wgpu::BindingResource::Sampler(&self.sampler),
-            wgpu::BindingResource::TextureView(&labels),
-            wgpu::BindingResource::TextureView(&entropy),
+            wgpu::BindingResource::TextureView(&image),
+            wgpu::BindingResource::Sampler(sampler),
+            wgpu::BindingResource::TextureView(&over),
             wgpu::BindingResource::TextureView(&palette),
         ];
         let entries: Vec<_> = (0..)
@@ -267,13 +300,13 @@ impl Resources {
             .collect();
         Some(device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("canvas"),
-            layout: &self.layout,
+            layout,
             entries: &entries,
         }))
     }
 }
 
-fn layout_entries() -> [wgpu::BindGroupLayoutEntry; 6] {
+fn layout_entries() -> [wgpu::BindGroupLayoutEntry; 5] {
     let texture = |sample_type| wgpu::BindingType::Texture {
         sample_type,
         view_dimension: wgpu::TextureViewDimension::D2,
@@ -288,7 +321,6 @@ fn layout_entries() -> [wgpu::BindGroupLayoutEntry; 6] {
         uniform,
         texture(wgpu::TextureSampleType::Float { filterable: true }),
         wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
-        texture(wgpu::TextureSampleType::Uint),
         texture(wgpu::TextureSampleType::Uint),
         texture(wgpu::TextureSampleType::Float { filterable: false }),
     ];
@@ -305,40 +337,38 @@ fn layout_entries() -> [wgpu::BindGroupLayoutEntry; 6] {
     })
 }
 
-fn rgba(rgb: &[u8]) -> Vec<u8> {
-    rgb.chunks_exact(3)
-        .flat_map(|pixel| [pixel[0], pixel[1], pixel[2], 255])
-        .collect()
-}
-
 impl Draw {
     fn uniforms(&self, pixels_per_point: f32) -> Uniforms {
         let rect = self.placement.rect();
-        let image = self.content.image();
-        let map = self.content.map.as_ref();
-        let outlined = self.look.outlines && self.look.opacity > 0.0;
-        Uniforms {
+        let (over, palette) = (self.content.over.as_ref(), &self.content.palette);
+        let image = self.content.image.color();
+        let strength = self.look.strength();
+        let mut uniforms = Uniforms {
             image: [rect.left(), rect.top(), rect.width(), rect.height()].map(|v| v * pixels_per_point),
             color_size: [image.width() as f32, image.height() as f32],
-            map_size: map.map_or([0.0; 2], |shown| {
-                [shown.map.width as f32, shown.map.height as f32]
-            }),
-            opacity: self.look.opacity,
-            entropy_scale: self.content.palette.entropy_scale(),
-            layer: match self.look.layer {
-                Layer::Color => 0,
-                Layer::Labels => 1,
-                Layer::Entropy => 2,
-            },
-            entropy_row: self.content.palette.entropy_row() as u32,
-            outline_strength: if outlined {
-                OUTLINE_STRENGTH * self.look.opacity.max(0.5)
-            } else {
-                0.0
-            },
+            plane_size: over.map_or([1.0; 2], |over| over.size.map(|side| side as f32)),
+            strength,
+            outline_strength: self.look.outline(),
+            hatching: HATCHING * strength,
+            class_rows: palette.class_rows() as u32,
+            hole: u32::MAX,
+            stripe: over.map_or(1, |over| over.stripe()),
+            greyed: u32::from(over.is_some_and(|over| over.greyed)),
+            dimmed: [DIMMED_BLACK / 255.0, DIMMED_SHARE],
             linear_target: u32::from(self.target.is_srgb()),
-            padding: [0; 2],
+            ..Uniforms::zeroed()
+        };
+        match over.map(|over| over.reading) {
+            None => {}
+            Some(Reading::Classes) => uniforms.reading = 1,
+            Some(Reading::Values { table, scale, hole }) => {
+                uniforms.reading = 2;
+                uniforms.table_row = palette.row(table) as u32;
+                uniforms.scale = scale;
+                uniforms.hole = hole.map_or(u32::MAX, u32::from);
+            }
         }
+        uniforms
     }
 }
 
@@ -356,7 +386,8 @@ impl CallbackTrait for Draw {
             .or_insert_with(|| Resources::new(device, self.target));
         resources.upload(device, queue, self);
         let uniforms = self.uniforms(screen.pixels_per_point);
-        queue.write_buffer(&resources.uniforms, 0, bytemuck::bytes_of(&uniforms));
+        let side = &resources.sides[self.side];
+        queue.write_buffer(&side.uniforms, 0, bytemuck::bytes_of(&uniforms));
         Vec::new()
     }
 
@@ -369,7 +400,7 @@ impl CallbackTrait for Draw {
         let Some(resources) = resources.get::<Resources>() else {
             return;
         };
-        let Some(bind_group) = &resources.bind_group else {
+        let Some(bind_group) = &resources.sides[self.side].bind_group else {
             return;
         };
         pass.set_pipeline(&resources.pipeline);
@@ -383,6 +414,6 @@ mod tests {
     #[test]
     fn the_uniforms_have_the_shaders_size() {
         assert_eq!(size_of::<super::Uniforms>() % 16, 0);
-        assert_eq!(size_of::<super::Uniforms>(), 64);
+        assert_eq!(size_of::<super::Uniforms>(), 96);
     }
 }

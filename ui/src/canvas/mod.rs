@@ -3,9 +3,14 @@
 mod content;
 mod cpu;
 mod gpu;
+mod layer;
+mod legend;
 mod overlay;
 mod palette;
 mod pick;
+mod plane;
+mod preparing;
+mod split;
 mod strokes;
 mod tools;
 mod view;
@@ -13,12 +18,17 @@ mod view;
 use std::collections::BTreeMap;
 
 use egui::{Align2, CursorIcon, Event, Key, Pos2, Rect, Role, Sense, Ui, WidgetInfo, vec2};
+use inplace_core::labels::Pixel;
 
-pub use content::{Content, ShownMap};
+pub use content::{Content, Image, Picture, ShownMap};
 pub use cpu::{Look, composite};
 pub use gpu::UploadClock;
+pub use layer::Layer;
 pub use overlay::{marker, region};
-pub use palette::{Layer, Palette, VOID_COLOR};
+pub use palette::{Palette, Table, VOID_COLOR, Verdict};
+pub use plane::{DepthPlane, Over, Reading, Texels, VERDICTS, disagreement, measured_depth};
+pub use preparing::{FieldView, Made, Part, Preparer, Request, STEP as SERIAL_STEP, Said};
+pub use split::layer_menu;
 pub use strokes::StrokeLayer;
 pub use tools::{Draft, Gesture, Line, Outcome, Surroundings, Tool};
 pub use view::{Placement, View};
@@ -36,13 +46,14 @@ pub const CANVAS_NAME: &str = "Frame canvas";
 enum Renderer {
     /// By a wgpu paint callback.
     Gpu(wgpu::TextureFormat),
-    /// As one texture composed on the CPU.
-    Cpu(Option<Composed>),
+    /// As one texture for each side, composed on the CPU.
+    Cpu([Option<Composed>; gpu::SIDES]),
 }
 
 /// A composed texture and what it was made of.
 struct Composed {
     texture: egui::TextureHandle,
+    /// Serial numbers of the image, of what lies over it and of the palette, and the look.
     made_of: (u64, u64, u64, Look),
 }
 
@@ -50,7 +61,8 @@ struct Composed {
 pub struct Canvas {
     renderer: Renderer,
     gesture: Gesture,
-    strokes: StrokeLayer,
+    /// The strokes over the main layer, and over the one beside it.
+    strokes: [StrokeLayer; 2],
     /// The scene and the frame that the gesture is on.
     place: (u64, usize),
     /// What was begun on other frames of the scene, and goes on when they are in view again.
@@ -59,6 +71,10 @@ pub struct Canvas {
     brush: (u32, f64),
     clock: UploadClock,
     rect: Rect,
+    /// Where controls lie on the canvas.
+    covered: Vec<Rect>,
+    /// The pixel under the pointer.
+    pointed_at: Option<Pixel>,
 }
 
 /// How long the size of the brush is shown after a change, in seconds.
@@ -68,14 +84,16 @@ impl Canvas {
     /// A canvas drawn by wgpu where there is a target format, else on the CPU.
     pub fn new(target: Option<wgpu::TextureFormat>) -> Self {
         Self {
-            renderer: target.map_or(Renderer::Cpu(None), Renderer::Gpu),
+            renderer: target.map_or(Renderer::Cpu([None, None]), Renderer::Gpu),
             gesture: Gesture::default(),
-            strokes: StrokeLayer::default(),
+            strokes: Default::default(),
             place: (0, 0),
             drafts: BTreeMap::new(),
             brush: (0, f64::NEG_INFINITY),
             clock: UploadClock::default(),
             rect: Rect::NOTHING,
+            covered: Vec::new(),
+            pointed_at: None,
         }
     }
 
@@ -89,9 +107,9 @@ impl Canvas {
         self.rect
     }
 
-    /// The strokes as they were painted last.
+    /// The strokes of the main layer as they were painted last.
     pub fn strokes(&self) -> &StrokeLayer {
-        &self.strokes
+        &self.strokes[0]
     }
 
     /// Takes the keys out of the input that belong to what is being drawn: Escape drops it, Enter ends it, Backspace
@@ -161,6 +179,11 @@ impl Canvas {
         self.place = place;
     }
 
+    /// The pixel of the frame under the pointer.
+    pub fn pointed_at(&self) -> Option<Pixel> {
+        self.pointed_at
+    }
+
     /// Draws the frame in view and follows the pointer.
     pub fn show(&mut self, ui: &mut Ui, state: &AppState, workspace: &Workspace, actions: &mut Actions) {
         let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
@@ -168,7 +191,8 @@ impl Canvas {
         response.widget_info(|| WidgetInfo::labeled(Role::Canvas, true, CANVAS_NAME));
         let painter = ui.painter_at(rect);
         painter.rect_filled(rect, 0, theme::canvas(ui.visuals()));
-        let (Some(frame), Some(content)) = (workspace.frame(), workspace.content()) else {
+        self.pointed_at = None;
+        let Some(frame) = workspace.frame() else {
             return;
         };
         self.turn_to(workspace);
@@ -192,13 +216,25 @@ impl Canvas {
             actions.push(Action::LeaveSuggestions);
         }
         let placement = view.place(rect, size);
-        let mut look = state.settings.look();
-        if state.overlay_hidden {
-            look.layer = Layer::Color;
+        let parts = split::parts(rect, &state.settings);
+        let mut ready = true;
+        for (side, part) in parts.iter().enumerate() {
+            let mut look = state.settings.look();
+            look.layer = if state.overlay_hidden {
+                Layer::Color
+            } else {
+                part.layer
+            };
+            if let Some(content) = workspace.content(look.layer) {
+                ready &= self.paint_frame(&painter.with_clip_rect(part.clip), side, content, placement, look);
+            }
         }
-        self.paint_frame(&painter, content, placement, look);
-        if !state.overlay_hidden {
-            self.strokes.paint(&painter, workspace, placement);
+        // For the instant in which the image of the frame before is still there.
+        if ready && !state.overlay_hidden {
+            for (part, strokes) in parts.iter().zip(&mut self.strokes) {
+                let painter = painter.with_clip_rect(part.clip);
+                strokes.paint(&painter, workspace, placement, part.layer == Layer::Disagreement);
+            }
             overlay::suggestions(&painter, workspace, placement);
         }
         if let Some(line) = self.gesture.line() {
@@ -209,7 +245,15 @@ impl Canvas {
             overlay::draft(&painter, workspace, placement, draft, next, state.settings.brush);
             draft_note(ui, &painter, draft);
         }
-        if let Some(position) = hover {
+        if state.settings.legend && !state.overlay_hidden {
+            for (side, &part) in parts.iter().enumerate() {
+                legend::show(ui, workspace, side, part);
+            }
+        }
+        self.covered = split::show(ui, rect, &state.settings, actions);
+        let on_image = |position: &Pos2| !self.covered.iter().any(|rect| rect.contains(*position));
+        if let Some(position) = hover.filter(on_image) {
+            self.pointed_at = placement.pixel_at(position);
             self.show_cursor(ui, &painter, state, workspace, placement, position, &around);
         }
         self.show_brush_size(ui, &painter, &state.settings, placement, hover);
@@ -265,8 +309,12 @@ impl Canvas {
             return view;
         }
         let layer = ui.layer_id();
-        let reachable =
-            |position| around.canvas.contains(position) && ui.ctx().layer_id_at(position) == Some(layer);
+        let covered = &self.covered;
+        let reachable = |position| {
+            around.canvas.contains(position)
+                && !covered.iter().any(|rect| rect.contains(position))
+                && ui.ctx().layer_id_at(position) == Some(layer)
+        };
         let before = view;
         let mut brush = settings.brush;
         let events = ui.input(|input| input.events.clone());
@@ -302,30 +350,46 @@ impl Canvas {
         view
     }
 
-    fn paint_frame(&mut self, painter: &egui::Painter, content: Content, placement: Placement, look: Look) {
-        let (painter_rect, clock) = (painter.clip_rect(), UploadClock::clone(&self.clock));
+    /// Paints one side of the canvas, which is what the painter is clipped to; `false` while the image is not
+    /// ready, so that the one before stays.
+    fn paint_frame(
+        &mut self,
+        painter: &egui::Painter,
+        side: usize,
+        mut content: Content,
+        placement: Placement,
+        look: Look,
+    ) -> bool {
+        let clock = UploadClock::clone(&self.clock);
         match &mut self.renderer {
             Renderer::Gpu(target) => {
+                let ready = content.picture.is_some();
+                if !ready {
+                    content.over = None;
+                }
                 let draw = gpu::Draw {
+                    side,
                     content,
                     placement,
                     look,
                     target: *target,
                     clock,
                 };
-                painter.add(egui_wgpu::Callback::new_paint_callback(painter_rect, draw));
+                painter.add(egui_wgpu::Callback::new_paint_callback(painter.clip_rect(), draw));
+                ready
             }
-            Renderer::Cpu(composed) => {
-                let map_serial = content.map.as_ref().map_or(0, |shown| shown.serial);
-                let made_of = (content.color_serial, map_serial, content.palette_serial, look);
+            Renderer::Cpu(sides) => {
+                let composed = &mut sides[side];
+                let over = content.over.as_ref().map_or(0, |over| over.serial);
+                let made_of = (content.image_serial, over, content.palette_serial, look);
                 if composed
                     .as_ref()
                     .is_none_or(|composed| composed.made_of != made_of)
                 {
                     let texture = compose(painter.ctx(), &content, look);
                     *composed = Some(Composed { texture, made_of });
-                    if let Some(shown) = &content.map {
-                        gpu::note_upload(&clock, shown.map.generation, shown.map.frame);
+                    if let Some((generation, frame, _)) = content.map {
+                        gpu::note_upload(&clock, generation, frame);
                     }
                 }
                 if let Some(composed) = composed {
@@ -333,6 +397,7 @@ impl Canvas {
                     let texture = composed.texture.id();
                     painter.image(texture, placement.rect(), whole, egui::Color32::WHITE);
                 }
+                true
             }
         }
     }
@@ -385,10 +450,9 @@ fn draft_note(ui: &Ui, painter: &egui::Painter, draft: &Draft) {
 }
 
 fn compose(ctx: &egui::Context, content: &Content, look: Look) -> egui::TextureHandle {
-    let image = content.image();
+    let image = content.image.color();
     let size = [image.width() as usize, image.height() as usize];
-    let map = content.map.as_ref().map(|shown| shown.map.as_ref());
-    let composed = composite(image, map, &content.palette, look, size);
+    let composed = cpu::composite_over(image, content.over.as_ref(), &content.palette, look, size);
     let options = egui::TextureOptions {
         magnification: egui::TextureFilter::Nearest,
         ..egui::TextureOptions::LINEAR
@@ -409,3 +473,6 @@ pub fn stepped_brush(radius: u32, steps: i32) -> u32 {
     }
     radius.min(crate::state::LARGEST_BRUSH)
 }
+
+#[cfg(test)]
+mod tests;

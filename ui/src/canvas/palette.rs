@@ -1,4 +1,4 @@
-//! Colours of classes and of entropy: one table for the shader and for the CPU composite.
+//! Colours of classes and of values: one table for the shader and for the CPU composite.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -6,54 +6,77 @@ use std::sync::Arc;
 use inplace_core::labels::{Class, ClassId, VOID};
 use inplace_core::session::ENTROPY_STEPS_PER_NAT;
 
-/// What the canvas lays over the colour image.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Layer {
-    /// Nothing.
-    Color,
-    /// The class of every pixel.
-    #[default]
-    Labels,
-    /// How unsure the class of every pixel is.
-    Entropy,
-}
-
-impl Layer {
-    /// All layers, in the order in which the key cycles through them.
-    pub const ALL: [Self; 3] = [Self::Color, Self::Labels, Self::Entropy];
-
-    /// Name for people.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Color => "Colour",
-            Self::Labels => "Labels",
-            Self::Entropy => "Entropy",
-        }
-    }
-
-    /// The next layer.
-    pub fn next(self) -> Self {
-        match self {
-            Self::Color => Self::Labels,
-            Self::Labels => Self::Entropy,
-            Self::Entropy => Self::Color,
-        }
-    }
-}
-
 /// Colour of strokes that say void.
 pub const VOID_COLOR: [u8; 3] = [96, 100, 108];
 
 /// Columns of the palette as a texture.
 pub const PALETTE_COLUMNS: usize = 256;
 
-/// RGBA of every class id, and of entropy.
+/// A row of colours for values.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Table {
+    /// Dark violet over red and orange to light yellow, evenly brighter.
+    Entropy,
+    /// Light yellow over green to dark blue, evenly darker: near is light.
+    Depth,
+    /// One colour for each [`Verdict`].
+    Disagreement,
+}
+
+impl Table {
+    const ALL: [Self; 3] = [Self::Entropy, Self::Depth, Self::Disagreement];
+
+    /// RGBA of a column.
+    pub fn color(self, column: usize) -> [u8; 4] {
+        match self {
+            Self::Entropy => between(&ENTROPY_STOPS, column),
+            Self::Depth => between(&DEPTH_STOPS, column),
+            Self::Disagreement => Verdict::ALL.get(column).map_or([0; 4], |verdict| verdict.color()),
+        }
+    }
+}
+
+/// What became of a pixel that something was said about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// Nothing was said about it.
+    Unsaid,
+    /// It is as was said.
+    Agreed,
+    /// An imported image says another class than the map.
+    ImportContradicted,
+    /// A stroke says another class than the others would.
+    StrokeContradicted,
+}
+
+impl Verdict {
+    /// All of them, in the order of their numbers.
+    pub const ALL: [Self; 4] = [
+        Self::Unsaid,
+        Self::Agreed,
+        Self::ImportContradicted,
+        Self::StrokeContradicted,
+    ];
+
+    /// RGBA over the dimmed image: blue, amber and magenta are told apart by colour-blind people too, and by
+    /// their brightness.
+    pub fn color(self) -> [u8; 4] {
+        match self {
+            Self::Unsaid => [0; 4],
+            Self::Agreed => [100, 143, 255, 90],
+            Self::ImportContradicted => [255, 176, 0, 255],
+            Self::StrokeContradicted => [230, 30, 130, 255],
+        }
+    }
+}
+
+/// RGBA of every class id, and of values.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Palette {
     /// Indexed by class id; a multiple of [`PALETTE_COLUMNS`] long; transparent where there is no class.
     classes: Vec<[u8; 4]>,
-    /// From sure to unsure.
-    entropy: Vec<[u8; 4]>,
+    /// The rows of [`Table::ALL`].
+    tables: Vec<[u8; 4]>,
     /// Number of classes.
     count: usize,
 }
@@ -73,9 +96,10 @@ impl Palette {
             let [r, g, b] = class.color;
             table[usize::from(class.id)] = [r, g, b, 255];
         }
+        let row = |table: Table| (0..PALETTE_COLUMNS).map(move |column| table.color(column));
         Arc::new(Self {
             classes: table,
-            entropy: (0..PALETTE_COLUMNS).map(entropy_color).collect(),
+            tables: Table::ALL.into_iter().flat_map(row).collect(),
             count: classes.len(),
         })
     }
@@ -85,44 +109,68 @@ impl Palette {
         self.classes.get(usize::from(id)).copied().unwrap_or_default()
     }
 
-    /// RGBA of an entropy in steps of [`FrameMap::entropy`](inplace_core::session::FrameMap::entropy).
-    pub fn entropy(&self, steps: u16) -> [u8; 4] {
-        let index = (f32::from(steps) * self.entropy_scale()) as usize;
-        self.entropy[index.min(PALETTE_COLUMNS - 1)]
+    /// RGBA of a column of a table; that of the last column beyond it.
+    pub fn value(&self, table: Table, column: usize) -> [u8; 4] {
+        self.tables[table as usize * PALETTE_COLUMNS + column.min(PALETTE_COLUMNS - 1)]
     }
 
-    /// Entropy steps to an index into the entropy colours: the last stands for an even guess among all classes.
+    /// The largest entropy that there can be, in nats: an even guess among all classes.
+    pub fn most_entropy(&self) -> f32 {
+        (self.count.max(2) as f32).ln()
+    }
+
+    /// Steps of [`FrameMap::entropy`](inplace_core::session::FrameMap::entropy) to a column of their table: the
+    /// last stands for an even guess among all classes.
     pub fn entropy_scale(&self) -> f32 {
-        let most = (self.count.max(2) as f32).ln() * ENTROPY_STEPS_PER_NAT;
-        (PALETTE_COLUMNS - 1) as f32 / most
+        (PALETTE_COLUMNS - 1) as f32 / (self.most_entropy() * ENTROPY_STEPS_PER_NAT)
     }
 
-    /// Row of the texture that holds the entropy colours; the rows above hold the classes.
-    pub fn entropy_row(&self) -> usize {
+    /// Rows of the texture that hold classes.
+    pub fn class_rows(&self) -> usize {
         self.classes.len() / PALETTE_COLUMNS
     }
 
-    /// RGBA texels, row-major, `PALETTE_COLUMNS` wide and [`Palette::entropy_row`] + 1 high.
+    /// Row of the texture that holds a table.
+    pub fn row(&self, table: Table) -> usize {
+        self.class_rows() + table as usize
+    }
+
+    /// Rows of the texture.
+    pub fn rows(&self) -> usize {
+        self.class_rows() + Table::ALL.len()
+    }
+
+    /// RGBA texels, row-major, `PALETTE_COLUMNS` wide and [`Palette::rows`] high.
     pub fn texels(&self) -> Vec<u8> {
-        let rows = self.classes.iter().chain(&self.entropy);
+        let rows = self.classes.iter().chain(&self.tables);
         rows.flatten().copied().collect()
     }
 }
 
-/// Dark violet over red and orange to light yellow, evenly brighter.
-fn entropy_color(index: usize) -> [u8; 4] {
-    const STOPS: [[f32; 3]; 6] = [
-        [11.0, 8.0, 35.0],
-        [67.0, 16.0, 104.0],
-        [140.0, 41.0, 99.0],
-        [212.0, 72.0, 66.0],
-        [251.0, 155.0, 38.0],
-        [252.0, 250.0, 170.0],
-    ];
-    let place = index as f32 / (PALETTE_COLUMNS - 1) as f32 * (STOPS.len() - 1) as f32;
-    let below = (place as usize).min(STOPS.len() - 2);
+const ENTROPY_STOPS: [[f32; 3]; 6] = [
+    [11.0, 8.0, 35.0],
+    [67.0, 16.0, 104.0],
+    [140.0, 41.0, 99.0],
+    [212.0, 72.0, 66.0],
+    [251.0, 155.0, 38.0],
+    [252.0, 250.0, 170.0],
+];
+
+const DEPTH_STOPS: [[f32; 3]; 6] = [
+    [253.0, 231.0, 84.0],
+    [160.0, 206.0, 92.0],
+    [74.0, 168.0, 124.0],
+    [44.0, 121.0, 142.0],
+    [52.0, 74.0, 134.0],
+    [40.0, 22.0, 70.0],
+];
+
+/// The colour of a column between evenly spaced stops.
+fn between(stops: &[[f32; 3]; 6], column: usize) -> [u8; 4] {
+    let place = column as f32 / (PALETTE_COLUMNS - 1) as f32 * (stops.len() - 1) as f32;
+    let below = (place as usize).min(stops.len() - 2);
     let t = place - below as f32;
-    let channel = |c: usize| (STOPS[below][c] + t * (STOPS[below + 1][c] - STOPS[below][c])).round() as u8;
+    let channel = |c: usize| (stops[below][c] + t * (stops[below + 1][c] - stops[below][c])).round() as u8;
     [channel(0), channel(1), channel(2), 255]
 }
 
@@ -148,20 +196,44 @@ mod tests {
     }
 
     #[test]
-    fn the_texture_holds_classes_above_the_entropy_row() {
+    fn the_texture_holds_classes_above_the_tables() {
         let palette = Palette::new(&[Class::new(300, "lamp")]);
-        assert_eq!(palette.entropy_row(), 2);
+        assert_eq!(
+            (palette.class_rows(), palette.row(Table::Depth), palette.rows()),
+            (2, 3, 5)
+        );
         let texels = palette.texels();
-        assert_eq!(texels.len(), 3 * PALETTE_COLUMNS * 4);
+        assert_eq!(texels.len(), palette.rows() * PALETTE_COLUMNS * 4);
         assert_eq!(texels[300 * 4..300 * 4 + 4], palette.class(300));
+        let depth = palette.row(Table::Depth) * PALETTE_COLUMNS * 4;
+        assert_eq!(texels[depth..depth + 4], palette.value(Table::Depth, 0));
     }
 
     #[test]
-    fn entropy_runs_from_the_first_to_the_last_colour() {
+    fn an_even_guess_among_all_classes_has_the_last_colour_of_entropy() {
         let palette = Palette::new(&[Class::new(1, "a"), Class::new(2, "b")]);
-        let even_guess = (2.0_f32.ln() * ENTROPY_STEPS_PER_NAT).ceil() as u16;
-        assert_eq!(palette.entropy(0), entropy_color(0));
-        assert_eq!(palette.entropy(even_guess), entropy_color(255));
-        assert_eq!(palette.entropy(u16::MAX), entropy_color(255));
+        let even_guess = (2.0_f32.ln() * ENTROPY_STEPS_PER_NAT).ceil();
+        assert_eq!(
+            (even_guess * palette.entropy_scale()) as usize,
+            PALETTE_COLUMNS - 1
+        );
+        let last = palette.value(Table::Entropy, PALETTE_COLUMNS - 1);
+        assert_eq!(palette.value(Table::Entropy, 100_000), last);
+    }
+
+    /// Lightness of a colour as everybody sees it, colour-blind people included.
+    fn brightness([r, g, b, _]: [u8; 4]) -> f32 {
+        0.2126 * f32::from(r) + 0.7152 * f32::from(g) + 0.0722 * f32::from(b)
+    }
+
+    #[test]
+    fn values_are_told_apart_by_brightness_alone() {
+        let rows = |table: Table| (0..PALETTE_COLUMNS).map(move |column| brightness(table.color(column)));
+        let steps = rows(Table::Entropy).zip(rows(Table::Entropy).skip(8));
+        assert!(steps.into_iter().all(|(dark, light)| light > dark));
+        let steps = rows(Table::Depth).zip(rows(Table::Depth).skip(8));
+        assert!(steps.into_iter().all(|(light, dark)| light > dark));
+        let [import, stroke] = [Verdict::ImportContradicted, Verdict::StrokeContradicted];
+        assert!(brightness(import.color()) > brightness(stroke.color()) + 60.0);
     }
 }

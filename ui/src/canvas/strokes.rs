@@ -5,9 +5,10 @@ use std::sync::Arc;
 
 use egui::epaint::{TessellationOptions, Tessellator};
 use egui::{Color32, Mesh, Painter, Pos2, Rect, Shape, Stroke as Pen, pos2, vec2};
-use inplace_core::labels::{Run, Stroke, StrokeId, StrokeKind, runs_of};
+use inplace_core::labels::{ClassId, Run, Stroke, StrokeId, StrokeKind, runs_of};
 
 use super::overlay::{HALO, line_shapes, stroke_color};
+use super::palette::Verdict;
 use super::view::Placement;
 use crate::theme;
 use crate::workspace::Workspace;
@@ -41,6 +42,8 @@ struct Key {
     generation: u64,
     /// Changes with the classes that are hidden.
     palette: u64,
+    /// Version of the verdicts, where their colours are shown instead of the classes'.
+    verdicts: Option<u64>,
     zoom: f32,
     pixels_per_point: f32,
     selected: Option<StrokeId>,
@@ -48,13 +51,15 @@ struct Key {
 }
 
 impl StrokeLayer {
-    /// Paints the strokes of the frame in view, the selected one marked.
-    pub fn paint(&mut self, painter: &Painter, workspace: &Workspace, placement: Placement) {
+    /// Paints the strokes of the frame in view, the selected one marked: in the colours of their classes, or in those of
+    /// what the others say of them.
+    pub fn paint(&mut self, painter: &Painter, workspace: &Workspace, placement: Placement, verdicts: bool) {
         let of = Key {
             scene: workspace.serial(),
             frame: workspace.frame_index(),
             generation: workspace.document().generation(),
             palette: workspace.document().palette().1,
+            verdicts: verdicts.then(|| workspace.shown().contradicted_version()),
             zoom: placement.zoom,
             pixels_per_point: painter.pixels_per_point(),
             selected: workspace.selected(),
@@ -95,7 +100,11 @@ impl StrokeLayer {
         let mut pen = MeshPen::new(of.pixels_per_point);
         let mut marked = None;
         for (id, stroke) in workspace.document().strokes_on(of.frame) {
-            let color = stroke_color(workspace, stroke.class);
+            let color = if of.verdicts.is_some() {
+                verdict_color(workspace, id, stroke.class)
+            } else {
+                stroke_color(workspace, stroke.class)
+            };
             let region = (stroke.kind() == StrokeKind::Polygon).then(|| {
                 let known = before.get(&id).filter(|(of, _)| Arc::ptr_eq(of, stroke));
                 let region = known.map_or_else(|| Region::new(stroke, size), |(_, region)| region.clone());
@@ -123,6 +132,17 @@ impl StrokeLayer {
         }
         pen.mesh
     }
+}
+
+/// The colour of what the other strokes say of a stroke.
+fn verdict_color(workspace: &Workspace, id: StrokeId, class: ClassId) -> Color32 {
+    let verdict = if workspace.shown().is_contradicted(id, class) {
+        Verdict::StrokeContradicted
+    } else {
+        Verdict::Agreed
+    };
+    let [r, g, b, _] = verdict.color();
+    Color32::from_rgb(r, g, b)
 }
 
 /// A filled polygon: its runs, and the sides of its pixels where it ends, in image positions.

@@ -4,6 +4,7 @@ pub mod classes;
 pub mod frames;
 pub mod guidance;
 pub mod hint;
+pub mod layers;
 pub mod layout;
 pub mod opening;
 pub mod preferences;

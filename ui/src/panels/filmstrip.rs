@@ -6,7 +6,7 @@ use egui::{
 
 use super::frame_filter::FrameFilterRow;
 use crate::action::{Action, Actions};
-use crate::canvas::{Layer, Look};
+use crate::canvas::Look;
 use crate::english::frames as words;
 use crate::frames::FrameFacts;
 use crate::state::AppState;
@@ -147,10 +147,9 @@ impl Filmstrip {
 
     fn thumbnail(&mut self, state: &AppState, workspace: &Workspace, index: usize) -> Option<Thumbnail> {
         let (palette, palette_serial) = workspace.document().palette();
-        let layer = state.settings.layer;
-        let layer_number = Layer::ALL.iter().position(|&each| each == layer).unwrap_or(0) as u64;
+        let layer = state.settings.layer.in_small();
         // Different whenever anything that the thumbnail shows is.
-        let version = (workspace.map_version(index) << 24) ^ (palette_serial << 2) ^ layer_number;
+        let version = (workspace.map_version(index) << 24) ^ (palette_serial << 3) ^ layer.number() as u64;
         self.thumbnails.get(Subject::Frame(index), version, || Source {
             scene: std::sync::Arc::clone(workspace.scene()),
             map: workspace.session().maps().and_then(|maps| maps.get(index)),

@@ -6,7 +6,7 @@ use crate::action::{Action, Actions};
 use crate::canvas::{Layer, View};
 use crate::dialogs::{Dialog, Purpose};
 use crate::english;
-use crate::english::work;
+use crate::english::{layers, work};
 use crate::exporting::Progress;
 use crate::keeper::{Keeper, SavedState};
 use crate::keymap::KeyMap;
@@ -235,8 +235,16 @@ fn view(ui: &mut Ui, state: &AppState, actions: &mut Actions) {
         }
     }
     let mut outlines = state.settings.outlines;
-    if ui.checkbox(&mut outlines, "Borders between classes").changed() {
+    if ui.checkbox(&mut outlines, layers::BORDERS).changed() {
         actions.push(Action::SetOutlines(outlines));
+    }
+    let mut legend = state.settings.legend;
+    if ui.checkbox(&mut legend, layers::LEGEND).changed() {
+        actions.push(Action::SetLegend(legend));
+    }
+    let mut compare = state.settings.compare;
+    if ui.checkbox(&mut compare, layers::COMPARE_IN_MENU).changed() {
+        actions.push(Action::ToggleCompare);
     }
     ui.separator();
     let open = state.workspace().is_some();

@@ -9,6 +9,7 @@ mod guidance_bar;
 mod hints;
 mod menu;
 mod opening;
+mod probe;
 mod progress;
 mod start;
 mod stats;
@@ -146,7 +147,13 @@ impl Panels {
             }
         }
         egui::CentralPanel::no_frame().show(ui, |ui| {
-            canvas.show(ui, state, workspace, actions);
+            let room = ui.available_rect_before_wrap();
+            let (over, strip) = room.split_top_bottom_at_y(room.bottom() - probe::HEIGHT);
+            let within = |rect| egui::UiBuilder::new().max_rect(rect);
+            ui.scope_builder(within(over), |ui| canvas.show(ui, state, workspace, actions));
+            ui.scope_builder(within(strip), |ui| {
+                probe::show(ui, workspace, canvas.pointed_at());
+            });
             if !workspace.guidance().is_active() {
                 self.hints.show(ui, state, workspace, canvas.rect(), actions);
             }

@@ -5,14 +5,14 @@ use egui::{Align2, Area, Id, Rect, TextStyle, Ui, vec2};
 use crate::state::AppState;
 use crate::stats::Stats;
 
-/// Draws the measurements over the lower left corner of the canvas.
+/// Draws the measurements over the lower right corner of the canvas.
 pub fn show(ctx: &egui::Context, state: &AppState, canvas: Rect) {
     let Some(stats) = &state.stats else {
         return;
     };
     Area::new(Id::unique("measurements"))
-        .pivot(Align2::LEFT_BOTTOM)
-        .fixed_pos(canvas.left_bottom() + vec2(12.0, -12.0))
+        .pivot(Align2::RIGHT_BOTTOM)
+        .fixed_pos(canvas.right_bottom() + vec2(-12.0, -12.0))
         .interactable(false)
         .show(ctx, |ui| {
             egui::Frame::popup(ui.style()).show(ui, |ui| table(ui, stats));

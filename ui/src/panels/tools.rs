@@ -3,8 +3,8 @@
 use egui::{Align, Layout, Slider, Ui};
 
 use crate::action::{Action, Actions};
-use crate::canvas::{Layer, Tool, View};
-use crate::english::tools as english;
+use crate::canvas::{Tool, View, layer_menu};
+use crate::english::{layers, tools as english};
 use crate::state::{AppState, LARGEST_BRUSH, Settings};
 use crate::widgets::{Icon, icon_button, icon_button_with};
 use crate::workspace::Workspace;
@@ -72,34 +72,24 @@ fn brush(ui: &mut Ui, mut radius: u32, roomy: bool, actions: &mut Actions) {
 }
 
 fn layers(ui: &mut Ui, settings: &Settings, roomy: bool, actions: &mut Actions) {
-    let choices = |ui: &mut Ui, actions: &mut Actions| {
-        for layer in Layer::ALL {
-            let chosen = settings.layer == layer;
-            let choice = ui.selectable_label(chosen, layer.name());
-            if choice.on_hover_text("Q shows the next layer").clicked() {
-                actions.push(Action::ChooseLayer(layer));
-            }
-        }
-    };
-    if roomy {
-        choices(ui, actions);
-    } else {
-        egui::ComboBox::from_id_salt("layer")
-            .selected_text(settings.layer.name())
-            .width(88.0)
-            .show_ui(ui, |ui| choices(ui, actions))
-            .response
-            .accessible_name("Layer");
+    let width = if roomy { 152.0 } else { 88.0 };
+    if let Some(layer) = layer_menu(ui, layers::LAYER, settings.layer, width) {
+        actions.push(Action::ChooseLayer(layer));
+    }
+    if icon_button_with(ui, Icon::Compare, layers::COMPARE, settings.compare).clicked() {
+        actions.push(Action::ToggleCompare);
     }
     ui.add_space(4.0);
     if roomy {
-        ui.label("Opacity");
+        ui.label(layers::OPACITY);
     }
     let mut percent = settings.opacity * 100.0;
-    ui.add_enabled_ui(settings.layer != Layer::Color, |ui| {
+    let other = settings.compare && settings.other_layer.covers();
+    ui.add_enabled_ui(settings.layer.covers() || other, |ui| {
         let slider = Slider::new(&mut percent, 0.0..=100.0).integer().show_value(false);
-        let response = small_slider(ui, slider).accessible_name("Opacity");
-        if response.on_hover_text("Opacity of the layer").changed() {
+        let response = small_slider(ui, slider).accessible_name(layers::OPACITY);
+        let response = response.on_disabled_hover_text(layers::NO_OPACITY);
+        if response.on_hover_text(layers::OPACITY_EXPLAINED).changed() {
             actions.push(Action::SetOpacity(percent / 100.0));
         }
     });

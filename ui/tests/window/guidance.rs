@@ -167,11 +167,11 @@ fn a_name_labels_the_place_and_adds_the_class_where_it_is_new() {
     suggest(&mut window, generation, list);
     press(&mut window, Key::N);
     press(&mut window, Key::C);
-    window.type_into("Class name", "Floor");
+    window.type_into("Find class", "Floor");
     assert_eq!(last_stroke(&window), (3, FLOOR, [20, 30]));
     press(&mut window, Key::N);
     press(&mut window, Key::C);
-    window.type_into("Class name", "lamp");
+    window.type_into("Find class", "lamp");
     assert_eq!(last_stroke(&window), (1, 3, [40, 10]));
     window.harness.get_by_label("lamp, 1 stroke");
     let newest_list = newest(&window);

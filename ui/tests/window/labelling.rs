@@ -4,7 +4,6 @@ use egui::{Key, Modifiers, PointerButton};
 use egui_kittest::kittest::Queryable;
 use inplace_core::session::Command;
 use inplace_core::session::Event;
-use inplace_ui::canvas::Layer;
 
 use crate::stand::*;
 
@@ -90,17 +89,6 @@ fn keys_typed_into_a_text_field_do_nothing_else() {
     assert!(!window.workspace().is_paused());
     window.press(Modifiers::NONE, Key::Escape);
     window.harness.get_by_label("desk pane, 0 strokes");
-}
-
-#[test]
-fn layers_change_by_button_and_by_key() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = Window::with_demo(folder.path());
-    let layer = |window: &Window| window.harness.state().state().settings.layer;
-    window.click("Entropy");
-    assert_eq!(layer(&window), Layer::Entropy);
-    window.press(Modifiers::NONE, Key::Q);
-    assert_eq!(layer(&window), Layer::Color);
 }
 
 #[test]

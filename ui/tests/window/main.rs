@@ -9,6 +9,7 @@ mod classes;
 mod files;
 mod guidance;
 mod labelling;
+mod layers;
 mod preferences;
 mod progress;
 mod projects;

@@ -1,0 +1,279 @@
+//! What the colours of a layer mean, in the lower left corner of its part of the canvas.
+
+use egui::{Color32, FontId, Mesh, Painter, Pos2, Rect, Role, Sense, Shape, Ui, WidgetInfo, pos2, vec2};
+
+use super::content::most_entropy;
+use super::layer::Layer;
+use super::palette::{PALETTE_COLUMNS, Table, Verdict};
+use super::split::Part;
+use crate::english::layers;
+use crate::theme;
+use crate::widgets::swatch;
+use crate::workspace::Workspace;
+
+/// Most classes listed.
+const MOST_CLASSES: usize = 12;
+/// Height of a line, and distance of the border.
+const LINE: f32 = 18.0;
+const PADDING: f32 = 8.0;
+const WIDEST: f32 = 288.0;
+const SWATCH: f32 = 12.0;
+const BAR: egui::Vec2 = vec2(160.0, 10.0);
+/// Legends lie on images, so they are the same in both themes.
+const BACKGROUND: Color32 = Color32::from_rgba_premultiplied(12, 13, 15, 215);
+const TEXT: Color32 = Color32::from_rgb(236, 239, 244);
+const WEAK: Color32 = Color32::from_rgb(178, 184, 194);
+
+/// A line of a legend.
+#[derive(Clone, Debug, PartialEq)]
+enum Row {
+    /// A colour and what it stands for.
+    Swatch([u8; 3], String),
+    /// What pixels without a value look like.
+    Hatched(&'static str),
+    /// A table of colours with the values at its ends.
+    Bar(Table, [String; 2]),
+    /// Words.
+    Title(String),
+    /// Words that matter less.
+    Note(String),
+}
+
+/// Draws the legend of a part of the canvas.
+pub fn show(ui: &Ui, workspace: &Workspace, side: usize, part: Part) {
+    let room = part.clip.height() - 2.0 * theme::GAP - 2.0 * PADDING;
+    let lines = (room / LINE).floor().max(0.0) as usize;
+    let rows = rows(workspace, part.layer, lines.saturating_sub(1).min(MOST_CLASSES));
+    if rows.is_empty() || rows.len() > lines {
+        return;
+    }
+    let painter = ui.painter_at(part.clip);
+    let widest = (part.clip.width() - 2.0 * (theme::GAP + PADDING)).min(WIDEST);
+    let width = rows.iter().map(|row| row.width(&painter)).fold(0.0, f32::max);
+    let width = width.min(widest);
+    if width < 2.0 * LINE {
+        return;
+    }
+    let size = vec2(width, rows.len() as f32 * LINE) + egui::Vec2::splat(2.0 * PADDING);
+    let corner = part.clip.left_bottom() + vec2(theme::GAP, -theme::GAP - size.y);
+    let rect = Rect::from_min_size(corner, size);
+    painter.rect_filled(rect, 6, BACKGROUND);
+    for (index, row) in rows.iter().enumerate() {
+        let top = rect.top() + PADDING + index as f32 * LINE;
+        let line = Rect::from_min_size(pos2(rect.left() + PADDING, top), vec2(width, LINE));
+        row.paint(&painter, line);
+    }
+    // Hovering takes no clicks: what is under the legend can be labelled.
+    let words: Vec<&str> = rows
+        .iter()
+        .map(Row::words)
+        .filter(|words| !words.is_empty())
+        .collect();
+    let words = format!("{}: {}", part.layer.name(), words.join(", "));
+    let response = ui.interact(rect, ui.scope_id().with(("legend", side)), Sense::hover());
+    response.widget_info(|| WidgetInfo::labeled(Role::Label, true, &words));
+}
+
+/// The lines of a layer's legend, with at most so many classes.
+fn rows(workspace: &Workspace, layer: Layer, most: usize) -> Vec<Row> {
+    let shown = workspace.shown();
+    let note = |text: &str| vec![Row::Note(text.to_owned())];
+    let no_view = || {
+        if workspace.has_ended() {
+            workspace.phase_in_words()
+        } else {
+            shown.no_view().unwrap_or(layers::RENDERING)
+        }
+    };
+    match layer {
+        Layer::Color => Vec::new(),
+        Layer::Labels | Layer::Entropy | Layer::Disagreement if shown.map().is_none() => note(layers::NO_MAP),
+        Layer::Labels => class_rows(workspace, most),
+        Layer::Entropy => {
+            let most = most_entropy(workspace.document().palette().0);
+            vec![
+                Row::Title(layer.name().to_owned()),
+                Row::Bar(Table::Entropy, [layers::nats(0.0), layers::nats(most)]),
+            ]
+        }
+        Layer::Disagreement => verdict_rows(workspace),
+        Layer::Depth => depth_rows(workspace).unwrap_or_else(|| match shown.no_view() {
+            None if workspace.frame().is_some_and(|frame| frame.depth.is_some()) => note(layers::PREPARING),
+            None if !workspace.has_ended() => note(layers::RENDERING_DEPTH),
+            _ => note(no_view()),
+        }),
+        Layer::Rendered => match shown.view() {
+            None => note(no_view()),
+            Some(view) => vec![
+                Row::Title(layer.name().to_owned()),
+                Row::Note(layers::after_steps(view.rendered.steps)),
+            ],
+        },
+    }
+}
+
+/// The classes that are visible, in the order of the class list; where there are more than fit, those with the
+/// most pixels.
+fn class_rows(workspace: &Workspace, most: usize) -> Vec<Row> {
+    let Some(visible) = workspace.shown().visible() else {
+        return Vec::new();
+    };
+    let largest = &visible[..visible.len().min(most)];
+    let is_listed = |id| largest.iter().any(|&(class, _)| class == id);
+    let classes = workspace.document().classes().iter();
+    let mut rows: Vec<Row> = classes
+        .filter(|class| is_listed(class.id))
+        .map(|class| Row::Swatch(class.color, class.name.clone()))
+        .collect();
+    if visible.len() > largest.len() {
+        rows.push(Row::Note(layers::and_more(visible.len() - largest.len())));
+    }
+    if rows.is_empty() {
+        rows.push(Row::Note(layers::ALL_VOID.to_owned()));
+    }
+    rows
+}
+
+fn verdict_rows(workspace: &Workspace) -> Vec<Row> {
+    let labels = workspace.document().labels();
+    let frame = workspace.frame_index();
+    let imported = labels.imported.as_deref();
+    let is_imported = imported.is_some_and(|images| images.of_frame(frame).is_some());
+    let is_drawn_on = workspace.document().strokes_of_frame(frame) > 0;
+    if !is_imported && !is_drawn_on {
+        return vec![Row::Note(layers::NOTHING_SAID.to_owned())];
+    }
+    if !workspace.shown().has_verdicts() {
+        return vec![Row::Note(layers::PREPARING.to_owned())];
+    }
+    let mark = |verdict: Verdict, words: &str| {
+        let [r, g, b, _] = verdict.color();
+        Row::Swatch([r, g, b], words.to_owned())
+    };
+    let mut rows = Vec::new();
+    if is_imported {
+        rows.push(mark(Verdict::ImportContradicted, layers::IMPORT_CONTRADICTED));
+    }
+    if is_drawn_on {
+        rows.push(mark(Verdict::StrokeContradicted, layers::STROKE_CONTRADICTED));
+    }
+    rows.push(mark(Verdict::Agreed, layers::AGREED));
+    rows.push(Row::Swatch([86; 3], layers::UNSAID.to_owned()));
+    rows
+}
+
+fn depth_rows(workspace: &Workspace) -> Option<Vec<Row>> {
+    let (plane, measured) = workspace.shown().depth()?;
+    let (title, hole) = if measured {
+        (layers::MEASURED_DEPTH, layers::NO_DEPTH)
+    } else {
+        (layers::RENDERED_DEPTH, layers::NO_RENDERED_DEPTH)
+    };
+    let bar = plane
+        .range
+        .map(|range| Row::Bar(Table::Depth, range.map(layers::metres)));
+    let title = [Row::Title(title.to_owned())].into_iter();
+    Some(title.chain(bar).chain([Row::Hatched(hole)]).collect())
+}
+
+impl Row {
+    fn words(&self) -> &str {
+        match self {
+            Self::Swatch(_, text) | Self::Title(text) | Self::Note(text) => text,
+            Self::Hatched(text) => text,
+            Self::Bar(..) => "",
+        }
+    }
+
+    fn font() -> FontId {
+        FontId::proportional(12.0)
+    }
+
+    fn width(&self, painter: &Painter) -> f32 {
+        let text = |text: &str| {
+            let galley = painter.layout_no_wrap(text.to_owned(), Self::font(), TEXT);
+            galley.size().x.ceil() + 1.0
+        };
+        match self {
+            Self::Swatch(_, words) => SWATCH + 8.0 + text(words),
+            Self::Hatched(words) => SWATCH + 8.0 + text(words),
+            Self::Bar(_, ends) => BAR.x.max(text(&ends[0]) + 16.0 + text(&ends[1])),
+            Self::Title(words) | Self::Note(words) => text(words),
+        }
+    }
+
+    fn paint(&self, painter: &Painter, line: Rect) {
+        let square = Rect::from_center_size(
+            pos2(line.left() + 0.5 * SWATCH, line.center().y),
+            egui::Vec2::splat(SWATCH),
+        );
+        let beside = line.with_min_x(line.left() + SWATCH + 8.0);
+        match self {
+            Self::Swatch(color, words) => {
+                swatch(painter, square.center(), *color, SWATCH);
+                text(painter, beside, words, TEXT);
+            }
+            Self::Hatched(words) => {
+                hatched(painter, square);
+                text(painter, beside, words, TEXT);
+            }
+            Self::Title(words) => text(painter, line, words, TEXT),
+            Self::Note(words) => text(painter, line, words, WEAK),
+            Self::Bar(table, [low, high]) => {
+                let galley = |words: &String| painter.layout_no_wrap(words.clone(), Self::font(), TEXT);
+                let (low, high) = (galley(low), galley(high));
+                let (left, right) = (low.size().x + 6.0, high.size().x + 6.0);
+                let center = line.center().y;
+                let ends = (line.left() + left)..=(line.right() - right);
+                let bar = Rect::from_x_y_ranges(ends, center - 0.5 * BAR.y..=center + 0.5 * BAR.y);
+                painter.add(colors(*table, bar));
+                let top = |height: f32| center - 0.5 * height;
+                painter.galley(pos2(line.left(), top(low.size().y)), low, TEXT);
+                let place = pos2(line.right() - right + 6.0, top(high.size().y));
+                painter.galley(place, high, TEXT);
+            }
+        }
+    }
+}
+
+/// A line of text that is cut where the rectangle ends.
+fn text(painter: &Painter, line: Rect, words: &str, color: Color32) {
+    let format = egui::text::TextFormat::simple(Row::font(), color);
+    let mut job = egui::text::LayoutJob::single_section(words.to_owned(), format);
+    job.wrap = egui::text::TextWrapping::truncate_at_width(line.width());
+    let galley = painter.layout_job(job);
+    let top = line.center().y - 0.5 * galley.size().y;
+    painter.galley(pos2(line.left(), top), galley, color);
+}
+
+/// The colours of a table from left to right.
+fn colors(table: Table, bar: Rect) -> Shape {
+    const STRIPS: usize = 32;
+    let mut mesh = Mesh::default();
+    for strip in 0..=STRIPS {
+        let share = strip as f32 / STRIPS as f32;
+        let [r, g, b, _] = table.color((share * (PALETTE_COLUMNS - 1) as f32) as usize);
+        let color = Color32::from_rgb(r, g, b);
+        let x = bar.left() + share * bar.width();
+        mesh.colored_vertex(pos2(x, bar.top()), color);
+        mesh.colored_vertex(pos2(x, bar.bottom()), color);
+        if strip > 0 {
+            let last = 2 * strip as u32;
+            mesh.add_triangle(last - 2, last - 1, last);
+            mesh.add_triangle(last - 1, last, last + 1);
+        }
+    }
+    Shape::mesh(mesh)
+}
+
+/// Stripes as on pixels without a value.
+fn hatched(painter: &Painter, square: Rect) {
+    painter.rect_filled(square, 3, Color32::from_gray(70));
+    let painter = painter.with_clip_rect(square.intersect(painter.clip_rect()));
+    for step in 0..6 {
+        let x = square.left() + step as f32 * 4.0;
+        let from: Pos2 = pos2(x, square.top());
+        let to = from + vec2(-square.height(), square.height());
+        painter.line_segment([from, to], egui::Stroke::new(1.5, Color32::from_gray(200)));
+    }
+}

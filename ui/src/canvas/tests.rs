@@ -1,0 +1,135 @@
+//! The shader against the composite of the CPU.
+
+use std::sync::Arc;
+
+use egui::{Rect, pos2, vec2};
+use inplace_core::labels::Class;
+use inplace_core::scene::{Camera, ColorImage, Frame, Scene, SceneSource};
+use inplace_core::session::FrameMap;
+
+use super::content::{Content, Image, Picture, ShownMap};
+use super::plane::{DepthPlane, Over, Texels, VERDICTS};
+use super::{Layer, Look, Palette, UploadClock, View, cpu, gpu};
+
+const SIZE: [u32; 2] = [24, 16];
+
+/// A frame of many colours.
+fn scene() -> Arc<Scene> {
+    let [width, height] = SIZE;
+    let rgb = (0..width * height * 3)
+        .map(|index| (index * 37 % 251) as u8)
+        .collect();
+    Arc::new(Scene {
+        source: SceneSource::Demo,
+        format: "test",
+        frames: vec![Frame {
+            stem: "a".to_owned(),
+            path: Default::default(),
+            camera: Camera::with_horizontal_fov(width, height, 90.0),
+            camera_to_world: Default::default(),
+            color: ColorImage::new(width, height, rgb).unwrap(),
+            depth: None,
+            points: Vec::new(),
+            lens: None,
+        }],
+        origin: Default::default(),
+        unit: 1.0,
+        warnings: Vec::new(),
+        notes: Vec::new(),
+    })
+}
+
+/// What each layer lays over that frame.
+fn overs(palette: &Palette) -> Vec<(Layer, Option<Over>)> {
+    let pixels = (SIZE[0] * SIZE[1]) as usize;
+    let labels = (0..pixels).map(|index| (index / 24 % 4) as u16).collect();
+    let entropy = (0..pixels).map(|index| (index * 29) as u16).collect();
+    let map = Arc::new(FrameMap::new(0, 1, SIZE, labels, entropy).unwrap());
+    let shown = ShownMap { map, serial: 4 };
+    let depths: Vec<f32> = (0..pixels).map(|index| (index % 50) as f32 * 0.1).collect();
+    let depth = DepthPlane::new(SIZE, &depths);
+    let made = |values: Arc<[u16]>, serial, reading, greyed| {
+        Some(Over {
+            size: SIZE,
+            texels: Texels::Made(values),
+            serial,
+            reading,
+            greyed,
+        })
+    };
+    let verdicts = (0..pixels).map(|index| (index % 4) as u16).collect();
+    vec![
+        (Layer::Color, None),
+        (Layer::Labels, Some(shown.labels())),
+        (Layer::Entropy, Some(shown.entropy(palette))),
+        (Layer::Disagreement, made(verdicts, 10, VERDICTS, true)),
+        (Layer::Depth, made(depth.values, 14, DepthPlane::READING, false)),
+    ]
+}
+
+#[test]
+fn the_shader_shows_every_layer_as_the_composite_of_the_cpu_does() {
+    let scene = scene();
+    let palette = Palette::new(&[
+        Class::new(1, "wall"),
+        Class::new(2, "floor"),
+        Class::new(300, "lamp"),
+    ]);
+    let picture = Arc::new(Picture::new(&scene.frames[0].color, 2));
+    let size = vec2(SIZE[0] as f32, SIZE[1] as f32);
+    // One point for every pixel of the image, beside the margin of a fitted one.
+    let canvas = Rect::from_min_size(pos2(0.0, 0.0), size + vec2(32.0, 32.0));
+    let placement = View::FITTED.place(canvas, size);
+    assert_eq!(placement.zoom, 1.0);
+    for (layer, over) in overs(&palette) {
+        let look = Look {
+            layer,
+            opacity: 0.6,
+            outlines: false,
+        };
+        let expected = cpu::composite_over(
+            &scene.frames[0].color,
+            over.as_ref(),
+            &palette,
+            look,
+            SIZE.map(|side| side as usize),
+        );
+        let content = Content {
+            image: Image::OfFrame(Arc::clone(&scene), 0),
+            image_serial: 1,
+            picture: Some(Arc::clone(&picture)),
+            over,
+            map: None,
+            palette: Arc::clone(&palette),
+            palette_serial: 1,
+        };
+        let mut harness = egui_kittest::Harness::builder()
+            .with_size(canvas.size())
+            .with_pixels_per_point(1.0)
+            .wgpu()
+            .build_ui(move |ui| {
+                let draw = gpu::Draw {
+                    side: 0,
+                    content: content.clone(),
+                    placement,
+                    look,
+                    target: wgpu::TextureFormat::Rgba8Unorm,
+                    clock: UploadClock::default(),
+                };
+                let callback = egui_wgpu::Callback::new_paint_callback(canvas, draw);
+                ui.painter().with_clip_rect(canvas).add(callback);
+            });
+        harness.run_steps(2);
+        let rendered = harness.render().unwrap();
+        for (index, expected) in expected.pixels.iter().enumerate() {
+            let (x, y) = (index as u32 % SIZE[0], index as u32 / SIZE[0]);
+            let origin = placement.origin.to_vec2();
+            let pixel = rendered.get_pixel(x + origin.x as u32, y + origin.y as u32);
+            let difference = (0..3).map(|c| pixel[c].abs_diff(expected[c])).max();
+            assert!(
+                difference <= Some(1),
+                "{layer:?} at {x}, {y}: {pixel:?} for {expected:?}"
+            );
+        }
+    }
+}

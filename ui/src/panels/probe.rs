@@ -1,0 +1,216 @@
+//! The strip under the canvas: what is known of the pixel under the pointer.
+
+use egui::{Rect, Role, Sense, Ui, WidgetInfo, pos2, vec2};
+use inplace_core::labels::{ClassId, Pixel, VOID};
+use inplace_core::session::PixelAnswer;
+
+use crate::canvas::VOID_COLOR;
+use crate::english::layers;
+use crate::theme;
+use crate::widgets::{line_of_text, swatch};
+use crate::workspace::Workspace;
+
+/// Height of the strip in points.
+pub const HEIGHT: f32 = 26.0;
+
+/// Widths of the cells in points where there is room: pixel, class, runner-up, entropy, depth.
+const WIDTHS: [f32; 5] = [96.0, 216.0, 152.0, 88.0, 104.0];
+/// Cells that share what room is left, or missing.
+const FLEXIBLE: [bool; 5] = [false, true, true, false, false];
+const NARROWEST: f32 = 72.0;
+
+/// What is known of a pixel.
+#[derive(Clone, Debug, PartialEq)]
+struct Reading {
+    pixel: Pixel,
+    class: Option<Named>,
+    runner_up: Option<Named>,
+    entropy: Option<f32>,
+    /// In metres, and whether it is measured.
+    depth: Option<(f32, bool)>,
+}
+
+/// A class with its probability, 0..=1, where that is known.
+#[derive(Clone, Debug, PartialEq)]
+struct Named {
+    name: String,
+    color: [u8; 3],
+    probability: Option<f32>,
+}
+
+/// Draws the strip; its cells stay where they are, whatever is in them.
+pub fn show(ui: &mut Ui, workspace: &Workspace, pixel: Option<Pixel>) {
+    let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::hover());
+    let visuals = ui.visuals();
+    let (weak, text) = (visuals.weak_text_color(), visuals.text_color());
+    ui.painter().rect_filled(rect, 0, visuals.panel_fill);
+    let line = egui::Stroke::new(1.0, theme::line(visuals));
+    ui.painter().hline(rect.x_range(), rect.top() + 0.5, line);
+    let inside = rect.shrink2(vec2(12.0, 0.0));
+    let reading = pixel.map(|pixel| Reading::of(workspace, pixel));
+    let words = reading.as_ref().map(Reading::words);
+    response
+        .widget_info(|| WidgetInfo::labeled(Role::Status, true, words.as_deref().unwrap_or(layers::POINT)));
+    let Some(reading) = reading else {
+        line_of_text(ui, inside, layers::POINT, 12.0, weak);
+        return;
+    };
+    for (index, cell) in cells(inside).into_iter().enumerate() {
+        let class = match index {
+            1 => reading.class.as_ref(),
+            2 => reading.runner_up.as_ref(),
+            _ => None,
+        };
+        let mut place = cell;
+        if let Some(class) = class {
+            let center = pos2(cell.left() + 6.0, cell.center().y);
+            swatch(
+                ui.painter(),
+                center,
+                class.color,
+                if index == 1 { 12.0 } else { 8.0 },
+            );
+            place.min.x += 18.0;
+        }
+        let color = if index == 1 { text } else { weak };
+        if let Some(words) = &reading.cell(index)
+            && place.width() > 0.0
+        {
+            line_of_text(ui, place, words, 12.0, color);
+        }
+    }
+}
+
+/// Where the cells are: the fixed ones as wide as they have to be, the others sharing the rest; those that find
+/// no room are empty.
+fn cells(inside: Rect) -> [Rect; 5] {
+    let wanted: f32 = WIDTHS.iter().sum();
+    let flexible = FLEXIBLE.iter().filter(|&&flexible| flexible).count() as f32;
+    let more = (inside.width() - wanted).min(0.0) / flexible;
+    let mut left = inside.left();
+    std::array::from_fn(|index| {
+        let width = if FLEXIBLE[index] {
+            (WIDTHS[index] + more).max(NARROWEST)
+        } else {
+            WIDTHS[index]
+        };
+        let cell = Rect::from_x_y_ranges(left..=left + width - theme::GAP, inside.y_range());
+        left += width;
+        if cell.right() > inside.right() + 0.5 {
+            Rect::from_min_size(cell.min, vec2(0.0, cell.height()))
+        } else {
+            cell
+        }
+    })
+}
+
+impl Reading {
+    fn of(workspace: &Workspace, pixel: Pixel) -> Self {
+        let answer = workspace.shown_map().and_then(|shown| shown.map.at(pixel));
+        let named = |id: ClassId, probability| {
+            let class = workspace.document().labels().class(id)?;
+            Some(Named {
+                name: class.name.clone(),
+                color: class.color,
+                probability,
+            })
+        };
+        let void = Named {
+            name: layers::VOID.to_owned(),
+            color: VOID_COLOR,
+            probability: None,
+        };
+        // Certain is what was said, not what is likely beyond the steps in which it is kept.
+        let likely = |answer: PixelAnswer| {
+            let probability = answer.probability?;
+            Some(answer.runner_up.map_or(probability, |_| probability.min(0.99)))
+        };
+        Self {
+            pixel,
+            class: answer.and_then(|answer| match answer.class {
+                VOID => Some(void),
+                class => named(class, likely(answer)),
+            }),
+            runner_up: answer.and_then(|answer| named(answer.runner_up?, None)),
+            entropy: answer.map(|answer| answer.entropy),
+            depth: workspace.shown().depth_at(pixel),
+        }
+    }
+
+    /// The words of a cell.
+    fn cell(&self, index: usize) -> Option<String> {
+        match index {
+            0 => Some(format!("{}, {}", self.pixel[0], self.pixel[1])),
+            1 => self.class.as_ref().map(Named::words),
+            2 => self.runner_up.as_ref().map(|class| layers::or(&class.name)),
+            3 => self.entropy.map(layers::nats),
+            _ => self.depth.map(|(depth, measured)| {
+                if measured {
+                    layers::metres(depth)
+                } else {
+                    layers::about(depth)
+                }
+            }),
+        }
+    }
+
+    fn words(&self) -> String {
+        let cells: Vec<String> = (0..WIDTHS.len()).filter_map(|index| self.cell(index)).collect();
+        cells.join("; ")
+    }
+}
+
+impl Named {
+    fn words(&self) -> String {
+        // The number first: a long name is cut at its end.
+        match self.probability {
+            Some(probability) => format!("{} {}", layers::percent(probability), self.name),
+            None => self.name.clone(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pixel_is_read_out_in_words() {
+        let named = |name: &str, probability| Named {
+            name: name.to_owned(),
+            color: [0; 3],
+            probability,
+        };
+        let mut reading = Reading {
+            pixel: [12, 30],
+            class: Some(named("wall", Some(0.874))),
+            runner_up: Some(named("floor", None)),
+            entropy: Some(0.312),
+            depth: Some((2.306, true)),
+        };
+        assert_eq!(reading.words(), "12, 30; 87% wall; or floor; 0.31 nats; 2.31 m");
+        reading.class = Some(named("wall", Some(1.0)));
+        reading.runner_up = None;
+        reading.depth = Some((2.306, false));
+        assert_eq!(reading.words(), "12, 30; 100% wall; 0.31 nats; about 2.31 m");
+        reading.class = Some(named("wall", Some(0.999)));
+        assert!(reading.words().contains("99% wall"));
+    }
+
+    #[test]
+    fn cells_stay_in_the_strip_and_do_not_overlap() {
+        for width in [300.0, 480.0, 656.0, 2000.0] {
+            let strip = Rect::from_min_size(pos2(10.0, 0.0), vec2(width, 26.0));
+            let cells = cells(strip);
+            for pair in cells.windows(2) {
+                assert!(pair[0].right() <= pair[1].left() + 0.01);
+            }
+            assert!(
+                cells
+                    .iter()
+                    .all(|cell| cell.width() == 0.0 || cell.right() <= strip.right() + 0.5)
+            );
+            assert!(cells[1].width() >= 60.0);
+        }
+    }
+}

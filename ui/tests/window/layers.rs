@@ -1,0 +1,220 @@
+//! Layers, their legends, the comparison and the readout under the pointer.
+
+use std::sync::Arc;
+
+use egui::{Key, Modifiers, PointerButton};
+use egui_kittest::kittest::Queryable;
+use inplace_core::scene::ColorImage;
+use inplace_core::session::{Command, Event, FrameMap, RenderedFrame};
+use inplace_ui::canvas::Layer;
+use inplace_ui::english::layers;
+use inplace_ui::state::Settings;
+
+use crate::stand::*;
+
+fn settings(window: &Window) -> Settings {
+    window.harness.state().state().settings
+}
+
+/// The views that the worker was asked for.
+fn asked_views(window: &Window) -> Vec<usize> {
+    let received = window.worker().received();
+    let frame = |command: &Command| match command {
+        Command::Render { frame } => Some(*frame),
+        _ => None,
+    };
+    received.iter().filter_map(frame).collect()
+}
+
+/// The field as seen from a frame after so many steps: two metres away everywhere.
+fn view(frame: usize, steps: u64) -> Event {
+    let (width, height) = (WIDTH / 4, HEIGHT / 4);
+    let pixels = (width * height) as usize;
+    Event::Rendered(Arc::new(RenderedFrame {
+        frame,
+        steps,
+        is_last: true,
+        stride: 4,
+        color: ColorImage::new(width, height, vec![50; 3 * pixels]).unwrap(),
+        depth: vec![2.0; pixels],
+    }))
+}
+
+#[test]
+fn layers_change_by_menu_and_by_key() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = Window::with_demo(folder.path());
+    window.click(layers::LAYER);
+    window.click(Layer::Depth.name());
+    assert_eq!(settings(&window).layer, Layer::Depth);
+    window.press(Modifiers::NONE, Key::Q);
+    assert_eq!(settings(&window).layer, Layer::Rendered);
+    window.press(Modifiers::NONE, Key::Q);
+    assert_eq!(settings(&window).layer, Layer::Color);
+}
+
+#[test]
+fn the_legend_names_the_classes_in_view_and_can_be_switched_off() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = Window::with_demo(folder.path());
+    window.add_class("wall");
+    window.add_class("floor");
+    window
+        .harness
+        .get_by_label(&format!("Labels: {}", layers::NO_MAP));
+    let generation = window.workspace().document().generation();
+    window.worker().publish(0, generation, 2);
+    window.until("the classes are counted", |app| {
+        let visible = app.state().workspace().and_then(|open| open.shown().visible());
+        visible.is_some_and(|classes| classes == [(2, WIDTH * HEIGHT)])
+    });
+    window.harness.get_by_label("Labels: floor");
+    window.click("View");
+    window.click(layers::LEGEND);
+    assert!(window.harness.query_by_label("Labels: floor").is_none());
+}
+
+#[test]
+fn two_layers_are_compared_and_their_border_follows_the_drag() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = Window::with_demo(folder.path());
+    window.press(Modifiers::NONE, Key::W);
+    assert!(settings(&window).compare);
+    window.add_class("wall");
+    window.click(layers::LEFT_LAYER);
+    window.click(Layer::Entropy.name());
+    assert_eq!(
+        (settings(&window).other_layer, settings(&window).layer),
+        (Layer::Entropy, Layer::Labels)
+    );
+    let from = window.harness.get_by_label(layers::HANDLE).rect().center();
+    let to = from + egui::vec2(-100.0, 0.0);
+    window.drag(PointerButton::Primary, &[from, from + egui::vec2(-30.0, 5.0), to]);
+    let at = window.harness.get_by_label(layers::HANDLE).rect().center();
+    assert!((at.x - to.x).abs() < 1.0, "{at} for {to}");
+    assert_eq!(window.strokes(), 0);
+    // Beside the handle both sides are drawn on.
+    for side in [-60.0, 60.0] {
+        window.drag(PointerButton::Primary, &[at + egui::vec2(side, 0.0)]);
+    }
+    assert_eq!(window.strokes(), 2);
+    let before = settings(&window).split;
+    window.harness.get_by_label(layers::HANDLE).focus();
+    window.harness.run_steps(2);
+    window.press(Modifiers::NONE, Key::ArrowRight);
+    assert!(settings(&window).split > before + 0.01);
+    assert_eq!(window.workspace().frame_index(), 0);
+    window.click(layers::COMPARE);
+    assert!(window.harness.query_by_label(layers::HANDLE).is_none());
+}
+
+#[test]
+fn the_readout_says_what_is_known_of_the_pixel_under_the_pointer() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = Window::with_demo(folder.path());
+    window.harness.get_by_label(layers::POINT);
+    window.add_class("wall");
+    let generation = window.workspace().document().generation();
+    window.worker().publish(0, generation, 1);
+    let place = window.canvas(0.0, 0.0);
+    window.harness.event(egui::Event::PointerMoved(place));
+    window.harness.run_steps(3);
+    // The map of the stand-in has 500 steps of entropy everywhere, and no probabilities.
+    let pixel = format!("{}, {}", WIDTH / 2, HEIGHT / 2);
+    window.harness.get_by_label(&format!("{pixel}; wall; 0.05 nats"));
+    window.harness.event(egui::Event::PointerGone);
+    window.harness.run_steps(3);
+    window.harness.get_by_label(layers::POINT);
+}
+
+#[test]
+fn the_field_is_rendered_only_while_it_is_shown_and_once_for_a_frame() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = Window::with_demo(folder.path());
+    assert!(asked_views(&window).is_empty());
+    window.click(layers::LAYER);
+    window.click(Layer::Rendered.name());
+    assert_eq!(asked_views(&window), [0]);
+    window
+        .harness
+        .get_by_label(&format!("Rendered colour: {}", layers::RENDERING));
+    window.worker().events.send(view(0, 300)).unwrap();
+    window.until("the view is shown", |app| {
+        app.state()
+            .workspace()
+            .is_some_and(|open| open.shown().view().is_some())
+    });
+    let steps = layers::after_steps(300);
+    window
+        .harness
+        .get_by_label(&format!("Rendered colour: Rendered colour, {steps}"));
+    assert_eq!(window.workspace().shown().depth_at([9, 9]), Some((2.0, false)));
+    window.press(Modifiers::NONE, Key::D);
+    assert!(window.workspace().shown().view().is_none());
+    assert_eq!(asked_views(&window), [1]);
+    // One that comes late is of another frame.
+    window.worker().events.send(view(0, 400)).unwrap();
+    window.harness.run_steps(5);
+    assert!(window.workspace().shown().view().is_none());
+    let reason = "This network cannot be shown.".to_owned();
+    window.worker().events.send(Event::NotRendered(reason)).unwrap();
+    window.harness.run_steps(3);
+    window
+        .harness
+        .get_by_label("Rendered colour: This network cannot be shown.");
+}
+
+#[test]
+fn a_frame_never_has_the_overlay_of_another_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = Window::with_demo(folder.path());
+    window.worker().publish(0, 3, 1);
+    window.harness.run_steps(3);
+    assert!(window.workspace().shown_map().is_some());
+    window.press(Modifiers::NONE, Key::D);
+    assert!(window.workspace().shown_map().is_none());
+    let (palette, serial) = window.workspace().document().palette();
+    let content = window
+        .workspace()
+        .shown()
+        .content(Layer::Labels, (palette, serial));
+    assert!(content.unwrap().over.is_none());
+    window.press(Modifiers::NONE, Key::A);
+    assert_eq!(window.workspace().shown_map().unwrap().map.frame, 0);
+}
+
+#[test]
+fn strokes_are_marked_where_they_are_undisputed() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = Window::with_demo(folder.path());
+    window.add_class("wall");
+    window.click(layers::LAYER);
+    window.click(Layer::Disagreement.name());
+    let size = [WIDTH, HEIGHT];
+    let pixels = (WIDTH * HEIGHT) as usize;
+    let map = FrameMap::new(0, 1, size, vec![1; pixels], vec![0; pixels]).unwrap();
+    window.worker().maps.publish(map);
+    let event = Event::Map {
+        frame: 0,
+        generation: 1,
+    };
+    window.worker().events.send(event).unwrap();
+    window.harness.run_steps(3);
+    window
+        .harness
+        .get_by_label(&format!("Disagreement: {}", layers::NOTHING_SAID));
+    let place = window.canvas(0.0, 0.0);
+    window.drag(PointerButton::Primary, &[place]);
+    window.until("the strokes are judged", |app| {
+        let Some(open) = app.state().workspace() else {
+            return false;
+        };
+        let content = open
+            .shown()
+            .content(Layer::Disagreement, open.document().palette());
+        let over = content.and_then(|content| content.over);
+        over.is_some_and(|over| over.greyed && over.texels.values().contains(&1))
+    });
+    let words = [layers::STROKE_CONTRADICTED, layers::AGREED, layers::UNSAID].join(", ");
+    window.harness.get_by_label(&format!("Disagreement: {words}"));
+}
