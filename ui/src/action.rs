@@ -2,13 +2,14 @@
 
 use std::path::PathBuf;
 
-use inplace_core::labels::{Class, ClassId, StrokeId, Trust};
+use inplace_core::labels::{Class, ClassId, Pixel, StrokeId, Trust};
 use inplace_core::scene::SceneSource;
 
 use crate::canvas::{Layer, Line, Tool, View};
 use crate::dialogs::{ClassUse, Dialog, Purpose};
 use crate::frames::{FrameFilter, FrameOrder};
 use crate::state::Side;
+use crate::view3d::Space;
 
 /// One thing to do.
 #[derive(Clone, Debug, PartialEq)]
@@ -60,6 +61,13 @@ pub enum Action {
     DeleteSelected,
     /// Gives a stroke another class, which may be void.
     ChangeStrokeClass(StrokeId, ClassId),
+    /// Labels the place of the surface that a pixel of a frame shows with the current class, and stays where one is.
+    LabelSeen {
+        /// Index of the frame.
+        frame: usize,
+        /// The pixel.
+        pixel: Pixel,
+    },
     /// Takes the last edit back.
     Undo,
     /// Does the last undone edit again.
@@ -173,6 +181,12 @@ pub enum Action {
     ToggleTool,
     /// Zooms and pans.
     SetView(View),
+    /// Fits the frame, or the scene in the 3D view.
+    Fit,
+    /// Switches between the frame and the 3D view.
+    ToggleSpace,
+    /// Changes what the 3D view shows.
+    SetSpace(Space),
     /// Pauses or resumes training.
     TogglePause,
     /// Changes what the person prefers in every scene.

@@ -186,8 +186,13 @@ pub static TABLE: &[Row] = &[
     },
     Row {
         shown: "F",
-        does: "Fit the image into the window",
-        bindings: &[key(Key::F, Action::SetView(crate::canvas::View::FITTED))],
+        does: "Fit the image, or the scene in the 3D view, into the window",
+        bindings: &[key(Key::F, Action::Fit)],
+    },
+    Row {
+        shown: "V",
+        does: "Switch between the frame and the 3D view",
+        bindings: &[key(Key::V, Action::ToggleSpace)],
     },
     Row {
         shown: "A and D, Left and Right",

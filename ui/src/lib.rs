@@ -38,6 +38,7 @@ pub mod theme;
 pub mod thumbnails;
 pub mod toasts;
 pub mod trace;
+pub mod view3d;
 pub mod widgets;
 pub mod workspace;
 

@@ -1,19 +1,19 @@
 //! What is shown of a suggested place: its region on the frame, with some room around it.
 
 use egui::{Rect, Vec2, pos2, vec2};
-use inplace_core::guide::Suggestion;
+use inplace_core::labels::Pixel;
 
 /// The smallest part of an image that is shown of a place, along each axis.
 const SMALLEST_PART: f32 = 1.0 / 3.0;
 /// Room around a region, relative to its reach from the place.
 const ROOM: f32 = 1.15;
 
-/// The part of an image, in pixels, that shows a place: as much of its region as possible around the place, not less
-/// than a third of the image along each axis, with the image's aspect. `size` is that of the image in pixels.
-pub fn surroundings(size: Vec2, place: &Suggestion) -> Rect {
-    let [x, y] = place.pixel;
+/// The part of an image, in pixels, that shows a place: as much of its region, which `outline` surrounds, as possible
+/// around the place, not less than a third of the image along each axis, with the image's aspect. `size` is that of the
+/// image in pixels.
+pub fn surroundings(size: Vec2, [x, y]: Pixel, outline: &[[f32; 2]]) -> Rect {
     let center = pos2(x as f32 + 0.5, y as f32 + 0.5);
-    let reach = place.outline.iter().fold(0.0_f32, |reach, &[x, y]| {
+    let reach = outline.iter().fold(0.0_f32, |reach, &[x, y]| {
         let away = (pos2(x, y) - center).abs() / size.max(Vec2::splat(1.0));
         reach.max(away.max_elem())
     });
@@ -39,27 +39,16 @@ mod tests {
     #[test]
     fn what_is_shown_of_a_place_holds_its_region_and_no_less_than_a_third() {
         let size = vec2(300.0, 240.0);
-        let mut shown = Suggestion {
-            frame: 0,
-            pixel: [10, 10],
-            position: Default::default(),
-            outline: Vec::new(),
-            score: 1.0,
-            entropy: 0.5,
-            share: 0.1,
-            classes: Vec::new(),
-        };
-        let small = surroundings(size, &shown);
+        let small = surroundings(size, [10, 10], &[]);
         assert_eq!(small, Rect::from_min_max(pos2(0.0, 0.0), pos2(100.0, 80.0)));
-        shown.pixel = [150, 120];
-        shown.outline = vec![[80.0, 100.0], [200.0, 100.0], [150.0, 170.0]];
-        let region = surroundings(size, &shown);
-        for &[x, y] in &shown.outline {
+        let outline = [[80.0, 100.0], [200.0, 100.0], [150.0, 170.0]];
+        let region = surroundings(size, [150, 120], &outline);
+        for [x, y] in outline {
             assert!(region.contains(pos2(x, y)));
         }
         assert!(region.contains(pos2(150.5, 120.5)) && region.width() < 200.0);
-        shown.outline = vec![[0.0, 0.0], [300.0, 240.0]];
+        let outline = [[0.0, 0.0], [300.0, 240.0]];
         let whole = Rect::from_min_size(pos2(0.0, 0.0), size);
-        assert_eq!(surroundings(size, &shown), whole);
+        assert_eq!(surroundings(size, [150, 120], &outline), whole);
     }
 }

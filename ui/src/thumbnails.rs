@@ -49,8 +49,8 @@ struct Request {
     subject: Subject,
     version: u64,
     source: Source,
-    /// Of a place: what is suggested there.
-    place: Option<Suggestion>,
+    /// Of a place: the outline of its region; empty where it has none.
+    outline: Vec<[f32; 2]>,
 }
 
 struct Made {
@@ -133,7 +133,7 @@ impl Thumbnails {
         version: u64,
         source: impl FnOnce() -> Source,
     ) -> Option<Thumbnail> {
-        self.get_with(subject, version, || (source(), None))
+        self.get_with(subject, version, || (source(), Vec::new()))
     }
 
     /// The newest thumbnail of a suggested place: its [`surroundings`], with what the layer of the source shows in its
@@ -145,27 +145,27 @@ impl Thumbnails {
         source: impl FnOnce() -> Source,
     ) -> Option<Thumbnail> {
         let subject = Subject::Place(place.frame, place.pixel);
-        self.get_with(subject, version, || (source(), Some(place.clone())))
+        self.get_with(subject, version, || (source(), place.outline.clone()))
     }
 
     fn get_with(
         &mut self,
         subject: Subject,
         version: u64,
-        source: impl FnOnce() -> (Source, Option<Suggestion>),
+        source: impl FnOnce() -> (Source, Vec<[f32; 2]>),
     ) -> Option<Thumbnail> {
         let slot = self.slots.entry(subject).or_default();
         slot.wanted = self.clock;
         let idle = slot.asked == slot.arrived;
         if idle && slot.arrived != Some(version) {
             slot.asked = Some(version);
-            let (source, place) = source();
+            let (source, outline) = source();
             // Without the thread there are no pictures.
             let _ = self.requests.send(Request {
                 subject,
                 version,
                 source,
-                place,
+                outline,
             });
         }
         slot.thumbnail.clone()
@@ -196,7 +196,7 @@ impl Request {
                 let height = height.min((width as f32 / aspect).round() as usize).max(1);
                 composite(color, map, &palette, look, [width, height])
             }
-            Subject::Place(..) => {
+            Subject::Place(_, pixel) => {
                 let full = [color.width() as usize, color.height() as usize];
                 let shown = composite(color, map, &palette, look, full);
                 let plain = composite(
@@ -209,7 +209,7 @@ impl Request {
                     },
                     full,
                 );
-                place_picture(&shown, &plain, &self.place?, [width, height])
+                place_picture(&shown, &plain, (pixel, &self.outline), [width, height])
             }
         };
         Some(Made {
@@ -224,11 +224,11 @@ impl Request {
 fn place_picture(
     shown: &egui::ColorImage,
     plain: &egui::ColorImage,
-    place: &Suggestion,
+    (pixel, outline): (Pixel, &[[f32; 2]]),
     largest: [usize; 2],
 ) -> egui::ColorImage {
     let full = plain.size;
-    let part = surroundings(egui::vec2(full[0] as f32, full[1] as f32), place);
+    let part = surroundings(egui::vec2(full[0] as f32, full[1] as f32), pixel, outline);
     let scale = (egui::vec2(largest[0] as f32, largest[1] as f32) / part.size())
         .min_elem()
         .min(1.0);
@@ -237,7 +237,7 @@ fn place_picture(
     let mut pixels = Vec::with_capacity(size[0] * size[1]);
     for row in 0..size[1] {
         let y = part.top() + (row as f32 + 0.5) * step.y;
-        let crossings = crossings(&place.outline, y);
+        let crossings = crossings(outline, y);
         for column in 0..size[0] {
             let x = part.left() + (column as f32 + 0.5) * step.x;
             let inside = crossings.iter().filter(|&&crossing| crossing < x).count() % 2 == 1;
@@ -261,18 +261,10 @@ mod tests {
     fn a_place_shows_labels_inside_its_region_and_the_image_around_it() {
         let [shown, plain] =
             [egui::Color32::RED, egui::Color32::GRAY].map(|color| egui::ColorImage::filled([60, 40], color));
-        let place = Suggestion {
-            frame: 0,
-            pixel: [30, 20],
-            position: Default::default(),
-            outline: vec![[26.0, 16.0], [26.0, 24.0], [34.0, 24.0], [34.0, 16.0]],
-            score: 1.0,
-            entropy: 0.0,
-            share: 0.0,
-            classes: Vec::new(),
-        };
-        let picture = place_picture(&shown, &plain, &place, [300, 300]);
-        let part = surroundings(egui::vec2(60.0, 40.0), &place);
+        let outline = [[26.0, 16.0], [26.0, 24.0], [34.0, 24.0], [34.0, 16.0]];
+        let place = ([30, 20], &outline[..]);
+        let picture = place_picture(&shown, &plain, place, [300, 300]);
+        let part = surroundings(egui::vec2(60.0, 40.0), place.0, place.1);
         assert_eq!(
             picture.size,
             [part.width().round() as usize, part.height().round() as usize]
@@ -284,6 +276,6 @@ mod tests {
             .count();
         assert!((56..=72).contains(&red), "{red} pixels of a region of 64");
         assert_eq!(picture.pixels[0], egui::Color32::GRAY);
-        assert_eq!(place_picture(&shown, &plain, &place, [10, 10]).size[0], 10);
+        assert_eq!(place_picture(&shown, &plain, place, [10, 10]).size[0], 10);
     }
 }

@@ -20,6 +20,7 @@ use crate::session_link::Running;
 use crate::shown::Shown;
 use crate::state::Settings;
 use crate::surroundings::surroundings;
+use crate::view3d::{Answer, Space};
 
 /// An open scene.
 #[derive(Debug)]
@@ -43,8 +44,14 @@ pub struct Workspace {
     state: Option<Arc<ModelState>>,
     ended: bool,
     overview: Overview,
+    /// The surface and what is known of it, since there is one.
+    answer: Option<Answer>,
+    /// Generation of the labels that it follows from.
+    answer_generation: u64,
     /// Zoom and pan.
     pub view: View,
+    /// The 3D view.
+    pub space: Space,
 }
 
 impl Workspace {
@@ -80,7 +87,10 @@ impl Workspace {
             followed: None,
             state: None,
             ended: false,
+            answer: None,
+            answer_generation: 0,
             view: View::FITTED,
+            space: Space::default(),
         };
         workspace.session.send(Command::CheckStrokes);
         workspace.session.send(Command::View { frame: 0 });
@@ -172,6 +182,11 @@ impl Workspace {
     /// Generation of the newest labels that the maps of all frames follow; `None` before there are any.
     pub fn followed(&self) -> Option<u64> {
         self.followed
+    }
+
+    /// The surface that the labels spread over, and what is known of each of its nodes.
+    pub fn answer(&self) -> Option<&Answer> {
+        self.answer.as_ref()
     }
 
     /// The newest model state that the worker handed over.
@@ -313,7 +328,7 @@ impl Workspace {
         };
         let shown = self.scene.frames.get(place.frame).map(|frame| {
             let size = egui::vec2(frame.color.width() as f32, frame.color.height() as f32);
-            (place.frame, surroundings(size, place))
+            (place.frame, surroundings(size, place.pixel, &place.outline))
         });
         if let Some((frame, part)) = shown {
             self.go_to(frame);
@@ -351,6 +366,15 @@ impl Workspace {
         let stroke = edit.strokes.last()?.id;
         self.guidance.answered(index, class, stroke);
         Some(edit)
+    }
+
+    /// Shows all of the frame, or all of the scene in the 3D view.
+    pub fn fit(&mut self) {
+        if self.space.shown {
+            self.space.fit();
+        } else {
+            self.view = View::FITTED;
+        }
     }
 
     /// Makes a class current.
@@ -479,6 +503,7 @@ impl Workspace {
                 if frame == self.frame {
                     self.shown.take_map(self.newest_map());
                 }
+                self.take_answer(frame);
             }
             Event::Suggestions {
                 generation,
@@ -526,6 +551,22 @@ impl Workspace {
 
     fn newest_map(&self) -> Option<Arc<FrameMap>> {
         self.session.maps().and_then(|maps| maps.get(self.frame))
+    }
+
+    /// All maps follow from one surface: the newest of any frame tells the newest answer.
+    fn take_answer(&mut self, frame: usize) {
+        let map = self.session.maps().and_then(|maps| maps.get(frame));
+        let Some(map) = map.filter(|map| map.generation >= self.answer_generation) else {
+            return;
+        };
+        if let Some((surface, posterior)) = map.surface() {
+            self.answer_generation = map.generation;
+            self.answer = Some(Answer {
+                scene: self.serial,
+                surface: Arc::clone(surface),
+                posterior: Arc::clone(posterior),
+            });
+        }
     }
 
     fn send_labels(&self) {

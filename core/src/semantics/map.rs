@@ -39,6 +39,8 @@ pub(super) enum Pixels {
         entropy: Vec<u16>,
         /// `None` where they are not known, as they are not kept on disk.
         likelihood: Option<Likelihood>,
+        /// What they were looked up from.
+        source: Option<(Arc<Surface>, Arc<Posterior>)>,
     },
     /// By the nodes that they show.
     OnSurface(OnSurface),
@@ -158,6 +160,7 @@ impl FrameMap {
                 labels,
                 entropy,
                 likelihood: None,
+                source: None,
             },
         })
     }
@@ -191,6 +194,7 @@ impl FrameMap {
                 confidence: shown.confidence(self.frame, &nodes),
                 runners_up: shown.runners_up(self.frame, &nodes),
             }),
+            source: Some((Arc::clone(&shown.surface), Arc::clone(&shown.posterior))),
         };
         Cow::Owned(Self { pixels, ..*self })
     }
@@ -207,6 +211,7 @@ impl FrameMap {
             labels,
             entropy,
             likelihood,
+            ..
         } = &self.pixels
         else {
             return None;
@@ -223,6 +228,15 @@ impl FrameMap {
             probability: likelihood.map(|known| f32::from(known.confidence[index]) / f32::from(CERTAIN)),
             runner_up: runner_up.filter(|&class| class != VOID),
         })
+    }
+
+    /// The surface that the map follows from, and what is known of each of its nodes; `None` for a map that was
+    /// made pixel by pixel, such as one of a project file.
+    pub fn surface(&self) -> Option<(&Arc<Surface>, &Arc<Posterior>)> {
+        match &self.pixels {
+            Pixels::Listed { source, .. } => source.as_ref().map(|(surface, posterior)| (surface, posterior)),
+            Pixels::OnSurface(shown) => Some((&shown.surface, &shown.posterior)),
+        }
     }
 
     /// Most likely class of every pixel; void where nothing is known or the person said so.
@@ -305,6 +319,7 @@ impl FrameMap {
                     confidence: moved(&known.confidence, 0),
                     runners_up: moved(&known.runners_up, VOID),
                 }),
+                source: None,
             },
             ..*self
         })
@@ -391,6 +406,10 @@ mod tests {
         assert_eq!(map.confidence().as_deref(), Some(&confidence[..]));
         let looked_up = map.looked_up();
         assert!(matches!(looked_up.labels(), Cow::Borrowed(_)) && *looked_up == map);
+        let (surface, posterior) = map.surface().unwrap();
+        let (same_surface, same_posterior) = looked_up.surface().unwrap();
+        assert!(Arc::ptr_eq(surface, same_surface) && Arc::ptr_eq(posterior, same_posterior));
+        assert!(listed.surface().is_none());
         assert_eq!(looked_up.confidence(), map.confidence());
         assert!(looked_up.is_looked_up() && !map.is_looked_up());
         assert_eq!(map.at([0, 0]), None);

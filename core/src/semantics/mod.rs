@@ -18,6 +18,7 @@ mod summary;
 mod surface;
 mod targets;
 mod verdict;
+mod views;
 
 pub use depth::{FieldDepth, pixel_length, pixel_lengths};
 pub use diffusion::diffuse;
@@ -35,6 +36,7 @@ pub use spread::Spread;
 pub use summary::FrameSummary;
 pub use surface::{NO_NODE, Surface};
 pub use verdict::{CrossValidation, Verdict, Verdicts};
+pub use views::best_view;
 
 #[cfg(test)]
 mod tests;

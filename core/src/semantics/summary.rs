@@ -54,6 +54,7 @@ impl FrameMap {
                 labels,
                 entropy,
                 likelihood,
+                ..
             } => {
                 let toss_up = (LN_2 * ENTROPY_STEPS_PER_NAT) as u16;
                 for pixel in 0..labels.len() {

@@ -9,6 +9,7 @@ mod opening;
 mod preferences;
 mod strokes;
 mod view;
+mod view3d;
 mod work;
 
 use std::time::Instant;
@@ -59,6 +60,7 @@ impl App {
             Action::DeleteStroke(stroke) => self.delete_stroke(stroke),
             Action::DeleteSelected => self.delete_selected(),
             Action::ChangeStrokeClass(stroke, class) => self.change_stroke_class(stroke, class),
+            Action::LabelSeen { frame, pixel } => self.label_seen(frame, pixel),
             Action::Undo => self.step(History::undo, Step::Undo),
             Action::Redo => self.step(History::redo, Step::Redo),
 
@@ -128,6 +130,11 @@ impl App {
                 _ => Tool::Erase,
             }),
             Action::SetView(view) => self.with_workspace(|workspace| workspace.view = view),
+            Action::Fit => self.with_workspace(Workspace::fit),
+            Action::ToggleSpace => {
+                self.with_workspace(|workspace| workspace.space.shown = !workspace.space.shown);
+            }
+            Action::SetSpace(space) => self.with_workspace(|workspace| workspace.space = space),
             Action::TogglePause => self.with_workspace(Workspace::toggle_pause),
             Action::SetTheme(theme) => self.set_theme(theme),
             Action::Prefer(change) => self.prefer(change),

@@ -24,8 +24,8 @@ pub use content::{Content, Image, Picture, ShownMap};
 pub use cpu::{Look, composite};
 pub use gpu::UploadClock;
 pub use layer::Layer;
-pub use overlay::{marker, region};
-pub use palette::{Palette, Table, VOID_COLOR, Verdict};
+pub use overlay::{marker, region, stroke_color};
+pub use palette::{PALETTE_COLUMNS, Palette, Table, VOID_COLOR, Verdict};
 pub use plane::{DepthPlane, Over, Reading, Texels, VERDICTS, disagreement, measured_depth};
 pub use preparing::{FieldView, Made, Part, Preparer, Request, STEP as SERIAL_STEP, Said};
 pub use split::layer_menu;
@@ -182,6 +182,20 @@ impl Canvas {
     /// The pixel of the frame under the pointer.
     pub fn pointed_at(&self) -> Option<Pixel> {
         self.pointed_at
+    }
+
+    /// The window's pixel format where wgpu draws it.
+    pub fn target(&self) -> Option<wgpu::TextureFormat> {
+        match self.renderer {
+            Renderer::Gpu(target) => Some(target),
+            Renderer::Cpu(_) => None,
+        }
+    }
+
+    /// Another view has taken the canvas's place.
+    pub fn stand_aside(&mut self, rect: Rect) {
+        self.rect = rect;
+        self.gesture.cancel();
     }
 
     /// Draws the frame in view and follows the pointer.

@@ -14,4 +14,5 @@ pub mod start;
 pub mod strokes;
 pub mod toasts;
 pub mod tools;
+pub mod view3d;
 pub mod work;

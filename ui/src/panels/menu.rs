@@ -3,7 +3,7 @@
 use egui::{Align, Button, Layout, Ui};
 
 use crate::action::{Action, Actions};
-use crate::canvas::{Layer, View};
+use crate::canvas::Layer;
 use crate::dialogs::{Dialog, Purpose};
 use crate::english;
 use crate::english::{layers, work};
@@ -248,7 +248,8 @@ fn view(ui: &mut Ui, state: &AppState, actions: &mut Actions) {
     }
     ui.separator();
     let open = state.workspace().is_some();
-    entry(ui, open, "Fit image", "F", actions, Action::SetView(View::FITTED));
+    entry(ui, open, "Fit", "F", actions, Action::Fit);
+    entry(ui, open, "Frame or 3D view", "V", actions, Action::ToggleSpace);
     ui.separator();
     let window = ui.ctx().content_rect().size();
     for pane in Pane::ALL {

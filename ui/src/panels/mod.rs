@@ -32,6 +32,7 @@ use crate::preferences::{Change, Pane};
 use crate::state::{AppState, Side, Stage};
 use crate::theme;
 use crate::thumbnails::Thumbnails;
+use crate::view3d::View3d;
 use crate::workspace::Workspace;
 
 /// All panels with what each remembers between frames.
@@ -43,6 +44,7 @@ pub struct Panels {
     suggestions: suggestions::SuggestionPanel,
     hints: hints::Hints,
     progress: progress::ProgressPanel,
+    view3d: View3d,
 }
 
 impl Panels {
@@ -58,6 +60,7 @@ impl Panels {
             suggestions: suggestions::SuggestionPanel::new(places),
             hints: hints::Hints::default(),
             progress: progress::ProgressPanel::default(),
+            view3d: View3d::new(ctx),
         }
     }
 
@@ -66,6 +69,9 @@ impl Panels {
         egui::Panel::top("menu")
             .frame(panel_frame(ui, 8, 4))
             .show(ui, |ui| menu::show(ui, state, actions));
+        if !matches!(state.stage, Stage::Open(_)) {
+            self.view3d.forget();
+        }
         match &state.stage {
             Stage::Start => {
                 egui::CentralPanel::default().show(ui, |ui| self.start.show(ui, state, actions));
@@ -147,15 +153,21 @@ impl Panels {
             }
         }
         egui::CentralPanel::no_frame().show(ui, |ui| {
-            let room = ui.available_rect_before_wrap();
-            let (over, strip) = room.split_top_bottom_at_y(room.bottom() - probe::HEIGHT);
-            let within = |rect| egui::UiBuilder::new().max_rect(rect);
-            ui.scope_builder(within(over), |ui| canvas.show(ui, state, workspace, actions));
-            ui.scope_builder(within(strip), |ui| {
-                probe::show(ui, workspace, canvas.pointed_at());
-            });
-            if !workspace.guidance().is_active() {
-                self.hints.show(ui, state, workspace, canvas.rect(), actions);
+            if workspace.space.shown {
+                let rect = self.view3d.show(ui, state, workspace, canvas.target(), actions);
+                canvas.stand_aside(rect);
+            } else {
+                self.view3d.rest();
+                let room = ui.available_rect_before_wrap();
+                let (over, strip) = room.split_top_bottom_at_y(room.bottom() - probe::HEIGHT);
+                let within = |rect| egui::UiBuilder::new().max_rect(rect);
+                ui.scope_builder(within(over), |ui| canvas.show(ui, state, workspace, actions));
+                ui.scope_builder(within(strip), |ui| {
+                    probe::show(ui, workspace, canvas.pointed_at());
+                });
+                if !workspace.guidance().is_active() {
+                    self.hints.show(ui, state, workspace, canvas.rect(), actions);
+                }
             }
             guidance_bar::show(ui, workspace, canvas.rect());
             stats::show(ui.ctx(), state, canvas.rect());

@@ -213,7 +213,7 @@ impl SuggestionPanel {
             return;
         };
         let full = vec2(frame.color.width() as f32, frame.color.height() as f32);
-        let part = surroundings(full, suggestion);
+        let part = surroundings(full, suggestion.pixel, &suggestion.outline);
         let shown = part.size() * (rect.size() / part.size()).min_elem();
         let fitted = Rect::from_center_size(rect.center(), shown);
         let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));

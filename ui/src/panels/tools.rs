@@ -3,13 +3,14 @@
 use egui::{Align, Layout, Slider, Ui};
 
 use crate::action::{Action, Actions};
-use crate::canvas::{Tool, View, layer_menu};
+use crate::canvas::{Tool, layer_menu};
 use crate::english::{layers, tools as english};
 use crate::state::{AppState, LARGEST_BRUSH, Settings};
 use crate::widgets::{Icon, icon_button, icon_button_with};
 use crate::workspace::Workspace;
 
-/// Below this width words give way to tooltips.
+/// Below this width words give way to tooltips, and below the other the layers' names to a list.
+const WORDY: f32 = 760.0;
 const ROOMY: f32 = 640.0;
 /// Below this width sliders are short.
 const SPACIOUS: f32 = 784.0;
@@ -20,25 +21,28 @@ pub const LEAST_WIDTH: f32 = 440.0;
 /// Draws the tool bar.
 pub fn show(ui: &mut Ui, state: &AppState, workspace: &Workspace, actions: &mut Actions) {
     let settings = &state.settings;
-    let roomy = ui.available_width() >= ROOMY;
+    let width = ui.available_width();
+    let (wordy, roomy) = (width >= WORDY, width >= ROOMY);
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 4.0;
-        if ui.available_width() < SPACIOUS {
+        if width < SPACIOUS {
             ui.spacing_mut().slider_width = 56.0;
         }
+        crate::view3d::switch(ui, workspace, actions);
+        ui.separator();
         for tool in Tool::ALL {
             let chosen = settings.tool == tool;
             if icon_button_with(ui, icon_of(tool), english::tool(tool), chosen).clicked() {
                 actions.push(Action::ChooseTool(tool));
             }
         }
-        brush(ui, settings.brush, roomy, actions);
+        brush(ui, settings.brush, wordy, actions);
         ui.separator();
-        layers(ui, settings, roomy, actions);
+        layers(ui, settings, (wordy, roomy), actions);
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             ui.spacing_mut().item_spacing.x = 4.0;
-            if icon_button(ui, Icon::Fit, "Fit image (F)").clicked() {
-                actions.push(Action::SetView(View::FITTED));
+            if icon_button(ui, Icon::Fit, "Fit (F)").clicked() {
+                actions.push(Action::Fit);
             }
             history(ui, workspace, actions);
         });
@@ -55,9 +59,9 @@ fn icon_of(tool: Tool) -> Icon {
     }
 }
 
-fn brush(ui: &mut Ui, mut radius: u32, roomy: bool, actions: &mut Actions) {
+fn brush(ui: &mut Ui, mut radius: u32, wordy: bool, actions: &mut Actions) {
     ui.add_space(4.0);
-    if roomy {
+    if wordy {
         ui.label(english::BRUSH);
     }
     let slider = Slider::new(&mut radius, 0..=LARGEST_BRUSH)
@@ -71,7 +75,7 @@ fn brush(ui: &mut Ui, mut radius: u32, roomy: bool, actions: &mut Actions) {
     ui.add_sized([40.0, 20.0], egui::Label::new(english::pixels(radius)));
 }
 
-fn layers(ui: &mut Ui, settings: &Settings, roomy: bool, actions: &mut Actions) {
+fn layers(ui: &mut Ui, settings: &Settings, (wordy, roomy): (bool, bool), actions: &mut Actions) {
     let width = if roomy { 152.0 } else { 88.0 };
     if let Some(layer) = layer_menu(ui, layers::LAYER, settings.layer, width) {
         actions.push(Action::ChooseLayer(layer));
@@ -80,7 +84,7 @@ fn layers(ui: &mut Ui, settings: &Settings, roomy: bool, actions: &mut Actions) 
         actions.push(Action::ToggleCompare);
     }
     ui.add_space(4.0);
-    if roomy {
+    if wordy {
         ui.label(layers::OPACITY);
     }
     let mut percent = settings.opacity * 100.0;

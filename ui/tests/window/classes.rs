@@ -180,7 +180,7 @@ fn a_locked_class_is_neither_drawn_nor_covered_nor_erased_nor_changed() {
     window.add_class("wall");
     window.add_class("floor");
     // High up, where no message lies over the canvas.
-    let (here, there) = (window.canvas(0.0, -180.0), window.canvas(120.0, -180.0));
+    let (here, there) = (window.canvas(0.0, -120.0), window.canvas(120.0, -120.0));
     window.drag(PointerButton::Primary, &[here]);
     window.harness.get_by_label("floor, 1 stroke");
     window.click("Lock floor");

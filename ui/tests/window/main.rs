@@ -13,6 +13,7 @@ mod layers;
 mod preferences;
 mod progress;
 mod projects;
+mod space;
 mod stand;
 mod start;
 mod strokes;

@@ -107,16 +107,18 @@ fn a_key_that_does_something_else_is_shown_and_can_be_taken() {
     window.press(Modifiers::NONE, Key::F);
     window
         .harness
-        .get_by_label("F is taken: Fit the image into the window.");
+        .get_by_label("F is taken: Fit the image, or the scene in the 3D view, into the window.");
     assert!(preferences(&window).keys.is_default());
     window.choose("Use it here");
     window
         .harness
-        .get_by_label("Fit the image into the window: no key, by default F");
+        .get_by_label("Fit the image, or the scene in the 3D view, into the window: no key, by default F");
     window.harness.get_by_label("Pause or resume training: F");
     // Giving F back takes it from what has it now.
-    window.choose("Reset Fit the image into the window to F");
-    window.harness.get_by_label("Fit the image into the window: F");
+    window.choose("Reset Fit the image, or the scene in the 3D view, into the window to F");
+    window
+        .harness
+        .get_by_label("Fit the image, or the scene in the 3D view, into the window: F");
     window
         .harness
         .get_by_label("Pause or resume training: no key, by default P");

@@ -1,0 +1,401 @@
+//! The camera of the 3D view: it orbits a pivot with a level horizon.
+//!
+//! Camera axes are OpenCV's (x right, y down, z forward), lengths are metres, screen positions and focal
+//! lengths are in points.
+
+use egui::{Pos2, Rect, Vec2, pos2};
+use glam::{Mat3, Mat4, Quat, Vec3, Vec4};
+use inplace_core::scene::{Frame, Scene};
+
+/// Half of the angle that the shorter side of the view spans, in radians.
+const HALF_FIELD_OF_VIEW: f32 = 0.48;
+/// Nothing nearer to the eye is drawn, in metres.
+pub const NEAR: f32 = 0.02;
+/// Nearest and farthest distance from the eye to the pivot, in metres.
+const DISTANCES: (f32, f32) = (0.1, 500.0);
+/// The camera never looks straight up or down, where left and right would swap.
+const STEEPEST: f32 = 1.55;
+/// Radians that a drag over a point of the screen turns the scene by.
+const TURN_PER_POINT: f32 = 0.006;
+
+/// A rotation from level axes, whose y axis points down as gravity does, to the world.
+///
+/// Scenes have arbitrary axes; people hold cameras upright, so down is the mean of the cameras' y axes.
+pub fn level_axes(scene: &Scene) -> Quat {
+    let downs = scene.frames.iter();
+    let sum: Vec3 = downs
+        .map(|frame| Vec3::from(frame.camera_to_world.matrix3.y_axis))
+        .sum();
+    let down = sum.try_normalize().unwrap_or(Vec3::Y);
+    Quat::from_rotation_arc(Vec3::Y, down)
+}
+
+/// A ball around what is to be seen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ball {
+    /// Its centre, in metres.
+    pub center: Vec3,
+    /// Its radius, in metres.
+    pub radius: f32,
+}
+
+/// Which way the camera looks, relative to level axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Direction {
+    /// Turn to the right, in radians.
+    pub yaw: f32,
+    /// Turn upwards, in radians.
+    pub pitch: f32,
+}
+
+impl Default for Direction {
+    /// From above, over the corner of a room.
+    fn default() -> Self {
+        Self {
+            yaw: 0.6,
+            pitch: -0.75,
+        }
+    }
+}
+
+impl Direction {
+    /// That of a unit vector of the world.
+    fn along(level: Quat, forward: Vec3) -> Self {
+        let forward = level.inverse() * forward;
+        Self {
+            yaw: forward.x.atan2(forward.z),
+            pitch: (-forward.y).clamp(-1.0, 1.0).asin().clamp(-STEEPEST, STEEPEST),
+        }
+    }
+
+    fn rotation(self, level: Quat) -> Quat {
+        level * Quat::from_rotation_y(self.yaw) * Quat::from_rotation_x(self.pitch)
+    }
+}
+
+/// A camera that looks at a pivot from a distance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OrbitCamera {
+    /// What it looks at and turns around, in metres.
+    pub pivot: Vec3,
+    /// From the eye to the pivot, in metres.
+    pub distance: f32,
+    /// Which way it looks.
+    pub direction: Direction,
+    /// Level axes to world.
+    pub level: Quat,
+}
+
+impl OrbitCamera {
+    /// Looks at all of a ball.
+    pub fn fitted(ball: Ball, direction: Direction, level: Quat) -> Self {
+        let distance = ball.radius / HALF_FIELD_OF_VIEW.sin();
+        Self {
+            pivot: ball.center,
+            distance: distance.clamp(DISTANCES.0, DISTANCES.1),
+            direction,
+            level,
+        }
+    }
+
+    /// Stands where a frame was taken and looks the same way, at what is this far away; the horizon stays level.
+    pub fn at_frame(frame: &Frame, level: Quat, distance: f32) -> Self {
+        let forward = Vec3::from(frame.camera_to_world.matrix3.z_axis).normalize_or(Vec3::Z);
+        let direction = Direction::along(level, forward);
+        let distance = distance.clamp(DISTANCES.0, DISTANCES.1);
+        let forward = direction.rotation(level) * Vec3::Z;
+        Self {
+            pivot: frame.center() + distance * forward,
+            distance,
+            direction,
+            level,
+        }
+    }
+
+    /// Camera axes to world.
+    pub fn rotation(&self) -> Quat {
+        self.direction.rotation(self.level)
+    }
+
+    /// Where the camera is.
+    pub fn eye(&self) -> Vec3 {
+        self.pivot - self.distance * (self.rotation() * Vec3::Z)
+    }
+
+    /// Turns around the pivot, as a drag over so many points asks for.
+    pub fn orbit(&mut self, drag: Vec2) {
+        let yaw = self.direction.yaw + TURN_PER_POINT * drag.x;
+        self.direction.yaw = yaw.rem_euclid(std::f32::consts::TAU);
+        let pitch = self.direction.pitch - TURN_PER_POINT * drag.y;
+        self.direction.pitch = pitch.clamp(-STEEPEST, STEEPEST);
+    }
+
+    /// Moves sideways so that the pivot follows a drag over so many points.
+    pub fn pan(&mut self, drag: Vec2, area: Rect) {
+        let metres = self.distance / focal_length(area);
+        self.pivot -= self.rotation() * (metres * Vec3::new(drag.x, drag.y, 0.0));
+    }
+
+    /// Comes `factor` times as near; what is at the pivot's depth under a screen position stays there.
+    pub fn zoom_at(&mut self, area: Rect, cursor: Pos2, factor: f32) {
+        let distance = (self.distance / factor).clamp(DISTANCES.0, DISTANCES.1);
+        let moved = 1.0 - distance / self.distance;
+        let aside = (cursor - area.center()) * (self.distance / focal_length(area));
+        self.pivot += self.rotation() * (moved * Vec3::new(aside.x, aside.y, 0.0));
+        self.distance = distance;
+    }
+
+    /// A camera on the way to another: `share` 0 is this one and 1 the other. The eye moves along a straight line.
+    pub fn towards(&self, other: &Self, share: f32) -> Self {
+        let mix = |a: f32, b: f32| a + share * (b - a);
+        let turn = (other.direction.yaw - self.direction.yaw + std::f32::consts::PI)
+            .rem_euclid(std::f32::consts::TAU)
+            - std::f32::consts::PI;
+        let direction = Direction {
+            yaw: self.direction.yaw + share * turn,
+            pitch: mix(self.direction.pitch, other.direction.pitch),
+        };
+        let distance = mix(self.distance, other.distance);
+        let eye = self.eye().lerp(other.eye(), share);
+        let pivot = eye + distance * (direction.rotation(other.level) * Vec3::Z);
+        Self {
+            pivot,
+            distance,
+            direction,
+            level: other.level,
+        }
+    }
+
+    /// What it sees in an area of the screen.
+    pub fn sight(&self, area: Rect) -> Sight {
+        Sight {
+            eye: self.eye(),
+            rotation: Mat3::from_quat(self.rotation()),
+            focal: focal_length(area),
+            area,
+        }
+    }
+}
+
+fn focal_length(area: Rect) -> f32 {
+    0.5 * area.size().min_elem().max(1.0) / HALF_FIELD_OF_VIEW.tan()
+}
+
+/// A ray of the world.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    /// Where it starts, in metres.
+    pub origin: Vec3,
+    /// Unit direction.
+    pub direction: Vec3,
+}
+
+/// A camera with its area of the screen: the way between world and screen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sight {
+    /// Where the camera is, in metres.
+    pub eye: Vec3,
+    /// Camera axes to world.
+    pub rotation: Mat3,
+    /// Focal length in points.
+    pub focal: f32,
+    /// Where it is drawn.
+    pub area: Rect,
+}
+
+impl Sight {
+    /// Screen position of a point of the world, and its depth in metres; `None` behind the near plane.
+    pub fn project(&self, point: Vec3) -> Option<(Pos2, f32)> {
+        let local = self.rotation.transpose() * (point - self.eye);
+        (local.z > NEAR).then(|| {
+            let middle = self.area.center();
+            let scale = self.focal / local.z;
+            (
+                pos2(middle.x + scale * local.x, middle.y + scale * local.y),
+                local.z,
+            )
+        })
+    }
+
+    /// The ray through a screen position.
+    pub fn ray(&self, position: Pos2) -> Ray {
+        let aside = (position - self.area.center()) / self.focal;
+        let direction = self.rotation * Vec3::new(aside.x, aside.y, 1.0);
+        Ray {
+            origin: self.eye,
+            direction: direction.normalize(),
+        }
+    }
+
+    /// World to clip space of the area: x right, y up, depth [`NEAR`] / z, so that nearer is greater.
+    pub fn clip_from_world(&self) -> Mat4 {
+        let size = self.area.size().max(Vec2::splat(1.0));
+        let clip_from_camera = Mat4::from_cols(
+            Vec4::new(2.0 * self.focal / size.x, 0.0, 0.0, 0.0),
+            Vec4::new(0.0, -2.0 * self.focal / size.y, 0.0, 0.0),
+            Vec4::new(0.0, 0.0, 0.0, 1.0),
+            Vec4::new(0.0, 0.0, NEAR, 0.0),
+        );
+        let camera_from_world = self.rotation.transpose();
+        clip_from_camera * Mat4::from_mat3_translation(camera_from_world, -(camera_from_world * self.eye))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use egui::vec2;
+
+    const AREA: Rect = Rect {
+        min: pos2(200.0, 80.0),
+        max: pos2(1000.0, 580.0),
+    };
+    const BALL: Ball = Ball {
+        center: Vec3::new(1.0, -2.0, 3.0),
+        radius: 2.5,
+    };
+
+    fn camera() -> OrbitCamera {
+        let level = Quat::from_rotation_arc(Vec3::Y, Vec3::new(0.3, 0.2, -0.9).normalize());
+        OrbitCamera::fitted(BALL, Direction::default(), level)
+    }
+
+    #[test]
+    fn orbiting_keeps_pivot_and_distance_and_a_level_horizon() {
+        let mut camera = camera();
+        let down = camera.level * Vec3::Y;
+        for drag in [vec2(40.0, 10.0), vec2(-300.0, 900.0), vec2(5.0, -4000.0)] {
+            camera.orbit(drag);
+            assert_eq!(camera.pivot, BALL.center);
+            assert!((camera.eye().distance(camera.pivot) - camera.distance).abs() < 1e-3);
+            assert!((camera.rotation() * Vec3::X).dot(down).abs() < 1e-5);
+            assert!((camera.rotation() * Vec3::Y).dot(down) > 0.0);
+        }
+    }
+
+    #[test]
+    fn dragging_to_the_right_and_down_takes_what_is_near_along() {
+        let mut camera = camera();
+        let near = camera.pivot - 0.5 * (camera.rotation() * Vec3::Z);
+        let (before, _) = camera.sight(AREA).project(near).unwrap();
+        camera.orbit(vec2(20.0, 20.0));
+        let (after, _) = camera.sight(AREA).project(near).unwrap();
+        assert!(after.x > before.x && after.y > before.y);
+    }
+
+    #[test]
+    fn a_fitted_view_shows_the_whole_ball_and_not_much_else() {
+        let sight = camera().sight(AREA);
+        let mut farthest: f32 = 0.0;
+        for step in 0..200 {
+            let (a, b) = (step as f32 * 0.7, step as f32 * 0.11);
+            let side = Vec3::new(a.cos() * b.sin(), a.sin() * b.sin(), b.cos());
+            let (position, _) = sight.project(BALL.center + BALL.radius * side).unwrap();
+            assert!(AREA.contains(position));
+            farthest = farthest.max((position - AREA.center()).y.abs());
+        }
+        assert!(farthest > 0.8 * 0.5 * AREA.height());
+    }
+
+    #[test]
+    fn a_screen_position_survives_the_way_into_the_world_and_back() {
+        let sight = camera().sight(AREA);
+        for position in [AREA.center(), pos2(210.0, 90.0), pos2(700.0, 555.0)] {
+            let ray = sight.ray(position);
+            let (back, _) = sight.project(ray.origin + 3.0 * ray.direction).unwrap();
+            assert!((back - position).length() < 0.01);
+            assert_eq!(sight.project(ray.origin - 3.0 * ray.direction), None);
+        }
+    }
+
+    #[test]
+    fn clip_space_is_the_screen_and_nearer_is_greater() {
+        let sight = camera().sight(AREA);
+        let matrix = sight.clip_from_world();
+        let point = BALL.center + Vec3::new(0.4, -0.3, 0.2);
+        let (position, depth) = sight.project(point).unwrap();
+        let clip = matrix * point.extend(1.0);
+        let screen = AREA.center() + vec2(clip.x, -clip.y) / clip.w * 0.5 * AREA.size();
+        assert!((screen - position).length() < 0.01);
+        assert!((clip.w - depth).abs() < 1e-3 && (clip.z - NEAR).abs() < 1e-4);
+    }
+
+    #[test]
+    fn zooming_keeps_what_is_under_the_cursor_at_the_pivots_depth() {
+        let mut camera = camera();
+        let cursor = pos2(800.0, 200.0);
+        let ray = camera.sight(AREA).ray(cursor);
+        let forward = camera.rotation() * Vec3::Z;
+        let point = ray.origin + ray.direction * (camera.distance / ray.direction.dot(forward));
+        let before = camera.distance;
+        camera.zoom_at(AREA, cursor, 1.5);
+        let (after, _) = camera.sight(AREA).project(point).unwrap();
+        assert!((after - cursor).length() < 0.05);
+        assert!(camera.distance < before);
+    }
+
+    #[test]
+    fn panning_takes_the_pivot_along() {
+        let mut camera = camera();
+        let pivot = camera.pivot;
+        camera.pan(vec2(60.0, -25.0), AREA);
+        let (position, _) = camera.sight(AREA).project(pivot).unwrap();
+        assert!((position - (AREA.center() + vec2(60.0, -25.0))).length() < 0.05);
+    }
+
+    #[test]
+    fn a_flight_starts_here_and_ends_there_by_the_shorter_turn() {
+        let (from, mut to) = (camera(), camera());
+        to.orbit(vec2(-900.0, 100.0));
+        to.pivot += Vec3::ONE;
+        for (share, end) in [(0.0, &from), (1.0, &to)] {
+            let camera = from.towards(&to, share);
+            assert!(camera.eye().distance(end.eye()) < 1e-3);
+            assert!(camera.rotation().angle_between(end.rotation()) < 1e-2);
+        }
+        let turned = from.towards(&to, 1.0).direction.yaw - from.direction.yaw;
+        assert!(turned.abs() <= std::f32::consts::PI + 1e-3);
+    }
+
+    #[test]
+    fn the_view_of_a_frame_is_from_where_it_was_taken_along_its_axis() {
+        let rotation = Quat::from_rotation_y(0.8) * Quat::from_rotation_x(-0.4);
+        let scene = scene_of(glam::Affine3A::from_rotation_translation(
+            rotation,
+            Vec3::new(1.0, 2.0, 3.0),
+        ));
+        let camera = OrbitCamera::at_frame(&scene.frames[0], Quat::IDENTITY, 2.0);
+        assert!(camera.eye().distance(Vec3::new(1.0, 2.0, 3.0)) < 1e-4);
+        assert!(camera.rotation().angle_between(rotation) < 1e-3);
+    }
+
+    #[test]
+    fn down_is_where_the_cameras_feet_are() {
+        // A camera whose image is upright in a world whose z axis points up.
+        let rotation = Mat3::from_cols(Vec3::X, Vec3::NEG_Z, Vec3::Y);
+        let scene = scene_of(glam::Affine3A::from_mat3(rotation));
+        assert!((level_axes(&scene) * Vec3::Y).distance(Vec3::NEG_Z) < 1e-5);
+    }
+
+    fn scene_of(camera_to_world: glam::Affine3A) -> Scene {
+        let frame = Frame {
+            stem: "a".into(),
+            path: std::path::PathBuf::new(),
+            camera: inplace_core::scene::Camera::with_horizontal_fov(4, 3, 90.0),
+            camera_to_world,
+            color: inplace_core::scene::ColorImage::new(4, 3, vec![0; 36]).unwrap(),
+            depth: None,
+            points: Vec::new(),
+            lens: None,
+        };
+        Scene {
+            source: inplace_core::scene::SceneSource::Demo,
+            format: "test",
+            frames: vec![frame],
+            origin: Default::default(),
+            unit: 1.0,
+            warnings: Vec::new(),
+            notes: Vec::new(),
+        }
+    }
+}

@@ -1,0 +1,129 @@
+//! Clicks on the 3D view, and what becomes of them when it is known what they met.
+
+use std::sync::Arc;
+
+use egui::{PointerButton, Pos2, Response, Ui};
+
+use super::View3d;
+use super::camera::{OrbitCamera, Ray, Sight};
+use super::cloud::Prepared;
+use super::controls::Notice;
+use super::overlay::Mark;
+use super::pick::{Hit, Purpose, Question};
+use crate::action::{Action, Actions};
+use crate::english::view3d as english;
+use crate::workspace::Workspace;
+
+/// How far beside a splat a click may be, in points.
+const SLACK: f32 = 3.0;
+
+/// A click that may yet be the first of a double click.
+pub struct Click {
+    /// Where it was.
+    pub position: Pos2,
+    ray: Ray,
+    slack: f32,
+    /// When it is a click of its own.
+    due: f64,
+}
+
+impl View3d {
+    /// A click on a mark goes there, one on the surface labels it, a double click turns around that place.
+    pub(super) fn follow_clicks(
+        &mut self,
+        ui: &Ui,
+        response: &Response,
+        (workspace, prepared): (&Workspace, &Prepared),
+        (camera, sight): (OrbitCamera, Sight),
+        pointed: Option<Mark>,
+    ) {
+        let now = ui.input(|input| input.time);
+        let patience = ui
+            .ctx()
+            .options(|options| options.input_options.max_double_click_delay);
+        let slack = SLACK / sight.focal;
+        let ask = |ray: Ray, slack: f32, purpose: Purpose| Question {
+            serial: workspace.serial(),
+            scene: Arc::clone(workspace.scene()),
+            cloud: Arc::clone(&prepared.cloud),
+            ray,
+            slack,
+            see_through: workspace.space.see_through,
+            purpose,
+        };
+        if let Some(position) = response.interact_pointer_pos() {
+            if response.double_clicked_by(PointerButton::Primary) {
+                self.click = None;
+                self.picker.ask(ask(sight.ray(position), slack, Purpose::Pivot));
+            } else if response.clicked_by(PointerButton::Primary) {
+                if let Some(mark) = pointed {
+                    let frame = match mark {
+                        Mark::Frame(frame) => frame,
+                        Mark::Suggestion(index) => workspace.suggestions()[index].frame,
+                    };
+                    self.fly_to(frame, (workspace, prepared), camera, now, Some(mark));
+                    ui.ctx().request_repaint();
+                } else {
+                    self.click = Some(Click {
+                        position,
+                        ray: sight.ray(position),
+                        slack,
+                        due: now + patience,
+                    });
+                }
+            }
+        }
+        if let Some(click) = self.click.take_if(|click| now >= click.due) {
+            self.asked = Some(click.position);
+            self.picker.ask(ask(click.ray, click.slack, Purpose::Label));
+        } else if let Some(click) = &self.click {
+            let left = (click.due - now).max(0.0);
+            ui.ctx()
+                .request_repaint_after(std::time::Duration::from_secs_f64(left));
+        }
+    }
+
+    /// Does what the answers of the picker are for.
+    pub(super) fn take_answers(
+        &mut self,
+        ui: &Ui,
+        camera: &OrbitCamera,
+        workspace: &Workspace,
+        now: f64,
+        actions: &mut Actions,
+    ) {
+        while let Some(picked) = self.picker.answer() {
+            if picked.scene != workspace.serial() {
+                continue;
+            }
+            match (picked.purpose, picked.hit) {
+                (Purpose::Pivot, Some(hit)) => {
+                    self.turn_to(ui, camera, hit.position, now);
+                }
+                (Purpose::Pivot, None) => {}
+                (Purpose::Label, hit) => {
+                    self.asked = None;
+                    self.label(hit, workspace, now, actions);
+                }
+            }
+        }
+    }
+
+    fn label(&mut self, hit: Option<Hit>, workspace: &Workspace, now: f64, actions: &mut Actions) {
+        let seen = hit.map(|hit| hit.seen);
+        if let Some(Some((frame, pixel))) = seen {
+            actions.push(Action::LabelSeen { frame, pixel });
+            // Without a class the name of the first one is asked for.
+            if let Some(class) = workspace.class() {
+                self.notice = Some(Notice::labelled(workspace, frame, pixel, class, now));
+            }
+        } else {
+            let words = if seen.is_some() {
+                english::NOT_SEEN
+            } else {
+                english::NOTHING_THERE
+            };
+            self.notice = Some(Notice::words(words, now));
+        }
+    }
+}

@@ -1,0 +1,322 @@
+//! The surface as splats, made ready for the renderer on a thread of its own.
+
+use std::sync::Arc;
+
+use bytemuck::{Pod, Zeroable};
+use crossbeam_channel::{Receiver, Sender, unbounded};
+use glam::Vec3;
+use inplace_core::semantics::{Node, Posterior, Surface};
+
+use super::camera::Ball;
+
+/// Share of the nodes on each side of each axis that the ball around the surface may leave out.
+const OUTLIERS: f32 = 0.005;
+
+/// A surface and what is known of its nodes.
+#[derive(Clone, Debug)]
+pub struct Answer {
+    /// Tells scenes apart.
+    pub scene: u64,
+    /// The surface.
+    pub surface: Arc<Surface>,
+    /// Class and entropy of each node.
+    pub posterior: Arc<Posterior>,
+}
+
+impl Answer {
+    /// Whether both are the very same as those of another.
+    pub fn is(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.surface, &other.surface) && Arc::ptr_eq(&self.posterior, &other.posterior)
+    }
+}
+
+/// One splat as the renderer reads it.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Splat {
+    /// In metres.
+    pub position: [f32; 3],
+    /// Side of the voxel, in metres.
+    pub voxel: f32,
+    /// Colour; the last is not used.
+    pub color: [u8; 4],
+    /// Unit normal times 127, zero where there is none; the last is not used.
+    pub normal: [i8; 4],
+}
+
+impl Splat {
+    /// Normal of about unit length; zero where there is none.
+    pub fn normal(&self) -> Vec3 {
+        let [x, y, z, _] = self.normal.map(f32::from);
+        Vec3::new(x, y, z) / 127.0
+    }
+}
+
+/// The splats of a surface, in an order of which every beginning is spread over all of it.
+#[derive(Debug)]
+pub struct Cloud {
+    /// No other cloud of this window has it.
+    pub serial: u64,
+    /// What it was made of.
+    pub surface: Arc<Surface>,
+    /// The splats.
+    pub splats: Vec<Splat>,
+    /// The node of each splat.
+    pub nodes: Vec<u32>,
+    /// Holds nearly all of them.
+    pub ball: Ball,
+}
+
+/// What is known of the splats of a cloud.
+#[derive(Debug)]
+pub struct Values {
+    /// No others of this window have it.
+    pub serial: u64,
+    /// Class in the lower 16 bits, entropy in the upper ones, as in
+    /// [`FrameMap`](inplace_core::session::FrameMap); in the order of the splats.
+    pub values: Vec<u32>,
+}
+
+/// What is drawn.
+#[derive(Clone, Debug)]
+pub struct Prepared {
+    /// The splats.
+    pub cloud: Arc<Cloud>,
+    /// What is known of them.
+    pub values: Arc<Values>,
+    /// What both were made of.
+    pub answer: Answer,
+}
+
+impl Cloud {
+    /// The splats of a surface; what meets nothing, far around it, is left out.
+    pub fn new(surface: &Arc<Surface>, serial: u64) -> Self {
+        let nodes = surface.graph.nodes();
+        let is_near = |&node: &u32| nodes[node as usize].voxel <= surface.voxel * 1.001;
+        let mut order: Vec<u32> = (0..nodes.len() as u32).filter(is_near).collect();
+        order.sort_unstable_by_key(|&node| scrambled(node));
+        let splats: Vec<Splat> = order.iter().map(|&node| splat(&nodes[node as usize])).collect();
+        Self {
+            serial,
+            surface: Arc::clone(surface),
+            ball: ball(&splats),
+            splats,
+            nodes: order,
+        }
+    }
+}
+
+impl Values {
+    /// What a posterior of the cloud's surface says.
+    pub fn new(cloud: &Cloud, posterior: &Posterior, serial: u64) -> Self {
+        let value = |&node: &u32| {
+            let of = |values: &[u16]| u32::from(values.get(node as usize).copied().unwrap_or(0));
+            of(&posterior.labels) | of(&posterior.entropy) << 16
+        };
+        Self {
+            serial,
+            values: cloud.nodes.iter().map(value).collect(),
+        }
+    }
+}
+
+fn splat(node: &Node) -> Splat {
+    let channel = |value: f32| (255.0 * value).round() as u8;
+    let component = |value: f32| (127.0 * value).round() as i8;
+    let (color, normal) = (node.color, node.normal);
+    Splat {
+        position: node.position.to_array(),
+        voxel: node.voxel,
+        color: [channel(color.x), channel(color.y), channel(color.z), 255],
+        normal: [component(normal.x), component(normal.y), component(normal.z), 0],
+    }
+}
+
+/// A bijection that leaves no order (the finaliser of MurmurHash3).
+fn scrambled(mut value: u32) -> u32 {
+    value = (value ^ value >> 16).wrapping_mul(0x85eb_ca6b);
+    value = (value ^ value >> 13).wrapping_mul(0xc2b2_ae35);
+    value ^ value >> 16
+}
+
+/// A ball around the box of the splats without the outermost along each axis.
+fn ball(splats: &[Splat]) -> Ball {
+    let mut low = Vec3::ZERO;
+    let mut high = Vec3::ZERO;
+    let outliers = (OUTLIERS * splats.len() as f32) as usize;
+    let mut values: Vec<f32> = Vec::with_capacity(splats.len());
+    for axis in 0..3 {
+        values.clear();
+        values.extend(splats.iter().map(|splat| splat.position[axis]));
+        if let Some(last) = values.len().checked_sub(1) {
+            low[axis] = *values.select_nth_unstable_by(outliers, f32::total_cmp).1;
+            high[axis] = *values.select_nth_unstable_by(last - outliers, f32::total_cmp).1;
+        }
+    }
+    Ball {
+        center: 0.5 * (low + high),
+        radius: (0.5 * low.distance(high)).max(0.1),
+    }
+}
+
+/// Prepares answers on a thread; the newest wins.
+pub struct Preparer {
+    requests: Sender<Answer>,
+    made: Receiver<Prepared>,
+    asked: Option<Answer>,
+    newest: Option<Prepared>,
+}
+
+impl Preparer {
+    /// Starts the thread; the window is woken whenever something is ready.
+    pub fn new(ctx: egui::Context) -> Self {
+        let (requests, inbox) = unbounded();
+        let (outbox, made) = unbounded();
+        // Without the thread nothing is ever ready, and the view goes on saying that it waits.
+        let _ = std::thread::Builder::new()
+            .name("inplace-cloud".to_owned())
+            .spawn(move || prepare(&inbox, &outbox, &ctx));
+        Self {
+            requests,
+            made,
+            asked: None,
+            newest: None,
+        }
+    }
+
+    /// The newest that is ready; asks for this answer if it has not been asked for. Keeps nothing without one.
+    pub fn get(&mut self, answer: Option<&Answer>) -> Option<&Prepared> {
+        let Some(answer) = answer else {
+            self.asked = None;
+            self.newest = None;
+            return None;
+        };
+        if let Some(made) = self.made.try_iter().last() {
+            self.newest = Some(made);
+        }
+        if !self.asked.as_ref().is_some_and(|asked| asked.is(answer)) {
+            self.asked = Some(answer.clone());
+            // A thread that never started is dealt with above.
+            let _ = self.requests.send(answer.clone());
+        }
+        self.newest.as_ref()
+    }
+}
+
+fn prepare(inbox: &Receiver<Answer>, outbox: &Sender<Prepared>, ctx: &egui::Context) {
+    let mut last: Option<Arc<Cloud>> = None;
+    let mut serial = 0;
+    while let Ok(first) = inbox.recv() {
+        let answer = inbox.try_iter().last().unwrap_or(first);
+        serial += 1;
+        let cloud = match &last {
+            Some(cloud) if Arc::ptr_eq(&cloud.surface, &answer.surface) => Arc::clone(cloud),
+            _ => Arc::new(Cloud::new(&answer.surface, serial)),
+        };
+        last = Some(Arc::clone(&cloud));
+        let values = Arc::new(Values::new(&cloud, &answer.posterior, serial));
+        let prepared = Prepared {
+            cloud,
+            values,
+            answer,
+        };
+        if outbox.send(prepared).is_err() {
+            return;
+        }
+        ctx.request_repaint();
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+    use inplace_core::semantics::SurfaceGraph;
+
+    /// A floor of side x side nodes, 0.1 m apart, that faces up (y is down), with one node on the shell around it.
+    pub fn floor(side: u32) -> Arc<Surface> {
+        let mut nodes: Vec<Node> = (0..side * side)
+            .map(|index| Node {
+                position: Vec3::new(0.1 * (index % side) as f32, 0.0, 0.1 * (index / side) as f32),
+                color: Vec3::new(1.0, 0.5, 0.0),
+                normal: Vec3::NEG_Y,
+                pixels: 1.0,
+                voxel: 0.1,
+            })
+            .collect();
+        nodes.push(Node {
+            position: Vec3::new(0.0, 0.0, 300.0),
+            voxel: 5.0,
+            normal: Vec3::ZERO,
+            ..nodes[0]
+        });
+        Arc::new(Surface {
+            graph: SurfaceGraph::from_edges(nodes, &[]),
+            pixels: Vec::new(),
+            voxel: 0.1,
+        })
+    }
+
+    #[test]
+    fn every_beginning_of_the_splats_is_spread_over_the_surface() {
+        let cloud = Cloud::new(&floor(40), 1);
+        assert_eq!(cloud.splats.len(), 1600, "the shell is left out");
+        let begun = &cloud.splats[..160];
+        for quarter in 0..4 {
+            let right = quarter % 2 == 1;
+            let far = quarter / 2 == 1;
+            let inside =
+                |splat: &&Splat| (splat.position[0] > 1.95) == right && (splat.position[2] > 1.95) == far;
+            let count = begun.iter().filter(inside).count();
+            assert!((20..=60).contains(&count), "{count} of 160 in a quarter");
+        }
+        let radius = 0.5 * (2.0 * 3.9_f32.powi(2)).sqrt();
+        assert!((cloud.ball.radius - radius).abs() < 0.1);
+    }
+
+    #[test]
+    fn values_stand_beside_their_splats() {
+        let cloud = Cloud::new(&floor(3), 1);
+        let posterior = Posterior {
+            labels: (0..10).collect(),
+            entropy: (0..10).map(|node| 100 * node).collect(),
+            ..Posterior::default()
+        };
+        let values = Values::new(&cloud, &posterior, 2);
+        for (value, &node) in values.values.iter().zip(&cloud.nodes) {
+            assert_eq!((value & 0xffff, value >> 16), (node, 100 * node));
+        }
+    }
+
+    #[test]
+    fn the_newest_answer_is_prepared_and_an_older_surface_is_not_made_again() {
+        let mut preparer = Preparer::new(egui::Context::default());
+        let surface = floor(5);
+        let answer = |class: u16| Answer {
+            scene: 1,
+            surface: Arc::clone(&surface),
+            posterior: Arc::new(Posterior {
+                labels: vec![class; 26],
+                entropy: vec![0; 26],
+                ..Posterior::default()
+            }),
+        };
+        let until_ready = |preparer: &mut Preparer, answer: &Answer| {
+            let start = std::time::Instant::now();
+            loop {
+                if let Some(ready) = preparer.get(Some(answer)).filter(|ready| ready.answer.is(answer)) {
+                    return ready.clone();
+                }
+                assert!(start.elapsed().as_secs() < 20, "nothing was prepared");
+                std::thread::sleep(std::time::Duration::from_millis(1));
+            }
+        };
+        let first = until_ready(&mut preparer, &answer(1));
+        let (second, third) = (answer(2), answer(3));
+        preparer.get(Some(&second));
+        let last = until_ready(&mut preparer, &third);
+        assert!(Arc::ptr_eq(&first.cloud, &last.cloud));
+        assert_eq!(last.values.values, [3; 25]);
+        assert_ne!(first.values.serial, last.values.serial);
+        assert!(preparer.get(None).is_none());
+    }
+}

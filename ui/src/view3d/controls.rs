@@ -1,0 +1,186 @@
+//! What stands over the 3D view: buttons, gestures, and notices about clicks.
+
+use egui::{Color32, FontId, Layout, Rect, Sense, Stroke, Ui, UiBuilder, WidgetInfo, pos2, vec2};
+use inplace_core::labels::{ClassId, Pixel};
+
+use super::Space;
+use crate::action::{Action, Actions};
+use crate::canvas::stroke_color;
+use crate::english::view3d as english;
+use crate::surroundings::surroundings;
+use crate::theme;
+use crate::thumbnails::{Subject, Thumbnails};
+use crate::workspace::Workspace;
+
+/// Seconds that a notice is shown.
+const NOTICE_SECONDS: f64 = 5.0;
+const MARGIN: f32 = 12.0;
+
+/// The two buttons that choose what is in the middle of the window.
+pub fn switch(ui: &mut Ui, workspace: &Workspace, actions: &mut Actions) {
+    for (space, name) in [(false, english::SHOW_FRAME), (true, english::SHOW_SPACE)] {
+        let chosen = workspace.space.shown == space;
+        let choice = ui.selectable_label(chosen, name);
+        if choice.on_hover_text(english::SWITCH_HINT).clicked() && !chosen {
+            actions.push(Action::ToggleSpace);
+        }
+    }
+}
+
+/// The view's own controls; returns whether to fly to the frame in view.
+pub fn show(ui: &mut Ui, area: Rect, space: &mut Space) -> bool {
+    let mut fly = false;
+    let place = UiBuilder::new()
+        .max_rect(area.shrink(MARGIN))
+        .layout(Layout::left_to_right(egui::Align::Min));
+    ui.scope_builder(place, |ui| {
+        plate(ui).show(ui, |ui| {
+            ui.horizontal(|ui| {
+                fly = ui.button(english::FLY).on_hover_text(english::FLY_HINT).clicked();
+                ui.checkbox(&mut space.see_through, english::SEE_THROUGH)
+                    .on_hover_text(english::SEE_THROUGH_HINT);
+                ui.checkbox(&mut space.cameras, english::CAMERAS)
+                    .on_hover_text(english::CAMERAS_HINT);
+            });
+        });
+    });
+    fly
+}
+
+/// A plate that words and controls over the splats stand on.
+fn plate(ui: &Ui) -> egui::Frame {
+    egui::Frame::new()
+        .fill(ui.visuals().window_fill.gamma_multiply(0.92))
+        .stroke(Stroke::new(1.0, theme::line(ui.visuals())))
+        .corner_radius(8)
+        .inner_margin(egui::Margin::symmetric(8, 4))
+}
+
+/// Says in the middle why there is nothing to see.
+pub fn empty(ui: &mut Ui, area: Rect, words: &str) {
+    let place = UiBuilder::new()
+        .max_rect(Rect::from_center_size(
+            area.center(),
+            vec2((area.width() - 64.0).min(420.0), 60.0),
+        ))
+        .layout(Layout::top_down(egui::Align::Center));
+    ui.scope_builder(place, |ui| crate::widgets::empty_state(ui, words));
+}
+
+/// The gestures, in the lower right corner.
+pub fn gestures(ui: &Ui, area: Rect) {
+    let visuals = ui.visuals();
+    let font = FontId::proportional(12.0);
+    let mut job = egui::text::LayoutJob::default();
+    for (index, (gesture, does)) in english::GESTURES.into_iter().enumerate() {
+        let gap = if index == 0 { 0.0 } else { 14.0 };
+        let format = |color| egui::TextFormat::simple(font.clone(), color);
+        job.append(gesture, gap, format(visuals.strong_text_color()));
+        job.append(does, 5.0, format(visuals.weak_text_color()));
+    }
+    job.wrap.max_width = area.width() - 2.0 * MARGIN - 16.0;
+    let words: Vec<String> = english::GESTURES
+        .iter()
+        .map(|(gesture, does)| format!("{gesture}: {does}"))
+        .collect();
+    let galley = ui.painter().layout_job(job);
+    let size = galley.size() + vec2(16.0, 8.0);
+    let rect = Rect::from_min_size(area.right_bottom() - size - vec2(MARGIN, MARGIN), size);
+    let fill = visuals.window_fill.gamma_multiply(0.85);
+    ui.painter().rect_filled(rect, 6, fill);
+    ui.painter()
+        .galley(rect.min + vec2(8.0, 4.0), galley, visuals.text_color());
+    let response = ui.interact(rect, ui.scope_id().with("gestures"), Sense::hover());
+    response.widget_info(|| WidgetInfo::labeled(egui::Role::Label, true, words.join(", ")));
+}
+
+/// What became of a click.
+pub struct Notice {
+    words: String,
+    /// The frame, pixel and class that a click was given to.
+    label: Option<(usize, Pixel, ClassId)>,
+    /// When it goes.
+    pub until: f64,
+}
+
+impl Notice {
+    /// Words alone.
+    pub fn words(words: &str, now: f64) -> Self {
+        Self {
+            words: words.to_owned(),
+            label: None,
+            until: now + NOTICE_SECONDS,
+        }
+    }
+
+    /// A click was given to a pixel of a frame.
+    pub fn labelled(workspace: &Workspace, frame: usize, pixel: Pixel, class: ClassId, now: f64) -> Self {
+        let stem = workspace
+            .scene()
+            .frames
+            .get(frame)
+            .map(|frame| frame.stem.as_str());
+        let named = workspace.document().labels().class(class);
+        let name = match named {
+            Some(class) => class.name.as_str(),
+            None => english::VOID_NAME,
+        };
+        Self {
+            words: english::labelled(name, stem.unwrap_or_default()),
+            label: Some((frame, pixel, class)),
+            until: now + NOTICE_SECONDS,
+        }
+    }
+}
+
+/// A notice in the lower left corner, with the frame and the pixel that took the click.
+pub fn notice(ui: &mut Ui, area: Rect, notice: &Notice, workspace: &Workspace, thumbnails: &mut Thumbnails) {
+    const PICTURE: egui::Vec2 = vec2(144.0, 108.0);
+    const WORDS: egui::Vec2 = vec2(240.0, 20.0);
+    let picture_height = notice
+        .label
+        .map_or(0.0, |_| PICTURE.y + ui.spacing().item_spacing.y);
+    let size = WORDS + vec2(16.0, 8.0 + picture_height);
+    // Above the gestures, which may take the whole width.
+    let corner = area.left_bottom() + vec2(MARGIN, -MARGIN - 36.0);
+    let rect = Rect::from_min_size(corner - vec2(0.0, size.y), size);
+    let place = UiBuilder::new()
+        .max_rect(rect)
+        .layout(Layout::top_down(egui::Align::Min));
+    ui.scope_builder(place, |ui| {
+        plate(ui).show(ui, |ui| {
+            if let Some(label) = notice.label {
+                let (rect, _) = ui.allocate_exact_size(PICTURE, Sense::hover());
+                picture(ui, rect, label, workspace, thumbnails);
+            }
+            ui.add(egui::Label::new(&notice.words).truncate());
+        });
+    });
+}
+
+fn picture(
+    ui: &Ui,
+    rect: Rect,
+    (frame, pixel, class): (usize, Pixel, ClassId),
+    workspace: &Workspace,
+    thumbnails: &mut Thumbnails,
+) {
+    let subject = Subject::Place(frame, pixel);
+    let thumbnail = thumbnails.get(subject, 1, || super::plain(workspace));
+    let Some(thumbnail) = thumbnail else {
+        return;
+    };
+    let size = thumbnail.texture.size_vec2();
+    let fitted = Rect::from_center_size(rect.center(), size * (rect.size() / size).min_elem());
+    let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
+    ui.painter()
+        .image(thumbnail.texture.id(), fitted, whole, Color32::WHITE);
+    if let Some(color) = workspace.scene().frames.get(frame).map(|frame| &frame.color) {
+        let part = surroundings(vec2(color.width() as f32, color.height() as f32), pixel, &[]);
+        let place = pos2(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5);
+        let center = fitted.min + (place - part.min) / part.size() * fitted.size();
+        let color = stroke_color(workspace, class);
+        ui.painter()
+            .circle(center, 4.0, color, Stroke::new(1.5, Color32::WHITE));
+    }
+}

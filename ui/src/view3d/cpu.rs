@@ -1,0 +1,112 @@
+//! A thinned cloud drawn by egui's painter, for windows without wgpu.
+
+use egui::epaint::{Mesh, Vertex, WHITE_UV};
+use egui::{Color32, Painter, Pos2, Shape, vec2};
+use glam::Vec3;
+
+use super::camera::Sight;
+use super::cloud::{Prepared, Splat};
+use super::gpu::SplatLook;
+use super::pick::SPLAT_RADIUS;
+use crate::canvas::{Layer, Palette, Table};
+
+/// Most splats drawn: egui cuts them into triangles anew in every frame.
+const MOST: usize = 6_000;
+
+/// Draws the beginning of the splats as squares, the farthest first.
+pub fn draw(painter: &Painter, prepared: &Prepared, sight: &Sight, look: SplatLook, palette: &Palette) {
+    let splats = &prepared.cloud.splats;
+    let count = splats.len().min(MOST);
+    let growth = (splats.len() as f32 / count.max(1) as f32).sqrt();
+    let values = &prepared.values.values[..count];
+    let mut squares: Vec<(f32, Pos2, f32, Color32)> = splats[..count]
+        .iter()
+        .zip(values)
+        .filter(|(splat, _)| !(look.see_through && faces_away(splat, sight.eye)))
+        .filter_map(|(splat, &value)| {
+            let (center, depth) = sight.project(Vec3::from(splat.position))?;
+            let half = (SPLAT_RADIUS * growth * splat.voxel * sight.focal / depth).max(1.0);
+            let [r, g, b] = colored(splat, value, look, palette);
+            Some((depth, center, half, Color32::from_rgb(r, g, b)))
+        })
+        .collect();
+    squares.sort_unstable_by(|a, b| b.0.total_cmp(&a.0));
+    let mut mesh = Mesh::default();
+    for (_, center, half, color) in squares {
+        let first = mesh.vertices.len() as u32;
+        for (x, y) in [(-half, -half), (half, -half), (-half, half), (half, half)] {
+            mesh.vertices.push(Vertex {
+                pos: center + vec2(x, y),
+                uv: WHITE_UV,
+                color,
+            });
+        }
+        mesh.add_triangle(first, first + 1, first + 2);
+        mesh.add_triangle(first + 1, first + 2, first + 3);
+    }
+    painter.add(Shape::mesh(mesh));
+}
+
+/// Column of an entropy in its table.
+fn column(steps: u32, palette: &Palette) -> usize {
+    (steps as f32 * palette.entropy_scale()) as usize
+}
+
+fn faces_away(splat: &Splat, eye: Vec3) -> bool {
+    splat.normal().dot(eye - Vec3::from(splat.position)) < 0.0
+}
+
+fn colored(splat: &Splat, value: u32, look: SplatLook, palette: &Palette) -> [u8; 3] {
+    let over = match look.layer {
+        Layer::Labels => palette.class((value & 0xffff) as u16),
+        Layer::Entropy => palette.value(Table::Entropy, column(value >> 16, palette)),
+        _ => [0; 4],
+    };
+    let alpha = look.opacity * f32::from(over[3]) / 255.0;
+    std::array::from_fn(|channel| {
+        let under = f32::from(splat.color[channel]);
+        (under + alpha * (f32::from(over[channel]) - under)).round() as u8
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use inplace_core::labels::Class;
+
+    #[test]
+    fn labels_and_entropy_cover_the_colour_by_their_opacity() {
+        let splat = Splat {
+            position: [0.0; 3],
+            voxel: 0.1,
+            color: [10, 20, 30, 255],
+            normal: [0; 4],
+        };
+        let mut class = Class::new(1, "wall");
+        class.color = [210, 120, 30];
+        let palette = Palette::new(&[class]);
+        let look = |layer, opacity| SplatLook {
+            layer,
+            opacity,
+            see_through: true,
+            background: Color32::BLACK,
+        };
+        assert_eq!(
+            colored(&splat, 1, look(Layer::Labels, 0.5), &palette),
+            [110, 70, 30]
+        );
+        assert_eq!(
+            colored(&splat, 0, look(Layer::Labels, 0.5), &palette),
+            [10, 20, 30]
+        );
+        assert_eq!(
+            colored(&splat, 1, look(Layer::Color, 1.0), &palette),
+            [10, 20, 30]
+        );
+        let [r, g, b, _] = palette.value(Table::Entropy, column(7, &palette));
+        assert_eq!(
+            colored(&splat, 7 << 16, look(Layer::Entropy, 1.0), &palette),
+            [r, g, b]
+        );
+    }
+}

@@ -1,0 +1,502 @@
+//! The splats drawn by wgpu into a picture of their own, which has depth, and that picture in the window.
+//!
+//! The picture is drawn anew only when it would differ. While the camera moves, the beginning of the splats is drawn
+//! larger, as many as the pace of the window allows; at rest all of them are drawn, over several frames where they are
+//! too many for one, into a second picture that takes the place of the first when it is complete.
+
+use std::sync::Arc;
+
+use bytemuck::{Pod, Zeroable};
+use egui_wgpu::{CallbackResources, CallbackTrait, ScreenDescriptor};
+use glam::Mat4;
+use wgpu::util::DeviceExt;
+
+use super::camera::Sight;
+use super::cloud::{Prepared, Splat};
+use super::pace::Progress;
+use super::pick::SPLAT_RADIUS;
+use super::targets::{Picture, Target};
+use crate::canvas::{Layer, PALETTE_COLUMNS, Palette, Table};
+
+/// Least radius of a splat in physical pixels.
+const LEAST_PIXELS: f32 = 0.8;
+/// A beginning of the splats is drawn at most so many times as large.
+const MOST_GROWTH: f32 = 4.0;
+/// More than their number asks for: a random part of the splats leaves holes between clumps.
+const CLUMPS: f32 = 1.3;
+
+/// How the splats are coloured, and which of them are drawn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SplatLook {
+    /// What lies over their colour.
+    pub layer: Layer,
+    /// How much it covers, 0..=1.
+    pub opacity: f32,
+    /// Whether splats that face away are left out.
+    pub see_through: bool,
+    /// What is behind them.
+    pub background: egui::Color32,
+}
+
+/// One view of the splats.
+pub struct Draw {
+    /// The splats and what is known of them.
+    pub prepared: Prepared,
+    /// Where they are seen from, and where on the screen.
+    pub sight: Sight,
+    /// How they are coloured.
+    pub look: SplatLook,
+    /// The classes' colours, and a number that changes with them.
+    pub palette: (Arc<Palette>, u64),
+    /// Whether the camera is moving.
+    pub moving: bool,
+    /// Splats that may be drawn in this frame.
+    pub budget: usize,
+    /// The window's pixel format.
+    pub target: wgpu::TextureFormat,
+    /// Learns how many were drawn.
+    pub progress: Arc<Progress>,
+    /// To go on in the next frame.
+    pub ctx: egui::Context,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct SplatUniforms {
+    clip_from_world: [f32; 16],
+    eye: [f32; 3],
+    radius: f32,
+    least: f32,
+    opacity: f32,
+    entropy_scale: f32,
+    layer: u32,
+    class_rows: u32,
+    entropy_row: u32,
+    see_through: u32,
+    padding: u32,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct PlaceUniforms {
+    origin: [f32; 2],
+    linear_target: u32,
+    padding: u32,
+}
+
+/// A buffer or texture and the serial number of what it holds.
+struct Held<T> {
+    serial: u64,
+    held: T,
+}
+
+/// What stays with the renderer between frames.
+pub struct Renderer {
+    splat_pipeline: wgpu::RenderPipeline,
+    splat_layout: wgpu::BindGroupLayout,
+    splat_uniforms: wgpu::Buffer,
+    show_pipeline: wgpu::RenderPipeline,
+    show_layout: wgpu::BindGroupLayout,
+    place_uniforms: wgpu::Buffer,
+    splats: Option<Held<wgpu::Buffer>>,
+    values: Option<Held<wgpu::Buffer>>,
+    /// Binds the uniforms and the palette.
+    palette: Option<Held<wgpu::BindGroup>>,
+    /// What is shown, and what is being drawn to take its place.
+    targets: Option<[Target; 2]>,
+}
+
+impl Renderer {
+    /// Draws into windows of this format.
+    pub fn new(device: &wgpu::Device, target: wgpu::TextureFormat) -> Self {
+        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some("splats"),
+            source: wgpu::ShaderSource::Wgsl(include_str!("points.wgsl").into()),
+        });
+        let splat_layout = layout(device, 0, wgpu::ShaderStages::VERTEX);
+        let show_layout = layout(device, 2, wgpu::ShaderStages::FRAGMENT);
+        let uniforms = |size: usize| {
+            device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("splats"),
+                size: size as u64,
+                usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            })
+        };
+        Self {
+            splat_pipeline: splat_pipeline(device, &module, &splat_layout),
+            splat_layout,
+            splat_uniforms: uniforms(size_of::<SplatUniforms>()),
+            show_pipeline: show_pipeline(device, &module, &show_layout, target),
+            show_layout,
+            place_uniforms: uniforms(size_of::<PlaceUniforms>()),
+            splats: None,
+            values: None,
+            palette: None,
+            targets: None,
+        }
+    }
+
+    /// Uploads what is new and draws what is missing from the picture.
+    pub fn prepare(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        encoder: &mut wgpu::CommandEncoder,
+        draw: &Draw,
+        pixels_per_point: f32,
+    ) {
+        self.upload(device, queue, draw);
+        let size = draw.size(pixels_per_point);
+        if self.targets.as_ref().is_none_or(|[shown, _]| shown.size != size) {
+            let target = || Target::new(device, size, &self.show_layout, &self.place_uniforms);
+            self.targets = Some([target(), target()]);
+        }
+        let area = draw.sight.area;
+        let place = PlaceUniforms {
+            origin: [area.left(), area.top()].map(|v| (v * pixels_per_point).round()),
+            linear_target: u32::from(draw.target.is_srgb()),
+            padding: 0,
+        };
+        queue.write_buffer(&self.place_uniforms, 0, bytemuck::bytes_of(&place));
+
+        let total = draw.prepared.cloud.splats.len();
+        let wanted = draw.picture();
+        let Some([shown, next]) = &mut self.targets else {
+            return;
+        };
+        if shown.holds(&wanted, total) || draw.moving && shown.picture.as_ref() == Some(&wanted) {
+            draw.progress.tell(0);
+            return;
+        }
+        let same_view = |target: &Target| target.picture.as_ref().is_some_and(|own| own.same_view(&wanted));
+        let budget = draw.budget.max(1);
+        let (range, growth) = if draw.moving || !same_view(shown) {
+            next.picture = None;
+            shown.picture = Some(wanted);
+            shown.drawn = 0;
+            let count = budget.min(total);
+            let sparse = if count < total {
+                CLUMPS * (total as f32 / count as f32).sqrt()
+            } else {
+                1.0
+            };
+            (0..count, sparse.min(MOST_GROWTH))
+        } else {
+            // One that was begun is finished, even if there are newer values: those come next.
+            if !same_view(next) || next.drawn >= total {
+                next.picture = Some(wanted);
+                next.drawn = 0;
+            }
+            (next.drawn..(next.drawn + budget).min(total), 1.0)
+        };
+        let coarse = next.picture.is_none();
+        let target = if coarse { shown } else { next };
+        let uniforms = draw.uniforms(growth, pixels_per_point);
+        queue.write_buffer(&self.splat_uniforms, 0, bytemuck::bytes_of(&uniforms));
+        let mut pass = target.pass(encoder, draw.look.background);
+        if let (Some(splats), Some(values), Some(palette)) = (&self.splats, &self.values, &self.palette) {
+            pass.set_pipeline(&self.splat_pipeline);
+            pass.set_bind_group(0, &palette.held, &[]);
+            pass.set_vertex_buffer(0, splats.held.slice(..));
+            pass.set_vertex_buffer(1, values.held.slice(..));
+            pass.draw(0..4, range.start as u32..range.end as u32);
+        }
+        drop(pass);
+        target.drawn = range.end;
+        let complete = target.drawn >= total;
+        if complete && !coarse {
+            self.targets
+                .as_mut()
+                .into_iter()
+                .for_each(|targets| targets.swap(0, 1));
+        }
+        draw.progress.tell(range.len());
+        // Newer values may have come while this picture was drawn.
+        draw.ctx.request_repaint();
+    }
+
+    fn upload(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, draw: &Draw) {
+        let Prepared { cloud, values, .. } = &draw.prepared;
+        let vertices = |contents: &[u8]| {
+            device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+                label: Some("splats"),
+                contents,
+                usage: wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::COPY_DST,
+            })
+        };
+        if self
+            .splats
+            .as_ref()
+            .is_none_or(|held| held.serial != cloud.serial)
+        {
+            self.splats = Some(Held {
+                serial: cloud.serial,
+                held: vertices(bytemuck::cast_slice(&cloud.splats)),
+            });
+        }
+        if self
+            .values
+            .as_ref()
+            .is_none_or(|held| held.serial != values.serial)
+        {
+            self.values = Some(Held {
+                serial: values.serial,
+                held: vertices(bytemuck::cast_slice(&values.values)),
+            });
+        }
+        let (palette, serial) = &draw.palette;
+        if self.palette.as_ref().is_none_or(|held| held.serial != *serial) {
+            let texture = device.create_texture_with_data(
+                queue,
+                &wgpu::TextureDescriptor {
+                    label: Some("splat palette"),
+                    size: wgpu::Extent3d {
+                        width: PALETTE_COLUMNS as u32,
+                        height: palette.rows() as u32,
+                        depth_or_array_layers: 1,
+                    },
+                    mip_level_count: 1,
+                    sample_count: 1,
+                    dimension: wgpu::TextureDimension::D2,
+                    format: wgpu::TextureFormat::Rgba8Unorm,
+                    usage: wgpu::TextureUsages::TEXTURE_BINDING,
+                    view_formats: &[],
+                },
+                wgpu::util::TextureDataOrder::LayerMajor,
+                &palette.texels(),
+            );
+            let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
+            let held = bind(device, &self.splat_layout, 0, &self.splat_uniforms, &view);
+            self.palette = Some(Held {
+                serial: *serial,
+                held,
+            });
+        }
+    }
+}
+
+impl Draw {
+    /// Size of the picture in physical pixels.
+    fn size(&self, pixels_per_point: f32) -> [u32; 2] {
+        let size = self.sight.area.size() * pixels_per_point;
+        [size.x, size.y].map(|v| v.round().clamp(1.0, 8192.0) as u32)
+    }
+
+    fn picture(&self) -> Picture {
+        Picture {
+            clip_from_world: self.sight.clip_from_world(),
+            cloud: self.prepared.cloud.serial,
+            values: self.prepared.values.serial,
+            palette: self.palette.1,
+            look: self.look,
+        }
+    }
+
+    fn uniforms(&self, growth: f32, pixels_per_point: f32) -> SplatUniforms {
+        let palette = &self.palette.0;
+        let clip_from_world: Mat4 = self.sight.clip_from_world();
+        SplatUniforms {
+            clip_from_world: clip_from_world.to_cols_array(),
+            eye: self.sight.eye.to_array(),
+            radius: SPLAT_RADIUS * growth,
+            least: growth * LEAST_PIXELS / (self.sight.focal * pixels_per_point),
+            opacity: self.look.opacity,
+            entropy_scale: palette.entropy_scale(),
+            layer: match self.look.layer {
+                Layer::Labels => 1,
+                Layer::Entropy => 2,
+                _ => 0,
+            },
+            class_rows: palette.class_rows() as u32,
+            entropy_row: palette.row(Table::Entropy) as u32,
+            see_through: u32::from(self.look.see_through),
+            padding: 0,
+        }
+    }
+}
+
+impl CallbackTrait for Draw {
+    fn prepare(
+        &self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        screen: &ScreenDescriptor,
+        encoder: &mut wgpu::CommandEncoder,
+        resources: &mut CallbackResources,
+    ) -> Vec<wgpu::CommandBuffer> {
+        let renderer = resources
+            .entry::<Renderer>()
+            .or_insert_with(|| Renderer::new(device, self.target));
+        renderer.prepare(device, queue, encoder, self, screen.pixels_per_point);
+        Vec::new()
+    }
+
+    fn paint(
+        &self,
+        _info: egui::PaintCallbackInfo,
+        pass: &mut wgpu::RenderPass<'static>,
+        resources: &CallbackResources,
+    ) {
+        let renderer = resources.get::<Renderer>();
+        if let Some((renderer, [shown, _])) = renderer.and_then(|own| Some((own, own.targets.as_ref()?))) {
+            pass.set_pipeline(&renderer.show_pipeline);
+            pass.set_bind_group(0, &shown.bind_group, &[]);
+            pass.draw(0..3, 0..1);
+        }
+    }
+}
+
+/// Uniforms and a texture, bound at two consecutive numbers.
+fn layout(device: &wgpu::Device, first: u32, visibility: wgpu::ShaderStages) -> wgpu::BindGroupLayout {
+    let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility,
+        ty,
+        count: None,
+    };
+    let uniforms = wgpu::BindingType::Buffer {
+        ty: wgpu::BufferBindingType::Uniform,
+        has_dynamic_offset: false,
+        min_binding_size: None,
+    };
+    let texture = wgpu::BindingType::Texture {
+        sample_type: wgpu::TextureSampleType::Float { filterable: false },
+        view_dimension: wgpu::TextureViewDimension::D2,
+        multisampled: false,
+    };
+    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: Some("splats"),
+        entries: &[entry(first, uniforms), entry(first + 1, texture)],
+    })
+}
+
+/// Binds uniforms and a texture to a [`layout`].
+pub fn bind(
+    device: &wgpu::Device,
+    layout: &wgpu::BindGroupLayout,
+    first: u32,
+    uniforms: &wgpu::Buffer,
+    texture: &wgpu::TextureView,
+) -> wgpu::BindGroup {
+    device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: Some("splats"),
+        layout,
+        entries: &[
+            wgpu::BindGroupEntry {
+                binding: first,
+                resource: uniforms.as_entire_binding(),
+            },
+            wgpu::BindGroupEntry {
+                binding: first + 1,
+                resource: wgpu::BindingResource::TextureView(texture),
+            },
+        ],
+    })
+}
+
+fn splat_pipeline(
+    device: &wgpu::Device,
+    module: &wgpu::ShaderModule,
+    layout: &wgpu::BindGroupLayout,
+) -> wgpu::RenderPipeline {
+    let splats = wgpu::VertexBufferLayout {
+        array_stride: size_of::<Splat>() as u64,
+        step_mode: wgpu::VertexStepMode::Instance,
+        attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32, 2 => Unorm8x4, 3 => Snorm8x4],
+    };
+    let values = wgpu::VertexBufferLayout {
+        array_stride: size_of::<u32>() as u64,
+        step_mode: wgpu::VertexStepMode::Instance,
+        attributes: &wgpu::vertex_attr_array![4 => Uint32],
+    };
+    let depth = wgpu::DepthStencilState {
+        format: super::targets::DEPTH_FORMAT,
+        depth_write_enabled: Some(true),
+        // Nearer is greater.
+        depth_compare: Some(wgpu::CompareFunction::Greater),
+        stencil: wgpu::StencilState::default(),
+        bias: wgpu::DepthBiasState::default(),
+    };
+    pipeline(
+        device,
+        module,
+        layout,
+        ["splat", "disc"],
+        &[Some(splats), Some(values)],
+        wgpu::PrimitiveTopology::TriangleStrip,
+        Some(depth),
+        super::targets::COLOR_FORMAT,
+    )
+}
+
+fn show_pipeline(
+    device: &wgpu::Device,
+    module: &wgpu::ShaderModule,
+    layout: &wgpu::BindGroupLayout,
+    target: wgpu::TextureFormat,
+) -> wgpu::RenderPipeline {
+    let topology = wgpu::PrimitiveTopology::TriangleList;
+    pipeline(
+        device,
+        module,
+        layout,
+        ["cover", "show"],
+        &[],
+        topology,
+        None,
+        target,
+    )
+}
+
+#[expect(
+    clippy::too_many_arguments,
+    reason = "the few of a pipeline's many settings that differ"
+)]
+fn pipeline(
+    device: &wgpu::Device,
+    module: &wgpu::ShaderModule,
+    layout: &wgpu::BindGroupLayout,
+    [vertex, fragment]: [&str; 2],
+    buffers: &[Option<wgpu::VertexBufferLayout<'_>>],
+    topology: wgpu::PrimitiveTopology,
+    depth_stencil: Option<wgpu::DepthStencilState>,
+    format: wgpu::TextureFormat,
+) -> wgpu::RenderPipeline {
+    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: Some("splats"),
+        bind_group_layouts: &[Some(layout)],
+        immediate_size: 0,
+    });
+    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some("splats"),
+        layout: Some(&layout),
+        vertex: wgpu::VertexState {
+            module,
+            entry_point: Some(vertex),
+            buffers,
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+        },
+        primitive: wgpu::PrimitiveState {
+            topology,
+            ..Default::default()
+        },
+        depth_stencil,
+        multisample: wgpu::MultisampleState::default(),
+        fragment: Some(wgpu::FragmentState {
+            module,
+            entry_point: Some(fragment),
+            targets: &[Some(wgpu::ColorTargetState {
+                format,
+                blend: None,
+                write_mask: wgpu::ColorWrites::ALL,
+            })],
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
+}
+
+#[cfg(test)]
+mod tests;

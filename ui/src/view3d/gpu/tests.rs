@@ -1,0 +1,185 @@
+use std::future::Future;
+use std::pin::pin;
+use std::task::{Context, Poll, Waker};
+
+use egui::{Rect, pos2, vec2};
+use glam::Quat;
+use inplace_core::labels::Class;
+use inplace_core::semantics::Posterior;
+
+use super::super::camera::{Direction, OrbitCamera};
+use super::super::cloud::tests::floor;
+use super::super::cloud::{Answer, Cloud, Values};
+use super::*;
+
+/// Side of the pictures: their rows are as long as a copy into a buffer asks for.
+const SIDE: u32 = 64;
+const CLASS: [u8; 3] = [40, 200, 90];
+const BACKGROUND: [u8; 3] = [9, 9, 9];
+
+#[test]
+fn the_uniforms_have_the_shaders_sizes() {
+    assert_eq!(size_of::<SplatUniforms>(), 112);
+    assert_eq!(size_of::<PlaceUniforms>(), 16);
+    assert_eq!(size_of::<Splat>(), 24);
+}
+
+/// What wgpu's futures are at once: ready, but on the web.
+fn ready<T>(future: impl Future<Output = T>) -> T {
+    let mut future = pin!(future);
+    loop {
+        if let Poll::Ready(value) = future.as_mut().poll(&mut Context::from_waker(Waker::noop())) {
+            return value;
+        }
+    }
+}
+
+fn device() -> Option<(wgpu::Device, wgpu::Queue)> {
+    let setup = egui_wgpu::WgpuSetupCreateNew::without_display_handle();
+    let instance = wgpu::Instance::new(setup.instance_descriptor);
+    let adapter = ready(instance.request_adapter(&wgpu::RequestAdapterOptions::default())).ok()?;
+    ready(adapter.request_device(&wgpu::DeviceDescriptor::default())).ok()
+}
+
+/// A floor of one class, seen from straight above or straight below.
+fn draw(above: bool, budget: usize, moving: bool) -> Draw {
+    let surface = floor(40);
+    let cloud = Arc::new(Cloud::new(&surface, 1));
+    let posterior = Arc::new(Posterior {
+        labels: vec![3; surface.graph.len()],
+        entropy: vec![0; surface.graph.len()],
+        ..Posterior::default()
+    });
+    let values = Arc::new(Values::new(&cloud, &posterior, 1));
+    let pitch = if above { -1.5 } else { 1.5 };
+    let direction = Direction { yaw: 0.0, pitch };
+    let camera = OrbitCamera::fitted(cloud.ball, direction, Quat::IDENTITY);
+    let mut class = Class::new(3, "floor");
+    class.color = CLASS;
+    let [r, g, b] = BACKGROUND;
+    Draw {
+        prepared: Prepared {
+            cloud,
+            values,
+            answer: Answer {
+                scene: 1,
+                surface,
+                posterior,
+            },
+        },
+        sight: camera.sight(Rect::from_min_size(
+            pos2(7.0, 5.0),
+            vec2(SIDE as f32, SIDE as f32),
+        )),
+        look: SplatLook {
+            layer: Layer::Labels,
+            opacity: 1.0,
+            see_through: true,
+            background: egui::Color32::from_rgb(r, g, b),
+        },
+        palette: (Palette::new(&[class]), 1),
+        moving,
+        budget,
+        target: wgpu::TextureFormat::Rgba8Unorm,
+        progress: Arc::default(),
+        ctx: egui::Context::default(),
+    }
+}
+
+struct Stand {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    renderer: Renderer,
+}
+
+impl Stand {
+    /// `None` where there is nothing to draw with.
+    fn new() -> Option<Self> {
+        let (device, queue) = device()?;
+        let renderer = Renderer::new(&device, wgpu::TextureFormat::Rgba8Unorm);
+        Some(Self {
+            device,
+            queue,
+            renderer,
+        })
+    }
+
+    /// The picture shown after one more frame of the window, RGB by rows.
+    fn frame(&mut self, draw: &Draw) -> Vec<[u8; 3]> {
+        let mut encoder = self
+            .device
+            .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        self.renderer
+            .prepare(&self.device, &self.queue, &mut encoder, draw, 1.0);
+        let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: None,
+            size: u64::from(4 * SIDE * SIDE),
+            usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+            mapped_at_creation: false,
+        });
+        let [shown, _] = self.renderer.targets.as_ref().unwrap();
+        encoder.copy_texture_to_buffer(
+            shown.color().as_image_copy(),
+            wgpu::TexelCopyBufferInfo {
+                buffer: &buffer,
+                layout: wgpu::TexelCopyBufferLayout {
+                    offset: 0,
+                    bytes_per_row: Some(4 * SIDE),
+                    rows_per_image: None,
+                },
+            },
+            shown.color().size(),
+        );
+        self.queue.submit([encoder.finish()]);
+        buffer.map_async(wgpu::MapMode::Read, .., |mapped| mapped.unwrap());
+        self.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+        let bytes = buffer.get_mapped_range(..).unwrap();
+        bytes
+            .chunks_exact(4)
+            .map(|texel| [texel[0], texel[1], texel[2]])
+            .collect()
+    }
+}
+
+fn covered(picture: &[[u8; 3]]) -> usize {
+    picture.iter().filter(|&&texel| texel != BACKGROUND).count()
+}
+
+#[test]
+fn splats_cover_their_surface_in_the_colour_of_their_class_and_not_from_behind() {
+    let Some(mut stand) = Stand::new() else {
+        return;
+    };
+    let above = stand.frame(&draw(true, usize::MAX, false));
+    let middle = above[(SIDE / 2 * SIDE + SIDE / 2) as usize];
+    for (channel, expected) in middle.into_iter().zip(CLASS) {
+        assert!(channel.abs_diff(expected) <= 4, "{middle:?}");
+    }
+    assert_eq!(above[0], BACKGROUND);
+    // The square in its ball, with the rest of the view around it.
+    let share = covered(&above) as f32 / (SIDE * SIDE) as f32;
+    assert!((0.3..0.7).contains(&share), "{share}");
+    assert_eq!(covered(&stand.frame(&draw(false, usize::MAX, false))), 0);
+}
+
+#[test]
+fn a_picture_drawn_over_several_frames_is_the_one_drawn_at_once() {
+    let (Some(mut stand), Some(mut other)) = (Stand::new(), Stand::new()) else {
+        return;
+    };
+    let at_once = stand.frame(&draw(true, usize::MAX, false));
+    let moving = draw(true, 500, true);
+    let coarse = other.frame(&moving);
+    assert_eq!(moving.progress.drawn(), 500);
+    // Fewer splats are larger, so that they still cover the surface.
+    assert!(covered(&coarse) as f32 > 0.9 * covered(&at_once) as f32);
+    let resting = draw(true, 500, false);
+    for _ in 0..3 {
+        assert_eq!(other.frame(&resting), coarse);
+        assert_eq!(resting.progress.drawn(), 500);
+    }
+    assert_eq!(other.frame(&resting), at_once);
+    // Nothing is left to do.
+    assert_eq!(other.frame(&resting), at_once);
+    assert_eq!(resting.progress.drawn(), 0);
+}

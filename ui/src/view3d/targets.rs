@@ -1,0 +1,140 @@
+//! A picture that splats are drawn into, and what it shows.
+
+use glam::Mat4;
+
+use super::gpu::{SplatLook, bind};
+
+/// Of the picture's colours.
+pub const COLOR_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
+/// Of the picture's depths.
+pub const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
+
+/// All that a picture depends on, but for its size.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Picture {
+    /// The camera.
+    pub clip_from_world: Mat4,
+    /// Serial numbers of the splats, of what is known of them, and of the classes' colours.
+    pub cloud: u64,
+    pub values: u64,
+    pub palette: u64,
+    /// How they are coloured.
+    pub look: SplatLook,
+}
+
+impl Picture {
+    /// Whether another picture shows the same splats at the same places, be it in other colours.
+    pub fn same_view(&self, other: &Self) -> bool {
+        self.clip_from_world == other.clip_from_world
+            && self.cloud == other.cloud
+            && self.look.see_through == other.look.see_through
+            && self.look.background == other.look.background
+    }
+}
+
+/// A colour texture with depth.
+pub struct Target {
+    /// In physical pixels.
+    pub size: [u32; 2],
+    /// What is being drawn or was drawn into it.
+    pub picture: Option<Picture>,
+    /// How many splats have been drawn.
+    pub drawn: usize,
+    /// Binds the colours to show them.
+    pub bind_group: wgpu::BindGroup,
+    color: wgpu::Texture,
+    depth: wgpu::Texture,
+}
+
+impl Target {
+    /// An empty picture.
+    pub fn new(
+        device: &wgpu::Device,
+        [width, height]: [u32; 2],
+        show_layout: &wgpu::BindGroupLayout,
+        place_uniforms: &wgpu::Buffer,
+    ) -> Self {
+        let texture = |format, usage| {
+            device.create_texture(&wgpu::TextureDescriptor {
+                label: Some("splats"),
+                size: wgpu::Extent3d {
+                    width,
+                    height,
+                    depth_or_array_layers: 1,
+                },
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format,
+                usage: usage | wgpu::TextureUsages::RENDER_ATTACHMENT,
+                view_formats: &[],
+            })
+        };
+        let read = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_SRC;
+        let color = texture(COLOR_FORMAT, read);
+        let view = color.create_view(&wgpu::TextureViewDescriptor::default());
+        Self {
+            size: [width, height],
+            picture: None,
+            drawn: 0,
+            bind_group: bind(device, show_layout, 2, place_uniforms, &view),
+            depth: texture(DEPTH_FORMAT, wgpu::TextureUsages::empty()),
+            color,
+        }
+    }
+
+    /// Whether all splats of a picture are in it.
+    pub fn holds(&self, picture: &Picture, splats: usize) -> bool {
+        self.picture.as_ref() == Some(picture) && self.drawn >= splats
+    }
+
+    /// Begins to draw, onto the background while nothing has been drawn.
+    pub fn pass<'a>(
+        &self,
+        encoder: &'a mut wgpu::CommandEncoder,
+        background: egui::Color32,
+    ) -> wgpu::RenderPass<'a> {
+        let color = self.color.create_view(&wgpu::TextureViewDescriptor::default());
+        let depth = self.depth.create_view(&wgpu::TextureViewDescriptor::default());
+        let [r, g, b, _] = background.to_array().map(|v| f64::from(v) / 255.0);
+        let begins = self.drawn == 0;
+        encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("splats"),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: &color,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations {
+                    load: if begins {
+                        wgpu::LoadOp::Clear(wgpu::Color { r, g, b, a: 1.0 })
+                    } else {
+                        wgpu::LoadOp::Load
+                    },
+                    store: wgpu::StoreOp::Store,
+                },
+            })],
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: &depth,
+                depth_ops: Some(wgpu::Operations {
+                    load: if begins {
+                        // Infinitely far.
+                        wgpu::LoadOp::Clear(0.0)
+                    } else {
+                        wgpu::LoadOp::Load
+                    },
+                    store: wgpu::StoreOp::Store,
+                }),
+                stencil_ops: None,
+            }),
+            timestamp_writes: None,
+            occlusion_query_set: None,
+            multiview_mask: None,
+        })
+    }
+
+    /// Its colours.
+    #[cfg(test)]
+    pub fn color(&self) -> &wgpu::Texture {
+        &self.color
+    }
+}

@@ -1,0 +1,245 @@
+//! The 3D view.
+
+use std::sync::Arc;
+
+use egui::{Key, Modifiers, PointerButton, Pos2};
+use egui_kittest::kittest::Queryable;
+use glam::Vec3;
+use inplace_core::guide::Suggestion;
+use inplace_core::scene::SceneSource;
+use inplace_core::semantics::{Node, NodeMap, Spread, Surface, SurfaceGraph};
+use inplace_core::session::Event;
+use inplace_ui::english::view3d as english;
+
+use crate::stand::*;
+
+/// Nodes of a wall along each axis, their distance, and how far away the wall is, in metres.
+const NODES: [u32; 2] = [41, 31];
+const APART: f32 = 0.1;
+const AWAY: f32 = 2.0;
+
+/// A wall before the cameras of the stand-in's scene.
+fn wall() -> Arc<Surface> {
+    let place = |index: u32, count: u32| APART * (index as f32 - (count / 2) as f32);
+    let node = |index: u32| Node {
+        position: Vec3::new(
+            place(index % NODES[0], NODES[0]),
+            place(index / NODES[0], NODES[1]),
+            AWAY,
+        ),
+        color: Vec3::splat(0.5),
+        normal: Vec3::NEG_Z,
+        pixels: 1.0,
+        voxel: APART,
+    };
+    let camera = scene(SceneSource::Demo).frames[0].camera;
+    let shown: Vec<u32> = (0..WIDTH * HEIGHT)
+        .map(|pixel| {
+            let point = AWAY * camera.pixel_direction(pixel % WIDTH, pixel / WIDTH);
+            let index = |value: f32, count: u32| {
+                let index = (value / APART).round() as i32 + (count / 2) as i32;
+                index.clamp(0, count as i32 - 1) as u32
+            };
+            index(point.y, NODES[1]) * NODES[0] + index(point.x, NODES[0])
+        })
+        .collect();
+    let pixels = Arc::new(NodeMap::pack(WIDTH as usize, &shown));
+    Arc::new(Surface {
+        graph: SurfaceGraph::from_edges((0..NODES[0] * NODES[1]).map(node).collect(), &[]),
+        pixels: vec![pixels; FRAMES],
+        voxel: APART,
+    })
+}
+
+/// A window with the 3D view of a wall, ready to be clicked on.
+fn shown(folder: &std::path::Path) -> Window {
+    let mut window = Window::with_demo(folder);
+    let spread = Spread::new(wall());
+    let scene = Arc::clone(window.workspace().scene());
+    let worker = window.worker();
+    worker.maps.publish(spread.map(&scene, 0, 1));
+    let event = Event::Map {
+        frame: 0,
+        generation: 1,
+    };
+    worker.events.send(event).unwrap();
+    window.press(Modifiers::NONE, Key::V);
+    let start = std::time::Instant::now();
+    while window.harness.query_by_label(english::FLY).is_none() {
+        assert!(start.elapsed().as_secs() < 20, "the wall is not shown");
+        window.harness.step();
+        std::thread::sleep(std::time::Duration::from_millis(2));
+    }
+    window.harness.run_steps(2);
+    window
+}
+
+fn middle(window: &Window) -> Pos2 {
+    window.harness.get_by_label(english::NAME).rect().center()
+}
+
+#[test]
+fn v_and_the_buttons_switch_and_say_what_is_missing() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = Window::with_demo(folder.path());
+    window.press(Modifiers::NONE, Key::V);
+    window.harness.get_by_label(english::NAME);
+    window.harness.get_by_label(english::NO_SURFACE);
+    window.click(english::SHOW_FRAME);
+    assert!(!window.workspace().space.shown);
+    window.harness.get_by_label(inplace_ui::canvas::CANVAS_NAME);
+    window.click(english::SHOW_SPACE);
+    assert!(window.workspace().space.shown);
+}
+
+#[test]
+fn a_click_on_the_surface_labels_the_frame_that_shows_it_and_stays() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = shown(folder.path());
+    window.add_class("wall");
+    let place = middle(&window);
+    window.drag(PointerButton::Primary, &[place]);
+    window.until("the wall is labelled", |app| {
+        let workspace = app.state().workspace().unwrap();
+        !workspace.document().labels().strokes.is_empty()
+    });
+    assert!(window.workspace().space.shown);
+    let labels = window.workspace().document().labels();
+    let (_, stroke) = labels.strokes_of(0).next().unwrap();
+    // All frames see the wall alike: the first takes the click, in the middle of its image.
+    let [x, y] = stroke.first_point().unwrap();
+    assert_eq!((stroke.class, stroke.radius), (1, 0));
+    assert!(x.abs_diff(32) <= 2 && y.abs_diff(24) <= 2, "{x} {y}");
+    window.harness.get_by_label(&english::labelled("wall", "rgb_0"));
+    window.press(Modifiers::COMMAND, Key::Z);
+    assert_eq!(window.strokes(), 0);
+}
+
+#[test]
+fn a_click_beside_the_surface_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = shown(folder.path());
+    window.add_class("wall");
+    // What is between the surface and the edge of a fitted view.
+    let area = window.harness.get_by_label(english::NAME).rect();
+    window.drag(
+        PointerButton::Primary,
+        &[area.right_center() - egui::vec2(12.0, 0.0)],
+    );
+    let start = std::time::Instant::now();
+    while window.harness.query_by_label(english::NOTHING_THERE).is_none() {
+        assert!(start.elapsed().as_secs() < 20, "nothing is said");
+        window.harness.step();
+        std::thread::sleep(std::time::Duration::from_millis(2));
+    }
+    assert_eq!(window.strokes(), 0);
+}
+
+#[test]
+fn drags_and_arrows_turn_the_view_and_fitting_keeps_its_side() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = shown(folder.path());
+    let camera = |window: &Window| window.workspace().space.camera().copied();
+    assert_eq!(camera(&window), None);
+    window.press(Modifiers::NONE, Key::ArrowLeft);
+    let turned = camera(&window).unwrap();
+    assert_eq!(
+        window.workspace().frame_index(),
+        0,
+        "the arrow went to another frame"
+    );
+    let place = middle(&window);
+    let path = [
+        place,
+        place + egui::vec2(30.0, 0.0),
+        place + egui::vec2(60.0, 0.0),
+    ];
+    window.drag(PointerButton::Primary, &path);
+    let dragged = camera(&window).unwrap();
+    assert!(dragged.direction.yaw > turned.direction.yaw);
+    assert!((dragged.distance - turned.distance).abs() < 1e-4);
+    window.press(Modifiers::NONE, Key::F);
+    assert_eq!(camera(&window), None);
+    assert_eq!(window.strokes(), 0, "a drag is not a click");
+}
+
+#[test]
+fn a_double_click_turns_around_that_place_and_labels_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = shown(folder.path());
+    window.add_class("wall");
+    // A step of the test takes longer than a person takes from click to click.
+    let patience = |options: &mut egui::Options| options.input_options.max_double_click_delay = 2.0;
+    window.harness.ctx.options_mut(patience);
+    let place = middle(&window) + egui::vec2(-40.0, 20.0);
+    for pressed in [true, false, true, false] {
+        window.harness.event(egui::Event::PointerMoved(place));
+        window.harness.event(egui::Event::PointerButton {
+            pos: place,
+            button: PointerButton::Primary,
+            pressed,
+            modifiers: Modifiers::NONE,
+        });
+    }
+    window.until("the pivot is set", |app| {
+        let camera = app.state().workspace().unwrap().space.camera();
+        camera.is_some_and(|camera| (camera.pivot.z - AWAY).abs() < 1e-3 && camera.pivot.x.abs() > 0.05)
+    });
+    window.harness.run_steps(20);
+    assert_eq!(window.strokes(), 0);
+}
+
+#[test]
+fn the_camera_flies_to_the_frame_in_view_and_the_view_is_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = shown(folder.path());
+    window.click(english::FLY);
+    // All frames were taken at the origin.
+    window.until("the camera has arrived", |app| {
+        let camera = app.state().workspace().unwrap().space.camera();
+        camera.is_some_and(|camera| camera.eye().length() < 1e-3)
+    });
+    let arrived = window.workspace().space;
+    window.press(Modifiers::NONE, Key::V);
+    window.press(Modifiers::NONE, Key::V);
+    assert_eq!(window.workspace().space, arrived);
+}
+
+#[test]
+fn a_click_on_a_suggestion_leads_to_it_in_its_frame() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = shown(folder.path());
+    let suggestion = Suggestion {
+        frame: 3,
+        pixel: [20, 30],
+        position: Default::default(),
+        outline: Vec::new(),
+        score: 1.0,
+        entropy: 0.6,
+        share: 0.04,
+        classes: Vec::new(),
+    };
+    let suggestions = Event::Suggestions {
+        generation: 1,
+        suggestions: vec![suggestion],
+    };
+    window.worker().events.send(suggestions).unwrap();
+    window.click(english::FLY);
+    window.until("the camera has arrived", |app| {
+        let camera = app.state().workspace().unwrap().space.camera();
+        camera.is_some_and(|camera| camera.eye().length() < 1e-3)
+    });
+    // The node of that pixel is at (-0.7, 0.4, 2) metres, seen from the origin.
+    let area = window.harness.get_by_label(english::NAME).rect();
+    let focal = 0.5 * area.size().min_elem() / 0.48_f32.tan();
+    let place = area.center() + focal * egui::vec2(-0.35, 0.2);
+    window.harness.hover_at(place);
+    window.harness.run_steps(2);
+    window.drag(PointerButton::Primary, &[place]);
+    window.until("the frame is shown", |app| {
+        !app.state().workspace().unwrap().space.shown
+    });
+    assert_eq!(window.workspace().frame_index(), 3);
+    assert_eq!(window.workspace().at_suggestion(), Some(0));
+    assert_eq!(window.strokes(), 0);
+}
