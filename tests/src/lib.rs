@@ -3,11 +3,13 @@
 #![allow(clippy::expect_used, reason = "a test ends where it fails, with the reason")]
 
 mod capture;
+mod hands;
 mod process;
 mod screen;
 mod window;
 
 pub use capture::{Click, Small, class_ids};
+pub use hands::Hands;
 pub use process::{Outcome, Running, inplace, one_line, program, until};
 pub use screen::{Screen, changed};
 pub use window::{PATIENCE, Window, skip};

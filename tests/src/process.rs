@@ -76,6 +76,11 @@ impl Running {
         Self::start(command).wait(Duration::from_secs(120))
     }
 
+    /// The number of the process.
+    pub fn id(&self) -> u32 {
+        self.child.id()
+    }
+
     /// What it printed so far.
     pub fn stdout(&self) -> String {
         self.read("stdout")

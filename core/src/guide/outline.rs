@@ -7,7 +7,23 @@ use crate::labels::Pixel;
 pub fn trace(width: u32, height: u32, start: Pixel, inside: impl Fn(u32, u32) -> bool) -> Vec<[f32; 2]> {
     let (width, height) = (i64::from(width), i64::from(height));
     let filled = |x: i64, y: i64| x >= 0 && y >= 0 && x < width && y < height && inside(x as u32, y as u32);
-    let [mut x, y] = start.map(i64::from);
+    let mut from = start.map(i64::from);
+    loop {
+        let corners = border_left_of(from, [width, height], &filled);
+        match left_of_hole(&corners) {
+            // The region goes on to the left of a hole in it.
+            Some(beyond) => from = beyond,
+            None => return corners.into_iter().map(|[x, y]| [x as f32, y as f32]).collect(),
+        }
+    }
+}
+
+/// The border, outer or of a hole, that is met to the left of a pixel of a region.
+fn border_left_of(
+    [mut x, y]: [i64; 2],
+    [width, height]: [i64; 2],
+    filled: &impl Fn(i64, i64) -> bool,
+) -> Vec<[i64; 2]> {
     while filled(x - 1, y) {
         x -= 1;
     }
@@ -33,7 +49,7 @@ pub fn trace(width: u32, height: u32, start: Pixel, inside: impl Fn(u32, u32) ->
             (dx, dy)
         };
         if turned != (dx, dy) {
-            corners.push([x as f32, y as f32]);
+            corners.push([x, y]);
         }
         (dx, dy) = turned;
         if ((x, y), (dx, dy)) == first {
@@ -41,6 +57,19 @@ pub fn trace(width: u32, height: u32, start: Pixel, inside: impl Fn(u32, u32) ->
         }
     }
     corners
+}
+
+/// The pixel of the region beside the leftmost side of a hole; `None` for an outer border, which goes around the other
+/// way.
+fn left_of_hole(corners: &[[i64; 2]]) -> Option<[i64; 2]> {
+    let sides = || corners.iter().zip(corners.iter().cycle().skip(1));
+    let twice_area: i64 = sides().map(|([ax, ay], [bx, by])| ax * by - bx * ay).sum();
+    if twice_area >= 0 {
+        return None;
+    }
+    let upright = sides().filter(|(a, b)| a[0] == b[0]);
+    let (a, b) = upright.min_by_key(|(a, _)| a[0])?;
+    Some([a[0] - 1, a[1].min(b[1])])
 }
 
 #[cfg(test)]
@@ -65,5 +94,19 @@ mod tests {
     fn an_l_shape_has_six_corners() {
         let inside = |x: u32, y: u32| (x == 1 && (1..5).contains(&y)) || (y == 4 && (1..4).contains(&x));
         assert_eq!(trace(6, 6, [3, 4], inside).len(), 6);
+    }
+
+    #[test]
+    fn the_outline_of_a_region_with_holes_is_its_outer_border() {
+        let hole = |x: u32, y: u32| {
+            ((5..7).contains(&x) && (2..9).contains(&y)) || ((10..13).contains(&x) && (3..6).contains(&y))
+        };
+        let inside = |x: u32, y: u32| (1..19).contains(&x) && (1..11).contains(&y) && !hole(x, y);
+        let border = [[1.0, 1.0], [1.0, 11.0], [19.0, 1.0], [19.0, 11.0]];
+        for start in [[2, 4], [8, 4], [15, 4], [14, 10]] {
+            let mut outline = trace(20, 12, start, inside);
+            outline.sort_by(|a, b| a.partial_cmp(b).unwrap());
+            assert_eq!(outline, border, "from {start:?}");
+        }
     }
 }

@@ -1,0 +1,265 @@
+//! Random input for as long as one likes: the window does not fall, loses nothing and does not grow.
+//!
+//! A short run on every push; `INPLACE_MONKEY_SECONDS=1800 cargo test -p inplace-tests --test monkey -- --nocapture`
+//! is the long one, `INPLACE_MONKEY_SEED` another one.
+#![cfg(target_os = "linux")]
+#![allow(clippy::unwrap_used, reason = "a test ends where it fails")]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant, SystemTime};
+
+use inplace_core::project::Project;
+use inplace_tests::{Hands, Small, Window, skip};
+use serde_json::Value;
+
+const SECONDS: &str = "INPLACE_MONKEY_SECONDS";
+const SEED: &str = "INPLACE_MONKEY_SEED";
+/// The record that the window writes.
+const TRACE: &str = "trace.jsonl";
+/// From this length on the memory has had time to settle, so that its growth means something.
+const LONG: Duration = Duration::from_secs(600);
+/// What the memory may grow by from the second to the last quarter of a long run.
+const GROWTH: f64 = 1.1;
+/// After the last input: what was accepted is on the disk.
+const REST: Duration = Duration::from_secs(2);
+/// Time that the window has to open what a key asks for.
+const STEP: Duration = Duration::from_millis(300);
+
+/// Keys that do something somewhere. No slash: whatever is typed as a path stays in the window's home.
+const KEYS: &[&str] = &[
+    "a",
+    "b",
+    "c",
+    "d",
+    "e",
+    "f",
+    "g",
+    "l",
+    "n",
+    "p",
+    "q",
+    "s",
+    "t",
+    "v",
+    "w",
+    "x",
+    "0",
+    "1",
+    "2",
+    "3",
+    "5",
+    "9",
+    "Tab",
+    "Tab",
+    "Escape",
+    "Escape",
+    "Return",
+    "Delete",
+    "BackSpace",
+    "space",
+    "bracketleft",
+    "bracketright",
+    "Left",
+    "Right",
+    "Up",
+    "Down",
+    "F1",
+    "question",
+    "Home",
+    "End",
+];
+const CONTROL_KEYS: &[&str] = &["z", "y", "s", "e", "o", "comma", "plus", "minus", "0", "a"];
+
+/// A sequence of numbers that follows from its seed (xorshift).
+struct Random(u64);
+
+impl Random {
+    fn below(&mut self, limit: usize) -> usize {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 % limit as u64) as usize
+    }
+
+    fn one_of<'a>(&mut self, among: &[&'a str]) -> &'a str {
+        among[self.below(among.len())]
+    }
+
+    /// A place on the screen; two of three are on the frame in view.
+    fn place(&mut self) -> [i16; 2] {
+        let place = |random: &mut Self, [from, to]: [usize; 2]| (from + random.below(to - from)) as i16;
+        if self.below(3) == 0 {
+            [place(self, [0, 1280]), place(self, [0, 800])]
+        } else {
+            [place(self, [300, 960]), place(self, [130, 600])]
+        }
+    }
+}
+
+/// Names classes through the class finder, so that there is something to label with.
+fn name_classes(hands: &Hands) {
+    for name in ["wall", "floor", "table"] {
+        hands.press("c");
+        std::thread::sleep(STEP);
+        for letter in name.split_inclusive(|_| true) {
+            hands.press(letter);
+        }
+        std::thread::sleep(STEP);
+        hands.press("Return");
+        std::thread::sleep(STEP);
+    }
+}
+
+/// One thing that a hand does.
+fn act(hands: &Hands, random: &mut Random) {
+    if random.below(8) == 0 {
+        // Out of whatever is open.
+        hands.press("Escape");
+        hands.press("Escape");
+    }
+    match random.below(10) {
+        0..=3 => {
+            let button = [1, 1, 1, 2, 3][random.below(5)];
+            hands.move_to(random.place());
+            hands.button(button, true);
+            for _ in 0..random.below(12) {
+                hands.move_to(random.place());
+            }
+            hands.button(button, false);
+        }
+        4 => {
+            let wheel = 4 + random.below(2) as u8;
+            hands.move_to(random.place());
+            for _ in 0..=random.below(3) {
+                hands.button(wheel, true);
+                hands.button(wheel, false);
+            }
+        }
+        5 => hands.with("Control_L", random.one_of(CONTROL_KEYS)),
+        6 => hands.with("Shift_L", random.one_of(&["z", "n", "Tab", "1"])),
+        _ => hands.press(random.one_of(KEYS)),
+    }
+}
+
+/// The last line of the record about an event.
+fn last(home: &Path, event: &str) -> Option<Value> {
+    let text = fs::read_to_string(home.join(TRACE)).unwrap_or_default();
+    let lines = text
+        .lines()
+        .rev()
+        .filter_map(|line| serde_json::from_str::<Value>(line).ok());
+    lines.into_iter().find(|line| line["event"] == event)
+}
+
+/// The project file under a folder that was written last.
+fn newest_project(folder: &Path) -> Option<(SystemTime, PathBuf)> {
+    let entries = fs::read_dir(folder).ok()?.flatten();
+    let found = entries.filter_map(|entry| {
+        let path = entry.path();
+        if path.is_dir() {
+            return newest_project(&path);
+        }
+        let write_ahead = PathBuf::from(format!("{}-wal", path.display()));
+        let written = |path: &Path| fs::metadata(path).and_then(|file| file.modified()).ok();
+        let is_project = path.extension().is_some_and(|extension| extension == "inplace");
+        is_project.then(|| {
+            (
+                written(&path)
+                    .max(written(&write_ahead))
+                    .unwrap_or(SystemTime::UNIX_EPOCH),
+                path,
+            )
+        })
+    });
+    found.max()
+}
+
+/// Resident memory of a process, in megabytes.
+fn memory(process: u32) -> Option<f64> {
+    let status = fs::read_to_string(format!("/proc/{process}/status")).ok()?;
+    let line = status.lines().find(|line| line.starts_with("VmRSS:"))?;
+    let kilobytes: f64 = line.split_whitespace().nth(1)?.parse().ok()?;
+    Some(kilobytes / 1000.0)
+}
+
+fn number(variable: &str, otherwise: u64) -> u64 {
+    std::env::var(variable).map_or(otherwise, |text| text.parse().unwrap())
+}
+
+#[test]
+fn random_input_breaks_and_loses_nothing() {
+    let length = Duration::from_secs(number(SECONDS, 20));
+    let mut random = Random(0x9e37_79b9_7f4a_7c15 ^ number(SEED, 1));
+    let open = || Window::open(|scene| Small::get().write(scene), &["--trace", TRACE]);
+    let mut window = match open() {
+        Ok(window) => window,
+        Err(missing) => return skip(&missing),
+    };
+    let mut hands = Hands::new(&window.screen);
+    name_classes(&hands);
+    let (start, mut memories, mut windows) = (Instant::now(), Vec::new(), 1);
+    while start.elapsed() < length {
+        act(&hands, &mut random);
+        std::thread::sleep(Duration::from_millis(15));
+        if let Some(ended) = window.running.ended() {
+            // Random input finds File > Quit, too.
+            assert!(ended.success(), "{ended}: {}", window.running.stderr());
+            window = open().unwrap();
+            hands = Hands::new(&window.screen);
+            name_classes(&hands);
+            memories.clear();
+            windows += 1;
+        }
+        memories.extend(memory(window.running.id()).map(|memory| (start.elapsed(), memory)));
+    }
+    hands.let_go();
+    std::thread::sleep(REST);
+    assert!(window.running.ended().is_none(), "{}", window.running.stderr());
+    let accepted = last(window.home.path(), "labels");
+    window.running.kill();
+    let said = window.running.stderr();
+    assert!(!said.contains("panicked"), "{said}");
+
+    if let Some(accepted) = accepted {
+        let (_, file) = newest_project(window.home.path()).unwrap();
+        let (_, contents) = Project::open(&file).unwrap();
+        let labels = contents.history.labels();
+        let newest = labels
+            .strokes
+            .last_key_value()
+            .map(|(id, stroke)| (id.0, stroke.class));
+        let told = &accepted["newest"];
+        let told = (!told.is_null()).then(|| {
+            (
+                told["id"].as_u64().unwrap(),
+                told["class"].as_u64().unwrap() as u16,
+            )
+        });
+        println!(
+            "{windows} windows; {} edits, {} strokes in {}",
+            contents.history.edits().0.len(),
+            labels.strokes.len(),
+            file.display()
+        );
+        assert_eq!(labels.strokes.len() as u64, accepted["strokes"].as_u64().unwrap());
+        assert_eq!(newest, told);
+    }
+    let quarter = |index: usize| {
+        let part = memories.len() / 4;
+        memories[index * part..(index + 1) * part]
+            .iter()
+            .map(|&(_, memory)| memory)
+            .fold(0.0, f64::max)
+    };
+    if memories.len() >= 8 {
+        println!(
+            "memory: {:.0} MB in the second quarter, {:.0} MB in the last",
+            quarter(1),
+            quarter(3)
+        );
+    }
+    if length >= LONG && windows == 1 {
+        assert!(quarter(3) <= GROWTH * quarter(1));
+    }
+}
