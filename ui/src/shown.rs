@@ -11,7 +11,7 @@ use inplace_core::session::{Command, FrameMap, RenderedFrame};
 
 use crate::canvas::{
     Content, DepthPlane, FieldView, Image, Layer, Made, Over, Palette, Part, Picture, Preparer, Request,
-    SERIAL_STEP, Said, ShownMap, Texels, VERDICTS, measured_depth,
+    SERIAL_STEP, Said, ShownMap, Texels, VERDICTS, measured_depth, preparer,
 };
 use crate::document::Document;
 use crate::session_link::Running;
@@ -101,7 +101,7 @@ impl Shown {
             first,
             frame: 0,
             // The numbers of a map and its entropy lie before these.
-            preparer: Preparer::new(ctx.clone(), first + 2),
+            preparer: preparer(ctx.clone(), first + 2),
             pictures: BTreeMap::new(),
             newest: None,
             map: None,

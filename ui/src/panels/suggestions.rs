@@ -47,7 +47,7 @@ impl SuggestionPanel {
             self.scene = workspace.serial();
             self.thumbnails.clear();
         }
-        self.thumbnails.collect(ui.ctx());
+        self.thumbnails.collect();
         let hovered = ui.rect_contains_pointer(ui.max_rect());
         if hovered != self.held {
             self.held = hovered;
@@ -194,20 +194,14 @@ impl SuggestionPanel {
         }
         let painter = ui.painter_at(rect);
         painter.rect_filled(rect, 4, theme::canvas(ui.visuals()));
-        let (palette, _) = workspace.document().palette();
         let version = workspace.guidance().version();
-        let thumbnail = self.thumbnails.get_place(suggestion, version, || Source {
-            scene: std::sync::Arc::clone(workspace.scene()),
-            map: workspace
-                .session()
-                .maps()
-                .and_then(|maps| maps.get(suggestion.frame)),
-            palette: std::sync::Arc::clone(palette),
-            look: Look {
-                layer: Layer::Labels,
-                opacity: FAINT,
-                outlines: false,
-            },
+        let look = Look {
+            layer: Layer::Labels,
+            opacity: FAINT,
+            outlines: false,
+        };
+        let thumbnail = self.thumbnails.get_place(suggestion, version, || {
+            Source::of_frame(workspace, suggestion.frame, look)
         });
         let Some(thumbnail) = thumbnail else {
             return;

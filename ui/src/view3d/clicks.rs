@@ -92,7 +92,7 @@ impl View3d {
         now: f64,
         actions: &mut Actions,
     ) {
-        while let Some(picked) = self.picker.answer() {
+        while let Some(picked) = self.picker.next() {
             if picked.scene != workspace.serial() {
                 continue;
             }

@@ -41,7 +41,7 @@ use flight::Flight;
 use gpu::SplatLook;
 use overlay::Mark;
 use pace::{Pace, Progress};
-use pick::Picker;
+use pick::{Picker, picker};
 
 /// Seconds without a movement after which the picture is refined.
 const REST: f64 = 0.15;
@@ -75,7 +75,7 @@ impl View3d {
     pub fn new(ctx: &egui::Context) -> Self {
         Self {
             preparer: Preparer::new(ctx.clone()),
-            picker: Picker::new(ctx.clone()),
+            picker: picker(ctx.clone()),
             thumbnails: Thumbnails::new(ctx.clone(), [192, 144]),
             pace: Pace::default(),
             progress: Arc::default(),
@@ -125,7 +125,7 @@ impl View3d {
         let painter = ui.painter_at(rect);
         let background = theme::canvas(ui.visuals());
         painter.rect_filled(rect, 0, background);
-        self.thumbnails.collect(ui.ctx());
+        self.thumbnails.collect();
         let level = self.level(workspace);
         let prepared = self.preparer.get(workspace.answer()).cloned();
         // Another scene's splats may still come.
@@ -278,7 +278,9 @@ impl View3d {
             ui.ctx().set_cursor_icon(CursorIcon::Crosshair);
         }
         if let Some(Mark::Frame(frame)) = pointed.filter(|_| !response.dragged()) {
-            let thumbnail = self.thumbnails.get(Subject::Frame(frame), 1, || plain(workspace));
+            let thumbnail = self.thumbnails.get(Subject::Frame(frame), 1, || {
+                Source::of_frame(workspace, frame, Look::PLAIN)
+            });
             let stem = workspace.scene().frames.get(frame).map(|frame| &frame.stem);
             response.clone().on_hover_ui_at_pointer(|ui| {
                 if let Some(thumbnail) = &thumbnail {
@@ -287,19 +289,5 @@ impl View3d {
                 ui.label(stem.map_or("", String::as_str));
             });
         }
-    }
-}
-
-/// The colour image alone.
-fn plain(workspace: &Workspace) -> Source {
-    Source {
-        scene: Arc::clone(workspace.scene()),
-        map: None,
-        palette: Arc::clone(workspace.document().palette().0),
-        look: Look {
-            layer: Layer::Color,
-            opacity: 0.0,
-            outlines: false,
-        },
     }
 }
