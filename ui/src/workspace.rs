@@ -23,6 +23,8 @@ use crate::shown::Shown;
 use crate::state::Settings;
 use crate::view3d::{Answer, Space};
 
+pub use classes::Lock;
+
 /// An open scene.
 #[derive(Debug)]
 pub struct Workspace {

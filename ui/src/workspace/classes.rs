@@ -5,6 +5,15 @@ use inplace_core::labels::{Class, ClassId, Pixel, Stroke, VOID, erase, pixels_of
 use super::Workspace;
 use crate::class_view::ClassView;
 
+/// Why a stroke cannot be drawn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Lock<'a> {
+    /// Its class is locked.
+    Own(&'a Class),
+    /// It would cover a stroke of this locked class.
+    Covered(&'a Class),
+}
+
 impl Workspace {
     /// The current class; `None` until there is one.
     pub fn class(&self) -> Option<ClassId> {
@@ -39,8 +48,17 @@ impl Workspace {
         self.class_view.hidden().contains(&class)
     }
 
+    /// What keeps a stroke from being drawn, if anything does.
+    pub fn lock_on(&self, stroke: &Stroke) -> Option<Lock<'_>> {
+        let own = self.document.labels().class(stroke.class);
+        match own.filter(|class| self.is_locked(class.id)) {
+            Some(own) => Some(Lock::Own(own)),
+            None => self.locked_under(stroke).map(Lock::Covered),
+        }
+    }
+
     /// The locked class that a stroke would cover, if any.
-    pub fn locked_under(&self, stroke: &Stroke) -> Option<&Class> {
+    fn locked_under(&self, stroke: &Stroke) -> Option<&Class> {
         let labels = self.document.labels();
         let camera = &self.scene.frames.get(stroke.frame)?.camera;
         let mut others = labels.strokes_of(stroke.frame);
