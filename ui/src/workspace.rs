@@ -10,7 +10,7 @@ use std::time::Instant;
 
 use inplace_core::labels::{ClassId, Pixel, StrokeId};
 use inplace_core::scene::{Frame, Scene};
-use inplace_core::session::{Command, ModelState, Phase, Status, Verdict};
+use inplace_core::session::{Command, ModelState, Phase, Status};
 
 use crate::canvas::{Content, Layer, ShownMap, View};
 use crate::class_view::ClassView;
@@ -175,11 +175,6 @@ impl Workspace {
         &mut self.overview
     }
 
-    /// What the other strokes say of each stroke that can be checked.
-    pub fn verdicts(&self) -> &[Verdict] {
-        self.overview.verdicts()
-    }
-
     /// Brings the overview up to date; returns the frames whose maps are to be summed up now, if any.
     pub fn refresh_overview(&mut self, now: Instant) -> Option<Vec<(usize, u64)>> {
         self.overview.refresh(&self.scene, &self.document);
@@ -210,7 +205,9 @@ impl Workspace {
     pub fn prepare_layers(&mut self, layers: &[Layer], now: Instant) {
         self.shown.collect();
         let steps = self.status.steps;
-        self.shown.want(layers, &self.document, &self.session, steps, now);
+        let contradicted = self.overview.contradicted();
+        self.shown
+            .want(layers, (&self.document, contradicted), &self.session, steps, now);
     }
 
     /// Shows a frame; returns whether another one was shown before.

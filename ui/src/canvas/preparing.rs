@@ -2,13 +2,14 @@
 
 use std::sync::Arc;
 
-use inplace_core::labels::{ClassId, LabelSet, StrokeId, VOID};
+use inplace_core::labels::{ClassId, LabelSet, VOID};
 use inplace_core::scene::{ColorImage, Scene};
 use inplace_core::session::{FrameMap, RenderedFrame};
 
 use super::content::Picture;
 use super::plane::{DepthPlane, disagreement};
 use crate::background::{Background, Desk, Gone};
+use crate::overview::Contradicted;
 
 /// Everything about a frame that is wanted and not there yet.
 #[derive(Clone, Debug)]
@@ -36,8 +37,8 @@ pub struct Request {
 pub struct Said {
     /// Strokes and imported images.
     pub labels: LabelSet,
-    /// Strokes that the others contradict, with the class that those say.
-    pub contradicted: Vec<(StrokeId, ClassId)>,
+    /// What the strokes say of each other.
+    pub contradicted: Arc<Contradicted>,
     /// Generation of the labels, and a number that changes with the contradicted strokes.
     pub version: (u64, u64),
 }

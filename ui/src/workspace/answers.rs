@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use inplace_core::session::{Command, Event, FrameMap, Verdict};
+use inplace_core::session::{Command, Event, FrameMap};
 
 use super::Workspace;
 use crate::guidance::Arrival;
@@ -42,7 +42,7 @@ impl Workspace {
             }
             Event::Verdicts {
                 verdicts, accuracy, ..
-            } => self.take_verdicts(verdicts, accuracy),
+            } => self.overview.take_verdicts(verdicts, accuracy),
             Event::Rendered(view) => self.shown.take_view(view),
             Event::NotRendered(reason) => self.shown.take_no_view(reason),
             Event::State(state) => self.state = Some(state),
@@ -51,16 +51,6 @@ impl Workspace {
             Event::Opening { .. } | Event::Opened(_) => {}
         }
         None
-    }
-
-    /// The worker has checked the strokes.
-    fn take_verdicts(&mut self, verdicts: Vec<Verdict>, accuracy: Option<f32>) {
-        let contradicted = verdicts.iter().filter(|verdict| verdict.is_contradicted());
-        let contradicted: Vec<_> = contradicted
-            .map(|verdict| (verdict.stroke, verdict.class))
-            .collect();
-        self.shown.set_contradicted(&contradicted);
-        self.overview.take_verdicts(verdicts, accuracy);
     }
 
     pub(super) fn newest_map(&self) -> Option<Arc<FrameMap>> {
