@@ -149,7 +149,8 @@ impl SuggestionPanel {
                     ui.spacing_mut().item_spacing.y = 4.0;
                     title(ui, workspace, index, suggestion, &frame.stem);
                     if let Some(class) = workspace.guidance().answer_of(index) {
-                        ui.add(egui::Label::new(words::labelled(&class_of(workspace, class).0)).truncate());
+                        let (name, _) = workspace.document().name_and_color(class);
+                        ui.add(egui::Label::new(words::labelled(name)).truncate());
                     }
                 });
             });
@@ -237,15 +238,6 @@ fn title(ui: &mut Ui, workspace: &Workspace, index: usize, suggestion: &Suggesti
     ui.add(label).on_hover_text(words::SETTLES_HINT);
 }
 
-/// Name and colour of a class, or of void.
-fn class_of(workspace: &Workspace, id: ClassId) -> (String, [u8; 3]) {
-    let class = workspace.document().labels().class(id);
-    class.map_or_else(
-        || ("void".to_owned(), crate::canvas::VOID_COLOR),
-        |class| (class.name.clone(), class.color),
-    )
-}
-
 /// The digit that chooses a class, where it has one.
 pub(super) fn digit_of(workspace: &Workspace, id: ClassId) -> Option<String> {
     if id == VOID {
@@ -272,11 +264,11 @@ fn footer(ui: &mut Ui, workspace: &Workspace, actions: &mut Actions) {
         .show_separator_line(false)
         .show(ui, |ui| {
             if let Some((_, class)) = answer {
-                let (name, color) = class_of(workspace, class);
+                let (name, color) = workspace.document().name_and_color(class);
                 row(
                     ui,
                     Some(color),
-                    &words::last_answer(&name),
+                    &words::last_answer(name),
                     words::TAKE_BACK,
                     || {
                         actions.push(Action::Undo);
@@ -325,10 +317,10 @@ fn class_button(
     if workspace.document().labels().class(likely.class).is_none() {
         return;
     }
-    let (name, color) = class_of(workspace, likely.class);
+    let (name, color) = workspace.document().name_and_color(likely.class);
     let size = vec2(width, ui.spacing().interact_size.y);
     let (rect, response) = ui.allocate_exact_size(size, Sense::click());
-    let accessible = words::label_as(index, &name);
+    let accessible = words::label_as(index, name);
     response.widget_info(|| WidgetInfo::labeled(Role::Button, true, &accessible));
     if ui.is_rect_visible(rect) {
         let visuals = ui.style().interact(&response);

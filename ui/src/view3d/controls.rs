@@ -120,11 +120,7 @@ impl Notice {
             .frames
             .get(frame)
             .map(|frame| frame.stem.as_str());
-        let named = workspace.document().labels().class(class);
-        let name = match named {
-            Some(class) => class.name.as_str(),
-            None => english::VOID_NAME,
-        };
+        let (name, _) = workspace.document().name_and_color(class);
         Self {
             words: english::labelled(name, stem.unwrap_or_default()),
             label: Some((frame, pixel, class)),
