@@ -94,13 +94,12 @@ impl Overview {
 
     /// Mean of a number over the frames; `None` before every frame has a map.
     pub fn mean(&self, number: fn(&FrameSummary) -> f32) -> Option<f32> {
-        let all: Option<Vec<f32>> = self
+        let numbers = self
             .summaries
             .iter()
-            .map(|(_, summary)| summary.as_ref().map(number))
-            .collect();
-        let all = all.filter(|all| !all.is_empty())?;
-        Some(all.iter().sum::<f32>() / all.len() as f32)
+            .map(|(_, summary)| summary.as_ref().map(number));
+        let sum: f32 = numbers.sum::<Option<f32>>()?;
+        (!self.summaries.is_empty()).then(|| sum / self.summaries.len() as f32)
     }
 
     /// The worker has checked the strokes.

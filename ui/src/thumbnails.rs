@@ -102,6 +102,8 @@ pub struct Thumbnails {
     thread: Background<Request, Made>,
     ctx: egui::Context,
     size: [usize; 2],
+    /// Serial number of the scene.
+    scene: u64,
     slots: HashMap<Subject, Slot>,
     clock: u64,
 }
@@ -113,13 +115,18 @@ impl Thumbnails {
             thread: started(&ctx, size),
             ctx,
             size,
+            scene: 0,
             slots: HashMap::new(),
             clock: 0,
         }
     }
 
-    /// Takes finished thumbnails over; call once per frame.
-    pub fn collect(&mut self) {
+    /// Takes finished thumbnails over, and forgets those of a scene with another serial number; call once per frame.
+    pub fn collect(&mut self, scene: u64) {
+        if self.scene != scene {
+            self.clear();
+            self.scene = scene;
+        }
         self.clock += 1;
         while let Some(made) = self.thread.next() {
             let slot = self.slots.entry(made.subject).or_default();
@@ -184,7 +191,7 @@ impl Thumbnails {
         slot.thumbnail.clone()
     }
 
-    /// Forgets everything: another scene was opened.
+    /// Forgets everything.
     pub fn clear(&mut self) {
         if !self.slots.is_empty() {
             self.slots.clear();
@@ -289,15 +296,15 @@ mod tests {
         };
         let ctx = egui::Context::default();
         let mut thumbnails = Thumbnails::new(ctx, [48, 48]);
+        thumbnails.collect(1);
         assert!(
             thumbnails
                 .get(Subject::Frame(0), 1, || source([60, 40]))
                 .is_none()
         );
-        thumbnails.clear();
         let start = std::time::Instant::now();
         let shown = loop {
-            thumbnails.collect();
+            thumbnails.collect(2);
             if let Some(shown) = thumbnails.get(Subject::Frame(0), 1, || source([40, 60])) {
                 break shown.texture.size();
             }

@@ -54,9 +54,8 @@ impl Filmstrip {
         if self.scene != workspace.serial() {
             self.scene = workspace.serial();
             self.followed = None;
-            self.thumbnails.clear();
         }
-        self.thumbnails.collect();
+        self.thumbnails.collect(workspace.serial());
         self.filters.show(ui, workspace, actions);
         let list = workspace.overview().frames();
         let frames = list.shown();

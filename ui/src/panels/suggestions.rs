@@ -24,7 +24,6 @@ const FAINT: f32 = 0.3;
 /// The ranked list of places with their pictures.
 pub struct SuggestionPanel {
     thumbnails: Thumbnails,
-    scene: u64,
     /// The place at hand when the list was drawn last, to scroll to another one.
     at: Option<(usize, u64)>,
     held: bool,
@@ -35,7 +34,6 @@ impl SuggestionPanel {
     pub fn new(thumbnails: Thumbnails) -> Self {
         Self {
             thumbnails,
-            scene: 0,
             at: None,
             held: false,
         }
@@ -43,11 +41,7 @@ impl SuggestionPanel {
 
     /// Draws the list.
     pub fn show(&mut self, ui: &mut Ui, workspace: &Workspace, actions: &mut Actions) {
-        if self.scene != workspace.serial() {
-            self.scene = workspace.serial();
-            self.thumbnails.clear();
-        }
-        self.thumbnails.collect();
+        self.thumbnails.collect(workspace.serial());
         let hovered = ui.rect_contains_pointer(ui.max_rect());
         if hovered != self.held {
             self.held = hovered;

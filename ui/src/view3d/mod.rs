@@ -125,7 +125,7 @@ impl View3d {
         let painter = ui.painter_at(rect);
         let background = theme::canvas(ui.visuals());
         painter.rect_filled(rect, 0, background);
-        self.thumbnails.collect();
+        self.thumbnails.collect(workspace.serial());
         let level = self.level(workspace);
         let prepared = self.preparer.get(workspace.answer()).cloned();
         // Another scene's splats may still come.
