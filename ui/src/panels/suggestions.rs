@@ -336,12 +336,12 @@ fn class_button(
         ui.painter().galley(pos2(right, top), percent, weak);
         let left = rect.left() + 26.0;
         let room = Rect::from_x_y_ranges(left..=(right - 6.0).max(left), rect.y_range());
-        line_of_text(ui, room, &name, 14.0, text);
+        line_of_text(ui, room, name, 14.0, text);
     }
     if response.has_focus() {
         focus_ring(ui, rect);
     }
-    let hint = words::label_as_hint(&name, likely.probability, key);
+    let hint = words::label_as_hint(name, likely.probability, key);
     if response.on_hover_text(hint).clicked() {
         actions.push(action());
     }
