@@ -8,6 +8,7 @@
 pub mod action;
 pub mod app;
 mod apply;
+pub mod background;
 pub mod canvas;
 pub mod class_view;
 pub mod dialogs;
@@ -34,6 +35,8 @@ pub mod shown;
 pub mod state;
 pub mod stats;
 pub mod surroundings;
+#[cfg(test)]
+mod testing;
 pub mod theme;
 pub mod thumbnails;
 pub mod toasts;

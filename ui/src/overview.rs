@@ -1,10 +1,10 @@
 //! What is known of the scene as a whole: the frames' states, what the strokes say of each other, how it went.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use inplace_core::labels::{ImportedLabels, StrokeId, VOID};
+use inplace_core::labels::{ClassId, ImportedLabels, StrokeId, VOID};
 use inplace_core::scene::Scene;
 use inplace_core::session::{FrameSummary, MapSlots, Status, Verdict};
 
@@ -16,6 +16,9 @@ use crate::readiness::Evidence;
 /// Maps are summed up at most this often.
 const PAUSE: Duration = Duration::from_millis(250);
 
+/// Strokes that the others contradict, each with the class that those say.
+pub type Contradicted = BTreeMap<StrokeId, ClassId>;
+
 /// The state of a scene as a whole.
 #[derive(Debug)]
 pub struct Overview {
@@ -26,7 +29,9 @@ pub struct Overview {
     summarising: bool,
     next_summaries: Instant,
     verdicts: Vec<Verdict>,
-    contradicted: Vec<StrokeId>,
+    contradicted: Arc<Contradicted>,
+    /// Counts up with every change of those.
+    contradicted_version: u64,
     accuracy: Option<f32>,
     evidence: Evidence,
     log: Log,
@@ -43,7 +48,8 @@ impl Overview {
             summarising: false,
             next_summaries: now,
             verdicts: Vec::new(),
-            contradicted: Vec::new(),
+            contradicted: Arc::default(),
+            contradicted_version: 0,
             accuracy: None,
             evidence: Evidence::default(),
             log: Log::new(now),
@@ -71,14 +77,9 @@ impl Overview {
         &mut self.log
     }
 
-    /// What the others say of each stroke that can be checked.
-    pub fn verdicts(&self) -> &[Verdict] {
-        &self.verdicts
-    }
-
-    /// The strokes of now that the others contradict, in the order of the strokes.
-    pub fn contradicted(&self) -> &[StrokeId] {
-        &self.contradicted
+    /// The strokes of now that the others contradict, and a number that changes with them.
+    pub fn contradicted(&self) -> (&Arc<Contradicted>, u64) {
+        (&self.contradicted, self.contradicted_version)
     }
 
     /// Cross-validated accuracy of the strokes, 0..=1.
@@ -93,13 +94,12 @@ impl Overview {
 
     /// Mean of a number over the frames; `None` before every frame has a map.
     pub fn mean(&self, number: fn(&FrameSummary) -> f32) -> Option<f32> {
-        let all: Option<Vec<f32>> = self
+        let numbers = self
             .summaries
             .iter()
-            .map(|(_, summary)| summary.as_ref().map(number))
-            .collect();
-        let all = all.filter(|all| !all.is_empty())?;
-        Some(all.iter().sum::<f32>() / all.len() as f32)
+            .map(|(_, summary)| summary.as_ref().map(number));
+        let sum: f32 = numbers.sum::<Option<f32>>()?;
+        (!self.summaries.is_empty()).then(|| sum / self.summaries.len() as f32)
     }
 
     /// The worker has checked the strokes.
@@ -131,18 +131,22 @@ impl Overview {
                 summary,
             })
             .collect();
-        self.contradicted.clear();
+        let mut contradicted = Contradicted::new();
         // Strokes may have gone, or got another class, since they were checked.
         let present = |verdict: &&Verdict| labels.strokes.contains_key(&verdict.stroke);
         let checked = self.verdicts.iter().filter(present).count();
         for verdict in self.verdicts.iter().filter(|verdict| verdict.is_contradicted()) {
             let stroke = labels.strokes.get(&verdict.stroke);
             if let Some(stroke) = stroke.filter(|stroke| stroke.class != verdict.class) {
-                self.contradicted.push(verdict.stroke);
+                contradicted.insert(verdict.stroke, verdict.class);
                 if let Some(facts) = facts.get_mut(stroke.frame) {
                     facts.contradicted += 1;
                 }
             }
+        }
+        if *self.contradicted != contradicted {
+            self.contradicted = Arc::new(contradicted);
+            self.contradicted_version += 1;
         }
         self.frames.set_facts(facts);
         let classes: BTreeSet<_> = labels.strokes.values().map(|stroke| stroke.class).collect();

@@ -3,14 +3,13 @@
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use inplace_core::project::picture_name;
-use inplace_core::scene::Scene;
 use inplace_core::session::FrameMap;
 
-use crate::canvas::{Look, Palette, composite};
+use crate::canvas::composite;
 use crate::preferences::Place;
+use crate::thumbnails::Source;
 
 /// Most pixels along each axis: twice of what the start page shows in points.
 const SIZE: [f32; 2] = [176.0, 132.0];
@@ -63,16 +62,10 @@ fn read(file: &Path) -> Option<egui::ColorImage> {
 /// What a picture is made from: a frame with its labels over it.
 #[derive(Debug)]
 pub struct Portrait {
-    /// The scene.
-    pub scene: Arc<Scene>,
     /// Index of the frame.
     pub frame: usize,
-    /// Its newest map.
-    pub map: Option<Arc<FrameMap>>,
-    /// The classes' colours.
-    pub palette: Arc<Palette>,
-    /// How it is composed.
-    pub look: Look,
+    /// The scene, and what is shown of it.
+    pub source: Source,
 }
 
 impl Portrait {
@@ -81,14 +74,20 @@ impl Portrait {
     /// # Errors
     /// Why it cannot be written.
     pub fn write(&self, place: &Place, folder: &Path) -> io::Result<()> {
-        let Some(frame) = self.scene.frames.get(self.frame) else {
+        let Source {
+            scene,
+            map,
+            palette,
+            look,
+        } = &self.source;
+        let Some(frame) = scene.frames.get(self.frame) else {
             return Ok(());
         };
         let (width, height) = (frame.color.width() as f32, frame.color.height() as f32);
         let scale = (SIZE[0] / width).min(SIZE[1] / height).min(1.0);
         let size = [width, height].map(|side| ((scale * side).round() as usize).max(1));
-        let map = self.map.as_deref().map(FrameMap::looked_up);
-        let picture = composite(&frame.color, map.as_deref(), &self.palette, self.look, size);
+        let map = map.as_deref().map(FrameMap::looked_up);
+        let picture = composite(&frame.color, map.as_deref(), palette, *look, size);
         let rgb: Vec<u8> = picture
             .pixels
             .iter()

@@ -1,10 +1,9 @@
 //! Whether the labels are good enough to export, and why.
 
-/// Above this share of unclear pixels, whose class is more likely wrong than right
-/// ([`FrameSummary::unclear`](inplace_core::session::FrameSummary::unclear)), a scene is far from done, and above the second one not quite done; a frame is
-/// uncertain above the second, too.
+/// With more than this mean share of unclear pixels
+/// ([`FrameSummary::unclear`](inplace_core::session::FrameSummary::unclear)), a scene is far from done.
 const FAR: f32 = 0.2;
-/// See [`FAR`].
+/// With more than this share of unclear pixels a scene is not quite done, and a frame is uncertain.
 pub const NEAR: f32 = 0.05;
 /// Above this share of contradicted strokes something is wrong with the strokes.
 const CONTRADICTED: f32 = 0.1;

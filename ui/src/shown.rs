@@ -5,15 +5,16 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use inplace_core::labels::{ClassId, Pixel, StrokeId};
+use inplace_core::labels::{ClassId, Pixel};
 use inplace_core::scene::Scene;
 use inplace_core::session::{Command, FrameMap, RenderedFrame};
 
 use crate::canvas::{
     Content, DepthPlane, FieldView, Image, Layer, Made, Over, Palette, Part, Picture, Preparer, Request,
-    SERIAL_STEP, Said, ShownMap, Texels, VERDICTS, measured_depth,
+    SERIAL_STEP, Said, ShownMap, Texels, VERDICTS, measured_depth, preparer,
 };
 use crate::document::Document;
+use crate::overview::Contradicted;
 use crate::session_link::Running;
 
 /// How old a view of the field becomes at least before it is rendered again; one that took longer becomes as old
@@ -38,8 +39,6 @@ pub struct Shown {
     visible: Option<(u64, Vec<(ClassId, u32)>)>,
     /// Verdicts on the pixels, by the number of the map and the version of what was said.
     verdicts: Option<(u64, (u64, u64), Made)>,
-    /// Strokes that the others contradict; counts up with every change.
-    contradicted: (Vec<(StrokeId, ClassId)>, u64),
     /// The measured depth once it was asked for, and its serial number.
     depth: Option<(Option<DepthPlane>, u64)>,
     /// The field as seen from the frame.
@@ -101,13 +100,12 @@ impl Shown {
             first,
             frame: 0,
             // The numbers of a map and its entropy lie before these.
-            preparer: Preparer::new(ctx.clone(), first + 2),
+            preparer: preparer(ctx.clone(), first + 2),
             pictures: BTreeMap::new(),
             newest: None,
             map: None,
             visible: None,
             verdicts: None,
-            contradicted: (Vec::new(), 0),
             depth: None,
             view: None,
             rendered: None,
@@ -172,24 +170,6 @@ impl Shown {
         self.no_view = Some(reason);
     }
 
-    /// Strokes that the others contradict, with the class that those say.
-    pub fn set_contradicted(&mut self, contradicted: &[(StrokeId, ClassId)]) {
-        if self.contradicted.0 != contradicted {
-            self.contradicted = (contradicted.to_vec(), self.contradicted.1 + 1);
-        }
-    }
-
-    /// Changes with the strokes that are contradicted.
-    pub fn contradicted_version(&self) -> u64 {
-        self.contradicted.1
-    }
-
-    /// Whether the others say another class than this stroke does.
-    pub fn is_contradicted(&self, stroke: StrokeId, class: ClassId) -> bool {
-        let mut contradicted = self.contradicted.0.iter();
-        contradicted.any(|&(id, others)| id == stroke && others != class)
-    }
-
     /// Takes over what is ready; what is of another frame by now is dropped.
     pub fn collect(&mut self) {
         while let Some(part) = self.preparer.next() {
@@ -236,7 +216,7 @@ impl Shown {
     pub fn want(
         &mut self,
         layers: &[Layer],
-        document: &Document,
+        (document, (contradicted, contradicted_version)): (&Document, (&Arc<Contradicted>, u64)),
         session: &Running,
         steps: u64,
         now: Instant,
@@ -250,7 +230,7 @@ impl Shown {
         if shows(Layer::Rendered) || (shows(Layer::Depth) && !measured) {
             self.ask_for_view(session, steps, now);
         }
-        let said = (document.generation(), self.contradicted.1);
+        let said = (document.generation(), contradicted_version);
         let map = self.newest.as_ref().map_or(0, |(_, number)| *number);
         let wanted = Wanted {
             frame: self.frame,
@@ -280,7 +260,7 @@ impl Shown {
             visible: wanted.visible && !counted,
             said: wanted.said.filter(|_| !judged).map(|version| Said {
                 labels: document.labels().clone(),
-                contradicted: self.contradicted.0.clone(),
+                contradicted: Arc::clone(contradicted),
                 version,
             }),
             depth: wanted.depth && self.depth.is_none(),

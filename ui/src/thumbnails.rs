@@ -4,14 +4,16 @@ use std::collections::HashMap;
 use std::hash::Hash;
 use std::sync::Arc;
 
-use crossbeam_channel::{Receiver, Sender, unbounded};
+use egui::Rect;
 use inplace_core::guide::Suggestion;
 use inplace_core::labels::Pixel;
 use inplace_core::scene::Scene;
 use inplace_core::session::FrameMap;
 
+use crate::background::{Background, Desk};
 use crate::canvas::{Layer, Look, Palette, composite};
 use crate::surroundings::{crossings, surroundings};
+use crate::workspace::Workspace;
 
 /// Most textures kept.
 const MOST: usize = 300;
@@ -38,11 +40,36 @@ pub struct Source {
     pub look: Look,
 }
 
+impl Source {
+    /// A frame of the open scene as it is known now.
+    pub fn of_frame(workspace: &Workspace, frame: usize, look: Look) -> Self {
+        let maps = workspace.session().maps();
+        let maps = maps.filter(|_| look.layer != Layer::Color);
+        Self {
+            scene: Arc::clone(workspace.scene()),
+            map: maps.and_then(|maps| maps.get(frame)),
+            palette: Arc::clone(workspace.document().palette().0),
+            look,
+        }
+    }
+}
+
 /// A finished thumbnail.
 #[derive(Clone)]
 pub struct Thumbnail {
     /// The picture.
     pub texture: egui::TextureHandle,
+}
+
+impl Thumbnail {
+    /// Draws all of it in the middle of an area, as large as fits; returns where.
+    pub fn paint(&self, painter: &egui::Painter, area: Rect) -> Rect {
+        let size = self.texture.size_vec2();
+        let fitted = Rect::from_center_size(area.center(), size * (area.size() / size).min_elem());
+        let whole = Rect::from_min_max(egui::pos2(0.0, 0.0), egui::pos2(1.0, 1.0));
+        painter.image(self.texture.id(), fitted, whole, egui::Color32::WHITE);
+        fitted
+    }
 }
 
 struct Request {
@@ -72,8 +99,11 @@ struct Slot {
 
 /// Thumbnails by subject. One request per subject is under way at a time; the newest version wins.
 pub struct Thumbnails {
-    requests: Sender<Request>,
-    made: Receiver<Made>,
+    thread: Background<Request, Made>,
+    ctx: egui::Context,
+    size: [usize; 2],
+    /// Serial number of the scene.
+    scene: u64,
     slots: HashMap<Subject, Slot>,
     clock: u64,
 }
@@ -81,33 +111,24 @@ pub struct Thumbnails {
 impl Thumbnails {
     /// Starts the thread that makes thumbnails of at most `size` pixels.
     pub fn new(ctx: egui::Context, size: [usize; 2]) -> Self {
-        let (requests, receiver) = unbounded::<Request>();
-        let (sender, made) = unbounded();
-        // Without the thread there are no pictures, and nothing else is lost.
-        let _ = std::thread::Builder::new()
-            .name("inplace-thumbnails".to_owned())
-            .spawn(move || {
-                for request in receiver {
-                    if let Some(made) = request.make(size)
-                        && sender.send(made).is_err()
-                    {
-                        return;
-                    }
-                    ctx.request_repaint();
-                }
-            });
         Self {
-            requests,
-            made,
+            thread: started(&ctx, size),
+            ctx,
+            size,
+            scene: 0,
             slots: HashMap::new(),
             clock: 0,
         }
     }
 
-    /// Takes finished thumbnails over; call once per frame.
-    pub fn collect(&mut self, ctx: &egui::Context) {
+    /// Takes finished thumbnails over, and forgets those of a scene with another serial number; call once per frame.
+    pub fn collect(&mut self, scene: u64) {
+        if self.scene != scene {
+            self.clear();
+            self.scene = scene;
+        }
         self.clock += 1;
-        for made in self.made.try_iter() {
+        while let Some(made) = self.thread.next() {
             let slot = self.slots.entry(made.subject).or_default();
             slot.arrived = Some(made.version);
             let options = egui::TextureOptions::LINEAR;
@@ -115,7 +136,7 @@ impl Thumbnails {
                 Some(thumbnail) => thumbnail.texture.set(made.image, options),
                 None => {
                     slot.thumbnail = Some(Thumbnail {
-                        texture: ctx.load_texture("thumbnail", made.image, options),
+                        texture: self.ctx.load_texture("thumbnail", made.image, options),
                     });
                 }
             }
@@ -160,8 +181,7 @@ impl Thumbnails {
         if idle && slot.arrived != Some(version) {
             slot.asked = Some(version);
             let (source, outline) = source();
-            // Without the thread there are no pictures.
-            let _ = self.requests.send(Request {
+            self.thread.ask(Request {
                 subject,
                 version,
                 source,
@@ -171,10 +191,24 @@ impl Thumbnails {
         slot.thumbnail.clone()
     }
 
-    /// Forgets everything: another scene was opened.
+    /// Forgets everything.
     pub fn clear(&mut self) {
-        self.slots.clear();
+        if !self.slots.is_empty() {
+            self.slots.clear();
+            // What is still being made is of the scene before.
+            self.thread = started(&self.ctx, self.size);
+        }
     }
+}
+
+fn started(ctx: &egui::Context, size: [usize; 2]) -> Background<Request, Made> {
+    Background::new(ctx.clone(), "thumbnails", move |desk: &Desk<Request, Made>| {
+        loop {
+            if let Some(made) = desk.next()?.make(size) {
+                desk.tell(made)?;
+            }
+        }
+    })
 }
 
 impl Request {
@@ -199,16 +233,7 @@ impl Request {
             Subject::Place(_, pixel) => {
                 let full = [color.width() as usize, color.height() as usize];
                 let shown = composite(color, map, &palette, look, full);
-                let plain = composite(
-                    color,
-                    None,
-                    &palette,
-                    Look {
-                        layer: Layer::Color,
-                        ..look
-                    },
-                    full,
-                );
+                let plain = composite(color, None, &palette, Look::PLAIN, full);
                 place_picture(&shown, &plain, (pixel, &self.outline), [width, height])
             }
         };
@@ -256,6 +281,38 @@ fn place_picture(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use inplace_core::scene::ColorImage;
+
+    #[test]
+    fn what_was_asked_for_in_another_scene_is_not_shown() {
+        let source = |[width, height]: [u32; 2]| {
+            let color = ColorImage::new(width, height, vec![9; (3 * width * height) as usize]).unwrap();
+            Source {
+                scene: Arc::new(crate::testing::scene([color])),
+                map: None,
+                palette: Palette::new(&[]),
+                look: Look::PLAIN,
+            }
+        };
+        let ctx = egui::Context::default();
+        let mut thumbnails = Thumbnails::new(ctx, [48, 48]);
+        thumbnails.collect(1);
+        assert!(
+            thumbnails
+                .get(Subject::Frame(0), 1, || source([60, 40]))
+                .is_none()
+        );
+        let start = std::time::Instant::now();
+        let shown = loop {
+            thumbnails.collect(2);
+            if let Some(shown) = thumbnails.get(Subject::Frame(0), 1, || source([40, 60])) {
+                break shown.texture.size();
+            }
+            assert!(start.elapsed().as_secs() < 20, "nothing was made");
+            std::thread::sleep(std::time::Duration::from_millis(1));
+        };
+        assert_eq!(shown, [32, 48]);
+    }
 
     #[test]
     fn a_place_shows_labels_inside_its_region_and_the_image_around_it() {

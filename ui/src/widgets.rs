@@ -388,13 +388,18 @@ pub fn empty_state(ui: &mut Ui, text: &str) {
 
 /// Text cut to one line in a rectangle, with the colour given; returns whether some of it is cut off.
 pub fn line_of_text(ui: &Ui, rect: Rect, text: &str, size: f32, color: Color32) -> bool {
+    painted_line(ui.painter(), rect, text, size, color)
+}
+
+/// Like [`line_of_text`], over something that is painted.
+pub fn painted_line(painter: &egui::Painter, rect: Rect, text: &str, size: f32, color: Color32) -> bool {
     let font = egui::FontId::proportional(size);
     let mut job =
         egui::text::LayoutJob::single_section(text.to_owned(), egui::text::TextFormat::simple(font, color));
     job.wrap = egui::text::TextWrapping::truncate_at_width(rect.width());
-    let galley = ui.painter().layout_job(job);
+    let galley = painter.layout_job(job);
     let top = rect.center().y - 0.5 * galley.size().y;
     let cut = galley.elided;
-    ui.painter().galley(pos2(rect.left(), top), galley, color);
+    painter.galley(pos2(rect.left(), top), galley, color);
     cut
 }

@@ -11,6 +11,7 @@ use crate::class_view::ClassView;
 use crate::dialogs::{ClassFinder, ClassUse, Dialog};
 use crate::english::classes as english;
 use crate::jobs::Done;
+use crate::workspace::Lock;
 
 impl App {
     pub(super) fn present_classes(&self) -> Vec<Class> {
@@ -57,12 +58,11 @@ impl App {
 
     /// Whether a lock keeps a stroke from being added; then a message says so.
     pub(super) fn lock_refuses(&mut self, stroke: &Stroke) -> bool {
-        let sentence = self.state.workspace().and_then(|workspace| {
-            let own = workspace.document().labels().class(stroke.class);
-            match own.filter(|class| workspace.is_locked(class.id)) {
-                Some(own) => Some(english::no_label(own)),
-                None => workspace.locked_under(stroke).map(english::no_cover),
-            }
+        let workspace = self.state.workspace();
+        let lock = workspace.and_then(|workspace| workspace.lock_on(stroke));
+        let sentence = lock.map(|lock| match lock {
+            Lock::Own(class) => english::no_label(class),
+            Lock::Covered(class) => english::no_cover(class),
         });
         self.refuse(sentence)
     }

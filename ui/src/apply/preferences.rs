@@ -1,7 +1,5 @@
 //! Actions that change what the person prefers, and keeping that.
 
-use std::sync::Arc;
-
 use serde_json::{Map, Value};
 
 use crate::app::App;
@@ -10,6 +8,7 @@ use crate::keymap::KeyMap;
 use crate::pictures::{Found, Portrait, Seen, look_at, remove};
 use crate::preferences::{Change, Place, Recent, now};
 use crate::state::Settings;
+use crate::thumbnails::Source;
 
 impl App {
     /// Changes what the person prefers.
@@ -95,11 +94,8 @@ impl App {
         };
         let frame = workspace.frame_index();
         let portrait = Portrait {
-            scene: Arc::clone(workspace.scene()),
             frame,
-            map: workspace.session().maps().and_then(|maps| maps.get(frame)),
-            palette: Arc::clone(workspace.document().palette().0),
-            look: Settings::default().look(),
+            source: Source::of_frame(workspace, frame, Settings::default().look()),
         };
         Some((recent, portrait))
     }

@@ -29,6 +29,13 @@ pub struct Look {
 }
 
 impl Look {
+    /// The colour image alone.
+    pub const PLAIN: Self = Self {
+        layer: Layer::Color,
+        opacity: 0.0,
+        outlines: false,
+    };
+
     /// How much of the layer's own colour there is, 0..=1.
     pub(super) fn strength(&self) -> f32 {
         match self.layer {

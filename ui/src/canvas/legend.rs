@@ -8,7 +8,7 @@ use super::palette::{PALETTE_COLUMNS, Table, Verdict};
 use super::split::Part;
 use crate::english::layers;
 use crate::theme;
-use crate::widgets::swatch;
+use crate::widgets::{painted_line, swatch};
 use crate::workspace::Workspace;
 
 /// Most classes listed.
@@ -18,6 +18,7 @@ const LINE: f32 = 18.0;
 const PADDING: f32 = 8.0;
 const WIDEST: f32 = 288.0;
 const SWATCH: f32 = 12.0;
+const FONT: f32 = 12.0;
 const BAR: egui::Vec2 = vec2(160.0, 10.0);
 /// Legends lie on images, so they are the same in both themes.
 const BACKGROUND: Color32 = Color32::from_rgba_premultiplied(12, 13, 15, 215);
@@ -186,7 +187,7 @@ impl Row {
     }
 
     fn font() -> FontId {
-        FontId::proportional(12.0)
+        FontId::proportional(FONT)
     }
 
     fn width(&self, painter: &Painter) -> f32 {
@@ -207,18 +208,21 @@ impl Row {
             pos2(line.left() + 0.5 * SWATCH, line.center().y),
             egui::Vec2::splat(SWATCH),
         );
+        let cut = |line: Rect, words: &str, color: Color32| {
+            painted_line(painter, line, words, FONT, color);
+        };
         let beside = line.with_min_x(line.left() + SWATCH + 8.0);
         match self {
             Self::Swatch(color, words) => {
                 swatch(painter, square.center(), *color, SWATCH);
-                text(painter, beside, words, TEXT);
+                cut(beside, words, TEXT);
             }
             Self::Hatched(words) => {
                 hatched(painter, square);
-                text(painter, beside, words, TEXT);
+                cut(beside, words, TEXT);
             }
-            Self::Title(words) => text(painter, line, words, TEXT),
-            Self::Note(words) => text(painter, line, words, WEAK),
+            Self::Title(words) => cut(line, words, TEXT),
+            Self::Note(words) => cut(line, words, WEAK),
             Self::Bar(table, [low, high]) => {
                 let galley = |words: &String| painter.layout_no_wrap(words.clone(), Self::font(), TEXT);
                 let (low, high) = (galley(low), galley(high));
@@ -234,16 +238,6 @@ impl Row {
             }
         }
     }
-}
-
-/// A line of text that is cut where the rectangle ends.
-fn text(painter: &Painter, line: Rect, words: &str, color: Color32) {
-    let format = egui::text::TextFormat::simple(Row::font(), color);
-    let mut job = egui::text::LayoutJob::single_section(words.to_owned(), format);
-    job.wrap = egui::text::TextWrapping::truncate_at_width(line.width());
-    let galley = painter.layout_job(job);
-    let top = line.center().y - 0.5 * galley.size().y;
-    painter.galley(pos2(line.left(), top), galley, color);
 }
 
 /// The colours of a table from left to right.

@@ -2,9 +2,8 @@
 
 use egui::{Align2, Color32, FontId, Painter, Pos2, Shape, Stroke, vec2};
 use inplace_core::guide::Suggestion;
-use inplace_core::labels::{ClassId, Pixel, VOID, polygon_runs};
+use inplace_core::labels::{ClassId, Pixel, polygon_runs};
 
-use super::palette::VOID_COLOR;
 use super::strokes::paint_runs;
 use super::tools::{Draft, Line, Tool};
 use super::view::Placement;
@@ -18,12 +17,7 @@ pub const HALO: Color32 = Color32::from_black_alpha(150);
 
 /// The colour that strokes of a class have.
 pub fn stroke_color(workspace: &Workspace, class: ClassId) -> Color32 {
-    let [r, g, b] = if class == VOID {
-        VOID_COLOR
-    } else {
-        let class = workspace.document().labels().class(class);
-        class.map_or(VOID_COLOR, |class| class.color)
-    };
+    let (_, [r, g, b]) = workspace.document().name_and_color(class);
     Color32::from_rgb(r, g, b)
 }
 

@@ -3,11 +3,12 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use inplace_core::labels::{ClassId, ImportedMap, LabelSet, StrokeId, VOID, rasterise};
+use inplace_core::labels::{ImportedMap, LabelSet, VOID, rasterise};
 use inplace_core::scene::Frame;
 use inplace_core::session::{FrameMap, RenderedFrame};
 
 use super::palette::{PALETTE_COLUMNS, Table, Verdict};
+use crate::overview::Contradicted;
 
 /// Value of a [`DepthPlane`] where there is no depth.
 const HOLE: u16 = 0;
@@ -165,7 +166,7 @@ pub fn disagreement(
     map: &FrameMap,
     imported: Option<&ImportedMap>,
     labels: &LabelSet,
-    contradicted: &[(StrokeId, ClassId)],
+    contradicted: &Contradicted,
 ) -> Vec<u16> {
     let shown = map.labels();
     let mut verdicts = vec![Verdict::Unsaid as u16; shown.len()];
@@ -186,9 +187,7 @@ pub fn disagreement(
         }
     }
     for (pixel, (class, stroke)) in rasterise(labels, map.frame, map.width, map.height) {
-        let disputed = contradicted
-            .iter()
-            .any(|&(id, others)| id == stroke && others != class);
+        let disputed = contradicted.get(&stroke).is_some_and(|&others| others != class);
         verdicts[pixel as usize] = if disputed {
             Verdict::StrokeContradicted as u16
         } else {
@@ -200,7 +199,7 @@ pub fn disagreement(
 
 #[cfg(test)]
 mod tests {
-    use inplace_core::labels::{History, Stroke};
+    use inplace_core::labels::{History, Stroke, StrokeId};
 
     use super::*;
 
@@ -234,7 +233,12 @@ mod tests {
     #[test]
     fn imported_pixels_are_compared_with_the_map_and_the_rest_is_left_out() {
         let imported = ImportedMap::new(0, &[1, 2, VOID, 2]);
-        let verdicts = disagreement(&map(), Some(&imported), &LabelSet::default(), &[]);
+        let verdicts = disagreement(
+            &map(),
+            Some(&imported),
+            &LabelSet::default(),
+            &Contradicted::new(),
+        );
         let [agreed, contradicted] = [Verdict::Agreed as u16, Verdict::ImportContradicted as u16];
         assert_eq!(
             verdicts,
@@ -252,7 +256,7 @@ mod tests {
         }
         let ids: Vec<StrokeId> = history.labels().strokes.keys().copied().collect();
         let imported = ImportedMap::new(0, &[1; 4]);
-        let contradicted = [(ids[0], 1), (ids[1], 2)];
+        let contradicted = Contradicted::from([(ids[0], 1), (ids[1], 2)]);
         let verdicts = disagreement(&map(), Some(&imported), history.labels(), &contradicted);
         let [agreed, stroke] = [Verdict::Agreed as u16, Verdict::StrokeContradicted as u16];
         assert_eq!(verdicts, [stroke, agreed, agreed, agreed]);

@@ -2,13 +2,14 @@
 
 use std::sync::Arc;
 
-use crossbeam_channel::{Receiver, Sender, TryRecvError, unbounded};
-use inplace_core::labels::{ClassId, LabelSet, StrokeId, VOID};
+use inplace_core::labels::{ClassId, LabelSet, VOID};
 use inplace_core::scene::{ColorImage, Scene};
 use inplace_core::session::{FrameMap, RenderedFrame};
 
 use super::content::Picture;
 use super::plane::{DepthPlane, disagreement};
+use crate::background::{Background, Desk, Gone};
+use crate::overview::Contradicted;
 
 /// Everything about a frame that is wanted and not there yet.
 #[derive(Clone, Debug)]
@@ -36,8 +37,8 @@ pub struct Request {
 pub struct Said {
     /// Strokes and imported images.
     pub labels: LabelSet,
-    /// Strokes that the others contradict, with the class that those say.
-    pub contradicted: Vec<(StrokeId, ClassId)>,
+    /// What the strokes say of each other.
+    pub contradicted: Arc<Contradicted>,
     /// Generation of the labels, and a number that changes with the contradicted strokes.
     pub version: (u64, u64),
 }
@@ -85,105 +86,67 @@ pub struct Made {
     pub serial: u64,
 }
 
-/// The window's end of the thread.
-#[derive(Debug)]
-pub struct Preparer {
-    requests: Sender<Request>,
-    parts: Receiver<Part>,
-}
+/// The window's end of the thread: what is asked takes the place of what was asked before.
+pub type Preparer = Background<Request, Part>;
 
-impl Preparer {
-    /// Starts the thread, which wakes this window whenever something is ready. It ends with this value. The serial
-    /// numbers that it gives are `first` and every fourth after it.
-    pub fn new(ctx: egui::Context, first: u64) -> Self {
-        let (requests, inbox) = unbounded();
-        let (outbox, parts) = unbounded();
-        let wake = move || ctx.request_repaint();
-        // Without the thread there is nothing to see, and nothing that was said is lost.
-        let _ = std::thread::Builder::new()
-            .name("inplace-canvas".to_owned())
-            .spawn(move || Worker::new(outbox, wake, first).run(&inbox));
-        Self { requests, parts }
-    }
-
-    /// Asks for this instead of what was asked for before.
-    pub fn ask(&self, request: Request) {
-        // Without the thread there is nobody to ask.
-        let _ = self.requests.send(request);
-    }
-
-    /// The next thing that is ready, if any.
-    pub fn next(&self) -> Option<Part> {
-        self.parts.try_recv().ok()
-    }
+/// Starts the thread. The serial numbers that it gives are `first` and every fourth after it.
+pub fn preparer(ctx: egui::Context, first: u64) -> Preparer {
+    Background::new(ctx, "canvas", move |desk| Worker::new(desk, first).run())
 }
 
 /// From one serial number to the next; those between are given by the window.
 pub const STEP: u64 = 4;
 
 /// The thread's end.
-struct Worker<W> {
-    parts: Sender<Part>,
-    wake: W,
+struct Worker<'a> {
+    desk: &'a Desk<Request, Part>,
     serial: u64,
     /// The map that was looked up last.
     looked_up: Option<(Arc<FrameMap>, u64)>,
 }
 
-impl<W: Fn()> Worker<W> {
-    fn new(parts: Sender<Part>, wake: W, first: u64) -> Self {
+impl<'a> Worker<'a> {
+    fn new(desk: &'a Desk<Request, Part>, first: u64) -> Self {
         Self {
-            parts,
-            wake,
+            desk,
             serial: first,
             looked_up: None,
         }
     }
 
-    fn run(mut self, requests: &Receiver<Request>) {
-        let mut next = requests.recv().ok();
-        while let Some(request) = next {
-            next = match self.prepare(request, requests) {
-                Ok(newer) => newer.or_else(|| requests.recv().ok()),
-                Err(Gone) => return,
+    fn run(mut self) -> Result<(), Gone> {
+        let mut next = self.desk.newest()?;
+        loop {
+            next = match self.prepare(next)? {
+                Some(newer) => newer,
+                None => self.desk.newest()?,
             };
         }
     }
 
     /// Makes what is asked for, part by part, unless something newer is asked for meanwhile.
-    fn prepare(
-        &mut self,
-        mut request: Request,
-        requests: &Receiver<Request>,
-    ) -> Result<Option<Request>, Gone> {
-        type Step<W> = fn(&mut Worker<W>, &mut Request) -> Result<(), Gone>;
-        let steps: [Step<W>; 6] = [
-            |worker, request| worker.picture(request),
-            |worker, request| worker.look_up(request),
-            |worker, request| worker.verdicts(request),
-            |worker, request| worker.depth(request),
-            |worker, request| worker.view(request),
-            |worker, request| worker.visible(request),
+    fn prepare(&mut self, mut request: Request) -> Result<Option<Request>, Gone> {
+        let steps = [
+            Self::picture,
+            Self::look_up,
+            Self::verdicts,
+            Self::depth,
+            Self::view,
+            Self::visible,
         ];
         for step in steps {
-            if let Some(newer) = newest(requests)? {
+            if let Some(newer) = self.desk.newer()? {
                 return Ok(Some(newer));
             }
             step(self, &mut request)?;
         }
         while !request.pictures.is_empty() {
-            if let Some(newer) = newest(requests)? {
+            if let Some(newer) = self.desk.newer()? {
                 return Ok(Some(newer));
             }
             self.picture(&mut request)?;
         }
         Ok(None)
-    }
-
-    fn tell(&self, part: Part) -> Result<(), Gone> {
-        let told = self.parts.send(part).map_err(|_| Gone);
-        (self.wake)();
-        told
     }
 
     fn next_serial(&mut self) -> u64 {
@@ -201,7 +164,7 @@ impl<W: Fn()> Worker<W> {
             return Ok(());
         };
         let picture = Picture::new(&frame.color, self.next_serial());
-        self.tell(Part::Picture(index, Arc::new(picture)))
+        self.desk.tell(Part::Picture(index, Arc::new(picture)))
     }
 
     fn look_up(&mut self, request: &mut Request) -> Result<(), Gone> {
@@ -219,7 +182,7 @@ impl<W: Fn()> Worker<W> {
         };
         self.looked_up = Some((Arc::clone(&map), *number));
         if new {
-            self.tell(Part::Map(map, *number))?;
+            self.desk.tell(Part::Map(map, *number))?;
         }
         Ok(())
     }
@@ -227,7 +190,7 @@ impl<W: Fn()> Worker<W> {
     fn visible(&mut self, request: &mut Request) -> Result<(), Gone> {
         match &self.looked_up {
             Some((map, number)) if request.visible && request.map.is_some() => {
-                self.tell(Part::Visible(*number, classes_of(map)))
+                self.desk.tell(Part::Visible(*number, classes_of(map)))
             }
             _ => Ok(()),
         }
@@ -248,7 +211,7 @@ impl<W: Fn()> Worker<W> {
             values: disagreement(map, image, &said.labels, &said.contradicted).into(),
             serial,
         };
-        self.tell(Part::Verdicts(*number, said.version, made))
+        self.desk.tell(Part::Verdicts(*number, said.version, made))
     }
 
     fn depth(&mut self, request: &mut Request) -> Result<(), Gone> {
@@ -261,7 +224,7 @@ impl<W: Fn()> Worker<W> {
             .get(request.frame)
             .and_then(DepthPlane::measured);
         let serial = self.next_serial();
-        self.tell(Part::Depth(request.frame, plane, serial))
+        self.desk.tell(Part::Depth(request.frame, plane, serial))
     }
 
     fn view(&mut self, request: &mut Request) -> Result<(), Gone> {
@@ -283,22 +246,7 @@ impl<W: Fn()> Worker<W> {
             depth_serial,
             rendered,
         };
-        self.tell(Part::View(Box::new(view)))
-    }
-}
-
-/// The window does not listen any more.
-struct Gone;
-
-/// The newest of the requests that wait, if any.
-fn newest(requests: &Receiver<Request>) -> Result<Option<Request>, Gone> {
-    let mut newest = None;
-    loop {
-        match requests.try_recv() {
-            Ok(request) => newest = Some(request),
-            Err(TryRecvError::Empty) => return Ok(newest),
-            Err(TryRecvError::Disconnected) => return Err(Gone),
-        }
+        self.desk.tell(Part::View(Box::new(view)))
     }
 }
 

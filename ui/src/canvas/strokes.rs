@@ -59,7 +59,7 @@ impl StrokeLayer {
             frame: workspace.frame_index(),
             generation: workspace.document().generation(),
             palette: workspace.document().palette().1,
-            verdicts: verdicts.then(|| workspace.shown().contradicted_version()),
+            verdicts: verdicts.then(|| workspace.overview().contradicted().1),
             zoom: placement.zoom,
             pixels_per_point: painter.pixels_per_point(),
             selected: workspace.selected(),
@@ -136,7 +136,8 @@ impl StrokeLayer {
 
 /// The colour of what the other strokes say of a stroke.
 fn verdict_color(workspace: &Workspace, id: StrokeId, class: ClassId) -> Color32 {
-    let verdict = if workspace.shown().is_contradicted(id, class) {
+    let others = workspace.overview().contradicted().0.get(&id).copied();
+    let verdict = if others.is_some_and(|others| others != class) {
         Verdict::StrokeContradicted
     } else {
         Verdict::Agreed

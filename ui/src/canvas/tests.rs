@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use egui::{Rect, pos2, vec2};
 use inplace_core::labels::Class;
-use inplace_core::scene::{Camera, ColorImage, Frame, Scene, SceneSource};
+use inplace_core::scene::{ColorImage, Scene};
 use inplace_core::session::FrameMap;
 
 use super::content::{Content, Image, Picture, ShownMap};
@@ -19,24 +19,9 @@ fn scene() -> Arc<Scene> {
     let rgb = (0..width * height * 3)
         .map(|index| (index * 37 % 251) as u8)
         .collect();
-    Arc::new(Scene {
-        source: SceneSource::Demo,
-        format: "test",
-        frames: vec![Frame {
-            stem: "a".to_owned(),
-            path: Default::default(),
-            camera: Camera::with_horizontal_fov(width, height, 90.0),
-            camera_to_world: Default::default(),
-            color: ColorImage::new(width, height, rgb).unwrap(),
-            depth: None,
-            points: Vec::new(),
-            lens: None,
-        }],
-        origin: Default::default(),
-        unit: 1.0,
-        warnings: Vec::new(),
-        notes: Vec::new(),
-    })
+    Arc::new(crate::testing::scene([
+        ColorImage::new(width, height, rgb).unwrap()
+    ]))
 }
 
 /// What each layer lays over that frame.

@@ -13,8 +13,6 @@ pub const GO_TO_MEANS: &str = "A frame's number or name, or a part of the name; 
 pub const FILTER: &str = "Frames shown";
 /// Name of the choice of the order.
 pub const ORDER: &str = "Order of the frames";
-/// The bars on the frames.
-pub const BARS: &str = "upper bar: labelled; lower bar: unsure";
 
 /// A filter's name.
 pub fn filter(filter: FrameFilter) -> &'static str {

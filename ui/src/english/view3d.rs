@@ -44,6 +44,3 @@ pub const NOT_SEEN: &str = "No frame shows this place well enough to label it";
 pub fn labelled(class: &str, frame: &str) -> String {
     format!("{class}, on frame {frame}")
 }
-
-/// What is labelled as nothing.
-pub const VOID_NAME: &str = "void";

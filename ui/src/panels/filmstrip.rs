@@ -54,9 +54,8 @@ impl Filmstrip {
         if self.scene != workspace.serial() {
             self.scene = workspace.serial();
             self.followed = None;
-            self.thumbnails.clear();
         }
-        self.thumbnails.collect(ui.ctx());
+        self.thumbnails.collect(workspace.serial());
         self.filters.show(ui, workspace, actions);
         let list = workspace.overview().frames();
         let frames = list.shown();
@@ -146,19 +145,17 @@ impl Filmstrip {
     }
 
     fn thumbnail(&mut self, state: &AppState, workspace: &Workspace, index: usize) -> Option<Thumbnail> {
-        let (palette, palette_serial) = workspace.document().palette();
+        let (_, palette_serial) = workspace.document().palette();
         let layer = state.settings.layer.in_small();
         // Different whenever anything that the thumbnail shows is.
         let version = (workspace.map_version(index) << 24) ^ (palette_serial << 3) ^ layer.number() as u64;
-        self.thumbnails.get(Subject::Frame(index), version, || Source {
-            scene: std::sync::Arc::clone(workspace.scene()),
-            map: workspace.session().maps().and_then(|maps| maps.get(index)),
-            palette: std::sync::Arc::clone(palette),
-            look: Look {
-                layer,
-                opacity: 0.55,
-                outlines: false,
-            },
+        let look = Look {
+            layer,
+            opacity: 0.55,
+            outlines: false,
+        };
+        self.thumbnails.get(Subject::Frame(index), version, || {
+            Source::of_frame(workspace, index, look)
         })
     }
 }
@@ -166,14 +163,9 @@ impl Filmstrip {
 fn paint_image(ui: &Ui, rect: Rect, thumbnail: Option<&Thumbnail>) {
     let painter = ui.painter();
     painter.rect_filled(rect, 4, theme::canvas(ui.visuals()));
-    let Some(thumbnail) = thumbnail else {
-        return;
-    };
-    let size = thumbnail.texture.size_vec2();
-    let fitted = size * (rect.size() / size).min_elem();
-    let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
-    let rect = Rect::from_center_size(rect.center(), fitted);
-    painter.image(thumbnail.texture.id(), rect, whole, Color32::WHITE);
+    if let Some(thumbnail) = thumbnail {
+        thumbnail.paint(painter, rect);
+    }
 }
 
 /// Two bars along the lower edge: the longer the upper one, the more is labelled; the longer the lower, the less sure.

@@ -228,7 +228,7 @@ fn numbers(ui: &mut Ui, workspace: &Workspace) {
 
 /// The strokes that the others contradict; a click goes there.
 fn contradicted(ui: &mut Ui, workspace: &Workspace, actions: &mut Actions) {
-    let strokes = workspace.overview().contradicted();
+    let (strokes, _) = workspace.overview().contradicted();
     if strokes.is_empty() {
         return;
     }
@@ -241,8 +241,8 @@ fn contradicted(ui: &mut Ui, workspace: &Workspace, actions: &mut Actions) {
         .max_height(LIST)
         .auto_shrink([false, true])
         .show_rows(ui, height, strokes.len(), |ui, shown| {
-            for &id in &strokes[shown] {
-                let Some(text) = row(workspace, id) else {
+            for (&id, &others) in strokes.iter().skip(shown.start).take(shown.len()) {
+                let Some(text) = row(workspace, id, others) else {
                     continue;
                 };
                 ui.allocate_ui_with_layout(
@@ -260,19 +260,20 @@ fn contradicted(ui: &mut Ui, workspace: &Workspace, actions: &mut Actions) {
 }
 
 /// What is said of a contradicted stroke.
-fn row(workspace: &Workspace, id: StrokeId) -> Option<String> {
+fn row(workspace: &Workspace, id: StrokeId, others: ClassId) -> Option<String> {
     let labels = workspace.document().labels();
     let stroke = labels.strokes.get(&id)?;
     let frame = workspace.scene().frames.get(stroke.frame)?;
-    let verdicts = workspace.verdicts();
-    let found = verdicts.binary_search_by_key(&id, |verdict| verdict.stroke);
     let name = |class: ClassId| match labels.class(class) {
         Some(class) => class.name.clone(),
         None => format!("class {class}"),
     };
     debug_assert_ne!(stroke.class, VOID);
-    let others = name(verdicts[found.ok()?].class);
-    Some(words::contradicted(&name(stroke.class), &frame.stem, &others))
+    Some(words::contradicted(
+        &name(stroke.class),
+        &frame.stem,
+        &name(others),
+    ))
 }
 
 fn named(number: Number) -> (&'static str, &'static str) {

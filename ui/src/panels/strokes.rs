@@ -11,7 +11,6 @@ use inplace_core::labels::{ClassId, Stroke, StrokeId, VOID};
 
 use super::panel_frame;
 use crate::action::{Action, Actions};
-use crate::canvas::VOID_COLOR;
 use crate::english::strokes as english;
 use crate::theme;
 use crate::widgets::{Icon, empty_state, focus_ring, heading, icon_button, line_of_text, swatch};
@@ -79,7 +78,7 @@ fn found(workspace: &Workspace, filter: &Filter, frame: Option<usize>) -> Vec<St
     let words: Vec<&str> = text.split_whitespace().collect();
     let frames = &workspace.scene().frames;
     let named = |stroke: &Stroke| {
-        let class = class_of(workspace, stroke.class).0.to_lowercase();
+        let class = workspace.document().name_and_color(stroke.class).0.to_lowercase();
         let frame = frames.get(stroke.frame).map(|frame| frame.stem.to_lowercase());
         let kind = stroke.kind().name();
         words.iter().all(|word| {
@@ -102,12 +101,6 @@ fn found(workspace: &Workspace, filter: &Filter, frame: Option<usize>) -> Vec<St
                 .collect()
         }
     }
-}
-
-/// A class's name and colour.
-fn class_of(workspace: &Workspace, id: ClassId) -> (&str, [u8; 3]) {
-    let class = workspace.document().labels().class(id);
-    class.map_or((english::VOID, VOID_COLOR), |class| (&class.name, class.color))
 }
 
 impl StrokePanel {
@@ -181,7 +174,10 @@ impl StrokePanel {
             .accessible_name(english::FIND)
             .on_hover_text(english::FIND_HINT);
         ui.horizontal(|ui| {
-            let chosen = self.filter.class.map(|class| class_of(workspace, class).0);
+            let chosen = self
+                .filter
+                .class
+                .map(|class| workspace.document().name_and_color(class).0);
             let check = 96.0;
             ComboBox::from_id_salt("class filter")
                 .selected_text(chosen.unwrap_or(english::ALL_CLASSES))
@@ -303,7 +299,7 @@ impl StrokePanel {
             return false;
         };
         let pixels = self.pixels_of(workspace, id, stroke);
-        let (class, color) = class_of(workspace, stroke.class);
+        let (class, color) = workspace.document().name_and_color(stroke.class);
         let frame = workspace.scene().frames.get(stroke.frame);
         let frame = frame.map_or("", |frame| &frame.stem);
         let words = english::in_words(class, stroke.kind(), pixels, frame);
@@ -372,7 +368,7 @@ fn selected_line(ui: &mut Ui, workspace: &Workspace, actions: &mut Actions) {
         ui.horizontal(|ui| {
             let side = ui.spacing().interact_size.y;
             let text = stroke.map_or(english::NONE_SELECTED, |(_, stroke)| {
-                class_of(workspace, stroke.class).0
+                workspace.document().name_and_color(stroke.class).0
             });
             ComboBox::from_id_salt("class of the stroke")
                 .selected_text(text)

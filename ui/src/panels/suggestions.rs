@@ -24,7 +24,6 @@ const FAINT: f32 = 0.3;
 /// The ranked list of places with their pictures.
 pub struct SuggestionPanel {
     thumbnails: Thumbnails,
-    scene: u64,
     /// The place at hand when the list was drawn last, to scroll to another one.
     at: Option<(usize, u64)>,
     held: bool,
@@ -35,7 +34,6 @@ impl SuggestionPanel {
     pub fn new(thumbnails: Thumbnails) -> Self {
         Self {
             thumbnails,
-            scene: 0,
             at: None,
             held: false,
         }
@@ -43,11 +41,7 @@ impl SuggestionPanel {
 
     /// Draws the list.
     pub fn show(&mut self, ui: &mut Ui, workspace: &Workspace, actions: &mut Actions) {
-        if self.scene != workspace.serial() {
-            self.scene = workspace.serial();
-            self.thumbnails.clear();
-        }
-        self.thumbnails.collect(ui.ctx());
+        self.thumbnails.collect(workspace.serial());
         let hovered = ui.rect_contains_pointer(ui.max_rect());
         if hovered != self.held {
             self.held = hovered;
@@ -149,7 +143,8 @@ impl SuggestionPanel {
                     ui.spacing_mut().item_spacing.y = 4.0;
                     title(ui, workspace, index, suggestion, &frame.stem);
                     if let Some(class) = workspace.guidance().answer_of(index) {
-                        ui.add(egui::Label::new(words::labelled(&class_of(workspace, class).0)).truncate());
+                        let (name, _) = workspace.document().name_and_color(class);
+                        ui.add(egui::Label::new(words::labelled(name)).truncate());
                     }
                 });
             });
@@ -194,20 +189,14 @@ impl SuggestionPanel {
         }
         let painter = ui.painter_at(rect);
         painter.rect_filled(rect, 4, theme::canvas(ui.visuals()));
-        let (palette, _) = workspace.document().palette();
         let version = workspace.guidance().version();
-        let thumbnail = self.thumbnails.get_place(suggestion, version, || Source {
-            scene: std::sync::Arc::clone(workspace.scene()),
-            map: workspace
-                .session()
-                .maps()
-                .and_then(|maps| maps.get(suggestion.frame)),
-            palette: std::sync::Arc::clone(palette),
-            look: Look {
-                layer: Layer::Labels,
-                opacity: FAINT,
-                outlines: false,
-            },
+        let look = Look {
+            layer: Layer::Labels,
+            opacity: FAINT,
+            outlines: false,
+        };
+        let thumbnail = self.thumbnails.get_place(suggestion, version, || {
+            Source::of_frame(workspace, suggestion.frame, look)
         });
         let Some(thumbnail) = thumbnail else {
             return;
@@ -243,15 +232,6 @@ fn title(ui: &mut Ui, workspace: &Workspace, index: usize, suggestion: &Suggesti
     ui.add(label).on_hover_text(words::SETTLES_HINT);
 }
 
-/// Name and colour of a class, or of void.
-fn class_of(workspace: &Workspace, id: ClassId) -> (String, [u8; 3]) {
-    let class = workspace.document().labels().class(id);
-    class.map_or_else(
-        || ("void".to_owned(), crate::canvas::VOID_COLOR),
-        |class| (class.name.clone(), class.color),
-    )
-}
-
 /// The digit that chooses a class, where it has one.
 pub(super) fn digit_of(workspace: &Workspace, id: ClassId) -> Option<String> {
     if id == VOID {
@@ -278,11 +258,11 @@ fn footer(ui: &mut Ui, workspace: &Workspace, actions: &mut Actions) {
         .show_separator_line(false)
         .show(ui, |ui| {
             if let Some((_, class)) = answer {
-                let (name, color) = class_of(workspace, class);
+                let (name, color) = workspace.document().name_and_color(class);
                 row(
                     ui,
                     Some(color),
-                    &words::last_answer(&name),
+                    &words::last_answer(name),
                     words::TAKE_BACK,
                     || {
                         actions.push(Action::Undo);
@@ -331,10 +311,10 @@ fn class_button(
     if workspace.document().labels().class(likely.class).is_none() {
         return;
     }
-    let (name, color) = class_of(workspace, likely.class);
+    let (name, color) = workspace.document().name_and_color(likely.class);
     let size = vec2(width, ui.spacing().interact_size.y);
     let (rect, response) = ui.allocate_exact_size(size, Sense::click());
-    let accessible = words::label_as(index, &name);
+    let accessible = words::label_as(index, name);
     response.widget_info(|| WidgetInfo::labeled(Role::Button, true, &accessible));
     if ui.is_rect_visible(rect) {
         let visuals = ui.style().interact(&response);
@@ -356,12 +336,12 @@ fn class_button(
         ui.painter().galley(pos2(right, top), percent, weak);
         let left = rect.left() + 26.0;
         let room = Rect::from_x_y_ranges(left..=(right - 6.0).max(left), rect.y_range());
-        line_of_text(ui, room, &name, 14.0, text);
+        line_of_text(ui, room, name, 14.0, text);
     }
     if response.has_focus() {
         focus_ring(ui, rect);
     }
-    let hint = words::label_as_hint(&name, likely.probability, key);
+    let hint = words::label_as_hint(name, likely.probability, key);
     if response.on_hover_text(hint).clicked() {
         actions.push(action());
     }

@@ -378,24 +378,9 @@ mod tests {
     }
 
     fn scene_of(camera_to_world: glam::Affine3A) -> Scene {
-        let frame = Frame {
-            stem: "a".into(),
-            path: std::path::PathBuf::new(),
-            camera: inplace_core::scene::Camera::with_horizontal_fov(4, 3, 90.0),
-            camera_to_world,
-            color: inplace_core::scene::ColorImage::new(4, 3, vec![0; 36]).unwrap(),
-            depth: None,
-            points: Vec::new(),
-            lens: None,
-        };
-        Scene {
-            source: inplace_core::scene::SceneSource::Demo,
-            format: "test",
-            frames: vec![frame],
-            origin: Default::default(),
-            unit: 1.0,
-            warnings: Vec::new(),
-            notes: Vec::new(),
-        }
+        let color = inplace_core::scene::ColorImage::new(4, 3, vec![0; 36]).unwrap();
+        let mut scene = crate::testing::scene([color]);
+        scene.frames[0].camera_to_world = camera_to_world;
+        scene
     }
 }

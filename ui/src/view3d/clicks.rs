@@ -4,6 +4,8 @@ use std::sync::Arc;
 
 use egui::{PointerButton, Pos2, Response, Ui};
 
+use inplace_core::labels::{ClassId, Stroke};
+
 use super::View3d;
 use super::camera::{OrbitCamera, Ray, Sight};
 use super::cloud::Prepared;
@@ -92,7 +94,7 @@ impl View3d {
         now: f64,
         actions: &mut Actions,
     ) {
-        while let Some(picked) = self.picker.answer() {
+        while let Some(picked) = self.picker.next() {
             if picked.scene != workspace.serial() {
                 continue;
             }
@@ -113,8 +115,12 @@ impl View3d {
         let seen = hit.map(|hit| hit.seen);
         if let Some(Some((frame, pixel))) = seen {
             actions.push(Action::LabelSeen { frame, pixel });
-            // Without a class the name of the first one is asked for.
-            if let Some(class) = workspace.class() {
+            // Without a class the name of the first one is asked for; a lock's refusal is told elsewhere.
+            let taken = |class: &ClassId| {
+                let click = Stroke::click(frame, *class, pixel);
+                workspace.lock_on(&click).is_none()
+            };
+            if let Some(class) = workspace.class().filter(taken) {
                 self.notice = Some(Notice::labelled(workspace, frame, pixel, class, now));
             }
         } else {

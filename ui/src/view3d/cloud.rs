@@ -1,13 +1,13 @@
 //! The surface as splats, made ready for the renderer on a thread of its own.
 
-use std::sync::Arc;
+use std::sync::{Arc, Weak};
 
 use bytemuck::{Pod, Zeroable};
-use crossbeam_channel::{Receiver, Sender, unbounded};
 use glam::Vec3;
 use inplace_core::semantics::{Node, Posterior, Surface};
 
 use super::camera::Ball;
+use crate::background::{Background, Desk, Gone};
 
 /// Share of the nodes on each side of each axis that the ball around the surface may leave out.
 const OUTLIERS: f32 = 0.005;
@@ -161,24 +161,16 @@ fn ball(splats: &[Splat]) -> Ball {
 
 /// Prepares answers on a thread; the newest wins.
 pub struct Preparer {
-    requests: Sender<Answer>,
-    made: Receiver<Prepared>,
+    thread: Background<Answer, Prepared>,
     asked: Option<Answer>,
     newest: Option<Prepared>,
 }
 
 impl Preparer {
-    /// Starts the thread; the window is woken whenever something is ready.
+    /// Starts the thread.
     pub fn new(ctx: egui::Context) -> Self {
-        let (requests, inbox) = unbounded();
-        let (outbox, made) = unbounded();
-        // Without the thread nothing is ever ready, and the view goes on saying that it waits.
-        let _ = std::thread::Builder::new()
-            .name("inplace-cloud".to_owned())
-            .spawn(move || prepare(&inbox, &outbox, &ctx));
         Self {
-            requests,
-            made,
+            thread: Background::new(ctx, "cloud", prepare),
             asked: None,
             newest: None,
         }
@@ -186,44 +178,41 @@ impl Preparer {
 
     /// The newest that is ready; asks for this answer if it has not been asked for. Keeps nothing without one.
     pub fn get(&mut self, answer: Option<&Answer>) -> Option<&Prepared> {
+        let made = self.thread.newest();
         let Some(answer) = answer else {
             self.asked = None;
             self.newest = None;
             return None;
         };
-        if let Some(made) = self.made.try_iter().last() {
-            self.newest = Some(made);
+        if made.is_some() {
+            self.newest = made;
         }
         if !self.asked.as_ref().is_some_and(|asked| asked.is(answer)) {
             self.asked = Some(answer.clone());
-            // A thread that never started is dealt with above.
-            let _ = self.requests.send(answer.clone());
+            self.thread.ask(answer.clone());
         }
         self.newest.as_ref()
     }
 }
 
-fn prepare(inbox: &Receiver<Answer>, outbox: &Sender<Prepared>, ctx: &egui::Context) {
-    let mut last: Option<Arc<Cloud>> = None;
+fn prepare(desk: &Desk<Answer, Prepared>) -> Result<(), Gone> {
+    // Only the window holds it: a scene that is closed takes no memory.
+    let mut last: Weak<Cloud> = Weak::new();
     let mut serial = 0;
-    while let Ok(first) = inbox.recv() {
-        let answer = inbox.try_iter().last().unwrap_or(first);
+    loop {
+        let answer = desk.newest()?;
         serial += 1;
-        let cloud = match &last {
-            Some(cloud) if Arc::ptr_eq(&cloud.surface, &answer.surface) => Arc::clone(cloud),
+        let cloud = match last.upgrade() {
+            Some(cloud) if Arc::ptr_eq(&cloud.surface, &answer.surface) => cloud,
             _ => Arc::new(Cloud::new(&answer.surface, serial)),
         };
-        last = Some(Arc::clone(&cloud));
+        last = Arc::downgrade(&cloud);
         let values = Arc::new(Values::new(&cloud, &answer.posterior, serial));
-        let prepared = Prepared {
+        desk.tell(Prepared {
             cloud,
             values,
             answer,
-        };
-        if outbox.send(prepared).is_err() {
-            return;
-        }
-        ctx.request_repaint();
+        })?;
     }
 }
 

@@ -5,11 +5,11 @@ use inplace_core::labels::{ClassId, Pixel};
 
 use super::Space;
 use crate::action::{Action, Actions};
-use crate::canvas::stroke_color;
+use crate::canvas::{Look, stroke_color};
 use crate::english::view3d as english;
 use crate::surroundings::surroundings;
 use crate::theme;
-use crate::thumbnails::{Subject, Thumbnails};
+use crate::thumbnails::{Source, Subject, Thumbnails};
 use crate::workspace::Workspace;
 
 /// Seconds that a notice is shown.
@@ -120,11 +120,7 @@ impl Notice {
             .frames
             .get(frame)
             .map(|frame| frame.stem.as_str());
-        let named = workspace.document().labels().class(class);
-        let name = match named {
-            Some(class) => class.name.as_str(),
-            None => english::VOID_NAME,
-        };
+        let (name, _) = workspace.document().name_and_color(class);
         Self {
             words: english::labelled(name, stem.unwrap_or_default()),
             label: Some((frame, pixel, class)),
@@ -166,15 +162,11 @@ fn picture(
     thumbnails: &mut Thumbnails,
 ) {
     let subject = Subject::Place(frame, pixel);
-    let thumbnail = thumbnails.get(subject, 1, || super::plain(workspace));
+    let thumbnail = thumbnails.get(subject, 1, || Source::of_frame(workspace, frame, Look::PLAIN));
     let Some(thumbnail) = thumbnail else {
         return;
     };
-    let size = thumbnail.texture.size_vec2();
-    let fitted = Rect::from_center_size(rect.center(), size * (rect.size() / size).min_elem());
-    let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
-    ui.painter()
-        .image(thumbnail.texture.id(), fitted, whole, Color32::WHITE);
+    let fitted = thumbnail.paint(ui.painter(), rect);
     if let Some(color) = workspace.scene().frames.get(frame).map(|frame| &frame.color) {
         let part = surroundings(vec2(color.width() as f32, color.height() as f32), pixel, &[]);
         let place = pos2(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5);

@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use crossbeam_channel::{Receiver, Sender, unbounded};
 use glam::Vec3;
 use inplace_core::labels::Pixel;
 use inplace_core::scene::Scene;
@@ -10,6 +9,7 @@ use inplace_core::semantics::best_view;
 
 use super::camera::{NEAR, Ray};
 use super::cloud::Cloud;
+use crate::background::{Background, Desk};
 
 /// Radius of a splat, in sides of its voxel: neighbours overlap.
 pub const SPLAT_RADIUS: f32 = 0.72;
@@ -109,40 +109,15 @@ pub fn pick(cloud: &Cloud, ray: Ray, slack: f32, see_through: bool) -> Option<u3
 }
 
 /// Answers questions in their order.
-pub struct Picker {
-    questions: Sender<Question>,
-    answers: Receiver<Picked>,
-}
+pub type Picker = Background<Question, Picked>;
 
-impl Picker {
-    /// Starts the thread; the window is woken by every answer.
-    pub fn new(ctx: egui::Context) -> Self {
-        let (questions, inbox) = unbounded::<Question>();
-        let (outbox, answers) = unbounded();
-        // Without the thread clicks in the 3D view find nothing; nothing else is lost.
-        let _ = std::thread::Builder::new()
-            .name("inplace-pick".to_owned())
-            .spawn(move || {
-                for question in inbox {
-                    if outbox.send(question.answer()).is_err() {
-                        return;
-                    }
-                    ctx.request_repaint();
-                }
-            });
-        Self { questions, answers }
-    }
-
-    /// Asks.
-    pub fn ask(&self, question: Question) {
-        // A thread that never started is dealt with above.
-        let _ = self.questions.send(question);
-    }
-
-    /// The next answer, if there is one.
-    pub fn answer(&self) -> Option<Picked> {
-        self.answers.try_recv().ok()
-    }
+/// Starts the picker's thread.
+pub fn picker(ctx: egui::Context) -> Picker {
+    Background::new(ctx, "pick", |desk: &Desk<Question, Picked>| {
+        loop {
+            desk.tell(desk.next()?.answer())?;
+        }
+    })
 }
 
 #[cfg(test)]

@@ -116,6 +116,24 @@ fn a_click_on_the_surface_labels_the_frame_that_shows_it_and_stays() {
 }
 
 #[test]
+fn a_click_that_a_lock_refuses_is_not_said_to_have_labelled() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = shown(folder.path());
+    window.add_class("wall");
+    window.click("Lock wall");
+    let place = middle(&window);
+    window.drag(PointerButton::Primary, &[place]);
+    window.until("the refusal is told", |app| {
+        let mut messages = app.state().toasts.texts();
+        messages.any(|message| message.contains("unlock it"))
+    });
+    window.harness.run_steps(2);
+    let said = english::labelled("wall", "rgb_0");
+    assert!(window.harness.query_by_label(&said).is_none());
+    assert_eq!(window.strokes(), 0);
+}
+
+#[test]
 fn a_click_beside_the_surface_says_so() {
     let folder = tempfile::tempdir().unwrap();
     let mut window = shown(folder.path());

@@ -1,9 +1,10 @@
-//! Edits of the class list as a whole: adding one class or many at once, and their order.
+//! Edits of the classes: adding one or many at once, changing, merging and deleting them, and their order.
 
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 use super::History;
-use crate::labels::{Class, ClassId, Edit, VOID};
+use crate::labels::{Class, ClassId, Edit, ImportedLabels, Stroke, StrokeChange, VOID};
 
 /// What became of classes that were to be added.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -96,6 +97,68 @@ impl History {
         }))
     }
 
+    /// Changes a class's name and colour; `None` when there is no such class or nothing changes.
+    pub fn change_class(&mut self, class: Class) -> Option<Edit> {
+        let before = self.labels.classes.clone();
+        let mut after = before.clone();
+        let place = after.iter_mut().find(|candidate| candidate.id == class.id)?;
+        if *place == class {
+            return None;
+        }
+        let name = format!("change class {}", class.name);
+        *place = class;
+        Some(self.commit(Edit {
+            name,
+            classes: Some((before, after)),
+            ..Edit::default()
+        }))
+    }
+
+    /// Deletes a class and its strokes; `None` when there is no such class.
+    pub fn delete_class(&mut self, id: ClassId) -> Option<Edit> {
+        let name = format!("delete class {}", self.labels.class(id)?.name);
+        let before = self.labels.classes.clone();
+        let after = before.iter().filter(|class| class.id != id).cloned().collect();
+        let strokes = self.changes_of_class(id, |_| None);
+        Some(self.commit(Edit {
+            name,
+            strokes,
+            classes: Some((before, after)),
+            ..Edit::default()
+        }))
+    }
+
+    /// Gives all strokes and imported pixels of one class to another and deletes the first; `None` unless both
+    /// exist.
+    pub fn merge_class(&mut self, from: ClassId, into: ClassId) -> Option<Edit> {
+        let (source, target) = (self.labels.class(from)?, self.labels.class(into)?);
+        if from == into {
+            return None;
+        }
+        let name = format!("merge class {} into {}", source.name, target.name);
+        let before = self.labels.classes.clone();
+        let after = before.iter().filter(|class| class.id != from).cloned().collect();
+        let strokes = self.changes_of_class(from, |stroke| {
+            Some(Stroke {
+                class: into,
+                ..stroke.clone()
+            })
+        });
+        let says = |images: &&Arc<ImportedLabels>| {
+            let mut classes = images.maps.iter().flat_map(|map| map.runs());
+            classes.any(|(class, _)| class == from)
+        };
+        let images = self.labels.imported.as_ref().filter(says);
+        let images = images.map(|images| images.relabelled(|class| if class == from { into } else { class }));
+        let imported = images.map(|images| self.change_import(Some(images)));
+        Some(self.commit(Edit {
+            name,
+            strokes,
+            classes: Some((before, after)),
+            imported,
+        }))
+    }
+
     /// An id that neither these classes nor any earlier one has, also none of those deleted or undone that could come
     /// back.
     pub(super) fn unused_class_id(&self, classes: &[Class]) -> ClassId {
@@ -120,6 +183,19 @@ impl History {
         present.iter().any(|other| other.id == class.id)
             || earlier.any(|other| other.id == class.id && !other.is_named(&class.name))
     }
+
+    fn changes_of_class(&self, id: ClassId, after: impl Fn(&Stroke) -> Option<Stroke>) -> Vec<StrokeChange> {
+        self.labels
+            .strokes
+            .iter()
+            .filter(|(_, stroke)| stroke.class == id)
+            .map(|(&id, stroke)| StrokeChange {
+                id,
+                before: Some(stroke.as_ref().clone()),
+                after: after(stroke),
+            })
+            .collect()
+    }
 }
 
 /// The next id above all used ones, or the smallest unused one where the highest is in use.
@@ -132,7 +208,8 @@ fn unused(used: &BTreeSet<ClassId>) -> ClassId {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::labels::{PALETTES, Stroke};
+    use crate::labels::PALETTES;
+    use crate::labels::history::tests::history;
 
     fn named(history: &History) -> Vec<(ClassId, &str)> {
         let classes = history.labels().classes.iter();
@@ -228,5 +305,18 @@ mod tests {
             (order(&history), history.labels().strokes.len()),
             (vec![1, 2, 3], 1)
         );
+    }
+
+    #[test]
+    fn deleting_a_class_takes_its_strokes_and_undo_brings_both_back() {
+        let (mut history, wall, floor) = history();
+        history.add_stroke(Stroke::click(0, wall, [1, 1]));
+        history.add_stroke(Stroke::click(0, floor, [2, 2]));
+        let before = history.labels().clone();
+        history.delete_class(wall).unwrap();
+        assert_eq!(history.labels().strokes.len(), 1);
+        assert!(history.labels().class(wall).is_none());
+        history.undo();
+        assert_eq!(history.labels(), &before);
     }
 }

@@ -1,4 +1,5 @@
 use super::*;
+use crate::field::Preset;
 use crate::scene::testing::wall;
 use crate::scene::{DepthMap, OpenOptions, SceneSource};
 
@@ -46,16 +47,4 @@ fn a_surface_that_becomes_ready_during_a_pause_waits_for_its_end() {
         worker.advance().unwrap();
         assert!(Instant::now() < end);
     }
-}
-
-#[test]
-fn a_panic_becomes_an_error_event_and_the_end_is_told() {
-    let (sender, events) = crossbeam_channel::unbounded();
-    let outbox = Outbox::new(sender, Arc::default(), Box::new(|| {}));
-    guarded(&outbox, || panic!("index out of range"));
-    let told: Vec<Event> = events.try_iter().collect();
-    let [Event::Error(reason), Event::Stopped] = told.as_slice() else {
-        panic!("{told:?}");
-    };
-    assert!(reason.contains("index out of range") && reason.contains("labels are safe"));
 }

@@ -1,0 +1,148 @@
+//! Edits of strokes: drawing, erasing, deleting, and giving them to another class.
+
+use super::History;
+use crate::labels::{ClassId, Edit, Pixel, Stroke, StrokeChange, StrokeId, VOID, erase};
+
+impl History {
+    /// Adds a stroke; returns the edit.
+    pub fn add_stroke(&mut self, stroke: Stroke) -> Edit {
+        let name = self.name_of(&stroke);
+        self.last_stroke += 1;
+        self.commit(Edit {
+            name,
+            strokes: vec![StrokeChange {
+                id: StrokeId(self.last_stroke),
+                before: None,
+                after: Some(stroke),
+            }],
+            ..Edit::default()
+        })
+    }
+
+    /// Erases along a path on one frame; `None` when nothing was under the eraser.
+    pub fn erase(&mut self, frame: usize, path: &[Pixel], radius: u32) -> Option<Edit> {
+        self.erase_where(frame, path, radius, |_| true)
+    }
+
+    /// Erases along a path on one frame, but only strokes of classes that may be erased; `None` when none of them
+    /// was under the eraser.
+    pub fn erase_where(
+        &mut self,
+        frame: usize,
+        path: &[Pixel],
+        radius: u32,
+        may_erase: impl Fn(ClassId) -> bool,
+    ) -> Option<Edit> {
+        let strokes: Vec<StrokeChange> = self
+            .labels
+            .strokes_of(frame)
+            .filter(|(_, stroke)| may_erase(stroke.class))
+            .filter_map(|(id, stroke)| {
+                let rest = erase(stroke, path, radius)?;
+                Some(StrokeChange {
+                    id,
+                    before: Some(stroke.clone()),
+                    after: (!rest.lines.is_empty()).then_some(rest),
+                })
+            })
+            .collect();
+        (!strokes.is_empty()).then(|| {
+            self.commit(Edit {
+                name: "erase".to_owned(),
+                strokes,
+                ..Edit::default()
+            })
+        })
+    }
+
+    /// Deletes one stroke; `None` when there is no such stroke.
+    pub fn delete_stroke(&mut self, id: StrokeId) -> Option<Edit> {
+        let stroke = self.labels.strokes.get(&id)?;
+        let name = format!("delete {}", self.name_of(stroke));
+        Some(self.commit(Edit {
+            name,
+            strokes: vec![StrokeChange {
+                id,
+                before: Some(stroke.as_ref().clone()),
+                after: None,
+            }],
+            ..Edit::default()
+        }))
+    }
+
+    /// Makes one stroke say another class, which may be void; `None` when there is no such stroke or class, or
+    /// nothing changes.
+    pub fn change_stroke_class(&mut self, id: StrokeId, class: ClassId) -> Option<Edit> {
+        let stroke = self.labels.strokes.get(&id)?;
+        let known = class == VOID || self.labels.class(class).is_some();
+        if !known || stroke.class == class {
+            return None;
+        }
+        let name = format!("change {} to {}", self.name_of(stroke), self.class_name(class));
+        let before = stroke.as_ref().clone();
+        let after = Stroke {
+            class,
+            ..before.clone()
+        };
+        Some(self.commit(Edit {
+            name,
+            strokes: vec![StrokeChange {
+                id,
+                before: Some(before),
+                after: Some(after),
+            }],
+            ..Edit::default()
+        }))
+    }
+
+    /// What a stroke is and says: "scribble wall".
+    fn name_of(&self, stroke: &Stroke) -> String {
+        format!("{} {}", stroke.kind().name(), self.class_name(stroke.class))
+    }
+
+    fn class_name(&self, id: ClassId) -> String {
+        self.labels
+            .class(id)
+            .map_or_else(|| "void".to_owned(), |class| class.name.clone())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::labels::history::tests::history;
+
+    #[test]
+    fn one_stroke_is_deleted_or_changed_and_undo_brings_it_back() {
+        let (mut history, wall, floor) = history();
+        let polygon = Stroke::polygon(2, wall, &[[1, 1], [5, 1], [5, 4]]);
+        let [click, region] =
+            [Stroke::click(0, wall, [1, 1]), polygon].map(|stroke| history.add_stroke(stroke).strokes[0].id);
+        assert_eq!(history.undo_name(), Some("polygon wall"));
+        let before = history.labels().clone();
+
+        history.change_stroke_class(region, floor).unwrap();
+        assert_eq!(history.undo_name(), Some("change polygon wall to floor"));
+        assert_eq!(history.labels().strokes[&region].class, floor);
+        assert_eq!(
+            history.labels().strokes[&region].lines,
+            before.strokes[&region].lines
+        );
+        history.delete_stroke(click).unwrap();
+        assert_eq!(history.undo_name(), Some("delete click wall"));
+        assert_eq!(history.labels().strokes.len(), 1);
+        history.change_stroke_class(region, VOID).unwrap();
+        assert_eq!(history.undo_name(), Some("change polygon floor to void"));
+
+        let edits = history.edits().1;
+        assert!(history.delete_stroke(click).is_none());
+        assert!(history.change_stroke_class(click, floor).is_none());
+        assert!(history.change_stroke_class(region, VOID).is_none());
+        assert!(history.change_stroke_class(region, 999).is_none());
+        assert_eq!(history.edits().1, edits, "what changes nothing is no edit");
+        for _ in 0..3 {
+            history.undo().unwrap();
+        }
+        assert_eq!(history.labels(), &before);
+    }
+}

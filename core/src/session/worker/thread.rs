@@ -1,0 +1,80 @@
+//! The worker's thread from its start to its end, which is told whatever happens.
+
+use std::any::Any;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+
+use crossbeam_channel::Receiver;
+
+use super::{Worker, WorkerError};
+use crate::field::Preset;
+use crate::session::opening::open;
+use crate::session::outbox::Outbox;
+use crate::session::reference::ReferenceWorker;
+use crate::session::serve::serve;
+use crate::session::{Command, Event, SessionOptions};
+
+/// Runs until it is told to stop; whatever happens, the end is told.
+pub(in crate::session) fn run(options: SessionOptions, commands: &Receiver<Command>, outbox: &Outbox) {
+    guarded(outbox, || {
+        let threads = rayon::ThreadPoolBuilder::new()
+            .num_threads(options.threads.max(1))
+            .thread_name(|index| format!("inplace-pool-{index}"))
+            .build()
+            .map_err(|error| {
+                WorkerError::Other(format!("the training threads could not be started: {error}"))
+            })?;
+        let threads = Arc::new(threads);
+        let Some((scene, early)) = open(&options, commands, outbox, &threads)? else {
+            return Ok(());
+        };
+        threads.install(|| match options.preset {
+            Preset::Reference => serve(
+                &mut ReferenceWorker::new(scene, &options, outbox)?,
+                early,
+                commands,
+            ),
+            Preset::Auto | Preset::Fast | Preset::Accurate => {
+                serve(&mut Worker::new(scene, &options, outbox)?, early, commands)
+            }
+        })
+    });
+}
+
+/// Does the work; an error or a panic becomes an event, and so does the end.
+fn guarded(outbox: &Outbox, work: impl FnOnce() -> Result<(), WorkerError>) {
+    match catch_unwind(AssertUnwindSafe(work)) {
+        Ok(Ok(())) => {}
+        Ok(Err(error)) => outbox.send(Event::Error(error.to_string())),
+        Err(panic) => outbox.send(Event::Error(format!(
+            "training stopped by an internal error ({}); your labels are safe, open the scene again to go on",
+            panic_message(panic.as_ref())
+        ))),
+    }
+    outbox.send(Event::Stopped);
+}
+
+fn panic_message(panic: &(dyn Any + Send)) -> &str {
+    panic
+        .downcast_ref::<&str>()
+        .copied()
+        .or_else(|| panic.downcast_ref::<String>().map(String::as_str))
+        .unwrap_or("no message")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_panic_becomes_an_error_event_and_the_end_is_told() {
+        let (sender, events) = crossbeam_channel::unbounded();
+        let outbox = Outbox::new(sender, Arc::default(), Box::new(|| {}));
+        guarded(&outbox, || panic!("index out of range"));
+        let told: Vec<Event> = events.try_iter().collect();
+        let [Event::Error(reason), Event::Stopped] = told.as_slice() else {
+            panic!("{told:?}");
+        };
+        assert!(reason.contains("index out of range") && reason.contains("labels are safe"));
+    }
+}

@@ -1,0 +1,27 @@
+//! What the unit tests look at.
+
+use inplace_core::scene::{Camera, ColorImage, Frame, Scene, SceneSource};
+
+/// A scene with a frame for each image, called 0, 1, ..., all taken from the origin with a horizontal field of view of
+/// 90 degrees.
+pub fn scene(images: impl IntoIterator<Item = ColorImage>) -> Scene {
+    let frame = |(index, color): (usize, ColorImage)| Frame {
+        stem: index.to_string(),
+        path: Default::default(),
+        camera: Camera::with_horizontal_fov(color.width(), color.height(), 90.0),
+        camera_to_world: Default::default(),
+        color,
+        depth: None,
+        points: Vec::new(),
+        lens: None,
+    };
+    Scene {
+        source: SceneSource::Demo,
+        format: "test",
+        frames: images.into_iter().enumerate().map(frame).collect(),
+        origin: Default::default(),
+        unit: 1.0,
+        warnings: Vec::new(),
+        notes: Vec::new(),
+    }
+}

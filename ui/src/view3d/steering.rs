@@ -1,0 +1,167 @@
+//! Moving the 3D view's camera: by pointer and keys, and in flights to frames and suggestions.
+
+use egui::{EventFilter, Key, PointerButton, Rect, Response, Ui, vec2};
+use glam::Vec3;
+
+use super::View3d;
+use super::camera::OrbitCamera;
+use super::cloud::Prepared;
+use super::flight::Flight;
+use super::overlay::{self, Mark};
+use crate::action::{Action, Actions};
+use crate::workspace::Workspace;
+
+/// Points of a drag that an arrow key stands for, and how much nearer + comes.
+const KEY_DRAG: f32 = 30.0;
+const KEY_ZOOM: f32 = 1.2;
+/// Points of the wheel that come e times as near.
+const WHEEL_POINTS: f32 = 250.0;
+
+impl View3d {
+    /// The view has the keyboard from when it is shown or pressed on, so that the arrow keys turn it.
+    pub(super) fn take_focus(&mut self, ui: &Ui, response: &Response, workspace: &Workspace) {
+        if !self.was_shown {
+            self.at_suggestion = workspace.at_suggestion();
+        }
+        let pressed = response.contains_pointer() && ui.input(|input| input.pointer.any_pressed());
+        if !self.was_shown || pressed {
+            response.request_focus();
+        }
+        self.was_shown = true;
+        let arrows = EventFilter {
+            horizontal_arrows: true,
+            vertical_arrows: true,
+            ..EventFilter::default()
+        };
+        ui.memory_mut(|memory| memory.set_focus_lock_filter(response.id, arrows));
+    }
+
+    /// Moves the camera as far as its flight has come; goes where it leads at the end, and returns whether that is to
+    /// be seen in a frame.
+    pub(super) fn fly(&mut self, ui: &Ui, camera: &mut OrbitCamera, now: f64, actions: &mut Actions) -> bool {
+        let Some(flight) = &self.flight else {
+            return false;
+        };
+        *camera = flight.camera(now);
+        self.moved_at = now;
+        ui.ctx().request_repaint();
+        if !flight.has_ended(now) {
+            return false;
+        }
+        let then = flight.then;
+        self.flight = None;
+        if let Some(mark) = then {
+            actions.push(match mark {
+                Mark::Frame(frame) => Action::GoToFrame(frame),
+                Mark::Suggestion(index) => Action::GoToSuggestion(index),
+            });
+        }
+        then.is_some()
+    }
+
+    /// Starts a flight to where a frame was taken.
+    pub(super) fn fly_to(
+        &mut self,
+        frame: usize,
+        (workspace, prepared): (&Workspace, &Prepared),
+        from: OrbitCamera,
+        now: f64,
+        then: Option<Mark>,
+    ) {
+        let Some(shown) = workspace.scene().frames.get(frame) else {
+            return;
+        };
+        let camera = &shown.camera;
+        let middle = (camera.height / 2 * camera.width + camera.width / 2) as usize;
+        let surface = &prepared.answer.surface;
+        let node = surface.pixels.get(frame).and_then(|pixels| pixels.node(middle));
+        let ball = prepared.cloud.ball;
+        let distance = node
+            .and_then(|node| surface.graph.nodes().get(node as usize))
+            .map_or(ball.radius, |node| node.position.distance(shown.center()));
+        // What meets nothing lies far outside of the scene.
+        let distance = distance.min(2.0 * ball.radius);
+        let to = OrbitCamera::at_frame(shown, from.level, distance);
+        self.flight = Some(Flight::new(from, to, now, then));
+    }
+
+    /// Turns, moves and zooms as pointer and keys say.
+    pub(super) fn follow(
+        &mut self,
+        ui: &Ui,
+        response: &Response,
+        camera: &mut OrbitCamera,
+        rect: Rect,
+        workspace: &Workspace,
+    ) {
+        let before = *camera;
+        let typing = ui.ctx().text_edit_focused();
+        let pan_key = !typing && ui.input(|input| input.key_down(Key::Space));
+        let drag = response.drag_delta();
+        if response.dragged_by(PointerButton::Middle)
+            || pan_key && response.dragged_by(PointerButton::Primary)
+        {
+            camera.pan(drag, rect);
+        } else if response.dragged_by(PointerButton::Primary) {
+            camera.orbit(drag);
+        }
+        if let Some(pointer) = response.hover_pos() {
+            let (wheel, pinch) = ui.input(|input| (input.smooth_scroll_delta().y, input.zoom_delta()));
+            let factor = (wheel / WHEEL_POINTS).exp() * pinch;
+            if factor != 1.0 {
+                camera.zoom_at(rect, pointer, factor);
+            }
+        }
+        if !typing {
+            let pressed = |key| ui.input(|input| !input.modifiers.command && input.key_pressed(key));
+            if response.has_focus() {
+                for (key, x, y) in [
+                    (Key::ArrowLeft, 1.0, 0.0),
+                    (Key::ArrowRight, -1.0, 0.0),
+                    (Key::ArrowUp, 0.0, 1.0),
+                    (Key::ArrowDown, 0.0, -1.0),
+                ] {
+                    if pressed(key) {
+                        camera.orbit(KEY_DRAG * vec2(x, y));
+                    }
+                }
+            }
+            if pressed(Key::Plus) || pressed(Key::Equals) {
+                camera.zoom_at(rect, rect.center(), KEY_ZOOM);
+            }
+            if pressed(Key::Minus) {
+                camera.zoom_at(rect, rect.center(), 1.0 / KEY_ZOOM);
+            }
+        }
+        // Whoever takes the wheel ends a flight.
+        if *camera != before && workspace.space.shown {
+            self.flight = None;
+        }
+    }
+
+    /// Turns to the suggestion that the person went to last.
+    pub(super) fn follow_suggestion(
+        &mut self,
+        ui: &Ui,
+        camera: &OrbitCamera,
+        (workspace, prepared): (&Workspace, &Prepared),
+        now: f64,
+    ) {
+        let at = workspace.at_suggestion();
+        if at == self.at_suggestion {
+            return;
+        }
+        self.at_suggestion = at;
+        let mut places = overlay::suggestion_places(workspace, &prepared.answer);
+        if let Some((_, place)) = places.find(|&(index, _)| Some(index) == at) {
+            self.turn_to(ui, camera, place, now);
+        }
+    }
+
+    /// Starts a flight that brings a place into the middle.
+    pub(super) fn turn_to(&mut self, ui: &Ui, camera: &OrbitCamera, pivot: Vec3, now: f64) {
+        let to = OrbitCamera { pivot, ..*camera };
+        self.flight = Some(Flight::new(*camera, to, now, None));
+        ui.ctx().request_repaint();
+    }
+}
