@@ -122,6 +122,11 @@ fn start(
         let Some(preferences) = store.borrow_mut().take() else {
             return Err("the preferences belong to another window already".into());
         };
+        if let Some(render) = &creation.wgpu_render_state {
+            // Shaders take a while to compile: here, before there is a frame that would wait for them.
+            crate::canvas::make_ready(render);
+            crate::view3d::make_ready(render);
+        }
         let around = Surroundings {
             sessions: real_sessions(),
             autosave: Arc::new(autosave_path),

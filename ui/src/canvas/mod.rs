@@ -22,7 +22,7 @@ use inplace_core::labels::Pixel;
 
 pub use content::{Content, Image, Picture, ShownMap};
 pub use cpu::{Look, composite};
-pub use gpu::UploadClock;
+pub use gpu::{UploadClock, make_ready};
 pub use layer::Layer;
 pub use overlay::{marker, region, stroke_color};
 pub use palette::{PALETTE_COLUMNS, Palette, Table, VOID_COLOR, Verdict};

@@ -321,6 +321,12 @@ impl Draw {
     }
 }
 
+/// Makes the pipelines before the first frame asks for them.
+pub fn make_ready(render: &egui_wgpu::RenderState) {
+    let made = Renderer::new(&render.device, render.target_format);
+    render.renderer.write().callback_resources.insert(made);
+}
+
 impl CallbackTrait for Draw {
     fn prepare(
         &self,

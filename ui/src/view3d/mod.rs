@@ -24,6 +24,7 @@ use glam::Quat;
 pub use camera::{Direction, OrbitCamera};
 pub use cloud::Answer;
 pub use controls::switch;
+pub use gpu::make_ready;
 pub use space::Space;
 
 use crate::action::{Action, Actions};
