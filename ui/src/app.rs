@@ -18,7 +18,7 @@ use crate::class_view::ClassView;
 use crate::document::Document;
 use crate::english;
 use crate::jobs::{Done, Jobs};
-use crate::keeper::{Ending, Keeper, SavedState};
+use crate::keeper::{Ending, Keeper};
 use crate::opening::{self, Attached, Prepared, Refusal, Target};
 use crate::panels::Panels;
 use crate::preferences::Store;
@@ -321,12 +321,12 @@ impl App {
             && workspace.serial() == serial
         {
             keeper.catch_up(self.state.keeper.take());
-            let path = keeper.path().display().to_string();
+            let path = keeper.path().to_path_buf();
             let before = self.state.place();
             self.state.keeper = Some(keeper);
             self.keep_results();
             self.note_named(before);
-            self.state.toasts.info(format!("Saved to {path}"));
+            self.state.toasts.info(english::saving::saved_to(&path));
         }
     }
 
@@ -393,28 +393,19 @@ impl App {
                 JournalEvent::Saved { path } => {
                     self.keep_results();
                     self.note_named(before);
-                    self.state.toasts.info(format!("Saved to {}", path.display()));
+                    self.state.toasts.info(english::saving::saved_to(&path));
                 }
                 JournalEvent::Failed(sentence) => self.state.toasts.error(sentence),
                 JournalEvent::Recovered { path } => {
-                    self.state
-                        .toasts
-                        .info(format!("{} can be written again.", path.display()));
+                    self.state.toasts.info(english::saving::writable_again(&path));
                 }
             }
         }
     }
 
     fn set_title(&mut self) {
-        let mark = match self.state.keeper.as_ref().map(|keeper| keeper.saved_state()) {
-            None | Some(SavedState::Saved) => "",
-            Some(SavedState::Writing) => " (saving)",
-            Some(SavedState::Failing | SavedState::MemoryOnly) => " (not saved)",
-        };
-        let title = match self.state.document_name() {
-            Some(name) => format!("{name}{mark} - Inplace"),
-            None => "Inplace".to_owned(),
-        };
+        let saved = self.state.keeper.as_ref().map(Keeper::saved_state);
+        let title = english::saving::title(self.state.document_name().as_deref(), saved);
         if title != self.title {
             self.title.clone_from(&title);
             self.ctx.send_viewport_cmd(egui::ViewportCommand::Title(title));

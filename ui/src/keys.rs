@@ -7,6 +7,7 @@ use egui::{Event, Key, Modifiers};
 use crate::action::{Action, Actions};
 use crate::canvas::Tool;
 use crate::dialogs::{ClassUse, Dialog};
+use crate::english::keys::{self as words, Line};
 use crate::keymap::{KeyMap, Shortcut};
 use crate::preferences::Change;
 
@@ -21,10 +22,8 @@ pub struct Binding {
 /// A line of the help window with its keys; gestures of the mouse and keys to hold have no bindings.
 #[derive(Debug)]
 pub struct Row {
-    /// The keys, for people.
-    pub shown: &'static str,
-    /// What they do.
-    pub does: &'static str,
+    /// The keys by default and what they do, for people.
+    pub words: Line,
     bindings: &'static [Binding],
 }
 
@@ -49,11 +48,11 @@ impl Row {
             .iter()
             .any(|binding| map.is_moved(binding.default_key()))
         {
-            return self.shown.to_owned();
+            return self.words.keys.to_owned();
         }
         let mut parts: Vec<String> = Vec::new();
         let mut named = Vec::new();
-        for part in self.shown.split(", ").flat_map(|part| part.split(" and ")) {
+        for part in self.words.keys.split(", ").flat_map(|part| part.split(" and ")) {
             let bound = self.bindings.iter().map(Binding::default_key);
             match bound.into_iter().find(|default| default.to_string() == part) {
                 Some(default) => {
@@ -92,23 +91,19 @@ const CTRL_SHIFT: Modifiers = Modifiers::COMMAND.plus(Modifiers::SHIFT);
 /// Every key and gesture, in the order of the help window.
 pub static TABLE: &[Row] = &[
     Row {
-        shown: "Left click, drag",
-        does: "Label a point, or scribble, with the current class",
+        words: words::LABEL,
         bindings: &[],
     },
     Row {
-        shown: "Shift+click",
-        does: "Label along a straight line from where the last one ended",
+        words: words::STRAIGHT,
         bindings: &[],
     },
     Row {
-        shown: "Right drag",
-        does: "Erase",
+        words: words::ERASE,
         bindings: &[],
     },
     Row {
-        shown: "B, L, G",
-        does: "Brush, polyline, polygon",
+        words: words::DRAWING_TOOLS,
         bindings: &[
             key(Key::B, Action::ChooseTool(Tool::Brush)),
             key(Key::L, Action::ChooseTool(Tool::Polyline)),
@@ -116,33 +111,27 @@ pub static TABLE: &[Row] = &[
         ],
     },
     Row {
-        shown: "Enter or double-click",
-        does: "End the polyline or polygon",
+        words: words::END_DRAFT,
         bindings: &[],
     },
     Row {
-        shown: "Backspace, Escape",
-        does: "Take its last corner back, drop it",
+        words: words::DROP_DRAFT,
         bindings: &[],
     },
     Row {
-        shown: "E",
-        does: "Switch the left button between labelling and erasing",
+        words: words::TOGGLE_ERASER,
         bindings: &[key(Key::E, Action::ToggleTool)],
     },
     Row {
-        shown: "S",
-        does: "Select strokes by clicking on them",
+        words: words::SELECT,
         bindings: &[key(Key::S, Action::ChooseTool(Tool::Select))],
     },
     Row {
-        shown: "Delete",
-        does: "Delete the selected stroke",
+        words: words::DELETE,
         bindings: &[key(Key::Delete, Action::DeleteSelected)],
     },
     Row {
-        shown: "1 to 9, 0",
-        does: "Choose a class, or change that of the stroke selected with S; 0 is void",
+        words: words::CLASS_DIGITS,
         bindings: &[
             key(Key::Num0, Action::ChooseSlot(0)),
             key(Key::Num1, Action::ChooseSlot(1)),
@@ -157,46 +146,38 @@ pub static TABLE: &[Row] = &[
         ],
     },
     Row {
-        shown: "C",
-        does: "Find a class by typing part of its name, or make one",
+        words: words::FIND_CLASS,
         bindings: &[key(Key::C, Action::FindClass(ClassUse::Choose))],
     },
     Row {
-        shown: "Alt+Up and Alt+Down",
-        does: "Move the class that has the focus in the list",
+        words: words::MOVE_CLASS,
         bindings: &[],
     },
     Row {
-        shown: "[ and ], Ctrl+wheel",
-        does: "Smaller and larger brush",
+        words: words::BRUSH_SIZE,
         bindings: &[
             key(Key::OpenBracket, Action::StepBrush(-1)),
             key(Key::CloseBracket, Action::StepBrush(1)),
         ],
     },
     Row {
-        shown: "Wheel",
-        does: "Zoom at the cursor",
+        words: words::ZOOM,
         bindings: &[],
     },
     Row {
-        shown: "Space+drag, middle drag",
-        does: "Move the image",
+        words: words::MOVE_IMAGE,
         bindings: &[],
     },
     Row {
-        shown: "F",
-        does: "Fit the image, or the scene in the 3D view, into the window",
+        words: words::FIT,
         bindings: &[key(Key::F, Action::Fit)],
     },
     Row {
-        shown: "V",
-        does: "Switch between the frame and the 3D view",
+        words: words::SPACE,
         bindings: &[key(Key::V, Action::ToggleSpace)],
     },
     Row {
-        shown: "A and D, Left and Right",
-        does: "Previous and next frame, of those that the filmstrip shows",
+        words: words::STEP_FRAME,
         bindings: &[
             key(Key::A, Action::StepFrame(-1)),
             key(Key::D, Action::StepFrame(1)),
@@ -205,36 +186,30 @@ pub static TABLE: &[Row] = &[
         ],
     },
     Row {
-        shown: "N, Shift+N",
-        does: "Go to the next suggestion, or the one before",
+        words: words::STEP_SUGGESTION,
         bindings: &[
             key(Key::N, Action::NextSuggestion),
             with(Modifiers::SHIFT, Key::N, Action::PreviousSuggestion),
         ],
     },
     Row {
-        shown: "T",
-        does: "Show the other tab at the right: what to label next, progress",
+        words: words::SIDE,
         bindings: &[key(Key::T, Action::SwitchSide)],
     },
     Row {
-        shown: "Tab (hold)",
-        does: "Hide the overlay while the pointer is over the frame",
+        words: words::HIDE_OVERLAY,
         bindings: &[],
     },
     Row {
-        shown: "Q",
-        does: "Next layer: colour, labels, entropy, disagreement, depth, rendered colour",
+        words: words::LAYER,
         bindings: &[key(Key::Q, Action::CycleLayer)],
     },
     Row {
-        shown: "W",
-        does: "Compare two layers side by side",
+        words: words::COMPARE,
         bindings: &[key(Key::W, Action::ToggleCompare)],
     },
     Row {
-        shown: "Ctrl+Z, Ctrl+Shift+Z",
-        does: "Undo and redo, also on other frames",
+        words: words::UNDO_REDO,
         bindings: &[
             with(CTRL, Key::Z, Action::Undo),
             with(CTRL_SHIFT, Key::Z, Action::Redo),
@@ -242,33 +217,27 @@ pub static TABLE: &[Row] = &[
         ],
     },
     Row {
-        shown: "Ctrl+S",
-        does: "Save",
+        words: words::SAVE,
         bindings: &[with(CTRL, Key::S, Action::Save)],
     },
     Row {
-        shown: "Ctrl+O",
-        does: "Open a scene or a project",
+        words: words::OPEN,
         bindings: &[with(CTRL, Key::O, Action::Show(Some(Dialog::open())))],
     },
     Row {
-        shown: "Ctrl+E",
-        does: "Export",
+        words: words::EXPORT,
         bindings: &[with(CTRL, Key::E, Action::Show(Some(Dialog::export())))],
     },
     Row {
-        shown: "P",
-        does: "Pause or resume training",
+        words: words::PAUSE,
         bindings: &[key(Key::P, Action::TogglePause)],
     },
     Row {
-        shown: "Ctrl+,",
-        does: "Settings",
+        words: words::SETTINGS,
         bindings: &[with(CTRL, Key::Comma, Action::Show(Some(Dialog::settings())))],
     },
     Row {
-        shown: "Ctrl++, Ctrl+-, Ctrl+0",
-        does: "Everything larger, smaller, as it comes",
+        words: words::SCALE,
         bindings: &[
             with(CTRL, Key::Plus, Action::Prefer(Change::StepScale(1))),
             with(CTRL, Key::Equals, Action::Prefer(Change::StepScale(1))),
@@ -278,8 +247,7 @@ pub static TABLE: &[Row] = &[
         ],
     },
     Row {
-        shown: "?",
-        does: "This table",
+        words: words::HELP,
         bindings: &[
             key(Key::Questionmark, Action::Show(Some(Dialog::Help))),
             key(Key::F1, Action::Show(Some(Dialog::Help))),
@@ -290,16 +258,14 @@ pub static TABLE: &[Row] = &[
 /// The keys that answer a suggestion; while one is at hand they come before those of [`TABLE`].
 pub static AT_A_SUGGESTION: &[Row] = &[
     Row {
-        shown: "Enter, Shift+Enter",
-        does: "At a suggestion: label it with its first or second likely class",
+        words: words::ANSWER_LIKELY,
         bindings: &[
             key(Key::Enter, Action::AnswerLikely(0)),
             with(Modifiers::SHIFT, Key::Enter, Action::AnswerLikely(1)),
         ],
     },
     Row {
-        shown: "1 to 9, 0",
-        does: "At a suggestion: label it with a class of the list; 0 is void",
+        words: words::ANSWER_DIGITS,
         bindings: &[
             key(Key::Num0, Action::AnswerSlot(0)),
             key(Key::Num1, Action::AnswerSlot(1)),
@@ -314,21 +280,18 @@ pub static AT_A_SUGGESTION: &[Row] = &[
         ],
     },
     Row {
-        shown: "C",
-        does: "At a suggestion: type the name of its class",
+        words: words::ANSWER_NAME,
         bindings: &[key(Key::C, Action::FindClass(ClassUse::Answer))],
     },
     Row {
-        shown: "X, Delete",
-        does: "At a suggestion: skip it",
+        words: words::SKIP,
         bindings: &[
             key(Key::X, Action::SkipSuggestion),
             key(Key::Delete, Action::SkipSuggestion),
         ],
     },
     Row {
-        shown: "Escape",
-        does: "Leave the suggestions",
+        words: words::LEAVE,
         bindings: &[key(Key::Escape, Action::LeaveSuggestions)],
     },
 ];
@@ -393,7 +356,7 @@ fn bound_to(
 
 /// What a key does with this map, in words, and the default key of that.
 pub fn meaning(map: &KeyMap, pressed: Shortcut) -> Option<(&'static str, Shortcut)> {
-    bound_to(TABLE, map, pressed).map(|(row, binding)| (row.does, binding.default_key()))
+    bound_to(TABLE, map, pressed).map(|(row, binding)| (row.words.does, binding.default_key()))
 }
 
 /// The present key of what `default` ("Ctrl+S") does by default; empty where it has none.
@@ -487,7 +450,7 @@ mod tests {
                 .find(|row| row.choices().any(|default| default == shortcut(key)));
             row.unwrap()
         };
-        assert_eq!(row("[").present(&map), row("[").shown);
+        assert_eq!(row("[").present(&map), row("[").words.keys);
         map.set(shortcut("["), Some(shortcut("J")));
         map.set(shortcut("]"), None);
         assert_eq!(row("[").present(&map), "J, Ctrl+wheel");

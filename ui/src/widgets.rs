@@ -375,7 +375,7 @@ pub fn long_work(
     let bar = egui::ProgressBar::new(share.unwrap_or(0.0)).desired_height(20.0);
     ui.add(bar.text(words));
     cancel.is_some_and(|name| {
-        let button = ui.button(crate::english::work::CANCEL);
+        let button = ui.button(crate::english::dialogs::CANCEL);
         button.accessible_name(name).clicked()
     })
 }

@@ -13,6 +13,7 @@ use inplace_core::session::{Command, Event, FrameMap, ModelState, Phase, Status,
 use crate::canvas::{Content, Layer, Line, ShownMap, Tool, View};
 use crate::class_view::ClassView;
 use crate::document::{Document, frame_of};
+use crate::english::status as words;
 use crate::frames;
 use crate::guidance::{Arrival, Guidance};
 use crate::overview::Overview;
@@ -539,13 +540,10 @@ impl Workspace {
     /// What the worker is doing, in words.
     pub fn phase_in_words(&self) -> &'static str {
         match (self.ended, self.paused, self.status.phase) {
-            (true, ..) => "Training has stopped",
-            (_, true, _) => "Paused",
-            (.., Phase::Opening) => "Getting ready",
-            (.., Phase::FindingSurface) => "Finding the surface",
-            (.., Phase::Paused) => "Paused",
-            (.., Phase::Training) if self.status.settled => "Settled",
-            (.., Phase::Training) => "Training",
+            (true, ..) => words::ENDED,
+            (_, true, _) => words::PAUSED,
+            (.., Phase::Training) if self.status.settled => words::SETTLED,
+            (.., phase) => words::phase(phase),
         }
     }
 

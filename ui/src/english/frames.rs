@@ -3,6 +3,8 @@
 use crate::frames::{FrameFilter, FrameOrder};
 use inplace_core::session::FrameSummary;
 
+use super::counted;
+
 /// Name of the field that goes to a frame.
 pub const GO_TO: &str = "Go to frame";
 /// In the empty field.
@@ -13,8 +15,6 @@ pub const GO_TO_MEANS: &str = "A frame's number or name, or a part of the name; 
 pub const FILTER: &str = "Frames shown";
 /// Name of the choice of the order.
 pub const ORDER: &str = "Order of the frames";
-/// The bars on the frames.
-pub const BARS: &str = "upper bar: labelled; lower bar: unsure";
 
 /// A filter's name.
 pub fn filter(filter: FrameFilter) -> &'static str {
@@ -65,8 +65,7 @@ pub fn not_found(text: &str) -> String {
 pub fn frame(stem: &str, strokes: usize, contradicted: usize, summary: Option<FrameSummary>) -> String {
     let mut words = match strokes {
         0 => "no strokes".to_owned(),
-        1 => "1 stroke".to_owned(),
-        many => format!("{many} strokes"),
+        some => counted(some, "stroke", "strokes"),
     };
     if contradicted > 0 {
         words += &format!(", {contradicted} contradicted");

@@ -1,5 +1,6 @@
 //! The tools that draw, and what is being drawn.
 
+use super::counted;
 use crate::canvas::Tool;
 
 /// Name of a tool, with its key.
@@ -10,6 +11,17 @@ pub fn tool(tool: Tool) -> &'static str {
         Tool::Polygon => "Polygon (G)",
         Tool::Erase => "Erase (E)",
         Tool::Select => "Select strokes (S)",
+    }
+}
+
+/// Fits the image into the window.
+pub const FIT: &str = "Fit (F)";
+
+/// What undo or redo would do, with its default key: "Undo scribble wall (Ctrl+Z)".
+pub fn history(verb: &str, edit: Option<&str>, key: &str) -> String {
+    match edit {
+        Some(edit) => format!("{verb} {edit} ({key})"),
+        None => verb.to_owned(),
     }
 }
 
@@ -37,9 +49,6 @@ pub fn draft_note(tool: Tool, corners: usize) -> String {
     } else {
         "Polyline"
     };
-    let corners = match corners {
-        1 => "1 corner".to_owned(),
-        many => format!("{many} corners"),
-    };
+    let corners = counted(corners, "corner", "corners");
     format!("{what}, {corners}: Enter ends it, Backspace takes a corner back, Escape drops it")
 }

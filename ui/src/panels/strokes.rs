@@ -107,7 +107,9 @@ fn found(workspace: &Workspace, filter: &Filter, frame: Option<usize>) -> Vec<St
 /// A class's name and colour.
 fn class_of(workspace: &Workspace, id: ClassId) -> (&str, [u8; 3]) {
     let class = workspace.document().labels().class(id);
-    class.map_or((english::VOID, VOID_COLOR), |class| (&class.name, class.color))
+    class.map_or((crate::english::classes::VOID_NAME, VOID_COLOR), |class| {
+        (&class.name, class.color)
+    })
 }
 
 impl StrokePanel {
@@ -405,5 +407,5 @@ fn class_choices(ui: &mut Ui, workspace: &Workspace, mut choice: impl FnMut(&mut
     for class in workspace.document().classes() {
         choice(ui, class.id, &class.name);
     }
-    choice(ui, VOID, english::VOID);
+    choice(ui, VOID, crate::english::classes::VOID_NAME);
 }

@@ -7,7 +7,9 @@ use inplace_core::labels::{ClassId, VOID};
 use crate::action::{Action, Actions};
 use crate::canvas::{Layer, Look, marker, region};
 use crate::dialogs::ClassUse;
-use crate::english::guidance as words;
+use crate::english::{classes, guidance as words, layers};
+use crate::keymap::KeyMap;
+use crate::keys;
 use crate::surroundings::surroundings;
 use crate::theme;
 use crate::thumbnails::{Source, Thumbnails};
@@ -53,10 +55,12 @@ impl SuggestionPanel {
             self.held = hovered;
             actions.push(Action::HoldSuggestions(hovered));
         }
-        heading(ui, words::HEADING, |ui| {
-            let any = !workspace.suggestions().is_empty();
-            let button = ui.add_enabled(any, Button::new(words::NEXT));
-            if button.on_hover_text(words::NEXT_HINT).clicked() {
+        let count = workspace.suggestions().len();
+        heading(ui, &words::listed(count), |ui| {
+            let next = keys::named(ui.ctx(), words::NEXT);
+            let button = ui.add_enabled(count > 0, Button::new(next));
+            let back = keys::text(&KeyMap::of(ui.ctx()), "Shift+N");
+            if button.on_hover_text(words::next_hint(&back)).clicked() {
                 actions.push(Action::NextSuggestion);
             }
         });
@@ -247,7 +251,7 @@ fn title(ui: &mut Ui, workspace: &Workspace, index: usize, suggestion: &Suggesti
 fn class_of(workspace: &Workspace, id: ClassId) -> (String, [u8; 3]) {
     let class = workspace.document().labels().class(id);
     class.map_or_else(
-        || ("void".to_owned(), crate::canvas::VOID_COLOR),
+        || (classes::VOID_NAME.to_owned(), crate::canvas::VOID_COLOR),
         |class| (class.name.clone(), class.color),
     )
 }
@@ -283,7 +287,7 @@ fn footer(ui: &mut Ui, workspace: &Workspace, actions: &mut Actions) {
                     ui,
                     Some(color),
                     &words::last_answer(&name),
-                    words::TAKE_BACK,
+                    &keys::named(ui.ctx(), words::TAKE_BACK),
                     || {
                         actions.push(Action::Undo);
                     },
@@ -350,7 +354,7 @@ fn class_button(
         let font = egui::FontId::proportional(12.0);
         let percent = ui
             .painter()
-            .layout_no_wrap(words::percent(likely.probability), font, weak);
+            .layout_no_wrap(layers::percent(likely.probability), font, weak);
         right -= percent.size().x;
         let top = rect.center().y - 0.5 * percent.size().y;
         ui.painter().galley(pos2(right, top), percent, weak);
