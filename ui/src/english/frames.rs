@@ -5,10 +5,8 @@ use inplace_core::session::FrameSummary;
 
 use super::counted;
 
-/// Name of the field that goes to a frame.
+/// Name of the field that goes to a frame, also shown in it while it is empty.
 pub const GO_TO: &str = "Go to frame";
-/// In the empty field.
-pub const GO_TO_HINT: &str = "number or name";
 /// The field's tooltip.
 pub const GO_TO_MEANS: &str = "A frame's number or name, or a part of the name; Enter goes there";
 /// Name of the choice of the filter.

@@ -21,7 +21,7 @@ pub fn phase(phase: Phase) -> &'static str {
         Phase::Opening => "Getting ready",
         Phase::FindingSurface => "Finding the surface",
         Phase::Paused => PAUSED,
-        Phase::Training => "Training",
+        Phase::Training => "Running",
     }
 }
 
