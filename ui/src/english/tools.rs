@@ -29,8 +29,15 @@ pub fn history(verb: &str, edit: Option<&str>, key: &str) -> String {
 pub const BRUSH: &str = "Brush";
 /// Name of that slider for screen readers.
 pub const BRUSH_NAME: &str = "Brush size";
-/// What that slider sets.
-pub const BRUSH_HINT: &str = "Brush radius in image pixels: [ and ], or Ctrl+wheel";
+
+/// What that slider sets, and the keys that do too; a key may be empty.
+pub fn brush_hint(smaller: &str, larger: &str) -> String {
+    let keys: Vec<&str> = [smaller, larger, "Ctrl+wheel"]
+        .into_iter()
+        .filter(|key| !key.is_empty())
+        .collect();
+    format!("Brush radius in image pixels: {}", keys.join(", "))
+}
 
 /// A radius in image pixels.
 pub fn pixels(radius: u32) -> String {

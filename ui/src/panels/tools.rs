@@ -5,6 +5,8 @@ use egui::{Align, Layout, Slider, Ui};
 use crate::action::{Action, Actions};
 use crate::canvas::{Tool, layer_menu};
 use crate::english::{layers, menu, tools as english};
+use crate::keymap::KeyMap;
+use crate::keys;
 use crate::state::{AppState, LARGEST_BRUSH, Settings};
 use crate::widgets::{Icon, icon_button, icon_button_with};
 use crate::workspace::Workspace;
@@ -68,7 +70,8 @@ fn brush(ui: &mut Ui, mut radius: u32, wordy: bool, actions: &mut Actions) {
         .logarithmic(true)
         .show_value(false);
     let response = small_slider(ui, slider).accessible_name(english::BRUSH_NAME);
-    let response = response.on_hover_text(english::BRUSH_HINT);
+    let [smaller, larger] = ["[", "]"].map(|key| keys::text(&KeyMap::of(ui.ctx()), key));
+    let response = response.on_hover_text(english::brush_hint(&smaller, &larger));
     if response.changed() {
         actions.push(Action::SetBrush(radius));
     }
