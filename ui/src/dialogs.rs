@@ -18,7 +18,7 @@ pub use settings::SettingsPage;
 
 use crate::action::{Action, Actions};
 use crate::english;
-use crate::english::classes as class_words;
+use crate::english::{classes as class_words, dialogs as words};
 use crate::keymap::KeyMap;
 use crate::keys;
 use crate::state::AppState;
@@ -48,16 +48,7 @@ pub enum Purpose {
 impl Purpose {
     /// Title of the system's dialog.
     pub fn title(self) -> &'static str {
-        match self {
-            Self::Scene => "Open the folder of a scene",
-            Self::Project => "Open a project",
-            Self::SaveAs => "Save the project as",
-            Self::Export => "Export into a folder",
-            Self::Import => "Import the label images of a folder",
-            Self::Moved => "The folder of the scene",
-            Self::Classes => "Read a class list",
-            Self::SaveClasses => "Write the classes to a file",
-        }
+        words::system_title(self)
     }
 }
 
@@ -152,15 +143,15 @@ impl Dialog {
 
     fn title(&self) -> &'static str {
         match self {
-            Self::Open { .. } => "Open",
-            Self::SaveAs { .. } => "Save project as",
-            Self::Export { .. } => "Export",
-            Self::Import { .. } => "Import labels",
-            Self::FirstClass { .. } => "Name the first class",
+            Self::Open { .. } => words::OPEN,
+            Self::SaveAs { .. } => words::SAVE_AS,
+            Self::Export { .. } => words::EXPORT,
+            Self::Import { .. } => words::IMPORT,
+            Self::FirstClass { .. } => words::FIRST_CLASS,
             Self::AddClasses(_) => class_words::ADD_MANY_TITLE,
             Self::SaveClasses { .. } => class_words::SAVE_TITLE,
             Self::FindClass(_) => class_words::FIND,
-            Self::Help => "Keys and gestures",
+            Self::Help => words::KEYS,
             Self::Settings(_) => english::settings::TITLE,
             Self::Moved(_) => english::opening::MOVED,
         }
@@ -207,33 +198,33 @@ impl Dialog {
 }
 
 fn open(ui: &mut Ui, path: &mut String, actions: &mut Actions) {
-    ui.label("The folder of a scene, or a project file (.inplace).");
-    let entered = path_field(ui, path, "Path to open");
+    ui.label(words::OPEN_EXPLAINED);
+    let entered = path_field(ui, path, english::start::PATH);
     ui.horizontal(|ui| {
-        if ui.button("Browse folders...").clicked() {
+        if ui.button(words::BROWSE_FOLDERS).clicked() {
             actions.push(Action::Browse(Purpose::Scene));
         }
-        if ui.button("Browse projects...").clicked() {
+        if ui.button(words::BROWSE_PROJECTS).clicked() {
             actions.push(Action::Browse(Purpose::Project));
         }
-        if ui.button("Demo scene").clicked() {
+        if ui.button(words::DEMO).clicked() {
             actions.push(Action::OpenScene(SceneSource::Demo));
         }
     });
     let path = path.trim();
-    confirm(ui, "Open", !path.is_empty(), entered, actions, || {
+    confirm(ui, words::OPEN, !path.is_empty(), entered, actions, || {
         Action::OpenPath(PathBuf::from(path))
     });
 }
 
 fn save_as(ui: &mut Ui, path: &mut String, actions: &mut Actions) {
-    ui.label("Everything is kept in one file: classes, strokes, their history, and the result so far.");
-    let entered = path_field(ui, path, "Project file");
-    if ui.button("Browse...").clicked() {
+    ui.label(words::SAVE_AS_EXPLAINED);
+    let entered = path_field(ui, path, words::PROJECT_FILE);
+    if ui.button(words::BROWSE).clicked() {
         actions.push(Action::Browse(Purpose::SaveAs));
     }
     let path = path.trim();
-    confirm(ui, "Save", !path.is_empty(), entered, actions, || {
+    confirm(ui, words::SAVE, !path.is_empty(), entered, actions, || {
         let mut file = PathBuf::from(path);
         if file.extension().is_none() {
             file.set_extension("inplace");
@@ -243,39 +234,36 @@ fn save_as(ui: &mut Ui, path: &mut String, actions: &mut Actions) {
 }
 
 fn export(ui: &mut Ui, path: &mut String, actions: &mut Actions) {
-    ui.label("Writes a label image of every frame, its entropy, the classes and your strokes into a folder.");
-    let entered = path_field(ui, path, "Export folder");
-    if ui.button("Browse...").clicked() {
+    ui.label(words::EXPORT_EXPLAINED);
+    let entered = path_field(ui, path, words::EXPORT_FOLDER);
+    if ui.button(words::BROWSE).clicked() {
         actions.push(Action::Browse(Purpose::Export));
     }
     let path = path.trim();
-    confirm(ui, "Export", !path.is_empty(), entered, actions, || {
+    confirm(ui, words::EXPORT, !path.is_empty(), entered, actions, || {
         Action::ExportTo(PathBuf::from(path))
     });
 }
 
 fn import(ui: &mut Ui, path: &mut String, trusted: &mut bool, actions: &mut Actions) {
-    ui.label(
-        "A folder of label images named like the frames, such as a network's predictions or an earlier export. \
-         Their pixels may be wrong: they are outvoted where many disagree, and your strokes correct them.",
-    );
-    let entered = path_field(ui, path, "Folder of label images");
-    ui.checkbox(trusted, "Every labelled pixel is right");
-    if ui.button("Browse...").clicked() {
+    ui.label(words::IMPORT_EXPLAINED);
+    let entered = path_field(ui, path, words::IMPORT_FOLDER);
+    ui.checkbox(trusted, words::TRUST);
+    if ui.button(words::BROWSE).clicked() {
         actions.push(Action::Browse(Purpose::Import));
     }
     let path = path.trim();
     let trust = if *trusted { Trust::Trusted } else { Trust::Votes };
-    confirm(ui, "Import", !path.is_empty(), entered, actions, || {
+    confirm(ui, words::IMPORT_NOW, !path.is_empty(), entered, actions, || {
         Action::ImportFrom(PathBuf::from(path), trust)
     });
 }
 
 fn first_class(ui: &mut Ui, name: &mut String, actions: &mut Actions) {
-    ui.label("What is it that you clicked on? Your click is kept and gets this class.");
-    let entered = text_field(ui, name, "Class name", "for example: wall");
+    ui.label(words::FIRST_CLASS_EXPLAINED);
+    let entered = text_field(ui, name, words::CLASS_NAME, words::CLASS_NAME_HINT);
     let name = name.trim();
-    confirm(ui, "Add class", !name.is_empty(), entered, actions, || {
+    confirm(ui, class_words::ADD, !name.is_empty(), entered, actions, || {
         Action::AddClass(name.to_owned())
     });
 }
@@ -293,14 +281,14 @@ fn help(ui: &mut Ui, actions: &mut Actions) {
                 .show(ui, |ui| {
                     for row in keys::TABLE.iter().chain(keys::AT_A_SUGGESTION) {
                         ui.label(egui::RichText::new(row.present(&map)).strong());
-                        ui.add(egui::Label::new(row.does).wrap());
+                        ui.add(egui::Label::new(row.words.does).wrap());
                         ui.end_row();
                     }
                 });
         });
     ui.add_space(8.0);
     at_the_end(ui, |ui| {
-        if ui.button("Close").clicked() {
+        if ui.button(words::CLOSE).clicked() {
             actions.push(Action::Show(None));
         }
     });
@@ -313,7 +301,7 @@ fn room(ctx: &egui::Context) -> f32 {
 
 /// A text field for a path that has the focus first; returns whether Enter was pressed in it.
 fn path_field(ui: &mut Ui, path: &mut String, name: &str) -> bool {
-    text_field(ui, path, name, "/path/to/...")
+    text_field(ui, path, name, words::PATH_HINT)
 }
 
 fn text_field(ui: &mut Ui, text: &mut String, name: &str, hint: &'static str) -> bool {
@@ -351,7 +339,7 @@ fn confirm(
         if possible && (confirmed || entered) {
             actions.push(action());
         }
-        if ui.button("Cancel").clicked() {
+        if ui.button(words::CANCEL).clicked() {
             actions.push(Action::Show(None));
         }
     });

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use inplace_core::labels::{Class, ClassId, Edit, History, LabelSet, Stroke, StrokeId};
 
 use crate::canvas::{Palette, VOID_COLOR};
-use crate::english::strokes as english;
+use crate::english::classes as english;
 
 /// Labels with undo and redo, their generation and their colours.
 #[derive(Debug)]
@@ -78,7 +78,9 @@ impl Document {
     /// Name and colour of a class; those of void where there is no such class.
     pub fn name_and_color(&self, id: ClassId) -> (&str, [u8; 3]) {
         let class = self.labels().class(id);
-        class.map_or((english::VOID, VOID_COLOR), |class| (&class.name, class.color))
+        class.map_or((english::VOID_NAME, VOID_COLOR), |class| {
+            (&class.name, class.color)
+        })
     }
 
     /// Counts up with every change.

@@ -11,6 +11,8 @@ use inplace_core::labels::LabelSet;
 use inplace_core::scene::Scene;
 use inplace_core::session::{FrameMap, MapSlots};
 
+use crate::english::work as words;
+
 /// What is exported.
 #[derive(Debug)]
 pub struct Export {
@@ -52,11 +54,7 @@ impl Export {
                 tell(Progress::Cancelled(folder, 0, self.scene.frames.len()));
                 return;
             }
-            tell(Progress::Failed(format!(
-                "{}: nothing was exported, because the maps do not follow the last stroke yet; try again in a \
-                 moment.",
-                folder.display()
-            )));
+            tell(Progress::Failed(words::maps_behind(&folder)));
             return;
         };
         let progress = |done, total| {
@@ -76,7 +74,7 @@ impl Export {
                 written,
                 frames,
             }) => Progress::Cancelled(folder, written, frames),
-            Err(error) => Progress::Failed(format!("{error}.")),
+            Err(error) => Progress::Failed(words::failed(&error)),
         });
     }
 

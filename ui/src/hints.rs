@@ -91,7 +91,10 @@ impl Hint {
 
     fn callout(self, preferences: &Preferences) -> Callout {
         let (text, side) = match self {
-            Self::FirstClass => (words::FIRST_CLASS.to_owned(), Side::Here),
+            Self::FirstClass => {
+                let key = crate::keys::text(&preferences.keys, "N");
+                (words::first_class(&key), Side::Here)
+            }
             Self::FirstStroke => (words::FIRST_STROKE.to_owned(), Side::Here),
             Self::Suggestions => (words::SUGGESTIONS.to_owned(), Side::Right),
             Self::NextSuggestion => {

@@ -8,6 +8,7 @@ use inplace_core::labels::{Class, LabelImages};
 use inplace_core::scene::Scene;
 
 use crate::dialogs::Purpose;
+use crate::english::{dialogs, work};
 use crate::exporting::Progress;
 use crate::keeper::Keeper;
 use crate::opening::{Attached, Prepared, Refusal};
@@ -71,9 +72,7 @@ impl Jobs {
         };
         let thread = std::thread::Builder::new().name(format!("inplace-{name}"));
         if let Err(error) = thread.spawn(move || job(&tell)) {
-            let _ = self.sender.send(Done::Failed(format!(
-                "A background thread could not be started: {error}."
-            )));
+            let _ = self.sender.send(Done::Failed(work::no_thread(&error)));
         }
     }
 
@@ -86,8 +85,8 @@ impl Jobs {
     pub fn browse(&self, purpose: Purpose) {
         self.spawn("dialog", move |tell| {
             let dialog = rfd::FileDialog::new().set_title(purpose.title());
-            let project = |dialog: rfd::FileDialog| dialog.add_filter("Inplace project", &["inplace"]);
-            let classes = |dialog: rfd::FileDialog| dialog.add_filter("Class list", &["json"]);
+            let project = |dialog: rfd::FileDialog| dialog.add_filter(dialogs::PROJECT_FILES, &["inplace"]);
+            let classes = |dialog: rfd::FileDialog| dialog.add_filter(dialogs::CLASS_LISTS, &["json"]);
             let path = match purpose {
                 Purpose::Scene | Purpose::Moved | Purpose::Export | Purpose::Import => dialog.pick_folder(),
                 Purpose::Project => project(dialog).pick_file(),
@@ -110,10 +109,7 @@ impl Jobs {
                 "xdg-open"
             };
             if let Err(error) = std::process::Command::new(program).arg(&folder).spawn() {
-                tell(Done::Failed(format!(
-                    "{} cannot be shown: {program} did not start ({error}); copy the path instead.",
-                    folder.display()
-                )));
+                tell(Done::Failed(work::no_file_manager(&folder, program, &error)));
             }
         });
     }

@@ -9,6 +9,7 @@ use egui::{Event, Key, Modifiers};
 pub use table::{AT_A_SUGGESTION, TABLE};
 
 use crate::action::{Action, Actions};
+use crate::english::keys::Line;
 use crate::keymap::{KeyMap, Shortcut};
 
 /// A key and what it does.
@@ -22,10 +23,8 @@ pub struct Binding {
 /// A line of the help window with its keys; gestures of the mouse and keys to hold have no bindings.
 #[derive(Debug)]
 pub struct Row {
-    /// The keys, for people.
-    pub shown: &'static str,
-    /// What they do.
-    pub does: &'static str,
+    /// The keys by default and what they do, for people.
+    pub words: Line,
     bindings: &'static [Binding],
 }
 
@@ -50,11 +49,11 @@ impl Row {
             .iter()
             .any(|binding| map.is_moved(binding.default_key()))
         {
-            return self.shown.to_owned();
+            return self.words.keys.to_owned();
         }
         let mut parts: Vec<String> = Vec::new();
         let mut named = Vec::new();
-        for part in self.shown.split(", ").flat_map(|part| part.split(" and ")) {
+        for part in self.words.keys.split(", ").flat_map(|part| part.split(" and ")) {
             let bound = self.bindings.iter().map(Binding::default_key);
             match bound.into_iter().find(|default| default.to_string() == part) {
                 Some(default) => {
@@ -131,7 +130,7 @@ fn bound_to(
 
 /// What a key does with this map, in words, and the default key of that.
 pub fn meaning(map: &KeyMap, pressed: Shortcut) -> Option<(&'static str, Shortcut)> {
-    bound_to(TABLE, map, pressed).map(|(row, binding)| (row.does, binding.default_key()))
+    bound_to(TABLE, map, pressed).map(|(row, binding)| (row.words.does, binding.default_key()))
 }
 
 /// The present key of what `default` ("Ctrl+S") does by default; empty where it has none.
@@ -226,7 +225,7 @@ mod tests {
                 .find(|row| row.choices().any(|default| default == shortcut(key)));
             row.unwrap()
         };
-        assert_eq!(row("[").present(&map), row("[").shown);
+        assert_eq!(row("[").present(&map), row("[").words.keys);
         map.set(shortcut("["), Some(shortcut("J")));
         map.set(shortcut("]"), None);
         assert_eq!(row("[").present(&map), "J, Ctrl+wheel");

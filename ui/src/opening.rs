@@ -35,7 +35,7 @@ impl Target {
     /// Name for people.
     pub fn name(&self) -> String {
         match self {
-            Self::Scene(SceneSource::Demo) => "the demo scene".to_owned(),
+            Self::Scene(SceneSource::Demo) => english::opening::DEMO.to_owned(),
             Self::Scene(SceneSource::Folder(path))
             | Self::Project(path)
             | Self::Path(path)
@@ -233,10 +233,7 @@ pub fn attach(
     }
     let (journal, problem) = match journal {
         Ok(journal) => (Some(journal), None),
-        Err(error) => (
-            None,
-            Some(format!("{error} Until then your work is in memory only.")),
-        ),
+        Err(error) => (None, Some(english::saving::memory_only(&error))),
     };
     Ok(Attached {
         generation: contents.next_generation(),

@@ -111,7 +111,7 @@ fn start(
         renderer,
         viewport: egui::ViewportBuilder::default()
             .with_app_id("inplace")
-            .with_title("Inplace")
+            .with_title(crate::english::PROGRAM)
             .with_inner_size(window.unwrap_or(USUAL_SIZE))
             .with_min_inner_size(LEAST_SIZE)
             .with_drag_and_drop(true),

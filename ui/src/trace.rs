@@ -65,9 +65,7 @@ impl Trace {
             .name("inplace-trace".to_owned())
             .spawn(move || {
                 if let Err(error) = write() {
-                    eprintln!(
-                        "inplace: the trace cannot be written ({error}); give a file in a folder that can be"
-                    );
+                    eprintln!("{}", crate::english::measurements::no_trace(&error));
                 }
             });
         Self {

@@ -376,7 +376,7 @@ pub fn long_work(
     // Not on the bar: no colour is readable on both of its halves.
     ui.add(egui::Label::new(egui::RichText::new(words).weak()).truncate());
     cancel.is_some_and(|name| {
-        let button = ui.button(crate::english::work::CANCEL);
+        let button = ui.button(crate::english::dialogs::CANCEL);
         button.accessible_name(name).clicked()
     })
 }

@@ -15,6 +15,7 @@ use inplace_core::session::{Command, ModelState, Phase, Status};
 use crate::canvas::{Content, Layer, ShownMap, View};
 use crate::class_view::ClassView;
 use crate::document::Document;
+use crate::english::status as words;
 use crate::frames;
 use crate::guidance::Guidance;
 use crate::overview::Overview;
@@ -274,13 +275,10 @@ impl Workspace {
     /// What the worker is doing, in words.
     pub fn phase_in_words(&self) -> &'static str {
         match (self.ended, self.paused, self.status.phase) {
-            (true, ..) => "Training has stopped",
-            (_, true, _) => "Paused",
-            (.., Phase::Opening) => "Getting ready",
-            (.., Phase::FindingSurface) => "Finding the surface",
-            (.., Phase::Paused) => "Paused",
-            (.., Phase::Training) if self.status.settled => "Settled",
-            (.., Phase::Training) => "Training",
+            (true, ..) => words::ENDED,
+            (_, true, _) => words::PAUSED,
+            (.., Phase::Training) if self.status.settled => words::SETTLED,
+            (.., phase) => words::phase(phase),
         }
     }
 }

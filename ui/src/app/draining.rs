@@ -48,12 +48,12 @@ impl App {
             && workspace.serial() == serial
         {
             keeper.catch_up(self.state.keeper.take());
-            let path = keeper.path().display().to_string();
+            let path = keeper.path().to_path_buf();
             let before = self.state.place();
             self.state.keeper = Some(keeper);
             self.keep_results();
             self.note_named(before);
-            self.state.toasts.info(format!("Saved to {path}"));
+            self.state.toasts.info(english::saving::saved_to(&path));
         }
     }
 
@@ -120,13 +120,11 @@ impl App {
                 JournalEvent::Saved { path } => {
                     self.keep_results();
                     self.note_named(before);
-                    self.state.toasts.info(format!("Saved to {}", path.display()));
+                    self.state.toasts.info(english::saving::saved_to(&path));
                 }
                 JournalEvent::Failed(sentence) => self.state.toasts.error(sentence),
                 JournalEvent::Recovered { path } => {
-                    self.state
-                        .toasts
-                        .info(format!("{} can be written again.", path.display()));
+                    self.state.toasts.info(english::saving::writable_again(&path));
                 }
             }
         }

@@ -6,7 +6,8 @@ use egui::{Event, Key};
 
 use super::App;
 use crate::action::Actions;
-use crate::keeper::SavedState;
+use crate::english;
+use crate::keeper::Keeper;
 use crate::state::Stage;
 
 impl eframe::App for App {
@@ -105,15 +106,8 @@ impl eframe::App for App {
 
 impl App {
     fn set_title(&mut self) {
-        let mark = match self.state.keeper.as_ref().map(|keeper| keeper.saved_state()) {
-            None | Some(SavedState::Saved) => "",
-            Some(SavedState::Writing) => " (saving)",
-            Some(SavedState::Failing | SavedState::MemoryOnly) => " (not saved)",
-        };
-        let title = match self.state.document_name() {
-            Some(name) => format!("{name}{mark} - Inplace"),
-            None => "Inplace".to_owned(),
-        };
+        let saved = self.state.keeper.as_ref().map(Keeper::saved_state);
+        let title = english::saving::title(self.state.document_name().as_deref(), saved);
         if title != self.title {
             self.title.clone_from(&title);
             self.ctx.send_viewport_cmd(egui::ViewportCommand::Title(title));

@@ -7,6 +7,7 @@ use inplace_core::session::Command;
 
 use crate::app::App;
 use crate::dialogs::{Dialog, Purpose};
+use crate::english::saving;
 use crate::jobs::Done;
 use crate::keeper::SavedState;
 use crate::opening::Target;
@@ -59,15 +60,13 @@ impl App {
             return;
         }
         workspace.session().send(Command::Save);
-        let path = keeper.path().display().to_string();
+        let path = keeper.path().to_path_buf();
         let failing = keeper.saved_state() == SavedState::Failing;
         self.keep_results();
         if failing {
-            self.state.toasts.error(format!(
-                "{path} still cannot be written; save under another name with \"Save as\"."
-            ));
+            self.state.toasts.error(saving::still_failing(&path));
         } else {
-            self.state.toasts.info(format!("Saved to {path}"));
+            self.state.toasts.info(saving::saved_to(&path));
         }
     }
 

@@ -40,7 +40,7 @@ use crate::theme;
 use crate::workspace::Workspace;
 
 /// Name of the canvas for screen readers and tests.
-pub const CANVAS_NAME: &str = "Frame canvas";
+pub const CANVAS_NAME: &str = crate::english::layers::CANVAS;
 
 /// How frames get onto the screen.
 enum Renderer {

@@ -7,6 +7,7 @@ use egui::{
 use super::layer::Layer;
 use crate::action::{Action, Actions};
 use crate::english::layers;
+use crate::keys;
 use crate::state::Settings;
 use crate::theme;
 
@@ -173,7 +174,11 @@ pub fn layer_menu(ui: &mut Ui, name: &str, layer: Layer, width: f32) -> Option<L
                 }
             }
         });
-    let explanation = format!("{}. {}", layer.explanation(), layers::NEXT_LAYER);
+    let explanation = format!(
+        "{}. {}",
+        layer.explanation(),
+        keys::named(ui.ctx(), layers::NEXT_LAYER)
+    );
     menu.response.accessible_name(name).on_hover_text(explanation);
     chosen
 }

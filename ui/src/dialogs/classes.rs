@@ -7,7 +7,7 @@ use inplace_core::labels::{Class, PALETTES};
 
 use super::{Purpose, confirm, path_field, text_field};
 use crate::action::{Action, Actions};
-use crate::english::classes as english;
+use crate::english::{classes as english, dialogs as words};
 use crate::widgets::{line_of_text, swatch};
 
 /// Longer lists start without a tick: a person who wants all of them is rare.
@@ -168,7 +168,7 @@ impl AddClasses {
             if read.clicked() || entered && !path.is_empty() {
                 actions.push(Action::ReadClasses(PathBuf::from(path)));
             }
-            if ui.button(english::BROWSE).clicked() {
+            if ui.button(words::BROWSE).clicked() {
                 actions.push(Action::Browse(Purpose::Classes));
             }
         });
@@ -267,11 +267,11 @@ impl AddClasses {
 pub(super) fn save_classes(ui: &mut Ui, path: &mut String, actions: &mut Actions) {
     ui.label(english::SAVE_EXPLAINED);
     let entered = path_field(ui, path, english::FILE);
-    if ui.button(english::BROWSE).clicked() {
+    if ui.button(words::BROWSE).clicked() {
         actions.push(Action::Browse(Purpose::SaveClasses));
     }
     let path = path.trim();
-    confirm(ui, "Save", !path.is_empty(), entered, actions, || {
+    confirm(ui, words::SAVE, !path.is_empty(), entered, actions, || {
         let mut file = PathBuf::from(path);
         if file.extension().is_none() {
             file.set_extension("json");

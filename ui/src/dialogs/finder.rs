@@ -51,7 +51,7 @@ impl ClassFinder {
     pub fn new(purpose: ClassUse, mut classes: Vec<Class>, at: Pos2) -> Self {
         classes.push(Class {
             id: VOID,
-            name: "void".to_owned(),
+            name: english::VOID_NAME.to_owned(),
             color: VOID_COLOR,
         });
         Self {

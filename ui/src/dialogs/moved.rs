@@ -43,7 +43,7 @@ impl MovedScene {
         };
         ui.label(words::MOVED_EXPLANATION);
         let entered = path_field(ui, &mut self.path, words::MOVED_FIELD);
-        if ui.button("Browse...").clicked() {
+        if ui.button(crate::english::dialogs::BROWSE).clicked() {
             actions.push(Action::Browse(Purpose::Moved));
         }
         let path = self.path.trim();

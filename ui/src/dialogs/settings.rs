@@ -115,7 +115,7 @@ impl SettingsPage {
             });
         ui.add_space(8.0);
         at_the_end(ui, |ui| {
-            if ui.button(words::CLOSE).clicked() {
+            if ui.button(crate::english::dialogs::CLOSE).clicked() {
                 actions.push(Action::Show(None));
             }
         });
@@ -126,7 +126,7 @@ impl SettingsPage {
         let map = &state.preferences.keys;
         for row in keys::TABLE {
             if row.choices().next().is_some() {
-                ui.push_id(row.does, |ui| self.key_row(ui, row, map, actions));
+                ui.push_id(row.words.does, |ui| self.key_row(ui, row, map, actions));
             }
         }
         let reset = ui.add_enabled(!map.is_default(), egui::Button::new(words::RESET_KEYS));
@@ -140,7 +140,7 @@ impl SettingsPage {
         ui.horizontal_top(|ui| {
             let width = (0.48 * ui.available_width()).max(120.0);
             let height = ui.spacing().interact_size.y;
-            let label = egui::Label::new(row.does).wrap();
+            let label = egui::Label::new(row.words.does).wrap();
             ui.allocate_ui_with_layout(egui::vec2(width, height), Layout::top_down(Align::Min), |ui| {
                 ui.set_min_size(egui::vec2(width, height));
                 ui.add_space(5.0);
@@ -177,7 +177,7 @@ impl SettingsPage {
             Some(Choosing { default: chosen, taken: None }) if *chosen == default
         );
         let present = map.present(default).map(|present| present.to_string());
-        let name = words::key_name(row.does, present.as_deref(), default);
+        let name = words::key_name(row.words.does, present.as_deref(), default);
         let text = match (waits, &present) {
             (true, _) => RichText::new(words::PRESS_A_KEY).color(theme::on_accent(ui.visuals())),
             (false, Some(present)) => RichText::new(present).monospace(),
@@ -207,7 +207,7 @@ impl SettingsPage {
                 .small_button(words::RESET)
                 .on_hover_text(words::reset_tip(default));
             if reset
-                .accessible_name(words::reset_name(row.does, default))
+                .accessible_name(words::reset_name(row.words.does, default))
                 .clicked()
             {
                 self.choosing = None;

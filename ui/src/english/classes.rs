@@ -1,6 +1,8 @@
 //! Classes: the list, the dialog that adds many of them, the finder, locks.
 
-use inplace_core::labels::{AddedClasses, Class};
+use inplace_core::labels::{AddedClasses, Class, ClassId};
+
+use super::counted;
 
 /// Heading of the list.
 pub const HEADING: &str = "Classes";
@@ -15,6 +17,8 @@ pub const NOT_FOUND: &str = "No class has this in its name.";
 /// There is no class yet.
 pub const EMPTY: &str = "No classes yet. Type a name and press Enter, click on something in the image, or start from \
                          the classes of a data set:";
+/// What class 0 is called.
+pub const VOID_NAME: &str = "void";
 /// What void is.
 pub const VOID: &str = "Nothing here: not trained on, and exported as 0";
 
@@ -59,8 +63,6 @@ pub const FILE_HOLDS: &str = "A list such as [{\"id\": 1, \"name\": \"wall\", \"
 pub const FILE: &str = "Class list file";
 /// Reads that file.
 pub const READ: &str = "Read";
-/// Asks for the file with the system's dialog.
-pub const BROWSE: &str = "Browse...";
 /// Name of the field that narrows the dialog's list down.
 pub const SEARCH_SOURCE: &str = "Search in the list";
 /// Ticks what is shown.
@@ -96,6 +98,21 @@ pub fn color_of(name: &str) -> String {
     format!("Colour of {name}")
 }
 
+/// Name of a colour to choose.
+pub fn color(number: u16) -> String {
+    format!("Colour {number}")
+}
+
+/// Name of the field for any other colour.
+pub const COLOR_DIGITS: &str = "Colour as hexadecimal digits";
+/// Gives the class that colour.
+pub const USE_COLOR: &str = "Use";
+
+/// A class that is not in the list any more.
+pub fn nameless(id: ClassId) -> String {
+    format!("class {id}")
+}
+
 /// Name of the padlock of a class.
 pub fn padlock(name: &str, locked: bool) -> String {
     format!("{} {name}", if locked { UNLOCK } else { LOCK })
@@ -108,8 +125,7 @@ pub fn show_again(name: &str) -> String {
 
 /// A class as a line of the list.
 pub fn line(name: &str, strokes: usize, locked: bool, hidden: bool) -> String {
-    let plural = if strokes == 1 { "stroke" } else { "strokes" };
-    let mut words = format!("{name}, {strokes} {plural}");
+    let mut words = format!("{name}, {}", counted(strokes, "stroke", "strokes"));
     if locked {
         words += ", locked";
     }
@@ -140,18 +156,14 @@ pub fn about(scenes: &str, count: usize) -> String {
 
 /// The button that adds the ticked classes.
 pub fn add_ticked(count: usize) -> String {
-    match count {
-        1 => "Add 1 class".to_owned(),
-        many => format!("Add {many} classes"),
-    }
+    format!("Add {}", counted(count, "class", "classes"))
 }
 
 /// What became of the classes that were to be added.
 pub fn added(outcome: &AddedClasses) -> String {
     let mut sentence = match outcome.added.len() {
         0 => "No class was added.".to_owned(),
-        1 => "Added 1 class.".to_owned(),
-        many => format!("Added {many} classes."),
+        some => format!("Added {}.", counted(some, "class", "classes")),
     };
     if !outcome.known.is_empty() {
         let names = outcome.known.iter().map(|class| class.name.clone());
@@ -180,8 +192,7 @@ fn some_of(names: Vec<String>) -> String {
 
 /// The classes were written to a file.
 pub fn saved(count: usize, path: &str) -> String {
-    let plural = if count == 1 { "class" } else { "classes" };
-    format!("Wrote {count} {plural} to {path}")
+    format!("Saved {} to {path}", counted(count, "class", "classes"))
 }
 
 /// Labelling with a locked class is refused.

@@ -3,10 +3,10 @@
 use crate::frames::{FrameFilter, FrameOrder};
 use inplace_core::session::FrameSummary;
 
-/// Name of the field that goes to a frame.
+use super::counted;
+
+/// Name of the field that goes to a frame, also shown in it while it is empty.
 pub const GO_TO: &str = "Go to frame";
-/// In the empty field.
-pub const GO_TO_HINT: &str = "number or name";
 /// The field's tooltip.
 pub const GO_TO_MEANS: &str = "A frame's number or name, or a part of the name; Enter goes there";
 /// Name of the choice of the filter.
@@ -63,8 +63,7 @@ pub fn not_found(text: &str) -> String {
 pub fn frame(stem: &str, strokes: usize, contradicted: usize, summary: Option<FrameSummary>) -> String {
     let mut words = match strokes {
         0 => "no strokes".to_owned(),
-        1 => "1 stroke".to_owned(),
-        many => format!("{many} strokes"),
+        some => counted(some, "stroke", "strokes"),
     };
     if contradicted > 0 {
         words += &format!(", {contradicted} contradicted");

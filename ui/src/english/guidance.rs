@@ -2,14 +2,12 @@
 
 use inplace_core::session::Phase;
 
+use super::counted;
+use super::layers::percent;
 use crate::workspace::Workspace;
 
-/// Heading of the list.
-pub const HEADING: &str = "Label next";
 /// The button that goes on.
 pub const NEXT: &str = "Next (N)";
-/// Tooltip of that button.
-pub const NEXT_HINT: &str = "Goes to the next suggestion; the keys then answer it. Shift+N goes back";
 /// Tooltip of what a label settles.
 pub const SETTLES_HINT: &str = "The share of all pixels that a label there would settle";
 /// Every listed place was skipped.
@@ -43,6 +41,23 @@ pub const LEAVE_OUT: &str = "skip";
 pub const ANOTHER: &str = "class";
 /// A class by its name.
 pub const NAME_IT: &str = "name";
+
+/// Tooltip of the button that goes on; `back` is the key that goes back, empty where there is none.
+pub fn next_hint(back: &str) -> String {
+    let goes_on = "Goes to the next suggestion; the keys then answer it";
+    match back {
+        "" => goes_on.to_owned(),
+        back => format!("{goes_on}. {back} goes back"),
+    }
+}
+
+/// Heading of the list.
+pub fn listed(count: usize) -> String {
+    match count {
+        0 => "No suggestions".to_owned(),
+        some => counted(some, "suggestion", "suggestions"),
+    }
+}
 
 /// Which of how many.
 pub fn number(index: usize, count: usize) -> String {
@@ -79,11 +94,6 @@ pub fn label_as_hint(class: &str, probability: f32, key: Option<&str>) -> String
         percent(probability)
     );
     key.map_or(likely.clone(), |key| format!("{likely}: {key}"))
-}
-
-/// A probability.
-pub fn percent(probability: f32) -> String {
-    format!("{:.0}%", 100.0 * probability)
 }
 
 /// What a place was labelled with.

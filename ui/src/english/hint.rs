@@ -1,8 +1,14 @@
 //! What to do next, over the canvas.
 
-/// There is no class yet.
-pub const FIRST_CLASS: &str =
-    "Click on something in the image and name its class, or press N to be shown a place";
+/// There is no class yet; `key` goes to the first suggestion.
+pub fn first_class(key: &str) -> String {
+    let click = "Click on something in the image and name its class";
+    match key {
+        "" => click.to_owned(),
+        key => format!("{click}, or press {key} to be shown a place"),
+    }
+}
+
 /// There are classes and no strokes.
 pub const FIRST_STROKE: &str = "No strokes yet: choose a class, then click or scribble on the image";
 /// There are strokes and no surface to spread them over.
@@ -12,12 +18,20 @@ pub const SUGGESTIONS: &str = "These are the places whose label would settle mos
 
 /// A suggestion was gone to; `key` goes on.
 pub fn next_suggestion(key: &str) -> String {
-    format!("Press {key} for the next place, or answer with one of the likely classes")
+    let answer = "nswer with one of the likely classes";
+    match key {
+        "" => format!("A{answer}"),
+        key => format!("Press {key} for the next place, or a{answer}"),
+    }
 }
 
 /// There is something worth exporting; `key` does that.
 pub fn export(key: &str) -> String {
-    format!("When the frames look right: Export ({key}) writes the labels of every frame")
+    let key = match key {
+        "" => String::new(),
+        key => format!(" ({key})"),
+    };
+    format!("When the frames look right: Export{key} writes the labels of every frame")
 }
 
 /// Name of the button that takes a hint away.

@@ -1,5 +1,7 @@
 //! The canvas's layers, their legends, the comparison and the readout under the pointer.
 
+/// Name of the canvas for screen readers.
+pub const CANVAS: &str = "Frame canvas";
 /// Names of the layers, in their order.
 pub const NAMES: [&str; 6] = [
     "Colour",
@@ -22,8 +24,8 @@ pub const EXPLANATIONS: [&str; 6] = [
 
 /// Name of the control that chooses the layer.
 pub const LAYER: &str = "Layer";
-/// What the key does, under the layer's explanation.
-pub const NEXT_LAYER: &str = "Q shows the next layer";
+/// What the key does, after the layer's explanation.
+pub const NEXT_LAYER: &str = "Next layer (Q)";
 /// Name of the control that makes the layer more or less opaque.
 pub const OPACITY: &str = "Opacity";
 /// What the opacity is.

@@ -5,6 +5,11 @@ use std::path::Path;
 use inplace_core::labels::LabelSet;
 use inplace_core::scene::SceneSource;
 
+use super::counted;
+
+/// The demo scene, as what is opened.
+pub const DEMO: &str = "the demo scene";
+
 /// Another window keeps the work on this scene.
 pub fn scene_in_use(source: &SceneSource) -> String {
     let scene = match source {
@@ -23,16 +28,15 @@ pub fn recovered(labels: &LabelSet) -> String {
         labels.strokes.values().map(|stroke| stroke.frame).collect();
     let on = match frames.len() {
         0 => String::new(),
-        1 => " on 1 frame".to_owned(),
-        many => format!(" on {many} frames"),
+        some => format!(" on {}", counted(some, "frame", "frames")),
     };
-    let plural = if strokes == 1 { "" } else { "s" };
+    let strokes = counted(strokes, "stroke", "strokes");
     let imported = if labels.imported.is_some() {
         " and imported labels"
     } else {
         ""
     };
-    format!("Your earlier work on this scene was recovered: {strokes} stroke{plural}{on}{imported}.")
+    format!("Your earlier work on this scene was recovered: {strokes}{on}{imported}.")
 }
 
 /// Title of the dialog about a scene that has moved.

@@ -7,7 +7,7 @@ pub const LABEL_NEXT: &str = "Label next";
 /// The tab of the progress.
 pub const PROGRESS: &str = "Progress";
 /// What the key does.
-pub const SWITCH: &str = "T shows the other tab";
+pub const SWITCH: &str = "Show the other tab (T)";
 /// The question above the answer.
 pub const GOOD_ENOUGH: &str = "Good enough to export?";
 /// Instead of charts.
@@ -106,6 +106,21 @@ pub fn next_labels(shares: &[f32]) -> Option<String> {
         let percent = percent(share);
         format!("The next {labels} would settle about {percent} of the scene.")
     })
+}
+
+/// A place on the axis of time.
+pub fn at_minute(minutes: f64) -> String {
+    format!("{minutes:.1} min")
+}
+
+/// A place on the axis of strokes.
+pub fn at_stroke(strokes: f64) -> String {
+    format!("{strokes:.0} {STROKES}")
+}
+
+/// An image quality.
+pub fn decibels(psnr: f64) -> String {
+    format!("{psnr:.1} dB")
 }
 
 /// A stroke that the others contradict.

@@ -4,8 +4,6 @@ use crate::keymap::Shortcut;
 
 /// Its title.
 pub const TITLE: &str = "Settings";
-/// Closes it.
-pub const CLOSE: &str = "Close";
 /// Section: looks.
 pub const APPEARANCE: &str = "Appearance";
 /// Colours of the window.
@@ -53,7 +51,7 @@ pub const LEAVE_IT: &str = "Leave it";
 
 /// A scale.
 pub fn percent(percent: u16) -> String {
-    format!("{percent} %")
+    format!("{percent}%")
 }
 
 /// The keys for the scale: larger, smaller, as it comes.

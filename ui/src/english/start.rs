@@ -1,5 +1,6 @@
 //! The start page, and what was opened lately.
 
+use super::counted;
 use crate::preferences::Recent;
 
 /// What the program is for.
@@ -74,14 +75,11 @@ pub fn forget(name: &str) -> String {
 
 /// How much there is, and when it was last open; `now` in seconds since 1970.
 pub fn details(recent: &Recent, now: u64) -> String {
-    let count = |count: usize, what: &str, plural: &str| {
-        format!("{count} {}", if count == 1 { what } else { plural })
-    };
     format!(
         "{}, {}, {}  -  {}",
-        count(recent.frames, "frame", "frames"),
-        count(recent.classes, "class", "classes"),
-        count(recent.strokes, "stroke", "strokes"),
+        counted(recent.frames, "frame", "frames"),
+        counted(recent.classes, "class", "classes"),
+        counted(recent.strokes, "stroke", "strokes"),
         ago(now.saturating_sub(recent.opened)),
     )
 }

@@ -33,8 +33,6 @@ pub const SHOW_ALL: &str = "Show all strokes";
 pub const DELETE: &str = "Delete stroke (Delete)";
 /// The class of the selected stroke.
 pub const CLASS_OF_SELECTED: &str = "Class of the stroke";
-/// What class 0 is called.
-pub const VOID: &str = "void";
 
 /// Stands for the class of the selected stroke while none is selected.
 pub const NONE_SELECTED: &str = "No stroke selected";

@@ -7,7 +7,7 @@ pub const SHOW_FRAME: &str = "Frame";
 /// Shows the surface in the middle of the window.
 pub const SHOW_SPACE: &str = "3D";
 /// About both.
-pub const SWITCH_HINT: &str = "V switches between the frame and the 3D view";
+pub const SWITCH_HINT: &str = "Switch between the frame and the 3D view (V)";
 /// There is no surface yet.
 pub const NO_SURFACE: &str =
     "The surface of the scene is shown here as soon as it is found; until then you can label the frames";

@@ -1,7 +1,10 @@
 //! Work that takes a while: opening, exporting, importing.
 
-/// Stops it.
-pub const CANCEL: &str = "Cancel";
+use std::io;
+use std::path::Path;
+
+use super::counted;
+
 /// Stops an export.
 pub const CANCEL_EXPORT: &str = "Cancel export";
 /// Stops an import.
@@ -52,8 +55,7 @@ pub fn export_cancelled(folder: &str, written: usize, frames: usize) -> String {
 
 /// Label images were taken over; some may be named like no frame.
 pub fn imported(count: usize, unmatched: usize) -> String {
-    let plural = if count == 1 { "" } else { "s" };
-    let mut sentence = format!("Imported {count} label image{plural}.");
+    let mut sentence = format!("Imported {}.", counted(count, "label image", "label images"));
     if unmatched > 0 {
         sentence += &format!(" Left out, because they are named like no frame: {unmatched}.");
     }
@@ -62,7 +64,7 @@ pub fn imported(count: usize, unmatched: usize) -> String {
 
 /// An export has ended.
 pub fn exported(frames: usize) -> String {
-    format!("Exported {frames} frames")
+    format!("Exported {}", counted(frames, "frame", "frames"))
 }
 
 /// What is in its folder.
@@ -71,5 +73,29 @@ pub const EXPORTED_FILES: &str = "labels, entropy and color as PNGs; classes.jso
 pub const OPEN_FOLDER: &str = "Open folder";
 /// Copies the path of its folder.
 pub const COPY_PATH: &str = "Copy path";
-/// Closes the note.
-pub const CLOSE: &str = "Close";
+
+/// The maps of the last stroke did not come in time.
+pub fn maps_behind(folder: &Path) -> String {
+    format!(
+        "{}: nothing was exported, because the maps do not follow the last stroke yet; try again in a moment.",
+        folder.display()
+    )
+}
+
+/// An error of the core as a sentence.
+pub fn failed(error: &impl std::fmt::Display) -> String {
+    format!("{error}.")
+}
+
+/// The file manager cannot be started.
+pub fn no_file_manager(folder: &Path, program: &str, error: &io::Error) -> String {
+    format!(
+        "{} cannot be shown: {program} did not start ({error}); copy the path instead.",
+        folder.display()
+    )
+}
+
+/// There is no thread to work on.
+pub fn no_thread(error: &io::Error) -> String {
+    format!("A background thread could not be started: {error}.")
+}

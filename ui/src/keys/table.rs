@@ -6,6 +6,7 @@ use super::{Binding, Row};
 use crate::action::Action;
 use crate::canvas::Tool;
 use crate::dialogs::{ClassUse, Dialog};
+use crate::english::keys as words;
 use crate::preferences::Change;
 
 const fn key(key: Key, action: Action) -> Binding {
@@ -30,23 +31,19 @@ const CTRL_SHIFT: Modifiers = Modifiers::COMMAND.plus(Modifiers::SHIFT);
 /// Every key and gesture, in the order of the help window.
 pub static TABLE: &[Row] = &[
     Row {
-        shown: "Left click, drag",
-        does: "Label a point, or scribble, with the current class",
+        words: words::LABEL,
         bindings: &[],
     },
     Row {
-        shown: "Shift+click",
-        does: "Label along a straight line from where the last one ended",
+        words: words::STRAIGHT,
         bindings: &[],
     },
     Row {
-        shown: "Right drag",
-        does: "Erase",
+        words: words::ERASE,
         bindings: &[],
     },
     Row {
-        shown: "B, L, G",
-        does: "Brush, polyline, polygon",
+        words: words::DRAWING_TOOLS,
         bindings: &[
             key(Key::B, Action::ChooseTool(Tool::Brush)),
             key(Key::L, Action::ChooseTool(Tool::Polyline)),
@@ -54,33 +51,27 @@ pub static TABLE: &[Row] = &[
         ],
     },
     Row {
-        shown: "Enter or double-click",
-        does: "End the polyline or polygon",
+        words: words::END_DRAFT,
         bindings: &[],
     },
     Row {
-        shown: "Backspace, Escape",
-        does: "Take its last corner back, drop it",
+        words: words::DROP_DRAFT,
         bindings: &[],
     },
     Row {
-        shown: "E",
-        does: "Switch the left button between labelling and erasing",
+        words: words::TOGGLE_ERASER,
         bindings: &[key(Key::E, Action::ToggleTool)],
     },
     Row {
-        shown: "S",
-        does: "Select strokes by clicking on them",
+        words: words::SELECT,
         bindings: &[key(Key::S, Action::ChooseTool(Tool::Select))],
     },
     Row {
-        shown: "Delete",
-        does: "Delete the selected stroke",
+        words: words::DELETE,
         bindings: &[key(Key::Delete, Action::DeleteSelected)],
     },
     Row {
-        shown: "1 to 9, 0",
-        does: "Choose a class, or change that of the stroke selected with S; 0 is void",
+        words: words::CLASS_DIGITS,
         bindings: &[
             key(Key::Num0, Action::ChooseSlot(0)),
             key(Key::Num1, Action::ChooseSlot(1)),
@@ -95,46 +86,38 @@ pub static TABLE: &[Row] = &[
         ],
     },
     Row {
-        shown: "C",
-        does: "Find a class by typing part of its name, or make one",
+        words: words::FIND_CLASS,
         bindings: &[key(Key::C, Action::FindClass(ClassUse::Choose))],
     },
     Row {
-        shown: "Alt+Up and Alt+Down",
-        does: "Move the class that has the focus in the list",
+        words: words::MOVE_CLASS,
         bindings: &[],
     },
     Row {
-        shown: "[ and ], Ctrl+wheel",
-        does: "Smaller and larger brush",
+        words: words::BRUSH_SIZE,
         bindings: &[
             key(Key::OpenBracket, Action::StepBrush(-1)),
             key(Key::CloseBracket, Action::StepBrush(1)),
         ],
     },
     Row {
-        shown: "Wheel",
-        does: "Zoom at the cursor",
+        words: words::ZOOM,
         bindings: &[],
     },
     Row {
-        shown: "Space+drag, middle drag",
-        does: "Move the image",
+        words: words::MOVE_IMAGE,
         bindings: &[],
     },
     Row {
-        shown: "F",
-        does: "Fit the image, or the scene in the 3D view, into the window",
+        words: words::FIT,
         bindings: &[key(Key::F, Action::Fit)],
     },
     Row {
-        shown: "V",
-        does: "Switch between the frame and the 3D view",
+        words: words::SPACE,
         bindings: &[key(Key::V, Action::ToggleSpace)],
     },
     Row {
-        shown: "A and D, Left and Right",
-        does: "Previous and next frame, of those that the filmstrip shows",
+        words: words::STEP_FRAME,
         bindings: &[
             key(Key::A, Action::StepFrame(-1)),
             key(Key::D, Action::StepFrame(1)),
@@ -143,36 +126,30 @@ pub static TABLE: &[Row] = &[
         ],
     },
     Row {
-        shown: "N, Shift+N",
-        does: "Go to the next suggestion, or the one before",
+        words: words::STEP_SUGGESTION,
         bindings: &[
             key(Key::N, Action::NextSuggestion),
             with(Modifiers::SHIFT, Key::N, Action::PreviousSuggestion),
         ],
     },
     Row {
-        shown: "T",
-        does: "Show the other tab at the right: what to label next, progress",
+        words: words::SIDE,
         bindings: &[key(Key::T, Action::SwitchSide)],
     },
     Row {
-        shown: "Tab (hold)",
-        does: "Hide the overlay while the pointer is over the frame",
+        words: words::HIDE_OVERLAY,
         bindings: &[],
     },
     Row {
-        shown: "Q",
-        does: "Next layer: colour, labels, entropy, disagreement, depth, rendered colour",
+        words: words::LAYER,
         bindings: &[key(Key::Q, Action::CycleLayer)],
     },
     Row {
-        shown: "W",
-        does: "Compare two layers side by side",
+        words: words::COMPARE,
         bindings: &[key(Key::W, Action::ToggleCompare)],
     },
     Row {
-        shown: "Ctrl+Z, Ctrl+Shift+Z",
-        does: "Undo and redo, also on other frames",
+        words: words::UNDO_REDO,
         bindings: &[
             with(CTRL, Key::Z, Action::Undo),
             with(CTRL_SHIFT, Key::Z, Action::Redo),
@@ -180,33 +157,27 @@ pub static TABLE: &[Row] = &[
         ],
     },
     Row {
-        shown: "Ctrl+S",
-        does: "Save",
+        words: words::SAVE,
         bindings: &[with(CTRL, Key::S, Action::Save)],
     },
     Row {
-        shown: "Ctrl+O",
-        does: "Open a scene or a project",
+        words: words::OPEN,
         bindings: &[with(CTRL, Key::O, Action::Show(Some(Dialog::open())))],
     },
     Row {
-        shown: "Ctrl+E",
-        does: "Export",
+        words: words::EXPORT,
         bindings: &[with(CTRL, Key::E, Action::Show(Some(Dialog::export())))],
     },
     Row {
-        shown: "P",
-        does: "Pause or resume training",
+        words: words::PAUSE,
         bindings: &[key(Key::P, Action::TogglePause)],
     },
     Row {
-        shown: "Ctrl+,",
-        does: "Settings",
+        words: words::SETTINGS,
         bindings: &[with(CTRL, Key::Comma, Action::Show(Some(Dialog::settings())))],
     },
     Row {
-        shown: "Ctrl++, Ctrl+-, Ctrl+0",
-        does: "Everything larger, smaller, as it comes",
+        words: words::SCALE,
         bindings: &[
             with(CTRL, Key::Plus, Action::Prefer(Change::StepScale(1))),
             with(CTRL, Key::Equals, Action::Prefer(Change::StepScale(1))),
@@ -216,8 +187,7 @@ pub static TABLE: &[Row] = &[
         ],
     },
     Row {
-        shown: "?",
-        does: "This table",
+        words: words::HELP,
         bindings: &[
             key(Key::Questionmark, Action::Show(Some(Dialog::Help))),
             key(Key::F1, Action::Show(Some(Dialog::Help))),
@@ -228,16 +198,14 @@ pub static TABLE: &[Row] = &[
 /// The keys that answer a suggestion; while one is at hand they come before those of [`TABLE`].
 pub static AT_A_SUGGESTION: &[Row] = &[
     Row {
-        shown: "Enter, Shift+Enter",
-        does: "At a suggestion: label it with its first or second likely class",
+        words: words::ANSWER_LIKELY,
         bindings: &[
             key(Key::Enter, Action::AnswerLikely(0)),
             with(Modifiers::SHIFT, Key::Enter, Action::AnswerLikely(1)),
         ],
     },
     Row {
-        shown: "1 to 9, 0",
-        does: "At a suggestion: label it with a class of the list; 0 is void",
+        words: words::ANSWER_DIGITS,
         bindings: &[
             key(Key::Num0, Action::AnswerSlot(0)),
             key(Key::Num1, Action::AnswerSlot(1)),
@@ -252,21 +220,18 @@ pub static AT_A_SUGGESTION: &[Row] = &[
         ],
     },
     Row {
-        shown: "C",
-        does: "At a suggestion: type the name of its class",
+        words: words::ANSWER_NAME,
         bindings: &[key(Key::C, Action::FindClass(ClassUse::Answer))],
     },
     Row {
-        shown: "X, Delete",
-        does: "At a suggestion: skip it",
+        words: words::SKIP,
         bindings: &[
             key(Key::X, Action::SkipSuggestion),
             key(Key::Delete, Action::SkipSuggestion),
         ],
     },
     Row {
-        shown: "Escape",
-        does: "Leave the suggestions",
+        words: words::LEAVE,
         bindings: &[key(Key::Escape, Action::LeaveSuggestions)],
     },
 ];

@@ -52,7 +52,7 @@ impl FrameFilterRow {
 
     fn seek(&mut self, ui: &mut Ui, actions: &mut Actions) {
         let field = TextEdit::singleline(&mut self.sought)
-            .hint_text(words::GO_TO_HINT)
+            .hint_text(words::GO_TO)
             .align(egui::Align2::LEFT_CENTER)
             .min_size(egui::vec2(0.0, ui.spacing().interact_size.y))
             .desired_width(120.0);

@@ -9,6 +9,7 @@ use egui::{
 use super::suggestions::digit_of;
 use crate::english::guidance as words;
 use crate::guidance::{A_MOMENT, Mode};
+use crate::keymap::KeyMap;
 use crate::theme;
 use crate::widgets::swatch;
 use crate::workspace::Workspace;
@@ -42,23 +43,29 @@ impl Item {
 /// Draws the bar over the upper edge of the canvas while suggestions are answered; asks for another frame where what it
 /// says changes with time.
 pub fn show(ui: &Ui, workspace: &Workspace, canvas: Rect) {
+    let next = crate::keys::text(&KeyMap::of(ui.ctx()), "N");
     let (first, items) = match workspace.guidance().mode() {
         Mode::Away => return,
-        Mode::At(index) => (at(workspace, index), keys(workspace, index)),
+        Mode::At(index) => (at(workspace, index), keys(workspace, index, &next)),
         Mode::Looking(since) => {
             let patience = A_MOMENT.saturating_sub(since.elapsed());
             if patience.is_zero() {
                 let items = vec![
-                    Item::new("N", words::GO_ON_ANYWAY),
-                    Item::new("Esc", words::LEAVE),
+                    Item::new(&next, words::GO_ON_ANYWAY),
+                    Item::new("Escape", words::LEAVE),
                 ];
                 (words::STILL_LOOKING.to_owned(), items)
             } else {
                 ui.ctx().request_repaint_after(patience);
-                (words::LOOKING.to_owned(), vec![Item::new("Esc", words::LEAVE)])
+                (words::LOOKING.to_owned(), vec![Item::new("Escape", words::LEAVE)])
             }
         }
     };
+    // A key may have been taken away from what it did.
+    let items: Vec<Item> = items
+        .into_iter()
+        .filter(|item| item.key.as_deref() != Some(""))
+        .collect();
     let said: Vec<String> = items
         .iter()
         .map(|item| match &item.key {
@@ -91,7 +98,7 @@ fn at(workspace: &Workspace, index: usize) -> String {
     }
 }
 
-fn keys(workspace: &Workspace, index: usize) -> Vec<Item> {
+fn keys(workspace: &Workspace, index: usize, next: &str) -> Vec<Item> {
     let likely = workspace.suggestions().get(index).map(|place| &place.classes);
     let mut items = Vec::new();
     for (rank, likely) in likely.into_iter().flatten().take(2).enumerate() {
@@ -119,8 +126,8 @@ fn keys(workspace: &Workspace, index: usize) -> Vec<Item> {
     for (key, does) in [
         ("C", words::NAME_IT),
         ("X", words::LEAVE_OUT),
-        ("N", words::GO_ON),
-        ("Esc", words::LEAVE),
+        (next, words::GO_ON),
+        ("Escape", words::LEAVE),
     ] {
         items.push(Item::new(key, does));
     }

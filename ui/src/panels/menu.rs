@@ -6,7 +6,7 @@ use crate::action::{Action, Actions};
 use crate::canvas::Layer;
 use crate::dialogs::{Dialog, Purpose};
 use crate::english;
-use crate::english::{layers, work};
+use crate::english::{dialogs, layers, menu as words, saving, work};
 use crate::exporting::Progress;
 use crate::keeper::{Keeper, SavedState};
 use crate::keymap::KeyMap;
@@ -23,14 +23,14 @@ const STATE_WIDTH: f32 = 80.0;
 /// Draws the menu bar.
 pub fn show(ui: &mut Ui, state: &AppState, actions: &mut Actions) {
     egui::MenuBar::new().ui(ui, |ui| {
-        ui.menu_button("File", |ui| file(ui, state, actions));
-        ui.menu_button("Edit", |ui| edit(ui, state, actions));
-        ui.menu_button("View", |ui| view(ui, state, actions));
-        ui.menu_button("Help", |ui| {
+        ui.menu_button(words::FILE, |ui| file(ui, state, actions));
+        ui.menu_button(words::EDIT, |ui| edit(ui, state, actions));
+        ui.menu_button(words::VIEW, |ui| view(ui, state, actions));
+        ui.menu_button(words::HELP, |ui| {
             entry(
                 ui,
                 true,
-                "Keys and gestures",
+                dialogs::KEYS,
                 "?",
                 actions,
                 Action::Show(Some(Dialog::Help)),
@@ -44,7 +44,7 @@ pub fn show(ui: &mut Ui, state: &AppState, actions: &mut Actions) {
                     ui.reset_style();
                     export_button(ui, state, actions);
                     let keys = keys::text(&state.preferences.keys, "Ctrl+S");
-                    if wide && ui.button("Save").on_hover_text(keys).clicked() {
+                    if wide && ui.button(dialogs::SAVE).on_hover_text(keys).clicked() {
                         actions.push(Action::Save);
                     }
                 });
@@ -59,13 +59,6 @@ fn document(ui: &mut Ui, state: &AppState) {
     let Some(name) = state.document_name() else {
         return;
     };
-    let (words, explanation) = saved_in_words(state);
-    let words = match state.keeper.as_ref().map(Keeper::saved_state) {
-        Some(SavedState::Failing | SavedState::MemoryOnly) => {
-            egui::RichText::new(words).color(ui.visuals().warn_fg_color)
-        }
-        _ => egui::RichText::new(words).weak(),
-    };
     ui.separator();
     let room = ui.available_width() - STATE_WIDTH;
     if room > 0.0 {
@@ -74,40 +67,29 @@ fn document(ui: &mut Ui, state: &AppState) {
             ui.add(egui::Label::new(egui::RichText::new(name).strong()).truncate());
         });
     }
-    ui.add(egui::Label::new(words).truncate())
-        .on_hover_text(explanation);
-}
-
-fn export_button(ui: &mut Ui, state: &AppState, actions: &mut Actions) {
-    let runs = matches!(state.export, Some(Progress::Writing(..)));
-    let button =
-        main_button_enabled(ui, !runs, "Export").on_hover_text(keys::text(&state.preferences.keys, "Ctrl+E"));
-    if button.on_disabled_hover_text(work::EXPORT_RUNS).clicked() {
-        actions.push(Action::Show(Some(Dialog::export())));
+    if let Some(keeper) = &state.keeper {
+        saved(ui, keeper);
     }
 }
 
 /// Whether the work is on the disk, in two words and in a sentence.
-fn saved_in_words(state: &AppState) -> (&'static str, String) {
-    let Some(keeper) = &state.keeper else {
-        return ("", String::new());
+fn saved(ui: &mut Ui, keeper: &Keeper) {
+    let (saved, named) = (keeper.saved_state(), keeper.is_named());
+    let text = egui::RichText::new(saving::state(saved, named));
+    let text = match saved {
+        SavedState::Failing | SavedState::MemoryOnly => text.color(ui.visuals().warn_fg_color),
+        SavedState::Saved | SavedState::Writing => text.weak(),
     };
-    let path = keeper.path().display();
-    match (keeper.saved_state(), keeper.is_named()) {
-        (SavedState::Saved, true) => ("saved", format!("Every edit is in {path}")),
-        (SavedState::Saved, false) => (
-            "autosaved",
-            format!("Every edit is kept in {path}; save to give it a name of its own"),
-        ),
-        (SavedState::Writing, _) => ("saving", format!("Writing to {path}")),
-        (SavedState::Failing, _) => (
-            "not saved",
-            format!("{path} cannot be written; your work is in memory, and writing is tried again"),
-        ),
-        (SavedState::MemoryOnly, _) => (
-            "not saved",
-            "There is no file to keep your work in: it is in memory only".to_owned(),
-        ),
+    ui.add(egui::Label::new(text).truncate())
+        .on_hover_text(saving::explanation(saved, named, keeper.path()));
+}
+
+fn export_button(ui: &mut Ui, state: &AppState, actions: &mut Actions) {
+    let runs = matches!(state.export, Some(Progress::Writing(..)));
+    let button = main_button_enabled(ui, !runs, words::EXPORT)
+        .on_hover_text(keys::text(&state.preferences.keys, "Ctrl+E"));
+    if button.on_disabled_hover_text(work::EXPORT_RUNS).clicked() {
+        actions.push(Action::Show(Some(Dialog::export())));
     }
 }
 
@@ -116,7 +98,7 @@ fn file(ui: &mut Ui, state: &AppState, actions: &mut Actions) {
     entry(
         ui,
         true,
-        "Open...",
+        words::OPEN,
         "Ctrl+O",
         actions,
         Action::Show(Some(Dialog::open())),
@@ -124,7 +106,7 @@ fn file(ui: &mut Ui, state: &AppState, actions: &mut Actions) {
     entry(
         ui,
         true,
-        "Open folder...",
+        words::OPEN_FOLDER,
         "",
         actions,
         Action::Browse(Purpose::Scene),
@@ -132,19 +114,19 @@ fn file(ui: &mut Ui, state: &AppState, actions: &mut Actions) {
     entry(
         ui,
         true,
-        "Open project...",
+        words::OPEN_PROJECT,
         "",
         actions,
         Action::Browse(Purpose::Project),
     );
     ui.menu_button(english::start::OPEN_RECENT, |ui| recents(ui, state, actions));
     ui.separator();
-    entry(ui, open, "Save", "Ctrl+S", actions, Action::Save);
+    entry(ui, open, dialogs::SAVE, "Ctrl+S", actions, Action::Save);
     let path = String::new();
     entry(
         ui,
         open,
-        "Save as...",
+        words::SAVE_AS,
         "",
         actions,
         Action::Show(Some(Dialog::SaveAs { path })),
@@ -152,7 +134,7 @@ fn file(ui: &mut Ui, state: &AppState, actions: &mut Actions) {
     entry(
         ui,
         open,
-        "Export...",
+        words::EXPORT,
         "Ctrl+E",
         actions,
         Action::Show(Some(Dialog::export())),
@@ -160,7 +142,7 @@ fn file(ui: &mut Ui, state: &AppState, actions: &mut Actions) {
     entry(
         ui,
         open,
-        "Import labels...",
+        words::IMPORT,
         "",
         actions,
         Action::Show(Some(Dialog::import())),
@@ -170,7 +152,7 @@ fn file(ui: &mut Ui, state: &AppState, actions: &mut Actions) {
     entry(
         ui,
         imported,
-        "Remove imported labels",
+        words::REMOVE_IMPORTED,
         "",
         actions,
         Action::RemoveImported,
@@ -179,14 +161,14 @@ fn file(ui: &mut Ui, state: &AppState, actions: &mut Actions) {
     entry(
         ui,
         true,
-        "Settings...",
+        words::SETTINGS,
         "Ctrl+,",
         actions,
         Action::Show(Some(Dialog::settings())),
     );
     ui.separator();
-    entry(ui, open, "Close scene", "", actions, Action::CloseScene);
-    entry(ui, true, "Quit", "", actions, Action::Quit);
+    entry(ui, open, words::CLOSE_SCENE, "", actions, Action::CloseScene);
+    entry(ui, true, words::QUIT, "", actions, Action::Quit);
 }
 
 fn recents(ui: &mut Ui, state: &AppState, actions: &mut Actions) {
@@ -217,11 +199,11 @@ fn recents(ui: &mut Ui, state: &AppState, actions: &mut Actions) {
 fn edit(ui: &mut Ui, state: &AppState, actions: &mut Actions) {
     let history = state.workspace().map(|workspace| workspace.document().history());
     let named = |verb: &str, name: Option<&str>| match name {
-        Some(name) => (true, format!("{verb} {name}")),
+        Some(name) => (true, words::history(verb, name)),
         None => (false, verb.to_owned()),
     };
-    let (can_undo, undo) = named("Undo", history.and_then(|history| history.undo_name()));
-    let (can_redo, redo) = named("Redo", history.and_then(|history| history.redo_name()));
+    let (can_undo, undo) = named(words::UNDO, history.and_then(|history| history.undo_name()));
+    let (can_redo, redo) = named(words::REDO, history.and_then(|history| history.redo_name()));
     entry(ui, can_undo, &undo, "Ctrl+Z", actions, Action::Undo);
     entry(ui, can_redo, &redo, "Ctrl+Shift+Z", actions, Action::Redo);
 }
@@ -248,8 +230,8 @@ fn view(ui: &mut Ui, state: &AppState, actions: &mut Actions) {
     }
     ui.separator();
     let open = state.workspace().is_some();
-    entry(ui, open, "Fit", "F", actions, Action::Fit);
-    entry(ui, open, "Frame or 3D view", "V", actions, Action::ToggleSpace);
+    entry(ui, open, words::FIT, "F", actions, Action::Fit);
+    entry(ui, open, words::SPACE, "V", actions, Action::ToggleSpace);
     ui.separator();
     let window = ui.ctx().content_rect().size();
     for pane in Pane::ALL {
@@ -262,9 +244,9 @@ fn view(ui: &mut Ui, state: &AppState, actions: &mut Actions) {
     ui.separator();
     let current = ui.ctx().options(|options| options.theme_preference);
     for (preference, name) in [
-        (egui::ThemePreference::Dark, "Dark theme"),
-        (egui::ThemePreference::Light, "Light theme"),
-        (egui::ThemePreference::System, "As the system"),
+        (egui::ThemePreference::Dark, words::DARK_THEME),
+        (egui::ThemePreference::Light, words::LIGHT_THEME),
+        (egui::ThemePreference::System, english::settings::AS_THE_SYSTEM),
     ] {
         if ui.radio(current == preference, name).clicked() {
             actions.push(Action::SetTheme(preference));

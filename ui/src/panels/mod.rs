@@ -28,6 +28,7 @@ pub(crate) use drop::drop_area;
 use crate::action::{Action, Actions};
 use crate::canvas::Canvas;
 use crate::english;
+use crate::keys;
 use crate::preferences::{Change, Pane};
 use crate::state::{AppState, Side, Stage};
 use crate::theme;
@@ -186,7 +187,10 @@ fn sides(ui: &mut Ui, state: &AppState, actions: &mut Actions) {
             ui.vertical_centered_justified(|ui| {
                 let tab = ui.selectable_label(chosen, name);
                 tab.widget_info(|| WidgetInfo::selected(Role::Tab, true, chosen, name));
-                if tab.on_hover_text(english::progress::SWITCH).clicked() {
+                if tab
+                    .on_hover_text(keys::named(ui.ctx(), english::progress::SWITCH))
+                    .clicked()
+                {
                     actions.push(Action::ShowSide(side));
                 }
             });

@@ -3,7 +3,7 @@
 use egui::Ui;
 
 use crate::action::{Action, Actions};
-use crate::english::work;
+use crate::english::{dialogs, work};
 use crate::state::Opening;
 use crate::widgets::long_work;
 
@@ -18,7 +18,7 @@ pub fn show(ui: &mut Ui, opening: &Opening, actions: &mut Actions) {
             _ => (Some(done as f32 / total as f32), work::frames(done, total)),
         };
         let title = work::opening(&opening.target.name());
-        if long_work(ui, &title, (share, &words), Some(work::CANCEL)) {
+        if long_work(ui, &title, (share, &words), Some(dialogs::CANCEL)) {
             actions.push(Action::CloseScene);
         }
     });

@@ -89,8 +89,8 @@ impl ProgressPanel {
                 return None;
             };
             let x = match axis {
-                Axis::Time => format!("{:.1} min", position.x),
-                Axis::Strokes => format!("{:.0} {}", position.x, words::STROKES),
+                Axis::Time => words::at_minute(position.x),
+                Axis::Strokes => words::at_stroke(position.x),
             };
             Some(format!("{x}: {}", in_unit(number, position.y)))
         };
@@ -266,7 +266,7 @@ fn row(workspace: &Workspace, id: StrokeId, others: ClassId) -> Option<String> {
     let frame = workspace.scene().frames.get(stroke.frame)?;
     let name = |class: ClassId| match labels.class(class) {
         Some(class) => class.name.clone(),
-        None => format!("class {class}"),
+        None => crate::english::classes::nameless(class),
     };
     debug_assert_ne!(stroke.class, VOID);
     Some(words::contradicted(
@@ -286,9 +286,9 @@ fn named(number: Number) -> (&'static str, &'static str) {
 
 fn in_unit(number: Number, value: f64) -> String {
     match number {
-        Number::Entropy => format!("{value:.2} nats"),
+        Number::Entropy => crate::english::layers::nats(value as f32),
         Number::Accuracy => words::percent(value as f32),
-        Number::Psnr => format!("{value:.1} dB"),
+        Number::Psnr => words::decibels(value),
     }
 }
 

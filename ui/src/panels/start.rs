@@ -44,7 +44,7 @@ impl StartPage {
             let page = Rect::from_min_size(corner, vec2(width, 0.0));
             let page = ui.scope_builder(egui::UiBuilder::new().max_rect(page), |ui| {
                 ui.set_width(width);
-                ui.label(RichText::new("Inplace").size(36.0).strong());
+                ui.label(RichText::new(crate::english::PROGRAM).size(36.0).strong());
                 ui.label(RichText::new(words::CLAIM).size(16.0).weak());
                 ui.add_space(16.0);
                 self.columns(ui, state, actions);

@@ -2,6 +2,7 @@
 
 use egui::{Align2, Area, Id, Rect, TextStyle, Ui, vec2};
 
+use crate::english::measurements as words;
 use crate::state::AppState;
 use crate::stats::Stats;
 
@@ -26,15 +27,15 @@ fn table(ui: &mut Ui, stats: &Stats) {
         .spacing([12.0, 2.0])
         .min_row_height(16.0)
         .show(ui, |ui| {
-            for head in ["milliseconds", "p50", "p95", "max", "n"] {
+            for head in words::HEADS {
                 ui.weak(head);
             }
             ui.end_row();
             for (name, samples) in [
-                ("own frame", &stats.frame),
-                ("window's thread", &stats.thread),
-                ("eframe frame", &stats.reported),
-                ("click to overlay", &stats.click_to_overlay),
+                (words::FRAME, &stats.frame),
+                (words::THREAD, &stats.thread),
+                (words::REPORTED, &stats.reported),
+                (words::CLICK, &stats.click_to_overlay),
             ] {
                 let summary = samples.summary();
                 ui.label(name);

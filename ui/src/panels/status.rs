@@ -4,17 +4,18 @@ use egui::Ui;
 use inplace_core::session::Status;
 
 use crate::action::{Action, Actions};
+use crate::english::{layers, progress, status as words};
 use crate::theme;
 use crate::widgets::{Icon, heading, icon_button};
 use crate::workspace::Workspace;
 
 /// Draws the status.
 pub fn show(ui: &mut Ui, workspace: &Workspace, actions: &mut Actions) {
-    heading(ui, "Training", |ui| {
+    heading(ui, words::HEADING, |ui| {
         let (icon, name) = if workspace.is_paused() {
-            (Icon::Play, "Resume training (P)")
+            (Icon::Play, words::RESUME)
         } else {
-            (Icon::Pause, "Pause training (P)")
+            (Icon::Pause, words::PAUSE)
         };
         ui.add_enabled_ui(!workspace.has_ended(), |ui| {
             if icon_button(ui, icon, name).clicked() {
@@ -44,60 +45,52 @@ pub fn show(ui: &mut Ui, workspace: &Workspace, actions: &mut Actions) {
 }
 
 fn rows(status: &Status) -> [(&'static str, String, &'static str); 7] {
-    let unknown = || "not known yet".to_owned();
+    let unknown = || progress::UNKNOWN.to_owned();
     [
+        (words::STEPS, grouped(status.steps), words::STEPS_MEAN),
         (
-            "Steps",
-            grouped(status.steps),
-            "Training steps of the field that learns the scene's shape and colour",
+            words::TIME,
+            progress::duration(status.geometry_seconds),
+            words::TIME_MEANS,
         ),
         (
-            "Time",
-            duration(status.geometry_seconds as f32),
-            "Time spent training",
-        ),
-        (
-            "Image quality",
+            progress::QUALITY,
             status
                 .held_out_psnr
-                .map_or_else(unknown, |db| format!("{db:.1} dB")),
-            "How well the field predicts frames that it was not trained on (PSNR); more is better",
+                .map_or_else(unknown, |db| progress::decibels(db.into())),
+            progress::QUALITY_MEANS,
         ),
         (
-            "Depth error",
-            status
-                .depth_error
-                .map_or_else(unknown, |m| format!("{:.1} cm", 100.0 * m)),
-            "Median error of the field's depth where the capture has measured depth",
+            words::DEPTH_ERROR,
+            status.depth_error.map_or_else(unknown, words::centimetres),
+            words::DEPTH_ERROR_MEANS,
         ),
         (
-            "Uncertainty",
-            status
-                .mean_entropy
-                .map_or_else(unknown, |nats| format!("{nats:.2} nats")),
-            "Mean entropy of all pixels of all frames; less is surer",
+            progress::UNCERTAINTY,
+            status.mean_entropy.map_or_else(unknown, layers::nats),
+            progress::UNCERTAINTY_MEANS,
         ),
         (
-            "Model",
+            words::MODEL,
             if status.capacity.is_empty() {
                 unknown()
             } else {
                 status.capacity.clone()
             },
-            "The size that was chosen for this scene",
+            words::MODEL_MEANS,
         ),
         (
-            "Mishaps",
+            words::MISHAPS,
             mishaps(status.skipped_steps, status.undone),
-            "Steps that were left out because a number in them was not finite, and returns to an earlier state of the model, at half the learning rate",
+            words::MISHAPS_MEAN,
         ),
     ]
 }
 
 fn mishaps(skipped: u64, undone: u64) -> String {
     match (skipped, undone) {
-        (0, 0) => "none".to_owned(),
-        _ => format!("{} steps left out, {undone} returns", grouped(skipped)),
+        (0, 0) => words::NO_MISHAPS.to_owned(),
+        _ => words::mishaps(&grouped(skipped), undone),
     }
 }
 
@@ -114,24 +107,13 @@ fn grouped(number: u64) -> String {
     text
 }
 
-fn duration(seconds: f32) -> String {
-    let seconds = seconds.max(0.0) as u64;
-    if seconds < 60 {
-        format!("{seconds} s")
-    } else {
-        format!("{} min {:02} s", seconds / 60, seconds % 60)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn numbers_and_times_are_readable() {
+    fn large_numbers_are_readable() {
         assert_eq!(grouped(7), "7");
         assert_eq!(grouped(1_234_567), "1 234 567");
-        assert_eq!(duration(59.9), "59 s");
-        assert_eq!(duration(61.0), "1 min 01 s");
     }
 }

@@ -401,5 +401,5 @@ fn class_choices(ui: &mut Ui, workspace: &Workspace, mut choice: impl FnMut(&mut
     for class in workspace.document().classes() {
         choice(ui, class.id, &class.name);
     }
-    choice(ui, VOID, english::VOID);
+    choice(ui, VOID, crate::english::classes::VOID_NAME);
 }

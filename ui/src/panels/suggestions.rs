@@ -7,7 +7,9 @@ use inplace_core::labels::{ClassId, VOID};
 use crate::action::{Action, Actions};
 use crate::canvas::{Layer, Look, marker, region};
 use crate::dialogs::ClassUse;
-use crate::english::guidance as words;
+use crate::english::{guidance as words, layers};
+use crate::keymap::KeyMap;
+use crate::keys;
 use crate::surroundings::surroundings;
 use crate::theme;
 use crate::thumbnails::{Source, Thumbnails};
@@ -47,10 +49,12 @@ impl SuggestionPanel {
             self.held = hovered;
             actions.push(Action::HoldSuggestions(hovered));
         }
-        heading(ui, words::HEADING, |ui| {
-            let any = !workspace.suggestions().is_empty();
-            let button = ui.add_enabled(any, Button::new(words::NEXT));
-            if button.on_hover_text(words::NEXT_HINT).clicked() {
+        let count = workspace.suggestions().len();
+        heading(ui, &words::listed(count), |ui| {
+            let next = keys::named(ui.ctx(), words::NEXT);
+            let button = ui.add_enabled(count > 0, Button::new(next));
+            let back = keys::text(&KeyMap::of(ui.ctx()), "Shift+N");
+            if button.on_hover_text(words::next_hint(&back)).clicked() {
                 actions.push(Action::NextSuggestion);
             }
         });
@@ -263,7 +267,7 @@ fn footer(ui: &mut Ui, workspace: &Workspace, actions: &mut Actions) {
                     ui,
                     Some(color),
                     &words::last_answer(name),
-                    words::TAKE_BACK,
+                    &keys::named(ui.ctx(), words::TAKE_BACK),
                     || {
                         actions.push(Action::Undo);
                     },
@@ -330,7 +334,7 @@ fn class_button(
         let font = egui::FontId::proportional(12.0);
         let percent = ui
             .painter()
-            .layout_no_wrap(words::percent(likely.probability), font, weak);
+            .layout_no_wrap(layers::percent(likely.probability), font, weak);
         right -= percent.size().x;
         let top = rect.center().y - 0.5 * percent.size().y;
         ui.painter().galley(pos2(right, top), percent, weak);

@@ -4,7 +4,9 @@ use egui::{Align, Layout, Slider, Ui};
 
 use crate::action::{Action, Actions};
 use crate::canvas::{Tool, layer_menu};
-use crate::english::{layers, tools as english};
+use crate::english::{layers, menu, tools as english};
+use crate::keymap::KeyMap;
+use crate::keys;
 use crate::state::{AppState, LARGEST_BRUSH, Settings};
 use crate::widgets::{Icon, icon_button, icon_button_with};
 use crate::workspace::Workspace;
@@ -41,7 +43,7 @@ pub fn show(ui: &mut Ui, state: &AppState, workspace: &Workspace, actions: &mut 
         layers(ui, settings, (wordy, roomy), actions);
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             ui.spacing_mut().item_spacing.x = 4.0;
-            if icon_button(ui, Icon::Fit, "Fit (F)").clicked() {
+            if icon_button(ui, Icon::Fit, english::FIT).clicked() {
                 actions.push(Action::Fit);
             }
             history(ui, workspace, actions);
@@ -68,7 +70,8 @@ fn brush(ui: &mut Ui, mut radius: u32, wordy: bool, actions: &mut Actions) {
         .logarithmic(true)
         .show_value(false);
     let response = small_slider(ui, slider).accessible_name(english::BRUSH_NAME);
-    let response = response.on_hover_text(english::BRUSH_HINT);
+    let [smaller, larger] = ["[", "]"].map(|key| keys::text(&KeyMap::of(ui.ctx()), key));
+    let response = response.on_hover_text(english::brush_hint(&smaller, &larger));
     if response.changed() {
         actions.push(Action::SetBrush(radius));
     }
@@ -104,14 +107,20 @@ fn history(ui: &mut Ui, workspace: &Workspace, actions: &mut Actions) {
     for (name, verb, keys, icon, action) in [
         (
             history.redo_name(),
-            "Redo",
+            menu::REDO,
             "Ctrl+Shift+Z",
             Icon::Redo,
             Action::Redo,
         ),
-        (history.undo_name(), "Undo", "Ctrl+Z", Icon::Undo, Action::Undo),
+        (
+            history.undo_name(),
+            menu::UNDO,
+            "Ctrl+Z",
+            Icon::Undo,
+            Action::Undo,
+        ),
     ] {
-        let text = name.map_or_else(|| verb.to_owned(), |name| format!("{verb} {name} ({keys})"));
+        let text = english::history(verb, name, keys);
         ui.add_enabled_ui(name.is_some(), |ui| {
             if icon_button(ui, icon, &text).clicked() {
                 actions.push(action);

@@ -3,7 +3,7 @@
 use egui::{Align2, Area, Id, Order, Ui, vec2};
 
 use crate::action::{Action, Actions};
-use crate::english::work;
+use crate::english::{dialogs, work};
 use crate::exporting::Progress;
 use crate::state::AppState;
 use crate::widgets::long_work;
@@ -65,7 +65,7 @@ fn export(ui: &mut Ui, state: &AppState, progress: &Progress, actions: &mut Acti
                 if ui.button(work::COPY_PATH).clicked() {
                     actions.push(Action::Copy(path));
                 }
-                if ui.button(work::CLOSE).clicked() {
+                if ui.button(dialogs::CLOSE).clicked() {
                     actions.push(Action::DismissExport);
                 }
             });

@@ -7,6 +7,7 @@ use super::Space;
 use crate::action::{Action, Actions};
 use crate::canvas::{Look, stroke_color};
 use crate::english::view3d as english;
+use crate::keys;
 use crate::surroundings::surroundings;
 use crate::theme;
 use crate::thumbnails::{Source, Subject, Thumbnails};
@@ -21,7 +22,11 @@ pub fn switch(ui: &mut Ui, workspace: &Workspace, actions: &mut Actions) {
     for (space, name) in [(false, english::SHOW_FRAME), (true, english::SHOW_SPACE)] {
         let chosen = workspace.space.shown == space;
         let choice = ui.selectable_label(chosen, name);
-        if choice.on_hover_text(english::SWITCH_HINT).clicked() && !chosen {
+        if choice
+            .on_hover_text(keys::named(ui.ctx(), english::SWITCH_HINT))
+            .clicked()
+            && !chosen
+        {
             actions.push(Action::ToggleSpace);
         }
     }

@@ -10,6 +10,7 @@ mod files;
 mod guidance;
 mod labelling;
 mod layers;
+mod names;
 mod preferences;
 mod progress;
 mod projects;

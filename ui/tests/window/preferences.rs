@@ -155,7 +155,7 @@ fn the_scale_has_keys_and_limits() {
 #[test]
 fn each_hint_is_shown_once_and_all_of_them_again_when_asked_for() {
     let folder = tempfile::tempdir().unwrap();
-    let first = english::hint::FIRST_CLASS;
+    let first = &english::hint::first_class("N");
     let second = english::hint::FIRST_STROKE;
     {
         let mut window = Window::with_demo(folder.path());

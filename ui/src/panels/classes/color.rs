@@ -26,7 +26,7 @@ pub(super) fn recolor_popup(ui: &Ui, class: &Class, rect: Rect, actions: &mut Ac
                     for id in 1..=24 {
                         let color = default_color(id);
                         let (cell, choice) = ui.allocate_exact_size(vec2(24.0, 24.0), Sense::click());
-                        let words = format!("Colour {id}");
+                        let words = english::color(id);
                         choice.widget_info(|| WidgetInfo::labeled(Role::Button, true, &words));
                         let side = if choice.hovered() { 24.0 } else { 20.0 };
                         swatch(ui.painter(), cell.center(), color, side);
@@ -58,11 +58,11 @@ fn custom_color(ui: &mut Ui, class: &Class, actions: &mut Actions) {
         let field = egui::TextEdit::singleline(&mut text)
             .margin(vec2(8.0, 5.0))
             .desired_width(96.0);
-        let response = ui.add(field).accessible_name("Colour as hexadecimal digits");
+        let response = ui.add(field).accessible_name(english::COLOR_DIGITS);
         let entered = response.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
         let parsed = Color32::from_hex(text.trim()).ok();
         let clicked = ui
-            .add_enabled(parsed.is_some(), egui::Button::new("Use"))
+            .add_enabled(parsed.is_some(), egui::Button::new(english::USE_COLOR))
             .clicked();
         if let Some(color) = parsed
             && (entered || clicked)

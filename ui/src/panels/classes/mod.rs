@@ -190,7 +190,7 @@ fn pointer_left(ui: &Ui) -> bool {
 fn void_row(ui: &mut Ui, workspace: &Workspace, actions: &mut Actions) {
     let row = Row {
         id: VOID,
-        name: "void",
+        name: english::VOID_NAME,
         color: VOID_COLOR,
         strokes: workspace.document().strokes_of_class(VOID),
         slot: Some(0),

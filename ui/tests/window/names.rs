@@ -1,0 +1,157 @@
+//! Every control has a name for screen readers, in every state of the window.
+
+use std::collections::BTreeSet;
+
+use egui::accesskit::{Action as Request, Role};
+use egui::{Key, Modifiers, PointerButton};
+use egui_kittest::kittest::{NodeT, Queryable};
+use inplace_core::guide::{Likely, Suggestion};
+use inplace_core::session::Event;
+use inplace_ui::action::Action;
+use inplace_ui::canvas::Layer;
+use inplace_ui::dialogs::{AddClasses, ClassUse, Dialog};
+use inplace_ui::english;
+
+use crate::stand::*;
+
+/// The controls without a name, each in words.
+fn nameless(window: &Window) -> BTreeSet<String> {
+    let root = window.harness.root();
+    let mut found = BTreeSet::new();
+    let mut controls = 0;
+    for node in root.children_recursive() {
+        let node = node.accesskit_node();
+        let answers = |request| node.data().supports_action(request);
+        // Scroll bars have no names anywhere: they say how far their contents are scrolled.
+        let unnamed = node.is_hidden() || node.role() == Role::ScrollBar;
+        if unnamed || !(answers(Request::Focus) || answers(Request::Click)) {
+            continue;
+        }
+        controls += 1;
+        let has = |text: Option<String>| text.is_some_and(|text| !text.trim().is_empty());
+        // What is typed into a field is not what the field is for.
+        let may_be_its_value = !matches!(node.role(), Role::TextInput | Role::MultilineTextInput);
+        let named = has(node.label()) || may_be_its_value && has(node.value());
+        if !named {
+            found.insert(format!("{:?} at {:?}", node.role(), node.raw_bounds()));
+        }
+    }
+    assert!(controls > 5, "the window has {controls} controls");
+    found
+}
+
+fn assert_named(window: &mut Window, state: &str) {
+    window.harness.run_steps(3);
+    let found = nameless(window);
+    assert!(found.is_empty(), "without a name, {state}: {found:#?}");
+}
+
+fn suggestion(frame: usize) -> Suggestion {
+    Suggestion {
+        frame,
+        pixel: [20, 20],
+        position: [0.0, 0.0, 0.0].into(),
+        outline: vec![[12.0, 12.0], [28.0, 12.0], [20.0, 28.0]],
+        score: 1.0,
+        entropy: 0.6,
+        share: 0.04,
+        classes: vec![Likely {
+            class: 1,
+            probability: 0.6,
+        }],
+    }
+}
+
+/// A window with two classes, strokes, maps and suggestions.
+fn labelled(folder: &std::path::Path) -> Window {
+    let mut window = Window::with_demo(folder);
+    for class in ["wall", "floor"] {
+        window.add_class(class);
+        let at = window.canvas(if class == "wall" { -40.0 } else { 40.0 }, 0.0);
+        window.drag(PointerButton::Primary, &[at, at]);
+    }
+    assert_eq!(window.strokes(), 2);
+    let (worker, generation) = (window.worker(), window.workspace().document().generation());
+    for frame in 0..FRAMES {
+        worker.publish(frame, generation, 1);
+    }
+    let suggestions = vec![suggestion(0), suggestion(1)];
+    let told = Event::Suggestions {
+        generation,
+        suggestions,
+    };
+    worker.events.send(told).unwrap();
+    window.until("the suggestions are listed", |app| {
+        let workspace = app.state().workspace();
+        workspace.is_some_and(|workspace| workspace.suggestions().len() == 2)
+    });
+    window
+}
+
+#[test]
+fn every_control_of_the_start_page_has_a_name() {
+    let folder = tempfile::tempdir().unwrap();
+    Window::with_demo(folder.path()).close();
+    let mut window = Window::new(folder.path(), None);
+    assert_named(&mut window, "on the start page");
+}
+
+#[test]
+fn every_control_of_an_open_scene_has_a_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = Window::with_demo(folder.path());
+    assert_named(&mut window, "in a scene without labels");
+    window.close();
+    let mut window = labelled(folder.path());
+    assert_named(&mut window, "in a scene with labels");
+    window.act(Action::NextSuggestion);
+    assert_named(&mut window, "at a suggestion");
+    let stroke = *window
+        .workspace()
+        .document()
+        .labels()
+        .strokes
+        .keys()
+        .next()
+        .unwrap();
+    window.act(Action::GoToStroke(stroke));
+    assert_named(&mut window, "with a stroke selected");
+    window.press(Modifiers::NONE, Key::T);
+    assert_named(&mut window, "with the progress shown");
+    window.press(Modifiers::NONE, Key::W);
+    assert_named(&mut window, "with two layers compared");
+    for layer in Layer::ALL {
+        window.act(Action::ChooseLayer(layer));
+        assert_named(&mut window, layer.name());
+    }
+    window.press(Modifiers::NONE, Key::V);
+    assert_named(&mut window, "in the 3D view");
+}
+
+#[test]
+fn every_control_of_a_dialog_has_a_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = labelled(folder.path());
+    let path = String::new();
+    for dialog in [
+        Dialog::open(),
+        Dialog::SaveAs { path: path.clone() },
+        Dialog::export(),
+        Dialog::import(),
+        Dialog::SaveClasses { path },
+        Dialog::AddClasses(Box::new(AddClasses::new(0))),
+        Dialog::settings(),
+        Dialog::Help,
+    ] {
+        let state = format!("in {dialog:?}");
+        window.act(Action::Show(Some(dialog)));
+        assert!(window.harness.state().state().dialog.is_some(), "{state}");
+        assert_named(&mut window, &state);
+        window.act(Action::Show(None));
+    }
+    window.act(Action::FindClass(ClassUse::Choose));
+    assert_named(&mut window, "in the class finder");
+    window.act(Action::Show(None));
+    window.harness.get_by_label(english::menu::FILE).click();
+    assert_named(&mut window, "in the File menu");
+}
