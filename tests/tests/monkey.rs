@@ -1,7 +1,8 @@
 //! Random input for as long as one likes: the window does not fall, loses nothing and does not grow.
 //!
 //! A short run on every push; `INPLACE_MONKEY_SECONDS=1800 cargo test -p inplace-tests --test monkey -- --nocapture`
-//! is the long one, `INPLACE_MONKEY_SEED` another one.
+//! is the long one, `INPLACE_MONKEY_SEED` another one. `INPLACE_MONKEY_SCENE=DIR` takes a capture of one's own, such as
+//! `inplace demo --out DIR --frames 1000 --size 640x480`.
 #![cfg(target_os = "linux")]
 #![allow(clippy::unwrap_used, reason = "a test ends where it fails")]
 
@@ -10,17 +11,20 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant, SystemTime};
 
 use inplace_core::project::Project;
-use inplace_tests::{Hands, Small, Window, skip};
+use inplace_tests::{Hands, PATIENCE, Small, Window, skip};
 use serde_json::Value;
 
 const SECONDS: &str = "INPLACE_MONKEY_SECONDS";
 const SEED: &str = "INPLACE_MONKEY_SEED";
+const SCENE: &str = "INPLACE_MONKEY_SCENE";
 /// The record that the window writes.
 const TRACE: &str = "trace.jsonl";
 /// From this length on the memory has had time to settle, so that its growth means something.
 const LONG: Duration = Duration::from_secs(600);
 /// What the memory may grow by from the second to the last quarter of a long run.
 const GROWTH: f64 = 1.1;
+/// CPU time of the window's thread for a frame, in milliseconds: 95% of the frames stay below.
+const THREAD_P95: f64 = 8.0;
 /// After the last input: what was accepted is on the disk.
 const REST: Duration = Duration::from_secs(2);
 /// Time that the window has to open what a key asks for.
@@ -187,12 +191,49 @@ fn number(variable: &str, otherwise: u64) -> u64 {
     std::env::var(variable).map_or(otherwise, |text| text.parse().unwrap())
 }
 
+/// Opens the capture that the environment names, or a small one.
+fn open(arguments: &[&str]) -> Result<Window, String> {
+    let write = |scene: &Path| match std::env::var_os(SCENE) {
+        Some(own) => std::os::unix::fs::symlink(own, scene).unwrap(),
+        None => Small::get().write(scene),
+    };
+    Window::open(write, arguments)
+}
+
+#[test]
+fn the_windows_thread_is_light_while_training() {
+    let length = Duration::from_secs(number(SECONDS, 20));
+    let mut random = Random(0x2545_f491_4f6c_dd1d ^ number(SEED, 1));
+    let mut window = match open(&["--stats"]) {
+        Ok(window) => window,
+        Err(missing) => return skip(&missing),
+    };
+    let hands = Hands::new(&window.screen);
+    name_classes(&hands);
+    let start = Instant::now();
+    while start.elapsed() < length && window.running.ended().is_none() {
+        act(&hands, &mut random);
+        std::thread::sleep(Duration::from_millis(15));
+    }
+    hands.let_go();
+    if window.running.ended().is_none() {
+        window.screen.close_window(&window.id);
+    }
+    let outcome = window.running.wait(PATIENCE);
+    assert_eq!(outcome.code, Some(0), "{outcome:?}");
+    let line = outcome.stderr.lines().find(|line| line.starts_with('{')).unwrap();
+    println!("{line}");
+    let measured: Value = serde_json::from_str(line).unwrap();
+    let thread = &measured["thread_ms"];
+    assert!(thread["count"].as_u64().unwrap() > 100, "{line}");
+    assert!(thread["p95"].as_f64().unwrap() <= THREAD_P95, "{line}");
+}
+
 #[test]
 fn random_input_breaks_and_loses_nothing() {
     let length = Duration::from_secs(number(SECONDS, 20));
     let mut random = Random(0x9e37_79b9_7f4a_7c15 ^ number(SEED, 1));
-    let open = || Window::open(|scene| Small::get().write(scene), &["--trace", TRACE]);
-    let mut window = match open() {
+    let mut window = match open(&["--trace", TRACE]) {
         Ok(window) => window,
         Err(missing) => return skip(&missing),
     };
@@ -205,7 +246,7 @@ fn random_input_breaks_and_loses_nothing() {
         if let Some(ended) = window.running.ended() {
             // Random input finds File > Quit, too.
             assert!(ended.success(), "{ended}: {}", window.running.stderr());
-            window = open().unwrap();
+            window = open(&["--trace", TRACE]).unwrap();
             hands = Hands::new(&window.screen);
             name_classes(&hands);
             memories.clear();

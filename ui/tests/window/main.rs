@@ -11,6 +11,7 @@ mod guidance;
 mod labelling;
 mod layers;
 mod names;
+mod pictures;
 mod preferences;
 mod progress;
 mod projects;

@@ -1,0 +1,98 @@
+//! Pictures of the window, drawn as on a screen: what a change of the looks changes is seen in review.
+//!
+//! After a wanted change: `UPDATE_SNAPSHOTS=1 cargo test -p inplace-ui --test window pictures`.
+
+use std::pin::pin;
+use std::task::{Context, Poll, Waker};
+use std::time::{Duration, Instant};
+
+use egui::{Key, Modifiers, PointerButton, ThemePreference};
+use egui_kittest::SnapshotOptions;
+use inplace_ui::action::Action;
+
+use crate::stand::*;
+
+/// A picture that stays the same for so long is complete.
+const REST: Duration = Duration::from_millis(400);
+/// How long it may take to get there.
+const PATIENCE: Duration = Duration::from_secs(20);
+
+/// Whether there is a Vulkan driver, such as lavapipe; where tests of the window may not be skipped, there has to be.
+fn can_draw() -> bool {
+    let instance = wgpu::Instance::default();
+    let found = match pin!(instance.enumerate_adapters(wgpu::Backends::VULKAN))
+        .poll(&mut Context::from_waker(Waker::noop()))
+    {
+        Poll::Ready(adapters) => !adapters.is_empty(),
+        Poll::Pending => false,
+    };
+    assert!(
+        found || std::env::var_os("INPLACE_REQUIRE_DISPLAY_TEST").is_none(),
+        "the window cannot be drawn: a Vulkan driver is missing"
+    );
+    if !found {
+        println!("skipped: a Vulkan driver is missing here");
+    }
+    found
+}
+
+/// Compares the window with its picture.
+fn compare(window: &mut Window, name: &str) {
+    window.press(Modifiers::NONE, Key::Escape);
+    // What other threads make arrives, and what moves comes to rest.
+    let start = Instant::now();
+    let mut before = None;
+    loop {
+        window.harness.run_steps(4);
+        let now = window.harness.render().unwrap();
+        if before.as_ref() == Some(&now) || start.elapsed() > PATIENCE {
+            break;
+        }
+        before = Some(now);
+        std::thread::sleep(REST);
+    }
+    // Renderers round differently along slanted edges and in shadows.
+    let alike = SnapshotOptions::new().threshold(1.5).max_failed_pixels(100_usize);
+    window.harness.snapshot_options(name, &alike);
+}
+
+/// A window with two classes, a click of each, and maps.
+fn labelled(folder: &std::path::Path) -> Window {
+    let mut window = Window::with_demo(folder);
+    for name in ["wall", "a class with a name that is far too long for the list"] {
+        window.add_class(name);
+        let place = window.canvas(-60.0, 40.0 - 20.0 * name.len().min(5) as f32);
+        window.drag(PointerButton::Primary, &[place]);
+    }
+    let generation = window.workspace().document().generation();
+    for frame in 0..FRAMES {
+        window.worker().publish(frame, generation, 1 + (frame % 2) as u16);
+    }
+    window.until("the maps are shown", |app| {
+        let workspace = app.state().workspace().unwrap();
+        workspace.map_version(FRAMES - 1) > 0
+            && workspace
+                .shown_map()
+                .is_some_and(|shown| shown.map.generation == generation)
+    });
+    window
+}
+
+#[test]
+fn the_start_page_looks_as_it_should() {
+    if can_draw() {
+        let folder = tempfile::tempdir().unwrap();
+        compare(&mut Window::new(folder.path(), None), "start");
+    }
+}
+
+#[test]
+fn a_labelled_scene_looks_as_it_should_in_the_dark_and_in_the_light() {
+    if can_draw() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut window = labelled(folder.path());
+        compare(&mut window, "labelled");
+        window.act(Action::SetTheme(ThemePreference::Light));
+        compare(&mut window, "labelled-light");
+    }
+}
