@@ -98,7 +98,7 @@ impl Panels {
                 .shows(pane, ui.ctx().content_rect().size())
         };
         let before = Pane::ALL.map(shown);
-        let [mut classes, mut guidance, mut frames] = before;
+        let [mut classes, mut guidance, mut frames, training] = before;
         egui::Panel::left("classes")
             .frame(panel_frame(ui, 0, 0))
             .default_size(232.0)
@@ -114,10 +114,16 @@ impl Panels {
             .default_size(280.0)
             .size_range(240.0..=400.0)
             .show_collapsible(ui, &mut guidance, |ui| {
-                egui::Panel::bottom("status")
-                    .frame(panel_frame(ui, 12, 12))
+                // Each remembers its own height.
+                let (id, margin) = if training {
+                    ("status", 12)
+                } else {
+                    ("status folded", 6)
+                };
+                egui::Panel::bottom(id)
+                    .frame(panel_frame(ui, 12, margin))
                     .resizable(false)
-                    .show(ui, |ui| status::show(ui, workspace, actions));
+                    .show(ui, |ui| status::show(ui, workspace, training, actions));
                 egui::Panel::top("sides")
                     .frame(panel_frame(ui, 12, 8))
                     .resizable(false)
@@ -147,7 +153,7 @@ impl Panels {
                 });
             });
         // A panel that was dragged shut stays so.
-        for (index, shown) in [classes, guidance, frames].into_iter().enumerate() {
+        for (index, shown) in [classes, guidance, frames, training].into_iter().enumerate() {
             if shown != before[index] {
                 actions.push(Action::Prefer(Change::Pane(Pane::ALL[index], Some(shown))));
             }
@@ -165,7 +171,9 @@ impl Panels {
                 ui.scope_builder(within(strip), |ui| {
                     probe::show(ui, workspace, canvas.pointed_at());
                 });
-                if !workspace.guidance().is_active() {
+                if workspace.guidance().is_active() {
+                    hints::Hints::follow_suggestions(state, actions);
+                } else {
                     self.hints.show(ui, state, workspace, canvas.rect(), actions);
                 }
             }

@@ -4,30 +4,39 @@ use egui::Ui;
 use inplace_core::session::Status;
 
 use crate::action::{Action, Actions};
+use crate::english::layout;
+use crate::preferences::{Change, Pane};
 use crate::theme;
 use crate::widgets::{Icon, heading, icon_button};
 use crate::workspace::Workspace;
 
-/// Draws the status.
-pub fn show(ui: &mut Ui, workspace: &Workspace, actions: &mut Actions) {
+/// Draws the status: in full, or in one line.
+pub fn show(ui: &mut Ui, workspace: &Workspace, full: bool, actions: &mut Actions) {
+    let running = !workspace.is_paused() && !workspace.has_ended();
+    let accent = theme::accent(ui.visuals());
+    let phase = egui::RichText::new(workspace.phase_in_words());
+    let phase = if running {
+        phase.color(accent)
+    } else {
+        phase.weak()
+    };
+    if !full {
+        ui.horizontal(|ui| {
+            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                controls(ui, workspace, full, actions);
+                ui.with_layout(egui::Layout::left_to_right(egui::Align::Center), |ui| {
+                    ui.label(phase);
+                    ui.add(
+                        egui::Label::new(egui::RichText::new(summary(workspace.status())).weak()).truncate(),
+                    );
+                });
+            });
+        });
+        return;
+    }
     heading(ui, "Training", |ui| {
-        let (icon, name) = if workspace.is_paused() {
-            (Icon::Play, "Resume training (P)")
-        } else {
-            (Icon::Pause, "Pause training (P)")
-        };
-        ui.add_enabled_ui(!workspace.has_ended(), |ui| {
-            if icon_button(ui, icon, name).clicked() {
-                actions.push(Action::TogglePause);
-            }
-        });
-        let phase = egui::RichText::new(workspace.phase_in_words());
-        let running = !workspace.is_paused() && !workspace.has_ended();
-        ui.label(if running {
-            phase.color(theme::accent(ui.visuals()))
-        } else {
-            phase.weak()
-        });
+        controls(ui, workspace, full, actions);
+        ui.label(phase);
     });
     egui::Grid::new("status")
         .num_columns(2)
@@ -41,6 +50,51 @@ pub fn show(ui: &mut Ui, workspace: &Workspace, actions: &mut Actions) {
                 ui.end_row();
             }
         });
+}
+
+/// The buttons at the right end of the first line.
+fn controls(ui: &mut Ui, workspace: &Workspace, full: bool, actions: &mut Actions) {
+    let (icon, name) = if full {
+        (Icon::Down, layout::FOLD_TRAINING)
+    } else {
+        (Icon::Up, layout::UNFOLD_TRAINING)
+    };
+    if icon_button(ui, icon, name).clicked() {
+        let usual = Pane::Training.fits(ui.ctx().content_rect().size()) != full;
+        actions.push(Action::Prefer(Change::Pane(
+            Pane::Training,
+            (!usual).then_some(!full),
+        )));
+    }
+    let (icon, name) = if workspace.is_paused() {
+        (Icon::Play, "Resume training (P)")
+    } else {
+        (Icon::Pause, "Pause training (P)")
+    };
+    ui.add_enabled_ui(!workspace.has_ended(), |ui| {
+        if icon_button(ui, icon, name).clicked() {
+            actions.push(Action::TogglePause);
+        }
+    });
+}
+
+/// What matters most of the rows, as far as it is known.
+fn summary(status: &Status) -> String {
+    let quality = status.held_out_psnr.map(decibels);
+    let uncertainty = status.mean_entropy.map(nats);
+    quality
+        .into_iter()
+        .chain(uncertainty)
+        .collect::<Vec<_>>()
+        .join(", ")
+}
+
+fn decibels(db: f32) -> String {
+    format!("{db:.1} dB")
+}
+
+fn nats(nats: f32) -> String {
+    format!("{nats:.2} nats")
 }
 
 fn rows(status: &Status) -> [(&'static str, String, &'static str); 7] {
@@ -58,9 +112,7 @@ fn rows(status: &Status) -> [(&'static str, String, &'static str); 7] {
         ),
         (
             "Image quality",
-            status
-                .held_out_psnr
-                .map_or_else(unknown, |db| format!("{db:.1} dB")),
+            status.held_out_psnr.map_or_else(unknown, decibels),
             "How well the field predicts frames that it was not trained on (PSNR); more is better",
         ),
         (
@@ -72,9 +124,7 @@ fn rows(status: &Status) -> [(&'static str, String, &'static str); 7] {
         ),
         (
             "Uncertainty",
-            status
-                .mean_entropy
-                .map_or_else(unknown, |nats| format!("{nats:.2} nats")),
+            status.mean_entropy.map_or_else(unknown, nats),
             "Mean entropy of all pixels of all frames; less is surer",
         ),
         (
