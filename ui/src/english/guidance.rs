@@ -5,7 +5,7 @@ use inplace_core::session::Phase;
 use crate::workspace::Workspace;
 
 /// Heading of the list.
-pub const HEADING: &str = "Label next";
+pub const HEADING: &str = "Suggestions";
 /// The button that goes on.
 pub const NEXT: &str = "Next (N)";
 /// Tooltip of that button.
