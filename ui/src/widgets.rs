@@ -372,8 +372,8 @@ pub fn long_work(
     cancel: Option<&str>,
 ) -> bool {
     ui.add(egui::Label::new(egui::RichText::new(title).size(15.0).strong()).truncate());
-    let bar = egui::ProgressBar::new(share.unwrap_or(0.0)).desired_height(20.0);
-    ui.add(bar.text(words));
+    ui.add(egui::ProgressBar::new(share.unwrap_or(0.0)).desired_height(8.0));
+    ui.add(egui::Label::new(egui::RichText::new(words).weak()).truncate());
     cancel.is_some_and(|name| {
         let button = ui.button(crate::english::work::CANCEL);
         button.accessible_name(name).clicked()
