@@ -55,7 +55,7 @@ impl FrameFilterRow {
             .hint_text(words::GO_TO_HINT)
             .align(egui::Align2::LEFT_CENTER)
             .min_size(egui::vec2(0.0, ui.spacing().interact_size.y))
-            .desired_width(120.0);
+            .desired_width(136.0);
         let response = ui.add(field).accessible_name(words::GO_TO);
         let entered = response.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
         response.on_hover_text(words::GO_TO_MEANS);
