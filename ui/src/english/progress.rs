@@ -46,6 +46,10 @@ pub const CONTRADICTED: &str = "Contradicted strokes";
 pub const CONTRADICTED_MEANS: &str = "Without such a stroke, the others would give most of its pixels another class: one of them may be wrong, or there are too few strokes around it";
 /// Row: strokes.
 pub const ROW_STROKES: &str = "Strokes";
+/// Row: frames with strokes.
+pub const ROW_LABELLED: &str = "Drawn on";
+/// What it means.
+pub const ROW_LABELLED_MEANS: &str = "Frames that have strokes; labels spread to all the others";
 /// Row: time.
 pub const ROW_TIME: &str = "Labelling time";
 /// What it means.
@@ -62,9 +66,9 @@ pub const ROW_CLEAR_MEANS: &str =
 /// Row: checked strokes.
 pub const ROW_CHECKED: &str = "Agreeing strokes";
 
-/// Strokes and the frames that they are on.
-pub fn strokes_on_frames(strokes: usize, labelled: usize, frames: usize) -> String {
-    format!("{strokes} on {labelled} of {frames} frames")
+/// So many frames of all.
+pub fn frames(some: usize, all: usize) -> String {
+    format!("{some} of {all} frames")
 }
 
 /// Strokes that agree with the others, of those that could be checked.

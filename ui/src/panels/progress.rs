@@ -185,12 +185,13 @@ fn numbers(ui: &mut Ui, workspace: &Workspace) {
     let rows = [
         (
             words::ROW_STROKES,
-            words::strokes_on_frames(
-                document.labels().strokes.len(),
-                document.labelled_frames(),
-                workspace.scene().frames.len(),
-            ),
+            document.labels().strokes.len().to_string(),
             "",
+        ),
+        (
+            words::ROW_LABELLED,
+            words::frames(document.labelled_frames(), workspace.scene().frames.len()),
+            words::ROW_LABELLED_MEANS,
         ),
         (words::ROW_CHECKED, checked, words::AGREEMENT_MEANS),
         (

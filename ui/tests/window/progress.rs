@@ -110,7 +110,7 @@ fn the_progress_says_what_is_missing_and_leads_to_contradicted_strokes() {
     window
         .harness
         .get_by_label("Not yet: 1 of 3 strokes is contradicted by the others.");
-    window.harness.get_by_label("4 on 2 of 5 frames");
+    window.harness.get_by_label("2 of 5 frames");
     window.harness.get_by_label("2 of 3 checked");
     window.act(Action::GoToFrame(1));
     window.click("wall at rgb_3: the others say door");
