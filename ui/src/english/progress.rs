@@ -20,11 +20,11 @@ pub const OVER_TIME: &str = "time";
 /// Charts over strokes.
 pub const OVER_STROKES: &str = "strokes";
 /// The horizontal axis over time.
-pub const MINUTES: &str = "minutes open";
+pub const MINUTES: &str = "Across: minutes open.";
 /// The horizontal axis over strokes.
-pub const STROKES: &str = "strokes";
+pub const STROKES: &str = "Across: strokes.";
 /// What the ticks under the charts mean.
-pub const MARKS: &str = "Upright lines: strokes were made";
+pub const MARKS: &str = "Upright lines: strokes were made.";
 /// Mean entropy.
 pub const UNCERTAINTY: &str = "Uncertainty";
 /// What it means.
