@@ -9,6 +9,7 @@ pub fn pane(pane: Pane) -> &'static str {
         Pane::Guidance => "Label next and training",
         Pane::Frames => "Frames",
         Pane::Training => "Training in full",
+        Pane::Strokes => "List of strokes",
     }
 }
 

@@ -33,6 +33,7 @@ use crate::state::{AppState, Side, Stage};
 use crate::theme;
 use crate::thumbnails::Thumbnails;
 use crate::view3d::View3d;
+use crate::widgets::{Icon, icon_button};
 use crate::workspace::Workspace;
 
 /// All panels with what each remembers between frames.
@@ -98,13 +99,13 @@ impl Panels {
                 .shows(pane, ui.ctx().content_rect().size())
         };
         let before = Pane::ALL.map(shown);
-        let [mut classes, mut guidance, mut frames, training] = before;
+        let [mut classes, mut guidance, mut frames, training, strokes] = before;
         egui::Panel::left("classes")
             .frame(panel_frame(ui, 0, 0))
             .default_size(232.0)
             .size_range(184.0..=360.0)
             .show_collapsible(ui, &mut classes, |ui| {
-                self.strokes.show_below(ui, workspace, actions);
+                self.strokes.show_below(ui, workspace, strokes, actions);
                 egui::CentralPanel::default()
                     .frame(panel_frame(ui, 12, 12))
                     .show(ui, |ui| self.classes.show(ui, workspace, actions));
@@ -153,7 +154,10 @@ impl Panels {
                 });
             });
         // A panel that was dragged shut stays so.
-        for (index, shown) in [classes, guidance, frames, training].into_iter().enumerate() {
+        for (index, shown) in [classes, guidance, frames, training, strokes]
+            .into_iter()
+            .enumerate()
+        {
             if shown != before[index] {
                 actions.push(Action::Prefer(Change::Pane(Pane::ALL[index], Some(shown))));
             }
@@ -206,6 +210,15 @@ fn panel_frame(ui: &Ui, horizontal: i8, vertical: i8) -> egui::Frame {
     egui::Frame::new()
         .fill(ui.visuals().panel_fill)
         .inner_margin(egui::Margin::symmetric(horizontal, vertical))
+}
+
+/// Folds a panel that is shown in full to its first line, or unfolds it; `name` says which.
+fn fold_button(ui: &mut Ui, pane: Pane, full: bool, name: &str, actions: &mut Actions) {
+    let icon = if full { Icon::Down } else { Icon::Up };
+    if icon_button(ui, icon, name).clicked() {
+        let usual = pane.fits(ui.ctx().content_rect().size()) != full;
+        actions.push(Action::Prefer(Change::Pane(pane, (!usual).then_some(!full))));
+    }
 }
 
 /// A card on a panel.

@@ -5,7 +5,7 @@ use inplace_core::session::Status;
 
 use crate::action::{Action, Actions};
 use crate::english::layout;
-use crate::preferences::{Change, Pane};
+use crate::preferences::Pane;
 use crate::theme;
 use crate::widgets::{Icon, heading, icon_button};
 use crate::workspace::Workspace;
@@ -54,18 +54,12 @@ pub fn show(ui: &mut Ui, workspace: &Workspace, full: bool, actions: &mut Action
 
 /// The buttons at the right end of the first line.
 fn controls(ui: &mut Ui, workspace: &Workspace, full: bool, actions: &mut Actions) {
-    let (icon, name) = if full {
-        (Icon::Down, layout::FOLD_TRAINING)
+    let name = if full {
+        layout::FOLD_TRAINING
     } else {
-        (Icon::Up, layout::UNFOLD_TRAINING)
+        layout::UNFOLD_TRAINING
     };
-    if icon_button(ui, icon, name).clicked() {
-        let usual = Pane::Training.fits(ui.ctx().content_rect().size()) != full;
-        actions.push(Action::Prefer(Change::Pane(
-            Pane::Training,
-            (!usual).then_some(!full),
-        )));
-    }
+    super::fold_button(ui, Pane::Training, full, name, actions);
     let (icon, name) = if workspace.is_paused() {
         (Icon::Play, "Resume training (P)")
     } else {

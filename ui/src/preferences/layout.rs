@@ -14,11 +14,19 @@ pub enum Pane {
     Frames,
     /// The training in full, at the lower end of the right panel, which otherwise has a line for it.
     Training,
+    /// The list of strokes, at the lower end of the left panel, which otherwise has its heading.
+    Strokes,
 }
 
 impl Pane {
     /// All of them.
-    pub const ALL: [Self; 4] = [Self::Classes, Self::Guidance, Self::Frames, Self::Training];
+    pub const ALL: [Self; 5] = [
+        Self::Classes,
+        Self::Guidance,
+        Self::Frames,
+        Self::Training,
+        Self::Strokes,
+    ];
 
     /// Whether a window of this size, in points, has room for it beside the canvas.
     pub fn fits(self, window: Vec2) -> bool {
@@ -27,6 +35,7 @@ impl Pane {
             Self::Guidance => window.x >= 800.0,
             Self::Frames => window.y >= 420.0,
             Self::Training => window.y >= 800.0,
+            Self::Strokes => window.y >= 600.0,
         }
     }
 
@@ -36,6 +45,7 @@ impl Pane {
             Self::Guidance => "guidance",
             Self::Frames => "frames",
             Self::Training => "training",
+            Self::Strokes => "strokes",
         }
     }
 }
@@ -85,18 +95,18 @@ mod tests {
         assert!(Pane::ALL.iter().all(|&pane| layout.shows(pane, wide)));
         assert_eq!(
             Pane::ALL.map(|pane| layout.shows(pane, low)),
-            [true, true, true, false]
+            [true, true, true, false, true]
         );
         assert_eq!(
             Pane::ALL.map(|pane| layout.shows(pane, small)),
-            [true, false, false, false]
+            [true, false, false, false, false]
         );
         layout.set(Pane::Guidance, Some(true));
         layout.set(Pane::Classes, Some(false));
         assert_eq!(Layout::from_json(&layout.to_json()), layout);
         assert_eq!(
             Pane::ALL.map(|pane| layout.shows(pane, small)),
-            [false, true, false, false]
+            [false, true, false, false, false]
         );
     }
 }

@@ -184,8 +184,13 @@ fn the_log_survives_reopening_the_project() {
         });
         window.press(Modifiers::NONE, Key::T);
         window.harness.get_by_label("Charts over");
+        // The window is low, so the training is a line until it is unfolded.
+        window.harness.get_by_label("22.0 dB, 0.70 nats");
+        window.click("Show the training in full");
         // In a chart, and among the figures of the training below it.
         assert_eq!(window.harness.get_all_by_label("0.70 nats").count(), 2);
+        window.click("Fold the training");
+        assert_eq!(window.harness.get_all_by_label("0.70 nats").count(), 1);
         window.click("strokes");
         eframe::App::on_exit(window.harness.state_mut(), None);
     }
