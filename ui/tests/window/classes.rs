@@ -390,4 +390,11 @@ fn a_class_that_is_chosen_elsewhere_comes_into_view_in_the_list() {
     window.act(Action::ChooseClass(last.id));
     window.harness.run_steps(4);
     window.harness.get_by_label(&line);
+    let first = window.workspace().document().classes()[0].id;
+    for class in [first, last.id, first] {
+        window.act(Action::ChooseClass(class));
+    }
+    window.harness.run_steps(60);
+    window.harness.get_by_label("wall, 0 strokes");
+    assert!(window.harness.query_by_label(&line).is_none());
 }

@@ -12,7 +12,7 @@ use crate::canvas::VOID_COLOR;
 use crate::dialogs::{AddClasses, Dialog};
 use crate::english::classes as english;
 use crate::theme;
-use crate::widgets::{Icon, empty_state, heading, icon_button};
+use crate::widgets::{Icon, empty_state, heading, icon_button, scroll_to};
 use crate::workspace::Workspace;
 use row::{ROW, Row};
 
@@ -62,7 +62,7 @@ impl ClassPanel {
                     let step = ROW + ui.spacing().item_spacing.y;
                     let top = ui.max_rect().top() + (line as f32 - range.start as f32) * step;
                     let place = Rect::from_x_y_ranges(ui.max_rect().x_range(), top..=top + ROW);
-                    ui.scroll_to_rect(place, None);
+                    scroll_to(ui, place);
                 }
                 for line in range {
                     match found.get(line) {
