@@ -26,7 +26,7 @@ pub use work::show as work;
 pub(crate) use drop::drop_area;
 
 use crate::action::{Action, Actions};
-use crate::canvas::Canvas;
+use crate::canvas::{Canvas, below_menus};
 use crate::english;
 use crate::preferences::{Change, Pane};
 use crate::state::{AppState, Side, Stage};
@@ -163,25 +163,28 @@ impl Panels {
             }
         }
         egui::CentralPanel::no_frame().show(ui, |ui| {
+            let over;
             if workspace.space.shown {
                 let rect = self.view3d.show(ui, state, workspace, canvas.target(), actions);
                 canvas.stand_aside(rect);
+                over = canvas.rect();
             } else {
                 self.view3d.rest();
                 let room = ui.available_rect_before_wrap();
-                let (over, strip) = room.split_top_bottom_at_y(room.bottom() - probe::HEIGHT);
+                let (image, strip) = room.split_top_bottom_at_y(room.bottom() - probe::HEIGHT);
                 let within = |rect| egui::UiBuilder::new().max_rect(rect);
-                ui.scope_builder(within(over), |ui| canvas.show(ui, state, workspace, actions));
+                ui.scope_builder(within(image), |ui| canvas.show(ui, state, workspace, actions));
                 ui.scope_builder(within(strip), |ui| {
                     probe::show(ui, workspace, canvas.pointed_at());
                 });
+                over = below_menus(canvas.rect(), &state.settings);
                 if workspace.guidance().is_active() {
                     hints::Hints::follow_suggestions(state, actions);
                 } else {
-                    self.hints.show(ui, state, workspace, canvas.rect(), actions);
+                    self.hints.show(ui, state, workspace, over, actions);
                 }
             }
-            guidance_bar::show(ui, workspace, canvas.rect());
+            guidance_bar::show(ui, workspace, over);
             stats::show(ui.ctx(), state, canvas.rect());
         });
     }
