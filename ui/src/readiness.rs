@@ -5,8 +5,9 @@
 const FAR: f32 = 0.2;
 /// With more than this share of unclear pixels a scene is not quite done, and a frame is uncertain.
 pub const NEAR: f32 = 0.05;
-/// Above this share of contradicted strokes something is wrong with the strokes.
-const CONTRADICTED: f32 = 0.1;
+/// Above this share of contradicted strokes they say too little of each other. Strokes are made where the program is
+/// wrong, so many are contradicted in good labels, too.
+const CONTRADICTED: f32 = 0.5;
 
 /// What is known about the labels.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -46,7 +47,7 @@ pub enum Reason {
     NoMaps,
     /// Only one class is used.
     OneClass,
-    /// Strokes contradict each other.
+    /// Most strokes are contradicted by the others.
     Contradicted {
         /// Strokes that the others contradict.
         contradicted: usize,
@@ -73,6 +74,8 @@ pub enum Reason {
         share: f32,
         /// Strokes that could be checked.
         checked: usize,
+        /// Those that the others contradict.
+        contradicted: usize,
     },
 }
 
@@ -104,19 +107,22 @@ pub fn readiness(evidence: &Evidence) -> (Answer, Reason) {
         contradicted,
         checked,
     };
-    if contradicted as f32 > CONTRADICTED * checked as f32 {
-        (NotYet, contradictions)
-    } else if *share > FAR {
+    if *share > FAR {
         (NotYet, unclear)
     } else if *share > NEAR {
         (Nearly, unclear)
-    } else if contradicted > 0 {
+    } else if contradicted as f32 > CONTRADICTED * checked as f32 {
         (Nearly, contradictions)
     } else if 2 * checked < strokes {
         (Nearly, Reason::Unchecked { checked, strokes })
     } else {
         let share = 1.0 - share;
-        (Yes, Reason::Clear { share, checked })
+        let clear = Reason::Clear {
+            share,
+            checked,
+            contradicted,
+        };
+        (Yes, clear)
     }
 }
 
@@ -151,8 +157,8 @@ mod tests {
             contradicted,
             checked: 18,
         };
-        assert_eq!(answer(|e| e.contradicted = 2), (NotYet, contradicted(2)));
-        assert_eq!(answer(|e| e.contradicted = 1), (Nearly, contradicted(1)));
+        assert_eq!(answer(|e| e.contradicted = 10), (Nearly, contradicted(10)));
+        assert_eq!(answer(|e| e.contradicted = 9).0, Yes);
         let unclear = |share: f32| Reason::Unclear {
             share,
             frame: "a".to_owned(),
@@ -168,6 +174,7 @@ mod tests {
         let clear = Reason::Clear {
             share: 0.97,
             checked: 18,
+            contradicted: 0,
         };
         assert_eq!(answer(|_| ()), (Yes, clear));
     }

@@ -403,3 +403,9 @@ pub fn painted_line(painter: &egui::Painter, rect: Rect, text: &str, size: f32, 
     painter.galley(pos2(rect.left(), top), galley, color);
     cut
 }
+
+/// Scrolls as little as shows a rectangle, at once: while one scroll is under way, egui does not stop it for
+/// something that is in view at that moment, and so leaves it behind.
+pub fn scroll_to(ui: &Ui, rect: Rect) {
+    ui.scroll_to_rect_animation(rect, None, egui::style::ScrollAnimation::none());
+}

@@ -44,7 +44,8 @@ enum Row {
 pub fn show(ui: &Ui, workspace: &Workspace, side: usize, part: Part) {
     let room = part.clip.height() - 2.0 * theme::GAP - 2.0 * PADDING;
     let lines = (room / LINE).floor().max(0.0) as usize;
-    let rows = rows(workspace, part.layer, lines.saturating_sub(1).min(MOST_CLASSES));
+    // On a small canvas the image matters more.
+    let rows = rows(workspace, part.layer, (lines / 2).min(MOST_CLASSES));
     if rows.is_empty() || rows.len() > lines {
         return;
     }

@@ -28,7 +28,7 @@ pub use overlay::{marker, region, stroke_color};
 pub use palette::{PALETTE_COLUMNS, Palette, Table, VOID_COLOR, Verdict};
 pub use plane::{DepthPlane, Over, Reading, Texels, VERDICTS, disagreement, measured_depth};
 pub use preparing::{FieldView, Made, Part, Preparer, Request, STEP as SERIAL_STEP, Said, preparer};
-pub use split::layer_menu;
+pub use split::{below_menus, layer_menu};
 pub use strokes::StrokeLayer;
 pub use tools::{Draft, Gesture, Line, Outcome, Surroundings, Tool};
 pub use view::{Placement, View};

@@ -58,6 +58,15 @@ fn border(canvas: Rect, settings: &Settings) -> f32 {
     canvas.left() + settings.split.clamp(MARGIN, 1.0 - MARGIN) * canvas.width()
 }
 
+/// What is left of the canvas below the menus of both sides, for what lies over its upper edge.
+pub fn below_menus(canvas: Rect, settings: &Settings) -> Rect {
+    if settings.compare {
+        canvas.with_min_y((canvas.top() + theme::GAP + MENU.y).min(canvas.bottom()))
+    } else {
+        canvas
+    }
+}
+
 /// Draws the border with its handle and the menus of both sides; returns where nothing is to be drawn on the
 /// image.
 pub fn show(ui: &mut Ui, canvas: Rect, settings: &Settings, actions: &mut Actions) -> Vec<Rect> {

@@ -182,8 +182,13 @@ impl ClassFinder {
                 swatch(ui.painter(), left, self.classes[*index].color, 16.0);
                 if let Some(digit) = self.digit(*index) {
                     end -= 24.0;
-                    if !chosen {
-                        key_cap(ui, pos2(end + 12.0, rect.center().y), &digit.to_string());
+                    let center = pos2(end + 12.0, rect.center().y);
+                    if chosen {
+                        let font = egui::FontId::monospace(11.0);
+                        let middle = egui::Align2::CENTER_CENTER;
+                        ui.painter().text(center, middle, digit, font, color);
+                    } else {
+                        key_cap(ui, center, &digit.to_string());
                     }
                 }
             }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 const BEFORE_THE_WINDOW: &str = "run.rs";
 
 /// What looks like words and is not for people: keys, and names inside of the program.
-const NOT_WORDS: [&str; 16] = [
+const NOT_WORDS: [&str; 17] = [
     "Enter",
     "Escape",
     "Running",
@@ -19,6 +19,7 @@ const NOT_WORDS: [&str; 16] = [
     "custom colour",
     "progress numbers",
     "splat palette",
+    "status folded",
     "strokes folded",
     "all of it is what the button says",
     "all of it is what the cursor depends on",

@@ -6,6 +6,8 @@ use super::counted;
 use super::layers::percent;
 use crate::workspace::Workspace;
 
+/// Heading of the list.
+pub const HEADING: &str = "Suggestions";
 /// The button that goes on.
 pub const NEXT: &str = "Next (N)";
 /// Tooltip of what a label settles.

@@ -8,5 +8,12 @@ pub fn pane(pane: Pane) -> &'static str {
         Pane::Classes => "Classes",
         Pane::Guidance => "Label next and training",
         Pane::Frames => "Frames",
+        Pane::Training => "Training in full",
+        Pane::Strokes => "List of strokes",
     }
 }
+
+/// Folds the training to a line.
+pub const FOLD_TRAINING: &str = "Fold the training";
+/// Shows all that is known of the training.
+pub const UNFOLD_TRAINING: &str = "Show the training in full";

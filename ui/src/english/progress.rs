@@ -20,11 +20,11 @@ pub const OVER_TIME: &str = "time";
 /// Charts over strokes.
 pub const OVER_STROKES: &str = "strokes";
 /// The horizontal axis over time.
-pub const MINUTES: &str = "minutes open";
+pub const MINUTES: &str = "Across: minutes open.";
 /// The horizontal axis over strokes.
-pub const STROKES: &str = "strokes";
+pub const STROKES: &str = "Across: strokes.";
 /// What the ticks under the charts mean.
-pub const MARKS: &str = "Upright lines: strokes were made";
+pub const MARKS: &str = "Upright lines: strokes were made.";
 /// Mean entropy.
 pub const UNCERTAINTY: &str = "Uncertainty";
 /// What it means.
@@ -46,6 +46,10 @@ pub const CONTRADICTED: &str = "Contradicted strokes";
 pub const CONTRADICTED_MEANS: &str = "Without such a stroke, the others would give most of its pixels another class: one of them may be wrong, or there are too few strokes around it";
 /// Row: strokes.
 pub const ROW_STROKES: &str = "Strokes";
+/// Row: frames with strokes.
+pub const ROW_LABELLED: &str = "Drawn on";
+/// What it means.
+pub const ROW_LABELLED_MEANS: &str = "Frames that have strokes; labels spread to all the others";
 /// Row: time.
 pub const ROW_TIME: &str = "Labelling time";
 /// What it means.
@@ -62,9 +66,9 @@ pub const ROW_CLEAR_MEANS: &str =
 /// Row: checked strokes.
 pub const ROW_CHECKED: &str = "Agreeing strokes";
 
-/// Strokes and the frames that they are on.
-pub fn strokes_on_frames(strokes: usize, labelled: usize, frames: usize) -> String {
-    format!("{strokes} on {labelled} of {frames} frames")
+/// So many frames of all.
+pub fn frames(some: usize, all: usize) -> String {
+    format!("{some} of {all} frames")
 }
 
 /// Strokes that agree with the others, of those that could be checked.
@@ -156,11 +160,18 @@ fn why(reason: &Reason) -> String {
         Reason::Unchecked { checked, strokes } => format!(
             "only {checked} of {strokes} strokes can be checked; label each class in at least two places."
         ),
-        Reason::Clear { share, checked } => {
-            let strokes = match checked {
-                0 => String::new(),
-                1 => ", and the stroke that could be checked agrees with the others".to_owned(),
-                many => format!(", and all {many} strokes that could be checked agree"),
+        Reason::Clear {
+            share,
+            checked,
+            contradicted,
+        } => {
+            let strokes = match (checked, contradicted) {
+                (0, _) => String::new(),
+                (1, 0) => ", and the stroke that could be checked agrees with the others".to_owned(),
+                (many, 0) => format!(", and all {many} strokes that could be checked agree"),
+                (many, some) => format!(
+                    "; look whether the {some} of {many} strokes that the others contradict are right"
+                ),
             };
             format!("{} of the pixels are clear{strokes}.", percent(*share))
         }
@@ -215,20 +226,20 @@ mod tests {
                 "Not yet: with one class alone, everything is that class.",
             ),
             (
-                Answer::NotYet,
+                Answer::Nearly,
                 Reason::Contradicted {
-                    contradicted: 3,
+                    contradicted: 8,
                     checked: 12,
                 },
-                "Not yet: 3 of 12 strokes are contradicted by the others.",
+                "Nearly: 8 of 12 strokes are contradicted by the others.",
             ),
             (
                 Answer::Nearly,
                 Reason::Contradicted {
                     contradicted: 1,
-                    checked: 30,
+                    checked: 1,
                 },
-                "Nearly: 1 of 30 strokes is contradicted by the others.",
+                "Nearly: 1 of 1 strokes is contradicted by the others.",
             ),
             (
                 Answer::Nearly,
@@ -251,6 +262,7 @@ mod tests {
                 Reason::Clear {
                     share: 0.97,
                     checked: 14,
+                    contradicted: 0,
                 },
                 "Yes: 97% of the pixels are clear, and all 14 strokes that could be checked agree.",
             ),
@@ -258,7 +270,17 @@ mod tests {
                 Answer::Yes,
                 Reason::Clear {
                     share: 0.97,
+                    checked: 14,
+                    contradicted: 5,
+                },
+                "Yes: 97% of the pixels are clear; look whether the 5 of 14 strokes that the others contradict are right.",
+            ),
+            (
+                Answer::Yes,
+                Reason::Clear {
+                    share: 0.97,
                     checked: 0,
+                    contradicted: 0,
                 },
                 "Yes: 97% of the pixels are clear.",
             ),

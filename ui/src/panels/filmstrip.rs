@@ -12,7 +12,7 @@ use crate::frames::FrameFacts;
 use crate::state::AppState;
 use crate::theme;
 use crate::thumbnails::{Source, Subject, Thumbnail, Thumbnails};
-use crate::widgets::{empty_state, focus_ring, line_of_text};
+use crate::widgets::{empty_state, focus_ring, line_of_text, scroll_to};
 use crate::workspace::Workspace;
 
 /// Height of the panel in points.
@@ -77,7 +77,7 @@ impl Filmstrip {
                 if self.followed != current {
                     self.followed = current;
                     if let Some(current) = current {
-                        ui.scroll_to_rect(cell(current).expand2(vec2(STEP, 0.0)), None);
+                        scroll_to(ui, cell(current).expand2(vec2(STEP, 0.0)));
                     }
                 }
                 let first = (viewport.left() / STEP).floor().max(0.0) as usize;

@@ -19,6 +19,8 @@ pub struct FrameFilterRow {
 impl FrameFilterRow {
     /// Draws the row.
     pub fn show(&mut self, ui: &mut Ui, workspace: &Workspace, actions: &mut Actions) {
+        // Where there is little room, each of the three has a third of it.
+        let third = (ui.available_width() - 2.0 * crate::theme::GAP) / 3.0;
         let frames = workspace.overview().frames();
         ui.horizontal(|ui| {
             ui.spacing_mut().item_spacing.x = 4.0;
@@ -37,25 +39,26 @@ impl FrameFilterRow {
                 let chosen = frames.filter();
                 ComboBox::from_id_salt("filter")
                     .selected_text(named(chosen, frames.count(chosen)))
-                    .width(132.0)
+                    .width(third.min(132.0))
+                    .truncate()
                     .show_ui(ui, |ui| filters(ui, actions))
                     .response
                     .accessible_name(words::FILTER);
             }
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 ui.spacing_mut().item_spacing.x = crate::theme::GAP;
-                self.seek(ui, actions);
-                order(ui, frames.order(), actions);
+                self.seek(ui, third, actions);
+                order(ui, third, frames.order(), actions);
             });
         });
     }
 
-    fn seek(&mut self, ui: &mut Ui, actions: &mut Actions) {
+    fn seek(&mut self, ui: &mut Ui, most: f32, actions: &mut Actions) {
         let field = TextEdit::singleline(&mut self.sought)
             .hint_text(words::GO_TO)
             .align(egui::Align2::LEFT_CENTER)
             .min_size(egui::vec2(0.0, ui.spacing().interact_size.y))
-            .desired_width(120.0);
+            .desired_width(most.min(136.0));
         let response = ui.add(field).accessible_name(words::GO_TO);
         let entered = response.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
         response.on_hover_text(words::GO_TO_MEANS);
@@ -65,10 +68,11 @@ impl FrameFilterRow {
     }
 }
 
-fn order(ui: &mut Ui, chosen: FrameOrder, actions: &mut Actions) {
+fn order(ui: &mut Ui, most: f32, chosen: FrameOrder, actions: &mut Actions) {
     ComboBox::from_id_salt("order")
         .selected_text(words::order(chosen))
-        .width(148.0)
+        .width(most.min(148.0))
+        .truncate()
         .show_ui(ui, |ui| {
             for order in FrameOrder::ALL {
                 // The one in force, too: by uncertainty, that sorts anew.

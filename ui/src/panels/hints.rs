@@ -51,13 +51,23 @@ impl Hints {
         // What is hidden cannot be pointed at.
         let window = ui.ctx().content_rect().size();
         let guidance = state.preferences.layout.shows(Pane::Guidance, window);
-        let hidden = callout.side == Side::Right && !guidance;
+        let listed = guidance && state.side == crate::state::Side::LabelNext;
+        let hidden = callout.side == Side::Right && !listed;
         let room = canvas.width() >= LEAST_CANVAS.x && canvas.height() >= LEAST_CANVAS.y;
         if state.dialog.is_none() && room && !hidden {
             if let Some(hint) = callout.hint {
                 self.shown = Some((workspace.serial(), hint));
             }
             draw(ui, &callout, canvas, actions);
+        }
+    }
+
+    /// Someone who goes through the suggestions need not be told of them.
+    pub fn follow_suggestions(state: &AppState, actions: &mut Actions) {
+        for hint in [Hint::Suggestions, Hint::NextSuggestion] {
+            if !state.preferences.hints_seen.contains(&hint) {
+                actions.push(Action::Prefer(Change::HintSeen(hint)));
+            }
         }
     }
 }

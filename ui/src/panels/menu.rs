@@ -17,15 +17,17 @@ use crate::widgets::main_button_enabled;
 
 /// Below this width of what is left beside the menus, the Save button gives way: it is in the File menu.
 const ROOMY: f32 = 360.0;
+/// Height of the bar, of a menu's margins, and a little room at the lower end of the window.
+const BELOW_THE_BAR: f32 = 72.0;
 /// Room for the words about saving.
 const STATE_WIDTH: f32 = 80.0;
 
 /// Draws the menu bar.
 pub fn show(ui: &mut Ui, state: &AppState, actions: &mut Actions) {
     egui::MenuBar::new().ui(ui, |ui| {
-        ui.menu_button(words::FILE, |ui| file(ui, state, actions));
+        ui.menu_button(words::FILE, |ui| scrolled(ui, |ui| file(ui, state, actions)));
         ui.menu_button(words::EDIT, |ui| edit(ui, state, actions));
-        ui.menu_button(words::VIEW, |ui| view(ui, state, actions));
+        ui.menu_button(words::VIEW, |ui| scrolled(ui, |ui| view(ui, state, actions)));
         ui.menu_button(words::HELP, |ui| {
             entry(
                 ui,
@@ -52,6 +54,15 @@ pub fn show(ui: &mut Ui, state: &AppState, actions: &mut Actions) {
             ui.with_layout(Layout::left_to_right(Align::Center), |ui| document(ui, state));
         });
     });
+}
+
+/// A menu that scrolls where the window is too low for it.
+fn scrolled(ui: &mut Ui, entries: impl FnOnce(&mut Ui)) {
+    let room = (ui.ctx().content_rect().height() - BELOW_THE_BAR).max(96.0);
+    egui::ScrollArea::vertical()
+        .max_height(room)
+        .min_scrolled_height(room)
+        .show(ui, entries);
 }
 
 /// The name of what is open, cut to the room there is, and whether it is saved.

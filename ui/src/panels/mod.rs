@@ -26,7 +26,7 @@ pub use work::show as work;
 pub(crate) use drop::drop_area;
 
 use crate::action::{Action, Actions};
-use crate::canvas::Canvas;
+use crate::canvas::{Canvas, below_menus};
 use crate::english;
 use crate::keys;
 use crate::preferences::{Change, Pane};
@@ -34,6 +34,7 @@ use crate::state::{AppState, Side, Stage};
 use crate::theme;
 use crate::thumbnails::Thumbnails;
 use crate::view3d::View3d;
+use crate::widgets::{Icon, icon_button};
 use crate::workspace::Workspace;
 
 /// All panels with what each remembers between frames.
@@ -99,13 +100,13 @@ impl Panels {
                 .shows(pane, ui.ctx().content_rect().size())
         };
         let before = Pane::ALL.map(shown);
-        let [mut classes, mut guidance, mut frames] = before;
+        let [mut classes, mut guidance, mut frames, training, strokes] = before;
         egui::Panel::left("classes")
             .frame(panel_frame(ui, 0, 0))
             .default_size(232.0)
             .size_range(184.0..=360.0)
             .show_collapsible(ui, &mut classes, |ui| {
-                self.strokes.show_below(ui, workspace, actions);
+                self.strokes.show_below(ui, workspace, strokes, actions);
                 egui::CentralPanel::default()
                     .frame(panel_frame(ui, 12, 12))
                     .show(ui, |ui| self.classes.show(ui, workspace, actions));
@@ -115,10 +116,16 @@ impl Panels {
             .default_size(280.0)
             .size_range(240.0..=400.0)
             .show_collapsible(ui, &mut guidance, |ui| {
-                egui::Panel::bottom("status")
-                    .frame(panel_frame(ui, 12, 12))
+                // Each remembers its own height.
+                let (id, margin) = if training {
+                    ("status", 12)
+                } else {
+                    ("status folded", 6)
+                };
+                egui::Panel::bottom(id)
+                    .frame(panel_frame(ui, 12, margin))
                     .resizable(false)
-                    .show(ui, |ui| status::show(ui, workspace, actions));
+                    .show(ui, |ui| status::show(ui, workspace, training, actions));
                 egui::Panel::top("sides")
                     .frame(panel_frame(ui, 12, 8))
                     .resizable(false)
@@ -148,29 +155,37 @@ impl Panels {
                 });
             });
         // A panel that was dragged shut stays so.
-        for (index, shown) in [classes, guidance, frames].into_iter().enumerate() {
+        for (index, shown) in [classes, guidance, frames, training, strokes]
+            .into_iter()
+            .enumerate()
+        {
             if shown != before[index] {
                 actions.push(Action::Prefer(Change::Pane(Pane::ALL[index], Some(shown))));
             }
         }
         egui::CentralPanel::no_frame().show(ui, |ui| {
+            let over;
             if workspace.space.shown {
                 let rect = self.view3d.show(ui, state, workspace, canvas.target(), actions);
                 canvas.stand_aside(rect);
+                over = canvas.rect();
             } else {
                 self.view3d.rest();
                 let room = ui.available_rect_before_wrap();
-                let (over, strip) = room.split_top_bottom_at_y(room.bottom() - probe::HEIGHT);
+                let (image, strip) = room.split_top_bottom_at_y(room.bottom() - probe::HEIGHT);
                 let within = |rect| egui::UiBuilder::new().max_rect(rect);
-                ui.scope_builder(within(over), |ui| canvas.show(ui, state, workspace, actions));
+                ui.scope_builder(within(image), |ui| canvas.show(ui, state, workspace, actions));
                 ui.scope_builder(within(strip), |ui| {
                     probe::show(ui, workspace, canvas.pointed_at());
                 });
-                if !workspace.guidance().is_active() {
-                    self.hints.show(ui, state, workspace, canvas.rect(), actions);
+                over = below_menus(canvas.rect(), &state.settings);
+                if workspace.guidance().is_active() {
+                    hints::Hints::follow_suggestions(state, actions);
+                } else {
+                    self.hints.show(ui, state, workspace, over, actions);
                 }
             }
-            guidance_bar::show(ui, workspace, canvas.rect());
+            guidance_bar::show(ui, workspace, over);
             stats::show(ui.ctx(), state, canvas.rect());
         });
     }
@@ -202,6 +217,15 @@ fn panel_frame(ui: &Ui, horizontal: i8, vertical: i8) -> egui::Frame {
     egui::Frame::new()
         .fill(ui.visuals().panel_fill)
         .inner_margin(egui::Margin::symmetric(horizontal, vertical))
+}
+
+/// Folds a panel that is shown in full to its first line, or unfolds it; `name` says which.
+fn fold_button(ui: &mut Ui, pane: Pane, full: bool, name: &str, actions: &mut Actions) {
+    let icon = if full { Icon::Down } else { Icon::Up };
+    if icon_button(ui, icon, name).clicked() {
+        let usual = pane.fits(ui.ctx().content_rect().size()) != full;
+        actions.push(Action::Prefer(Change::Pane(pane, (!usual).then_some(!full))));
+    }
 }
 
 /// A card on a panel.

@@ -67,12 +67,17 @@ impl ProgressPanel {
         for &number in &shown {
             self.chart(ui, number, shown.last() == Some(&number));
         }
-        if !self.charted.marks().is_empty() {
-            ui.add(Label::new(RichText::new(words::MARKS).weak().size(12.0)).wrap());
-        }
+        let axis = match self.axis {
+            Axis::Time => words::MINUTES,
+            Axis::Strokes => words::STROKES,
+        };
+        let marks = (!self.charted.marks().is_empty()).then_some(words::MARKS);
+        let meaning: Vec<&str> = [axis].into_iter().chain(marks).collect();
+        let meaning = RichText::new(meaning.join(" ")).weak().size(12.0);
+        ui.add(Label::new(meaning).wrap());
     }
 
-    /// The chart of a number; the last one says what the horizontal axis is.
+    /// The chart of a number; the last one has the numbers of the horizontal axis.
     fn chart(&self, ui: &mut Ui, number: Number, last: bool) {
         let points = self.charted.line(number);
         let (name, meaning) = named(number);
@@ -99,15 +104,9 @@ impl ProgressPanel {
             .formatter(move |mark, _| ticked(number, mark.value))
             .min_thickness(NUMBERS_WIDTH)
             .label_spacing(12.0..=16.0);
-        let mut across = AxisHints::new_x().formatter(|mark, _| round(mark.value));
-        if last {
-            across = across.label(RichText::new(match axis {
-                Axis::Time => words::MINUTES,
-                Axis::Strokes => words::STROKES,
-            }));
-        }
+        let across = AxisHints::new_x().formatter(|mark, _| round(mark.value));
         let mut plot = Plot::new(("progress", name))
-            .height(CHART + if last { 36.0 } else { 0.0 })
+            .height(CHART + if last { 20.0 } else { 0.0 })
             .show_axes([last, true])
             // Upright lines are strokes.
             .show_grid([false, true])
@@ -185,12 +184,13 @@ fn numbers(ui: &mut Ui, workspace: &Workspace) {
     let rows = [
         (
             words::ROW_STROKES,
-            words::strokes_on_frames(
-                document.labels().strokes.len(),
-                document.labelled_frames(),
-                workspace.scene().frames.len(),
-            ),
+            document.labels().strokes.len().to_string(),
             "",
+        ),
+        (
+            words::ROW_LABELLED,
+            words::frames(document.labelled_frames(), workspace.scene().frames.len()),
+            words::ROW_LABELLED_MEANS,
         ),
         (words::ROW_CHECKED, checked, words::AGREEMENT_MEANS),
         (

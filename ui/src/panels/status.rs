@@ -4,31 +4,40 @@ use egui::Ui;
 use inplace_core::session::Status;
 
 use crate::action::{Action, Actions};
-use crate::english::{layers, progress, status as words};
+use crate::english::{layers, layout, progress, status as words};
+use crate::preferences::Pane;
 use crate::theme;
 use crate::widgets::{Icon, heading, icon_button};
 use crate::workspace::Workspace;
 
-/// Draws the status.
-pub fn show(ui: &mut Ui, workspace: &Workspace, actions: &mut Actions) {
+/// Draws the status: in full, or in one line.
+pub fn show(ui: &mut Ui, workspace: &Workspace, full: bool, actions: &mut Actions) {
+    let running = !workspace.is_paused() && !workspace.has_ended();
+    let accent = theme::accent(ui.visuals());
+    let phase = egui::RichText::new(workspace.phase_in_words());
+    let phase = if running {
+        phase.color(accent)
+    } else {
+        phase.weak()
+    };
+    if !full {
+        ui.horizontal(|ui| {
+            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                controls(ui, workspace, full, actions);
+                ui.with_layout(egui::Layout::left_to_right(egui::Align::Center), |ui| {
+                    ui.label(phase);
+                    let summary = summary(workspace.status());
+                    if !summary.is_empty() {
+                        ui.add(egui::Label::new(egui::RichText::new(summary).weak()).truncate());
+                    }
+                });
+            });
+        });
+        return;
+    }
     heading(ui, words::HEADING, |ui| {
-        let (icon, name) = if workspace.is_paused() {
-            (Icon::Play, words::RESUME)
-        } else {
-            (Icon::Pause, words::PAUSE)
-        };
-        ui.add_enabled_ui(!workspace.has_ended(), |ui| {
-            if icon_button(ui, icon, name).clicked() {
-                actions.push(Action::TogglePause);
-            }
-        });
-        let phase = egui::RichText::new(workspace.phase_in_words());
-        let running = !workspace.is_paused() && !workspace.has_ended();
-        ui.label(if running {
-            phase.color(theme::accent(ui.visuals()))
-        } else {
-            phase.weak()
-        });
+        controls(ui, workspace, full, actions);
+        ui.label(phase);
     });
     egui::Grid::new("status")
         .num_columns(2)
@@ -42,6 +51,37 @@ pub fn show(ui: &mut Ui, workspace: &Workspace, actions: &mut Actions) {
                 ui.end_row();
             }
         });
+}
+
+/// The buttons at the right end of the first line.
+fn controls(ui: &mut Ui, workspace: &Workspace, full: bool, actions: &mut Actions) {
+    let name = if full {
+        layout::FOLD_TRAINING
+    } else {
+        layout::UNFOLD_TRAINING
+    };
+    super::fold_button(ui, Pane::Training, full, name, actions);
+    let (icon, name) = if workspace.is_paused() {
+        (Icon::Play, words::RESUME)
+    } else {
+        (Icon::Pause, words::PAUSE)
+    };
+    ui.add_enabled_ui(!workspace.has_ended(), |ui| {
+        if icon_button(ui, icon, name).clicked() {
+            actions.push(Action::TogglePause);
+        }
+    });
+}
+
+/// What matters most of the rows, as far as it is known.
+fn summary(status: &Status) -> String {
+    let quality = status.held_out_psnr.map(|db| progress::decibels(db.into()));
+    let uncertainty = status.mean_entropy.map(layers::nats);
+    quality
+        .into_iter()
+        .chain(uncertainty)
+        .collect::<Vec<_>>()
+        .join(", ")
 }
 
 fn rows(status: &Status) -> [(&'static str, String, &'static str); 7] {

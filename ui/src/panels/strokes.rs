@@ -12,6 +12,7 @@ use inplace_core::labels::{ClassId, Stroke, StrokeId, VOID};
 use super::panel_frame;
 use crate::action::{Action, Actions};
 use crate::english::strokes as english;
+use crate::preferences::Pane;
 use crate::theme;
 use crate::widgets::{Icon, empty_state, focus_ring, heading, icon_button, line_of_text, swatch};
 use crate::workspace::Workspace;
@@ -25,7 +26,6 @@ const PAGE: usize = 8;
 /// The list with its filters.
 #[derive(Debug, Default)]
 pub struct StrokePanel {
-    folded: bool,
     filter: Filter,
     rows: Rows,
     /// Pixels of the strokes that were in view, with the strokes that they were counted of.
@@ -105,9 +105,9 @@ fn found(workspace: &Workspace, filter: &Filter, frame: Option<usize>) -> Vec<St
 
 impl StrokePanel {
     /// Draws the list at the lower end of a panel, as high as it was dragged, or folded to its heading.
-    pub fn show_below(&mut self, ui: &mut Ui, workspace: &Workspace, actions: &mut Actions) {
+    pub fn show_below(&mut self, ui: &mut Ui, workspace: &Workspace, full: bool, actions: &mut Actions) {
         let room = ui.available_height();
-        let panel = if self.folded {
+        let panel = if !full {
             egui::Panel::bottom("strokes folded")
                 .resizable(false)
                 .exact_size(FOLDED.min(room))
@@ -120,25 +120,19 @@ impl StrokePanel {
         let frame = panel_frame(ui, 12, 8);
         panel
             .frame(frame)
-            .show(ui, |ui| self.show(ui, workspace, actions));
+            .show(ui, |ui| self.show(ui, workspace, full, actions));
     }
 
-    fn show(&mut self, ui: &mut Ui, workspace: &Workspace, actions: &mut Actions) {
+    fn show(&mut self, ui: &mut Ui, workspace: &Workspace, full: bool, actions: &mut Actions) {
         // As high as it was dragged, also while there is little to show.
         ui.take_available_height();
         let document = workspace.document();
         let strokes = document.labels().strokes.len();
         heading(ui, &english::heading(strokes), |ui| {
-            let (icon, name) = if self.folded {
-                (Icon::Up, english::UNFOLD)
-            } else {
-                (Icon::Down, english::FOLD)
-            };
-            if icon_button(ui, icon, name).clicked() {
-                self.folded = !self.folded;
-            }
+            let name = if full { english::FOLD } else { english::UNFOLD };
+            super::fold_button(ui, Pane::Strokes, full, name, actions);
         });
-        if self.folded {
+        if !full {
             return;
         }
         if strokes == 0 {

@@ -12,11 +12,21 @@ pub enum Pane {
     Guidance,
     /// All frames, at the bottom.
     Frames,
+    /// The training in full, at the lower end of the right panel, which otherwise has a line for it.
+    Training,
+    /// The list of strokes, at the lower end of the left panel, which otherwise has its heading.
+    Strokes,
 }
 
 impl Pane {
     /// All of them.
-    pub const ALL: [Self; 3] = [Self::Classes, Self::Guidance, Self::Frames];
+    pub const ALL: [Self; 5] = [
+        Self::Classes,
+        Self::Guidance,
+        Self::Frames,
+        Self::Training,
+        Self::Strokes,
+    ];
 
     /// Whether a window of this size, in points, has room for it beside the canvas.
     pub fn fits(self, window: Vec2) -> bool {
@@ -24,6 +34,8 @@ impl Pane {
             Self::Classes => window.x >= 400.0,
             Self::Guidance => window.x >= 800.0,
             Self::Frames => window.y >= 420.0,
+            Self::Training => window.y >= 800.0,
+            Self::Strokes => window.y >= 600.0,
         }
     }
 
@@ -32,6 +44,8 @@ impl Pane {
             Self::Classes => "classes",
             Self::Guidance => "guidance",
             Self::Frames => "frames",
+            Self::Training => "training",
+            Self::Strokes => "strokes",
         }
     }
 }
@@ -39,7 +53,7 @@ impl Pane {
 /// Which panels the person shows or hides; the others are shown where they fit.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Layout {
-    chosen: [Option<bool>; 3],
+    chosen: [Option<bool>; Pane::ALL.len()],
 }
 
 impl Layout {
@@ -72,19 +86,27 @@ mod tests {
 
     #[test]
     fn panels_give_way_to_the_canvas_unless_the_person_says_otherwise() {
-        let (wide, small) = (egui::vec2(1280.0, 720.0), egui::vec2(427.0, 240.0));
+        let (wide, low, small) = (
+            egui::vec2(1440.0, 900.0),
+            egui::vec2(1280.0, 720.0),
+            egui::vec2(427.0, 240.0),
+        );
         let mut layout = Layout::default();
         assert!(Pane::ALL.iter().all(|&pane| layout.shows(pane, wide)));
         assert_eq!(
+            Pane::ALL.map(|pane| layout.shows(pane, low)),
+            [true, true, true, false, true]
+        );
+        assert_eq!(
             Pane::ALL.map(|pane| layout.shows(pane, small)),
-            [true, false, false]
+            [true, false, false, false, false]
         );
         layout.set(Pane::Guidance, Some(true));
         layout.set(Pane::Classes, Some(false));
         assert_eq!(Layout::from_json(&layout.to_json()), layout);
         assert_eq!(
             Pane::ALL.map(|pane| layout.shows(pane, small)),
-            [false, true, false]
+            [false, true, false, false, false]
         );
     }
 }

@@ -5,6 +5,7 @@ use std::path::Path;
 use egui::{Key, Modifiers, PointerButton};
 use egui_kittest::kittest::Queryable;
 use inplace_core::labels::{Class, PALETTES, read_class_list};
+use inplace_ui::action::Action;
 
 use crate::stand::*;
 
@@ -373,4 +374,27 @@ fn ten_classes_have_a_search_field() {
     window.type_into("Search classes", "qqq");
     window.harness.get_by_label("No class has this in its name.");
     window.harness.get_by_label("void, 0 strokes");
+}
+
+#[test]
+fn a_class_that_is_chosen_elsewhere_comes_into_view_in_the_list() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = Window::with_demo(folder.path());
+    window.add_class("wall");
+    window.click("Class list");
+    window.click("Add classes...");
+    window.click("Add 12 classes");
+    let last = window.workspace().document().classes()[12].clone();
+    let line = format!("{}, 0 strokes", last.name);
+    assert!(window.harness.query_by_label(&line).is_none());
+    window.act(Action::ChooseClass(last.id));
+    window.harness.run_steps(4);
+    window.harness.get_by_label(&line);
+    let first = window.workspace().document().classes()[0].id;
+    for class in [first, last.id, first] {
+        window.act(Action::ChooseClass(class));
+    }
+    window.harness.run_steps(60);
+    window.harness.get_by_label("wall, 0 strokes");
+    assert!(window.harness.query_by_label(&line).is_none());
 }

@@ -3,9 +3,10 @@
 use egui::{Key, Modifiers, PointerButton};
 use egui_kittest::kittest::Queryable;
 use inplace_ui::Target;
+use inplace_ui::action::Action;
 use inplace_ui::english;
 use inplace_ui::hints::Hint;
-use inplace_ui::preferences::Preferences;
+use inplace_ui::preferences::{Change, Preferences};
 use inplace_ui::state::Settings;
 
 use crate::stand::*;
@@ -189,4 +190,17 @@ fn escape_dismisses_the_newest_message() {
     window.harness.get_by_label("Error");
     window.press(Modifiers::NONE, Key::Escape);
     assert_eq!(window.harness.state().state().toasts.texts().count(), 0);
+}
+
+#[test]
+fn a_menu_that_is_higher_than_the_window_begins_below_the_bar() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = Window::with_demo(folder.path());
+    window.act(Action::Prefer(Change::Scale(200)));
+    window.harness.run_steps(4);
+    let bar = window.harness.get_by_label("View").rect();
+    window.click("View");
+    window.harness.run_steps(4);
+    let first = window.harness.get_by_label("Colour").rect();
+    assert!(first.top() >= bar.bottom(), "{first} {bar}");
 }

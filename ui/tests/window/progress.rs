@@ -110,8 +110,8 @@ fn the_progress_says_what_is_missing_and_leads_to_contradicted_strokes() {
     assert_eq!(overview.evidence().checked, 3);
     window
         .harness
-        .get_by_label("Not yet: 1 of 3 strokes is contradicted by the others.");
-    window.harness.get_by_label("4 on 2 of 5 frames");
+        .get_by_label_contains("look whether the 1 of 3 strokes that the others contradict");
+    window.harness.get_by_label("2 of 5 frames");
     window.harness.get_by_label("2 of 3 checked");
     window.act(Action::GoToFrame(1));
     window.click("wall at rgb_3: the others say door");
@@ -185,8 +185,13 @@ fn the_log_survives_reopening_the_project() {
         });
         window.press(Modifiers::NONE, Key::T);
         window.harness.get_by_label("Charts over");
+        // The window is low, so the training is a line until it is unfolded.
+        window.harness.get_by_label("22.0 dB, 0.70 nats");
+        window.click("Show the training in full");
         // In a chart, and among the figures of the training below it.
         assert_eq!(window.harness.get_all_by_label("0.70 nats").count(), 2);
+        window.click("Fold the training");
+        assert_eq!(window.harness.get_all_by_label("0.70 nats").count(), 1);
         window.click("strokes");
         eframe::App::on_exit(window.harness.state_mut(), None);
     }

@@ -4,7 +4,7 @@ mod color;
 mod menu;
 mod row;
 
-use egui::{Key, ScrollArea, Ui, vec2};
+use egui::{Key, Rect, ScrollArea, Ui, vec2};
 use inplace_core::labels::{Class, ClassId, PALETTES, VOID};
 
 use crate::action::{Action, Actions};
@@ -12,7 +12,7 @@ use crate::canvas::VOID_COLOR;
 use crate::dialogs::{AddClasses, Dialog};
 use crate::english::classes as english;
 use crate::theme;
-use crate::widgets::{Icon, empty_state, heading, icon_button};
+use crate::widgets::{Icon, empty_state, heading, icon_button, scroll_to};
 use crate::workspace::Workspace;
 use row::{ROW, Row};
 
@@ -25,6 +25,8 @@ pub struct ClassPanel {
     new_name: String,
     search: String,
     renaming: Option<(ClassId, String)>,
+    /// The class that was chosen when the list was drawn last, to bring another one into view.
+    chosen: Option<ClassId>,
 }
 
 impl ClassPanel {
@@ -46,10 +48,22 @@ impl ClassPanel {
             empty_state(ui, english::NOT_FOUND);
         }
         ui.spacing_mut().item_spacing.y = 2.0;
+        let chosen = workspace.class();
+        let moved_to = chosen.filter(|_| self.chosen != chosen).map(|chosen| {
+            let line = found.iter().position(|&index| classes[index].id == chosen);
+            line.unwrap_or(found.len())
+        });
+        self.chosen = chosen;
         // Void is the line after the last.
         ScrollArea::vertical()
             .auto_shrink([false, true])
             .show_rows(ui, ROW, found.len() + 1, |ui, range| {
+                if let Some(line) = moved_to {
+                    let step = ROW + ui.spacing().item_spacing.y;
+                    let top = ui.max_rect().top() + (line as f32 - range.start as f32) * step;
+                    let place = Rect::from_x_y_ranges(ui.max_rect().x_range(), top..=top + ROW);
+                    scroll_to(ui, place);
+                }
                 for line in range {
                     match found.get(line) {
                         Some(&index) => {
