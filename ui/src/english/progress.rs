@@ -107,8 +107,12 @@ pub fn next_labels(shares: &[f32]) -> Option<String> {
         many => format!("{many} labels"),
     };
     (share >= 0.005).then(|| {
-        let percent = percent(share);
-        format!("The next {labels} would settle about {percent} of the scene.")
+        let much = if share < 0.01 {
+            "less than 1%".to_owned()
+        } else {
+            format!("about {}", percent(share))
+        };
+        format!("The next {labels} would settle {much} of the scene.")
     })
 }
 
@@ -202,6 +206,10 @@ mod tests {
         assert_eq!(
             next_labels(&[0.2]).as_deref(),
             Some("The next label would settle about 20% of the scene.")
+        );
+        assert_eq!(
+            next_labels(&[0.004, 0.003]).as_deref(),
+            Some("The next 2 labels would settle less than 1% of the scene.")
         );
         assert_eq!(next_labels(&[0.001, 0.001]), None);
         assert_eq!(next_labels(&[]), None);
