@@ -19,8 +19,6 @@ pub enum Hint {
     FirstStroke,
     /// What the list of places is for.
     Suggestions,
-    /// That a key goes on to the next one.
-    NextSuggestion,
     /// How to get the result.
     Export,
 }
@@ -49,11 +47,10 @@ pub struct Callout {
 
 impl Hint {
     /// All hints, in the order in which they come up.
-    pub const ALL: [Self; 5] = [
+    pub const ALL: [Self; 4] = [
         Self::FirstClass,
         Self::FirstStroke,
         Self::Suggestions,
-        Self::NextSuggestion,
         Self::Export,
     ];
 
@@ -63,7 +60,6 @@ impl Hint {
             Self::FirstClass => "first-class",
             Self::FirstStroke => "first-stroke",
             Self::Suggestions => "suggestions",
-            Self::NextSuggestion => "next-suggestion",
             Self::Export => "export",
         }
     }
@@ -84,7 +80,6 @@ impl Hint {
             Self::Suggestions => {
                 said && !workspace.suggestions().is_empty() && workspace.at_suggestion().is_none()
             }
-            Self::NextSuggestion => said && workspace.at_suggestion() == Some(0),
             Self::Export => document.labels().strokes.len() >= ENOUGH_TO_EXPORT && state.export.is_none(),
         }
     }
@@ -96,10 +91,9 @@ impl Hint {
                 (words::first_class(&key), Side::Here)
             }
             Self::FirstStroke => (words::FIRST_STROKE.to_owned(), Side::Here),
-            Self::Suggestions => (words::SUGGESTIONS.to_owned(), Side::Right),
-            Self::NextSuggestion => {
+            Self::Suggestions => {
                 let key = crate::keys::text(&preferences.keys, "N");
-                (words::next_suggestion(&key), Side::Right)
+                (words::suggestions(&key), Side::Right)
             }
             Self::Export => {
                 let key = crate::keys::text(&preferences.keys, "Ctrl+E");

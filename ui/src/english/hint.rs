@@ -13,15 +13,13 @@ pub fn first_class(key: &str) -> String {
 pub const FIRST_STROKE: &str = "No strokes yet: choose a class, then click or scribble on the image";
 /// There are strokes and no surface to spread them over.
 pub const NO_SURFACE: &str = "Finding the surface of the scene; your labels spread as soon as it is there";
-/// There are places to label next.
-pub const SUGGESTIONS: &str = "These are the places whose label would settle most: click on one to go there";
 
-/// A suggestion was gone to; `key` goes on.
-pub fn next_suggestion(key: &str) -> String {
-    let answer = "nswer with one of the likely classes";
+/// There are places to label next; `key` goes through them.
+pub fn suggestions(key: &str) -> String {
+    let these = "These are the places whose label would settle most: click on one";
     match key {
-        "" => format!("A{answer}"),
-        key => format!("Press {key} for the next place, or a{answer}"),
+        "" => format!("{these} to go there"),
+        key => format!("{these}, or press {key}"),
     }
 }
 

@@ -64,10 +64,8 @@ impl Hints {
 
     /// Someone who goes through the suggestions need not be told of them.
     pub fn follow_suggestions(state: &AppState, actions: &mut Actions) {
-        for hint in [Hint::Suggestions, Hint::NextSuggestion] {
-            if !state.preferences.hints_seen.contains(&hint) {
-                actions.push(Action::Prefer(Change::HintSeen(hint)));
-            }
+        if !state.preferences.hints_seen.contains(&Hint::Suggestions) {
+            actions.push(Action::Prefer(Change::HintSeen(Hint::Suggestions)));
         }
     }
 }
