@@ -34,7 +34,7 @@ impl Pane {
             Self::Classes => window.x >= 400.0,
             Self::Guidance => window.x >= 800.0,
             Self::Frames => window.y >= 420.0,
-            Self::Training => window.y >= 800.0,
+            Self::Training => window.y >= 1000.0,
             Self::Strokes => window.y >= 600.0,
         }
     }
@@ -87,7 +87,7 @@ mod tests {
     #[test]
     fn panels_give_way_to_the_canvas_unless_the_person_says_otherwise() {
         let (wide, low, small) = (
-            egui::vec2(1440.0, 900.0),
+            egui::vec2(1920.0, 1080.0),
             egui::vec2(1280.0, 720.0),
             egui::vec2(427.0, 240.0),
         );
