@@ -10,7 +10,7 @@ mod file;
 #[cfg(test)]
 mod tests;
 
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use glam::{Affine3A, DAffine3, DVec3};
@@ -224,6 +224,12 @@ fn refuse_outside(file: &Path, entry: &Entry) -> Result<(), SceneError> {
 
 /// The path of a colour image below the folder, with the extension that its file has.
 fn image_name(folder: &Path, path: &str) -> Option<String> {
+    // `./images/a` and `images/a` are one image, and sorted alike.
+    let parts = Path::new(path)
+        .components()
+        .filter(|part| matches!(part, Component::Normal(_)));
+    let path: PathBuf = parts.collect();
+    let path = path.display();
     EXTENSIONS
         .iter()
         .map(|extension| format!("{path}{extension}"))
