@@ -2,6 +2,9 @@
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
+/// Longest side of the box around the cameras of a capture that is scaled by them, in metres.
+const CAMERA_EXTENT: f64 = 2.0;
+
 /// A pinhole camera: intrinsics in pixels, without distortion.
 ///
 /// Axes are OpenCV's (x right, y down, z forward); the centre of pixel (column, row) is at
@@ -123,6 +126,15 @@ pub fn median_position(positions: impl Iterator<Item = DVec3> + Clone) -> DVec3 
         values.get(values.len() / 2).copied().unwrap_or(0.0)
     };
     DVec3::new(median(0), median(1), median(2))
+}
+
+/// The length of a metre, in the unit of these camera positions, that lets them span 2 m: for captures
+/// whose scale is arbitrary. 1 where they are all in one place.
+pub fn unit_of_cameras(positions: impl Iterator<Item = DVec3> + Clone) -> f64 {
+    let low = positions.clone().fold(DVec3::INFINITY, DVec3::min);
+    let high = positions.fold(DVec3::NEG_INFINITY, DVec3::max);
+    let unit = (high - low).max_element() / CAMERA_EXTENT;
+    if unit.is_finite() && unit > 0.0 { unit } else { 1.0 }
 }
 
 #[cfg(test)]

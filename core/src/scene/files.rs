@@ -1,8 +1,11 @@
 //! Files of a capture: their names, and what to say of those that cannot be used.
 
-use std::path::Path;
+use std::collections::HashMap;
+use std::path::{Component, Path};
 
 use image::{DynamicImage, ImageReader};
+
+use super::{Camera, ColorImage, Lens, SceneError};
 
 /// One warning for all files with the same problem: how many, and the first of them.
 pub(super) fn warn(warnings: &mut Vec<String>, what: &str, examples: &[String]) {
@@ -40,4 +43,86 @@ pub(super) fn file_name(path: &Path) -> String {
         .unwrap_or_default()
         .to_string_lossy()
         .into_owned()
+}
+
+/// Why a colour image cannot be used.
+pub(super) enum ImageProblem {
+    /// There is no such file.
+    Missing,
+    /// It cannot be decoded, for this reason.
+    Unreadable(String),
+    /// It has this width and height, and not those of its lens.
+    Size(u32, u32),
+}
+
+/// The colour image at a path, taken with `lens`, as `pinhole` would have taken it.
+pub(super) fn decode_color(path: &Path, lens: &Lens, pinhole: &Camera) -> Result<ColorImage, ImageProblem> {
+    if !path.is_file() {
+        return Err(ImageProblem::Missing);
+    }
+    let image = decode_image(path).map_err(ImageProblem::Unreadable)?.into_rgb8();
+    let (width, height) = image.dimensions();
+    if (width, height) != (lens.image.width, lens.image.height) {
+        return Err(ImageProblem::Size(width, height));
+    }
+    let color = ColorImage::new(width, height, image.into_raw());
+    let color = if lens.distortion.is_none() {
+        color
+    } else {
+        color.and_then(|color| lens.resample(pinhole, &color))
+    };
+    color.ok_or(ImageProblem::Size(width, height))
+}
+
+/// Whether a path that a file of the capture names stays inside the folder that it starts from.
+pub(super) fn is_inside(name: &str) -> bool {
+    let parts = || Path::new(name).components();
+    parts().all(|part| matches!(part, Component::Normal(_) | Component::CurDir))
+        && parts().any(|part| matches!(part, Component::Normal(_)))
+        && !name.contains('\0')
+}
+
+/// The name of each frame: the stem of its image, or its whole path with `_` between the folders where
+/// images in different folders have like stems.
+///
+/// # Errors
+/// `file`, which gives the images these names, has two that would become one.
+pub(super) fn frame_names(file: &Path, images: &[&str]) -> Result<Vec<String>, SceneError> {
+    let short = |image: &str| stem(Path::new(image));
+    let long = |image: &str| {
+        let path = Path::new(image).with_extension("");
+        let parts = path
+            .components()
+            .filter(|part| matches!(part, Component::Normal(_)));
+        let parts: Vec<_> = parts.map(|part| part.as_os_str().to_string_lossy()).collect();
+        parts.join("_")
+    };
+    let mut first: HashMap<String, &str> = HashMap::new();
+    let unique = images
+        .iter()
+        .all(|image| first.insert(short(image), image).is_none());
+    if unique {
+        return Ok(images.iter().map(|image| short(image)).collect());
+    }
+    first.clear();
+    for image in images {
+        match first.insert(long(image), image) {
+            None => {}
+            Some(other) if other == *image => {
+                return Err(SceneError::file(
+                    file,
+                    format!("names the image {image:?} twice; remove one"),
+                ));
+            }
+            Some(other) => {
+                return Err(SceneError::file(
+                    file,
+                    format!(
+                        "names the images {other:?} and {image:?}, whose labels would get one name; rename one"
+                    ),
+                ));
+            }
+        }
+    }
+    Ok(images.iter().map(|image| long(image)).collect())
 }

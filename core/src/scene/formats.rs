@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{OpenOptions, Scene, SceneError, colmap, replica};
+use super::{OpenOptions, Scene, SceneError, colmap, replica, transforms};
 
 /// Called with (frames decoded, frames in all), from any thread.
 type Progress<'a> = &'a (dyn Fn(usize, usize) + Sync);
@@ -20,7 +20,7 @@ struct Format {
 }
 
 /// All formats; the first that recognises a folder reads it.
-const FORMATS: [Format; 2] = [
+const FORMATS: [Format; 3] = [
     Format {
         name: replica::NAME,
         expected: replica::EXPECTED,
@@ -32,6 +32,12 @@ const FORMATS: [Format; 2] = [
         expected: colmap::EXPECTED,
         recognise: colmap::recognise,
         read: colmap::read,
+    },
+    Format {
+        name: transforms::NAME,
+        expected: transforms::EXPECTED,
+        recognise: transforms::recognise,
+        read: transforms::read,
     },
 ];
 

@@ -10,6 +10,8 @@ const CLOSE: f64 = 1e-9;
 const MOST_GROWTH: f64 = 2.0;
 /// Pixels beyond the image's border up to which the border's colours hold.
 const BORDER: f64 = 0.5;
+/// Largest width and height of an image, in pixels.
+const LARGEST_SIDE: u64 = u16::MAX as u64;
 
 /// Radial and tangential distortion of normalised image coordinates (x / z, y / z), as in OpenCV: with
 /// r^2 = x^2 + y^2,
@@ -106,6 +108,43 @@ pub struct Lens {
 }
 
 impl Lens {
+    /// A lens of images of this width and height, with its intrinsics fx, fy, cx, cy in pixels; and the
+    /// pinhole camera that takes its place.
+    ///
+    /// # Errors
+    /// What is wrong with these values.
+    pub(super) fn checked(
+        [width, height]: [u64; 2],
+        [fx, fy, cx, cy]: [f64; 4],
+        distortion: Distortion,
+    ) -> Result<(Self, Camera), String> {
+        if !(1..=LARGEST_SIDE).contains(&width) || !(1..=LARGEST_SIDE).contains(&height) {
+            return Err(format!("{width} x {height} is not an image size in pixels"));
+        }
+        let image = Camera {
+            width: width as u32,
+            height: height as u32,
+            fx: fx as f32,
+            fy: fy as f32,
+            cx: cx as f32,
+            cy: cy as f32,
+        };
+        if let Some(problem) = image.problem() {
+            return Err(problem.to_owned());
+        }
+        let Distortion { k1, k2, p1, p2 } = distortion;
+        if [k1, k2, p1, p2].iter().any(|value| !value.is_finite()) {
+            return Err("its distortion is not finite".to_owned());
+        }
+        let lens = Self { image, distortion };
+        if distortion.is_none() {
+            return Ok((lens, image));
+        }
+        lens.pinhole()
+            .map(|pinhole| (lens, pinhole))
+            .ok_or_else(|| "its distortion cannot be undone".to_owned())
+    }
+
     /// The pinhole camera that shows all of the image at the same focal length, as far as it has at most
     /// twice the image's size.
     ///

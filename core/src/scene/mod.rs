@@ -11,6 +11,7 @@ mod lens;
 mod replica;
 #[cfg(test)]
 pub(crate) mod testing;
+mod transforms;
 
 use std::fmt;
 use std::path::{Path, PathBuf};

@@ -21,7 +21,7 @@ use rayon::prelude::*;
 
 use super::camera::{median_position, orthonormalised};
 use super::files::{decode_image, file_name, reader, stem, warn};
-use super::{Camera, ColorImage, DepthMap, Frame, OpenOptions, Scene, SceneError, SceneSource};
+use super::{Camera, ColorImage, DepthMap, Frame, OpenOptions, Scene, SceneError, SceneSource, transforms};
 use text::{read_intrinsics, read_poses};
 pub use write::{GroundTruth, write};
 
@@ -38,7 +38,9 @@ const FAR_FROM_ZERO: f64 = 100.0;
 
 /// Whether a folder looks like this layout, complete or not.
 pub(super) fn recognise(folder: &Path) -> bool {
-    folder.join("rgb").is_dir() || folder.join("traj_w_c.txt").is_file()
+    // A folder named rgb is also what a transforms.json may list images in.
+    let named_alike = folder.join("rgb").is_dir() && !transforms::recognise(folder);
+    named_alike || folder.join("traj_w_c.txt").is_file()
 }
 
 /// A frame that is still on disk.

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::model::Model;
 use super::{Listed, MOST_ERROR};
 use crate::scene::camera::orthonormalised;
-use crate::scene::files::{decode_image, warn};
+use crate::scene::files::{ImageProblem, decode_color, warn};
 use crate::scene::{Camera, ColorImage, Frame, SceneError, SparsePoint};
 
 /// From the model's coordinates to the scene's.
@@ -30,13 +30,6 @@ pub(super) struct Read {
     pub mean_error: f64,
 }
 
-/// Why an image cannot be used.
-enum Problem {
-    Missing,
-    Unreadable(String),
-    Size(u32, u32),
-}
-
 /// Decodes the images and finds the points that they show; images that cannot be used are left out, up to
 /// half of them.
 pub(super) fn decode(
@@ -51,7 +44,7 @@ pub(super) fn decode(
     let decoded: Vec<_> = listed
         .par_iter()
         .map(|listed| {
-            let color = decode_color(listed);
+            let color = decode_color(&listed.path, &listed.lens, &listed.pinhole);
             progress(1 + done.fetch_add(1, Ordering::Relaxed), total);
             color.map(|color| (color, Projected::new(listed, model)))
         })
@@ -71,9 +64,9 @@ pub(super) fn decode(
                 read.mean_error += projected.error;
                 read.frames.push(frame(listed, color, &projected, placing));
             }
-            Err(Problem::Missing) => missing.push(name),
-            Err(Problem::Unreadable(reason)) => unreadable.push(format!("{name} ({reason})")),
-            Err(Problem::Size(width, height)) => {
+            Err(ImageProblem::Missing) => missing.push(name),
+            Err(ImageProblem::Unreadable(reason)) => unreadable.push(format!("{name} ({reason})")),
+            Err(ImageProblem::Size(width, height)) => {
                 let Camera {
                     width: w, height: h, ..
                 } = listed.lens.image;
@@ -114,28 +107,6 @@ pub(super) fn decode(
         ));
     }
     Ok(read)
-}
-
-/// The colour image without distortion.
-fn decode_color(listed: &Listed) -> Result<ColorImage, Problem> {
-    if !listed.path.is_file() {
-        return Err(Problem::Missing);
-    }
-    let image = decode_image(&listed.path)
-        .map_err(Problem::Unreadable)?
-        .into_rgb8();
-    let (width, height) = image.dimensions();
-    let lens = &listed.lens;
-    if (width, height) != (lens.image.width, lens.image.height) {
-        return Err(Problem::Size(width, height));
-    }
-    let color = ColorImage::new(width, height, image.into_raw());
-    let color = if lens.distortion.is_none() {
-        color
-    } else {
-        color.and_then(|color| lens.resample(&listed.pinhole, &color))
-    };
-    color.ok_or(Problem::Size(width, height))
 }
 
 /// What an image shows of the model's points.

@@ -14,13 +14,12 @@ mod model;
 mod tests;
 mod text;
 
-use std::collections::HashMap;
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 
-use glam::{DAffine3, DMat3, DQuat, DVec3};
+use glam::{DAffine3, DMat3, DQuat};
 
-use super::camera::{median_position, pose_problem};
-use super::files::{stem, warn};
+use super::camera::{median_position, pose_problem, unit_of_cameras};
+use super::files::{frame_names, is_inside, warn};
 use super::{Camera, Lens, OpenOptions, Scene, SceneError, SceneSource};
 use model::{Model, ModelImage};
 
@@ -34,8 +33,6 @@ pub(super) const EXPECTED: &str =
 const PLACES: [&str; 3] = ["sparse/0", "sparse", "colmap/sparse/0"];
 /// Median distance of the model's points from the cameras that see them, in metres, after scaling.
 const MEDIAN_DEPTH: f64 = 2.5;
-/// Longest side of the box around the cameras after scaling where there are no points, in metres.
-const CAMERA_EXTENT: f64 = 2.0;
 /// Fewest images that must have seen a point, and its largest mean error in pixels, for it to count.
 const FEWEST_VIEWS: u64 = 3;
 const MOST_ERROR: f64 = 2.0;
@@ -179,13 +176,17 @@ fn list(
         ));
     }
     images.sort_by(|a, b| a.name.cmp(&b.name));
-    if let Some(pair) = images.windows(2).find(|pair| pair[0].name == pair[1].name) {
+    if let Some(image) = images.iter().find(|image| !is_inside(&image.name)) {
         return Err(SceneError::file(
             file,
-            format!("names the image {:?} twice; remove one", pair[0].name),
+            format!(
+                "names the image {:?}, which is not a path inside images/; give the images names below it",
+                image.name
+            ),
         ));
     }
-    let stems = stems(file, &images)?;
+    let names: Vec<&str> = images.iter().map(|image| image.name.as_str()).collect();
+    let stems = frame_names(file, &names)?;
     let total = images.len();
     let (mut listed, mut bad) = (Vec::new(), Vec::new());
     for (image, stem) in images.into_iter().zip(stems) {
@@ -227,57 +228,6 @@ fn list(
     Ok(listed)
 }
 
-/// The name of each frame: the stem of its image, or its whole path with `_` between the folders where
-/// images in different folders have like stems.
-fn stems(file: &Path, images: &[ModelImage]) -> Result<Vec<String>, SceneError> {
-    if let Some(image) = images.iter().find(|image| !is_inside(&image.name)) {
-        return Err(SceneError::file(
-            file,
-            format!(
-                "names the image {:?}, which is not a path inside images/; give the images names below it",
-                image.name
-            ),
-        ));
-    }
-    let short = |image: &ModelImage| stem(Path::new(&image.name));
-    let long = |image: &ModelImage| {
-        let path = Path::new(&image.name).with_extension("");
-        let parts = path
-            .components()
-            .filter(|part| matches!(part, Component::Normal(_)));
-        let parts: Vec<_> = parts.map(|part| part.as_os_str().to_string_lossy()).collect();
-        parts.join("_")
-    };
-    let mut first: HashMap<String, &str> = HashMap::new();
-    let unique = images
-        .iter()
-        .all(|image| first.insert(short(image), &image.name).is_none());
-    if unique {
-        return Ok(images.iter().map(short).collect());
-    }
-    first.clear();
-    for image in images {
-        if let Some(other) = first.insert(long(image), &image.name) {
-            return Err(SceneError::file(
-                file,
-                format!(
-                    "names the images {other:?} and {:?}, whose labels would get one name; rename one",
-                    image.name
-                ),
-            ));
-        }
-    }
-    Ok(images.iter().map(long).collect())
-}
-
-/// Whether an image's name stays inside the folder of the images.
-fn is_inside(name: &str) -> bool {
-    let parts = || Path::new(name).components();
-    parts().all(|part| matches!(part, Component::Normal(_) | Component::CurDir))
-        && parts().any(|part| matches!(part, Component::Normal(_)))
-        && !name.contains('\0')
-}
-
 /// The pose of an image, or what is wrong with it.
 fn camera_to_world(image: &ModelImage) -> Result<DAffine3, &'static str> {
     let [w, x, y, z] = image.rotation;
@@ -303,14 +253,8 @@ fn choose_unit(listed: &[Listed], model: &Model) -> f64 {
     });
     let mut depths: Vec<f64> = depths.filter(|depth| depth.is_finite() && *depth > 0.0).collect();
     depths.sort_by(f64::total_cmp);
-    let unit = depths.get(depths.len() / 2).map_or_else(
-        || {
-            let centres = || listed.iter().map(|frame| frame.camera_to_world.translation);
-            let low = centres().fold(DVec3::INFINITY, DVec3::min);
-            let high = centres().fold(DVec3::NEG_INFINITY, DVec3::max);
-            (high - low).max_element() / CAMERA_EXTENT
-        },
-        |median| median / MEDIAN_DEPTH,
-    );
-    if unit.is_finite() && unit > 0.0 { unit } else { 1.0 }
+    let median = depths.get(depths.len() / 2).map(|median| median / MEDIAN_DEPTH);
+    median
+        .filter(|unit| unit.is_finite() && *unit > 0.0)
+        .unwrap_or_else(|| unit_of_cameras(listed.iter().map(|frame| frame.camera_to_world.translation)))
 }

@@ -25,8 +25,6 @@ const CAMERA_MODELS: [(&str, usize); 12] = [
 ];
 /// How many of them can be used.
 const USABLE: usize = 5;
-/// Largest width and height of an image, in pixels.
-const LARGEST_SIDE: u64 = u16::MAX as u64;
 
 /// A whole model, in its own coordinates and unit.
 #[derive(Debug, Default)]
@@ -162,7 +160,7 @@ impl ModelCamera {
         file: &Path,
         id: u32,
         model: i64,
-        [width, height]: [u64; 2],
+        size: [u64; 2],
         parameters: &[f64],
     ) -> Result<Self, SceneError> {
         let unusable = |reason: &str| {
@@ -183,33 +181,10 @@ impl ModelCamera {
                 return unusable(&format!("it has {count} parameters instead of {expected}"));
             }
         };
-        if !(1..=LARGEST_SIDE).contains(&width) || !(1..=LARGEST_SIDE).contains(&height) {
-            return unusable(&format!("{width} x {height} is not an image size in pixels"));
-        }
-        let image = Camera {
-            width: width as u32,
-            height: height as u32,
-            fx: fx as f32,
-            fy: fy as f32,
-            cx: cx as f32,
-            cy: cy as f32,
-        };
-        if let Some(problem) = image.problem() {
-            return unusable(problem);
-        }
-        if [k1, k2, p1, p2].iter().any(|value| !value.is_finite()) {
-            return unusable("its distortion is not finite");
-        }
-        let lens = Lens {
-            image,
-            distortion: Distortion { k1, k2, p1, p2 },
-        };
-        let pinhole = if lens.distortion.is_none() {
-            image
-        } else if let Some(pinhole) = lens.pinhole() {
-            pinhole
-        } else {
-            return unusable("its distortion cannot be undone");
+        let distortion = Distortion { k1, k2, p1, p2 };
+        let (lens, pinhole) = match Lens::checked(size, [fx, fy, cx, cy], distortion) {
+            Ok(checked) => checked,
+            Err(problem) => return unusable(&problem),
         };
         Ok(Self {
             model: CAMERA_MODELS[model as usize].0,

@@ -5,7 +5,7 @@ mod refused;
 use std::fmt::Write as _;
 use std::fs;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use super::*;
 use crate::scene::testing::wall;

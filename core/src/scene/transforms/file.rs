@@ -1,0 +1,214 @@
+//! What `transforms.json` says, frame by frame.
+
+use std::path::Path;
+
+use glam::{DAffine3, DMat3, DVec3};
+use serde::Deserialize;
+
+use crate::scene::camera::pose_problem;
+use crate::scene::{Camera, Distortion, Lens, SceneError};
+
+/// The camera models whose images are those of a pinhole camera up to k1, k2, p1 and p2.
+const CAMERA_MODELS: [&str; 6] = [
+    "SIMPLE_PINHOLE",
+    "PINHOLE",
+    "SIMPLE_RADIAL",
+    "RADIAL",
+    "OPENCV",
+    "PERSPECTIVE",
+];
+/// Length of a step of the depth images where the file does not say it, in metres.
+const DEPTH_UNIT: f64 = 1e-3;
+
+/// The whole file. Keys that are not listed here change nothing that is read.
+///
+/// `applied_transform` and `applied_scale` are among them: they tell how to come back from the poses in the
+/// file to those of the program before, and the poses in the file already contain them.
+#[derive(Deserialize)]
+pub(super) struct Transforms {
+    /// What holds for all frames that do not say otherwise.
+    #[serde(flatten)]
+    pub shared: Intrinsics,
+    /// The frames, in any order.
+    #[serde(default)]
+    pub frames: Vec<Entry>,
+    /// Length of a step of the depth images, in the unit of the poses.
+    depth_unit_scale_factor: Option<f64>,
+    /// A point cloud, below the folder.
+    pub ply_file_path: Option<String>,
+}
+
+/// One frame.
+#[derive(Deserialize)]
+pub(super) struct Entry {
+    /// The colour image below the folder, with or without its extension.
+    pub file_path: String,
+    /// Camera-to-world, rows of a 4x4 or 3x4 matrix, OpenGL's camera axes.
+    transform_matrix: Vec<Vec<f64>>,
+    /// The depth image below the folder.
+    pub depth_file_path: Option<String>,
+    /// The mask below the folder.
+    pub mask_path: Option<String>,
+    /// What holds for this frame alone.
+    #[serde(flatten)]
+    pub own: Intrinsics,
+}
+
+/// A camera as far as it is given; lengths in pixels, angles in radians.
+#[derive(Default, Deserialize)]
+pub(super) struct Intrinsics {
+    camera_model: Option<String>,
+    is_fisheye: Option<bool>,
+    w: Option<f64>,
+    h: Option<f64>,
+    fl_x: Option<f64>,
+    fl_y: Option<f64>,
+    camera_angle_x: Option<f64>,
+    camera_angle_y: Option<f64>,
+    cx: Option<f64>,
+    cy: Option<f64>,
+    k1: Option<f64>,
+    k2: Option<f64>,
+    k3: Option<f64>,
+    k4: Option<f64>,
+    p1: Option<f64>,
+    p2: Option<f64>,
+}
+
+impl Transforms {
+    /// Reads the file.
+    ///
+    /// # Errors
+    /// It cannot be read, is no such JSON, lists no frames or has an unusable step of depth.
+    pub fn read(file: &Path) -> Result<Self, SceneError> {
+        let text = std::fs::read(file)
+            .map_err(|error| SceneError::file(file, format!("cannot be read: {error}")))?;
+        let transforms: Self = serde_json::from_slice(&text).map_err(|error| {
+            SceneError::file(
+                file,
+                format!("is not a list of posed images ({error}); write the file anew"),
+            )
+        })?;
+        if transforms.frames.is_empty() {
+            return Err(SceneError::file(
+                file,
+                "lists no frames; register the images of the capture first",
+            ));
+        }
+        let step = transforms.depth_unit();
+        if !step.is_finite() || step <= 0.0 {
+            return Err(SceneError::file(
+                file,
+                format!(
+                    "has {step} as depth_unit_scale_factor; give the length of a step of the depth images, 0.001 \
+                     for millimetres"
+                ),
+            ));
+        }
+        Ok(transforms)
+    }
+
+    /// Length of a step of the depth images, in metres.
+    pub fn depth_unit(&self) -> f64 {
+        self.depth_unit_scale_factor.unwrap_or(DEPTH_UNIT)
+    }
+
+    /// The width and height that a frame is said to have.
+    pub fn size(&self, entry: &Entry) -> Option<[f64; 2]> {
+        let (own, shared) = (&entry.own, &self.shared);
+        Some([own.w.or(shared.w)?, own.h.or(shared.h)?])
+    }
+
+    /// The lens of a frame with this width and height, and the pinhole camera that takes its place; or what
+    /// is wrong with it, and what to do.
+    pub fn lens(&self, entry: &Entry, [width, height]: [f64; 2]) -> Result<(Lens, Camera), String> {
+        let (own, shared) = (&entry.own, &self.shared);
+        if own.is_fisheye.or(shared.is_fisheye) == Some(true) {
+            return Err("it has a fisheye lens (is_fisheye); undistort the images first".to_owned());
+        }
+        let model = own.camera_model.as_deref().or(shared.camera_model.as_deref());
+        if let Some(model) = model.filter(|model| !CAMERA_MODELS.contains(model)) {
+            return Err(format!(
+                "it has the camera model {}; undistort the images first, or use {}",
+                model.escape_debug().take(40).collect::<String>(),
+                CAMERA_MODELS.join(", ")
+            ));
+        }
+        let given = |value: fn(&Intrinsics) -> Option<f64>| value(own).or_else(|| value(shared));
+        let or_zero = |value| given(value).unwrap_or(0.0);
+        if or_zero(|own| own.k3) != 0.0 || or_zero(|own| own.k4) != 0.0 {
+            return Err(
+                "its k3 or k4 is not 0, and only k1, k2, p1 and p2 can be undone; undistort the images \
+                        first, or calibrate without k3 and k4"
+                    .to_owned(),
+            );
+        }
+        if width.fract() != 0.0 || height.fract() != 0.0 || width < 1.0 || height < 1.0 {
+            return Err(format!(
+                "{width} x {height} is not an image size in pixels; correct w and h, or remove them"
+            ));
+        }
+        // The frame's own values first, lengths before angles, and square pixels where one axis is silent.
+        let along_x = own.focal_x(width).or_else(|| shared.focal_x(width));
+        let along_y = own.focal_y(height).or_else(|| shared.focal_y(height));
+        let (Some(fx), Some(fy)) = (along_x.or(along_y), along_y.or(along_x)) else {
+            return Err("it has no focal length; give fl_x or camera_angle_x".to_owned());
+        };
+        let cx = given(|own| own.cx).unwrap_or(0.5 * width);
+        let cy = given(|own| own.cy).unwrap_or(0.5 * height);
+        let distortion = Distortion {
+            k1: or_zero(|own| own.k1),
+            k2: or_zero(|own| own.k2),
+            p1: or_zero(|own| own.p1),
+            p2: or_zero(|own| own.p2),
+        };
+        Lens::checked([width as u64, height as u64], [fx, fy, cx, cy], distortion)
+            .map_err(|problem| format!("{problem}; calibrate it anew"))
+    }
+}
+
+impl Intrinsics {
+    /// Focal length along x in pixels, where it is given for images of this width.
+    fn focal_x(&self, width: f64) -> Option<f64> {
+        let from_angle = || self.camera_angle_x.map(|angle| focal(angle, width));
+        self.fl_x.or_else(from_angle)
+    }
+
+    /// Focal length along y in pixels, where it is given for images of this height.
+    fn focal_y(&self, height: f64) -> Option<f64> {
+        let from_angle = || self.camera_angle_y.map(|angle| focal(angle, height));
+        self.fl_y.or_else(from_angle)
+    }
+}
+
+/// The focal length with which `size` pixels span a field of view, in radians; not finite or not positive
+/// for what is no such angle.
+fn focal(angle: f64, size: f64) -> f64 {
+    if angle < std::f64::consts::PI {
+        0.5 * size / (0.5 * angle).tan()
+    } else {
+        f64::NAN
+    }
+}
+
+impl Entry {
+    /// The pose, camera-to-world with OpenCV's camera axes, in the unit of the file; or what is wrong with
+    /// it.
+    pub fn camera_to_world(&self) -> Result<DAffine3, &'static str> {
+        let rows = &self.transform_matrix;
+        if !(3..=4).contains(&rows.len()) || rows.iter().any(|row| row.len() != 4) {
+            return Err("it is not a matrix of 4 x 4 numbers");
+        }
+        if rows.get(3).is_some_and(|row| row[..] != [0.0, 0.0, 0.0, 1.0]) {
+            return Err("its last row is not 0 0 0 1");
+        }
+        let column = |column: usize| DVec3::new(rows[0][column], rows[1][column], rows[2][column]);
+        // OpenGL's cameras look along -z with y up, OpenCV's along z with y down.
+        let rotation = DMat3::from_cols(column(0), -column(1), -column(2));
+        let pose = DAffine3::from_mat3_translation(rotation, column(3));
+        if !pose.translation.as_vec3().is_finite() {
+            return Err("it holds a value that is not a finite number");
+        }
+        pose_problem(&pose).map_or(Ok(pose), Err)
+    }
+}
