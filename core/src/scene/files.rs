@@ -1,6 +1,6 @@
 //! Files of a capture: their names, and what to say of those that cannot be used.
 
-use std::path::Path;
+use std::path::{Component, Path};
 
 use image::{DynamicImage, ImageReader};
 
@@ -40,4 +40,12 @@ pub(super) fn file_name(path: &Path) -> String {
         .unwrap_or_default()
         .to_string_lossy()
         .into_owned()
+}
+
+/// Whether a name that a file of the capture gives stays inside the folder that it is relative to.
+pub(super) fn is_inside(name: &str) -> bool {
+    let parts = || Path::new(name).components();
+    parts().all(|part| matches!(part, Component::Normal(_) | Component::CurDir))
+        && parts().any(|part| matches!(part, Component::Normal(_)))
+        && !name.contains('\0')
 }

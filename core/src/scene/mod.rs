@@ -9,8 +9,11 @@ mod formats;
 mod frame;
 mod lens;
 mod replica;
+mod rgbd;
+mod seven_scenes;
 #[cfg(test)]
 pub(crate) mod testing;
+mod tum;
 
 use std::fmt;
 use std::path::{Path, PathBuf};

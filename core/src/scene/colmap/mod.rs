@@ -20,7 +20,7 @@ use std::path::{Component, Path, PathBuf};
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
 use super::camera::{median_position, pose_problem};
-use super::files::{stem, warn};
+use super::files::{is_inside, stem, warn};
 use super::{Camera, Lens, OpenOptions, Scene, SceneError, SceneSource};
 use model::{Model, ModelImage};
 
@@ -268,14 +268,6 @@ fn stems(file: &Path, images: &[ModelImage]) -> Result<Vec<String>, SceneError> 
         }
     }
     Ok(images.iter().map(long).collect())
-}
-
-/// Whether an image's name stays inside the folder of the images.
-fn is_inside(name: &str) -> bool {
-    let parts = || Path::new(name).components();
-    parts().all(|part| matches!(part, Component::Normal(_) | Component::CurDir))
-        && parts().any(|part| matches!(part, Component::Normal(_)))
-        && !name.contains('\0')
 }
 
 /// The pose of an image, or what is wrong with it.
