@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{OpenOptions, Scene, SceneError, colmap, replica, transforms};
+use super::{OpenOptions, Scene, SceneError, colmap, replica, seven_scenes, transforms, tum};
 
 /// Called with (frames decoded, frames in all), from any thread.
 type Progress<'a> = &'a (dyn Fn(usize, usize) + Sync);
@@ -20,7 +20,7 @@ struct Format {
 }
 
 /// All formats; the first that recognises a folder reads it.
-const FORMATS: [Format; 3] = [
+const FORMATS: [Format; 5] = [
     Format {
         name: replica::NAME,
         expected: replica::EXPECTED,
@@ -38,6 +38,18 @@ const FORMATS: [Format; 3] = [
         expected: transforms::EXPECTED,
         recognise: transforms::recognise,
         read: transforms::read,
+    },
+    Format {
+        name: seven_scenes::NAME,
+        expected: seven_scenes::EXPECTED,
+        recognise: seven_scenes::recognise,
+        read: seven_scenes::read,
+    },
+    Format {
+        name: tum::NAME,
+        expected: tum::EXPECTED,
+        recognise: tum::recognise,
+        read: tum::read,
     },
 ];
 

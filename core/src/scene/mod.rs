@@ -9,9 +9,12 @@ mod formats;
 mod frame;
 mod lens;
 mod replica;
+mod rgbd;
+mod seven_scenes;
 #[cfg(test)]
 pub(crate) mod testing;
 mod transforms;
+mod tum;
 
 use std::fmt;
 use std::path::{Path, PathBuf};

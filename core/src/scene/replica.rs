@@ -8,21 +8,14 @@
 
 #[cfg(test)]
 mod tests;
-mod text;
 mod write;
 
+use super::files::{file_name, stem, warn};
+use super::rgbd::text::{Pose, read_numbers};
+use super::rgbd::{self, DepthCode, Layout, Listed};
+use super::{Camera, OpenOptions, Scene, SceneError, transforms};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicUsize, Ordering};
-
-use glam::{Affine3A, DAffine3, DVec3};
-use image::DynamicImage;
-use rayon::prelude::*;
-
-use super::camera::{median_position, orthonormalised};
-use super::files::{decode_image, file_name, reader, stem, warn};
-use super::{Camera, ColorImage, DepthMap, Frame, OpenOptions, Scene, SceneError, SceneSource, transforms};
-use text::{read_intrinsics, read_poses};
 pub use write::{GroundTruth, write};
 
 /// Name of the format.
@@ -33,21 +26,13 @@ pub(super) const EXPECTED: &str =
 
 /// Horizontal field of view of captures without `intrinsics.txt`, in degrees.
 const DEFAULT_FIELD_OF_VIEW: f32 = 90.0;
-/// Distance of the cameras from zero beyond which the scene gets its own origin, in metres.
-const FAR_FROM_ZERO: f64 = 100.0;
 
-/// Whether a folder looks like this layout, complete or not.
+/// Whether a folder looks like this layout, complete or not; TUM RGB-D lists the images of its `rgb/` in a
+/// file beside it.
 pub(super) fn recognise(folder: &Path) -> bool {
-    // A folder named rgb is also what a transforms.json may list images in.
-    let named_alike = folder.join("rgb").is_dir() && !transforms::recognise(folder);
-    named_alike || folder.join("traj_w_c.txt").is_file()
-}
-
-/// A frame that is still on disk.
-struct Listed {
-    number: usize,
-    path: PathBuf,
-    camera_to_world: DAffine3,
+    // A folder named rgb is also what a transforms.json may list images in, or the rgb.txt of TUM RGB-D.
+    let listed_elsewhere = || transforms::recognise(folder) || folder.join("rgb.txt").is_file();
+    folder.join("traj_w_c.txt").is_file() || (folder.join("rgb").is_dir() && !listed_elsewhere())
 }
 
 /// Reads a folder in this layout.
@@ -58,29 +43,23 @@ pub(super) fn read(
 ) -> Result<Scene, SceneError> {
     let mut warnings = Vec::new();
     let images = list_images(&folder.join("rgb"), &mut warnings)?;
-    let mut listed = with_poses(folder, images, &mut warnings)?;
-    let camera = choose_camera(folder, &mut listed, &mut warnings)?;
     let depths = list_depths(folder, options)?;
-    let origin = choose_origin(&listed);
-    let done = AtomicUsize::new(0);
-    let decoded = listed
-        .par_iter()
-        .map(|frame| {
-            let decoded = decode(frame, &camera, origin, &depths);
-            progress(1 + done.fetch_add(1, Ordering::Relaxed), listed.len());
-            decoded
-        })
-        .collect::<Result<Vec<_>, SceneError>>()?;
-    let frames = keep_usable(folder, &listed, decoded, &mut warnings)?;
-    Ok(Scene {
-        source: SceneSource::Folder(folder.to_path_buf()),
+    let listed = with_poses(folder, images, &depths, &mut warnings)?;
+    let layout = Layout {
         format: NAME,
-        frames,
-        origin,
-        unit: 1.0,
-        warnings,
-        notes: Vec::new(),
-    })
+        folder,
+        images: &folder.join("rgb"),
+        depths: &folder.join("depth"),
+        depth_code: DepthCode {
+            steps_per_metre: 1000.0,
+            none: 0,
+        },
+        default_camera: &|width, height| {
+            Ok(Camera::with_horizontal_fov(width, height, DEFAULT_FIELD_OF_VIEW))
+        },
+        default_camera_note: None,
+    };
+    rgbd::read(&layout, &listed, warnings, Vec::new(), progress)
 }
 
 /// The colour images by number.
@@ -149,10 +128,39 @@ fn numbered_files(
     Ok(files)
 }
 
+/// Reads a trajectory; empty lines and lines starting with # do not count as frames.
+fn read_poses(path: &Path) -> Result<Vec<Pose>, SceneError> {
+    if !path.exists() {
+        return Err(SceneError::file(
+            path,
+            "no such file; write the camera-to-world matrix of each frame there, 16 numbers a line",
+        ));
+    }
+    let mut poses = Vec::new();
+    for (line, values) in read_numbers(path)? {
+        let count = values.len();
+        let values = values.try_into().map_err(|_| {
+            SceneError::file(
+                path,
+                format!("line {line} has {count} numbers; a pose is 16, a 4x4 matrix row by row"),
+            )
+        })?;
+        poses.push(Pose { line, values });
+    }
+    if poses.is_empty() {
+        return Err(SceneError::file(
+            path,
+            "holds no poses; write the camera-to-world matrix of each frame there, 16 numbers a line",
+        ));
+    }
+    Ok(poses)
+}
+
 /// Gives each image its pose; those without a usable one are left out and counted.
 fn with_poses(
     folder: &Path,
     images: BTreeMap<usize, PathBuf>,
+    depths: &BTreeMap<usize, PathBuf>,
     warnings: &mut Vec<String>,
 ) -> Result<Vec<Listed>, SceneError> {
     let trajectory = folder.join("traj_w_c.txt");
@@ -206,8 +214,8 @@ fn with_poses(
     for (number, path) in images {
         match poses.get(number).map(|pose| (pose.line, pose.checked())) {
             Some((_, Ok(camera_to_world))) => listed.push(Listed {
-                number,
                 path,
+                depth: depths.get(&number).cloned(),
                 camera_to_world,
             }),
             Some((line, Err(problem))) => bad.push(format!("line {line} ({problem})")),
@@ -231,218 +239,6 @@ fn with_poses(
         &bad,
     );
     Ok(listed)
-}
-
-/// The camera of all frames; images that cannot be read or differ in size are dropped from the list.
-fn choose_camera(
-    folder: &Path,
-    listed: &mut Vec<Listed>,
-    warnings: &mut Vec<String>,
-) -> Result<Camera, SceneError> {
-    let sizes: Vec<Result<(u32, u32), String>> = listed
-        .par_iter()
-        .map(|frame| {
-            reader(&frame.path)?
-                .into_dimensions()
-                .map_err(|error| error.to_string())
-        })
-        .collect();
-    let intrinsics = folder.join("intrinsics.txt");
-    let camera = if intrinsics.exists() {
-        Some(read_intrinsics(&intrinsics)?)
-    } else {
-        None
-    };
-    let mut counts = BTreeMap::new();
-    for &size in sizes.iter().flatten() {
-        *counts.entry(size).or_insert(0_usize) += 1;
-    }
-    let Some((&(width, height), &common)) = counts.iter().max_by_key(|&(_, &count)| count) else {
-        return too_many_unreadable(listed, &sizes);
-    };
-    if let Some(camera) = camera.filter(|camera| (camera.width, camera.height) != (width, height)) {
-        return Err(SceneError::file(
-            intrinsics,
-            format!(
-                "is for images of {}x{} pixels, but those in rgb/ have {width}x{height}; \
-                 scale the intrinsics or the images so that both agree",
-                camera.width, camera.height
-            ),
-        ));
-    }
-    let readable = sizes.iter().flatten().count();
-    if 2 * (sizes.len() - readable) > sizes.len() {
-        return too_many_unreadable(listed, &sizes);
-    }
-    if 2 * (readable - common) > sizes.len() {
-        return Err(SceneError::file(
-            folder.join("rgb"),
-            "most images differ in size from each other; all frames must come from one camera",
-        ));
-    }
-    let (mut unreadable, mut odd) = (Vec::new(), Vec::new());
-    let mut sizes = sizes.into_iter();
-    listed.retain(|frame| {
-        let name = file_name(&frame.path);
-        match sizes.next() {
-            Some(Ok(size)) if size == (width, height) => return true,
-            Some(Ok((w, h))) => odd.push(format!("{name} ({w}x{h})")),
-            Some(Err(error)) => unreadable.push(format!("{name} ({error})")),
-            None => {}
-        }
-        false
-    });
-    warn(warnings, "images cannot be read and were left out", &unreadable);
-    warn(
-        warnings,
-        &format!("images were left out because they are not {width}x{height} pixels like the others"),
-        &odd,
-    );
-    Ok(camera.unwrap_or_else(|| Camera::with_horizontal_fov(width, height, DEFAULT_FIELD_OF_VIEW)))
-}
-
-fn too_many_unreadable<T>(listed: &[Listed], sizes: &[Result<(u32, u32), String>]) -> Result<T, SceneError> {
-    let bad: Vec<(&Listed, &String)> = listed
-        .iter()
-        .zip(sizes)
-        .filter_map(|(frame, size)| size.as_ref().err().map(|error| (frame, error)))
-        .collect();
-    let (path, error) = bad.first().map_or((PathBuf::new(), ""), |(frame, error)| {
-        (frame.path.clone(), error.as_str())
-    });
-    Err(SceneError::file(
-        path,
-        format!(
-            "cannot be read ({error}), like {} of {} images; copy the capture again",
-            bad.len(),
-            listed.len()
-        ),
-    ))
-}
-
-/// A decoded frame, or why there is none; and why it has no depth though there should be some.
-struct Decoded {
-    frame: Result<Frame, String>,
-    depth_problem: Option<String>,
-}
-
-fn decode(
-    listed: &Listed,
-    camera: &Camera,
-    origin: DVec3,
-    depths: &BTreeMap<usize, PathBuf>,
-) -> Result<Decoded, SceneError> {
-    let color = match decode_image(&listed.path) {
-        Ok(image) => ColorImage::new(camera.width, camera.height, image.into_rgb8().into_raw()),
-        Err(reason) => {
-            return Ok(Decoded {
-                frame: Err(reason),
-                depth_problem: None,
-            });
-        }
-    };
-    let (depth, depth_problem) = match depths.get(&listed.number) {
-        Some(path) => match decode_depth(path, camera)? {
-            Ok(depth) => (Some(depth), None),
-            Err(reason) => (None, Some(format!("{} ({reason})", file_name(path)))),
-        },
-        None if depths.is_empty() => (None, None),
-        None => (None, Some(format!("frame {} (no file)", listed.number))),
-    };
-    let pose = &listed.camera_to_world;
-    let frame = color
-        .map(|color| Frame {
-            stem: stem(&listed.path),
-            path: listed.path.clone(),
-            camera: *camera,
-            camera_to_world: Affine3A::from_mat3_translation(
-                orthonormalised(pose.matrix3).as_mat3(),
-                (pose.translation - origin).as_vec3(),
-            ),
-            color,
-            depth,
-            points: Vec::new(),
-            lens: None,
-        })
-        .ok_or_else(|| "its size changed while it was read".to_owned());
-    Ok(Decoded { frame, depth_problem })
-}
-
-/// Depth as ray lengths, or why it cannot be used; depth of another size than its image is an error.
-fn decode_depth(path: &Path, camera: &Camera) -> Result<Result<DepthMap, String>, SceneError> {
-    let image = match decode_image(path) {
-        Ok(DynamicImage::ImageLuma16(image)) => image,
-        Ok(_) => return Ok(Err("not a 16-bit greyscale PNG".to_owned())),
-        Err(reason) => return Ok(Err(reason)),
-    };
-    if image.dimensions() != (camera.width, camera.height) {
-        return Err(SceneError::file(
-            path,
-            format!(
-                "has {}x{} pixels, but its colour image {}x{}; register depth to colour and save it at the same size",
-                image.width(),
-                image.height(),
-                camera.width,
-                camera.height
-            ),
-        ));
-    }
-    let metres = image.into_raw().into_iter().map(|mm| f32::from(mm) * 1e-3);
-    Ok(Ok(DepthMap::from_z_depths(camera, metres.collect())))
-}
-
-/// The frames that could be decoded, if they are most of the capture.
-fn keep_usable(
-    folder: &Path,
-    listed: &[Listed],
-    decoded: Vec<Decoded>,
-    warnings: &mut Vec<String>,
-) -> Result<Vec<Frame>, SceneError> {
-    let total = decoded.len();
-    let (mut frames, mut bad, mut bad_depth) = (Vec::new(), Vec::new(), Vec::new());
-    for (decoded, listed) in decoded.into_iter().zip(listed) {
-        match decoded.frame {
-            Ok(frame) => frames.push(frame),
-            Err(reason) => bad.push(format!("{} ({reason})", file_name(&listed.path))),
-        }
-        bad_depth.extend(decoded.depth_problem);
-    }
-    for (problems, part, what) in [
-        (&bad, "rgb", "images cannot be read"),
-        (&bad_depth, "depth", "depth images are missing or cannot be read"),
-    ] {
-        if let Some(first) = problems.first().filter(|_| 2 * problems.len() > total) {
-            return Err(SceneError::file(
-                folder.join(part),
-                format!(
-                    "{} of {total} {what}, first {first}; copy the capture again{}",
-                    problems.len(),
-                    if part == "depth" {
-                        ", or open it without depth"
-                    } else {
-                        ""
-                    }
-                ),
-            ));
-        }
-    }
-    warn(warnings, "images cannot be read and were left out", &bad);
-    warn(
-        warnings,
-        "frames are used without depth because it is missing or cannot be read",
-        &bad_depth,
-    );
-    Ok(frames)
-}
-
-/// The median camera position where it is far from zero, else zero.
-fn choose_origin(listed: &[Listed]) -> DVec3 {
-    let median = median_position(listed.iter().map(|frame| frame.camera_to_world.translation));
-    if median.length() > FAR_FROM_ZERO {
-        median
-    } else {
-        DVec3::ZERO
-    }
 }
 
 /// Whether this many of `total` are a small remainder: a tenth, or one.

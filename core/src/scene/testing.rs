@@ -1,10 +1,10 @@
 //! A small capture for the core's own tests.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use glam::{Affine3A, DVec3, Vec3};
 
-use super::{Camera, ColorImage, DepthMap, Frame, Scene, SceneSource};
+use super::{Camera, ColorImage, DepthMap, Frame, OpenOptions, Scene, SceneError, SceneSource};
 
 /// A wall two metres away, dark where x < 0 and bright elsewhere, seen by cameras side by side, the
 /// first at x = -0.2 m and the last at x = 0.2 m, with depth and a horizontal field of view of 90 degrees.
@@ -40,4 +40,42 @@ pub fn wall(frames: usize, width: u32, height: u32) -> Scene {
         warnings: Vec::new(),
         notes: Vec::new(),
     }
+}
+
+/// Opens a folder as the program would.
+pub fn open(folder: &Path) -> Result<Scene, SceneError> {
+    let source = SceneSource::Folder(folder.to_path_buf());
+    Scene::open(&source, OpenOptions::default(), &|_, _| {})
+}
+
+/// Asserts that a folder is refused with a message that holds all of these.
+#[track_caller]
+pub fn assert_refused(folder: &Path, parts: &[&str]) {
+    let message = open(folder).unwrap_err().to_string();
+    for part in parts {
+        assert!(message.contains(part), "\"{part}\" is not in: {message}");
+    }
+}
+
+/// Asserts that so many frames of a folder are read with one warning that holds all of these.
+#[track_caller]
+pub fn assert_warned(folder: &Path, frames: usize, parts: &[&str]) {
+    let scene = open(folder).unwrap();
+    assert_eq!(scene.frames.len(), frames);
+    assert_eq!(scene.warnings.len(), 1, "{:?}", scene.warnings);
+    for part in parts {
+        assert!(scene.warnings[0].contains(part), "{:?}", scene.warnings);
+    }
+}
+
+/// Writes a colour image of 8 x 6 pixels of one gray.
+pub fn write_color(path: &Path, gray: u8) {
+    image::save_buffer(path, &[gray; 8 * 6 * 3], 8, 6, image::ColorType::Rgb8).unwrap();
+}
+
+/// Writes a 16-bit depth image of 8 x 6 pixels: these values first and then `rest`.
+pub fn write_depth(path: &Path, first: &[u16], rest: u16) {
+    let mut values = first.to_vec();
+    values.resize(8 * 6, rest);
+    image::save_buffer(path, bytemuck::cast_slice(&values), 8, 6, image::ColorType::L16).unwrap();
 }

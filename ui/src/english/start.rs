@@ -22,12 +22,16 @@ pub const DROP: &str = "Drop a folder or a project file anywhere on this window"
 /// Heading of what can be opened.
 pub const FORMATS: &str = "What can be opened";
 /// Formats by name, and what to look for.
-pub const FORMAT_LIST: [(&str, &str); 4] = [
+pub const FORMAT_LIST: [(&str, &str); 5] = [
     (
         "Replica, Semantic-NeRF",
         "rgb/, traj_w_c.txt, and depth/ where there is depth",
     ),
     ("COLMAP", "images/ and sparse/"),
+    (
+        "7-Scenes, TUM RGB-D",
+        "a sequence with its poses: frame-000000.color.png, or rgb.txt",
+    ),
     (
         "nerfstudio, instant-ngp",
         "transforms.json and the images it lists",

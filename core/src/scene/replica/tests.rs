@@ -1,11 +1,14 @@
 //! What holds for captures in this layout, good and bad.
 
 use std::fs;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
-use glam::{Quat, Vec3};
+use glam::{Affine3A, DVec3, Quat, Vec3};
 
 use super::*;
 use crate::labels::Class;
+use crate::scene::testing::{assert_refused, assert_warned, open};
+use crate::scene::{ColorImage, DepthMap, Frame, SceneSource};
 
 const WIDTH: u32 = 8;
 const HEIGHT: u32 = 6;
@@ -57,29 +60,6 @@ fn capture() -> (tempfile::TempDir, PathBuf) {
     let folder = parent.path().join("capture");
     write(&tiny_scene(12), &folder, None).unwrap();
     (parent, folder)
-}
-
-fn open(folder: &Path) -> Result<Scene, SceneError> {
-    let source = SceneSource::Folder(folder.to_path_buf());
-    Scene::open(&source, OpenOptions::default(), &|_, _| {})
-}
-
-#[track_caller]
-fn assert_refused(folder: &Path, parts: &[&str]) {
-    let message = open(folder).unwrap_err().to_string();
-    for part in parts {
-        assert!(message.contains(part), "\"{part}\" is not in: {message}");
-    }
-}
-
-#[track_caller]
-fn assert_warned(folder: &Path, frames: usize, parts: &[&str]) {
-    let scene = open(folder).unwrap();
-    assert_eq!(scene.frames.len(), frames);
-    assert_eq!(scene.warnings.len(), 1, "{:?}", scene.warnings);
-    for part in parts {
-        assert!(scene.warnings[0].contains(part), "{:?}", scene.warnings);
-    }
 }
 
 /// Replaces lines of the trajectory.
@@ -340,7 +320,11 @@ fn unusable_depth_is_a_warning_but_another_size_or_most_are_an_error() {
     fs::write(depth.join("depth_2.png"), "spoilt").unwrap();
     fs::remove_file(depth.join("depth_5.png")).unwrap();
     image::save_buffer(depth.join("depth_6.png"), &[9; 48], 8, 6, image::ColorType::L8).unwrap();
-    assert_warned(&folder, 12, &["(3 in all)", "depth_2.png", "frame 5", "16-bit"]);
+    assert_warned(
+        &folder,
+        12,
+        &["(3 in all)", "depth_2.png", "rgb_5.png (no file)", "16-bit"],
+    );
     assert!(open(&folder).unwrap().frames[2].depth.is_none());
     image::save_buffer(depth.join("depth_6.png"), &[9; 24], 4, 3, image::ColorType::L16).unwrap();
     assert_refused(&folder, &["depth_6.png", "4x3", "8x6"]);

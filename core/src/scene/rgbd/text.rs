@@ -1,4 +1,4 @@
-//! `traj_w_c.txt` and `intrinsics.txt`.
+//! Numbers, poses and intrinsics in text files.
 
 use std::path::Path;
 
@@ -7,13 +7,13 @@ use glam::{DAffine3, DMat3, DVec3};
 use crate::scene::camera::pose_problem;
 use crate::scene::{Camera, SceneError};
 
-/// A 4x4 matrix of the trajectory.
+/// A 4x4 matrix that may not be a pose.
 #[derive(Debug)]
-pub(super) struct Pose {
-    /// Line of the file, from 1.
+pub(in crate::scene) struct Pose {
+    /// Line of the file where it begins, from 1.
     pub line: usize,
     /// Row-major.
-    values: [f64; 16],
+    pub values: [f64; 16],
 }
 
 impl Pose {
@@ -34,34 +34,6 @@ impl Pose {
             Err("its last row is not 0 0 0 1")
         }
     }
-}
-
-/// Reads a trajectory; empty lines and lines starting with # do not count as frames.
-pub(super) fn read_poses(path: &Path) -> Result<Vec<Pose>, SceneError> {
-    if !path.exists() {
-        return Err(SceneError::file(
-            path,
-            "no such file; write the camera-to-world matrix of each frame there, 16 numbers a line",
-        ));
-    }
-    let mut poses = Vec::new();
-    for (line, values) in read_numbers(path)? {
-        let count = values.len();
-        let values = values.try_into().map_err(|_| {
-            SceneError::file(
-                path,
-                format!("line {line} has {count} numbers; a pose is 16, a 4x4 matrix row by row"),
-            )
-        })?;
-        poses.push(Pose { line, values });
-    }
-    if poses.is_empty() {
-        return Err(SceneError::file(
-            path,
-            "holds no poses; write the camera-to-world matrix of each frame there, 16 numbers a line",
-        ));
-    }
-    Ok(poses)
 }
 
 /// Reads `fx fy cx cy width height`.
@@ -112,8 +84,8 @@ pub(super) fn read_intrinsics(path: &Path) -> Result<Camera, SceneError> {
     }
 }
 
-/// The numbers of each line that has any, with its number from 1.
-fn read_numbers(path: &Path) -> Result<Vec<(usize, Vec<f64>)>, SceneError> {
+/// The numbers of each line that has any, with its number from 1; lines that start with # do not count.
+pub(in crate::scene) fn read_numbers(path: &Path) -> Result<Vec<(usize, Vec<f64>)>, SceneError> {
     let text = std::fs::read_to_string(path)
         .map_err(|error| SceneError::file(path, format!("cannot be read as text: {error}")))?;
     let mut lines = Vec::new();
