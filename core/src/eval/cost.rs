@@ -102,7 +102,9 @@ pub fn session_cost(
     run.follow(|event, _| matches!(event, Event::Status(_)))?;
     let (training, before) = (Instant::now(), run.status.work);
     let enough = |status: &Status| training.elapsed().as_secs_f64() >= seconds || status.settled;
-    run.follow(|event, status| matches!(event, Event::Status(_)) && enough(status))?;
+    if !run.status.settled {
+        run.follow(|event, status| matches!(event, Event::Status(_)) && enough(status))?;
+    }
     let training_s = training.elapsed().as_secs_f64();
     let a_second = |before: u64, after: u64| (after - before) as f64 / training_s;
     let after = run.status.work;

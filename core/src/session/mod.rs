@@ -8,6 +8,7 @@ mod message;
 mod opening;
 mod opinion;
 mod outbox;
+mod pulse;
 mod reference;
 mod rendering;
 pub(crate) mod semantic_field;

@@ -10,8 +10,9 @@ use std::time::Instant;
 use candle_core::Device;
 
 use super::outbox::Outbox;
+use super::pulse::Pulse;
 use super::serve::Task;
-use super::worker::{STATUS_EVERY, WorkerError, saved, timed};
+use super::worker::{WorkerError, saved, timed};
 use super::{Command, Event, FrameMap, Phase, SessionOptions, Status};
 use crate::field::reference::{PixelLabels, ReferenceRay, ReferenceTrainer, Settings};
 use crate::field::{HeldOut, Ray, RenderedRay, Work, best_device};
@@ -41,8 +42,7 @@ pub(super) struct ReferenceWorker<'a> {
     rendering: Rendering,
     held_out: Option<HeldOut>,
     map_stride: Option<u32>,
-    last_status: Instant,
-    told_settled: bool,
+    pulse: Pulse,
     training_seconds: f64,
     render_seconds: f64,
 }
@@ -84,8 +84,7 @@ impl<'a> ReferenceWorker<'a> {
             rendering: Rendering::default(),
             held_out: None,
             map_stride: None,
-            last_status: Instant::now(),
-            told_settled: false,
+            pulse: Pulse::new(),
             training_seconds: 0.0,
             render_seconds: 0.0,
         })
@@ -101,7 +100,7 @@ impl<'a> ReferenceWorker<'a> {
         let pixels = PixelLabels::new(&self.scene, &labels);
         self.labels = labels;
         self.generation = generation;
-        self.told_settled = false;
+        self.pulse.renew();
         self.rendering = Rendering::default();
         match &mut self.trainer {
             _ if pixels.classes().is_empty() => self.trainer = None,
@@ -240,7 +239,7 @@ impl Task for ReferenceWorker<'_> {
             }
             Command::Settle => {
                 self.settling = true;
-                self.told_settled = false;
+                self.pulse.renew();
             }
             Command::Save => {
                 if let Some(trainer) = &self.trainer {
@@ -254,11 +253,8 @@ impl Task for ReferenceWorker<'_> {
     }
 
     fn tell_status(&mut self) {
-        self.last_status = Instant::now();
-        let settled = self.is_settled();
-        self.told_settled = settled;
         let trainer = self.trainer.as_ref();
-        self.outbox.send(Event::Status(Status {
+        let status = Status {
             phase: if self.paused {
                 Phase::Paused
             } else {
@@ -281,12 +277,13 @@ impl Task for ReferenceWorker<'_> {
             map_stride: self.map_stride,
             generation: self.generation,
             spreading_import: false,
-            settled,
-        }));
+            settled: self.is_settled(),
+        };
+        self.pulse.tell(self.outbox, status);
     }
 
     fn advance(&mut self) -> Result<bool, WorkerError> {
-        if self.last_status.elapsed() >= STATUS_EVERY || (!self.told_settled && self.is_settled()) {
+        if self.pulse.is_due() || (!self.pulse.told_settled() && self.is_settled()) {
             self.tell_status();
         }
         Ok(self.train()? || self.render()?)

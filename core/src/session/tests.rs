@@ -231,12 +231,15 @@ fn pausing_stops_the_steps_and_resuming_goes_on() {
     };
     steps_when(Phase::Training);
     session.send(Command::Pause);
-    let first = steps_when(Phase::Paused);
-    let later = steps_when(Phase::Paused);
-    assert_eq!(first, later);
+    let paused_at = steps_when(Phase::Paused);
+    std::thread::sleep(Duration::from_millis(600));
+    while let Ok(event) = session.events().try_recv() {
+        let Event::Status(status) = event else { continue };
+        assert_eq!(status.steps, paused_at);
+    }
     session.send(Command::Resume);
     wait(&session, |event| match event {
-        Event::Status(status) if status.steps > later => Some(()),
+        Event::Status(status) if status.steps > paused_at => Some(()),
         _ => None,
     });
 }

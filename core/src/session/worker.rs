@@ -7,7 +7,7 @@ mod training;
 
 use std::collections::{BTreeSet, HashMap, VecDeque};
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use candle_core::Tensor;
 
@@ -17,6 +17,7 @@ use super::checking::Checking;
 use super::importing::Importing;
 use super::opinion::Opinion;
 use super::outbox::Outbox;
+use super::pulse::Pulse;
 use super::rendering::Rendering;
 use super::semantic_field::SemanticField;
 use super::serve::Task;
@@ -26,9 +27,6 @@ use crate::field::{FieldError, Trainer};
 use crate::labels::LabelSet;
 use crate::scene::{Scene, SceneError};
 use crate::semantics::Spread;
-
-/// How often the worker tells how it goes.
-pub(super) const STATUS_EVERY: Duration = Duration::from_millis(250);
 
 /// Why the worker ended early.
 #[derive(Debug, thiserror::Error)]
@@ -75,8 +73,7 @@ struct Worker<'a> {
     suggestions_due: bool,
     /// The frames that suggestions are shown in; all of them where there is nothing here.
     suggest_on: Option<BTreeSet<usize>>,
-    last_status: Instant,
-    told_settled: bool,
+    pulse: Pulse,
     seconds: Seconds,
 }
 
@@ -130,8 +127,7 @@ impl<'a> Worker<'a> {
             stale: VecDeque::new(),
             suggestions_due: false,
             suggest_on: None,
-            last_status: Instant::now(),
-            told_settled: false,
+            pulse: Pulse::new(),
             seconds: Seconds::default(),
         })
     }
@@ -165,7 +161,7 @@ impl Task for Worker<'_> {
             Command::Labels { labels, generation } => {
                 self.labels = labels;
                 self.generation = generation;
-                self.told_settled = false;
+                self.pulse.renew();
                 self.labels_changed();
                 self.checking.start_anew();
                 if let Some(spread) = &mut self.spread {
@@ -197,7 +193,7 @@ impl Task for Worker<'_> {
             }
             Command::Settle => {
                 self.settling = true;
-                self.told_settled = false;
+                self.pulse.renew();
                 self.survey.finish();
             }
             Command::Save => {
@@ -210,9 +206,6 @@ impl Task for Worker<'_> {
     }
 
     fn tell_status(&mut self) {
-        self.last_status = Instant::now();
-        let settled = self.is_settled();
-        self.told_settled = settled;
         let phase = match (self.paused, &self.spread) {
             (true, _) => Phase::Paused,
             (false, None) => Phase::FindingSurface,
@@ -220,7 +213,7 @@ impl Task for Worker<'_> {
         };
         let semantics = self.opinion.taught.parameters() + self.semantic_field.taught.parameters();
         let held_out = self.trainer.error();
-        self.outbox.send(Event::Status(Status {
+        let status = Status {
             phase,
             steps: self.trainer.steps(),
             field_settled: self.trainer.settled(),
@@ -242,8 +235,9 @@ impl Task for Worker<'_> {
             map_stride: None,
             generation: self.generation,
             spreading_import: self.importing.is_some(),
-            settled,
-        }));
+            settled: self.is_settled(),
+        };
+        self.pulse.tell(self.outbox, status);
     }
 
     fn advance(&mut self) -> Result<bool, WorkerError> {
@@ -262,7 +256,7 @@ impl Task for Worker<'_> {
         if let Some(import) = imported.map_err(failed)?.flatten() {
             self.take_import(import);
         }
-        if self.last_status.elapsed() >= STATUS_EVERY {
+        if self.pulse.is_due() {
             self.tell_status();
         }
         if self.publish() || self.suggest() {
@@ -272,7 +266,7 @@ impl Task for Worker<'_> {
         if self.render()? || self.train()? {
             return Ok(true);
         }
-        if !self.told_settled && self.is_settled() {
+        if !self.pulse.told_settled() && self.is_settled() {
             self.tell_status();
         }
         Ok(false)

@@ -36,11 +36,29 @@ struct Uniforms {
 @group(0) @binding(3) var plane: texture_2d<u32>;
 @group(0) @binding(4) var palette: texture_2d<f32>;
 
+// What fragments branch on comes with the vertices: Mesa's software Vulkan compiles a shader anew, and
+// keeps the old one, whenever a uniform is written that it branches on.
+struct Corner {
+    @builtin(position) position: vec4<f32>,
+    @location(0) @interpolate(flat) pixels_per_texel: vec2<f32>,
+    @location(1) @interpolate(flat) reading: u32,
+    @location(2) @interpolate(flat) outlined: u32,
+    @location(3) @interpolate(flat) greyed: u32,
+    @location(4) @interpolate(flat) linear_target: u32,
+}
+
 @vertex
-fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
+fn vertex(@builtin(vertex_index) index: u32) -> Corner {
+    var corner: Corner;
     // One triangle that covers the viewport; the scissor rectangle cuts it.
-    let corner = vec2<f32>(f32((index << 1u) & 2u), f32(index & 2u));
-    return vec4<f32>(2.0 * corner - 1.0, 0.0, 1.0);
+    let place = vec2<f32>(f32((index << 1u) & 2u), f32(index & 2u));
+    corner.position = vec4<f32>(2.0 * place - 1.0, 0.0, 1.0);
+    corner.pixels_per_texel = u.image.zw / u.color_size;
+    corner.reading = u.reading;
+    corner.outlined = u32(u.outline_strength > 0.0);
+    corner.greyed = u.greyed;
+    corner.linear_target = u.linear_target;
+    return corner;
 }
 
 fn sharp(position: vec2<f32>, pixels_per_texel: vec2<f32>) -> vec3<f32> {
@@ -50,8 +68,7 @@ fn sharp(position: vec2<f32>, pixels_per_texel: vec2<f32>) -> vec3<f32> {
     return textureSampleLevel(color_texture, color_sampler, (seam + offset) / u.color_size, 0.0).rgb;
 }
 
-fn image_color(uv: vec2<f32>) -> vec3<f32> {
-    let pixels_per_texel = u.image.zw / u.color_size;
+fn image_color(uv: vec2<f32>, pixels_per_texel: vec2<f32>) -> vec3<f32> {
     let position = uv * u.color_size;
     if (pixels_per_texel.x >= 1.0) {
         return sharp(position, pixels_per_texel);
@@ -113,23 +130,23 @@ fn linear_from_gamma(value: vec3<f32>) -> vec3<f32> {
 }
 
 @fragment
-fn fragment(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
-    let uv = (position.xy - u.image.xy) / u.image.zw;
+fn fragment(corner: Corner) -> @location(0) vec4<f32> {
+    let uv = (corner.position.xy - u.image.xy) / u.image.zw;
     if (any(uv < vec2<f32>(0.0)) || any(uv >= vec2<f32>(1.0))) {
         discard;
     }
-    var rgb = image_color(uv);
-    if (u.greyed == 1u) {
+    var rgb = image_color(uv, corner.pixels_per_texel);
+    if (corner.greyed == 1u) {
         rgb = dimmed(rgb);
     }
-    if (u.reading == 1u) {
+    if (corner.reading == 1u) {
         let id = value_at(uv);
         let over = class_color(id);
         rgb = mix(rgb, over.rgb, over.a * u.strength);
-        if (u.outline_strength > 0.0 && on_border(uv, id)) {
+        if (corner.outlined == 1u && on_border(uv, id)) {
             rgb = mix(rgb, vec3<f32>(1.0), u.outline_strength);
         }
-    } else if (u.reading == 2u) {
+    } else if (corner.reading == 2u) {
         let value = value_at(uv);
         if (value == u.hole) {
             rgb = mix(rgb, hatched(uv), u.hatching);
@@ -138,7 +155,7 @@ fn fragment(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
             rgb = mix(rgb, over.rgb, over.a * u.strength);
         }
     }
-    if (u.linear_target == 1u) {
+    if (corner.linear_target == 1u) {
         rgb = linear_from_gamma(rgb);
     }
     return vec4<f32>(rgb, 1.0);

@@ -328,7 +328,7 @@ fn layout_entries() -> [wgpu::BindGroupLayoutEntry; 5] {
     types.map(|ty| {
         let entry = wgpu::BindGroupLayoutEntry {
             binding,
-            visibility: wgpu::ShaderStages::FRAGMENT,
+            visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
             ty,
             count: None,
         };

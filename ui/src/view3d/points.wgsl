@@ -38,16 +38,18 @@ struct Corner {
     @location(1) @interpolate(flat) color: vec3<f32>,
 }
 
-fn class_color(label: u32) -> vec4<f32> {
-    if (label >= u.class_rows * 256u) {
-        return vec4<f32>(0.0);
-    }
-    return textureLoad(palette, vec2<i32>(vec2<u32>(label & 255u, label >> 8u)), 0);
-}
-
-fn entropy_color(steps: u32) -> vec4<f32> {
-    let column = min(u32(f32(steps) * u.entropy_scale), 255u);
-    return textureLoad(palette, vec2<i32>(vec2<u32>(column, u.entropy_row)), 0);
+// What lies over the colour of a splat, and how much of it. Without a branch: Mesa's software Vulkan
+// compiles a shader anew, and keeps the old one, whenever a uniform is written that it branches on.
+fn over_color(value: u32) -> vec4<f32> {
+    let label = value & 0xffffu;
+    let entropy = min(u32(f32(value >> 16u) * u.entropy_scale), 255u);
+    let shows_entropy = u.layer == 2u;
+    let class_texel = vec2<u32>(label & 255u, label >> 8u);
+    let texel = select(class_texel, vec2<u32>(entropy, u.entropy_row), shows_entropy);
+    let over = textureLoad(palette, vec2<i32>(texel), 0);
+    let is_class = label < u.class_rows * 256u;
+    let is_seen = ((u.layer == 1u) & is_class) | shows_entropy;
+    return vec4<f32>(over.rgb, select(0.0, u.opacity * over.a, is_seen));
 }
 
 @vertex
@@ -55,11 +57,6 @@ fn splat(@builtin(vertex_index) index: u32, own: Splat) -> Corner {
     var corner: Corner;
     let towards = u.eye - own.position;
     let has_normal = dot(own.normal.xyz, own.normal.xyz) > 0.25;
-    if (u.see_through == 1u && has_normal && dot(own.normal.xyz, towards) <= 0.0) {
-        // Before the near plane: clipped.
-        corner.position = vec4<f32>(0.0, 0.0, 2.0, 1.0);
-        return corner;
-    }
     let sight = normalize(towards);
     var normal = sight;
     if (has_normal) {
@@ -70,17 +67,16 @@ fn splat(@builtin(vertex_index) index: u32, own: Splat) -> Corner {
     let down = cross(normal, right);
     let radius = max(own.voxel * u.radius, u.least * length(towards));
     let place = vec2<f32>(f32(index & 1u), f32(index >> 1u)) * 2.0 - 1.0;
-    corner.position = u.clip_from_world
+    let position = u.clip_from_world
         * vec4<f32>(own.position + radius * (place.x * right + place.y * down), 1.0);
+    let faces_away = has_normal & (dot(own.normal.xyz, towards) <= 0.0);
+    // Before the near plane: clipped.
+    let nowhere = vec4<f32>(0.0, 0.0, 2.0, 1.0);
+    corner.position = select(position, nowhere, faces_away & (u.see_through == 1u));
     corner.place = place;
 
-    var rgb = own.color.rgb;
-    if (u.layer == 1u) {
-        let over = class_color(own.value & 0xffffu);
-        rgb = mix(rgb, over.rgb, over.a * u.opacity);
-    } else if (u.layer == 2u) {
-        rgb = mix(rgb, entropy_color(own.value >> 16u).rgb, u.opacity);
-    }
+    let over = over_color(own.value);
+    let rgb = mix(own.color.rgb, over.rgb, over.a);
     let light = 0.72 + 0.28 * abs(dot(normal, sight));
     corner.color = rgb * light;
     return corner;
