@@ -124,11 +124,12 @@ fn read_image(path: &Path, index: usize, frame: &Frame) -> Result<ImportedMap, I
 }
 
 /// The labels of the frame's image on disk in the frame's own pixels, both row-major: the same where no lens
-/// bends lines. Pixels that the image does not reach are void.
+/// bends lines. Pixels that the image does not reach or that are hidden are void.
 pub fn in_frame(frame: &Frame, image: &[ClassId]) -> Vec<ClassId> {
     let (own, width) = (&frame.camera, frame.image().width);
     let at = |index: u32| {
         let place = frame.to_image([index % own.width, index / own.width]);
+        let place = place.filter(|_| frame.is_valid(index as usize));
         place.map_or(VOID, |[x, y]| image[(y * width + x) as usize])
     };
     (0..own.pixels() as u32).map(at).collect()
@@ -245,6 +246,15 @@ mod tests {
         for classes in ["[1]", r#"[{"id": 1, "name": "a"}, {"id": 1, "name": "b"}]"#] {
             fs::write(root.path().join("classes.json"), classes).unwrap();
             refused("classes.json", "cannot be used");
+        }
+    }
+
+    #[test]
+    fn hidden_pixels_are_void_whatever_the_image_says() {
+        let mut frame = wall(1, 8, 6).frames.remove(0);
+        frame.color = frame.color.clone().hiding(|index| index % 8 < 3);
+        for (index, class) in in_frame(&frame, &[7; 48]).into_iter().enumerate() {
+            assert_eq!(class, if index % 8 < 3 { VOID } else { 7 });
         }
     }
 

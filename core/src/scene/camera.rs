@@ -79,6 +79,30 @@ impl Camera {
         }
     }
 
+    /// The same view as an image of another width and height in pixels; `None` for other proportions, as of a part of
+    /// it, beyond the pixel that rounding may cost.
+    pub fn resized(&self, width: u32, height: u32) -> Option<Self> {
+        let (across, down) = (
+            u64::from(self.height) * u64::from(width),
+            u64::from(height) * u64::from(self.width),
+        );
+        (across.abs_diff(down) < u64::from(self.width)).then(|| self.stretched(width, height))
+    }
+
+    /// The camera of images that were stretched to this width and height in pixels, each axis by itself.
+    pub fn stretched(&self, width: u32, height: u32) -> Self {
+        let scale_x = width as f32 / self.width as f32;
+        let scale_y = height as f32 / self.height as f32;
+        Self {
+            width,
+            height,
+            fx: self.fx * scale_x,
+            fy: self.fy * scale_y,
+            cx: self.cx * scale_x,
+            cy: self.cy * scale_y,
+        }
+    }
+
     /// What is wrong with these intrinsics, if anything.
     pub fn problem(&self) -> Option<&'static str> {
         let values = [self.fx, self.fy, self.cx, self.cy];
@@ -147,6 +171,20 @@ mod tests {
         assert_eq!(camera.fx, 160.0);
         let (x, y) = camera.project(camera.pixel_direction(12, 200) * 3.5).unwrap();
         assert!((x - 12.5).abs() < 1e-4 && (y - 200.5).abs() < 1e-4);
+    }
+
+    #[test]
+    fn another_size_of_the_same_proportions_scales_the_intrinsics() {
+        let camera = Camera {
+            cx: 330.0,
+            ..Camera::with_horizontal_fov(640, 480, 90.0)
+        };
+        let half = camera.resized(320, 240).unwrap();
+        assert_eq!((half.fx, half.fy, half.cx, half.cy), (160.0, 160.0, 165.0, 120.0));
+        // A third of 640 is rounded; ScanNet's colour is not 4:3, though nearly.
+        assert!(camera.resized(213, 160).is_some());
+        assert_eq!(camera.resized(1296, 968), None);
+        assert_eq!(camera.resized(480, 640), None);
     }
 
     #[test]

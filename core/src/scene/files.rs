@@ -1,11 +1,11 @@
 //! Files of a capture: their names, and what to say of those that cannot be used.
 
-use std::collections::HashMap;
-use std::path::{Component, Path};
+use std::collections::{BTreeMap, HashMap};
+use std::path::{Component, Path, PathBuf};
 
 use image::{DynamicImage, ImageReader};
 
-use super::{Camera, ColorImage, Lens, SceneError};
+use super::SceneError;
 
 /// One warning for all files with the same problem: how many, and the first of them.
 pub(super) fn warn(warnings: &mut Vec<String>, what: &str, examples: &[String]) {
@@ -45,33 +45,46 @@ pub(super) fn file_name(path: &Path) -> String {
         .into_owned()
 }
 
-/// Why a colour image cannot be used.
-pub(super) enum ImageProblem {
-    /// There is no such file.
-    Missing,
-    /// It cannot be decoded, for this reason.
-    Unreadable(String),
-    /// It has this width and height, and not those of its lens.
-    Size(u32, u32),
+/// Files of a folder with one of these extensions, by the number at the end of their stem; the names of those without
+/// one are added to `unnumbered`.
+///
+/// # Errors
+/// A folder that cannot be read, or two files of one number.
+pub(super) fn numbered_files(
+    folder: &Path,
+    extensions: &[&str],
+    unnumbered: &mut Vec<String>,
+) -> Result<BTreeMap<usize, PathBuf>, SceneError> {
+    let unreadable = |error: std::io::Error| SceneError::file(folder, format!("cannot be read: {error}"));
+    let mut files = BTreeMap::new();
+    for entry in std::fs::read_dir(folder).map_err(unreadable)? {
+        let path = entry.map_err(unreadable)?.path();
+        let wanted = path
+            .extension()
+            .is_some_and(|own| extensions.iter().any(|e| own.eq_ignore_ascii_case(e)));
+        let name = file_name(&path);
+        if !wanted || name.starts_with('.') {
+            continue;
+        }
+        let Some(number) = trailing_number(&stem(&path)) else {
+            unnumbered.push(name);
+            continue;
+        };
+        if let Some(other) = files.insert(number, path) {
+            return Err(SceneError::file(
+                other,
+                format!("has the same number as {name}; keep one of the two"),
+            ));
+        }
+    }
+    unnumbered.sort();
+    Ok(files)
 }
 
-/// The colour image at a path, taken with `lens`, as `pinhole` would have taken it.
-pub(super) fn decode_color(path: &Path, lens: &Lens, pinhole: &Camera) -> Result<ColorImage, ImageProblem> {
-    if !path.is_file() {
-        return Err(ImageProblem::Missing);
-    }
-    let image = decode_image(path).map_err(ImageProblem::Unreadable)?.into_rgb8();
-    let (width, height) = image.dimensions();
-    if (width, height) != (lens.image.width, lens.image.height) {
-        return Err(ImageProblem::Size(width, height));
-    }
-    let color = ColorImage::new(width, height, image.into_raw());
-    let color = if lens.distortion.is_none() {
-        color
-    } else {
-        color.and_then(|color| lens.resample(pinhole, &color))
-    };
-    color.ok_or(ImageProblem::Size(width, height))
+/// The number that a name ends in.
+fn trailing_number(name: &str) -> Option<usize> {
+    let digits = name.len() - name.trim_end_matches(|c: char| c.is_ascii_digit()).len();
+    name[name.len() - digits..].parse().ok()
 }
 
 /// Whether a path that a file of the capture names stays inside the folder that it starts from.

@@ -2,7 +2,9 @@
 
 use std::path::Path;
 
-use super::{OpenOptions, Scene, SceneError, colmap, replica, seven_scenes, transforms, tum};
+use super::{
+    OpenOptions, Scene, SceneError, colmap, images, replica, seven_scenes, transforms, tum,
+};
 
 /// Called with (frames decoded, frames in all), from any thread.
 type Progress<'a> = &'a (dyn Fn(usize, usize) + Sync);
@@ -64,6 +66,7 @@ pub(super) fn read(folder: &Path, options: OpenOptions, progress: Progress) -> R
         });
     };
     let mut scene = (format.read)(folder, options, progress)?;
+    images::note_hidden(&scene.frames, &mut scene.notes);
     let others: Vec<&str> = recognised.map(|format| format.name).collect();
     if !others.is_empty() {
         let others = others.join(" and ");

@@ -7,6 +7,7 @@ mod error;
 mod files;
 mod formats;
 mod frame;
+mod images;
 mod lens;
 mod replica;
 mod rgbd;

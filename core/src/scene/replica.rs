@@ -10,7 +10,7 @@
 mod tests;
 mod write;
 
-use super::files::{file_name, stem, warn};
+use super::files::{file_name, numbered_files, warn};
 use super::rgbd::text::{Pose, read_numbers};
 use super::rgbd::{self, DepthCode, Layout, Listed};
 use super::{Camera, OpenOptions, Scene, SceneError, transforms};
@@ -54,6 +54,7 @@ pub(super) fn read(
             steps_per_metre: 1000.0,
             none: 0,
         },
+        depth_camera: None,
         default_camera: &|width, height| {
             Ok(Camera::with_horizontal_fov(width, height, DEFAULT_FIELD_OF_VIEW))
         },
@@ -94,38 +95,6 @@ fn list_depths(folder: &Path, options: OpenOptions) -> Result<BTreeMap<usize, Pa
     } else {
         Ok(BTreeMap::new())
     }
-}
-
-/// Files of a folder with one of these extensions, by the number at the end of their stem.
-fn numbered_files(
-    folder: &Path,
-    extensions: &[&str],
-    unnumbered: &mut Vec<String>,
-) -> Result<BTreeMap<usize, PathBuf>, SceneError> {
-    let unreadable = |error: std::io::Error| SceneError::file(folder, format!("cannot be read: {error}"));
-    let mut files = BTreeMap::new();
-    for entry in std::fs::read_dir(folder).map_err(unreadable)? {
-        let path = entry.map_err(unreadable)?.path();
-        let wanted = path
-            .extension()
-            .is_some_and(|own| extensions.iter().any(|e| own.eq_ignore_ascii_case(e)));
-        let name = file_name(&path);
-        if !wanted || name.starts_with('.') {
-            continue;
-        }
-        let Some(number) = trailing_number(&stem(&path)) else {
-            unnumbered.push(name);
-            continue;
-        };
-        if let Some(other) = files.insert(number, path) {
-            return Err(SceneError::file(
-                other,
-                format!("has the same number as {name}; keep one of the two"),
-            ));
-        }
-    }
-    unnumbered.sort();
-    Ok(files)
 }
 
 /// Reads a trajectory; empty lines and lines starting with # do not count as frames.
@@ -244,10 +213,4 @@ fn with_poses(
 /// Whether this many of `total` are a small remainder: a tenth, or one.
 fn few(count: usize, total: usize) -> bool {
     count < total && count <= (total / 10).max(1)
-}
-
-/// The number that a name ends in.
-fn trailing_number(name: &str) -> Option<usize> {
-    let digits = name.len() - name.trim_end_matches(|c: char| c.is_ascii_digit()).len();
-    name[name.len() - digits..].parse().ok()
 }

@@ -11,11 +11,10 @@ mod tests;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use glam::DAffine3;
 use rayon::prelude::*;
 
 use super::files::{file_name, warn};
-use super::rgbd::text::{Pose, read_numbers};
+use super::rgbd::text::read_pose;
 use super::rgbd::{self, DepthCode, Layout, Listed};
 use super::{OpenOptions, Scene, SceneError};
 
@@ -88,6 +87,7 @@ pub(super) fn read(
             steps_per_metre: 1000.0,
             none: u16::MAX,
         },
+        depth_camera: None,
         default_camera: &|width, height| rgbd::published_camera(FOCAL, CENTER, width, height),
         default_camera_note: Some(
             "no intrinsics.txt: taken were the data set's defaults, a focal length of 585 pixels at 640x480 and \
@@ -172,22 +172,4 @@ fn find_files(folder: &Path) -> Result<BTreeMap<u64, Files>, SceneError> {
         }
     }
     Ok(frames)
-}
-
-/// The pose of a frame, or why it is unusable.
-fn read_pose(path: &Path) -> Result<Result<DAffine3, &'static str>, SceneError> {
-    const FORM: &str = "write four lines of four numbers, the camera-to-world matrix";
-    let rows = read_numbers(path)?;
-    if let Some((line, row)) = rows.iter().find(|(_, row)| row.len() != 4) {
-        return Err(SceneError::file(
-            path,
-            format!("line {line} has {} numbers; {FORM}", row.len()),
-        ));
-    }
-    let line = rows.first().map_or(1, |&(line, _)| line);
-    let values: Vec<f64> = rows.into_iter().flat_map(|(_, row)| row).collect();
-    let values = values
-        .try_into()
-        .map_err(|v: Vec<f64>| SceneError::file(path, format!("has {} lines; {FORM}", v.len() / 4)))?;
-    Ok(Pose { line, values }.checked())
 }

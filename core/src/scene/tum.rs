@@ -128,6 +128,7 @@ pub(super) fn read(
             steps_per_metre: 5000.0,
             none: 0,
         },
+        depth_camera: None,
         default_camera: &|width, height| {
             let center = family.center.map(|v| v + 0.5);
             rgbd::published_camera(family.focal, center, width, height)

@@ -86,10 +86,12 @@ impl Spread {
         let changed: Vec<usize> = changed_frames(&self.strokes, &labels.strokes);
         self.strokes.clone_from(&labels.strokes);
         for frame in changed {
-            let Some(camera) = scene.frames.get(frame).map(|frame| &frame.camera) else {
+            let Some((camera, color)) = scene.frames.get(frame).map(|frame| (&frame.camera, &frame.color))
+            else {
                 continue;
             };
-            let pixels = rasterise(labels, frame, camera.width, camera.height);
+            let mut pixels = rasterise(labels, frame, camera.width, camera.height);
+            pixels.retain(|&pixel, _| !color.is_hidden(pixel as usize));
             if pixels.is_empty() {
                 self.painted.remove(&frame);
             } else {

@@ -73,12 +73,27 @@ impl FrameMap {
             }
             Pixels::OnSurface(shown) => {
                 let OnSurface {
+                    scene,
                     surface,
                     posterior,
                     unknown,
                     ..
                 } = shown;
-                for (node, range) in surface.pixels[self.frame].runs() {
+                let color = &scene.frames[self.frame].color;
+                for (node, mut range) in surface.pixels[self.frame].runs() {
+                    if node == NO_NODE {
+                        // What is hidden is void, and that is sure. Which pixels of a run they are does not matter.
+                        let hidden = range.clone().filter(|&pixel| color.is_hidden(pixel)).count();
+                        let (sure, rest) =
+                            (range.start..range.start + hidden, range.start + hidden..range.end);
+                        let void = Value {
+                            label: VOID,
+                            entropy: 0,
+                            unclear: false,
+                        };
+                        counts.add(sure, void, None);
+                        range = rest;
+                    }
                     let value = match node {
                         NO_NODE => Value {
                             label: VOID,

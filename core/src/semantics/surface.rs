@@ -209,7 +209,7 @@ impl Surface {
                 };
                 let mut own: Vec<u32> = (0..frame.camera.pixels()).map(node_of).collect();
                 fill_holes(frame, &mut own);
-                if frame.lens.is_some() {
+                if !frame.is_whole() {
                     for (index, node) in own.iter_mut().enumerate() {
                         if !frame.is_valid(index) {
                             *node = NO_NODE;

@@ -10,8 +10,9 @@ use rayon::prelude::*;
 use super::model::Model;
 use super::{Listed, MOST_ERROR};
 use crate::scene::camera::orthonormalised;
-use crate::scene::files::{ImageProblem, decode_color, warn};
-use crate::scene::{Camera, ColorImage, Frame, SceneError, SparsePoint};
+use crate::scene::files::warn;
+use crate::scene::images::{ImageProblem, decode_color, warn_of_turns};
+use crate::scene::{ColorImage, Frame, SceneError, SparsePoint};
 
 /// From the model's coordinates to the scene's.
 pub(super) struct Placing {
@@ -44,9 +45,14 @@ pub(super) fn decode(
     let decoded: Vec<_> = listed
         .par_iter()
         .map(|listed| {
-            let color = decode_color(&listed.path, &listed.lens, &listed.pinhole);
+            let color = decode_color(
+                &listed.path,
+                listed.mask.as_deref(),
+                &listed.lens,
+                &listed.pinhole,
+            );
             progress(1 + done.fetch_add(1, Ordering::Relaxed), total);
-            color.map(|color| (color, Projected::new(listed, model)))
+            color.map(|(color, turn)| (color, turn, Projected::new(listed, model)))
         })
         .collect();
     let mut read = Read {
@@ -55,22 +61,22 @@ pub(super) fn decode(
         mean_error: 0.0,
     };
     let (mut missing, mut unreadable, mut odd) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut badly_masked, mut turns) = (Vec::new(), Vec::new());
     for (listed, decoded) in listed.iter().zip(decoded) {
         let name = listed.path.strip_prefix(folder).unwrap_or(&listed.path);
         let name = format!("{:?}", name.to_string_lossy());
         match decoded {
-            Ok((color, projected)) => {
+            Ok((color, turn, projected)) => {
+                turns.push((name, turn));
                 read.observations += projected.observations;
                 read.mean_error += projected.error;
                 read.frames.push(frame(listed, color, &projected, placing));
             }
             Err(ImageProblem::Missing) => missing.push(name),
             Err(ImageProblem::Unreadable(reason)) => unreadable.push(format!("{name} ({reason})")),
-            Err(ImageProblem::Size(width, height)) => {
-                let Camera {
-                    width: w, height: h, ..
-                } = listed.lens.image;
-                odd.push(format!("{name} ({width}x{height} instead of {w}x{h})"));
+            Err(ImageProblem::Mask(reason)) => badly_masked.push(format!("{name} ({reason})")),
+            Err(problem @ ImageProblem::Size(..)) => {
+                odd.push(format!("{name} ({})", problem.describe(&listed.lens)));
             }
         }
     }
@@ -87,6 +93,11 @@ pub(super) fn decode(
             "have another size than their camera in the model",
             "use the images that the model was made from, or scale the model's cameras",
         ),
+        (
+            &badly_masked,
+            "have a mask that cannot be used",
+            "correct the masks, or remove them",
+        ),
     ] {
         if let Some(first) = names.first().filter(|_| 2 * names.len() > listed.len()) {
             return Err(SceneError::file(
@@ -100,6 +111,7 @@ pub(super) fn decode(
         }
         warn(warnings, &format!("images {what} and were left out"), names);
     }
+    warn_of_turns(warnings, &turns);
     if read.frames.is_empty() {
         return Err(SceneError::file(
             folder,
@@ -163,11 +175,13 @@ fn frame(listed: &Listed, color: ColorImage, projected: &Projected, placing: &Pl
     let points = projected
         .trusted
         .iter()
+        .filter(|&(&pixel, _)| !color.is_hidden(pixel as usize))
         .map(|(&pixel, &(distance, error))| SparsePoint {
             pixel,
             length: (distance / placing.unit) as f32,
             error: error as f32,
         });
+    let points: Vec<SparsePoint> = points.collect();
     Frame {
         stem: listed.stem.clone(),
         path: listed.path.clone(),
@@ -178,7 +192,7 @@ fn frame(listed: &Listed, color: ColorImage, projected: &Projected, placing: &Pl
         ),
         color,
         depth: None,
-        points: points.collect(),
+        points,
         lens: (!listed.lens.distortion.is_none()).then_some(listed.lens),
     }
 }

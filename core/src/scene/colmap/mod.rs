@@ -3,6 +3,8 @@
 //! - `images/`: the colour images, by the names that the model gives them
 //! - `sparse/0/`, `sparse/` or `colmap/sparse/0/`: `cameras`, `images` and `points3D`, all `.bin` or all
 //!   `.txt`
+//! - `masks/`, where there are any: `images/a/b.jpg` has `masks/a/b.jpg.png` or `masks/a/b.png`, black where it shows
+//!   no part of the scene
 //!
 //! Poses in the model are world-to-camera; camera axes are OpenCV's and the centre of the top left pixel is
 //! at (0.5, 0.5), as here.
@@ -61,6 +63,8 @@ fn find_model(folder: &Path) -> Option<(PathBuf, &'static str)> {
 /// An image of the model that is still on disk, in the model's own coordinates.
 struct Listed {
     path: PathBuf,
+    /// Its mask, where there is one.
+    mask: Option<PathBuf>,
     stem: String,
     camera_to_world: DAffine3,
     lens: Lens,
@@ -202,6 +206,7 @@ fn list(
         match camera_to_world(&image) {
             Ok(camera_to_world) => listed.push(Listed {
                 path: folder.join("images").join(&image.name),
+                mask: find_mask(folder, &image.name),
                 stem,
                 camera_to_world,
                 lens: camera.lens,
@@ -226,6 +231,16 @@ fn list(
         &bad,
     );
     Ok(listed)
+}
+
+/// The mask of an image, under the two names that COLMAP's feature extraction looks for.
+fn find_mask(folder: &Path, image: &str) -> Option<PathBuf> {
+    let masks = folder.join("masks");
+    let places = [
+        masks.join(format!("{image}.png")),
+        masks.join(Path::new(image).with_extension("png")),
+    ];
+    places.into_iter().find(|path| path.is_file())
 }
 
 /// The pose of an image, or what is wrong with it.

@@ -279,6 +279,46 @@ fn a_bent_image_is_straightened_and_leads_back_to_its_own_pixels() {
 }
 
 #[test]
+fn masks_hide_pixels_and_the_points_on_them_under_either_name() {
+    let fixture = Fixture::of_wall(4, BARREL);
+    let (root, place) = capture("sparse/0");
+    write(&place, &fixture.binary());
+    let whole = open(root.path()).unwrap();
+    fs::create_dir(root.path().join("masks")).unwrap();
+    let mask: Vec<u8> = (0..WIDTH * HEIGHT)
+        .map(|index| if index % WIDTH < WIDTH / 2 { 0 } else { 255 })
+        .collect();
+    for name in ["a.png.png", "b.png"] {
+        let path = root.path().join("masks").join(name);
+        image::save_buffer(path, &mask, WIDTH, HEIGHT, image::ColorType::L8).unwrap();
+    }
+    let scene = open(root.path()).unwrap();
+    assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+    for frame in &scene.frames[..2] {
+        for index in (0..frame.camera.pixels()).filter(|&index| !whole.frames[0].is_valid(index)) {
+            assert!(!frame.is_valid(index));
+        }
+        for row in 0..HEIGHT {
+            for column in 0..WIDTH {
+                let [x, y] = frame.of_image([column, row]).unwrap();
+                let index = (y * frame.camera.width + x) as usize;
+                let [shown, _] = frame.to_image([x, y]).unwrap();
+                assert_eq!(frame.is_valid(index), shown >= WIDTH / 2);
+            }
+        }
+        assert!(
+            frame
+                .points
+                .iter()
+                .all(|point| frame.is_valid(point.pixel as usize))
+        );
+        assert!(!frame.points.is_empty() && frame.points.len() < fixture.points.len());
+    }
+    let (before, after) = (&whole.frames[2], &scene.frames[2]);
+    assert_eq!((&before.color, &before.points), (&after.color, &after.points));
+}
+
+#[test]
 fn the_box_is_around_the_points_and_no_depth_means_no_points() {
     let (root, place) = capture("sparse/0");
     write(&place, &Fixture::of_wall(1, Distortion::default()).binary());

@@ -39,6 +39,20 @@ fn a_thousand_evenly_spaced_frames_of_a_longer_sequence_are_kept_in_order() {
 }
 
 #[test]
+fn of_larger_images_fewer_frames_are_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("0.jpg");
+    image::RgbImage::new(1296, 968).save(&path).unwrap();
+    let mut frames = listed(300);
+    for frame in &mut frames[7..] {
+        frame.path.clone_from(&path);
+    }
+    let mut notes = Vec::new();
+    assert_eq!(thinned(frames, &mut notes).len(), 1000 * 640 * 480 / (1296 * 968));
+    assert!(notes[0].contains("300"), "{notes:?}");
+}
+
+#[test]
 fn published_intrinsics_follow_the_size_of_the_images_and_refuse_other_proportions() {
     let camera = published_camera([585.0, 584.0], [320.0, 240.0], 320, 240).unwrap();
     assert_eq!(

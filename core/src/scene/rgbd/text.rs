@@ -36,6 +36,27 @@ impl Pose {
     }
 }
 
+/// The pose in a file of its own, four lines of four numbers: camera-to-world, or what is wrong with it.
+///
+/// # Errors
+/// A file that cannot be read or holds something else.
+pub(in crate::scene) fn read_pose(path: &Path) -> Result<Result<DAffine3, &'static str>, SceneError> {
+    const FORM: &str = "write four lines of four numbers, the camera-to-world matrix";
+    let rows = read_numbers(path)?;
+    if let Some((line, row)) = rows.iter().find(|(_, row)| row.len() != 4) {
+        return Err(SceneError::file(
+            path,
+            format!("line {line} has {} numbers; {FORM}", row.len()),
+        ));
+    }
+    let line = rows.first().map_or(1, |&(line, _)| line);
+    let values: Vec<f64> = rows.into_iter().flat_map(|(_, row)| row).collect();
+    let values = values
+        .try_into()
+        .map_err(|v: Vec<f64>| SceneError::file(path, format!("has {} lines; {FORM}", v.len() / 4)))?;
+    Ok(Pose { line, values }.checked())
+}
+
 /// Reads `fx fy cx cy width height`.
 pub(super) fn read_intrinsics(path: &Path) -> Result<Camera, SceneError> {
     let values: Vec<f64> = read_numbers(path)?

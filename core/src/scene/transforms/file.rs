@@ -47,7 +47,7 @@ pub(super) struct Entry {
     transform_matrix: Vec<Vec<f64>>,
     /// The depth image below the folder.
     pub depth_file_path: Option<String>,
-    /// The mask below the folder.
+    /// The mask below the folder: 0 where the image shows no part of the scene.
     pub mask_path: Option<String>,
     /// What holds for this frame alone.
     #[serde(flatten)]

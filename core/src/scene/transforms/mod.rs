@@ -18,9 +18,8 @@ use image::DynamicImage;
 use rayon::prelude::*;
 
 use super::camera::{median_position, orthonormalised, unit_of_cameras};
-use super::files::{
-    ImageProblem, decode_color, decode_image, file_name, frame_names, is_inside, reader, warn,
-};
+use super::files::{decode_image, file_name, frame_names, is_inside, reader, warn};
+use super::images::{ImageProblem, Turn, decode_color, warn_of_turns};
 use super::{Camera, DepthMap, Frame, Lens, OpenOptions, Scene, SceneError, SceneSource};
 use file::{Entry, Transforms};
 
@@ -43,6 +42,7 @@ struct Listed {
     name: String,
     path: PathBuf,
     depth: Option<PathBuf>,
+    mask: Option<PathBuf>,
     camera_to_world: DAffine3,
     lens: Lens,
     /// The camera of the frame: the lens's own where it bends nothing.
@@ -82,13 +82,6 @@ pub(super) fn read(
             "a metre here is {:.4} units of transforms.json, whose scale is taken for arbitrary as there is no depth: \
              the cameras now span 2 m",
             placing.unit
-        ));
-    }
-    let masks = transforms.frames.iter().filter(|entry| entry.mask_path.is_some());
-    let masks = masks.count();
-    if masks > 0 {
-        notes.push(format!(
-            "the masks of {masks} frames (mask_path) were not read: all of each image counts"
         ));
     }
     if let Some(points) = &transforms.ply_file_path {
@@ -137,6 +130,7 @@ fn list(
             Ok(camera_to_world) => listed.push(Listed {
                 path,
                 depth: entry.depth_file_path.as_ref().map(|depth| folder.join(depth)),
+                mask: entry.mask_path.as_ref().map(|mask| folder.join(mask)),
                 camera_to_world,
                 lens,
                 pinhole,
@@ -209,7 +203,11 @@ fn too_many(
 
 /// Refuses paths that leave the folder of the scene.
 fn refuse_outside(file: &Path, entry: &Entry) -> Result<(), SceneError> {
-    let paths = [Some(&entry.file_path), entry.depth_file_path.as_ref()];
+    let paths = [
+        Some(&entry.file_path),
+        entry.depth_file_path.as_ref(),
+        entry.mask_path.as_ref(),
+    ];
     match paths.into_iter().flatten().find(|path| !is_inside(path)) {
         None => Ok(()),
         Some(path) => Err(SceneError::file(
@@ -266,17 +264,16 @@ fn decode(
         })
         .collect();
     let (mut frames, mut unusable, mut bad_depth) = (Vec::new(), Vec::new(), Vec::new());
+    let mut turns = Vec::new();
     for (listed, decoded) in listed.iter().zip(decoded) {
+        let name = format!("{:?}", listed.name);
         match decoded {
-            Ok((frame, depth_problem)) => {
-                frames.push(frame);
-                bad_depth.extend(depth_problem);
+            Ok(decoded) => {
+                frames.push(decoded.frame);
+                turns.push((name, decoded.turn));
+                bad_depth.extend(decoded.depth_problem);
             }
-            Err(problem) => unusable.push(format!(
-                "{:?} ({})",
-                listed.name,
-                describe(&problem, &listed.lens)
-            )),
+            Err(problem) => unusable.push(format!("{name} ({})", problem.describe(&listed.lens))),
         }
     }
     too_many(
@@ -294,6 +291,7 @@ fn decode(
         "copy the capture again, or open it without depth",
     )?;
     warn(warnings, "images cannot be used and were left out", &unusable);
+    warn_of_turns(warnings, &turns);
     warn(
         warnings,
         "frames are used without depth because it is missing or cannot be used",
@@ -302,26 +300,20 @@ fn decode(
     Ok(frames)
 }
 
-/// Why an image cannot be used, in words.
-fn describe(problem: &ImageProblem, lens: &Lens) -> String {
-    match problem {
-        ImageProblem::Missing => "no such file".to_owned(),
-        ImageProblem::Unreadable(reason) => reason.clone(),
-        ImageProblem::Size(width, height) => {
-            let Camera {
-                width: w, height: h, ..
-            } = lens.image;
-            format!("{width}x{height} instead of {w}x{h}")
-        }
-    }
+/// A frame, what became of its image's orientation, and why it has no depth though there should be some.
+struct Decoded {
+    frame: Frame,
+    turn: Turn,
+    depth_problem: Option<String>,
 }
 
-/// A frame, and why it has no depth though there should be some.
-fn decode_frame(
-    listed: &Listed,
-    stem: String,
-    placing: &Placing,
-) -> Result<(Frame, Option<String>), ImageProblem> {
+fn decode_frame(listed: &Listed, stem: String, placing: &Placing) -> Result<Decoded, ImageProblem> {
+    let (color, turn) = decode_color(
+        &listed.path,
+        listed.mask.as_deref(),
+        &listed.lens,
+        &listed.pinhole,
+    )?;
     let pose = &listed.camera_to_world;
     let mut frame = Frame {
         stem,
@@ -331,21 +323,23 @@ fn decode_frame(
             orthonormalised(pose.matrix3).as_mat3(),
             ((pose.translation - placing.origin) / placing.unit).as_vec3(),
         ),
-        color: decode_color(&listed.path, &listed.lens, &listed.pinhole)?,
+        color,
         depth: None,
         points: Vec::new(),
         lens: (!listed.lens.distortion.is_none()).then_some(listed.lens),
     };
-    let Some((path, step)) = listed.depth.as_ref().zip(placing.depth) else {
-        return Ok((frame, None));
-    };
-    match decode_depth(path, &frame, step) {
-        Ok(depth) => {
-            frame.depth = Some(depth);
-            Ok((frame, None))
+    let mut depth_problem = None;
+    if let Some((path, step)) = listed.depth.as_ref().zip(placing.depth) {
+        match decode_depth(path, &frame, step) {
+            Ok(depth) => frame.depth = Some(depth),
+            Err(reason) => depth_problem = Some(format!("{} ({reason})", file_name(path))),
         }
-        Err(reason) => Ok((frame, Some(format!("{} ({reason})", file_name(path))))),
     }
+    Ok(Decoded {
+        frame,
+        turn,
+        depth_problem,
+    })
 }
 
 /// Depth as ray lengths from a 16-bit image of z-depth in steps of this many metres, or why it cannot be
@@ -366,8 +360,9 @@ fn decode_depth(path: &Path, frame: &Frame, step: f64) -> Result<DepthMap, Strin
     let camera = &frame.camera;
     let below = |v: u32, own: u64, size: u64| ((2 * u64::from(v) + 1) * own / (2 * size)) as u32;
     let pixels = (0..camera.height).flat_map(|row| (0..camera.width).map(move |column| [column, row]));
-    let metres = pixels.map(|pixel| {
-        frame.to_image(pixel).map_or(0.0, |[x, y]| {
+    let metres = pixels.enumerate().map(|(index, pixel)| {
+        let shown = frame.to_image(pixel).filter(|_| !frame.color.is_hidden(index));
+        shown.map_or(0.0, |[x, y]| {
             let steps = image.get_pixel(below(x, own_width, width), below(y, own_height, height));
             (f64::from(steps.0[0]) * step) as f32
         })

@@ -245,11 +245,10 @@ fn depth_follows_the_undistorted_image_and_may_be_smaller() {
 }
 
 #[test]
-fn missing_images_are_counted_once_and_masks_are_a_note() {
+fn missing_images_are_counted_once() {
     let mut file = file_of_wall();
     file["frames"][0]["file_path"] = json!("images/gone.png");
     file["frames"][1]["file_path"] = json!("images/gone_too");
-    file["frames"][2]["mask_path"] = json!("masks/a.png");
     let scene = open(capture(&file).path()).unwrap();
     assert_eq!(scene.frames.len(), 1);
     assert_eq!(scene.warnings.len(), 1);
@@ -258,10 +257,49 @@ fn missing_images_are_counted_once_and_masks_are_a_note() {
         "{:?}",
         scene.warnings
     );
-    assert!(scene.notes.iter().any(|note| note.contains("mask_path")));
 
     file["frames"][2]["file_path"] = json!("images/nor_this.png");
     assert_refused(&file, &["none of its 3 images", "gone.png"]);
+}
+
+#[test]
+fn what_a_mask_has_black_is_no_part_of_the_scene_and_has_no_depth() {
+    let mut file = file_of_wall();
+    let root = capture(&file);
+    let mask: Vec<u8> = (0..WIDTH * HEIGHT)
+        .map(|index| u8::from(index % WIDTH >= 5))
+        .collect();
+    image::save_buffer(
+        root.path().join("images/mask.png"),
+        &mask,
+        WIDTH,
+        HEIGHT,
+        image::ColorType::L8,
+    )
+    .unwrap();
+    file["frames"][2]["mask_path"] = json!("images/mask.png");
+    file["frames"][1]["mask_path"] = json!("images/no_mask.png");
+    add_depth(root.path(), &mut file, WIDTH, HEIGHT, 2000);
+    let scene = open(root.path()).unwrap();
+    assert_eq!(scene.frames.len(), 2);
+    assert_eq!(scene.warnings.len(), 1, "{:?}", scene.warnings);
+    assert!(scene.warnings[0].contains("b.png") && scene.warnings[0].contains("no_mask.png"));
+    let (masked, whole) = (&scene.frames[0], &scene.frames[1]);
+    assert!(whole.is_whole() && !masked.is_whole());
+    for index in 0..masked.camera.pixels() {
+        let shown = index % WIDTH as usize >= 5;
+        assert_eq!(masked.is_valid(index), shown, "{index}");
+        assert_eq!(masked.depth.as_ref().unwrap().ray_length(index).is_some(), shown);
+        assert!(whole.is_valid(index));
+    }
+    let note = scene
+        .notes
+        .iter()
+        .find(|note| note.contains("alpha or masks"))
+        .unwrap();
+    assert!(note.contains("1 of 2 frames") && note.contains("7.8%"), "{note}");
+    file["frames"][2]["mask_path"] = json!("../mask.png");
+    assert_refused(&file, &["../mask.png", "inside the folder"]);
 }
 
 #[test]
