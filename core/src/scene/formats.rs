@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::{
-    OpenOptions, Scene, SceneError, colmap, images, replica, seven_scenes, transforms, tum,
+    OpenOptions, Scene, SceneError, colmap, images, replica, scannet, seven_scenes, transforms, tum,
 };
 
 /// Called with (frames decoded, frames in all), from any thread.
@@ -22,7 +22,7 @@ struct Format {
 }
 
 /// All formats; the first that recognises a folder reads it.
-const FORMATS: [Format; 5] = [
+const FORMATS: [Format; 6] = [
     Format {
         name: replica::NAME,
         expected: replica::EXPECTED,
@@ -52,6 +52,12 @@ const FORMATS: [Format; 5] = [
         expected: tum::EXPECTED,
         recognise: tum::recognise,
         read: tum::read,
+    },
+    Format {
+        name: scannet::NAME,
+        expected: scannet::EXPECTED,
+        recognise: scannet::recognise,
+        read: scannet::read,
     },
 ];
 

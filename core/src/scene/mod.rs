@@ -11,6 +11,7 @@ mod images;
 mod lens;
 mod replica;
 mod rgbd;
+mod scannet;
 mod seven_scenes;
 #[cfg(test)]
 pub(crate) mod testing;

@@ -7,6 +7,10 @@ use image::DynamicImage;
 use crate::scene::files::decode_image;
 use crate::scene::{Camera, DepthMap, Frame, SceneError};
 
+/// Pixels by which single precision of the intrinsics may move a place: one on the border between two pixels falls on
+/// the same side everywhere.
+const ROUNDING: f64 = 1e-3;
+
 /// What the values of a 16-bit depth image mean, along the camera's z axis; 0 is always unknown.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::scene) struct DepthCode {
@@ -73,7 +77,7 @@ pub(super) fn decode_depth(
 fn lookup(size: u32, [focal, center]: [f32; 2], own_size: u32, own: [f32; 2]) -> Vec<Option<u32>> {
     let [focal, center, own_focal, own_center] = [focal, center, own[0], own[1]].map(f64::from);
     let place = |pixel: u32| {
-        let place = (f64::from(pixel) + 0.5 - center) / focal * own_focal + own_center;
+        let place = (f64::from(pixel) + 0.5 - center) / focal * own_focal + own_center + ROUNDING;
         (place >= 0.0 && place < f64::from(own_size)).then_some(place as u32)
     };
     (0..size).map(place).collect()
