@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use inplace_core::export::{ExportError, write_maps, write_strokes};
+use inplace_core::export::{ExportError, Format, LabelledScene, Options, export, write_strokes};
 use inplace_core::labels::LabelSet;
 use inplace_core::scene::Scene;
 use inplace_core::session::{FrameMap, MapSlots};
@@ -65,8 +65,13 @@ impl Export {
                 ControlFlow::Continue(())
             }
         };
-        let written = write_maps(&folder, &self.scene, &self.labels.classes, &maps, &progress)
-            .and_then(|()| write_strokes(&folder.join("strokes.json"), &self.labels, &self.scene.frames));
+        let labelled = LabelledScene {
+            scene: &self.scene,
+            classes: &self.labels.classes,
+            maps: &maps,
+        };
+        let written = export(&folder, labelled, Format::Png, &Options::default(), &progress)
+            .and_then(|_| write_strokes(&folder.join("strokes.json"), &self.labels, &self.scene.frames));
         tell(match written {
             Ok(()) => Progress::Finished(folder, maps.len()),
             Err(ExportError::Cancelled {
