@@ -121,6 +121,8 @@ impl App {
             workspace.change_class_view(|classes| *classes = ClassView::of_json(view));
         }
         self.state.stage = Stage::Open(Box::new(workspace));
+        // Another scene is exported elsewhere, in the same way.
+        self.state.export_choice.path.clear();
         self.note_recent();
     }
 }

@@ -22,7 +22,7 @@ impl App {
             (
                 Some(
                     dialog @ (Dialog::SaveAs { .. }
-                    | Dialog::Export { .. }
+                    | Dialog::Export(_)
                     | Dialog::Import { .. }
                     | Dialog::Moved(_)),
                 ),
