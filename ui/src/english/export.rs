@@ -13,7 +13,7 @@ pub const NUMBERS_EXPLAINED: &str = "Classes take the numbers, names and colours
 /// What is done with pixels that are not sure.
 pub const UNCERTAIN: &str = "Uncertain pixels";
 /// They become void.
-pub const LEAVE_VOID: &str = "Void below";
+pub const LEAVE_VOID: &str = "Void below a probability of";
 /// Name of the slider beside it.
 pub const LEAST_PROBABILITY: &str = "Least probability";
 
