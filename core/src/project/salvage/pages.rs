@@ -290,7 +290,7 @@ fn values(record: &[u8]) -> Option<Vec<Value>> {
 fn signed(bytes: &[u8]) -> i64 {
     let negative = bytes.first().is_some_and(|&byte| byte >= 0x80);
     bytes.iter().fold(if negative { -1 } else { 0 }, |value, &byte| {
-        value << 8 | i64::from(byte)
+        (value << 8) | i64::from(byte)
     })
 }
 
@@ -301,9 +301,9 @@ fn varint(bytes: &[u8], mut at: usize) -> Option<(u64, usize)> {
         let byte = *bytes.get(at)?;
         at += 1;
         if place == 8 {
-            return Some((value << 8 | u64::from(byte), at));
+            return Some(((value << 8) | u64::from(byte), at));
         }
-        value = value << 7 | u64::from(byte & 0x7f);
+        value = (value << 7) | u64::from(byte & 0x7f);
         if byte < 0x80 {
             break;
         }
@@ -314,5 +314,9 @@ fn varint(bytes: &[u8], mut at: usize) -> Option<(u64, usize)> {
 /// An unsigned big-endian integer of up to four bytes.
 fn big_endian(bytes: &[u8], at: usize, length: usize) -> Option<u32> {
     let bytes = bytes.get(at..at.checked_add(length)?)?;
-    Some(bytes.iter().fold(0, |value, &byte| value << 8 | u32::from(byte)))
+    Some(
+        bytes
+            .iter()
+            .fold(0, |value, &byte| (value << 8) | u32::from(byte)),
+    )
 }

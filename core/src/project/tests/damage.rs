@@ -45,7 +45,7 @@ fn grown(folder: &Path) -> Contents {
     contents.maps = vec![map(0, 7, 1), map(2, 6, 300)];
     contents.model = Some(Arc::new(ModelState {
         steps: 10,
-        tensors: (0..20_000_u32).map(|i| (i * i >> 3) as u8).collect(),
+        tensors: (0..20_000_u32).map(|i| ((i * i) >> 3) as u8).collect(),
     }));
     contents
 }
