@@ -7,7 +7,7 @@ use std::time::Instant;
 use inplace_core::export::{self, Format, LabelledScene, Options, PhaseSeconds, Report, peak_memory};
 use inplace_core::field::Preset;
 use inplace_core::labels::{History, LabelSet, Trust, read_label_images, read_strokes};
-use inplace_core::project::{Contents, Project};
+use inplace_core::project::Contents;
 use inplace_core::scene::{OpenOptions, Scene, SceneSource, demo};
 use inplace_core::session::SessionOptions;
 
@@ -32,7 +32,13 @@ enum Strokes {
 impl Strokes {
     fn read(self, scene: &Scene) -> Result<LabelSet, Failure> {
         Ok(match self {
-            Self::Project(contents, open) => contents.matched(scene, open)?.history.labels().clone(),
+            Self::Project(contents, open) => {
+                let contents = contents.matched(scene, open)?;
+                for warning in &contents.warnings {
+                    eprintln!("inplace: {warning}");
+                }
+                contents.history.labels().clone()
+            }
             Self::File(path) => read_strokes(&path, scene)?,
             Self::Demo => demo::clicks(),
             Self::Nothing => LabelSet::default(),
@@ -181,7 +187,14 @@ fn job(arguments: &LabelArguments) -> Result<(SessionOptions, Strokes), Failure>
         if arguments.strokes.is_some() {
             return Err("a project brings its own strokes; leave --strokes away".into());
         }
-        let (_, contents) = Project::open(&arguments.scene)?;
+        let contents = Contents::read(&arguments.scene)?;
+        if matches!(&contents.scene.source, SceneSource::Folder(folder) if folder.as_os_str().is_empty()) {
+            return Err(format!(
+                "{}: is damaged and no longer says where its scene is; open it in the window, which asks",
+                arguments.scene.display()
+            )
+            .into());
+        }
         let mut options = session_options(&arguments.training, contents.scene.source.clone(), threads);
         options.open.depth &= contents.scene.depth;
         options.state = contents.model.clone();

@@ -103,6 +103,9 @@ impl App {
         for note in attached.notes {
             self.state.toasts.info(note);
         }
+        if let Some(damage) = attached.damage {
+            self.state.toasts.error(damage);
+        }
         if let Some(problem) = attached.problem {
             self.state.toasts.error(problem);
         }
