@@ -51,7 +51,7 @@ pub fn write_maps(
         if progress(done, maps.len()).is_break() {
             stopped.store(true, Ordering::Relaxed);
         }
-        Ok(())
+        Ok::<(), ExportError>(())
     })?;
     let written = written.into_inner();
     if written < maps.len() {
@@ -108,6 +108,8 @@ fn write_map(
     map: &FrameMap,
     colors: &HashMap<ClassId, [u8; 3]>,
 ) -> Result<(), ExportError> {
+    // Without its files a frame would get labels of nothing.
+    frame.pixels()?;
     let map = &*map.in_image(frame);
     let (width, height) = (map.width, map.height);
     let labels = map.labels();
@@ -137,7 +139,7 @@ mod tests {
     use glam::{Affine3A, DVec3};
 
     use super::*;
-    use crate::scene::{Camera, ColorImage, SceneSource};
+    use crate::scene::{Camera, ColorImage, FramePixels, SceneSource};
 
     fn scene(stems: &[&str]) -> Scene {
         let frame = |stem: &&str| Frame {
@@ -145,8 +147,7 @@ mod tests {
             path: PathBuf::new(),
             camera: Camera::with_horizontal_fov(3, 2, 90.0),
             camera_to_world: Affine3A::IDENTITY,
-            color: ColorImage::new(3, 2, vec![0; 18]).unwrap(),
-            depth: None,
+            pixels: FramePixels::new(ColorImage::new(3, 2, vec![0; 18]).unwrap(), None),
             points: Vec::new(),
             lens: None,
         };

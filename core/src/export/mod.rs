@@ -13,7 +13,7 @@ pub use memory::peak_memory;
 pub use report::{PhaseSeconds, Report};
 
 use crate::labels::{Class, LabelSet, strokes_json};
-use crate::scene::Frame;
+use crate::scene::{Frame, SceneError};
 
 /// The folders of [`write_maps`], below the export's own.
 const FOLDERS: [&str; 3] = ["labels", "entropy", "color"];
@@ -39,6 +39,9 @@ pub enum ExportError {
         /// Frames in all.
         frames: usize,
     },
+    /// The files of a frame that is no keyframe can no longer be read.
+    #[error(transparent)]
+    Frame(#[from] SceneError),
     /// There is nothing right to write; nothing was written.
     #[error("{}: nothing was exported: {reason}", .folder.display())]
     Incomplete {
