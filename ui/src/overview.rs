@@ -129,6 +129,7 @@ impl Overview {
                 strokes: document.strokes_of_frame(frame),
                 contradicted: 0,
                 summary,
+                has_no_summary: scene.frames.get(frame).is_some_and(|frame| !frame.is_keyframe()),
             })
             .collect();
         let mut contradicted = Contradicted::new();

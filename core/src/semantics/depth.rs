@@ -116,6 +116,36 @@ impl FieldDepth {
 mod tests {
     use super::*;
     use crate::scene::testing::wall;
+    use crate::semantics::Surface;
+
+    #[test]
+    fn the_surface_of_other_frames_gives_the_lengths_that_a_frame_would_have_measured() {
+        let scene = wall(3, 64, 48);
+        let surface = Surface::build(&scene, &[], 4.0).unwrap();
+        let frame = &scene.frames[1];
+        let measured = frame.depth().unwrap();
+        let found = FieldDepth::of_surface(frame, surface.graph.nodes(), 99.0, 4);
+        assert_eq!((found.width, found.lengths.len()), (16, 16 * 12));
+        for (sample, length) in found.lengths.iter().enumerate() {
+            let (column, row) = (sample % 16, sample / 16);
+            let expected = measured.ray_length((4 * row + 2) * 64 + 4 * column + 2).unwrap();
+            assert!(
+                (length - expected).abs() < 0.1,
+                "{sample}: {length} instead of {expected}"
+            );
+        }
+        // What lies on the shell is infinitely far, and nothing is seen from behind.
+        let voxel = surface.voxel;
+        let shell = FieldDepth::of_surface(frame, surface.graph.nodes(), voxel, 4);
+        assert!(shell.lengths.iter().all(|length| length.is_infinite()));
+        let mut behind = frame.clone();
+        behind.camera_to_world = glam::Affine3A::from_rotation_translation(
+            glam::Quat::from_rotation_y(std::f32::consts::PI),
+            glam::Vec3::new(0.0, 0.0, 4.0),
+        );
+        let nothing = FieldDepth::of_surface(&behind, surface.graph.nodes(), 99.0, 4);
+        assert!(nothing.lengths.iter().filter(|length| length.is_nan()).count() > 120);
+    }
 
     #[test]
     fn where_all_samples_meet_nothing_so_do_the_pixels_between() {
