@@ -136,6 +136,7 @@ fn prepare_project(
         source,
         open: OpenOptions {
             depth: contents.scene.depth && open.depth,
+            ..open
         },
         file: file_of(&project, path),
         named: true,

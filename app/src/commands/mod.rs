@@ -71,6 +71,7 @@ fn refuse_endless(training: &TrainingArguments, budget: Option<f64>) -> Result<(
 fn open_options(training: &TrainingArguments) -> OpenOptions {
     OpenOptions {
         depth: !training.no_depth,
+        ..OpenOptions::default()
     }
 }
 

@@ -125,13 +125,15 @@ pub(super) fn write<L: Layout>(
                 atomic::write(&path, &file.bytes).map_err(|error| ExportError::unwritable(&path, error))?;
             let count = if is_new { &files } else { &unchanged };
             count.fetch_add(1, Ordering::Relaxed);
-            Ok(())
+            Ok::<(), ExportError>(())
         })
     };
     let write_frame = |(frame, map): (&Frame, &FrameMap)| -> Result<Option<L::Entry>, ExportError> {
         if stopped.load(Ordering::Relaxed) {
             return Ok(None);
         }
+        // Without its files a frame would get labels of nothing.
+        frame.pixels()?;
         let (written, entry) = exported(frame, map, classes, ids.as_ref(), options.least_probability)
             .and_then(|labelled| layout.frame(&labelled))
             .map_err(|reason| incomplete(format!("frame \"{}\": {reason}", frame.stem)))?;

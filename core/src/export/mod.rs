@@ -20,7 +20,7 @@ pub use report::{PhaseSeconds, Report};
 use ids::Ids;
 
 use crate::labels::{LabelSet, strokes_json};
-use crate::scene::Frame;
+use crate::scene::{Frame, SceneError};
 
 /// What is exported of each map, whatever the format.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -53,6 +53,9 @@ pub enum ExportError {
         /// Frames in all.
         frames: usize,
     },
+    /// The files of a frame that is no keyframe can no longer be read.
+    #[error(transparent)]
+    Frame(#[from] SceneError),
     /// A list of classes that cannot be used.
     #[error("{}: is no list of classes: {reason}; name a JSON file [{{\"id\", \"name\", \"color\"}}], or NYU-13, ScanNet-20, Cityscapes, NYU-40 or COCO-Stuff", .path.display())]
     UnusableIds {

@@ -6,7 +6,7 @@ use glam::{Affine3A, DVec3};
 
 use super::*;
 use crate::labels::{ImportedLabels, ImportedMap, LabelImages, LabelSet, Stroke, Trust};
-use crate::scene::{Camera, ColorImage, Frame, OpenOptions, Scene, SceneSource};
+use crate::scene::{Camera, ColorImage, Frame, FramePixels, OpenOptions, Scene, SceneSource};
 
 /// A scene of tiny frames, in a folder.
 pub(super) fn scene(folder: &Path, stems: &[&str]) -> Scene {
@@ -15,8 +15,7 @@ pub(super) fn scene(folder: &Path, stems: &[&str]) -> Scene {
         path: folder.join(stem),
         camera: Camera::with_horizontal_fov(3, 2, 90.0),
         camera_to_world: Affine3A::IDENTITY,
-        color: ColorImage::new(3, 2, vec![0; 18]).unwrap(),
-        depth: None,
+        pixels: FramePixels::new(ColorImage::new(3, 2, vec![0; 18]).unwrap(), None),
         points: Vec::new(),
         lens: None,
     };

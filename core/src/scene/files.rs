@@ -22,6 +22,14 @@ pub(super) fn decode_image(path: &Path) -> Result<DynamicImage, String> {
     reader(path)?.decode().map_err(|error| error.to_string())
 }
 
+/// A file of an open capture that could be read when it was opened, and cannot be read again.
+pub(super) fn unreadable(path: &Path, reason: &str) -> SceneError {
+    SceneError::file(
+        path,
+        format!("can no longer be read ({reason}); put the capture back as it was, or open it again"),
+    )
+}
+
 /// A reader of an image whose format is told by its first bytes, or why there is none.
 pub(super) fn reader(path: &Path) -> Result<ImageReader<std::io::BufReader<std::fs::File>>, String> {
     ImageReader::open(path)
@@ -53,6 +61,22 @@ pub(super) enum ImageProblem {
     Unreadable(String),
     /// It has this width and height, and not those of its lens.
     Size(u32, u32),
+}
+
+impl ImageProblem {
+    /// The problem with an image taken with this lens, in words.
+    pub fn describe(&self, lens: &Lens) -> String {
+        match self {
+            Self::Missing => "no such file".to_owned(),
+            Self::Unreadable(reason) => reason.clone(),
+            Self::Size(width, height) => {
+                let Camera {
+                    width: w, height: h, ..
+                } = lens.image;
+                format!("{width}x{height} instead of {w}x{h}")
+            }
+        }
+    }
 }
 
 /// The colour image at a path, taken with `lens`, as `pinhole` would have taken it.

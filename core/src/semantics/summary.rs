@@ -43,8 +43,9 @@ struct Value {
 impl FrameMap {
     /// What the map comes to. A map that follows from a surface is summed up by the nodes that its pixels show,
     /// before borders are drawn along the colours and what was painted is laid over it: that moves few pixels, and a
-    /// thousand frames take a fraction of a second.
-    pub fn summary(&self, imported: Option<&ImportedMap>) -> FrameSummary {
+    /// thousand frames take a fraction of a second. `None` for such a map of a frame that is no keyframe: its files
+    /// would have to be read.
+    pub fn summary(&self, imported: Option<&ImportedMap>) -> Option<FrameSummary> {
         let pixels = self.width as usize * self.height as usize;
         let said = imported.filter(|image| image.pixels() == pixels);
         let said = said.map(ImportedMap::labels);
@@ -78,7 +79,8 @@ impl FrameMap {
                     unknown,
                     ..
                 } = shown;
-                for (node, range) in surface.pixels[self.frame].runs() {
+                let nodes = surface.pixels.get(self.frame).filter(|nodes| !nodes.is_empty())?;
+                for (node, range) in nodes.runs() {
                     let value = match node {
                         NO_NODE => Value {
                             label: VOID,
@@ -95,7 +97,7 @@ impl FrameMap {
                 }
             }
         }
-        counts.shares()
+        Some(counts.shares())
     }
 }
 

@@ -10,8 +10,9 @@ use rayon::prelude::*;
 use super::model::Model;
 use super::{Listed, MOST_ERROR};
 use crate::scene::camera::orthonormalised;
-use crate::scene::files::{ImageProblem, decode_color, warn};
-use crate::scene::{Camera, ColorImage, Frame, SceneError, SparsePoint};
+use crate::scene::files::{ImageProblem, decode_color, unreadable, warn};
+use crate::scene::keyframes::Keeping;
+use crate::scene::{Frame, FramePixels, OpenOptions, Pixels, SceneError, SparsePoint};
 
 /// From the model's coordinates to the scene's.
 pub(super) struct Placing {
@@ -36,17 +37,22 @@ pub(super) fn decode(
     folder: &Path,
     listed: &[Listed],
     model: &Model,
-    placing: &Placing,
+    (placing, options): (&Placing, OpenOptions),
     progress: &(dyn Fn(usize, usize) + Sync),
     warnings: &mut Vec<String>,
 ) -> Result<Read, SceneError> {
+    let keeping = Keeping::of(listed.iter().map(|listed| (&listed.pinhole, false)), options);
     let (done, total) = (AtomicUsize::new(0), listed.len());
     let decoded: Vec<_> = listed
         .par_iter()
-        .map(|listed| {
+        .enumerate()
+        .map(|(number, listed)| {
             let color = decode_color(&listed.path, &listed.lens, &listed.pinhole);
             progress(1 + done.fetch_add(1, Ordering::Relaxed), total);
-            color.map(|color| (color, Projected::new(listed, model)))
+            color.map(|color| {
+                let pixels = keeping.keep(number, Pixels::new(color, None), reader(listed));
+                (pixels, Projected::new(listed, model))
+            })
         })
         .collect();
     let mut read = Read {
@@ -59,18 +65,15 @@ pub(super) fn decode(
         let name = listed.path.strip_prefix(folder).unwrap_or(&listed.path);
         let name = format!("{:?}", name.to_string_lossy());
         match decoded {
-            Ok((color, projected)) => {
+            Ok((pixels, projected)) => {
                 read.observations += projected.observations;
                 read.mean_error += projected.error;
-                read.frames.push(frame(listed, color, &projected, placing));
+                read.frames.push(frame(listed, pixels, &projected, placing));
             }
             Err(ImageProblem::Missing) => missing.push(name),
             Err(ImageProblem::Unreadable(reason)) => unreadable.push(format!("{name} ({reason})")),
-            Err(ImageProblem::Size(width, height)) => {
-                let Camera {
-                    width: w, height: h, ..
-                } = listed.lens.image;
-                odd.push(format!("{name} ({width}x{height} instead of {w}x{h})"));
+            Err(problem @ ImageProblem::Size(..)) => {
+                odd.push(format!("{name} ({})", problem.describe(&listed.lens)));
             }
         }
     }
@@ -107,6 +110,15 @@ pub(super) fn decode(
         ));
     }
     Ok(read)
+}
+
+/// Reads the image of a frame once more.
+fn reader(listed: &Listed) -> impl Fn() -> Result<Pixels, SceneError> + Send + Sync + 'static {
+    let (path, lens, pinhole) = (listed.path.clone(), listed.lens, listed.pinhole);
+    move || match decode_color(&path, &lens, &pinhole) {
+        Ok(color) => Ok(Pixels::new(color, None)),
+        Err(problem) => Err(unreadable(&path, &problem.describe(&lens))),
+    }
 }
 
 /// What an image shows of the model's points.
@@ -158,7 +170,7 @@ impl Projected {
     }
 }
 
-fn frame(listed: &Listed, color: ColorImage, projected: &Projected, placing: &Placing) -> Frame {
+fn frame(listed: &Listed, pixels: FramePixels, projected: &Projected, placing: &Placing) -> Frame {
     let pose = &listed.camera_to_world;
     let points = projected
         .trusted
@@ -176,8 +188,7 @@ fn frame(listed: &Listed, color: ColorImage, projected: &Projected, placing: &Pl
             orthonormalised(pose.matrix3).as_mat3(),
             ((pose.translation - placing.origin) / placing.unit).as_vec3(),
         ),
-        color,
-        depth: None,
+        pixels,
         points: points.collect(),
         lens: (!listed.lens.distortion.is_none()).then_some(listed.lens),
     }

@@ -14,14 +14,13 @@ use image::DynamicImage;
 use rayon::prelude::*;
 
 use super::camera::{median_position, orthonormalised};
-use super::files::{decode_image, file_name, reader, stem, warn};
-use super::{Camera, ColorImage, DepthMap, Frame, Scene, SceneError, SceneSource};
+use super::files::{decode_image, file_name, reader, stem, unreadable, warn};
+use super::keyframes::Keeping;
+use super::{Camera, ColorImage, DepthMap, Frame, OpenOptions, Pixels, Scene, SceneError, SceneSource};
 use text::read_intrinsics;
 
 /// Distance of the cameras from zero beyond which the scene gets its own origin, in metres.
 const FAR_FROM_ZERO: f64 = 100.0;
-/// Most frames that are taken of a long sequence: about what fits in 3 GB at 640 x 480 with depth.
-const MOST_FRAMES: usize = 1000;
 
 /// A frame that is still on disk.
 pub(super) struct Listed {
@@ -69,6 +68,7 @@ pub(super) fn read(
     listed: &[Listed],
     mut warnings: Vec<String>,
     mut notes: Vec<String>,
+    options: OpenOptions,
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<Scene, SceneError> {
     let (camera, listed) = choose_camera(layout, listed, &mut warnings, &mut notes)?;
@@ -77,11 +77,14 @@ pub(super) fn read(
         .any(|frame| frame.depth.is_some())
         .then_some(layout.depth_code);
     let origin = choose_origin(&listed);
+    let with_depth = |frame: &&Listed| frame.depth.is_some() && depth_code.is_some();
+    let keeping = Keeping::of(listed.iter().map(|frame| (&camera, with_depth(frame))), options);
     let done = AtomicUsize::new(0);
     let decoded = listed
         .par_iter()
-        .map(|frame| {
-            let decoded = decode(frame, &camera, origin, depth_code);
+        .enumerate()
+        .map(|(number, frame)| {
+            let decoded = decode(frame, &camera, origin, depth_code, (&keeping, number));
             progress(1 + done.fetch_add(1, Ordering::Relaxed), listed.len());
             decoded
         })
@@ -96,24 +99,6 @@ pub(super) fn read(
         warnings,
         notes,
     })
-}
-
-/// Evenly spaced frames of a sequence that is longer than fits in memory, which a note says.
-pub(super) fn thinned(listed: Vec<Listed>, notes: &mut Vec<String>) -> Vec<Listed> {
-    let total = listed.len();
-    if total <= MOST_FRAMES {
-        return listed;
-    }
-    notes.push(format!(
-        "of the {total} usable frames {MOST_FRAMES} evenly spaced ones were taken"
-    ));
-    let kept_before = |index: usize| index * MOST_FRAMES / total;
-    let is_kept = |index: usize| kept_before(index + 1) > kept_before(index);
-    let numbered = listed.into_iter().enumerate();
-    numbered
-        .filter(|(index, _)| is_kept(*index))
-        .map(|(_, frame)| frame)
-        .collect()
 }
 
 /// A camera whose intrinsics are published for images of 640 x 480 pixels, at this size.
@@ -268,9 +253,10 @@ fn decode(
     camera: &Camera,
     origin: DVec3,
     depth_code: Option<DepthCode>,
+    (keeping, number): (&Keeping, usize),
 ) -> Result<Decoded, SceneError> {
-    let color = match decode_image(&listed.path) {
-        Ok(image) => ColorImage::new(camera.width, camera.height, image.into_rgb8().into_raw()),
+    let color = match decode_color(&listed.path, camera) {
+        Ok(color) => color,
         Err(reason) => {
             return Ok(Decoded {
                 frame: Err(reason),
@@ -280,7 +266,7 @@ fn decode(
     };
     let (depth, depth_problem) = match (depth_code, &listed.depth) {
         (Some(code), Some(path)) => match decode_depth(path, camera, code)? {
-            Ok(depth) => (Some(depth), None),
+            Ok(depth) => (Some((depth, path.clone(), code)), None),
             Err(reason) => (None, Some(format!("{} ({reason})", file_name(path)))),
         },
         (Some(_), None) => (
@@ -289,23 +275,43 @@ fn decode(
         ),
         (None, _) => (None, None),
     };
+    let (depth, read_depth) = depth.map(|(depth, path, code)| (depth, (path, code))).unzip();
+    let (path, own_camera) = (listed.path.clone(), *camera);
+    let again = move || {
+        let color = decode_color(&path, &own_camera).map_err(|reason| unreadable(&path, &reason))?;
+        let depth = match &read_depth {
+            None => None,
+            Some((path, code)) => {
+                let depth = decode_depth(path, &own_camera, *code)?;
+                Some(depth.map_err(|reason| unreadable(path, &reason))?)
+            }
+        };
+        Ok(Pixels::new(color, depth))
+    };
     let pose = &listed.camera_to_world;
-    let frame = color
-        .map(|color| Frame {
-            stem: stem(&listed.path),
-            path: listed.path.clone(),
-            camera: *camera,
-            camera_to_world: Affine3A::from_mat3_translation(
-                orthonormalised(pose.matrix3).as_mat3(),
-                (pose.translation - origin).as_vec3(),
-            ),
-            color,
-            depth,
-            points: Vec::new(),
-            lens: None,
-        })
-        .ok_or_else(|| "its size changed while it was read".to_owned());
-    Ok(Decoded { frame, depth_problem })
+    let frame = Frame {
+        stem: stem(&listed.path),
+        path: listed.path.clone(),
+        camera: *camera,
+        camera_to_world: Affine3A::from_mat3_translation(
+            orthonormalised(pose.matrix3).as_mat3(),
+            (pose.translation - origin).as_vec3(),
+        ),
+        pixels: keeping.keep(number, Pixels::new(color, depth), again),
+        points: Vec::new(),
+        lens: None,
+    };
+    Ok(Decoded {
+        frame: Ok(frame),
+        depth_problem,
+    })
+}
+
+/// A colour image of this camera, or why it cannot be used.
+fn decode_color(path: &Path, camera: &Camera) -> Result<ColorImage, String> {
+    let image = decode_image(path)?;
+    ColorImage::new(camera.width, camera.height, image.into_rgb8().into_raw())
+        .ok_or_else(|| "its size changed while it was read".to_owned())
 }
 
 /// Depth as ray lengths, or why it cannot be used; depth of another size than its image is an error.
