@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand};
 use inplace_core::eval::paper::{EXPERIMENTS, FUSION};
 use inplace_core::eval::simulate::{Baseline, Policy};
+use inplace_core::export::Format;
 use inplace_core::field::Preset;
 
 /// Labels a whole scene from a few clicks.
@@ -77,6 +78,8 @@ pub enum Command {
     },
     /// Label every frame of a scene from a few strokes.
     Label(LabelArguments),
+    /// Write a project's labels as a data set in one of several formats.
+    Export(ExportArguments),
     /// Measure how good the maps of unseen frames become as a simulated annotator, who knows the ground truth,
     /// clicks on the training frames.
     Simulate(SimulateArguments),
@@ -279,6 +282,29 @@ pub struct LabelArguments {
     pub training: TrainingArguments,
 }
 
+/// Exporting a project.
+#[derive(Debug, Args)]
+pub struct ExportArguments {
+    /// A project file.
+    #[arg(value_name = "PROJECT.inplace")]
+    pub project: PathBuf,
+    /// The folder to write into; files there that are right already are left alone.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// What to write.
+    #[arg(long, value_name = "FORMAT", default_value = "png", value_parser = format)]
+    pub format: Format,
+    /// Pixels whose class is less probable than this become void.
+    #[arg(long, value_name = "P", value_parser = share)]
+    pub least_probability: Option<f32>,
+    /// Numbers, names and colours that the classes take by name: NYU-13, ScanNet-20, Cityscapes, NYU-40, COCO-Stuff, or
+    /// a JSON file [{"id", "name", "color"}]. Classes that are not in it become void.
+    #[arg(long, value_name = "LIST")]
+    pub ids: Option<String>,
+    #[command(flatten)]
+    pub training: TrainingArguments,
+}
+
 /// A simulated annotator.
 #[derive(Debug, Args)]
 pub struct SimulateArguments {
@@ -335,6 +361,18 @@ fn preset(name: &str) -> Result<Preset, String> {
         "accurate" => Ok(Preset::Accurate),
         "reference" => Ok(Preset::Reference),
         _ => Err("use auto, fast, accurate or reference".to_owned()),
+    }
+}
+
+fn format(name: &str) -> Result<Format, String> {
+    let known = Format::ALL.map(Format::name);
+    Format::named(name).ok_or_else(|| format!("use {}", known.join(", ")))
+}
+
+fn share(text: &str) -> Result<f32, String> {
+    match text.parse::<f32>() {
+        Ok(share) if (0.0..=1.0).contains(&share) => Ok(share),
+        _ => Err("give a probability, from 0 to 1".to_owned()),
     }
 }
 

@@ -5,10 +5,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use inplace_core::eval::ConfusionMatrix;
+use inplace_core::field::Preset;
 use inplace_core::labels::{History, read_strokes};
 use inplace_core::project::{Contents, Project, SceneRecord};
 use inplace_core::scene::{OpenOptions, Scene, SceneSource};
-use inplace_core::session::ModelState;
+use inplace_core::session::{Command, Event, ModelState, Session, SessionOptions};
 use inplace_tests::{Outcome, Running, Small, class_ids, inplace};
 use serde_json::Value;
 use tempfile::TempDir;
@@ -38,6 +39,36 @@ impl OnDisk {
 
     fn path(&self, name: &str) -> PathBuf {
         self.root.path().join(name)
+    }
+
+    /// A project of the capture with the strokes, in `room.inplace`.
+    fn project(&self) -> Project {
+        let options = OpenOptions::default();
+        let scene = Scene::open(&SceneSource::Folder(self.path("room")), options, &|_, _| {}).unwrap();
+        let labels = read_strokes(&self.path("strokes.json"), &scene).unwrap();
+        let contents = Contents::new(SceneRecord::of(&scene, options), History::new(labels));
+        Project::create(&self.path("room.inplace"), &contents).unwrap()
+    }
+
+    /// What a field has learnt of the capture after a few steps.
+    fn trained(&self) -> ModelState {
+        let options = SessionOptions {
+            source: SceneSource::Folder(self.path("room")),
+            open: OpenOptions::default(),
+            preset: Preset::Auto,
+            threads: 2,
+            seed: 0,
+            state: None,
+        };
+        let session = Session::start(options, || {});
+        loop {
+            match session.events().recv().unwrap() {
+                Event::Status(status) if status.steps >= 20 => session.send(Command::Save),
+                Event::State(state) => return ModelState::clone(&state),
+                Event::Error(reason) => panic!("{reason}"),
+                _ => {}
+            }
+        }
     }
 
     /// Labels the capture into `out`.
@@ -300,13 +331,28 @@ fn colour_alone_is_enough_to_finish() {
 }
 
 #[test]
+fn a_project_is_exported_twice_to_the_same_bytes() {
+    let disk = OnDisk::new();
+    disk.project().save_model(&disk.trained()).unwrap();
+    let export = |out: &str| {
+        let mut command = inplace();
+        command.arg("export").arg(disk.path("room.inplace"));
+        command.arg("--out").arg(disk.path(out)).args(["--ids", "NYU-40"]);
+        let outcome = Running::to_the_end(&mut command);
+        assert_eq!(outcome.code, Some(0), "{outcome:?}");
+        outcome.stdout
+    };
+    export("first");
+    assert_complete(&disk.path("first"));
+    let again = export("first");
+    assert!(again.contains("0 files written, 31 unchanged"), "{again}");
+    assert!(export("second").contains("31 files written, 0 unchanged"));
+}
+
+#[test]
 fn a_project_is_labelled_from_its_own_strokes() {
     let disk = OnDisk::new();
-    let options = OpenOptions::default();
-    let scene = Scene::open(&SceneSource::Folder(disk.path("room")), options, &|_, _| {}).unwrap();
-    let labels = read_strokes(&disk.path("strokes.json"), &scene).unwrap();
-    let contents = Contents::new(SceneRecord::of(&scene, options), History::new(labels));
-    let mut project = Project::create(&disk.path("room.inplace"), &contents).unwrap();
+    let mut project = disk.project();
     // As of another version of the program: it is left out, and the strokes count.
     let foreign = ModelState {
         steps: 5,

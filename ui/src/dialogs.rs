@@ -1,6 +1,7 @@
 //! Dialogs over the window: opening, saving, exporting, the first class, the keys.
 
 mod classes;
+mod export;
 mod finder;
 mod moved;
 mod settings;
@@ -12,6 +13,7 @@ use inplace_core::labels::{Stroke, Trust};
 use inplace_core::scene::SceneSource;
 
 pub use classes::AddClasses;
+pub use export::ExportChoice;
 pub use finder::{ClassFinder, ClassUse};
 pub use moved::MovedScene;
 pub use settings::SettingsPage;
@@ -65,11 +67,8 @@ pub enum Dialog {
         /// The path typed so far.
         path: String,
     },
-    /// Asks for a folder to export into.
-    Export {
-        /// The path typed so far.
-        path: String,
-    },
+    /// Asks what to export, and for a folder to export into.
+    Export(ExportChoice),
     /// Asks for a folder of label images.
     Import {
         /// The path typed so far.
@@ -107,9 +106,9 @@ impl Dialog {
         Self::Open { path: String::new() }
     }
 
-    /// Asks for a folder to export into; the path is filled in when it is shown.
+    /// Asks what to export; the path, and what was chosen last, are filled in when it is shown.
     pub const fn export() -> Self {
-        Self::Export { path: String::new() }
+        Self::Export(ExportChoice::new())
     }
 
     /// Asks for a folder of label images.
@@ -130,7 +129,7 @@ impl Dialog {
         match self {
             Self::Open { path }
             | Self::SaveAs { path }
-            | Self::Export { path }
+            | Self::Export(ExportChoice { path, .. })
             | Self::Import { path, .. }
             | Self::SaveClasses { path } => {
                 *path = picked.display().to_string();
@@ -145,7 +144,7 @@ impl Dialog {
         match self {
             Self::Open { .. } => words::OPEN,
             Self::SaveAs { .. } => words::SAVE_AS,
-            Self::Export { .. } => words::EXPORT,
+            Self::Export(_) => words::EXPORT,
             Self::Import { .. } => words::IMPORT,
             Self::FirstClass { .. } => words::FIRST_CLASS,
             Self::AddClasses(_) => class_words::ADD_MANY_TITLE,
@@ -180,7 +179,7 @@ impl Dialog {
             match self {
                 Self::Open { path } => open(ui, path, actions),
                 Self::SaveAs { path } => save_as(ui, path, actions),
-                Self::Export { path } => export(ui, path, actions),
+                Self::Export(choice) => choice.show(ui, actions),
                 Self::Import { path, trusted } => import(ui, path, trusted, actions),
                 Self::FirstClass { name, .. } => first_class(ui, name, actions),
                 Self::AddClasses(dialog) => dialog.show(ui, actions),
@@ -230,18 +229,6 @@ fn save_as(ui: &mut Ui, path: &mut String, actions: &mut Actions) {
             file.set_extension("inplace");
         }
         Action::SaveTo(file)
-    });
-}
-
-fn export(ui: &mut Ui, path: &mut String, actions: &mut Actions) {
-    ui.label(words::EXPORT_EXPLAINED);
-    let entered = path_field(ui, path, words::EXPORT_FOLDER);
-    if ui.button(words::BROWSE).clicked() {
-        actions.push(Action::Browse(Purpose::Export));
-    }
-    let path = path.trim();
-    confirm(ui, words::EXPORT, !path.is_empty(), entered, actions, || {
-        Action::ExportTo(PathBuf::from(path))
     });
 }
 

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use inplace_core::export::{ExportError, write_maps, write_strokes};
+use inplace_core::export::{ExportError, Format, LabelledScene, Options, export, write_strokes};
 use inplace_core::labels::LabelSet;
 use inplace_core::scene::Scene;
 use inplace_core::session::{FrameMap, MapSlots};
@@ -22,6 +22,10 @@ pub struct Export {
     pub labels: LabelSet,
     /// Generation of the labels: older maps are waited out.
     pub generation: u64,
+    /// The kind of data set.
+    pub format: Format,
+    /// What is exported of each map.
+    pub options: Options,
     /// The newest maps.
     pub maps: Arc<MapSlots>,
     /// Set to stop it between two frames.
@@ -36,8 +40,8 @@ const PATIENCE: Duration = Duration::from_secs(30);
 pub enum Progress {
     /// Frames written, frames in all.
     Writing(usize, usize),
-    /// Everything is in this folder: so many frames.
-    Finished(PathBuf, usize),
+    /// Everything is in this folder: so many frames, in this format.
+    Finished(PathBuf, usize, Format),
     /// It was stopped: so many frames are in this folder, of so many.
     Cancelled(PathBuf, usize, usize),
     /// A sentence about what failed.
@@ -65,10 +69,15 @@ impl Export {
                 ControlFlow::Continue(())
             }
         };
-        let written = write_maps(&folder, &self.scene, &self.labels.classes, &maps, &progress)
-            .and_then(|()| write_strokes(&folder.join("strokes.json"), &self.labels, &self.scene.frames));
+        let labelled = LabelledScene {
+            scene: &self.scene,
+            classes: &self.labels.classes,
+            maps: &maps,
+        };
+        let written = export(&folder, labelled, self.format, &self.options, &progress)
+            .and_then(|_| write_strokes(&folder.join("strokes.json"), &self.labels, &self.scene.frames));
         tell(match written {
-            Ok(()) => Progress::Finished(folder, maps.len()),
+            Ok(()) => Progress::Finished(folder, maps.len(), self.format),
             Err(ExportError::Cancelled {
                 folder,
                 written,

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use inplace_core::eval::GroundTruth;
 use inplace_core::field::{Capacity, Preset, Volume};
-use inplace_core::scene::{OpenOptions, Scene, SceneSource};
+use inplace_core::scene::{Frame, OpenOptions, Scene, SceneSource};
 use serde_json::{Value, json};
 
 use super::Failure;
@@ -33,8 +33,7 @@ fn facts(scene: &Scene) -> Result<Value, Failure> {
     let bounds = scene.bounds();
     let volume = Volume::around(&bounds);
     let capacity = Capacity::for_scene(scene, &volume, Preset::Auto)?;
-    let with_depth = scene.frames.iter().filter_map(|frame| frame.depth.as_ref());
-    let coverage: Vec<f32> = with_depth.map(|depth| depth.coverage()).collect();
+    let coverage: Vec<f32> = scene.frames.iter().filter_map(Frame::depth_coverage).collect();
     let labelled = match &scene.source {
         SceneSource::Demo => scene.frames.len(),
         SceneSource::Folder(folder) => GroundTruth::find(folder).map_or(0, |truth| truth.numbers().count()),
@@ -47,6 +46,7 @@ fn facts(scene: &Scene) -> Result<Value, Failure> {
         "scene": scene.source.to_string(),
         "format": scene.format,
         "frames": scene.frames.len(),
+        "keyframes": scene.keyframes().len(),
         "width": image.map(|camera| camera.width),
         "height": image.map(|camera| camera.height),
         "intrinsics": image.map(|camera| [camera.fx, camera.fy, camera.cx, camera.cy]),
@@ -83,6 +83,9 @@ fn print(facts: &Value) {
         text("width"),
         text("height")
     );
+    if facts["keyframes"] != facts["frames"] {
+        println!("keyframes   {} of {}", text("keyframes"), text("frames"));
+    }
     println!("intrinsics  fx fy cx cy = {}", text("intrinsics"));
     if facts["frames_with_distortion"] != 0 {
         println!("distortion  undone in {} frames", text("frames_with_distortion"));

@@ -2,25 +2,19 @@
 
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
-use inplace_core::export::{self, PhaseSeconds, Report, peak_memory};
+use inplace_core::export::{self, Format, LabelledScene, Options, PhaseSeconds, Report, peak_memory};
 use inplace_core::field::Preset;
 use inplace_core::labels::{History, LabelSet, Trust, read_label_images, read_strokes};
-use inplace_core::project::{Contents, Project};
+use inplace_core::project::Contents;
 use inplace_core::scene::{OpenOptions, Scene, SceneSource, demo};
-use inplace_core::session::{Command, Event, FrameMap, Session, SessionOptions, Status};
+use inplace_core::session::SessionOptions;
 
-use super::progress::Progress;
+use super::run::Run;
 use super::{Failure, cores, refuse_endless, session_options};
 use crate::arguments::LabelArguments;
 
-/// Generation of the labels: they never change here.
-const GENERATION: u64 = 1;
-/// Seconds that writing takes, for each million pixels and in any case; measured generously.
-const WRITE_SECONDS_PER_MEGAPIXEL: f64 = 0.12;
-const WRITE_SECONDS: f64 = 0.5;
 /// Share of the budget kept for the last look at the surface.
 const LAST_LOOK: f64 = 0.12;
 /// Share of the budget in which the published network renders its maps.
@@ -38,7 +32,13 @@ enum Strokes {
 impl Strokes {
     fn read(self, scene: &Scene) -> Result<LabelSet, Failure> {
         Ok(match self {
-            Self::Project(contents, open) => contents.matched(scene, open)?.history.labels().clone(),
+            Self::Project(contents, open) => {
+                let contents = contents.matched(scene, open)?;
+                for warning in &contents.warnings {
+                    eprintln!("inplace: {warning}");
+                }
+                contents.history.labels().clone()
+            }
             Self::File(path) => read_strokes(&path, scene)?,
             Self::Demo => demo::clicks(),
             Self::Nothing => LabelSet::default(),
@@ -66,12 +66,7 @@ pub fn run(arguments: &LabelArguments) -> Result<(), Failure> {
     let start = Instant::now();
     refuse_endless(&arguments.training, arguments.budget)?;
     let (options, strokes) = job(arguments)?;
-    let mut run = Run {
-        session: Session::start(options.clone(), || {}),
-        progress: Progress::new(),
-        start,
-        status: Status::default(),
-    };
+    let mut run = Run::start(options.clone(), start);
     let scene = run.opened()?;
     let load = start.elapsed().as_secs_f64();
     for warning in &scene.warnings {
@@ -93,11 +88,8 @@ pub fn run(arguments: &LabelArguments) -> Result<(), Failure> {
         )
         .into());
     }
-    export::prepare(&arguments.out)?;
-    run.session.send(Command::Labels {
-        labels: labels.clone(),
-        generation: GENERATION,
-    });
+    export::prepare(&arguments.out, &[])?;
+    run.label(labels.clone());
     let kept = match options.preset {
         Preset::Reference => REFERENCE_RENDERING,
         Preset::Auto | Preset::Fast | Preset::Accurate => LAST_LOOK,
@@ -105,10 +97,19 @@ pub fn run(arguments: &LabelArguments) -> Result<(), Failure> {
     let maps = run.maps(&scene, arguments.budget, kept)?;
 
     let writing = Instant::now();
-    export::write_maps(&arguments.out, &scene, &labels.classes, &maps, &|_, _| {
-        ControlFlow::Continue(())
-    })?;
-    let status = &run.status;
+    let labelled = LabelledScene {
+        scene: &scene,
+        classes: &labels.classes,
+        maps: &maps,
+    };
+    export::export(
+        &arguments.out,
+        labelled,
+        Format::Png,
+        &Options::default(),
+        &|_, _| ControlFlow::Continue(()),
+    )?;
+    let status = run.status();
     let report = Report {
         version: env!("CARGO_PKG_VERSION").to_owned(),
         scene: scene.name(),
@@ -186,7 +187,14 @@ fn job(arguments: &LabelArguments) -> Result<(SessionOptions, Strokes), Failure>
         if arguments.strokes.is_some() {
             return Err("a project brings its own strokes; leave --strokes away".into());
         }
-        let (_, contents) = Project::open(&arguments.scene)?;
+        let contents = Contents::read(&arguments.scene)?;
+        if matches!(&contents.scene.source, SceneSource::Folder(folder) if folder.as_os_str().is_empty()) {
+            return Err(format!(
+                "{}: is damaged and no longer says where its scene is; open it in the window, which asks",
+                arguments.scene.display()
+            )
+            .into());
+        }
         let mut options = session_options(&arguments.training, contents.scene.source.clone(), threads);
         options.open.depth &= contents.scene.depth;
         options.state = contents.model.clone();
@@ -218,91 +226,4 @@ fn readable(path: &Path) -> Result<(), Failure> {
         Ok(_) => Ok(()),
         Err(error) => Err(format!("{}: cannot be read: {error}", path.display()).into()),
     }
-}
-
-struct Run {
-    session: Session,
-    progress: Progress,
-    start: Instant,
-    status: Status,
-}
-
-impl Run {
-    /// Waits for the scene.
-    fn opened(&mut self) -> Result<Arc<Scene>, Failure> {
-        loop {
-            match self.session.events().recv()? {
-                Event::Opening { done, total } => {
-                    self.progress.show(&format!("reading frame {done} of {total}"));
-                }
-                Event::Opened(scene) => return Ok(scene),
-                Event::Error(reason) => return Err(reason.into()),
-                _ => {}
-            }
-        }
-    }
-
-    /// Waits until the maps are final, or for as long as the budget allows, with a share of it kept for what
-    /// follows training; then returns them.
-    fn maps(&mut self, scene: &Scene, budget: Option<f64>, kept: f64) -> Result<Vec<Arc<FrameMap>>, Failure> {
-        let megapixels = scene
-            .frames
-            .iter()
-            .map(|frame| frame.camera.pixels())
-            .sum::<usize>() as f64
-            / 1e6;
-        let writing = WRITE_SECONDS + WRITE_SECONDS_PER_MEGAPIXEL * megapixels;
-        // When to train no more, and when to write whatever there is.
-        let at = |seconds: f64| self.start + Duration::from_secs_f64(seconds.max(0.0));
-        let deadlines = budget.map(|budget| (at(budget - writing - kept * budget), at(budget - writing)));
-        let mut settling = false;
-        loop {
-            let now = Instant::now();
-            if let Some((settle, end)) = deadlines {
-                if now >= settle && !settling {
-                    settling = true;
-                    self.session.send(Command::Settle);
-                }
-                if now >= end
-                    && let Some(maps) = self.all_maps(scene)
-                {
-                    return Ok(maps);
-                }
-            }
-            match self.session.events().recv_timeout(Duration::from_millis(50)) {
-                Ok(Event::Status(status)) => {
-                    self.progress.show(&describe(&status));
-                    let done = status.is_final(GENERATION);
-                    self.status = status;
-                    if done && let Some(maps) = self.all_maps(scene) {
-                        return Ok(maps);
-                    }
-                }
-                Ok(Event::Warning(sentence)) => eprintln!("inplace: {sentence}"),
-                Ok(Event::Error(reason)) => return Err(reason.into()),
-                Ok(Event::Stopped) | Err(crossbeam_channel::RecvTimeoutError::Disconnected) => {
-                    return Err("training ended before the maps were made".into());
-                }
-                Ok(_) | Err(crossbeam_channel::RecvTimeoutError::Timeout) => {}
-            }
-        }
-    }
-
-    /// The maps of all frames, where every frame has one of these labels.
-    fn all_maps(&self, scene: &Scene) -> Option<Vec<Arc<FrameMap>>> {
-        let slots = self.session.maps();
-        (0..scene.frames.len())
-            .map(|frame| slots.get(frame).filter(|map| map.generation == GENERATION))
-            .collect()
-    }
-}
-
-fn describe(status: &Status) -> String {
-    let psnr = status
-        .held_out_psnr
-        .map_or(String::new(), |psnr| format!(", {psnr:.1} dB"));
-    let entropy = status
-        .mean_entropy
-        .map_or(String::new(), |entropy| format!(", entropy {entropy:.2}"));
-    format!("training: step {}{psnr}{entropy}", status.steps)
 }

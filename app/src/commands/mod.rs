@@ -2,9 +2,11 @@
 
 mod bench;
 mod demo;
+mod export;
 mod info;
 mod label;
 mod progress;
+mod run;
 mod simulate;
 mod window;
 
@@ -42,6 +44,7 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         Some(Command::Demo { out: None, .. }) => window::run(arguments.window),
         Some(Command::Info { scene, json }) => info::run(&scene, json),
         Some(Command::Label(label)) => label::run(&label),
+        Some(Command::Export(arguments)) => export::run(&arguments),
         Some(Command::Simulate(arguments)) => simulate::run(&arguments),
         Some(Command::Bench { what }) => bench::run(what),
         None => window::run(arguments.window),
@@ -68,6 +71,7 @@ fn refuse_endless(training: &TrainingArguments, budget: Option<f64>) -> Result<(
 fn open_options(training: &TrainingArguments) -> OpenOptions {
     OpenOptions {
         depth: !training.no_depth,
+        ..OpenOptions::default()
     }
 }
 

@@ -7,15 +7,25 @@ use std::path::{Path, PathBuf};
 
 const SUFFIX: &str = ".inplace-tmp";
 
-/// Writes a file under a temporary name in the same folder and renames it.
-pub(super) fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
+/// Writes a file under a temporary name in the same folder and renames it, unless it holds these bytes already;
+/// returns whether it did not.
+pub(super) fn write(path: &Path, bytes: &[u8]) -> io::Result<bool> {
+    if holds(path, bytes) {
+        return Ok(false);
+    }
     let temporary = temporary(path)?;
     let written = fs::write(&temporary, bytes).and_then(|()| fs::rename(&temporary, path));
     if written.is_err() {
         // The first error is the one to report.
         let _ = fs::remove_file(&temporary);
     }
-    written
+    written.map(|()| true)
+}
+
+/// Whether a file is there with exactly this content.
+fn holds(path: &Path, bytes: &[u8]) -> bool {
+    fs::metadata(path).is_ok_and(|found| found.len() == bytes.len() as u64)
+        && fs::read(path).is_ok_and(|found| found == bytes)
 }
 
 /// The hidden name that a file has while it is being written.

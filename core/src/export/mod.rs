@@ -2,21 +2,35 @@
 //! that a killed run leaves no half file.
 
 mod atomic;
-mod maps;
+mod format;
+mod ids;
+mod layout;
 mod memory;
+mod pngs;
 mod report;
 
 use std::path::{Path, PathBuf};
 
-pub use maps::write_maps;
+pub use format::{Format, export};
+pub use ids::IdMap;
+pub use layout::{LabelledScene, Written};
 pub use memory::peak_memory;
 pub use report::{PhaseSeconds, Report};
 
-use crate::labels::{Class, LabelSet, strokes_json};
-use crate::scene::Frame;
+use ids::Ids;
 
-/// The folders of [`write_maps`], below the export's own.
-const FOLDERS: [&str; 3] = ["labels", "entropy", "color"];
+use crate::labels::{LabelSet, strokes_json};
+use crate::scene::{Frame, SceneError};
+
+/// What is exported of each map, whatever the format.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Options {
+    /// Pixels whose class is less probable than this (0..=1) become void; maps of which no probabilities are known, such
+    /// as a project's saved ones, are an error then.
+    pub least_probability: Option<f32>,
+    /// Other numbers for the classes.
+    pub ids: Option<IdMap>,
+}
 
 /// Results that cannot be written; each message is one sentence that names the file and what to do.
 #[derive(Debug, thiserror::Error)]
@@ -39,6 +53,17 @@ pub enum ExportError {
         /// Frames in all.
         frames: usize,
     },
+    /// The files of a frame that is no keyframe can no longer be read.
+    #[error(transparent)]
+    Frame(#[from] SceneError),
+    /// A list of classes that cannot be used.
+    #[error("{}: is no list of classes: {reason}; name a JSON file [{{\"id\", \"name\", \"color\"}}], or NYU-13, ScanNet-20, Cityscapes, NYU-40 or COCO-Stuff", .path.display())]
+    UnusableIds {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
     /// There is nothing right to write; nothing was written.
     #[error("{}: nothing was exported: {reason}", .folder.display())]
     Incomplete {
@@ -58,13 +83,13 @@ impl ExportError {
     }
 }
 
-/// Makes the folder and those inside it, and tries whether files can be written there: call it before
+/// Makes the folder and these inside it, and tries whether files can be written there: call it before
 /// any work whose result is to be kept there.
 ///
 /// # Errors
 /// [`ExportError::Unwritable`].
-pub fn prepare(folder: &Path) -> Result<(), ExportError> {
-    let inner = FOLDERS.iter().map(|name| folder.join(name));
+pub fn prepare(folder: &Path, inner: &[&str]) -> Result<(), ExportError> {
+    let inner = inner.iter().map(|name| folder.join(name));
     for folder in std::iter::once(folder.to_path_buf()).chain(inner) {
         atomic::prepare(&folder).map_err(|error| ExportError::unwritable(&folder, error))?;
     }
@@ -77,11 +102,6 @@ pub fn prepare(folder: &Path) -> Result<(), ExportError> {
 /// [`ExportError::Unwritable`].
 pub fn write_report(folder: &Path, report: &Report) -> Result<(), ExportError> {
     write_json(&folder.join("report.json"), report)
-}
-
-/// Writes `classes.json`: the list of classes as in a strokes file.
-fn write_classes(folder: &Path, classes: &[Class]) -> Result<(), ExportError> {
-    write_json(&folder.join("classes.json"), classes)
 }
 
 /// Writes a strokes file for the frames of a scene; strokes on other frames (that have vanished from the
@@ -106,74 +126,11 @@ pub fn write_json<T: serde::Serialize + ?Sized>(path: &Path, value: &T) -> Resul
 
 /// Writes a file under a temporary name first.
 pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<(), ExportError> {
-    atomic::write(path, bytes).map_err(|error| ExportError::unwritable(path, error))
+    let written = atomic::write(path, bytes);
+    written
+        .map(|_| ())
+        .map_err(|error| ExportError::unwritable(path, error))
 }
 
 #[cfg(test)]
-mod tests {
-    use std::fs;
-    use std::sync::Arc;
-
-    use super::*;
-    use crate::labels::{Stroke, StrokeId};
-    use crate::scene::testing::wall;
-
-    #[test]
-    fn an_unwritable_folder_is_one_sentence_before_any_work() {
-        let root = tempfile::tempdir().unwrap();
-        let file = root.path().join("file");
-        fs::write(&file, "x").unwrap();
-        let error = prepare(&file.join("out")).unwrap_err().to_string();
-        assert!(
-            error.contains("file") && error.contains("cannot be written"),
-            "{error}"
-        );
-        assert_eq!(fs::read(&file).unwrap(), b"x");
-    }
-
-    #[test]
-    fn what_a_killed_run_left_is_cleared_away() {
-        let root = tempfile::tempdir().unwrap();
-        prepare(root.path()).unwrap();
-        let left = atomic::temporary(&root.path().join("labels/a.png")).unwrap();
-        fs::write(&left, "half").unwrap();
-        fs::write(root.path().join("labels/mine.txt"), "kept").unwrap();
-        prepare(root.path()).unwrap();
-        assert!(!left.exists());
-        assert!(root.path().join("labels/mine.txt").exists());
-    }
-
-    #[test]
-    fn the_report_comes_back_and_says_null_for_what_was_not_measured() {
-        let root = tempfile::tempdir().unwrap();
-        let report = Report {
-            scene: "demo".to_owned(),
-            frames: 3,
-            seed: 7,
-            held_out_psnr_db: Some(27.5),
-            ..Report::default()
-        };
-        write_report(root.path(), &report).unwrap();
-        let text = fs::read_to_string(root.path().join("report.json")).unwrap();
-        assert!(text.contains("\"depth_error_m\": null"), "{text}");
-        assert_eq!(serde_json::from_str::<Report>(&text).unwrap(), report);
-    }
-
-    #[test]
-    fn strokes_on_vanished_frames_are_not_exported() {
-        let root = tempfile::tempdir().unwrap();
-        let path = root.path().join("strokes.json");
-        let mut labels = LabelSet {
-            classes: vec![Class::new(1, "wall")],
-            ..LabelSet::default()
-        };
-        for (id, frame) in [(1, 0), (2, 5)] {
-            let stroke = Arc::new(Stroke::click(frame, 1, [2, 3]));
-            labels.strokes.insert(StrokeId(id), stroke);
-        }
-        write_strokes(&path, &labels, &wall(1, 4, 3).frames).unwrap();
-        let json: serde_json::Value = serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
-        assert_eq!(json["strokes"].as_array().unwrap().len(), 1);
-        assert_eq!(json["strokes"][0]["frame"], "rgb_0");
-    }
-}
+mod tests;

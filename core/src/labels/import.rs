@@ -129,10 +129,13 @@ pub fn in_frame(frame: &Frame, image: &[ClassId]) -> Vec<ClassId> {
     let (own, width) = (&frame.camera, frame.image().width);
     let at = |index: u32| {
         let place = frame.to_image([index % own.width, index / own.width]);
-        let place = place.filter(|_| frame.is_valid(index as usize));
         place.map_or(VOID, |[x, y]| image[(y * width + x) as usize])
     };
-    (0..own.pixels() as u32).map(at).collect()
+    let mut labels: Vec<ClassId> = (0..own.pixels() as u32).map(at).collect();
+    for pixel in frame.hidden_pixels() {
+        labels[pixel] = VOID;
+    }
+    labels
 }
 
 /// The classes of `classes.json` beside the images or one folder up; none where there is no such file.
@@ -162,7 +165,7 @@ pub fn read_class_list(path: &Path) -> Result<Vec<Class>, ImportError> {
 mod tests {
     use super::*;
     use crate::labels::{History, Stroke};
-    use crate::scene::testing::wall;
+    use crate::scene::testing::{hide, wall};
     use crate::scene::{Distortion, Lens};
 
     fn write(folder: &Path, name: &str, width: u32, labels: &[ClassId]) {
@@ -252,7 +255,7 @@ mod tests {
     #[test]
     fn hidden_pixels_are_void_whatever_the_image_says() {
         let mut frame = wall(1, 8, 6).frames.remove(0);
-        frame.color = frame.color.clone().hiding(|index| index % 8 < 3);
+        hide(&mut frame, |index| index % 8 < 3);
         for (index, class) in in_frame(&frame, &[7; 48]).into_iter().enumerate() {
             assert_eq!(class, if index % 8 < 3 { VOID } else { 7 });
         }

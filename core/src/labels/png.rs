@@ -67,6 +67,26 @@ pub(crate) fn decode_gray(png: &[u8]) -> Result<(u32, u32, Vec<u16>), String> {
     }
 }
 
+/// [`decode_gray`] of an image that must have this size; one that says otherwise is refused before memory is taken for it.
+///
+/// # Errors
+/// Those of [`decode_gray`], and an image of another size.
+pub(crate) fn decode_gray_sized(png: &[u8], width: u32, height: u32) -> Result<Vec<u16>, String> {
+    // The signature, then the header chunk's length, name, width and height.
+    let told = |at: usize| {
+        let bytes = png.get(at..at + 4)?.try_into().ok()?;
+        Some(u32::from_be_bytes(bytes))
+    };
+    match (told(16), told(20)) {
+        (Some(found_width), Some(found_height)) if (found_width, found_height) != (width, height) => {
+            Err(format!(
+                "it says that it has {found_width}x{found_height} pixels where its frame has {width}x{height}"
+            ))
+        }
+        _ => decode_gray(png).map(|(_, _, values)| values),
+    }
+}
+
 fn describe(color: ColorType) -> &'static str {
     match color {
         ColorType::Rgb8 | ColorType::Rgb16 => "colour",
@@ -94,5 +114,9 @@ mod tests {
         assert!(decode_gray(&png).unwrap_err().contains("colour"));
         assert!(encode_labels(3, 3, &[0; 8]).is_err());
         assert!(decode_gray(b"hello").is_err());
+        let small = encode_labels(3, 2, &[7; 6]).unwrap();
+        assert_eq!(decode_gray_sized(&small, 3, 2).unwrap(), [7; 6]);
+        assert!(decode_gray_sized(&small, 2, 3).unwrap_err().contains("3x2"));
+        assert!(decode_gray_sized(&small[..20], 3, 2).is_err());
     }
 }

@@ -115,13 +115,9 @@ pub(super) fn read(
         Ok((id, unsigned(row, 1)?, row.get::<_, Vec<u8>>(2)?))
     });
     let decode = |(id, frame, png): &(ImportId, usize, Vec<u8>)| {
-        let (width, height, labels) = png::decode_gray(png)?;
-        match scene.frames.get(*frame) {
-            Some(record) if (record.width, record.height) == (width, height) => {
-                Ok((*id, ImportedMap::new(*frame, &labels)))
-            }
-            _ => Err("it fits no frame".to_owned()),
-        }
+        let record = scene.frames.get(*frame).ok_or("it is of no frame")?;
+        let labels = png::decode_gray_sized(png, record.width, record.height)?;
+        Ok((*id, ImportedMap::new(*frame, &labels)))
     };
     let decoded: Result<Vec<(ImportId, ImportedMap)>, String> =
         stored.map_err(reading)?.par_iter().map(decode).collect();

@@ -1,10 +1,12 @@
+mod damage;
+
 use std::fs;
 
 use glam::{Affine3A, DVec3};
 
 use super::*;
 use crate::labels::{ImportedLabels, ImportedMap, LabelImages, LabelSet, Stroke, Trust};
-use crate::scene::{Camera, ColorImage, Frame, OpenOptions, Scene, SceneSource};
+use crate::scene::{Camera, ColorImage, Frame, FramePixels, OpenOptions, Scene, SceneSource};
 
 /// A scene of tiny frames, in a folder.
 pub(super) fn scene(folder: &Path, stems: &[&str]) -> Scene {
@@ -13,8 +15,7 @@ pub(super) fn scene(folder: &Path, stems: &[&str]) -> Scene {
         path: folder.join(stem),
         camera: Camera::with_horizontal_fov(3, 2, 90.0),
         camera_to_world: Affine3A::IDENTITY,
-        color: ColorImage::new(3, 2, vec![0; 18]).unwrap(),
-        depth: None,
+        pixels: FramePixels::new(ColorImage::new(3, 2, vec![0; 18]).unwrap(), None),
         points: Vec::new(),
         lens: None,
     };
@@ -372,6 +373,27 @@ fn changed_images_are_noticed() {
         "{:?}",
         after.warnings
     );
+}
+
+#[test]
+fn there_is_a_file_of_every_version_and_each_opens() {
+    let fixtures = [include_str!("fixtures/v1.sql"), include_str!("fixtures/v2.sql")];
+    assert_eq!(fixtures.len() as i64, schema::VERSION);
+    for (index, sql) in fixtures.iter().enumerate() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("p.inplace");
+        let old = Connection::open(&path).unwrap();
+        old.execute_batch(sql).unwrap();
+        assert_eq!(schema::version(&old).unwrap(), index as i64 + 1);
+        drop(old);
+        let opened = Opened::open(&path, Owner::Person).unwrap();
+        assert_eq!(
+            (opened.damage, opened.contents.warnings),
+            (None, Vec::<String>::new())
+        );
+        let project = opened.project.unwrap();
+        assert_eq!(schema::version(&project.connection).unwrap(), schema::VERSION);
+    }
 }
 
 #[test]

@@ -22,6 +22,14 @@ pub(super) fn decode_image(path: &Path) -> Result<DynamicImage, String> {
     reader(path)?.decode().map_err(|error| error.to_string())
 }
 
+/// A file of an open capture that could be read when it was opened, and cannot be read again.
+pub(super) fn unreadable(path: &Path, reason: &str) -> SceneError {
+    SceneError::file(
+        path,
+        format!("can no longer be read ({reason}); put the capture back as it was, or open it again"),
+    )
+}
+
 /// A reader of an image whose format is told by its first bytes, or why there is none.
 pub(super) fn reader(path: &Path) -> Result<ImageReader<std::io::BufReader<std::fs::File>>, String> {
     ImageReader::open(path)

@@ -4,13 +4,13 @@
 #[cfg(test)]
 mod tests;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use image::metadata::Orientation;
 use image::{DynamicImage, ImageDecoder, Limits};
 
-use super::files::{decode_image, reader, warn};
-use super::{Camera, ColorImage, Frame, Lens};
+use super::files::{decode_image, reader, unreadable, warn};
+use super::{Camera, ColorImage, Frame, Lens, SceneError};
 
 /// Why a colour image cannot be used.
 pub(super) enum ImageProblem {
@@ -49,6 +49,36 @@ pub(super) enum Turn {
     Ignored,
     /// The image was turned.
     Applied,
+}
+
+/// A colour image on disk, and how it becomes that of a frame.
+#[derive(Clone)]
+pub(super) struct ImageFile {
+    pub path: PathBuf,
+    /// Its mask, where it has one.
+    pub mask: Option<PathBuf>,
+    /// What it was taken with.
+    pub lens: Lens,
+    /// The camera of the frame.
+    pub pinhole: Camera,
+}
+
+impl ImageFile {
+    /// The frame's colour image ([`decode_color`]).
+    pub fn decode(&self) -> Result<(ColorImage, Turn), ImageProblem> {
+        decode_color(&self.path, self.mask.as_deref(), &self.lens, &self.pinhole)
+    }
+
+    /// The same once more, while the capture is open.
+    ///
+    /// # Errors
+    /// A file that can no longer be read.
+    pub fn decode_again(&self) -> Result<ColorImage, SceneError> {
+        match self.decode() {
+            Ok((color, _)) => Ok(color),
+            Err(problem) => Err(unreadable(&self.path, &problem.describe(&self.lens))),
+        }
+    }
 }
 
 /// The colour image at a path, taken with `lens`, as `pinhole` would have taken it; without the pixels whose alpha is
@@ -192,10 +222,7 @@ pub(super) fn warn_of_turns(warnings: &mut Vec<String>, turns: &[(String, Turn)]
 
 /// Says how much of the frames is hidden, if anything.
 pub(super) fn note_hidden(frames: &[Frame], notes: &mut Vec<String>) {
-    let hidden: Vec<usize> = frames
-        .iter()
-        .map(|frame| frame.color.hidden_pixels().count())
-        .collect();
+    let hidden: Vec<usize> = frames.iter().map(|frame| frame.pixels.hidden()).collect();
     let masked = hidden.iter().filter(|&&count| count > 0).count();
     if masked > 0 {
         let pixels: usize = frames.iter().map(|frame| frame.camera.pixels()).sum();

@@ -1,5 +1,6 @@
 //! A posed capture of one static scene: cameras, frames, and the formats they are read from.
 
+mod cache;
 mod camera;
 mod colmap;
 pub mod demo;
@@ -8,7 +9,9 @@ mod files;
 mod formats;
 mod frame;
 mod images;
+mod keyframes;
 mod lens;
+mod pixels;
 mod replica;
 mod rgbd;
 mod scannet;
@@ -23,10 +26,12 @@ use std::path::{Path, PathBuf};
 
 use glam::{DVec3, Vec3};
 
+pub(crate) use cache::Cache;
 pub use camera::Camera;
 pub use error::SceneError;
 pub use frame::{ColorImage, DepthMap, Frame, SparsePoint};
 pub use lens::{Distortion, Lens};
+pub use pixels::{FramePixels, Pixels};
 pub use replica::{GroundTruth, write as write_replica};
 
 /// Where a scene comes from.
@@ -63,11 +68,19 @@ impl fmt::Display for SceneSource {
 pub struct OpenOptions {
     /// Read measured depth, and the points of a structure-from-motion, where there are any.
     pub depth: bool,
+    /// Bytes that decoded images may take in memory. Of a capture that takes more only the keyframes' stay there.
+    pub image_bytes: u64,
 }
+
+/// Images of about a thousand frames of 640 x 480 pixels with depth.
+const IMAGE_BYTES: u64 = 3 << 29;
 
 impl Default for OpenOptions {
     fn default() -> Self {
-        Self { depth: true }
+        Self {
+            depth: true,
+            image_bytes: IMAGE_BYTES,
+        }
     }
 }
 
@@ -91,7 +104,7 @@ impl Bounds {
 const TRIMMED: f32 = 0.002;
 const TRIMMED_SPARSE: f32 = 0.01;
 
-/// A posed capture of one static scene, decoded.
+/// A posed capture of one static scene.
 #[derive(Clone, Debug)]
 pub struct Scene {
     /// Where it was read from.
@@ -133,10 +146,13 @@ impl Scene {
         };
         if !options.depth {
             for frame in &mut scene.frames {
-                frame.depth = None;
+                if frame.has_depth() {
+                    frame.set_depth(None);
+                }
                 frame.points.clear();
             }
         }
+        keyframes::choose(&mut scene, options)?;
         Ok(scene)
     }
 
@@ -162,7 +178,14 @@ impl Scene {
 
     /// Whether any frame has measured depth.
     pub fn has_depth(&self) -> bool {
-        self.frames.iter().any(|frame| frame.depth.is_some())
+        self.frames.iter().any(Frame::has_depth)
+    }
+
+    /// Indices of the frames whose pixels stay in memory, ascending: all frames of a capture that fits there.
+    pub fn keyframes(&self) -> Vec<usize> {
+        let numbered = self.frames.iter().enumerate();
+        let kept = numbered.filter(|(_, frame)| frame.is_keyframe());
+        kept.map(|(number, _)| number).collect()
     }
 
     /// A position here (in metres, relative to the origin) in the capture's own coordinates and unit.
@@ -203,11 +226,11 @@ impl Scene {
         }
     }
 
-    /// World points of about 200 measured pixels of every frame.
+    /// World points of about 200 measured pixels of every keyframe.
     fn sampled_points(&self) -> Vec<Vec3> {
         let mut points = Vec::new();
-        for frame in &self.frames {
-            let Some(depth) = &frame.depth else { continue };
+        for frame in self.frames.iter().filter(|frame| frame.is_keyframe()) {
+            let Some(depth) = frame.depth() else { continue };
             let stride = (depth.len() / 200).max(1) | 1;
             for index in (0..depth.len()).step_by(stride) {
                 if let Some(length) = depth.ray_length(index) {

@@ -60,7 +60,7 @@ pub(super) fn read(
         },
         default_camera_note: None,
     };
-    rgbd::read(&layout, &listed, warnings, Vec::new(), progress)
+    rgbd::read(&layout, &listed, warnings, Vec::new(), options, progress)
 }
 
 /// The colour images by number.

@@ -12,12 +12,13 @@ mod tests;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use rayon::prelude::*;
 
 use super::files::{file_name, numbered_files, warn};
 use super::rgbd::text::{read_numbers, read_pose};
-use super::rgbd::{self, DepthCode, Layout, Listed};
+use super::rgbd::{self, DepthCamera, DepthCode, Layout, Listed};
 use super::{Camera, OpenOptions, Scene, SceneError};
 
 /// Name of the format.
@@ -49,14 +50,14 @@ pub(super) fn read(
 ) -> Result<Scene, SceneError> {
     let (mut warnings, mut notes) = (Vec::new(), Vec::new());
     let listed = list(folder, options, &mut warnings)?;
-    let listed = rgbd::thinned(listed, &mut notes);
     let color = Calibration::read(folder, "color", COLOR_SIZE)?;
     let depth = Calibration::read(folder, "depth", DEPTH_SIZE)?;
     if depth.is_none() && listed.iter().any(|frame| frame.depth.is_some()) {
         notes.push("no intrinsic_depth.txt: depth is taken to show what the colour images show".to_owned());
     }
     warn_of_extrinsics(folder, &mut warnings)?;
-    let depth_camera = depth.map(|depth| move |width, height| depth.camera(width, height));
+    let depth_camera =
+        depth.map(|depth| -> Arc<DepthCamera> { Arc::new(move |width, height| depth.camera(width, height)) });
     let layout = Layout {
         format: NAME,
         folder,
@@ -66,7 +67,7 @@ pub(super) fn read(
             steps_per_metre: 1000.0,
             none: 0,
         },
-        depth_camera: depth_camera.as_ref().map(|camera| camera as &rgbd::DepthCamera),
+        depth_camera,
         default_camera: &|width, height| {
             match &color {
             Some(color) => color.camera(width, height),
@@ -79,7 +80,7 @@ pub(super) fn read(
         },
         default_camera_note: None,
     };
-    rgbd::read(&layout, &listed, warnings, notes, progress)
+    rgbd::read(&layout, &listed, warnings, notes, options, progress)
 }
 
 /// The frames that have an image and a usable pose, by number.

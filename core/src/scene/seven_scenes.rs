@@ -75,9 +75,8 @@ pub(super) fn read(
     options: OpenOptions,
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<Scene, SceneError> {
-    let (mut warnings, mut notes) = (Vec::new(), Vec::new());
+    let mut warnings = Vec::new();
     let listed = list(folder, options, &mut warnings)?;
-    let listed = rgbd::thinned(listed, &mut notes);
     let layout = Layout {
         format: NAME,
         folder,
@@ -96,7 +95,7 @@ pub(super) fn read(
                 .to_owned(),
         ),
     };
-    rgbd::read(&layout, &listed, warnings, notes, progress)
+    rgbd::read(&layout, &listed, warnings, Vec::new(), options, progress)
 }
 
 /// The frames that have an image and a usable pose, by number.

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use glam::{Affine3A, DVec3, Vec3};
 
-use super::{Camera, ColorImage, DepthMap, Frame, OpenOptions, Scene, SceneError, SceneSource};
+use super::{Camera, ColorImage, DepthMap, Frame, FramePixels, OpenOptions, Scene, SceneError, SceneSource};
 
 /// A wall two metres away, dark where x < 0 and bright elsewhere, seen by cameras side by side, the
 /// first at x = -0.2 m and the last at x = 0.2 m, with depth and a horizontal field of view of 90 degrees.
@@ -24,8 +24,10 @@ pub fn wall(frames: usize, width: u32, height: u32) -> Scene {
                 path: PathBuf::new(),
                 camera,
                 camera_to_world: Affine3A::from_translation(Vec3::new(x, 0.0, 0.0)),
-                color: ColorImage::new(width, height, rgb).unwrap(),
-                depth: Some(DepthMap::from_z_depths(&camera, vec![2.0; camera.pixels()])),
+                pixels: FramePixels::new(
+                    ColorImage::new(width, height, rgb).unwrap(),
+                    Some(DepthMap::from_z_depths(&camera, vec![2.0; camera.pixels()])),
+                ),
                 points: Vec::new(),
                 lens: None,
             }
@@ -41,6 +43,18 @@ pub fn wall(frames: usize, width: u32, height: u32) -> Scene {
         notes: Vec::new(),
     }
 }
+
+/// Hides pixels of a frame, by row-major index.
+pub fn hide(frame: &mut Frame, is_hidden: impl Fn(usize) -> bool) {
+    let color = ColorImage::clone(&frame.color());
+    frame.set_color(color.hiding(is_hidden));
+}
+
+/// To open captures without their depth.
+pub const WITHOUT_DEPTH: OpenOptions = OpenOptions {
+    depth: false,
+    image_bytes: u64::MAX,
+};
 
 /// Opens a folder as the program would.
 pub fn open(folder: &Path) -> Result<Scene, SceneError> {

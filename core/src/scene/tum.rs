@@ -115,9 +115,8 @@ pub(super) fn read(
     options: OpenOptions,
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<Scene, SceneError> {
-    let (mut warnings, mut notes) = (Vec::new(), Vec::new());
+    let mut warnings = Vec::new();
     let listed = list(folder, options, &mut warnings)?;
-    let listed = rgbd::thinned(listed, &mut notes);
     let family = Family::of(folder);
     let layout = Layout {
         format: NAME,
@@ -135,7 +134,7 @@ pub(super) fn read(
         },
         default_camera_note: Some(family.note()),
     };
-    rgbd::read(&layout, &listed, warnings, notes, progress)
+    rgbd::read(&layout, &listed, warnings, Vec::new(), options, progress)
 }
 
 /// The frames whose image has a usable pose, and depth where there is any, at about its time; in the order

@@ -31,10 +31,10 @@ impl NodeVotes {
         let mut counts = vec![0.0; surface.graph.len() * classes.len()];
         for map in &labels.maps {
             // Frames that have vanished or changed their size say nothing.
-            let nodes = surface.pixels.get(map.frame);
-            let Some(nodes) = nodes.filter(|nodes| nodes.len() == map.pixels()) else {
+            let nodes = surface.nodes_of(map.frame);
+            if nodes.len() != map.pixels() {
                 continue;
-            };
+            }
             let said = map.labels();
             for (node, pixels) in nodes.runs() {
                 if node == NO_NODE {
@@ -252,7 +252,7 @@ impl NodeLabels {
 
     /// The class of every pixel of a frame, row-major; void where it shows no node.
     pub fn of_frame(&self, surface: &Surface, frame: usize) -> Vec<ClassId> {
-        let map = &surface.pixels[frame];
+        let map = surface.nodes_of(frame);
         let mut labels = Vec::with_capacity(map.len());
         for (node, pixels) in map.runs() {
             let label = if node == NO_NODE {
@@ -276,7 +276,7 @@ mod tests {
     use crate::scene::testing::wall;
 
     fn truth(scene: &Scene, frame: usize) -> Vec<ClassId> {
-        let color = &scene.frames[frame].color;
+        let color = scene.frames[frame].color();
         (0..64 * 48)
             .map(|pixel| 1 + ClassId::from(color.pixel(pixel)[0] > 128))
             .collect()

@@ -138,7 +138,7 @@ impl OnSurface {
             pixels[pixel as usize] = said(class);
         }
         // What is no part of the scene has no class, and that is sure.
-        for pixel in self.scene.frames[frame].color.hidden_pixels() {
+        for pixel in self.scene.frames[frame].hidden_pixels() {
             pixels[pixel] = said(VOID);
         }
         pixels
@@ -350,7 +350,7 @@ mod tests {
 
     use super::*;
     use crate::scene::testing::wall;
-    use crate::scene::{ColorImage, Distortion, Lens};
+    use crate::scene::{ColorImage, Distortion, FramePixels, Lens};
     use crate::semantics::{Node, NodeMap, SurfaceGraph};
 
     /// A map of the first frame of a scene whose pixels show these nodes, on a surface without edges.
@@ -374,6 +374,7 @@ mod tests {
                 scene.frames[0].camera.width as usize,
                 shown,
             ))],
+            others: None,
             voxel: 0.1,
         };
         let shown = OnSurface {
@@ -391,8 +392,8 @@ mod tests {
     fn a_map_on_a_surface_reads_like_one_that_lists_its_pixels() {
         // A single bright pixel, which shows a node of its own.
         let mut scene = wall(1, 3, 2);
-        scene.frames[0].color =
-            ColorImage::new(3, 2, [[0; 9], [0, 0, 0, 255, 255, 255, 0, 0, 0]].concat()).unwrap();
+        let rgb = [[0; 9], [0, 0, 0, 255, 255, 255, 0, 0, 0]].concat();
+        scene.frames[0].set_color(ColorImage::new(3, 2, rgb).unwrap());
         let posterior = Posterior {
             labels: vec![5, 7],
             entropy: vec![100, 200],
@@ -468,8 +469,8 @@ mod tests {
         frame.camera = lens.pinhole().unwrap();
         frame.lens = Some(lens);
         let (width, height) = (frame.camera.width, frame.camera.height);
-        frame.color = ColorImage::new(width, height, vec![0; 3 * frame.camera.pixels()]).unwrap();
-        frame.depth = None;
+        let black = ColorImage::new(width, height, vec![0; 3 * frame.camera.pixels()]).unwrap();
+        frame.pixels = FramePixels::new(black, None);
         let map = listing(&frame);
         let bent = map.in_image(&frame);
         assert_eq!(

@@ -19,6 +19,7 @@ mod surface;
 mod targets;
 mod verdict;
 mod views;
+mod voxels;
 
 pub use depth::{FieldDepth, pixel_length, pixel_lengths};
 pub use diffusion::diffuse;
@@ -37,6 +38,7 @@ pub use summary::FrameSummary;
 pub use surface::{NO_NODE, Surface};
 pub use verdict::{CrossValidation, Verdict, Verdicts};
 pub use views::best_view;
+pub use voxels::OtherFrames;
 
 #[cfg(test)]
 mod tests;

@@ -11,7 +11,7 @@ use crate::labels::{
     ClassId, History, ImportedLabels, ImportedMap, LabelImages, LabelSet, Stroke, StrokeId, Trust, VOID,
     rasterise,
 };
-use crate::scene::testing::wall;
+use crate::scene::testing::{hide, wall};
 use crate::scene::{DepthMap, Scene};
 
 #[test]
@@ -150,7 +150,7 @@ fn shares(spread: &Spread, scene: &Arc<Scene>, frame: usize, class: ClassId) -> 
     let map = spread.map(scene, frame, 1);
     let (mut counted, mut with) = ([0.0; 2], [0.0; 2]);
     for (pixel, &label) in map.labels().iter().enumerate() {
-        let side = usize::from(scene.frames[frame].color.pixel(pixel)[0] > 128);
+        let side = usize::from(scene.frames[frame].color().pixel(pixel)[0] > 128);
         counted[side] += 1.0;
         with[side] += f32::from(u8::from(label == class));
     }
@@ -205,7 +205,8 @@ fn maps_have_the_borders_of_the_image_where_voxels_lie_across() {
     spread.set_labels(&scene, history.labels());
     let (mut by_voxels, mut in_maps) = (0, 0);
     for (number, frame) in scene.frames.iter().enumerate() {
-        let class = |pixel: usize| if frame.color.pixel(pixel)[0] > 128 { 2 } else { 1 };
+        let color = frame.color();
+        let class = |pixel: usize| if color.pixel(pixel)[0] > 128 { 2 } else { 1 };
         let nodes = spread.surface().pixels[number].unpack();
         let of_voxel = |pixel: usize| spread.posterior().labels[nodes[pixel] as usize];
         let map = spread.map(&scene, number, 1);
@@ -333,7 +334,7 @@ fn voxels_are_not_thinner_than_the_noise_of_the_depth() {
         let depths = (0..64 * 48)
             .map(|pixel| 2.0 - 0.02 * (pixel % 2) as f32)
             .collect();
-        frame.depth = Some(DepthMap::from_z_depths(&frame.camera, depths));
+        frame.set_depth(Some(DepthMap::from_z_depths(&frame.camera, depths)));
     }
     let noisy = Surface::build(&scene, &[], 5.0).unwrap().voxel;
     assert!(exact < 0.2, "{exact}");
@@ -488,8 +489,7 @@ fn hidden_pixels_have_no_node_and_no_label_whatever_is_said_of_them() {
     let mut scene = wall(3, 64, 48);
     // The middle of the second frame, where its neighbours know the wall, and where depth was measured.
     let is_hidden = |index: usize| (20..40).contains(&(index % 64)) && (10..30).contains(&(index / 64));
-    let frame = &mut scene.frames[1];
-    frame.color = frame.color.clone().hiding(is_hidden);
+    hide(&mut scene.frames[1], is_hidden);
     let scene = Arc::new(scene);
     let surface = Arc::new(Surface::build(&scene, &[], 5.0).unwrap());
     let mut history = History::default();
@@ -521,7 +521,7 @@ fn hidden_pixels_have_no_node_and_no_label_whatever_is_said_of_them() {
             assert_eq!(map.labels()[index] == VOID, hidden, "{frame} {index}");
             assert!(!hidden || entropy[index] == 0);
         }
-        let (summary, exact) = (map.summary(None), map.looked_up().summary(None));
+        let (summary, exact) = (map.summary(None).unwrap(), map.looked_up().summary(None).unwrap());
         assert!((summary.coverage - exact.coverage).abs() < 1e-6);
         assert!((summary.mean_entropy - exact.mean_entropy).abs() < 0.03);
         assert!((summary.unclear - exact.unclear).abs() < 0.03);
@@ -542,8 +542,8 @@ fn a_summary_by_nodes_is_near_that_of_the_pixels() {
     let imported = ImportedMap::new(2, &[1; 64 * 48]);
     for frame in 0..5 {
         let map = spread.map(&scene, frame, 1);
-        let summary = map.summary(Some(&imported));
-        let exact = map.looked_up().summary(Some(&imported));
+        let summary = map.summary(Some(&imported)).unwrap();
+        let exact = map.looked_up().summary(Some(&imported)).unwrap();
         assert!((exact.mean_entropy - map.mean_entropy()).abs() < 1e-5);
         assert!((exact.coverage - map.coverage()).abs() < 1e-6);
         let bright = map.labels().iter().filter(|&&label| label == 2).count() as f32;

@@ -22,7 +22,7 @@ use std::thread::JoinHandle;
 
 use crossbeam_channel::{Receiver, Sender, unbounded};
 
-pub use crate::semantics::{ENTROPY_STEPS_PER_NAT, FrameMap, FrameSummary, PixelAnswer, Verdict};
+pub use crate::semantics::{CERTAIN, ENTROPY_STEPS_PER_NAT, FrameMap, FrameSummary, PixelAnswer, Verdict};
 pub use maps::MapSlots;
 pub use message::{Command, Event, ModelState, Phase, SessionOptions, Status};
 pub use rendering::RenderedFrame;

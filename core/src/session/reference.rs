@@ -331,7 +331,7 @@ fn frame_map(
         classes[pixel as usize] = class;
         entropy[pixel as usize] = 0;
     }
-    for pixel in scene.frames[frame].color.hidden_pixels() {
+    for pixel in scene.frames[frame].hidden_pixels() {
         classes[pixel] = VOID;
         entropy[pixel] = 0;
     }
@@ -343,7 +343,7 @@ fn frame_map(
 mod tests {
     use super::*;
     use crate::labels::{History, Stroke};
-    use crate::scene::testing::wall;
+    use crate::scene::testing::{hide, wall};
 
     #[test]
     fn every_square_has_a_rendered_pixel_inside_the_image_and_shows_it() {
@@ -378,10 +378,7 @@ mod tests {
     #[test]
     fn hidden_pixels_are_void_for_sure() {
         let mut scene = wall(1, 10, 7);
-        scene.frames[0].color = scene.frames[0]
-            .color
-            .clone()
-            .hiding(|index| index == 3 || index == 4);
+        hide(&mut scene.frames[0], |index| index == 3 || index == 4);
         let mut history = History::default();
         let (class, _) = history.add_class("dark");
         history.add_stroke(Stroke::click(0, class, [3, 0]));

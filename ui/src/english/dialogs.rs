@@ -34,9 +34,6 @@ pub const PROJECT_FILE: &str = "Project file";
 
 /// Title and verb: a folder to export into.
 pub const EXPORT: &str = "Export";
-/// What is written there.
-pub const EXPORT_EXPLAINED: &str =
-    "Writes a label image of every frame, its entropy, the classes and your strokes into a folder.";
 /// Name of the path field.
 pub const EXPORT_FOLDER: &str = "Export folder";
 

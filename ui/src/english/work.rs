@@ -67,8 +67,6 @@ pub fn exported(frames: usize) -> String {
     format!("Exported {}", counted(frames, "frame", "frames"))
 }
 
-/// What is in its folder.
-pub const EXPORTED_FILES: &str = "labels, entropy and color as PNGs; classes.json; strokes.json";
 /// Shows its folder in the file manager.
 pub const OPEN_FOLDER: &str = "Open folder";
 /// Copies the path of its folder.

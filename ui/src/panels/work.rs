@@ -53,11 +53,11 @@ fn export(ui: &mut Ui, state: &AppState, progress: &Progress, actions: &mut Acti
                 actions.push(Action::CancelExport);
             }
         }
-        Progress::Finished(folder, frames) => {
+        Progress::Finished(folder, frames, format) => {
             ui.strong(work::exported(*frames));
             let path = folder.display().to_string();
             ui.add(egui::Label::new(egui::RichText::new(&path).monospace()).wrap());
-            ui.weak(work::EXPORTED_FILES);
+            ui.weak(crate::english::export::files(*format));
             ui.horizontal_wrapped(|ui| {
                 if ui.button(work::OPEN_FOLDER).clicked() {
                     actions.push(Action::ShowFolder(folder.clone()));

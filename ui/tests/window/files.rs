@@ -6,6 +6,7 @@ use inplace_core::labels::Trust;
 use inplace_core::session::{Command, Event, Status};
 use inplace_ui::Target;
 use inplace_ui::action::Action;
+use inplace_ui::dialogs::Dialog;
 use std::path::Path;
 
 use crate::stand::*;
@@ -87,6 +88,47 @@ fn an_export_says_where_its_files_are() {
     ] {
         assert!(out.join(file).is_file(), "{file} is missing");
     }
+}
+
+#[test]
+fn what_is_exported_is_chosen_and_kept_for_the_next_time() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = Window::with_demo(folder.path());
+    window.add_class("wall");
+    for frame in 0..FRAMES {
+        window.worker().publish(frame, 1, 1);
+    }
+    window.press(Modifiers::COMMAND, Key::E);
+    let numbers = window
+        .harness
+        .get_by_role_and_label(egui::accesskit::Role::ComboBox, "Class numbers");
+    numbers.click();
+    window.harness.run_steps(2);
+    window.harness.get_by_label("NYU-40").click();
+    window.harness.run_steps(2);
+    let field = window
+        .harness
+        .get_by_role_and_label(egui::accesskit::Role::TextInput, "Export folder");
+    field.focus();
+    window.harness.run_steps(2);
+    window.press(Modifiers::COMMAND, Key::A);
+    let out = folder.path().join("nyu");
+    window.type_into("Export folder", out.to_str().unwrap());
+    window.until("the export has ended", |app| {
+        !matches!(
+            app.state().export,
+            Some(inplace_ui::exporting::Progress::Writing(..))
+        )
+    });
+    let classes = std::fs::read_to_string(out.join("classes.json")).unwrap();
+    assert!(classes.contains("174"), "the colour of NYU-40's wall: {classes}");
+    window.press(Modifiers::COMMAND, Key::E);
+    let state = window.harness.state().state();
+    let Some(Dialog::Export(choice)) = &state.dialog else {
+        panic!("{:?}", state.dialog);
+    };
+    assert_eq!(choice.ids.map(|palette| palette.name), Some("NYU-40"));
+    assert_eq!(choice.folder(), out);
 }
 
 /// Asks for an export into a folder.

@@ -47,6 +47,7 @@ fn wall() -> Arc<Surface> {
     Arc::new(Surface {
         graph: SurfaceGraph::from_edges((0..NODES[0] * NODES[1]).map(node).collect(), &[]),
         pixels: vec![pixels; FRAMES],
+        others: None,
         voxel: APART,
     })
 }

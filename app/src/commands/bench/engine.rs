@@ -70,7 +70,13 @@ fn runs(arguments: &EngineArguments, threads: usize) -> Result<(Vec<RunPoint>, V
     };
     for scene in &arguments.scenes {
         let source = SceneSource::from_argument(scene);
-        let open = |depth| Scene::open(&source, OpenOptions { depth }, &|_, _| {});
+        let open = |depth| {
+            let options = OpenOptions {
+                depth,
+                ..OpenOptions::default()
+            };
+            Scene::open(&source, options, &|_, _| {})
+        };
         let truth = open(true)?;
         let seen = Arc::new(open(!arguments.no_depth)?);
         for run in 0..arguments.seeds {

@@ -11,8 +11,9 @@ use super::model::Model;
 use super::{Listed, MOST_ERROR};
 use crate::scene::camera::orthonormalised;
 use crate::scene::files::warn;
-use crate::scene::images::{ImageProblem, decode_color, warn_of_turns};
-use crate::scene::{ColorImage, Frame, SceneError, SparsePoint};
+use crate::scene::images::{ImageFile, ImageProblem, warn_of_turns};
+use crate::scene::keyframes::Keeping;
+use crate::scene::{Frame, FramePixels, OpenOptions, Pixels, SceneError, SparsePoint};
 
 /// From the model's coordinates to the scene's.
 pub(super) struct Placing {
@@ -37,22 +38,33 @@ pub(super) fn decode(
     folder: &Path,
     listed: &[Listed],
     model: &Model,
-    placing: &Placing,
+    (placing, options): (&Placing, OpenOptions),
     progress: &(dyn Fn(usize, usize) + Sync),
     warnings: &mut Vec<String>,
 ) -> Result<Read, SceneError> {
+    let keeping = Keeping::of(listed.iter().map(|listed| (&listed.pinhole, false)), options);
     let (done, total) = (AtomicUsize::new(0), listed.len());
     let decoded: Vec<_> = listed
         .par_iter()
-        .map(|listed| {
-            let color = decode_color(
-                &listed.path,
-                listed.mask.as_deref(),
-                &listed.lens,
-                &listed.pinhole,
-            );
+        .enumerate()
+        .map(|(number, listed)| {
+            let image = ImageFile {
+                path: listed.path.clone(),
+                mask: listed.mask.clone(),
+                lens: listed.lens,
+                pinhole: listed.pinhole,
+            };
+            let decoded = image.decode();
             progress(1 + done.fetch_add(1, Ordering::Relaxed), total);
-            color.map(|(color, turn)| (color, turn, Projected::new(listed, model)))
+            decoded.map(|(color, turn)| {
+                let mut projected = Projected::new(listed, model);
+                projected
+                    .trusted
+                    .retain(|&pixel, _| !color.is_hidden(pixel as usize));
+                let again = move || Ok(Pixels::new(image.decode_again()?, None));
+                let pixels = keeping.keep(number, Pixels::new(color, None), again);
+                (pixels, turn, projected)
+            })
         })
         .collect();
     let mut read = Read {
@@ -66,11 +78,11 @@ pub(super) fn decode(
         let name = listed.path.strip_prefix(folder).unwrap_or(&listed.path);
         let name = format!("{:?}", name.to_string_lossy());
         match decoded {
-            Ok((color, turn, projected)) => {
+            Ok((pixels, turn, projected)) => {
                 turns.push((name, turn));
                 read.observations += projected.observations;
                 read.mean_error += projected.error;
-                read.frames.push(frame(listed, color, &projected, placing));
+                read.frames.push(frame(listed, pixels, &projected, placing));
             }
             Err(ImageProblem::Missing) => missing.push(name),
             Err(ImageProblem::Unreadable(reason)) => unreadable.push(format!("{name} ({reason})")),
@@ -170,18 +182,16 @@ impl Projected {
     }
 }
 
-fn frame(listed: &Listed, color: ColorImage, projected: &Projected, placing: &Placing) -> Frame {
+fn frame(listed: &Listed, pixels: FramePixels, projected: &Projected, placing: &Placing) -> Frame {
     let pose = &listed.camera_to_world;
     let points = projected
         .trusted
         .iter()
-        .filter(|&(&pixel, _)| !color.is_hidden(pixel as usize))
         .map(|(&pixel, &(distance, error))| SparsePoint {
             pixel,
             length: (distance / placing.unit) as f32,
             error: error as f32,
         });
-    let points: Vec<SparsePoint> = points.collect();
     Frame {
         stem: listed.stem.clone(),
         path: listed.path.clone(),
@@ -190,9 +200,8 @@ fn frame(listed: &Listed, color: ColorImage, projected: &Projected, placing: &Pl
             orthonormalised(pose.matrix3).as_mat3(),
             ((pose.translation - placing.origin) / placing.unit).as_vec3(),
         ),
-        color,
-        depth: None,
-        points,
+        pixels,
+        points: points.collect(),
         lens: (!listed.lens.distortion.is_none()).then_some(listed.lens),
     }
 }

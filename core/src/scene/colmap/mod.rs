@@ -108,7 +108,7 @@ pub(super) fn read(
         &folder.join("images"),
         &listed,
         &model,
-        &placing,
+        (&placing, options),
         progress,
         &mut warnings,
     )?;

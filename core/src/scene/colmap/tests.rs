@@ -8,7 +8,7 @@ use std::fs;
 use glam::{DVec3, Vec3};
 
 use super::*;
-use crate::scene::testing::wall;
+use crate::scene::testing::{WITHOUT_DEPTH, wall};
 use crate::scene::{Distortion, SceneSource};
 
 const WIDTH: u32 = 32;
@@ -173,7 +173,7 @@ fn capture(place: &str) -> (tempfile::TempDir, PathBuf) {
     let scene = wall(3, WIDTH, HEIGHT);
     for (frame, name) in scene.frames.iter().zip(["view c.png", "b.png", "a.png"]) {
         let path = root.path().join("images").join(name);
-        image::save_buffer(path, frame.color.bytes(), WIDTH, HEIGHT, image::ColorType::Rgb8).unwrap();
+        image::save_buffer(path, frame.color().bytes(), WIDTH, HEIGHT, image::ColorType::Rgb8).unwrap();
     }
     (root, model)
 }
@@ -315,7 +315,7 @@ fn masks_hide_pixels_and_the_points_on_them_under_either_name() {
         assert!(!frame.points.is_empty() && frame.points.len() < fixture.points.len());
     }
     let (before, after) = (&whole.frames[2], &scene.frames[2]);
-    assert_eq!((&before.color, &before.points), (&after.color, &after.points));
+    assert_eq!((&before.color(), &before.points), (&after.color(), &after.points));
 }
 
 #[test]
@@ -331,7 +331,7 @@ fn the_box_is_around_the_points_and_no_depth_means_no_points() {
             assert!(place.cmpge(bounds.min).all() && place.cmple(bounds.max).all());
         }
     }
-    let without = Scene::open(&scene.source, OpenOptions { depth: false }, &|_, _| {}).unwrap();
+    let without = Scene::open(&scene.source, WITHOUT_DEPTH, &|_, _| {}).unwrap();
     assert!(without.frames.iter().all(|frame| frame.points.is_empty()));
     assert_eq!(without.unit, scene.unit);
     assert!(without.bounds().size().max_element() > bounds.size().max_element());

@@ -7,8 +7,8 @@ use glam::{Affine3A, DVec3, Quat, Vec3};
 
 use super::*;
 use crate::labels::Class;
-use crate::scene::testing::{assert_refused, assert_warned, open};
-use crate::scene::{ColorImage, DepthMap, Frame, SceneSource};
+use crate::scene::testing::{WITHOUT_DEPTH, assert_refused, assert_warned, open};
+use crate::scene::{ColorImage, DepthMap, Frame, FramePixels, SceneSource};
 
 const WIDTH: u32 = 8;
 const HEIGHT: u32 = 6;
@@ -37,8 +37,10 @@ fn tiny_scene(frames: usize) -> Scene {
                 Quat::from_rotation_y(0.3 * number as f32),
                 Vec3::new(0.1 * number as f32, 1.0, -2.0),
             ),
-            color: ColorImage::new(WIDTH, HEIGHT, bytes).unwrap(),
-            depth: Some(DepthMap::from_ray_lengths(WIDTH, &lengths)),
+            pixels: FramePixels::new(
+                ColorImage::new(WIDTH, HEIGHT, bytes).unwrap(),
+                Some(DepthMap::from_ray_lengths(WIDTH, &lengths)),
+            ),
             points: Vec::new(),
             lens: None,
         }
@@ -88,7 +90,7 @@ fn what_was_written_is_read_again() {
     let shift = (scene.origin - read.origin).as_vec3();
     for (before, after) in scene.frames.iter().zip(&read.frames) {
         assert_eq!(before.stem, after.stem);
-        assert_eq!(before.color, after.color);
+        assert_eq!(before.color(), after.color());
         assert_eq!(before.camera, after.camera);
         let moved = before.center() + shift;
         assert!(moved.distance(after.center()) < 1e-6);
@@ -101,7 +103,7 @@ fn what_was_written_is_read_again() {
         {
             assert!((a - b).abs() < 1e-6);
         }
-        let (before, after) = (before.depth.as_ref().unwrap(), after.depth.as_ref().unwrap());
+        let (before, after) = (before.depth().unwrap(), after.depth().unwrap());
         for index in 0..before.len() {
             match (before.ray_length(index), after.ray_length(index)) {
                 (Some(a), Some(b)) => assert!((a - b).abs() < 1e-3),
@@ -120,7 +122,7 @@ fn ground_truth_is_written_beside_the_frames() {
     let classes = [Class::new(3, "wall"), Class::new(200, "floor")];
     let truth = GroundTruth {
         classes: &classes,
-        labels: &labels,
+        labels: &|frame| labels[frame].clone(),
         held_out: &[1],
     };
     write(&scene, &folder, Some(&truth)).unwrap();
@@ -147,7 +149,7 @@ fn nothing_is_written_over_a_folder_in_use_and_no_rest_is_left() {
     );
     let truth = GroundTruth {
         classes: &[],
-        labels: &[],
+        labels: &|_| Vec::new(),
         held_out: &[],
     };
     assert!(write(&tiny_scene(1), &parent.path().join("other"), Some(&truth)).is_err());
@@ -188,7 +190,7 @@ fn depth_is_left_out_when_it_is_not_wanted() {
     let (_parent, folder) = capture();
     fs::write(folder.join("depth/depth_3.png"), "spoilt").unwrap();
     let source = SceneSource::Folder(folder);
-    let scene = Scene::open(&source, OpenOptions { depth: false }, &|_, _| {}).unwrap();
+    let scene = Scene::open(&source, WITHOUT_DEPTH, &|_, _| {}).unwrap();
     assert!(!scene.has_depth() && scene.warnings.is_empty());
 }
 
@@ -336,7 +338,7 @@ fn images_of_half_the_size_get_half_the_intrinsics_and_the_depth_of_either_size(
             index as u32 % frame.camera.width,
             index as u32 / frame.camera.width,
         );
-        let length = frame.depth.as_ref().unwrap().ray_length(index);
+        let length = frame.depth().unwrap().ray_length(index);
         length.map(|length| length / frame.camera.pixel_direction(column, row).length())
     };
     for index in 0..12 {
@@ -391,7 +393,7 @@ fn unusable_depth_is_a_warning_but_another_size_or_most_are_an_error() {
         12,
         &["(3 in all)", "depth_2.png", "rgb_5.png (no file)", "16-bit"],
     );
-    assert!(open(&folder).unwrap().frames[2].depth.is_none());
+    assert!(open(&folder).unwrap().frames[2].depth().is_none());
     image::save_buffer(depth.join("depth_6.png"), &[9; 32], 4, 4, image::ColorType::L16).unwrap();
     assert_refused(&folder, &["depth_6.png", "4x4", "8x6"]);
     for number in 0..12 {

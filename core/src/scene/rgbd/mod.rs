@@ -8,24 +8,23 @@ pub(super) mod text;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use glam::{Affine3A, DAffine3, DVec3};
 use rayon::prelude::*;
 
 use super::camera::{median_position, orthonormalised};
-use super::files::{file_name, reader, stem, warn};
-use super::images::{Turn, decode_color, warn_of_turns};
-use super::{Camera, Distortion, Frame, Lens, Scene, SceneError, SceneSource};
-use depth::decode_depth;
+use super::files::{file_name, reader, stem, unreadable, warn};
+use super::images::{ImageFile, Turn, warn_of_turns};
+use super::keyframes::Keeping;
+use super::{Camera, Distortion, Frame, Lens, OpenOptions, Pixels, Scene, SceneError, SceneSource};
+use depth::DepthFile;
 pub(super) use depth::{DepthCamera, DepthCode};
 use text::read_intrinsics;
 
 /// Distance of the cameras from zero beyond which the scene gets its own origin, in metres.
 const FAR_FROM_ZERO: f64 = 100.0;
-/// Most frames that are taken of a long sequence, and most pixels of all frames: about what fits in 3 GB with depth.
-const MOST_FRAMES: usize = 1000;
-const MOST_PIXELS: usize = MOST_FRAMES * 640 * 480;
 
 /// A frame that is still on disk.
 pub(super) struct Listed {
@@ -50,7 +49,7 @@ pub(super) struct Layout<'a> {
     /// What depth images mean.
     pub depth_code: DepthCode,
     /// The camera of depth images; `None` where they show what their colour images show.
-    pub depth_camera: Option<&'a DepthCamera<'a>>,
+    pub depth_camera: Option<Arc<DepthCamera>>,
     /// The camera of images of this width and height in pixels, or why none is known and what to do.
     pub default_camera: &'a (dyn Fn(u32, u32) -> Result<Camera, String> + Sync),
     /// What to say where that camera was taken.
@@ -67,16 +66,22 @@ pub(super) fn read(
     listed: &[Listed],
     mut warnings: Vec<String>,
     mut notes: Vec<String>,
+    options: OpenOptions,
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<Scene, SceneError> {
     let listed = with_cameras(layout, listed, &mut warnings, &mut notes)?;
     let has_depth = listed.iter().any(|(frame, _)| frame.depth.is_some());
     let origin = choose_origin(&listed);
+    let cameras = listed
+        .iter()
+        .map(|(frame, camera)| (camera, frame.depth.is_some()));
+    let keeping = Keeping::of(cameras, options);
     let done = AtomicUsize::new(0);
     let decoded = listed
         .par_iter()
-        .map(|(frame, camera)| {
-            let decoded = decode(layout, frame, camera, origin, has_depth);
+        .enumerate()
+        .map(|(number, (frame, camera))| {
+            let decoded = decode(layout, frame, camera, (origin, has_depth), (&keeping, number));
             progress(1 + done.fetch_add(1, Ordering::Relaxed), listed.len());
             decoded
         })
@@ -91,29 +96,6 @@ pub(super) fn read(
         warnings,
         notes,
     })
-}
-
-/// Evenly spaced frames of a sequence that is longer than fits in memory, which a note says: a thousand, or fewer where
-/// images are larger than 640 x 480 pixels.
-pub(super) fn thinned(listed: Vec<Listed>, notes: &mut Vec<String>) -> Vec<Listed> {
-    let total = listed.len();
-    // Images that cannot be read are found again, and counted, when the frames are decoded.
-    let size = listed.iter().find_map(|frame| size_of(&frame.path).ok());
-    let pixels = size.map_or(1, |(width, height)| width as usize * height as usize);
-    let most = (MOST_PIXELS / pixels.max(1)).clamp(1, MOST_FRAMES);
-    if total <= most {
-        return listed;
-    }
-    notes.push(format!(
-        "of the {total} usable frames {most} evenly spaced ones were taken"
-    ));
-    let kept_before = |index: usize| index * most / total;
-    let is_kept = |index: usize| kept_before(index + 1) > kept_before(index);
-    let numbered = listed.into_iter().enumerate();
-    numbered
-        .filter(|(index, _)| is_kept(*index))
-        .map(|(_, frame)| frame)
-        .collect()
 }
 
 /// A camera whose intrinsics are published for images of 640 x 480 pixels, at this size.
@@ -301,24 +283,56 @@ fn decode(
     layout: &Layout,
     listed: &Listed,
     camera: &Camera,
-    origin: DVec3,
-    has_depth: bool,
+    (origin, has_depth): (DVec3, bool),
+    (keeping, number): (&Keeping, usize),
 ) -> Result<Decoded, SceneError> {
-    let lens = Lens {
-        image: *camera,
-        distortion: Distortion::default(),
+    let image = ImageFile {
+        path: listed.path.clone(),
+        mask: None,
+        lens: Lens {
+            image: *camera,
+            distortion: Distortion::default(),
+        },
+        pinhole: *camera,
     };
-    let (color, turn) = match decode_color(&listed.path, None, &lens, camera) {
+    let (color, turn) = match image.decode() {
         Ok(decoded) => decoded,
         Err(problem) => {
             return Ok(Decoded {
-                frame: Err(problem.describe(&lens)),
+                frame: Err(problem.describe(&image.lens)),
                 depth_problem: None,
             });
         }
     };
+    let depth_file = listed.depth.as_ref().map(|path| DepthFile {
+        path: path.clone(),
+        code: layout.depth_code,
+        camera: layout.depth_camera.clone(),
+    });
+    let (depth, depth_problem) = match &depth_file {
+        Some(file) => match file.decode(camera, &color)? {
+            Ok(depth) => (Some(depth), None),
+            Err(reason) => (None, Some(format!("{} ({reason})", file_name(&file.path)))),
+        },
+        None => (
+            None,
+            has_depth.then(|| format!("that of {} (no file)", file_name(&listed.path))),
+        ),
+    };
+    let depth_file = depth_file.filter(|_| depth.is_some());
+    let again = move || {
+        let color = image.decode_again()?;
+        let depth = match &depth_file {
+            None => None,
+            Some(file) => {
+                let depth = file.decode(&image.pinhole, &color)?;
+                Some(depth.map_err(|reason| unreadable(&file.path, &reason))?)
+            }
+        };
+        Ok(Pixels::new(color, depth))
+    };
     let pose = &listed.camera_to_world;
-    let mut frame = Frame {
+    let frame = Frame {
         stem: stem(&listed.path),
         path: listed.path.clone(),
         camera: *camera,
@@ -326,20 +340,9 @@ fn decode(
             orthonormalised(pose.matrix3).as_mat3(),
             (pose.translation - origin).as_vec3(),
         ),
-        color,
-        depth: None,
+        pixels: keeping.keep(number, Pixels::new(color, depth), again),
         points: Vec::new(),
         lens: None,
-    };
-    let depth_problem = match &listed.depth {
-        Some(path) => match decode_depth(path, &frame, layout.depth_code, layout.depth_camera)? {
-            Ok(depth) => {
-                frame.depth = Some(depth);
-                None
-            }
-            Err(reason) => Some(format!("{} ({reason})", file_name(path))),
-        },
-        None => has_depth.then(|| format!("that of {} (no file)", file_name(&listed.path))),
     };
     Ok(Decoded {
         frame: Ok((frame, turn)),

@@ -5,7 +5,7 @@ use std::fs;
 use glam::Vec3;
 
 use super::*;
-use crate::scene::testing::{assert_refused, assert_warned, open};
+use crate::scene::testing::{WITHOUT_DEPTH, assert_refused, assert_warned, open};
 use crate::scene::{Frame, SceneSource};
 
 /// Numbers of the frames, as they are left where a scan was thinned.
@@ -52,8 +52,7 @@ fn scan() -> tempfile::TempDir {
 /// Depth of a frame's pixel along the camera's z axis, in metres.
 fn z(frame: &Frame, column: u32, row: u32) -> Option<f32> {
     let length = frame
-        .depth
-        .as_ref()?
+        .depth()?
         .ray_length((row * frame.camera.width + column) as usize)?;
     Some(length / frame.camera.pixel_direction(column, row).length())
 }
@@ -68,7 +67,7 @@ fn frames_are_posed_in_the_order_of_their_numbers() {
     let stems: Vec<&str> = scene.frames.iter().map(|frame| frame.stem.as_str()).collect();
     assert_eq!(stems, ["0", "2", "10", "20", "100", "1005"]);
     let frame = &scene.frames[3];
-    assert_eq!(frame.color.pixel(5), [120; 3]);
+    assert_eq!(frame.color().pixel(5), [120; 3]);
     assert!(frame.center().distance(Vec3::new(0.3, 0.5, -3.0)) < 1e-6);
     // Principal points in the files count pixel centres from 0.
     let camera = frame.camera;
@@ -118,7 +117,7 @@ fn depth_without_a_camera_of_its_own_must_have_the_colour_images_proportions() {
     fs::remove_file(root.path().join("intrinsic/intrinsic_depth.txt")).unwrap();
     assert_refused(root.path(), &["0.png", "16x12", "24x16"]);
     let source = SceneSource::Folder(root.path().to_path_buf());
-    let scene = Scene::open(&source, OpenOptions { depth: false }, &|_, _| {}).unwrap();
+    let scene = Scene::open(&source, WITHOUT_DEPTH, &|_, _| {}).unwrap();
     assert!(!scene.has_depth() && scene.warnings.is_empty());
     for number in NUMBERS {
         let depth = image::ImageBuffer::from_pixel(12, 8, image::Luma([2000_u16]));

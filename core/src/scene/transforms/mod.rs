@@ -18,9 +18,11 @@ use image::DynamicImage;
 use rayon::prelude::*;
 
 use super::camera::{median_position, orthonormalised, unit_of_cameras};
-use super::files::{decode_image, file_name, frame_names, is_inside, reader, warn};
-use super::images::{ImageProblem, Turn, decode_color, warn_of_turns};
-use super::{Camera, DepthMap, Frame, Lens, OpenOptions, Scene, SceneError, SceneSource};
+use super::files::{decode_image, file_name, frame_names, is_inside, reader, unreadable, warn};
+use super::frame::to_image;
+use super::images::{ImageFile, ImageProblem, Turn, warn_of_turns};
+use super::keyframes::Keeping;
+use super::{Camera, ColorImage, DepthMap, Frame, Lens, OpenOptions, Pixels, Scene, SceneError, SceneSource};
 use file::{Entry, Transforms};
 
 /// Name of the format.
@@ -87,7 +89,14 @@ pub(super) fn read(
     if let Some(points) = &transforms.ply_file_path {
         notes.push(format!("the points in {points:?} were not read"));
     }
-    let frames = decode(folder, &file, &listed, &placing, progress, &mut warnings)?;
+    let frames = decode(
+        folder,
+        &file,
+        &listed,
+        (&placing, options),
+        progress,
+        &mut warnings,
+    )?;
     Ok(Scene {
         source: SceneSource::Folder(folder.to_path_buf()),
         format: NAME,
@@ -247,18 +256,22 @@ fn decode(
     folder: &Path,
     file: &Path,
     listed: &[Listed],
-    placing: &Placing,
+    (placing, options): (&Placing, OpenOptions),
     progress: &(dyn Fn(usize, usize) + Sync),
     warnings: &mut Vec<String>,
 ) -> Result<Vec<Frame>, SceneError> {
     let names: Vec<&str> = listed.iter().map(|frame| frame.name.as_str()).collect();
     let stems = frame_names(file, &names)?;
+    let with_depth = |listed: &Listed| listed.depth.is_some() && placing.depth.is_some();
+    let cameras = listed.iter().map(|listed| (&listed.pinhole, with_depth(listed)));
+    let keeping = Keeping::of(cameras, options);
     let (done, total) = (AtomicUsize::new(0), listed.len());
     let decoded: Vec<_> = listed
         .par_iter()
         .zip(stems)
-        .map(|(listed, stem)| {
-            let frame = decode_frame(listed, stem, placing);
+        .enumerate()
+        .map(|(number, (listed, stem))| {
+            let frame = decode_frame(listed, stem, placing, (&keeping, number));
             progress(1 + done.fetch_add(1, Ordering::Relaxed), total);
             frame
         })
@@ -307,34 +320,57 @@ struct Decoded {
     depth_problem: Option<String>,
 }
 
-fn decode_frame(listed: &Listed, stem: String, placing: &Placing) -> Result<Decoded, ImageProblem> {
-    let (color, turn) = decode_color(
-        &listed.path,
-        listed.mask.as_deref(),
-        &listed.lens,
-        &listed.pinhole,
-    )?;
+fn decode_frame(
+    listed: &Listed,
+    stem: String,
+    placing: &Placing,
+    (keeping, number): (&Keeping, usize),
+) -> Result<Decoded, ImageProblem> {
+    let (pinhole, lens) = (listed.pinhole, listed.lens);
+    let bent = (!lens.distortion.is_none()).then_some(lens);
+    let image = ImageFile {
+        path: listed.path.clone(),
+        mask: listed.mask.clone(),
+        lens,
+        pinhole,
+    };
+    let (color, turn) = image.decode()?;
+    let read_depth = move |path: &Path, step: f64, color: &ColorImage| {
+        decode_depth(path, (&pinhole, bent.as_ref()), color, step)
+    };
+    let depth_file = listed.depth.clone().zip(placing.depth);
+    let (depth, depth_problem) = match &depth_file {
+        None => (None, None),
+        Some((path, step)) => match read_depth(path, *step, &color) {
+            Ok(depth) => (Some(depth), None),
+            Err(reason) => (None, Some(format!("{} ({reason})", file_name(path)))),
+        },
+    };
+    let depth_file = depth_file.filter(|_| depth.is_some());
+    let again = move || {
+        let color = image.decode_again()?;
+        let depth = match &depth_file {
+            None => None,
+            Some((path, step)) => {
+                let depth = read_depth(path, *step, &color);
+                Some(depth.map_err(|reason| unreadable(path, &reason))?)
+            }
+        };
+        Ok(Pixels::new(color, depth))
+    };
     let pose = &listed.camera_to_world;
-    let mut frame = Frame {
+    let frame = Frame {
         stem,
         path: listed.path.clone(),
-        camera: listed.pinhole,
+        camera: pinhole,
         camera_to_world: Affine3A::from_mat3_translation(
             orthonormalised(pose.matrix3).as_mat3(),
             ((pose.translation - placing.origin) / placing.unit).as_vec3(),
         ),
-        color,
-        depth: None,
+        pixels: keeping.keep(number, Pixels::new(color, depth), again),
         points: Vec::new(),
-        lens: (!listed.lens.distortion.is_none()).then_some(listed.lens),
+        lens: bent,
     };
-    let mut depth_problem = None;
-    if let Some((path, step)) = listed.depth.as_ref().zip(placing.depth) {
-        match decode_depth(path, &frame, step) {
-            Ok(depth) => frame.depth = Some(depth),
-            Err(reason) => depth_problem = Some(format!("{} ({reason})", file_name(path))),
-        }
-    }
     Ok(Decoded {
         frame,
         turn,
@@ -345,11 +381,17 @@ fn decode_frame(listed: &Listed, stem: String, placing: &Placing) -> Result<Deco
 /// Depth as ray lengths from a 16-bit image of z-depth in steps of this many metres, or why it cannot be
 /// used. An image of another size shows the same as the colour image: each pixel has the step that lies over
 /// its centre, as a mean across a border would be a surface that is not there.
-fn decode_depth(path: &Path, frame: &Frame, step: f64) -> Result<DepthMap, String> {
+fn decode_depth(
+    path: &Path,
+    (camera, lens): (&Camera, Option<&Lens>),
+    color: &ColorImage,
+    step: f64,
+) -> Result<DepthMap, String> {
     let DynamicImage::ImageLuma16(image) = decode_image(path)? else {
         return Err("not a 16-bit greyscale PNG".to_owned());
     };
-    let [width, height] = [frame.image().width, frame.image().height].map(u64::from);
+    let on_disk = lens.map_or(camera, |lens| &lens.image);
+    let [width, height] = [on_disk.width, on_disk.height].map(u64::from);
     let (own_width, own_height) = (u64::from(image.width()), u64::from(image.height()));
     // Up to a pixel of rounding.
     if (own_width * height).abs_diff(own_height * width) > width.max(height) {
@@ -357,11 +399,10 @@ fn decode_depth(path: &Path, frame: &Frame, step: f64) -> Result<DepthMap, Strin
             "{own_width}x{own_height} pixels, which is another shape than that of its {width}x{height} colour image"
         ));
     }
-    let camera = &frame.camera;
     let below = |v: u32, own: u64, size: u64| ((2 * u64::from(v) + 1) * own / (2 * size)) as u32;
     let pixels = (0..camera.height).flat_map(|row| (0..camera.width).map(move |column| [column, row]));
     let metres = pixels.enumerate().map(|(index, pixel)| {
-        let shown = frame.to_image(pixel).filter(|_| !frame.color.is_hidden(index));
+        let shown = to_image(camera, lens, pixel).filter(|_| !color.is_hidden(index));
         shown.map_or(0.0, |[x, y]| {
             let steps = image.get_pixel(below(x, own_width, width), below(y, own_height, height));
             (f64::from(steps.0[0]) * step) as f32

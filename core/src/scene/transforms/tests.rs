@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use super::*;
 use crate::scene::Distortion;
-use crate::scene::testing::wall;
+use crate::scene::testing::{WITHOUT_DEPTH, wall};
 
 const WIDTH: u32 = 32;
 const HEIGHT: u32 = 24;
@@ -59,7 +59,7 @@ fn capture(file: &Value) -> tempfile::TempDir {
     fs::create_dir_all(root.path().join("images")).unwrap();
     for (frame, (_, name)) in wall(3, WIDTH, HEIGHT).frames.iter().zip(IMAGES) {
         let path = root.path().join(name);
-        image::save_buffer(path, frame.color.bytes(), WIDTH, HEIGHT, image::ColorType::Rgb8).unwrap();
+        image::save_buffer(path, frame.color().bytes(), WIDTH, HEIGHT, image::ColorType::Rgb8).unwrap();
     }
     fs::write(root.path().join("transforms.json"), file.to_string()).unwrap();
     root
@@ -121,7 +121,7 @@ fn frames_are_posed_and_named_in_the_order_of_their_paths() {
             assert!(frame.ray_direction(index).as_dvec3().distance(expected) < 1e-5);
         }
     }
-    assert_eq!(scene.frames[1].color, of_wall[1].color);
+    assert_eq!(scene.frames[1].color(), of_wall[1].color());
 }
 
 #[test]
@@ -187,7 +187,7 @@ fn distortion_is_undone() {
     let lens = scene.frames[0].lens.unwrap();
     assert_eq!(lens.distortion, distortion);
     assert_eq!(Some(scene.frames[0].camera), lens.pinhole());
-    assert_eq!(scene.frames[0].color.width(), scene.frames[0].camera.width);
+    assert_eq!(scene.frames[0].color().width(), scene.frames[0].camera.width);
 }
 
 #[test]
@@ -203,7 +203,7 @@ fn depth_is_along_z_in_millimetres_unless_the_file_says_otherwise() {
         assert_eq!(scene.unit, 1.0);
         let expected = DepthMap::from_z_depths(&scene.frames[0].camera, vec![2.0; (WIDTH * HEIGHT) as usize]);
         for index in [0, 40, 700] {
-            let length = scene.frames[0].depth.as_ref().unwrap().ray_length(index).unwrap();
+            let length = scene.frames[0].depth().unwrap().ray_length(index).unwrap();
             assert!((length - expected.ray_length(index).unwrap()).abs() < 1e-4);
         }
     }
@@ -216,7 +216,7 @@ fn depth_follows_the_undistorted_image_and_may_be_smaller() {
     let root = capture(&file);
     add_depth(root.path(), &mut file, WIDTH / 2, HEIGHT / 2, 2000);
     let frame = open(root.path()).unwrap().frames.remove(0);
-    let depth = frame.depth.as_ref().unwrap();
+    let depth = frame.depth().unwrap();
     let mut outside = 0;
     for index in 0..depth.len() {
         let known = depth.ray_length(index);
@@ -240,7 +240,7 @@ fn depth_follows_the_undistorted_image_and_may_be_smaller() {
         "{message}"
     );
     let source = SceneSource::Folder(root.path().to_path_buf());
-    let scene = Scene::open(&source, OpenOptions { depth: false }, &|_, _| {}).unwrap();
+    let scene = Scene::open(&source, WITHOUT_DEPTH, &|_, _| {}).unwrap();
     assert!(!scene.has_depth() && scene.unit == 1.0);
 }
 
@@ -289,7 +289,7 @@ fn what_a_mask_has_black_is_no_part_of_the_scene_and_has_no_depth() {
     for index in 0..masked.camera.pixels() {
         let shown = index % WIDTH as usize >= 5;
         assert_eq!(masked.is_valid(index), shown, "{index}");
-        assert_eq!(masked.depth.as_ref().unwrap().ray_length(index).is_some(), shown);
+        assert_eq!(masked.depth().unwrap().ray_length(index).is_some(), shown);
         assert!(whole.is_valid(index));
     }
     let note = scene

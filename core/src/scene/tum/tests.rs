@@ -7,7 +7,7 @@ use glam::Vec3;
 
 use super::*;
 use crate::scene::SceneSource;
-use crate::scene::testing::{assert_refused, assert_warned, open, write_color, write_depth};
+use crate::scene::testing::{WITHOUT_DEPTH, assert_refused, assert_warned, open, write_color, write_depth};
 
 const FRAMES: usize = 6;
 /// Of the first image, seconds.
@@ -64,9 +64,9 @@ fn a_sequence_is_read_with_the_poses_and_depths_of_its_times() {
     assert_eq!(scene.frames.len(), FRAMES);
     let frame = &scene.frames[3];
     assert_eq!(frame.stem, "1305031102.475000");
-    assert_eq!(frame.color.pixel(5), [30; 3]);
+    assert_eq!(frame.color().pixel(5), [30; 3]);
     assert!(frame.center().distance(Vec3::new(0.3, 0.5, -3.0)) < 1e-6);
-    let depth = frame.depth.as_ref().unwrap();
+    let depth = frame.depth().unwrap();
     assert_eq!(depth.ray_length(0), None);
     // 10,003 steps along z wherever the pixel is.
     for index in [2, 20, 47] {
@@ -150,7 +150,7 @@ fn images_without_a_partner_in_time_are_left_out_and_counted() {
     assert!(scene.warnings[1].contains("depth image"), "{:?}", scene.warnings);
     // Without depth the frames are the same ones.
     let source = SceneSource::Folder(folder.clone());
-    let without = Scene::open(&source, OpenOptions { depth: false }, &|_, _| {}).unwrap();
+    let without = Scene::open(&source, WITHOUT_DEPTH, &|_, _| {}).unwrap();
     let stems = |scene: &Scene| scene.frames.iter().map(|f| f.stem.clone()).collect::<Vec<_>>();
     assert!(!without.has_depth());
     assert_eq!(stems(&scene), stems(&without));

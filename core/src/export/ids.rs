@@ -1,0 +1,120 @@
+//! Other numbers for the classes: those of a data set that the labels are compared with.
+
+use std::collections::{HashMap, HashSet};
+use std::path::Path;
+
+use super::ExportError;
+use crate::labels::{Class, ClassId, ClassPalette, PALETTES, VOID, parse_class_list};
+
+/// A list of classes whose numbers, names and colours are exported in place of the project's own, by name.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct IdMap(Vec<Class>);
+
+impl IdMap {
+    /// The list of a well-known data set.
+    pub fn of(palette: &ClassPalette) -> Self {
+        Self(palette.classes())
+    }
+
+    /// The list of a well-known data set ([`PALETTES`], such as "NYU-40"; capitals do not count), or else a JSON file
+    /// `[{"id", "name", "color"}]`.
+    ///
+    /// # Errors
+    /// [`ExportError::UnusableIds`].
+    pub fn named(name: &str) -> Result<Self, ExportError> {
+        let known = PALETTES
+            .iter()
+            .find(|palette| palette.name.eq_ignore_ascii_case(name));
+        match known {
+            Some(palette) => Ok(Self::of(palette)),
+            None => Self::read(Path::new(name)),
+        }
+    }
+
+    fn read(path: &Path) -> Result<Self, ExportError> {
+        let unusable = |reason: String| ExportError::UnusableIds {
+            path: path.to_path_buf(),
+            reason,
+        };
+        let text = std::fs::read_to_string(path).map_err(|error| unusable(error.to_string()))?;
+        parse_class_list(&text).map(Self).map_err(unusable)
+    }
+
+    /// The names of classes that are not in the list, and so become void.
+    pub fn missing<'a>(&self, classes: &'a [Class]) -> Vec<&'a str> {
+        let is_listed = |class: &&Class| self.0.iter().any(|listed| listed.is_named(&class.name));
+        let missing = classes.iter().filter(|class| !is_listed(class));
+        missing.map(|class| class.name.as_str()).collect()
+    }
+
+    /// What the ids of these classes become. Only classes that are there are exported.
+    pub(super) fn of_classes(&self, classes: &[Class]) -> Ids {
+        let listed = |class: &Class| self.0.iter().find(|listed| listed.is_named(&class.name));
+        let new: HashMap<ClassId, ClassId> = classes
+            .iter()
+            .filter_map(|class| Some((class.id, listed(class)?.id)))
+            .collect();
+        let used: HashSet<ClassId> = new.values().copied().collect();
+        Ids {
+            new,
+            classes: self
+                .0
+                .iter()
+                .filter(|class| used.contains(&class.id))
+                .cloned()
+                .collect(),
+        }
+    }
+}
+
+/// Exported ids by own ids.
+pub(super) struct Ids {
+    new: HashMap<ClassId, ClassId>,
+    classes: Vec<Class>,
+}
+
+impl Ids {
+    /// The exported id; void for classes without one.
+    pub(super) fn of(&self, own: ClassId) -> ClassId {
+        self.new.get(&own).copied().unwrap_or(VOID)
+    }
+
+    /// The exported classes, in the order of the list.
+    pub(super) fn classes(&self) -> &[Class] {
+        &self.classes
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn classes_take_the_numbers_of_a_data_set_by_name_and_others_become_void() {
+        let map = IdMap::named("nyu-40").unwrap();
+        let own = [
+            Class::new(7, "Wall "),
+            Class::new(3, "lobster"),
+            Class::new(9, "floor"),
+        ];
+        assert_eq!(map.missing(&own), ["lobster"]);
+        let ids = map.of_classes(&own);
+        assert_eq!([7, 3, 9, 0].map(|id| ids.of(id)), [1, VOID, 2, VOID]);
+        let names: Vec<&str> = ids.classes().iter().map(|class| class.name.as_str()).collect();
+        assert_eq!(names, ["wall", "floor"]);
+    }
+
+    #[test]
+    fn a_list_of_ones_own_is_read_and_a_bad_one_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("ids.json");
+        std::fs::write(&path, r#"[{"id": 300, "name": "lobster"}]"#).unwrap();
+        let map = IdMap::named(path.to_str().unwrap()).unwrap();
+        assert_eq!(map.of_classes(&[Class::new(3, "lobster")]).of(3), 300);
+        std::fs::write(&path, "{").unwrap();
+        let error = IdMap::named(path.to_str().unwrap()).unwrap_err().to_string();
+        assert!(error.contains("ids.json"), "{error}");
+        let error = IdMap::named("nyu-41").unwrap_err().to_string();
+        assert!(error.contains("nyu-41") && error.contains("NYU-40"), "{error}");
+    }
+}

@@ -1,0 +1,236 @@
+//! How a data set is laid out on disk, and the writing that all layouts share.
+
+use std::collections::HashSet;
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+
+use rayon::prelude::*;
+
+use super::{ExportError, Ids, Options, atomic};
+use crate::labels::{Class, ClassId, VOID};
+use crate::scene::{Frame, Scene};
+use crate::session::{CERTAIN, FrameMap};
+
+/// A scene with a map of every frame.
+#[derive(Clone, Copy, Debug)]
+pub struct LabelledScene<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// Its classes.
+    pub classes: &'a [Class],
+    /// One map for each frame, in any order.
+    pub maps: &'a [Arc<FrameMap>],
+}
+
+/// What an export did.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Written {
+    /// Files that are new or have new content.
+    pub files: usize,
+    /// Files that were there already, byte for byte, and were left alone.
+    pub unchanged: usize,
+}
+
+/// One frame as it is exported: in the pixels of its image on disk, distortion included.
+pub(super) struct Labelled<'a> {
+    pub(super) frame: &'a Frame,
+    /// Width and height in pixels.
+    pub(super) size: [u32; 2],
+    /// Class of every pixel, row-major `[height, width]`, under the ids that are exported.
+    pub(super) labels: Vec<ClassId>,
+    /// Entropy of every pixel, nats times [`ENTROPY_STEPS_PER_NAT`](crate::session::ENTROPY_STEPS_PER_NAT).
+    pub(super) entropy: Vec<u16>,
+    /// The exported classes.
+    pub(super) classes: &'a [Class],
+}
+
+impl Labelled<'_> {
+    /// The frame's name, which its files are named by.
+    pub(super) fn stem(&self) -> &str {
+        &self.frame.stem
+    }
+}
+
+/// A file of an export.
+pub(super) struct OutputFile {
+    /// Below the export's folder.
+    path: PathBuf,
+    bytes: Vec<u8>,
+}
+
+impl OutputFile {
+    pub(super) fn new(path: impl Into<PathBuf>, bytes: Vec<u8>) -> Self {
+        Self {
+            path: path.into(),
+            bytes,
+        }
+    }
+}
+
+/// A value as a JSON file.
+pub(super) fn json_file<T: serde::Serialize + ?Sized>(path: &str, value: &T) -> Result<OutputFile, String> {
+    let mut text = serde_json::to_vec_pretty(value).map_err(|error| error.to_string())?;
+    text.push(b'\n');
+    Ok(OutputFile::new(path, text))
+}
+
+/// A kind of data set: which files it has, and what is in them. The same maps give the same bytes.
+pub(super) trait Layout: Sync {
+    /// What the files that list all frames have to know of one.
+    type Entry: Send;
+
+    /// The folders that its files are in.
+    fn folders(&self) -> &'static [&'static str];
+
+    /// The files of one frame; called from several threads at once.
+    ///
+    /// # Errors
+    /// Part of a sentence that says why the frame cannot be written like this.
+    fn frame(&self, frame: &Labelled<'_>) -> Result<(Vec<OutputFile>, Self::Entry), String>;
+
+    /// The files about all frames, whose entries are in the order of the scene.
+    ///
+    /// # Errors
+    /// Part of a sentence that says why.
+    fn index(&self, classes: &[Class], entries: Vec<Self::Entry>) -> Result<Vec<OutputFile>, String>;
+}
+
+/// Writes a data set. Files that have the right content already are left alone.
+///
+/// `progress` is called with (frames written, frames in all), from any thread; when it answers
+/// [`ControlFlow::Break`], no further frame is begun.
+pub(super) fn write<L: Layout>(
+    layout: &L,
+    folder: &Path,
+    labelled: LabelledScene<'_>,
+    options: &Options,
+    progress: &(dyn Fn(usize, usize) -> ControlFlow<()> + Sync),
+) -> Result<Written, ExportError> {
+    let incomplete = |reason: String| ExportError::Incomplete {
+        folder: folder.to_path_buf(),
+        reason,
+    };
+    let maps = in_order(labelled).map_err(incomplete)?;
+    let ids = options.ids.as_ref().map(|ids| ids.of_classes(labelled.classes));
+    let classes = ids.as_ref().map_or(labelled.classes, |ids| ids.classes());
+    super::prepare(folder, layout.folders())?;
+    let (frames, stopped) = (AtomicUsize::new(0), AtomicBool::new(false));
+    let (files, unchanged) = (AtomicUsize::new(0), AtomicUsize::new(0));
+    let write_files = |written: Vec<OutputFile>| {
+        written.iter().try_for_each(|file| {
+            let path = folder.join(&file.path);
+            let is_new =
+                atomic::write(&path, &file.bytes).map_err(|error| ExportError::unwritable(&path, error))?;
+            let count = if is_new { &files } else { &unchanged };
+            count.fetch_add(1, Ordering::Relaxed);
+            Ok::<(), ExportError>(())
+        })
+    };
+    let write_frame = |(frame, map): (&Frame, &FrameMap)| -> Result<Option<L::Entry>, ExportError> {
+        if stopped.load(Ordering::Relaxed) {
+            return Ok(None);
+        }
+        // Without its files a frame would get labels of nothing.
+        frame.pixels()?;
+        let (written, entry) = exported(frame, map, classes, ids.as_ref(), options.least_probability)
+            .and_then(|labelled| layout.frame(&labelled))
+            .map_err(|reason| incomplete(format!("frame \"{}\": {reason}", frame.stem)))?;
+        write_files(written)?;
+        let done = frames.fetch_add(1, Ordering::Relaxed) + 1;
+        if progress(done, maps.len()).is_break() {
+            stopped.store(true, Ordering::Relaxed);
+        }
+        Ok(Some(entry))
+    };
+    let scene = labelled.scene;
+    let entries: Vec<Option<L::Entry>> = maps
+        .par_iter()
+        .map(|&map| write_frame((&scene.frames[map.frame], map)))
+        .collect::<Result<_, _>>()?;
+    let entries: Vec<L::Entry> = entries.into_iter().flatten().collect();
+    if entries.len() < maps.len() {
+        return Err(ExportError::Cancelled {
+            folder: folder.to_path_buf(),
+            written: entries.len(),
+            frames: maps.len(),
+        });
+    }
+    write_files(layout.index(classes, entries).map_err(incomplete)?)?;
+    Ok(Written {
+        files: files.into_inner(),
+        unchanged: unchanged.into_inner(),
+    })
+}
+
+/// A frame's map as it is exported.
+fn exported<'a>(
+    frame: &'a Frame,
+    map: &FrameMap,
+    classes: &'a [Class],
+    ids: Option<&Ids>,
+    least_probability: Option<f32>,
+) -> Result<Labelled<'a>, String> {
+    let map = map.in_image(frame);
+    let mut labels = map.labels().into_owned();
+    if let Some(least) = least_probability {
+        let confidence = map
+            .confidence()
+            .ok_or("its probabilities are not known yet; wait until it was trained again, or export without a threshold")?;
+        let least = (least * f32::from(CERTAIN)).ceil() as u16;
+        for (label, &confidence) in labels.iter_mut().zip(&*confidence) {
+            if confidence < least {
+                *label = VOID;
+            }
+        }
+    }
+    if let Some(ids) = ids {
+        for label in &mut labels {
+            *label = ids.of(*label);
+        }
+    }
+    Ok(Labelled {
+        frame,
+        size: [map.width, map.height],
+        labels,
+        entropy: map.entropy().into_owned(),
+        classes,
+    })
+}
+
+/// The maps in the order of the frames, if there is one of the right size for every frame, and a file name for
+/// each.
+fn in_order<'a>(labelled: LabelledScene<'a>) -> Result<Vec<&'a FrameMap>, String> {
+    let LabelledScene { scene, maps, .. } = labelled;
+    let mut map_of: Vec<Option<&FrameMap>> = vec![None; scene.frames.len()];
+    for map in maps {
+        let Some(frame) = scene.frames.get(map.frame) else {
+            return Err(format!(
+                "there is a map of frame {}, which {} does not have",
+                map.frame, scene.source
+            ));
+        };
+        if map_of[map.frame].replace(map).is_some() {
+            return Err(format!("there are two maps of frame \"{}\"", frame.stem));
+        }
+        let size = [frame.camera.width, frame.camera.height];
+        if [map.width, map.height] != size {
+            return Err(format!(
+                "the map of frame \"{}\" has another size than the frame",
+                frame.stem
+            ));
+        }
+    }
+    let mut names = HashSet::new();
+    let named = map_of.into_iter().zip(&scene.frames).map(|(map, frame)| {
+        if !names.insert(frame.stem.as_str()) {
+            return Err(format!(
+                "two frames are named \"{}\"; rename one of their images",
+                frame.stem
+            ));
+        }
+        map.ok_or_else(|| format!("frame \"{}\" has no map yet", frame.stem))
+    });
+    named.collect()
+}

@@ -1,0 +1,287 @@
+//! What every format shares, and the plain one.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use glam::{Affine3A, DVec3};
+
+use super::*;
+use crate::labels::{Class, ClassId, Stroke, StrokeId, png};
+use crate::scene::testing::wall;
+use crate::scene::{Camera, ColorImage, Frame, FramePixels, Scene, SceneSource};
+use crate::session::FrameMap;
+
+pub(super) fn scene(stems: &[&str]) -> Scene {
+    let frame = |stem: &&str| Frame {
+        stem: (*stem).to_owned(),
+        path: PathBuf::new(),
+        camera: Camera::with_horizontal_fov(3, 2, 90.0),
+        camera_to_world: Affine3A::IDENTITY,
+        pixels: FramePixels::new(ColorImage::new(3, 2, vec![0; 18]).unwrap(), None),
+        points: Vec::new(),
+        lens: None,
+    };
+    Scene {
+        source: SceneSource::Demo,
+        format: "test",
+        frames: stems.iter().map(frame).collect(),
+        origin: DVec3::ZERO,
+        unit: 1.0,
+        warnings: Vec::new(),
+        notes: Vec::new(),
+    }
+}
+
+pub(super) fn map(frame: usize, labels: [ClassId; 6]) -> Arc<FrameMap> {
+    let entropy = vec![0, 1, 9_999, 10_000, 27_080, 65_535];
+    Arc::new(FrameMap::new(frame, 1, [3, 2], labels.to_vec(), entropy).unwrap())
+}
+
+pub(super) fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let mut found = BTreeMap::new();
+    for entry in fs::read_dir(folder).unwrap().map(Result::unwrap) {
+        let name = entry.file_name().into_string().unwrap();
+        if entry.path().is_dir() {
+            let inner = files(&entry.path());
+            found.extend(
+                inner
+                    .into_iter()
+                    .map(|(file, bytes)| (format!("{name}/{file}"), bytes)),
+            );
+        } else {
+            found.insert(name, fs::read(entry.path()).unwrap());
+        }
+    }
+    found
+}
+
+fn export_pngs(
+    folder: &Path,
+    scene: &Scene,
+    classes: &[Class],
+    maps: &[Arc<FrameMap>],
+    progress: &(dyn Fn(usize, usize) -> ControlFlow<()> + Sync),
+) -> Result<Written, ExportError> {
+    let labelled = LabelledScene { scene, classes, maps };
+    export(folder, labelled, Format::Png, &Options::default(), progress)
+}
+
+fn go_on(_: usize, _: usize) -> ControlFlow<()> {
+    ControlFlow::Continue(())
+}
+
+#[test]
+fn every_frame_comes_back_from_its_pngs_and_no_temporary_files_stay() {
+    let root = tempfile::tempdir().unwrap();
+    let (first, second) = ([0, 1, 255, 1, 1, 0], [0, 1, 256, 1, 1, 0]);
+    let classes = [Class::new(1, "wall"), Class::new(256, "lamp")];
+    let maps = [map(1, second), map(0, first)];
+    let calls = AtomicUsize::new(0);
+    let progress = |_, total| {
+        assert_eq!(total, 2);
+        calls.fetch_add(1, Ordering::Relaxed);
+        ControlFlow::Continue(())
+    };
+    let scene = scene(&["rgb_0", "rgb_1"]);
+    export_pngs(root.path(), &scene, &classes, &maps, &progress).unwrap();
+    assert_eq!(calls.into_inner(), 2);
+    let written = files(root.path());
+    let names: Vec<&str> = written.keys().map(String::as_str).collect();
+    assert_eq!(
+        names,
+        [
+            "classes.json",
+            "color/rgb_0.png",
+            "color/rgb_1.png",
+            "entropy/rgb_0.png",
+            "entropy/rgb_1.png",
+            "labels/rgb_0.png",
+            "labels/rgb_1.png"
+        ]
+    );
+    let labels = |name: &str| png::decode_gray(&written[name]).unwrap().2;
+    assert_eq!(labels("labels/rgb_0.png"), first);
+    assert_eq!(labels("labels/rgb_1.png"), second);
+    assert_eq!(labels("entropy/rgb_0.png"), maps[0].entropy()[..]);
+    let depth = |name: &str| written[name][24];
+    assert_eq!([depth("labels/rgb_0.png"), depth("labels/rgb_1.png")], [8, 16]);
+    let color = image::load_from_memory(&written["color/rgb_1.png"])
+        .unwrap()
+        .to_rgb8();
+    assert_eq!(color.get_pixel(0, 0).0, [0, 0, 0]);
+    assert_eq!(color.get_pixel(1, 0).0, classes[0].color);
+    assert_eq!(color.get_pixel(2, 0).0, classes[1].color);
+    let read: Vec<Class> = serde_json::from_slice(&written["classes.json"]).unwrap();
+    assert_eq!(read, classes);
+
+    let again = tempfile::tempdir().unwrap();
+    let whole = export_pngs(again.path(), &scene, &classes, &maps, &go_on).unwrap();
+    assert_eq!(files(again.path()), written);
+    assert_eq!([whole.files, whole.unchanged], [7, 0]);
+
+    // Only what changed is written again.
+    let changed = [map(1, [0; 6]), map(0, first)];
+    let before = fs::metadata(again.path().join("labels/rgb_0.png")).unwrap();
+    let once_more = export_pngs(again.path(), &scene, &classes, &changed, &go_on).unwrap();
+    assert_eq!([once_more.files, once_more.unchanged], [2, 5]);
+    let after = fs::metadata(again.path().join("labels/rgb_0.png")).unwrap();
+    assert_eq!(before.modified().unwrap(), after.modified().unwrap());
+}
+
+#[test]
+fn a_cancelled_export_says_how_far_it_came_and_its_files_are_whole() {
+    let root = tempfile::tempdir().unwrap();
+    let stems: Vec<String> = (0..60).map(|index| format!("rgb_{index}")).collect();
+    let stems: Vec<&str> = stems.iter().map(String::as_str).collect();
+    let maps: Vec<_> = (0..60).map(|frame| map(frame, [1; 6])).collect();
+    let progress = |_, _| ControlFlow::Break(());
+    let error = export_pngs(root.path(), &scene(&stems), &[], &maps, &progress).unwrap_err();
+    let ExportError::Cancelled { written, frames, .. } = error else {
+        panic!("{error}");
+    };
+    // One for each thread at most.
+    assert!(
+        frames == 60 && (1..60).contains(&written),
+        "{written} of {frames}"
+    );
+    let files = files(root.path());
+    assert_eq!(files.len(), 3 * written);
+    assert!(!files.contains_key("classes.json"));
+    for (name, bytes) in files.iter().filter(|(name, _)| name.starts_with("labels/")) {
+        assert_eq!(png::decode_gray(bytes).unwrap().2, [1; 6], "{name}");
+    }
+}
+
+#[test]
+fn nothing_is_written_unless_there_is_one_map_for_every_frame() {
+    let root = tempfile::tempdir().unwrap();
+    let two = scene(&["rgb_0", "rgb_1"]);
+    let labels = [1; 6];
+    let mut small = FrameMap::clone(&map(1, labels));
+    small.width = 2;
+    for (scene, maps, reason) in [
+        (&two, vec![map(0, labels)], "frame \"rgb_1\" has no map yet"),
+        (
+            &two,
+            vec![map(0, labels), map(0, labels)],
+            "two maps of frame \"rgb_0\"",
+        ),
+        (&two, vec![map(0, labels), map(7, labels)], "frame 7"),
+        (&two, vec![map(0, labels), Arc::new(small)], "another size"),
+        (
+            &scene(&["same", "same"]),
+            vec![map(0, labels), map(1, labels)],
+            "two frames are named \"same\"",
+        ),
+    ] {
+        let error = export_pngs(root.path(), scene, &[], &maps, &go_on)
+            .unwrap_err()
+            .to_string();
+        assert!(error.contains(reason), "{error}");
+        assert_eq!(fs::read_dir(root.path()).unwrap().count(), 0);
+    }
+}
+
+#[test]
+fn ids_of_a_data_set_take_the_place_of_the_own_ones() {
+    let root = tempfile::tempdir().unwrap();
+    let classes = [Class::new(1, "Floor"), Class::new(2, "lobster")];
+    let scene = scene(&["rgb_0"]);
+    let maps = [map(0, [1, 1, 2, 2, 0, 1])];
+    let labelled = LabelledScene {
+        scene: &scene,
+        classes: &classes,
+        maps: &maps,
+    };
+    let options = Options {
+        ids: Some(IdMap::named("nyu-40").unwrap()),
+        ..Options::default()
+    };
+    export(root.path(), labelled, Format::Png, &options, &go_on).unwrap();
+    let written = files(root.path());
+    let labels = png::decode_gray(&written["labels/rgb_0.png"]).unwrap().2;
+    assert_eq!(labels, [2, 2, 0, 0, 0, 2]);
+    let read: Vec<Class> = serde_json::from_slice(&written["classes.json"]).unwrap();
+    assert_eq!(read.len(), 1);
+    assert_eq!((read[0].id, read[0].name.as_str()), (2, "floor"));
+}
+
+#[test]
+fn a_threshold_needs_probabilities() {
+    let root = tempfile::tempdir().unwrap();
+    let scene = scene(&["rgb_0"]);
+    let labelled = LabelledScene {
+        scene: &scene,
+        classes: &[],
+        maps: &[map(0, [1; 6])],
+    };
+    let options = Options {
+        least_probability: Some(0.5),
+        ..Options::default()
+    };
+    let error = export(root.path(), labelled, Format::Png, &options, &go_on).unwrap_err();
+    assert!(error.to_string().contains("probabilities"), "{error}");
+}
+
+#[test]
+fn an_unwritable_folder_is_one_sentence_before_any_work() {
+    let root = tempfile::tempdir().unwrap();
+    let file = root.path().join("file");
+    fs::write(&file, "x").unwrap();
+    let error = prepare(&file.join("out"), &[]).unwrap_err().to_string();
+    assert!(
+        error.contains("file") && error.contains("cannot be written"),
+        "{error}"
+    );
+    assert_eq!(fs::read(&file).unwrap(), b"x");
+}
+
+#[test]
+fn what_a_killed_run_left_is_cleared_away() {
+    let root = tempfile::tempdir().unwrap();
+    prepare(root.path(), &["labels"]).unwrap();
+    let left = atomic::temporary(&root.path().join("labels/a.png")).unwrap();
+    fs::write(&left, "half").unwrap();
+    fs::write(root.path().join("labels/mine.txt"), "kept").unwrap();
+    prepare(root.path(), &["labels"]).unwrap();
+    assert!(!left.exists());
+    assert!(root.path().join("labels/mine.txt").exists());
+}
+
+#[test]
+fn the_report_comes_back_and_says_null_for_what_was_not_measured() {
+    let root = tempfile::tempdir().unwrap();
+    let report = Report {
+        scene: "demo".to_owned(),
+        frames: 3,
+        seed: 7,
+        held_out_psnr_db: Some(27.5),
+        ..Report::default()
+    };
+    write_report(root.path(), &report).unwrap();
+    let text = fs::read_to_string(root.path().join("report.json")).unwrap();
+    assert!(text.contains("\"depth_error_m\": null"), "{text}");
+    assert_eq!(serde_json::from_str::<Report>(&text).unwrap(), report);
+}
+
+#[test]
+fn strokes_on_vanished_frames_are_not_exported() {
+    let root = tempfile::tempdir().unwrap();
+    let path = root.path().join("strokes.json");
+    let mut labels = LabelSet {
+        classes: vec![Class::new(1, "wall")],
+        ..LabelSet::default()
+    };
+    for (id, frame) in [(1, 0), (2, 5)] {
+        let stroke = Arc::new(Stroke::click(frame, 1, [2, 3]));
+        labels.strokes.insert(StrokeId(id), stroke);
+    }
+    write_strokes(&path, &labels, &wall(1, 4, 3).frames).unwrap();
+    let json: serde_json::Value = serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
+    assert_eq!(json["strokes"].as_array().unwrap().len(), 1);
+    assert_eq!(json["strokes"][0]["frame"], "rgb_0");
+}
