@@ -2,6 +2,7 @@
 
 mod classes;
 mod finder;
+mod import;
 mod moved;
 mod settings;
 
@@ -74,8 +75,8 @@ pub enum Dialog {
     Import {
         /// The path typed so far.
         path: String,
-        /// Whether every labelled pixel is right.
-        trusted: bool,
+        /// How far its pixels can be believed.
+        trust: Trust,
     },
     /// Asks for the name of the first class; the stroke that waited for it is then added.
     FirstClass {
@@ -116,7 +117,7 @@ impl Dialog {
     pub const fn import() -> Self {
         Self::Import {
             path: String::new(),
-            trusted: false,
+            trust: Trust::VOTES,
         }
     }
 
@@ -181,7 +182,7 @@ impl Dialog {
                 Self::Open { path } => open(ui, path, actions),
                 Self::SaveAs { path } => save_as(ui, path, actions),
                 Self::Export { path } => export(ui, path, actions),
-                Self::Import { path, trusted } => import(ui, path, trusted, actions),
+                Self::Import { path, trust } => import::show(ui, path, trust, actions),
                 Self::FirstClass { name, .. } => first_class(ui, name, actions),
                 Self::AddClasses(dialog) => dialog.show(ui, actions),
                 Self::SaveClasses { path } => classes::save_classes(ui, path, actions),
@@ -242,20 +243,6 @@ fn export(ui: &mut Ui, path: &mut String, actions: &mut Actions) {
     let path = path.trim();
     confirm(ui, words::EXPORT, !path.is_empty(), entered, actions, || {
         Action::ExportTo(PathBuf::from(path))
-    });
-}
-
-fn import(ui: &mut Ui, path: &mut String, trusted: &mut bool, actions: &mut Actions) {
-    ui.label(words::IMPORT_EXPLAINED);
-    let entered = path_field(ui, path, words::IMPORT_FOLDER);
-    ui.checkbox(trusted, words::TRUST);
-    if ui.button(words::BROWSE).clicked() {
-        actions.push(Action::Browse(Purpose::Import));
-    }
-    let path = path.trim();
-    let trust = if *trusted { Trust::Trusted } else { Trust::Votes };
-    confirm(ui, words::IMPORT_NOW, !path.is_empty(), entered, actions, || {
-        Action::ImportFrom(PathBuf::from(path), trust)
     });
 }
 

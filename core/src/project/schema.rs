@@ -11,7 +11,7 @@ use super::ProjectError;
 pub(super) const APPLICATION_ID: i64 = 0x494e_504c;
 
 /// Schema version that this program writes, and the highest that it reads.
-pub(super) const VERSION: i64 = 2;
+pub(super) const VERSION: i64 = 3;
 
 const TABLES: &str = "
 CREATE TABLE project (
@@ -64,19 +64,26 @@ CREATE TABLE map (
 ) STRICT;
 ";
 
-/// What version 2 brought: label images from elsewhere.
+/// Label images from elsewhere, which version 2 brought. Version 3 made the trust a number, and has probabilities.
 const IMPORTS: &str = "
 CREATE TABLE import (
     id    INTEGER PRIMARY KEY,
-    trust TEXT NOT NULL CHECK (trust IN ('trusted', 'votes'))
+    trust REAL NOT NULL CHECK (trust BETWEEN 0 AND 1)
 ) STRICT;
 CREATE TABLE imported_map (
     import INTEGER NOT NULL,
     frame  INTEGER NOT NULL,
     labels BLOB NOT NULL,
+    shares BLOB,
     PRIMARY KEY (import, frame)
 ) STRICT;
 ";
+
+/// The images of a file of version 2 as those of version 3, in its tables.
+pub(super) const IMPORTS_OF_2: &str =
+    "SELECT id, CASE trust WHEN 'trusted' THEN 1.0 ELSE 0.5 END FROM import";
+pub(super) const MAPS_OF_2: &str =
+    "SELECT import, frame, labels, NULL FROM imported_map ORDER BY import, frame";
 
 /// Makes the tables of the current version in an empty database.
 pub(super) fn create_tables(connection: &Connection) -> rusqlite::Result<()> {
@@ -122,9 +129,22 @@ fn upgrade(connection: &Connection) -> rusqlite::Result<()> {
     if connection.is_readonly("main")? {
         return Ok(());
     }
-    connection.execute_batch(&format!(
-        "BEGIN; ALTER TABLE project ADD COLUMN imported INTEGER; {IMPORTS} PRAGMA user_version = {VERSION}; COMMIT"
-    ))
+    let steps = match version(connection)? {
+        1 => format!("ALTER TABLE project ADD COLUMN imported INTEGER; {IMPORTS}"),
+        _ => format!(
+            "CREATE TEMP TABLE import_of_2 AS {IMPORTS_OF_2};
+             CREATE TEMP TABLE imported_map_of_2 AS {MAPS_OF_2};
+             DROP TABLE import; DROP TABLE imported_map; {IMPORTS}
+             INSERT INTO import SELECT * FROM import_of_2;
+             INSERT INTO imported_map SELECT * FROM imported_map_of_2;
+             DROP TABLE import_of_2; DROP TABLE imported_map_of_2;"
+        ),
+    };
+    let done = connection.execute_batch(&format!("BEGIN; {steps} PRAGMA user_version = {VERSION}; COMMIT"));
+    if done.is_err() && !connection.is_autocommit() {
+        connection.execute_batch("ROLLBACK")?;
+    }
+    done
 }
 
 /// Whether the database is a project that this program can read; an older one is brought up to date.
@@ -140,7 +160,7 @@ pub(super) fn check(connection: &Connection, path: &Path) -> Result<(), ProjectE
     }
     match version(connection).map_err(reading)? {
         VERSION => Ok(()),
-        1 => upgrade(connection).map_err(reading),
+        1 | 2 => upgrade(connection).map_err(reading),
         found if found > VERSION => Err(ProjectError::Newer {
             path: path.to_path_buf(),
             found,
