@@ -228,6 +228,7 @@ mod tests {
 
     fn facts(strokes: usize, contradicted: usize, entropy: f32) -> FrameFacts {
         FrameFacts {
+            has_no_summary: false,
             strokes,
             contradicted,
             summary: Some(FrameSummary {
