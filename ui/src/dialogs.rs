@@ -3,6 +3,7 @@
 mod classes;
 mod export;
 mod finder;
+mod import;
 mod moved;
 mod settings;
 
@@ -73,8 +74,8 @@ pub enum Dialog {
     Import {
         /// The path typed so far.
         path: String,
-        /// Whether every labelled pixel is right.
-        trusted: bool,
+        /// How far its pixels can be believed.
+        trust: Trust,
     },
     /// Asks for the name of the first class; the stroke that waited for it is then added.
     FirstClass {
@@ -115,7 +116,7 @@ impl Dialog {
     pub const fn import() -> Self {
         Self::Import {
             path: String::new(),
-            trusted: false,
+            trust: Trust::VOTES,
         }
     }
 
@@ -180,7 +181,7 @@ impl Dialog {
                 Self::Open { path } => open(ui, path, actions),
                 Self::SaveAs { path } => save_as(ui, path, actions),
                 Self::Export(choice) => choice.show(ui, actions),
-                Self::Import { path, trusted } => import(ui, path, trusted, actions),
+                Self::Import { path, trust } => import::show(ui, path, trust, actions),
                 Self::FirstClass { name, .. } => first_class(ui, name, actions),
                 Self::AddClasses(dialog) => dialog.show(ui, actions),
                 Self::SaveClasses { path } => classes::save_classes(ui, path, actions),
@@ -229,20 +230,6 @@ fn save_as(ui: &mut Ui, path: &mut String, actions: &mut Actions) {
             file.set_extension("inplace");
         }
         Action::SaveTo(file)
-    });
-}
-
-fn import(ui: &mut Ui, path: &mut String, trusted: &mut bool, actions: &mut Actions) {
-    ui.label(words::IMPORT_EXPLAINED);
-    let entered = path_field(ui, path, words::IMPORT_FOLDER);
-    ui.checkbox(trusted, words::TRUST);
-    if ui.button(words::BROWSE).clicked() {
-        actions.push(Action::Browse(Purpose::Import));
-    }
-    let path = path.trim();
-    let trust = if *trusted { Trust::Trusted } else { Trust::Votes };
-    confirm(ui, words::IMPORT_NOW, !path.is_empty(), entered, actions, || {
-        Action::ImportFrom(PathBuf::from(path), trust)
     });
 }
 

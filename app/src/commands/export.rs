@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::time::Instant;
 
 use inplace_core::export::{self, IdMap, LabelledScene, Options};
-use inplace_core::project::Project;
+use inplace_core::project::Contents;
 
 use super::run::Run;
 use super::{Failure, cores, session_options};
@@ -17,7 +17,7 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
         least_probability: arguments.least_probability,
         ids: arguments.ids.as_deref().map(IdMap::named).transpose()?,
     };
-    let (_, contents) = Project::open(&arguments.project)?;
+    let contents = Contents::read(&arguments.project)?;
     for warning in &contents.warnings {
         eprintln!("inplace: {warning}");
     }

@@ -48,7 +48,7 @@ impl Strokes {
 
 /// The labels with the label images of a folder, in place of those that a project has.
 fn with_images(labels: LabelSet, folder: &Path, trust: Trust, scene: &Scene) -> Result<LabelSet, Failure> {
-    let images = read_label_images(folder, scene, trust)?;
+    let images = read_label_images(folder, scene, &labels.classes, trust)?;
     if images.unmatched > 0 {
         eprintln!(
             "inplace: {}: images that are named like no frame were left out: {}",
@@ -73,13 +73,8 @@ pub fn run(arguments: &LabelArguments) -> Result<(), Failure> {
         eprintln!("inplace: {warning}");
     }
     let mut labels = strokes.read(&scene)?;
-    if let Some(folder) = &arguments.labels {
-        let trust = if arguments.trust {
-            Trust::Trusted
-        } else {
-            Trust::Votes
-        };
-        labels = with_images(labels, folder, trust, &scene)?;
+    if let Some(folder) = &arguments.import {
+        labels = with_images(labels, folder, arguments.trust.unwrap_or(Trust::VOTES), &scene)?;
     }
     if labels.classes.is_empty() {
         return Err(format!(
@@ -116,10 +111,7 @@ pub fn run(arguments: &LabelArguments) -> Result<(), Failure> {
         frames: scene.frames.len(),
         strokes: labels.strokes.len(),
         imported_images: labels.imported.as_ref().map_or(0, |images| images.maps.len()),
-        imported_are_trusted: labels
-            .imported
-            .as_ref()
-            .is_some_and(|images| images.trust == Trust::Trusted),
+        imported_trust: labels.imported.as_ref().map(|images| images.trust.value()),
         preset: options.preset,
         seed: options.seed,
         threads: options.threads,
@@ -169,7 +161,7 @@ fn counted(count: usize, what: &str) -> String {
 /// Finds out what to label: a project with its own strokes, or a scene with a strokes file.
 fn job(arguments: &LabelArguments) -> Result<(SessionOptions, Strokes), Failure> {
     let threads = cores();
-    if let Some(folder) = &arguments.labels {
+    if let Some(folder) = &arguments.import {
         if arguments.training.preset == Preset::Reference {
             return Err(
                 "the published network does not learn from label images here; leave --preset away".into(),
@@ -208,10 +200,10 @@ fn job(arguments: &LabelArguments) -> Result<(SessionOptions, Strokes), Failure>
             Strokes::File(path.clone())
         }
         (None, SceneSource::Demo) => Strokes::Demo,
-        (None, SceneSource::Folder(_)) if arguments.labels.is_some() => Strokes::Nothing,
+        (None, SceneSource::Folder(_)) if arguments.import.is_some() => Strokes::Nothing,
         (None, SceneSource::Folder(_)) => {
             return Err(format!(
-                "{}: nothing says what is where; give a strokes file with --strokes, or label images with --labels",
+                "{}: nothing says what is where; give a strokes file with --strokes, or label images with --import",
                 arguments.scene.display()
             )
             .into());

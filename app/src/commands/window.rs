@@ -36,8 +36,8 @@ pub fn run(arguments: WindowArguments) -> Result<(), Failure> {
             label::run(&LabelArguments {
                 scene: PathBuf::from("demo"),
                 strokes: None,
-                labels: None,
-                trust: false,
+                import: None,
+                trust: None,
                 out: PathBuf::from(DEMO_OUT),
                 budget: None,
                 json: false,

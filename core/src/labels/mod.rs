@@ -24,7 +24,7 @@ pub use edit::{Edit, ImportChange, StrokeChange};
 pub use file::{StrokesError, read_strokes, strokes_json};
 pub use history::{AddedClasses, History};
 pub use import::{ImportError, LabelImages, in_frame, read_class_list, read_label_images};
-pub use imported::{ImportId, ImportedLabels, ImportedMap, Trust};
+pub use imported::{ImportId, ImportedLabels, ImportedMap, Likeliest, Probabilities, Trust};
 pub(crate) use palette::parse_class_list;
 pub use palette::{ClassPalette, PALETTES};
 pub use polygon::polygon_runs;

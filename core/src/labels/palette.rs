@@ -93,6 +93,15 @@ pub(crate) fn parse_class_list(text: &str) -> Result<Vec<Class>, String> {
     Ok(classes)
 }
 
+/// The ids of a class list in its order, void among them where it is listed.
+///
+/// # Errors
+/// A part of a sentence that says what is wrong.
+pub(super) fn parse_class_order(text: &str) -> Result<Vec<ClassId>, String> {
+    let records: Vec<ClassRecord> = serde_json::from_str(text).map_err(|error| error.to_string())?;
+    Ok(records.iter().map(|record| record.id).collect())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -72,19 +72,22 @@ pub(crate) fn decode_gray(png: &[u8]) -> Result<(u32, u32, Vec<u16>), String> {
 /// # Errors
 /// Those of [`decode_gray`], and an image of another size.
 pub(crate) fn decode_gray_sized(png: &[u8], width: u32, height: u32) -> Result<Vec<u16>, String> {
+    match told_size(png) {
+        Some([found_width, found_height]) if [found_width, found_height] != [width, height] => Err(format!(
+            "it says that it has {found_width}x{found_height} pixels where its frame has {width}x{height}"
+        )),
+        _ => decode_gray(png).map(|(_, _, values)| values),
+    }
+}
+
+/// Width and height as the header of a PNG tells them.
+pub(crate) fn told_size(png: &[u8]) -> Option<[u32; 2]> {
     // The signature, then the header chunk's length, name, width and height.
     let told = |at: usize| {
         let bytes = png.get(at..at + 4)?.try_into().ok()?;
         Some(u32::from_be_bytes(bytes))
     };
-    match (told(16), told(20)) {
-        (Some(found_width), Some(found_height)) if (found_width, found_height) != (width, height) => {
-            Err(format!(
-                "it says that it has {found_width}x{found_height} pixels where its frame has {width}x{height}"
-            ))
-        }
-        _ => decode_gray(png).map(|(_, _, values)| values),
-    }
+    Some([told(16)?, told(20)?])
 }
 
 fn describe(color: ColorType) -> &'static str {

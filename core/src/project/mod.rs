@@ -34,7 +34,7 @@ use crate::labels::{Edit, History, ImportId, ImportedLabels};
 use crate::session::{FrameMap, ModelState};
 
 /// One step through the edit history.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Step {
     /// Label images from elsewhere, which the next edit brings.
     Import(ImportId, Arc<ImportedLabels>),

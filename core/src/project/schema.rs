@@ -11,7 +11,7 @@ use super::ProjectError;
 pub(super) const APPLICATION_ID: i64 = 0x494e_504c;
 
 /// Schema version that this program writes, and the highest that it reads.
-pub(super) const VERSION: i64 = 2;
+pub(super) const VERSION: i64 = 3;
 
 const TABLES: &str = "
 CREATE TABLE project (
@@ -64,19 +64,26 @@ CREATE TABLE map (
 ) STRICT;
 ";
 
-/// What version 2 brought: label images from elsewhere.
+/// Label images from elsewhere, which version 2 brought. Version 3 made the trust a number, and has probabilities.
 const IMPORTS: &str = "
 CREATE TABLE import (
     id    INTEGER PRIMARY KEY,
-    trust TEXT NOT NULL CHECK (trust IN ('trusted', 'votes'))
+    trust REAL NOT NULL CHECK (trust BETWEEN 0 AND 1)
 ) STRICT;
 CREATE TABLE imported_map (
     import INTEGER NOT NULL,
     frame  INTEGER NOT NULL,
     labels BLOB NOT NULL,
+    shares BLOB,
     PRIMARY KEY (import, frame)
 ) STRICT;
 ";
+
+/// The images of a file of version 2 as those of version 3, in its tables.
+pub(super) const IMPORTS_OF_2: &str =
+    "SELECT id, CASE trust WHEN 'trusted' THEN 1.0 ELSE 0.5 END FROM import";
+pub(super) const MAPS_OF_2: &str =
+    "SELECT import, frame, labels, NULL FROM imported_map ORDER BY import, frame";
 
 /// Makes the tables of the current version in an empty database.
 pub(super) fn create_tables(connection: &Connection) -> rusqlite::Result<()> {
@@ -132,9 +139,18 @@ pub(super) fn version(connection: &Connection) -> rusqlite::Result<i64> {
 
 /// Brings a database of an earlier version up to date, whole or not at all.
 fn upgrade(connection: &Connection) -> rusqlite::Result<()> {
-    connection.execute_batch(&format!(
-        "BEGIN; ALTER TABLE project ADD COLUMN imported INTEGER; {IMPORTS} PRAGMA user_version = {VERSION}; COMMIT"
-    ))
+    let steps = match version(connection)? {
+        1 => format!("ALTER TABLE project ADD COLUMN imported INTEGER; {IMPORTS}"),
+        _ => format!(
+            "CREATE TEMP TABLE import_of_2 AS {IMPORTS_OF_2};
+             CREATE TEMP TABLE imported_map_of_2 AS {MAPS_OF_2};
+             DROP TABLE import; DROP TABLE imported_map; {IMPORTS}
+             INSERT INTO import SELECT * FROM import_of_2;
+             INSERT INTO imported_map SELECT * FROM imported_map_of_2;
+             DROP TABLE import_of_2; DROP TABLE imported_map_of_2;"
+        ),
+    };
+    connection.execute_batch(&format!("BEGIN; {steps} PRAGMA user_version = {VERSION}; COMMIT"))
 }
 
 /// Whether the database is a whole project that this program can read. An older one is brought up to date; one that
@@ -175,8 +191,8 @@ pub(super) fn check(connection: &Connection, path: &Path) -> Result<Access, Proj
         return Ok(Access::ReadOnly);
     }
     let ready = make_durable(connection).and_then(|()| match found {
-        1 => upgrade(connection),
-        _ => Ok(()),
+        VERSION => Ok(()),
+        _ => upgrade(connection),
     });
     match ready {
         Ok(()) => Ok(Access::ReadWrite),

@@ -5,7 +5,9 @@ use std::fs;
 use glam::{Affine3A, DVec3};
 
 use super::*;
-use crate::labels::{ImportedLabels, ImportedMap, LabelImages, LabelSet, Stroke, Trust};
+use crate::labels::{
+    ImportedLabels, ImportedMap, LabelImages, LabelSet, Likeliest, Probabilities, Stroke, Trust,
+};
 use crate::scene::{Camera, ColorImage, Frame, FramePixels, OpenOptions, Scene, SceneSource};
 
 /// A scene of tiny frames, in a folder.
@@ -107,7 +109,7 @@ fn images(class: u16) -> LabelImages {
     LabelImages {
         labels: ImportedLabels {
             maps,
-            trust: Trust::Votes,
+            trust: Trust::VOTES,
         },
         classes: Vec::new(),
         unmatched: 0,
@@ -254,9 +256,9 @@ fn a_newer_file_is_refused_and_a_damaged_one_does_no_harm() {
         Connection::open(&path).unwrap().execute_batch(sql).unwrap();
         Project::open(&path)
     };
-    let newer = spoil("PRAGMA user_version = 3").unwrap_err().to_string();
+    let newer = spoil("PRAGMA user_version = 4").unwrap_err().to_string();
     assert!(
-        newer.contains("newer Inplace (file version 3, this program reads up to 2)"),
+        newer.contains("newer Inplace (file version 4, this program reads up to 3)"),
         "{newer}"
     );
     for sql in [
@@ -267,7 +269,7 @@ fn a_newer_file_is_refused_and_a_damaged_one_does_no_harm() {
         "DELETE FROM edit",
         "PRAGMA user_version = 0",
         "UPDATE project SET imported = 5",
-        "INSERT INTO imported_map VALUES (1, 0, x'00')",
+        "INSERT INTO imported_map VALUES (1, 0, x'00', NULL)",
     ] {
         let error = spoil(sql).unwrap_err();
         assert!(matches!(error, ProjectError::Damaged { .. }), "{sql}: {error}");
@@ -408,10 +410,90 @@ fn files_of_version_2_still_open() {
     let images = saved.history.labels().imported.clone().unwrap();
     assert_eq!(
         (images.trust, images.maps.len(), images.maps[0].frame),
-        (Trust::Votes, 1, 1)
+        (Trust::VOTES, 1, 1)
     );
     let labels = images.maps[0].labels();
     assert_eq!((labels[0], labels[320 * 240 - 1]), (1, 2));
+}
+
+#[test]
+fn a_file_of_version_2_that_cannot_be_written_is_read_as_it_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("p.inplace");
+    let old = Connection::open(&path).unwrap();
+    old.execute_batch(include_str!("fixtures/v2.sql")).unwrap();
+    old.execute_batch("UPDATE import SET trust = 'trusted'").unwrap();
+    drop(old);
+    let uri = format!("file:{}?immutable=1", path.display());
+    let flags = rusqlite::OpenFlags::SQLITE_OPEN_READ_ONLY | rusqlite::OpenFlags::SQLITE_OPEN_URI;
+    let connection = Connection::open_with_flags(uri, flags).unwrap();
+    schema::check(&connection, &path).unwrap();
+    let contents = rows::read(&connection, &path).unwrap();
+    let images = contents.history.labels().imported.clone().unwrap();
+    assert_eq!((images.trust, images.maps.len()), (Trust::RIGHT, 1));
+    drop(connection);
+    let (_project, upgraded) = Project::open(&path).unwrap();
+    assert_same(&upgraded, &contents);
+}
+
+/// Probabilities of the frames a and c, on a grid that is coarser than theirs.
+fn probabilities() -> LabelImages {
+    let cell = |class| Likeliest::of([(class, 0.75), (300, 0.25)].into_iter());
+    let grid = |classes: [u16; 2]| Probabilities::new([2, 1], [3, 2], classes.map(cell).to_vec()).unwrap();
+    let maps = vec![
+        ImportedMap::of_probabilities(0, grid([1, 2])),
+        ImportedMap::of_probabilities(2, grid([0, 1])),
+    ];
+    let trust = Trust::new(0.3).unwrap();
+    LabelImages {
+        labels: ImportedLabels { maps, trust },
+        classes: Vec::new(),
+        unmatched: 0,
+    }
+}
+
+#[test]
+fn probabilities_and_their_trust_come_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("p.inplace");
+    let mut contents = contents(folder.path());
+    let mut project = Project::create(&path, &contents).unwrap();
+    project
+        .record(&import(&mut contents.history, probabilities()))
+        .unwrap();
+    drop(project);
+    let (project, saved) = Project::open(&path).unwrap();
+    assert_same(&saved, &contents);
+    let images = saved.history.labels().imported.clone().unwrap();
+    assert_eq!((images.trust.value(), images.maps.len()), (0.3, 2));
+    assert_eq!(images.maps[0].labels(), [1, 2, 2, 1, 2, 2]);
+    project
+        .connection
+        .execute_batch("UPDATE imported_map SET shares = labels")
+        .unwrap();
+    drop(project);
+    let error = Project::open(&path).unwrap_err().to_string();
+    assert!(error.contains("an imported label image is unusable"), "{error}");
+}
+
+#[test]
+fn files_of_version_3_still_open() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("p.inplace");
+    let old = Connection::open(&path).unwrap();
+    old.execute_batch(include_str!("fixtures/v3.sql")).unwrap();
+    drop(old);
+    let (_project, saved) = Project::open(&path).unwrap();
+    assert_eq!(saved.history.undo_name(), Some("import predictions"));
+    let images = saved.history.labels().imported.clone().unwrap();
+    assert_eq!((images.trust.value(), images.maps.len()), (0.25, 1));
+    let grid = images.maps[0].probabilities().unwrap();
+    assert_eq!((grid.size(), grid.frame_size()), ([2, 1], [320, 240]));
+    let said: Vec<Vec<(u16, f32)>> = grid.cells().iter().map(|cell| cell.iter().collect()).collect();
+    assert_eq!(
+        said,
+        [vec![(1, 204.0 / 255.0), (2, 51.0 / 255.0)], vec![(2, 1.0)]]
+    );
 }
 
 #[test]

@@ -126,12 +126,10 @@ impl OnSurface {
         let mut pixels: Vec<u16> = nodes.iter().map(value).collect();
         let image = self.trusted.as_deref().and_then(|images| images.of_frame(frame));
         if let Some(image) = image.filter(|image| image.pixels() == pixels.len()) {
-            let mut start = 0;
-            for (class, length) in image.runs() {
+            for (pixel, class) in pixels.iter_mut().zip(image.labels()) {
                 if class != VOID {
-                    pixels[start..start + length].fill(said(class));
+                    *pixel = said(class);
                 }
-                start += length;
             }
         }
         for &(pixel, class) in &self.painted {

@@ -164,7 +164,7 @@ fn votes_decide_until_a_click_corrects_what_is_connected_with_it() {
     let mut history = History::default();
     history.add_class("dark");
     history.add_class("bright");
-    import(&mut history, 1, Trust::Votes);
+    import(&mut history, 1, Trust::VOTES);
     spread_over(&mut spread, &scene, history.labels());
     assert!(spread.has_import_of(history.labels()));
     // Also where no image is.
@@ -229,7 +229,7 @@ fn trusted_images_are_as_they_say_under_later_strokes() {
     let mut history = History::default();
     history.add_class("one");
     history.add_class("two");
-    import(&mut history, 1, Trust::Trusted);
+    import(&mut history, 1, Trust::RIGHT);
     history.add_stroke(Stroke::click(2, 2, [50, 30]));
     spread_over(&mut spread, &scene, history.labels());
     let map = spread.map(&scene, 2, 1);
@@ -293,7 +293,7 @@ fn votes_of_which_most_are_wrong_teach_a_semantic_field_the_truth() {
     };
     let labels = ImportedLabels {
         maps: (0..scene.frames.len()).map(&mut noisy).collect(),
-        trust: Trust::Votes,
+        trust: Trust::VOTES,
     };
     let votes = NodeVotes::count(spread.surface(), &classes, &labels);
     let field = trainer.field();

@@ -80,7 +80,7 @@ fn imported_votes_label_every_frame_and_a_click_among_them_wins_its_surroundings
     history.import(LabelImages {
         labels: ImportedLabels {
             maps,
-            trust: Trust::Votes,
+            trust: Trust::VOTES,
         },
         classes: Vec::new(),
         unmatched: 0,

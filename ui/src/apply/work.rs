@@ -102,11 +102,13 @@ impl App {
             return;
         };
         let scene = Arc::clone(workspace.scene());
+        let classes = workspace.document().classes().to_vec();
         self.last_ticket += 1;
         let ticket = self.last_ticket;
         self.state.importing = Some(ticket);
         self.jobs.spawn("import", move |tell| {
-            let images = read_label_images(&folder, &scene, trust).map_err(|error| error.to_string());
+            let images =
+                read_label_images(&folder, &scene, &classes, trust).map_err(|error| error.to_string());
             tell(Done::Imported(ticket, Box::new(images)));
         });
     }

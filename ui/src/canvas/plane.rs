@@ -173,19 +173,14 @@ pub fn disagreement(
     let shown = map.labels();
     let mut verdicts = vec![Verdict::Unsaid as u16; shown.len()];
     if let Some(image) = imported.filter(|image| image.pixels() == shown.len()) {
-        let mut start = 0;
-        for (class, length) in image.runs() {
+        for ((verdict, &label), class) in verdicts.iter_mut().zip(shown.iter()).zip(image.labels()) {
             if class != VOID {
-                let pixels = start..start + length;
-                for (verdict, &label) in verdicts[pixels.clone()].iter_mut().zip(&shown[pixels]) {
-                    *verdict = if label == class {
-                        Verdict::Agreed as u16
-                    } else {
-                        Verdict::ImportContradicted as u16
-                    };
-                }
+                *verdict = if label == class {
+                    Verdict::Agreed as u16
+                } else {
+                    Verdict::ImportContradicted as u16
+                };
             }
-            start += length;
         }
     }
     for (pixel, (class, stroke)) in rasterise(labels, map.frame, map.width, map.height) {

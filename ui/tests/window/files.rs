@@ -232,7 +232,7 @@ fn an_import_that_is_cancelled_changes_nothing() {
     image.save(images.join("rgb_1.png")).unwrap();
     let mut window = Window::with_demo(folder.path());
     // Both before the window can look at what was read.
-    for action in [Action::ImportFrom(images, Trust::Votes), Action::CancelImport] {
+    for action in [Action::ImportFrom(images, Trust::VOTES), Action::CancelImport] {
         window.harness.state_mut().act(action);
     }
     window.harness.run_steps(3);
@@ -278,7 +278,21 @@ fn label_images_are_imported_undone_removed_and_kept_in_the_project() {
         let image = image::GrayImage::from_pixel(WIDTH, HEIGHT, image::Luma([7]));
         image.save(images.join("rgb_1.png")).unwrap();
         window.worker().received();
-        import(&mut window, &images);
+        window.click("File");
+        window.click("Import labels...");
+        window
+            .harness
+            .get_by_label("They may be wrong: your strokes correct them on what they are connected with.");
+        window
+            .harness
+            .get_by_label("Trust in the imported pixels")
+            .focus();
+        window.harness.run_steps(1);
+        (0..10).for_each(|_| window.press(Modifiers::NONE, Key::ArrowRight));
+        window
+            .harness
+            .get_by_label("Every labelled pixel is right, as your strokes are.");
+        window.type_into("Folder of label images", images.to_str().unwrap());
         window.until("the images are imported", |app| {
             let workspace = app.state().workspace().unwrap();
             workspace.document().labels().imported.is_some()
@@ -302,6 +316,7 @@ fn label_images_are_imported_undone_removed_and_kept_in_the_project() {
     let window = Window::with_demo(folder.path());
     let images = imported(&window).unwrap();
     assert_eq!((images.maps.len(), images.maps[0].frame), (1, 1));
+    assert!(images.trust.is_right());
     window
         .harness
         .get_by_label("Your earlier work on this scene was recovered: 0 strokes and imported labels.");

@@ -285,7 +285,7 @@ pub(super) fn run(
             .iter()
             .map(|(frame, prediction)| ImportedMap::new(*frame, &prediction.labels(&ids)))
             .collect(),
-        trust: Trust::Votes,
+        trust: Trust::VOTES,
     };
     let single = |frame: usize| votes.of_frame(frame).map_or_else(Vec::new, ImportedMap::labels);
     let single = truth.scores(&truth.train, |frame| in_image(scene, frame, single(frame)))?;

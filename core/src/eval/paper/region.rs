@@ -161,7 +161,7 @@ mod tests {
                 ImportedMap::new(frame, &labels)
             })
             .collect();
-        let trust = Trust::Trusted;
+        let trust = Trust::RIGHT;
         (surface, ImportedLabels { maps, trust })
     }
 

@@ -25,6 +25,14 @@ pub(super) struct ProjectRow {
     pub(super) imported: Option<ImportId>,
 }
 
+/// The PNGs of an imported label image.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct StoredImage {
+    pub(super) labels: Vec<u8>,
+    /// Of probabilities: how probable the classes in `labels` are.
+    pub(super) shares: Option<Vec<u8>>,
+}
+
 /// The readable rows. Maps and model are left where they are: they can be made again.
 #[derive(Debug, Default)]
 pub(super) struct Found {
@@ -35,8 +43,7 @@ pub(super) struct Found {
     pub(super) strokes: BTreeMap<StrokeId, Stroke>,
     pub(super) edits: BTreeMap<usize, Edit>,
     pub(super) trusts: BTreeMap<ImportId, Trust>,
-    /// PNGs.
-    pub(super) images: BTreeMap<(ImportId, usize), Vec<u8>>,
+    pub(super) images: BTreeMap<(ImportId, usize), StoredImage>,
     /// Rows, or pages of rows, that are there and say nothing.
     pub(super) unreadable: usize,
     /// Rows that were deleted may be among those found.
@@ -120,21 +127,42 @@ impl Found {
                 self.strokes.entry(StrokeId(number as u64)).or_insert(stroke);
             }
             [_, Value::Text(text)] => self.take_text(number, text)?,
-            [Value::Integer(import), Value::Integer(frame), Value::Blob(png)] => {
+            [_, Value::Real(trust)] => {
+                self.trusts
+                    .insert(ImportId(number as u64), Trust::new(*trust as f32)?);
+            }
+            // SQLite keeps a number without a fraction as an integer.
+            [_, Value::Integer(trust)] => {
+                self.trusts
+                    .insert(ImportId(number as u64), Trust::new(*trust as f32)?);
+            }
+            [
+                Value::Integer(import),
+                Value::Integer(frame),
+                Value::Blob(labels),
+                shares @ ..,
+            ] => {
                 let id = ImportId(u64::try_from(*import).ok()?);
                 let frame = below_most(usize::try_from(*frame).ok()?)?;
-                self.images.entry((id, frame)).or_insert_with(|| png.clone());
+                let shares = match shares {
+                    [Value::Blob(shares)] => Some(shares.clone()),
+                    _ => None,
+                };
+                let labels = labels.clone();
+                self.images
+                    .entry((id, frame))
+                    .or_insert(StoredImage { labels, shares });
             }
             values => self.project = Some(project(values)?),
         }
         Some(())
     }
 
-    /// The tables `import` and `edit` both have a number and a text.
+    /// The tables `import`, of files of version 2, and `edit` both have a number and a text.
     fn take_text(&mut self, number: usize, text: &str) -> Option<()> {
         let trust = match text {
-            "trusted" => Some(Trust::Trusted),
-            "votes" => Some(Trust::Votes),
+            "trusted" => Some(Trust::RIGHT),
+            "votes" => Some(Trust::VOTES),
             _ => None,
         };
         if let Some(trust) = trust {
@@ -156,7 +184,8 @@ fn below_most(frame: usize) -> Option<usize> {
 
 /// Whether columns of these kinds are those of one of our tables; maps and model aside.
 fn is_ours(kinds: &str) -> bool {
-    matches!(kinds, "ntiii" | "nitiii" | "niiit" | "nt" | "iib") || is_project(kinds)
+    let imports = ["nr", "ni", "iib", "iibn", "iibb"];
+    matches!(kinds, "ntiii" | "nitiii" | "niiit" | "nt") || imports.contains(&kinds) || is_project(kinds)
 }
 
 /// Whether they are those of the table `project`, in any of its versions: scene, two paths, depth, cursor, view, the

@@ -13,10 +13,9 @@ use std::sync::Arc;
 
 use self::found::Found;
 use self::replay::Replay;
+use super::imports::decoded;
 use super::{Contents, FrameRecord, SceneRecord, location};
-use crate::labels::{
-    Class, History, ImportId, ImportedLabels, ImportedMap, LabelSet, Stroke, Trust, VOID, png,
-};
+use crate::labels::{Class, History, ImportId, ImportedLabels, ImportedMap, LabelSet, Stroke, Trust, VOID};
 use crate::scene::SceneSource;
 
 /// What was read of a damaged file.
@@ -182,14 +181,14 @@ type Imports = (BTreeMap<ImportId, Arc<ImportedLabels>>, Option<ImportId>);
 /// The imported label images that can be decoded.
 fn imports(found: &Found, scene: &SceneRecord, account: &mut Account) -> Imports {
     let mut maps: BTreeMap<ImportId, Vec<ImportedMap>> = BTreeMap::new();
-    for (&(id, frame), png) in &found.images {
-        let labels = scene
-            .frames
-            .get(frame)
-            .and_then(|record| png::decode_gray_sized(png, record.width, record.height).ok());
-        match labels {
-            Some(labels) => {
-                maps.entry(id).or_default().push(ImportedMap::new(frame, &labels));
+    for (&(id, frame), image) in &found.images {
+        let map = scene.frames.get(frame).and_then(|record| {
+            let size = [record.width, record.height];
+            decoded(frame, size, &image.labels, image.shares.as_deref()).ok()
+        });
+        match map {
+            Some(map) => {
+                maps.entry(id).or_default().push(map);
                 account.images += 1;
             }
             None => account.images_lost += 1,
@@ -199,7 +198,7 @@ fn imports(found: &Found, scene: &SceneRecord, account: &mut Account) -> Imports
         .into_iter()
         .map(|(id, maps)| {
             // Without its row, believing it less is the safer way.
-            let trust = found.trusts.get(&id).copied().unwrap_or(Trust::Votes);
+            let trust = found.trusts.get(&id).copied().unwrap_or(Trust::VOTES);
             (id, Arc::new(ImportedLabels { maps, trust }))
         })
         .collect();

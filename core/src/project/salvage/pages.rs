@@ -24,6 +24,7 @@ const NO_LEAVES: [u8; 4] = [0, 2, 10, 5];
 pub(super) enum Value {
     Null,
     Integer(i64),
+    Real(f64),
     Text(String),
     Blob(Vec<u8>),
 }
@@ -35,7 +36,7 @@ pub(super) struct StoredRow {
     pub(super) values: Vec<Value>,
 }
 
-/// What the columns of a row hold, a letter each: `n`ull, `i`nteger, `t`ext, `b`lob; `?` is anything else.
+/// What the columns of a row hold, a letter each: `n`ull, `i`nteger, `r`eal, `t`ext, `b`lob; `?` is anything else.
 pub(super) type Kinds = String;
 
 /// The pages of a database file.
@@ -193,6 +194,7 @@ impl Cell<'_> {
         let kind = |&kind: &u64| match kind {
             0 => 'n',
             1..=6 | 8 | 9 => 'i',
+            7 => 'r',
             12.. if kind % 2 == 0 => 'b',
             12.. => 't',
             _ => '?',
@@ -276,6 +278,7 @@ fn values(record: &[u8]) -> Option<Vec<Value>> {
         values.push(match kind {
             0 => Value::Null,
             1..=6 => Value::Integer(signed(bytes)),
+            7 => Value::Real(f64::from_bits(signed(bytes) as u64)),
             8 | 9 => Value::Integer(kind as i64 - 8),
             12.. if kind % 2 == 0 => Value::Blob(bytes.to_vec()),
             12.. => Value::Text(String::from_utf8(bytes.to_vec()).ok()?),
