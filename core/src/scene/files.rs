@@ -1,10 +1,12 @@
 //! Files of a capture: their names, and what to say of those that cannot be used.
 
 use std::collections::HashMap;
+use std::io::{BufRead, Seek};
 use std::path::{Component, Path};
 
-use image::{DynamicImage, ImageReader};
+use image::{DynamicImage, ImageDecoder, ImageReader};
 
+use super::lens::LARGEST_SIDE;
 use super::{Camera, ColorImage, Lens, SceneError};
 
 /// One warning for all files with the same problem: how many, and the first of them.
@@ -17,16 +19,51 @@ pub(super) fn warn(warnings: &mut Vec<String>, what: &str, examples: &[String]) 
     }
 }
 
+/// Most bytes of pixels of an image, decoded.
+const MOST_BYTES: u64 = 512 << 20;
+/// Most bytes of pixels for each byte of a file: in a PNG, deflate makes one of at most 1032; in a JPEG, a bit is the
+/// least that says anything of the 64 pixels of a block.
+const MOST_COMPRESSED: u64 = 64 * 3 * 8;
+
 /// The image, or why there is none.
 pub(super) fn decode_image(path: &Path) -> Result<DynamicImage, String> {
-    reader(path)?.decode().map_err(|error| error.to_string())
+    let length = std::fs::metadata(path).map_err(reason)?.len();
+    decode(reader(path)?, length)
+}
+
+/// The image in a file of so many bytes, or why there is none. What its header says of its size is not believed
+/// further than the file has bytes for.
+pub(crate) fn decode(reader: ImageReader<impl BufRead + Seek>, length: u64) -> Result<DynamicImage, String> {
+    let decoder = reader.into_decoder().map_err(reason)?;
+    let (width, height) = decoder.dimensions();
+    let bytes = decoder.total_bytes();
+    if bytes > MOST_BYTES || u64::from(width.max(height)) > LARGEST_SIDE {
+        return Err(format!("it has {width}x{height} pixels, which is too large"));
+    }
+    if bytes > length.saturating_mul(MOST_COMPRESSED) {
+        return Err(format!(
+            "it is truncated or spoilt: {length} bytes cannot hold {width}x{height} pixels"
+        ));
+    }
+    DynamicImage::from_decoder(decoder).map_err(reason)
+}
+
+/// Width and height of an image in pixels, from its header, or why it cannot be read.
+pub(super) fn dimensions(path: &Path) -> Result<(u32, u32), String> {
+    reader(path)?.into_dimensions().map_err(reason)
+}
+
+/// An error in one line; decoders break theirs.
+fn reason(error: impl std::error::Error) -> String {
+    let text = error.to_string();
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 /// A reader of an image whose format is told by its first bytes, or why there is none.
-pub(super) fn reader(path: &Path) -> Result<ImageReader<std::io::BufReader<std::fs::File>>, String> {
+fn reader(path: &Path) -> Result<ImageReader<std::io::BufReader<std::fs::File>>, String> {
     ImageReader::open(path)
         .and_then(ImageReader::with_guessed_format)
-        .map_err(|error| error.to_string())
+        .map_err(reason)
 }
 
 /// File name without its extension.

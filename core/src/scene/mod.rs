@@ -7,6 +7,8 @@ mod error;
 mod files;
 mod formats;
 mod frame;
+#[doc(hidden)]
+pub mod fuzzing;
 mod lens;
 mod replica;
 mod rgbd;
@@ -23,7 +25,9 @@ use glam::{DVec3, Vec3};
 
 pub use camera::Camera;
 pub use error::SceneError;
+pub(crate) use files::decode as decode_image;
 pub use frame::{ColorImage, DepthMap, Frame, SparsePoint};
+pub(crate) use lens::LARGEST_SIDE;
 pub use lens::{Distortion, Lens};
 pub use replica::{GroundTruth, write as write_replica};
 

@@ -15,7 +15,7 @@ use glam::DAffine3;
 use rayon::prelude::*;
 
 use super::files::{file_name, warn};
-use super::rgbd::text::{Pose, read_numbers};
+use super::rgbd::text::{Pose, parse_numbers, read_text};
 use super::rgbd::{self, DepthCode, Layout, Listed};
 use super::{OpenOptions, Scene, SceneError};
 
@@ -125,7 +125,7 @@ fn list(folder: &Path, options: OpenOptions, warnings: &mut Vec<String>) -> Resu
     }
     let poses = found
         .par_iter()
-        .map(|(_, _, pose)| read_pose(pose))
+        .map(|(_, _, pose)| parse_pose(pose, &read_text(pose)?))
         .collect::<Result<Vec<_>, SceneError>>()?;
     let total = found.len();
     let (mut listed, mut bad) = (Vec::new(), Vec::new());
@@ -174,10 +174,10 @@ fn find_files(folder: &Path) -> Result<BTreeMap<u64, Files>, SceneError> {
     Ok(frames)
 }
 
-/// The pose of a frame, or why it is unusable.
-fn read_pose(path: &Path) -> Result<Result<DAffine3, &'static str>, SceneError> {
+/// The pose of a frame in the text of the file at `path`, or why it is unusable.
+pub(super) fn parse_pose(path: &Path, text: &str) -> Result<Result<DAffine3, &'static str>, SceneError> {
     const FORM: &str = "write four lines of four numbers, the camera-to-world matrix";
-    let rows = read_numbers(path)?;
+    let rows = parse_numbers(path, text)?;
     if let Some((line, row)) = rows.iter().find(|(_, row)| row.len() != 4) {
         return Err(SceneError::file(
             path,

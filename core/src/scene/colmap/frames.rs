@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::model::Model;
 use super::{Listed, MOST_ERROR};
-use crate::scene::camera::orthonormalised;
+use crate::scene::camera::{FARTHEST, orthonormalised};
 use crate::scene::files::{ImageProblem, decode_color, warn};
 use crate::scene::{Camera, ColorImage, Frame, SceneError, SparsePoint};
 
@@ -167,7 +167,8 @@ fn frame(listed: &Listed, color: ColorImage, projected: &Projected, placing: &Pl
             pixel,
             length: (distance / placing.unit) as f32,
             error: error as f32,
-        });
+        })
+        .filter(|point| point.length > 0.0 && f64::from(point.length) <= FARTHEST);
     Frame {
         stem: listed.stem.clone(),
         path: listed.path.clone(),

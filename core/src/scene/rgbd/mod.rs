@@ -14,7 +14,7 @@ use image::DynamicImage;
 use rayon::prelude::*;
 
 use super::camera::{median_position, orthonormalised};
-use super::files::{decode_image, file_name, reader, stem, warn};
+use super::files::{decode_image, dimensions, file_name, stem, warn};
 use super::{Camera, ColorImage, DepthMap, Frame, Scene, SceneError, SceneSource};
 use text::read_intrinsics;
 
@@ -169,14 +169,8 @@ fn choose_camera<'a>(
     warnings: &mut Vec<String>,
     notes: &mut Vec<String>,
 ) -> Result<(Camera, Vec<&'a Listed>), SceneError> {
-    let sizes: Vec<Result<(u32, u32), String>> = listed
-        .par_iter()
-        .map(|frame| {
-            reader(&frame.path)?
-                .into_dimensions()
-                .map_err(|error| error.to_string())
-        })
-        .collect();
+    let sizes: Vec<Result<(u32, u32), String>> =
+        listed.par_iter().map(|frame| dimensions(&frame.path)).collect();
     let intrinsics = layout.folder.join("intrinsics.txt");
     let camera = if intrinsics.exists() {
         Some(read_intrinsics(&intrinsics)?)

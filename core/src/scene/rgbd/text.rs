@@ -38,7 +38,12 @@ impl Pose {
 
 /// Reads `fx fy cx cy width height`.
 pub(super) fn read_intrinsics(path: &Path) -> Result<Camera, SceneError> {
-    let values: Vec<f64> = read_numbers(path)?
+    parse_intrinsics(path, &read_text(path)?)
+}
+
+/// The intrinsics in the text of the file at `path`.
+pub(in crate::scene) fn parse_intrinsics(path: &Path, text: &str) -> Result<Camera, SceneError> {
+    let values: Vec<f64> = parse_numbers(path, text)?
         .into_iter()
         .flat_map(|(_, values)| values)
         .collect();
@@ -84,10 +89,15 @@ pub(super) fn read_intrinsics(path: &Path) -> Result<Camera, SceneError> {
     }
 }
 
-/// The numbers of each line that has any, with its number from 1; lines that start with # do not count.
-pub(in crate::scene) fn read_numbers(path: &Path) -> Result<Vec<(usize, Vec<f64>)>, SceneError> {
-    let text = std::fs::read_to_string(path)
-        .map_err(|error| SceneError::file(path, format!("cannot be read as text: {error}")))?;
+/// The text of a file.
+pub(in crate::scene) fn read_text(path: &Path) -> Result<String, SceneError> {
+    std::fs::read_to_string(path)
+        .map_err(|error| SceneError::file(path, format!("cannot be read as text: {error}")))
+}
+
+/// The numbers of each line of the file at `path` that has any, with its number from 1; lines that start with # do
+/// not count.
+pub(in crate::scene) fn parse_numbers(path: &Path, text: &str) -> Result<Vec<(usize, Vec<f64>)>, SceneError> {
     let mut lines = Vec::new();
     for (line, content) in (1..).zip(text.trim_start_matches('\u{feff}').lines()) {
         if content.trim_start().starts_with('#') {
@@ -101,7 +111,7 @@ pub(in crate::scene) fn read_numbers(path: &Path) -> Result<Vec<(usize, Vec<f64>
                     let word: String = word.chars().take(20).collect();
                     SceneError::file(
                         path,
-                        format!("line {line}: \"{word}\" is not a number; correct that line"),
+                        format!("line {line}: {word:?} is not a number; correct that line"),
                     )
                 })
             })

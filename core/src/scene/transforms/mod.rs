@@ -19,7 +19,7 @@ use rayon::prelude::*;
 
 use super::camera::{median_position, orthonormalised, unit_of_cameras};
 use super::files::{
-    ImageProblem, decode_color, decode_image, file_name, frame_names, is_inside, reader, warn,
+    ImageProblem, decode_color, decode_image, dimensions, file_name, frame_names, is_inside, warn,
 };
 use super::{Camera, DepthMap, Frame, Lens, OpenOptions, Scene, SceneError, SceneSource};
 use file::{Entry, Transforms};
@@ -104,6 +104,11 @@ pub(super) fn read(
         warnings,
         notes,
     })
+}
+
+/// Parses the bytes of the file.
+pub(super) fn parse(file: &Path, bytes: &[u8]) -> Result<(), SceneError> {
+    Transforms::parse(file, bytes).map(|_| ())
 }
 
 /// The frames whose image is there and whose pose is usable, in the order of their images' paths.
@@ -238,8 +243,7 @@ fn image_name(folder: &Path, path: &str) -> Option<String> {
 
 /// Width and height of an image on disk, in pixels.
 fn size_of(path: &Path) -> Result<[f64; 2], String> {
-    let size = reader(path)?.into_dimensions();
-    let (width, height) = size.map_err(|error| error.to_string())?;
+    let (width, height) = dimensions(path)?;
     Ok([f64::from(width), f64::from(height)])
 }
 
