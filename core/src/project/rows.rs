@@ -9,7 +9,7 @@ use rusqlite::{Connection, OptionalExtension, Row, params};
 use super::contents::Pending;
 use super::{Contents, FrameRecord, ProjectError, SceneRecord, Step, imports, location};
 use crate::labels::{Class, Edit, History, LabelSet, Stroke, StrokeId, png};
-use crate::scene::SceneSource;
+use crate::scene::{LARGEST_SIDE, SceneSource};
 use crate::session::{FrameMap, ModelState};
 
 /// SQLite's integers are signed; nothing here comes near the limit.
@@ -273,8 +273,16 @@ pub(super) fn read(connection: &Connection, path: &Path) -> Result<Contents, Pro
     })
     .map_err(reading)?;
     let frames = scene.frames.len();
-    if let Some((id, _)) = labels.strokes.iter().find(|(_, stroke)| stroke.frame >= frames) {
-        let reason = format!("stroke {} is on a frame that it does not list", id.0);
+    let in_force = labels.strokes.iter().map(|(&id, stroke)| (id, stroke.as_ref()));
+    let changed = edits.iter().flat_map(|edit| &edit.strokes);
+    let in_edits = changed.flat_map(|change| {
+        let strokes = change.before.iter().chain(&change.after);
+        strokes.map(|stroke| (change.id, stroke))
+    });
+    if let Some(reason) = in_force
+        .chain(in_edits)
+        .find_map(|(id, stroke)| stroke_problem(id, stroke, frames))
+    {
         return Err(ProjectError::damaged(path, reason));
     }
     if cursor > edits.len() {
@@ -289,7 +297,7 @@ pub(super) fn read(connection: &Connection, path: &Path) -> Result<Contents, Pro
         })
         .optional()
         .map_err(reading)?;
-    let (maps, warnings) = read_maps(connection, path, frames).map_err(reading)?;
+    let (maps, warnings) = read_maps(connection, path, &scene.frames).map_err(reading)?;
     let (images, in_force) = imports::read(connection, path, &scene)?;
     Ok(Contents {
         scene,
@@ -300,6 +308,21 @@ pub(super) fn read(connection: &Connection, path: &Path) -> Result<Contents, Pro
         warnings,
         pending: Pending::Nothing,
     })
+}
+
+/// What is wrong with a stroke of a project that lists so many frames, if anything. Points may lie beyond their image,
+/// which may have become smaller, but not beyond every image.
+fn stroke_problem(id: StrokeId, stroke: &Stroke, frames: usize) -> Option<String> {
+    let is_far = |point: &[u32; 2]| point.iter().any(|&v| u64::from(v) > LARGEST_SIDE);
+    if i64::try_from(id.0).is_err() {
+        Some(format!("a stroke has the number {}", id.0))
+    } else if stroke.frame >= frames {
+        Some(format!("stroke {} is on a frame that it does not list", id.0))
+    } else if stroke.lines.iter().flatten().any(is_far) {
+        Some(format!("stroke {} is outside every image", id.0))
+    } else {
+        None
+    }
 }
 
 /// Reads where the scene is, as seen from a project file at `path`, and its frames.
@@ -340,7 +363,7 @@ pub(super) fn read_scene(connection: &Connection, path: &Path) -> Result<SceneRe
 fn read_maps(
     connection: &Connection,
     path: &Path,
-    frames: usize,
+    frames: &[FrameRecord],
 ) -> rusqlite::Result<(Vec<Arc<FrameMap>>, Vec<String>)> {
     let sql = "SELECT frame, generation, labels, entropy FROM map ORDER BY frame";
     let stored = rows(connection, sql, |row| {
@@ -354,8 +377,15 @@ fn read_maps(
     let (mut maps, mut warnings) = (Vec::new(), Vec::new());
     let decoded: Vec<_> = stored
         .par_iter()
-        .filter(|row| row.frame < frames)
-        .map(|row| (row.frame, row.decode()))
+        .filter_map(|row| {
+            let frame = frames.get(row.frame)?;
+            let map = row.decode().and_then(|map| {
+                let fits = [map.width, map.height] == [frame.width, frame.height];
+                fits.then_some(map)
+                    .ok_or_else(|| "it has another size than its frame".to_owned())
+            });
+            Some((row.frame, map))
+        })
         .collect();
     for (frame, map) in decoded {
         match map {

@@ -102,6 +102,9 @@ pub(super) fn connect(path: &Path, create: bool) -> rusqlite::Result<Connection>
     }
     let connection = Connection::open_with_flags(path, flags)?;
     connection.busy_timeout(Duration::from_millis(200))?;
+    // A project may come from anyone: nothing in its schema runs what it should not, and pages are checked when read.
+    connection.pragma_update(None, "trusted_schema", "OFF")?;
+    connection.pragma_update(None, "cell_size_check", "ON")?;
     connection.pragma_update(None, "locking_mode", "EXCLUSIVE")?;
     connection.pragma_update(None, "journal_mode", "DELETE")?;
     connection.pragma_update(None, "synchronous", "FULL")?;
@@ -137,6 +140,16 @@ pub(super) fn check(connection: &Connection, path: &Path) -> Result<(), ProjectE
     };
     if pragma("application_id")? != APPLICATION_ID {
         return Err(ProjectError::NotAProject(path.to_path_buf()));
+    }
+    let foreign = "SELECT count(*) FROM sqlite_schema WHERE type NOT IN ('table', 'index')";
+    let foreign: i64 = connection
+        .query_row(foreign, [], |row| row.get(0))
+        .map_err(reading)?;
+    if foreign > 0 {
+        return Err(ProjectError::damaged(
+            path,
+            "it has views or triggers, which no project has",
+        ));
     }
     match version(connection).map_err(reading)? {
         VERSION => Ok(()),

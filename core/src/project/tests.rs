@@ -1,3 +1,5 @@
+mod spoilt;
+
 use std::fs;
 
 use glam::{Affine3A, DVec3};
