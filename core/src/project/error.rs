@@ -4,6 +4,8 @@ use std::path::{Path, PathBuf};
 
 use rusqlite::ErrorCode;
 
+use crate::scene::in_one_line;
+
 /// A project that cannot be opened or saved; each message is one sentence that names the file and what to do.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ProjectError {
@@ -73,11 +75,11 @@ impl ProjectError {
             Some(ErrorCode::DatabaseBusy | ErrorCode::DatabaseLocked) => Self::InUse(path),
             Some(ErrorCode::DatabaseCorrupt) | None => Self::Damaged {
                 path,
-                reason: error.to_string(),
+                reason: in_one_line(error),
             },
             Some(_) => Self::Unreadable {
                 path,
-                reason: error.to_string(),
+                reason: in_one_line(error),
             },
         }
     }
@@ -95,7 +97,7 @@ impl ProjectError {
             Some(ErrorCode::CannotOpen | ErrorCode::PermissionDenied) => {
                 "its folder cannot be written; save it somewhere else".to_owned()
             }
-            _ => format!("{error}; save it somewhere else"),
+            _ => format!("{}; save it somewhere else", in_one_line(error)),
         };
         Self::unwritable(path, reason)
     }

@@ -6,6 +6,7 @@ use std::path::{Component, Path};
 
 use image::{DynamicImage, ImageDecoder, ImageReader};
 
+use super::error::in_one_line;
 use super::lens::LARGEST_SIDE;
 use super::{Camera, ColorImage, Lens, SceneError};
 
@@ -27,14 +28,14 @@ const MOST_COMPRESSED: u64 = 64 * 3 * 8;
 
 /// The image, or why there is none.
 pub(super) fn decode_image(path: &Path) -> Result<DynamicImage, String> {
-    let length = std::fs::metadata(path).map_err(reason)?.len();
+    let length = std::fs::metadata(path).map_err(in_one_line)?.len();
     decode(reader(path)?, length)
 }
 
 /// The image in a file of so many bytes, or why there is none. What its header says of its size is not believed
 /// further than the file has bytes for.
 pub(crate) fn decode(reader: ImageReader<impl BufRead + Seek>, length: u64) -> Result<DynamicImage, String> {
-    let decoder = reader.into_decoder().map_err(reason)?;
+    let decoder = reader.into_decoder().map_err(in_one_line)?;
     let (width, height) = decoder.dimensions();
     let bytes = decoder.total_bytes();
     if bytes > MOST_BYTES || u64::from(width.max(height)) > LARGEST_SIDE {
@@ -45,25 +46,19 @@ pub(crate) fn decode(reader: ImageReader<impl BufRead + Seek>, length: u64) -> R
             "it is truncated or spoilt: {length} bytes cannot hold {width}x{height} pixels"
         ));
     }
-    DynamicImage::from_decoder(decoder).map_err(reason)
+    DynamicImage::from_decoder(decoder).map_err(in_one_line)
 }
 
 /// Width and height of an image in pixels, from its header, or why it cannot be read.
 pub(super) fn dimensions(path: &Path) -> Result<(u32, u32), String> {
-    reader(path)?.into_dimensions().map_err(reason)
-}
-
-/// An error in one line; decoders break theirs.
-fn reason(error: impl std::error::Error) -> String {
-    let text = error.to_string();
-    text.split_whitespace().collect::<Vec<_>>().join(" ")
+    reader(path)?.into_dimensions().map_err(in_one_line)
 }
 
 /// A reader of an image whose format is told by its first bytes, or why there is none.
 fn reader(path: &Path) -> Result<ImageReader<std::io::BufReader<std::fs::File>>, String> {
     ImageReader::open(path)
         .and_then(ImageReader::with_guessed_format)
-        .map_err(reason)
+        .map_err(in_one_line)
 }
 
 /// File name without its extension.

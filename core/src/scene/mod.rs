@@ -25,6 +25,7 @@ use glam::{DVec3, Vec3};
 
 pub use camera::Camera;
 pub use error::SceneError;
+pub(crate) use error::in_one_line;
 pub(crate) use files::decode as decode_image;
 pub use frame::{ColorImage, DepthMap, Frame, SparsePoint};
 pub(crate) use lens::LARGEST_SIDE;
