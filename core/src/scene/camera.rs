@@ -97,7 +97,7 @@ impl Camera {
         } else {
             let corners = [(0, 0), (self.width - 1, self.height - 1)];
             let directions = corners.map(|(column, row)| self.pixel_direction(column, row));
-            let is_too_wide = directions.iter().any(|d| !(d.abs().max_element() <= WIDEST));
+            let is_too_wide = directions.iter().any(|d| d.abs().max_element() > WIDEST);
             is_too_wide.then_some("it looks farther to a side than a pinhole camera can")
         }
     }

@@ -226,7 +226,15 @@ fn choose_camera<'a>(
         Some(camera) => camera,
         None => {
             notes.extend(layout.default_camera_note.clone());
-            (layout.default_camera)(width, height).map_err(|reason| SceneError::file(intrinsics, reason))?
+            let camera = (layout.default_camera)(width, height);
+            let camera = camera.and_then(|camera| match camera.problem() {
+                None => Ok(camera),
+                Some(problem) => Err(format!(
+                    "no such file, and the usual camera does not fit images of {width}x{height} pixels ({problem}); \
+                     write six numbers there: fx fy cx cy width height"
+                )),
+            });
+            camera.map_err(|reason| SceneError::file(intrinsics, reason))?
         }
     };
     Ok((camera, usable))
