@@ -1,4 +1,5 @@
 mod damage;
+mod spoilt;
 
 use std::fs;
 

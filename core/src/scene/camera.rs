@@ -5,6 +5,12 @@ use glam::{DAffine3, DMat3, DVec3, Vec3};
 /// Longest side of the box around the cameras of a capture that is scaled by them, in metres.
 const CAMERA_EXTENT: f64 = 2.0;
 
+/// Farthest that a camera, or what it sees, may be from zero along an axis, in metres or whatever the capture's unit
+/// is: far beyond every capture, and near enough for sums and squares in single precision.
+pub const FARTHEST: f64 = 1e12;
+/// Largest distance from the optical axis that an image may show, at a distance of 1 along it: 89.9 degrees.
+const WIDEST: f32 = 600.0;
+
 /// A pinhole camera: intrinsics in pixels, without distortion.
 ///
 /// Axes are OpenCV's (x right, y down, z forward); the centre of pixel (column, row) is at
@@ -113,7 +119,10 @@ impl Camera {
         } else if self.fx <= 0.0 || self.fy <= 0.0 {
             Some("a focal length is zero or negative")
         } else {
-            None
+            let corners = [(0, 0), (self.width - 1, self.height - 1)];
+            let directions = corners.map(|(column, row)| self.pixel_direction(column, row));
+            let is_too_wide = directions.iter().any(|d| d.abs().max_element() > WIDEST);
+            is_too_wide.then_some("it looks farther to a side than a pinhole camera can")
         }
     }
 }
@@ -122,6 +131,9 @@ impl Camera {
 pub fn pose_problem(camera_to_world: &DAffine3) -> Option<&'static str> {
     if !camera_to_world.is_finite() {
         return Some("it holds a value that is not a finite number");
+    }
+    if camera_to_world.translation.abs().max_element() > FARTHEST {
+        return Some("its position is too far from zero");
     }
     let rotation = camera_to_world.matrix3;
     let deviation = rotation.transpose() * rotation - DMat3::IDENTITY;
@@ -199,5 +211,15 @@ mod tests {
         assert!(pose_problem(&DAffine3::from_scale(DVec3::splat(2.0))).is_some());
         assert!(pose_problem(&DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0))).is_some());
         assert!(pose_problem(&DAffine3::from_translation(DVec3::splat(f64::NAN))).is_some());
+        assert!(pose_problem(&DAffine3::from_translation(DVec3::new(0.0, -2.0 * FARTHEST, 0.0))).is_some());
+    }
+
+    #[test]
+    fn a_camera_has_rays_for_all_of_its_pixels() {
+        let camera = Camera::with_horizontal_fov(320, 240, 150.0);
+        assert_eq!(camera.problem(), None);
+        for (fx, cx) in [(1e-30, 160.0), (160.0, 1e30), (f32::MIN_POSITIVE, 0.5)] {
+            assert!(Camera { fx, cx, ..camera }.problem().is_some(), "{fx} {cx}");
+        }
     }
 }

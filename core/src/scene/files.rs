@@ -1,11 +1,14 @@
 //! Files of a capture: their names, and what to say of those that cannot be used.
 
 use std::collections::{BTreeMap, HashMap};
+use std::io::{BufRead, Seek};
 use std::path::{Component, Path, PathBuf};
 
-use image::{DynamicImage, ImageReader};
+use image::{DynamicImage, ImageDecoder, ImageReader};
 
 use super::SceneError;
+use super::error::in_one_line;
+use super::lens::LARGEST_SIDE;
 
 /// One warning for all files with the same problem: how many, and the first of them.
 pub(super) fn warn(warnings: &mut Vec<String>, what: &str, examples: &[String]) {
@@ -17,9 +20,54 @@ pub(super) fn warn(warnings: &mut Vec<String>, what: &str, examples: &[String]) 
     }
 }
 
+/// Most bytes of pixels of an image, decoded.
+const MOST_BYTES: u64 = 512 << 20;
+/// Most bytes of pixels for each byte of a file: in a PNG, deflate makes one of at most 1032; in a JPEG, a bit is the
+/// least that says anything of the 64 pixels of a block.
+const MOST_COMPRESSED: u64 = 64 * 3 * 8;
+
 /// The image, or why there is none.
 pub(super) fn decode_image(path: &Path) -> Result<DynamicImage, String> {
-    reader(path)?.decode().map_err(|error| error.to_string())
+    DynamicImage::from_decoder(decoder(path)?).map_err(in_one_line)
+}
+
+/// The image in a file of so many bytes, or why there is none.
+pub(crate) fn decode<'a>(
+    reader: ImageReader<impl BufRead + Seek + 'a>,
+    length: u64,
+) -> Result<DynamicImage, String> {
+    DynamicImage::from_decoder(bounded_decoder(reader, length)?).map_err(in_one_line)
+}
+
+/// What decodes the image at a path and its metadata, or why there is none.
+pub(super) fn decoder(path: &Path) -> Result<impl ImageDecoder, String> {
+    let length = std::fs::metadata(path).map_err(in_one_line)?.len();
+    bounded_decoder(reader(path)?, length)
+}
+
+/// A decoder of the image in a file of so many bytes. What its header says of its size is not believed further than
+/// the file has bytes for.
+fn bounded_decoder<'a>(
+    reader: ImageReader<impl BufRead + Seek + 'a>,
+    length: u64,
+) -> Result<impl ImageDecoder + 'a, String> {
+    let decoder = reader.into_decoder().map_err(in_one_line)?;
+    let (width, height) = decoder.dimensions();
+    let bytes = decoder.total_bytes();
+    if bytes > MOST_BYTES || u64::from(width.max(height)) > LARGEST_SIDE {
+        return Err(format!("it has {width}x{height} pixels, which is too large"));
+    }
+    if bytes > length.saturating_mul(MOST_COMPRESSED) {
+        return Err(format!(
+            "it is truncated or spoilt: {length} bytes cannot hold {width}x{height} pixels"
+        ));
+    }
+    Ok(decoder)
+}
+
+/// Width and height of an image in pixels, from its header, or why it cannot be read.
+pub(super) fn dimensions(path: &Path) -> Result<(u32, u32), String> {
+    reader(path)?.into_dimensions().map_err(in_one_line)
 }
 
 /// A file of an open capture that could be read when it was opened, and cannot be read again.
@@ -31,10 +79,10 @@ pub(super) fn unreadable(path: &Path, reason: &str) -> SceneError {
 }
 
 /// A reader of an image whose format is told by its first bytes, or why there is none.
-pub(super) fn reader(path: &Path) -> Result<ImageReader<std::io::BufReader<std::fs::File>>, String> {
+fn reader(path: &Path) -> Result<ImageReader<std::io::BufReader<std::fs::File>>, String> {
     ImageReader::open(path)
         .and_then(ImageReader::with_guessed_format)
-        .map_err(|error| error.to_string())
+        .map_err(in_one_line)
 }
 
 /// File name without its extension.

@@ -7,9 +7,10 @@ mod tests;
 use std::path::{Path, PathBuf};
 
 use image::metadata::Orientation;
-use image::{DynamicImage, ImageDecoder, Limits};
+use image::{DynamicImage, ImageDecoder};
 
-use super::files::{decode_image, reader, unreadable, warn};
+use super::error::in_one_line;
+use super::files::{decode_image, decoder, unreadable, warn};
 use super::{Camera, ColorImage, Frame, Lens, SceneError};
 
 /// Why a colour image cannot be used.
@@ -120,18 +121,11 @@ pub(super) fn decode_color(
 
 /// The image as stored, and the orientation that its metadata ask for.
 fn decode(path: &Path) -> Result<(DynamicImage, Orientation), String> {
-    let decode = || {
-        let mut decoder = reader(path)?.into_decoder().map_err(|error| error.to_string())?;
-        let mut limits = Limits::default();
-        limits
-            .reserve(decoder.total_bytes())
-            .map_err(|error| error.to_string())?;
-        // Metadata that cannot be read ask for nothing.
-        let orientation = decoder.orientation().unwrap_or(Orientation::NoTransforms);
-        let image = DynamicImage::from_decoder(decoder).map_err(|error| error.to_string())?;
-        Ok((image, orientation))
-    };
-    decode()
+    let mut decoder = decoder(path)?;
+    // Metadata that cannot be read ask for nothing.
+    let orientation = decoder.orientation().unwrap_or(Orientation::NoTransforms);
+    let image = DynamicImage::from_decoder(decoder).map_err(in_one_line)?;
+    Ok((image, orientation))
 }
 
 /// Whether an image's width becomes its height.

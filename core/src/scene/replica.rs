@@ -11,7 +11,7 @@ mod tests;
 mod write;
 
 use super::files::{file_name, numbered_files, warn};
-use super::rgbd::text::{Pose, read_numbers};
+use super::rgbd::text::{Pose, parse_numbers, read_text};
 use super::rgbd::{self, DepthCode, Layout, Listed};
 use super::{Camera, OpenOptions, Scene, SceneError, transforms};
 use std::collections::BTreeMap;
@@ -105,8 +105,13 @@ fn read_poses(path: &Path) -> Result<Vec<Pose>, SceneError> {
             "no such file; write the camera-to-world matrix of each frame there, 16 numbers a line",
         ));
     }
+    parse_poses(path, &read_text(path)?)
+}
+
+/// The poses in the text of the trajectory at `path`.
+pub(super) fn parse_poses(path: &Path, text: &str) -> Result<Vec<Pose>, SceneError> {
     let mut poses = Vec::new();
-    for (line, values) in read_numbers(path)? {
+    for (line, values) in parse_numbers(path, text)? {
         let count = values.len();
         let values = values.try_into().map_err(|_| {
             SceneError::file(

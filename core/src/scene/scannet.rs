@@ -17,7 +17,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::files::{file_name, numbered_files, warn};
-use super::rgbd::text::{read_numbers, read_pose};
+use super::rgbd::text::{parse_numbers, parse_pose, read_text};
 use super::rgbd::{self, DepthCamera, DepthCode, Layout, Listed};
 use super::{Camera, OpenOptions, Scene, SceneError};
 
@@ -122,7 +122,7 @@ fn list(folder: &Path, options: OpenOptions, warnings: &mut Vec<String>) -> Resu
     }
     let read = found
         .par_iter()
-        .map(|(_, _, pose)| read_pose(pose))
+        .map(|(_, _, pose)| parse_pose(pose, &read_text(pose)?))
         .collect::<Result<Vec<_>, SceneError>>()?;
     let (mut listed, mut bad) = (Vec::new(), Vec::new());
     for ((number, image, pose_file), pose) in found.into_iter().zip(read) {
@@ -242,7 +242,7 @@ impl Calibration {
 
 /// The numbers of a matrix, row by row.
 fn matrix(path: &Path) -> Result<Vec<f64>, SceneError> {
-    let rows = read_numbers(path)?;
+    let rows = parse_numbers(path, &read_text(path)?)?;
     Ok(rows.into_iter().flat_map(|(_, row)| row).collect())
 }
 

@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 
 use super::files::{file_name, warn};
-use super::rgbd::text::read_pose;
+use super::rgbd::text::{parse_pose, read_text};
 use super::rgbd::{self, DepthCode, Layout, Listed};
 use super::{OpenOptions, Scene, SceneError};
 
@@ -124,7 +124,7 @@ fn list(folder: &Path, options: OpenOptions, warnings: &mut Vec<String>) -> Resu
     }
     let poses = found
         .par_iter()
-        .map(|(_, _, pose)| read_pose(pose))
+        .map(|(_, _, pose)| parse_pose(pose, &read_text(pose)?))
         .collect::<Result<Vec<_>, SceneError>>()?;
     let total = found.len();
     let (mut listed, mut bad) = (Vec::new(), Vec::new());

@@ -18,7 +18,7 @@ use glam::{DAffine3, DMat3, DQuat, DVec3};
 
 use super::camera::pose_problem;
 use super::files::{file_name, is_inside, stem, warn};
-use super::rgbd::text::read_numbers;
+use super::rgbd::text::{parse_numbers, read_text};
 use super::rgbd::{self, DepthCode, Layout, Listed};
 use super::{OpenOptions, Scene, SceneError};
 
@@ -212,8 +212,15 @@ fn nearest<T>(sorted: &[(f64, T)], time: f64) -> Option<&T> {
 /// Reads a list of images, sorted by time.
 fn read_images(folder: &Path, list: &str) -> Result<Vec<(f64, PathBuf)>, SceneError> {
     let path = folder.join(list);
-    let text = std::fs::read_to_string(&path)
-        .map_err(|error| SceneError::file(&path, format!("cannot be read as text: {error}")))?;
+    parse_images(folder, &path, &read_text(&path)?)
+}
+
+/// The images in the text of the list at `path`, sorted by time.
+pub(super) fn parse_images(
+    folder: &Path,
+    path: &Path,
+    text: &str,
+) -> Result<Vec<(f64, PathBuf)>, SceneError> {
     let mut images = Vec::new();
     for (line, content) in (1..).zip(text.trim_start_matches('\u{feff}').lines()) {
         let content = content.trim();
@@ -260,7 +267,7 @@ fn check_names(folder: &Path, images: &[(f64, PathBuf)]) -> Result<(), SceneErro
 }
 
 /// A line of the trajectory.
-struct TimedPose {
+pub(super) struct TimedPose {
     /// Line of the file, from 1.
     line: usize,
     /// The pose, or what is wrong with it.
@@ -275,8 +282,13 @@ fn read_poses(path: &Path) -> Result<Vec<(f64, TimedPose)>, SceneError> {
             "no such file; write the camera's poses there, time tx ty tz qx qy qz qw a line",
         ));
     }
+    parse_poses(path, &read_text(path)?)
+}
+
+/// The poses in the text of the trajectory at `path`, sorted by time.
+pub(super) fn parse_poses(path: &Path, text: &str) -> Result<Vec<(f64, TimedPose)>, SceneError> {
     let mut poses = Vec::new();
-    for (line, values) in read_numbers(path)? {
+    for (line, values) in parse_numbers(path, text)? {
         let &[time, tx, ty, tz, qx, qy, qz, qw] = values.as_slice() else {
             return Err(SceneError::file(
                 path,

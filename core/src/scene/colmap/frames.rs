@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::model::Model;
 use super::{Listed, MOST_ERROR};
-use crate::scene::camera::orthonormalised;
+use crate::scene::camera::{FARTHEST, orthonormalised};
 use crate::scene::files::warn;
 use crate::scene::images::{ImageFile, ImageProblem, warn_of_turns};
 use crate::scene::keyframes::Keeping;
@@ -191,7 +191,8 @@ fn frame(listed: &Listed, pixels: FramePixels, projected: &Projected, placing: &
             pixel,
             length: (distance / placing.unit) as f32,
             error: error as f32,
-        });
+        })
+        .filter(|point| point.length > 0.0 && f64::from(point.length) <= FARTHEST);
     Frame {
         stem: listed.stem.clone(),
         path: listed.path.clone(),

@@ -20,7 +20,7 @@ use std::path::{Path, PathBuf};
 
 use glam::{DAffine3, DMat3, DQuat};
 
-use super::camera::{median_position, pose_problem, unit_of_cameras};
+use super::camera::{FARTHEST, median_position, pose_problem, unit_of_cameras};
 use super::files::{frame_names, is_inside, warn};
 use super::{Camera, Lens, OpenOptions, Scene, SceneError, SceneSource};
 use model::{Model, ModelImage};
@@ -148,6 +148,12 @@ pub(super) fn read(
     })
 }
 
+/// Parses the bytes of the cameras (0), the images (1) or the points (2) of a model.
+pub(super) fn parse(path: &Path, bytes: &[u8], is_binary: bool, file: usize) -> Result<(), SceneError> {
+    let readers = if is_binary { binary::READERS } else { text::READERS };
+    readers[file](path, bytes, &mut Model::default())
+}
+
 /// What the model holds, in a sentence.
 fn describe(folder: &Path, place: &Path, extension: &str, model: &Model) -> String {
     let mut kinds: Vec<&str> = model.cameras.values().map(|camera| camera.model).collect();
@@ -269,7 +275,14 @@ fn choose_unit(listed: &[Listed], model: &Model) -> f64 {
     let mut depths: Vec<f64> = depths.filter(|depth| depth.is_finite() && *depth > 0.0).collect();
     depths.sort_by(f64::total_cmp);
     let median = depths.get(depths.len() / 2).map(|median| median / MEDIAN_DEPTH);
+    // In a unit that is tiny beside the cameras' distances, they would be out of reach.
+    let positions = || {
+        listed
+            .iter()
+            .map(|frame| frame.camera_to_world.translation.abs().max_element())
+    };
+    let farthest = positions().fold(0.0, f64::max);
     median
-        .filter(|unit| unit.is_finite() && *unit > 0.0)
+        .filter(|unit| unit.is_finite() && *unit > 0.0 && 2.0 * farthest / unit <= FARTHEST)
         .unwrap_or_else(|| unit_of_cameras(listed.iter().map(|frame| frame.camera_to_world.translation)))
 }

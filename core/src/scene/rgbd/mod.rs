@@ -15,7 +15,7 @@ use glam::{Affine3A, DAffine3, DVec3};
 use rayon::prelude::*;
 
 use super::camera::{median_position, orthonormalised};
-use super::files::{file_name, reader, stem, unreadable, warn};
+use super::files::{dimensions, file_name, stem, unreadable, warn};
 use super::images::{ImageFile, Turn, warn_of_turns};
 use super::keyframes::Keeping;
 use super::{Camera, Distortion, Frame, Lens, OpenOptions, Pixels, Scene, SceneError, SceneSource};
@@ -144,11 +144,6 @@ pub(super) fn check_poses(path: &Path, bad: &[String], total: usize) -> Result<(
     }
 }
 
-/// Width and height of an image on disk, in pixels, or why they cannot be told.
-fn size_of(path: &Path) -> Result<(u32, u32), String> {
-    reader(path)?.into_dimensions().map_err(|error| error.to_string())
-}
-
 /// The frames whose images can be read, each with its camera: that of the capture, scaled where the image has the same
 /// proportions but another size. Images of other proportions are left out, up to half of them.
 fn with_cameras<'a>(
@@ -158,7 +153,7 @@ fn with_cameras<'a>(
     notes: &mut Vec<String>,
 ) -> Result<Vec<(&'a Listed, Camera)>, SceneError> {
     let sizes: Vec<Result<(u32, u32), String>> =
-        listed.par_iter().map(|frame| size_of(&frame.path)).collect();
+        listed.par_iter().map(|frame| dimensions(&frame.path)).collect();
     let mut counts = BTreeMap::new();
     for &size in sizes.iter().flatten() {
         *counts.entry(size).or_insert(0_usize) += 1;
@@ -174,8 +169,16 @@ fn with_cameras<'a>(
     let camera = match given {
         Some(camera) => camera,
         None => {
+            let camera = (layout.default_camera)(width, height);
+            let camera = camera.and_then(|camera| match camera.problem() {
+                None => Ok(camera),
+                Some(problem) => Err(format!(
+                    "no such file, and the usual camera does not fit images of {width}x{height} pixels ({problem}); \
+                     write six numbers there: fx fy cx cy width height"
+                )),
+            });
             let intrinsics = layout.folder.join("intrinsics.txt");
-            (layout.default_camera)(width, height).map_err(|reason| SceneError::file(intrinsics, reason))?
+            camera.map_err(|reason| SceneError::file(intrinsics, reason))?
         }
     };
     let (mut unreadable, mut odd, mut scaled) = (Vec::new(), Vec::new(), 0);

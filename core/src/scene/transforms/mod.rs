@@ -18,7 +18,7 @@ use image::DynamicImage;
 use rayon::prelude::*;
 
 use super::camera::{median_position, orthonormalised, unit_of_cameras};
-use super::files::{decode_image, file_name, frame_names, is_inside, reader, unreadable, warn};
+use super::files::{decode_image, dimensions, file_name, frame_names, is_inside, unreadable, warn};
 use super::frame::to_image;
 use super::images::{ImageFile, ImageProblem, Turn, warn_of_turns};
 use super::keyframes::Keeping;
@@ -106,6 +106,11 @@ pub(super) fn read(
         warnings,
         notes,
     })
+}
+
+/// Parses the bytes of the file.
+pub(super) fn parse(file: &Path, bytes: &[u8]) -> Result<(), SceneError> {
+    Transforms::parse(file, bytes).map(|_| ())
 }
 
 /// The frames whose image is there and whose pose is usable, in the order of their images' paths.
@@ -245,8 +250,7 @@ fn image_name(folder: &Path, path: &str) -> Option<String> {
 
 /// Width and height of an image on disk, in pixels.
 fn size_of(path: &Path) -> Result<[f64; 2], String> {
-    let size = reader(path)?.into_dimensions();
-    let (width, height) = size.map_err(|error| error.to_string())?;
+    let (width, height) = dimensions(path)?;
     Ok([f64::from(width), f64::from(height)])
 }
 
