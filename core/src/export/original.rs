@@ -1,6 +1,5 @@
 //! The image of a frame as it lies on disk, which data sets have beside the labels.
 
-use std::borrow::Cow;
 use std::fs;
 use std::io;
 use std::path::Path;
@@ -33,8 +32,8 @@ pub(super) fn name(frame: &Frame) -> String {
 /// Part of a sentence that names the file.
 pub(super) fn copy(frame: &Frame, folder: &str) -> Result<OutputFile, String> {
     let bytes = if frame.path.as_os_str().is_empty() {
-        png::encode_rgb(frame.color.width(), frame.color.height(), frame.color.bytes())
-            .map_err(|error| error.to_string())?
+        let color = frame.color();
+        png::encode_rgb(color.width(), color.height(), color.bytes()).map_err(|error| error.to_string())?
     } else {
         fs::read(&frame.path).map_err(|error| unreadable(&frame.path, error))?
     };
@@ -45,9 +44,10 @@ pub(super) fn copy(frame: &Frame, folder: &str) -> Result<OutputFile, String> {
 ///
 /// # Errors
 /// Part of a sentence that names the file.
-pub(super) fn rgb(frame: &Frame) -> Result<Cow<'_, [u8]>, String> {
+pub(super) fn rgb(frame: &Frame) -> Result<Vec<u8>, String> {
     if frame.lens.is_none() {
-        return Ok(Cow::Borrowed(frame.color.bytes()));
+        let pixels = frame.pixels().map_err(|error| error.to_string())?;
+        return Ok(pixels.color.bytes().to_vec());
     }
     let decoded = ImageReader::open(&frame.path)
         .and_then(ImageReader::with_guessed_format)
@@ -62,7 +62,7 @@ pub(super) fn rgb(frame: &Frame) -> Result<Cow<'_, [u8]>, String> {
             frame.path.display()
         ));
     }
-    Ok(Cow::Owned(decoded.into_raw()))
+    Ok(decoded.into_raw())
 }
 
 fn unreadable(path: &Path, error: io::Error) -> String {
@@ -82,7 +82,7 @@ mod tests {
         let rendered = copy(&frame, "images").unwrap();
         assert_eq!(rendered.name(), "images/rgb_0.png");
         let decoded = image::load_from_memory(rendered.bytes()).unwrap().into_rgb8();
-        assert_eq!(decoded.into_raw(), frame.color.bytes());
+        assert_eq!(decoded.into_raw(), frame.color().bytes());
         frame.path = root.path().join("left").with_extension("JPG");
         fs::write(&frame.path, b"as the camera left it").unwrap();
         let copied = copy(&frame, "images").unwrap();

@@ -38,7 +38,7 @@ impl Layout for Overlay {
 
 /// The image with the colours over it, row-major `[height, width, 3]`.
 fn blended(frame: &Labelled<'_>) -> Result<Vec<u8>, String> {
-    let mut rgb = original::rgb(frame.frame)?.into_owned();
+    let mut rgb = original::rgb(frame.frame)?;
     let colors = class_colors(frame);
     for ((pixel, color), &label) in rgb
         .chunks_exact_mut(3)
@@ -71,7 +71,7 @@ mod tests {
         let scene = testing::scene();
         let mut off = 0.0;
         for (index, (pixel, &label)) in jpeg.pixels().zip(&exported.labels[1]).enumerate() {
-            let image = scene.frames[1].color.pixel(index);
+            let image = scene.frames[1].color().pixel(index);
             let color = testing::classes().into_iter().find(|class| class.id == label);
             assert_eq!(color.is_none(), label == VOID);
             let expected = match color {

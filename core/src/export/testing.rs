@@ -51,7 +51,7 @@ pub(super) fn scene() -> Scene {
         };
         let rgb = (0..WIDTH * HEIGHT).flat_map(pixel).collect();
         frame.camera = Camera::with_horizontal_fov(WIDTH, HEIGHT, 90.0);
-        frame.color = ColorImage::new(WIDTH, HEIGHT, rgb).unwrap();
+        frame.set_color(ColorImage::new(WIDTH, HEIGHT, rgb).unwrap());
     }
     scene
 }

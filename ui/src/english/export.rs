@@ -43,7 +43,9 @@ pub fn description(format: Format) -> &'static str {
              \"Segmentation mask 1.1\"."
         }
         Format::Cityscapes => "Label, instance and colour images as in the ground truth of Cityscapes.",
-        Format::CocoPanoptic => "panoptic.json and a PNG of segments for every frame: one segment for each class.",
+        Format::CocoPanoptic => {
+            "panoptic.json and a PNG of segments for every frame: one segment for each class."
+        }
         Format::CocoInstances => "instances.json with a mask for each connected region of a class.",
         Format::Labelme => "The images, and beside each a JSON of polygons to go on with in labelme.",
         Format::HuggingFace => {
