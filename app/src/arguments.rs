@@ -293,7 +293,7 @@ pub struct ExportArguments {
     /// The folder to write into; files there that are right already are left alone.
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
-    /// What to write.
+    /// What to write: png, overlay, voc, cityscapes, coco-panoptic, coco-instances, labelme or hugging-face.
     #[arg(long, value_name = "FORMAT", default_value = "png", value_parser = format)]
     pub format: Format,
     /// Pixels whose class is less probable than this become void.

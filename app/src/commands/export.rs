@@ -7,7 +7,7 @@ use inplace_core::export::{self, IdMap, LabelledScene, Options};
 use inplace_core::project::Contents;
 
 use super::run::Run;
-use super::{Failure, cores, session_options};
+use super::{Failure, cores, require_place, session_options};
 use crate::arguments::ExportArguments;
 
 /// Labels every frame with the field as the project keeps it, and writes the data set.
@@ -18,6 +18,7 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
         ids: arguments.ids.as_deref().map(IdMap::named).transpose()?,
     };
     let contents = Contents::read(&arguments.project)?;
+    require_place(&contents, &arguments.project)?;
     for warning in &contents.warnings {
         eprintln!("inplace: {warning}");
     }

@@ -12,7 +12,7 @@ use inplace_core::scene::{OpenOptions, Scene, SceneSource, demo};
 use inplace_core::session::SessionOptions;
 
 use super::run::Run;
-use super::{Failure, cores, refuse_endless, session_options};
+use super::{Failure, cores, refuse_endless, require_place, session_options};
 use crate::arguments::LabelArguments;
 
 /// Share of the budget kept for the last look at the surface.
@@ -180,13 +180,7 @@ fn job(arguments: &LabelArguments) -> Result<(SessionOptions, Strokes), Failure>
             return Err("a project brings its own strokes; leave --strokes away".into());
         }
         let contents = Contents::read(&arguments.scene)?;
-        if matches!(&contents.scene.source, SceneSource::Folder(folder) if folder.as_os_str().is_empty()) {
-            return Err(format!(
-                "{}: is damaged and no longer says where its scene is; open it in the window, which asks",
-                arguments.scene.display()
-            )
-            .into());
-        }
+        require_place(&contents, &arguments.scene)?;
         let mut options = session_options(&arguments.training, contents.scene.source.clone(), threads);
         options.open.depth &= contents.scene.depth;
         options.state = contents.model.clone();

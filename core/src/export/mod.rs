@@ -2,12 +2,26 @@
 //! that a killed run leaves no half file.
 
 mod atomic;
+mod cityscapes;
+mod coco;
+mod coco_instances;
+mod coco_panoptic;
+mod colors;
+mod components;
 mod format;
+mod hugging_face;
 mod ids;
+mod labelme;
 mod layout;
 mod memory;
+mod original;
+mod overlay;
 mod pngs;
 mod report;
+mod run_length;
+#[cfg(test)]
+mod testing;
+mod voc;
 
 use std::path::{Path, PathBuf};
 

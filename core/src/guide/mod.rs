@@ -3,7 +3,7 @@
 mod candidates;
 mod effect;
 mod nearby;
-mod outline;
+pub(crate) mod outline;
 
 use std::collections::BTreeSet;
 

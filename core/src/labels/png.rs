@@ -34,6 +34,27 @@ pub(crate) fn encode_rgb(width: u32, height: u32, rgb: &[u8]) -> ImageResult<Vec
     encode(width, height, rgb, ExtendedColorType::Rgb8)
 }
 
+/// 8-bit indices into a palette of at most 256 sRGB colours. `indices` is row-major `[height, width]`; each must
+/// have a colour.
+pub(crate) fn encode_indexed(
+    width: u32,
+    height: u32,
+    indices: &[u8],
+    palette: &[[u8; 3]],
+) -> Result<Vec<u8>, png::EncodingError> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, width, height);
+    encoder.set_color(png::ColorType::Indexed);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_palette(palette.as_flattened());
+    encoder.set_compression(png::Compression::Fast);
+    encoder.set_filter(png::Filter::Up);
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(indices)?;
+    writer.finish()?;
+    Ok(bytes)
+}
+
 /// Equal rows are what label maps are made of: the difference to the row above is mostly zeros, which
 /// the fast compressor packs best.
 fn encode(width: u32, height: u32, bytes: &[u8], color: ExtendedColorType) -> ImageResult<Vec<u8>> {
@@ -114,6 +135,17 @@ mod tests {
             assert_eq!(png[24], bits, "bit depth in the header");
             assert_eq!(decode_gray(&png).unwrap(), (3, 2, labels));
         }
+    }
+
+    #[test]
+    fn indices_come_back_with_their_colours() {
+        let palette = [[0, 0, 0], [255, 128, 3], [7, 7, 9]];
+        let png = encode_indexed(3, 2, &[0, 1, 2, 2, 1, 0], &palette).unwrap();
+        assert_eq!(png[24..26], [8, 3], "eight bits, palette");
+        let colors = image::load_from_memory(&png).unwrap().into_rgb8().into_raw();
+        let expected = [0, 1, 2, 2, 1, 0].map(|index: usize| palette[index]);
+        assert_eq!(colors, expected.as_flattened());
+        assert!(encode_indexed(3, 3, &[0; 8], &palette).is_err());
     }
 
     #[test]

@@ -380,7 +380,11 @@ fn changed_images_are_noticed() {
 
 #[test]
 fn there_is_a_file_of_every_version_and_each_opens() {
-    let fixtures = [include_str!("fixtures/v1.sql"), include_str!("fixtures/v2.sql")];
+    let fixtures = [
+        include_str!("fixtures/v1.sql"),
+        include_str!("fixtures/v2.sql"),
+        include_str!("fixtures/v3.sql"),
+    ];
     assert_eq!(fixtures.len() as i64, schema::VERSION);
     for (index, sql) in fixtures.iter().enumerate() {
         let folder = tempfile::tempdir().unwrap();

@@ -21,6 +21,13 @@ pub const LEAST_PROBABILITY: &str = "Least probability";
 pub fn title(format: Format) -> &'static str {
     match format {
         Format::Png => "Label images",
+        Format::Overlay => "Overlays",
+        Format::Voc => "Pascal VOC, CVAT",
+        Format::Cityscapes => "Cityscapes",
+        Format::CocoPanoptic => "COCO panoptic",
+        Format::CocoInstances => "COCO instances",
+        Format::Labelme => "labelme",
+        Format::HuggingFace => "Hugging Face",
     }
 }
 
@@ -30,6 +37,20 @@ pub fn description(format: Format) -> &'static str {
         Format::Png => {
             "A PNG of class numbers, one of entropies and one of colours for every frame, and the list of classes."
         }
+        Format::Overlay => "Every frame with the class colours half over it, as a JPEG, to look at.",
+        Format::Voc => {
+            "Images, class masks and object masks as Pascal VOC has them, and cvat.zip to upload to CVAT as \
+             \"Segmentation mask 1.1\"."
+        }
+        Format::Cityscapes => "Label, instance and colour images as in the ground truth of Cityscapes.",
+        Format::CocoPanoptic => {
+            "panoptic.json and a PNG of segments for every frame: one segment for each class."
+        }
+        Format::CocoInstances => "instances.json with a mask for each connected region of a class.",
+        Format::Labelme => "The images, and beside each a JSON of polygons to go on with in labelme.",
+        Format::HuggingFace => {
+            "Images, label images and metadata.jsonl, as load_dataset(\"imagefolder\") reads them."
+        }
     }
 }
 
@@ -37,5 +58,12 @@ pub fn description(format: Format) -> &'static str {
 pub fn files(format: Format) -> &'static str {
     match format {
         Format::Png => "labels, entropy and color as PNGs; classes.json; strokes.json",
+        Format::Overlay => "overlay as JPEGs; strokes.json",
+        Format::Voc => "the data set; cvat.zip; strokes.json",
+        Format::Cityscapes
+        | Format::CocoPanoptic
+        | Format::CocoInstances
+        | Format::Labelme
+        | Format::HuggingFace => "the data set; strokes.json",
     }
 }
