@@ -78,6 +78,7 @@ fn wall(depth: bool) -> Scene {
         frames: frames.collect(),
         origin: DVec3::ZERO,
         unit: 1.0,
+        point_errors: None,
         warnings: Vec::new(),
         notes: Vec::new(),
     }

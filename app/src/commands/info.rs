@@ -4,6 +4,7 @@ use std::path::Path;
 
 use inplace_core::eval::GroundTruth;
 use inplace_core::field::{Capacity, Preset, Volume};
+use inplace_core::scene::reprojection::{Agreement, CornerAgreement, PixelErrors};
 use inplace_core::scene::{OpenOptions, Scene, SceneSource};
 use serde_json::{Value, json};
 
@@ -20,16 +21,17 @@ pub fn run(argument: &Path, as_json: bool) -> Result<(), Failure> {
         }
     })?;
     drop(progress);
-    let facts = facts(&scene)?;
+    let agreement = Agreement::of(&scene);
+    let facts = facts(&scene, &agreement)?;
     if as_json {
         println!("{facts:#}");
     } else {
-        print(&facts);
+        print(&facts, &agreement);
     }
     Ok(())
 }
 
-fn facts(scene: &Scene) -> Result<Value, Failure> {
+fn facts(scene: &Scene, agreement: &Agreement) -> Result<Value, Failure> {
     let bounds = scene.bounds();
     let volume = Volume::around(&bounds);
     let capacity = Capacity::for_scene(scene, &volume, Preset::Auto)?;
@@ -47,6 +49,7 @@ fn facts(scene: &Scene) -> Result<Value, Failure> {
         "scene": scene.source.to_string(),
         "format": scene.format,
         "frames": scene.frames.len(),
+    let warnings: Vec<&String> = scene.warnings.iter().chain(&agreement.warnings).collect();
         "width": image.map(|camera| camera.width),
         "height": image.map(|camera| camera.height),
         "intrinsics": image.map(|camera| [camera.fx, camera.fy, camera.cx, camera.cy]),
@@ -61,11 +64,12 @@ fn facts(scene: &Scene) -> Result<Value, Failure> {
         "capture_units_per_m": scene.unit,
         "capacity": capacity.to_string(),
         "notes": scene.notes,
-        "warnings": scene.warnings,
+        "warnings": warnings,
     }))
+        "reprojection": agreement,
 }
 
-fn print(facts: &Value) {
+fn print(facts: &Value, agreement: &Agreement) {
     let text = |key: &str| match &facts[key] {
         Value::String(text) => text.clone(),
         Value::Array(values) => values
@@ -112,7 +116,56 @@ fn print(facts: &Value) {
     for note in facts["notes"].as_array().into_iter().flatten() {
         println!("note        {}", note.as_str().unwrap_or_default());
     }
+    for line in agreement_lines(agreement) {
+        println!("agreement   {line}");
+    }
     for warning in facts["warnings"].as_array().into_iter().flatten() {
         println!("warning     {}", warning.as_str().unwrap_or_default());
     }
+}
+
+/// How well poses, cameras and measurements agree, a line each.
+fn agreement_lines(agreement: &Agreement) -> Vec<String> {
+    let pixels = |errors: &PixelErrors| {
+        format!(
+            "{:.2} px median, {:.2} px for nine in ten of {}",
+            errors.median_px, errors.p90_px, errors.count
+        )
+    };
+    let points = agreement
+        .points
+        .map(|errors| format!("reprojection of sparse points: {}", pixels(&errors)));
+    let corners = agreement.corners.map(|corners: CornerAgreement| {
+        format!(
+            "{}: {} corners of {} pairs of frames; {:.0}% within 2 px, {:.0}% with exchanged poses",
+            if corners.lifted_by_depth {
+                "reprojection by depth"
+            } else {
+                "distance from epipolar lines"
+            },
+            pixels(&corners.errors),
+            corners.pairs,
+            100.0 * corners.within_2_px,
+            100.0 * corners.within_2_px_by_chance
+        )
+    });
+    let depth = agreement.depth.map(|depth| {
+        let colours = depth
+            .median_colour_difference
+            .zip(depth.median_colour_difference_by_chance)
+            .map(|(colours, by_chance)| {
+                format!("; colours by {colours:.0} of 255, by chance {by_chance:.0}")
+            });
+        format!(
+            "depth differs between frames by {:.1}% (median of {} pixels){}",
+            100.0 * depth.median_relative_difference,
+            depth.pixels,
+            colours.unwrap_or_default()
+        )
+    });
+    let found: Vec<String> = points.into_iter().chain(corners).chain(depth).collect();
+    if found.is_empty() {
+        return vec!["not known: no depth, no points, and too few corners that frames share".to_owned()];
+    }
+    found
 }

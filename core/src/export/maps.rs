@@ -156,6 +156,7 @@ mod tests {
             frames: stems.iter().map(frame).collect(),
             origin: DVec3::ZERO,
             unit: 1.0,
+            point_errors: None,
             warnings: Vec::new(),
             notes: Vec::new(),
         }

@@ -9,6 +9,7 @@ mod formats;
 mod frame;
 mod lens;
 mod replica;
+pub mod reprojection;
 mod rgbd;
 mod seven_scenes;
 #[cfg(test)]
@@ -26,6 +27,7 @@ pub use error::SceneError;
 pub use frame::{ColorImage, DepthMap, Frame, SparsePoint};
 pub use lens::{Distortion, Lens};
 pub use replica::{GroundTruth, write as write_replica};
+use reprojection::PixelErrors;
 
 /// Where a scene comes from.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -110,6 +112,9 @@ pub struct Scene {
     pub notes: Vec<String>,
 }
 
+    /// How far the points of a structure from motion are from where its images show them, in pixels of the images
+    /// on disk; `None` where there are none.
+    pub point_errors: Option<PixelErrors>,
 impl Scene {
     /// Opens a capture; `progress` is called with (frames decoded, frames in all), from any thread.
     ///

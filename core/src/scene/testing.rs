@@ -37,6 +37,7 @@ pub fn wall(frames: usize, width: u32, height: u32) -> Scene {
         frames,
         origin: DVec3::ZERO,
         unit: 1.0,
+        point_errors: None,
         warnings: Vec::new(),
         notes: Vec::new(),
     }

@@ -26,6 +26,8 @@ use super::{OpenOptions, Scene, SceneError};
 pub(super) const NAME: &str = "TUM RGB-D";
 /// What a folder in this format holds.
 pub(super) const EXPECTED: &str = "rgb.txt, depth.txt and groundtruth.txt";
+/// The file that has the poses.
+pub(super) const POSES: &str = "groundtruth.txt";
 
 /// Largest difference in time of what belongs together, in seconds, as in the benchmark's own tools.
 const MOST_APART: f64 = 0.02;

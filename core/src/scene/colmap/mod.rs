@@ -20,6 +20,7 @@ use glam::{DAffine3, DMat3, DQuat};
 
 use super::camera::{median_position, pose_problem, unit_of_cameras};
 use super::files::{frame_names, is_inside, warn};
+use super::reprojection::PixelErrors;
 use super::{Camera, Lens, OpenOptions, Scene, SceneError, SceneSource};
 use model::{Model, ModelImage};
 
@@ -28,6 +29,8 @@ pub(super) const NAME: &str = "COLMAP";
 /// What a folder in this format holds.
 pub(super) const EXPECTED: &str =
     "colour images in images/ with cameras.bin, images.bin and points3D.bin (or .txt) in sparse/0";
+/// The file that has the poses.
+pub(super) const POSES: &str = "images.bin (or .txt)";
 
 /// Where the model may lie below the capture's folder; the first that holds one counts.
 const PLACES: [&str; 3] = ["sparse/0", "sparse", "colmap/sparse/0"];
@@ -36,8 +39,6 @@ const MEDIAN_DEPTH: f64 = 2.5;
 /// Fewest images that must have seen a point, and its largest mean error in pixels, for it to count.
 const FEWEST_VIEWS: u64 = 3;
 const MOST_ERROR: f64 = 2.0;
-/// Mean error of all observations above which the model is suspicious, in pixels.
-const SUSPICIOUS_ERROR: f64 = 4.0;
 
 /// Whether a folder looks like this format, complete or not.
 pub(super) fn recognise(folder: &Path) -> bool {
@@ -108,20 +109,23 @@ pub(super) fn read(
         progress,
         &mut warnings,
     )?;
-    if options.depth && read.observations > 0 {
+    let point_errors = PixelErrors::of(read.errors);
+    if options.depth && point_errors.is_some() {
         notes.push(format!(
-            "sparse points on {} pixels of {} frames; mean reprojection error {:.2} pixels over {} observations",
+            "sparse points on {} pixels of {} frames",
             read.frames.iter().map(|frame| frame.points.len()).sum::<usize>(),
-            read.frames.iter().filter(|frame| !frame.points.is_empty()).count(),
-            read.mean_error,
-            read.observations
+            read.frames
+                .iter()
+                .filter(|frame| !frame.points.is_empty())
+                .count(),
         ));
     }
-    if read.mean_error > SUSPICIOUS_ERROR {
+    if let Some(errors) = point_errors.filter(PixelErrors::is_suspicious) {
         warnings.push(format!(
-            "the model's points miss the places where its images show them by {:.1} pixels on average; check that \
-             {} belongs to the images",
-            read.mean_error,
+            "the model's points miss the places where its images show them by {:.1} pixels (median of {}); check that \
+             the files in {} are of one model, and its cameras those of the images",
+            errors.median_px,
+            errors.count,
             place.display()
         ));
     }
@@ -139,6 +143,7 @@ pub(super) fn read(
         frames: read.frames,
         origin,
         unit,
+        point_errors,
         warnings,
         notes,
     })

@@ -326,6 +326,36 @@ fn without_points_the_scene_is_opened_with_a_warning() {
     let (low, high) = (
         centres.clone().fold(Vec3::INFINITY, Vec3::min),
         centres.fold(Vec3::NEG_INFINITY, Vec3::max),
+#[test]
+fn points_that_miss_their_images_are_counted_and_warned_of() {
+    let mut fixture = Fixture::of_wall(4, BARREL);
+    let (root, place) = capture("sparse/0");
+    write(&place, &fixture.binary());
+    let scene = open(root.path()).unwrap();
+    let errors = scene.point_errors.unwrap();
+    let shown: usize = scene.frames.iter().map(|frame| frame.points.len()).sum();
+    assert_eq!(errors.count, shown);
+    assert!(errors.p90_px < 1e-3, "{errors:?}");
+    for image in &mut fixture.images {
+        image.3.iter_mut().for_each(|seen| seen.0 += 5.0);
+    }
+    write(&place, &fixture.binary());
+    let scene = open(root.path()).unwrap();
+    assert!((scene.point_errors.unwrap().median_px - 5.0).abs() < 1e-3);
+    assert!(
+        scene.warnings[0].contains("by 5.0 pixels"),
+        "{:?}",
+        scene.warnings
+    );
+    // Half a turn of the first camera around its vertical axis: all of its points are behind it.
+    let [w, x, y, z, tx, ty, tz] = fixture.images[0].1;
+    fixture.images[0].1 = [-y, z, w, -x, -tx, ty, -tz];
+    write(&place, &fixture.binary());
+    let behind = open(root.path()).unwrap().point_errors.unwrap();
+    assert_eq!(behind.count, errors.count);
+    assert!(behind.p90_px > 20.0, "{behind:?}");
+}
+
     );
     assert!(((high - low).max_element() - 2.0).abs() < 1e-4);
 }

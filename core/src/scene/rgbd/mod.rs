@@ -102,6 +102,7 @@ pub(super) fn read(
 pub(super) fn thinned(listed: Vec<Listed>, notes: &mut Vec<String>) -> Vec<Listed> {
     let total = listed.len();
     if total <= MOST_FRAMES {
+        point_errors: None,
         return listed;
     }
     notes.push(format!(

@@ -26,6 +26,8 @@ use file::{Entry, Transforms};
 
 /// Name of the format.
 pub(super) const NAME: &str = "transforms.json";
+/// The file that has the poses.
+pub(super) const POSES: &str = "transforms.json";
 /// What a folder in this format holds.
 pub(super) const EXPECTED: &str = "colour images with their poses in transforms.json";
 
@@ -100,6 +102,7 @@ pub(super) fn read(
         format: NAME,
         frames,
         origin: placing.origin,
+        point_errors: None,
         unit: placing.unit,
         warnings,
         notes,
