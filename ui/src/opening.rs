@@ -130,6 +130,7 @@ fn prepare_project(
         source,
         open: OpenOptions {
             depth: contents.scene.depth && open.depth,
+            ..open
         },
         file: path,
         named: true,

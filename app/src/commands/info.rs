@@ -12,10 +12,14 @@ use super::Failure;
 use super::progress::Progress;
 
 /// Opens the capture and tells what it holds.
-pub fn run(argument: &Path, as_json: bool) -> Result<(), Failure> {
+pub fn run(argument: &Path, outside_files: bool, as_json: bool) -> Result<(), Failure> {
     let source = SceneSource::from_argument(argument);
     let progress = std::sync::Mutex::new(Progress::new());
-    let scene = Scene::open(&source, OpenOptions::default(), &|done, total| {
+    let options = OpenOptions {
+        outside_files,
+        ..OpenOptions::default()
+    };
+    let scene = Scene::open(&source, options, &|done, total| {
         if let Ok(mut progress) = progress.lock() {
             progress.show(&format!("reading frame {done} of {total}"));
         }
@@ -45,11 +49,11 @@ fn facts(scene: &Scene, agreement: &Agreement) -> Result<Value, Failure> {
     let sparse: Vec<usize> = scene.frames.iter().map(|frame| frame.points.len()).collect();
     // In the capture's own coordinates, but in metres: they are named so.
     let metres = |position| (scene.to_capture(position) / scene.unit).to_array();
+    let warnings: Vec<&String> = scene.warnings.iter().chain(&agreement.warnings).collect();
     Ok(json!({
         "scene": scene.source.to_string(),
         "format": scene.format,
         "frames": scene.frames.len(),
-    let warnings: Vec<&String> = scene.warnings.iter().chain(&agreement.warnings).collect();
         "width": image.map(|camera| camera.width),
         "height": image.map(|camera| camera.height),
         "intrinsics": image.map(|camera| [camera.fx, camera.fy, camera.cx, camera.cy]),
@@ -62,11 +66,11 @@ fn facts(scene: &Scene, agreement: &Agreement) -> Result<Value, Failure> {
         "bounds_min_m": metres(bounds.min),
         "bounds_max_m": metres(bounds.max),
         "capture_units_per_m": scene.unit,
+        "reprojection": agreement,
         "capacity": capacity.to_string(),
         "notes": scene.notes,
         "warnings": warnings,
     }))
-        "reprojection": agreement,
 }
 
 fn print(facts: &Value, agreement: &Agreement) {
@@ -112,12 +116,12 @@ fn print(facts: &Value, agreement: &Agreement) {
         text("bounds_min_m"),
         text("bounds_max_m")
     );
+    for line in agreement_lines(agreement) {
+        println!("agreement   {line}");
+    }
     println!("model       {}", text("capacity"));
     for note in facts["notes"].as_array().into_iter().flatten() {
         println!("note        {}", note.as_str().unwrap_or_default());
-    }
-    for line in agreement_lines(agreement) {
-        println!("agreement   {line}");
     }
     for warning in facts["warnings"].as_array().into_iter().flatten() {
         println!("warning     {}", warning.as_str().unwrap_or_default());

@@ -40,7 +40,11 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
             )
         }
         Some(Command::Demo { out: None, .. }) => window::run(arguments.window),
-        Some(Command::Info { scene, json }) => info::run(&scene, json),
+        Some(Command::Info {
+            scene,
+            outside_files,
+            json,
+        }) => info::run(&scene, outside_files, json),
         Some(Command::Label(label)) => label::run(&label),
         Some(Command::Simulate(arguments)) => simulate::run(&arguments),
         Some(Command::Bench { what }) => bench::run(what),
@@ -68,6 +72,7 @@ fn refuse_endless(training: &TrainingArguments, budget: Option<f64>) -> Result<(
 fn open_options(training: &TrainingArguments) -> OpenOptions {
     OpenOptions {
         depth: !training.no_depth,
+        outside_files: training.outside_files,
     }
 }
 

@@ -63,11 +63,17 @@ impl fmt::Display for SceneSource {
 pub struct OpenOptions {
     /// Read measured depth, and the points of a structure-from-motion, where there are any.
     pub depth: bool,
+    /// Read images that a capture names outside its folder, or that links lead to there. A capture from elsewhere
+    /// could name any file of this computer, so that the person has to allow it.
+    pub outside_files: bool,
 }
 
 impl Default for OpenOptions {
     fn default() -> Self {
-        Self { depth: true }
+        Self {
+            depth: true,
+            outside_files: false,
+        }
     }
 }
 
@@ -106,15 +112,15 @@ pub struct Scene {
     /// Length of a metre here, in the capture's own unit: 1 where that is the metre. Where it is arbitrary,
     /// as after a structure-from-motion, the reader chooses metres that make the scene the size of a room.
     pub unit: f64,
+    /// How far the points of a structure from motion are from where its images show them, in pixels of the images
+    /// on disk; `None` where there are none.
+    pub point_errors: Option<PixelErrors>,
     /// Suspicious but usable input, a sentence each.
     pub warnings: Vec<String>,
     /// What else is to say about how the capture was read, a sentence each.
     pub notes: Vec<String>,
 }
 
-    /// How far the points of a structure from motion are from where its images show them, in pixels of the images
-    /// on disk; `None` where there are none.
-    pub point_errors: Option<PixelErrors>,
 impl Scene {
     /// Opens a capture; `progress` is called with (frames decoded, frames in all), from any thread.
     ///

@@ -50,6 +50,7 @@ pub(super) fn read(
     let layout = Layout {
         format: NAME,
         folder,
+        options,
         images: &folder.join("rgb"),
         depths: &folder.join("depth"),
         depth_code: DepthCode {

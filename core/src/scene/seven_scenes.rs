@@ -84,6 +84,7 @@ pub(super) fn read(
     let layout = Layout {
         format: NAME,
         folder,
+        options,
         images: folder,
         depths: folder,
         depth_code: DepthCode {

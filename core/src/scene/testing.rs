@@ -49,6 +49,26 @@ pub fn open(folder: &Path) -> Result<Scene, SceneError> {
     Scene::open(&source, OpenOptions::default(), &|_, _| {})
 }
 
+/// Opens a folder as the program would with `--outside-files`.
+pub fn open_with_outside_files(folder: &Path) -> Result<Scene, SceneError> {
+    let options = OpenOptions {
+        outside_files: true,
+        ..OpenOptions::default()
+    };
+    Scene::open(&SceneSource::Folder(folder.to_path_buf()), options, &|_, _| {})
+}
+
+/// Moves a file out of the capture in `folder` and leaves a link in its place; holds the folder that has it now.
+#[cfg(unix)]
+pub fn move_out(folder: &Path, name: &str) -> tempfile::TempDir {
+    let outside = tempfile::tempdir().unwrap();
+    let (place, moved) = (folder.join(name), outside.path().join("moved"));
+    std::fs::copy(&place, &moved).unwrap();
+    std::fs::remove_file(&place).unwrap();
+    std::os::unix::fs::symlink(&moved, &place).unwrap();
+    outside
+}
+
 /// Asserts that a folder is refused with a message that holds all of these.
 #[track_caller]
 pub fn assert_refused(folder: &Path, parts: &[&str]) {

@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
 use super::camera::pose_problem;
-use super::files::{file_name, is_inside, stem, warn};
+use super::files::{Reach, file_name, stem, warn};
 use super::rgbd::text::read_numbers;
 use super::rgbd::{self, DepthCode, Layout, Listed};
 use super::{OpenOptions, Scene, SceneError};
@@ -124,6 +124,7 @@ pub(super) fn read(
     let layout = Layout {
         format: NAME,
         folder,
+        options,
         images: &folder.join("rgb"),
         depths: &folder.join("depth"),
         depth_code: DepthCode {
@@ -142,13 +143,14 @@ pub(super) fn read(
 /// The frames whose image has a usable pose, and depth where there is any, at about its time; in the order
 /// of their times.
 fn list(folder: &Path, options: OpenOptions, warnings: &mut Vec<String>) -> Result<Vec<Listed>, SceneError> {
-    let images = read_images(folder, "rgb.txt")?;
+    let reach = Reach::of(folder, options);
+    let images = read_images(folder, "rgb.txt", &reach)?;
     check_names(folder, &images)?;
     // Which frames there are does not depend on whether depth is wanted, so that labels fit either way.
     let depths = folder.join("depth.txt");
     let depths = depths
         .exists()
-        .then(|| read_images(folder, "depth.txt"))
+        .then(|| read_images(folder, "depth.txt", &reach))
         .transpose()?;
     let trajectory = folder.join("groundtruth.txt");
     let poses = read_poses(&trajectory)?;
@@ -212,7 +214,7 @@ fn nearest<T>(sorted: &[(f64, T)], time: f64) -> Option<&T> {
 }
 
 /// Reads a list of images, sorted by time.
-fn read_images(folder: &Path, list: &str) -> Result<Vec<(f64, PathBuf)>, SceneError> {
+fn read_images(folder: &Path, list: &str, reach: &Reach) -> Result<Vec<(f64, PathBuf)>, SceneError> {
     let path = folder.join(list);
     let text = std::fs::read_to_string(&path)
         .map_err(|error| SceneError::file(&path, format!("cannot be read as text: {error}")))?;
@@ -226,7 +228,7 @@ fn read_images(folder: &Path, list: &str) -> Result<Vec<(f64, PathBuf)>, SceneEr
             let time = time.parse::<f64>().ok().filter(|time| time.is_finite())?;
             Some((time, name.trim()))
         });
-        let Some((time, name)) = parsed.filter(|(_, name)| is_inside(name)) else {
+        let Some((time, name)) = parsed else {
             return Err(SceneError::file(
                 path,
                 format!(
@@ -234,6 +236,9 @@ fn read_images(folder: &Path, list: &str) -> Result<Vec<(f64, PathBuf)>, SceneEr
                 ),
             ));
         };
+        reach
+            .check_name(name)
+            .map_err(|reason| SceneError::file(&path, format!("line {line} {reason}")))?;
         images.push((time, folder.join(name)));
     }
     if images.is_empty() {

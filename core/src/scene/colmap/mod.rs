@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 use glam::{DAffine3, DMat3, DQuat};
 
 use super::camera::{median_position, pose_problem, unit_of_cameras};
-use super::files::{frame_names, is_inside, warn};
+use super::files::{Reach, frame_names, warn};
 use super::reprojection::PixelErrors;
 use super::{Camera, Lens, OpenOptions, Scene, SceneError, SceneSource};
 use model::{Model, ModelImage};
@@ -97,7 +97,8 @@ pub(super) fn read(
     }
     let mut notes = vec![describe(folder, &place, extension, &model)];
     let images_file = place.join("images").with_extension(extension);
-    let listed = list(folder, &images_file, &mut model, &mut warnings)?;
+    let reach = Reach::of(folder, options);
+    let listed = list(folder, &images_file, &reach, &mut model, &mut warnings)?;
     let unit = choose_unit(&listed, &model);
     let origin = median_position(listed.iter().map(|frame| frame.camera_to_world.translation));
     let placing = frames::Placing { origin, unit };
@@ -170,6 +171,7 @@ fn describe(folder: &Path, place: &Path, extension: &str, model: &Model) -> Stri
 fn list(
     folder: &Path,
     file: &Path,
+    reach: &Reach,
     model: &mut Model,
     warnings: &mut Vec<String>,
 ) -> Result<Vec<Listed>, SceneError> {
@@ -181,14 +183,11 @@ fn list(
         ));
     }
     images.sort_by(|a, b| a.name.cmp(&b.name));
-    if let Some(image) = images.iter().find(|image| !is_inside(&image.name)) {
-        return Err(SceneError::file(
-            file,
-            format!(
-                "names the image {:?}, which is not a path inside images/; give the images names below it",
-                image.name
-            ),
-        ));
+    for image in &images {
+        reach
+            .check_name(&image.name)
+            .map_err(|reason| SceneError::file(file, reason))?;
+        reach.check_file(&folder.join("images").join(&image.name))?;
     }
     let names: Vec<&str> = images.iter().map(|image| image.name.as_str()).collect();
     let stems = frame_names(file, &names)?;

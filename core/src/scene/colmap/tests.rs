@@ -8,7 +8,9 @@ use std::fs;
 use glam::{DVec3, Vec3};
 
 use super::*;
-use crate::scene::testing::wall;
+#[cfg(unix)]
+use crate::scene::testing::move_out;
+use crate::scene::testing::{open_with_outside_files, wall};
 use crate::scene::{Distortion, SceneSource};
 
 const WIDTH: u32 = 32;
@@ -291,7 +293,15 @@ fn the_box_is_around_the_points_and_no_depth_means_no_points() {
             assert!(place.cmpge(bounds.min).all() && place.cmple(bounds.max).all());
         }
     }
-    let without = Scene::open(&scene.source, OpenOptions { depth: false }, &|_, _| {}).unwrap();
+    let without = Scene::open(
+        &scene.source,
+        OpenOptions {
+            depth: false,
+            ..OpenOptions::default()
+        },
+        &|_, _| {},
+    )
+    .unwrap();
     assert!(without.frames.iter().all(|frame| frame.points.is_empty()));
     assert_eq!(without.unit, scene.unit);
     assert!(without.bounds().size().max_element() > bounds.size().max_element());
@@ -316,16 +326,6 @@ fn points_that_few_images_agree_on_do_not_count() {
     assert_eq!(points, [9, 9, 8]);
 }
 
-#[test]
-fn without_points_the_scene_is_opened_with_a_warning() {
-    let (root, place) = capture("sparse/0");
-    write(&place, &Fixture::of_wall(1, Distortion::default()).binary()[..2]);
-    let scene = open(root.path()).unwrap();
-    assert!(scene.warnings[0].contains("no points"), "{:?}", scene.warnings);
-    let centres = scene.frames.iter().map(|frame| frame.center());
-    let (low, high) = (
-        centres.clone().fold(Vec3::INFINITY, Vec3::min),
-        centres.fold(Vec3::NEG_INFINITY, Vec3::max),
 #[test]
 fn points_that_miss_their_images_are_counted_and_warned_of() {
     let mut fixture = Fixture::of_wall(4, BARREL);
@@ -356,6 +356,16 @@ fn points_that_miss_their_images_are_counted_and_warned_of() {
     assert!(behind.p90_px > 20.0, "{behind:?}");
 }
 
+#[test]
+fn without_points_the_scene_is_opened_with_a_warning() {
+    let (root, place) = capture("sparse/0");
+    write(&place, &Fixture::of_wall(1, Distortion::default()).binary()[..2]);
+    let scene = open(root.path()).unwrap();
+    assert!(scene.warnings[0].contains("no points"), "{:?}", scene.warnings);
+    let centres = scene.frames.iter().map(|frame| frame.center());
+    let (low, high) = (
+        centres.clone().fold(Vec3::INFINITY, Vec3::min),
+        centres.fold(Vec3::NEG_INFINITY, Vec3::max),
     );
     assert!(((high - low).max_element() - 2.0).abs() < 1e-4);
 }
@@ -400,4 +410,30 @@ fn images_in_several_folders_keep_their_names_apart() {
         .map(|frame| frame.stem)
         .collect();
     assert_eq!(stems, ["left_1", "right_1", "up_1"]);
+}
+
+#[test]
+fn images_outside_the_folder_are_read_where_that_is_allowed() {
+    let (root, place) = capture("sparse/0");
+    let mut fixture = Fixture::of_wall(1, Distortion::default());
+    let outside = tempfile::tempdir().unwrap();
+    let images = root.path().join("images");
+    fs::rename(images.join("a.png"), outside.path().join("a.png")).unwrap();
+    fs::rename(images.join("b.png"), root.path().join("b.png")).unwrap();
+    fixture.images[2].0 = outside.path().join("a.png").to_str().unwrap().to_owned();
+    fixture.images[1].0 = "../b.png".to_owned();
+    write(&place, &fixture.binary());
+    let scene = open_with_outside_files(root.path()).unwrap();
+    assert_eq!(scene.frames.len(), 3, "{:?}", scene.warnings);
+    assert_refused(root.path(), &["images.bin", "--outside-files"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn links_that_leave_the_folder_are_refused_unless_that_is_allowed() {
+    let (root, place) = capture("sparse/0");
+    write(&place, &Fixture::of_wall(1, Distortion::default()).binary());
+    let _outside = move_out(root.path(), "images/b.png");
+    assert_refused(root.path(), &["images/b.png", "link", "--outside-files"]);
+    assert_eq!(open_with_outside_files(root.path()).unwrap().frames.len(), 3);
 }

@@ -189,7 +189,15 @@ fn depth_is_left_out_when_it_is_not_wanted() {
     let (_parent, folder) = capture();
     fs::write(folder.join("depth/depth_3.png"), "spoilt").unwrap();
     let source = SceneSource::Folder(folder);
-    let scene = Scene::open(&source, OpenOptions { depth: false }, &|_, _| {}).unwrap();
+    let scene = Scene::open(
+        &source,
+        OpenOptions {
+            depth: false,
+            ..OpenOptions::default()
+        },
+        &|_, _| {},
+    )
+    .unwrap();
     assert!(!scene.has_depth() && scene.warnings.is_empty());
 }
 

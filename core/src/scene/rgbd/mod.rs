@@ -14,8 +14,8 @@ use image::DynamicImage;
 use rayon::prelude::*;
 
 use super::camera::{median_position, orthonormalised};
-use super::files::{decode_image, file_name, reader, stem, warn};
-use super::{Camera, ColorImage, DepthMap, Frame, Scene, SceneError, SceneSource};
+use super::files::{Reach, decode_image, file_name, reader, stem, warn};
+use super::{Camera, ColorImage, DepthMap, Frame, OpenOptions, Scene, SceneError, SceneSource};
 use text::read_intrinsics;
 
 /// Distance of the cameras from zero beyond which the scene gets its own origin, in metres.
@@ -48,6 +48,8 @@ pub(super) struct Layout<'a> {
     pub format: &'static str,
     /// The capture; `intrinsics.txt` in it goes before the default camera.
     pub folder: &'a Path,
+    /// What to read of it.
+    pub options: OpenOptions,
     /// Folder of the colour images, for messages.
     pub images: &'a Path,
     /// Folder of the depth images, for messages.
@@ -63,7 +65,8 @@ pub(super) struct Layout<'a> {
 /// Decodes the listed frames; those that cannot be used are left out and counted, up to half of them.
 ///
 /// # Errors
-/// More than that, intrinsics that do not fit, or a depth image of another size than its colour image.
+/// More than that, an image outside the capture where that is not allowed, intrinsics that do not fit, or a depth
+/// image of another size than its colour image.
 pub(super) fn read(
     layout: &Layout,
     listed: &[Listed],
@@ -71,6 +74,12 @@ pub(super) fn read(
     mut notes: Vec<String>,
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<Scene, SceneError> {
+    let reach = Reach::of(layout.folder, layout.options);
+    for frame in listed {
+        for path in [Some(&frame.path), frame.depth.as_ref()].into_iter().flatten() {
+            reach.check_file(path)?;
+        }
+    }
     let (camera, listed) = choose_camera(layout, listed, &mut warnings, &mut notes)?;
     let depth_code = listed
         .iter()
@@ -93,6 +102,7 @@ pub(super) fn read(
         frames,
         origin,
         unit: 1.0,
+        point_errors: None,
         warnings,
         notes,
     })
@@ -102,7 +112,6 @@ pub(super) fn read(
 pub(super) fn thinned(listed: Vec<Listed>, notes: &mut Vec<String>) -> Vec<Listed> {
     let total = listed.len();
     if total <= MOST_FRAMES {
-        point_errors: None,
         return listed;
     }
     notes.push(format!(

@@ -81,7 +81,15 @@ fn depth_is_left_out_when_it_is_not_wanted_and_may_be_missing() {
     let folder = sequence();
     fs::write(file(folder.path(), 1, "depth.png"), "spoilt").unwrap();
     let source = SceneSource::Folder(folder.path().to_path_buf());
-    let scene = Scene::open(&source, OpenOptions { depth: false }, &|_, _| {}).unwrap();
+    let scene = Scene::open(
+        &source,
+        OpenOptions {
+            depth: false,
+            ..OpenOptions::default()
+        },
+        &|_, _| {},
+    )
+    .unwrap();
     assert!(!scene.has_depth() && scene.warnings.is_empty());
     assert_warned(
         folder.path(),
