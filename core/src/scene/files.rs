@@ -6,9 +6,9 @@ use std::path::{Component, Path, PathBuf};
 
 use image::{DynamicImage, ImageDecoder, ImageReader};
 
-use super::SceneError;
 use super::error::in_one_line;
 use super::lens::LARGEST_SIDE;
+use super::{OpenOptions, SceneError};
 
 /// One warning for all files with the same problem: how many, and the first of them.
 pub(super) fn warn(warnings: &mut Vec<String>, what: &str, examples: &[String]) {
@@ -143,12 +143,62 @@ fn trailing_number(name: &str) -> Option<usize> {
     name[name.len() - digits..].parse().ok()
 }
 
-/// Whether a path that a file of the capture names stays inside the folder that it starts from.
-pub(super) fn is_inside(name: &str) -> bool {
-    let parts = || Path::new(name).components();
-    parts().all(|part| matches!(part, Component::Normal(_) | Component::CurDir))
-        && parts().any(|part| matches!(part, Component::Normal(_)))
-        && !name.contains('\0')
+/// Which image files a capture may consist of: those inside its folder, or any where the person allows it.
+pub(super) struct Reach {
+    /// The capture's folder, without links; `None` where files may lie anywhere.
+    folder: Option<PathBuf>,
+}
+
+impl Reach {
+    /// That of the capture in a folder.
+    pub fn of(folder: &Path, options: OpenOptions) -> Self {
+        // A folder that cannot be resolved cannot be read either, which its reader says.
+        let resolved = || folder.canonicalize().unwrap_or_else(|_| folder.to_path_buf());
+        Self {
+            folder: (!options.outside_files).then(resolved),
+        }
+    }
+
+    /// Refuses a path, as a file of the capture names it, that leaves the folder that it starts from, with the
+    /// reason and what to do; what no file can be called is refused in any case.
+    pub fn check_name(&self, name: &str) -> Result<(), String> {
+        let mut parts = Path::new(name).components();
+        let stays = || {
+            let mut parts = Path::new(name).components();
+            parts.all(|part| matches!(part, Component::Normal(_) | Component::CurDir))
+        };
+        let is_file_name = parts.any(|part| matches!(part, Component::Normal(_))) && !name.contains('\0');
+        if !is_file_name {
+            Err(format!(
+                "names {name:?}, which is not the path of a file; give that of the image"
+            ))
+        } else if self.folder.is_some() && !stays() {
+            Err(format!(
+                "names {name:?}, which is not a path inside the folder of the scene; move the file into it and give \
+                 its path from there, or allow such files with --outside-files"
+            ))
+        } else {
+            Ok(())
+        }
+    }
+
+    /// Refuses a file that links lead out of the capture's folder; one that is missing is its reader's to judge.
+    pub fn check_file(&self, path: &Path) -> Result<(), SceneError> {
+        let Some(folder) = &self.folder else {
+            return Ok(());
+        };
+        match path.canonicalize() {
+            Ok(target) if !target.starts_with(folder) => Err(SceneError::file(
+                path,
+                format!(
+                    "is reached by a link and lies outside the folder of the scene, at {}; copy it into the folder, or \
+                     allow such files with --outside-files",
+                    target.display()
+                ),
+            )),
+            _ => Ok(()),
+        }
+    }
 }
 
 /// The name of each frame: the stem of its image, or its whole path with `_` between the folders where

@@ -15,6 +15,8 @@ struct Format {
     name: &'static str,
     /// What a folder in this format holds.
     expected: &'static str,
+    /// The file that has the poses.
+    poses: &'static str,
     /// Whether a folder looks like this format, complete or not.
     recognise: fn(&Path) -> bool,
     /// Reads a folder in this format.
@@ -26,40 +28,53 @@ const FORMATS: [Format; 6] = [
     Format {
         name: replica::NAME,
         expected: replica::EXPECTED,
+        poses: replica::POSES,
         recognise: replica::recognise,
         read: replica::read,
     },
     Format {
         name: colmap::NAME,
         expected: colmap::EXPECTED,
+        poses: colmap::POSES,
         recognise: colmap::recognise,
         read: colmap::read,
     },
     Format {
         name: transforms::NAME,
         expected: transforms::EXPECTED,
+        poses: transforms::POSES,
         recognise: transforms::recognise,
         read: transforms::read,
     },
     Format {
         name: seven_scenes::NAME,
         expected: seven_scenes::EXPECTED,
+        poses: seven_scenes::POSES,
         recognise: seven_scenes::recognise,
         read: seven_scenes::read,
     },
     Format {
         name: tum::NAME,
         expected: tum::EXPECTED,
+        poses: tum::POSES,
         recognise: tum::recognise,
         read: tum::read,
     },
     Format {
         name: scannet::NAME,
         expected: scannet::EXPECTED,
+        poses: scannet::POSES,
         recognise: scannet::recognise,
         read: scannet::read,
     },
 ];
+
+/// The file that has the poses of a scene of this format, for people.
+pub(super) fn pose_file(format: &str) -> &'static str {
+    let known = FORMATS.iter().find(|known| known.name == format);
+    // The demo has no files.
+    known.map_or("the capture", |known| known.poses)
+}
 
 /// Reads a folder in the first format that recognises it; a note says which others would have.
 pub(super) fn read(folder: &Path, options: OpenOptions, progress: Progress) -> Result<Scene, SceneError> {

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use image::ImageReader;
 
-use super::{SceneError, colmap, files, replica, rgbd, transforms, tum};
+use super::{OpenOptions, SceneError, colmap, files, replica, rgbd, transforms, tum};
 
 /// Parses the bytes of a file; the path is for messages.
 pub type Parser = fn(&Path, &[u8]) -> Result<(), SceneError>;
@@ -21,7 +21,8 @@ pub const SEVEN_SCENES_POSE: Parser = |path, bytes| text(path, bytes, rgbd::text
 /// `rgb.txt` or `depth.txt` of TUM RGB-D.
 pub const TUM_IMAGES: Parser = |path, bytes| {
     let folder = path.parent().unwrap_or(path);
-    text(path, bytes, |path, text| tum::parse_images(folder, path, text))
+    let reach = files::Reach::of(folder, OpenOptions::default());
+    text(path, bytes, |path, text| tum::parse_images(folder, path, text, &reach))
 };
 /// `groundtruth.txt` of TUM RGB-D.
 pub const TUM_POSES: Parser = |path, bytes| text(path, bytes, tum::parse_poses);

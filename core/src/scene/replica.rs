@@ -23,6 +23,8 @@ pub(super) const NAME: &str = "Replica";
 /// What a folder in this layout holds.
 pub(super) const EXPECTED: &str =
     "colour images rgb/rgb_N.png with one camera-to-world matrix a line in traj_w_c.txt";
+/// The file that has the poses.
+pub(super) const POSES: &str = "traj_w_c.txt";
 
 /// Horizontal field of view of captures without `intrinsics.txt`, in degrees.
 const DEFAULT_FIELD_OF_VIEW: f32 = 90.0;

@@ -27,6 +27,9 @@ pub(super) const NAME: &str = "ScanNet";
 pub(super) const EXPECTED: &str =
     "color/0.jpg, depth/0.png and pose/0.txt, ... with intrinsic/intrinsic_color.txt";
 
+/// The files that have the poses.
+pub(super) const POSES: &str = "pose/";
+
 /// Sizes that the data set was calibrated at: the colour camera's images and the depth camera's.
 const COLOR_SIZE: (u32, u32) = (1296, 968);
 const DEPTH_SIZE: (u32, u32) = (640, 480);

@@ -23,6 +23,8 @@ pub(super) const NAME: &str = "7-Scenes";
 /// What a folder in this format holds.
 pub(super) const EXPECTED: &str =
     "frame-000000.color.png, frame-000000.depth.png and frame-000000.pose.txt, ... of one sequence";
+/// The file that has the poses.
+pub(super) const POSES: &str = "frame-N.pose.txt";
 
 /// The intrinsics that the data set gives for its depth camera, pixels at 640 x 480.
 const FOCAL: [f32; 2] = [585.0, 585.0];

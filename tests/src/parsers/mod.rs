@@ -129,6 +129,7 @@ fn two_frames() -> Scene {
         frames: vec![frame(0, camera, None), frame(1, pinhole, Some(lens))],
         origin: glam::DVec3::ZERO,
         unit: 1.0,
+        point_errors: None,
         warnings: Vec::new(),
         notes: Vec::new(),
     }

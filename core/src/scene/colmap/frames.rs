@@ -26,10 +26,9 @@ pub(super) struct Placing {
 /// The frames that could be decoded.
 pub(super) struct Read {
     pub frames: Vec<Frame>,
-    /// Places that show a point of the model, trusted or not.
-    pub observations: usize,
-    /// Mean distance between those places and the points' projections, in pixels of the images on disk.
-    pub mean_error: f64,
+    /// Distances between the places that show a point of the model, trusted or not, and the points' projections,
+    /// in pixels of the images on disk.
+    pub errors: Vec<f64>,
 }
 
 /// Decodes the images and finds the points that they show; images that cannot be used are left out, up to
@@ -69,8 +68,7 @@ pub(super) fn decode(
         .collect();
     let mut read = Read {
         frames: Vec::new(),
-        observations: 0,
-        mean_error: 0.0,
+        errors: Vec::new(),
     };
     let (mut missing, mut unreadable, mut odd) = (Vec::new(), Vec::new(), Vec::new());
     let (mut badly_masked, mut turns) = (Vec::new(), Vec::new());
@@ -80,9 +78,8 @@ pub(super) fn decode(
         match decoded {
             Ok((pixels, turn, projected)) => {
                 turns.push((name, turn));
-                read.observations += projected.observations;
-                read.mean_error += projected.error;
                 read.frames.push(frame(listed, pixels, &projected, placing));
+                read.errors.extend(projected.errors);
             }
             Err(ImageProblem::Missing) => missing.push(name),
             Err(ImageProblem::Unreadable(reason)) => unreadable.push(format!("{name} ({reason})")),
@@ -92,7 +89,6 @@ pub(super) fn decode(
             }
         }
     }
-    read.mean_error /= read.observations.max(1) as f64;
     for (names, what, remedy) in [
         (
             &missing,
@@ -135,10 +131,9 @@ pub(super) fn decode(
 
 /// What an image shows of the model's points.
 struct Projected {
-    /// Number of places whose point projects into the image's plane.
-    observations: usize,
-    /// Sum of the distances between those places and the projections, in pixels.
-    error: f64,
+    /// Distances between the places of points and their projections, in pixels; where there is no projection,
+    /// such as behind the camera, the diagonal of the image.
+    errors: Vec<f64>,
     /// Trusted points by the frame's pixel: distance in the model's unit and reprojection error; the most
     /// exact where a pixel has several.
     trusted: BTreeMap<u32, (f64, f64)>,
@@ -147,9 +142,9 @@ struct Projected {
 impl Projected {
     fn new(listed: &Listed, model: &Model) -> Self {
         let world_to_camera = listed.camera_to_world.inverse();
+        let diagonal = f64::from(listed.lens.image.width).hypot(f64::from(listed.lens.image.height));
         let mut projected = Self {
-            observations: 0,
-            error: 0.0,
+            errors: Vec::new(),
             trusted: BTreeMap::new(),
         };
         for seen in &listed.observations {
@@ -158,15 +153,12 @@ impl Projected {
             };
             let local = world_to_camera.transform_point3(point.position);
             let place = listed.lens.place(local.x / local.z, local.y / local.z);
-            let Some((x, y)) = place.filter(|_| local.z > 0.0) else {
-                continue;
-            };
-            let error = (x - seen.x).hypot(y - seen.y);
-            if !error.is_finite() {
-                continue;
-            }
-            projected.observations += 1;
-            projected.error += error;
+            let error = place
+                .filter(|_| local.z > 0.0)
+                .map_or(f64::NAN, |(x, y)| (x - seen.x).hypot(y - seen.y));
+            projected
+                .errors
+                .push(if error.is_finite() { error } else { diagonal });
             let pixel = listed.lens.to_pinhole(&listed.pinhole, seen.x, seen.y);
             let Some((x, y)) = pixel.filter(|_| error <= MOST_ERROR && model.trusted(seen.point).is_some())
             else {

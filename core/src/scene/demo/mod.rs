@@ -115,6 +115,7 @@ impl Shot {
             frames,
             origin: DVec3::ZERO,
             unit: 1.0,
+            point_errors: None,
             warnings: Vec::new(),
             notes: Vec::new(),
         }

@@ -51,6 +51,7 @@ fn tiny_scene(frames: usize) -> Scene {
         frames: (0..frames).map(frame).collect(),
         origin: DVec3::ZERO,
         unit: 1.0,
+        point_errors: None,
         warnings: Vec::new(),
         notes: Vec::new(),
     }

@@ -15,7 +15,7 @@ use glam::{Affine3A, DAffine3, DVec3};
 use rayon::prelude::*;
 
 use super::camera::{median_position, orthonormalised};
-use super::files::{dimensions, file_name, stem, unreadable, warn};
+use super::files::{Reach, dimensions, file_name, stem, unreadable, warn};
 use super::images::{ImageFile, Turn, warn_of_turns};
 use super::keyframes::Keeping;
 use super::{Camera, Distortion, Frame, Lens, OpenOptions, Pixels, Scene, SceneError, SceneSource};
@@ -59,8 +59,8 @@ pub(super) struct Layout<'a> {
 /// Decodes the listed frames; those that cannot be used are left out and counted, up to half of them.
 ///
 /// # Errors
-/// More than that, intrinsics that do not fit, or a depth image of other proportions than its colour image that no
-/// camera of its own is known for.
+/// More than that, an image outside the capture where that is not allowed, intrinsics that do not fit, or a depth
+/// image of other proportions than its colour image that no camera of its own is known for.
 pub(super) fn read(
     layout: &Layout,
     listed: &[Listed],
@@ -69,6 +69,12 @@ pub(super) fn read(
     options: OpenOptions,
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<Scene, SceneError> {
+    let reach = Reach::of(layout.folder, options);
+    for frame in listed {
+        for path in [Some(&frame.path), frame.depth.as_ref()].into_iter().flatten() {
+            reach.check_file(path)?;
+        }
+    }
     let listed = with_cameras(layout, listed, &mut warnings, &mut notes)?;
     let has_depth = listed.iter().any(|(frame, _)| frame.depth.is_some());
     let origin = choose_origin(&listed);
@@ -93,6 +99,7 @@ pub(super) fn read(
         frames,
         origin,
         unit: 1.0,
+        point_errors: None,
         warnings,
         notes,
     })

@@ -18,7 +18,9 @@ use image::DynamicImage;
 use rayon::prelude::*;
 
 use super::camera::{median_position, orthonormalised, unit_of_cameras};
-use super::files::{decode_image, dimensions, file_name, frame_names, is_inside, unreadable, warn};
+use super::files::{
+    Reach, decode_image, dimensions, file_name, frame_names, unreadable, warn,
+};
 use super::frame::to_image;
 use super::images::{ImageFile, ImageProblem, Turn, warn_of_turns};
 use super::keyframes::Keeping;
@@ -29,6 +31,8 @@ use file::{Entry, Transforms};
 pub(super) const NAME: &str = "transforms.json";
 /// What a folder in this format holds.
 pub(super) const EXPECTED: &str = "colour images with their poses in transforms.json";
+/// The file that has the poses.
+pub(super) const POSES: &str = "transforms.json";
 
 /// What is tried at the end of an image's path that has no file.
 const EXTENSIONS: [&str; 4] = ["", ".png", ".jpg", ".jpeg"];
@@ -70,7 +74,8 @@ pub(super) fn read(
     let file = folder.join("transforms.json");
     let transforms = Transforms::read(&file)?;
     let (mut warnings, mut notes) = (Vec::new(), Vec::new());
-    let listed = list(folder, &file, &transforms, &mut warnings)?;
+    let reach = Reach::of(folder, options);
+    let listed = list(folder, &file, &reach, &transforms, &mut warnings)?;
     let centres = || listed.iter().map(|frame| frame.camera_to_world.translation);
     // Measured depth is in metres, and so are poses that agree with it; whether it is read does not matter.
     let metric = listed.iter().any(|frame| frame.depth.is_some());
@@ -103,6 +108,7 @@ pub(super) fn read(
         frames,
         origin: placing.origin,
         unit: placing.unit,
+        point_errors: None,
         warnings,
         notes,
     })
@@ -117,18 +123,24 @@ pub(super) fn parse(file: &Path, bytes: &[u8]) -> Result<(), SceneError> {
 fn list(
     folder: &Path,
     file: &Path,
+    reach: &Reach,
     transforms: &Transforms,
     warnings: &mut Vec<String>,
 ) -> Result<Vec<Listed>, SceneError> {
     let total = transforms.frames.len();
     let (mut listed, mut missing, mut unreadable, mut bad) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for entry in &transforms.frames {
-        refuse_outside(file, entry)?;
+        check_names(file, reach, entry)?;
         let Some(name) = image_name(folder, &entry.file_path) else {
             missing.push(format!("{:?}", entry.file_path));
             continue;
         };
         let path = folder.join(&name);
+        let depth = entry.depth_file_path.as_ref().map(|depth| folder.join(depth));
+        let mask = entry.mask_path.as_ref().map(|mask| folder.join(mask));
+        for path in [Some(&path), depth.as_ref(), mask.as_ref()].into_iter().flatten() {
+            reach.check_file(path)?;
+        }
         let size = match transforms.size(entry).map_or_else(|| size_of(&path), Ok) {
             Ok(size) => size,
             Err(reason) => {
@@ -143,8 +155,8 @@ fn list(
         match entry.camera_to_world() {
             Ok(camera_to_world) => listed.push(Listed {
                 path,
-                depth: entry.depth_file_path.as_ref().map(|depth| folder.join(depth)),
-                mask: entry.mask_path.as_ref().map(|mask| folder.join(mask)),
+                depth,
+                mask,
                 camera_to_world,
                 lens,
                 pinhole,
@@ -215,23 +227,19 @@ fn too_many(
     }
 }
 
-/// Refuses paths that leave the folder of the scene.
-fn refuse_outside(file: &Path, entry: &Entry) -> Result<(), SceneError> {
+/// Refuses paths that leave the folder of the scene, masks included.
+fn check_names(file: &Path, reach: &Reach, entry: &Entry) -> Result<(), SceneError> {
     let paths = [
         Some(&entry.file_path),
         entry.depth_file_path.as_ref(),
         entry.mask_path.as_ref(),
     ];
-    match paths.into_iter().flatten().find(|path| !is_inside(path)) {
-        None => Ok(()),
-        Some(path) => Err(SceneError::file(
-            file,
-            format!(
-                "names {path:?}, which is not a path inside the folder of the scene; move the images into it and \
-                 give their paths from there"
-            ),
-        )),
-    }
+    let mut paths = paths.into_iter().flatten();
+    paths.try_for_each(|path| {
+        reach
+            .check_name(path)
+            .map_err(|reason| SceneError::file(file, reason))
+    })
 }
 
 /// The path of a colour image below the folder, with the extension that its file has.
@@ -239,7 +247,7 @@ fn image_name(folder: &Path, path: &str) -> Option<String> {
     // `./images/a` and `images/a` are one image, and sorted alike.
     let parts = Path::new(path)
         .components()
-        .filter(|part| matches!(part, Component::Normal(_)));
+        .filter(|part| !matches!(part, Component::CurDir));
     let path: PathBuf = parts.collect();
     let path = path.display();
     EXTENSIONS
