@@ -22,7 +22,9 @@ pub const SEVEN_SCENES_POSE: Parser = |path, bytes| text(path, bytes, rgbd::text
 pub const TUM_IMAGES: Parser = |path, bytes| {
     let folder = path.parent().unwrap_or(path);
     let reach = files::Reach::of(folder, OpenOptions::default());
-    text(path, bytes, |path, text| tum::parse_images(folder, path, text, &reach))
+    text(path, bytes, |path, text| {
+        tum::parse_images(folder, path, text, &reach)
+    })
 };
 /// `groundtruth.txt` of TUM RGB-D.
 pub const TUM_POSES: Parser = |path, bytes| text(path, bytes, tum::parse_poses);

@@ -11,7 +11,7 @@ use image::{DynamicImage, ImageDecoder};
 
 use super::error::in_one_line;
 use super::files::{decode_image, decoder, unreadable, warn};
-use super::{Camera, ColorImage, Frame, Lens, SceneError};
+use super::{Camera, ColorImage, Distortion, Frame, Lens, SceneError};
 
 /// Why a colour image cannot be used.
 pub(super) enum ImageProblem {
@@ -94,11 +94,39 @@ pub(super) fn decode_color(
     lens: &Lens,
     pinhole: &Camera,
 ) -> Result<(ColorImage, Turn), ImageProblem> {
+    let size = (lens.image.width, lens.image.height);
+    let (image, turn) = decode_turned(path, size)?;
+    let hidden = hidden_pixels(&image, mask).map_err(ImageProblem::Mask)?;
+    let color = ColorImage::new(size.0, size.1, image.into_rgb8().into_raw());
+    let color = color.and_then(|color| place(color, hidden.as_deref(), lens, pinhole));
+    color
+        .map(|color| (color, turn))
+        .ok_or(ImageProblem::Size(size.0, size.1))
+}
+
+/// The colours of a frame's image on disk, turned as the frame's are, distortion included: row-major
+/// `[height, width, 3]`.
+///
+/// # Errors
+/// A file that can no longer be read, or has another size.
+pub(crate) fn original_colors(frame: &Frame) -> Result<Vec<u8>, SceneError> {
+    let camera = *frame.image();
+    let lens = Lens {
+        image: camera,
+        distortion: Distortion::default(),
+    };
+    match decode_turned(&frame.path, (camera.width, camera.height)) {
+        Ok((image, _)) => Ok(image.into_rgb8().into_raw()),
+        Err(problem) => Err(unreadable(&frame.path, &problem.describe(&lens))),
+    }
+}
+
+/// The image at a path, of this width and height once it is turned, where it is.
+fn decode_turned(path: &Path, size: (u32, u32)) -> Result<(DynamicImage, Turn), ImageProblem> {
     if !path.is_file() {
         return Err(ImageProblem::Missing);
     }
     let (mut image, orientation) = decode(path).map_err(ImageProblem::Unreadable)?;
-    let size = (lens.image.width, lens.image.height);
     let (width, height) = (image.width(), image.height());
     let turn = if orientation == Orientation::NoTransforms {
         Turn::None
@@ -111,12 +139,7 @@ pub(super) fn decode_color(
     if (image.width(), image.height()) != size {
         return Err(ImageProblem::Size(width, height));
     }
-    let hidden = hidden_pixels(&image, mask).map_err(ImageProblem::Mask)?;
-    let color = ColorImage::new(size.0, size.1, image.into_rgb8().into_raw());
-    let color = color.and_then(|color| place(color, hidden.as_deref(), lens, pinhole));
-    color
-        .map(|color| (color, turn))
-        .ok_or(ImageProblem::Size(width, height))
+    Ok((image, turn))
 }
 
 /// The image as stored, and the orientation that its metadata ask for.

@@ -18,9 +18,7 @@ use image::DynamicImage;
 use rayon::prelude::*;
 
 use super::camera::{median_position, orthonormalised, unit_of_cameras};
-use super::files::{
-    Reach, decode_image, dimensions, file_name, frame_names, unreadable, warn,
-};
+use super::files::{Reach, decode_image, dimensions, file_name, frame_names, unreadable, warn};
 use super::frame::to_image;
 use super::images::{ImageFile, ImageProblem, Turn, warn_of_turns};
 use super::keyframes::Keeping;

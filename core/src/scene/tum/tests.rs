@@ -244,7 +244,7 @@ fn lists_that_leave_the_folder_are_refused_unless_that_is_allowed() {
         assert_refused(&folder, &[list, "line 2", "../elsewhere/", "--outside-files"]);
         let scene = open_with_outside_files(&folder).unwrap();
         assert_eq!(scene.frames.len(), FRAMES);
-        assert!(scene.frames.iter().all(|frame| frame.depth.is_some()));
+        assert!(scene.frames.iter().all(|frame| frame.has_depth()));
     }
 }
 
