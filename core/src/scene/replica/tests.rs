@@ -118,7 +118,7 @@ fn ground_truth_is_written_beside_the_frames() {
     let scene = tiny_scene(2);
     let parent = tempfile::tempdir().unwrap();
     let folder = parent.path().join("capture");
-    let labels = vec![vec![3; 48], vec![200; 48]];
+    let labels = [vec![3; 48], vec![200; 48]];
     let classes = [Class::new(3, "wall"), Class::new(200, "floor")];
     let truth = GroundTruth {
         classes: &classes,
