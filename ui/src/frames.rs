@@ -230,6 +230,7 @@ mod tests {
         FrameFacts {
             strokes,
             contradicted,
+            has_no_summary: false,
             summary: Some(FrameSummary {
                 mean_entropy: entropy,
                 coverage: 1.0,
