@@ -1,5 +1,7 @@
 //! Captures that do not fit in the memory for images: keyframes, and the frames that are labelled from their surface.
 
+#![allow(clippy::unwrap_used, reason = "a test ends where it fails")]
+
 use std::fs;
 use std::ops::ControlFlow;
 use std::path::Path;

@@ -231,6 +231,7 @@ mod tests {
             has_no_summary: false,
             strokes,
             contradicted,
+            has_no_summary: false,
             summary: Some(FrameSummary {
                 mean_entropy: entropy,
                 coverage: 1.0,
