@@ -46,6 +46,9 @@ pub struct TrainingArguments {
     /// Leave measured depth and sparse points aside.
     #[arg(long)]
     pub no_depth: bool,
+    /// Read images that the capture names outside its folder, or that links lead to there.
+    #[arg(long)]
+    pub outside_files: bool,
     /// Threads to train with [default: all cores, or all but one beside the window].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub threads: Option<u16>,
@@ -73,6 +76,9 @@ pub enum Command {
     Info {
         /// Folder of a capture, or "demo".
         scene: PathBuf,
+        /// Read images that the capture names outside its folder, or that links lead to there.
+        #[arg(long)]
+        outside_files: bool,
         /// Print JSON.
         #[arg(long)]
         json: bool,

@@ -80,6 +80,7 @@ fn wall(depth: bool) -> Scene {
         frames: frames.collect(),
         origin: DVec3::ZERO,
         unit: 1.0,
+        point_errors: None,
         warnings: Vec::new(),
         notes: Vec::new(),
     }

@@ -96,19 +96,62 @@ fn frames_that_are_no_keyframes_are_labelled_as_well_as_those_that_are() {
     assert!(of_others > 0.5 && of_others > of_keyframes - 0.05 && of_others > of_all - 0.05);
 }
 
-#[test]
-fn an_export_names_the_file_of_a_frame_that_has_vanished_since_the_capture_was_opened() {
+/// The capture's first `count` frames in a folder of their own.
+fn copy(count: usize) -> tempfile::TempDir {
     let copy = tempfile::tempdir().unwrap();
     for name in ["rgb", "depth"] {
         fs::create_dir(copy.path().join(name)).unwrap();
-        for number in 0..6 {
+        for number in 0..count {
             let file = format!("{name}/{name}_{number}.png");
             fs::copy(CAPTURE.0.path().join("room").join(&file), copy.path().join(&file)).unwrap();
         }
     }
     let poses = fs::read_to_string(CAPTURE.0.path().join("room/traj_w_c.txt")).unwrap();
-    let poses: Vec<&str> = poses.lines().take(6).collect();
+    let poses: Vec<&str> = poses.lines().take(count).collect();
     fs::write(copy.path().join("traj_w_c.txt"), poses.join("\n")).unwrap();
+    copy
+}
+
+#[test]
+fn what_alpha_hides_is_hidden_in_frames_that_are_no_keyframes_too() {
+    let folder = copy(6);
+    let is_hidden = |x: u32, y: u32| (20..70).contains(&x) && (30..90).contains(&y);
+    for number in 0..6 {
+        let path = folder.path().join(format!("rgb/rgb_{number}.png"));
+        let mut image = image::open(&path).unwrap().into_rgba8();
+        for (x, y, pixel) in image.enumerate_pixels_mut() {
+            pixel.0[3] = if is_hidden(x, y) { 0 } else { 255 };
+        }
+        image.save(&path).unwrap();
+    }
+    let (whole, scene) = (open(folder.path(), 6), open(folder.path(), 3));
+    assert_eq!(scene.keyframes().len(), 3);
+    assert!(
+        scene.notes[0].contains("hide pixels in 6 of 6 frames"),
+        "{:?}",
+        scene.notes
+    );
+    assert_eq!(whole.notes[0], scene.notes[0]);
+    let maps = labelled(&scene);
+    for ((frame, same), map) in scene.frames.iter().zip(&whole.frames).zip(&maps) {
+        assert_eq!(frame.pixels().unwrap(), same.pixels().unwrap());
+        let (labels, entropy, depth) = (map.labels(), map.entropy(), frame.depth().unwrap());
+        let hidden = frame.hidden_pixels();
+        assert_eq!(hidden.len(), 50 * 60);
+        assert!(hidden.iter().all(|&pixel| !frame.is_valid(pixel)));
+        assert!(
+            hidden
+                .iter()
+                .all(|&pixel| (labels[pixel], entropy[pixel]) == (0, 0))
+        );
+        assert!(hidden.iter().all(|&pixel| depth.ray_length(pixel).is_none()));
+        assert!(labels.iter().any(|&label| label != 0));
+    }
+}
+
+#[test]
+fn an_export_names_the_file_of_a_frame_that_has_vanished_since_the_capture_was_opened() {
+    let copy = copy(6);
     let scene = open(copy.path(), 3);
     let maps = labelled(&scene);
     let other = scene.frames.iter().find(|frame| !frame.is_keyframe()).unwrap();

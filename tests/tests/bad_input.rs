@@ -196,18 +196,18 @@ fn captures_that_cannot_be_used_are_refused_in_one_sentence() {
         ),
         (
             "intrinsics of other images",
-            |scene| fs::write(scene.join("intrinsics.txt"), "40 40 64 48 128 96").unwrap(),
-            &["intrinsics.txt", "128x96", "64x48"],
+            |scene| fs::write(scene.join("intrinsics.txt"), "40 40 64 48 128 90").unwrap(),
+            &["intrinsics.txt", "128x90", "64x48"],
         ),
         (
             "depth of another size",
             |scene| {
-                DynamicImage::ImageLuma8(GrayImage::new(32, 24))
+                DynamicImage::ImageLuma8(GrayImage::new(32, 32))
                     .into_luma16()
                     .save(scene.join("depth/depth_3.png"))
                     .unwrap();
             },
-            &["depth_3.png", "32x24"],
+            &["depth_3.png", "32x32"],
         ),
         (
             "no readable depth",

@@ -139,6 +139,9 @@ fn the_demo_can_be_written_and_is_recognised_as_a_capture() {
     }
     assert!(facts["depth_coverage"].as_f64().unwrap() > 0.9);
     assert_eq!(facts["warnings"].as_array().unwrap().len(), 0);
+    let corners = &facts["reprojection"]["corners"];
+    assert_eq!(corners["lifted_by_depth"], true, "{facts}");
+    assert!(corners["median_px"].as_f64().unwrap() < 1.0, "{facts}");
     let again = Running::to_the_end(inplace().arg("demo").arg("--out").arg(&folder));
     assert_eq!(again.code, Some(1), "a folder with files is not overwritten");
 }
@@ -215,7 +218,13 @@ fn label_images_alone_label_every_frame_and_a_stroke_covers_them() {
 fn the_embedded_demo_needs_no_folder() {
     let info = Running::to_the_end(inplace().args(["info", "demo"]));
     assert_eq!((info.code, info.stderr.as_str()), (Some(0), ""));
-    for fact in ["60 of 320 x 240", "depth", "labels", "bounds"] {
+    for fact in [
+        "60 of 320 x 240",
+        "depth",
+        "labels",
+        "bounds",
+        "reprojection by depth",
+    ] {
         assert!(info.stdout.contains(fact), "{fact} is not in: {}", info.stdout);
     }
 }

@@ -20,6 +20,7 @@ pub fn scene(images: impl IntoIterator<Item = ColorImage>) -> Scene {
         frames: images.into_iter().enumerate().map(frame).collect(),
         origin: Default::default(),
         unit: 1.0,
+        point_errors: None,
         warnings: Vec::new(),
         notes: Vec::new(),
     }

@@ -44,7 +44,11 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
             )
         }
         Some(Command::Demo { out: None, .. }) => window::run(arguments.window),
-        Some(Command::Info { scene, json }) => info::run(&scene, json),
+        Some(Command::Info {
+            scene,
+            outside_files,
+            json,
+        }) => info::run(&scene, outside_files, json),
         Some(Command::Label(label)) => label::run(&label),
         Some(Command::Export(arguments)) => export::run(&arguments),
         Some(Command::Simulate(arguments)) => simulate::run(&arguments),
@@ -85,6 +89,7 @@ fn require_place(contents: &Contents, project: &Path) -> Result<(), Failure> {
 fn open_options(training: &TrainingArguments) -> OpenOptions {
     OpenOptions {
         depth: !training.no_depth,
+        outside_files: training.outside_files,
         ..OpenOptions::default()
     }
 }

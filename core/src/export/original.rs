@@ -4,11 +4,9 @@ use std::fs;
 use std::io;
 use std::path::Path;
 
-use image::ImageReader;
-
 use super::layout::OutputFile;
 use crate::labels::png;
-use crate::scene::Frame;
+use crate::scene::{Frame, original_colors};
 
 /// The image's name in a data set: the frame's stem with the extension of the file, `png` for frames that no file shows.
 pub(super) fn name(frame: &Frame) -> String {
@@ -49,20 +47,7 @@ pub(super) fn rgb(frame: &Frame) -> Result<Vec<u8>, String> {
         let pixels = frame.pixels().map_err(|error| error.to_string())?;
         return Ok(pixels.color.bytes().to_vec());
     }
-    let decoded = ImageReader::open(&frame.path)
-        .and_then(ImageReader::with_guessed_format)
-        .map_err(image::ImageError::from)
-        .and_then(ImageReader::decode)
-        .map_err(|error| unreadable(&frame.path, io::Error::other(error)))?
-        .into_rgb8();
-    let (width, height) = decoded.dimensions();
-    if [width, height] != [frame.image().width, frame.image().height] {
-        return Err(format!(
-            "{} has another size than when the scene was opened; open it again",
-            frame.path.display()
-        ));
-    }
-    Ok(decoded.into_raw())
+    original_colors(frame).map_err(|error| error.to_string())
 }
 
 fn unreadable(path: &Path, error: io::Error) -> String {
@@ -111,6 +96,9 @@ mod tests {
         assert_eq!(*rgb(&frame).unwrap(), pixels);
         fs::write(&frame.path, png::encode_rgb(4, 4, &pixels[..48]).unwrap()).unwrap();
         let error = rgb(&frame).unwrap_err();
-        assert!(error.contains("left.png") && error.contains("size"), "{error}");
+        assert!(
+            error.contains("left.png") && error.contains("4x4 instead of 5x4"),
+            "{error}"
+        );
     }
 }

@@ -31,6 +31,7 @@ pub(super) fn scene(stems: &[&str]) -> Scene {
         frames: stems.iter().map(frame).collect(),
         origin: DVec3::ZERO,
         unit: 1.0,
+        point_errors: None,
         warnings: Vec::new(),
         notes: Vec::new(),
     }

@@ -276,8 +276,8 @@ fn placed(index: usize, frame: &Frame, size: [u32; 2], labels: &[ClassId]) -> Im
             VOID
         }
     };
-    let own: Vec<ClassId> = (0..own.pixels() as u32).map(at).collect();
-    ImportedMap::new(index, &own)
+    let labels = without_hidden(frame, (0..own.pixels() as u32).map(at).collect());
+    ImportedMap::new(index, &labels)
 }
 
 /// Whether two sizes differ in scale alone, as far as whole pixels allow.
@@ -287,14 +287,22 @@ fn same_aspect(a: [u32; 2], b: [u32; 2]) -> bool {
 }
 
 /// The labels of the frame's image on disk in the frame's own pixels, both row-major: the same where no lens
-/// bends lines. Pixels that the image does not reach are void.
+/// bends lines. Pixels that the image does not reach or that are hidden are void.
 pub fn in_frame(frame: &Frame, image: &[ClassId]) -> Vec<ClassId> {
     let (own, width) = (&frame.camera, frame.image().width);
     let at = |index: u32| {
         let place = frame.to_image([index % own.width, index / own.width]);
         place.map_or(VOID, |[x, y]| image[(y * width + x) as usize])
     };
-    (0..own.pixels() as u32).map(at).collect()
+    without_hidden(frame, (0..own.pixels() as u32).map(at).collect())
+}
+
+/// Labels of a frame's pixels, void where alpha or masks hide them.
+fn without_hidden(frame: &Frame, mut labels: Vec<ClassId>) -> Vec<ClassId> {
+    for pixel in frame.hidden_pixels() {
+        labels[pixel] = VOID;
+    }
+    labels
 }
 
 /// Reads `classes.json`, a list of `{"id", "name", "color"}`; void is left out, and a class without a colour gets one.

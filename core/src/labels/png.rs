@@ -1,9 +1,14 @@
 //! Label, entropy and colour maps as PNG bytes, and back.
 
+use std::io::Cursor;
+
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
-use image::{ColorType, DynamicImage, ExtendedColorType, ImageEncoder, ImageFormat, ImageResult};
+use image::{
+    ColorType, DynamicImage, ExtendedColorType, ImageEncoder, ImageFormat, ImageReader, ImageResult,
+};
 
 use super::ClassId;
+use crate::scene;
 
 /// Class ids as gray values, 8 bit unless an id exceeds 255. `labels` is row-major `[height, width]`.
 pub(crate) fn encode_labels(width: u32, height: u32, labels: &[ClassId]) -> ImageResult<Vec<u8>> {
@@ -71,9 +76,9 @@ fn encode(width: u32, height: u32, bytes: &[u8], color: ExtendedColorType) -> Im
 ///
 /// # Errors
 /// Bytes that are not a PNG, or an image with more than one channel, which holds colours and no ids.
-pub(crate) fn decode_gray(png: &[u8]) -> Result<(u32, u32, Vec<u16>), String> {
-    let image =
-        image::load_from_memory_with_format(png, ImageFormat::Png).map_err(|error| error.to_string())?;
+pub fn decode_gray(png: &[u8]) -> Result<(u32, u32, Vec<u16>), String> {
+    let reader = ImageReader::with_format(Cursor::new(png), ImageFormat::Png);
+    let image = scene::decode_image(reader, png.len() as u64)?;
     let (width, height) = (image.width(), image.height());
     match image {
         DynamicImage::ImageLuma8(gray) => {
@@ -153,5 +158,16 @@ mod tests {
         assert_eq!(decode_gray_sized(&small, 3, 2).unwrap(), [7; 6]);
         assert!(decode_gray_sized(&small, 2, 3).unwrap_err().contains("3x2"));
         assert!(decode_gray_sized(&small[..20], 3, 2).is_err());
+    }
+
+    #[test]
+    fn a_header_is_not_believed_further_than_the_file_has_bytes_for() {
+        let mut png = encode_labels(64, 64, &[7; 64 * 64]).unwrap();
+        assert!(decode_gray(&png).is_ok());
+        // The width and height, and the checksum of the header that goes with them.
+        png[16..24].copy_from_slice(&[0, 0, 0x20, 0, 0, 0, 0x20, 0]);
+        png[29..33].copy_from_slice(&[0x57, 0xc1, 0x95, 0x85]);
+        let reason = decode_gray(&png).unwrap_err();
+        assert!(reason.contains("cannot hold 8192x8192 pixels"), "{reason}");
     }
 }

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use super::ProjectError;
 use crate::labels::{Class, Edit, History, ImportId, LabelSet, Stroke, StrokeId};
+use crate::scene::LARGEST_SIDE;
 
 /// Where labels and edits contradict each other, or edits one another. None do in a file that was only written here.
 #[derive(Debug, Default, PartialEq, Eq)]
@@ -110,13 +111,14 @@ impl<'a> States<'a> {
     }
 }
 
-/// Lengths that no stroke has: following a line of four billion pixels would take minutes.
-const FARTHEST: u32 = 1 << 20;
+/// A radius that no stroke has.
+const WIDEST: u32 = 1 << 20;
 
-/// Whether a stroke can have been drawn.
+/// Whether a stroke can have been drawn. Points may lie beyond their image, which may have become smaller, but not
+/// beyond every image: following a line of four billion pixels would take minutes.
 pub(super) fn is_sane(stroke: &Stroke) -> bool {
-    let near = |point: &[u32; 2]| point.iter().all(|&place| place <= FARTHEST);
-    stroke.radius <= FARTHEST && stroke.lines.iter().flatten().all(near)
+    let near = |point: &[u32; 2]| point.iter().all(|&place| u64::from(place) <= LARGEST_SIDE);
+    stroke.radius <= WIDEST && stroke.lines.iter().flatten().all(near)
 }
 
 /// Refuses labels that name frames, classes or pixels that there cannot be.
@@ -139,6 +141,13 @@ pub(super) fn check(
         }
     }
     for (number, edit) in edits.iter().enumerate() {
+        let mut changes = edit.strokes.iter();
+        if let Some(change) = changes.find(|change| i64::try_from(change.id.0).is_err()) {
+            return damaged(format!(
+                "edit {number} is of a stroke with the number {}",
+                change.id.0
+            ));
+        }
         let strokes = edit.strokes.iter();
         let mut strokes = strokes
             .flat_map(|change| [&change.before, &change.after])

@@ -4,6 +4,8 @@ use std::path::{Path, PathBuf};
 
 use rusqlite::{ErrorCode, ffi};
 
+use crate::scene::in_one_line;
+
 /// A project that cannot be opened or saved; each message is one sentence that names the file and what to do.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ProjectError {
@@ -88,11 +90,11 @@ impl ProjectError {
             )
             | None => Self::Damaged {
                 path,
-                reason: error.to_string(),
+                reason: in_one_line(error),
             },
             Some(_) => Self::Unreadable {
                 path,
-                reason: error.to_string(),
+                reason: in_one_line(error),
             },
         }
     }
@@ -109,7 +111,7 @@ impl ProjectError {
             _ if extended_code(error) == Some(ffi::SQLITE_READONLY_DIRECTORY) => UNWRITABLE_FOLDER.to_owned(),
             Some(ErrorCode::ReadOnly) => READ_ONLY.to_owned(),
             Some(ErrorCode::CannotOpen | ErrorCode::PermissionDenied) => UNWRITABLE_FOLDER.to_owned(),
-            _ => format!("{error}; save it somewhere else"),
+            _ => format!("{}; save it somewhere else", in_one_line(error)),
         };
         Self::unwritable(path, reason)
     }

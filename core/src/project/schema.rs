@@ -168,6 +168,16 @@ pub(super) fn check(connection: &Connection, path: &Path) -> Result<Access, Proj
     if pragma("application_id")? != APPLICATION_ID {
         return Err(ProjectError::NotAProject(path.to_path_buf()));
     }
+    let foreign = "SELECT count(*) FROM sqlite_schema WHERE type NOT IN ('table', 'index')";
+    let foreign: i64 = connection
+        .query_row(foreign, [], |row| row.get(0))
+        .map_err(reading)?;
+    if foreign > 0 {
+        return Err(ProjectError::damaged(
+            path,
+            "it has views or triggers, which no project has",
+        ));
+    }
     let found = version(connection).map_err(reading)?;
     if found > VERSION {
         return Err(ProjectError::Newer {

@@ -1,4 +1,5 @@
 mod damage;
+mod spoilt;
 
 use std::fs;
 
@@ -27,6 +28,7 @@ pub(super) fn scene(folder: &Path, stems: &[&str]) -> Scene {
         frames: stems.iter().map(frame).collect(),
         origin: DVec3::ZERO,
         unit: 1.0,
+        point_errors: None,
         warnings: Vec::new(),
         notes: Vec::new(),
     }

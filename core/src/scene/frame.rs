@@ -13,18 +13,68 @@ pub struct ColorImage {
     width: u32,
     height: u32,
     rgb: Vec<u8>,
+    /// The pixels that show no part of the scene, a bit each by row-major index; `None` where there are none.
+    hidden: Option<Vec<u64>>,
 }
 
 impl ColorImage {
     /// Wraps row-major RGB bytes; `None` unless there are `width * height * 3` of them.
     pub fn new(width: u32, height: u32, rgb: Vec<u8>) -> Option<Self> {
-        (rgb.len() == width as usize * height as usize * 3).then_some(Self { width, height, rgb })
+        (rgb.len() == width as usize * height as usize * 3).then_some(Self {
+            width,
+            height,
+            rgb,
+            hidden: None,
+        })
+    }
+
+    /// The same image with these pixels, by row-major index, hidden as well: black, and no part of the scene.
+    pub fn hiding(mut self, hidden: impl Fn(usize) -> bool) -> Self {
+        let words = self.rgb.len().div_ceil(3 * 64);
+        let mut bits = self.hidden.take().unwrap_or_else(|| vec![0; words]);
+        for (index, pixel) in self.rgb.chunks_exact_mut(3).enumerate() {
+            if hidden(index) {
+                bits[index / 64] |= 1 << (index % 64);
+                pixel.fill(0);
+            }
+        }
+        self.hidden = bits.iter().any(|&word| word != 0).then_some(bits);
+        self
+    }
+
+    /// Whether the pixel with this row-major index shows no part of the scene.
+    pub fn is_hidden(&self, index: usize) -> bool {
+        self.hidden
+            .as_ref()
+            .is_some_and(|bits| bits[index / 64] >> (index % 64) & 1 == 1)
+    }
+
+    /// Number of the pixels that show no part of the scene.
+    pub(super) fn hidden(&self) -> usize {
+        let words = self.hidden.iter().flatten();
+        words.map(|word| word.count_ones() as usize).sum()
+    }
+
+    /// Whether there are such pixels.
+    pub(super) fn has_hidden(&self) -> bool {
+        self.hidden.is_some()
+    }
+
+    /// Row-major indices of the pixels that show no part of the scene, ascending.
+    pub fn hidden_pixels(&self) -> impl Iterator<Item = usize> + '_ {
+        let pixels = self.hidden.as_ref().map_or(0, |_| self.rgb.len() / 3);
+        (0..pixels).filter(|&index| self.is_hidden(index))
     }
 
     /// An image without light.
     pub(super) fn black(width: u32, height: u32) -> Self {
         let rgb = vec![0; width as usize * height as usize * 3];
-        Self { width, height, rgb }
+        Self {
+            width,
+            height,
+            rgb,
+            hidden: None,
+        }
     }
 
     /// Image width in pixels.
@@ -236,14 +286,38 @@ impl Frame {
         self.lens.as_ref().map_or(&self.camera, |lens| &lens.image)
     }
 
-    /// Whether the image on disk shows what the pixel with this row-major index shows; the colours of
-    /// others mean nothing.
+    /// Whether the image on disk shows what the pixel with this row-major index shows, and it is part of the scene; the
+    /// colours of others mean nothing.
     pub fn is_valid(&self, index: usize) -> bool {
+        !(self.pixels.have_hidden() && self.color().is_hidden(index)) && self.reaches(index)
+    }
+
+    /// The same of a frame whose colour image is at hand.
+    pub fn shows(&self, color: &ColorImage, index: usize) -> bool {
+        !color.is_hidden(index) && self.reaches(index)
+    }
+
+    /// Whether the image on disk reaches as far as the pixel with this row-major index.
+    fn reaches(&self, index: usize) -> bool {
         self.lens.as_ref().is_none_or(|lens| {
             let column = (index as u32 % self.camera.width) as f64;
             let row = (index as u32 / self.camera.width) as f64;
             lens.to_image(&self.camera, column + 0.5, row + 0.5).is_some()
         })
+    }
+
+    /// Row-major indices of the pixels that alpha or masks hide, ascending. No file is read where there are none.
+    pub fn hidden_pixels(&self) -> Vec<usize> {
+        if self.pixels.have_hidden() {
+            self.color().hidden_pixels().collect()
+        } else {
+            Vec::new()
+        }
+    }
+
+    /// Whether every pixel is [valid](Self::is_valid) because nothing bends lines or hides pixels.
+    pub fn is_whole(&self) -> bool {
+        self.lens.is_none() && !self.pixels.have_hidden()
     }
 
     /// The pixel `[column, row]` of the image on disk at the centre of a pixel of this frame.

@@ -59,6 +59,7 @@ impl Keeping {
         FramePixels::on_disk(OnDisk {
             number,
             coverage: pixels.depth.as_ref().map(|depth| depth.coverage()),
+            hidden: pixels.color.hidden(),
             sharpness: sharpness(&pixels.color),
             decode: Box::new(again) as Decode,
             cache: Arc::clone(&self.cache),

@@ -8,11 +8,16 @@ mod error;
 mod files;
 mod formats;
 mod frame;
+#[doc(hidden)]
+pub mod fuzzing;
+mod images;
 mod keyframes;
 mod lens;
 mod pixels;
 mod replica;
+pub mod reprojection;
 mod rgbd;
+mod scannet;
 mod seven_scenes;
 #[cfg(test)]
 pub(crate) mod testing;
@@ -27,10 +32,15 @@ use glam::{DVec3, Vec3};
 pub(crate) use cache::Cache;
 pub use camera::Camera;
 pub use error::SceneError;
+pub(crate) use error::in_one_line;
+pub(crate) use files::decode as decode_image;
 pub use frame::{ColorImage, DepthMap, Frame, SparsePoint};
+pub(crate) use images::original_colors;
+pub(crate) use lens::LARGEST_SIDE;
 pub use lens::{Distortion, Lens};
 pub use pixels::{FramePixels, Pixels};
 pub use replica::{GroundTruth, write as write_replica};
+use reprojection::PixelErrors;
 
 /// Where a scene comes from.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -68,6 +78,9 @@ pub struct OpenOptions {
     pub depth: bool,
     /// Bytes that decoded images may take in memory. Of a capture that takes more only the keyframes' stay there.
     pub image_bytes: u64,
+    /// Read images that a capture names outside its folder, or that links lead to there. A capture from elsewhere
+    /// could name any file of this computer, so that the person has to allow it.
+    pub outside_files: bool,
 }
 
 /// Images of about a thousand frames of 640 x 480 pixels with depth.
@@ -78,6 +91,7 @@ impl Default for OpenOptions {
         Self {
             depth: true,
             image_bytes: IMAGE_BYTES,
+            outside_files: false,
         }
     }
 }
@@ -117,6 +131,9 @@ pub struct Scene {
     /// Length of a metre here, in the capture's own unit: 1 where that is the metre. Where it is arbitrary,
     /// as after a structure-from-motion, the reader chooses metres that make the scene the size of a room.
     pub unit: f64,
+    /// How far the points of a structure from motion are from where its images show them, in pixels of the images
+    /// on disk; `None` where there are none.
+    pub point_errors: Option<PixelErrors>,
     /// Suspicious but usable input, a sentence each.
     pub warnings: Vec<String>,
     /// What else is to say about how the capture was read, a sentence each.

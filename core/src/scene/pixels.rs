@@ -50,6 +50,8 @@ pub(super) struct OnDisk {
     pub number: usize,
     /// Share of the pixels whose depth is known, 0..=1; `None` without depth.
     pub coverage: Option<f32>,
+    /// Number of the pixels that alpha or masks hide.
+    pub hidden: usize,
     /// How sharp the image is ([`sharpness`](super::keyframes::sharpness)).
     pub sharpness: f32,
     pub decode: Decode,
@@ -92,6 +94,22 @@ impl FramePixels {
         match &self.0 {
             Place::InMemory(pixels) => pixels.depth.is_some(),
             Place::OnDisk(place) => place.coverage.is_some(),
+        }
+    }
+
+    /// Number of the pixels that alpha or masks hide.
+    pub(super) fn hidden(&self) -> usize {
+        match &self.0 {
+            Place::InMemory(pixels) => pixels.color.hidden(),
+            Place::OnDisk(place) => place.hidden,
+        }
+    }
+
+    /// Whether alpha or masks hide any pixel.
+    pub(super) fn have_hidden(&self) -> bool {
+        match &self.0 {
+            Place::InMemory(pixels) => pixels.color.has_hidden(),
+            Place::OnDisk(place) => place.hidden > 0,
         }
     }
 

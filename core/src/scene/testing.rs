@@ -39,14 +39,22 @@ pub fn wall(frames: usize, width: u32, height: u32) -> Scene {
         frames,
         origin: DVec3::ZERO,
         unit: 1.0,
+        point_errors: None,
         warnings: Vec::new(),
         notes: Vec::new(),
     }
 }
 
+/// Hides pixels of a frame, by row-major index.
+pub fn hide(frame: &mut Frame, is_hidden: impl Fn(usize) -> bool) {
+    let color = ColorImage::clone(&frame.color());
+    frame.set_color(color.hiding(is_hidden));
+}
+
 /// To open captures without their depth.
 pub const WITHOUT_DEPTH: OpenOptions = OpenOptions {
     depth: false,
+    outside_files: false,
     image_bytes: u64::MAX,
 };
 
@@ -54,6 +62,26 @@ pub const WITHOUT_DEPTH: OpenOptions = OpenOptions {
 pub fn open(folder: &Path) -> Result<Scene, SceneError> {
     let source = SceneSource::Folder(folder.to_path_buf());
     Scene::open(&source, OpenOptions::default(), &|_, _| {})
+}
+
+/// Opens a folder as the program would with `--outside-files`.
+pub fn open_with_outside_files(folder: &Path) -> Result<Scene, SceneError> {
+    let options = OpenOptions {
+        outside_files: true,
+        ..OpenOptions::default()
+    };
+    Scene::open(&SceneSource::Folder(folder.to_path_buf()), options, &|_, _| {})
+}
+
+/// Moves a file out of the capture in `folder` and leaves a link in its place; holds the folder that has it now.
+#[cfg(unix)]
+pub fn move_out(folder: &Path, name: &str) -> tempfile::TempDir {
+    let outside = tempfile::tempdir().unwrap();
+    let (place, moved) = (folder.join(name), outside.path().join("moved"));
+    std::fs::copy(&place, &moved).unwrap();
+    std::fs::remove_file(&place).unwrap();
+    std::os::unix::fs::symlink(&moved, &place).unwrap();
+    outside
 }
 
 /// Asserts that a folder is refused with a message that holds all of these.

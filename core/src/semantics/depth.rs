@@ -27,7 +27,7 @@ pub fn pixel_length(frame: &Frame, pixels: &Pixels, field: Option<&FieldDepth>, 
     let measured = pixels.depth.as_ref().and_then(|depth| depth.ray_length(index));
     match (measured, field) {
         (Some(length), _) => length,
-        (None, _) if !frame.is_valid(index) => f32::NAN,
+        (None, _) if !frame.shows(&pixels.color, index) => f32::NAN,
         (None, Some(field)) => field.at(frame, &pixels.color, index),
         (None, None) => f32::NAN,
     }

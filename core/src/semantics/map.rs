@@ -135,6 +135,10 @@ impl OnSurface {
         for &(pixel, class) in &self.painted {
             pixels[pixel as usize] = said(class);
         }
+        // What is no part of the scene has no class, and that is sure.
+        for pixel in self.scene.frames[frame].hidden_pixels() {
+            pixels[pixel] = said(VOID);
+        }
         pixels
     }
 }

@@ -74,13 +74,28 @@ impl FrameMap {
             }
             Pixels::OnSurface(shown) => {
                 let OnSurface {
+                    scene,
                     surface,
                     posterior,
                     unknown,
                     ..
                 } = shown;
                 let nodes = surface.pixels.get(self.frame).filter(|nodes| !nodes.is_empty())?;
-                for (node, range) in nodes.runs() {
+                let color = scene.frames[self.frame].color();
+                for (node, mut range) in nodes.runs() {
+                    if node == NO_NODE {
+                        // What is hidden is void, and that is sure. Which pixels of a run they are does not matter.
+                        let hidden = range.clone().filter(|&pixel| color.is_hidden(pixel)).count();
+                        let (sure, rest) =
+                            (range.start..range.start + hidden, range.start + hidden..range.end);
+                        let void = Value {
+                            label: VOID,
+                            entropy: 0,
+                            unclear: false,
+                        };
+                        counts.add(sure, void, None);
+                        range = rest;
+                    }
                     let value = match node {
                         NO_NODE => Value {
                             label: VOID,

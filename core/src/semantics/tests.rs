@@ -11,7 +11,7 @@ use crate::labels::{
     ClassId, History, ImportedLabels, ImportedMap, LabelImages, LabelSet, Stroke, StrokeId, Trust, VOID,
     rasterise,
 };
-use crate::scene::testing::wall;
+use crate::scene::testing::{hide, wall};
 use crate::scene::{DepthMap, Scene};
 
 #[test]
@@ -482,6 +482,50 @@ fn a_stroke_alone_in_its_class_is_not_checked_and_a_wrong_one_is_found() {
     };
     let expected = 0.5 * (right([1, 2]) / 2.0 + right([3, 4]) / 3.0);
     assert!((verdicts.accuracy.unwrap() - expected).abs() < 1e-6);
+}
+
+#[test]
+fn hidden_pixels_have_no_node_and_no_label_whatever_is_said_of_them() {
+    let mut scene = wall(3, 64, 48);
+    // The middle of the second frame, where its neighbours know the wall, and where depth was measured.
+    let is_hidden = |index: usize| (20..40).contains(&(index % 64)) && (10..30).contains(&(index / 64));
+    hide(&mut scene.frames[1], is_hidden);
+    let scene = Arc::new(scene);
+    let surface = Arc::new(Surface::build(&scene, &[], 5.0).unwrap());
+    let mut history = History::default();
+    history.add_class("dark");
+    history.add_class("bright");
+    history.add_stroke(Stroke::click(0, 1, [10, 20]));
+    history.add_stroke(Stroke::click(0, 2, [50, 30]));
+    let mut spread = Spread::new(Arc::clone(&surface));
+    spread.set_labels(&scene, history.labels());
+    let before: Vec<_> = (0..3)
+        .map(|frame| spread.map(&scene, frame, 1).labels().into_owned())
+        .collect();
+    history.add_stroke(Stroke::click(1, 1, [30, 20]));
+    spread.set_labels(&scene, history.labels());
+    for (frame, before) in before.iter().enumerate() {
+        let map = spread.map(&scene, frame, 2);
+        assert_eq!(
+            &map.labels()[..],
+            &before[..],
+            "a stroke on hidden pixels says nothing"
+        );
+        let (nodes, entropy) = (
+            surface.nodes_at(frame, &(0..64 * 48).collect::<Vec<u32>>()),
+            map.entropy(),
+        );
+        for index in 0..64 * 48 {
+            let hidden = frame == 1 && is_hidden(index);
+            assert_eq!(nodes[index].is_none(), hidden, "{frame} {index}");
+            assert_eq!(map.labels()[index] == VOID, hidden, "{frame} {index}");
+            assert!(!hidden || entropy[index] == 0);
+        }
+        let (summary, exact) = (map.summary(None).unwrap(), map.looked_up().summary(None).unwrap());
+        assert!((summary.coverage - exact.coverage).abs() < 1e-6);
+        assert!((summary.mean_entropy - exact.mean_entropy).abs() < 0.03);
+        assert!((summary.unclear - exact.unclear).abs() < 0.03);
+    }
 }
 
 #[test]

@@ -138,9 +138,9 @@ impl VoxelNodes {
         };
         let mut own: Vec<u32> = (0..frame.camera.pixels()).map(node_of).collect();
         fill_holes(frame, &points.pixels.color, &mut own);
-        if frame.lens.is_some() {
+        if !frame.is_whole() {
             for (index, node) in own.iter_mut().enumerate() {
-                if !frame.is_valid(index) {
+                if !frame.shows(&points.pixels.color, index) {
                     *node = NO_NODE;
                 }
             }

@@ -85,6 +85,7 @@ pub fn scene(source: SceneSource) -> Arc<Scene> {
         frames: (0..FRAMES).map(frame).collect(),
         origin: Default::default(),
         unit: 1.0,
+        point_errors: None,
         warnings: Vec::new(),
         notes: Vec::new(),
     })

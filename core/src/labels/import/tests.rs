@@ -3,7 +3,7 @@
 use super::*;
 use crate::labels::png::{encode_labels, encode_rgb};
 use crate::labels::{History, Stroke};
-use crate::scene::testing::wall;
+use crate::scene::testing::{hide, wall};
 use crate::scene::{Distortion, Lens};
 
 fn write(folder: &Path, name: &str, width: u32, labels: &[ClassId]) {
@@ -13,6 +13,20 @@ fn write(folder: &Path, name: &str, width: u32, labels: &[ClassId]) {
 
 fn read(folder: &Path, scene: &Scene) -> Result<LabelImages, String> {
     read_label_images(folder, scene, &[], Trust::VOTES).map_err(|error| error.to_string())
+}
+
+#[test]
+fn hidden_pixels_are_void_whatever_the_image_says() {
+    let mut scene = wall(1, 8, 6);
+    hide(&mut scene.frames[0], |index| index % 8 < 3);
+    let expected: Vec<ClassId> = (0..48)
+        .map(|index| if index % 8 < 3 { VOID } else { 7 })
+        .collect();
+    assert_eq!(in_frame(&scene.frames[0], &[7; 48]), expected);
+    let root = tempfile::tempdir().unwrap();
+    write(root.path(), &format!("{}.png", scene.frames[0].stem), 8, &[7; 48]);
+    let found = read(root.path(), &scene).unwrap();
+    assert_eq!(found.labels.maps[0].labels(), expected);
 }
 
 #[test]

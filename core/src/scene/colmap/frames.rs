@@ -9,8 +9,9 @@ use rayon::prelude::*;
 
 use super::model::Model;
 use super::{Listed, MOST_ERROR};
-use crate::scene::camera::orthonormalised;
-use crate::scene::files::{ImageProblem, decode_color, unreadable, warn};
+use crate::scene::camera::{FARTHEST, orthonormalised};
+use crate::scene::files::warn;
+use crate::scene::images::{ImageFile, ImageProblem, warn_of_turns};
 use crate::scene::keyframes::Keeping;
 use crate::scene::{Frame, FramePixels, OpenOptions, Pixels, SceneError, SparsePoint};
 
@@ -25,10 +26,9 @@ pub(super) struct Placing {
 /// The frames that could be decoded.
 pub(super) struct Read {
     pub frames: Vec<Frame>,
-    /// Places that show a point of the model, trusted or not.
-    pub observations: usize,
-    /// Mean distance between those places and the points' projections, in pixels of the images on disk.
-    pub mean_error: f64,
+    /// Distances between the places that show a point of the model, trusted or not, and the points' projections,
+    /// in pixels of the images on disk.
+    pub errors: Vec<f64>,
 }
 
 /// Decodes the images and finds the points that they show; images that cannot be used are left out, up to
@@ -47,37 +47,48 @@ pub(super) fn decode(
         .par_iter()
         .enumerate()
         .map(|(number, listed)| {
-            let color = decode_color(&listed.path, &listed.lens, &listed.pinhole);
+            let image = ImageFile {
+                path: listed.path.clone(),
+                mask: listed.mask.clone(),
+                lens: listed.lens,
+                pinhole: listed.pinhole,
+            };
+            let decoded = image.decode();
             progress(1 + done.fetch_add(1, Ordering::Relaxed), total);
-            color.map(|color| {
-                let pixels = keeping.keep(number, Pixels::new(color, None), reader(listed));
-                (pixels, Projected::new(listed, model))
+            decoded.map(|(color, turn)| {
+                let mut projected = Projected::new(listed, model);
+                projected
+                    .trusted
+                    .retain(|&pixel, _| !color.is_hidden(pixel as usize));
+                let again = move || Ok(Pixels::new(image.decode_again()?, None));
+                let pixels = keeping.keep(number, Pixels::new(color, None), again);
+                (pixels, turn, projected)
             })
         })
         .collect();
     let mut read = Read {
         frames: Vec::new(),
-        observations: 0,
-        mean_error: 0.0,
+        errors: Vec::new(),
     };
     let (mut missing, mut unreadable, mut odd) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut badly_masked, mut turns) = (Vec::new(), Vec::new());
     for (listed, decoded) in listed.iter().zip(decoded) {
         let name = listed.path.strip_prefix(folder).unwrap_or(&listed.path);
         let name = format!("{:?}", name.to_string_lossy());
         match decoded {
-            Ok((pixels, projected)) => {
-                read.observations += projected.observations;
-                read.mean_error += projected.error;
+            Ok((pixels, turn, projected)) => {
+                turns.push((name, turn));
                 read.frames.push(frame(listed, pixels, &projected, placing));
+                read.errors.extend(projected.errors);
             }
             Err(ImageProblem::Missing) => missing.push(name),
             Err(ImageProblem::Unreadable(reason)) => unreadable.push(format!("{name} ({reason})")),
+            Err(ImageProblem::Mask(reason)) => badly_masked.push(format!("{name} ({reason})")),
             Err(problem @ ImageProblem::Size(..)) => {
                 odd.push(format!("{name} ({})", problem.describe(&listed.lens)));
             }
         }
     }
-    read.mean_error /= read.observations.max(1) as f64;
     for (names, what, remedy) in [
         (
             &missing,
@@ -89,6 +100,11 @@ pub(super) fn decode(
             &odd,
             "have another size than their camera in the model",
             "use the images that the model was made from, or scale the model's cameras",
+        ),
+        (
+            &badly_masked,
+            "have a mask that cannot be used",
+            "correct the masks, or remove them",
         ),
     ] {
         if let Some(first) = names.first().filter(|_| 2 * names.len() > listed.len()) {
@@ -103,6 +119,7 @@ pub(super) fn decode(
         }
         warn(warnings, &format!("images {what} and were left out"), names);
     }
+    warn_of_turns(warnings, &turns);
     if read.frames.is_empty() {
         return Err(SceneError::file(
             folder,
@@ -112,21 +129,11 @@ pub(super) fn decode(
     Ok(read)
 }
 
-/// Reads the image of a frame once more.
-fn reader(listed: &Listed) -> impl Fn() -> Result<Pixels, SceneError> + Send + Sync + 'static {
-    let (path, lens, pinhole) = (listed.path.clone(), listed.lens, listed.pinhole);
-    move || match decode_color(&path, &lens, &pinhole) {
-        Ok(color) => Ok(Pixels::new(color, None)),
-        Err(problem) => Err(unreadable(&path, &problem.describe(&lens))),
-    }
-}
-
 /// What an image shows of the model's points.
 struct Projected {
-    /// Number of places whose point projects into the image's plane.
-    observations: usize,
-    /// Sum of the distances between those places and the projections, in pixels.
-    error: f64,
+    /// Distances between the places of points and their projections, in pixels; where there is no projection,
+    /// such as behind the camera, the diagonal of the image.
+    errors: Vec<f64>,
     /// Trusted points by the frame's pixel: distance in the model's unit and reprojection error; the most
     /// exact where a pixel has several.
     trusted: BTreeMap<u32, (f64, f64)>,
@@ -135,9 +142,9 @@ struct Projected {
 impl Projected {
     fn new(listed: &Listed, model: &Model) -> Self {
         let world_to_camera = listed.camera_to_world.inverse();
+        let diagonal = f64::from(listed.lens.image.width).hypot(f64::from(listed.lens.image.height));
         let mut projected = Self {
-            observations: 0,
-            error: 0.0,
+            errors: Vec::new(),
             trusted: BTreeMap::new(),
         };
         for seen in &listed.observations {
@@ -146,15 +153,12 @@ impl Projected {
             };
             let local = world_to_camera.transform_point3(point.position);
             let place = listed.lens.place(local.x / local.z, local.y / local.z);
-            let Some((x, y)) = place.filter(|_| local.z > 0.0) else {
-                continue;
-            };
-            let error = (x - seen.x).hypot(y - seen.y);
-            if !error.is_finite() {
-                continue;
-            }
-            projected.observations += 1;
-            projected.error += error;
+            let error = place
+                .filter(|_| local.z > 0.0)
+                .map_or(f64::NAN, |(x, y)| (x - seen.x).hypot(y - seen.y));
+            projected
+                .errors
+                .push(if error.is_finite() { error } else { diagonal });
             let pixel = listed.lens.to_pinhole(&listed.pinhole, seen.x, seen.y);
             let Some((x, y)) = pixel.filter(|_| error <= MOST_ERROR && model.trusted(seen.point).is_some())
             else {
@@ -179,7 +183,8 @@ fn frame(listed: &Listed, pixels: FramePixels, projected: &Projected, placing: &
             pixel,
             length: (distance / placing.unit) as f32,
             error: error as f32,
-        });
+        })
+        .filter(|point| point.length > 0.0 && f64::from(point.length) <= FARTHEST);
     Frame {
         stem: listed.stem.clone(),
         path: listed.path.clone(),

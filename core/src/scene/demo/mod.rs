@@ -98,6 +98,7 @@ impl Shot {
             let pixels = OnDisk {
                 number: index,
                 coverage: Some(1.0),
+                hidden: 0,
                 sharpness: 0.0,
                 decode: Box::new(move || Ok(shot.pixels(&room, &light, index))),
                 cache: Arc::clone(&cache),
@@ -114,6 +115,7 @@ impl Shot {
             frames,
             origin: DVec3::ZERO,
             unit: 1.0,
+            point_errors: None,
             warnings: Vec::new(),
             notes: Vec::new(),
         }

@@ -145,9 +145,9 @@ fn images_without_a_pose_are_left_out_and_most_are_an_error() {
 }
 
 #[test]
-fn depth_of_another_size_is_refused() {
+fn depth_of_another_shape_is_refused() {
     let folder = sequence();
     let depth = file(folder.path(), 2, "depth.png");
-    image::save_buffer(depth, &[9; 24], 4, 3, image::ColorType::L16).unwrap();
-    assert_refused(folder.path(), &["frame-000002.depth.png", "4x3", "8x6"]);
+    image::save_buffer(depth, &[9; 32], 4, 4, image::ColorType::L16).unwrap();
+    assert_refused(folder.path(), &["frame-000002.depth.png", "4x4", "8x6"]);
 }

@@ -7,7 +7,11 @@ use glam::Vec3;
 
 use super::*;
 use crate::scene::SceneSource;
-use crate::scene::testing::{WITHOUT_DEPTH, assert_refused, assert_warned, open, write_color, write_depth};
+#[cfg(unix)]
+use crate::scene::testing::move_out;
+use crate::scene::testing::{
+    WITHOUT_DEPTH, assert_refused, assert_warned, open, open_with_outside_files, write_color, write_depth,
+};
 
 const FRAMES: usize = 6;
 /// Of the first image, seconds.
@@ -207,7 +211,11 @@ fn malformed_files_are_refused_with_their_line() {
         ),
         ("rgb.txt", "1305031102.2", "line 4 is not a time"),
         ("rgb.txt", "soon rgb/a.png", "line 4 is not a time"),
-        ("depth.txt", "1305031102.2 ../depth/a.png", "line 4 is not a time"),
+        (
+            "depth.txt",
+            "1305031102.2 ../depth/a.png",
+            "line 4 names \"../depth/a.png\"",
+        ),
     ] {
         let (_parent, folder) = sequence("capture");
         edit(&folder, file, 2, Some(line));
@@ -222,4 +230,38 @@ fn malformed_files_are_refused_with_their_line() {
     let (_parent, folder) = sequence("capture");
     fs::remove_file(folder.join("groundtruth.txt")).unwrap();
     assert_refused(&folder, &["groundtruth.txt", "no such file"]);
+}
+
+#[test]
+fn lists_that_leave_the_folder_are_refused_unless_that_is_allowed() {
+    for (list, name) in [("rgb.txt", "rgb"), ("depth.txt", "depth")] {
+        let (parent, folder) = sequence("capture");
+        fs::rename(folder.join(name), parent.path().join("elsewhere")).unwrap();
+        let text = fs::read_to_string(folder.join(list)).unwrap();
+        let moved = text.replace(&format!(" {name}/"), " ../elsewhere/");
+        assert_ne!(moved, text);
+        fs::write(folder.join(list), moved).unwrap();
+        assert_refused(&folder, &[list, "line 2", "../elsewhere/", "--outside-files"]);
+        let scene = open_with_outside_files(&folder).unwrap();
+        assert_eq!(scene.frames.len(), FRAMES);
+        assert!(scene.frames.iter().all(|frame| frame.has_depth()));
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn links_that_leave_the_folder_are_refused_unless_that_is_allowed() {
+    for folder_of in ["rgb", "depth"] {
+        let (_parent, folder) = sequence("capture");
+        let name = fs::read_dir(folder.join(folder_of))
+            .unwrap()
+            .next()
+            .unwrap()
+            .unwrap()
+            .file_name();
+        let name = format!("{folder_of}/{}", name.to_str().unwrap());
+        let _outside = move_out(&folder, &name);
+        assert_refused(&folder, &[&name, "link", "--outside-files"]);
+        assert_eq!(open_with_outside_files(&folder).unwrap().frames.len(), FRAMES);
+    }
 }
