@@ -228,9 +228,9 @@ mod tests {
 
     fn facts(strokes: usize, contradicted: usize, entropy: f32) -> FrameFacts {
         FrameFacts {
-            has_no_summary: false,
             strokes,
             contradicted,
+            has_no_summary: false,
             summary: Some(FrameSummary {
                 mean_entropy: entropy,
                 coverage: 1.0,
