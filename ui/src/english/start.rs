@@ -29,8 +29,8 @@ pub const FORMAT_LIST: [(&str, &str); 5] = [
     ),
     ("COLMAP", "images/ and sparse/"),
     (
-        "7-Scenes, TUM RGB-D",
-        "a sequence with its poses: frame-000000.color.png, or rgb.txt",
+        "7-Scenes, TUM RGB-D, ScanNet",
+        "frame-000000.color.png, rgb.txt, or color/ and pose/",
     ),
     (
         "nerfstudio, instant-ngp",
