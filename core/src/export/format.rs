@@ -5,6 +5,7 @@ use std::path::Path;
 
 use super::layout::{self, LabelledScene, Written};
 use super::pngs::Pngs;
+use super::solid::{self, Solid};
 use super::{ExportError, Options};
 
 /// A kind of data set.
@@ -13,16 +14,22 @@ pub enum Format {
     /// Label, entropy and colour PNGs.
     #[default]
     Png,
+    /// The surface as points with their classes.
+    PointCloud,
+    /// The surface as a triangle mesh with the classes of its vertices.
+    Mesh,
 }
 
 impl Format {
     /// All of them, the plain one first.
-    pub const ALL: [Self; 1] = [Self::Png];
+    pub const ALL: [Self; 3] = [Self::Png, Self::PointCloud, Self::Mesh];
 
     /// What it is called on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Png => "png",
+            Self::PointCloud => "point-cloud",
+            Self::Mesh => "mesh",
         }
     }
 
@@ -38,11 +45,13 @@ impl Format {
 /// Label images have the pixels of the frame's image on disk, distortion included.
 ///
 /// `progress` is called with (frames written, frames in all), from any thread; when it answers
-/// [`ControlFlow::Break`], no further frame is begun. What was written by then is found by the next export.
+/// [`ControlFlow::Break`], no further frame is begun. What was written by then is found by the next export. The surface
+/// is written at once, without it.
 ///
 /// # Errors
 /// [`ExportError::Incomplete`] unless there is exactly one map of the right size for every frame,
-/// before anything is written; [`ExportError::Cancelled`]; [`ExportError::Unwritable`].
+/// before anything is written, or where the surface is to be written and the maps follow from none;
+/// [`ExportError::Cancelled`]; [`ExportError::Unwritable`].
 pub fn export(
     folder: &Path,
     labelled: LabelledScene<'_>,
@@ -52,5 +61,7 @@ pub fn export(
 ) -> Result<Written, ExportError> {
     match format {
         Format::Png => layout::write(&Pngs, folder, labelled, options, progress),
+        Format::PointCloud => solid::write(Solid::Cloud, folder, labelled, options),
+        Format::Mesh => solid::write(Solid::Mesh, folder, labelled, options),
     }
 }

@@ -6,8 +6,11 @@ mod format;
 mod ids;
 mod layout;
 mod memory;
+mod ply;
 mod pngs;
 mod report;
+mod solid;
+mod views;
 
 use std::path::{Path, PathBuf};
 
@@ -16,6 +19,7 @@ pub use ids::IdMap;
 pub use layout::{LabelledScene, Written};
 pub use memory::peak_memory;
 pub use report::{PhaseSeconds, Report};
+pub use views::{Views, export_views};
 
 use ids::Ids;
 

@@ -13,19 +13,22 @@ mod rgbd;
 mod seven_scenes;
 #[cfg(test)]
 pub(crate) mod testing;
+mod trajectory;
 mod transforms;
 mod tum;
 
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use glam::{DVec3, Vec3};
+use glam::{Affine3A, DAffine3, DVec3, Vec3};
 
 pub use camera::Camera;
 pub use error::SceneError;
 pub use frame::{ColorImage, DepthMap, Frame, SparsePoint};
 pub use lens::{Distortion, Lens};
 pub use replica::{GroundTruth, write as write_replica};
+pub(crate) use replica::{intrinsics_line, pose_line, z_millimetres};
+pub use trajectory::Trajectory;
 
 /// Where a scene comes from.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -166,6 +169,14 @@ impl Scene {
     /// A position here (in metres, relative to the origin) in the capture's own coordinates and unit.
     pub fn to_capture(&self, position: Vec3) -> DVec3 {
         self.origin + self.unit * position.as_dvec3()
+    }
+
+    /// A pose in the capture's own coordinates and unit, camera-to-world, in metres here, relative to the origin.
+    pub fn of_capture(&self, camera_to_world: &DAffine3) -> Affine3A {
+        Affine3A::from_mat3_translation(
+            camera::orthonormalised(camera_to_world.matrix3).as_mat3(),
+            ((camera_to_world.translation - self.origin) / self.unit).as_vec3(),
+        )
     }
 
     /// Box around what the cameras see, in metres: around the cameras and the measured points where there

@@ -31,7 +31,7 @@ const MOST_FUSED_PIXELS: usize = 32_000_000;
 const FEWEST_PIXELS: f32 = 3.0;
 /// What meets nothing lies on a shell this many sides of the scene's box away, in cells of this angle.
 const SHELL_DISTANCE: f32 = 3.0;
-const SHELL_CELL: f32 = 0.05;
+pub(super) const SHELL_CELL: f32 = 0.05;
 
 /// The surface graph of a scene and the node that each pixel of each frame shows.
 #[derive(Clone, Debug, Default)]
@@ -126,6 +126,11 @@ struct Voxels {
 }
 
 impl Surface {
+    /// Whether a node is what rays that meet nothing show: on the shell around the scene, not on a surface.
+    pub fn is_on_shell(&self, node: &Node) -> bool {
+        node.voxel > 1.001 * self.voxel
+    }
+
     /// The node under each of these pixels of a frame, row-major indices; `None` where it shows none.
     pub fn nodes_at(&self, frame: usize, pixels: &[u32]) -> Vec<Option<u32>> {
         let map = &self.pixels[frame];

@@ -37,7 +37,7 @@ impl Pose {
 }
 
 /// Reads `fx fy cx cy width height`.
-pub(super) fn read_intrinsics(path: &Path) -> Result<Camera, SceneError> {
+pub(in crate::scene) fn read_intrinsics(path: &Path) -> Result<Camera, SceneError> {
     let values: Vec<f64> = read_numbers(path)?
         .into_iter()
         .flat_map(|(_, values)| values)

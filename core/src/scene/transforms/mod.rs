@@ -22,7 +22,8 @@ use super::files::{
     ImageProblem, decode_color, decode_image, file_name, frame_names, is_inside, reader, warn,
 };
 use super::{Camera, DepthMap, Frame, Lens, OpenOptions, Scene, SceneError, SceneSource};
-use file::{Entry, Transforms};
+use file::Entry;
+pub(super) use file::Transforms;
 
 /// Name of the format.
 pub(super) const NAME: &str = "transforms.json";
