@@ -362,7 +362,7 @@ mod tests {
     }
 
     #[test]
-    fn the_same_labels_give_the_same_bytes_and_options_count() {
+    fn the_same_labels_give_the_same_bytes_and_classes_take_other_ids() {
         let root = tempfile::tempdir().unwrap();
         let labelled = labelled();
         for format in [Format::PointCloud, Format::Mesh] {
@@ -372,27 +372,33 @@ mod tests {
         }
         let list = root.path().join("ids.json");
         fs::write(&list, r#"[{"id": 8, "name": "Dark Wall", "color": [1, 2, 3]}]"#).unwrap();
-        let (_, posterior) = labelled.maps[0].surface().unwrap();
-        // What keeps half of the dark part.
-        let dark = posterior.labels.iter().zip(&posterior.confidence);
-        let mut dark: Vec<u16> = dark.filter(|known| *known.0 == 3).map(|known| *known.1).collect();
-        dark.sort_unstable();
-        let middle = f32::from(dark[dark.len() / 2]);
-        assert!(f32::from(dark[0]) < middle - 10.0);
         let options = Options {
-            least_probability: Some((middle - 5.0) / 65_535.0),
             ids: Some(IdMap::named(list.to_str().unwrap()).unwrap()),
+            ..Options::default()
         };
         written(root.path(), &labelled, Format::PointCloud, &options);
         let cloud = read(&root.path().join("cloud.ply"));
-        let mut counts = [0, 0];
-        for (vertex, (&own, &confidence)) in posterior.labels.iter().zip(&posterior.confidence).enumerate() {
-            let is_kept = own == 3 && f32::from(confidence) > middle - 5.0;
-            assert_eq!(cloud.vertices["label"][vertex], if is_kept { 8.0 } else { 0.0 });
-            counts[usize::from(is_kept)] += usize::from(own == 3);
-        }
-        assert!(counts[0] > 0 && counts[1] > 0, "{counts:?}");
         assert_eq!(cloud.comments[4..], ["class 8 Dark Wall"]);
+        let (_, posterior) = labelled.maps[0].surface().unwrap();
+        for (vertex, &own) in posterior.labels.iter().enumerate() {
+            assert_eq!(cloud.vertices["label"][vertex], if own == 3 { 8.0 } else { 0.0 });
+        }
+        assert!(posterior.labels.contains(&3) && posterior.labels.contains(&500));
+    }
+
+    #[test]
+    fn what_is_less_probable_than_asked_for_is_void() {
+        let posterior = Posterior {
+            labels: vec![3, 500, 3, VOID],
+            confidence: vec![32_767, 32_768, u16::MAX, 0],
+            ..Posterior::default()
+        };
+        let options = Options {
+            least_probability: Some(0.5),
+            ids: None,
+        };
+        assert_eq!(labels(&posterior, &options), [VOID, 500, 3, VOID]);
+        assert_eq!(labels(&posterior, &Options::default()), posterior.labels);
     }
 
     #[test]
