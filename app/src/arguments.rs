@@ -7,6 +7,7 @@ use inplace_core::eval::paper::{EXPERIMENTS, FUSION};
 use inplace_core::eval::simulate::{Baseline, Policy};
 use inplace_core::export::Format;
 use inplace_core::field::Preset;
+use inplace_core::labels::Trust;
 
 /// Labels a whole scene from a few clicks.
 #[derive(Debug, Parser)]
@@ -45,6 +46,9 @@ pub struct TrainingArguments {
     /// Leave measured depth and sparse points aside.
     #[arg(long)]
     pub no_depth: bool,
+    /// Read images that the capture names outside its folder, or that links lead to there.
+    #[arg(long)]
+    pub outside_files: bool,
     /// Threads to train with [default: all cores, or all but one beside the window].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub threads: Option<u16>,
@@ -72,6 +76,9 @@ pub enum Command {
     Info {
         /// Folder of a capture, or "demo".
         scene: PathBuf,
+        /// Read images that the capture names outside its folder, or that links lead to there.
+        #[arg(long)]
+        outside_files: bool,
         /// Print JSON.
         #[arg(long)]
         json: bool,
@@ -260,15 +267,16 @@ pub struct LabelArguments {
     /// The strokes (JSON); a project brings its own, and the demo has some built in.
     #[arg(long, value_name = "FILE")]
     pub strokes: Option<PathBuf>,
-    /// Label images of frames: a folder of PNGs named by frame stem with 8 or 16 bit class ids, such as a network's predictions
-    /// or an earlier labelling; classes.json beside them names the ids. Their pixels are votes that may be wrong:
-    /// where many disagree they are outvoted, and a stroke corrects what it is connected with. A folder that
-    /// `label` wrote will do.
-    #[arg(long, value_name = "DIR")]
-    pub labels: Option<PathBuf>,
-    /// Take the pixels of --labels as right, as strokes are.
-    #[arg(long, requires = "labels")]
-    pub trust: bool,
+    /// Labels of frames from elsewhere, such as a network's predictions or an earlier labelling: a folder of files
+    /// named by frame stem, PNGs with class ids or class colours, or NPYs or NPZs with class probabilities, at the
+    /// frame's size or a part of it; classes.json beside them names the classes. A folder that `label` wrote will do.
+    #[arg(long, value_name = "DIR", alias = "labels")]
+    pub import: Option<PathBuf>,
+    /// How far the pixels of --import can be believed beside strokes, from 0 to 1. Below 1 they are votes: where many
+    /// disagree they are outvoted, and a stroke corrects what it is connected with, the farther the less they are
+    /// trusted. 0: they fill in what no stroke leads to; 1: they are right, as strokes are [default: 0.5].
+    #[arg(long, value_name = "T", requires = "import", value_parser = trust)]
+    pub trust: Option<Trust>,
     /// Where the maps and the report go.
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
@@ -291,7 +299,8 @@ pub struct ExportArguments {
     /// The folder to write into; files there that are right already are left alone.
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
-    /// What to write.
+    /// What to write: png, overlay, voc, cityscapes, coco-panoptic, coco-instances, labelme, hugging-face, and
+    /// the surface as PLY: point-cloud or mesh.
     #[arg(long, value_name = "FORMAT", default_value = "png", value_parser = format)]
     pub format: Format,
     /// Render views of the scene along a camera path instead, with their labels, as a capture: lines of 16 numbers
@@ -397,6 +406,11 @@ fn experiment(name: &str) -> Result<String, String> {
     Err(format!("use some of {}", names.join(", ")))
 }
 
+fn trust(text: &str) -> Result<Trust, String> {
+    let trust = text.parse().ok().and_then(Trust::new);
+    trust.ok_or_else(|| "give a number from 0 to 1".to_owned())
+}
+
 fn seconds(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(seconds) if seconds.is_finite() && seconds > 0.0 => Ok(seconds),
@@ -474,6 +488,29 @@ mod tests {
             baselines(&["--baselines=nearest,reference"]),
             [Baseline::Nearest, Baseline::Reference]
         );
+    }
+
+    #[test]
+    fn trust_is_a_number_and_the_earlier_name_of_import_still_holds() {
+        let label = |given: &[&str]| {
+            let arguments = [&["inplace", "label", "demo", "--out", "x"], given].concat();
+            match Arguments::try_parse_from(arguments).ok()?.command {
+                Some(Command::Label(arguments)) => Some((arguments.import?, arguments.trust)),
+                other => panic!("{other:?}"),
+            }
+        };
+        let folder = || PathBuf::from("images");
+        assert_eq!(label(&["--labels", "images"]), Some((folder(), None)));
+        let trusted = ["--import", "images", "--trust", "0.25"];
+        assert_eq!(label(&trusted), Some((folder(), Trust::new(0.25))));
+        for trust in ["1.5", "-0.5", "much", "nan"] {
+            assert_eq!(
+                label(&["--import", "images", &format!("--trust={trust}")]),
+                None,
+                "{trust}"
+            );
+        }
+        assert_eq!(label(&["--trust", "1"]), None);
     }
 
     #[test]

@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use glam::{Affine3A, DVec3, Vec3};
 use inplace_core::field::kernels::Dispatch;
 use inplace_core::field::{Path, Preset, Recipe, Trainer};
-use inplace_core::scene::{Camera, ColorImage, DepthMap, Frame, Scene, SceneSource};
+use inplace_core::scene::{Camera, ColorImage, DepthMap, Frame, FramePixels, Scene, SceneSource};
 
 /// Blocks of more bytes count: more than candle's tensors of seven numbers for each of at most 4096 rays.
 const LARGE: usize = 128 * 1024;
@@ -66,8 +66,10 @@ fn wall(depth: bool) -> Scene {
             path: PathBuf::new(),
             camera,
             camera_to_world: Affine3A::from_translation(Vec3::new(0.05 * number as f32, 0.0, 0.0)),
-            color: ColorImage::new(width, height, rgb.collect()).unwrap(),
-            depth: depth.then(|| DepthMap::from_z_depths(&camera, vec![2.0; camera.pixels()])),
+            pixels: FramePixels::new(
+                ColorImage::new(width, height, rgb.collect()).unwrap(),
+                depth.then(|| DepthMap::from_z_depths(&camera, vec![2.0; camera.pixels()])),
+            ),
             points: Vec::new(),
             lens: None,
         }
@@ -78,6 +80,7 @@ fn wall(depth: bool) -> Scene {
         frames: frames.collect(),
         origin: DVec3::ZERO,
         unit: 1.0,
+        point_errors: None,
         warnings: Vec::new(),
         notes: Vec::new(),
     }

@@ -7,7 +7,8 @@ use std::sync::OnceLock;
 use image::DynamicImage;
 use inplace_core::labels::{Class, ClassId, Pixel, VOID};
 use inplace_core::scene::{
-    ColorImage, DepthMap, Frame, GroundTruth, OpenOptions, Scene, SceneSource, demo, write_replica,
+    ColorImage, DepthMap, Frame, FramePixels, GroundTruth, OpenOptions, Scene, SceneSource, demo,
+    write_replica,
 };
 use serde_json::{Value, json};
 
@@ -80,7 +81,7 @@ impl Small {
     pub fn write(&self, folder: &Path) {
         let truth = GroundTruth {
             classes: &self.classes,
-            labels: &self.truth,
+            labels: &|frame| self.truth[frame].clone(),
             held_out: &[],
         };
         write_replica(&self.scene, folder, Some(&truth)).expect("the capture can be written");
@@ -145,7 +146,8 @@ fn kept_pixels(frame: &Frame) -> Vec<usize> {
 fn reduced(frame: &Frame, number: usize) -> Frame {
     let camera = frame.camera.reduced(STRIDE);
     let kept = kept_pixels(frame);
-    let rgb = kept.iter().flat_map(|&i| frame.color.pixel(i)).collect();
+    let color = frame.color();
+    let rgb = kept.iter().flat_map(|&i| color.pixel(i)).collect();
     let lengths = |depth: &DepthMap| -> Vec<f32> {
         kept.iter()
             .map(|&i| depth.ray_length(i).unwrap_or_default())
@@ -153,11 +155,12 @@ fn reduced(frame: &Frame, number: usize) -> Frame {
     };
     Frame {
         stem: format!("rgb_{number}"),
-        color: ColorImage::new(camera.width, camera.height, rgb).expect("three bytes a pixel"),
-        depth: frame
-            .depth
-            .as_ref()
-            .map(|depth| DepthMap::from_ray_lengths(camera.width, &lengths(depth))),
+        pixels: FramePixels::new(
+            ColorImage::new(camera.width, camera.height, rgb).expect("three bytes a pixel"),
+            frame
+                .depth()
+                .map(|depth| DepthMap::from_ray_lengths(camera.width, &lengths(&depth))),
+        ),
         camera,
         ..frame.clone()
     }

@@ -1,15 +1,17 @@
-//! What the whole-program tests share: the program as a process, a small capture, a screen of their own.
+//! What the whole-program tests share: the program as a process, a small capture, a screen of their own, what holds of parsers.
 #![forbid(unsafe_code)]
 #![allow(clippy::expect_used, reason = "a test ends where it fails, with the reason")]
 
 mod capture;
 mod hands;
+mod parsers;
 mod process;
 mod screen;
 mod window;
 
 pub use capture::{Click, Small, class_ids};
 pub use hands::Hands;
+pub use parsers::Fuzzed;
 pub use process::{Outcome, Running, inplace, one_line, program, until};
 pub use screen::{Screen, changed};
 pub use window::{PATIENCE, Window, skip};

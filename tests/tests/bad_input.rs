@@ -196,18 +196,18 @@ fn captures_that_cannot_be_used_are_refused_in_one_sentence() {
         ),
         (
             "intrinsics of other images",
-            |scene| fs::write(scene.join("intrinsics.txt"), "40 40 64 48 128 96").unwrap(),
-            &["intrinsics.txt", "128x96", "64x48"],
+            |scene| fs::write(scene.join("intrinsics.txt"), "40 40 64 48 128 90").unwrap(),
+            &["intrinsics.txt", "128x90", "64x48"],
         ),
         (
             "depth of another size",
             |scene| {
-                DynamicImage::ImageLuma8(GrayImage::new(32, 24))
+                DynamicImage::ImageLuma8(GrayImage::new(32, 32))
                     .into_luma16()
                     .save(scene.join("depth/depth_3.png"))
                     .unwrap();
             },
-            &["depth_3.png", "32x24"],
+            &["depth_3.png", "32x32"],
         ),
         (
             "no readable depth",
@@ -440,18 +440,22 @@ fn label_images_that_cannot_be_used_are_refused_in_one_sentence() {
     let images = case.root.path().join("predictions");
     let refused = |what: &str, parts: &[&str]| {
         let mut command = case.label();
-        command.arg("--labels").arg(&images);
+        command.arg("--import").arg(&images);
         case.assert_refused(what, command, parts);
     };
     refused("no folder", &["predictions", "is no folder"]);
     fs::create_dir(&images).unwrap();
-    refused("empty folder", &["predictions", "has no PNGs"]);
+    refused("empty folder", &["predictions", "has no label images"]);
     GrayImage::new(64, 48).save(images.join("other.png")).unwrap();
     refused("other names", &["predictions", "rgb_0.png"]);
-    RgbImage::new(64, 48).save(images.join("rgb_3.png")).unwrap();
-    refused("colours", &["rgb_3.png", "colour"]);
-    GrayImage::new(32, 24).save(images.join("rgb_3.png")).unwrap();
-    refused("another size", &["rgb_3.png", "32x24", "64x48"]);
+    let brown = RgbImage::from_pixel(64, 48, image::Rgb([90, 60, 30]));
+    brown.save(images.join("rgb_3.png")).unwrap();
+    refused(
+        "no class's colour",
+        &["rgb_3.png", "(90, 60, 30)", "classes.json"],
+    );
+    GrayImage::new(32, 20).save(images.join("rgb_3.png")).unwrap();
+    refused("another aspect", &["rgb_3.png", "32x20", "64x48"]);
     fs::write(images.join("rgb_3.png"), "no image").unwrap();
     refused("no image", &["rgb_3.png", "is no label image"]);
 }

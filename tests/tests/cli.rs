@@ -139,6 +139,9 @@ fn the_demo_can_be_written_and_is_recognised_as_a_capture() {
     }
     assert!(facts["depth_coverage"].as_f64().unwrap() > 0.9);
     assert_eq!(facts["warnings"].as_array().unwrap().len(), 0);
+    let corners = &facts["reprojection"]["corners"];
+    assert_eq!(corners["lifted_by_depth"], true, "{facts}");
+    assert!(corners["median_px"].as_f64().unwrap() < 1.0, "{facts}");
     let again = Running::to_the_end(inplace().arg("demo").arg("--out").arg(&folder));
     assert_eq!(again.code, Some(1), "a folder with files is not overwritten");
 }
@@ -159,7 +162,7 @@ fn label_images_alone_label_every_frame_and_a_stroke_covers_them() {
     command
         .arg("label")
         .arg(on_disk.path("room"))
-        .arg("--labels")
+        .arg("--import")
         .arg(&images);
     let outcome = Running::to_the_end(command.arg("--out").arg(&out).args(["--budget", BUDGET]));
     assert_eq!(outcome.code, Some(0), "{outcome:?}");
@@ -170,7 +173,7 @@ fn label_images_alone_label_every_frame_and_a_stroke_covers_them() {
         (&report["strokes"], &report["imported_images"]),
         (&0.into(), &expected.into())
     );
-    assert_eq!(report["imported_are_trusted"], false);
+    assert_eq!(report["imported_trust"], 0.5);
     let mut matrix = ConfusionMatrix::default();
     for (frame, truth) in small.scene.frames.iter().zip(&small.truth).skip(1).step_by(2) {
         let (_, _, labels) = class_ids(&out.join("labels").join(format!("{}.png", frame.stem)));
@@ -179,26 +182,49 @@ fn label_images_alone_label_every_frame_and_a_stroke_covers_them() {
     let accuracy = matrix.scores().unwrap().total_accuracy;
     assert!(accuracy > 0.8, "{accuracy}");
 
-    let trusted = on_disk.label(&[
-        "--labels",
-        images.to_str().unwrap(),
+    // The colours that were written are read again by the list beside them, and right under the strokes.
+    let colors = out.join("color");
+    let import = [
+        "--import",
+        colors.to_str().unwrap(),
         "--trust",
+        "1",
         "--budget",
         BUDGET,
-    ]);
+    ];
+    let trusted = on_disk.label(&import);
     assert_eq!(trusted.stderr, "");
     assert_clicks_hold(&on_disk.path("out"));
-    assert_eq!(
-        json(&on_disk.path("out/report.json"))["imported_are_trusted"],
-        true
-    );
+    assert_eq!(json(&on_disk.path("out/report.json"))["imported_trust"], 1.0);
+    for (index, frame) in small.scene.frames.iter().enumerate() {
+        let name = format!("labels/{}.png", frame.stem);
+        let (width, _, before) = class_ids(&out.join(&name));
+        let (_, _, after) = class_ids(&on_disk.path("out").join(&name));
+        let clicked: Vec<usize> = small
+            .clicks()
+            .iter()
+            .filter(|click| click.frame == index)
+            .map(|click| (click.pixel[1] * width + click.pixel[0]) as usize)
+            .collect();
+        let others = (0..before.len()).filter(|pixel| !clicked.contains(pixel));
+        assert!(
+            others.into_iter().all(|pixel| before[pixel] == after[pixel]),
+            "{name}"
+        );
+    }
 }
 
 #[test]
 fn the_embedded_demo_needs_no_folder() {
     let info = Running::to_the_end(inplace().args(["info", "demo"]));
     assert_eq!((info.code, info.stderr.as_str()), (Some(0), ""));
-    for fact in ["60 of 320 x 240", "depth", "labels", "bounds"] {
+    for fact in [
+        "60 of 320 x 240",
+        "depth",
+        "labels",
+        "bounds",
+        "reprojection by depth",
+    ] {
         assert!(info.stdout.contains(fact), "{fact} is not in: {}", info.stdout);
     }
 }

@@ -19,7 +19,7 @@ const SIZE: [u32; 2] = [64, 48];
 /// Tells the child how many strokes may wait for the disk: those that wait share a transaction.
 const BURST: &str = "INPLACE_TEST_BURST";
 /// How often the child is killed.
-const KILLS: u64 = 20;
+const KILLS: u64 = 200;
 
 fn contents(folder: &Path) -> Contents {
     let frame = |number: usize| FrameRecord {
@@ -120,12 +120,12 @@ fn a_stroke_that_was_kept_survives_a_kill_at_any_moment() {
                 .env(PROJECT, &path)
                 .env(BURST, (1 + next(30)).to_string()),
         );
-        let enough = 1 + next(120);
+        let enough = 1 + next(30);
         until("strokes are kept", Duration::from_secs(60), || {
             assert!(child.ended().is_none(), "{}{}", child.stdout(), child.stderr());
             (kept(&child) >= enough).then_some(())
         });
-        std::thread::sleep(Duration::from_micros(next(20_000)));
+        std::thread::sleep(Duration::from_micros(next(8_000)));
         child.kill();
         let kept = kept(&child);
 

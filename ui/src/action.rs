@@ -6,7 +6,7 @@ use inplace_core::labels::{Class, ClassId, Pixel, StrokeId, Trust};
 use inplace_core::scene::SceneSource;
 
 use crate::canvas::{Layer, Line, Tool, View};
-use crate::dialogs::{ClassUse, Dialog, Purpose};
+use crate::dialogs::{ClassUse, Dialog, ExportChoice, Purpose};
 use crate::frames::{FrameFilter, FrameOrder};
 use crate::state::Side;
 use crate::view3d::Space;
@@ -26,8 +26,8 @@ pub enum Action {
     Save,
     /// Saves to another project file.
     SaveTo(PathBuf),
-    /// Writes label images and the like into a folder.
-    ExportTo(PathBuf),
+    /// Writes a data set into a folder.
+    Export(ExportChoice),
     /// Stops the export that is under way.
     CancelExport,
     /// Takes over the label images of a folder, believed so far.

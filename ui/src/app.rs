@@ -15,6 +15,7 @@ use inplace_core::scene::SceneSource;
 
 use crate::UiOptions;
 use crate::canvas::Canvas;
+use crate::dialogs::ExportChoice;
 use crate::jobs::Jobs;
 use crate::keeper::Ending;
 use crate::panels::Panels;
@@ -85,7 +86,7 @@ impl App {
                 open: options.read,
                 read: options.read,
                 preset: options.preset,
-                out: options.out,
+                export_choice: ExportChoice::new(),
                 dialog: None,
                 export: None,
                 stopping_export: false,

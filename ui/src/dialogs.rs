@@ -1,7 +1,9 @@
 //! Dialogs over the window: opening, saving, exporting, the first class, the keys.
 
 mod classes;
+mod export;
 mod finder;
+mod import;
 mod moved;
 mod settings;
 
@@ -12,6 +14,7 @@ use inplace_core::labels::{Stroke, Trust};
 use inplace_core::scene::SceneSource;
 
 pub use classes::AddClasses;
+pub use export::ExportChoice;
 pub use finder::{ClassFinder, ClassUse};
 pub use moved::MovedScene;
 pub use settings::SettingsPage;
@@ -65,17 +68,14 @@ pub enum Dialog {
         /// The path typed so far.
         path: String,
     },
-    /// Asks for a folder to export into.
-    Export {
-        /// The path typed so far.
-        path: String,
-    },
+    /// Asks what to export, and for a folder to export into.
+    Export(ExportChoice),
     /// Asks for a folder of label images.
     Import {
         /// The path typed so far.
         path: String,
-        /// Whether every labelled pixel is right.
-        trusted: bool,
+        /// How far its pixels can be believed.
+        trust: Trust,
     },
     /// Asks for the name of the first class; the stroke that waited for it is then added.
     FirstClass {
@@ -107,16 +107,16 @@ impl Dialog {
         Self::Open { path: String::new() }
     }
 
-    /// Asks for a folder to export into; the path is filled in when it is shown.
+    /// Asks what to export; the path, and what was chosen last, are filled in when it is shown.
     pub const fn export() -> Self {
-        Self::Export { path: String::new() }
+        Self::Export(ExportChoice::new())
     }
 
     /// Asks for a folder of label images.
     pub const fn import() -> Self {
         Self::Import {
             path: String::new(),
-            trusted: false,
+            trust: Trust::VOTES,
         }
     }
 
@@ -130,7 +130,7 @@ impl Dialog {
         match self {
             Self::Open { path }
             | Self::SaveAs { path }
-            | Self::Export { path }
+            | Self::Export(ExportChoice { path, .. })
             | Self::Import { path, .. }
             | Self::SaveClasses { path } => {
                 *path = picked.display().to_string();
@@ -145,7 +145,7 @@ impl Dialog {
         match self {
             Self::Open { .. } => words::OPEN,
             Self::SaveAs { .. } => words::SAVE_AS,
-            Self::Export { .. } => words::EXPORT,
+            Self::Export(_) => words::EXPORT,
             Self::Import { .. } => words::IMPORT,
             Self::FirstClass { .. } => words::FIRST_CLASS,
             Self::AddClasses(_) => class_words::ADD_MANY_TITLE,
@@ -180,8 +180,8 @@ impl Dialog {
             match self {
                 Self::Open { path } => open(ui, path, actions),
                 Self::SaveAs { path } => save_as(ui, path, actions),
-                Self::Export { path } => export(ui, path, actions),
-                Self::Import { path, trusted } => import(ui, path, trusted, actions),
+                Self::Export(choice) => choice.show(ui, actions),
+                Self::Import { path, trust } => import::show(ui, path, trust, actions),
                 Self::FirstClass { name, .. } => first_class(ui, name, actions),
                 Self::AddClasses(dialog) => dialog.show(ui, actions),
                 Self::SaveClasses { path } => classes::save_classes(ui, path, actions),
@@ -230,32 +230,6 @@ fn save_as(ui: &mut Ui, path: &mut String, actions: &mut Actions) {
             file.set_extension("inplace");
         }
         Action::SaveTo(file)
-    });
-}
-
-fn export(ui: &mut Ui, path: &mut String, actions: &mut Actions) {
-    ui.label(words::EXPORT_EXPLAINED);
-    let entered = path_field(ui, path, words::EXPORT_FOLDER);
-    if ui.button(words::BROWSE).clicked() {
-        actions.push(Action::Browse(Purpose::Export));
-    }
-    let path = path.trim();
-    confirm(ui, words::EXPORT, !path.is_empty(), entered, actions, || {
-        Action::ExportTo(PathBuf::from(path))
-    });
-}
-
-fn import(ui: &mut Ui, path: &mut String, trusted: &mut bool, actions: &mut Actions) {
-    ui.label(words::IMPORT_EXPLAINED);
-    let entered = path_field(ui, path, words::IMPORT_FOLDER);
-    ui.checkbox(trusted, words::TRUST);
-    if ui.button(words::BROWSE).clicked() {
-        actions.push(Action::Browse(Purpose::Import));
-    }
-    let path = path.trim();
-    let trust = if *trusted { Trust::Trusted } else { Trust::Votes };
-    confirm(ui, words::IMPORT_NOW, !path.is_empty(), entered, actions, || {
-        Action::ImportFrom(PathBuf::from(path), trust)
     });
 }
 

@@ -22,6 +22,10 @@ pub struct Export {
     pub labels: LabelSet,
     /// Generation of the labels: older maps are waited out.
     pub generation: u64,
+    /// The kind of data set.
+    pub format: Format,
+    /// What is exported of each map.
+    pub options: Options,
     /// The newest maps.
     pub maps: Arc<MapSlots>,
     /// Set to stop it between two frames.
@@ -36,8 +40,8 @@ const PATIENCE: Duration = Duration::from_secs(30);
 pub enum Progress {
     /// Frames written, frames in all.
     Writing(usize, usize),
-    /// Everything is in this folder: so many frames.
-    Finished(PathBuf, usize),
+    /// Everything is in this folder: so many frames, in this format.
+    Finished(PathBuf, usize, Format),
     /// It was stopped: so many frames are in this folder, of so many.
     Cancelled(PathBuf, usize, usize),
     /// A sentence about what failed.
@@ -70,10 +74,10 @@ impl Export {
             classes: &self.labels.classes,
             maps: &maps,
         };
-        let written = export(&folder, labelled, Format::Png, &Options::default(), &progress)
+        let written = export(&folder, labelled, self.format, &self.options, &progress)
             .and_then(|_| write_strokes(&folder.join("strokes.json"), &self.labels, &self.scene.frames));
         tell(match written {
-            Ok(()) => Progress::Finished(folder, maps.len()),
+            Ok(()) => Progress::Finished(folder, maps.len(), self.format),
             Err(ExportError::Cancelled {
                 folder,
                 written,

@@ -52,6 +52,8 @@ pub struct FrameFacts {
     pub contradicted: usize,
     /// What its map comes to, once it has one.
     pub summary: Option<FrameSummary>,
+    /// Whether its map is summed up at all: those of frames that are no keyframes are not.
+    pub has_no_summary: bool,
 }
 
 impl FrameFacts {
@@ -169,15 +171,19 @@ impl FrameList {
         let entropy = |frame: usize| self.facts[frame].summary.map(|summary| summary.mean_entropy);
         let mut sorted: Vec<usize> = (0..self.facts.len()).collect();
         if self.order == FrameOrder::Uncertainty {
-            // Frames without a map are the least known.
+            // Frames without a map are the least known; of those that are no keyframes nothing is.
             sorted.sort_by(|&a, &b| match (entropy(a), entropy(b)) {
+                _ if self.facts[a].has_no_summary != self.facts[b].has_no_summary => {
+                    self.facts[a].has_no_summary.cmp(&self.facts[b].has_no_summary)
+                }
                 (Some(a), Some(b)) => b.total_cmp(&a),
                 (None, None) => Ordering::Equal,
                 (None, Some(_)) => Ordering::Less,
                 (Some(_), None) => Ordering::Greater,
             });
         }
-        self.complete = self.facts.iter().all(|facts| facts.summary.is_some());
+        let is_known = |facts: &FrameFacts| facts.has_no_summary || facts.summary.is_some();
+        self.complete = self.facts.iter().all(is_known);
         self.rank = vec![0; sorted.len()];
         for (place, frame) in sorted.into_iter().enumerate() {
             self.rank[frame] = place;
@@ -222,8 +228,10 @@ mod tests {
 
     fn facts(strokes: usize, contradicted: usize, entropy: f32) -> FrameFacts {
         FrameFacts {
+            has_no_summary: false,
             strokes,
             contradicted,
+            has_no_summary: false,
             summary: Some(FrameSummary {
                 mean_entropy: entropy,
                 coverage: 1.0,

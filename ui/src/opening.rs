@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use inplace_core::labels::History;
-use inplace_core::project::{Contents, Journal, Project, ProjectError, SceneRecord};
+use inplace_core::project::{Contents, Journal, Opened, Owner, Project, ProjectError, SceneRecord};
 use inplace_core::scene::{OpenOptions, Scene, SceneSource};
 use inplace_core::session::MapSlots;
 
@@ -56,7 +56,9 @@ pub struct Prepared {
     pub open: OpenOptions,
     file: PathBuf,
     named: bool,
-    kept: Option<(Project, Contents)>,
+    kept: Option<(Result<Project, String>, Contents)>,
+    /// What was lost with a damaged file.
+    damage: Option<String>,
     /// Why the work cannot be kept in `file`.
     problem: Option<String>,
 }
@@ -115,7 +117,11 @@ fn prepare_project(
     endings: &[Ending],
 ) -> Result<Prepared, Refusal> {
     endings.iter().for_each(|ending| ending.wait_for(&path));
-    let (project, contents) = Project::open(&path)?;
+    let Opened {
+        project,
+        contents,
+        damage,
+    } = Opened::open(&path, Owner::Person)?;
     let source = match (moved, &contents.scene.source) {
         (Some(folder), _) => SceneSource::Folder(folder),
         (None, SceneSource::Folder(missing)) if !contents.scene.is_there() => {
@@ -130,10 +136,12 @@ fn prepare_project(
         source,
         open: OpenOptions {
             depth: contents.scene.depth && open.depth,
+            ..open
         },
-        file: path,
+        file: file_of(&project, path),
         named: true,
-        kept: Some((project, contents)),
+        kept: Some((project.map_err(|error| error.to_string()), contents)),
+        damage: damage.map(english::saving::damaged),
         problem: None,
     })
 }
@@ -146,22 +154,36 @@ fn prepare_scene(
 ) -> Result<Prepared, Refusal> {
     let file = autosave(&source);
     endings.iter().for_each(|ending| ending.wait_for(&file));
-    let (kept, problem) = match Project::open(&file) {
-        Ok(kept) => (Some(kept), None),
-        Err(ProjectError::Missing(_)) => (None, None),
+    let (mut kept, mut damage, mut problem) = (None, None, None);
+    match Opened::open(&file, Owner::Program) {
+        Ok(opened) => {
+            let project = opened.project.map_err(|error| error.to_string());
+            kept = Some((project, opened.contents));
+            damage = opened.damage.map(english::saving::damaged);
+        }
+        Err(ProjectError::Missing(_)) => {}
         Err(ProjectError::InUse(_)) => {
             return Err(Refusal::Sentence(english::opening::scene_in_use(&source)));
         }
-        Err(error) => (None, Some(error.to_string())),
-    };
+        Err(error) => problem = Some(error.to_string()),
+    }
     Ok(Prepared {
         source,
         open,
         file,
         named: false,
         kept,
+        damage,
         problem,
     })
+}
+
+/// The file in which the work goes on: another one where `path` was damaged.
+fn file_of(project: &Result<Project, ProjectError>, path: PathBuf) -> PathBuf {
+    match project {
+        Ok(project) => project.path().to_path_buf(),
+        Err(_) => path,
+    }
 }
 
 /// What a workspace starts with.
@@ -177,6 +199,8 @@ pub struct Attached {
     pub keeper: Keeper,
     /// What the person should know, a sentence each.
     pub notes: Vec<String>,
+    /// What was lost with a damaged file, in a sentence.
+    pub damage: Option<String>,
     /// What went wrong; the work goes on in memory.
     pub problem: Option<String>,
 }
@@ -196,13 +220,14 @@ pub fn attach(
         file,
         named,
         kept,
+        damage,
         mut problem,
         ..
     } = prepared;
     let mut notes = Vec::new();
     let matched = match kept {
         Some((project, contents)) => match contents.matched(scene, open) {
-            Ok(contents) => Some((Ok(project), contents)),
+            Ok(contents) => Some((project, contents)),
             Err(error) if named => return Err(format!("{error}.")),
             Err(error) => {
                 problem = Some(error.to_string());
@@ -241,6 +266,7 @@ pub fn attach(
         history: contents.history,
         keeper: Keeper::new(journal, file, named),
         notes,
+        damage,
         problem,
     })
 }

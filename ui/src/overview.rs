@@ -92,14 +92,14 @@ impl Overview {
         &self.evidence
     }
 
-    /// Mean of a number over the frames; `None` before every frame has a map.
+    /// Mean of a number over the keyframes, whose maps can be summed up; `None` before every frame has a map.
     pub fn mean(&self, number: fn(&FrameSummary) -> f32) -> Option<f32> {
-        let numbers = self
-            .summaries
-            .iter()
-            .map(|(_, summary)| summary.as_ref().map(number));
-        let sum: f32 = numbers.sum::<Option<f32>>()?;
-        (!self.summaries.is_empty()).then(|| sum / self.summaries.len() as f32)
+        let looked_at = self.summaries.iter().all(|&(version, _)| version > 0);
+        let summaries = self.summaries.iter().filter_map(|(_, summary)| summary.as_ref());
+        let (sum, count) = summaries
+            .map(number)
+            .fold((0.0, 0), |(sum, count), number| (sum + number, count + 1));
+        (looked_at && count > 0).then(|| sum / count as f32)
     }
 
     /// The worker has checked the strokes.
@@ -129,6 +129,7 @@ impl Overview {
                 strokes: document.strokes_of_frame(frame),
                 contradicted: 0,
                 summary,
+                has_no_summary: scene.frames.get(frame).is_some_and(|frame| !frame.is_keyframe()),
             })
             .collect();
         let mut contradicted = Contradicted::new();
@@ -228,7 +229,7 @@ pub fn summarise(
     let summary = |frame: usize| {
         let map = maps.get(frame)?;
         let image = imported.and_then(|imported| imported.of_frame(frame));
-        Some(map.summary(image))
+        map.summary(image)
     };
     due.into_iter()
         .map(|(frame, version)| (frame, version, summary(frame)))

@@ -83,11 +83,11 @@ impl Portrait {
         let Some(frame) = scene.frames.get(self.frame) else {
             return Ok(());
         };
-        let (width, height) = (frame.color.width() as f32, frame.color.height() as f32);
+        let (width, height) = (frame.camera.width as f32, frame.camera.height as f32);
         let scale = (SIZE[0] / width).min(SIZE[1] / height).min(1.0);
         let size = [width, height].map(|side| ((scale * side).round() as usize).max(1));
         let map = map.as_deref().map(FrameMap::looked_up);
-        let picture = composite(&frame.color, map.as_deref(), palette, *look, size);
+        let picture = composite(&frame.color(), map.as_deref(), palette, *look, size);
         let rgb: Vec<u8> = picture
             .pixels
             .iter()

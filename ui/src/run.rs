@@ -34,8 +34,6 @@ pub struct UiOptions {
     pub threads: Option<usize>,
     /// Seed of everything random.
     pub seed: u64,
-    /// Folder that exports go to unless the person chooses another.
-    pub out: Option<PathBuf>,
     /// Measure the window, show the measurements and print them at exit.
     pub stats: bool,
     /// File that a record of what happens is written to.

@@ -225,7 +225,7 @@ impl Shown {
             .scene
             .frames
             .get(self.frame)
-            .is_some_and(|frame| frame.depth.is_some());
+            .is_some_and(|frame| frame.has_depth());
         let shows = |layer| layers.contains(&layer);
         if shows(Layer::Rendered) || (shows(Layer::Depth) && !measured) {
             self.ask_for_view(session, steps, now);
@@ -319,7 +319,9 @@ impl Shown {
     pub fn depth_at(&self, [x, y]: Pixel) -> Option<(f32, bool)> {
         let frame = self.scene.frames.get(self.frame)?;
         let index = y as usize * frame.camera.width as usize + x as usize;
-        let measured = measured_depth(frame, index).map(|depth| (depth, true));
+        let depth = frame.pixels_at_hand().and_then(|pixels| pixels.depth);
+        let measured = depth.and_then(|depth| measured_depth(frame, &depth, index));
+        let measured = measured.map(|depth| (depth, true));
         measured.or_else(|| Some((self.view.as_ref()?.rendered.depth_at([x, y])?, false)))
     }
 

@@ -1,13 +1,13 @@
 //! Everything that the panels read.
 
 use std::collections::HashMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use inplace_core::field::Preset;
 use inplace_core::scene::{OpenOptions, SceneSource};
 
 use crate::canvas::{Layer, Look, Tool};
-use crate::dialogs::Dialog;
+use crate::dialogs::{Dialog, ExportChoice};
 use crate::exporting::Progress;
 use crate::keeper::Keeper;
 use crate::opening::{Prepared, Target};
@@ -192,8 +192,8 @@ pub struct AppState {
     pub read: OpenOptions,
     /// How much the field may model.
     pub preset: Preset,
-    /// Folder that exports go to unless the person chooses another.
-    pub out: Option<PathBuf>,
+    /// What was exported last, and where to, in this scene.
+    pub export_choice: ExportChoice,
     /// The dialog shown.
     pub dialog: Option<Dialog>,
     /// How the last export goes or went, until it is dismissed.

@@ -1,6 +1,6 @@
 //! What the unit tests look at.
 
-use inplace_core::scene::{Camera, ColorImage, Frame, Scene, SceneSource};
+use inplace_core::scene::{Camera, ColorImage, Frame, FramePixels, Scene, SceneSource};
 
 /// A scene with a frame for each image, called 0, 1, ..., all taken from the origin with a horizontal field of view of
 /// 90 degrees.
@@ -10,8 +10,7 @@ pub fn scene(images: impl IntoIterator<Item = ColorImage>) -> Scene {
         path: Default::default(),
         camera: Camera::with_horizontal_fov(color.width(), color.height(), 90.0),
         camera_to_world: Default::default(),
-        color,
-        depth: None,
+        pixels: FramePixels::new(color, None),
         points: Vec::new(),
         lens: None,
     };
@@ -21,6 +20,7 @@ pub fn scene(images: impl IntoIterator<Item = ColorImage>) -> Scene {
         frames: images.into_iter().enumerate().map(frame).collect(),
         origin: Default::default(),
         unit: 1.0,
+        point_errors: None,
         warnings: Vec::new(),
         notes: Vec::new(),
     }

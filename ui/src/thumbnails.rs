@@ -222,7 +222,7 @@ impl Request {
         let map = map.as_deref().map(FrameMap::looked_up);
         let map = map.as_deref();
         let (Subject::Frame(frame) | Subject::Place(frame, _)) = self.subject;
-        let color = &scene.frames.get(frame)?.color;
+        let color = &scene.frames.get(frame)?.color();
         let image = match self.subject {
             Subject::Frame(_) => {
                 let aspect = color.width() as f32 / color.height().max(1) as f32;

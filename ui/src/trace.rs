@@ -78,7 +78,7 @@ impl Trace {
     /// Tells what has changed; `typing` = a text field has the keyboard.
     pub fn observe(&mut self, state: &AppState, typing: bool) {
         let exported = match &state.export {
-            Some(Progress::Finished(folder, _)) => Some(folder),
+            Some(Progress::Finished(folder, ..)) => Some(folder),
             _ => None,
         };
         let workspace = state.workspace();

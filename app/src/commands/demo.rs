@@ -8,10 +8,10 @@ use super::Failure;
 
 /// Renders the demo scene as photographed in `shot` and writes it with its ground truth.
 pub fn run(out: &Path, shot: demo::Shot) -> Result<(), Failure> {
-    let scene = shot.scene(&|_, _| {});
+    let scene = shot.unrendered();
     let truth = GroundTruth {
         classes: &demo::classes(),
-        labels: &shot.ground_truth(),
+        labels: &shot.labels(),
         held_out: &shot.held_out(),
     };
     write_replica(&scene, out, Some(&truth))?;

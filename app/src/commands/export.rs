@@ -5,14 +5,14 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use inplace_core::export::{self, IdMap, LabelledScene, Options, Views, Written};
-use inplace_core::project::Project;
+use inplace_core::project::Contents;
 use inplace_core::scene::{Scene, Trajectory};
 use inplace_core::semantics::NovelViews;
 use inplace_core::session::ModelState;
 
 use super::progress::Progress;
 use super::run::Run;
-use super::{Failure, cores, session_options};
+use super::{Failure, cores, require_place, session_options};
 use crate::arguments::ExportArguments;
 
 /// Labels every frame with the field as the project keeps it, and writes the data set, or the views along a path.
@@ -25,7 +25,8 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
     let trajectory = arguments.trajectory.as_deref();
     let trajectory = trajectory.map(|path| Trajectory::read(path, arguments.intrinsics.as_deref()));
     let trajectory = trajectory.transpose()?;
-    let (_, contents) = Project::open(&arguments.project)?;
+    let contents = Contents::read(&arguments.project)?;
+    require_place(&contents, &arguments.project)?;
     for warning in &contents.warnings {
         eprintln!("inplace: {warning}");
     }
@@ -87,9 +88,13 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
     let written = export::export(&arguments.out, labelled, format, &options, &|_, _| {
         ControlFlow::Continue(())
     })?;
+    let what = if format.has_frames() {
+        format!("{} frames", scene.frames.len())
+    } else {
+        "the surface".to_owned()
+    };
     println!(
-        "exported {} frames as {} in {:.1} s: {} files written, {} unchanged: {}",
-        scene.frames.len(),
+        "exported {what} as {} in {:.1} s: {} files written, {} unchanged: {}",
         format.name(),
         start.elapsed().as_secs_f64(),
         written.files,

@@ -4,37 +4,42 @@ use std::path::Path;
 
 use inplace_core::eval::GroundTruth;
 use inplace_core::field::{Capacity, Preset, Volume};
-use inplace_core::scene::{OpenOptions, Scene, SceneSource};
+use inplace_core::scene::reprojection::{Agreement, CornerAgreement, PixelErrors};
+use inplace_core::scene::{Frame, OpenOptions, Scene, SceneSource};
 use serde_json::{Value, json};
 
 use super::Failure;
 use super::progress::Progress;
 
 /// Opens the capture and tells what it holds.
-pub fn run(argument: &Path, as_json: bool) -> Result<(), Failure> {
+pub fn run(argument: &Path, outside_files: bool, as_json: bool) -> Result<(), Failure> {
     let source = SceneSource::from_argument(argument);
     let progress = std::sync::Mutex::new(Progress::new());
-    let scene = Scene::open(&source, OpenOptions::default(), &|done, total| {
+    let options = OpenOptions {
+        outside_files,
+        ..OpenOptions::default()
+    };
+    let scene = Scene::open(&source, options, &|done, total| {
         if let Ok(mut progress) = progress.lock() {
             progress.show(&format!("reading frame {done} of {total}"));
         }
     })?;
     drop(progress);
-    let facts = facts(&scene)?;
+    let agreement = Agreement::of(&scene);
+    let facts = facts(&scene, &agreement)?;
     if as_json {
         println!("{facts:#}");
     } else {
-        print(&facts);
+        print(&facts, &agreement);
     }
     Ok(())
 }
 
-fn facts(scene: &Scene) -> Result<Value, Failure> {
+fn facts(scene: &Scene, agreement: &Agreement) -> Result<Value, Failure> {
     let bounds = scene.bounds();
     let volume = Volume::around(&bounds);
     let capacity = Capacity::for_scene(scene, &volume, Preset::Auto)?;
-    let with_depth = scene.frames.iter().filter_map(|frame| frame.depth.as_ref());
-    let coverage: Vec<f32> = with_depth.map(|depth| depth.coverage()).collect();
+    let coverage: Vec<f32> = scene.frames.iter().filter_map(Frame::depth_coverage).collect();
     let labelled = match &scene.source {
         SceneSource::Demo => scene.frames.len(),
         SceneSource::Folder(folder) => GroundTruth::find(folder).map_or(0, |truth| truth.numbers().count()),
@@ -43,10 +48,12 @@ fn facts(scene: &Scene) -> Result<Value, Failure> {
     let sparse: Vec<usize> = scene.frames.iter().map(|frame| frame.points.len()).collect();
     // In the capture's own coordinates, but in metres: they are named so.
     let metres = |position| (scene.to_capture(position) / scene.unit).to_array();
+    let warnings: Vec<&String> = scene.warnings.iter().chain(&agreement.warnings).collect();
     Ok(json!({
         "scene": scene.source.to_string(),
         "format": scene.format,
         "frames": scene.frames.len(),
+        "keyframes": scene.keyframes().len(),
         "width": image.map(|camera| camera.width),
         "height": image.map(|camera| camera.height),
         "intrinsics": image.map(|camera| [camera.fx, camera.fy, camera.cx, camera.cy]),
@@ -59,13 +66,14 @@ fn facts(scene: &Scene) -> Result<Value, Failure> {
         "bounds_min_m": metres(bounds.min),
         "bounds_max_m": metres(bounds.max),
         "capture_units_per_m": scene.unit,
+        "reprojection": agreement,
         "capacity": capacity.to_string(),
         "notes": scene.notes,
-        "warnings": scene.warnings,
+        "warnings": warnings,
     }))
 }
 
-fn print(facts: &Value) {
+fn print(facts: &Value, agreement: &Agreement) {
     let text = |key: &str| match &facts[key] {
         Value::String(text) => text.clone(),
         Value::Array(values) => values
@@ -83,6 +91,9 @@ fn print(facts: &Value) {
         text("width"),
         text("height")
     );
+    if facts["keyframes"] != facts["frames"] {
+        println!("keyframes   {} of {}", text("keyframes"), text("frames"));
+    }
     println!("intrinsics  fx fy cx cy = {}", text("intrinsics"));
     if facts["frames_with_distortion"] != 0 {
         println!("distortion  undone in {} frames", text("frames_with_distortion"));
@@ -108,6 +119,9 @@ fn print(facts: &Value) {
         text("bounds_min_m"),
         text("bounds_max_m")
     );
+    for line in agreement_lines(agreement) {
+        println!("agreement   {line}");
+    }
     println!("model       {}", text("capacity"));
     for note in facts["notes"].as_array().into_iter().flatten() {
         println!("note        {}", note.as_str().unwrap_or_default());
@@ -115,4 +129,50 @@ fn print(facts: &Value) {
     for warning in facts["warnings"].as_array().into_iter().flatten() {
         println!("warning     {}", warning.as_str().unwrap_or_default());
     }
+}
+
+/// How well poses, cameras and measurements agree, a line each.
+fn agreement_lines(agreement: &Agreement) -> Vec<String> {
+    let pixels = |errors: &PixelErrors| {
+        format!(
+            "{:.2} px median, {:.2} px for nine in ten of {}",
+            errors.median_px, errors.p90_px, errors.count
+        )
+    };
+    let points = agreement
+        .points
+        .map(|errors| format!("reprojection of sparse points: {}", pixels(&errors)));
+    let corners = agreement.corners.map(|corners: CornerAgreement| {
+        format!(
+            "{}: {} corners of {} pairs of frames; {:.0}% within 2 px, {:.0}% with exchanged poses",
+            if corners.lifted_by_depth {
+                "reprojection by depth"
+            } else {
+                "distance from epipolar lines"
+            },
+            pixels(&corners.errors),
+            corners.pairs,
+            100.0 * corners.within_2_px,
+            100.0 * corners.within_2_px_by_chance
+        )
+    });
+    let depth = agreement.depth.map(|depth| {
+        let colours = depth
+            .median_colour_difference
+            .zip(depth.median_colour_difference_by_chance)
+            .map(|(colours, by_chance)| {
+                format!("; colours by {colours:.0} of 255, by chance {by_chance:.0}")
+            });
+        format!(
+            "depth differs between frames by {:.1}% (median of {} pixels){}",
+            100.0 * depth.median_relative_difference,
+            depth.pixels,
+            colours.unwrap_or_default()
+        )
+    });
+    let found: Vec<String> = points.into_iter().chain(corners).chain(depth).collect();
+    if found.is_empty() {
+        return vec!["not known: no depth, no points, and too few corners that frames share".to_owned()];
+    }
+    found
 }

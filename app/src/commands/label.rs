@@ -7,12 +7,12 @@ use std::time::Instant;
 use inplace_core::export::{self, Format, LabelledScene, Options, PhaseSeconds, Report, peak_memory};
 use inplace_core::field::Preset;
 use inplace_core::labels::{History, LabelSet, Trust, read_label_images, read_strokes};
-use inplace_core::project::{Contents, Project};
+use inplace_core::project::Contents;
 use inplace_core::scene::{OpenOptions, Scene, SceneSource, demo};
 use inplace_core::session::SessionOptions;
 
 use super::run::Run;
-use super::{Failure, cores, refuse_endless, session_options};
+use super::{Failure, cores, refuse_endless, require_place, session_options};
 use crate::arguments::LabelArguments;
 
 /// Share of the budget kept for the last look at the surface.
@@ -32,7 +32,13 @@ enum Strokes {
 impl Strokes {
     fn read(self, scene: &Scene) -> Result<LabelSet, Failure> {
         Ok(match self {
-            Self::Project(contents, open) => contents.matched(scene, open)?.history.labels().clone(),
+            Self::Project(contents, open) => {
+                let contents = contents.matched(scene, open)?;
+                for warning in &contents.warnings {
+                    eprintln!("inplace: {warning}");
+                }
+                contents.history.labels().clone()
+            }
             Self::File(path) => read_strokes(&path, scene)?,
             Self::Demo => demo::clicks(),
             Self::Nothing => LabelSet::default(),
@@ -42,7 +48,7 @@ impl Strokes {
 
 /// The labels with the label images of a folder, in place of those that a project has.
 fn with_images(labels: LabelSet, folder: &Path, trust: Trust, scene: &Scene) -> Result<LabelSet, Failure> {
-    let images = read_label_images(folder, scene, trust)?;
+    let images = read_label_images(folder, scene, &labels.classes, trust)?;
     if images.unmatched > 0 {
         eprintln!(
             "inplace: {}: images that are named like no frame were left out: {}",
@@ -67,13 +73,8 @@ pub fn run(arguments: &LabelArguments) -> Result<(), Failure> {
         eprintln!("inplace: {warning}");
     }
     let mut labels = strokes.read(&scene)?;
-    if let Some(folder) = &arguments.labels {
-        let trust = if arguments.trust {
-            Trust::Trusted
-        } else {
-            Trust::Votes
-        };
-        labels = with_images(labels, folder, trust, &scene)?;
+    if let Some(folder) = &arguments.import {
+        labels = with_images(labels, folder, arguments.trust.unwrap_or(Trust::VOTES), &scene)?;
     }
     if labels.classes.is_empty() {
         return Err(format!(
@@ -110,10 +111,7 @@ pub fn run(arguments: &LabelArguments) -> Result<(), Failure> {
         frames: scene.frames.len(),
         strokes: labels.strokes.len(),
         imported_images: labels.imported.as_ref().map_or(0, |images| images.maps.len()),
-        imported_are_trusted: labels
-            .imported
-            .as_ref()
-            .is_some_and(|images| images.trust == Trust::Trusted),
+        imported_trust: labels.imported.as_ref().map(|images| images.trust.value()),
         preset: options.preset,
         seed: options.seed,
         threads: options.threads,
@@ -163,7 +161,7 @@ fn counted(count: usize, what: &str) -> String {
 /// Finds out what to label: a project with its own strokes, or a scene with a strokes file.
 fn job(arguments: &LabelArguments) -> Result<(SessionOptions, Strokes), Failure> {
     let threads = cores();
-    if let Some(folder) = &arguments.labels {
+    if let Some(folder) = &arguments.import {
         if arguments.training.preset == Preset::Reference {
             return Err(
                 "the published network does not learn from label images here; leave --preset away".into(),
@@ -181,7 +179,8 @@ fn job(arguments: &LabelArguments) -> Result<(SessionOptions, Strokes), Failure>
         if arguments.strokes.is_some() {
             return Err("a project brings its own strokes; leave --strokes away".into());
         }
-        let (_, contents) = Project::open(&arguments.scene)?;
+        let contents = Contents::read(&arguments.scene)?;
+        require_place(&contents, &arguments.scene)?;
         let mut options = session_options(&arguments.training, contents.scene.source.clone(), threads);
         options.open.depth &= contents.scene.depth;
         options.state = contents.model.clone();
@@ -195,10 +194,10 @@ fn job(arguments: &LabelArguments) -> Result<(SessionOptions, Strokes), Failure>
             Strokes::File(path.clone())
         }
         (None, SceneSource::Demo) => Strokes::Demo,
-        (None, SceneSource::Folder(_)) if arguments.labels.is_some() => Strokes::Nothing,
+        (None, SceneSource::Folder(_)) if arguments.import.is_some() => Strokes::Nothing,
         (None, SceneSource::Folder(_)) => {
             return Err(format!(
-                "{}: nothing says what is where; give a strokes file with --strokes, or label images with --labels",
+                "{}: nothing says what is where; give a strokes file with --strokes, or label images with --import",
                 arguments.scene.display()
             )
             .into());

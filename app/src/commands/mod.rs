@@ -11,11 +11,13 @@ mod simulate;
 mod window;
 
 use std::error::Error;
+use std::path::Path;
 use std::thread::available_parallelism;
 
 use inplace_core::field::{Preset, best_device};
-use inplace_core::scene::OpenOptions;
+use inplace_core::project::Contents;
 use inplace_core::scene::demo::Shot;
+use inplace_core::scene::{OpenOptions, SceneSource};
 use inplace_core::session::SessionOptions;
 
 use crate::arguments::{Arguments, Command, TrainingArguments};
@@ -42,7 +44,11 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
             )
         }
         Some(Command::Demo { out: None, .. }) => window::run(arguments.window),
-        Some(Command::Info { scene, json }) => info::run(&scene, json),
+        Some(Command::Info {
+            scene,
+            outside_files,
+            json,
+        }) => info::run(&scene, outside_files, json),
         Some(Command::Label(label)) => label::run(&label),
         Some(Command::Export(arguments)) => export::run(&arguments),
         Some(Command::Simulate(arguments)) => simulate::run(&arguments),
@@ -68,17 +74,27 @@ fn refuse_endless(training: &TrainingArguments, budget: Option<f64>) -> Result<(
     Ok(())
 }
 
-fn open_options(training: &TrainingArguments) -> OpenOptions {
-    OpenOptions {
-        depth: !training.no_depth,
+/// Refuses a project that is too damaged to say where its scene is.
+fn require_place(contents: &Contents, project: &Path) -> Result<(), Failure> {
+    match &contents.scene.source {
+        SceneSource::Folder(folder) if folder.as_os_str().is_empty() => Err(format!(
+            "{}: is damaged and no longer says where its scene is; open it in the window, which asks",
+            project.display()
+        )
+        .into()),
+        SceneSource::Folder(_) | SceneSource::Demo => Ok(()),
     }
 }
 
-fn session_options(
-    training: &TrainingArguments,
-    source: inplace_core::scene::SceneSource,
-    threads: usize,
-) -> SessionOptions {
+fn open_options(training: &TrainingArguments) -> OpenOptions {
+    OpenOptions {
+        depth: !training.no_depth,
+        outside_files: training.outside_files,
+        ..OpenOptions::default()
+    }
+}
+
+fn session_options(training: &TrainingArguments, source: SceneSource, threads: usize) -> SessionOptions {
     SessionOptions {
         source,
         open: open_options(training),

@@ -18,7 +18,6 @@ pub fn run(arguments: WindowArguments) -> Result<(), Failure> {
         None => Target::Scene(SceneSource::Demo),
         Some(path) => Target::Path(path.clone()),
     };
-    let defaults = UiOptions::default();
     let options = UiOptions {
         open: Some(open),
         read: open_options(&arguments.training),
@@ -27,7 +26,6 @@ pub fn run(arguments: WindowArguments) -> Result<(), Failure> {
         seed: arguments.training.seed,
         stats: arguments.stats,
         trace: arguments.trace,
-        ..defaults
     };
     match inplace_ui::run(options) {
         Ok(()) => Ok(()),
@@ -38,8 +36,8 @@ pub fn run(arguments: WindowArguments) -> Result<(), Failure> {
             label::run(&LabelArguments {
                 scene: PathBuf::from("demo"),
                 strokes: None,
-                labels: None,
-                trust: false,
+                import: None,
+                trust: None,
                 out: PathBuf::from(DEMO_OUT),
                 budget: None,
                 json: false,

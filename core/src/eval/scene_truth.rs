@@ -141,7 +141,7 @@ mod tests {
         let labels = vec![vec![3; 48]; 4];
         let written = Written {
             classes: &classes,
-            labels: &labels,
+            labels: &|frame| labels[frame].clone(),
             held_out: &[1, 3],
         };
         write_replica(&scene, &folder, Some(&written)).unwrap();

@@ -9,7 +9,10 @@ use serde::Deserialize;
 use super::EvalError;
 use crate::labels::{ClassId, png};
 
-/// Where the ground truth of a capture lies: `semantic_class/*_N.png` for frame number N.
+/// Folders of label images; the first that a capture has counts. The latter two are ScanNet's.
+const FOLDERS: [&str; 3] = ["semantic_class", "label-filt", "label"];
+
+/// Where the ground truth of a capture lies: `semantic_class/*N.png` for frame number N, or in `label-filt/` or `label/`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct GroundTruth {
     images: BTreeMap<u64, PathBuf>,
@@ -32,15 +35,16 @@ impl GroundTruth {
     /// # Errors
     /// A capture without label images, or with two of one frame number.
     pub fn find(scene: &Path) -> Result<Self, EvalError> {
-        let folder = scene.join("semantic_class");
+        let places = FOLDERS.map(|name| scene.join(name));
+        let folder = places.iter().find(|place| place.is_dir()).unwrap_or(&places[0]);
         let missing = |error: std::io::Error| {
             EvalError::file(
-                &folder,
+                folder,
                 format!("no ground truth: {error}; measure on a capture that has label images"),
             )
         };
         let mut images: BTreeMap<u64, PathBuf> = BTreeMap::new();
-        for entry in fs::read_dir(&folder).map_err(missing)? {
+        for entry in fs::read_dir(folder).map_err(missing)? {
             let path = entry.map_err(missing)?.path();
             let is_png = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
             let stem = path.file_stem().unwrap_or_default().to_string_lossy();
@@ -167,6 +171,17 @@ mod tests {
                 .to_string()
                 .contains("frame 2")
         );
+    }
+
+    #[test]
+    fn the_label_images_of_scannet_count_where_there_are_no_others() {
+        let root = tempfile::tempdir().unwrap();
+        for (folder, number) in [("label", 1), ("label-filt", 20), ("semantic_class", 300)] {
+            fs::create_dir(root.path().join(folder)).unwrap();
+            fs::write(root.path().join(format!("{folder}/{number}.png")), "an image").unwrap();
+            let truth = GroundTruth::find(root.path()).unwrap();
+            assert_eq!(truth.numbers().collect::<Vec<_>>(), [number]);
+        }
     }
 
     #[test]

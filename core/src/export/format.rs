@@ -3,9 +3,16 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
+use super::cityscapes::Cityscapes;
+use super::coco_instances::CocoInstances;
+use super::coco_panoptic::CocoPanoptic;
+use super::hugging_face::HuggingFace;
+use super::labelme::Labelme;
 use super::layout::{self, LabelledScene, Written};
+use super::overlay::Overlay;
 use super::pngs::Pngs;
 use super::solid::{self, Solid};
+use super::voc::Voc;
 use super::{ExportError, Options};
 
 /// A kind of data set.
@@ -14,6 +21,20 @@ pub enum Format {
     /// Label, entropy and colour PNGs.
     #[default]
     Png,
+    /// The class colours half over the images, for people.
+    Overlay,
+    /// Pascal VOC segmentation, and the same for CVAT ("Segmentation mask 1.1").
+    Voc,
+    /// Label, instance and colour images as in the ground truth of Cityscapes.
+    Cityscapes,
+    /// COCO panoptic: one segment for each class of a frame.
+    CocoPanoptic,
+    /// COCO instances: one annotation for each connected region.
+    CocoInstances,
+    /// Polygons for labelme.
+    Labelme,
+    /// A folder for the `datasets` of Hugging Face.
+    HuggingFace,
     /// The surface as points with their classes.
     PointCloud,
     /// The surface as a triangle mesh with the classes of its vertices.
@@ -22,15 +43,38 @@ pub enum Format {
 
 impl Format {
     /// All of them, the plain one first.
-    pub const ALL: [Self; 3] = [Self::Png, Self::PointCloud, Self::Mesh];
+    pub const ALL: [Self; 10] = [
+        Self::Png,
+        Self::Overlay,
+        Self::Voc,
+        Self::Cityscapes,
+        Self::CocoPanoptic,
+        Self::CocoInstances,
+        Self::Labelme,
+        Self::HuggingFace,
+        Self::PointCloud,
+        Self::Mesh,
+    ];
 
     /// What it is called on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Png => "png",
+            Self::Overlay => "overlay",
+            Self::Voc => "voc",
+            Self::Cityscapes => "cityscapes",
+            Self::CocoPanoptic => "coco-panoptic",
+            Self::CocoInstances => "coco-instances",
+            Self::Labelme => "labelme",
+            Self::HuggingFace => "hugging-face",
             Self::PointCloud => "point-cloud",
             Self::Mesh => "mesh",
         }
+    }
+
+    /// Whether it has files for every frame; otherwise it is the surface, once.
+    pub fn has_frames(self) -> bool {
+        !matches!(self, Self::PointCloud | Self::Mesh)
     }
 
     /// The format of a name.
@@ -46,12 +90,12 @@ impl Format {
 ///
 /// `progress` is called with (frames written, frames in all), from any thread; when it answers
 /// [`ControlFlow::Break`], no further frame is begun. What was written by then is found by the next export. The surface
-/// is written at once, without it.
+/// is written at once: it is called before, with no frame written.
 ///
 /// # Errors
 /// [`ExportError::Incomplete`] unless there is exactly one map of the right size for every frame,
-/// before anything is written, or where the surface is to be written and the maps follow from none;
-/// [`ExportError::Cancelled`]; [`ExportError::Unwritable`].
+/// before anything is written, when the classes or a frame cannot be written in this format, or where the surface is to be
+/// written and the maps follow from none; [`ExportError::Cancelled`]; [`ExportError::Unwritable`].
 pub fn export(
     folder: &Path,
     labelled: LabelledScene<'_>,
@@ -61,7 +105,77 @@ pub fn export(
 ) -> Result<Written, ExportError> {
     match format {
         Format::Png => layout::write(&Pngs, folder, labelled, options, progress),
-        Format::PointCloud => solid::write(Solid::Cloud, folder, labelled, options),
-        Format::Mesh => solid::write(Solid::Mesh, folder, labelled, options),
+        Format::Overlay => layout::write(&Overlay, folder, labelled, options, progress),
+        Format::Voc => layout::write(&Voc, folder, labelled, options, progress),
+        Format::Cityscapes => layout::write(&Cityscapes, folder, labelled, options, progress),
+        Format::CocoPanoptic => layout::write(&CocoPanoptic, folder, labelled, options, progress),
+        Format::CocoInstances => layout::write(&CocoInstances, folder, labelled, options, progress),
+        Format::Labelme => layout::write(&Labelme, folder, labelled, options, progress),
+        Format::HuggingFace => layout::write(&HuggingFace, folder, labelled, options, progress),
+        Format::PointCloud => solid::write(Solid::Cloud, folder, labelled, options, progress),
+        Format::Mesh => solid::write(Solid::Mesh, folder, labelled, options, progress),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::export::testing::{SIZE, labels, scene};
+    use crate::labels::Class;
+    use crate::session::FrameMap;
+
+    /// Why the maps 2 and 3 cannot be exported, and what lies in the folder then.
+    fn refused(format: Format, classes: &[Class]) -> (String, usize) {
+        let root = tempfile::tempdir().unwrap();
+        let map = |(frame, labels): (usize, Vec<u16>)| {
+            let entropy = vec![0; labels.len()];
+            Arc::new(FrameMap::new(frame, 1, SIZE, labels, entropy).unwrap())
+        };
+        let maps: Vec<_> = [labels(2), labels(3)].into_iter().enumerate().map(map).collect();
+        let labelled = LabelledScene {
+            scene: &scene(),
+            classes,
+            maps: &maps,
+        };
+        let go_on = |_, _| ControlFlow::Continue(());
+        let error = export(root.path(), labelled, format, &Options::default(), &go_on).unwrap_err();
+        (error.to_string(), fs::read_dir(root.path()).unwrap().count())
+    }
+
+    #[test]
+    fn classes_that_a_format_has_no_room_for_are_refused_before_anything_is_written() {
+        for (format, class) in [
+            (Format::Voc, Class::new(1, "background")),
+            (Format::Cityscapes, Class::new(256, "lobster")),
+            (Format::Labelme, Class::new(1, "_background_")),
+        ] {
+            let (reason, files) = refused(format, std::slice::from_ref(&class));
+            assert!(reason.contains(&class.name), "{reason}");
+            assert_eq!(files, 0, "{}", format.name());
+        }
+    }
+
+    #[test]
+    fn a_pixel_of_an_unlisted_class_is_never_written_as_something_else() {
+        let of_frames = Format::ALL.into_iter().filter(|format| format.has_frames());
+        // The first two take any number.
+        for format in of_frames.skip(2) {
+            let (reason, _) = refused(format, &[Class::new(1, "wall")]);
+            assert!(
+                reason.contains("frame \"rgb_") && reason.contains("not in the list"),
+                "{reason}"
+            );
+        }
+    }
+
+    #[test]
+    fn every_name_leads_back_to_its_format() {
+        for format in Format::ALL {
+            assert_eq!(Format::named(format.name()), Some(format));
+        }
+        assert_eq!(Format::named("PNG"), None);
     }
 }

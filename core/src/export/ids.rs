@@ -4,13 +4,18 @@ use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
 use super::ExportError;
-use crate::labels::{Class, ClassId, PALETTES, VOID, parse_class_list};
+use crate::labels::{Class, ClassId, ClassPalette, PALETTES, VOID, parse_class_list};
 
 /// A list of classes whose numbers, names and colours are exported in place of the project's own, by name.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct IdMap(Vec<Class>);
 
 impl IdMap {
+    /// The list of a well-known data set.
+    pub fn of(palette: &ClassPalette) -> Self {
+        Self(palette.classes())
+    }
+
     /// The list of a well-known data set ([`PALETTES`], such as "NYU-40"; capitals do not count), or else a JSON file
     /// `[{"id", "name", "color"}]`.
     ///
@@ -21,7 +26,7 @@ impl IdMap {
             .iter()
             .find(|palette| palette.name.eq_ignore_ascii_case(name));
         match known {
-            Some(palette) => Ok(Self(palette.classes())),
+            Some(palette) => Ok(Self::of(palette)),
             None => Self::read(Path::new(name)),
         }
     }

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use rayon::prelude::*;
+use rustc_hash::FxHashMap;
 
 use super::{ExportError, Ids, Options, atomic};
 use crate::labels::{Class, ClassId, VOID};
@@ -62,6 +63,20 @@ impl Labelled<'_> {
     pub(super) fn stem(&self) -> &str {
         &self.frame.stem
     }
+
+    /// Position of every pixel's class in [`Labelled::classes`], counted from 1, row-major `[height, width]`; 0 is void.
+    ///
+    /// # Errors
+    /// Part of a sentence about a class that is not there.
+    pub(super) fn positions(&self) -> Result<Vec<u16>, String> {
+        let known = self.classes.iter().map(|class| class.id).zip(1..);
+        let position_of: FxHashMap<ClassId, u16> = known.chain([(VOID, 0)]).collect();
+        let position = |label: &ClassId| {
+            let unknown = || format!("it shows class {label}, which is not in the list of classes; add it");
+            position_of.get(label).copied().ok_or_else(unknown)
+        };
+        self.labels.iter().map(position).collect()
+    }
 }
 
 /// A file of an export.
@@ -84,6 +99,27 @@ impl OutputFile {
         let path = folder.join(&self.path);
         atomic::write(&path, &self.bytes).map_err(|error| ExportError::unwritable(&path, error))
     }
+
+    /// Its path below the export's folder.
+    #[cfg(test)]
+    pub(super) fn name(&self) -> String {
+        self.path.to_string_lossy().into_owned()
+    }
+
+    #[cfg(test)]
+    pub(super) fn bytes(&self) -> &[u8] {
+        &self.bytes
+    }
+}
+
+/// A value as a JSON file on one line, for lists too long to be looked at.
+pub(super) fn dense_json_file<T: serde::Serialize + ?Sized>(
+    path: impl Into<PathBuf>,
+    value: &T,
+) -> Result<OutputFile, String> {
+    let mut text = serde_json::to_vec(value).map_err(|error| error.to_string())?;
+    text.push(b'\n');
+    Ok(OutputFile::new(path, text))
 }
 
 /// A value as a JSON file.
@@ -100,6 +136,14 @@ pub(super) trait Layout: Sync {
 
     /// The folders that its files are in.
     fn folders(&self) -> &'static [&'static str];
+
+    /// Whether classes can be written like this; asked before anything is written.
+    ///
+    /// # Errors
+    /// Part of a sentence that says why not and what to do.
+    fn check(&self, _classes: &[Class]) -> Result<(), String> {
+        Ok(())
+    }
 
     /// The files of one frame; called from several threads at once.
     ///
@@ -132,6 +176,7 @@ pub(super) fn write<L: Layout>(
     let maps = in_order(labelled).map_err(incomplete)?;
     let ids = options.ids.as_ref().map(|ids| ids.of_classes(labelled.classes));
     let classes = ids.as_ref().map_or(labelled.classes, |ids| ids.classes());
+    layout.check(classes).map_err(incomplete)?;
     super::prepare(folder, layout.folders())?;
     let (frames, stopped) = (AtomicUsize::new(0), AtomicBool::new(false));
     let (files, unchanged) = (AtomicUsize::new(0), AtomicUsize::new(0));
@@ -139,13 +184,15 @@ pub(super) fn write<L: Layout>(
         written.iter().try_for_each(|file| {
             let count = if file.write(folder)? { &files } else { &unchanged };
             count.fetch_add(1, Ordering::Relaxed);
-            Ok(())
+            Ok::<(), ExportError>(())
         })
     };
     let write_frame = |(frame, map): (&Frame, &FrameMap)| -> Result<Option<L::Entry>, ExportError> {
         if stopped.load(Ordering::Relaxed) {
             return Ok(None);
         }
+        // Without its files a frame would get labels of nothing.
+        frame.pixels()?;
         let (written, entry) = exported(frame, map, classes, ids.as_ref(), options.least_probability)
             .and_then(|labelled| layout.frame(&labelled))
             .map_err(|reason| incomplete(format!("frame \"{}\": {reason}", frame.stem)))?;

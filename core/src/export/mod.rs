@@ -2,15 +2,29 @@
 //! that a killed run leaves no half file.
 
 mod atomic;
+mod cityscapes;
+mod coco;
+mod coco_instances;
+mod coco_panoptic;
+mod colors;
+mod components;
 mod format;
+mod hugging_face;
 mod ids;
+mod labelme;
 mod layout;
 mod memory;
+mod original;
+mod overlay;
 mod ply;
 mod pngs;
 mod report;
+mod run_length;
 mod solid;
+#[cfg(test)]
+mod testing;
 mod views;
+mod voc;
 
 use std::path::{Path, PathBuf};
 
@@ -24,7 +38,7 @@ pub use views::{Views, export_views};
 use ids::Ids;
 
 use crate::labels::{LabelSet, strokes_json};
-use crate::scene::Frame;
+use crate::scene::{Frame, SceneError};
 
 /// What is exported of each map, whatever the format.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -57,6 +71,9 @@ pub enum ExportError {
         /// Frames in all.
         frames: usize,
     },
+    /// The files of a frame that is no keyframe can no longer be read.
+    #[error(transparent)]
+    Frame(#[from] SceneError),
     /// A list of classes that cannot be used.
     #[error("{}: is no list of classes: {reason}; name a JSON file [{{\"id\", \"name\", \"color\"}}], or NYU-13, ScanNet-20, Cityscapes, NYU-40 or COCO-Stuff", .path.display())]
     UnusableIds {

@@ -18,9 +18,9 @@ pub struct Report {
     /// Number of imported label images that the maps were made from beside the strokes.
     #[serde(default)]
     pub imported_images: usize,
-    /// Whether those were trusted as strokes are; otherwise each of their pixels was a vote.
+    /// How far those were trusted, from 0 to 1, where their pixels are right as strokes are.
     #[serde(default)]
-    pub imported_are_trusted: bool,
+    pub imported_trust: Option<f32>,
     /// How much the field was allowed to model.
     pub preset: Preset,
     /// Seed of everything random.

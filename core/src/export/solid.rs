@@ -1,6 +1,7 @@
 //! The labelled surface itself: a point for each of its voxels, or a mesh.
 
 use std::collections::HashMap;
+use std::ops::ControlFlow;
 use std::path::Path;
 
 use super::layout::{LabelledScene, OutputFile, Written, json_file, least_confidence};
@@ -53,12 +54,14 @@ impl Solid {
 /// Positions are in the capture's own coordinates and unit; what each vertex has besides is that of its voxel.
 ///
 /// # Errors
-/// [`ExportError::Incomplete`] where the maps follow from no surface; [`ExportError::Unwritable`].
+/// [`ExportError::Incomplete`] where the maps follow from no surface; [`ExportError::Cancelled`];
+/// [`ExportError::Unwritable`].
 pub(super) fn write(
     solid: Solid,
     folder: &Path,
     labelled: LabelledScene<'_>,
     options: &Options,
+    progress: &(dyn Fn(usize, usize) -> ControlFlow<()> + Sync),
 ) -> Result<Written, ExportError> {
     let incomplete = |reason: String| ExportError::Incomplete {
         folder: folder.to_path_buf(),
@@ -101,6 +104,14 @@ pub(super) fn write(
             ..*vertex
         })
         .collect();
+    let frames = labelled.scene.frames.len();
+    if progress(0, frames).is_break() {
+        return Err(ExportError::Cancelled {
+            folder: folder.to_path_buf(),
+            written: 0,
+            frames,
+        });
+    }
     super::prepare(folder, &[])?;
     let comments = comments(labelled.scene.unit, classes);
     let name = solid.name();
@@ -270,10 +281,7 @@ mod tests {
             classes: &labelled.classes,
             maps: &labelled.maps,
         };
-        export(folder, scene, format, options, &|_, _| {
-            std::ops::ControlFlow::Continue(())
-        })
-        .unwrap()
+        export(folder, scene, format, options, &|_, _| ControlFlow::Continue(())).unwrap()
     }
 
     /// A vertex in a frame by the capture's own pose of it: column, row and ray length in the capture's unit.
@@ -300,7 +308,7 @@ mod tests {
                 };
                 assert!((depth - 2.0 * 3.28).abs() < 0.04, "{depth}");
                 let pixel = (y * 64 + x) as usize;
-                let shown = labelled.scene.frames[frame].color.pixel(pixel)[0];
+                let shown = labelled.scene.frames[frame].color().pixel(pixel)[0];
                 seen += 1;
                 same += usize::from(f64::from(map.labels()[pixel]) == read.vertices["label"][vertex]);
                 alike += usize::from((f64::from(shown) - read.vertices["red"][vertex]).abs() < 60.0);
@@ -413,11 +421,27 @@ mod tests {
             classes: &labelled.classes,
             maps: &labelled.maps,
         };
-        let error = write(Solid::Mesh, &root.path().join("out"), scene, &Options::default()).unwrap_err();
+        let (out, go_on) = (root.path().join("out"), |_, _| ControlFlow::Continue(()));
+        let error = write(Solid::Mesh, &out, scene, &Options::default(), &go_on).unwrap_err();
         assert!(
             error.to_string().contains("surface of the scene is not known"),
             "{error}"
         );
-        assert!(!root.path().join("out").exists());
+        assert!(!out.exists());
+    }
+
+    #[test]
+    fn an_export_that_is_cancelled_writes_nothing() {
+        let root = tempfile::tempdir().unwrap();
+        let (labelled, out) = (labelled(), root.path().join("out"));
+        let scene = LabelledScene {
+            scene: &labelled.scene,
+            classes: &labelled.classes,
+            maps: &labelled.maps,
+        };
+        let stop = |_, _| ControlFlow::Break(());
+        let error = write(Solid::Cloud, &out, scene, &Options::default(), &stop).unwrap_err();
+        assert!(error.to_string().contains("cancelled after 0 of 5"), "{error}");
+        assert!(!out.exists());
     }
 }

@@ -12,7 +12,7 @@ use glam::{Affine3A, DVec3};
 use super::*;
 use crate::labels::{Class, ClassId, Stroke, StrokeId, png};
 use crate::scene::testing::wall;
-use crate::scene::{Camera, ColorImage, Frame, Scene, SceneSource};
+use crate::scene::{Camera, ColorImage, Frame, FramePixels, Scene, SceneSource};
 use crate::session::FrameMap;
 
 pub(super) fn scene(stems: &[&str]) -> Scene {
@@ -21,8 +21,7 @@ pub(super) fn scene(stems: &[&str]) -> Scene {
         path: PathBuf::new(),
         camera: Camera::with_horizontal_fov(3, 2, 90.0),
         camera_to_world: Affine3A::IDENTITY,
-        color: ColorImage::new(3, 2, vec![0; 18]).unwrap(),
-        depth: None,
+        pixels: FramePixels::new(ColorImage::new(3, 2, vec![0; 18]).unwrap(), None),
         points: Vec::new(),
         lens: None,
     };
@@ -32,6 +31,7 @@ pub(super) fn scene(stems: &[&str]) -> Scene {
         frames: stems.iter().map(frame).collect(),
         origin: DVec3::ZERO,
         unit: 1.0,
+        point_errors: None,
         warnings: Vec::new(),
         notes: Vec::new(),
     }

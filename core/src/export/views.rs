@@ -88,9 +88,13 @@ pub fn export_views(
 fn files(frame: &Frame, labelled: &Labelled<'_>) -> Result<Vec<OutputFile>, String> {
     let [width, height] = labelled.size;
     let (mut files, ()) = Pngs.frame(labelled)?;
-    let depth = z_millimetres(frame).unwrap_or_default();
+    let pixels = frame.pixels().map_err(|error| error.to_string())?;
+    let depth = pixels
+        .depth
+        .map(|depth| z_millimetres(frame, &depth))
+        .unwrap_or_default();
     let images = [
-        ("rgb", png::encode_rgb(width, height, frame.color.bytes())),
+        ("rgb", png::encode_rgb(width, height, pixels.color.bytes())),
         ("depth", png::encode_steps(width, height, &depth)),
     ];
     for (folder, image) in images {
@@ -126,6 +130,7 @@ mod tests {
     use crate::export::tests::files;
     use crate::field::{Preset, Trainer};
     use crate::labels::{History, LabelSet, Stroke};
+    use crate::scene::ColorImage;
     use crate::scene::testing::{open, wall};
     use crate::semantics::{Spread, Surface};
 
@@ -224,15 +229,15 @@ mod tests {
                 .unwrap()
                 .2;
             let map = taught.spread.map(&taught.scene, number, 1);
-            let depth = view.depth.as_ref().unwrap();
+            let (depth, own_depth) = (view.depth().unwrap(), own.depth().unwrap());
+            let (color, own_color) = (view.color(), own.color());
             for (pixel, (label, own_label)) in labels.iter().zip(map.labels().iter()).enumerate() {
                 let length = |depth: Option<f32>| depth.unwrap_or(0.0);
-                let gap =
-                    length(depth.ray_length(pixel)) - own.depth.as_ref().unwrap().ray_length(pixel).unwrap();
-                let gray = |frame: &Frame| i32::from(frame.color.pixel(pixel)[0]);
+                let gap = length(depth.ray_length(pixel)) - own_depth.ray_length(pixel).unwrap();
+                let gray = |color: &ColorImage| i32::from(color.pixel(pixel)[0]);
                 right[0] += usize::from(label == own_label);
                 right[1] += usize::from(gap.abs() < 0.1);
-                right[2] += usize::from((gray(view) - gray(own)).abs() < 60);
+                right[2] += usize::from((gray(&color) - gray(&own_color)).abs() < 60);
                 pixels += 1;
             }
         }

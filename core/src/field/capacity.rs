@@ -6,7 +6,7 @@ use candle_core::{Result, bail};
 use serde::{Deserialize, Serialize};
 
 use super::{GridShape, Volume};
-use crate::scene::Scene;
+use crate::scene::{Frame, Scene};
 
 /// How much the field may model, and for how long it trains.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -126,12 +126,13 @@ fn pixel_footprint(scene: &Scene, volume: &Volume) -> f32 {
     let lengths = scene
         .frames
         .iter()
-        .filter_map(|frame| frame.depth.as_ref())
+        .filter(|frame| frame.is_keyframe())
+        .filter_map(Frame::depth)
         .flat_map(|depth| {
             let stride = (depth.len() / 100).max(1) | 1;
             (0..depth.len())
                 .step_by(stride)
-                .filter_map(|index| depth.ray_length(index))
+                .filter_map(move |index| depth.ray_length(index))
         });
     let sparse = || {
         let points = scene.frames.iter().flat_map(|frame| &frame.points);

@@ -36,18 +36,17 @@ impl OccupancyGrid {
         }
     }
 
-    /// Empties the cells that measured rays pass through and marks those that they end in.
+    /// Empties the cells that measured rays of the keyframes pass through and marks those that they end in.
     pub fn carve(&mut self, scene: &Scene, volume: &Volume) {
         let cell = volume.side / OCCUPANCY_RESOLUTION as f32;
         let rays = || {
-            scene.frames.iter().flat_map(|frame| {
-                let depth = frame.depth.as_ref();
-                let stride = depth.map_or(1, |depth| (depth.len() / 4000).max(1) | 1);
-                let pixels = depth
-                    .into_iter()
-                    .flat_map(move |depth| (0..depth.len()).step_by(stride));
-                pixels.filter_map(move |index| {
-                    let length = frame.depth.as_ref()?.ray_length(index)?;
+            let keyframes = scene.frames.iter().filter(|frame| frame.is_keyframe());
+            keyframes.flat_map(|frame| {
+                let depth = frame.depth();
+                let pixels = depth.as_ref().map_or(0, |depth| depth.len());
+                let stride = (pixels / 4000).max(1) | 1;
+                (0..pixels).step_by(stride).filter_map(move |index| {
+                    let length = depth.as_ref()?.ray_length(index)?;
                     Some((frame.center(), frame.ray_direction(index), length))
                 })
             })
@@ -213,7 +212,8 @@ mod tests {
         let mut scene = crate::scene::testing::wall(3, 32, 24);
         let middle = 12 * 32 + 16;
         for frame in &mut scene.frames {
-            let length = frame.depth.take().unwrap().ray_length(middle).unwrap();
+            let length = frame.depth().unwrap().ray_length(middle).unwrap();
+            frame.set_depth(None);
             frame.points = vec![SparsePoint {
                 pixel: middle as u32,
                 length,

@@ -3,7 +3,7 @@
 mod candidates;
 mod effect;
 mod nearby;
-mod outline;
+pub(crate) mod outline;
 
 use std::collections::BTreeSet;
 
@@ -21,7 +21,7 @@ use crate::semantics::{ENTROPY_STEPS_PER_NAT, NO_NODE, Spread};
 /// A place whose label would settle much.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Suggestion {
-    /// Index of the frame that shows the place best.
+    /// Index of the keyframe that shows the place best.
     pub frame: usize,
     /// The pixel to label.
     pub pixel: Pixel,
@@ -33,7 +33,7 @@ pub struct Suggestion {
     pub score: f32,
     /// Entropy at the place, in nats.
     pub entropy: f32,
-    /// Share of all pixels of all frames that the region covers, 0..=1.
+    /// Share of all pixels of all keyframes that the region covers, 0..=1.
     pub share: f32,
     /// The two most likely classes there, the likelier first; fewer where fewer are known.
     pub classes: Vec<Likely>,
@@ -67,7 +67,7 @@ const BLOCK: usize = 32;
 /// being the distance to x, d1 that to the nearest label, both along the graph, a the number of pixels that
 /// show the node, and k the weight of its class, which is larger the fewer pixels the class has.
 ///
-/// With `only`, the places are shown in these frames, and those that none of them shows are left out.
+/// Places are shown in keyframes. With `only`, in those of them that are among these frames, and those that none of them shows are left out.
 pub fn suggest(scene: &Scene, spread: &Spread, only: Option<&BTreeSet<usize>>) -> Vec<Suggestion> {
     let (surface, posterior, said) = (spread.surface(), spread.posterior(), spread.said());
     let graph = &surface.graph;

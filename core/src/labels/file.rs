@@ -43,9 +43,16 @@ pub fn read_strokes(path: &Path, scene: &Scene) -> Result<LabelSet, StrokesError
         reason,
     };
     let text = std::fs::read_to_string(path).map_err(|e| error(format!("cannot be read: {e}")))?;
-    let file: StrokesFile =
-        serde_json::from_str(&text).map_err(|e| error(format!("is not a strokes file: {e}")))?;
-    parse(file, scene).map_err(error)
+    parse_strokes(&text, scene).map_err(error)
+}
+
+/// The strokes in the text of a strokes file for a scene.
+///
+/// # Errors
+/// What [`read_strokes`] refuses: a part of a sentence that says what is wrong.
+pub fn parse_strokes(text: &str, scene: &Scene) -> Result<LabelSet, String> {
+    let file = serde_json::from_str(text).map_err(|error| format!("is not a strokes file: {error}"))?;
+    parse(file, scene)
 }
 
 fn parse(file: StrokesFile, scene: &Scene) -> Result<LabelSet, String> {

@@ -1,14 +1,28 @@
-//! Reading label images from elsewhere: a folder of PNGs.
+//! Reading label images from elsewhere: a folder of PNGs, or of arrays of probabilities.
 
-use std::collections::BTreeMap;
+mod image;
+mod numpy;
+mod probabilities;
+#[cfg(test)]
+mod tests;
+
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
+use rustc_hash::FxHashMap;
 
-use super::palette::parse_class_list;
-use super::{Class, ClassId, ImportedLabels, ImportedMap, Trust, VOID, png};
+use super::imported::sampled;
+use super::palette::{parse_class_list, parse_class_order};
+use super::{Class, ClassId, ImportedLabels, ImportedMap, Trust, VOID};
 use crate::scene::{Frame, Scene};
+
+/// Cells with probabilities that are kept of all frames together, 12 bytes each: more than a thousand frames of 640 x
+/// 480 at a quarter of their size have.
+const MOST_CELLS: usize = 32 << 20;
+/// The index of a palette image that stands for "not labelled" where no class has it, as in PASCAL VOC.
+const BORDER: ClassId = 255;
 
 /// Label images that cannot be used; nothing of them is taken over.
 #[derive(Debug, thiserror::Error)]
@@ -28,120 +42,267 @@ impl ImportError {
 }
 
 /// Label images as they were read, with the ids that they have in their files.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct LabelImages {
     /// The images.
     pub labels: ImportedLabels,
     /// What `classes.json` beside them says of the ids; ids without an entry are what they are in the project.
     pub classes: Vec<Class>,
-    /// PNGs of the folder that are named like no frame, and were left out.
+    /// Files of the folder that could be label images and are named like no frame; they were left out.
     pub unmatched: usize,
 }
 
-/// Reads the label images `<stem>.png` of a scene's frames: one gray channel of class ids, 8 or 16 bit, as large
-/// as the frame's image on disk. A folder that has none of its own but a folder `labels`, as an export has, stands
-/// for that one. `classes.json` (a list of `{"id", "name", "color"}`) beside the images or one folder up names the
-/// ids.
+/// Reads what a folder says of a scene's frames, a file for each, named by the frame's stem:
+///
+/// - `STEM.png`: class ids in one gray channel or as the indices of a palette, or colours of classes; 1 to 16 bit.
+/// - `STEM.npy`, or `STEM.npz` with one array: float16, float32 or float64 probabilities, `[classes, height, width]`
+///   or `[height, width, classes]`.
+///
+/// An image has the frame's size on disk, or another of the same aspect. Where it is smaller, each of its pixels speaks
+/// for the frame's pixel in its middle; what is between them follows from the scene. Of probabilities the four likeliest
+/// classes of each pixel are kept, or the likeliest alone where `trust` is right.
+///
+/// A folder that has none of its own but a folder `labels`, as an export has, stands for that one. `classes.json` (a
+/// list of `{"id", "name", "color"}`) beside the files or one folder up names the ids, says which class has a colour,
+/// and in which order the probabilities are; without it, colours are those of the `known` classes, and probabilities
+/// those of the ids from 1 on.
 ///
 /// # Errors
-/// A folder without images of the scene's frames, an image or `classes.json` that cannot be used: a sentence that
+/// A folder without files of the scene's frames, a file or `classes.json` that cannot be used: a sentence that
 /// names it.
-pub fn read_label_images(folder: &Path, scene: &Scene, trust: Trust) -> Result<LabelImages, ImportError> {
+pub fn read_label_images(
+    folder: &Path,
+    scene: &Scene,
+    known: &[Class],
+    trust: Trust,
+) -> Result<LabelImages, ImportError> {
     let mut folder = folder.to_path_buf();
-    let mut images = png_files(&folder)?;
+    let mut files = label_files(&folder)?;
     let inner = folder.join("labels");
-    if images.is_empty() && inner.is_dir() {
-        images = png_files(&inner)?;
+    if files.is_empty() && inner.is_dir() {
+        files = label_files(&inner)?;
         folder = inner;
     }
-    let found = images.len();
+    let found = files.len();
     let of_frames: Vec<(usize, PathBuf)> = scene
         .frames
         .iter()
         .enumerate()
-        .filter_map(|(index, frame)| Some((index, images.remove(&frame.stem)?)))
-        .collect();
+        .filter_map(|(index, frame)| Some((index, files.remove(&frame.stem)?)))
+        .map(|(index, mut paths)| match (paths.pop(), paths.pop()) {
+            (Some(path), None) => Ok((index, path)),
+            (Some(path), Some(other)) => Err(twice(&other, &path)),
+            (None, _) => Err(ImportError::new(&folder, "changed while it was read; try again")),
+        })
+        .collect::<Result<_, _>>()?;
     if of_frames.is_empty() {
         let example = scene.frames.first().map_or("", |frame| frame.stem.as_str());
         let reason = if found == 0 {
-            "has no PNGs; give a folder with a label image for each frame".to_owned()
+            "has no label images; give a folder with a PNG, NPY or NPZ for each frame".to_owned()
         } else {
             format!(
-                "has no PNG that is named like a frame of {}; name them as the frames are, such as {example}.png",
+                "has no label image that is named like a frame of {}; name them as the frames are, such as \
+                 {example}.png",
                 scene.source
             )
         };
         return Err(ImportError::new(&folder, reason));
     }
+    let meaning = Meaning::new(&folder, known)?;
+    let arrays = of_frames.iter().filter(|(_, path)| is_array(path)).count();
+    let reading = Reading {
+        meaning: &meaning,
+        trust,
+        most_cells: MOST_CELLS / arrays.max(1),
+    };
     let maps: Result<Vec<ImportedMap>, ImportError> = of_frames
         .par_iter()
-        .map(|(index, path)| read_image(path, *index, &scene.frames[*index]))
+        .map(|(index, path)| reading.file(path, *index, &scene.frames[*index]))
         .collect();
-    let labels = ImportedLabels { maps: maps?, trust };
-    if labels.classes().is_empty() {
+    let maps = maps?;
+    let classes: BTreeSet<ClassId> = maps.iter().flat_map(ImportedMap::likeliest_classes).collect();
+    if classes.is_empty() {
         let reason =
             "all label images of the scene's frames are void everywhere; void is 0, classes are from 1 on";
         return Err(ImportError::new(&folder, reason));
     }
+    // A network has a probability for every class that it knows, most of which are nowhere in the scene.
+    let labels = ImportedLabels { maps, trust };
     Ok(LabelImages {
-        labels,
-        classes: read_classes(&folder)?,
-        unmatched: images.len(),
+        labels: labels.relabelled(|class| if classes.contains(&class) { class } else { VOID }),
+        classes: meaning.listed.map_or_else(Vec::new, |list| list.classes),
+        unmatched: files.values().map(Vec::len).sum(),
     })
 }
 
-/// The PNGs of a folder by their stem.
-fn png_files(folder: &Path) -> Result<BTreeMap<String, PathBuf>, ImportError> {
+fn twice(path: &Path, other: &Path) -> ImportError {
+    let other = other.file_name().unwrap_or_default().to_string_lossy();
+    ImportError::new(
+        path,
+        format!("is there beside {other}; leave one of them for each frame"),
+    )
+}
+
+fn is_array(path: &Path) -> bool {
+    let is = |wanted: &str| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(wanted));
+    is("npy") || is("npz")
+}
+
+/// The files of a folder that may be label images, by their stem, sorted.
+fn label_files(folder: &Path) -> Result<BTreeMap<String, Vec<PathBuf>>, ImportError> {
     let unreadable = |error: std::io::Error| ImportError::new(folder, format!("cannot be read: {error}"));
-    let mut files = BTreeMap::new();
+    let mut files: BTreeMap<String, Vec<PathBuf>> = BTreeMap::new();
     for entry in fs::read_dir(folder).map_err(unreadable)? {
         let path = entry.map_err(unreadable)?.path();
         let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
+        let is_png = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
         if let Some(stem) = stem
-            && path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"))
+            && (is_png || is_array(&path))
         {
-            files.insert(stem, path);
+            files.entry(stem).or_default().push(path);
         }
     }
+    files.values_mut().for_each(|paths| paths.sort_unstable());
     Ok(files)
 }
 
-fn read_image(path: &Path, index: usize, frame: &Frame) -> Result<ImportedMap, ImportError> {
-    let bytes = fs::read(path).map_err(|error| ImportError::new(path, format!("cannot be read: {error}")))?;
-    let (width, height, labels) = png::decode_gray(&bytes)
-        .map_err(|reason| ImportError::new(path, format!("is no label image: {reason}")))?;
-    let size = (frame.image().width, frame.image().height);
-    if (width, height) != size {
-        return Err(ImportError::new(
-            path,
-            format!(
-                "is {width}x{height} pixels and its frame {}x{}; both must have one size",
-                size.0, size.1
-            ),
-        ));
+/// `classes.json` beside the files or one folder up.
+struct ClassList {
+    classes: Vec<Class>,
+    /// The ids as they are listed, void among them where it is.
+    order: Vec<ClassId>,
+}
+
+impl ClassList {
+    /// `None` where there is no such file.
+    fn find(folder: &Path) -> Result<Option<Self>, ImportError> {
+        let above = folder.parent().map(|parent| parent.join("classes.json"));
+        let path = [Some(folder.join("classes.json")), above];
+        let Some(path) = path.into_iter().flatten().find(|path| path.is_file()) else {
+            return Ok(None);
+        };
+        let text = class_list_text(&path)?;
+        Ok(Some(Self {
+            classes: parse_class_list(&text).map_err(|reason| no_class_list(&path, &reason))?,
+            order: parse_class_order(&text).map_err(|reason| no_class_list(&path, &reason))?,
+        }))
     }
-    Ok(ImportedMap::new(index, &in_frame(frame, &labels)))
+}
+
+/// What ids, colours and channels of a folder's files stand for.
+struct Meaning {
+    listed: Option<ClassList>,
+    ids: BTreeSet<ClassId>,
+    /// The class of each colour, 16 bits a channel; `None` where several have it.
+    colors: FxHashMap<[u16; 3], Option<ClassId>>,
+}
+
+impl Meaning {
+    fn new(folder: &Path, known: &[Class]) -> Result<Self, ImportError> {
+        let listed = ClassList::find(folder)?;
+        let with_colors = listed.as_ref().map_or(known, |list| list.classes.as_slice());
+        let mut colors = FxHashMap::default();
+        for class in with_colors {
+            let color = class.color.map(|channel| 257 * u16::from(channel));
+            let one = colors.entry(color).or_insert(Some(class.id));
+            if *one != Some(class.id) {
+                *one = None;
+            }
+        }
+        colors.entry([0; 3]).or_insert(Some(VOID));
+        let ids = with_colors.iter().chain(known).map(|class| class.id).collect();
+        Ok(Self { listed, ids, colors })
+    }
+}
+
+/// Everything that reading one file needs.
+struct Reading<'a> {
+    meaning: &'a Meaning,
+    trust: Trust,
+    /// Cells with probabilities that a frame may have.
+    most_cells: usize,
+}
+
+impl Reading<'_> {
+    fn file(&self, path: &Path, index: usize, frame: &Frame) -> Result<ImportedMap, ImportError> {
+        if is_array(path) {
+            let array = probabilities::Array::read(path, frame, self.meaning.listed.as_ref());
+            let array = array.map_err(|reason| ImportError::new(path, reason))?;
+            if !self.trust.is_right() {
+                let kept = array.on_grid(frame, self.most_cells);
+                let kept = kept.map_err(|reason| ImportError::new(path, reason))?;
+                return Ok(ImportedMap::of_probabilities(index, kept));
+            }
+            let labels = array.labels().map_err(|reason| ImportError::new(path, reason))?;
+            return Ok(placed(index, frame, array.size(), &labels));
+        }
+        let bytes =
+            fs::read(path).map_err(|error| ImportError::new(path, format!("cannot be read: {error}")))?;
+        let image = image::LabelImage::decode(&bytes)
+            .map_err(|reason| ImportError::new(path, format!("is no label image: {reason}")))?;
+        let size = [frame.image().width, frame.image().height];
+        if !same_aspect(image.size, size) {
+            return Err(ImportError::new(
+                path,
+                format!(
+                    "is {}x{} pixels and its frame {}x{}; give it the size of the frame, or its aspect",
+                    image.size[0], image.size[1], size[0], size[1]
+                ),
+            ));
+        }
+        let labels = image
+            .classes(self.meaning)
+            .map_err(|reason| ImportError::new(path, reason))?;
+        Ok(placed(index, frame, image.size, &labels))
+    }
+}
+
+/// Labels of an image of any size in the frame's own pixels.
+fn placed(index: usize, frame: &Frame, size: [u32; 2], labels: &[ClassId]) -> ImportedMap {
+    let (own, image) = (&frame.camera, frame.image());
+    let on_disk = [image.width, image.height];
+    let at = |pixel: u32| {
+        let Some(place) = frame.to_image([pixel % own.width, pixel / own.width]) else {
+            return VOID;
+        };
+        let [column, row] = [0, 1].map(|axis| sampled(place[axis], on_disk[axis], size[axis]));
+        let middle = [
+            sampled(column, size[0], on_disk[0]),
+            sampled(row, size[1], on_disk[1]),
+        ];
+        if middle == place {
+            labels[(row * size[0] + column) as usize]
+        } else {
+            VOID
+        }
+    };
+    let labels = without_hidden(frame, (0..own.pixels() as u32).map(at).collect());
+    ImportedMap::new(index, &labels)
+}
+
+/// Whether two sizes differ in scale alone, as far as whole pixels allow.
+fn same_aspect(a: [u32; 2], b: [u32; 2]) -> bool {
+    let [aw, ah, bw, bh] = [a[0], a[1], b[0], b[1]].map(i64::from);
+    aw > 0 && ah > 0 && (aw * bh - ah * bw).abs() < bw.max(bh)
 }
 
 /// The labels of the frame's image on disk in the frame's own pixels, both row-major: the same where no lens
-/// bends lines. Pixels that the image does not reach are void.
+/// bends lines. Pixels that the image does not reach or that are hidden are void.
 pub fn in_frame(frame: &Frame, image: &[ClassId]) -> Vec<ClassId> {
     let (own, width) = (&frame.camera, frame.image().width);
     let at = |index: u32| {
         let place = frame.to_image([index % own.width, index / own.width]);
         place.map_or(VOID, |[x, y]| image[(y * width + x) as usize])
     };
-    (0..own.pixels() as u32).map(at).collect()
+    without_hidden(frame, (0..own.pixels() as u32).map(at).collect())
 }
 
-/// The classes of `classes.json` beside the images or one folder up; none where there is no such file.
-fn read_classes(folder: &Path) -> Result<Vec<Class>, ImportError> {
-    let above = folder.parent().map(|parent| parent.join("classes.json"));
-    let path = [Some(folder.join("classes.json")), above];
-    let Some(path) = path.into_iter().flatten().find(|path| path.is_file()) else {
-        return Ok(Vec::new());
-    };
-    read_class_list(&path)
+/// Labels of a frame's pixels, void where alpha or masks hide them.
+fn without_hidden(frame: &Frame, mut labels: Vec<ClassId>) -> Vec<ClassId> {
+    for pixel in frame.hidden_pixels() {
+        labels[pixel] = VOID;
+    }
+    labels
 }
 
 /// Reads `classes.json`, a list of `{"id", "name", "color"}`; void is left out, and a class without a colour gets one.
@@ -149,128 +310,15 @@ fn read_classes(folder: &Path) -> Result<Vec<Class>, ImportError> {
 /// # Errors
 /// A file that cannot be used: a sentence that names it.
 pub fn read_class_list(path: &Path) -> Result<Vec<Class>, ImportError> {
-    let unusable = |reason: String| {
-        let expected = "it must hold [{\"id\": 1, \"name\": \"wall\"}, ...]";
-        ImportError::new(path, format!("cannot be used: {reason}; {expected}"))
-    };
-    let text = fs::read_to_string(path).map_err(|error| unusable(error.to_string()))?;
-    parse_class_list(&text).map_err(unusable)
+    let text = class_list_text(path)?;
+    parse_class_list(&text).map_err(|reason| no_class_list(path, &reason))
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::labels::{History, Stroke};
-    use crate::scene::testing::wall;
-    use crate::scene::{Distortion, Lens};
+fn class_list_text(path: &Path) -> Result<String, ImportError> {
+    fs::read_to_string(path).map_err(|error| no_class_list(path, &error.to_string()))
+}
 
-    fn write(folder: &Path, name: &str, width: u32, labels: &[ClassId]) {
-        let png = png::encode_labels(width, labels.len() as u32 / width, labels).unwrap();
-        fs::write(folder.join(name), png).unwrap();
-    }
-
-    fn read(folder: &Path, scene: &Scene) -> Result<LabelImages, String> {
-        read_label_images(folder, scene, Trust::Votes).map_err(|error| error.to_string())
-    }
-
-    #[test]
-    fn images_are_found_by_stem_and_ids_become_classes_by_name_number_and_palette() {
-        let scene = wall(3, 8, 6);
-        let root = tempfile::tempdir().unwrap();
-        let folder = root.path().join("labels");
-        fs::create_dir(&folder).unwrap();
-        let mut labels = vec![0; 48];
-        labels[..5].copy_from_slice(&[1, 2, 3, 300, 300]);
-        write(&folder, &format!("{}.png", scene.frames[2].stem), 8, &labels);
-        write(&folder, "legend.png", 3, &[1, 2, 3]);
-        let classes = r#"[{"id": 1, "name": "Floor"}, {"id": 2, "name": "door", "color": [1, 2, 3]}]"#;
-        fs::write(root.path().join("classes.json"), classes).unwrap();
-        // The folder above stands for the one with the images, as an export does.
-        let found = read(root.path(), &scene).unwrap();
-        assert_eq!(found, read(&folder, &scene).unwrap());
-        assert_eq!((found.labels.maps.len(), found.unmatched), (1, 1));
-        assert_eq!(found.labels.maps[0].labels(), labels);
-
-        let mut history = History::default();
-        history.add_class("wall");
-        history.add_class("floor");
-        history.add_stroke(Stroke::click(0, 1, [0, 0]));
-        history.import(found);
-        let now = history.labels();
-        let named: Vec<(ClassId, &str)> = now.classes.iter().map(|c| (c.id, c.name.as_str())).collect();
-        // Floor is 2 here, so that the images' door, 2 there, gets an id of its own.
-        assert_eq!(
-            named,
-            [
-                (1, "wall"),
-                (2, "floor"),
-                (3, "class 3"),
-                (300, "class 300"),
-                (301, "door")
-            ]
-        );
-        assert_eq!(now.class(301).unwrap().color, [1, 2, 3]);
-        let imported = now.imported.as_ref().unwrap();
-        assert_eq!(imported.maps[0].labels()[..5], [2, 301, 3, 300, 300]);
-    }
-
-    #[test]
-    fn what_cannot_be_used_is_one_sentence_that_names_it() {
-        let scene = wall(2, 8, 6);
-        let root = tempfile::tempdir().unwrap();
-        let refused = |part: &str, word: &str| {
-            let error = read(root.path(), &scene).unwrap_err();
-            assert!(error.contains(part) && error.contains(word), "{error}");
-            assert!(!error.contains('\n'), "{error}");
-        };
-        assert!(
-            read(&root.path().join("nowhere"), &scene)
-                .unwrap_err()
-                .contains("nowhere")
-        );
-        refused("", "has no PNGs");
-        write(root.path(), "other.png", 8, &[1; 48]);
-        refused("", "named like a frame");
-        let stem = scene.frames[0].stem.clone();
-        let name = format!("{stem}.png");
-        write(root.path(), &name, 8, &[0; 48]);
-        refused("", "void everywhere");
-        write(root.path(), &name, 8, &[1; 40]);
-        refused(&name, "8x5");
-        fs::write(root.path().join(&name), "no image").unwrap();
-        refused(&name, "is no label image");
-        fs::write(root.path().join(&name), png::encode_rgb(8, 6, &[9; 144]).unwrap()).unwrap();
-        refused(&name, "colour");
-        write(root.path(), &name, 8, &[1; 48]);
-        for classes in ["[1]", r#"[{"id": 1, "name": "a"}, {"id": 1, "name": "b"}]"#] {
-            fs::write(root.path().join("classes.json"), classes).unwrap();
-            refused("classes.json", "cannot be used");
-        }
-    }
-
-    #[test]
-    fn images_of_bent_frames_are_straightened() {
-        let mut scene = wall(1, 64, 48);
-        let frame = &mut scene.frames[0];
-        let lens = Lens {
-            image: frame.camera,
-            distortion: Distortion {
-                k1: -0.1,
-                ..Distortion::default()
-            },
-        };
-        frame.camera = lens.pinhole().unwrap();
-        frame.lens = Some(lens);
-        let root = tempfile::tempdir().unwrap();
-        let mut labels = vec![2; 64 * 48];
-        (0..48).for_each(|y| labels[y * 64..y * 64 + 32].fill(1));
-        write(root.path(), &format!("{}.png", frame.stem), 64, &labels);
-        let found = read(root.path(), &scene).unwrap();
-        let frame = &scene.frames[0];
-        let own = found.labels.maps[0].labels();
-        assert_eq!(own.len(), frame.camera.pixels());
-        let at = |[x, y]: [u32; 2]| own[(y * frame.camera.width + x) as usize];
-        assert_eq!(at(frame.of_image([10, 40]).unwrap()), 1);
-        assert_eq!(at(frame.of_image([50, 5]).unwrap()), 2);
-    }
+fn no_class_list(path: &Path, reason: &str) -> ImportError {
+    let expected = "it must hold [{\"id\": 1, \"name\": \"wall\"}, ...]";
+    ImportError::new(path, format!("cannot be used: {reason}; {expected}"))
 }

@@ -1,8 +1,13 @@
 //! Whole label images from elsewhere.
 
+mod probabilities;
+
 use std::collections::BTreeSet;
 
 use serde::{Deserialize, Serialize};
+
+pub(super) use probabilities::sampled;
+pub use probabilities::{Likeliest, Probabilities};
 
 use super::{ClassId, VOID};
 
@@ -11,22 +16,50 @@ use super::{ClassId, VOID};
 #[serde(transparent)]
 pub struct ImportId(pub u64);
 
-/// How far label images can be believed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Trust {
-    /// Every labelled pixel is right, as a stroke is; there may be few of them.
-    Trusted,
-    /// Each pixel is a vote that may be wrong: noisy annotation, or the predictions of a network.
-    Votes,
+/// How far label images can be believed beside strokes, from 0 to 1.
+///
+/// Below 1 each pixel is a vote that may be wrong: votes outvote each other, and the larger the trust, the nearer a
+/// stroke has to be to overrule them. At 0 they fill in what no stroke leads to. At 1 every labelled pixel is right,
+/// as a stroke is; there may be few of them.
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+pub struct Trust(f32);
+
+impl Trust {
+    /// Votes that strokes correct on what they are connected with: noisy annotation, or the predictions of a network.
+    pub const VOTES: Self = Self(0.5);
+    /// Every labelled pixel is right.
+    pub const RIGHT: Self = Self(1.0);
+
+    /// A trust from 0 to 1; `None` for any other number.
+    pub fn new(trust: f32) -> Option<Self> {
+        (0.0..=1.0).contains(&trust).then_some(Self(trust))
+    }
+
+    /// The number, from 0 to 1.
+    pub fn value(self) -> f32 {
+        self.0
+    }
+
+    /// Whether every labelled pixel is right.
+    pub fn is_right(self) -> bool {
+        self == Self::RIGHT
+    }
 }
 
-/// The label image of a frame, kept as runs of pixels of one class.
+/// What is said of the pixels of a frame.
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum Said {
+    /// A class, and how many pixels in the order of the rows have it.
+    Runs(Vec<(ClassId, u16)>),
+    Probabilities(Probabilities),
+}
+
+/// The label image of a frame, kept as runs of pixels of one class, or its probabilities.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ImportedMap {
     /// Index of the frame.
     pub frame: usize,
-    /// A class, and how many pixels in the order of the rows have it.
-    runs: Vec<(ClassId, u16)>,
+    said: Said,
 }
 
 impl ImportedMap {
@@ -41,43 +74,93 @@ impl ImportedMap {
             }
         }
         runs.shrink_to_fit();
-        Self { frame, runs }
-    }
-
-    /// The class of every pixel, row-major.
-    pub fn labels(&self) -> Vec<ClassId> {
-        let mut labels = Vec::with_capacity(self.pixels());
-        for &(class, length) in &self.runs {
-            labels.resize(labels.len() + usize::from(length), class);
+        Self {
+            frame,
+            said: Said::Runs(runs),
         }
-        labels
     }
 
-    /// The runs of pixels of one class, in the order of the rows.
-    pub fn runs(&self) -> impl Iterator<Item = (ClassId, usize)> + '_ {
-        self.runs
-            .iter()
-            .map(|&(class, length)| (class, usize::from(length)))
+    /// Takes class probabilities of a frame.
+    pub fn of_probabilities(frame: usize, probabilities: Probabilities) -> Self {
+        Self {
+            frame,
+            said: Said::Probabilities(probabilities),
+        }
     }
 
-    /// Number of pixels.
+    /// The class of every pixel, row-major: where there are probabilities, the likeliest.
+    pub fn labels(&self) -> Vec<ClassId> {
+        match &self.said {
+            Said::Runs(runs) => {
+                let mut labels = Vec::with_capacity(self.pixels());
+                for &(class, length) in runs {
+                    labels.resize(labels.len() + usize::from(length), class);
+                }
+                labels
+            }
+            Said::Probabilities(probabilities) => probabilities.labels(),
+        }
+    }
+
+    /// The class probabilities; `None` where each pixel has one class.
+    pub fn probabilities(&self) -> Option<&Probabilities> {
+        match &self.said {
+            Said::Runs(_) => None,
+            Said::Probabilities(probabilities) => Some(probabilities),
+        }
+    }
+
+    /// Number of pixels of the frame.
     pub fn pixels(&self) -> usize {
-        self.runs().map(|(_, length)| length).sum()
+        match &self.said {
+            Said::Runs(runs) => runs.iter().map(|&(_, length)| usize::from(length)).sum(),
+            Said::Probabilities(probabilities) => probabilities.frame_pixels(),
+        }
+    }
+
+    /// The classes of all pixels, with whatever probability, void not among them.
+    pub fn classes(&self) -> BTreeSet<ClassId> {
+        match &self.said {
+            Said::Runs(runs) => distinct(runs.iter().map(|&(class, _)| class)),
+            Said::Probabilities(probabilities) => distinct(probabilities.classes()),
+        }
+    }
+
+    /// The classes that are the likeliest of any pixel, void not among them.
+    pub(super) fn likeliest_classes(&self) -> BTreeSet<ClassId> {
+        match &self.said {
+            Said::Runs(_) => self.classes(),
+            Said::Probabilities(probabilities) => {
+                distinct(probabilities.cells().iter().map(Likeliest::class))
+            }
+        }
     }
 
     /// The image with other classes.
     #[must_use]
     pub fn relabelled(&self, class: impl Fn(ClassId) -> ClassId) -> Self {
-        let runs = self.runs.iter().map(|&(own, length)| (class(own), length));
+        let said = match &self.said {
+            Said::Runs(runs) => Said::Runs(runs.iter().map(|&(own, length)| (class(own), length)).collect()),
+            Said::Probabilities(probabilities) => Said::Probabilities(probabilities.relabelled(class)),
+        };
         Self {
             frame: self.frame,
-            runs: runs.collect(),
+            said,
         }
     }
 }
 
-/// Label images from elsewhere, all of one kind.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// The different classes among many, void left out.
+fn distinct(classes: impl Iterator<Item = ClassId>) -> BTreeSet<ClassId> {
+    let mut seen = vec![false; usize::from(ClassId::MAX) + 1];
+    classes.for_each(|class| seen[usize::from(class)] = true);
+    (0..=ClassId::MAX)
+        .filter(|&class| class != VOID && seen[usize::from(class)])
+        .collect()
+}
+
+/// Label images from elsewhere, all of one trust.
+#[derive(Clone, Debug, PartialEq)]
 pub struct ImportedLabels {
     /// The images, at most one a frame.
     pub maps: Vec<ImportedMap>,
@@ -93,10 +176,7 @@ impl ImportedLabels {
 
     /// The classes of all pixels, void not among them.
     pub fn classes(&self) -> BTreeSet<ClassId> {
-        let runs = self.maps.iter().flat_map(ImportedMap::runs);
-        runs.map(|(class, _)| class)
-            .filter(|&class| class != VOID)
-            .collect()
+        self.maps.iter().flat_map(ImportedMap::classes).collect()
     }
 
     /// The images with other classes.
@@ -119,7 +199,17 @@ mod tests {
         labels.extend([0, 0, 3, 300, 300]);
         let map = ImportedMap::new(2, &labels);
         assert_eq!((map.labels(), map.pixels()), (labels, 70_005));
+        assert_eq!(map.classes(), [3, 7, 300].into());
         let merged = map.relabelled(|class| if class == 3 { 300 } else { class });
         assert_eq!(merged.labels()[70_000..], [0, 0, 300, 300, 300]);
+    }
+
+    #[test]
+    fn trust_is_a_number_from_0_to_1() {
+        assert_eq!(Trust::new(0.5), Some(Trust::VOTES));
+        assert!(Trust::new(1.0).unwrap().is_right() && !Trust::new(0.999).unwrap().is_right());
+        for trust in [-0.1, 1.1, f32::NAN, f32::INFINITY] {
+            assert_eq!(Trust::new(trust), None);
+        }
     }
 }

@@ -71,7 +71,7 @@ struct ClassRecord {
 ///
 /// # Errors
 /// A part of a sentence that says what is wrong: no such list, a class that is listed twice or has no name.
-pub(crate) fn parse_class_list(text: &str) -> Result<Vec<Class>, String> {
+pub fn parse_class_list(text: &str) -> Result<Vec<Class>, String> {
     let records: Vec<ClassRecord> = serde_json::from_str(text).map_err(|error| error.to_string())?;
     let mut classes: Vec<Class> = Vec::with_capacity(records.len());
     let mut ids = std::collections::BTreeSet::new();
@@ -91,6 +91,15 @@ pub(crate) fn parse_class_list(text: &str) -> Result<Vec<Class>, String> {
         }
     }
     Ok(classes)
+}
+
+/// The ids of a class list in its order, void among them where it is listed.
+///
+/// # Errors
+/// A part of a sentence that says what is wrong.
+pub(super) fn parse_class_order(text: &str) -> Result<Vec<ClassId>, String> {
+    let records: Vec<ClassRecord> = serde_json::from_str(text).map_err(|error| error.to_string())?;
+    Ok(records.iter().map(|record| record.id).collect())
 }
 
 #[cfg(test)]

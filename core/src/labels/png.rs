@@ -1,9 +1,14 @@
 //! Label, entropy and colour maps as PNG bytes, and back.
 
+use std::io::Cursor;
+
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
-use image::{ColorType, DynamicImage, ExtendedColorType, ImageEncoder, ImageFormat, ImageResult};
+use image::{
+    ColorType, DynamicImage, ExtendedColorType, ImageEncoder, ImageFormat, ImageReader, ImageResult,
+};
 
 use super::ClassId;
+use crate::scene;
 
 /// Class ids as gray values, 8 bit unless an id exceeds 255. `labels` is row-major `[height, width]`.
 pub(crate) fn encode_labels(width: u32, height: u32, labels: &[ClassId]) -> ImageResult<Vec<u8>> {
@@ -29,6 +34,27 @@ pub(crate) fn encode_rgb(width: u32, height: u32, rgb: &[u8]) -> ImageResult<Vec
     encode(width, height, rgb, ExtendedColorType::Rgb8)
 }
 
+/// 8-bit indices into a palette of at most 256 sRGB colours. `indices` is row-major `[height, width]`; each must
+/// have a colour.
+pub(crate) fn encode_indexed(
+    width: u32,
+    height: u32,
+    indices: &[u8],
+    palette: &[[u8; 3]],
+) -> Result<Vec<u8>, png::EncodingError> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, width, height);
+    encoder.set_color(png::ColorType::Indexed);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_palette(palette.as_flattened());
+    encoder.set_compression(png::Compression::Fast);
+    encoder.set_filter(png::Filter::Up);
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(indices)?;
+    writer.finish()?;
+    Ok(bytes)
+}
+
 /// Equal rows are what label maps are made of: the difference to the row above is mostly zeros, which
 /// the fast compressor packs best.
 fn encode(width: u32, height: u32, bytes: &[u8], color: ExtendedColorType) -> ImageResult<Vec<u8>> {
@@ -50,9 +76,9 @@ fn encode(width: u32, height: u32, bytes: &[u8], color: ExtendedColorType) -> Im
 ///
 /// # Errors
 /// Bytes that are not a PNG, or an image with more than one channel, which holds colours and no ids.
-pub(crate) fn decode_gray(png: &[u8]) -> Result<(u32, u32, Vec<u16>), String> {
-    let image =
-        image::load_from_memory_with_format(png, ImageFormat::Png).map_err(|error| error.to_string())?;
+pub fn decode_gray(png: &[u8]) -> Result<(u32, u32, Vec<u16>), String> {
+    let reader = ImageReader::with_format(Cursor::new(png), ImageFormat::Png);
+    let image = scene::decode_image(reader, png.len() as u64)?;
     let (width, height) = (image.width(), image.height());
     match image {
         DynamicImage::ImageLuma8(gray) => {
@@ -65,6 +91,29 @@ pub(crate) fn decode_gray(png: &[u8]) -> Result<(u32, u32, Vec<u16>), String> {
             describe(other.color())
         )),
     }
+}
+
+/// [`decode_gray`] of an image that must have this size; one that says otherwise is refused before memory is taken for it.
+///
+/// # Errors
+/// Those of [`decode_gray`], and an image of another size.
+pub(crate) fn decode_gray_sized(png: &[u8], width: u32, height: u32) -> Result<Vec<u16>, String> {
+    match told_size(png) {
+        Some([found_width, found_height]) if [found_width, found_height] != [width, height] => Err(format!(
+            "it says that it has {found_width}x{found_height} pixels where its frame has {width}x{height}"
+        )),
+        _ => decode_gray(png).map(|(_, _, values)| values),
+    }
+}
+
+/// Width and height as the header of a PNG tells them.
+pub(crate) fn told_size(png: &[u8]) -> Option<[u32; 2]> {
+    // The signature, then the header chunk's length, name, width and height.
+    let told = |at: usize| {
+        let bytes = png.get(at..at + 4)?.try_into().ok()?;
+        Some(u32::from_be_bytes(bytes))
+    };
+    Some([told(16)?, told(20)?])
 }
 
 fn describe(color: ColorType) -> &'static str {
@@ -89,10 +138,36 @@ mod tests {
     }
 
     #[test]
+    fn indices_come_back_with_their_colours() {
+        let palette = [[0, 0, 0], [255, 128, 3], [7, 7, 9]];
+        let png = encode_indexed(3, 2, &[0, 1, 2, 2, 1, 0], &palette).unwrap();
+        assert_eq!(png[24..26], [8, 3], "eight bits, palette");
+        let colors = image::load_from_memory(&png).unwrap().into_rgb8().into_raw();
+        let expected = [0, 1, 2, 2, 1, 0].map(|index: usize| palette[index]);
+        assert_eq!(colors, expected.as_flattened());
+        assert!(encode_indexed(3, 3, &[0; 8], &palette).is_err());
+    }
+
+    #[test]
     fn colours_are_refused_as_labels_and_wrong_sizes_are_errors() {
         let png = encode_rgb(1, 1, &[1, 2, 3]).unwrap();
         assert!(decode_gray(&png).unwrap_err().contains("colour"));
         assert!(encode_labels(3, 3, &[0; 8]).is_err());
         assert!(decode_gray(b"hello").is_err());
+        let small = encode_labels(3, 2, &[7; 6]).unwrap();
+        assert_eq!(decode_gray_sized(&small, 3, 2).unwrap(), [7; 6]);
+        assert!(decode_gray_sized(&small, 2, 3).unwrap_err().contains("3x2"));
+        assert!(decode_gray_sized(&small[..20], 3, 2).is_err());
+    }
+
+    #[test]
+    fn a_header_is_not_believed_further_than_the_file_has_bytes_for() {
+        let mut png = encode_labels(64, 64, &[7; 64 * 64]).unwrap();
+        assert!(decode_gray(&png).is_ok());
+        // The width and height, and the checksum of the header that goes with them.
+        png[16..24].copy_from_slice(&[0, 0, 0x20, 0, 0, 0, 0x20, 0]);
+        png[29..33].copy_from_slice(&[0x57, 0xc1, 0x95, 0x85]);
+        let reason = decode_gray(&png).unwrap_err();
+        assert!(reason.contains("cannot hold 8192x8192 pixels"), "{reason}");
     }
 }

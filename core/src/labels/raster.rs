@@ -24,10 +24,10 @@ pub fn runs_of(stroke: &Stroke, width: u32, height: u32) -> Vec<Run> {
         min: [0, 0],
         max: [last_column, last_row],
     };
-    let points = |line: &Vec<Pixel>| pixels_along(line);
     if stroke.radius > 0 {
-        let points: Vec<Pixel> = stroke.lines.iter().flat_map(points).collect();
-        return brushed(&points, stroke.radius, &image);
+        let corners = stroke.lines.iter().flatten();
+        let points = stroke.lines.iter().flat_map(|line| along(line));
+        return brushed(points, Bounds::of(corners), stroke.radius, &image);
     }
     let mut coverage = Coverage::new(0, last_row);
     for line in &stroke.lines {
@@ -37,7 +37,7 @@ pub fn runs_of(stroke: &Stroke, width: u32, height: u32) -> Vec<Run> {
                 coverage.add(*row, *from.min(to), last_column.min(*from.max(to)));
             }
             _ => {
-                let inside = points(line).into_iter().filter(|[x, _]| *x <= last_column);
+                let inside = along(line).filter(|[x, _]| *x <= last_column);
                 inside.for_each(|[x, y]| coverage.add(y, x, x));
             }
         }
@@ -45,9 +45,15 @@ pub fn runs_of(stroke: &Stroke, width: u32, height: u32) -> Vec<Run> {
     coverage.finish()
 }
 
-/// The runs of all pixels within `radius` of a point, those outside `within` left out.
-fn brushed(points: &[Pixel], radius: u32, within: &Bounds) -> Vec<Run> {
-    let Some(around) = Bounds::of(points) else {
+/// The runs of all pixels within `radius` of a point, those outside `within` left out; the points are all within
+/// `around`.
+fn brushed(
+    points: impl Iterator<Item = Pixel>,
+    around: Option<Bounds>,
+    radius: u32,
+    within: &Bounds,
+) -> Vec<Run> {
+    let Some(around) = around else {
         return Vec::new();
     };
     let reached = around.grown(radius);
@@ -60,7 +66,7 @@ fn brushed(points: &[Pixel], radius: u32, within: &Bounds) -> Vec<Run> {
     let halves: Vec<u32> = (0..=u64::from(farthest))
         .map(|row| (square - row * row).isqrt() as u32)
         .collect();
-    for &[x, y] in points {
+    for [x, y] in points {
         for row in top.max(y.saturating_sub(radius))..=bottom.min(y.saturating_add(radius)) {
             let half = halves[row.abs_diff(y) as usize];
             let first = x.saturating_sub(half).max(within.min[0]);
@@ -94,13 +100,13 @@ pub fn rasterise(
 /// `None` when nothing changes; a stroke without lines when all of it is erased.
 pub fn erase(stroke: &Stroke, path: &[Pixel], radius: u32) -> Option<Stroke> {
     let reach = radius.saturating_add(stroke.radius);
-    let around = Bounds::of(path)?.grown(reach);
-    let near = |line: &[Pixel]| Bounds::of(line).is_some_and(|bounds| bounds.touches(&around));
+    let around = Bounds::of(path.iter())?.grown(reach);
+    let near = |line: &[Pixel]| Bounds::of(line.iter()).is_some_and(|bounds| bounds.touches(&around));
     if !stroke.lines.iter().any(|line| near(line)) {
         return None;
     }
-    let points: Vec<Pixel> = stroke.lines.iter().flatten().copied().collect();
-    let eraser = brushed(&pixels_along(path), reach, &Bounds::of(&points)?);
+    let own = Bounds::of(stroke.lines.iter().flatten())?;
+    let eraser = brushed(along(path), Bounds::of(path.iter()), reach, &own);
     let erased = |point: &Pixel| contains(&eraser, *point);
     let mut changed = false;
     let mut lines = Vec::new();
@@ -136,10 +142,10 @@ struct Bounds {
 }
 
 impl Bounds {
-    fn of(points: &[Pixel]) -> Option<Self> {
-        let (&first, rest) = points.split_first()?;
+    fn of<'a>(mut points: impl Iterator<Item = &'a Pixel>) -> Option<Self> {
+        let first = *points.next()?;
         let (mut min, mut max) = (first, first);
-        for &[x, y] in rest {
+        for &[x, y] in points {
             min = [min[0].min(x), min[1].min(y)];
             max = [max[0].max(x), max[1].max(y)];
         }
@@ -160,24 +166,30 @@ impl Bounds {
 
 /// The pixels of a polyline in its order, both ends included; those of inner corners come twice.
 pub(super) fn pixels_along(line: &[Pixel]) -> Vec<Pixel> {
-    match line {
-        [point] => vec![*point],
-        points => points
-            .windows(2)
-            .flat_map(|pair| segment(pair[0], pair[1]))
-            .collect(),
-    }
+    along(line).collect()
+}
+
+/// [`pixels_along`] one by one: a line may be longer than there is memory for.
+fn along(line: &[Pixel]) -> impl Iterator<Item = Pixel> {
+    let single = match line {
+        [point] => Some(*point),
+        _ => None,
+    };
+    let segments = line.windows(2).flat_map(|pair| segment(pair[0], pair[1]));
+    single.into_iter().chain(segments)
 }
 
 /// The pixels of a straight line, both ends included (Bresenham).
-fn segment(from: Pixel, to: Pixel) -> Vec<Pixel> {
+fn segment(from: Pixel, to: Pixel) -> impl Iterator<Item = Pixel> {
     let [mut x, mut y] = from.map(i64::from);
     let [x1, y1] = to.map(i64::from);
     let (dx, dy) = ((x1 - x).abs(), -(y1 - y).abs());
     let (step_x, step_y) = ((x1 - x).signum(), (y1 - y).signum());
     let mut error = dx + dy;
-    let mut pixels = vec![from];
-    while (x, y) != (x1, y1) {
+    std::iter::successors(Some(from), move |_| {
+        if (x, y) == (x1, y1) {
+            return None;
+        }
         let doubled = 2 * error;
         if doubled >= dy {
             error += dy;
@@ -187,9 +199,8 @@ fn segment(from: Pixel, to: Pixel) -> Vec<Pixel> {
             error += dx;
             y += step_y;
         }
-        pixels.push([x as u32, y as u32]);
-    }
-    pixels
+        Some([x as u32, y as u32])
+    })
 }
 
 /// The polyline of the pixels that a polyline's pixels become; those that become none are left out.

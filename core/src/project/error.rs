@@ -2,7 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use rusqlite::ErrorCode;
+use rusqlite::{ErrorCode, ffi};
+
+use crate::scene::in_one_line;
 
 /// A project that cannot be opened or saved; each message is one sentence that names the file and what to do.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -64,6 +66,13 @@ pub enum ProjectError {
     },
 }
 
+const READ_ONLY: &str = "it is read-only; save it somewhere else";
+const UNWRITABLE_FOLDER: &str = "its folder cannot be written; save it somewhere else";
+
+fn extended_code(error: &rusqlite::Error) -> Option<i32> {
+    error.sqlite_error().map(|error| error.extended_code)
+}
+
 impl ProjectError {
     /// An error met while opening or reading `path`.
     pub(super) fn reading(path: &Path, error: &rusqlite::Error) -> Self {
@@ -71,13 +80,21 @@ impl ProjectError {
         match error.sqlite_error_code() {
             Some(ErrorCode::NotADatabase) => Self::NotAProject(path),
             Some(ErrorCode::DatabaseBusy | ErrorCode::DatabaseLocked) => Self::InUse(path),
-            Some(ErrorCode::DatabaseCorrupt) | None => Self::Damaged {
+            // A name in the schema that has changed is a logic error.
+            Some(
+                ErrorCode::DatabaseCorrupt
+                | ErrorCode::Unknown
+                | ErrorCode::TypeMismatch
+                | ErrorCode::ConstraintViolation
+                | ErrorCode::TooBig,
+            )
+            | None => Self::Damaged {
                 path,
-                reason: error.to_string(),
+                reason: in_one_line(error),
             },
             Some(_) => Self::Unreadable {
                 path,
-                reason: error.to_string(),
+                reason: in_one_line(error),
             },
         }
     }
@@ -91,11 +108,10 @@ impl ProjectError {
             Some(ErrorCode::DiskFull) => {
                 "the disk is full; free some space or save it somewhere else".to_owned()
             }
-            Some(ErrorCode::ReadOnly) => "it is read-only; save it somewhere else".to_owned(),
-            Some(ErrorCode::CannotOpen | ErrorCode::PermissionDenied) => {
-                "its folder cannot be written; save it somewhere else".to_owned()
-            }
-            _ => format!("{error}; save it somewhere else"),
+            _ if extended_code(error) == Some(ffi::SQLITE_READONLY_DIRECTORY) => UNWRITABLE_FOLDER.to_owned(),
+            Some(ErrorCode::ReadOnly) => READ_ONLY.to_owned(),
+            Some(ErrorCode::CannotOpen | ErrorCode::PermissionDenied) => UNWRITABLE_FOLDER.to_owned(),
+            _ => format!("{}; save it somewhere else", in_one_line(error)),
         };
         Self::unwritable(path, reason)
     }
@@ -110,6 +126,11 @@ impl ProjectError {
             path: path.to_path_buf(),
             reason: reason.into(),
         }
+    }
+
+    /// Nothing can be written at `path`.
+    pub(super) fn read_only(path: &Path) -> Self {
+        Self::unwritable(path, READ_ONLY)
     }
 
     pub(super) fn damaged(path: &Path, reason: impl Into<String>) -> Self {

@@ -9,10 +9,13 @@ use rusqlite::{Connection, params};
 
 use super::rows::{integer, rows, unsigned};
 use super::{ProjectError, SceneRecord, schema};
-use crate::labels::{History, ImportId, ImportedLabels, ImportedMap, Trust, png};
+use crate::labels::{ClassId, History, ImportId, ImportedLabels, ImportedMap, Probabilities, Trust, png};
 
 /// The label images that a history names, and those in force.
 type Imports = (BTreeMap<ImportId, Arc<ImportedLabels>>, Option<ImportId>);
+
+/// The PNGs of a map: its labels, and the shares of its probabilities where it has them.
+type EncodedMap = (Vec<u8>, Option<Vec<u8>>);
 
 /// Replaces all label images, and tells which are in force.
 pub(super) fn write_all(
@@ -47,24 +50,30 @@ fn write_with(
     images: &ImportedLabels,
     size: impl Fn(usize) -> Option<(u32, u32)> + Sync,
 ) -> rusqlite::Result<()> {
-    let trust = match images.trust {
-        Trust::Trusted => "trusted",
-        Trust::Votes => "votes",
-    };
     connection.execute(
         "INSERT OR REPLACE INTO import (id, trust) VALUES (?1, ?2)",
-        params![integer(id.0), trust],
+        params![integer(id.0), f64::from(images.trust.value())],
     )?;
-    let encode = |map: &ImportedMap| {
-        let (width, height) = size(map.frame).unwrap_or_default();
-        let png = png::encode_labels(width, height, &map.labels());
+    let png = |width: u32, height: u32, labels: &[ClassId]| {
+        let png = png::encode_labels(width, height, labels);
         png.map_err(|error| rusqlite::Error::ToSqlConversionFailure(error.into()))
     };
-    let encoded: rusqlite::Result<Vec<Vec<u8>>> = images.maps.par_iter().map(encode).collect();
-    let mut insert = connection
-        .prepare_cached("INSERT OR REPLACE INTO imported_map (import, frame, labels) VALUES (?1, ?2, ?3)")?;
-    for (map, png) in images.maps.iter().zip(encoded?) {
-        insert.execute(params![integer(id.0), integer(map.frame), png])?;
+    let encode = |map: &ImportedMap| {
+        let Some(probabilities) = map.probabilities() else {
+            let (width, height) = size(map.frame).unwrap_or_default();
+            return Ok((png(width, height, &map.labels())?, None));
+        };
+        let [width, _] = probabilities.size();
+        let (classes, steps) = probabilities.planes();
+        let height = classes.len() as u32 / width;
+        Ok((png(width, height, &classes)?, Some(png(width, height, &steps)?)))
+    };
+    let encoded: rusqlite::Result<Vec<EncodedMap>> = images.maps.par_iter().map(encode).collect();
+    let mut insert = connection.prepare_cached(
+        "INSERT OR REPLACE INTO imported_map (import, frame, labels, shares) VALUES (?1, ?2, ?3, ?4)",
+    )?;
+    for (map, (labels, shares)) in images.maps.iter().zip(encoded?) {
+        insert.execute(params![integer(id.0), integer(map.frame), labels, shares])?;
     }
     Ok(())
 }
@@ -96,32 +105,26 @@ pub(super) fn read(
     scene: &SceneRecord,
 ) -> Result<Imports, ProjectError> {
     let reading = |error| ProjectError::reading(path, &error);
-    // A file of version 1 that cannot be written has no such tables.
-    if schema::version(connection).map_err(reading)? < 2 {
-        return Ok((BTreeMap::new(), None));
-    }
-    let kinds = rows(connection, "SELECT id, trust FROM import", |row| {
-        let trust: String = row.get(1)?;
-        let trust = if trust == "trusted" {
-            Trust::Trusted
-        } else {
-            Trust::Votes
-        };
-        Ok((ImportId(unsigned(row, 0)? as u64), trust))
+    // Files of earlier versions that cannot be written keep the tables that they have.
+    let (imports, maps) = match schema::version(connection).map_err(reading)? {
+        1 => return Ok((BTreeMap::new(), None)),
+        2 => (schema::IMPORTS_OF_2, schema::MAPS_OF_2),
+        _ => (
+            "SELECT id, trust FROM import",
+            "SELECT import, frame, labels, shares FROM imported_map ORDER BY import, frame",
+        ),
+    };
+    let kinds = rows(connection, imports, |row| {
+        Ok((ImportId(unsigned(row, 0)? as u64), row.get::<_, f64>(1)?))
     });
-    let stored = "SELECT import, frame, labels FROM imported_map ORDER BY import, frame";
-    let stored = rows(connection, stored, |row| {
+    let stored = rows(connection, maps, |row| {
         let id = ImportId(unsigned(row, 0)? as u64);
-        Ok((id, unsigned(row, 1)?, row.get::<_, Vec<u8>>(2)?))
+        Ok((id, unsigned(row, 1)?, row.get(2)?, row.get(3)?))
     });
-    let decode = |(id, frame, png): &(ImportId, usize, Vec<u8>)| {
-        let (width, height, labels) = png::decode_gray(png)?;
-        match scene.frames.get(*frame) {
-            Some(record) if (record.width, record.height) == (width, height) => {
-                Ok((*id, ImportedMap::new(*frame, &labels)))
-            }
-            _ => Err("it fits no frame".to_owned()),
-        }
+    let decode = |(id, frame, labels, shares): &(ImportId, usize, Vec<u8>, Option<Vec<u8>>)| {
+        let record = scene.frames.get(*frame).ok_or("it is of no frame")?;
+        let map = decoded(*frame, [record.width, record.height], labels, shares.as_deref())?;
+        Ok((*id, map))
     };
     let decoded: Result<Vec<(ImportId, ImportedMap)>, String> =
         stored.map_err(reading)?.par_iter().map(decode).collect();
@@ -133,10 +136,13 @@ pub(super) fn read(
         maps.entry(id).or_default().push(map);
     }
     let imports = kinds.map_err(reading)?.into_iter().map(|(id, trust)| {
+        let trust = Trust::new(trust as f32)?;
         let maps = maps.remove(&id).unwrap_or_default();
-        (id, Arc::new(ImportedLabels { maps, trust }))
+        Some((id, Arc::new(ImportedLabels { maps, trust })))
     });
-    let imports: BTreeMap<ImportId, Arc<ImportedLabels>> = imports.collect();
+    let imports: Option<BTreeMap<ImportId, Arc<ImportedLabels>>> = imports.collect();
+    let imports = imports
+        .ok_or_else(|| ProjectError::damaged(path, "the trust in imported labels is not from 0 to 1"))?;
     let in_force: Option<i64> = connection
         .query_row("SELECT imported FROM project", [], |row| row.get(0))
         .map_err(reading)?;
@@ -145,4 +151,31 @@ pub(super) fn read(
         return Err(ProjectError::damaged(path, "imported label images are missing"));
     }
     Ok((imports, in_force))
+}
+
+/// The image of a frame of this size, from its PNGs.
+pub(super) fn decoded(
+    frame: usize,
+    size: [u32; 2],
+    labels: &[u8],
+    shares: Option<&[u8]>,
+) -> Result<ImportedMap, String> {
+    let [width, height] = size;
+    let Some(shares) = shares else {
+        let labels = png::decode_gray_sized(labels, width, height)?;
+        return Ok(ImportedMap::new(frame, &labels));
+    };
+    let misfit = || "it fits no frame".to_owned();
+    // A plane for each of the classes that are kept, and at most a cell for each pixel.
+    let fits = |[across, down]: &[u32; 2]| {
+        *across <= width && u64::from(*down) <= Probabilities::KEPT as u64 * u64::from(height)
+    };
+    let told = png::told_size(labels).filter(fits).ok_or_else(misfit)?;
+    let (width, _, labels) = png::decode_gray(labels)?;
+    let shares = png::decode_gray_sized(shares, told[0], told[1])?;
+    let probabilities = Probabilities::from_planes(size, width, &labels, &shares);
+    Ok(ImportedMap::of_probabilities(
+        frame,
+        probabilities.ok_or_else(misfit)?,
+    ))
 }

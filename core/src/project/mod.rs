@@ -1,17 +1,21 @@
 //! The project file `NAME.inplace`: one SQLite database in which every edit is a transaction.
 //!
 //! [`Project`] is the open file, [`Contents`] is what it holds, and a [`Journal`] is the thread that
-//! writes to it, so that nobody waits for the disk. The strokes and their history are the truth; the maps
+//! writes to it, so that nobody waits for the disk. [`Opened`] is a file as it was found: whole, read-only or
+//! damaged. The strokes and their history are the truth; the maps
 //! and the model are kept so that a reopened project shows its result at once. `docs/project-file.md`
 //! describes the tables.
 
+mod consistency;
 mod contents;
 mod error;
 mod imports;
 mod journal;
 mod location;
+mod opened;
 mod replace;
 mod rows;
+mod salvage;
 mod schema;
 mod writer;
 
@@ -24,12 +28,13 @@ pub use contents::{Contents, FrameRecord, SceneRecord};
 pub use error::ProjectError;
 pub use journal::{Journal, JournalEvent};
 pub use location::{autosave_path, configuration_folder, picture_name, pictures_folder};
+pub use opened::{Opened, Owner};
 
 use crate::labels::{Edit, History, ImportId, ImportedLabels};
 use crate::session::{FrameMap, ModelState};
 
 /// One step through the edit history.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Step {
     /// Label images from elsewhere, which the next edit brings.
     Import(ImportId, Arc<ImportedLabels>),
@@ -47,6 +52,7 @@ pub struct Project {
     connection: Connection,
     path: PathBuf,
     identity: Option<replace::FileIdentity>,
+    read_only: bool,
 }
 
 impl Project {
@@ -67,6 +73,7 @@ impl Project {
                 connection,
                 path: path.to_path_buf(),
                 identity: None,
+                read_only: false,
             };
             draft.write(|transaction| {
                 rows::write_all(transaction, path, &contents.scene, &contents.history)?;
@@ -84,7 +91,8 @@ impl Project {
     /// Opens a project file and reads all of it; decoding the maps takes a while, so do it off the UI
     /// thread.
     ///
-    /// A file that cannot be written is opened all the same, with a warning.
+    /// A file that cannot be written is opened all the same: see [`Project::is_read_only`]. [`Opened::open`] also
+    /// reads what is readable in a damaged one.
     ///
     /// # Errors
     /// A missing file, one that is not a project, a newer or damaged one, one that is open elsewhere.
@@ -93,24 +101,24 @@ impl Project {
             return Err(ProjectError::Missing(path.to_path_buf()));
         }
         let project = Self::attach(path)?;
-        let mut contents = rows::read(&project.connection, path)?;
-        if project.connection.is_readonly("main").unwrap_or(false) {
-            contents.warnings.push(format!(
-                "{}: is read-only, so changes are kept in memory only; save the project under another name",
-                path.display()
-            ));
-        }
+        let contents = rows::read(&project.connection, path)?;
         Ok((project, contents))
     }
 
     fn attach(path: &Path) -> Result<Self, ProjectError> {
-        let connection = schema::connect(path, false).map_err(|error| ProjectError::reading(path, &error))?;
-        schema::check(&connection, path)?;
+        let connection = schema::connect(path).map_err(|error| ProjectError::reading(path, &error))?;
+        let read_only = schema::check(&connection, path)? == schema::Access::ReadOnly;
         Ok(Self {
             connection,
             path: path.to_path_buf(),
             identity: replace::identity(path),
+            read_only,
         })
+    }
+
+    /// Whether the file cannot be written: it, its folder or its disk is read-only.
+    pub fn is_read_only(&self) -> bool {
+        self.read_only
     }
 
     /// The file.

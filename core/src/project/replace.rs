@@ -72,7 +72,7 @@ fn refuse_if_in_use(path: &Path) -> Result<(), ProjectError> {
     if !path.is_file() {
         return Ok(());
     }
-    match schema::connect(path, false) {
+    match schema::connect(path) {
         Err(error)
             if matches!(
                 error.sqlite_error_code(),
@@ -85,7 +85,8 @@ fn refuse_if_in_use(path: &Path) -> Result<(), ProjectError> {
     }
 }
 
-fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
+/// The file beside a database whose name is longer by this.
+pub(super) fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
     name.push(suffix);
     PathBuf::from(name)

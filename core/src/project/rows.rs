@@ -6,6 +6,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 use rusqlite::{Connection, OptionalExtension, Row, params};
 
+use super::consistency::{self, Doubts};
 use super::contents::Pending;
 use super::{Contents, FrameRecord, ProjectError, SceneRecord, Step, imports, location};
 use crate::labels::{Class, Edit, History, LabelSet, Stroke, StrokeId, png};
@@ -231,12 +232,10 @@ impl MapRow {
         Ok(())
     }
 
-    fn decode(&self) -> Result<FrameMap, String> {
-        let (width, height, labels) = png::decode_gray(&self.labels)?;
-        let (entropy_width, entropy_height, entropy) = png::decode_gray(&self.entropy)?;
-        if (width, height) != (entropy_width, entropy_height) {
-            return Err("labels and entropy differ in size".to_owned());
-        }
+    fn decode(&self, record: &FrameRecord) -> Result<FrameMap, String> {
+        let FrameRecord { width, height, .. } = *record;
+        let labels = png::decode_gray_sized(&self.labels, width, height)?;
+        let entropy = png::decode_gray_sized(&self.entropy, width, height)?;
         FrameMap::new(self.frame, self.generation, [width, height], labels, entropy)
             .ok_or_else(|| "labels or entropy do not fill the image".to_owned())
     }
@@ -273,10 +272,7 @@ pub(super) fn read(connection: &Connection, path: &Path) -> Result<Contents, Pro
     })
     .map_err(reading)?;
     let frames = scene.frames.len();
-    if let Some((id, _)) = labels.strokes.iter().find(|(_, stroke)| stroke.frame >= frames) {
-        let reason = format!("stroke {} is on a frame that it does not list", id.0);
-        return Err(ProjectError::damaged(path, reason));
-    }
+    consistency::check(&labels, &edits, frames, path)?;
     if cursor > edits.len() {
         return Err(ProjectError::damaged(path, "edits are missing"));
     }
@@ -289,11 +285,13 @@ pub(super) fn read(connection: &Connection, path: &Path) -> Result<Contents, Pro
         })
         .optional()
         .map_err(reading)?;
-    let (maps, warnings) = read_maps(connection, path, frames).map_err(reading)?;
+    let (maps, mut warnings) = read_maps(connection, path, &scene).map_err(reading)?;
     let (images, in_force) = imports::read(connection, path, &scene)?;
+    let history = History::restored(labels, edits, cursor).with_imports(images, in_force);
+    warnings.extend(Doubts::of(&history).warning(path, history.labels(), &scene.stems()));
     Ok(Contents {
         scene,
-        history: History::restored(labels, edits, cursor).with_imports(images, in_force),
+        history,
         view,
         model: model.map(Arc::new),
         maps,
@@ -340,7 +338,7 @@ pub(super) fn read_scene(connection: &Connection, path: &Path) -> Result<SceneRe
 fn read_maps(
     connection: &Connection,
     path: &Path,
-    frames: usize,
+    scene: &SceneRecord,
 ) -> rusqlite::Result<(Vec<Arc<FrameMap>>, Vec<String>)> {
     let sql = "SELECT frame, generation, labels, entropy FROM map ORDER BY frame";
     let stored = rows(connection, sql, |row| {
@@ -354,8 +352,7 @@ fn read_maps(
     let (mut maps, mut warnings) = (Vec::new(), Vec::new());
     let decoded: Vec<_> = stored
         .par_iter()
-        .filter(|row| row.frame < frames)
-        .map(|row| (row.frame, row.decode()))
+        .filter_map(|row| Some((row.frame, row.decode(scene.frames.get(row.frame)?))))
         .collect();
     for (frame, map) in decoded {
         match map {

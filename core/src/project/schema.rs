@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::Duration;
 
-use rusqlite::{Connection, OpenFlags};
+use rusqlite::{Connection, ErrorCode, OpenFlags};
 
 use super::ProjectError;
 
@@ -11,7 +11,7 @@ use super::ProjectError;
 pub(super) const APPLICATION_ID: i64 = 0x494e_504c;
 
 /// Schema version that this program writes, and the highest that it reads.
-pub(super) const VERSION: i64 = 2;
+pub(super) const VERSION: i64 = 3;
 
 const TABLES: &str = "
 CREATE TABLE project (
@@ -64,19 +64,26 @@ CREATE TABLE map (
 ) STRICT;
 ";
 
-/// What version 2 brought: label images from elsewhere.
+/// Label images from elsewhere, which version 2 brought. Version 3 made the trust a number, and has probabilities.
 const IMPORTS: &str = "
 CREATE TABLE import (
     id    INTEGER PRIMARY KEY,
-    trust TEXT NOT NULL CHECK (trust IN ('trusted', 'votes'))
+    trust REAL NOT NULL CHECK (trust BETWEEN 0 AND 1)
 ) STRICT;
 CREATE TABLE imported_map (
     import INTEGER NOT NULL,
     frame  INTEGER NOT NULL,
     labels BLOB NOT NULL,
+    shares BLOB,
     PRIMARY KEY (import, frame)
 ) STRICT;
 ";
+
+/// The images of a file of version 2 as those of version 3, in its tables.
+pub(super) const IMPORTS_OF_2: &str =
+    "SELECT id, CASE trust WHEN 'trusted' THEN 1.0 ELSE 0.5 END FROM import";
+pub(super) const MAPS_OF_2: &str =
+    "SELECT import, frame, labels, NULL FROM imported_map ORDER BY import, frame";
 
 /// Makes the tables of the current version in an empty database.
 pub(super) fn create_tables(connection: &Connection) -> rusqlite::Result<()> {
@@ -86,29 +93,43 @@ pub(super) fn create_tables(connection: &Connection) -> rusqlite::Result<()> {
     connection.pragma_update(None, "user_version", VERSION)
 }
 
-/// Connects to the database at `path` and takes it for this process alone.
+/// Connects to the database at `path` and takes it for this process alone. Nothing is written yet.
+///
+/// `locking_mode = EXCLUSIVE`: the lock is the file's own and goes with the process, so two windows never write one
+/// project and a crash leaves nothing to unlock.
+pub(super) fn connect(path: &Path) -> rusqlite::Result<Connection> {
+    let flags = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_NO_MUTEX;
+    let connection = Connection::open_with_flags(path, flags)?;
+    connection.busy_timeout(Duration::from_millis(200))?;
+    // A file may come from anybody: it is data, and none of it is run.
+    connection.pragma_update(None, "trusted_schema", false)?;
+    connection.pragma_update(None, "cell_size_check", true)?;
+    connection.pragma_update(None, "locking_mode", "EXCLUSIVE")?;
+    if !connection.is_readonly("main")? {
+        // A commit, even of nothing, would put a damaged header right.
+        connection.execute_batch("BEGIN EXCLUSIVE; ROLLBACK")?;
+    }
+    Ok(connection)
+}
+
+/// Whether a database can be written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Access {
+    ReadWrite,
+    ReadOnly,
+}
+
+/// Has every commit of a whole database reach the disk.
 ///
 /// - A rollback journal, not a write-ahead log: after every commit the whole project is in the one
 ///   file, so that it can be copied, synchronised or mailed at any time, even after a kill.
 /// - `synchronous = FULL`: a commit returns once the file and the journal's end are on the disk, so a
-///   committed edit outlives a power cut. A kill or a power cut in the middle of a commit leaves a
-///   journal beside the file, from which the next opening restores the last commit.
-/// - `locking_mode = EXCLUSIVE`: the lock is the file's own and goes with the process, so two windows
-///   never write one project and a crash leaves nothing to unlock.
-pub(super) fn connect(path: &Path, create: bool) -> rusqlite::Result<Connection> {
-    let mut flags = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_NO_MUTEX;
-    if create {
-        flags |= OpenFlags::SQLITE_OPEN_CREATE;
-    }
-    let connection = Connection::open_with_flags(path, flags)?;
-    connection.busy_timeout(Duration::from_millis(200))?;
-    connection.pragma_update(None, "locking_mode", "EXCLUSIVE")?;
+///   committed edit outlives a power cut. (In exclusive locking mode a journal ends by a synchronised header of
+///   zeros and not by its deletion, which would need `EXTRA`.) A kill or a power cut in the middle of a commit
+///   leaves a journal beside the file, from which the next opening restores the last commit.
+fn make_durable(connection: &Connection) -> rusqlite::Result<()> {
     connection.pragma_update(None, "journal_mode", "DELETE")?;
-    connection.pragma_update(None, "synchronous", "FULL")?;
-    if !connection.is_readonly("main")? {
-        connection.execute_batch("BEGIN EXCLUSIVE; COMMIT")?;
-    }
-    Ok(connection)
+    connection.pragma_update(None, "synchronous", "FULL")
 }
 
 /// The schema version that a database has.
@@ -116,19 +137,28 @@ pub(super) fn version(connection: &Connection) -> rusqlite::Result<i64> {
     connection.pragma_query_value(None, "user_version", |row| row.get(0))
 }
 
-/// Brings a database of an earlier version up to date, whole or not at all. One that cannot be written stays as it
-/// is: [`version`] tells what it lacks.
+/// Brings a database of an earlier version up to date, whole or not at all.
 fn upgrade(connection: &Connection) -> rusqlite::Result<()> {
-    if connection.is_readonly("main")? {
-        return Ok(());
-    }
-    connection.execute_batch(&format!(
-        "BEGIN; ALTER TABLE project ADD COLUMN imported INTEGER; {IMPORTS} PRAGMA user_version = {VERSION}; COMMIT"
-    ))
+    let steps = match version(connection)? {
+        1 => format!("ALTER TABLE project ADD COLUMN imported INTEGER; {IMPORTS}"),
+        _ => format!(
+            "CREATE TEMP TABLE import_of_2 AS {IMPORTS_OF_2};
+             CREATE TEMP TABLE imported_map_of_2 AS {MAPS_OF_2};
+             DROP TABLE import; DROP TABLE imported_map; {IMPORTS}
+             INSERT INTO import SELECT * FROM import_of_2;
+             INSERT INTO imported_map SELECT * FROM imported_map_of_2;
+             DROP TABLE import_of_2; DROP TABLE imported_map_of_2;"
+        ),
+    };
+    connection.execute_batch(&format!("BEGIN; {steps} PRAGMA user_version = {VERSION}; COMMIT"))
 }
 
-/// Whether the database is a project that this program can read; an older one is brought up to date.
-pub(super) fn check(connection: &Connection, path: &Path) -> Result<(), ProjectError> {
+/// Whether the database is a whole project that this program can read. An older one is brought up to date; one that
+/// cannot be written stays as it is: [`version`] tells what it lacks.
+///
+/// # Errors
+/// [`ProjectError::NotAProject`], [`ProjectError::Newer`] or [`ProjectError::Damaged`]; then nothing was written.
+pub(super) fn check(connection: &Connection, path: &Path) -> Result<Access, ProjectError> {
     let reading = |error| ProjectError::reading(path, &error);
     let pragma = |name: &str| {
         connection
@@ -138,16 +168,65 @@ pub(super) fn check(connection: &Connection, path: &Path) -> Result<(), ProjectE
     if pragma("application_id")? != APPLICATION_ID {
         return Err(ProjectError::NotAProject(path.to_path_buf()));
     }
-    match version(connection).map_err(reading)? {
-        VERSION => Ok(()),
-        1 => upgrade(connection).map_err(reading),
-        found if found > VERSION => Err(ProjectError::Newer {
+    let foreign = "SELECT count(*) FROM sqlite_schema WHERE type NOT IN ('table', 'index')";
+    let foreign: i64 = connection
+        .query_row(foreign, [], |row| row.get(0))
+        .map_err(reading)?;
+    if foreign > 0 {
+        return Err(ProjectError::damaged(
+            path,
+            "it has views or triggers, which no project has",
+        ));
+    }
+    let found = version(connection).map_err(reading)?;
+    if found > VERSION {
+        return Err(ProjectError::Newer {
             path: path.to_path_buf(),
             found,
-        }),
-        found => Err(ProjectError::damaged(
-            path,
-            format!("there never was a file version {found}"),
-        )),
+        });
     }
+    if found < 1 {
+        let reason = format!("there never was a file version {found}");
+        return Err(ProjectError::damaged(path, reason));
+    }
+    let verdict: String = connection
+        .query_row("PRAGMA integrity_check(1)", [], |row| row.get(0))
+        .map_err(reading)?;
+    if verdict != "ok" {
+        // SQLite tells the tree and page on a line of its own.
+        let reason = verdict.lines().last().unwrap_or_default().trim();
+        return Err(ProjectError::damaged(path, reason));
+    }
+    if connection.is_readonly("main").map_err(reading)? {
+        return Ok(Access::ReadOnly);
+    }
+    let ready = make_durable(connection).and_then(|()| match found {
+        VERSION => Ok(()),
+        _ => upgrade(connection),
+    });
+    match ready {
+        Ok(()) => Ok(Access::ReadWrite),
+        Err(error) if is_about_writing(&error) => {
+            // The transaction has ended already where the failure was that of the disk.
+            if !connection.is_autocommit() {
+                connection.execute_batch("ROLLBACK").map_err(reading)?;
+            }
+            Ok(Access::ReadOnly)
+        }
+        Err(error) => Err(reading(error)),
+    }
+}
+
+/// Whether it is the file, the folder or the disk that refuses to be written.
+fn is_about_writing(error: &rusqlite::Error) -> bool {
+    matches!(
+        error.sqlite_error_code(),
+        Some(
+            ErrorCode::ReadOnly
+                | ErrorCode::CannotOpen
+                | ErrorCode::PermissionDenied
+                | ErrorCode::DiskFull
+                | ErrorCode::SystemIoFailure
+        )
+    )
 }

@@ -1,10 +1,15 @@
+mod damage;
+mod spoilt;
+
 use std::fs;
 
 use glam::{Affine3A, DVec3};
 
 use super::*;
-use crate::labels::{ImportedLabels, ImportedMap, LabelImages, LabelSet, Stroke, Trust};
-use crate::scene::{Camera, ColorImage, Frame, OpenOptions, Scene, SceneSource};
+use crate::labels::{
+    ImportedLabels, ImportedMap, LabelImages, LabelSet, Likeliest, Probabilities, Stroke, Trust,
+};
+use crate::scene::{Camera, ColorImage, Frame, FramePixels, OpenOptions, Scene, SceneSource};
 
 /// A scene of tiny frames, in a folder.
 pub(super) fn scene(folder: &Path, stems: &[&str]) -> Scene {
@@ -13,8 +18,7 @@ pub(super) fn scene(folder: &Path, stems: &[&str]) -> Scene {
         path: folder.join(stem),
         camera: Camera::with_horizontal_fov(3, 2, 90.0),
         camera_to_world: Affine3A::IDENTITY,
-        color: ColorImage::new(3, 2, vec![0; 18]).unwrap(),
-        depth: None,
+        pixels: FramePixels::new(ColorImage::new(3, 2, vec![0; 18]).unwrap(), None),
         points: Vec::new(),
         lens: None,
     };
@@ -24,6 +28,7 @@ pub(super) fn scene(folder: &Path, stems: &[&str]) -> Scene {
         frames: stems.iter().map(frame).collect(),
         origin: DVec3::ZERO,
         unit: 1.0,
+        point_errors: None,
         warnings: Vec::new(),
         notes: Vec::new(),
     }
@@ -106,7 +111,7 @@ fn images(class: u16) -> LabelImages {
     LabelImages {
         labels: ImportedLabels {
             maps,
-            trust: Trust::Votes,
+            trust: Trust::VOTES,
         },
         classes: Vec::new(),
         unmatched: 0,
@@ -253,9 +258,9 @@ fn a_newer_file_is_refused_and_a_damaged_one_does_no_harm() {
         Connection::open(&path).unwrap().execute_batch(sql).unwrap();
         Project::open(&path)
     };
-    let newer = spoil("PRAGMA user_version = 3").unwrap_err().to_string();
+    let newer = spoil("PRAGMA user_version = 4").unwrap_err().to_string();
     assert!(
-        newer.contains("newer Inplace (file version 3, this program reads up to 2)"),
+        newer.contains("newer Inplace (file version 4, this program reads up to 3)"),
         "{newer}"
     );
     for sql in [
@@ -266,7 +271,7 @@ fn a_newer_file_is_refused_and_a_damaged_one_does_no_harm() {
         "DELETE FROM edit",
         "PRAGMA user_version = 0",
         "UPDATE project SET imported = 5",
-        "INSERT INTO imported_map VALUES (1, 0, x'00')",
+        "INSERT INTO imported_map VALUES (1, 0, x'00', NULL)",
     ] {
         let error = spoil(sql).unwrap_err();
         assert!(matches!(error, ProjectError::Damaged { .. }), "{sql}: {error}");
@@ -375,6 +380,31 @@ fn changed_images_are_noticed() {
 }
 
 #[test]
+fn there_is_a_file_of_every_version_and_each_opens() {
+    let fixtures = [
+        include_str!("fixtures/v1.sql"),
+        include_str!("fixtures/v2.sql"),
+        include_str!("fixtures/v3.sql"),
+    ];
+    assert_eq!(fixtures.len() as i64, schema::VERSION);
+    for (index, sql) in fixtures.iter().enumerate() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("p.inplace");
+        let old = Connection::open(&path).unwrap();
+        old.execute_batch(sql).unwrap();
+        assert_eq!(schema::version(&old).unwrap(), index as i64 + 1);
+        drop(old);
+        let opened = Opened::open(&path, Owner::Person).unwrap();
+        assert_eq!(
+            (opened.damage, opened.contents.warnings),
+            (None, Vec::<String>::new())
+        );
+        let project = opened.project.unwrap();
+        assert_eq!(schema::version(&project.connection).unwrap(), schema::VERSION);
+    }
+}
+
+#[test]
 fn files_of_version_2_still_open() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("p.inplace");
@@ -386,10 +416,90 @@ fn files_of_version_2_still_open() {
     let images = saved.history.labels().imported.clone().unwrap();
     assert_eq!(
         (images.trust, images.maps.len(), images.maps[0].frame),
-        (Trust::Votes, 1, 1)
+        (Trust::VOTES, 1, 1)
     );
     let labels = images.maps[0].labels();
     assert_eq!((labels[0], labels[320 * 240 - 1]), (1, 2));
+}
+
+#[test]
+fn a_file_of_version_2_that_cannot_be_written_is_read_as_it_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("p.inplace");
+    let old = Connection::open(&path).unwrap();
+    old.execute_batch(include_str!("fixtures/v2.sql")).unwrap();
+    old.execute_batch("UPDATE import SET trust = 'trusted'").unwrap();
+    drop(old);
+    let uri = format!("file:{}?immutable=1", path.display());
+    let flags = rusqlite::OpenFlags::SQLITE_OPEN_READ_ONLY | rusqlite::OpenFlags::SQLITE_OPEN_URI;
+    let connection = Connection::open_with_flags(uri, flags).unwrap();
+    schema::check(&connection, &path).unwrap();
+    let contents = rows::read(&connection, &path).unwrap();
+    let images = contents.history.labels().imported.clone().unwrap();
+    assert_eq!((images.trust, images.maps.len()), (Trust::RIGHT, 1));
+    drop(connection);
+    let (_project, upgraded) = Project::open(&path).unwrap();
+    assert_same(&upgraded, &contents);
+}
+
+/// Probabilities of the frames a and c, on a grid that is coarser than theirs.
+fn probabilities() -> LabelImages {
+    let cell = |class| Likeliest::of([(class, 0.75), (300, 0.25)].into_iter());
+    let grid = |classes: [u16; 2]| Probabilities::new([2, 1], [3, 2], classes.map(cell).to_vec()).unwrap();
+    let maps = vec![
+        ImportedMap::of_probabilities(0, grid([1, 2])),
+        ImportedMap::of_probabilities(2, grid([0, 1])),
+    ];
+    let trust = Trust::new(0.3).unwrap();
+    LabelImages {
+        labels: ImportedLabels { maps, trust },
+        classes: Vec::new(),
+        unmatched: 0,
+    }
+}
+
+#[test]
+fn probabilities_and_their_trust_come_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("p.inplace");
+    let mut contents = contents(folder.path());
+    let mut project = Project::create(&path, &contents).unwrap();
+    project
+        .record(&import(&mut contents.history, probabilities()))
+        .unwrap();
+    drop(project);
+    let (project, saved) = Project::open(&path).unwrap();
+    assert_same(&saved, &contents);
+    let images = saved.history.labels().imported.clone().unwrap();
+    assert_eq!((images.trust.value(), images.maps.len()), (0.3, 2));
+    assert_eq!(images.maps[0].labels(), [1, 2, 2, 1, 2, 2]);
+    project
+        .connection
+        .execute_batch("UPDATE imported_map SET shares = labels")
+        .unwrap();
+    drop(project);
+    let error = Project::open(&path).unwrap_err().to_string();
+    assert!(error.contains("an imported label image is unusable"), "{error}");
+}
+
+#[test]
+fn files_of_version_3_still_open() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("p.inplace");
+    let old = Connection::open(&path).unwrap();
+    old.execute_batch(include_str!("fixtures/v3.sql")).unwrap();
+    drop(old);
+    let (_project, saved) = Project::open(&path).unwrap();
+    assert_eq!(saved.history.undo_name(), Some("import predictions"));
+    let images = saved.history.labels().imported.clone().unwrap();
+    assert_eq!((images.trust.value(), images.maps.len()), (0.25, 1));
+    let grid = images.maps[0].probabilities().unwrap();
+    assert_eq!((grid.size(), grid.frame_size()), ([2, 1], [320, 240]));
+    let said: Vec<Vec<(u16, f32)>> = grid.cells().iter().map(|cell| cell.iter().collect()).collect();
+    assert_eq!(
+        said,
+        [vec![(1, 204.0 / 255.0), (2, 51.0 / 255.0)], vec![(2, 1.0)]]
+    );
 }
 
 #[test]

@@ -5,6 +5,12 @@ use glam::{DAffine3, DMat3, DVec3, Vec3};
 /// Longest side of the box around the cameras of a capture that is scaled by them, in metres.
 const CAMERA_EXTENT: f64 = 2.0;
 
+/// Farthest that a camera, or what it sees, may be from zero along an axis, in metres or whatever the capture's unit
+/// is: far beyond every capture, and near enough for sums and squares in single precision.
+pub const FARTHEST: f64 = 1e12;
+/// Largest distance from the optical axis that an image may show, at a distance of 1 along it: 89.9 degrees.
+const WIDEST: f32 = 600.0;
+
 /// A pinhole camera: intrinsics in pixels, without distortion.
 ///
 /// Axes are OpenCV's (x right, y down, z forward); the centre of pixel (column, row) is at
@@ -79,6 +85,30 @@ impl Camera {
         }
     }
 
+    /// The same view as an image of another width and height in pixels; `None` for other proportions, as of a part of
+    /// it, beyond the pixel that rounding may cost.
+    pub fn resized(&self, width: u32, height: u32) -> Option<Self> {
+        let (across, down) = (
+            u64::from(self.height) * u64::from(width),
+            u64::from(height) * u64::from(self.width),
+        );
+        (across.abs_diff(down) < u64::from(self.width)).then(|| self.stretched(width, height))
+    }
+
+    /// The camera of images that were stretched to this width and height in pixels, each axis by itself.
+    pub fn stretched(&self, width: u32, height: u32) -> Self {
+        let scale_x = width as f32 / self.width as f32;
+        let scale_y = height as f32 / self.height as f32;
+        Self {
+            width,
+            height,
+            fx: self.fx * scale_x,
+            fy: self.fy * scale_y,
+            cx: self.cx * scale_x,
+            cy: self.cy * scale_y,
+        }
+    }
+
     /// What is wrong with these intrinsics, if anything.
     pub fn problem(&self) -> Option<&'static str> {
         let values = [self.fx, self.fy, self.cx, self.cy];
@@ -89,7 +119,10 @@ impl Camera {
         } else if self.fx <= 0.0 || self.fy <= 0.0 {
             Some("a focal length is zero or negative")
         } else {
-            None
+            let corners = [(0, 0), (self.width - 1, self.height - 1)];
+            let directions = corners.map(|(column, row)| self.pixel_direction(column, row));
+            let is_too_wide = directions.iter().any(|d| d.abs().max_element() > WIDEST);
+            is_too_wide.then_some("it looks farther to a side than a pinhole camera can")
         }
     }
 }
@@ -98,6 +131,9 @@ impl Camera {
 pub fn pose_problem(camera_to_world: &DAffine3) -> Option<&'static str> {
     if !camera_to_world.is_finite() {
         return Some("it holds a value that is not a finite number");
+    }
+    if camera_to_world.translation.abs().max_element() > FARTHEST {
+        return Some("its position is too far from zero");
     }
     let rotation = camera_to_world.matrix3;
     let deviation = rotation.transpose() * rotation - DMat3::IDENTITY;
@@ -150,6 +186,20 @@ mod tests {
     }
 
     #[test]
+    fn another_size_of_the_same_proportions_scales_the_intrinsics() {
+        let camera = Camera {
+            cx: 330.0,
+            ..Camera::with_horizontal_fov(640, 480, 90.0)
+        };
+        let half = camera.resized(320, 240).unwrap();
+        assert_eq!((half.fx, half.fy, half.cx, half.cy), (160.0, 160.0, 165.0, 120.0));
+        // A third of 640 is rounded; ScanNet's colour is not 4:3, though nearly.
+        assert!(camera.resized(213, 160).is_some());
+        assert_eq!(camera.resized(1296, 968), None);
+        assert_eq!(camera.resized(480, 640), None);
+    }
+
+    #[test]
     fn a_point_behind_the_camera_has_no_image() {
         let camera = Camera::with_horizontal_fov(320, 240, 90.0);
         assert_eq!(camera.project(Vec3::new(0.0, 0.0, -1.0)), None);
@@ -161,5 +211,15 @@ mod tests {
         assert!(pose_problem(&DAffine3::from_scale(DVec3::splat(2.0))).is_some());
         assert!(pose_problem(&DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0))).is_some());
         assert!(pose_problem(&DAffine3::from_translation(DVec3::splat(f64::NAN))).is_some());
+        assert!(pose_problem(&DAffine3::from_translation(DVec3::new(0.0, -2.0 * FARTHEST, 0.0))).is_some());
+    }
+
+    #[test]
+    fn a_camera_has_rays_for_all_of_its_pixels() {
+        let camera = Camera::with_horizontal_fov(320, 240, 150.0);
+        assert_eq!(camera.problem(), None);
+        for (fx, cx) in [(1e-30, 160.0), (160.0, 1e30), (f32::MIN_POSITIVE, 0.5)] {
+            assert!(Camera { fx, cx, ..camera }.problem().is_some(), "{fx} {cx}");
+        }
     }
 }

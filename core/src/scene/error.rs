@@ -35,3 +35,23 @@ impl SceneError {
         }
     }
 }
+
+/// What a library says of an error, in one line: some break theirs, or repeat what is in the file.
+pub(crate) fn in_one_line(error: impl std::fmt::Display) -> String {
+    let text = error.to_string();
+    let words = text.split(|c: char| c.is_whitespace() || c.is_control());
+    words
+        .filter(|word| !word.is_empty())
+        .collect::<Vec<_>>()
+        .join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_message_is_one_line_whatever_it_repeats() {
+        assert_eq!(in_one_line("no\tsuch \0 table:\r\n  \u{7f}x"), "no such table: x");
+    }
+}

@@ -1,11 +1,14 @@
 //! Files of a capture: their names, and what to say of those that cannot be used.
 
-use std::collections::HashMap;
-use std::path::{Component, Path};
+use std::collections::{BTreeMap, HashMap};
+use std::io::{BufRead, Seek};
+use std::path::{Component, Path, PathBuf};
 
-use image::{DynamicImage, ImageReader};
+use image::{DynamicImage, ImageDecoder, ImageReader};
 
-use super::{Camera, ColorImage, Lens, SceneError};
+use super::error::in_one_line;
+use super::lens::LARGEST_SIDE;
+use super::{OpenOptions, SceneError};
 
 /// One warning for all files with the same problem: how many, and the first of them.
 pub(super) fn warn(warnings: &mut Vec<String>, what: &str, examples: &[String]) {
@@ -17,16 +20,69 @@ pub(super) fn warn(warnings: &mut Vec<String>, what: &str, examples: &[String]) 
     }
 }
 
+/// Most bytes of pixels of an image, decoded.
+const MOST_BYTES: u64 = 512 << 20;
+/// Most bytes of pixels for each byte of a file: in a PNG, deflate makes one of at most 1032; in a JPEG, a bit is the
+/// least that says anything of the 64 pixels of a block.
+const MOST_COMPRESSED: u64 = 64 * 3 * 8;
+
 /// The image, or why there is none.
 pub(super) fn decode_image(path: &Path) -> Result<DynamicImage, String> {
-    reader(path)?.decode().map_err(|error| error.to_string())
+    DynamicImage::from_decoder(decoder(path)?).map_err(in_one_line)
+}
+
+/// The image in a file of so many bytes, or why there is none.
+pub(crate) fn decode<'a>(
+    reader: ImageReader<impl BufRead + Seek + 'a>,
+    length: u64,
+) -> Result<DynamicImage, String> {
+    DynamicImage::from_decoder(bounded_decoder(reader, length)?).map_err(in_one_line)
+}
+
+/// What decodes the image at a path and its metadata, or why there is none.
+pub(super) fn decoder(path: &Path) -> Result<impl ImageDecoder, String> {
+    let length = std::fs::metadata(path).map_err(in_one_line)?.len();
+    bounded_decoder(reader(path)?, length)
+}
+
+/// A decoder of the image in a file of so many bytes. What its header says of its size is not believed further than
+/// the file has bytes for.
+fn bounded_decoder<'a>(
+    reader: ImageReader<impl BufRead + Seek + 'a>,
+    length: u64,
+) -> Result<impl ImageDecoder + 'a, String> {
+    let decoder = reader.into_decoder().map_err(in_one_line)?;
+    let (width, height) = decoder.dimensions();
+    let bytes = decoder.total_bytes();
+    if bytes > MOST_BYTES || u64::from(width.max(height)) > LARGEST_SIDE {
+        return Err(format!("it has {width}x{height} pixels, which is too large"));
+    }
+    if bytes > length.saturating_mul(MOST_COMPRESSED) {
+        return Err(format!(
+            "it is truncated or spoilt: {length} bytes cannot hold {width}x{height} pixels"
+        ));
+    }
+    Ok(decoder)
+}
+
+/// Width and height of an image in pixels, from its header, or why it cannot be read.
+pub(super) fn dimensions(path: &Path) -> Result<(u32, u32), String> {
+    reader(path)?.into_dimensions().map_err(in_one_line)
+}
+
+/// A file of an open capture that could be read when it was opened, and cannot be read again.
+pub(super) fn unreadable(path: &Path, reason: &str) -> SceneError {
+    SceneError::file(
+        path,
+        format!("can no longer be read ({reason}); put the capture back as it was, or open it again"),
+    )
 }
 
 /// A reader of an image whose format is told by its first bytes, or why there is none.
-pub(super) fn reader(path: &Path) -> Result<ImageReader<std::io::BufReader<std::fs::File>>, String> {
+fn reader(path: &Path) -> Result<ImageReader<std::io::BufReader<std::fs::File>>, String> {
     ImageReader::open(path)
         .and_then(ImageReader::with_guessed_format)
-        .map_err(|error| error.to_string())
+        .map_err(in_one_line)
 }
 
 /// File name without its extension.
@@ -45,41 +101,104 @@ pub(super) fn file_name(path: &Path) -> String {
         .into_owned()
 }
 
-/// Why a colour image cannot be used.
-pub(super) enum ImageProblem {
-    /// There is no such file.
-    Missing,
-    /// It cannot be decoded, for this reason.
-    Unreadable(String),
-    /// It has this width and height, and not those of its lens.
-    Size(u32, u32),
+/// Files of a folder with one of these extensions, by the number at the end of their stem; the names of those without
+/// one are added to `unnumbered`.
+///
+/// # Errors
+/// A folder that cannot be read, or two files of one number.
+pub(super) fn numbered_files(
+    folder: &Path,
+    extensions: &[&str],
+    unnumbered: &mut Vec<String>,
+) -> Result<BTreeMap<usize, PathBuf>, SceneError> {
+    let unreadable = |error: std::io::Error| SceneError::file(folder, format!("cannot be read: {error}"));
+    let mut files = BTreeMap::new();
+    for entry in std::fs::read_dir(folder).map_err(unreadable)? {
+        let path = entry.map_err(unreadable)?.path();
+        let wanted = path
+            .extension()
+            .is_some_and(|own| extensions.iter().any(|e| own.eq_ignore_ascii_case(e)));
+        let name = file_name(&path);
+        if !wanted || name.starts_with('.') {
+            continue;
+        }
+        let Some(number) = trailing_number(&stem(&path)) else {
+            unnumbered.push(name);
+            continue;
+        };
+        if let Some(other) = files.insert(number, path) {
+            return Err(SceneError::file(
+                other,
+                format!("has the same number as {name}; keep one of the two"),
+            ));
+        }
+    }
+    unnumbered.sort();
+    Ok(files)
 }
 
-/// The colour image at a path, taken with `lens`, as `pinhole` would have taken it.
-pub(super) fn decode_color(path: &Path, lens: &Lens, pinhole: &Camera) -> Result<ColorImage, ImageProblem> {
-    if !path.is_file() {
-        return Err(ImageProblem::Missing);
-    }
-    let image = decode_image(path).map_err(ImageProblem::Unreadable)?.into_rgb8();
-    let (width, height) = image.dimensions();
-    if (width, height) != (lens.image.width, lens.image.height) {
-        return Err(ImageProblem::Size(width, height));
-    }
-    let color = ColorImage::new(width, height, image.into_raw());
-    let color = if lens.distortion.is_none() {
-        color
-    } else {
-        color.and_then(|color| lens.resample(pinhole, &color))
-    };
-    color.ok_or(ImageProblem::Size(width, height))
+/// The number that a name ends in.
+fn trailing_number(name: &str) -> Option<usize> {
+    let digits = name.len() - name.trim_end_matches(|c: char| c.is_ascii_digit()).len();
+    name[name.len() - digits..].parse().ok()
 }
 
-/// Whether a path that a file of the capture names stays inside the folder that it starts from.
-pub(super) fn is_inside(name: &str) -> bool {
-    let parts = || Path::new(name).components();
-    parts().all(|part| matches!(part, Component::Normal(_) | Component::CurDir))
-        && parts().any(|part| matches!(part, Component::Normal(_)))
-        && !name.contains('\0')
+/// Which image files a capture may consist of: those inside its folder, or any where the person allows it.
+pub(super) struct Reach {
+    /// The capture's folder, without links; `None` where files may lie anywhere.
+    folder: Option<PathBuf>,
+}
+
+impl Reach {
+    /// That of the capture in a folder.
+    pub fn of(folder: &Path, options: OpenOptions) -> Self {
+        // A folder that cannot be resolved cannot be read either, which its reader says.
+        let resolved = || folder.canonicalize().unwrap_or_else(|_| folder.to_path_buf());
+        Self {
+            folder: (!options.outside_files).then(resolved),
+        }
+    }
+
+    /// Refuses a path, as a file of the capture names it, that leaves the folder that it starts from, with the
+    /// reason and what to do; what no file can be called is refused in any case.
+    pub fn check_name(&self, name: &str) -> Result<(), String> {
+        let mut parts = Path::new(name).components();
+        let stays = || {
+            let mut parts = Path::new(name).components();
+            parts.all(|part| matches!(part, Component::Normal(_) | Component::CurDir))
+        };
+        let is_file_name = parts.any(|part| matches!(part, Component::Normal(_))) && !name.contains('\0');
+        if !is_file_name {
+            Err(format!(
+                "names {name:?}, which is not the path of a file; give that of the image"
+            ))
+        } else if self.folder.is_some() && !stays() {
+            Err(format!(
+                "names {name:?}, which is not a path inside the folder of the scene; move the file into it and give \
+                 its path from there, or allow such files with --outside-files"
+            ))
+        } else {
+            Ok(())
+        }
+    }
+
+    /// Refuses a file that links lead out of the capture's folder; one that is missing is its reader's to judge.
+    pub fn check_file(&self, path: &Path) -> Result<(), SceneError> {
+        let Some(folder) = &self.folder else {
+            return Ok(());
+        };
+        match path.canonicalize() {
+            Ok(target) if !target.starts_with(folder) => Err(SceneError::file(
+                path,
+                format!(
+                    "is reached by a link and lies outside the folder of the scene, at {}; copy it into the folder, or \
+                     allow such files with --outside-files",
+                    target.display()
+                ),
+            )),
+            _ => Ok(()),
+        }
+    }
 }
 
 /// The name of each frame: the stem of its image, or its whole path with `_` between the folders where

@@ -1,10 +1,11 @@
-//! One posed image and its depth, as kept in memory.
+//! One posed image and its depth.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use glam::{Affine3A, Vec3, Vec3A};
 
-use super::{Camera, Lens};
+use super::{Camera, FramePixels, Lens, Pixels, SceneError};
 
 /// A colour image: 8-bit sRGB, row-major `[height, width, 3]`.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -12,12 +13,68 @@ pub struct ColorImage {
     width: u32,
     height: u32,
     rgb: Vec<u8>,
+    /// The pixels that show no part of the scene, a bit each by row-major index; `None` where there are none.
+    hidden: Option<Vec<u64>>,
 }
 
 impl ColorImage {
     /// Wraps row-major RGB bytes; `None` unless there are `width * height * 3` of them.
     pub fn new(width: u32, height: u32, rgb: Vec<u8>) -> Option<Self> {
-        (rgb.len() == width as usize * height as usize * 3).then_some(Self { width, height, rgb })
+        (rgb.len() == width as usize * height as usize * 3).then_some(Self {
+            width,
+            height,
+            rgb,
+            hidden: None,
+        })
+    }
+
+    /// The same image with these pixels, by row-major index, hidden as well: black, and no part of the scene.
+    pub fn hiding(mut self, hidden: impl Fn(usize) -> bool) -> Self {
+        let words = self.rgb.len().div_ceil(3 * 64);
+        let mut bits = self.hidden.take().unwrap_or_else(|| vec![0; words]);
+        for (index, pixel) in self.rgb.chunks_exact_mut(3).enumerate() {
+            if hidden(index) {
+                bits[index / 64] |= 1 << (index % 64);
+                pixel.fill(0);
+            }
+        }
+        self.hidden = bits.iter().any(|&word| word != 0).then_some(bits);
+        self
+    }
+
+    /// Whether the pixel with this row-major index shows no part of the scene.
+    pub fn is_hidden(&self, index: usize) -> bool {
+        self.hidden
+            .as_ref()
+            .is_some_and(|bits| bits[index / 64] >> (index % 64) & 1 == 1)
+    }
+
+    /// Number of the pixels that show no part of the scene.
+    pub(super) fn hidden(&self) -> usize {
+        let words = self.hidden.iter().flatten();
+        words.map(|word| word.count_ones() as usize).sum()
+    }
+
+    /// Whether there are such pixels.
+    pub(super) fn has_hidden(&self) -> bool {
+        self.hidden.is_some()
+    }
+
+    /// Row-major indices of the pixels that show no part of the scene, ascending.
+    pub fn hidden_pixels(&self) -> impl Iterator<Item = usize> + '_ {
+        let pixels = self.hidden.as_ref().map_or(0, |_| self.rgb.len() / 3);
+        (0..pixels).filter(|&index| self.is_hidden(index))
+    }
+
+    /// An image without light.
+    pub(super) fn black(width: u32, height: u32) -> Self {
+        let rgb = vec![0; width as usize * height as usize * 3];
+        Self {
+            width,
+            height,
+            rgb,
+            hidden: None,
+        }
     }
 
     /// Image width in pixels.
@@ -144,10 +201,8 @@ pub struct Frame {
     pub camera: Camera,
     /// Camera-to-world, rigid, relative to [`Scene::origin`](super::Scene::origin), in metres.
     pub camera_to_world: Affine3A,
-    /// The colour image.
-    pub color: ColorImage,
-    /// Measured depth, where the capture has it.
-    pub depth: Option<DepthMap>,
+    /// Colours and, where the capture has it, measured depth: in memory for a keyframe, else read when wanted.
+    pub pixels: FramePixels,
     /// Points that a structure-from-motion found, where the capture has them; at most one for a pixel.
     pub points: Vec<SparsePoint>,
     /// The lens that the image on disk was taken with; `None` where that image is this one.
@@ -155,14 +210,95 @@ pub struct Frame {
 }
 
 impl Frame {
+    /// Whether the pixels stay in memory: such frames teach the field and make the surface.
+    pub fn is_keyframe(&self) -> bool {
+        self.pixels.are_in_memory()
+    }
+
+    /// Colours and measured depth; of a frame that is no keyframe they are read from its files, unless that was done
+    /// lately.
+    ///
+    /// # Errors
+    /// A file that can no longer be read.
+    pub fn pixels(&self) -> Result<Pixels, SceneError> {
+        self.pixels.get()
+    }
+
+    /// Colours and measured depth, as far as no file has to be read for them.
+    pub fn pixels_at_hand(&self) -> Option<Pixels> {
+        self.pixels.at_hand()
+    }
+
+    /// The colour image. It is black where the file can no longer be read: [`Frame::pixels`] says why.
+    pub fn color(&self) -> Arc<ColorImage> {
+        match self.pixels() {
+            Ok(pixels) => pixels.color,
+            Err(_) => Arc::new(ColorImage::black(self.camera.width, self.camera.height)),
+        }
+    }
+
+    /// Measured depth, where the capture has it. `None` too where the file can no longer be read:
+    /// [`Frame::pixels`] says why.
+    pub fn depth(&self) -> Option<Arc<DepthMap>> {
+        let pixels = self.has_depth().then(|| self.pixels())?;
+        pixels.ok()?.depth
+    }
+
+    /// Whether the capture has measured depth of this frame.
+    pub fn has_depth(&self) -> bool {
+        self.pixels.have_depth()
+    }
+
+    /// Share of the pixels whose measured depth is known, 0..=1; `None` without depth.
+    pub fn depth_coverage(&self) -> Option<f32> {
+        self.pixels.coverage()
+    }
+
+    /// Takes another image in place of the colours; the pixels stay in memory from now on.
+    pub fn set_color(&mut self, color: ColorImage) {
+        let depth = self.depth();
+        let color = Arc::new(color);
+        self.pixels = Pixels { color, depth }.into();
+    }
+
+    /// Takes another depth, or none, in place of the measured one; the pixels stay in memory from now on.
+    pub fn set_depth(&mut self, depth: Option<DepthMap>) {
+        let color = self.color();
+        let depth = depth.map(Arc::new);
+        self.pixels = Pixels { color, depth }.into();
+    }
+
+    /// The same frame without its sparse points, which can be many.
+    pub(crate) fn without_points(&self) -> Self {
+        Self {
+            stem: self.stem.clone(),
+            path: self.path.clone(),
+            camera: self.camera,
+            camera_to_world: self.camera_to_world,
+            pixels: self.pixels.clone(),
+            points: Vec::new(),
+            lens: self.lens,
+        }
+    }
+
     /// Size and intrinsics of the image on disk, which labels are exchanged with.
     pub fn image(&self) -> &Camera {
         self.lens.as_ref().map_or(&self.camera, |lens| &lens.image)
     }
 
-    /// Whether the image on disk shows what the pixel with this row-major index shows; the colours of
-    /// others mean nothing.
+    /// Whether the image on disk shows what the pixel with this row-major index shows, and it is part of the scene; the
+    /// colours of others mean nothing.
     pub fn is_valid(&self, index: usize) -> bool {
+        !(self.pixels.have_hidden() && self.color().is_hidden(index)) && self.reaches(index)
+    }
+
+    /// The same of a frame whose colour image is at hand.
+    pub fn shows(&self, color: &ColorImage, index: usize) -> bool {
+        !color.is_hidden(index) && self.reaches(index)
+    }
+
+    /// Whether the image on disk reaches as far as the pixel with this row-major index.
+    fn reaches(&self, index: usize) -> bool {
         self.lens.as_ref().is_none_or(|lens| {
             let column = (index as u32 % self.camera.width) as f64;
             let row = (index as u32 / self.camera.width) as f64;
@@ -170,16 +306,23 @@ impl Frame {
         })
     }
 
+    /// Row-major indices of the pixels that alpha or masks hide, ascending. No file is read where there are none.
+    pub fn hidden_pixels(&self) -> Vec<usize> {
+        if self.pixels.have_hidden() {
+            self.color().hidden_pixels().collect()
+        } else {
+            Vec::new()
+        }
+    }
+
+    /// Whether every pixel is [valid](Self::is_valid) because nothing bends lines or hides pixels.
+    pub fn is_whole(&self) -> bool {
+        self.lens.is_none() && !self.pixels.have_hidden()
+    }
+
     /// The pixel `[column, row]` of the image on disk at the centre of a pixel of this frame.
     pub fn to_image(&self, pixel: [u32; 2]) -> Option<[u32; 2]> {
-        let Some(lens) = &self.lens else {
-            return Some(pixel);
-        };
-        let [x, y] = pixel.map(|v| f64::from(v) + 0.5);
-        let (x, y) = lens.to_image(&self.camera, x, y)?;
-        // Up to half a pixel beyond the border is still the border's.
-        let inside = |v: f64, size: u32| (v.max(0.0) as u32).min(size - 1);
-        Some([inside(x, lens.image.width), inside(y, lens.image.height)])
+        to_image(&self.camera, self.lens.as_ref(), pixel)
     }
 
     /// The pixel `[column, row]` of this frame at the centre of a pixel of the image on disk.
@@ -215,6 +358,18 @@ impl Frame {
     }
 }
 
+/// The pixel `[column, row]` of the image on disk, taken with `lens`, at the centre of a pixel of a frame with this camera.
+pub(super) fn to_image(camera: &Camera, lens: Option<&Lens>, pixel: [u32; 2]) -> Option<[u32; 2]> {
+    let Some(lens) = lens else {
+        return Some(pixel);
+    };
+    let [x, y] = pixel.map(|v| f64::from(v) + 0.5);
+    let (x, y) = lens.to_image(camera, x, y)?;
+    // Up to half a pixel beyond the border is still the border's.
+    let inside = |v: f64, size: u32| (v.max(0.0) as u32).min(size - 1);
+    Some([inside(x, lens.image.width), inside(y, lens.image.height)])
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -241,8 +396,7 @@ mod tests {
                 glam::Quat::from_rotation_y(0.7),
                 Vec3::new(1.0, -2.0, 0.5),
             ),
-            color: ColorImage::new(320, 240, vec![0; 320 * 240 * 3]).unwrap(),
-            depth: None,
+            pixels: FramePixels::new(ColorImage::black(320, 240), None),
             points: Vec::new(),
             lens: None,
         };

@@ -10,8 +10,11 @@ const CLOSE: f64 = 1e-9;
 const MOST_GROWTH: f64 = 2.0;
 /// Pixels beyond the image's border up to which the border's colours hold.
 const BORDER: f64 = 0.5;
+/// Most places along each side of an image at which its border is followed: it is smooth, so that a side of 10,000
+/// pixels is still met to a thousandth of a pixel.
+const MOST_PLACES: u32 = 1024;
 /// Largest width and height of an image, in pixels.
-const LARGEST_SIDE: u64 = u16::MAX as u64;
+pub(crate) const LARGEST_SIDE: u64 = u16::MAX as u64;
 
 /// Radial and tangential distortion of normalised image coordinates (x / z, y / z), as in OpenCV: with
 /// r^2 = x^2 + y^2,
@@ -141,6 +144,7 @@ impl Lens {
             return Ok((lens, image));
         }
         lens.pinhole()
+            .filter(|pinhole| pinhole.problem().is_none())
             .map(|pinhole| (lens, pinhole))
             .ok_or_else(|| "its distortion cannot be undone".to_owned())
     }
@@ -159,8 +163,12 @@ impl Lens {
             cy,
         } = self.image;
         let (w, h) = (f64::from(width), f64::from(height));
-        let along_x = (0..=width).flat_map(|x| [(f64::from(x), 0.0), (f64::from(x), h)]);
-        let along_y = (0..=height).flat_map(|y| [(0.0, f64::from(y)), (w, f64::from(y))]);
+        let places = |size: u32| {
+            let count = size.clamp(1, MOST_PLACES);
+            (0..=count).map(move |place| f64::from(place) * f64::from(size) / f64::from(count))
+        };
+        let along_x = places(width).flat_map(|x| [(x, 0.0), (x, h)]);
+        let along_y = places(height).flat_map(|y| [(0.0, y), (w, y)]);
         let mut low = [f64::INFINITY; 2];
         let mut high = [f64::NEG_INFINITY; 2];
         for (x, y) in along_x.chain(along_y) {
@@ -376,6 +384,30 @@ mod tests {
         });
         let bounded = extreme.pinhole().unwrap();
         assert!(bounded.width <= 128 && bounded.height <= 96, "{bounded:?}");
+    }
+
+    #[test]
+    fn the_pinhole_image_of_a_large_one_shows_all_of_its_border() {
+        let scale = 100;
+        let small = lens(OPENCV);
+        let large = Lens {
+            image: Camera {
+                width: scale * small.image.width,
+                height: scale * small.image.height,
+                fx: 5000.0,
+                fy: 5200.0,
+                cx: 3100.0,
+                cy: 2500.0,
+            },
+            ..small
+        };
+        let pinhole = large.pinhole().unwrap();
+        for x in 0..large.image.width {
+            for y in [0, large.image.height - 1] {
+                let place = large.to_pinhole(&pinhole, f64::from(x) + 0.5, f64::from(y) + 0.5);
+                assert!(place.is_some(), "{x} {y} {pinhole:?}");
+            }
+        }
     }
 
     #[test]

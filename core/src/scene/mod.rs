@@ -1,5 +1,6 @@
 //! A posed capture of one static scene: cameras, frames, and the formats they are read from.
 
+mod cache;
 mod camera;
 mod colmap;
 pub mod demo;
@@ -7,9 +8,16 @@ mod error;
 mod files;
 mod formats;
 mod frame;
+#[doc(hidden)]
+pub mod fuzzing;
+mod images;
+mod keyframes;
 mod lens;
+mod pixels;
 mod replica;
+pub mod reprojection;
 mod rgbd;
+mod scannet;
 mod seven_scenes;
 #[cfg(test)]
 pub(crate) mod testing;
@@ -22,12 +30,19 @@ use std::path::{Path, PathBuf};
 
 use glam::{Affine3A, DAffine3, DVec3, Vec3};
 
+pub(crate) use cache::Cache;
 pub use camera::Camera;
 pub use error::SceneError;
+pub(crate) use error::in_one_line;
+pub(crate) use files::decode as decode_image;
 pub use frame::{ColorImage, DepthMap, Frame, SparsePoint};
+pub(crate) use images::original_colors;
+pub(crate) use lens::LARGEST_SIDE;
 pub use lens::{Distortion, Lens};
+pub use pixels::{FramePixels, Pixels};
 pub use replica::{GroundTruth, write as write_replica};
 pub(crate) use replica::{intrinsics_line, pose_line, z_millimetres};
+use reprojection::PixelErrors;
 pub use trajectory::Trajectory;
 
 /// Where a scene comes from.
@@ -64,11 +79,23 @@ impl fmt::Display for SceneSource {
 pub struct OpenOptions {
     /// Read measured depth, and the points of a structure-from-motion, where there are any.
     pub depth: bool,
+    /// Bytes that decoded images may take in memory. Of a capture that takes more only the keyframes' stay there.
+    pub image_bytes: u64,
+    /// Read images that a capture names outside its folder, or that links lead to there. A capture from elsewhere
+    /// could name any file of this computer, so that the person has to allow it.
+    pub outside_files: bool,
 }
+
+/// Images of about a thousand frames of 640 x 480 pixels with depth.
+const IMAGE_BYTES: u64 = 3 << 29;
 
 impl Default for OpenOptions {
     fn default() -> Self {
-        Self { depth: true }
+        Self {
+            depth: true,
+            image_bytes: IMAGE_BYTES,
+            outside_files: false,
+        }
     }
 }
 
@@ -92,7 +119,7 @@ impl Bounds {
 const TRIMMED: f32 = 0.002;
 const TRIMMED_SPARSE: f32 = 0.01;
 
-/// A posed capture of one static scene, decoded.
+/// A posed capture of one static scene.
 #[derive(Clone, Debug)]
 pub struct Scene {
     /// Where it was read from.
@@ -107,6 +134,9 @@ pub struct Scene {
     /// Length of a metre here, in the capture's own unit: 1 where that is the metre. Where it is arbitrary,
     /// as after a structure-from-motion, the reader chooses metres that make the scene the size of a room.
     pub unit: f64,
+    /// How far the points of a structure from motion are from where its images show them, in pixels of the images
+    /// on disk; `None` where there are none.
+    pub point_errors: Option<PixelErrors>,
     /// Suspicious but usable input, a sentence each.
     pub warnings: Vec<String>,
     /// What else is to say about how the capture was read, a sentence each.
@@ -134,10 +164,13 @@ impl Scene {
         };
         if !options.depth {
             for frame in &mut scene.frames {
-                frame.depth = None;
+                if frame.has_depth() {
+                    frame.set_depth(None);
+                }
                 frame.points.clear();
             }
         }
+        keyframes::choose(&mut scene, options)?;
         Ok(scene)
     }
 
@@ -163,7 +196,14 @@ impl Scene {
 
     /// Whether any frame has measured depth.
     pub fn has_depth(&self) -> bool {
-        self.frames.iter().any(|frame| frame.depth.is_some())
+        self.frames.iter().any(Frame::has_depth)
+    }
+
+    /// Indices of the frames whose pixels stay in memory, ascending: all frames of a capture that fits there.
+    pub fn keyframes(&self) -> Vec<usize> {
+        let numbered = self.frames.iter().enumerate();
+        let kept = numbered.filter(|(_, frame)| frame.is_keyframe());
+        kept.map(|(number, _)| number).collect()
     }
 
     /// A position here (in metres, relative to the origin) in the capture's own coordinates and unit.
@@ -212,11 +252,11 @@ impl Scene {
         }
     }
 
-    /// World points of about 200 measured pixels of every frame.
+    /// World points of about 200 measured pixels of every keyframe.
     fn sampled_points(&self) -> Vec<Vec3> {
         let mut points = Vec::new();
-        for frame in &self.frames {
-            let Some(depth) = &frame.depth else { continue };
+        for frame in self.frames.iter().filter(|frame| frame.is_keyframe()) {
+            let Some(depth) = frame.depth() else { continue };
             let stride = (depth.len() / 200).max(1) | 1;
             for index in (0..depth.len()).step_by(stride) {
                 if let Some(length) = depth.ray_length(index) {

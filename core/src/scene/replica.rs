@@ -10,8 +10,8 @@
 mod tests;
 mod write;
 
-use super::files::{file_name, stem, warn};
-use super::rgbd::text::{Pose, read_numbers};
+use super::files::{file_name, numbered_files, warn};
+use super::rgbd::text::{Pose, parse_numbers, read_text};
 use super::rgbd::{self, DepthCode, Layout, Listed};
 use super::{Camera, OpenOptions, Scene, SceneError, transforms};
 use std::collections::BTreeMap;
@@ -24,6 +24,8 @@ pub(super) const NAME: &str = "Replica";
 /// What a folder in this layout holds.
 pub(super) const EXPECTED: &str =
     "colour images rgb/rgb_N.png with one camera-to-world matrix a line in traj_w_c.txt";
+/// The file that has the poses.
+pub(super) const POSES: &str = "traj_w_c.txt";
 
 /// Horizontal field of view of captures without `intrinsics.txt`, in degrees.
 const DEFAULT_FIELD_OF_VIEW: f32 = 90.0;
@@ -55,12 +57,13 @@ pub(super) fn read(
             steps_per_metre: 1000.0,
             none: 0,
         },
+        depth_camera: None,
         default_camera: &|width, height| {
             Ok(Camera::with_horizontal_fov(width, height, DEFAULT_FIELD_OF_VIEW))
         },
         default_camera_note: None,
     };
-    rgbd::read(&layout, &listed, warnings, Vec::new(), progress)
+    rgbd::read(&layout, &listed, warnings, Vec::new(), options, progress)
 }
 
 /// The colour images by number.
@@ -97,38 +100,6 @@ fn list_depths(folder: &Path, options: OpenOptions) -> Result<BTreeMap<usize, Pa
     }
 }
 
-/// Files of a folder with one of these extensions, by the number at the end of their stem.
-fn numbered_files(
-    folder: &Path,
-    extensions: &[&str],
-    unnumbered: &mut Vec<String>,
-) -> Result<BTreeMap<usize, PathBuf>, SceneError> {
-    let unreadable = |error: std::io::Error| SceneError::file(folder, format!("cannot be read: {error}"));
-    let mut files = BTreeMap::new();
-    for entry in std::fs::read_dir(folder).map_err(unreadable)? {
-        let path = entry.map_err(unreadable)?.path();
-        let wanted = path
-            .extension()
-            .is_some_and(|own| extensions.iter().any(|e| own.eq_ignore_ascii_case(e)));
-        let name = file_name(&path);
-        if !wanted || name.starts_with('.') {
-            continue;
-        }
-        let Some(number) = trailing_number(&stem(&path)) else {
-            unnumbered.push(name);
-            continue;
-        };
-        if let Some(other) = files.insert(number, path) {
-            return Err(SceneError::file(
-                other,
-                format!("has the same number as {name}; keep one of the two"),
-            ));
-        }
-    }
-    unnumbered.sort();
-    Ok(files)
-}
-
 /// Reads a trajectory; empty lines and lines starting with # do not count as frames.
 pub(super) fn read_poses(path: &Path) -> Result<Vec<Pose>, SceneError> {
     if !path.exists() {
@@ -137,8 +108,13 @@ pub(super) fn read_poses(path: &Path) -> Result<Vec<Pose>, SceneError> {
             "no such file; write the camera-to-world matrix of each frame there, 16 numbers a line",
         ));
     }
+    parse_poses(path, &read_text(path)?)
+}
+
+/// The poses in the text of the trajectory at `path`.
+pub(super) fn parse_poses(path: &Path, text: &str) -> Result<Vec<Pose>, SceneError> {
     let mut poses = Vec::new();
-    for (line, values) in read_numbers(path)? {
+    for (line, values) in parse_numbers(path, text)? {
         let count = values.len();
         let values = values.try_into().map_err(|_| {
             SceneError::file(
@@ -245,10 +221,4 @@ fn with_poses(
 /// Whether this many of `total` are a small remainder: a tenth, or one.
 fn few(count: usize, total: usize) -> bool {
     count < total && count <= (total / 10).max(1)
-}
-
-/// The number that a name ends in.
-fn trailing_number(name: &str) -> Option<usize> {
-    let digits = name.len() - name.trim_end_matches(|c: char| c.is_ascii_digit()).len();
-    name[name.len() - digits..].parse().ok()
 }

@@ -11,11 +11,10 @@ mod tests;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use glam::DAffine3;
 use rayon::prelude::*;
 
 use super::files::{file_name, warn};
-use super::rgbd::text::{Pose, read_numbers};
+use super::rgbd::text::{parse_pose, read_text};
 use super::rgbd::{self, DepthCode, Layout, Listed};
 use super::{OpenOptions, Scene, SceneError};
 
@@ -24,6 +23,8 @@ pub(super) const NAME: &str = "7-Scenes";
 /// What a folder in this format holds.
 pub(super) const EXPECTED: &str =
     "frame-000000.color.png, frame-000000.depth.png and frame-000000.pose.txt, ... of one sequence";
+/// The file that has the poses.
+pub(super) const POSES: &str = "frame-N.pose.txt";
 
 /// The intrinsics that the data set gives for its depth camera, pixels at 640 x 480.
 const FOCAL: [f32; 2] = [585.0, 585.0];
@@ -76,9 +77,8 @@ pub(super) fn read(
     options: OpenOptions,
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<Scene, SceneError> {
-    let (mut warnings, mut notes) = (Vec::new(), Vec::new());
+    let mut warnings = Vec::new();
     let listed = list(folder, options, &mut warnings)?;
-    let listed = rgbd::thinned(listed, &mut notes);
     let layout = Layout {
         format: NAME,
         folder,
@@ -88,6 +88,7 @@ pub(super) fn read(
             steps_per_metre: 1000.0,
             none: u16::MAX,
         },
+        depth_camera: None,
         default_camera: &|width, height| rgbd::published_camera(FOCAL, CENTER, width, height),
         default_camera_note: Some(
             "no intrinsics.txt: taken were the data set's defaults, a focal length of 585 pixels at 640x480 and \
@@ -96,7 +97,7 @@ pub(super) fn read(
                 .to_owned(),
         ),
     };
-    rgbd::read(&layout, &listed, warnings, notes, progress)
+    rgbd::read(&layout, &listed, warnings, Vec::new(), options, progress)
 }
 
 /// The frames that have an image and a usable pose, by number.
@@ -125,7 +126,7 @@ fn list(folder: &Path, options: OpenOptions, warnings: &mut Vec<String>) -> Resu
     }
     let poses = found
         .par_iter()
-        .map(|(_, _, pose)| read_pose(pose))
+        .map(|(_, _, pose)| parse_pose(pose, &read_text(pose)?))
         .collect::<Result<Vec<_>, SceneError>>()?;
     let total = found.len();
     let (mut listed, mut bad) = (Vec::new(), Vec::new());
@@ -172,22 +173,4 @@ fn find_files(folder: &Path) -> Result<BTreeMap<u64, Files>, SceneError> {
         }
     }
     Ok(frames)
-}
-
-/// The pose of a frame, or why it is unusable.
-fn read_pose(path: &Path) -> Result<Result<DAffine3, &'static str>, SceneError> {
-    const FORM: &str = "write four lines of four numbers, the camera-to-world matrix";
-    let rows = read_numbers(path)?;
-    if let Some((line, row)) = rows.iter().find(|(_, row)| row.len() != 4) {
-        return Err(SceneError::file(
-            path,
-            format!("line {line} has {} numbers; {FORM}", row.len()),
-        ));
-    }
-    let line = rows.first().map_or(1, |&(line, _)| line);
-    let values: Vec<f64> = rows.into_iter().flat_map(|(_, row)| row).collect();
-    let values = values
-        .try_into()
-        .map_err(|v: Vec<f64>| SceneError::file(path, format!("has {} lines; {FORM}", v.len() / 4)))?;
-    Ok(Pose { line, values }.checked())
 }

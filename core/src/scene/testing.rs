@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use glam::{Affine3A, DVec3, Vec3};
 
-use super::{Camera, ColorImage, DepthMap, Frame, OpenOptions, Scene, SceneError, SceneSource};
+use super::{Camera, ColorImage, DepthMap, Frame, FramePixels, OpenOptions, Scene, SceneError, SceneSource};
 
 /// A wall two metres away, dark where x < 0 and bright elsewhere, seen by cameras side by side, the
 /// first at x = -0.2 m and the last at x = 0.2 m, with depth and a horizontal field of view of 90 degrees.
@@ -24,8 +24,10 @@ pub fn wall(frames: usize, width: u32, height: u32) -> Scene {
                 path: PathBuf::new(),
                 camera,
                 camera_to_world: Affine3A::from_translation(Vec3::new(x, 0.0, 0.0)),
-                color: ColorImage::new(width, height, rgb).unwrap(),
-                depth: Some(DepthMap::from_z_depths(&camera, vec![2.0; camera.pixels()])),
+                pixels: FramePixels::new(
+                    ColorImage::new(width, height, rgb).unwrap(),
+                    Some(DepthMap::from_z_depths(&camera, vec![2.0; camera.pixels()])),
+                ),
                 points: Vec::new(),
                 lens: None,
             }
@@ -37,15 +39,49 @@ pub fn wall(frames: usize, width: u32, height: u32) -> Scene {
         frames,
         origin: DVec3::ZERO,
         unit: 1.0,
+        point_errors: None,
         warnings: Vec::new(),
         notes: Vec::new(),
     }
 }
 
+/// Hides pixels of a frame, by row-major index.
+pub fn hide(frame: &mut Frame, is_hidden: impl Fn(usize) -> bool) {
+    let color = ColorImage::clone(&frame.color());
+    frame.set_color(color.hiding(is_hidden));
+}
+
+/// To open captures without their depth.
+pub const WITHOUT_DEPTH: OpenOptions = OpenOptions {
+    depth: false,
+    outside_files: false,
+    image_bytes: u64::MAX,
+};
+
 /// Opens a folder as the program would.
 pub fn open(folder: &Path) -> Result<Scene, SceneError> {
     let source = SceneSource::Folder(folder.to_path_buf());
     Scene::open(&source, OpenOptions::default(), &|_, _| {})
+}
+
+/// Opens a folder as the program would with `--outside-files`.
+pub fn open_with_outside_files(folder: &Path) -> Result<Scene, SceneError> {
+    let options = OpenOptions {
+        outside_files: true,
+        ..OpenOptions::default()
+    };
+    Scene::open(&SceneSource::Folder(folder.to_path_buf()), options, &|_, _| {})
+}
+
+/// Moves a file out of the capture in `folder` and leaves a link in its place; holds the folder that has it now.
+#[cfg(unix)]
+pub fn move_out(folder: &Path, name: &str) -> tempfile::TempDir {
+    let outside = tempfile::tempdir().unwrap();
+    let (place, moved) = (folder.join(name), outside.path().join("moved"));
+    std::fs::copy(&place, &moved).unwrap();
+    std::fs::remove_file(&place).unwrap();
+    std::os::unix::fs::symlink(&moved, &place).unwrap();
+    outside
 }
 
 /// Asserts that a folder is refused with a message that holds all of these.

@@ -17,8 +17,8 @@ use std::path::{Path, PathBuf};
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
 use super::camera::pose_problem;
-use super::files::{file_name, is_inside, stem, warn};
-use super::rgbd::text::read_numbers;
+use super::files::{Reach, file_name, stem, warn};
+use super::rgbd::text::{parse_numbers, read_text};
 use super::rgbd::{self, DepthCode, Layout, Listed};
 use super::{OpenOptions, Scene, SceneError};
 
@@ -26,6 +26,8 @@ use super::{OpenOptions, Scene, SceneError};
 pub(super) const NAME: &str = "TUM RGB-D";
 /// What a folder in this format holds.
 pub(super) const EXPECTED: &str = "rgb.txt, depth.txt and groundtruth.txt";
+/// The file that has the poses.
+pub(super) const POSES: &str = "groundtruth.txt";
 
 /// Largest difference in time of what belongs together, in seconds, as in the benchmark's own tools.
 const MOST_APART: f64 = 0.02;
@@ -115,9 +117,8 @@ pub(super) fn read(
     options: OpenOptions,
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<Scene, SceneError> {
-    let (mut warnings, mut notes) = (Vec::new(), Vec::new());
+    let mut warnings = Vec::new();
     let listed = list(folder, options, &mut warnings)?;
-    let listed = rgbd::thinned(listed, &mut notes);
     let family = Family::of(folder);
     let layout = Layout {
         format: NAME,
@@ -128,25 +129,27 @@ pub(super) fn read(
             steps_per_metre: 5000.0,
             none: 0,
         },
+        depth_camera: None,
         default_camera: &|width, height| {
             let center = family.center.map(|v| v + 0.5);
             rgbd::published_camera(family.focal, center, width, height)
         },
         default_camera_note: Some(family.note()),
     };
-    rgbd::read(&layout, &listed, warnings, notes, progress)
+    rgbd::read(&layout, &listed, warnings, Vec::new(), options, progress)
 }
 
 /// The frames whose image has a usable pose, and depth where there is any, at about its time; in the order
 /// of their times.
 fn list(folder: &Path, options: OpenOptions, warnings: &mut Vec<String>) -> Result<Vec<Listed>, SceneError> {
-    let images = read_images(folder, "rgb.txt")?;
+    let reach = Reach::of(folder, options);
+    let images = read_images(folder, "rgb.txt", &reach)?;
     check_names(folder, &images)?;
     // Which frames there are does not depend on whether depth is wanted, so that labels fit either way.
     let depths = folder.join("depth.txt");
     let depths = depths
         .exists()
-        .then(|| read_images(folder, "depth.txt"))
+        .then(|| read_images(folder, "depth.txt", &reach))
         .transpose()?;
     let trajectory = folder.join("groundtruth.txt");
     let poses = read_poses(&trajectory)?;
@@ -210,10 +213,18 @@ fn nearest<T>(sorted: &[(f64, T)], time: f64) -> Option<&T> {
 }
 
 /// Reads a list of images, sorted by time.
-fn read_images(folder: &Path, list: &str) -> Result<Vec<(f64, PathBuf)>, SceneError> {
+fn read_images(folder: &Path, list: &str, reach: &Reach) -> Result<Vec<(f64, PathBuf)>, SceneError> {
     let path = folder.join(list);
-    let text = std::fs::read_to_string(&path)
-        .map_err(|error| SceneError::file(&path, format!("cannot be read as text: {error}")))?;
+    parse_images(folder, &path, &read_text(&path)?, reach)
+}
+
+/// The images in the text of the list at `path`, sorted by time.
+pub(super) fn parse_images(
+    folder: &Path,
+    path: &Path,
+    text: &str,
+    reach: &Reach,
+) -> Result<Vec<(f64, PathBuf)>, SceneError> {
     let mut images = Vec::new();
     for (line, content) in (1..).zip(text.trim_start_matches('\u{feff}').lines()) {
         let content = content.trim();
@@ -224,7 +235,7 @@ fn read_images(folder: &Path, list: &str) -> Result<Vec<(f64, PathBuf)>, SceneEr
             let time = time.parse::<f64>().ok().filter(|time| time.is_finite())?;
             Some((time, name.trim()))
         });
-        let Some((time, name)) = parsed.filter(|(_, name)| is_inside(name)) else {
+        let Some((time, name)) = parsed else {
             return Err(SceneError::file(
                 path,
                 format!(
@@ -232,6 +243,9 @@ fn read_images(folder: &Path, list: &str) -> Result<Vec<(f64, PathBuf)>, SceneEr
                 ),
             ));
         };
+        reach
+            .check_name(name)
+            .map_err(|reason| SceneError::file(path, format!("line {line} {reason}")))?;
         images.push((time, folder.join(name)));
     }
     if images.is_empty() {
@@ -260,7 +274,7 @@ fn check_names(folder: &Path, images: &[(f64, PathBuf)]) -> Result<(), SceneErro
 }
 
 /// A line of the trajectory.
-struct TimedPose {
+pub(super) struct TimedPose {
     /// Line of the file, from 1.
     line: usize,
     /// The pose, or what is wrong with it.
@@ -275,8 +289,13 @@ fn read_poses(path: &Path) -> Result<Vec<(f64, TimedPose)>, SceneError> {
             "no such file; write the camera's poses there, time tx ty tz qx qy qz qw a line",
         ));
     }
+    parse_poses(path, &read_text(path)?)
+}
+
+/// The poses in the text of the trajectory at `path`, sorted by time.
+pub(super) fn parse_poses(path: &Path, text: &str) -> Result<Vec<(f64, TimedPose)>, SceneError> {
     let mut poses = Vec::new();
-    for (line, values) in read_numbers(path)? {
+    for (line, values) in parse_numbers(path, text)? {
         let &[time, tx, ty, tz, qx, qy, qz, qw] = values.as_slice() else {
             return Err(SceneError::file(
                 path,

@@ -2,10 +2,11 @@
 //! depth tell which of them a pixel beside a border belongs to.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use super::{NO_NODE, Node};
 use crate::labels::{ClassId, VOID};
-use crate::scene::Frame;
+use crate::scene::{ColorImage, DepthMap, Frame};
 
 /// Pixels whose surroundings count, on each side.
 const REACH: usize = 2;
@@ -36,6 +37,8 @@ pub(super) fn nodes_at_borders(frame: &Frame, shown: &[u32], nodes: &[Node], lab
     let classes: Vec<ClassId> = shown.iter().map(class).collect();
     let around = Around {
         frame,
+        color: frame.color(),
+        depth: frame.depth(),
         nodes,
         shown,
         classes: &classes,
@@ -69,6 +72,8 @@ struct Vote {
 /// A frame and what its pixels show.
 struct Around<'a> {
     frame: &'a Frame,
+    color: Arc<ColorImage>,
+    depth: Option<Arc<DepthMap>>,
     nodes: &'a [Node],
     /// The node of every pixel, and its class.
     shown: &'a [u32],
@@ -116,7 +121,7 @@ impl Around<'_> {
             most: f32::INFINITY,
             node: own,
         });
-        let color = self.frame.color.color(pixel);
+        let color = self.color.color(pixel);
         let length = self.length(pixel);
         let per_length = (LENGTH * length).recip();
         let (column, row) = (pixel % self.width, pixel / self.width);
@@ -128,7 +133,7 @@ impl Around<'_> {
                     continue;
                 }
                 let pixels = (x.abs_diff(column).pow(2) + y.abs_diff(row).pow(2)) as f32 / PIXELS.powi(2);
-                let colors = (self.frame.color.color(other) - color).length_squared() / COLOR.powi(2);
+                let colors = (self.color.color(other) - color).length_squared() / COLOR.powi(2);
                 let lengths = ((self.length(other) - length) * per_length).powi(2);
                 let weight = (-0.5 * (pixels + colors + lengths.min(2.0 * MOST_FOR_LENGTH))).exp();
                 let class = self.classes[other];
@@ -161,11 +166,7 @@ impl Around<'_> {
 
     /// Ray length of a pixel with a node: measured, or that of the node's centre.
     fn length(&self, pixel: usize) -> f32 {
-        let measured = self
-            .frame
-            .depth
-            .as_ref()
-            .and_then(|depth| depth.ray_length(pixel));
+        let measured = self.depth.as_ref().and_then(|depth| depth.ray_length(pixel));
         measured.unwrap_or_else(|| {
             let position = self.nodes[self.shown[pixel] as usize].position;
             position.distance(self.frame.center())
@@ -175,13 +176,11 @@ impl Around<'_> {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
-
     use glam::Vec3;
 
     use super::*;
+    use crate::scene::Scene;
     use crate::scene::testing::wall;
-    use crate::scene::{ColorImage, DepthMap, Scene};
     use crate::semantics::{NodeMap, Surface, SurfaceGraph};
 
     const SIZE: [u32; 2] = [24, 9];
@@ -206,6 +205,7 @@ mod tests {
         let surface = Surface {
             graph: SurfaceGraph::from_edges(nodes, &[]),
             pixels: vec![Arc::new(NodeMap::pack(SIZE[0] as usize, &shown))],
+            others: None,
             voxel: 0.3,
         };
         let labels = (0..SIZE[0] / 3)
@@ -217,7 +217,7 @@ mod tests {
     fn paint(scene: &mut Scene, gray: impl Fn(u32, u32) -> u8) {
         let pixels = (0..SIZE[0] * SIZE[1]).map(|pixel| gray(pixel % SIZE[0], pixel / SIZE[0]));
         let rgb = pixels.flat_map(|value| [value; 3]).collect();
-        scene.frames[0].color = ColorImage::new(SIZE[0], SIZE[1], rgb).unwrap();
+        scene.frames[0].set_color(ColorImage::new(SIZE[0], SIZE[1], rgb).unwrap());
     }
 
     fn nodes_of(scene: &Scene, surface: &Surface, labels: &[ClassId]) -> Vec<u32> {
@@ -235,7 +235,7 @@ mod tests {
     #[test]
     fn a_border_follows_the_colours_of_the_image() {
         let (mut scene, surface, labels) = blocks();
-        scene.frames[0].depth = None;
+        scene.frames[0].set_depth(None);
         for edge in [BLOCKS_END - 1, BLOCKS_END, BLOCKS_END + 1] {
             paint(&mut scene, |x, _| if x < edge { 60 } else { 200 });
             let classes = classes(&scene, &surface, &labels);
@@ -254,7 +254,7 @@ mod tests {
         let lengths: Vec<f32> = (0..SIZE[0] * SIZE[1])
             .map(|pixel| if pixel % SIZE[0] < edge { 2.0 } else { 3.0 })
             .collect();
-        scene.frames[0].depth = Some(DepthMap::from_ray_lengths(SIZE[0], &lengths));
+        scene.frames[0].set_depth(Some(DepthMap::from_ray_lengths(SIZE[0], &lengths)));
         let classes = classes(&scene, &surface, &labels);
         for (pixel, class) in (0..).zip(classes) {
             assert_eq!(class, if pixel % SIZE[0] < edge { 4 } else { 5 }, "pixel {pixel}");
@@ -264,7 +264,7 @@ mod tests {
     #[test]
     fn away_from_borders_and_on_plain_ones_every_pixel_keeps_its_node() {
         let (mut scene, surface, mut labels) = blocks();
-        scene.frames[0].depth = None;
+        scene.frames[0].set_depth(None);
         // Stripes that no border of classes is near.
         paint(&mut scene, |x, _| if x < 6 && x % 2 == 0 { 20 } else { 128 });
         let shown = surface.pixels[0].unpack();

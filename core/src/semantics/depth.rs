@@ -1,6 +1,7 @@
 //! The ray length of every pixel: measured where it is, else the field's.
 
-use crate::scene::Frame;
+use super::Node;
+use crate::scene::{ColorImage, Frame, Pixels};
 
 /// Ray lengths that the field renders for a frame at 1/`stride` of its resolution.
 #[derive(Clone, Debug)]
@@ -15,27 +16,69 @@ pub struct FieldDepth {
 
 /// Ray length of every pixel of a frame in metres, row-major: infinite where the ray meets nothing,
 /// not a number where nobody knows (yet) and where the image on disk does not reach.
-pub fn pixel_lengths(frame: &Frame, field: Option<&FieldDepth>) -> Vec<f32> {
+pub fn pixel_lengths(frame: &Frame, pixels: &Pixels, field: Option<&FieldDepth>) -> Vec<f32> {
     (0..frame.camera.pixels())
-        .map(|index| pixel_length(frame, field, index))
+        .map(|index| pixel_length(frame, pixels, field, index))
         .collect()
 }
 
 /// The same of the pixel with this row-major index.
-pub fn pixel_length(frame: &Frame, field: Option<&FieldDepth>, index: usize) -> f32 {
-    let measured = frame.depth.as_ref().and_then(|depth| depth.ray_length(index));
+pub fn pixel_length(frame: &Frame, pixels: &Pixels, field: Option<&FieldDepth>, index: usize) -> f32 {
+    let measured = pixels.depth.as_ref().and_then(|depth| depth.ray_length(index));
     match (measured, field) {
         (Some(length), _) => length,
-        (None, _) if !frame.is_valid(index) => f32::NAN,
-        (None, Some(field)) => field.at(frame, index),
+        (None, _) if !frame.shows(&pixels.color, index) => f32::NAN,
+        (None, Some(field)) => field.at(frame, &pixels.color, index),
         (None, None) => f32::NAN,
     }
 }
 
 impl FieldDepth {
+    /// The same of a surface instead of the field: its nodes as squares the size of their voxels, the nearest in front
+    /// of the others. Not a number where none lies; infinite where one of the shell does, whose voxels are `shell`
+    /// metres wide. Nodes that are seen from behind are left out.
+    pub(super) fn of_surface(frame: &Frame, nodes: &[Node], shell: f32, stride: u32) -> Self {
+        let (width, height) = (
+            frame.camera.width.div_ceil(stride),
+            frame.camera.height.div_ceil(stride),
+        );
+        let mut lengths = vec![f32::NAN; (width * height) as usize];
+        let focal = frame.camera.fx.max(frame.camera.fy) / stride as f32;
+        for node in nodes {
+            let Some((x, y, length)) = frame.project(node.position) else {
+                continue;
+            };
+            if node.normal.dot(node.position - frame.center()) > 0.0 {
+                continue;
+            }
+            let half = 0.5 * (node.voxel * focal / length.max(1e-3)).max(1.0);
+            let span = |middle: f32, size: u32| {
+                let middle = middle / stride as f32;
+                (middle - half).max(0.0) as u32..((middle + half).ceil() as u32).min(size)
+            };
+            let length = if node.voxel == shell {
+                f32::INFINITY
+            } else {
+                length
+            };
+            for row in span(y, height) {
+                for column in span(x, width) {
+                    let there = &mut lengths[(row * width + column) as usize];
+                    // The first one replaces what is not a number.
+                    *there = length.min(*there);
+                }
+            }
+        }
+        Self {
+            stride,
+            width,
+            lengths,
+        }
+    }
+
     /// Between the four samples around a pixel: bilinear on one surface, else the sample whose colour is
     /// the most like the pixel's.
-    fn at(&self, frame: &Frame, index: usize) -> f32 {
+    fn at(&self, frame: &Frame, image: &ColorImage, index: usize) -> f32 {
         let camera = &frame.camera;
         let height = self.lengths.len() as u32 / self.width;
         let stride = self.stride as f32;
@@ -57,11 +100,11 @@ impl FieldDepth {
             let lower = lengths[2] + fx * (lengths[3] - lengths[2]);
             return upper + fy * (lower - upper);
         }
-        let own = frame.color.color(index);
+        let own = image.color(index);
         let color_gap = |&(x, y): &(u32, u32)| {
             let column = (x * self.stride + self.stride / 2).min(camera.width - 1);
             let row = (y * self.stride + self.stride / 2).min(camera.height - 1);
-            (frame.color.color((row * camera.width + column) as usize) - own).length_squared()
+            (image.color((row * camera.width + column) as usize) - own).length_squared()
         };
         let gaps = corners.map(|corner| color_gap(&corner));
         let best = (0..4).min_by(|&a, &b| gaps[a].total_cmp(&gaps[b])).unwrap_or(0);
@@ -73,18 +116,49 @@ impl FieldDepth {
 mod tests {
     use super::*;
     use crate::scene::testing::wall;
+    use crate::semantics::Surface;
+
+    #[test]
+    fn the_surface_of_other_frames_gives_the_lengths_that_a_frame_would_have_measured() {
+        let scene = wall(3, 64, 48);
+        let surface = Surface::build(&scene, &[], 4.0).unwrap();
+        let frame = &scene.frames[1];
+        let measured = frame.depth().unwrap();
+        let found = FieldDepth::of_surface(frame, surface.graph.nodes(), 99.0, 4);
+        assert_eq!((found.width, found.lengths.len()), (16, 16 * 12));
+        for (sample, length) in found.lengths.iter().enumerate() {
+            let (column, row) = (sample % 16, sample / 16);
+            let expected = measured.ray_length((4 * row + 2) * 64 + 4 * column + 2).unwrap();
+            // The nearer of two squares that meet in a sample hides the other.
+            assert!(
+                (length - expected).abs() < 2.0 * surface.voxel,
+                "{sample}: {length} instead of {expected}"
+            );
+        }
+        // What lies on the shell is infinitely far, and nothing is seen from behind.
+        let voxel = surface.voxel;
+        let shell = FieldDepth::of_surface(frame, surface.graph.nodes(), voxel, 4);
+        assert!(shell.lengths.iter().all(|length| length.is_infinite()));
+        let mut behind = frame.clone();
+        behind.camera_to_world = glam::Affine3A::from_rotation_translation(
+            glam::Quat::from_rotation_y(std::f32::consts::PI),
+            glam::Vec3::new(0.0, 0.0, 4.0),
+        );
+        let nothing = FieldDepth::of_surface(&behind, surface.graph.nodes(), 99.0, 4);
+        assert!(nothing.lengths[6 * 16 + 8].is_nan());
+    }
 
     #[test]
     fn where_all_samples_meet_nothing_so_do_the_pixels_between() {
         let mut frame = wall(1, 16, 8).frames.remove(0);
-        frame.depth = None;
+        frame.set_depth(None);
         let near = |index: u32| if index % 4 < 2 { 2.0 } else { f32::INFINITY };
         let field = FieldDepth {
             stride: 4,
             width: 4,
             lengths: (0..8).map(near).collect(),
         };
-        let lengths = pixel_lengths(&frame, Some(&field));
+        let lengths = pixel_lengths(&frame, &frame.pixels().unwrap(), Some(&field));
         for (pixel, length) in lengths.into_iter().enumerate() {
             match pixel % 16 {
                 0..6 => assert_eq!(length, 2.0, "pixel {pixel}"),

@@ -86,7 +86,7 @@ pub(super) struct OnSurface {
 impl OnSurface {
     /// The node that every pixel of a frame takes its class from.
     fn nodes(&self, frame: usize) -> Vec<u32> {
-        let shown = self.surface.pixels[frame].unpack();
+        let shown = self.surface.nodes_of(frame).unpack();
         let (nodes, labels) = (self.surface.graph.nodes(), &self.posterior.labels);
         nodes_at_borders(&self.scene.frames[frame], &shown, nodes, labels)
     }
@@ -120,16 +120,18 @@ impl OnSurface {
         let mut pixels = of_nodes(nodes, values);
         let image = self.trusted.as_deref().and_then(|images| images.of_frame(frame));
         if let Some(image) = image.filter(|image| image.pixels() == pixels.len()) {
-            let mut start = 0;
-            for (class, length) in image.runs() {
+            for (pixel, class) in pixels.iter_mut().zip(image.labels()) {
                 if class != VOID {
-                    pixels[start..start + length].fill(said(class));
+                    *pixel = said(class);
                 }
-                start += length;
             }
         }
         for &(pixel, class) in &self.painted {
             pixels[pixel as usize] = said(class);
+        }
+        // What is no part of the scene has no class, and that is sure.
+        for pixel in self.scene.frames[frame].hidden_pixels() {
+            pixels[pixel] = said(VOID);
         }
         pixels
     }
@@ -378,7 +380,7 @@ mod tests {
 
     use super::*;
     use crate::scene::testing::wall;
-    use crate::scene::{ColorImage, Distortion, Lens};
+    use crate::scene::{ColorImage, Distortion, FramePixels, Lens};
     use crate::semantics::{Node, NodeMap, SurfaceGraph};
 
     /// A map of the first frame of a scene whose pixels show these nodes, on a surface without edges.
@@ -402,6 +404,7 @@ mod tests {
                 scene.frames[0].camera.width as usize,
                 shown,
             ))],
+            others: None,
             voxel: 0.1,
         };
         let shown = OnSurface {
@@ -419,8 +422,8 @@ mod tests {
     fn a_map_on_a_surface_reads_like_one_that_lists_its_pixels() {
         // A single bright pixel, which shows a node of its own.
         let mut scene = wall(1, 3, 2);
-        scene.frames[0].color =
-            ColorImage::new(3, 2, [[0; 9], [0, 0, 0, 255, 255, 255, 0, 0, 0]].concat()).unwrap();
+        let rgb = [[0; 9], [0, 0, 0, 255, 255, 255, 0, 0, 0]].concat();
+        scene.frames[0].set_color(ColorImage::new(3, 2, rgb).unwrap());
         let posterior = Posterior {
             labels: vec![5, 7],
             entropy: vec![100, 200],
@@ -496,8 +499,8 @@ mod tests {
         frame.camera = lens.pinhole().unwrap();
         frame.lens = Some(lens);
         let (width, height) = (frame.camera.width, frame.camera.height);
-        frame.color = ColorImage::new(width, height, vec![0; 3 * frame.camera.pixels()]).unwrap();
-        frame.depth = None;
+        let black = ColorImage::new(width, height, vec![0; 3 * frame.camera.pixels()]).unwrap();
+        frame.pixels = FramePixels::new(black, None);
         let map = listing(&frame);
         let bent = map.in_image(&frame);
         assert_eq!(

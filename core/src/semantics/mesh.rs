@@ -209,6 +209,7 @@ mod tests {
         Surface {
             graph: SurfaceGraph::from_edges(nodes, &[]),
             pixels: Vec::new(),
+            others: None,
             voxel,
         }
     }

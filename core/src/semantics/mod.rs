@@ -22,13 +22,15 @@ mod surface;
 mod targets;
 mod verdict;
 mod views;
+mod votes;
+mod voxels;
 
 pub use depth::{FieldDepth, pixel_length, pixel_lengths};
 pub use diffusion::diffuse;
 pub use geodesic::{Geodesics, Propagation};
 pub use graph::{Node, SurfaceGraph};
 pub use head::SemanticHead;
-pub use imported::{NodeLabels, NodeVotes, SurfaceImport};
+pub use imported::{NodeLabels, SurfaceImport};
 pub use look::HeadLook;
 pub use map::{CERTAIN, ENTROPY_STEPS_PER_NAT, FrameMap, PixelAnswer};
 pub use mesh::{Mesh, MeshVertex};
@@ -43,6 +45,8 @@ pub use summary::FrameSummary;
 pub use surface::{NO_NODE, Surface};
 pub use verdict::{CrossValidation, Verdict, Verdicts};
 pub use views::best_view;
+pub use votes::NodeVotes;
+pub use voxels::OtherFrames;
 
 #[cfg(test)]
 mod tests;

@@ -3,7 +3,7 @@
 use glam::{IVec3, Vec3};
 use rustc_hash::FxHashMap;
 
-use super::surface::SHELL_CELL;
+use super::voxels::SHELL_CELL;
 use super::{Node, Surface};
 
 /// Side of a cell, in voxels.
@@ -146,6 +146,7 @@ mod tests {
         Surface {
             graph: SurfaceGraph::from_edges(nodes, &[]),
             pixels: Vec::new(),
+            others: None,
             voxel: 0.1,
         }
     }

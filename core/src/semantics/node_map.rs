@@ -54,6 +54,11 @@ impl NodeMap {
         self.len() == 0
     }
 
+    /// Bytes that it takes in memory.
+    pub(super) fn size(&self) -> usize {
+        size_of::<u32>() * (self.rows.len() + self.runs.len())
+    }
+
     /// Nodes with the pixels that show them, in the order of the pixels.
     pub fn runs(&self) -> impl Iterator<Item = (u32, Range<usize>)> + '_ {
         let mut end = 0;

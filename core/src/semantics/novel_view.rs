@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::borders::nodes_at_borders;
 use super::{ENTROPY_STEPS_PER_NAT, FrameMap, NO_NODE, NearestNodes, Posterior, Surface};
 use crate::field::{FieldError, Trainer, camera_rays, render_rays};
-use crate::scene::{Camera, ColorImage, DepthMap, Frame};
+use crate::scene::{Camera, ColorImage, DepthMap, Frame, FramePixels};
 
 /// How far the field may let a ray end from the voxel whose class it gets, in voxels. What is farther from all of the
 /// surface was seen by no frame.
@@ -77,8 +77,7 @@ impl<'a> NovelViews<'a> {
             path: std::path::PathBuf::new(),
             camera: *camera,
             camera_to_world: *camera_to_world,
-            color,
-            depth: Some(DepthMap::from_ray_lengths(camera.width, &lengths)),
+            pixels: FramePixels::new(color, Some(DepthMap::from_ray_lengths(camera.width, &lengths))),
             points: Vec::new(),
             lens: None,
         };
@@ -130,14 +129,14 @@ mod tests {
         let (frame, map) = views.view(4, &camera, &pose).unwrap();
         assert_eq!((frame.stem.as_str(), map.frame), ("view_4", 4));
         let (labels, entropy) = (map.labels(), map.entropy());
-        let depth = frame.depth.as_ref().unwrap();
+        let (color, depth) = (frame.color(), frame.depth().unwrap());
         let mut right = [0; 4];
         for pixel in 0..camera.pixels() {
             let on_wall =
                 frame.center() + 1.7 * (camera.pixel_direction(pixel as u32 % 40, pixel as u32 / 40));
             let is_dark = on_wall.x < 0.0;
             right[0] += usize::from(labels[pixel] == if is_dark { 3 } else { 7 });
-            right[1] += usize::from((frame.color.pixel(pixel)[0] < 130) == is_dark);
+            right[1] += usize::from((color.pixel(pixel)[0] < 130) == is_dark);
             let z = depth.ray_length(pixel).unwrap_or(0.0) * frame.ray_direction(pixel).z;
             right[2] += usize::from((z - 1.7).abs() < 0.1);
             right[3] += usize::from(entropy[pixel] == if on_wall.x < 1.0 { 10 } else { 900 });

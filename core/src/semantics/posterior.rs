@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::{CERTAIN, ENTROPY_STEPS_PER_NAT, Propagation};
-use crate::labels::{ClassId, VOID};
+use crate::labels::{ClassId, Trust, VOID};
 
 /// A class's weight falls with this power of its distance.
 const POWER: i32 = 3;
@@ -11,8 +11,17 @@ const POWER: i32 = 3;
 const SOFTNESS: f32 = 0.5;
 /// A class at this distance weighs as much as not knowing anything.
 const HORIZON: f32 = 400.0;
-/// A class at this distance weighs as much as all votes on a node.
+/// A class at this distance weighs as much as all votes on a node, if they are trusted by half.
 const VOTES_HORIZON: f32 = 5.0;
+
+/// What votes of this trust weigh beside those that are trusted by half. The distance at which a class weighs as much as
+/// they do is that of [`VOTES_HORIZON`] times (1 - trust) / trust: none where every vote is right; at most that of not
+/// knowing anything, whose place they take.
+pub(super) fn votes_weight(trust: Trust) -> f32 {
+    let distrust = (1.0 - trust.value()) / trust.value();
+    let horizon = (VOTES_HORIZON * distrust).min(HORIZON);
+    ((VOTES_HORIZON + SOFTNESS) / (horizon + SOFTNESS)).powi(POWER)
+}
 
 /// Class probabilities of every node, summarised.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -221,6 +230,17 @@ mod tests {
         assert_eq!((sure.label, sure.runner_up), (1, 2));
         assert_eq!(even.confidence, 32_768);
         assert_eq!(sure.confidence, (f32::from(CERTAIN) / 1.01).round() as u16);
+    }
+
+    #[test]
+    fn votes_weigh_from_as_little_as_not_knowing_to_as_much_as_a_label_on_the_spot() {
+        let weight = |trust| votes_weight(Trust::new(trust).unwrap());
+        let voted = (VOTES_HORIZON + SOFTNESS).powi(-POWER);
+        let close = |a: f32, b: f32| assert!((a / b - 1.0).abs() < 1e-5, "{a} {b}");
+        close(weight(0.0) * voted, (HORIZON + SOFTNESS).powi(-POWER));
+        assert_eq!(weight(0.5), 1.0);
+        close(weight(1.0) * voted, SOFTNESS.powi(-POWER));
+        assert!((0..100).all(|step| weight(0.01 * step as f32) <= weight(0.01 * (step + 1) as f32)));
     }
 
     #[test]

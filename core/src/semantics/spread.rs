@@ -86,10 +86,13 @@ impl Spread {
         let changed: Vec<usize> = changed_frames(&self.strokes, &labels.strokes);
         self.strokes.clone_from(&labels.strokes);
         for frame in changed {
-            let Some(camera) = scene.frames.get(frame).map(|frame| &frame.camera) else {
+            let Some(own) = scene.frames.get(frame) else {
                 continue;
             };
-            let pixels = rasterise(labels, frame, camera.width, camera.height);
+            let mut pixels = rasterise(labels, frame, own.camera.width, own.camera.height);
+            for pixel in own.hidden_pixels() {
+                pixels.remove(&(pixel as u32));
+            }
             if pixels.is_empty() {
                 self.painted.remove(&frame);
             } else {

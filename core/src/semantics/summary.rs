@@ -43,8 +43,9 @@ struct Value {
 impl FrameMap {
     /// What the map comes to. A map that follows from a surface is summed up by the nodes that its pixels show,
     /// before borders are drawn along the colours and what was painted is laid over it: that moves few pixels, and a
-    /// thousand frames take a fraction of a second.
-    pub fn summary(&self, imported: Option<&ImportedMap>) -> FrameSummary {
+    /// thousand frames take a fraction of a second. `None` for such a map of a frame that is no keyframe: its files
+    /// would have to be read.
+    pub fn summary(&self, imported: Option<&ImportedMap>) -> Option<FrameSummary> {
         let pixels = self.width as usize * self.height as usize;
         let said = imported.filter(|image| image.pixels() == pixels);
         let said = said.map(ImportedMap::labels);
@@ -73,12 +74,28 @@ impl FrameMap {
             }
             Pixels::OnSurface(shown) => {
                 let OnSurface {
+                    scene,
                     surface,
                     posterior,
                     unknown,
                     ..
                 } = shown;
-                for (node, range) in surface.pixels[self.frame].runs() {
+                let nodes = surface.pixels.get(self.frame).filter(|nodes| !nodes.is_empty())?;
+                let color = scene.frames[self.frame].color();
+                for (node, mut range) in nodes.runs() {
+                    if node == NO_NODE {
+                        // What is hidden is void, and that is sure. Which pixels of a run they are does not matter.
+                        let hidden = range.clone().filter(|&pixel| color.is_hidden(pixel)).count();
+                        let (sure, rest) =
+                            (range.start..range.start + hidden, range.start + hidden..range.end);
+                        let void = Value {
+                            label: VOID,
+                            entropy: 0,
+                            unclear: false,
+                        };
+                        counts.add(sure, void, None);
+                        range = rest;
+                    }
                     let value = match node {
                         NO_NODE => Value {
                             label: VOID,
@@ -95,7 +112,7 @@ impl FrameMap {
                 }
             }
         }
-        counts.shares()
+        Some(counts.shares())
     }
 }
 

@@ -39,14 +39,13 @@ impl Spread {
         random_nodes(self.surface(), count, seed, jitter, with_certainty)
     }
 
-    /// Rays through random pixels of all frames with the class probabilities of the maps, as if nothing
+    /// Rays through random pixels of all keyframes with the class probabilities of the maps, as if nothing
     /// were known of their lengths: so they are rendered from any pose. Empty without labels.
     pub fn map_rays(&self, scene: &Scene, count: usize, seed: u64) -> RayTargets {
         if !self.is_labelled() {
             return RayTargets::default();
         }
-        let frames: Vec<usize> = (0..scene.frames.len()).collect();
-        random_pixels(self.surface(), scene, &frames, count, seed, |node| {
+        random_pixels(self.surface(), scene, &scene.keyframes(), count, seed, |node| {
             let own = self.probabilities(node);
             Some((certainty(&own), own))
         })
@@ -80,7 +79,7 @@ impl NodeVotes {
         })
     }
 
-    /// The same of rays through random pixels of these frames, as if nothing were known of their lengths.
+    /// The same of rays through random pixels of these keyframes, as if nothing were known of their lengths.
     pub fn rays(
         &self,
         surface: &Surface,
@@ -125,7 +124,7 @@ fn random_nodes(
     targets
 }
 
-/// Rays of unknown length through random pixels of some frames, as far as they show a node that teaches.
+/// Rays of unknown length through random pixels of some keyframes, as far as they show a node that teaches.
 fn random_pixels(
     surface: &Surface,
     scene: &Scene,

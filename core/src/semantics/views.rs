@@ -15,7 +15,7 @@ const FARTHEST: f32 = 24.0;
 const GRAZING: f32 = 0.2;
 const BORDER: f32 = 0.3;
 
-/// The frame that shows a node of the surface best, and a pixel there that shows it: a stroke on that pixel labels that
+/// The keyframe that shows a node of the surface best, and a pixel there that shows it: a stroke on that pixel labels that
 /// node. `None` where no frame shows it.
 ///
 /// A view is worth c f / d: d is the distance from the camera; c falls with the square of the distance from the middle
@@ -106,7 +106,7 @@ mod tests {
         scene.frames[1].camera_to_world = Affine3A::from_translation(Vec3::new(0.0, 0.0, 1.0));
         let camera = scene.frames[1].camera;
         let near = DepthMap::from_z_depths(&camera, vec![1.0; camera.pixels()]);
-        scene.frames[1].depth = Some(near);
+        scene.frames[1].set_depth(Some(near));
         let surface = built(&scene);
         let node = node_at(&surface, 0, [32, 24], 64);
         assert_eq!(best_view(&scene, &surface, node).unwrap().0, 1);

@@ -42,7 +42,7 @@ pub enum Command {
         /// Index of the frame.
         frame: usize,
     },
-    /// Suggest places in these frames alone: the others are not to be labelled.
+    /// Suggest places in the keyframes among these frames alone: the others are not to be labelled.
     SuggestOn {
         /// Indices of the frames.
         frames: BTreeSet<usize>,

@@ -331,6 +331,10 @@ fn frame_map(
         classes[pixel as usize] = class;
         entropy[pixel as usize] = 0;
     }
+    for pixel in scene.frames[frame].hidden_pixels() {
+        classes[pixel] = VOID;
+        entropy[pixel] = 0;
+    }
     let size = [camera.width, camera.height];
     FrameMap::new(frame, generation, size, classes, entropy)
 }
@@ -339,7 +343,7 @@ fn frame_map(
 mod tests {
     use super::*;
     use crate::labels::{History, Stroke};
-    use crate::scene::testing::wall;
+    use crate::scene::testing::{hide, wall};
 
     #[test]
     fn every_square_has_a_rendered_pixel_inside_the_image_and_shows_it() {
@@ -368,6 +372,18 @@ mod tests {
         history.add_stroke(Stroke::click(0, VOID, [4, 0]));
         let map = frame_map(&scene, history.labels(), (0, 1), 128, &[(9, 500)]).unwrap();
         assert_eq!(map.labels()[2..6], [9, class, VOID, 9]);
+        assert_eq!(map.entropy()[2..6], [500, 0, 0, 500]);
+    }
+
+    #[test]
+    fn hidden_pixels_are_void_for_sure() {
+        let mut scene = wall(1, 10, 7);
+        hide(&mut scene.frames[0], |index| index == 3 || index == 4);
+        let mut history = History::default();
+        let (class, _) = history.add_class("dark");
+        history.add_stroke(Stroke::click(0, class, [3, 0]));
+        let map = frame_map(&scene, history.labels(), (0, 1), 128, &[(9, 500)]).unwrap();
+        assert_eq!(map.labels()[2..6], [9, VOID, VOID, 9]);
         assert_eq!(map.entropy()[2..6], [500, 0, 0, 500]);
     }
 }

@@ -46,10 +46,10 @@ struct Rendering {
 }
 
 impl Survey {
-    /// Whether the frames' own depth leaves nothing for the field to find out.
+    /// Whether the keyframes' own depth leaves nothing for the field to find out.
     pub(crate) fn is_complete(scene: &Scene) -> bool {
-        let coverage = |frame: &Frame| frame.depth.as_ref().map_or(0.0, |depth| depth.coverage());
-        scene.frames.iter().all(|frame| coverage(frame) >= COMPLETE)
+        let mut keyframes = scene.frames.iter().filter(|frame| frame.is_keyframe());
+        keyframes.all(is_complete)
     }
 
     pub(crate) fn new(scene: &Arc<Scene>, trainer: &Trainer, threads: usize) -> Self {
@@ -124,14 +124,12 @@ impl Survey {
         let Some(rendering) = &mut self.rendering else {
             return Ok(());
         };
-        let frame = &self.scene.frames[rendering.done.len()];
-        if frame
-            .depth
-            .as_ref()
-            .is_some_and(|depth| depth.coverage() >= COMPLETE)
-        {
-            rendering.done.push(None);
-        } else {
+        // Other frames than keyframes follow from the surface.
+        let needs_none = |frame: &&Frame| !frame.is_keyframe() || is_complete(frame);
+        let rest = &self.scene.frames[rendering.done.len()..];
+        let skipped = rest.iter().take_while(needs_none).count();
+        rendering.done.resize(rendering.done.len() + skipped, None);
+        if let Some(frame) = rest.get(skipped) {
             let (width, rays) = rendering.begun.get_or_insert_with(|| {
                 let (camera, rays) = frame_rays(frame, STRIDE);
                 (camera.width, rays)
@@ -223,10 +221,17 @@ pub(super) fn in_background<T: Send + 'static>(
     receiver
 }
 
+/// Whether the field's depth adds nothing to a frame's own.
+fn is_complete(frame: &Frame) -> bool {
+    frame
+        .depth_coverage()
+        .is_some_and(|coverage| coverage >= COMPLETE)
+}
+
 /// Measured ray length in the middle of a sample's pixels; `None` unless all of them and those beside
 /// them are measured.
 fn measured_around(frame: &Frame, column: u32, row: u32) -> Option<f32> {
-    let depth = frame.depth.as_ref()?;
+    let depth = frame.depth()?;
     let (width, height) = (frame.camera.width, frame.camera.height);
     let range = |at: u32, limit: u32| (at * STRIDE).saturating_sub(STRIDE)..((at + 2) * STRIDE).min(limit);
     let at = |x: u32, y: u32| depth.ray_length((y * width + x) as usize);

@@ -80,7 +80,7 @@ fn imported_votes_label_every_frame_and_a_click_among_them_wins_its_surroundings
     history.import(LabelImages {
         labels: ImportedLabels {
             maps,
-            trust: Trust::Votes,
+            trust: Trust::VOTES,
         },
         classes: Vec::new(),
         unmatched: 0,
@@ -110,6 +110,39 @@ fn imported_votes_label_every_frame_and_a_click_among_them_wins_its_surroundings
         maps.iter()
             .all(|map| map.labels().iter().all(|&label| label == 0))
     );
+}
+
+#[test]
+fn strokes_on_frames_that_are_no_keyframes_label_every_frame() {
+    let folder = capture();
+    let mut options = options(folder.path());
+    // Four of the nine frames fit, each with three bytes of colour and two of depth a pixel.
+    options.open.image_bytes = 4 * 64 * 48 * 5;
+    let session = Session::start(options, || {});
+    let scene = wait(&session, |event| match event {
+        Event::Opened(scene) => Some(Arc::clone(scene)),
+        _ => None,
+    });
+    let others: Vec<usize> = (0..9)
+        .filter(|&frame| !scene.frames[frame].is_keyframe())
+        .collect();
+    assert_eq!(others.len(), 5);
+    let mut history = History::default();
+    let (dark, _) = history.add_class("dark");
+    let (bright, _) = history.add_class("bright");
+    history.add_stroke(Stroke::click(others[0], dark, [10, 20]));
+    history.add_stroke(Stroke::click(others[4], bright, [50, 30]));
+    send_labels(&session, history.labels(), 1);
+    for map in all_maps(&session, 1) {
+        let labels = map.labels();
+        assert_eq!(
+            (labels[24 * 64 + 4], labels[24 * 64 + 60]),
+            (dark, bright),
+            "{}",
+            map.frame
+        );
+        assert_eq!(map.summary(None).is_some(), scene.frames[map.frame].is_keyframe());
+    }
 }
 
 #[test]

@@ -34,9 +34,10 @@ impl App {
         let (Some(workspace), Some(keeper)) = (self.state.workspace(), &self.state.keeper) else {
             return;
         };
-        let frames = 0..workspace.scene().frames.len();
+        // Those of other frames would have to be looked up in thousands of files.
+        let frames = workspace.scene().keyframes();
         let maps = workspace.session().maps().map_or_else(Vec::new, |slots| {
-            frames.filter_map(|frame| slots.get(frame)).collect()
+            frames.into_iter().filter_map(|frame| slots.get(frame)).collect()
         });
         let view = workspace.kept_view(&self.state.settings);
         keeper.keep_results(maps, workspace.state(), view);

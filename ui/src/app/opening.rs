@@ -103,6 +103,9 @@ impl App {
         for note in attached.notes {
             self.state.toasts.info(note);
         }
+        if let Some(damage) = attached.damage {
+            self.state.toasts.error(damage);
+        }
         if let Some(problem) = attached.problem {
             self.state.toasts.error(problem);
         }
@@ -121,6 +124,8 @@ impl App {
             workspace.change_class_view(|classes| *classes = ClassView::of_json(view));
         }
         self.state.stage = Stage::Open(Box::new(workspace));
+        // Another scene is exported elsewhere, in the same way.
+        self.state.export_choice.path.clear();
         self.note_recent();
     }
 }

@@ -22,7 +22,7 @@ impl App {
             (
                 Some(
                     dialog @ (Dialog::SaveAs { .. }
-                    | Dialog::Export { .. }
+                    | Dialog::Export(_)
                     | Dialog::Import { .. }
                     | Dialog::Moved(_)),
                 ),
@@ -55,7 +55,7 @@ impl App {
         let (Some(workspace), Some(keeper)) = (self.state.workspace(), &self.state.keeper) else {
             return;
         };
-        if !keeper.is_named() {
+        if !keeper.is_named() || keeper.saved_state() == SavedState::MemoryOnly {
             self.show(Some(Dialog::SaveAs { path: String::new() }));
             return;
         }

@@ -37,7 +37,7 @@ impl App {
             Action::OpenMoved(project, folder) => self.open(Target::Moved { project, folder }),
             Action::Save => self.save(),
             Action::SaveTo(path) => self.save_to(path),
-            Action::ExportTo(folder) => self.export_to(folder),
+            Action::Export(choice) => self.export(choice),
             Action::CancelExport => self.cancel_export(),
             Action::CancelImport => self.cancel_import(),
             Action::ImportFrom(folder, trust) => self.import_from(folder, trust),
@@ -152,7 +152,7 @@ impl App {
             dialog,
             Some(
                 Dialog::SaveAs { .. }
-                    | Dialog::Export { .. }
+                    | Dialog::Export(_)
                     | Dialog::Import { .. }
                     | Dialog::AddClasses(_)
                     | Dialog::SaveClasses { .. }
@@ -166,11 +166,12 @@ impl App {
             Some(Dialog::SaveAs { path }) if path.is_empty() => Some(Dialog::SaveAs {
                 path: self.state.suggested_path(".inplace"),
             }),
-            Some(Dialog::Export { path }) if path.is_empty() => {
-                let out = self.state.out.as_ref().map(|out| out.display().to_string());
-                Some(Dialog::Export {
-                    path: out.unwrap_or_else(|| self.state.suggested_path("-labels")),
-                })
+            Some(Dialog::Export(choice)) if choice.path.is_empty() => {
+                let mut last = self.state.export_choice.clone();
+                if last.path.is_empty() {
+                    last.path = self.state.suggested_path("-labels");
+                }
+                Some(Dialog::Export(last))
             }
             Some(Dialog::SaveClasses { path }) if path.is_empty() => Some(Dialog::SaveClasses {
                 path: self.state.suggested_path("-classes.json"),

@@ -8,6 +8,7 @@ use std::time::Instant;
 use inplace_core::labels::{LabelImages, Trust, read_label_images};
 
 use crate::app::App;
+use crate::dialogs::ExportChoice;
 use crate::english::work;
 use crate::exporting::{Export, Progress};
 use crate::jobs::Done;
@@ -19,7 +20,7 @@ impl App {
         matches!(self.state.export, Some(Progress::Writing(..)))
     }
 
-    pub(super) fn export_to(&mut self, folder: PathBuf) {
+    pub(super) fn export(&mut self, choice: ExportChoice) {
         self.state.dialog = None;
         if self.is_exporting() {
             self.state.toasts.info(work::EXPORT_RUNS);
@@ -36,10 +37,14 @@ impl App {
             scene: Arc::clone(workspace.scene()),
             labels: workspace.document().labels().clone(),
             generation: workspace.document().generation(),
+            format: choice.format,
+            options: choice.options(),
             maps,
             stop: Arc::clone(&stop),
         };
+        let folder = choice.folder();
         self.state.export = Some(Progress::Writing(0, workspace.scene().frames.len()));
+        self.state.export_choice = choice;
         self.state.stopping_export = false;
         self.export_stop = stop;
         self.jobs.spawn("export", move |tell| {
@@ -97,11 +102,13 @@ impl App {
             return;
         };
         let scene = Arc::clone(workspace.scene());
+        let classes = workspace.document().classes().to_vec();
         self.last_ticket += 1;
         let ticket = self.last_ticket;
         self.state.importing = Some(ticket);
         self.jobs.spawn("import", move |tell| {
-            let images = read_label_images(&folder, &scene, trust).map_err(|error| error.to_string());
+            let images =
+                read_label_images(&folder, &scene, &classes, trust).map_err(|error| error.to_string());
             tell(Done::Imported(ticket, Box::new(images)));
         });
     }

@@ -94,11 +94,22 @@ pub enum Image {
 }
 
 impl Image {
-    /// The image.
-    pub fn color(&self) -> &ColorImage {
+    /// Width and height in pixels.
+    pub fn size(&self) -> [u32; 2] {
         match self {
-            Self::OfFrame(scene, frame) => &scene.frames[*frame].color,
-            Self::Own(color) => color,
+            Self::OfFrame(scene, frame) => {
+                let camera = &scene.frames[*frame].camera;
+                [camera.width, camera.height]
+            }
+            Self::Own(color) => [color.width(), color.height()],
+        }
+    }
+
+    /// The image; `None` where a file would have to be read for it.
+    pub fn color(&self) -> Option<Arc<ColorImage>> {
+        match self {
+            Self::OfFrame(scene, frame) => Some(scene.frames[*frame].pixels_at_hand()?.color),
+            Self::Own(color) => Some(Arc::clone(color)),
         }
     }
 }

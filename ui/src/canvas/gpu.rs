@@ -341,11 +341,11 @@ impl Draw {
     fn uniforms(&self, pixels_per_point: f32) -> Uniforms {
         let rect = self.placement.rect();
         let (over, palette) = (self.content.over.as_ref(), &self.content.palette);
-        let image = self.content.image.color();
+        let [width, height] = self.content.image.size();
         let strength = self.look.strength();
         let mut uniforms = Uniforms {
             image: [rect.left(), rect.top(), rect.width(), rect.height()].map(|v| v * pixels_per_point),
-            color_size: [image.width() as f32, image.height() as f32],
+            color_size: [width as f32, height as f32],
             plane_size: over.map_or([1.0; 2], |over| over.size.map(|side| side as f32)),
             strength,
             outline_strength: self.look.outline(),

@@ -100,7 +100,7 @@ fn rows(workspace: &Workspace, layer: Layer, most: usize) -> Vec<Row> {
         }
         Layer::Disagreement => verdict_rows(workspace),
         Layer::Depth => depth_rows(workspace).unwrap_or_else(|| match shown.no_view() {
-            None if workspace.frame().is_some_and(|frame| frame.depth.is_some()) => note(layers::PREPARING),
+            None if workspace.frame().is_some_and(|frame| frame.has_depth()) => note(layers::PREPARING),
             None if !workspace.has_ended() => note(layers::RENDERING_DEPTH),
             _ => note(no_view()),
         }),

@@ -210,7 +210,7 @@ impl Canvas {
             return;
         };
         self.turn_to(workspace);
-        let size = vec2(frame.color.width() as f32, frame.color.height() as f32);
+        let size = vec2(frame.camera.width as f32, frame.camera.height as f32);
         let hover = response
             .contains_pointer()
             .then(|| ui.ctx().pointer_latest_pos())
@@ -401,8 +401,8 @@ impl Canvas {
                     .is_none_or(|composed| composed.made_of != made_of)
                 {
                     let texture = compose(painter.ctx(), &content, look);
-                    *composed = Some(Composed { texture, made_of });
-                    if let Some((generation, frame, _)) = content.map {
+                    *composed = texture.map(|texture| Composed { texture, made_of });
+                    if let Some((generation, frame, _)) = content.map.filter(|_| composed.is_some()) {
                         gpu::note_upload(&clock, generation, frame);
                     }
                 }
@@ -463,15 +463,16 @@ fn draft_note(ui: &Ui, painter: &egui::Painter, draft: &Draft) {
     response.widget_info(|| WidgetInfo::labeled(Role::Label, true, &text));
 }
 
-fn compose(ctx: &egui::Context, content: &Content, look: Look) -> egui::TextureHandle {
-    let image = content.image.color();
+/// The frame with what lies over it; `None` while the image is being read.
+fn compose(ctx: &egui::Context, content: &Content, look: Look) -> Option<egui::TextureHandle> {
+    let image = content.image.color()?;
     let size = [image.width() as usize, image.height() as usize];
-    let composed = cpu::composite_over(image, content.over.as_ref(), &content.palette, look, size);
+    let composed = cpu::composite_over(&image, content.over.as_ref(), &content.palette, look, size);
     let options = egui::TextureOptions {
         magnification: egui::TextureFilter::Nearest,
         ..egui::TextureOptions::LINEAR
     };
-    ctx.load_texture("frame", composed, options)
+    Some(ctx.load_texture("frame", composed, options))
 }
 
 /// The next brush size: single pixels first, then coarser steps.

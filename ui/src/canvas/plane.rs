@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use inplace_core::labels::{ImportedMap, LabelSet, VOID, rasterise};
-use inplace_core::scene::Frame;
+use inplace_core::scene::{DepthMap, Frame};
 use inplace_core::session::{FrameMap, RenderedFrame};
 
 use super::palette::{PALETTE_COLUMNS, Table, Verdict};
@@ -122,9 +122,9 @@ impl DepthPlane {
 
     /// Of a frame's measured depth; `None` where there is none.
     pub fn measured(frame: &Frame) -> Option<Self> {
-        frame.depth.as_ref()?;
+        let depth = frame.depth()?;
         let depths: Vec<f32> = (0..frame.camera.pixels())
-            .map(|index| measured_depth(frame, index).unwrap_or(0.0))
+            .map(|index| measured_depth(frame, &depth, index).unwrap_or(0.0))
             .collect();
         Some(Self::new([frame.camera.width, frame.camera.height], &depths))
     }
@@ -140,9 +140,11 @@ impl DepthPlane {
     }
 }
 
-/// Measured depth (z) in metres of the pixel with this row-major index; `None` = unknown.
-pub fn measured_depth(frame: &Frame, index: usize) -> Option<f32> {
-    let depth = frame.depth.as_ref().filter(|depth| index < depth.len())?;
+/// Measured depth (z) in metres of the pixel of a frame with this row-major index; `None` = unknown.
+pub fn measured_depth(frame: &Frame, depth: &DepthMap, index: usize) -> Option<f32> {
+    if index >= depth.len() {
+        return None;
+    }
     let (column, row) = (
         index as u32 % frame.camera.width,
         index as u32 / frame.camera.width,
@@ -171,19 +173,14 @@ pub fn disagreement(
     let shown = map.labels();
     let mut verdicts = vec![Verdict::Unsaid as u16; shown.len()];
     if let Some(image) = imported.filter(|image| image.pixels() == shown.len()) {
-        let mut start = 0;
-        for (class, length) in image.runs() {
+        for ((verdict, &label), class) in verdicts.iter_mut().zip(shown.iter()).zip(image.labels()) {
             if class != VOID {
-                let pixels = start..start + length;
-                for (verdict, &label) in verdicts[pixels.clone()].iter_mut().zip(&shown[pixels]) {
-                    *verdict = if label == class {
-                        Verdict::Agreed as u16
-                    } else {
-                        Verdict::ImportContradicted as u16
-                    };
-                }
+                *verdict = if label == class {
+                    Verdict::Agreed as u16
+                } else {
+                    Verdict::ImportContradicted as u16
+                };
             }
-            start += length;
         }
     }
     for (pixel, (class, stroke)) in rasterise(labels, map.frame, map.width, map.height) {

@@ -163,7 +163,7 @@ impl<'a> Worker<'a> {
         let Some(frame) = request.scene.frames.get(index) else {
             return Ok(());
         };
-        let picture = Picture::new(&frame.color, self.next_serial());
+        let picture = Picture::new(&frame.color(), self.next_serial());
         self.desk.tell(Part::Picture(index, Arc::new(picture)))
     }
 

@@ -60,7 +60,7 @@ fn the_shader_shows_every_layer_as_the_composite_of_the_cpu_does() {
         Class::new(2, "floor"),
         Class::new(300, "lamp"),
     ]);
-    let picture = Arc::new(Picture::new(&scene.frames[0].color, 2));
+    let picture = Arc::new(Picture::new(&scene.frames[0].color(), 2));
     let size = vec2(SIZE[0] as f32, SIZE[1] as f32);
     // One point for every pixel of the image, beside the margin of a fitted one.
     let canvas = Rect::from_min_size(pos2(0.0, 0.0), size + vec2(32.0, 32.0));
@@ -73,7 +73,7 @@ fn the_shader_shows_every_layer_as_the_composite_of_the_cpu_does() {
             outlines: false,
         };
         let expected = cpu::composite_over(
-            &scene.frames[0].color,
+            &scene.frames[0].color(),
             over.as_ref(),
             &palette,
             look,

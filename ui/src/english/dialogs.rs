@@ -1,5 +1,7 @@
 //! The dialogs, and the words that their buttons share.
 
+use inplace_core::labels::Trust;
+
 use crate::dialogs::Purpose;
 
 /// Asks the system for a path.
@@ -34,22 +36,35 @@ pub const PROJECT_FILE: &str = "Project file";
 
 /// Title and verb: a folder to export into.
 pub const EXPORT: &str = "Export";
-/// What is written there.
-pub const EXPORT_EXPLAINED: &str =
-    "Writes a label image of every frame, its entropy, the classes and your strokes into a folder.";
 /// Name of the path field.
 pub const EXPORT_FOLDER: &str = "Export folder";
 
 /// Title: label images to import.
 pub const IMPORT: &str = "Import labels";
 /// What they are good for.
-pub const IMPORT_EXPLAINED: &str = "A folder of label images named like the frames, such as a network's predictions or an \
-                                    earlier export. Their pixels may be wrong: they are outvoted where many disagree, \
-                                    and your strokes correct them.";
+pub const IMPORT_EXPLAINED: &str = "A folder of files named like the frames, such as a network's predictions or an earlier \
+                                    export: PNGs with class ids or colours, or NPYs or NPZs with probabilities. \
+                                    Pixels that may be wrong are outvoted where many disagree.";
 /// Name of the path field.
 pub const IMPORT_FOLDER: &str = "Folder of label images";
-/// Makes them count like strokes.
-pub const TRUST: &str = "Every labelled pixel is right";
+/// How far they can be believed.
+pub const TRUST: &str = "Trust";
+/// Name of its slider.
+pub const TRUST_NAME: &str = "Trust in the imported pixels";
+
+/// What a trust means.
+pub fn trust(trust: Trust) -> &'static str {
+    match trust.value() {
+        1.0 => "Every labelled pixel is right, as your strokes are.",
+        above if above > 0.6 => "Mostly right: your strokes correct them close by.",
+        about if about >= 0.4 => {
+            "They may be wrong: your strokes correct them on what they are connected with."
+        }
+        below if below > 0.0 => "Often wrong: your strokes correct them from afar, too.",
+        _ => "They only fill in what none of your strokes leads to.",
+    }
+}
+
 /// Reads them.
 pub const IMPORT_NOW: &str = "Import";
 

@@ -1,7 +1,6 @@
 //! The filmstrip and its filters.
 
-use crate::frames::{FrameFilter, FrameOrder};
-use inplace_core::session::FrameSummary;
+use crate::frames::{FrameFacts, FrameFilter, FrameOrder};
 
 use super::counted;
 
@@ -60,16 +59,21 @@ pub fn not_found(text: &str) -> String {
 }
 
 /// The state of a frame.
-pub fn frame(stem: &str, strokes: usize, contradicted: usize, summary: Option<FrameSummary>) -> String {
-    let mut words = match strokes {
+pub fn frame(stem: &str, facts: &FrameFacts) -> String {
+    let mut words = match facts.strokes {
         0 => "no strokes".to_owned(),
         some => counted(some, "stroke", "strokes"),
     };
-    if contradicted > 0 {
-        words += &format!(", {contradicted} contradicted");
+    if facts.contradicted > 0 {
+        words += &format!(", {} contradicted", facts.contradicted);
     }
-    let map = summary.map_or_else(
-        || "no labels yet".to_owned(),
+    let without = if facts.has_no_summary {
+        "labelled from the keyframes"
+    } else {
+        "no labels yet"
+    };
+    let map = facts.summary.map_or_else(
+        || without.to_owned(),
         |summary| {
             format!(
                 "{:.0}% labelled, uncertainty {:.2} nats",
@@ -84,6 +88,7 @@ pub fn frame(stem: &str, strokes: usize, contradicted: usize, summary: Option<Fr
 #[cfg(test)]
 mod tests {
     use super::*;
+    use inplace_core::session::FrameSummary;
 
     #[test]
     fn a_frames_state_is_a_sentence() {
@@ -92,14 +97,31 @@ mod tests {
             coverage: 0.871,
             ..FrameSummary::default()
         };
+        let facts = |strokes, contradicted, summary| FrameFacts {
+            strokes,
+            contradicted,
+            summary,
+            has_no_summary: false,
+        };
         assert_eq!(
-            frame("rgb_3", 1, 0, Some(summary)),
+            frame("rgb_3", &facts(1, 0, Some(summary))),
             "Frame rgb_3: 1 stroke, 87% labelled, uncertainty 0.25 nats"
         );
         assert_eq!(
-            frame("rgb_3", 4, 2, None),
+            frame("rgb_3", &facts(4, 2, None)),
             "Frame rgb_3: 4 strokes, 2 contradicted, no labels yet"
         );
-        assert_eq!(frame("a", 0, 0, None), "Frame a: no strokes, no labels yet");
+        let other = FrameFacts {
+            has_no_summary: true,
+            ..facts(0, 0, None)
+        };
+        assert_eq!(
+            frame("a", &facts(0, 0, None)),
+            "Frame a: no strokes, no labels yet"
+        );
+        assert_eq!(
+            frame("a", &other),
+            "Frame a: no strokes, labelled from the keyframes"
+        );
     }
 }

@@ -2,6 +2,7 @@
 
 pub mod classes;
 pub mod dialogs;
+pub mod export;
 pub mod frames;
 pub mod guidance;
 pub mod hint;

@@ -55,6 +55,9 @@ pub fn moved(project: &Path, missing: &Path) -> String {
         .file_name()
         .unwrap_or(project.as_os_str())
         .to_string_lossy();
+    if missing.as_os_str().is_empty() {
+        return format!("{name} no longer says where the scene is that it labels.");
+    }
     format!(
         "{name} labels a scene that is no longer at {}.",
         missing.display()

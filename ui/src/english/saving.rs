@@ -28,7 +28,7 @@ pub fn explanation(state: SavedState, named: bool, path: &Path) -> String {
             format!("{path} cannot be written; your work is in memory, and writing is tried again")
         }
         (SavedState::MemoryOnly, _) => {
-            "There is no file to keep your work in: it is in memory only".to_owned()
+            format!("{path} cannot be written, and your work is in memory only; save it somewhere else")
         }
     }
 }
@@ -66,5 +66,10 @@ pub fn writable_again(path: &Path) -> String {
 
 /// There is no file to write into, and why; `error` says what to do about it.
 pub fn memory_only(error: &str) -> String {
-    format!("{error} Until then your work is in memory only.")
+    format!("{error}. Until then your work is in memory only.")
+}
+
+/// A file was damaged; `account` says what was read, what is lost, and where the work goes on.
+pub fn damaged(account: String) -> String {
+    format!("{account}.")
 }

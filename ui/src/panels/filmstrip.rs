@@ -103,7 +103,7 @@ impl Filmstrip {
         };
         let thumbnail = self.thumbnail(state, workspace, index);
         let facts = workspace.overview().frames().facts(index);
-        let words = words::frame(&frame.stem, facts.strokes, facts.contradicted, facts.summary);
+        let words = words::frame(&frame.stem, &facts);
         let current = index == workspace.frame_index();
         let response = ui.interact(rect, ui.scope_id().with(("frame", index)), Sense::click());
         response.widget_info(|| WidgetInfo::selected(Role::ListBoxOption, true, current, &words));

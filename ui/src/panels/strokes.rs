@@ -347,7 +347,7 @@ impl StrokePanel {
         }
         let frame = workspace.scene().frames.get(stroke.frame);
         let pixels = frame.map_or(0, |frame| {
-            stroke.pixel_count(frame.color.width(), frame.color.height())
+            stroke.pixel_count(frame.camera.width, frame.camera.height)
         });
         self.pixels.insert(id, (Arc::clone(stroke), pixels));
         pixels

@@ -100,7 +100,7 @@ impl SuggestionPanel {
         super::card(ui).stroke(accent).show(ui, |ui| {
             let width = ui.available_width();
             ui.set_width(width);
-            let aspect = frame.color.height() as f32 / frame.color.width().max(1) as f32;
+            let aspect = frame.camera.height as f32 / frame.camera.width.max(1) as f32;
             let size = vec2(width, (width * aspect).min(TALLEST));
             self.picture(ui, workspace, index, suggestion, size, actions);
             ui.spacing_mut().item_spacing.y = 6.0;
@@ -205,7 +205,7 @@ impl SuggestionPanel {
         let Some(thumbnail) = thumbnail else {
             return;
         };
-        let full = vec2(frame.color.width() as f32, frame.color.height() as f32);
+        let full = vec2(frame.camera.width as f32, frame.camera.height as f32);
         let part = surroundings(full, suggestion.pixel, &suggestion.outline);
         let shown = part.size() * (rect.size() / part.size()).min_elem();
         let fitted = Rect::from_center_size(rect.center(), shown);

@@ -241,6 +241,7 @@ pub(super) mod tests {
         Arc::new(Surface {
             graph: SurfaceGraph::from_edges(nodes, &[]),
             pixels: Vec::new(),
+            others: None,
             voxel: 0.1,
         })
     }

@@ -172,8 +172,8 @@ fn picture(
         return;
     };
     let fitted = thumbnail.paint(ui.painter(), rect);
-    if let Some(color) = workspace.scene().frames.get(frame).map(|frame| &frame.color) {
-        let part = surroundings(vec2(color.width() as f32, color.height() as f32), pixel, &[]);
+    if let Some(camera) = workspace.scene().frames.get(frame).map(|frame| frame.camera) {
+        let part = surroundings(vec2(camera.width as f32, camera.height as f32), pixel, &[]);
         let place = pos2(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5);
         let center = fitted.min + (place - part.min) / part.size() * fitted.size();
         let color = stroke_color(workspace, class);

@@ -35,7 +35,7 @@ impl Workspace {
             return;
         };
         let shown = self.scene.frames.get(place.frame).map(|frame| {
-            let size = egui::vec2(frame.color.width() as f32, frame.color.height() as f32);
+            let size = egui::vec2(frame.camera.width as f32, frame.camera.height as f32);
             (place.frame, surroundings(size, place.pixel, &place.outline))
         });
         if let Some((frame, part)) = shown {

@@ -6,6 +6,7 @@ use inplace_core::labels::Trust;
 use inplace_core::session::{Command, Event, Status};
 use inplace_ui::Target;
 use inplace_ui::action::Action;
+use inplace_ui::dialogs::Dialog;
 use std::path::Path;
 
 use crate::stand::*;
@@ -87,6 +88,47 @@ fn an_export_says_where_its_files_are() {
     ] {
         assert!(out.join(file).is_file(), "{file} is missing");
     }
+}
+
+#[test]
+fn what_is_exported_is_chosen_and_kept_for_the_next_time() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = Window::with_demo(folder.path());
+    window.add_class("wall");
+    for frame in 0..FRAMES {
+        window.worker().publish(frame, 1, 1);
+    }
+    window.press(Modifiers::COMMAND, Key::E);
+    let numbers = window
+        .harness
+        .get_by_role_and_label(egui::accesskit::Role::ComboBox, "Class numbers");
+    numbers.click();
+    window.harness.run_steps(2);
+    window.harness.get_by_label("NYU-40").click();
+    window.harness.run_steps(2);
+    let field = window
+        .harness
+        .get_by_role_and_label(egui::accesskit::Role::TextInput, "Export folder");
+    field.focus();
+    window.harness.run_steps(2);
+    window.press(Modifiers::COMMAND, Key::A);
+    let out = folder.path().join("nyu");
+    window.type_into("Export folder", out.to_str().unwrap());
+    window.until("the export has ended", |app| {
+        !matches!(
+            app.state().export,
+            Some(inplace_ui::exporting::Progress::Writing(..))
+        )
+    });
+    let classes = std::fs::read_to_string(out.join("classes.json")).unwrap();
+    assert!(classes.contains("174"), "the colour of NYU-40's wall: {classes}");
+    window.press(Modifiers::COMMAND, Key::E);
+    let state = window.harness.state().state();
+    let Some(Dialog::Export(choice)) = &state.dialog else {
+        panic!("{:?}", state.dialog);
+    };
+    assert_eq!(choice.ids.map(|palette| palette.name), Some("NYU-40"));
+    assert_eq!(choice.folder(), out);
 }
 
 /// Asks for an export into a folder.
@@ -190,7 +232,7 @@ fn an_import_that_is_cancelled_changes_nothing() {
     image.save(images.join("rgb_1.png")).unwrap();
     let mut window = Window::with_demo(folder.path());
     // Both before the window can look at what was read.
-    for action in [Action::ImportFrom(images, Trust::Votes), Action::CancelImport] {
+    for action in [Action::ImportFrom(images, Trust::VOTES), Action::CancelImport] {
         window.harness.state_mut().act(action);
     }
     window.harness.run_steps(3);
@@ -236,7 +278,21 @@ fn label_images_are_imported_undone_removed_and_kept_in_the_project() {
         let image = image::GrayImage::from_pixel(WIDTH, HEIGHT, image::Luma([7]));
         image.save(images.join("rgb_1.png")).unwrap();
         window.worker().received();
-        import(&mut window, &images);
+        window.click("File");
+        window.click("Import labels...");
+        window
+            .harness
+            .get_by_label("They may be wrong: your strokes correct them on what they are connected with.");
+        window
+            .harness
+            .get_by_label("Trust in the imported pixels")
+            .focus();
+        window.harness.run_steps(1);
+        (0..10).for_each(|_| window.press(Modifiers::NONE, Key::ArrowRight));
+        window
+            .harness
+            .get_by_label("Every labelled pixel is right, as your strokes are.");
+        window.type_into("Folder of label images", images.to_str().unwrap());
         window.until("the images are imported", |app| {
             let workspace = app.state().workspace().unwrap();
             workspace.document().labels().imported.is_some()
@@ -260,6 +316,7 @@ fn label_images_are_imported_undone_removed_and_kept_in_the_project() {
     let window = Window::with_demo(folder.path());
     let images = imported(&window).unwrap();
     assert_eq!((images.maps.len(), images.maps[0].frame), (1, 1));
+    assert!(images.trust.is_right());
     window
         .harness
         .get_by_label("Your earlier work on this scene was recovered: 0 strokes and imported labels.");

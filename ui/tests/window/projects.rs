@@ -235,3 +235,83 @@ fn what_is_dropped_is_opened_in_place_of_what_was_open() {
         matches!(source, Some(SceneSource::Folder(folder)) if *folder == scene)
     });
 }
+
+/// Makes a project with one stroke, and destroys the page that all of SQLite's reading begins with.
+fn write_damaged_project(folder: &Path, project: &Path) -> Vec<u8> {
+    let mut window = Window::with_demo(folder);
+    label_and_save(&mut window, project);
+    window.close();
+    let mut bytes = std::fs::read(project).unwrap();
+    bytes[..4096].fill(0);
+    std::fs::write(project, &bytes).unwrap();
+    bytes
+}
+
+#[test]
+fn a_damaged_project_says_what_was_read_and_goes_on_in_a_new_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let project = folder.path().join("work.inplace");
+    let damaged = write_damaged_project(folder.path(), &project);
+    let mut window = Window::new(folder.path(), Some(Target::Project(project.clone())));
+    window.until("the project is asked about or open", |app| {
+        app.state().workspace().is_some() || app.state().dialog.is_some()
+    });
+    assert_eq!(window.strokes(), 1);
+    let told: Vec<&str> = window.harness.state().state().toasts.texts().collect();
+    let sentence = told.iter().find(|text| text.contains("is damaged")).unwrap();
+    let recovered = folder.path().join("work-recovered.inplace");
+    assert!(
+        sentence.contains("1 stroke, 1 class and 2 edits were read"),
+        "{sentence}"
+    );
+    assert!(
+        sentence.contains(&format!("the work goes on in {}", recovered.display())),
+        "{sentence}"
+    );
+    assert!(
+        sentence.ends_with("the damaged file stays as it is."),
+        "{sentence}"
+    );
+    let keeper = window.harness.state().state().keeper.as_ref().unwrap();
+    assert_eq!((keeper.path(), keeper.is_named()), (recovered.as_path(), true));
+    window.harness.get_by_label("saved");
+    window.close();
+    assert_eq!(std::fs::read(&project).unwrap(), damaged);
+}
+
+#[test]
+fn a_project_that_cannot_be_written_is_labelled_in_memory_and_saved_elsewhere() {
+    let folder = tempfile::tempdir().unwrap();
+    let project = folder.path().join("work.inplace");
+    write_damaged_project(folder.path(), &project);
+    // All the names that a recovered file could have.
+    std::fs::write(folder.path().join("work-recovered.inplace"), "").unwrap();
+    for number in 2..1000 {
+        std::fs::write(folder.path().join(format!("work-recovered-{number}.inplace")), "").unwrap();
+    }
+    let mut window = Window::new(folder.path(), Some(Target::Project(project.clone())));
+    window.until("the project is open", |app| app.state().workspace().is_some());
+    window.harness.get_by_label("not saved");
+    let told: Vec<&str> = window.harness.state().state().toasts.texts().collect();
+    assert!(
+        told.iter()
+            .any(|text| text.ends_with("Until then your work is in memory only.")),
+        "{told:?}"
+    );
+    let place = window.canvas(0.2, 0.2);
+    window.drag(PointerButton::Primary, &[place]);
+    assert_eq!(window.strokes(), 2);
+    window.press(Modifiers::COMMAND, Key::S);
+    let elsewhere = folder.path().join("elsewhere.inplace");
+    window.harness.get_by_label("Project file").focus();
+    window.harness.run_steps(2);
+    window.press(Modifiers::COMMAND, Key::A);
+    window.type_into("Project file", elsewhere.to_str().unwrap());
+    window.until("the project is saved", |app| {
+        let keeper = app.state().keeper.as_ref();
+        keeper.is_some_and(|keeper| keeper.path() == elsewhere && keeper.saved_state() == SavedState::Saved)
+    });
+    window.close();
+    let reopened = inplace_core::project::Contents::read(&folder.path().join("elsewhere.inplace")).unwrap();
+    assert_eq!(reopened.history.labels().strokes.len(), 2);
+}

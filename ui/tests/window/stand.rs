@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use crossbeam_channel::{Receiver, Sender, unbounded};
 use egui::{Key, Modifiers, PointerButton, Pos2, vec2};
 use egui_kittest::{Harness, kittest::Queryable};
-use inplace_core::scene::{Camera, ColorImage, Frame, Scene, SceneSource};
+use inplace_core::scene::{Camera, ColorImage, Frame, FramePixels, Scene, SceneSource};
 use inplace_core::session::{Command, Event, FrameMap, MapSlots};
 use inplace_ui::action::Action;
 use inplace_ui::app::{App, Surroundings};
@@ -72,8 +72,10 @@ pub fn scene(source: SceneSource) -> Arc<Scene> {
         path: PathBuf::new(),
         camera: Camera::with_horizontal_fov(WIDTH, HEIGHT, 90.0),
         camera_to_world: Default::default(),
-        color: ColorImage::new(WIDTH, HEIGHT, vec![90; (WIDTH * HEIGHT * 3) as usize]).unwrap(),
-        depth: None,
+        pixels: FramePixels::new(
+            ColorImage::new(WIDTH, HEIGHT, vec![90; (WIDTH * HEIGHT * 3) as usize]).unwrap(),
+            None,
+        ),
         points: Vec::new(),
         lens: None,
     };
@@ -83,6 +85,7 @@ pub fn scene(source: SceneSource) -> Arc<Scene> {
         frames: (0..FRAMES).map(frame).collect(),
         origin: Default::default(),
         unit: 1.0,
+        point_errors: None,
         warnings: Vec::new(),
         notes: Vec::new(),
     })

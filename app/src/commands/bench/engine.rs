@@ -70,7 +70,11 @@ fn runs(arguments: &EngineArguments, threads: usize) -> Result<(Vec<RunPoint>, V
     };
     for scene in &arguments.scenes {
         let source = SceneSource::from_argument(scene);
-        let open = |depth| Scene::open(&source, OpenOptions { depth }, &|_, _| {});
+        let options = |depth| OpenOptions {
+            depth,
+            ..OpenOptions::default()
+        };
+        let open = |depth| Scene::open(&source, options(depth), &|_, _| {});
         let truth = open(true)?;
         let seen = Arc::new(open(!arguments.no_depth)?);
         for run in 0..arguments.seeds {

@@ -253,13 +253,13 @@ mod tests {
         let folder = root.path().join("wall");
         let scene = wall(6, 48, 36);
         let truth = |frame: usize| {
-            let color = &scene.frames[frame].color;
+            let color = scene.frames[frame].color();
             let class = |pixel| 1 + ClassId::from(color.pixel(pixel)[0] > 128);
             (0..48 * 36).map(class).collect()
         };
         let written = GroundTruth {
             classes: &[Class::new(1, "dark"), Class::new(2, "bright")],
-            labels: &(0..6).map(truth).collect::<Vec<_>>(),
+            labels: &truth,
             held_out: &[1, 3, 5],
         };
         write_replica(&scene, &folder, Some(&written)).unwrap();

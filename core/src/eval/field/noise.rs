@@ -38,7 +38,7 @@ pub(super) fn points(
     };
     let labels = ImportedLabels {
         maps: truth.train.par_iter().map(noisy).collect(),
-        trust: Trust::Votes,
+        trust: Trust::VOTES,
     };
     let kind = format!("{:.0}% pixel noise", 100.0 * share);
     let measured = Measured::new(experiment, scene, truth, kind);

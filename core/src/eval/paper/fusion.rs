@@ -230,7 +230,11 @@ fn fused(
     let count = ids.len();
     let mut sums = vec![0.0; surface.graph.len() * count];
     for (frame, prediction) in predictions {
-        for (node, pixels) in surface.pixels[*frame].runs().filter(|(node, _)| *node != NO_NODE) {
+        for (node, pixels) in surface
+            .nodes_of(*frame)
+            .runs()
+            .filter(|(node, _)| *node != NO_NODE)
+        {
             let sums = &mut sums[node as usize * count..(node as usize + 1) * count];
             for pixel in pixels {
                 for (sum, &p) in sums.iter_mut().zip(prediction.at(pixel)) {
@@ -281,7 +285,7 @@ pub(super) fn run(
             .iter()
             .map(|(frame, prediction)| ImportedMap::new(*frame, &prediction.labels(&ids)))
             .collect(),
-        trust: Trust::Votes,
+        trust: Trust::VOTES,
     };
     let single = |frame: usize| votes.of_frame(frame).map_or_else(Vec::new, ImportedMap::labels);
     let single = truth.scores(&truth.train, |frame| in_image(scene, frame, single(frame)))?;
@@ -323,7 +327,7 @@ mod tests {
             .iter()
             .map(|frame| {
                 let class = |pixel| {
-                    if frame.color.pixel(pixel)[0] > 128 {
+                    if frame.color().pixel(pixel)[0] > 128 {
                         bright.id
                     } else {
                         dark.id
@@ -334,7 +338,7 @@ mod tests {
             .collect();
         let truth = GroundTruth {
             classes: &[dark, bright],
-            labels: &labels,
+            labels: &|frame| labels[frame].clone(),
             held_out: &[1, 3, 5],
         };
         write_replica(&scene, folder, Some(&truth)).unwrap();

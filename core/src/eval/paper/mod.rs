@@ -249,7 +249,7 @@ pub fn paper_experiments(
     let wanted = |name: &str| options.experiments.is_empty() || options.experiments.iter().any(|e| e == name);
     let all = ImportedLabels {
         maps: clean.clone(),
-        trust: Trust::Trusted,
+        trust: Trust::RIGHT,
     };
     let objects = Objects::find(&surface, &classes, &all);
     let mut points = Vec::new();
@@ -310,34 +310,34 @@ fn spoilt(
     let (maps, trust) = match recipe {
         Recipe::ShareOfFrames(share) => {
             let count = (share * clean.len() as f64).round().max(1.0) as usize;
-            (kept(count), Trust::Trusted)
+            (kept(count), Trust::RIGHT)
         }
-        Recipe::Frames(count) => (kept(count), Trust::Trusted),
+        Recipe::Frames(count) => (kept(count), Trust::RIGHT),
         Recipe::PixelNoise(share) => {
             let maps = each(&|map, rng| {
                 let mut labels = map.labels();
                 pixel_noise(&mut labels, classes, share, rng);
                 labels
             });
-            (maps, Trust::Votes)
+            (maps, Trust::VOTES)
         }
         Recipe::RegionNoise(flipped, share) => {
             let mut maps = clean.to_vec();
             objects.flip(&mut maps, classes, flipped, share, seed);
-            (maps, Trust::Votes)
+            (maps, Trust::VOTES)
         }
         Recipe::Coarse(factor) => {
             let maps = each(&|map, _| coarse(&map.labels(), width(map.frame), factor));
-            (maps, Trust::Votes)
+            (maps, Trust::VOTES)
         }
         Recipe::Grid(factor) => {
             let maps = each(&|map, _| grid(&map.labels(), width(map.frame), factor));
-            (maps, Trust::Trusted)
+            (maps, Trust::RIGHT)
         }
-        Recipe::Clicks => (each(&|map, rng| clicks(&map.labels(), rng)), Trust::Trusted),
+        Recipe::Clicks => (each(&|map, rng| clicks(&map.labels(), rng)), Trust::RIGHT),
         Recipe::Grown(share) => {
             let maps = each(&|map, rng| grown(&map.labels(), width(map.frame), share, rng));
-            (maps, Trust::Trusted)
+            (maps, Trust::RIGHT)
         }
     };
     ImportedLabels { maps, trust }

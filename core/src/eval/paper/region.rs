@@ -66,7 +66,7 @@ impl Objects {
         for (image, map) in truth.maps.iter().enumerate() {
             let labels = map.labels();
             labelled += labels.iter().filter(|&&label| label != VOID).count();
-            for (node, run) in surface.pixels[map.frame].runs() {
+            for (node, run) in surface.nodes_of(map.frame).runs() {
                 let Some(&part) = part_of.get(node as usize).filter(|_| node != NO_NODE) else {
                     continue;
                 };
@@ -161,7 +161,7 @@ mod tests {
                 ImportedMap::new(frame, &labels)
             })
             .collect();
-        let trust = Trust::Trusted;
+        let trust = Trust::RIGHT;
         (surface, ImportedLabels { maps, trust })
     }
 

@@ -23,8 +23,9 @@ impl FilterBank {
     /// Blurs a frame's image.
     pub fn of(frame: &Frame) -> Self {
         let (width, height) = (frame.camera.width as usize, frame.camera.height as usize);
+        let color = frame.color();
         let image: Vec<[f32; 3]> = (0..width * height)
-            .map(|pixel| frame.color.color(pixel).to_array())
+            .map(|pixel| color.color(pixel).to_array())
             .collect();
         let blurred = SCALES
             .iter()

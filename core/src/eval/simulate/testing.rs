@@ -12,13 +12,13 @@ pub fn capture(folder: &std::path::Path) {
         .frames
         .iter()
         .map(|frame| {
-            let class = |pixel| 1 + ClassId::from(frame.color.pixel(pixel)[0] > 128);
+            let class = |pixel| 1 + ClassId::from(frame.color().pixel(pixel)[0] > 128);
             (0..frame.camera.pixels()).map(class).collect()
         })
         .collect();
     let truth = GroundTruth {
         classes: &[Class::new(1, "dark"), Class::new(2, "bright")],
-        labels: &labels,
+        labels: &|frame| labels[frame].clone(),
         held_out: &[1, 3, 5],
     };
     write_replica(&scene, folder, Some(&truth)).unwrap();

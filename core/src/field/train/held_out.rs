@@ -33,13 +33,17 @@ pub struct HeldOutPixels {
 }
 
 impl HeldOutPixels {
-    /// Holds every twentieth frame out, at most eight and none of a capture of fewer than eight frames;
-    /// the second are the frames to train on.
+    /// Holds every twentieth keyframe out, at most eight and none of a capture of fewer than eight;
+    /// the second are the keyframes to train on.
     pub fn split(scene: &Scene, seed: u64) -> (Self, Vec<usize>) {
-        let frames = scene.frames.len();
+        let keyframes = scene.keyframes();
+        let frames = keyframes.len();
         let count = if frames < 8 { 0 } else { (frames / 20).clamp(1, 8) };
-        let held: Vec<usize> = (0..count).map(|k| (2 * k + 1) * frames / (2 * count)).collect();
-        let train = (0..frames).filter(|frame| !held.contains(frame)).collect();
+        let held: Vec<usize> = (0..count)
+            .map(|k| keyframes[(2 * k + 1) * frames / (2 * count)])
+            .collect();
+        let train = keyframes.into_iter().filter(|frame| !held.contains(frame));
+        let train = train.collect();
         let mut rng = SmallRng::seed_from_u64(seed ^ 0x4e1d);
         let pixels_of = |&frame: &usize| {
             let own = &scene.frames[frame];
@@ -105,10 +109,11 @@ impl HeldOutPixels {
             let (own, others) = rest.split_at_checked(pixels.len())?;
             rest = others;
             let shown: Vec<Vec3> = own.iter().map(|ray| ray.color).collect();
-            let measured: Vec<Vec3> = pixels.iter().map(|&index| frame.color.color(index)).collect();
+            let (color, depth) = (frame.color(), frame.depth());
+            let measured: Vec<Vec3> = pixels.iter().map(|&index| color.color(index)).collect();
             squared += corrected_error(&shown, &measured) * pixels.len() as f32;
             for (ray, &index) in own.iter().zip(pixels) {
-                if let Some(measured) = frame.depth.as_ref().and_then(|depth| depth.ray_length(index)) {
+                if let Some(measured) = depth.as_ref().and_then(|depth| depth.ray_length(index)) {
                     let error = ray
                         .length
                         .map_or(f32::INFINITY, |length| (length - measured).abs());

@@ -7,7 +7,7 @@ fn trained(path: &Path, depth: bool, steps: u64) -> Trainer {
     let mut scene = wall(9, 24, 18);
     if !depth {
         for frame in &mut scene.frames {
-            frame.depth = None;
+            frame.set_depth(None);
         }
     }
     let mut trainer = Trainer::on(path, Arc::new(scene), Preset::Fast, Recipe::default(), 3).unwrap();

@@ -144,10 +144,7 @@ impl History {
                 ..stroke.clone()
             })
         });
-        let says = |images: &&Arc<ImportedLabels>| {
-            let mut classes = images.maps.iter().flat_map(|map| map.runs());
-            classes.any(|(class, _)| class == from)
-        };
+        let says = |images: &&Arc<ImportedLabels>| images.classes().contains(&from);
         let images = self.labels.imported.as_ref().filter(says);
         let images = images.map(|images| images.relabelled(|class| if class == from { into } else { class }));
         let imported = images.map(|images| self.change_import(Some(images)));

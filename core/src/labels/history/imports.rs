@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::History;
-use crate::labels::{Class, Edit, ImportChange, ImportId, ImportedLabels, LabelImages, Trust};
+use crate::labels::{Class, Edit, ImportChange, ImportId, ImportedLabels, LabelImages};
 
 impl History {
     /// The same history with the label images that its edits name; `imported` are those in force.
@@ -46,9 +46,10 @@ impl History {
     /// An id that comes with a name is the class of that name (capitals aside), and otherwise a new class, with
     /// another id if its own is taken. An id without a name is the class with that id, or a new one.
     pub fn import(&mut self, images: LabelImages) -> Edit {
-        let what = match images.labels.trust {
-            Trust::Trusted => "labels",
-            Trust::Votes => "predictions",
+        let what = if images.labels.trust.is_right() {
+            "labels"
+        } else {
+            "predictions"
         };
         let before = self.labels.classes.clone();
         let mut classes = before.clone();
@@ -115,15 +116,15 @@ impl History {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::labels::ImportedMap;
     use crate::labels::history::tests::history;
+    use crate::labels::{ImportedMap, Trust};
 
     #[test]
     fn an_import_is_undone_redone_merged_and_removed_like_any_edit() {
         let (mut history, wall, floor) = history();
         let images = ImportedLabels {
             maps: vec![ImportedMap::new(1, &[wall, floor, 9])],
-            trust: Trust::Votes,
+            trust: Trust::VOTES,
         };
         let mut classes = history.labels().classes.clone();
         classes.push(Class::new(9, "lamp"));

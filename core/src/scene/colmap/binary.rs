@@ -15,9 +15,8 @@ const NO_POINT: u64 = u64::MAX;
 /// What reads cameras, images and points.
 pub(super) const READERS: Readers = [read_cameras, read_images, read_points];
 
-fn read_cameras(path: &Path, model: &mut Model) -> Result<(), SceneError> {
-    let bytes = load(path)?;
-    let mut file = Records::new(path, &bytes, "camera", 24)?;
+fn read_cameras(path: &Path, bytes: &[u8], model: &mut Model) -> Result<(), SceneError> {
+    let mut file = Records::new(path, bytes, "camera", 24)?;
     while file.next() {
         let id = file.u32()?;
         let kind = i64::from(file.u32()? as i32);
@@ -31,9 +30,8 @@ fn read_cameras(path: &Path, model: &mut Model) -> Result<(), SceneError> {
     file.finish()
 }
 
-fn read_images(path: &Path, model: &mut Model) -> Result<(), SceneError> {
-    let bytes = load(path)?;
-    let mut file = Records::new(path, &bytes, "image", 73)?;
+fn read_images(path: &Path, bytes: &[u8], model: &mut Model) -> Result<(), SceneError> {
+    let mut file = Records::new(path, bytes, "image", 73)?;
     while file.next() {
         let _id = file.u32()?;
         let rotation = [file.f64()?, file.f64()?, file.f64()?, file.f64()?];
@@ -58,9 +56,8 @@ fn read_images(path: &Path, model: &mut Model) -> Result<(), SceneError> {
     file.finish()
 }
 
-fn read_points(path: &Path, model: &mut Model) -> Result<(), SceneError> {
-    let bytes = load(path)?;
-    let mut file = Records::new(path, &bytes, "point", 51)?;
+fn read_points(path: &Path, bytes: &[u8], model: &mut Model) -> Result<(), SceneError> {
+    let mut file = Records::new(path, bytes, "point", 51)?;
     while file.next() {
         let id = file.u64()?;
         let position = DVec3::new(file.f64()?, file.f64()?, file.f64()?);
@@ -78,15 +75,6 @@ fn read_points(path: &Path, model: &mut Model) -> Result<(), SceneError> {
         model.points.insert(id, point);
     }
     file.finish()
-}
-
-fn load(path: &Path) -> Result<Vec<u8>, SceneError> {
-    std::fs::read(path).map_err(|error| {
-        SceneError::file(
-            path,
-            format!("cannot be read ({error}); a model is cameras.bin, images.bin and points3D.bin together"),
-        )
-    })
 }
 
 /// A file that is read record by record. Nothing is believed of a count but what the file has bytes for.

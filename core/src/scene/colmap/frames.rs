@@ -9,9 +9,11 @@ use rayon::prelude::*;
 
 use super::model::Model;
 use super::{Listed, MOST_ERROR};
-use crate::scene::camera::orthonormalised;
-use crate::scene::files::{ImageProblem, decode_color, warn};
-use crate::scene::{Camera, ColorImage, Frame, SceneError, SparsePoint};
+use crate::scene::camera::{FARTHEST, orthonormalised};
+use crate::scene::files::warn;
+use crate::scene::images::{ImageFile, ImageProblem, warn_of_turns};
+use crate::scene::keyframes::Keeping;
+use crate::scene::{Frame, FramePixels, OpenOptions, Pixels, SceneError, SparsePoint};
 
 /// From the model's coordinates to the scene's.
 pub(super) struct Placing {
@@ -24,10 +26,9 @@ pub(super) struct Placing {
 /// The frames that could be decoded.
 pub(super) struct Read {
     pub frames: Vec<Frame>,
-    /// Places that show a point of the model, trusted or not.
-    pub observations: usize,
-    /// Mean distance between those places and the points' projections, in pixels of the images on disk.
-    pub mean_error: f64,
+    /// Distances between the places that show a point of the model, trusted or not, and the points' projections,
+    /// in pixels of the images on disk.
+    pub errors: Vec<f64>,
 }
 
 /// Decodes the images and finds the points that they show; images that cannot be used are left out, up to
@@ -36,45 +37,58 @@ pub(super) fn decode(
     folder: &Path,
     listed: &[Listed],
     model: &Model,
-    placing: &Placing,
+    (placing, options): (&Placing, OpenOptions),
     progress: &(dyn Fn(usize, usize) + Sync),
     warnings: &mut Vec<String>,
 ) -> Result<Read, SceneError> {
+    let keeping = Keeping::of(listed.iter().map(|listed| (&listed.pinhole, false)), options);
     let (done, total) = (AtomicUsize::new(0), listed.len());
     let decoded: Vec<_> = listed
         .par_iter()
-        .map(|listed| {
-            let color = decode_color(&listed.path, &listed.lens, &listed.pinhole);
+        .enumerate()
+        .map(|(number, listed)| {
+            let image = ImageFile {
+                path: listed.path.clone(),
+                mask: listed.mask.clone(),
+                lens: listed.lens,
+                pinhole: listed.pinhole,
+            };
+            let decoded = image.decode();
             progress(1 + done.fetch_add(1, Ordering::Relaxed), total);
-            color.map(|color| (color, Projected::new(listed, model)))
+            decoded.map(|(color, turn)| {
+                let mut projected = Projected::new(listed, model);
+                projected
+                    .trusted
+                    .retain(|&pixel, _| !color.is_hidden(pixel as usize));
+                let again = move || Ok(Pixels::new(image.decode_again()?, None));
+                let pixels = keeping.keep(number, Pixels::new(color, None), again);
+                (pixels, turn, projected)
+            })
         })
         .collect();
     let mut read = Read {
         frames: Vec::new(),
-        observations: 0,
-        mean_error: 0.0,
+        errors: Vec::new(),
     };
     let (mut missing, mut unreadable, mut odd) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut badly_masked, mut turns) = (Vec::new(), Vec::new());
     for (listed, decoded) in listed.iter().zip(decoded) {
         let name = listed.path.strip_prefix(folder).unwrap_or(&listed.path);
         let name = format!("{:?}", name.to_string_lossy());
         match decoded {
-            Ok((color, projected)) => {
-                read.observations += projected.observations;
-                read.mean_error += projected.error;
-                read.frames.push(frame(listed, color, &projected, placing));
+            Ok((pixels, turn, projected)) => {
+                turns.push((name, turn));
+                read.frames.push(frame(listed, pixels, &projected, placing));
+                read.errors.extend(projected.errors);
             }
             Err(ImageProblem::Missing) => missing.push(name),
             Err(ImageProblem::Unreadable(reason)) => unreadable.push(format!("{name} ({reason})")),
-            Err(ImageProblem::Size(width, height)) => {
-                let Camera {
-                    width: w, height: h, ..
-                } = listed.lens.image;
-                odd.push(format!("{name} ({width}x{height} instead of {w}x{h})"));
+            Err(ImageProblem::Mask(reason)) => badly_masked.push(format!("{name} ({reason})")),
+            Err(problem @ ImageProblem::Size(..)) => {
+                odd.push(format!("{name} ({})", problem.describe(&listed.lens)));
             }
         }
     }
-    read.mean_error /= read.observations.max(1) as f64;
     for (names, what, remedy) in [
         (
             &missing,
@@ -86,6 +100,11 @@ pub(super) fn decode(
             &odd,
             "have another size than their camera in the model",
             "use the images that the model was made from, or scale the model's cameras",
+        ),
+        (
+            &badly_masked,
+            "have a mask that cannot be used",
+            "correct the masks, or remove them",
         ),
     ] {
         if let Some(first) = names.first().filter(|_| 2 * names.len() > listed.len()) {
@@ -100,6 +119,7 @@ pub(super) fn decode(
         }
         warn(warnings, &format!("images {what} and were left out"), names);
     }
+    warn_of_turns(warnings, &turns);
     if read.frames.is_empty() {
         return Err(SceneError::file(
             folder,
@@ -111,10 +131,9 @@ pub(super) fn decode(
 
 /// What an image shows of the model's points.
 struct Projected {
-    /// Number of places whose point projects into the image's plane.
-    observations: usize,
-    /// Sum of the distances between those places and the projections, in pixels.
-    error: f64,
+    /// Distances between the places of points and their projections, in pixels; where there is no projection,
+    /// such as behind the camera, the diagonal of the image.
+    errors: Vec<f64>,
     /// Trusted points by the frame's pixel: distance in the model's unit and reprojection error; the most
     /// exact where a pixel has several.
     trusted: BTreeMap<u32, (f64, f64)>,
@@ -123,9 +142,9 @@ struct Projected {
 impl Projected {
     fn new(listed: &Listed, model: &Model) -> Self {
         let world_to_camera = listed.camera_to_world.inverse();
+        let diagonal = f64::from(listed.lens.image.width).hypot(f64::from(listed.lens.image.height));
         let mut projected = Self {
-            observations: 0,
-            error: 0.0,
+            errors: Vec::new(),
             trusted: BTreeMap::new(),
         };
         for seen in &listed.observations {
@@ -134,15 +153,12 @@ impl Projected {
             };
             let local = world_to_camera.transform_point3(point.position);
             let place = listed.lens.place(local.x / local.z, local.y / local.z);
-            let Some((x, y)) = place.filter(|_| local.z > 0.0) else {
-                continue;
-            };
-            let error = (x - seen.x).hypot(y - seen.y);
-            if !error.is_finite() {
-                continue;
-            }
-            projected.observations += 1;
-            projected.error += error;
+            let error = place
+                .filter(|_| local.z > 0.0)
+                .map_or(f64::NAN, |(x, y)| (x - seen.x).hypot(y - seen.y));
+            projected
+                .errors
+                .push(if error.is_finite() { error } else { diagonal });
             let pixel = listed.lens.to_pinhole(&listed.pinhole, seen.x, seen.y);
             let Some((x, y)) = pixel.filter(|_| error <= MOST_ERROR && model.trusted(seen.point).is_some())
             else {
@@ -158,7 +174,7 @@ impl Projected {
     }
 }
 
-fn frame(listed: &Listed, color: ColorImage, projected: &Projected, placing: &Placing) -> Frame {
+fn frame(listed: &Listed, pixels: FramePixels, projected: &Projected, placing: &Placing) -> Frame {
     let pose = &listed.camera_to_world;
     let points = projected
         .trusted
@@ -167,7 +183,8 @@ fn frame(listed: &Listed, color: ColorImage, projected: &Projected, placing: &Pl
             pixel,
             length: (distance / placing.unit) as f32,
             error: error as f32,
-        });
+        })
+        .filter(|point| point.length > 0.0 && f64::from(point.length) <= FARTHEST);
     Frame {
         stem: listed.stem.clone(),
         path: listed.path.clone(),
@@ -176,8 +193,7 @@ fn frame(listed: &Listed, color: ColorImage, projected: &Projected, placing: &Pl
             orthonormalised(pose.matrix3).as_mat3(),
             ((pose.translation - placing.origin) / placing.unit).as_vec3(),
         ),
-        color,
-        depth: None,
+        pixels,
         points: points.collect(),
         lens: (!listed.lens.distortion.is_none()).then_some(listed.lens),
     }

@@ -3,6 +3,8 @@
 //! - `images/`: the colour images, by the names that the model gives them
 //! - `sparse/0/`, `sparse/` or `colmap/sparse/0/`: `cameras`, `images` and `points3D`, all `.bin` or all
 //!   `.txt`
+//! - `masks/`, where there are any: `images/a/b.jpg` has `masks/a/b.jpg.png` or `masks/a/b.png`, black where it shows
+//!   no part of the scene
 //!
 //! Poses in the model are world-to-camera; camera axes are OpenCV's and the centre of the top left pixel is
 //! at (0.5, 0.5), as here.
@@ -18,8 +20,9 @@ use std::path::{Path, PathBuf};
 
 use glam::{DAffine3, DMat3, DQuat};
 
-use super::camera::{median_position, pose_problem, unit_of_cameras};
-use super::files::{frame_names, is_inside, warn};
+use super::camera::{FARTHEST, median_position, pose_problem, unit_of_cameras};
+use super::files::{Reach, frame_names, warn};
+use super::reprojection::PixelErrors;
 use super::{Camera, Lens, OpenOptions, Scene, SceneError, SceneSource};
 use model::{Model, ModelImage};
 
@@ -28,6 +31,8 @@ pub(super) const NAME: &str = "COLMAP";
 /// What a folder in this format holds.
 pub(super) const EXPECTED: &str =
     "colour images in images/ with cameras.bin, images.bin and points3D.bin (or .txt) in sparse/0";
+/// The file that has the poses.
+pub(super) const POSES: &str = "images.bin (or .txt)";
 
 /// Where the model may lie below the capture's folder; the first that holds one counts.
 const PLACES: [&str; 3] = ["sparse/0", "sparse", "colmap/sparse/0"];
@@ -36,8 +41,6 @@ const MEDIAN_DEPTH: f64 = 2.5;
 /// Fewest images that must have seen a point, and its largest mean error in pixels, for it to count.
 const FEWEST_VIEWS: u64 = 3;
 const MOST_ERROR: f64 = 2.0;
-/// Mean error of all observations above which the model is suspicious, in pixels.
-const SUSPICIOUS_ERROR: f64 = 4.0;
 
 /// Whether a folder looks like this format, complete or not.
 pub(super) fn recognise(folder: &Path) -> bool {
@@ -61,6 +64,8 @@ fn find_model(folder: &Path) -> Option<(PathBuf, &'static str)> {
 /// An image of the model that is still on disk, in the model's own coordinates.
 struct Listed {
     path: PathBuf,
+    /// Its mask, where there is one.
+    mask: Option<PathBuf>,
     stem: String,
     camera_to_world: DAffine3,
     lens: Lens,
@@ -96,7 +101,8 @@ pub(super) fn read(
     }
     let mut notes = vec![describe(folder, &place, extension, &model)];
     let images_file = place.join("images").with_extension(extension);
-    let listed = list(folder, &images_file, &mut model, &mut warnings)?;
+    let reach = Reach::of(folder, options);
+    let listed = list(folder, &images_file, &reach, &mut model, &mut warnings)?;
     let unit = choose_unit(&listed, &model);
     let origin = median_position(listed.iter().map(|frame| frame.camera_to_world.translation));
     let placing = frames::Placing { origin, unit };
@@ -104,24 +110,27 @@ pub(super) fn read(
         &folder.join("images"),
         &listed,
         &model,
-        &placing,
+        (&placing, options),
         progress,
         &mut warnings,
     )?;
-    if options.depth && read.observations > 0 {
+    let point_errors = PixelErrors::of(read.errors);
+    if options.depth && point_errors.is_some() {
         notes.push(format!(
-            "sparse points on {} pixels of {} frames; mean reprojection error {:.2} pixels over {} observations",
+            "sparse points on {} pixels of {} frames",
             read.frames.iter().map(|frame| frame.points.len()).sum::<usize>(),
-            read.frames.iter().filter(|frame| !frame.points.is_empty()).count(),
-            read.mean_error,
-            read.observations
+            read.frames
+                .iter()
+                .filter(|frame| !frame.points.is_empty())
+                .count(),
         ));
     }
-    if read.mean_error > SUSPICIOUS_ERROR {
+    if let Some(errors) = point_errors.filter(PixelErrors::is_suspicious) {
         warnings.push(format!(
-            "the model's points miss the places where its images show them by {:.1} pixels on average; check that \
-             {} belongs to the images",
-            read.mean_error,
+            "the model's points miss the places where its images show them by {:.1} pixels (median of {}); check that \
+             the files in {} are of one model, and its cameras those of the images",
+            errors.median_px,
+            errors.count,
             place.display()
         ));
     }
@@ -139,9 +148,16 @@ pub(super) fn read(
         frames: read.frames,
         origin,
         unit,
+        point_errors,
         warnings,
         notes,
     })
+}
+
+/// Parses the bytes of the cameras (0), the images (1) or the points (2) of a model.
+pub(super) fn parse(path: &Path, bytes: &[u8], is_binary: bool, file: usize) -> Result<(), SceneError> {
+    let readers = if is_binary { binary::READERS } else { text::READERS };
+    readers[file](path, bytes, &mut Model::default())
 }
 
 /// What the model holds, in a sentence.
@@ -165,6 +181,7 @@ fn describe(folder: &Path, place: &Path, extension: &str, model: &Model) -> Stri
 fn list(
     folder: &Path,
     file: &Path,
+    reach: &Reach,
     model: &mut Model,
     warnings: &mut Vec<String>,
 ) -> Result<Vec<Listed>, SceneError> {
@@ -176,14 +193,11 @@ fn list(
         ));
     }
     images.sort_by(|a, b| a.name.cmp(&b.name));
-    if let Some(image) = images.iter().find(|image| !is_inside(&image.name)) {
-        return Err(SceneError::file(
-            file,
-            format!(
-                "names the image {:?}, which is not a path inside images/; give the images names below it",
-                image.name
-            ),
-        ));
+    for image in &images {
+        reach
+            .check_name(&image.name)
+            .map_err(|reason| SceneError::file(file, reason))?;
+        reach.check_file(&folder.join("images").join(&image.name))?;
     }
     let names: Vec<&str> = images.iter().map(|image| image.name.as_str()).collect();
     let stems = frame_names(file, &names)?;
@@ -199,9 +213,12 @@ fn list(
                 ),
             ));
         };
+        let mask = find_mask(folder, &image.name);
+        mask.iter().try_for_each(|mask| reach.check_file(mask))?;
         match camera_to_world(&image) {
             Ok(camera_to_world) => listed.push(Listed {
                 path: folder.join("images").join(&image.name),
+                mask,
                 stem,
                 camera_to_world,
                 lens: camera.lens,
@@ -226,6 +243,16 @@ fn list(
         &bad,
     );
     Ok(listed)
+}
+
+/// The mask of an image, under the two names that COLMAP's feature extraction looks for.
+fn find_mask(folder: &Path, image: &str) -> Option<PathBuf> {
+    let masks = folder.join("masks");
+    let places = [
+        masks.join(format!("{image}.png")),
+        masks.join(Path::new(image).with_extension("png")),
+    ];
+    places.into_iter().find(|path| path.is_file())
 }
 
 /// The pose of an image, or what is wrong with it.
@@ -254,7 +281,14 @@ fn choose_unit(listed: &[Listed], model: &Model) -> f64 {
     let mut depths: Vec<f64> = depths.filter(|depth| depth.is_finite() && *depth > 0.0).collect();
     depths.sort_by(f64::total_cmp);
     let median = depths.get(depths.len() / 2).map(|median| median / MEDIAN_DEPTH);
+    // In a unit that is tiny beside the cameras' distances, they would be out of reach.
+    let positions = || {
+        listed
+            .iter()
+            .map(|frame| frame.camera_to_world.translation.abs().max_element())
+    };
+    let farthest = positions().fold(0.0, f64::max);
     median
-        .filter(|unit| unit.is_finite() && *unit > 0.0)
+        .filter(|unit| unit.is_finite() && *unit > 0.0 && 2.0 * farthest / unit <= FARTHEST)
         .unwrap_or_else(|| unit_of_cameras(listed.iter().map(|frame| frame.camera_to_world.translation)))
 }

@@ -85,8 +85,8 @@ pub(super) struct ModelPoint {
     pub views: u64,
 }
 
-/// What reads a file of cameras, of images and of points into a model.
-pub(super) type Readers = [fn(&Path, &mut Model) -> Result<(), SceneError>; 3];
+/// What reads the bytes of a file of cameras, of images and of points into a model; the path is for messages.
+pub(super) type Readers = [fn(&Path, &[u8], &mut Model) -> Result<(), SceneError>; 3];
 
 impl Model {
     /// Reads the files of a folder that have this extension; that of the points may be missing.
@@ -97,11 +97,21 @@ impl Model {
     ) -> Result<Self, SceneError> {
         let file = |name: &str| folder.join(name).with_extension(extension);
         let mut model = Self::default();
-        cameras(&file("cameras"), &mut model)?;
-        images(&file("images"), &mut model)?;
-        let file = file("points3D");
-        if file.exists() {
-            points(&file, &mut model)?;
+        let mut read = |name: &str, reader: fn(&Path, &[u8], &mut Self) -> Result<(), SceneError>| {
+            let path = file(name);
+            let bytes = std::fs::read(&path).map_err(|error| {
+                let form = format!("cameras.{extension}, images.{extension} and points3D.{extension}");
+                SceneError::file(
+                    &path,
+                    format!("cannot be read ({error}); a model is {form} together"),
+                )
+            })?;
+            reader(&path, &bytes, &mut model)
+        };
+        read("cameras", cameras)?;
+        read("images", images)?;
+        if file("points3D").exists() {
+            read("points3D", points)?;
         }
         Ok(model)
     }

@@ -8,7 +8,9 @@ use std::fs;
 use glam::{DVec3, Vec3};
 
 use super::*;
-use crate::scene::testing::wall;
+#[cfg(unix)]
+use crate::scene::testing::move_out;
+use crate::scene::testing::{WITHOUT_DEPTH, open_with_outside_files, wall};
 use crate::scene::{Distortion, SceneSource};
 
 const WIDTH: u32 = 32;
@@ -173,7 +175,7 @@ fn capture(place: &str) -> (tempfile::TempDir, PathBuf) {
     let scene = wall(3, WIDTH, HEIGHT);
     for (frame, name) in scene.frames.iter().zip(["view c.png", "b.png", "a.png"]) {
         let path = root.path().join("images").join(name);
-        image::save_buffer(path, frame.color.bytes(), WIDTH, HEIGHT, image::ColorType::Rgb8).unwrap();
+        image::save_buffer(path, frame.color().bytes(), WIDTH, HEIGHT, image::ColorType::Rgb8).unwrap();
     }
     (root, model)
 }
@@ -279,6 +281,46 @@ fn a_bent_image_is_straightened_and_leads_back_to_its_own_pixels() {
 }
 
 #[test]
+fn masks_hide_pixels_and_the_points_on_them_under_either_name() {
+    let fixture = Fixture::of_wall(4, BARREL);
+    let (root, place) = capture("sparse/0");
+    write(&place, &fixture.binary());
+    let whole = open(root.path()).unwrap();
+    fs::create_dir(root.path().join("masks")).unwrap();
+    let mask: Vec<u8> = (0..WIDTH * HEIGHT)
+        .map(|index| if index % WIDTH < WIDTH / 2 { 0 } else { 255 })
+        .collect();
+    for name in ["a.png.png", "b.png"] {
+        let path = root.path().join("masks").join(name);
+        image::save_buffer(path, &mask, WIDTH, HEIGHT, image::ColorType::L8).unwrap();
+    }
+    let scene = open(root.path()).unwrap();
+    assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+    for frame in &scene.frames[..2] {
+        for index in (0..frame.camera.pixels()).filter(|&index| !whole.frames[0].is_valid(index)) {
+            assert!(!frame.is_valid(index));
+        }
+        for row in 0..HEIGHT {
+            for column in 0..WIDTH {
+                let [x, y] = frame.of_image([column, row]).unwrap();
+                let index = (y * frame.camera.width + x) as usize;
+                let [shown, _] = frame.to_image([x, y]).unwrap();
+                assert_eq!(frame.is_valid(index), shown >= WIDTH / 2);
+            }
+        }
+        assert!(
+            frame
+                .points
+                .iter()
+                .all(|point| frame.is_valid(point.pixel as usize))
+        );
+        assert!(!frame.points.is_empty() && frame.points.len() < fixture.points.len());
+    }
+    let (before, after) = (&whole.frames[2], &scene.frames[2]);
+    assert_eq!((&before.color(), &before.points), (&after.color(), &after.points));
+}
+
+#[test]
 fn the_box_is_around_the_points_and_no_depth_means_no_points() {
     let (root, place) = capture("sparse/0");
     write(&place, &Fixture::of_wall(1, Distortion::default()).binary());
@@ -291,7 +333,7 @@ fn the_box_is_around_the_points_and_no_depth_means_no_points() {
             assert!(place.cmpge(bounds.min).all() && place.cmple(bounds.max).all());
         }
     }
-    let without = Scene::open(&scene.source, OpenOptions { depth: false }, &|_, _| {}).unwrap();
+    let without = Scene::open(&scene.source, WITHOUT_DEPTH, &|_, _| {}).unwrap();
     assert!(without.frames.iter().all(|frame| frame.points.is_empty()));
     assert_eq!(without.unit, scene.unit);
     assert!(without.bounds().size().max_element() > bounds.size().max_element());
@@ -314,6 +356,36 @@ fn points_that_few_images_agree_on_do_not_count() {
         .map(|f| f.points.len())
         .collect();
     assert_eq!(points, [9, 9, 8]);
+}
+
+#[test]
+fn points_that_miss_their_images_are_counted_and_warned_of() {
+    let mut fixture = Fixture::of_wall(4, BARREL);
+    let (root, place) = capture("sparse/0");
+    write(&place, &fixture.binary());
+    let scene = open(root.path()).unwrap();
+    let errors = scene.point_errors.unwrap();
+    let shown: usize = scene.frames.iter().map(|frame| frame.points.len()).sum();
+    assert_eq!(errors.count, shown);
+    assert!(errors.p90_px < 1e-3, "{errors:?}");
+    for image in &mut fixture.images {
+        image.3.iter_mut().for_each(|seen| seen.0 += 5.0);
+    }
+    write(&place, &fixture.binary());
+    let scene = open(root.path()).unwrap();
+    assert!((scene.point_errors.unwrap().median_px - 5.0).abs() < 1e-3);
+    assert!(
+        scene.warnings[0].contains("by 5.0 pixels"),
+        "{:?}",
+        scene.warnings
+    );
+    // Half a turn of the first camera around its vertical axis: all of its points are behind it.
+    let [w, x, y, z, tx, ty, tz] = fixture.images[0].1;
+    fixture.images[0].1 = [-y, z, w, -x, -tx, ty, -tz];
+    write(&place, &fixture.binary());
+    let behind = open(root.path()).unwrap().point_errors.unwrap();
+    assert_eq!(behind.count, errors.count);
+    assert!(behind.p90_px > 20.0, "{behind:?}");
 }
 
 #[test]
@@ -370,4 +442,30 @@ fn images_in_several_folders_keep_their_names_apart() {
         .map(|frame| frame.stem)
         .collect();
     assert_eq!(stems, ["left_1", "right_1", "up_1"]);
+}
+
+#[test]
+fn images_outside_the_folder_are_read_where_that_is_allowed() {
+    let (root, place) = capture("sparse/0");
+    let mut fixture = Fixture::of_wall(1, Distortion::default());
+    let outside = tempfile::tempdir().unwrap();
+    let images = root.path().join("images");
+    fs::rename(images.join("a.png"), outside.path().join("a.png")).unwrap();
+    fs::rename(images.join("b.png"), root.path().join("b.png")).unwrap();
+    fixture.images[2].0 = outside.path().join("a.png").to_str().unwrap().to_owned();
+    fixture.images[1].0 = "../b.png".to_owned();
+    write(&place, &fixture.binary());
+    let scene = open_with_outside_files(root.path()).unwrap();
+    assert_eq!(scene.frames.len(), 3, "{:?}", scene.warnings);
+    assert_refused(root.path(), &["images.bin", "--outside-files"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn links_that_leave_the_folder_are_refused_unless_that_is_allowed() {
+    let (root, place) = capture("sparse/0");
+    write(&place, &Fixture::of_wall(1, Distortion::default()).binary());
+    let _outside = move_out(root.path(), "images/b.png");
+    assert_refused(root.path(), &["images/b.png", "link", "--outside-files"]);
+    assert_eq!(open_with_outside_files(root.path()).unwrap().frames.len(), 3);
 }

@@ -14,9 +14,9 @@ use crate::scene::SceneError;
 pub(super) const READERS: Readers = [read_cameras, read_images, read_points];
 
 /// `ID MODEL WIDTH HEIGHT PARAMETERS...`
-fn read_cameras(path: &Path, model: &mut Model) -> Result<(), SceneError> {
-    let text = load(path)?;
-    for mut line in lines(path, &text).filter(Line::counts) {
+fn read_cameras(path: &Path, bytes: &[u8], model: &mut Model) -> Result<(), SceneError> {
+    let text = text_of(path, bytes)?;
+    for mut line in lines(path, text).filter(Line::counts) {
         let id = line.number("a camera's id")?;
         let kind = model_named(path, id, line.word("a camera model")?)?;
         let size = [line.number("a width")?, line.number("a height")?];
@@ -32,9 +32,9 @@ fn read_cameras(path: &Path, model: &mut Model) -> Result<(), SceneError> {
 
 /// Two lines each: `ID QW QX QY QZ TX TY TZ CAMERA NAME` and `X Y POINT ...`, the second of which may be
 /// empty.
-fn read_images(path: &Path, model: &mut Model) -> Result<(), SceneError> {
-    let text = load(path)?;
-    let mut lines = lines(path, &text);
+fn read_images(path: &Path, bytes: &[u8], model: &mut Model) -> Result<(), SceneError> {
+    let text = text_of(path, bytes)?;
+    let mut lines = lines(path, text);
     while let Some(mut line) = lines.find(Line::counts) {
         let _id: u32 = line.number("an image's id")?;
         let mut next = || line.number("a part of a pose");
@@ -68,9 +68,9 @@ fn read_images(path: &Path, model: &mut Model) -> Result<(), SceneError> {
 }
 
 /// `ID X Y Z R G B ERROR (IMAGE INDEX)...`
-fn read_points(path: &Path, model: &mut Model) -> Result<(), SceneError> {
-    let text = load(path)?;
-    for mut line in lines(path, &text).filter(Line::counts) {
+fn read_points(path: &Path, bytes: &[u8], model: &mut Model) -> Result<(), SceneError> {
+    let text = text_of(path, bytes)?;
+    for mut line in lines(path, text).filter(Line::counts) {
         let id = line.number("a point's id")?;
         let mut next = || line.number("a coordinate");
         let position = DVec3::new(next()?, next()?, next()?);
@@ -94,15 +94,9 @@ fn read_points(path: &Path, model: &mut Model) -> Result<(), SceneError> {
     Ok(())
 }
 
-fn load(path: &Path) -> Result<String, SceneError> {
-    std::fs::read_to_string(path).map_err(|error| {
-        SceneError::file(
-            path,
-            format!(
-                "cannot be read as text ({error}); a model is cameras.txt, images.txt and points3D.txt together"
-            ),
-        )
-    })
+fn text_of<'a>(path: &Path, bytes: &'a [u8]) -> Result<&'a str, SceneError> {
+    std::str::from_utf8(bytes)
+        .map_err(|error| SceneError::file(path, format!("is not text ({error}); copy the model again")))
 }
 
 fn lines<'a>(path: &'a Path, text: &'a str) -> impl Iterator<Item = Line<'a>> {

@@ -23,7 +23,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::{Camera, ColorImage, DepthMap, Frame, Scene, SceneSource};
+use super::pixels::OnDisk;
+use super::{Cache, Camera, ColorImage, DepthMap, Frame, FramePixels, Pixels, Scene, SceneSource};
 use crate::labels::{Class, ClassId, LabelSet, Stroke};
 use light::LightMap;
 use render::View;
@@ -55,10 +56,14 @@ impl Default for Shot {
 }
 
 impl Shot {
+    fn camera(&self) -> Camera {
+        Camera::with_horizontal_fov(self.width, self.height, FIELD_OF_VIEW)
+    }
+
     fn view<'a>(&self, room: &'a Room, frame: usize) -> View<'a> {
         View {
             caster: &room.caster,
-            camera: Camera::with_horizontal_fov(self.width, self.height, FIELD_OF_VIEW),
+            camera: self.camera(),
             camera_to_world: path::pose(frame),
         }
     }
@@ -73,38 +78,67 @@ impl Shot {
         let frames = (0..self.frames)
             .into_par_iter()
             .map(|index| {
-                let frame = self.frame(&room, &light, index);
+                let pixels = self.pixels(&room, &light, index);
+                let frame = self.frame(index, pixels.into());
                 progress(1 + done.fetch_add(1, Ordering::Relaxed), self.frames);
                 frame
             })
             .collect();
+        self.around(frames)
+    }
+
+    /// The same scene whose frames are rendered when somebody asks for their pixels: for writing more of them than
+    /// fit in memory.
+    pub fn unrendered(&self) -> Scene {
+        let room = Arc::new(room::room());
+        let light = Arc::new(LightMap::new(&room.caster, &room.panes, &room.bulbs));
+        let cache = Arc::new(Cache::new(0));
+        let frame = |index: usize| {
+            let (shot, room, light) = (*self, Arc::clone(&room), Arc::clone(&light));
+            let pixels = OnDisk {
+                number: index,
+                coverage: Some(1.0),
+                hidden: 0,
+                sharpness: 0.0,
+                decode: Box::new(move || Ok(shot.pixels(&room, &light, index))),
+                cache: Arc::clone(&cache),
+            };
+            self.frame(index, FramePixels::on_disk(pixels))
+        };
+        self.around((0..self.frames).map(frame).collect())
+    }
+
+    fn around(&self, frames: Vec<Frame>) -> Scene {
         Scene {
             source: SceneSource::Demo,
             format: "demo",
             frames,
             origin: DVec3::ZERO,
             unit: 1.0,
+            point_errors: None,
             warnings: Vec::new(),
             notes: Vec::new(),
         }
     }
 
-    fn frame(&self, room: &Room, light: &LightMap, index: usize) -> Frame {
-        let view = self.view(room, index);
-        let (rgb, lengths) = view.render(light);
+    fn pixels(&self, room: &Room, light: &LightMap, index: usize) -> Pixels {
+        let (rgb, lengths) = self.view(room, index).render(light);
         // `render` gives three bytes for each pixel of the camera: the image always exists.
         let color = ColorImage::new(self.width, self.height, rgb).unwrap_or_else(|| unreachable!());
-        let pose = view.camera_to_world;
+        Pixels::new(color, Some(DepthMap::from_ray_lengths(self.width, &lengths)))
+    }
+
+    fn frame(&self, index: usize, pixels: FramePixels) -> Frame {
+        let pose = path::pose(index);
         Frame {
             stem: format!("rgb_{index}"),
             path: PathBuf::new(),
-            camera: view.camera,
+            camera: self.camera(),
             camera_to_world: glam::Affine3A::from_mat3_translation(
                 pose.matrix3.as_mat3(),
                 pose.translation.as_vec3(),
             ),
-            color,
-            depth: Some(DepthMap::from_ray_lengths(self.width, &lengths)),
+            pixels,
             points: Vec::new(),
             lens: None,
         }
@@ -112,11 +146,13 @@ impl Shot {
 
     /// True classes of every frame, row-major `[height, width]` each, at the pixel centres.
     pub fn ground_truth(&self) -> Vec<Vec<ClassId>> {
-        let room = room::room();
-        (0..self.frames)
-            .into_par_iter()
-            .map(|frame| self.view(&room, frame).labels())
-            .collect()
+        (0..self.frames).into_par_iter().map(self.labels()).collect()
+    }
+
+    /// Finds out the true classes of a frame, row-major `[height, width]`, at the pixel centres.
+    pub fn labels(&self) -> impl Fn(usize) -> Vec<ClassId> + Send + Sync + use<> {
+        let (shot, room) = (*self, room::room());
+        move |frame| shot.view(&room, frame).labels()
     }
 
     /// Frames kept for testing: every second one. [`clicks`] are on the others.

@@ -29,14 +29,14 @@ fn every_pixel_has_a_class_and_a_depth() {
     assert!(TRUTH.iter().flatten().all(|id| ids.contains(id)));
     assert_eq!(SCENE.frames.len(), TRUTH.len());
     for frame in &SCENE.frames {
-        assert_eq!(frame.depth.as_ref().unwrap().coverage(), 1.0);
+        assert_eq!(frame.depth().unwrap().coverage(), 1.0);
     }
 }
 
 #[test]
 fn cameras_keep_their_distance_from_everything() {
     for frame in &SCENE.frames {
-        let depth = frame.depth.as_ref().unwrap();
+        let depth = frame.depth().unwrap();
         let nearest = (0..depth.len())
             .filter_map(|i| depth.ray_length(i))
             .fold(f32::INFINITY, f32::min);
@@ -86,13 +86,13 @@ fn neighbouring_frames_see_the_same_surface() {
         let (from, to) = (&SCENE.frames[a], &SCENE.frames[b]);
         let (mut shared, mut agreeing) = (0, 0);
         for index in (0..from.camera.pixels()).step_by(7) {
-            let length = from.depth.as_ref().unwrap().ray_length(index).unwrap();
+            let length = from.depth().unwrap().ray_length(index).unwrap();
             let point = from.center() + length * from.ray_direction(index);
             let Some((x, y, length)) = to.project(point) else {
                 continue;
             };
             let other = y as usize * to.camera.width as usize + x as usize;
-            let seen = to.depth.as_ref().unwrap().ray_length(other).unwrap();
+            let seen = to.depth().unwrap().ray_length(other).unwrap();
             // Half a pixel of a slanted surface, at most.
             let tolerance = 0.03 * length;
             if seen < length - tolerance {
@@ -114,9 +114,8 @@ fn every_rendering_is_the_same() {
     let room = room::room();
     let light = LightMap::new(&room.caster, &room.panes, &room.bulbs);
     for index in [7, 40] {
-        let again = Shot::default().frame(&room, &light, index);
-        assert_eq!(again.color, SCENE.frames[index].color);
-        assert_eq!(again.depth, SCENE.frames[index].depth);
+        let again = Shot::default().pixels(&room, &light, index);
+        assert_eq!(again, SCENE.frames[index].pixels().unwrap());
     }
     assert_eq!(clicks(), clicks());
 }
@@ -150,7 +149,8 @@ fn clicks_tell_the_truth_sparingly_and_only_on_training_frames() {
 #[test]
 fn frames_are_neither_dark_nor_washed_out() {
     for frame in &SCENE.frames {
-        let bytes = frame.color.bytes();
+        let color = frame.color();
+        let bytes = color.bytes();
         let mean = bytes.iter().map(|&v| f32::from(v)).sum::<f32>() / bytes.len() as f32;
         assert!((80.0..200.0).contains(&mean), "{}: {mean}", frame.stem);
     }

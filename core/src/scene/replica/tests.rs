@@ -7,8 +7,8 @@ use glam::{Affine3A, DVec3, Quat, Vec3};
 
 use super::*;
 use crate::labels::Class;
-use crate::scene::testing::{assert_refused, assert_warned, open};
-use crate::scene::{ColorImage, DepthMap, Frame, SceneSource};
+use crate::scene::testing::{WITHOUT_DEPTH, assert_refused, assert_warned, open};
+use crate::scene::{ColorImage, DepthMap, Frame, FramePixels, SceneSource};
 
 const WIDTH: u32 = 8;
 const HEIGHT: u32 = 6;
@@ -37,8 +37,10 @@ fn tiny_scene(frames: usize) -> Scene {
                 Quat::from_rotation_y(0.3 * number as f32),
                 Vec3::new(0.1 * number as f32, 1.0, -2.0),
             ),
-            color: ColorImage::new(WIDTH, HEIGHT, bytes).unwrap(),
-            depth: Some(DepthMap::from_ray_lengths(WIDTH, &lengths)),
+            pixels: FramePixels::new(
+                ColorImage::new(WIDTH, HEIGHT, bytes).unwrap(),
+                Some(DepthMap::from_ray_lengths(WIDTH, &lengths)),
+            ),
             points: Vec::new(),
             lens: None,
         }
@@ -49,6 +51,7 @@ fn tiny_scene(frames: usize) -> Scene {
         frames: (0..frames).map(frame).collect(),
         origin: DVec3::ZERO,
         unit: 1.0,
+        point_errors: None,
         warnings: Vec::new(),
         notes: Vec::new(),
     }
@@ -88,7 +91,7 @@ fn what_was_written_is_read_again() {
     let shift = (scene.origin - read.origin).as_vec3();
     for (before, after) in scene.frames.iter().zip(&read.frames) {
         assert_eq!(before.stem, after.stem);
-        assert_eq!(before.color, after.color);
+        assert_eq!(before.color(), after.color());
         assert_eq!(before.camera, after.camera);
         let moved = before.center() + shift;
         assert!(moved.distance(after.center()) < 1e-6);
@@ -101,7 +104,7 @@ fn what_was_written_is_read_again() {
         {
             assert!((a - b).abs() < 1e-6);
         }
-        let (before, after) = (before.depth.as_ref().unwrap(), after.depth.as_ref().unwrap());
+        let (before, after) = (before.depth().unwrap(), after.depth().unwrap());
         for index in 0..before.len() {
             match (before.ray_length(index), after.ray_length(index)) {
                 (Some(a), Some(b)) => assert!((a - b).abs() < 1e-3),
@@ -116,11 +119,11 @@ fn ground_truth_is_written_beside_the_frames() {
     let scene = tiny_scene(2);
     let parent = tempfile::tempdir().unwrap();
     let folder = parent.path().join("capture");
-    let labels = vec![vec![3; 48], vec![200; 48]];
+    let labels = [vec![3; 48], vec![200; 48]];
     let classes = [Class::new(3, "wall"), Class::new(200, "floor")];
     let truth = GroundTruth {
         classes: &classes,
-        labels: &labels,
+        labels: &|frame| labels[frame].clone(),
         held_out: &[1],
     };
     write(&scene, &folder, Some(&truth)).unwrap();
@@ -147,7 +150,7 @@ fn nothing_is_written_over_a_folder_in_use_and_no_rest_is_left() {
     );
     let truth = GroundTruth {
         classes: &[],
-        labels: &[],
+        labels: &|_| Vec::new(),
         held_out: &[],
     };
     assert!(write(&tiny_scene(1), &parent.path().join("other"), Some(&truth)).is_err());
@@ -188,7 +191,7 @@ fn depth_is_left_out_when_it_is_not_wanted() {
     let (_parent, folder) = capture();
     fs::write(folder.join("depth/depth_3.png"), "spoilt").unwrap();
     let source = SceneSource::Folder(folder);
-    let scene = Scene::open(&source, OpenOptions { depth: false }, &|_, _| {}).unwrap();
+    let scene = Scene::open(&source, WITHOUT_DEPTH, &|_, _| {}).unwrap();
     assert!(!scene.has_depth() && scene.warnings.is_empty());
 }
 
@@ -280,7 +283,7 @@ fn spoilt_images_are_a_warning_and_most_are_an_error() {
     let rgb = folder.join("rgb");
     let whole = fs::read(rgb.join("rgb_7.png")).unwrap();
     fs::write(rgb.join("rgb_7.png"), &whole[..whole.len() / 2]).unwrap();
-    assert_warned(&folder, 11, &["images cannot be read", "(1 in all)", "rgb_7.png"]);
+    assert_warned(&folder, 11, &["images cannot be used", "(1 in all)", "rgb_7.png"]);
     for number in 0..12 {
         fs::write(rgb.join(format!("rgb_{number}.png")), "spoilt").unwrap();
     }
@@ -290,16 +293,71 @@ fn spoilt_images_are_a_warning_and_most_are_an_error() {
 #[test]
 fn images_of_another_size_are_left_out() {
     let (_parent, folder) = capture();
-    let small = vec![0; 3 * 12];
-    image::save_buffer(folder.join("rgb/rgb_3.png"), &small, 4, 3, image::ColorType::Rgb8).unwrap();
-    assert_warned(&folder, 11, &["8x6", "rgb_3.png (4x3)"]);
+    let square = vec![0; 3 * 16];
+    image::save_buffer(
+        folder.join("rgb/rgb_3.png"),
+        &square,
+        4,
+        4,
+        image::ColorType::Rgb8,
+    )
+    .unwrap();
+    assert_warned(&folder, 11, &["8x6", "rgb_3.png (4x4)"]);
+}
+
+#[test]
+fn images_of_half_the_size_get_half_the_intrinsics_and_the_depth_of_either_size() {
+    let (_parent, folder) = capture();
+    let whole = open(&folder).unwrap();
+    let half = vec![9; 3 * 12];
+    for number in [3, 4] {
+        let path = folder.join(format!("rgb/rgb_{number}.png"));
+        image::save_buffer(path, &half, 4, 3, image::ColorType::Rgb8).unwrap();
+    }
+    let steps: Vec<u16> = (1..=12).map(|n| 1000 * n).collect();
+    let bytes: &[u8] = bytemuck::cast_slice(&steps);
+    image::save_buffer(
+        folder.join("depth/depth_3.png"),
+        bytes,
+        4,
+        3,
+        image::ColorType::L16,
+    )
+    .unwrap();
+    let scene = open(&folder).unwrap();
+    assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+    assert_eq!(scene.notes.len(), 1, "{:?}", scene.notes);
+    assert!(scene.notes[0].contains("2 images") && scene.notes[0].contains("8x6"));
+    let camera = scene.frames[3].camera;
+    assert_eq!((camera.width, camera.height), (4, 3));
+    assert_eq!(
+        (camera.fx, camera.fy, camera.cx, camera.cy),
+        (3.75, 3.625, 2.0625, 1.4375)
+    );
+    let z = |frame: &Frame, index: usize| {
+        let (column, row) = (
+            index as u32 % frame.camera.width,
+            index as u32 / frame.camera.width,
+        );
+        let length = frame.depth().unwrap().ray_length(index);
+        length.map(|length| length / frame.camera.pixel_direction(column, row).length())
+    };
+    for index in 0..12 {
+        assert!((z(&scene.frames[3], index).unwrap() - (1 + index) as f32).abs() < 1e-3);
+        // The centre of a pixel of half the size is the corner of four of the whole.
+        let corner = 2 * (index / 4) * 8 + 2 * (index % 4);
+        let around = [0, 1, 8, 9].map(|step| z(&whole.frames[4], corner + step));
+        let own = z(&scene.frames[4], index).unwrap();
+        let is_own = |z: &f32| (z - own).abs() < 2e-3;
+        assert!(around.iter().flatten().any(is_own), "{own} {around:?}");
+    }
 }
 
 #[test]
 fn intrinsics_must_be_whole_and_fit_the_images() {
     let (_parent, folder) = capture();
     for (text, part) in [
-        ("7 7 4 3 16 12", "16x12 pixels, but those in rgb/ have 8x6"),
+        ("7 7 4 3 16 16", "16x16 pixels, but those in rgb/ have 8x6"),
         ("0 7 4 3 8 6", "focal length"),
         ("nan 7 4 3 8 6", "finite"),
         ("7 7 0 0 8 6", "principal point"),
@@ -314,6 +372,17 @@ fn intrinsics_must_be_whole_and_fit_the_images() {
 }
 
 #[test]
+fn intrinsics_for_another_size_of_the_same_proportions_are_scaled() {
+    let (_parent, folder) = capture();
+    fs::write(folder.join("intrinsics.txt"), "14 15 8 7 16 12").unwrap();
+    let scene = open(&folder).unwrap();
+    let camera = scene.frames[0].camera;
+    assert_eq!((camera.fx, camera.fy, camera.cx, camera.cy), (7.0, 7.5, 4.0, 3.5));
+    assert_eq!(scene.notes.len(), 1);
+    assert!(scene.notes[0].contains("16x12") && scene.notes[0].contains("8x6"));
+}
+
+#[test]
 fn unusable_depth_is_a_warning_but_another_size_or_most_are_an_error() {
     let (_parent, folder) = capture();
     let depth = folder.join("depth");
@@ -325,9 +394,9 @@ fn unusable_depth_is_a_warning_but_another_size_or_most_are_an_error() {
         12,
         &["(3 in all)", "depth_2.png", "rgb_5.png (no file)", "16-bit"],
     );
-    assert!(open(&folder).unwrap().frames[2].depth.is_none());
-    image::save_buffer(depth.join("depth_6.png"), &[9; 24], 4, 3, image::ColorType::L16).unwrap();
-    assert_refused(&folder, &["depth_6.png", "4x3", "8x6"]);
+    assert!(open(&folder).unwrap().frames[2].depth().is_none());
+    image::save_buffer(depth.join("depth_6.png"), &[9; 32], 4, 4, image::ColorType::L16).unwrap();
+    assert_refused(&folder, &["depth_6.png", "4x4", "8x6"]);
     for number in 0..12 {
         fs::write(depth.join(format!("depth_{number}.png")), "spoilt").unwrap();
     }

@@ -10,15 +10,15 @@ use rayon::prelude::*;
 use serde_json::json;
 
 use crate::labels::{Class, ClassId};
-use crate::scene::{Camera, Frame, Scene, SceneError};
+use crate::scene::{Camera, DepthMap, Frame, Scene, SceneError};
 
 /// What is known to be true of a scene, for measuring against.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy)]
 pub struct GroundTruth<'a> {
     /// The classes, void not among them; ids up to 255.
     pub classes: &'a [Class],
-    /// Classes of each frame's pixels, row-major `[height, width]`, 0 = void.
-    pub labels: &'a [Vec<ClassId>],
+    /// Classes of the pixels of the frame with this index, row-major `[height, width]`, 0 = void; from any thread.
+    pub labels: &'a (dyn Fn(usize) -> Vec<ClassId> + Sync),
     /// Indices of the frames kept for testing; the others are for training.
     pub held_out: &'a [usize],
 }
@@ -33,7 +33,7 @@ pub struct GroundTruth<'a> {
 /// A folder that is not empty, frames with different cameras, ground truth that does not fit the scene, a
 /// disk that cannot be written: a sentence that names the file.
 pub fn write(scene: &Scene, folder: &Path, truth: Option<&GroundTruth<'_>>) -> Result<(), SceneError> {
-    check(scene, folder, truth)?;
+    check(scene, folder)?;
     let exists = folder.exists();
     let is_empty = || fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_none());
     if exists && !is_empty() {
@@ -71,24 +71,34 @@ impl Drop for Partial {
 }
 
 /// Refuses what the layout cannot hold.
-fn check(scene: &Scene, folder: &Path, truth: Option<&GroundTruth<'_>>) -> Result<(), SceneError> {
-    let refuse = |reason: &str| Err(SceneError::file(folder, format!("cannot be written: {reason}")));
+fn check(scene: &Scene, folder: &Path) -> Result<(), SceneError> {
+    let refuse = |reason: &str| Err(refused(folder, reason));
     let Some(first) = scene.frames.first() else {
         return refuse("the scene has no frames");
     };
     if scene.frames.iter().any(|frame| frame.camera != first.camera) {
         return refuse("the layout holds one camera, and the scene's frames have several");
     }
-    let Some(truth) = truth else { return Ok(()) };
-    let pixels = first.camera.pixels();
-    if truth.labels.len() != scene.frames.len() || truth.labels.iter().any(|map| map.len() != pixels) {
-        return refuse("the ground truth does not have one label for each pixel of each frame");
-    }
-    let largest = truth.labels.iter().flatten().max();
-    if largest.is_some_and(|&id| id > 255) {
-        return refuse("the layout holds class ids up to 255, and the ground truth has larger ones");
-    }
     Ok(())
+}
+
+fn refused(folder: &Path, reason: &str) -> SceneError {
+    SceneError::file(folder, format!("cannot be written: {reason}"))
+}
+
+/// The classes of a frame as the layout holds them.
+fn label_bytes(folder: &Path, frame: &Frame, labels: &[ClassId]) -> Result<Vec<u8>, SceneError> {
+    if labels.len() != frame.camera.pixels() {
+        return Err(refused(
+            folder,
+            "the ground truth does not have one label for each pixel of each frame",
+        ));
+    }
+    let ids: Result<Vec<u8>, _> = labels.iter().map(|&id| u8::try_from(id)).collect();
+    ids.map_err(|_| {
+        let reason = "the layout holds class ids up to 255, and the ground truth has larger ones";
+        refused(folder, reason)
+    })
 }
 
 fn write_files(scene: &Scene, folder: &Path, truth: Option<&GroundTruth<'_>>) -> Result<(), SceneError> {
@@ -109,15 +119,16 @@ fn write_files(scene: &Scene, folder: &Path, truth: Option<&GroundTruth<'_>>) ->
                 image::save_buffer(&path, bytes, width, height, kind)
                     .map_err(|error| cannot_write(&path, &error))
             };
+            let pixels = frame.pixels()?;
             let rgb = folder.join(format!("rgb/rgb_{number}.png"));
-            save(rgb, frame.color.bytes(), ExtendedColorType::Rgb8)?;
-            if let Some(millimetres) = z_millimetres(frame) {
+            save(rgb, pixels.color.bytes(), ExtendedColorType::Rgb8)?;
+            if let Some(depth) = pixels.depth {
+                let millimetres = z_millimetres(frame, &depth);
                 let depth = folder.join(format!("depth/depth_{number}.png"));
                 save(depth, bytemuck::cast_slice(&millimetres), ExtendedColorType::L16)?;
             }
             if let Some(truth) = truth {
-                // `check` made sure that every id fits.
-                let ids: Vec<u8> = truth.labels[number].iter().map(|&id| id as u8).collect();
+                let ids = label_bytes(folder, frame, &(truth.labels)(number))?;
                 let labels = folder.join(format!("semantic_class/semantic_class_{number}.png"));
                 save(labels, &ids, ExtendedColorType::L8)?;
             }
@@ -142,8 +153,7 @@ fn write_files(scene: &Scene, folder: &Path, truth: Option<&GroundTruth<'_>>) ->
 }
 
 /// Depth along z in millimetres, row-major; 0 where it is unknown or beyond what 16 bits hold.
-pub(crate) fn z_millimetres(frame: &Frame) -> Option<Vec<u16>> {
-    let depth = frame.depth.as_ref()?;
+pub(crate) fn z_millimetres(frame: &Frame, depth: &DepthMap) -> Vec<u16> {
     let width = frame.camera.width;
     let millimetres = (0..depth.len()).map(|index| {
         let Some(length) = depth.ray_length(index) else {
@@ -155,7 +165,7 @@ pub(crate) fn z_millimetres(frame: &Frame) -> Option<Vec<u16>> {
         let z = (1000.0 * length / direction.length()).round();
         if z <= f32::from(u16::MAX) { z as u16 } else { 0 }
     });
-    Some(millimetres.collect())
+    millimetres.collect()
 }
 
 /// One row-major 4x4 camera-to-world a line, in the capture's own coordinates and in metres.

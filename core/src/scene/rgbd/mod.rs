@@ -1,27 +1,30 @@
 //! Captures with an image, a pose and mostly a depth image for each frame, all from one camera: what the
 //! layouts of this kind have in common.
 
+mod depth;
 #[cfg(test)]
 mod tests;
 pub(super) mod text;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use glam::{Affine3A, DAffine3, DVec3};
-use image::DynamicImage;
 use rayon::prelude::*;
 
 use super::camera::{median_position, orthonormalised};
-use super::files::{decode_image, file_name, reader, stem, warn};
-use super::{Camera, ColorImage, DepthMap, Frame, Scene, SceneError, SceneSource};
+use super::files::{Reach, dimensions, file_name, stem, unreadable, warn};
+use super::images::{ImageFile, Turn, warn_of_turns};
+use super::keyframes::Keeping;
+use super::{Camera, Distortion, Frame, Lens, OpenOptions, Pixels, Scene, SceneError, SceneSource};
+use depth::DepthFile;
+pub(super) use depth::{DepthCamera, DepthCode};
 use text::read_intrinsics;
 
 /// Distance of the cameras from zero beyond which the scene gets its own origin, in metres.
 const FAR_FROM_ZERO: f64 = 100.0;
-/// Most frames that are taken of a long sequence: about what fits in 3 GB at 640 x 480 with depth.
-const MOST_FRAMES: usize = 1000;
 
 /// A frame that is still on disk.
 pub(super) struct Listed {
@@ -31,15 +34,6 @@ pub(super) struct Listed {
     pub depth: Option<PathBuf>,
     /// Camera-to-world in the capture's own coordinates, in metres.
     pub camera_to_world: DAffine3,
-}
-
-/// What the values of a 16-bit depth image mean, along the camera's z axis; 0 is always unknown.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct DepthCode {
-    /// The value of a metre.
-    pub steps_per_metre: f32,
-    /// Another value for unknown depth.
-    pub none: u16,
 }
 
 /// How the layouts differ.
@@ -54,6 +48,8 @@ pub(super) struct Layout<'a> {
     pub depths: &'a Path,
     /// What depth images mean.
     pub depth_code: DepthCode,
+    /// The camera of depth images; `None` where they show what their colour images show.
+    pub depth_camera: Option<Arc<DepthCamera>>,
     /// The camera of images of this width and height in pixels, or why none is known and what to do.
     pub default_camera: &'a (dyn Fn(u32, u32) -> Result<Camera, String> + Sync),
     /// What to say where that camera was taken.
@@ -63,25 +59,35 @@ pub(super) struct Layout<'a> {
 /// Decodes the listed frames; those that cannot be used are left out and counted, up to half of them.
 ///
 /// # Errors
-/// More than that, intrinsics that do not fit, or a depth image of another size than its colour image.
+/// More than that, an image outside the capture where that is not allowed, intrinsics that do not fit, or a depth
+/// image of other proportions than its colour image that no camera of its own is known for.
 pub(super) fn read(
     layout: &Layout,
     listed: &[Listed],
     mut warnings: Vec<String>,
     mut notes: Vec<String>,
+    options: OpenOptions,
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<Scene, SceneError> {
-    let (camera, listed) = choose_camera(layout, listed, &mut warnings, &mut notes)?;
-    let depth_code = listed
-        .iter()
-        .any(|frame| frame.depth.is_some())
-        .then_some(layout.depth_code);
+    let reach = Reach::of(layout.folder, options);
+    for frame in listed {
+        for path in [Some(&frame.path), frame.depth.as_ref()].into_iter().flatten() {
+            reach.check_file(path)?;
+        }
+    }
+    let listed = with_cameras(layout, listed, &mut warnings, &mut notes)?;
+    let has_depth = listed.iter().any(|(frame, _)| frame.depth.is_some());
     let origin = choose_origin(&listed);
+    let cameras = listed
+        .iter()
+        .map(|(frame, camera)| (camera, frame.depth.is_some()));
+    let keeping = Keeping::of(cameras, options);
     let done = AtomicUsize::new(0);
     let decoded = listed
         .par_iter()
-        .map(|frame| {
-            let decoded = decode(frame, &camera, origin, depth_code);
+        .enumerate()
+        .map(|(number, (frame, camera))| {
+            let decoded = decode(layout, frame, camera, (origin, has_depth), (&keeping, number));
             progress(1 + done.fetch_add(1, Ordering::Relaxed), listed.len());
             decoded
         })
@@ -93,27 +99,10 @@ pub(super) fn read(
         frames,
         origin,
         unit: 1.0,
+        point_errors: None,
         warnings,
         notes,
     })
-}
-
-/// Evenly spaced frames of a sequence that is longer than fits in memory, which a note says.
-pub(super) fn thinned(listed: Vec<Listed>, notes: &mut Vec<String>) -> Vec<Listed> {
-    let total = listed.len();
-    if total <= MOST_FRAMES {
-        return listed;
-    }
-    notes.push(format!(
-        "of the {total} usable frames {MOST_FRAMES} evenly spaced ones were taken"
-    ));
-    let kept_before = |index: usize| index * MOST_FRAMES / total;
-    let is_kept = |index: usize| kept_before(index + 1) > kept_before(index);
-    let numbered = listed.into_iter().enumerate();
-    numbered
-        .filter(|(index, _)| is_kept(*index))
-        .map(|(_, frame)| frame)
-        .collect()
 }
 
 /// A camera whose intrinsics are published for images of 640 x 480 pixels, at this size.
@@ -162,80 +151,116 @@ pub(super) fn check_poses(path: &Path, bad: &[String], total: usize) -> Result<(
     }
 }
 
-/// The camera of all frames; and the frames whose images can be read and have its size.
-fn choose_camera<'a>(
+/// The frames whose images can be read, each with its camera: that of the capture, scaled where the image has the same
+/// proportions but another size. Images of other proportions are left out, up to half of them.
+fn with_cameras<'a>(
     layout: &Layout,
     listed: &'a [Listed],
     warnings: &mut Vec<String>,
     notes: &mut Vec<String>,
-) -> Result<(Camera, Vec<&'a Listed>), SceneError> {
-    let sizes: Vec<Result<(u32, u32), String>> = listed
-        .par_iter()
-        .map(|frame| {
-            reader(&frame.path)?
-                .into_dimensions()
-                .map_err(|error| error.to_string())
-        })
-        .collect();
-    let intrinsics = layout.folder.join("intrinsics.txt");
-    let camera = if intrinsics.exists() {
-        Some(read_intrinsics(&intrinsics)?)
-    } else {
-        None
-    };
+) -> Result<Vec<(&'a Listed, Camera)>, SceneError> {
+    let sizes: Vec<Result<(u32, u32), String>> =
+        listed.par_iter().map(|frame| dimensions(&frame.path)).collect();
     let mut counts = BTreeMap::new();
     for &size in sizes.iter().flatten() {
         *counts.entry(size).or_insert(0_usize) += 1;
     }
-    let Some((&(width, height), &common)) = counts.iter().max_by_key(|&(_, &count)| count) else {
+    let Some((&(width, height), _)) = counts.iter().max_by_key(|&(_, &count)| count) else {
         return too_many_unreadable(listed, &sizes);
     };
-    if let Some(camera) = camera.filter(|camera| (camera.width, camera.height) != (width, height)) {
-        return Err(SceneError::file(
-            intrinsics,
-            format!(
-                "is for images of {}x{} pixels, but those in {}/ have {width}x{height}; \
-                 scale the intrinsics or the images so that both agree",
-                camera.width,
-                camera.height,
-                file_name(layout.images)
-            ),
-        ));
-    }
+    let given = given_camera(layout, (width, height), notes)?;
     let readable = sizes.iter().flatten().count();
     if 2 * (sizes.len() - readable) > sizes.len() {
         return too_many_unreadable(listed, &sizes);
     }
-    if 2 * (readable - common) > sizes.len() {
-        return Err(SceneError::file(
-            layout.images,
-            "most images differ in size from each other; all frames must come from one camera",
-        ));
-    }
-    let (mut unreadable, mut odd) = (Vec::new(), Vec::new());
+    let camera = match given {
+        Some(camera) => camera,
+        None => {
+            let camera = (layout.default_camera)(width, height);
+            let camera = camera.and_then(|camera| match camera.problem() {
+                None => Ok(camera),
+                Some(problem) => Err(format!(
+                    "no such file, and the usual camera does not fit images of {width}x{height} pixels ({problem}); \
+                     write six numbers there: fx fy cx cy width height"
+                )),
+            });
+            let intrinsics = layout.folder.join("intrinsics.txt");
+            camera.map_err(|reason| SceneError::file(intrinsics, reason))?
+        }
+    };
+    let (mut unreadable, mut odd, mut scaled) = (Vec::new(), Vec::new(), 0);
     let mut usable = Vec::new();
     for (frame, size) in listed.iter().zip(sizes) {
         let name = file_name(&frame.path);
         match size {
-            Ok(size) if size == (width, height) => usable.push(frame),
-            Ok((w, h)) => odd.push(format!("{name} ({w}x{h})")),
+            Ok((w, h)) => match camera.resized(w, h) {
+                Some(own) => {
+                    scaled += usize::from((w, h) != (width, height));
+                    usable.push((frame, own));
+                }
+                None => odd.push(format!("{name} ({w}x{h})")),
+            },
             Err(error) => unreadable.push(format!("{name} ({error})")),
         }
+    }
+    if 2 * odd.len() > listed.len() {
+        return Err(SceneError::file(
+            layout.images,
+            "most images differ in size and proportions from each other; all frames must come from one camera",
+        ));
     }
     warn(warnings, "images cannot be read and were left out", &unreadable);
     warn(
         warnings,
-        &format!("images were left out because they are not {width}x{height} pixels like the others"),
+        &format!(
+            "images were left out because they do not have the proportions of the others, which have {width}x{height} \
+             pixels"
+        ),
         &odd,
     );
-    let camera = match camera {
-        Some(camera) => camera,
-        None => {
-            notes.extend(layout.default_camera_note.clone());
-            (layout.default_camera)(width, height).map_err(|reason| SceneError::file(intrinsics, reason))?
-        }
+    if scaled > 0 {
+        notes.push(format!(
+            "{scaled} images are smaller or larger than {width}x{height} pixels but have the same proportions: their \
+             intrinsics were scaled"
+        ));
+    }
+    if given.is_none() {
+        notes.extend(layout.default_camera_note.clone());
+    }
+    Ok(usable)
+}
+
+/// The camera in `intrinsics.txt` for images of this size, if there is that file; what is for images of the same
+/// proportions is scaled, which a note says.
+fn given_camera(
+    layout: &Layout,
+    (width, height): (u32, u32),
+    notes: &mut Vec<String>,
+) -> Result<Option<Camera>, SceneError> {
+    let path = layout.folder.join("intrinsics.txt");
+    if !path.exists() {
+        return Ok(None);
+    }
+    let given = read_intrinsics(&path)?;
+    let Some(camera) = given.resized(width, height) else {
+        return Err(SceneError::file(
+            path,
+            format!(
+                "is for images of {}x{} pixels, but those in {}/ have {width}x{height}, which is another shape; write \
+                 intrinsics for these images",
+                given.width,
+                given.height,
+                file_name(layout.images)
+            ),
+        ));
     };
-    Ok((camera, usable))
+    if camera != given {
+        notes.push(format!(
+            "intrinsics.txt is for images of {}x{} pixels and was scaled to {width}x{height}",
+            given.width, given.height
+        ));
+    }
+    Ok(Some(camera))
 }
 
 fn too_many_unreadable<T>(listed: &[Listed], sizes: &[Result<(u32, u32), String>]) -> Result<T, SceneError> {
@@ -257,108 +282,106 @@ fn too_many_unreadable<T>(listed: &[Listed], sizes: &[Result<(u32, u32), String>
     ))
 }
 
-/// A decoded frame, or why there is none; and why it has no depth though there should be some.
+/// A decoded frame, or why there is none; what became of its orientation, and why it has no depth though there should
+/// be some.
 struct Decoded {
-    frame: Result<Frame, String>,
+    frame: Result<(Frame, Turn), String>,
     depth_problem: Option<String>,
 }
 
 fn decode(
+    layout: &Layout,
     listed: &Listed,
     camera: &Camera,
-    origin: DVec3,
-    depth_code: Option<DepthCode>,
+    (origin, has_depth): (DVec3, bool),
+    (keeping, number): (&Keeping, usize),
 ) -> Result<Decoded, SceneError> {
-    let color = match decode_image(&listed.path) {
-        Ok(image) => ColorImage::new(camera.width, camera.height, image.into_rgb8().into_raw()),
-        Err(reason) => {
+    let image = ImageFile {
+        path: listed.path.clone(),
+        mask: None,
+        lens: Lens {
+            image: *camera,
+            distortion: Distortion::default(),
+        },
+        pinhole: *camera,
+    };
+    let (color, turn) = match image.decode() {
+        Ok(decoded) => decoded,
+        Err(problem) => {
             return Ok(Decoded {
-                frame: Err(reason),
+                frame: Err(problem.describe(&image.lens)),
                 depth_problem: None,
             });
         }
     };
-    let (depth, depth_problem) = match (depth_code, &listed.depth) {
-        (Some(code), Some(path)) => match decode_depth(path, camera, code)? {
+    let depth_file = listed.depth.as_ref().map(|path| DepthFile {
+        path: path.clone(),
+        code: layout.depth_code,
+        camera: layout.depth_camera.clone(),
+    });
+    let (depth, depth_problem) = match &depth_file {
+        Some(file) => match file.decode(camera, &color)? {
             Ok(depth) => (Some(depth), None),
-            Err(reason) => (None, Some(format!("{} ({reason})", file_name(path)))),
+            Err(reason) => (None, Some(format!("{} ({reason})", file_name(&file.path)))),
         },
-        (Some(_), None) => (
+        None => (
             None,
-            Some(format!("that of {} (no file)", file_name(&listed.path))),
+            has_depth.then(|| format!("that of {} (no file)", file_name(&listed.path))),
         ),
-        (None, _) => (None, None),
+    };
+    let depth_file = depth_file.filter(|_| depth.is_some());
+    let again = move || {
+        let color = image.decode_again()?;
+        let depth = match &depth_file {
+            None => None,
+            Some(file) => {
+                let depth = file.decode(&image.pinhole, &color)?;
+                Some(depth.map_err(|reason| unreadable(&file.path, &reason))?)
+            }
+        };
+        Ok(Pixels::new(color, depth))
     };
     let pose = &listed.camera_to_world;
-    let frame = color
-        .map(|color| Frame {
-            stem: stem(&listed.path),
-            path: listed.path.clone(),
-            camera: *camera,
-            camera_to_world: Affine3A::from_mat3_translation(
-                orthonormalised(pose.matrix3).as_mat3(),
-                (pose.translation - origin).as_vec3(),
-            ),
-            color,
-            depth,
-            points: Vec::new(),
-            lens: None,
-        })
-        .ok_or_else(|| "its size changed while it was read".to_owned());
-    Ok(Decoded { frame, depth_problem })
-}
-
-/// Depth as ray lengths, or why it cannot be used; depth of another size than its image is an error.
-fn decode_depth(
-    path: &Path,
-    camera: &Camera,
-    code: DepthCode,
-) -> Result<Result<DepthMap, String>, SceneError> {
-    let image = match decode_image(path) {
-        Ok(DynamicImage::ImageLuma16(image)) => image,
-        Ok(_) => return Ok(Err("not a 16-bit greyscale PNG".to_owned())),
-        Err(reason) => return Ok(Err(reason)),
+    let frame = Frame {
+        stem: stem(&listed.path),
+        path: listed.path.clone(),
+        camera: *camera,
+        camera_to_world: Affine3A::from_mat3_translation(
+            orthonormalised(pose.matrix3).as_mat3(),
+            (pose.translation - origin).as_vec3(),
+        ),
+        pixels: keeping.keep(number, Pixels::new(color, depth), again),
+        points: Vec::new(),
+        lens: None,
     };
-    if image.dimensions() != (camera.width, camera.height) {
-        return Err(SceneError::file(
-            path,
-            format!(
-                "has {}x{} pixels, but its colour image {}x{}; register depth to colour and save it at the same size",
-                image.width(),
-                image.height(),
-                camera.width,
-                camera.height
-            ),
-        ));
-    }
-    let metres = image.into_raw().into_iter().map(|steps| {
-        if steps == code.none {
-            0.0
-        } else {
-            f32::from(steps) / code.steps_per_metre
-        }
-    });
-    Ok(Ok(DepthMap::from_z_depths(camera, metres.collect())))
+    Ok(Decoded {
+        frame: Ok((frame, turn)),
+        depth_problem,
+    })
 }
 
 /// The frames that could be decoded, if they are most of the capture.
 fn keep_usable(
     layout: &Layout,
-    listed: &[&Listed],
+    listed: &[(&Listed, Camera)],
     decoded: Vec<Decoded>,
     warnings: &mut Vec<String>,
 ) -> Result<Vec<Frame>, SceneError> {
     let total = decoded.len();
     let (mut frames, mut bad, mut bad_depth) = (Vec::new(), Vec::new(), Vec::new());
-    for (decoded, listed) in decoded.into_iter().zip(listed) {
+    let mut turns = Vec::new();
+    for (decoded, (listed, _)) in decoded.into_iter().zip(listed) {
         match decoded.frame {
-            Ok(frame) => frames.push(frame),
+            Ok((frame, turn)) => {
+                turns.push((file_name(&listed.path), turn));
+                frames.push(frame);
+            }
             Err(reason) => bad.push(format!("{} ({reason})", file_name(&listed.path))),
         }
         bad_depth.extend(decoded.depth_problem);
     }
     for (problems, folder, what, otherwise) in [
-        (&bad, layout.images, "images cannot be read", ""),
+        (&bad, layout.images, "images cannot be used", ""),
         (
             &bad_depth,
             layout.depths,
@@ -376,7 +399,8 @@ fn keep_usable(
             ));
         }
     }
-    warn(warnings, "images cannot be read and were left out", &bad);
+    warn(warnings, "images cannot be used and were left out", &bad);
+    warn_of_turns(warnings, &turns);
     warn(
         warnings,
         "frames are used without depth because it is missing or cannot be read",
@@ -386,8 +410,8 @@ fn keep_usable(
 }
 
 /// The median camera position where it is far from zero, else zero.
-fn choose_origin(listed: &[&Listed]) -> DVec3 {
-    let median = median_position(listed.iter().map(|frame| frame.camera_to_world.translation));
+fn choose_origin(listed: &[(&Listed, Camera)]) -> DVec3 {
+    let median = median_position(listed.iter().map(|(frame, _)| frame.camera_to_world.translation));
     if median.length() > FAR_FROM_ZERO {
         median
     } else {

@@ -1,42 +1,6 @@
-//! What holds for the frames of a long sequence and for published intrinsics.
+//! What holds for published intrinsics.
 
 use super::*;
-
-fn listed(count: usize) -> Vec<Listed> {
-    let frame = |number: usize| Listed {
-        path: PathBuf::from(number.to_string()),
-        depth: None,
-        camera_to_world: DAffine3::IDENTITY,
-    };
-    (0..count).map(frame).collect()
-}
-
-#[test]
-fn up_to_a_thousand_frames_are_all_kept() {
-    let mut notes = Vec::new();
-    assert_eq!(thinned(listed(1000), &mut notes).len(), 1000);
-    assert!(notes.is_empty());
-}
-
-#[test]
-fn a_thousand_evenly_spaced_frames_of_a_longer_sequence_are_kept_in_order() {
-    for total in [1001, 2500, 5182] {
-        let mut notes = Vec::new();
-        let numbers: Vec<usize> = thinned(listed(total), &mut notes)
-            .iter()
-            .map(|frame| frame.path.to_str().unwrap().parse().unwrap())
-            .collect();
-        assert_eq!(numbers.len(), 1000);
-        let steps = || numbers.windows(2).map(|pair| pair[1] - pair[0]);
-        let (least, most) = (steps().min().unwrap(), steps().max().unwrap());
-        assert!(
-            least >= total / 1000 && most <= total.div_ceil(1000),
-            "{least} {most}"
-        );
-        assert_eq!(notes.len(), 1);
-        assert!(notes[0].contains(&total.to_string()), "{notes:?}");
-    }
-}
 
 #[test]
 fn published_intrinsics_follow_the_size_of_the_images_and_refuse_other_proportions() {

@@ -36,9 +36,38 @@ impl Pose {
     }
 }
 
+/// The pose in the text of the file at `path`, four lines of four numbers: camera-to-world, or what is wrong with it.
+///
+/// # Errors
+/// A text that holds something else.
+pub(in crate::scene) fn parse_pose(
+    path: &Path,
+    text: &str,
+) -> Result<Result<DAffine3, &'static str>, SceneError> {
+    const FORM: &str = "write four lines of four numbers, the camera-to-world matrix";
+    let rows = parse_numbers(path, text)?;
+    if let Some((line, row)) = rows.iter().find(|(_, row)| row.len() != 4) {
+        return Err(SceneError::file(
+            path,
+            format!("line {line} has {} numbers; {FORM}", row.len()),
+        ));
+    }
+    let line = rows.first().map_or(1, |&(line, _)| line);
+    let values: Vec<f64> = rows.into_iter().flat_map(|(_, row)| row).collect();
+    let values = values
+        .try_into()
+        .map_err(|v: Vec<f64>| SceneError::file(path, format!("has {} lines; {FORM}", v.len() / 4)))?;
+    Ok(Pose { line, values }.checked())
+}
+
 /// Reads `fx fy cx cy width height`.
 pub(in crate::scene) fn read_intrinsics(path: &Path) -> Result<Camera, SceneError> {
-    let values: Vec<f64> = read_numbers(path)?
+    parse_intrinsics(path, &read_text(path)?)
+}
+
+/// The intrinsics in the text of the file at `path`.
+pub(in crate::scene) fn parse_intrinsics(path: &Path, text: &str) -> Result<Camera, SceneError> {
+    let values: Vec<f64> = parse_numbers(path, text)?
         .into_iter()
         .flat_map(|(_, values)| values)
         .collect();
@@ -84,10 +113,15 @@ pub(in crate::scene) fn read_intrinsics(path: &Path) -> Result<Camera, SceneErro
     }
 }
 
-/// The numbers of each line that has any, with its number from 1; lines that start with # do not count.
-pub(in crate::scene) fn read_numbers(path: &Path) -> Result<Vec<(usize, Vec<f64>)>, SceneError> {
-    let text = std::fs::read_to_string(path)
-        .map_err(|error| SceneError::file(path, format!("cannot be read as text: {error}")))?;
+/// The text of a file.
+pub(in crate::scene) fn read_text(path: &Path) -> Result<String, SceneError> {
+    std::fs::read_to_string(path)
+        .map_err(|error| SceneError::file(path, format!("cannot be read as text: {error}")))
+}
+
+/// The numbers of each line of the file at `path` that has any, with its number from 1; lines that start with # do
+/// not count.
+pub(in crate::scene) fn parse_numbers(path: &Path, text: &str) -> Result<Vec<(usize, Vec<f64>)>, SceneError> {
     let mut lines = Vec::new();
     for (line, content) in (1..).zip(text.trim_start_matches('\u{feff}').lines()) {
         if content.trim_start().starts_with('#') {
@@ -101,7 +135,7 @@ pub(in crate::scene) fn read_numbers(path: &Path) -> Result<Vec<(usize, Vec<f64>
                     let word: String = word.chars().take(20).collect();
                     SceneError::file(
                         path,
-                        format!("line {line}: \"{word}\" is not a number; correct that line"),
+                        format!("line {line}: {word:?} is not a number; correct that line"),
                     )
                 })
             })

@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use super::*;
 use crate::scene::SceneSource;
-use crate::scene::testing::{assert_refused, assert_warned, open, write_color, write_depth};
+use crate::scene::testing::{WITHOUT_DEPTH, assert_refused, assert_warned, open, write_color, write_depth};
 
 const FRAMES: usize = 6;
 
@@ -36,9 +36,9 @@ fn a_sequence_is_read_with_its_poses_and_depths() {
     assert_eq!(scene.frames.len(), FRAMES);
     let frame = &scene.frames[3];
     assert_eq!(frame.stem, "frame-000003.color");
-    assert_eq!(frame.color.pixel(5), [30; 3]);
+    assert_eq!(frame.color().pixel(5), [30; 3]);
     assert!(frame.center().distance(Vec3::new(0.3, 0.5, -3.0)) < 1e-6);
-    let depth = frame.depth.as_ref().unwrap();
+    let depth = frame.depth().unwrap();
     assert_eq!((depth.ray_length(0), depth.ray_length(1)), (None, None));
     // Two metres along z wherever the pixel is: the wall is at x = 2.3.
     for index in [2, 20, 47] {
@@ -81,7 +81,7 @@ fn depth_is_left_out_when_it_is_not_wanted_and_may_be_missing() {
     let folder = sequence();
     fs::write(file(folder.path(), 1, "depth.png"), "spoilt").unwrap();
     let source = SceneSource::Folder(folder.path().to_path_buf());
-    let scene = Scene::open(&source, OpenOptions { depth: false }, &|_, _| {}).unwrap();
+    let scene = Scene::open(&source, WITHOUT_DEPTH, &|_, _| {}).unwrap();
     assert!(!scene.has_depth() && scene.warnings.is_empty());
     assert_warned(
         folder.path(),
@@ -145,9 +145,9 @@ fn images_without_a_pose_are_left_out_and_most_are_an_error() {
 }
 
 #[test]
-fn depth_of_another_size_is_refused() {
+fn depth_of_another_shape_is_refused() {
     let folder = sequence();
     let depth = file(folder.path(), 2, "depth.png");
-    image::save_buffer(depth, &[9; 24], 4, 3, image::ColorType::L16).unwrap();
-    assert_refused(folder.path(), &["frame-000002.depth.png", "4x3", "8x6"]);
+    image::save_buffer(depth, &[9; 32], 4, 4, image::ColorType::L16).unwrap();
+    assert_refused(folder.path(), &["frame-000002.depth.png", "4x4", "8x6"]);
 }

@@ -19,6 +19,8 @@ const CAMERA_MODELS: [&str; 6] = [
 ];
 /// Length of a step of the depth images where the file does not say it, in metres.
 const DEPTH_UNIT: f64 = 1e-3;
+/// Longest step, in the same unit: 65535 of them are still near enough.
+const LONGEST_STEP: f64 = 1e6;
 
 /// The whole file. Keys that are not listed here change nothing that is read.
 ///
@@ -47,7 +49,7 @@ pub(in crate::scene) struct Entry {
     transform_matrix: Vec<Vec<f64>>,
     /// The depth image below the folder.
     pub depth_file_path: Option<String>,
-    /// The mask below the folder.
+    /// The mask below the folder: 0 where the image shows no part of the scene.
     pub mask_path: Option<String>,
     /// What holds for this frame alone.
     #[serde(flatten)]
@@ -81,9 +83,17 @@ impl Transforms {
     /// # Errors
     /// It cannot be read, is no such JSON, lists no frames or has an unusable step of depth.
     pub fn read(file: &Path) -> Result<Self, SceneError> {
-        let text = std::fs::read(file)
+        let bytes = std::fs::read(file)
             .map_err(|error| SceneError::file(file, format!("cannot be read: {error}")))?;
-        let transforms: Self = serde_json::from_slice(&text).map_err(|error| {
+        Self::parse(file, &bytes)
+    }
+
+    /// Takes over the bytes of the file at `file`.
+    ///
+    /// # Errors
+    /// As for [`Transforms::read`].
+    pub fn parse(file: &Path, bytes: &[u8]) -> Result<Self, SceneError> {
+        let transforms: Self = serde_json::from_slice(bytes).map_err(|error| {
             SceneError::file(
                 file,
                 format!("is not a list of posed images ({error}); write the file anew"),
@@ -96,7 +106,7 @@ impl Transforms {
             ));
         }
         let step = transforms.depth_unit();
-        if !step.is_finite() || step <= 0.0 {
+        if !(step > 0.0 && step <= LONGEST_STEP) {
             return Err(SceneError::file(
                 file,
                 format!(
@@ -206,9 +216,6 @@ impl Entry {
         // OpenGL's cameras look along -z with y up, OpenCV's along z with y down.
         let rotation = DMat3::from_cols(column(0), -column(1), -column(2));
         let pose = DAffine3::from_mat3_translation(rotation, column(3));
-        if !pose.translation.as_vec3().is_finite() {
-            return Err("it holds a value that is not a finite number");
-        }
         pose_problem(&pose).map_or(Ok(pose), Err)
     }
 }

@@ -18,10 +18,11 @@ use image::DynamicImage;
 use rayon::prelude::*;
 
 use super::camera::{median_position, orthonormalised, unit_of_cameras};
-use super::files::{
-    ImageProblem, decode_color, decode_image, file_name, frame_names, is_inside, reader, warn,
-};
-use super::{Camera, DepthMap, Frame, Lens, OpenOptions, Scene, SceneError, SceneSource};
+use super::files::{Reach, decode_image, dimensions, file_name, frame_names, unreadable, warn};
+use super::frame::to_image;
+use super::images::{ImageFile, ImageProblem, Turn, warn_of_turns};
+use super::keyframes::Keeping;
+use super::{Camera, ColorImage, DepthMap, Frame, Lens, OpenOptions, Pixels, Scene, SceneError, SceneSource};
 use file::Entry;
 pub(super) use file::Transforms;
 
@@ -29,6 +30,8 @@ pub(super) use file::Transforms;
 pub(super) const NAME: &str = "transforms.json";
 /// What a folder in this format holds.
 pub(super) const EXPECTED: &str = "colour images with their poses in transforms.json";
+/// The file that has the poses.
+pub(super) const POSES: &str = "transforms.json";
 
 /// What is tried at the end of an image's path that has no file.
 const EXTENSIONS: [&str; 4] = ["", ".png", ".jpg", ".jpeg"];
@@ -44,6 +47,7 @@ struct Listed {
     name: String,
     path: PathBuf,
     depth: Option<PathBuf>,
+    mask: Option<PathBuf>,
     camera_to_world: DAffine3,
     lens: Lens,
     /// The camera of the frame: the lens's own where it bends nothing.
@@ -69,7 +73,8 @@ pub(super) fn read(
     let file = folder.join("transforms.json");
     let transforms = Transforms::read(&file)?;
     let (mut warnings, mut notes) = (Vec::new(), Vec::new());
-    let listed = list(folder, &file, &transforms, &mut warnings)?;
+    let reach = Reach::of(folder, options);
+    let listed = list(folder, &file, &reach, &transforms, &mut warnings)?;
     let centres = || listed.iter().map(|frame| frame.camera_to_world.translation);
     // Measured depth is in metres, and so are poses that agree with it; whether it is read does not matter.
     let metric = listed.iter().any(|frame| frame.depth.is_some());
@@ -85,44 +90,56 @@ pub(super) fn read(
             placing.unit
         ));
     }
-    let masks = transforms.frames.iter().filter(|entry| entry.mask_path.is_some());
-    let masks = masks.count();
-    if masks > 0 {
-        notes.push(format!(
-            "the masks of {masks} frames (mask_path) were not read: all of each image counts"
-        ));
-    }
     if let Some(points) = &transforms.ply_file_path {
         notes.push(format!("the points in {points:?} were not read"));
     }
-    let frames = decode(folder, &file, &listed, &placing, progress, &mut warnings)?;
+    let frames = decode(
+        folder,
+        &file,
+        &listed,
+        (&placing, options),
+        progress,
+        &mut warnings,
+    )?;
     Ok(Scene {
         source: SceneSource::Folder(folder.to_path_buf()),
         format: NAME,
         frames,
         origin: placing.origin,
         unit: placing.unit,
+        point_errors: None,
         warnings,
         notes,
     })
+}
+
+/// Parses the bytes of the file.
+pub(super) fn parse(file: &Path, bytes: &[u8]) -> Result<(), SceneError> {
+    Transforms::parse(file, bytes).map(|_| ())
 }
 
 /// The frames whose image is there and whose pose is usable, in the order of their images' paths.
 fn list(
     folder: &Path,
     file: &Path,
+    reach: &Reach,
     transforms: &Transforms,
     warnings: &mut Vec<String>,
 ) -> Result<Vec<Listed>, SceneError> {
     let total = transforms.frames.len();
     let (mut listed, mut missing, mut unreadable, mut bad) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for entry in &transforms.frames {
-        refuse_outside(file, entry)?;
+        check_names(file, reach, entry)?;
         let Some(name) = image_name(folder, &entry.file_path) else {
             missing.push(format!("{:?}", entry.file_path));
             continue;
         };
         let path = folder.join(&name);
+        let depth = entry.depth_file_path.as_ref().map(|depth| folder.join(depth));
+        let mask = entry.mask_path.as_ref().map(|mask| folder.join(mask));
+        for path in [Some(&path), depth.as_ref(), mask.as_ref()].into_iter().flatten() {
+            reach.check_file(path)?;
+        }
         let size = match transforms.size(entry).map_or_else(|| size_of(&path), Ok) {
             Ok(size) => size,
             Err(reason) => {
@@ -137,7 +154,8 @@ fn list(
         match entry.camera_to_world() {
             Ok(camera_to_world) => listed.push(Listed {
                 path,
-                depth: entry.depth_file_path.as_ref().map(|depth| folder.join(depth)),
+                depth,
+                mask,
                 camera_to_world,
                 lens,
                 pinhole,
@@ -208,19 +226,19 @@ fn too_many(
     }
 }
 
-/// Refuses paths that leave the folder of the scene.
-fn refuse_outside(file: &Path, entry: &Entry) -> Result<(), SceneError> {
-    let paths = [Some(&entry.file_path), entry.depth_file_path.as_ref()];
-    match paths.into_iter().flatten().find(|path| !is_inside(path)) {
-        None => Ok(()),
-        Some(path) => Err(SceneError::file(
-            file,
-            format!(
-                "names {path:?}, which is not a path inside the folder of the scene; move the images into it and \
-                 give their paths from there"
-            ),
-        )),
-    }
+/// Refuses paths that leave the folder of the scene, masks included.
+fn check_names(file: &Path, reach: &Reach, entry: &Entry) -> Result<(), SceneError> {
+    let paths = [
+        Some(&entry.file_path),
+        entry.depth_file_path.as_ref(),
+        entry.mask_path.as_ref(),
+    ];
+    let mut paths = paths.into_iter().flatten();
+    paths.try_for_each(|path| {
+        reach
+            .check_name(path)
+            .map_err(|reason| SceneError::file(file, reason))
+    })
 }
 
 /// The path of a colour image below the folder, with the extension that its file has.
@@ -228,7 +246,7 @@ fn image_name(folder: &Path, path: &str) -> Option<String> {
     // `./images/a` and `images/a` are one image, and sorted alike.
     let parts = Path::new(path)
         .components()
-        .filter(|part| matches!(part, Component::Normal(_)));
+        .filter(|part| !matches!(part, Component::CurDir));
     let path: PathBuf = parts.collect();
     let path = path.display();
     EXTENSIONS
@@ -239,8 +257,7 @@ fn image_name(folder: &Path, path: &str) -> Option<String> {
 
 /// Width and height of an image on disk, in pixels.
 fn size_of(path: &Path) -> Result<[f64; 2], String> {
-    let size = reader(path)?.into_dimensions();
-    let (width, height) = size.map_err(|error| error.to_string())?;
+    let (width, height) = dimensions(path)?;
     Ok([f64::from(width), f64::from(height)])
 }
 
@@ -250,34 +267,37 @@ fn decode(
     folder: &Path,
     file: &Path,
     listed: &[Listed],
-    placing: &Placing,
+    (placing, options): (&Placing, OpenOptions),
     progress: &(dyn Fn(usize, usize) + Sync),
     warnings: &mut Vec<String>,
 ) -> Result<Vec<Frame>, SceneError> {
     let names: Vec<&str> = listed.iter().map(|frame| frame.name.as_str()).collect();
     let stems = frame_names(file, &names)?;
+    let with_depth = |listed: &Listed| listed.depth.is_some() && placing.depth.is_some();
+    let cameras = listed.iter().map(|listed| (&listed.pinhole, with_depth(listed)));
+    let keeping = Keeping::of(cameras, options);
     let (done, total) = (AtomicUsize::new(0), listed.len());
     let decoded: Vec<_> = listed
         .par_iter()
         .zip(stems)
-        .map(|(listed, stem)| {
-            let frame = decode_frame(listed, stem, placing);
+        .enumerate()
+        .map(|(number, (listed, stem))| {
+            let frame = decode_frame(listed, stem, placing, (&keeping, number));
             progress(1 + done.fetch_add(1, Ordering::Relaxed), total);
             frame
         })
         .collect();
     let (mut frames, mut unusable, mut bad_depth) = (Vec::new(), Vec::new(), Vec::new());
+    let mut turns = Vec::new();
     for (listed, decoded) in listed.iter().zip(decoded) {
+        let name = format!("{:?}", listed.name);
         match decoded {
-            Ok((frame, depth_problem)) => {
-                frames.push(frame);
-                bad_depth.extend(depth_problem);
+            Ok(decoded) => {
+                frames.push(decoded.frame);
+                turns.push((name, decoded.turn));
+                bad_depth.extend(decoded.depth_problem);
             }
-            Err(problem) => unusable.push(format!(
-                "{:?} ({})",
-                listed.name,
-                describe(&problem, &listed.lens)
-            )),
+            Err(problem) => unusable.push(format!("{name} ({})", problem.describe(&listed.lens))),
         }
     }
     too_many(
@@ -295,6 +315,7 @@ fn decode(
         "copy the capture again, or open it without depth",
     )?;
     warn(warnings, "images cannot be used and were left out", &unusable);
+    warn_of_turns(warnings, &turns);
     warn(
         warnings,
         "frames are used without depth because it is missing or cannot be used",
@@ -303,60 +324,85 @@ fn decode(
     Ok(frames)
 }
 
-/// Why an image cannot be used, in words.
-fn describe(problem: &ImageProblem, lens: &Lens) -> String {
-    match problem {
-        ImageProblem::Missing => "no such file".to_owned(),
-        ImageProblem::Unreadable(reason) => reason.clone(),
-        ImageProblem::Size(width, height) => {
-            let Camera {
-                width: w, height: h, ..
-            } = lens.image;
-            format!("{width}x{height} instead of {w}x{h}")
-        }
-    }
+/// A frame, what became of its image's orientation, and why it has no depth though there should be some.
+struct Decoded {
+    frame: Frame,
+    turn: Turn,
+    depth_problem: Option<String>,
 }
 
-/// A frame, and why it has no depth though there should be some.
 fn decode_frame(
     listed: &Listed,
     stem: String,
     placing: &Placing,
-) -> Result<(Frame, Option<String>), ImageProblem> {
+    (keeping, number): (&Keeping, usize),
+) -> Result<Decoded, ImageProblem> {
+    let (pinhole, lens) = (listed.pinhole, listed.lens);
+    let bent = (!lens.distortion.is_none()).then_some(lens);
+    let image = ImageFile {
+        path: listed.path.clone(),
+        mask: listed.mask.clone(),
+        lens,
+        pinhole,
+    };
+    let (color, turn) = image.decode()?;
+    let read_depth = move |path: &Path, step: f64, color: &ColorImage| {
+        decode_depth(path, (&pinhole, bent.as_ref()), color, step)
+    };
+    let depth_file = listed.depth.clone().zip(placing.depth);
+    let (depth, depth_problem) = match &depth_file {
+        None => (None, None),
+        Some((path, step)) => match read_depth(path, *step, &color) {
+            Ok(depth) => (Some(depth), None),
+            Err(reason) => (None, Some(format!("{} ({reason})", file_name(path)))),
+        },
+    };
+    let depth_file = depth_file.filter(|_| depth.is_some());
+    let again = move || {
+        let color = image.decode_again()?;
+        let depth = match &depth_file {
+            None => None,
+            Some((path, step)) => {
+                let depth = read_depth(path, *step, &color);
+                Some(depth.map_err(|reason| unreadable(path, &reason))?)
+            }
+        };
+        Ok(Pixels::new(color, depth))
+    };
     let pose = &listed.camera_to_world;
-    let mut frame = Frame {
+    let frame = Frame {
         stem,
         path: listed.path.clone(),
-        camera: listed.pinhole,
+        camera: pinhole,
         camera_to_world: Affine3A::from_mat3_translation(
             orthonormalised(pose.matrix3).as_mat3(),
             ((pose.translation - placing.origin) / placing.unit).as_vec3(),
         ),
-        color: decode_color(&listed.path, &listed.lens, &listed.pinhole)?,
-        depth: None,
+        pixels: keeping.keep(number, Pixels::new(color, depth), again),
         points: Vec::new(),
-        lens: (!listed.lens.distortion.is_none()).then_some(listed.lens),
+        lens: bent,
     };
-    let Some((path, step)) = listed.depth.as_ref().zip(placing.depth) else {
-        return Ok((frame, None));
-    };
-    match decode_depth(path, &frame, step) {
-        Ok(depth) => {
-            frame.depth = Some(depth);
-            Ok((frame, None))
-        }
-        Err(reason) => Ok((frame, Some(format!("{} ({reason})", file_name(path))))),
-    }
+    Ok(Decoded {
+        frame,
+        turn,
+        depth_problem,
+    })
 }
 
 /// Depth as ray lengths from a 16-bit image of z-depth in steps of this many metres, or why it cannot be
 /// used. An image of another size shows the same as the colour image: each pixel has the step that lies over
 /// its centre, as a mean across a border would be a surface that is not there.
-fn decode_depth(path: &Path, frame: &Frame, step: f64) -> Result<DepthMap, String> {
+fn decode_depth(
+    path: &Path,
+    (camera, lens): (&Camera, Option<&Lens>),
+    color: &ColorImage,
+    step: f64,
+) -> Result<DepthMap, String> {
     let DynamicImage::ImageLuma16(image) = decode_image(path)? else {
         return Err("not a 16-bit greyscale PNG".to_owned());
     };
-    let [width, height] = [frame.image().width, frame.image().height].map(u64::from);
+    let on_disk = lens.map_or(camera, |lens| &lens.image);
+    let [width, height] = [on_disk.width, on_disk.height].map(u64::from);
     let (own_width, own_height) = (u64::from(image.width()), u64::from(image.height()));
     // Up to a pixel of rounding.
     if (own_width * height).abs_diff(own_height * width) > width.max(height) {
@@ -364,11 +410,11 @@ fn decode_depth(path: &Path, frame: &Frame, step: f64) -> Result<DepthMap, Strin
             "{own_width}x{own_height} pixels, which is another shape than that of its {width}x{height} colour image"
         ));
     }
-    let camera = &frame.camera;
     let below = |v: u32, own: u64, size: u64| ((2 * u64::from(v) + 1) * own / (2 * size)) as u32;
     let pixels = (0..camera.height).flat_map(|row| (0..camera.width).map(move |column| [column, row]));
-    let metres = pixels.map(|pixel| {
-        frame.to_image(pixel).map_or(0.0, |[x, y]| {
+    let metres = pixels.enumerate().map(|(index, pixel)| {
+        let shown = to_image(camera, lens, pixel).filter(|_| !color.is_hidden(index));
+        shown.map_or(0.0, |[x, y]| {
             let steps = image.get_pixel(below(x, own_width, width), below(y, own_height, height));
             (f64::from(steps.0[0]) * step) as f32
         })

@@ -7,7 +7,9 @@ use serde_json::{Value, json};
 
 use super::*;
 use crate::scene::Distortion;
-use crate::scene::testing::wall;
+#[cfg(unix)]
+use crate::scene::testing::move_out;
+use crate::scene::testing::{WITHOUT_DEPTH, open_with_outside_files, wall};
 
 const WIDTH: u32 = 32;
 const HEIGHT: u32 = 24;
@@ -59,7 +61,7 @@ fn capture(file: &Value) -> tempfile::TempDir {
     fs::create_dir_all(root.path().join("images")).unwrap();
     for (frame, (_, name)) in wall(3, WIDTH, HEIGHT).frames.iter().zip(IMAGES) {
         let path = root.path().join(name);
-        image::save_buffer(path, frame.color.bytes(), WIDTH, HEIGHT, image::ColorType::Rgb8).unwrap();
+        image::save_buffer(path, frame.color().bytes(), WIDTH, HEIGHT, image::ColorType::Rgb8).unwrap();
     }
     fs::write(root.path().join("transforms.json"), file.to_string()).unwrap();
     root
@@ -121,7 +123,7 @@ fn frames_are_posed_and_named_in_the_order_of_their_paths() {
             assert!(frame.ray_direction(index).as_dvec3().distance(expected) < 1e-5);
         }
     }
-    assert_eq!(scene.frames[1].color, of_wall[1].color);
+    assert_eq!(scene.frames[1].color(), of_wall[1].color());
 }
 
 #[test]
@@ -187,7 +189,7 @@ fn distortion_is_undone() {
     let lens = scene.frames[0].lens.unwrap();
     assert_eq!(lens.distortion, distortion);
     assert_eq!(Some(scene.frames[0].camera), lens.pinhole());
-    assert_eq!(scene.frames[0].color.width(), scene.frames[0].camera.width);
+    assert_eq!(scene.frames[0].color().width(), scene.frames[0].camera.width);
 }
 
 #[test]
@@ -203,7 +205,7 @@ fn depth_is_along_z_in_millimetres_unless_the_file_says_otherwise() {
         assert_eq!(scene.unit, 1.0);
         let expected = DepthMap::from_z_depths(&scene.frames[0].camera, vec![2.0; (WIDTH * HEIGHT) as usize]);
         for index in [0, 40, 700] {
-            let length = scene.frames[0].depth.as_ref().unwrap().ray_length(index).unwrap();
+            let length = scene.frames[0].depth().unwrap().ray_length(index).unwrap();
             assert!((length - expected.ray_length(index).unwrap()).abs() < 1e-4);
         }
     }
@@ -216,7 +218,7 @@ fn depth_follows_the_undistorted_image_and_may_be_smaller() {
     let root = capture(&file);
     add_depth(root.path(), &mut file, WIDTH / 2, HEIGHT / 2, 2000);
     let frame = open(root.path()).unwrap().frames.remove(0);
-    let depth = frame.depth.as_ref().unwrap();
+    let depth = frame.depth().unwrap();
     let mut outside = 0;
     for index in 0..depth.len() {
         let known = depth.ray_length(index);
@@ -240,16 +242,15 @@ fn depth_follows_the_undistorted_image_and_may_be_smaller() {
         "{message}"
     );
     let source = SceneSource::Folder(root.path().to_path_buf());
-    let scene = Scene::open(&source, OpenOptions { depth: false }, &|_, _| {}).unwrap();
+    let scene = Scene::open(&source, WITHOUT_DEPTH, &|_, _| {}).unwrap();
     assert!(!scene.has_depth() && scene.unit == 1.0);
 }
 
 #[test]
-fn missing_images_are_counted_once_and_masks_are_a_note() {
+fn missing_images_are_counted_once() {
     let mut file = file_of_wall();
     file["frames"][0]["file_path"] = json!("images/gone.png");
     file["frames"][1]["file_path"] = json!("images/gone_too");
-    file["frames"][2]["mask_path"] = json!("masks/a.png");
     let scene = open(capture(&file).path()).unwrap();
     assert_eq!(scene.frames.len(), 1);
     assert_eq!(scene.warnings.len(), 1);
@@ -258,22 +259,122 @@ fn missing_images_are_counted_once_and_masks_are_a_note() {
         "{:?}",
         scene.warnings
     );
-    assert!(scene.notes.iter().any(|note| note.contains("mask_path")));
 
     file["frames"][2]["file_path"] = json!("images/nor_this.png");
     assert_refused(&file, &["none of its 3 images", "gone.png"]);
 }
 
+/// The keys of a frame that name files.
+const PATH_KEYS: [&str; 3] = ["file_path", "depth_file_path", "mask_path"];
+
+#[test]
+fn what_a_mask_has_black_is_no_part_of_the_scene_and_has_no_depth() {
+    let mut file = file_of_wall();
+    let root = capture(&file);
+    let mask: Vec<u8> = (0..WIDTH * HEIGHT)
+        .map(|index| u8::from(index % WIDTH >= 5))
+        .collect();
+    image::save_buffer(
+        root.path().join("images/mask.png"),
+        &mask,
+        WIDTH,
+        HEIGHT,
+        image::ColorType::L8,
+    )
+    .unwrap();
+    file["frames"][2]["mask_path"] = json!("images/mask.png");
+    file["frames"][1]["mask_path"] = json!("images/no_mask.png");
+    add_depth(root.path(), &mut file, WIDTH, HEIGHT, 2000);
+    let scene = open(root.path()).unwrap();
+    assert_eq!(scene.frames.len(), 2);
+    assert_eq!(scene.warnings.len(), 1, "{:?}", scene.warnings);
+    assert!(scene.warnings[0].contains("b.png") && scene.warnings[0].contains("no_mask.png"));
+    let (masked, whole) = (&scene.frames[0], &scene.frames[1]);
+    assert!(whole.is_whole() && !masked.is_whole());
+    for index in 0..masked.camera.pixels() {
+        let shown = index % WIDTH as usize >= 5;
+        assert_eq!(masked.is_valid(index), shown, "{index}");
+        assert_eq!(masked.depth().unwrap().ray_length(index).is_some(), shown);
+        assert!(whole.is_valid(index));
+    }
+    let note = scene
+        .notes
+        .iter()
+        .find(|note| note.contains("alpha or masks"))
+        .unwrap();
+    assert!(note.contains("1 of 2 frames") && note.contains("7.8%"), "{note}");
+    file["frames"][2]["mask_path"] = json!("../mask.png");
+    assert_refused(&file, &["../mask.png", "inside the folder"]);
+}
+
 #[test]
 fn paths_that_leave_the_folder_are_refused() {
-    for path in ["../a.png", "/tmp/a.png", "images/../../a.png", ""] {
-        let mut file = file_of_wall();
-        file["frames"][1]["file_path"] = json!(path);
-        assert_refused(&file, &[&format!("{path:?}"), "inside the folder"]);
-        let mut file = file_of_wall();
-        file["frames"][1]["depth_file_path"] = json!(path);
-        assert_refused(&file, &[&format!("{path:?}"), "inside the folder"]);
+    for key in PATH_KEYS {
+        for path in ["../a.png", "/tmp/a.png", "images/../../a.png"] {
+            let mut file = file_of_wall();
+            file["frames"][1][key] = json!(path);
+            assert_refused(
+                &file,
+                &[&format!("{path:?}"), "inside the folder", "--outside-files"],
+            );
+        }
+        for path in ["", ".", "a\0b"] {
+            let mut file = file_of_wall();
+            file["frames"][1][key] = json!(path);
+            assert_refused(&file, &[&format!("{path:?}"), "not the path of a file"]);
+        }
     }
+}
+
+#[test]
+fn paths_that_leave_the_folder_are_read_where_that_is_allowed() {
+    let root = capture(&file_of_wall());
+    let outside = tempfile::tempdir().unwrap();
+    fs::rename(root.path().join("images/b.png"), outside.path().join("b.png")).unwrap();
+    let mut file = file_of_wall();
+    file["frames"][1]["file_path"] = json!(outside.path().join("b"));
+    add_depth(root.path(), &mut file, WIDTH, HEIGHT, 2000);
+    let inner = root.path().join("inner");
+    fs::rename(root.path().join("images"), root.path().join("pictures")).unwrap();
+    fs::create_dir(&inner).unwrap();
+    let text = file
+        .to_string()
+        .replace("images/", "../pictures/")
+        .replace("./../", "../");
+    fs::write(inner.join("transforms.json"), text).unwrap();
+    let scene = open_with_outside_files(&inner).unwrap();
+    assert_eq!(scene.frames.len(), 3, "{:?}", scene.warnings);
+    assert!(scene.frames.iter().all(|frame| frame.has_depth()));
+    let mut stems: Vec<&str> = scene.frames.iter().map(|frame| frame.stem.as_str()).collect();
+    stems.sort_unstable();
+    assert_eq!(stems, ["a", "b", "c"]);
+    let message = open(&inner).unwrap_err().to_string();
+    assert!(message.contains("--outside-files"), "{message}");
+}
+
+#[cfg(unix)]
+#[test]
+fn links_that_leave_the_folder_are_refused_unless_that_is_allowed() {
+    for name in ["images/b.png", "images/depth.png"] {
+        let root = capture(&file_of_wall());
+        add_depth(root.path(), &mut file_of_wall(), WIDTH, HEIGHT, 2000);
+        let outside = move_out(root.path(), name);
+        let message = open(root.path()).unwrap_err().to_string();
+        assert!(
+            message.contains(name) && message.contains("--outside-files"),
+            "{message}"
+        );
+        let scene = open_with_outside_files(root.path()).unwrap();
+        assert_eq!(scene.frames.len(), 3);
+        assert!(scene.frames.iter().all(|frame| frame.has_depth()));
+        drop(outside);
+    }
+    // A link to a file of the capture stays inside.
+    let root = capture(&file_of_wall());
+    let images = root.path().join("images");
+    fs::rename(images.join("b.png"), root.path().join("moved.png")).unwrap();
+    std::os::unix::fs::symlink("../moved.png", images.join("b.png")).unwrap();
+    assert_eq!(open(root.path()).unwrap().frames.len(), 3);
 }
 
 #[test]
@@ -315,7 +416,10 @@ fn unusable_poses_are_left_out_up_to_half_of_them() {
     assert_refused(&file, &["2 of its 3 poses", "images/c.png", "not a rotation"]);
 
     for (pose, problem) in [
-        (json!([[1, 0, 0, 1e300], [0, 1, 0, 0], [0, 0, 1, 0]]), "finite"),
+        (
+            json!([[1, 0, 0, 1e300], [0, 1, 0, 0], [0, 0, 1, 0]]),
+            "too far from zero",
+        ),
         (json!([[1, 0, 0], [0, 1, 0], [0, 0, 1]]), "4 x 4"),
         (
             json!([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 1, 1]]),

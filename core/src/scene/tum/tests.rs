@@ -7,7 +7,11 @@ use glam::Vec3;
 
 use super::*;
 use crate::scene::SceneSource;
-use crate::scene::testing::{assert_refused, assert_warned, open, write_color, write_depth};
+#[cfg(unix)]
+use crate::scene::testing::move_out;
+use crate::scene::testing::{
+    WITHOUT_DEPTH, assert_refused, assert_warned, open, open_with_outside_files, write_color, write_depth,
+};
 
 const FRAMES: usize = 6;
 /// Of the first image, seconds.
@@ -64,9 +68,9 @@ fn a_sequence_is_read_with_the_poses_and_depths_of_its_times() {
     assert_eq!(scene.frames.len(), FRAMES);
     let frame = &scene.frames[3];
     assert_eq!(frame.stem, "1305031102.475000");
-    assert_eq!(frame.color.pixel(5), [30; 3]);
+    assert_eq!(frame.color().pixel(5), [30; 3]);
     assert!(frame.center().distance(Vec3::new(0.3, 0.5, -3.0)) < 1e-6);
-    let depth = frame.depth.as_ref().unwrap();
+    let depth = frame.depth().unwrap();
     assert_eq!(depth.ray_length(0), None);
     // 10,003 steps along z wherever the pixel is.
     for index in [2, 20, 47] {
@@ -150,7 +154,7 @@ fn images_without_a_partner_in_time_are_left_out_and_counted() {
     assert!(scene.warnings[1].contains("depth image"), "{:?}", scene.warnings);
     // Without depth the frames are the same ones.
     let source = SceneSource::Folder(folder.clone());
-    let without = Scene::open(&source, OpenOptions { depth: false }, &|_, _| {}).unwrap();
+    let without = Scene::open(&source, WITHOUT_DEPTH, &|_, _| {}).unwrap();
     let stems = |scene: &Scene| scene.frames.iter().map(|f| f.stem.clone()).collect::<Vec<_>>();
     assert!(!without.has_depth());
     assert_eq!(stems(&scene), stems(&without));
@@ -207,7 +211,11 @@ fn malformed_files_are_refused_with_their_line() {
         ),
         ("rgb.txt", "1305031102.2", "line 4 is not a time"),
         ("rgb.txt", "soon rgb/a.png", "line 4 is not a time"),
-        ("depth.txt", "1305031102.2 ../depth/a.png", "line 4 is not a time"),
+        (
+            "depth.txt",
+            "1305031102.2 ../depth/a.png",
+            "line 4 names \"../depth/a.png\"",
+        ),
     ] {
         let (_parent, folder) = sequence("capture");
         edit(&folder, file, 2, Some(line));
@@ -222,4 +230,38 @@ fn malformed_files_are_refused_with_their_line() {
     let (_parent, folder) = sequence("capture");
     fs::remove_file(folder.join("groundtruth.txt")).unwrap();
     assert_refused(&folder, &["groundtruth.txt", "no such file"]);
+}
+
+#[test]
+fn lists_that_leave_the_folder_are_refused_unless_that_is_allowed() {
+    for (list, name) in [("rgb.txt", "rgb"), ("depth.txt", "depth")] {
+        let (parent, folder) = sequence("capture");
+        fs::rename(folder.join(name), parent.path().join("elsewhere")).unwrap();
+        let text = fs::read_to_string(folder.join(list)).unwrap();
+        let moved = text.replace(&format!(" {name}/"), " ../elsewhere/");
+        assert_ne!(moved, text);
+        fs::write(folder.join(list), moved).unwrap();
+        assert_refused(&folder, &[list, "line 2", "../elsewhere/", "--outside-files"]);
+        let scene = open_with_outside_files(&folder).unwrap();
+        assert_eq!(scene.frames.len(), FRAMES);
+        assert!(scene.frames.iter().all(|frame| frame.has_depth()));
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn links_that_leave_the_folder_are_refused_unless_that_is_allowed() {
+    for folder_of in ["rgb", "depth"] {
+        let (_parent, folder) = sequence("capture");
+        let name = fs::read_dir(folder.join(folder_of))
+            .unwrap()
+            .next()
+            .unwrap()
+            .unwrap()
+            .file_name();
+        let name = format!("{folder_of}/{}", name.to_str().unwrap());
+        let _outside = move_out(&folder, &name);
+        assert_refused(&folder, &[&name, "link", "--outside-files"]);
+        assert_eq!(open_with_outside_files(&folder).unwrap().frames.len(), FRAMES);
+    }
 }

@@ -11,7 +11,7 @@ fn a_surface_that_becomes_ready_during_a_pause_waits_for_its_end() {
     for frame in &mut scene.frames {
         // Without its upper half there is something to find out.
         let depths = [vec![0.0; 64 * 24], vec![2.0; 64 * 24]].concat();
-        frame.depth = Some(DepthMap::from_z_depths(&frame.camera, depths));
+        frame.set_depth(Some(DepthMap::from_z_depths(&frame.camera, depths)));
     }
     let (sender, _events) = crossbeam_channel::unbounded();
     let outbox = Outbox::new(sender, Arc::default(), Box::new(|| {}));

@@ -125,7 +125,7 @@ fn placed(scene: &Scene, surface: &Surface, clicks: &[Click]) -> Vec<(Vec3, Clas
     let place = |click: &Click| {
         let [x, y] = click.pixel;
         let index = (y * scene.frames[click.frame].camera.width + x) as usize;
-        let node = surface.pixels[click.frame].node(index)?;
+        let node = surface.nodes_of(click.frame).node(index)?;
         Some((surface.graph.nodes()[node as usize].position, click.class))
     };
     clicks.iter().filter_map(place).collect()
@@ -158,7 +158,7 @@ mod tests {
     use crate::scene::{OpenOptions, SceneSource};
 
     fn right(scene: &Scene, frame: usize, labels: &[ClassId]) -> f32 {
-        let color = &scene.frames[frame].color;
+        let color = scene.frames[frame].color();
         let same = |pixel: &usize| (labels[*pixel] == 2) == (color.pixel(*pixel)[0] > 128);
         (0..labels.len()).filter(same).count() as f32 / labels.len() as f32
     }

@@ -14,7 +14,7 @@ fn models_that_cannot_be_used_are_refused_in_one_sentence() {
     let cases: [(Spoil, &[&str]); 16] = [
         (
             |model| model.images[1].0 = "../b.png".into(),
-            &["images.", "\"../b.png\""],
+            &["images.", "\"../b.png\"", "--outside-files"],
         ),
         (
             |model| model.images[1].0 = "x/../../b.png".into(),
@@ -24,7 +24,10 @@ fn models_that_cannot_be_used_are_refused_in_one_sentence() {
             |model| model.images[1].0 = "/etc/passwd".into(),
             &["images.", "\"/etc/passwd\""],
         ),
-        (|model| model.images[1].0 = ".".into(), &["images.", "\".\""]),
+        (
+            |model| model.images[1].0 = ".".into(),
+            &["images.", "\".\"", "not the path of a file"],
+        ),
         (
             |model| model.images[1].0 = "a.png".into(),
             &["images.", "\"a.png\" twice"],

@@ -1,0 +1,156 @@
+//! Images as in the ground truth of Cityscapes.
+
+use super::components::{Neighbours, components};
+use super::layout::{Labelled, Layout, OutputFile, json_file};
+use super::pngs::class_colors;
+use crate::labels::{Class, ClassId, VOID, png};
+
+/// Class numbers in `_labelIds.png` are 8 bit.
+const LARGEST_ID: ClassId = 255;
+/// What the class is multiplied with in `_instanceIds.png`.
+const INSTANCES: u16 = 1000;
+
+/// `gtFine/<stem>_gtFine_labelIds.png`, `_instanceIds.png` and `_color.png`, and `classes.json`.
+///
+/// - labelIds: class ids, 8 bit
+/// - instanceIds: class * 1000 + instance, 16 bit, an instance being a connected region, by sides and corners, counted
+///   from 0 for each class and frame; void is 0. A class with more regions in a frame than this has room for is the
+///   class id alone, as Cityscapes has it for groups.
+/// - color: the classes' colours; void is black
+pub(super) struct Cityscapes;
+
+impl Layout for Cityscapes {
+    type Entry = ();
+
+    fn folders(&self) -> &'static [&'static str] {
+        &["gtFine"]
+    }
+
+    fn check(&self, classes: &[Class]) -> Result<(), String> {
+        match classes.iter().find(|class| class.id > LARGEST_ID) {
+            Some(class) => Err(format!(
+                "class \"{}\" has the number {}, and its images hold numbers up to {LARGEST_ID}; export with other ids",
+                class.name, class.id
+            )),
+            None => Ok(()),
+        }
+    }
+
+    fn frame(&self, frame: &Labelled<'_>) -> Result<(Vec<OutputFile>, ()), String> {
+        let [width, height] = frame.size;
+        // Every class is known, so that none exceeds 8 bits.
+        frame.positions()?;
+        let images = [
+            ("labelIds", png::encode_labels(width, height, &frame.labels)),
+            (
+                "instanceIds",
+                png::encode_steps(width, height, &instance_ids(frame)),
+            ),
+            ("color", png::encode_rgb(width, height, &class_colors(frame))),
+        ];
+        let files = images.into_iter().map(|(kind, image)| {
+            let bytes = image.map_err(|error| error.to_string())?;
+            let path = format!("gtFine/{}_gtFine_{kind}.png", frame.stem());
+            Ok(OutputFile::new(path, bytes))
+        });
+        Ok((files.collect::<Result<_, String>>()?, ()))
+    }
+
+    fn index(&self, classes: &[Class], _: Vec<()>) -> Result<Vec<OutputFile>, String> {
+        Ok(vec![json_file("classes.json", classes)?])
+    }
+}
+
+/// The instance of every pixel, row-major `[height, width]`.
+fn instance_ids(frame: &Labelled<'_>) -> Vec<u16> {
+    let width = frame.size[0];
+    let components = components(&frame.labels, width, Neighbours::SidesAndCorners);
+    let mut counts = [0_u32; LARGEST_ID as usize + 1];
+    for component in &components {
+        counts[usize::from(component.label)] += 1;
+    }
+    let first_of = |class: ClassId| {
+        let first = class.checked_mul(INSTANCES).filter(|_| class != VOID)?;
+        let room = u32::from((u16::MAX - first).saturating_add(1).min(INSTANCES));
+        (counts[usize::from(class)] <= room).then_some(first)
+    };
+    let mut next: Vec<Option<u16>> = (0..=LARGEST_ID).map(first_of).collect();
+    let mut ids = frame.labels.clone();
+    for component in &components {
+        let Some(id) = &mut next[usize::from(component.label)] else {
+            continue;
+        };
+        for run in &component.runs {
+            let row = run.row as usize * width as usize;
+            ids[row + run.first as usize..=row + run.last as usize].fill(*id);
+        }
+        *id = id.saturating_add(1);
+    }
+    ids
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use super::*;
+    use crate::export::Format;
+    use crate::export::testing;
+
+    #[test]
+    fn labels_and_instances_agree_and_every_region_is_one_instance() {
+        let exported = testing::exported(Format::Cityscapes);
+        assert_eq!(exported.files.len(), 7);
+        for (frame, labels) in exported.labels.iter().enumerate() {
+            let gray = |kind: &str| {
+                let name = format!("gtFine/rgb_{frame}_gtFine_{kind}.png");
+                png::decode_gray(&exported.files[&name]).unwrap().2
+            };
+            assert_eq!(&gray("labelIds"), labels);
+            let mut areas: BTreeMap<u16, u64> = BTreeMap::new();
+            for (&id, &label) in gray("instanceIds").iter().zip(labels) {
+                let has_instances = label != VOID && label <= 64;
+                assert_eq!(
+                    if has_instances { id / INSTANCES } else { id },
+                    label,
+                    "instance {id}"
+                );
+                *areas.entry(id).or_default() += 1;
+            }
+            let mut expected: BTreeMap<u16, u64> = BTreeMap::new();
+            let mut seen: BTreeMap<u16, u16> = BTreeMap::new();
+            for component in components(labels, testing::WIDTH, Neighbours::SidesAndCorners) {
+                let number = seen.entry(component.label).or_default();
+                let id = match component.label {
+                    label @ 1..=64 => label * INSTANCES + *number,
+                    label => label,
+                };
+                *number += 1;
+                *expected.entry(id).or_default() += component.area();
+            }
+            assert_eq!(areas, expected);
+        }
+    }
+
+    #[test]
+    fn a_class_with_too_many_regions_is_a_group() {
+        let labels: Vec<u16> = (0..64 * 64)
+            .map(|index| u16::from(index % 64 % 2 == 0 && index / 64 % 2 == 0) * 3)
+            .collect();
+        let scene = testing::scene();
+        let frame = Labelled {
+            frame: &scene.frames[0],
+            size: [64, 64],
+            entropy: Vec::new(),
+            classes: &[Class::new(3, "dust")],
+            labels: labels.clone(),
+        };
+        assert_eq!(instance_ids(&frame), labels);
+    }
+
+    #[test]
+    fn large_numbers_are_refused_by_name() {
+        let error = Cityscapes.check(&[Class::new(300, "lobster")]).unwrap_err();
+        assert!(error.contains("lobster") && error.contains("300"), "{error}");
+    }
+}

@@ -1,0 +1,159 @@
+//! COCO panoptic: segments in images, with a list of what they are.
+
+use serde::Serialize;
+
+use super::coco::{self, Category, IMAGES, Image};
+use super::components::{box_around, label_runs};
+use super::layout::{Labelled, Layout, OutputFile, dense_json_file};
+use super::original;
+use crate::labels::{Class, ClassId, Run, png};
+
+const SEGMENTS: &str = "panoptic";
+
+/// `panoptic.json`, `panoptic/<stem>.png` and `images/` with copies of the images.
+///
+/// A segment is all that a frame shows of a class, which is what COCO has for stuff: all classes are (`isthing` 0). Its
+/// number is the class id, red + 256 green + 65536 blue in the PNG; void is 0.
+pub(super) struct CocoPanoptic;
+
+#[derive(Serialize)]
+pub(super) struct Segment {
+    id: ClassId,
+    category_id: ClassId,
+    area: u64,
+    bbox: [u32; 4],
+    iscrowd: u8,
+}
+
+#[derive(Serialize)]
+struct Annotation {
+    image_id: usize,
+    file_name: String,
+    segments_info: Vec<Segment>,
+}
+
+#[derive(Serialize)]
+struct Panoptic<'a> {
+    images: Vec<Image>,
+    annotations: Vec<Annotation>,
+    categories: Vec<Category<'a>>,
+}
+
+impl Layout for CocoPanoptic {
+    type Entry = (Image, String, Vec<Segment>);
+
+    fn folders(&self) -> &'static [&'static str] {
+        &[SEGMENTS, IMAGES]
+    }
+
+    fn frame(&self, frame: &Labelled<'_>) -> Result<(Vec<OutputFile>, Self::Entry), String> {
+        let [width, height] = frame.size;
+        let mut runs: Vec<Vec<Run>> = vec![Vec::new(); frame.classes.len() + 1];
+        for (position, run) in label_runs(&frame.positions()?, width) {
+            runs[usize::from(position)].push(run);
+        }
+        let segment = |(class, runs): (&Class, &Vec<Run>)| Segment {
+            id: class.id,
+            category_id: class.id,
+            area: runs.iter().map(Run::pixels).sum(),
+            bbox: coco::bbox(box_around(runs)),
+            iscrowd: 0,
+        };
+        let shown = frame.classes.iter().zip(&runs[1..]);
+        let segments = shown.filter(|(_, runs)| !runs.is_empty()).map(segment).collect();
+        let number = |id: &ClassId| {
+            let [low, high] = id.to_le_bytes();
+            [low, high, 0]
+        };
+        let rgb: Vec<u8> = frame.labels.iter().flat_map(number).collect();
+        let image = png::encode_rgb(width, height, &rgb).map_err(|error| error.to_string())?;
+        let file_name = format!("{}.png", frame.stem());
+        let files = vec![
+            OutputFile::new(format!("{SEGMENTS}/{file_name}"), image),
+            original::copy(frame.frame, IMAGES)?,
+        ];
+        Ok((files, (Image::of(frame), file_name, segments)))
+    }
+
+    fn index(&self, classes: &[Class], entries: Vec<Self::Entry>) -> Result<Vec<OutputFile>, String> {
+        let mut panoptic = Panoptic {
+            images: Vec::with_capacity(entries.len()),
+            annotations: Vec::with_capacity(entries.len()),
+            categories: coco::categories(classes, false),
+        };
+        for (image_id, (image, file_name, segments_info)) in (1..).zip(entries) {
+            panoptic.images.push(image.numbered(image_id));
+            panoptic.annotations.push(Annotation {
+                image_id,
+                file_name,
+                segments_info,
+            });
+        }
+        Ok(vec![dense_json_file("panoptic.json", &panoptic)?])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::Value;
+
+    use super::*;
+    use crate::export::Format;
+    use crate::export::testing;
+    use crate::labels::VOID;
+
+    #[test]
+    fn segments_have_the_pixels_of_their_classes() {
+        let exported = testing::exported(Format::CocoPanoptic);
+        let json: Value = serde_json::from_slice(&exported.files["panoptic.json"]).unwrap();
+        for (frame, labels) in exported.labels.iter().enumerate() {
+            let annotation = &json["annotations"][frame];
+            assert_eq!(annotation["image_id"], json["images"][frame]["id"]);
+            let name = annotation["file_name"].as_str().unwrap();
+            let ids: Vec<u64> = image::load_from_memory(&exported.files[&format!("panoptic/{name}")])
+                .unwrap()
+                .into_rgb8()
+                .pixels()
+                .map(|pixel| {
+                    let [r, g, b] = pixel.0.map(u64::from);
+                    r + 256 * g + 65536 * b
+                })
+                .collect();
+            let segments = annotation["segments_info"].as_array().unwrap();
+            let mut covered = 0;
+            for segment in segments {
+                let of_segment = |(index, id): (usize, &u64)| (segment["id"] == *id).then_some(index);
+                let pixels: Vec<usize> = ids.iter().enumerate().filter_map(of_segment).collect();
+                assert!(
+                    pixels
+                        .iter()
+                        .all(|&index| segment["category_id"] == labels[index])
+                );
+                assert_eq!(segment["area"], pixels.len());
+                covered += pixels.len();
+            }
+            assert_eq!(covered, labels.iter().filter(|&&label| label != VOID).count());
+            assert_eq!(covered, ids.iter().filter(|&&id| id != 0).count());
+        }
+        let categories = json["categories"].as_array().unwrap();
+        assert!(categories.iter().all(|category| category["isthing"] == 0));
+    }
+
+    #[test]
+    fn numbers_above_255_reach_into_the_green() {
+        let scene = testing::scene();
+        let mut labels = testing::labels(0);
+        labels.fill(300);
+        let frame = Labelled {
+            frame: &scene.frames[0],
+            size: testing::SIZE,
+            entropy: Vec::new(),
+            classes: &[Class::new(300, "lobster")],
+            labels,
+        };
+        let (files, (_, _, segments)) = CocoPanoptic.frame(&frame).unwrap();
+        let pixel = image::load_from_memory(files[0].bytes()).unwrap().into_rgb8();
+        assert_eq!(pixel.get_pixel(0, 0).0, [44, 1, 0]);
+        assert_eq!(segments[0].bbox, [0, 0, testing::WIDTH, testing::HEIGHT]);
+    }
+}

@@ -1,0 +1,222 @@
+//! Connected regions of label maps.
+
+use crate::labels::Run;
+
+/// Which pixels touch each other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Neighbours {
+    /// Those that share a side: four of each pixel.
+    Sides,
+    /// Those that share a side or a corner: eight of each pixel.
+    SidesAndCorners,
+}
+
+/// Pixels of one label, each of which can be reached from every other through them.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Component {
+    /// Their label.
+    pub(super) label: u16,
+    /// The pixels, from the top and in each row from the left; no run touches another in its row.
+    pub(super) runs: Vec<Run>,
+}
+
+/// An upright box of pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct PixelBox {
+    /// First column.
+    pub(super) x: u32,
+    /// First row.
+    pub(super) y: u32,
+    /// Columns.
+    pub(super) width: u32,
+    /// Rows.
+    pub(super) height: u32,
+}
+
+impl Component {
+    /// Number of pixels.
+    pub(super) fn area(&self) -> u64 {
+        self.runs.iter().map(Run::pixels).sum()
+    }
+
+    /// The smallest box around it.
+    pub(super) fn bounds(&self) -> PixelBox {
+        box_around(&self.runs)
+    }
+}
+
+/// The smallest box around some runs that are ordered by row; empty around none.
+pub(super) fn box_around(runs: &[Run]) -> PixelBox {
+    let rows = runs.first().zip(runs.last());
+    let first = runs.iter().map(|run| run.first).min();
+    let last = runs.iter().map(|run| run.last).max();
+    let (Some((top, bottom)), Some(x), Some(last)) = (rows, first, last) else {
+        return PixelBox {
+            x: 0,
+            y: 0,
+            width: 0,
+            height: 0,
+        };
+    };
+    PixelBox {
+        x,
+        y: top.row,
+        width: last - x + 1,
+        height: bottom.row - top.row + 1,
+    }
+}
+
+/// The rows of a label map, row-major `[height, width]`, as runs of equal labels from the top left on.
+pub(super) fn label_runs(labels: &[u16], width: u32) -> Vec<(u16, Run)> {
+    let mut runs = Vec::new();
+    for (row, labels) in (0..).zip(labels.chunks_exact(width.max(1) as usize)) {
+        let mut first = 0;
+        for same in labels.chunk_by(|a, b| a == b) {
+            let next = first + same.len() as u32;
+            let last = next - 1;
+            runs.push((same[0], Run { row, first, last }));
+            first = next;
+        }
+    }
+    runs
+}
+
+/// The connected components of all labels of a map, row-major `[height, width]`, void included, in the order in
+/// which their first pixels come, row by row.
+pub(super) fn components(labels: &[u16], width: u32, neighbours: Neighbours) -> Vec<Component> {
+    let runs = label_runs(labels, width);
+    let reach = match neighbours {
+        Neighbours::Sides => 0,
+        Neighbours::SidesAndCorners => 1,
+    };
+    let mut parents: Vec<usize> = (0..runs.len()).collect();
+    // The first run of the row above that may still touch one of this row.
+    let mut above = 0;
+    for (index, (label, run)) in runs.iter().enumerate() {
+        while runs[above].1.row + 1 < run.row
+            || (runs[above].1.row < run.row && runs[above].1.last + reach < run.first)
+        {
+            above += 1;
+        }
+        let touching = runs[above..index]
+            .iter()
+            .zip(above..)
+            .take_while(|((_, other), _)| other.row < run.row && other.first <= run.last + reach);
+        for ((other_label, _), other) in touching {
+            if other_label == label {
+                let (a, b) = (root(&mut parents, index), root(&mut parents, other));
+                // The earliest run stays the root: it has the component's first pixel.
+                parents[a.max(b)] = a.min(b);
+            }
+        }
+    }
+    let mut number_of_root = vec![usize::MAX; runs.len()];
+    let mut found: Vec<Component> = Vec::new();
+    for (index, &(label, run)) in runs.iter().enumerate() {
+        let root = root(&mut parents, index);
+        if root == index {
+            number_of_root[root] = found.len();
+            found.push(Component {
+                label,
+                runs: Vec::new(),
+            });
+        }
+        found[number_of_root[root]].runs.push(run);
+    }
+    found
+}
+
+/// The root of a run's tree, whose paths it halves on the way.
+fn root(parents: &mut [usize], mut index: usize) -> usize {
+    while parents[index] != index {
+        parents[index] = parents[parents[index]];
+        index = parents[index];
+    }
+    index
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::export::testing::{HEIGHT, WIDTH, labels};
+
+    /// Components by flooding pixel after pixel.
+    fn flooded(labels: &[u16], neighbours: Neighbours) -> Vec<Vec<usize>> {
+        let mut seen = vec![false; labels.len()];
+        let mut found = Vec::new();
+        for start in 0..labels.len() {
+            if seen[start] {
+                continue;
+            }
+            seen[start] = true;
+            let mut pixels = vec![start];
+            let mut next = 0;
+            while next < pixels.len() {
+                let (x, y) = (pixels[next] as i64 % 24, pixels[next] as i64 / 24);
+                next += 1;
+                for (dx, dy) in (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (dx, dy))) {
+                    let (x, y) = (x + dx, y + dy);
+                    let is_corner = dx != 0 && dy != 0;
+                    let inside = (0..i64::from(WIDTH)).contains(&x) && (0..i64::from(HEIGHT)).contains(&y);
+                    if !inside || (is_corner && neighbours == Neighbours::Sides) {
+                        continue;
+                    }
+                    let other = (y * 24 + x) as usize;
+                    if !seen[other] && labels[other] == labels[start] {
+                        seen[other] = true;
+                        pixels.push(other);
+                    }
+                }
+            }
+            pixels.sort_unstable();
+            found.push(pixels);
+        }
+        found
+    }
+
+    #[test]
+    fn components_are_those_that_a_flood_finds() {
+        assert_eq!(WIDTH, 24);
+        for frame in 0..8 {
+            let labels = labels(frame);
+            for neighbours in [Neighbours::Sides, Neighbours::SidesAndCorners] {
+                let found = components(&labels, WIDTH, neighbours);
+                let pixels = |component: &Component| -> Vec<usize> {
+                    let of_run = |run: &Run| {
+                        let row = run.row as usize * WIDTH as usize;
+                        row + run.first as usize..=row + run.last as usize
+                    };
+                    component.runs.iter().flat_map(of_run).collect()
+                };
+                let as_pixels: Vec<Vec<usize>> = found.iter().map(pixels).collect();
+                assert_eq!(
+                    as_pixels,
+                    flooded(&labels, neighbours),
+                    "{neighbours:?} of {frame}"
+                );
+                for (component, pixels) in found.iter().zip(as_pixels) {
+                    assert!(pixels.iter().all(|&pixel| labels[pixel] == component.label));
+                    assert_eq!(component.area(), pixels.len() as u64);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_diagonal_is_one_region_by_corners_and_many_by_sides() {
+        let labels = [1, 0, 0, 0, 1, 0, 0, 0, 1];
+        let of_one = |neighbours| {
+            let found = components(&labels, 3, neighbours);
+            found.into_iter().filter(|component| component.label == 1)
+        };
+        assert_eq!(of_one(Neighbours::Sides).count(), 3);
+        let whole: Vec<Component> = of_one(Neighbours::SidesAndCorners).collect();
+        let bounds = PixelBox {
+            x: 0,
+            y: 0,
+            width: 3,
+            height: 3,
+        };
+        assert_eq!((whole.len(), whole[0].bounds()), (1, bounds));
+    }
+}

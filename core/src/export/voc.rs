@@ -1,0 +1,241 @@
+//! Pascal VOC segmentation, which CVAT and others read.
+
+use std::collections::HashSet;
+use std::fmt::Write as _;
+use std::io::{Cursor, Write as _};
+
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, DateTime, ZipWriter};
+
+use super::layout::{Labelled, Layout, OutputFile};
+use super::{colors, original};
+use crate::labels::{Class, png};
+
+/// What VOC calls void.
+const BACKGROUND: &str = "background";
+const MOST_CLASSES: usize = 255;
+
+/// `JPEGImages/`, `SegmentationClass/`, `SegmentationObject/`, `ImageSets/Segmentation/default.txt` and `labelmap.txt`; and
+/// without the images once more in `cvat.zip`, as CVAT's "Segmentation mask 1.1".
+///
+/// Segmentations are PNGs with a palette. An index is the line of the class in `labelmap.txt`, counted from 0, and its
+/// colour the one there, so that those who read indices and those who read colours find the same. The objects of a
+/// frame are its classes: an object that is hidden in part would fall apart otherwise.
+pub(super) struct Voc;
+
+/// The segmentations of a frame.
+pub(super) struct Segmentations {
+    stem: String,
+    /// PNGs.
+    class: Vec<u8>,
+    object: Vec<u8>,
+}
+
+impl Layout for Voc {
+    type Entry = Segmentations;
+
+    fn folders(&self) -> &'static [&'static str] {
+        &[
+            "JPEGImages",
+            "SegmentationClass",
+            "SegmentationObject",
+            "ImageSets/Segmentation",
+        ]
+    }
+
+    fn check(&self, classes: &[Class]) -> Result<(), String> {
+        if classes.len() > MOST_CLASSES {
+            return Err(format!(
+                "its images hold at most {MOST_CLASSES} classes, and there are {}; export another format",
+                classes.len()
+            ));
+        }
+        let mut names = HashSet::from([BACKGROUND]);
+        for class in classes {
+            let name = class.name.trim();
+            if name.is_empty() || name.starts_with('#') || name.contains([':', '\n', '\r']) {
+                return Err(format!(
+                    "class \"{name}\" cannot stand in labelmap.txt, where a name has no colon and no # at its start; rename it"
+                ));
+            }
+            if !names.insert(name) {
+                return Err(format!(
+                    "there are two classes \"{name}\" in labelmap.txt, where \"{BACKGROUND}\" is void; rename one"
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    fn frame(&self, frame: &Labelled<'_>) -> Result<(Vec<OutputFile>, Segmentations), String> {
+        let stem = frame.stem();
+        if stem.starts_with('#') || stem.trim() != stem {
+            return Err("its name cannot stand in default.txt, where # starts a comment and blanks around a name are lost; rename its image".to_owned());
+        }
+        let [width, height] = frame.size;
+        let positions = frame.positions()?.into_iter().map(u8::try_from);
+        let indices: Vec<u8> = positions.collect::<Result<_, _>>().map_err(|_| too_many())?;
+        let class_palette: Vec<[u8; 3]> = [[0; 3]]
+            .into_iter()
+            .chain(colors::distinct(frame.classes))
+            .collect();
+        let object_palette: Vec<[u8; 3]> = (0..=u8::MAX).map(colors::voc_color).collect();
+        let segmentation = |palette: &[[u8; 3]]| {
+            png::encode_indexed(width, height, &indices, palette).map_err(|error| error.to_string())
+        };
+        let (class, object) = (segmentation(&class_palette)?, segmentation(&object_palette)?);
+        let files = vec![
+            original::copy(frame.frame, "JPEGImages")?,
+            OutputFile::new(class_path(stem), class.clone()),
+            OutputFile::new(object_path(stem), object.clone()),
+        ];
+        let stem = stem.to_owned();
+        Ok((files, Segmentations { stem, class, object }))
+    }
+
+    fn index(&self, classes: &[Class], entries: Vec<Segmentations>) -> Result<Vec<OutputFile>, String> {
+        const IMAGE_SET: &str = "ImageSets/Segmentation/default.txt";
+        const LABEL_MAP: &str = "labelmap.txt";
+        let label_map = label_map(classes).into_bytes();
+        let mut image_set = Vec::new();
+        for entry in &entries {
+            image_set.extend_from_slice(entry.stem.as_bytes());
+            image_set.push(b'\n');
+        }
+        let mut archived: Vec<(String, &[u8])> = vec![
+            (LABEL_MAP.to_owned(), &label_map),
+            (IMAGE_SET.to_owned(), &image_set),
+        ];
+        for entry in &entries {
+            archived.push((class_path(&entry.stem), &entry.class));
+            archived.push((object_path(&entry.stem), &entry.object));
+        }
+        let archive = archive(&archived).map_err(|error| error.to_string())?;
+        Ok(vec![
+            OutputFile::new("cvat.zip", archive),
+            OutputFile::new(LABEL_MAP, label_map),
+            OutputFile::new(IMAGE_SET, image_set),
+        ])
+    }
+}
+
+fn too_many() -> String {
+    format!("it shows more than {MOST_CLASSES} classes; export another format")
+}
+
+fn class_path(stem: &str) -> String {
+    format!("SegmentationClass/{stem}.png")
+}
+
+fn object_path(stem: &str) -> String {
+    format!("SegmentationObject/{stem}.png")
+}
+
+/// A line for each class, void first: name, colour, parts, actions.
+fn label_map(classes: &[Class]) -> String {
+    let mut text = format!("# label:color_rgb:parts:actions\n{BACKGROUND}:0,0,0::\n");
+    for (class, [red, green, blue]) in classes.iter().zip(colors::distinct(classes)) {
+        // Writing to a string does not fail.
+        let _ = writeln!(text, "{}:{red},{green},{blue}::", class.name.trim());
+    }
+    text
+}
+
+/// A ZIP archive that is the same whenever it is made. PNGs are compressed already.
+fn archive(files: &[(String, &[u8])]) -> zip::result::ZipResult<Vec<u8>> {
+    let options = SimpleFileOptions::default()
+        .compression_method(CompressionMethod::Stored)
+        .last_modified_time(DateTime::default())
+        .unix_permissions(0o644);
+    let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
+    for (name, bytes) in files {
+        archive.start_file(name.as_str(), options)?;
+        archive.write_all(bytes)?;
+    }
+    Ok(archive.finish()?.into_inner())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Read;
+
+    use super::*;
+    use crate::export::Format;
+    use crate::export::testing::{self, classes};
+
+    /// Indices and palette of a PNG.
+    fn indexed(bytes: &[u8]) -> (Vec<u8>, Vec<u8>) {
+        let mut reader = ::png::Decoder::new(Cursor::new(bytes)).read_info().unwrap();
+        let mut indices = vec![0; reader.output_buffer_size().unwrap()];
+        let frame = reader.next_frame(&mut indices).unwrap();
+        assert_eq!(frame.color_type, ::png::ColorType::Indexed);
+        (indices, reader.info().palette.as_ref().unwrap().to_vec())
+    }
+
+    #[test]
+    fn indices_and_colours_both_lead_to_the_classes() {
+        let exported = testing::exported(Format::Voc);
+        let label_map = std::str::from_utf8(&exported.files["labelmap.txt"]).unwrap();
+        let lines: Vec<Vec<&str>> = label_map
+            .lines()
+            .filter(|line| !line.starts_with('#'))
+            .map(|line| line.split(':').collect())
+            .collect();
+        assert_eq!(lines.len(), classes().len() + 1);
+        assert_eq!(lines[0], ["background", "0,0,0", "", ""]);
+        let listed = std::str::from_utf8(&exported.files["ImageSets/Segmentation/default.txt"]).unwrap();
+        assert_eq!(listed, "rgb_0\nrgb_1\n");
+        for (frame, labels) in exported.labels.iter().enumerate() {
+            let (indices, palette) = indexed(&exported.files[&format!("SegmentationClass/rgb_{frame}.png")]);
+            let (objects, _) = indexed(&exported.files[&format!("SegmentationObject/rgb_{frame}.png")]);
+            assert_eq!(indices, objects);
+            for (&index, &label) in indices.iter().zip(labels) {
+                let name = lines[usize::from(index)][0];
+                let class = classes().into_iter().find(|class| class.id == label);
+                assert_eq!(name, class.map_or("background".to_owned(), |class| class.name));
+                let color: Vec<String> = palette[3 * usize::from(index)..][..3]
+                    .iter()
+                    .map(u8::to_string)
+                    .collect();
+                assert_eq!(color.join(","), lines[usize::from(index)][1]);
+            }
+            assert!(
+                exported
+                    .files
+                    .contains_key(&format!("JPEGImages/rgb_{frame}.png"))
+            );
+        }
+    }
+
+    #[test]
+    fn the_archive_holds_the_annotations() {
+        let exported = testing::exported(Format::Voc);
+        let mut archive = zip::ZipArchive::new(Cursor::new(&exported.files["cvat.zip"])).unwrap();
+        assert_eq!(archive.len(), 6);
+        for index in 0..archive.len() {
+            let mut file = archive.by_index(index).unwrap();
+            let mut bytes = Vec::new();
+            file.read_to_end(&mut bytes).unwrap();
+            let name = file.name().unwrap();
+            assert_eq!(bytes, exported.files[name.as_ref()], "{name}");
+        }
+    }
+
+    #[test]
+    fn classes_that_cannot_stand_in_the_label_map_are_named() {
+        for (name, reason) in [
+            ("a:b", "a:b"),
+            ("#1", "#1"),
+            ("background", "two classes"),
+            ("wall", "two"),
+        ] {
+            let error = Voc
+                .check(&[Class::new(1, "wall"), Class::new(2, name)])
+                .unwrap_err();
+            assert!(error.contains(reason), "{error}");
+        }
+        let crowd: Vec<Class> = (1..=256).map(|id| Class::new(id, id.to_string())).collect();
+        assert!(Voc.check(&crowd).unwrap_err().contains("256"));
+        assert_eq!(Voc.check(&crowd[..255]), Ok(()));
+    }
+}

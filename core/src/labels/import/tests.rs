@@ -1,0 +1,372 @@
+//! Folders as people and networks write them.
+
+use super::*;
+use crate::labels::png::{encode_labels, encode_rgb};
+use crate::labels::{History, Stroke};
+use crate::scene::testing::{hide, wall};
+use crate::scene::{Distortion, Lens};
+
+fn write(folder: &Path, name: &str, width: u32, labels: &[ClassId]) {
+    let png = encode_labels(width, labels.len() as u32 / width, labels).unwrap();
+    fs::write(folder.join(name), png).unwrap();
+}
+
+fn read(folder: &Path, scene: &Scene) -> Result<LabelImages, String> {
+    read_label_images(folder, scene, &[], Trust::VOTES).map_err(|error| error.to_string())
+}
+
+#[test]
+fn hidden_pixels_are_void_whatever_the_image_says() {
+    let mut scene = wall(1, 8, 6);
+    hide(&mut scene.frames[0], |index| index % 8 < 3);
+    let expected: Vec<ClassId> = (0..48)
+        .map(|index| if index % 8 < 3 { VOID } else { 7 })
+        .collect();
+    assert_eq!(in_frame(&scene.frames[0], &[7; 48]), expected);
+    let root = tempfile::tempdir().unwrap();
+    write(root.path(), &format!("{}.png", scene.frames[0].stem), 8, &[7; 48]);
+    let found = read(root.path(), &scene).unwrap();
+    assert_eq!(found.labels.maps[0].labels(), expected);
+}
+
+#[test]
+fn images_are_found_by_stem_and_ids_become_classes_by_name_number_and_palette() {
+    let scene = wall(3, 8, 6);
+    let root = tempfile::tempdir().unwrap();
+    let folder = root.path().join("labels");
+    fs::create_dir(&folder).unwrap();
+    let mut labels = vec![0; 48];
+    labels[..5].copy_from_slice(&[1, 2, 3, 300, 300]);
+    write(&folder, &format!("{}.png", scene.frames[2].stem), 8, &labels);
+    write(&folder, "legend.png", 3, &[1, 2, 3]);
+    let classes = r#"[{"id": 1, "name": "Floor"}, {"id": 2, "name": "door", "color": [1, 2, 3]}]"#;
+    fs::write(root.path().join("classes.json"), classes).unwrap();
+    // The folder above stands for the one with the images, as an export does.
+    let found = read(root.path(), &scene).unwrap();
+    assert_eq!(found, read(&folder, &scene).unwrap());
+    assert_eq!((found.labels.maps.len(), found.unmatched), (1, 1));
+    assert_eq!(found.labels.maps[0].labels(), labels);
+
+    let mut history = History::default();
+    history.add_class("wall");
+    history.add_class("floor");
+    history.add_stroke(Stroke::click(0, 1, [0, 0]));
+    history.import(found);
+    let now = history.labels();
+    let named: Vec<(ClassId, &str)> = now.classes.iter().map(|c| (c.id, c.name.as_str())).collect();
+    // Floor is 2 here, so that the images' door, 2 there, gets an id of its own.
+    assert_eq!(
+        named,
+        [
+            (1, "wall"),
+            (2, "floor"),
+            (3, "class 3"),
+            (300, "class 300"),
+            (301, "door")
+        ]
+    );
+    assert_eq!(now.class(301).unwrap().color, [1, 2, 3]);
+    let imported = now.imported.as_ref().unwrap();
+    assert_eq!(imported.maps[0].labels()[..5], [2, 301, 3, 300, 300]);
+}
+
+#[test]
+fn what_cannot_be_used_is_one_sentence_that_names_it() {
+    let scene = wall(2, 8, 6);
+    let root = tempfile::tempdir().unwrap();
+    let refused = |part: &str, word: &str| {
+        let error = read(root.path(), &scene).unwrap_err();
+        assert!(error.contains(part) && error.contains(word), "{error}");
+        assert!(!error.contains('\n'), "{error}");
+    };
+    assert!(
+        read(&root.path().join("nowhere"), &scene)
+            .unwrap_err()
+            .contains("nowhere")
+    );
+    refused("", "has no label images");
+    write(root.path(), "other.png", 8, &[1; 48]);
+    refused("", "named like a frame");
+    let stem = scene.frames[0].stem.clone();
+    let name = format!("{stem}.png");
+    write(root.path(), &name, 8, &[0; 48]);
+    refused("", "void everywhere");
+    write(root.path(), &name, 8, &[1; 40]);
+    refused(&name, "8x5 pixels");
+    fs::write(root.path().join(&name), "no image").unwrap();
+    refused(&name, "is no label image");
+    fs::write(root.path().join(&name), encode_rgb(8, 6, &[9; 144]).unwrap()).unwrap();
+    refused(&name, "colour (9, 9, 9) at column 0, row 0");
+    write(root.path(), &name, 8, &[1; 48]);
+    for classes in ["[1]", r#"[{"id": 1, "name": "a"}, {"id": 1, "name": "b"}]"#] {
+        fs::write(root.path().join("classes.json"), classes).unwrap();
+        refused("classes.json", "cannot be used");
+    }
+}
+
+#[test]
+fn images_of_bent_frames_are_straightened() {
+    let mut scene = wall(1, 64, 48);
+    let frame = &mut scene.frames[0];
+    let lens = Lens {
+        image: frame.camera,
+        distortion: Distortion {
+            k1: -0.1,
+            ..Distortion::default()
+        },
+    };
+    frame.camera = lens.pinhole().unwrap();
+    frame.lens = Some(lens);
+    let root = tempfile::tempdir().unwrap();
+    let mut labels = vec![2; 64 * 48];
+    (0..48).for_each(|y| labels[y * 64..y * 64 + 32].fill(1));
+    write(root.path(), &format!("{}.png", frame.stem), 64, &labels);
+    let found = read(root.path(), &scene).unwrap();
+    let frame = &scene.frames[0];
+    let own = found.labels.maps[0].labels();
+    assert_eq!(own.len(), frame.camera.pixels());
+    let at = |[x, y]: [u32; 2]| own[(y * frame.camera.width + x) as usize];
+    assert_eq!(at(frame.of_image([10, 40]).unwrap()), 1);
+    assert_eq!(at(frame.of_image([50, 5]).unwrap()), 2);
+}
+
+/// Files that NumPy 2.4 and Pillow 13 wrote; `fixtures/README.md` has the lines that did.
+fn put(folder: &Path, name: &str, fixture: &[u8]) {
+    fs::write(folder.join(name), fixture).unwrap();
+}
+
+const LISTED: &str = r#"[{"id": 0, "name": "void", "color": [0, 0, 0]}, {"id": 4, "name": "floor", "color": [10, 20, 30]},
+                         {"id": 9, "name": "door", "color": [200, 0, 0]}]"#;
+
+/// What `fixtures/palette.png` and `fixtures/colours-*.png` show: void, then 4, 9 in the lower half.
+fn halves() -> Vec<ClassId> {
+    (0..48)
+        .map(|pixel| [0, 4, 9][usize::from(pixel >= 8) + usize::from(pixel >= 24)])
+        .collect()
+}
+
+#[test]
+fn indices_of_a_palette_are_ids_and_the_border_of_voc_says_nothing() {
+    let scene = wall(1, 8, 6);
+    let root = tempfile::tempdir().unwrap();
+    for palette in [
+        &include_bytes!("fixtures/palette.png")[..],
+        include_bytes!("fixtures/palette-4-bits.png"),
+    ] {
+        put(root.path(), "rgb_0.png", palette);
+        assert_eq!(
+            read(root.path(), &scene).unwrap().labels.maps[0].labels(),
+            halves()
+        );
+    }
+    put(
+        root.path(),
+        "rgb_0.png",
+        include_bytes!("fixtures/palette-border.png"),
+    );
+    let border = read(root.path(), &scene).unwrap().labels.maps[0].labels();
+    assert_eq!(border, halves());
+    // Where a class has that id, it is that class.
+    let known = [Class::new(255, "sky")];
+    let named = read_label_images(root.path(), &scene, &known, Trust::VOTES).unwrap();
+    assert_eq!(named.labels.maps[0].labels()[0], 255);
+}
+
+#[test]
+fn colours_are_those_of_the_classes_listed_or_else_known() {
+    let scene = wall(1, 8, 6);
+    let root = tempfile::tempdir().unwrap();
+    let listed = parse_class_list(LISTED).unwrap();
+    for (what, colours) in [
+        ("8 bit", &include_bytes!("fixtures/colours-8.png")[..]),
+        ("transparent", include_bytes!("fixtures/colours-transparent.png")),
+        ("16 bit", include_bytes!("fixtures/colours-16.png")),
+    ] {
+        let labels = |known: &[Class]| {
+            let images = read_label_images(root.path(), &scene, known, Trust::VOTES);
+            images
+                .map(|images| images.labels.maps[0].labels())
+                .map_err(|error| error.to_string())
+        };
+        put(root.path(), "rgb_0.png", colours);
+        assert_eq!(labels(&listed).unwrap(), halves(), "{what}");
+        let unknown = labels(&listed[1..]).unwrap_err();
+        assert!(
+            unknown.contains("rgb_0.png: has the colour (10, 20, 30) at column 0, row 1,"),
+            "{unknown}"
+        );
+        let twice: Vec<Class> = listed
+            .iter()
+            .map(|class| Class {
+                color: [200, 0, 0],
+                ..class.clone()
+            })
+            .collect();
+        assert!(
+            labels(&[listed[0].clone(), twice[0].clone(), twice[1].clone()])
+                .unwrap_err()
+                .contains("several classes")
+        );
+        // The list of the folder comes first.
+        put(root.path(), "classes.json", LISTED.as_bytes());
+        assert_eq!(labels(&listed[1..]).unwrap(), halves(), "{what}");
+        fs::remove_file(root.path().join("classes.json")).unwrap();
+    }
+}
+
+#[test]
+fn smaller_images_speak_for_the_pixels_in_the_middle_of_theirs_and_larger_ones_for_all() {
+    let scene = wall(1, 8, 6);
+    let root = tempfile::tempdir().unwrap();
+    let small: Vec<ClassId> = (1..=12).collect();
+    write(root.path(), "rgb_0.png", 4, &small);
+    let labels = |trust| {
+        let images = read_label_images(root.path(), &scene, &[], trust).unwrap();
+        images.labels.maps[0].labels()
+    };
+    assert_eq!(labels(Trust::VOTES), labels(Trust::RIGHT));
+    assert_eq!(
+        labels(Trust::VOTES)[..16],
+        [[0; 8], [0, 1, 0, 2, 0, 3, 0, 4]].concat()
+    );
+    let large: Vec<ClassId> = (0..16 * 12).map(|pixel| 1 + pixel % 16).collect();
+    write(root.path(), "rgb_0.png", 16, &large);
+    assert_eq!(labels(Trust::RIGHT)[..8], [2, 4, 6, 8, 10, 12, 14, 16]);
+}
+
+/// The cells of the only map.
+fn cells(images: &LabelImages) -> (Vec<Vec<(ClassId, u32)>>, [u32; 2]) {
+    let grid = images.labels.maps[0].probabilities().unwrap();
+    let per_cent = |cell: &super::super::Likeliest| {
+        cell.iter()
+            .map(|(class, p)| (class, (100.0 * p).round() as u32))
+            .collect()
+    };
+    (grid.cells().iter().map(per_cent).collect(), grid.size())
+}
+
+#[test]
+fn probabilities_of_every_kind_and_order_that_numpy_writes_are_the_same() {
+    let scene = wall(1, 8, 6);
+    let of = |name: &str, fixture: &[u8]| {
+        let root = tempfile::tempdir().unwrap();
+        put(root.path(), name, fixture);
+        put(root.path(), "classes.json", LISTED.as_bytes());
+        read(root.path(), &scene).unwrap()
+    };
+    let expected = of("rgb_0.npy", include_bytes!("fixtures/classes-first-f32.npy"));
+    let (found, size) = cells(&expected);
+    assert_eq!(size, [4, 3]);
+    // Void is the likeliest of the first, and takes a part of the second.
+    assert_eq!(
+        found[..3],
+        [vec![], vec![(4, 50), (9, 12)], vec![(9, 75), (4, 25)]]
+    );
+    assert_eq!(expected.labels.maps[0].labels()[..8], [0, 0, 4, 4, 9, 9, 9, 9]);
+    for (name, fixture) in [
+        ("rgb_0.npy", &include_bytes!("fixtures/classes-last-f16.npy")[..]),
+        (
+            "rgb_0.npy",
+            include_bytes!("fixtures/classes-first-fortran-f64.npy"),
+        ),
+        ("rgb_0.npz", include_bytes!("fixtures/batch-f16.npz")),
+        ("rgb_0.NPZ", include_bytes!("fixtures/compressed-f32.npz")),
+    ] {
+        assert_eq!(of(name, fixture), expected, "{name} of {} bytes", fixture.len());
+    }
+}
+
+#[test]
+fn probabilities_without_a_list_are_of_the_ids_from_1_on_and_trusted_ones_are_labels() {
+    let scene = wall(1, 8, 6);
+    let root = tempfile::tempdir().unwrap();
+    put(root.path(), "rgb_0.npy", include_bytes!("fixtures/five.npy"));
+    let (found, _) = cells(&read(root.path(), &scene).unwrap());
+    assert_eq!(
+        found[..2],
+        [vec![(1, 80), (2, 20)], vec![(2, 50), (1, 38), (3, 12)]]
+    );
+    let right = read_label_images(root.path(), &scene, &[], Trust::RIGHT).unwrap();
+    let map = &right.labels.maps[0];
+    assert!(map.probabilities().is_none());
+    assert_eq!(map.labels()[8..16], [0, 1, 0, 2, 0, 3, 0, 3]);
+}
+
+#[test]
+fn classes_that_are_nowhere_the_likeliest_are_left_out() {
+    let scene = wall(1, 8, 6);
+    let root = tempfile::tempdir().unwrap();
+    put(root.path(), "rgb_0.npy", include_bytes!("fixtures/unlikely.npy"));
+    let images = read(root.path(), &scene).unwrap();
+    assert_eq!(images.labels.classes(), [2].into());
+    assert_eq!(cells(&images).0[0], [(2, 70)]);
+}
+
+#[test]
+fn arrays_that_cannot_be_used_are_refused_in_one_sentence() {
+    let scene = wall(1, 8, 6);
+    let root = tempfile::tempdir().unwrap();
+    let refused = |name: &str, fixture: &[u8], part: &str| {
+        put(root.path(), name, fixture);
+        let error = read(root.path(), &scene).unwrap_err();
+        assert!(
+            error.contains(&format!("{name}: ")) && error.contains(part),
+            "{error}"
+        );
+        assert!(!error.contains('\n'), "{error}");
+        fs::remove_file(root.path().join(name)).unwrap();
+    };
+    let good = include_bytes!("fixtures/five.npy");
+    refused(
+        "rgb_0.npy",
+        &good[..good.len() - 1],
+        "less data than its shape (5, 3, 4) says",
+    );
+    refused(
+        "rgb_0.npy",
+        include_bytes!("fixtures/both-ways.npy"),
+        "both the first and the last axis",
+    );
+    refused(
+        "rgb_0.npy",
+        include_bytes!("fixtures/square.npy"),
+        "(3, 7, 7), which is not that of classes",
+    );
+    refused(
+        "rgb_0.npy",
+        include_bytes!("fixtures/flat.npy"),
+        "of the shape (3, 4)",
+    );
+    refused(
+        "rgb_0.npy",
+        include_bytes!("fixtures/scores.npy"),
+        "which is no probability",
+    );
+    refused("rgb_0.npy", include_bytes!("fixtures/sums.npy"), "add up to 1.80");
+    refused("rgb_0.npy", include_bytes!("fixtures/ids.npy"), "of the kind <i8");
+    refused("rgb_0.npz", include_bytes!("fixtures/two.npz"), "holds 2 arrays");
+    refused("rgb_0.npz", b"PK", "is no NPZ file");
+    put(
+        root.path(),
+        "classes.json",
+        br#"[{"id": 1, "name": "one"}, {"id": 2, "name": "two"}]"#,
+    );
+    refused("rgb_0.npy", good, "not that of 2 classes");
+    put(root.path(), "rgb_0.png", include_bytes!("fixtures/palette.png"));
+    refused("rgb_0.npy", good, "beside rgb_0.png");
+}
+
+#[test]
+fn fine_probabilities_are_thinned_out_to_what_memory_allows() {
+    let scene = wall(1, 8, 6);
+    let root = tempfile::tempdir().unwrap();
+    put(root.path(), "rgb_0.npy", include_bytes!("fixtures/fine.npy"));
+    let path = root.path().join("rgb_0.npy");
+    let array = probabilities::Array::read(&path, &scene.frames[0], None).unwrap();
+    assert_eq!(array.size(), [16, 12]);
+    // No finer than the frame.
+    assert_eq!(array.on_grid(&scene.frames[0], 1000).unwrap().size(), [8, 6]);
+    let thin = array.on_grid(&scene.frames[0], 12).unwrap();
+    assert_eq!((thin.size(), thin.cells().len()), ([4, 3], 12));
+    assert!(thin.cells().iter().all(|cell| cell.class() == 1));
+}

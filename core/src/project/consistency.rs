@@ -1,0 +1,162 @@
+//! Whether strokes, classes and edits say the same: most of what a person said is in the file twice.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+
+use super::ProjectError;
+use crate::labels::{Class, Edit, History, ImportId, LabelSet, Stroke, StrokeId};
+use crate::scene::LARGEST_SIDE;
+
+/// Where labels and edits contradict each other, or edits one another. None do in a file that was only written here.
+#[derive(Debug, Default, PartialEq, Eq)]
+pub(super) struct Doubts {
+    strokes: BTreeSet<StrokeId>,
+    classes: bool,
+    imported: bool,
+}
+
+impl Doubts {
+    /// Follows every stroke, the classes and the imported images through the edits.
+    pub(super) fn of(history: &History) -> Self {
+        let (edits, cursor) = history.edits();
+        let in_force = history.imports().1;
+        let mut doubts = Self::default();
+        let mut known = States::default();
+        for (number, edit) in edits.iter().enumerate() {
+            if number == cursor {
+                known.meet_present(history.labels(), in_force, &mut doubts);
+            }
+            known.follow(edit, &mut doubts);
+        }
+        if cursor == edits.len() {
+            known.meet_present(history.labels(), in_force, &mut doubts);
+        }
+        doubts
+    }
+
+    /// A warning about the file at `path`, where there is a doubt; `stems` are the names of its frames.
+    pub(super) fn warning(&self, path: &Path, labels: &LabelSet, stems: &[String]) -> Option<String> {
+        let mut parts = Vec::new();
+        if !self.strokes.is_empty() {
+            let frames = self.strokes.iter().filter_map(|id| labels.strokes.get(id));
+            let stems: BTreeSet<&str> = frames
+                .filter_map(|stroke| stems.get(stroke.frame).map(String::as_str))
+                .collect();
+            let some: Vec<&str> = stems.iter().copied().take(3).collect();
+            let on = match some.as_slice() {
+                [] => String::new(),
+                some => format!(
+                    " on {}{}",
+                    some.join(", "),
+                    if stems.len() > 3 { ", ..." } else { "" }
+                ),
+            };
+            parts.push(format!("strokes{on} ({})", self.strokes.len()));
+        }
+        if self.classes {
+            parts.push("the classes".to_owned());
+        }
+        if self.imported {
+            parts.push("the imported label images".to_owned());
+        }
+        (!parts.is_empty()).then(|| {
+            format!(
+                "{}: differs from its own edit history in {}, so something has changed the file from outside; check them",
+                path.display(),
+                parts.join(" and ")
+            )
+        })
+    }
+}
+
+/// What is known of the labels after some of the edits.
+#[derive(Default)]
+struct States<'a> {
+    strokes: BTreeMap<StrokeId, Option<&'a Stroke>>,
+    classes: Option<&'a [Class]>,
+    imported: Option<Option<ImportId>>,
+}
+
+impl<'a> States<'a> {
+    fn follow(&mut self, edit: &'a Edit, doubts: &mut Doubts) {
+        for change in &edit.strokes {
+            let before = self.strokes.insert(change.id, change.after.as_ref());
+            if before.is_some_and(|before| before != change.before.as_ref()) {
+                doubts.strokes.insert(change.id);
+            }
+        }
+        if let Some((before, after)) = &edit.classes {
+            doubts.classes |= self.classes.replace(after).is_some_and(|known| known != before);
+        }
+        if let Some(change) = &edit.imported {
+            let known = self.imported.replace(change.after);
+            doubts.imported |= known.is_some_and(|known| known != change.before);
+        }
+    }
+
+    /// Compares with the labels in force, and takes them for known from here on.
+    fn meet_present(&mut self, labels: &'a LabelSet, in_force: Option<ImportId>, doubts: &mut Doubts) {
+        for (&id, state) in &self.strokes {
+            if *state != labels.strokes.get(&id).map(AsRef::as_ref) {
+                doubts.strokes.insert(id);
+            }
+        }
+        doubts.classes |= self.classes.is_some_and(|classes| classes != labels.classes);
+        doubts.imported |= self.imported.is_some_and(|imported| imported != in_force);
+        let present = labels.strokes.iter();
+        self.strokes
+            .extend(present.map(|(&id, stroke)| (id, Some(stroke.as_ref()))));
+        self.classes = Some(&labels.classes);
+        self.imported = Some(in_force);
+    }
+}
+
+/// A radius that no stroke has.
+const WIDEST: u32 = 1 << 20;
+
+/// Whether a stroke can have been drawn. Points may lie beyond their image, which may have become smaller, but not
+/// beyond every image: following a line of four billion pixels would take minutes.
+pub(super) fn is_sane(stroke: &Stroke) -> bool {
+    let near = |point: &[u32; 2]| point.iter().all(|&place| u64::from(place) <= LARGEST_SIDE);
+    stroke.radius <= WIDEST && stroke.lines.iter().flatten().all(near)
+}
+
+/// Refuses labels that name frames, classes or pixels that there cannot be.
+pub(super) fn check(
+    labels: &LabelSet,
+    edits: &[Edit],
+    frames: usize,
+    path: &Path,
+) -> Result<(), ProjectError> {
+    let damaged = |reason: String| Err(ProjectError::damaged(path, reason));
+    for (id, stroke) in &labels.strokes {
+        if stroke.frame >= frames {
+            return damaged(format!("stroke {} is on a frame that it does not list", id.0));
+        }
+        if stroke.class != crate::labels::VOID && labels.class(stroke.class).is_none() {
+            return damaged(format!("stroke {} is of a class that it does not list", id.0));
+        }
+        if !is_sane(stroke) {
+            return damaged(format!("stroke {} is far outside of every image", id.0));
+        }
+    }
+    for (number, edit) in edits.iter().enumerate() {
+        let mut changes = edit.strokes.iter();
+        if let Some(change) = changes.find(|change| i64::try_from(change.id.0).is_err()) {
+            return damaged(format!(
+                "edit {number} is of a stroke with the number {}",
+                change.id.0
+            ));
+        }
+        let strokes = edit.strokes.iter();
+        let mut strokes = strokes
+            .flat_map(|change| [&change.before, &change.after])
+            .flatten();
+        if !strokes.all(|stroke| stroke.frame < frames && is_sane(stroke)) {
+            return damaged(format!(
+                "edit {number} is on a frame or a pixel that there is not"
+            ));
+        }
+    }
+    Ok(())
+}

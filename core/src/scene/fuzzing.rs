@@ -1,0 +1,64 @@
+//! The parsers of captures by the bytes of their files, for fuzzing: no part of the library's interface.
+//!
+//! [`Scene::open`](super::Scene::open) reaches all of this; here it needs no files.
+
+use std::io::Cursor;
+use std::path::Path;
+
+use image::ImageReader;
+
+use super::{OpenOptions, SceneError, colmap, files, replica, rgbd, transforms, tum};
+
+/// Parses the bytes of a file; the path is for messages.
+pub type Parser = fn(&Path, &[u8]) -> Result<(), SceneError>;
+
+/// `traj_w_c.txt` of the Replica layout.
+pub const REPLICA_POSES: Parser = |path, bytes| text(path, bytes, replica::parse_poses);
+/// `intrinsics.txt`.
+pub const INTRINSICS: Parser = |path, bytes| text(path, bytes, rgbd::text::parse_intrinsics);
+/// `frame-N.pose.txt` of 7-Scenes.
+pub const SEVEN_SCENES_POSE: Parser = |path, bytes| text(path, bytes, rgbd::text::parse_pose);
+/// `rgb.txt` or `depth.txt` of TUM RGB-D.
+pub const TUM_IMAGES: Parser = |path, bytes| {
+    let folder = path.parent().unwrap_or(path);
+    let reach = files::Reach::of(folder, OpenOptions::default());
+    text(path, bytes, |path, text| {
+        tum::parse_images(folder, path, text, &reach)
+    })
+};
+/// `groundtruth.txt` of TUM RGB-D.
+pub const TUM_POSES: Parser = |path, bytes| text(path, bytes, tum::parse_poses);
+/// `transforms.json`.
+pub const TRANSFORMS: Parser = transforms::parse;
+/// `cameras.bin`, `images.bin` and `points3D.bin` of COLMAP.
+pub const COLMAP_BINARY: [Parser; 3] = [
+    |path, bytes| colmap::parse(path, bytes, true, 0),
+    |path, bytes| colmap::parse(path, bytes, true, 1),
+    |path, bytes| colmap::parse(path, bytes, true, 2),
+];
+/// `cameras.txt`, `images.txt` and `points3D.txt` of COLMAP.
+pub const COLMAP_TEXT: [Parser; 3] = [
+    |path, bytes| colmap::parse(path, bytes, false, 0),
+    |path, bytes| colmap::parse(path, bytes, false, 1),
+    |path, bytes| colmap::parse(path, bytes, false, 2),
+];
+/// A colour or depth image, PNG or JPEG.
+pub const IMAGE: Parser = |path, bytes| {
+    let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format();
+    let decoded = reader
+        .map_err(|error| error.to_string())
+        .and_then(|reader| files::decode(reader, bytes.len() as u64));
+    decoded
+        .map(|_| ())
+        .map_err(|reason| SceneError::file(path, reason))
+};
+
+/// Parses what is text.
+fn text<T>(
+    path: &Path,
+    bytes: &[u8],
+    parse: impl FnOnce(&Path, &str) -> Result<T, SceneError>,
+) -> Result<(), SceneError> {
+    let text = std::str::from_utf8(bytes).map_err(|error| SceneError::file(path, error.to_string()))?;
+    parse(path, text).map(|_| ())
+}

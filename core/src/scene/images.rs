@@ -1,0 +1,253 @@
+//! Colour images as they are found: of 8 or 16 bits a channel, gray, with a palette, with alpha, with a mask beside
+//! them, turned by their metadata.
+
+#[cfg(test)]
+mod tests;
+
+use std::path::{Path, PathBuf};
+
+use image::metadata::Orientation;
+use image::{DynamicImage, ImageDecoder};
+
+use super::error::in_one_line;
+use super::files::{decode_image, decoder, unreadable, warn};
+use super::{Camera, ColorImage, Distortion, Frame, Lens, SceneError};
+
+/// Why a colour image cannot be used.
+pub(super) enum ImageProblem {
+    /// There is no such file.
+    Missing,
+    /// It cannot be decoded, for this reason.
+    Unreadable(String),
+    /// It has this width and height, and not those of its lens.
+    Size(u32, u32),
+    /// Its alpha or its mask cannot be used, for this reason.
+    Mask(String),
+}
+
+impl ImageProblem {
+    /// The problem in words, of an image that should have been taken with `lens`.
+    pub fn describe(&self, lens: &Lens) -> String {
+        match self {
+            Self::Missing => "no such file".to_owned(),
+            Self::Unreadable(reason) | Self::Mask(reason) => reason.clone(),
+            Self::Size(width, height) => {
+                let Camera {
+                    width: w, height: h, ..
+                } = lens.image;
+                format!("{width}x{height} instead of {w}x{h}")
+            }
+        }
+    }
+}
+
+/// What became of the orientation that an image's EXIF metadata ask for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Turn {
+    /// None is asked for.
+    None,
+    /// The pixels are used as they are stored.
+    Ignored,
+    /// The image was turned.
+    Applied,
+}
+
+/// A colour image on disk, and how it becomes that of a frame.
+#[derive(Clone)]
+pub(super) struct ImageFile {
+    pub path: PathBuf,
+    /// Its mask, where it has one.
+    pub mask: Option<PathBuf>,
+    /// What it was taken with.
+    pub lens: Lens,
+    /// The camera of the frame.
+    pub pinhole: Camera,
+}
+
+impl ImageFile {
+    /// The frame's colour image ([`decode_color`]).
+    pub fn decode(&self) -> Result<(ColorImage, Turn), ImageProblem> {
+        decode_color(&self.path, self.mask.as_deref(), &self.lens, &self.pinhole)
+    }
+
+    /// The same once more, while the capture is open.
+    ///
+    /// # Errors
+    /// A file that can no longer be read.
+    pub fn decode_again(&self) -> Result<ColorImage, SceneError> {
+        match self.decode() {
+            Ok((color, _)) => Ok(color),
+            Err(problem) => Err(unreadable(&self.path, &problem.describe(&self.lens))),
+        }
+    }
+}
+
+/// The colour image at a path, taken with `lens`, as `pinhole` would have taken it; without the pixels whose alpha is
+/// 0, and without those that `mask`, an image of the same size, has black.
+///
+/// Pixels are taken as they are stored, whatever orientation the metadata ask for: that is how COLMAP and nerfstudio
+/// read the images that they find poses and intrinsics for. Only where the image has the lens's width and height when
+/// it is turned, and not as it is stored, it is turned.
+pub(super) fn decode_color(
+    path: &Path,
+    mask: Option<&Path>,
+    lens: &Lens,
+    pinhole: &Camera,
+) -> Result<(ColorImage, Turn), ImageProblem> {
+    let size = (lens.image.width, lens.image.height);
+    let (image, turn) = decode_turned(path, size)?;
+    let hidden = hidden_pixels(&image, mask).map_err(ImageProblem::Mask)?;
+    let color = ColorImage::new(size.0, size.1, image.into_rgb8().into_raw());
+    let color = color.and_then(|color| place(color, hidden.as_deref(), lens, pinhole));
+    color
+        .map(|color| (color, turn))
+        .ok_or(ImageProblem::Size(size.0, size.1))
+}
+
+/// The colours of a frame's image on disk, turned as the frame's are, distortion included: row-major
+/// `[height, width, 3]`.
+///
+/// # Errors
+/// A file that can no longer be read, or has another size.
+pub(crate) fn original_colors(frame: &Frame) -> Result<Vec<u8>, SceneError> {
+    let camera = *frame.image();
+    let lens = Lens {
+        image: camera,
+        distortion: Distortion::default(),
+    };
+    match decode_turned(&frame.path, (camera.width, camera.height)) {
+        Ok((image, _)) => Ok(image.into_rgb8().into_raw()),
+        Err(problem) => Err(unreadable(&frame.path, &problem.describe(&lens))),
+    }
+}
+
+/// The image at a path, of this width and height once it is turned, where it is.
+fn decode_turned(path: &Path, size: (u32, u32)) -> Result<(DynamicImage, Turn), ImageProblem> {
+    if !path.is_file() {
+        return Err(ImageProblem::Missing);
+    }
+    let (mut image, orientation) = decode(path).map_err(ImageProblem::Unreadable)?;
+    let (width, height) = (image.width(), image.height());
+    let turn = if orientation == Orientation::NoTransforms {
+        Turn::None
+    } else if (width, height) != size && (height, width) == size && swaps_sides(orientation) {
+        image.apply_orientation(orientation);
+        Turn::Applied
+    } else {
+        Turn::Ignored
+    };
+    if (image.width(), image.height()) != size {
+        return Err(ImageProblem::Size(width, height));
+    }
+    Ok((image, turn))
+}
+
+/// The image as stored, and the orientation that its metadata ask for.
+fn decode(path: &Path) -> Result<(DynamicImage, Orientation), String> {
+    let mut decoder = decoder(path)?;
+    // Metadata that cannot be read ask for nothing.
+    let orientation = decoder.orientation().unwrap_or(Orientation::NoTransforms);
+    let image = DynamicImage::from_decoder(decoder).map_err(in_one_line)?;
+    Ok((image, orientation))
+}
+
+/// Whether an image's width becomes its height.
+fn swaps_sides(orientation: Orientation) -> bool {
+    matches!(
+        orientation,
+        Orientation::Rotate90
+            | Orientation::Rotate270
+            | Orientation::Rotate90FlipH
+            | Orientation::Rotate270FlipH
+    )
+}
+
+/// For every pixel, whether alpha or mask say that it shows no part of the scene; `None` where none is hidden.
+///
+/// # Errors
+/// A mask that cannot be read or has another size, and an image without a pixel that counts.
+fn hidden_pixels(image: &DynamicImage, mask: Option<&Path>) -> Result<Option<Vec<bool>>, String> {
+    let mut hidden = vec![false; image.width() as usize * image.height() as usize];
+    if image.color().has_alpha() {
+        for (hidden, pixel) in hidden.iter_mut().zip(image.to_rgba8().pixels()) {
+            *hidden = pixel.0[3] == 0;
+        }
+    }
+    if let Some(path) = mask {
+        let unusable = |reason: String| format!("its mask {} {reason}", path.display());
+        let mask = decode_image(path).map_err(|error| unusable(format!("cannot be read: {error}")))?;
+        let (size, own) = ((image.width(), image.height()), (mask.width(), mask.height()));
+        if own != size {
+            return Err(unusable(format!(
+                "has {}x{} pixels and not {}x{}",
+                own.0, own.1, size.0, size.1
+            )));
+        }
+        // In 16 bits, so that the smallest value above 0 stays one.
+        for (hidden, pixel) in hidden.iter_mut().zip(mask.into_rgb16().pixels()) {
+            *hidden |= pixel.0 == [0; 3];
+        }
+    }
+    if hidden.iter().all(|&hidden| hidden) {
+        return Err("its alpha or its mask leaves nothing of it".to_owned());
+    }
+    Ok(hidden.contains(&true).then_some(hidden))
+}
+
+/// The image of `lens` as `pinhole` would have taken it, without its hidden pixels.
+fn place(color: ColorImage, hidden: Option<&[bool]>, lens: &Lens, pinhole: &Camera) -> Option<ColorImage> {
+    if lens.distortion.is_none() {
+        return Some(match hidden {
+            Some(hidden) => color.hiding(|index| hidden[index]),
+            None => color,
+        });
+    }
+    let straight = lens.resample(pinhole, &color)?;
+    let Some(hidden) = hidden else {
+        return Some(straight);
+    };
+    let inside = |v: f64, size: u32| (v.max(0.0) as usize).min(size as usize - 1);
+    Some(straight.hiding(|index| {
+        let column = f64::from(index as u32 % pinhole.width) + 0.5;
+        let row = f64::from(index as u32 / pinhole.width) + 0.5;
+        lens.to_image(pinhole, column, row).is_some_and(|(x, y)| {
+            let (width, height) = (lens.image.width, lens.image.height);
+            hidden[inside(y, height) * width as usize + inside(x, width)]
+        })
+    }))
+}
+
+/// Warns of the images, by name, whose metadata ask to be turned: once of those that were, once of the others.
+pub(super) fn warn_of_turns(warnings: &mut Vec<String>, turns: &[(String, Turn)]) {
+    for (turn, what) in [
+        (
+            Turn::Ignored,
+            "images are used as they are stored, although their EXIF orientation asks to turn them, because poses and \
+             intrinsics are those of the stored pixels",
+        ),
+        (
+            Turn::Applied,
+            "images were turned by their EXIF orientation, because their width and height are given as turned; \
+             their labels are turned like them",
+        ),
+    ] {
+        let of_kind = turns.iter().filter(|(_, own)| *own == turn);
+        let names: Vec<String> = of_kind.map(|(name, _)| name.clone()).collect();
+        warn(warnings, what, &names);
+    }
+}
+
+/// Says how much of the frames is hidden, if anything.
+pub(super) fn note_hidden(frames: &[Frame], notes: &mut Vec<String>) {
+    let hidden: Vec<usize> = frames.iter().map(|frame| frame.pixels.hidden()).collect();
+    let masked = hidden.iter().filter(|&&count| count > 0).count();
+    if masked > 0 {
+        let pixels: usize = frames.iter().map(|frame| frame.camera.pixels()).sum();
+        notes.push(format!(
+            "alpha or masks hide pixels in {masked} of {} frames, {:.1}% of all; they are black, have no label and are \
+             not trained on",
+            frames.len(),
+            100.0 * hidden.iter().sum::<usize>() as f64 / pixels.max(1) as f64
+        ));
+    }
+}

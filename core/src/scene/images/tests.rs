@@ -1,0 +1,198 @@
+//! What holds for images as they are found.
+
+use std::path::PathBuf;
+
+use image::{ColorType, ExtendedColorType};
+
+use super::*;
+use crate::scene::Distortion;
+
+/// Three pixels of a palette: opaque, of alpha 0, half transparent.
+const PALETTE: [u8; 105] = [
+    0x89, 0x50, 0x4e, 0x47, 0x0d, 0x0a, 0x1a, 0x0a, 0x00, 0x00, 0x00, 0x0d, 0x49, 0x48, 0x44, 0x52, 0x00,
+    0x00, 0x00, 0x03, 0x00, 0x00, 0x00, 0x01, 0x08, 0x03, 0x00, 0x00, 0x00, 0x2c, 0x3e, 0xe4, 0x86, 0x00,
+    0x00, 0x00, 0x09, 0x50, 0x4c, 0x54, 0x45, 0x0a, 0x14, 0x1e, 0xc8, 0x64, 0x32, 0x07, 0x08, 0x09, 0xa6,
+    0x3c, 0xe2, 0x4b, 0x00, 0x00, 0x00, 0x03, 0x74, 0x52, 0x4e, 0x53, 0xff, 0x00, 0x80, 0xa9, 0x56, 0x73,
+    0x13, 0x00, 0x00, 0x00, 0x0c, 0x49, 0x44, 0x41, 0x54, 0x78, 0x9c, 0x63, 0x60, 0x60, 0x64, 0x02, 0x00,
+    0x00, 0x08, 0x00, 0x04, 0x36, 0xe0, 0xb0, 0xa6, 0x00, 0x00, 0x00, 0x00, 0x49, 0x45, 0x4e, 0x44, 0xae,
+    0x42, 0x60, 0x82,
+];
+
+/// A folder and files in it.
+struct Files(tempfile::TempDir);
+
+impl Files {
+    fn new() -> Self {
+        Self(tempfile::tempdir().unwrap())
+    }
+
+    fn write(&self, name: &str, bytes: &[u8]) -> PathBuf {
+        let path = self.0.path().join(name);
+        std::fs::write(&path, bytes).unwrap();
+        path
+    }
+
+    /// An image of two rows.
+    fn save(&self, name: &str, bytes: &[u8], kind: ColorType) -> PathBuf {
+        let path = self.0.path().join(name);
+        let width = bytes.len() / usize::from(kind.bytes_per_pixel()) / 2;
+        image::save_buffer(&path, bytes, width as u32, 2, ExtendedColorType::from(kind)).unwrap();
+        path
+    }
+}
+
+fn straight(width: u32, height: u32) -> Lens {
+    Lens {
+        image: Camera::with_horizontal_fov(width, height, 90.0),
+        distortion: Distortion::default(),
+    }
+}
+
+fn read(path: &Path, mask: Option<&Path>, width: u32, height: u32) -> Result<(ColorImage, Turn), String> {
+    let lens = straight(width, height);
+    decode_color(path, mask, &lens, &lens.image).map_err(|problem| problem.describe(&lens))
+}
+
+#[test]
+fn sixteen_bits_and_gray_become_eight_bits_of_three_channels() {
+    let files = Files::new();
+    let deep: [u16; 12] = [0, 257, 65535, 32896, 128, 129, 1, 2, 3, 60000, 40000, 20000];
+    let path = files.save("deep.png", bytemuck::cast_slice(&deep), ColorType::Rgb16);
+    let (color, _) = read(&path, None, 2, 2).unwrap();
+    let expected = deep.map(|value| (f32::from(value) / 257.0).round() as u8);
+    assert_eq!(color.bytes(), expected);
+
+    let gray: [u16; 4] = [0, 257 * 7, 257 * 200, 65535];
+    let path = files.save("gray16.png", bytemuck::cast_slice(&gray), ColorType::L16);
+    let (deep, _) = read(&path, None, 2, 2).unwrap();
+    let path = files.save("gray.png", &[0, 7, 200, 255], ColorType::L8);
+    let (shallow, _) = read(&path, None, 2, 2).unwrap();
+    assert_eq!(deep, shallow);
+    assert_eq!(shallow.pixel(2), [200; 3]);
+    assert_eq!(shallow.hidden_pixels().count(), 0);
+}
+
+#[test]
+fn alpha_of_zero_hides_a_pixel_and_any_other_does_not() {
+    let files = Files::new();
+    let (color, _) = read(&files.write("palette.png", &PALETTE), None, 3, 1).unwrap();
+    assert_eq!(color.bytes(), [10, 20, 30, 0, 0, 0, 7, 8, 9]);
+    assert_eq!(color.hidden_pixels().collect::<Vec<_>>(), [1]);
+
+    let path = files.save("alpha.png", &[50, 0, 60, 1, 70, 255, 80, 0], ColorType::La8);
+    let (color, _) = read(&path, None, 2, 2).unwrap();
+    assert_eq!(color.hidden_pixels().collect::<Vec<_>>(), [0, 3]);
+    assert_eq!(color.pixel(1), [60; 3]);
+
+    let path = files.save("opaque.png", &[[9, 9, 9, 255]; 4].concat(), ColorType::Rgba8);
+    assert_eq!(read(&path, None, 2, 2).unwrap().0.hidden_pixels().count(), 0);
+    let path = files.save("nothing.png", &[[9, 9, 9, 0]; 4].concat(), ColorType::Rgba8);
+    assert!(read(&path, None, 2, 2).unwrap_err().contains("nothing of it"));
+}
+
+#[test]
+fn masks_hide_where_they_are_black_and_add_to_alpha() {
+    let files = Files::new();
+    let path = files.save("alpha.png", &[50, 0, 60, 255, 70, 255, 80, 255], ColorType::La8);
+    let faint: [u16; 4] = [65535, 1, 0, 65535];
+    let mask = files.save("mask.png", bytemuck::cast_slice(&faint), ColorType::L16);
+    let (color, _) = read(&path, Some(&mask), 2, 2).unwrap();
+    assert_eq!(color.hidden_pixels().collect::<Vec<_>>(), [0, 2]);
+
+    let other = files.save("other.png", &[255; 6], ColorType::L8);
+    let reason = read(&path, Some(&other), 2, 2).unwrap_err();
+    assert!(
+        reason.contains("other.png has 3x2 pixels and not 2x2"),
+        "{reason}"
+    );
+    let reason = read(&path, Some(&files.write("spoilt.png", b"spoilt")), 2, 2).unwrap_err();
+    assert!(reason.contains("spoilt.png cannot be read"), "{reason}");
+    let black = files.save("black.png", &[0; 4], ColorType::L8);
+    assert!(
+        read(&path, Some(&black), 2, 2)
+            .unwrap_err()
+            .contains("nothing of it")
+    );
+}
+
+/// A JPEG of 32x16 pixels, dark on the left and bright on the right, that asks for an EXIF orientation.
+fn jpeg(orientation: u8) -> Vec<u8> {
+    let image = image::RgbImage::from_fn(32, 16, |x, _| image::Rgb([if x < 16 { 20 } else { 220 }; 3]));
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    image.write_to(&mut bytes, image::ImageFormat::Jpeg).unwrap();
+    let bytes = bytes.into_inner();
+    // TIFF with one entry: tag 0x112, one short.
+    let tiff = [
+        &b"II*\0\x08\0\0\0"[..],
+        &[
+            1,
+            0,
+            0x12,
+            0x01,
+            3,
+            0,
+            1,
+            0,
+            0,
+            0,
+            orientation,
+            0,
+            0,
+            0,
+            0,
+            0,
+            0,
+            0,
+        ],
+    ]
+    .concat();
+    let exif = [&b"Exif\0\0"[..], &tiff].concat();
+    let length = (exif.len() as u16 + 2).to_be_bytes();
+    [&bytes[..2], &[0xFF, 0xE1], &length, &exif, &bytes[2..]].concat()
+}
+
+#[test]
+fn an_orientation_is_ignored_unless_the_given_size_is_that_of_the_turned_image() {
+    let files = Files::new();
+    for orientation in [0, 1] {
+        let path = files.write("upright.jpg", &jpeg(orientation));
+        assert_eq!(read(&path, None, 32, 16).unwrap().1, Turn::None);
+    }
+    for orientation in 2..=8 {
+        let path = files.write("turned.jpg", &jpeg(orientation));
+        let (color, turn) = read(&path, None, 32, 16).unwrap();
+        assert_eq!(turn, Turn::Ignored);
+        assert!(color.pixel(0)[0] < 60 && color.pixel(31)[0] > 180);
+        let turned = read(&path, None, 16, 32);
+        if orientation < 5 {
+            assert!(turned.unwrap_err().contains("32x16 instead of 16x32"));
+            continue;
+        }
+        let (color, turn) = turned.unwrap();
+        assert_eq!(turn, Turn::Applied);
+        // Transposed (5) and turned clockwise (6) the left side is at the top, otherwise at the bottom.
+        let (top, bottom) = (color.pixel(0)[0], color.pixel(16 * 32 - 1)[0]);
+        assert_eq!(top < bottom, orientation < 7, "{orientation}: {top} {bottom}");
+    }
+}
+
+#[test]
+fn warnings_count_the_images_that_were_turned_and_those_that_were_not() {
+    let named = |name: &str, turn| (name.to_owned(), turn);
+    let mut warnings = Vec::new();
+    warn_of_turns(&mut warnings, &[named("a", Turn::None)]);
+    assert!(warnings.is_empty());
+    let turns = [
+        named("a", Turn::Ignored),
+        named("b", Turn::None),
+        named("c", Turn::Ignored),
+        named("d", Turn::Applied),
+    ];
+    warn_of_turns(&mut warnings, &turns);
+    assert_eq!(warnings.len(), 2);
+    assert!(
+        warnings[0].contains("stored pixels (2 in all): a, c"),
+        "{warnings:?}"
+    );
+    assert!(warnings[1].contains("(1 in all): d"), "{warnings:?}");
+}

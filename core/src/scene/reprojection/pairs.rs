@@ -1,0 +1,101 @@
+//! Which frames are compared with each other.
+
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+
+use crate::scene::{Frame, Scene};
+
+/// Distance between the cameras of a pair that is aimed at, in distances to the surface: about five degrees,
+/// which moves corners by many pixels and hardly changes their looks.
+const PARALLAX: f64 = 0.08;
+/// Rotation between the cameras of a pair that is as bad as e times that distance, in radians.
+const ROTATION: f64 = 0.2;
+/// Smallest distance, in the same unit: below it, epipolar lines say nothing.
+const LEAST_PARALLAX: f64 = 0.005;
+
+/// Two frames that look at the same, by their indices.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Pair {
+    pub first: usize,
+    pub second: usize,
+    /// Whether the cameras are so near each other that epipolar lines say nothing.
+    pub is_turn: bool,
+}
+
+/// Up to `most` pairs: frames evenly spaced in the capture, each with the one whose camera is at the best
+/// distance and turned the least.
+///
+/// Only the differences between poses matter, so that the pairs are alike under wrong conventions, too.
+pub(super) fn choose(scene: &Scene, most: usize) -> Vec<Pair> {
+    let frames = &scene.frames;
+    let distance = surface_distance(scene);
+    if frames.len() < 2 || distance <= 0.0 {
+        return Vec::new();
+    }
+    let count = frames.len().min(most);
+    let mut pairs: Vec<Pair> = (0..count)
+        .into_par_iter()
+        .filter_map(|number| {
+            let first = number * frames.len() / count;
+            let others = (0..frames.len()).filter(|&second| second != first);
+            let cost = |second: usize| mismatch(&frames[first], &frames[second], distance);
+            let second = others.min_by(|&a, &b| cost(a).total_cmp(&cost(b)))?;
+            Some(Pair {
+                first: first.min(second),
+                second: first.max(second),
+                is_turn: parallax(&frames[first], &frames[second], distance) < LEAST_PARALLAX,
+            })
+        })
+        .collect();
+    pairs.sort_unstable_by_key(|pair| (pair.first, pair.second));
+    pairs.dedup();
+    pairs
+}
+
+/// How far two frames are from making a good pair, from 0.
+fn mismatch(a: &Frame, b: &Frame, distance: f64) -> f64 {
+    // The smallest distance only keeps the logarithm finite.
+    let parallax = parallax(a, b, distance).max(1e-4);
+    let turn = a.camera_to_world.matrix3.transpose() * b.camera_to_world.matrix3;
+    let cosine = 0.5 * (turn.x_axis.x + turn.y_axis.y + turn.z_axis.z - 1.0);
+    (parallax / PARALLAX).ln().abs() + f64::from(cosine.clamp(-1.0, 1.0).acos()) / ROTATION
+}
+
+/// Distance between two cameras, in distances to the surface.
+fn parallax(a: &Frame, b: &Frame, distance: f64) -> f64 {
+    f64::from(a.center().distance(b.center())) / distance
+}
+
+/// Typical distance from a camera to what it sees, in metres: the median of measured depth or sparse points, or
+/// else the extent of the cameras; 0 where they are all in one place.
+fn surface_distance(scene: &Scene) -> f64 {
+    let keyframes = scene.frames.par_iter().filter(|frame| frame.is_keyframe());
+    let mut lengths: Vec<f32> = keyframes.flat_map_iter(sampled_lengths).collect();
+    lengths.sort_by(f32::total_cmp);
+    if let Some(&median) = lengths.get(lengths.len() / 2) {
+        return f64::from(median);
+    }
+    let centres = || scene.frames.iter().map(Frame::center);
+    let (low, high) = (
+        centres().fold(Vec3::INFINITY, Vec3::min),
+        centres().fold(Vec3::NEG_INFINITY, Vec3::max),
+    );
+    let extent: DVec3 = (high - low).as_dvec3();
+    extent.max_element().max(0.0)
+}
+
+/// About a hundred known ray lengths of a frame, in metres.
+fn sampled_lengths(frame: &Frame) -> Vec<f32> {
+    match frame.depth() {
+        Some(depth) => (0..depth.len())
+            .step_by((depth.len() / 100).max(1) | 1)
+            .filter_map(|index| depth.ray_length(index))
+            .collect(),
+        None => frame
+            .points
+            .iter()
+            .step_by((frame.points.len() / 100).max(1))
+            .map(|point| point.length)
+            .collect(),
+    }
+}

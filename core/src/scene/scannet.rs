@@ -1,0 +1,270 @@
+//! A scan of ScanNet (Dai et al., CVPR 2017), as its tools export it from a `.sens` file, or of its 25,000 selected
+//! frames.
+//!
+//! - `color/N.jpg` (or PNG)
+//! - `depth/N.png`, where there is depth: 16 bit, millimetres along z, 0 = none, with a camera of its own
+//! - `pose/N.txt`: 4x4 camera-to-world, OpenCV axes, metres, a row a line; all `-inf` where tracking was lost
+//! - `intrinsic/intrinsic_color.txt` and `intrinsic/intrinsic_depth.txt` (or `intrinsics_color.txt` and
+//!   `intrinsics_depth.txt` beside the folders): 4x4, pixels, with the centre of the top left pixel at (0, 0)
+
+#[cfg(test)]
+mod tests;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use super::files::{file_name, numbered_files, warn};
+use super::rgbd::text::{parse_numbers, parse_pose, read_text};
+use super::rgbd::{self, DepthCamera, DepthCode, Layout, Listed};
+use super::{Camera, OpenOptions, Scene, SceneError};
+
+/// Name of the format.
+pub(super) const NAME: &str = "ScanNet";
+/// What a folder in this format holds.
+pub(super) const EXPECTED: &str =
+    "color/0.jpg, depth/0.png and pose/0.txt, ... with intrinsic/intrinsic_color.txt";
+
+/// The files that have the poses.
+pub(super) const POSES: &str = "pose/";
+
+/// Sizes that the data set was calibrated at: the colour camera's images and the depth camera's.
+const COLOR_SIZE: (u32, u32) = (1296, 968);
+const DEPTH_SIZE: (u32, u32) = (640, 480);
+/// Share of an image's size by which a principal point may miss the middle.
+const MOST_OFF_CENTER: f32 = 0.15;
+/// Share by which images that were resized may differ in proportions from those of the calibration: 1296x968 is often
+/// resized to 640x480.
+const MOST_STRETCHED: f32 = 0.02;
+
+/// Whether a folder looks like this format, complete or not.
+pub(super) fn recognise(folder: &Path) -> bool {
+    let has = |name: &str| folder.join(name).is_dir();
+    has("color") && (has("pose") || has("intrinsic"))
+}
+
+/// Reads a folder in this format.
+pub(super) fn read(
+    folder: &Path,
+    options: OpenOptions,
+    progress: &(dyn Fn(usize, usize) + Sync),
+) -> Result<Scene, SceneError> {
+    let (mut warnings, mut notes) = (Vec::new(), Vec::new());
+    let listed = list(folder, options, &mut warnings)?;
+    let color = Calibration::read(folder, "color", COLOR_SIZE)?;
+    let depth = Calibration::read(folder, "depth", DEPTH_SIZE)?;
+    if depth.is_none() && listed.iter().any(|frame| frame.depth.is_some()) {
+        notes.push("no intrinsic_depth.txt: depth is taken to show what the colour images show".to_owned());
+    }
+    warn_of_extrinsics(folder, &mut warnings)?;
+    let depth_camera =
+        depth.map(|depth| -> Arc<DepthCamera> { Arc::new(move |width, height| depth.camera(width, height)) });
+    let layout = Layout {
+        format: NAME,
+        folder,
+        images: &folder.join("color"),
+        depths: &folder.join("depth"),
+        depth_code: DepthCode {
+            steps_per_metre: 1000.0,
+            none: 0,
+        },
+        depth_camera,
+        default_camera: &|width, height| {
+            match &color {
+            Some(color) => color.camera(width, height),
+            None => Err(
+                "no such file, and no intrinsic/intrinsic_color.txt; copy that from the scan, or write six numbers \
+                 here: fx fy cx cy width height"
+                    .to_owned(),
+            ),
+        }
+        },
+        default_camera_note: None,
+    };
+    rgbd::read(&layout, &listed, warnings, notes, options, progress)
+}
+
+/// The frames that have an image and a usable pose, by number.
+fn list(folder: &Path, options: OpenOptions, warnings: &mut Vec<String>) -> Result<Vec<Listed>, SceneError> {
+    let images = files(folder, "color", &["jpg", "jpeg", "png"])?;
+    let poses = files(folder, "pose", &["txt"])?;
+    if images.is_empty() {
+        return Err(SceneError::file(
+            folder.join("color"),
+            "holds no JPEG or PNG whose name ends in a number; export the colour images of the scan there, as 0.jpg, \
+             1.jpg, ...",
+        ));
+    }
+    let mut depths = BTreeMap::new();
+    if options.depth && folder.join("depth").is_dir() {
+        depths = files(folder, "depth", &["png"])?;
+    }
+    let numbers: BTreeSet<usize> = images.keys().chain(poses.keys()).copied().collect();
+    let (mut found, mut without_pose, mut without_image) = (Vec::new(), Vec::new(), Vec::new());
+    for number in numbers {
+        match (images.get(&number), poses.get(&number)) {
+            (Some(image), Some(pose)) => found.push((number, image, pose)),
+            (Some(image), None) => without_pose.push(file_name(image)),
+            (None, Some(pose)) => without_image.push(file_name(pose)),
+            (None, None) => {}
+        }
+    }
+    for (missing, what) in [
+        (&without_pose, "images in color/ have no file in pose/"),
+        (&without_image, "poses in pose/ have no image in color/"),
+    ] {
+        if let Some(first) = missing.first().filter(|_| missing.len() > found.len()) {
+            return Err(SceneError::file(
+                folder,
+                format!("{} {what}, first {first}; export the scan again", missing.len()),
+            ));
+        }
+        warn(warnings, &format!("{what} and were left out"), missing);
+    }
+    let read = found
+        .par_iter()
+        .map(|(_, _, pose)| parse_pose(pose, &read_text(pose)?))
+        .collect::<Result<Vec<_>, SceneError>>()?;
+    let (mut listed, mut bad) = (Vec::new(), Vec::new());
+    for ((number, image, pose_file), pose) in found.into_iter().zip(read) {
+        match pose {
+            Ok(camera_to_world) => listed.push(Listed {
+                path: image.clone(),
+                depth: depths.get(&number).cloned(),
+                camera_to_world,
+            }),
+            Err(problem) => bad.push(format!("that in {} ({problem})", file_name(pose_file))),
+        }
+    }
+    rgbd::check_poses(&folder.join("pose"), &bad, listed.len() + bad.len())?;
+    warn(
+        warnings,
+        "frames were left out because their pose is unusable, as where tracking was lost",
+        &bad,
+    );
+    Ok(listed)
+}
+
+/// The files of a folder of the scan by number.
+fn files(folder: &Path, name: &str, extensions: &[&str]) -> Result<BTreeMap<usize, PathBuf>, SceneError> {
+    // What has no number is no frame.
+    numbered_files(&folder.join(name), extensions, &mut Vec::new())
+}
+
+/// The intrinsics of one of the scan's cameras, for images of a size that its file does not tell.
+struct Calibration {
+    path: PathBuf,
+    /// Focal lengths and principal point `[x, y]` in pixels, with the centre of the top left pixel at (0.5, 0.5).
+    focal: [f32; 2],
+    center: [f32; 2],
+    /// Width and height that the data set's cameras of this kind have.
+    size: (u32, u32),
+}
+
+impl Calibration {
+    /// Reads that of the camera `color` or `depth`; `None` where there is no file.
+    fn read(folder: &Path, kind: &str, size: (u32, u32)) -> Result<Option<Self>, SceneError> {
+        let places = [
+            format!("intrinsic/intrinsic_{kind}.txt"),
+            format!("intrinsics_{kind}.txt"),
+        ];
+        let Some(path) = places
+            .iter()
+            .map(|place| folder.join(place))
+            .find(|path| path.is_file())
+        else {
+            return Ok(None);
+        };
+        let (fx, cx, fy, cy) = match matrix(&path)?.as_slice() {
+            &[fx, _, cx, _, _, fy, cy, _, _, _, _, _, _, _, _, _] => (fx, cx, fy, cy),
+            &[fx, _, cx, _, fy, cy, _, _, _] => (fx, cx, fy, cy),
+            values => {
+                let message = format!(
+                    "has {} numbers; write the 4x4 matrix of the camera's intrinsics",
+                    values.len()
+                );
+                return Err(SceneError::file(path, message));
+            }
+        };
+        let camera = Camera {
+            width: size.0,
+            height: size.1,
+            fx: fx as f32,
+            fy: fy as f32,
+            cx: cx as f32 + 0.5,
+            cy: cy as f32 + 0.5,
+        };
+        if let Some(problem) = camera.problem() {
+            let message = format!("{problem}; copy the matrix of the camera's intrinsics from the scan");
+            return Err(SceneError::file(path, message));
+        }
+        Ok(Some(Self {
+            path,
+            focal: [camera.fx, camera.fy],
+            center: [camera.cx, camera.cy],
+            size,
+        }))
+    }
+
+    /// The camera of images of this width and height: the intrinsics as they are where the principal point is about
+    /// in the middle, or scaled where it is in the middle of the data set's own size and these images were resized.
+    fn camera(&self, width: u32, height: u32) -> Result<Camera, String> {
+        let as_given = |(width, height): (u32, u32)| {
+            let [cx, cy] = self.center;
+            let is_middle = |v: f32, size: u32| (v / size as f32 - 0.5).abs() <= MOST_OFF_CENTER;
+            (is_middle(cx, width) && is_middle(cy, height)).then_some(Camera {
+                width,
+                height,
+                fx: self.focal[0],
+                fy: self.focal[1],
+                cx,
+                cy,
+            })
+        };
+        let proportions = |(width, height): (u32, u32)| width as f32 / height as f32;
+        let stretch = proportions((width, height)) / proportions(self.size);
+        let resized = || {
+            as_given(self.size)
+                .filter(|_| (stretch - 1.0).abs() <= MOST_STRETCHED)
+                .map(|camera| camera.stretched(width, height))
+        };
+        as_given((width, height)).or_else(resized).ok_or_else(|| {
+            format!(
+                "no such file, and the principal point ({}, {}) in {} is far from the middle of images of \
+                 {width}x{height}, so that they were cropped or resized; use the images of the scan, or write six \
+                 numbers here: fx fy cx cy width height",
+                self.center[0] - 0.5,
+                self.center[1] - 0.5,
+                self.path.display()
+            )
+        })
+    }
+}
+
+/// The numbers of a matrix, row by row.
+fn matrix(path: &Path) -> Result<Vec<f64>, SceneError> {
+    let rows = parse_numbers(path, &read_text(path)?)?;
+    Ok(rows.into_iter().flat_map(|(_, row)| row).collect())
+}
+
+/// Warns of cameras that do not stand where the poses are, which nothing accounts for.
+fn warn_of_extrinsics(folder: &Path, warnings: &mut Vec<String>) -> Result<(), SceneError> {
+    for kind in ["color", "depth"] {
+        let path = folder.join(format!("intrinsic/extrinsic_{kind}.txt"));
+        if !path.is_file() {
+            continue;
+        }
+        let identity = |index: usize| f64::from(u8::from(index.is_multiple_of(5)));
+        let values = matrix(&path)?;
+        let is_off = |(index, value): (usize, &f64)| (value - identity(index)).abs() > 1e-6;
+        if values.len() != 16 || values.iter().enumerate().any(is_off) {
+            warnings.push(format!(
+                "{} is not the identity and was not applied: colour and depth are taken from one place",
+                path.display()
+            ));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,169 @@
+//! What the pixels of label images say of each voxel, counted.
+
+use rayon::prelude::*;
+use rustc_hash::FxHashMap;
+
+use super::{NO_NODE, Surface, diffuse};
+use crate::labels::{ClassId, ImportedLabels, VOID};
+
+/// Strength of the diffusion where all votes in a voxel agree, and how it grows as fewer do.
+const STRENGTH: f32 = 3.0;
+const STRENGTH_POWER: f32 = -1.5;
+/// Chance that a vote that all around agree with is wrong all the same: errors that all images share contradict
+/// nothing, so they cannot be measured.
+const SHARED_ERROR: f32 = 0.02;
+
+/// How many pixels say which class of each voxel; probabilities are parts of pixels.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NodeVotes {
+    classes: Vec<ClassId>,
+    /// `[nodes, classes]`.
+    counts: Vec<f32>,
+    /// What each node's votes say of themselves alone.
+    alone: Vec<Alone>,
+}
+
+/// Sums over the votes of a node that must not count where two votes are compared: of each with itself.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Alone {
+    /// Squares of the votes: 1 for a pixel that says one class.
+    votes: f32,
+    /// How far each agrees with itself: 1 for such a pixel, less for a vote in parts.
+    agreed: f32,
+}
+
+impl NodeVotes {
+    /// Counts the pixels of the images that say one of `classes`. A pixel with probabilities is a vote in parts: each
+    /// class gets its probability.
+    pub fn count(surface: &Surface, classes: &[ClassId], labels: &ImportedLabels) -> Self {
+        let index: FxHashMap<ClassId, usize> = classes.iter().copied().zip(0..).collect();
+        let mut counts = vec![0.0; surface.graph.len() * classes.len()];
+        let mut alone = vec![Alone::default(); surface.graph.len()];
+        for map in &labels.maps {
+            // Frames that have vanished or changed their size say nothing.
+            let nodes = surface.nodes_of(map.frame);
+            if nodes.len() != map.pixels() {
+                continue;
+            }
+            if let Some(probabilities) = map.probabilities() {
+                let nodes = nodes.unpack();
+                for (number, cell) in probabilities.cells().iter().enumerate() {
+                    let node = nodes[probabilities.middle_of(number)];
+                    if node == NO_NODE {
+                        continue;
+                    }
+                    let (mut vote, mut agreed) = (0.0, 0.0);
+                    for (class, probability) in cell.iter() {
+                        if let Some(class) = index.get(&class) {
+                            counts[node as usize * classes.len() + class] += probability;
+                            vote += probability;
+                            agreed += probability * probability;
+                        }
+                    }
+                    alone[node as usize].votes += vote * vote;
+                    alone[node as usize].agreed += agreed;
+                }
+                continue;
+            }
+            let said = map.labels();
+            for (node, pixels) in nodes.runs() {
+                if node == NO_NODE {
+                    continue;
+                }
+                for label in &said[pixels] {
+                    if let Some(class) = index.get(label) {
+                        counts[node as usize * classes.len() + class] += 1.0;
+                        alone[node as usize].votes += 1.0;
+                        alone[node as usize].agreed += 1.0;
+                    }
+                }
+            }
+        }
+        Self {
+            classes: classes.to_vec(),
+            counts,
+            alone,
+        }
+    }
+
+    /// Number of a node's votes and the share of each class in them; `None` where it has none.
+    pub(super) fn shares(&self, node: usize) -> Option<(f32, Vec<f32>)> {
+        let count = self.classes.len();
+        let own = &self.counts[node * count..(node + 1) * count];
+        let sum: f32 = own.iter().sum();
+        (sum > 0.0).then(|| (sum, own.iter().map(|votes| votes / sum).collect()))
+    }
+
+    /// The class that most pixels say, for each node of which any pixel says one.
+    pub fn majority(&self) -> FxHashMap<u32, ClassId> {
+        let rows = self.counts.chunks_exact(self.classes.len().max(1));
+        let with_votes = rows
+            .enumerate()
+            .filter(|(_, row)| row.iter().any(|&count| count > 0.0));
+        with_votes
+            .map(|(node, row)| (node as u32, most_likely(&self.classes, row)))
+            .collect()
+    }
+
+    /// The chance that two votes in one voxel agree, over the voxels that have at least two, each as often as
+    /// it has votes; 1 where there are none.
+    ///
+    /// Of C classes with a share r of random votes it is about (1 - r)^2 + r (2 - r) / C.
+    pub fn agreement(&self) -> f32 {
+        let (mut agreed, mut votes) = (0.0_f64, 0.0_f64);
+        let rows = self.counts.chunks_exact(self.classes.len().max(1));
+        for (row, alone) in rows.zip(&self.alone) {
+            let total: f64 = row.iter().map(|&count| f64::from(count)).sum();
+            let pairs = total * total - f64::from(alone.votes);
+            if total >= 2.0 && pairs > 0.0 {
+                let same = row.iter().map(|&count| f64::from(count).powi(2)).sum::<f64>();
+                agreed += total * (same - f64::from(alone.agreed)).max(0.0) / pairs;
+                votes += total;
+            }
+        }
+        if votes > 0.0 { (agreed / votes) as f32 } else { 1.0 }
+    }
+
+    /// Shares of the classes at every node, `[nodes, classes]`, after diffusion whose strength follows from how
+    /// much the votes contradict each other.
+    pub(super) fn diffused(&self, surface: &Surface) -> Vec<f32> {
+        let strength = STRENGTH * self.agreement().max(1e-3).powf(STRENGTH_POWER);
+        diffuse(&surface.graph, &self.counts, self.classes.len(), strength)
+    }
+
+    /// The share of random votes r that explains the agreement a of C classes: (1 - r)^2 (1 - 1/C) = a - 1/C.
+    fn random_share(&self) -> f32 {
+        let even = 1.0 / self.classes.len().max(2) as f32;
+        1.0 - ((self.agreement() - even) / (1.0 - even)).clamp(0.0, 1.0).sqrt()
+    }
+
+    /// Class probabilities of every node, `[nodes, classes]`: the diffused shares without what random votes add to
+    /// all of them, r / C, and with the errors that agreement cannot tell. Rows that no vote reaches are zero.
+    pub fn probabilities(&self, surface: &Surface) -> Vec<f32> {
+        let count = self.classes.len().max(1);
+        let even = 1.0 / count as f32;
+        let random = self.random_share() * even;
+        let mut rows = self.diffused(surface);
+        rows.par_chunks_exact_mut(count)
+            .with_min_len(1024)
+            .for_each(|row| {
+                row.iter_mut()
+                    .for_each(|share| *share = (*share - random).max(0.0));
+                let sum: f32 = row.iter().sum();
+                if sum > 0.0 {
+                    let scale = (1.0 - SHARED_ERROR) / sum;
+                    row.iter_mut()
+                        .for_each(|share| *share = *share * scale + SHARED_ERROR * even);
+                }
+            });
+        rows
+    }
+}
+
+/// The class with the largest value, the first of those with it; void where all are zero.
+pub(super) fn most_likely(classes: &[ClassId], values: &[f32]) -> ClassId {
+    let best = |best: (f32, ClassId), (&value, &class): (&f32, &ClassId)| {
+        if value > best.0 { (value, class) } else { best }
+    };
+    values.iter().zip(classes).fold((0.0, VOID), best).1
+}

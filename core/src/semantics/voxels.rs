@@ -1,0 +1,263 @@
+//! The voxels of a surface, and which of them every pixel of a frame shows.
+
+use std::cmp::Reverse;
+use std::collections::{BTreeMap, BinaryHeap};
+use std::sync::Arc;
+
+use glam::{IVec3, Vec3, Vec3A};
+use rustc_hash::FxHashMap;
+
+use super::graph::{Node, SurfaceGraph};
+use super::{FieldDepth, NO_NODE, NodeMap, pixel_lengths};
+use crate::scene::{Cache, ColorImage, Frame, Pixels};
+
+/// What meets nothing lies on a shell this many sides of the scene's box away, in cells of this angle.
+const SHELL_DISTANCE: f32 = 3.0;
+pub(super) const SHELL_CELL: f32 = 0.05;
+/// Bytes of the node maps made last of frames that are no keyframes: some hundred of 640 x 480 pixels.
+const CACHE_BYTES: usize = 64 << 20;
+/// Share of pixels with measured depth above which the surface adds nothing to it.
+const COMPLETE: f32 = 0.98;
+/// Pixels of a frame, along each axis, for each sample of the surface's depth.
+const STRIDE: u32 = 4;
+
+/// A voxel: on the surface or on the shell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) struct Cell {
+    pub shell: bool,
+    pub index: IVec3,
+}
+
+/// Voxel sizes and the way from a pixel to its voxel.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Voxels {
+    /// Side of a voxel on the surface, in metres.
+    pub side: f32,
+    /// Distance of the shell, in metres.
+    shell: f32,
+}
+
+/// The pixels of a frame as points of the world.
+pub(super) struct Points<'a> {
+    pub frame: &'a Frame,
+    pub pixels: Pixels,
+    /// Ray length of every pixel.
+    pub lengths: Vec<f32>,
+    /// Unit direction of the ray through every pixel.
+    directions: Vec<Vec3>,
+}
+
+impl<'a> Points<'a> {
+    /// Of a frame with these pixels, and the field's depth where none was measured; directions are left out but at
+    /// every `step`-th pixel along each axis.
+    pub fn of(frame: &'a Frame, pixels: Pixels, field: Option<&FieldDepth>, step: usize) -> Self {
+        let camera = &frame.camera;
+        let rotation = frame.camera_to_world.matrix3;
+        let mut directions = vec![Vec3::ZERO; camera.pixels()];
+        for row in (0..camera.height).step_by(step) {
+            for column in (0..camera.width).step_by(step) {
+                let direction = rotation * Vec3A::from(camera.pixel_direction(column, row));
+                directions[(row * camera.width + column) as usize] = direction.normalize().into();
+            }
+        }
+        Self {
+            frame,
+            lengths: pixel_lengths(frame, &pixels, field),
+            pixels,
+            directions,
+        }
+    }
+
+    /// Where the ray of a pixel ends, seen from the camera.
+    pub fn offset(&self, pixel: usize) -> Vec3 {
+        self.lengths[pixel] * self.directions[pixel]
+    }
+}
+
+impl Voxels {
+    /// Of this side in a scene whose box has sides of `extent`, in metres.
+    pub fn new(side: f32, extent: f32) -> Self {
+        Self {
+            side,
+            shell: SHELL_DISTANCE * extent,
+        }
+    }
+
+    /// Side of a voxel, in metres.
+    pub fn side_of(&self, shell: bool) -> f32 {
+        if shell { SHELL_CELL * self.shell } else { self.side }
+    }
+
+    /// The voxel that a pixel shows, and the point in it; `None` where its length is not known.
+    pub fn cell(&self, points: &Points<'_>, pixel: usize) -> Option<(Cell, Vec3)> {
+        let length = points.lengths[pixel];
+        if length.is_nan() {
+            return None;
+        }
+        let shell = length.is_infinite();
+        let length = if shell { self.shell } else { length };
+        let point = points.frame.center() + length * points.directions[pixel];
+        let index = (point / self.side_of(shell)).floor().as_ivec3();
+        Some((Cell { shell, index }, point))
+    }
+}
+
+/// The node of each voxel that has one.
+#[derive(Debug)]
+pub(super) struct VoxelNodes {
+    voxels: Voxels,
+    index: FxHashMap<Cell, u32>,
+}
+
+impl VoxelNodes {
+    /// The voxels of nodes, in the order of the nodes.
+    pub fn new(voxels: Voxels, cells: impl Iterator<Item = Cell>) -> Self {
+        Self {
+            voxels,
+            index: cells.zip(0..).collect(),
+        }
+    }
+
+    /// The node that every pixel shows.
+    pub fn shown(&self, points: &Points<'_>, nodes: &[Node]) -> NodeMap {
+        let frame = points.frame;
+        // Neighbouring pixels are often in one voxel.
+        let mut last: Option<(Cell, u32)> = None;
+        let node_of = |pixel| {
+            let Some((cell, point)) = self.voxels.cell(points, pixel) else {
+                return NO_NODE;
+            };
+            match last {
+                Some((same, node)) if same == cell => node,
+                _ => {
+                    let (node, own) = self.node_of(cell, point, nodes);
+                    last = own.then_some((cell, node));
+                    node
+                }
+            }
+        };
+        let mut own: Vec<u32> = (0..frame.camera.pixels()).map(node_of).collect();
+        fill_holes(frame, &points.pixels.color, &mut own);
+        if !frame.is_whole() {
+            for (index, node) in own.iter_mut().enumerate() {
+                if !frame.shows(&points.pixels.color, index) {
+                    *node = NO_NODE;
+                }
+            }
+        }
+        NodeMap::pack(frame.camera.width as usize, &own)
+    }
+
+    /// The node of a voxel and true, or else that of the neighbouring voxel nearest to the point.
+    fn node_of(&self, cell: Cell, point: Vec3, nodes: &[Node]) -> (u32, bool) {
+        if let Some(&node) = self.index.get(&cell) {
+            return (node, true);
+        }
+        let nearest = (0..27)
+            .filter_map(|k| {
+                let offset = IVec3::new(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1);
+                let index_of = Cell {
+                    index: cell.index + offset,
+                    ..cell
+                };
+                self.index.get(&index_of).copied()
+            })
+            .min_by(|&a, &b| {
+                let gap = |node: u32| nodes[node as usize].position.distance_squared(point);
+                gap(a).total_cmp(&gap(b))
+            });
+        (nearest.unwrap_or(NO_NODE), false)
+    }
+}
+
+/// The frames that are no keyframes: which nodes their pixels show is found out when somebody asks.
+#[derive(Debug)]
+pub struct OtherFrames {
+    frames: BTreeMap<usize, Frame>,
+    places: VoxelNodes,
+    made: Cache<Arc<NodeMap>>,
+}
+
+impl OtherFrames {
+    /// These frames of a scene, by their indices; `None` where there are none.
+    pub(super) fn new(frames: BTreeMap<usize, Frame>, places: VoxelNodes) -> Option<Arc<Self>> {
+        (!frames.is_empty()).then(|| {
+            Arc::new(Self {
+                frames,
+                places,
+                made: Cache::new(CACHE_BYTES),
+            })
+        })
+    }
+
+    /// The node of every pixel of one of the frames: by its measured depth, and by that of the surface where too
+    /// little was measured. No pixel has one where the frame's files can no longer be read.
+    pub(super) fn nodes_of(&self, number: usize, graph: &SurfaceGraph) -> Option<Arc<NodeMap>> {
+        let frame = self.frames.get(&number)?;
+        if let Some(made) = self.made.get(number) {
+            return Some(made);
+        }
+        let Ok(pixels) = frame.pixels() else {
+            let nothing = vec![NO_NODE; frame.camera.pixels()];
+            return Some(Arc::new(NodeMap::pack(frame.camera.width as usize, &nothing)));
+        };
+        let complete = frame
+            .depth_coverage()
+            .is_some_and(|coverage| coverage >= COMPLETE);
+        let shell = self.places.voxels.side_of(true);
+        let surface = (!complete).then(|| FieldDepth::of_surface(frame, graph.nodes(), shell, STRIDE));
+        let points = Points::of(frame, pixels, surface.as_ref(), 1);
+        let made = Arc::new(self.places.shown(&points, graph.nodes()));
+        self.made.put(number, made.size(), Arc::clone(&made));
+        Some(made)
+    }
+}
+
+/// Gives pixels without a node the node of the pixel nearest along the image, across colour unwillingly.
+fn fill_holes(frame: &Frame, image: &ColorImage, pixels: &mut [u32]) {
+    const COLOR: f32 = 2000.0;
+    if pixels.iter().all(|&node| node == NO_NODE) || pixels.iter().all(|&node| node != NO_NODE) {
+        return;
+    }
+    let width = frame.camera.width as usize;
+    let neighbours = |pixel: usize| {
+        let column = pixel % width;
+        [
+            (column > 0).then(|| pixel - 1),
+            (column + 1 < width).then(|| pixel + 1),
+            pixel.checked_sub(width),
+            Some(pixel + width).filter(|&below| below < frame.camera.pixels()),
+        ]
+    };
+    let cost = |a: usize, b: usize| 1.0 + COLOR * (image.color(a) - image.color(b)).length_squared();
+    let mut queue = BinaryHeap::new();
+    let mut reached = vec![f32::INFINITY; pixels.len()];
+    for pixel in 0..pixels.len() {
+        if pixels[pixel] == NO_NODE {
+            continue;
+        }
+        reached[pixel] = 0.0;
+        if neighbours(pixel)
+            .into_iter()
+            .flatten()
+            .any(|other| pixels[other] == NO_NODE)
+        {
+            queue.push(Reverse((0_u32, pixel)));
+        }
+    }
+    // Non-negative floats compare like their bits.
+    while let Some(Reverse((bits, pixel))) = queue.pop() {
+        let distance = f32::from_bits(bits);
+        if distance > reached[pixel] {
+            continue;
+        }
+        for other in neighbours(pixel).into_iter().flatten() {
+            let through = distance + cost(pixel, other);
+            if through < reached[other] {
+                reached[other] = through;
+                pixels[other] = pixels[pixel];
+                queue.push(Reverse((through.to_bits(), other)));
+            }
+        }
+    }
+}

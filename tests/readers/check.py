@@ -1,0 +1,230 @@
+"""Opens exports with the programs that they are made for and compares them with the plain format.
+
+    python check.py FOLDER
+
+FOLDER has an export in each format, in a folder of the format's name. Classes, pixels and areas of every frame have to
+be those of png/labels. Ends with 1 and a line for each difference.
+"""
+
+import importlib.machinery
+import json
+import sys
+import zipfile
+from pathlib import Path
+from unittest.mock import MagicMock
+
+import numpy as np
+from loguru import logger
+from PIL import Image
+from pycocotools import mask as coco_mask
+from pycocotools.coco import COCO
+
+# labelme draws with these; reading and painting shapes does not need them.
+for name in ("onnxruntime", "imgviz", "imgviz.io", "PyQt5"):
+    stand_in = MagicMock(__spec__=importlib.machinery.ModuleSpec(name, None))
+    sys.modules[name] = stand_in
+
+import labelme  # noqa: E402
+
+logger.disable("labelme")
+
+
+class Plain:
+    """The export in the plain format."""
+
+    def __init__(self, folder: Path):
+        classes = json.loads((folder / "classes.json").read_text("utf-8"))
+        self.names = {record["id"]: record["name"] for record in classes}
+        self.colors = {record["id"]: tuple(record["color"]) for record in classes}
+        paths = sorted((folder / "labels").glob("*.png"))
+        assert paths, f"{folder} has no labels"
+        self.labels = {path.stem: np.array(Image.open(path)).astype(int) for path in paths}
+        shown = set().union(*(np.unique(labels) for labels in self.labels.values())) - {0}
+        assert len(shown) > 3, "too few classes to tell anything"
+
+
+def same(what: str, found, expected) -> None:
+    """Two arrays, or numbers, are equal."""
+    if isinstance(expected, np.ndarray):
+        assert found.shape == expected.shape, f"{what}: {found.shape} instead of {expected.shape}"
+        wrong = int((found != expected).sum())
+        assert wrong == 0, f"{what}: {wrong} of {expected.size} pixels differ"
+    else:
+        assert found == expected, f"{what}: {found} instead of {expected}"
+
+
+def rgb(path: Path) -> np.ndarray:
+    """Colours of an image, [height, width, 3]."""
+    return np.array(Image.open(path).convert("RGB")).astype(int)
+
+
+def check_image(path: Path, labels: np.ndarray) -> None:
+    """An image can be decoded and has the size of its labels."""
+    with Image.open(path) as image:
+        image.load()
+        same(str(path), image.size[::-1], labels.shape)
+
+
+def overlay(folder: Path, plain: Plain) -> None:
+    for stem, labels in plain.labels.items():
+        check_image(folder / "overlay" / f"{stem}.jpg", labels)
+    same("overlays", len(list((folder / "overlay").iterdir())), len(plain.labels))
+
+
+def label_map(text: str) -> list[tuple[str, tuple[int, ...]]]:
+    """Names and colours of a labelmap.txt, as VOC's readers split it."""
+    lines = [line.strip() for line in text.splitlines()]
+    fields = [line.split(":") for line in lines if line and not line.startswith("#")]
+    assert all(len(of_line) == 4 for of_line in fields), "four fields a line"
+    return [(name, tuple(map(int, color.split(",")))) for name, color, _, _ in fields]
+
+
+def voc(folder: Path, plain: Plain) -> None:
+    entries = label_map((folder / "labelmap.txt").read_text("utf-8"))
+    same("the first label", entries[0], ("background", (0, 0, 0)))
+    colors = [color for _, color in entries]
+    same("distinct colours", len(set(colors)), len(colors))
+    id_of = {name: id for id, name in plain.names.items()} | {"background": 0}
+    ids = np.array([id_of[name] for name, _ in entries])
+    stems = (folder / "ImageSets/Segmentation/default.txt").read_text("utf-8").splitlines()
+    same("frames", sorted(stems), sorted(plain.labels))
+    for stem, labels in plain.labels.items():
+        images = list((folder / "JPEGImages").glob(f"{stem}.*"))
+        same(f"images of {stem}", len(images), 1)
+        check_image(images[0], labels)
+        path = folder / "SegmentationClass" / f"{stem}.png"
+        with Image.open(path) as image:
+            same(f"{path} kind", image.mode, "P")
+            same(f"{path} by indices", ids[np.array(image)], labels)
+        by_color = np.zeros_like(labels)
+        painted = rgb(path)
+        for (_, color), id in zip(entries, ids):
+            by_color[(painted == color).all(axis=2)] = id
+        same(f"{path} by colours", by_color, labels)
+        # An object is of one class, and what is of no object is of none.
+        objects = np.array(Image.open(folder / "SegmentationObject" / f"{stem}.png"))
+        same(f"{stem}: void objects", objects == 0, labels == 0)
+        for number in np.unique(objects):
+            same(f"{stem}: classes of object {number}", len(np.unique(labels[objects == number])), 1)
+    with zipfile.ZipFile(folder / "cvat.zip") as archive:
+        same("spoilt files in cvat.zip", archive.testzip(), None)
+        same("files in cvat.zip", len(archive.namelist()), 2 + 2 * len(plain.labels))
+        for name in archive.namelist():
+            assert archive.read(name) == (folder / name).read_bytes(), f"{name} differs in cvat.zip"
+
+
+def cityscapes(folder: Path, plain: Plain) -> None:
+    for stem, labels in plain.labels.items():
+        images = {
+            kind: np.array(Image.open(folder / "gtFine" / f"{stem}_gtFine_{kind}.png")).astype(int)
+            for kind in ("labelIds", "instanceIds", "color")
+        }
+        same(f"{stem} labelIds", images["labelIds"], labels)
+        # As cityscapesScripts takes an instance apart.
+        instances = images["instanceIds"]
+        same(f"{stem} instanceIds", np.where(instances < 1000, instances, instances // 1000), labels)
+        assert (instances >= 1000).any(), f"{stem} has no instances"
+        for id, color in plain.colors.items():
+            same(f"{stem} color", (images["color"][labels == id] == color).all(), np.True_)
+
+
+def categories(listed: list[dict], plain: Plain, isthing: int) -> None:
+    same("categories", {one["id"]: one["name"] for one in listed}, plain.names)
+    assert all(one["supercategory"] and one["isthing"] == isthing for one in listed), "categories"
+
+
+def coco_panoptic(folder: Path, plain: Plain) -> None:
+    panoptic = json.loads((folder / "panoptic.json").read_text("utf-8"))
+    categories(panoptic["categories"], plain, 0)
+    images = {image["id"]: image for image in panoptic["images"]}
+    same("images", len(images), len(plain.labels))
+    same("annotations", len(panoptic["annotations"]), len(plain.labels))
+    for annotation in panoptic["annotations"]:
+        image = images[annotation["image_id"]]
+        labels = plain.labels[Path(image["file_name"]).stem]
+        check_image(folder / "images" / image["file_name"], labels)
+        colors = rgb(folder / "panoptic" / annotation["file_name"])
+        # As panopticapi's rgb2id.
+        ids = colors[..., 0] + 256 * colors[..., 1] + 65536 * colors[..., 2]
+        found = np.zeros_like(labels)
+        for segment in annotation["segments_info"]:
+            of_segment = ids == segment["id"]
+            found[of_segment] = segment["category_id"]
+            same(f"{image['file_name']} area", segment["area"], int(of_segment.sum()))
+            rows, columns = np.nonzero(of_segment)
+            width, height = int(np.ptp(columns)) + 1, int(np.ptp(rows)) + 1
+            bbox = [int(columns.min()), int(rows.min()), width, height]
+            same(f"{image['file_name']} bbox", segment["bbox"], bbox)
+        same(f"{image['file_name']} segments", found, labels)
+
+
+def coco_instances(folder: Path, plain: Plain) -> None:
+    coco = COCO(folder / "instances.json")
+    categories(coco.loadCats(coco.getCatIds()), plain, 1)
+    same("images", len(coco.getImgIds()), len(plain.labels))
+    for image in coco.loadImgs(coco.getImgIds()):
+        name = image["file_name"]
+        labels = plain.labels[Path(name).stem]
+        check_image(folder / "images" / name, labels)
+        found, covered = np.zeros_like(labels), np.zeros_like(labels)
+        for annotation in coco.loadAnns(coco.getAnnIds(imgIds=image["id"])):
+            mask = coco.annToMask(annotation).astype(bool)
+            runs = annotation["segmentation"]
+            same(f"{name} area", annotation["area"], int(coco_mask.area(runs)))
+            same(f"{name} bbox", annotation["bbox"], coco_mask.toBbox(runs).tolist())
+            found[mask] = annotation["category_id"]
+            covered += mask
+        same(f"{name} masks", found, labels)
+        same(f"{name} masks do not overlap", covered, (labels != 0).astype(int))
+
+
+def labelme_files(folder: Path, plain: Plain) -> None:
+    values = {name: id for id, name in plain.names.items()} | {"_background_": 0}
+    for stem, labels in plain.labels.items():
+        # It reads the image too, and complains when its size is another.
+        file = labelme.LabelFile(str(folder / "labelme" / f"{stem}.json"))
+        assert file.image_data, f"{stem} has no image"
+        painted, _ = labelme.utils.shapes_to_label(labels.shape, file.shapes, values)
+        same(f"{stem} shapes", painted, labels)
+
+
+def hugging_face(folder: Path, plain: Plain) -> None:
+    """The documented layout of `imagefolder`: file names are relative to metadata.jsonl."""
+    names = {int(id): name for id, name in json.loads((folder / "id2label.json").read_text("utf-8")).items()}
+    same("names", names, plain.names | {0: "void"})
+    rows = [json.loads(row) for row in (folder / "metadata.jsonl").read_text("utf-8").splitlines()]
+    same("rows", len(rows), len(plain.labels))
+    for row in rows:
+        labels = plain.labels[Path(row["label_file_name"]).stem]
+        check_image(folder / row["file_name"], labels)
+        same(row["label_file_name"], np.array(Image.open(folder / row["label_file_name"])).astype(int), labels)
+        same(f"{row['file_name']} classes", set(row["classes"]), {names[id] for id in np.unique(labels) if id})
+
+
+FORMATS = {
+    "overlay": overlay,
+    "voc": voc,
+    "cityscapes": cityscapes,
+    "coco-panoptic": coco_panoptic,
+    "coco-instances": coco_instances,
+    "labelme": labelme_files,
+    "hugging-face": hugging_face,
+}
+
+
+def main() -> int:
+    root = Path(sys.argv[1])
+    plain = Plain(root / "png")
+    failed = 0
+    for name, check in FORMATS.items():
+        try:
+            check(root / name, plain)
+            print(f"{name}: {len(plain.labels)} frames are right")
+        except (AssertionError, KeyError, OSError, ValueError, labelme._label_file.LabelFileError) as error:
+            print(f"{name}: {type(error).__name__}: {error}", file=sys.stderr)
+            failed = 1
+    return failed
+
+
+if __name__ == "__main__":
+    sys.exit(main())

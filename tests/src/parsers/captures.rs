@@ -1,0 +1,249 @@
+//! The files of captures: alone by their parser, and what it accepts in a folder with the others.
+
+use std::fs;
+use std::path::Path;
+
+use inplace_core::scene::fuzzing;
+
+use super::{Parser, SIZE, assert_sentence, opened};
+
+/// Sixteen numbers of a camera that looks along z from x.
+fn pose_line(x: u32) -> String {
+    format!("1 0 0 {x} 0 1 0 0 0 0 1 0 0 0 0 1\n")
+}
+
+pub(super) fn write_color(path: &Path) {
+    let [width, height] = SIZE;
+    let bytes = vec![90; 3 * (width * height) as usize];
+    image::save_buffer(path, &bytes, width, height, image::ColorType::Rgb8).expect("an image");
+}
+
+fn write_depth(path: &Path) {
+    let [width, height] = SIZE;
+    let bytes: Vec<u8> = (0..width * height).flat_map(|_| 2000_u16.to_ne_bytes()).collect();
+    image::save_buffer(path, &bytes, width, height, image::ColorType::L16).expect("an image");
+}
+
+fn write(path: &Path, bytes: &[u8]) {
+    fs::write(path, bytes).expect("the temporary folder can be written");
+}
+
+fn make(folder: &Path, names: &[&str]) {
+    for name in names {
+        fs::create_dir_all(folder.join(name)).expect("the temporary folder can be written");
+    }
+}
+
+/// Whether the parser accepts the bytes of a file; asserts that a refusal is a sentence.
+fn accepts(parser: fuzzing::Parser, path: &Path, bytes: &[u8]) -> bool {
+    match parser(path, bytes) {
+        Ok(()) => true,
+        Err(error) => {
+            assert_sentence(&error.to_string());
+            false
+        }
+    }
+}
+
+/// Two frames in the Replica layout, with depth.
+fn write_replica(folder: &Path) {
+    make(folder, &["rgb", "depth"]);
+    for number in 0..2 {
+        write_color(&folder.join(format!("rgb/rgb_{number}.png")));
+        write_depth(&folder.join(format!("depth/depth_{number}.png")));
+    }
+    let poses = [0, 1].map(pose_line).concat();
+    write(&folder.join("traj_w_c.txt"), poses.as_bytes());
+}
+
+pub(super) const REPLICA_POSES: Parser = Parser {
+    name: "replica_poses",
+    prepare: write_replica,
+    check: |folder, bytes| {
+        let path = folder.join("traj_w_c.txt");
+        if accepts(fuzzing::REPLICA_POSES, &path, bytes) {
+            write(&path, bytes);
+            opened::check(folder);
+        }
+    },
+};
+
+pub(super) const INTRINSICS: Parser = Parser {
+    name: "intrinsics",
+    prepare: write_replica,
+    check: |folder, bytes| {
+        let path = folder.join("intrinsics.txt");
+        if accepts(fuzzing::INTRINSICS, &path, bytes) {
+            write(&path, bytes);
+            opened::check(folder);
+        }
+    },
+};
+
+pub(super) const TRANSFORMS: Parser = Parser {
+    name: "transforms",
+    prepare: |folder| {
+        make(folder, &["images"]);
+        for name in ["a.png", "b.png", "images/a.png", "images/c.png"] {
+            write_color(&folder.join(name));
+        }
+        write_depth(&folder.join("d.png"));
+    },
+    check: |folder, bytes| {
+        let path = folder.join("transforms.json");
+        if accepts(fuzzing::TRANSFORMS, &path, bytes) {
+            write(&path, bytes);
+            opened::check(folder);
+        }
+    },
+};
+
+fn write_images(folder: &Path) {
+    make(folder, &["images/sub", "sparse/0"]);
+    for name in ["a.png", "b.png", "sub/a.png"] {
+        write_color(&folder.join("images").join(name));
+    }
+}
+
+/// Checks the three files of a model; where each is accepted, together.
+fn check_model(folder: &Path, parsers: [fuzzing::Parser; 3], extension: &str, parts: [&[u8]; 3]) {
+    let names = ["cameras", "images", "points3D"];
+    let paths = names.map(|name| folder.join(format!("sparse/0/{name}.{extension}")));
+    let mut accepted = true;
+    for ((parser, path), bytes) in parsers.into_iter().zip(&paths).zip(parts) {
+        accepted &= accepts(parser, path, bytes);
+    }
+    if accepted {
+        paths
+            .iter()
+            .zip(parts)
+            .for_each(|(path, bytes)| write(path, bytes));
+        opened::check(folder);
+    }
+}
+
+/// The three files one after another, the lengths of the first two (u16, little endian) before them.
+pub(super) const COLMAP_BINARY: Parser = Parser {
+    name: "colmap_binary",
+    prepare: write_images,
+    check: |folder, bytes| {
+        let Some((lengths, rest)) = bytes.split_first_chunk::<4>() else {
+            return;
+        };
+        let [a, b, c, d] = *lengths;
+        let (cameras, rest) = rest.split_at(rest.len().min(u16::from_le_bytes([a, b]).into()));
+        let (images, points) = rest.split_at(rest.len().min(u16::from_le_bytes([c, d]).into()));
+        check_model(folder, fuzzing::COLMAP_BINARY, "bin", [cameras, images, points]);
+    },
+};
+
+/// The three files with a zero byte between them.
+pub(super) const COLMAP_TEXT: Parser = Parser {
+    name: "colmap_text",
+    prepare: write_images,
+    check: |folder, bytes| {
+        check_model(folder, fuzzing::COLMAP_TEXT, "txt", parts(bytes));
+    },
+};
+
+/// What is between the zero bytes; empty where there are fewer parts.
+fn parts(bytes: &[u8]) -> [&[u8]; 3] {
+    let mut parts = bytes.splitn(3, |&byte| byte == 0);
+    [(); 3].map(|()| parts.next().unwrap_or_default())
+}
+
+/// `rgb.txt`, `depth.txt` and `groundtruth.txt` with a zero byte between them.
+pub(super) const TUM: Parser = Parser {
+    name: "tum",
+    prepare: |folder| {
+        make(folder, &["rgb", "depth"]);
+        for time in ["1.0", "2.0"] {
+            write_color(&folder.join(format!("rgb/{time}.png")));
+            write_depth(&folder.join(format!("depth/{time}.png")));
+        }
+        // Else the size of the images must be that of the benchmark's.
+        write(&folder.join("intrinsics.txt"), b"4 4 4 3 8 6");
+    },
+    check: |folder, bytes| {
+        let parts = parts(bytes);
+        let parsers = [fuzzing::TUM_IMAGES, fuzzing::TUM_IMAGES, fuzzing::TUM_POSES];
+        let paths = ["rgb.txt", "depth.txt", "groundtruth.txt"].map(|name| folder.join(name));
+        let mut accepted = true;
+        for ((parser, path), bytes) in parsers.into_iter().zip(&paths).zip(parts) {
+            accepted &= accepts(parser, path, bytes);
+        }
+        if accepted {
+            paths
+                .iter()
+                .zip(parts)
+                .for_each(|(path, bytes)| write(path, bytes));
+            opened::check(folder);
+        }
+    },
+};
+
+pub(super) const SEVEN_SCENES: Parser = Parser {
+    name: "seven_scenes",
+    prepare: |folder| {
+        write(&folder.join("intrinsics.txt"), b"4 4 4 3 8 6");
+        for number in 0..2 {
+            write_color(&folder.join(format!("frame-00000{number}.color.png")));
+            write_depth(&folder.join(format!("frame-00000{number}.depth.png")));
+            write(
+                &folder.join(format!("frame-00000{number}.pose.txt")),
+                b"1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n",
+            );
+        }
+    },
+    check: |folder, bytes| {
+        let path = folder.join("frame-000000.pose.txt");
+        if accepts(fuzzing::SEVEN_SCENES_POSE, &path, bytes) {
+            write(&path, bytes);
+            opened::check(folder);
+        }
+    },
+};
+
+/// Through a pinhole in the Replica layout, and through a lens in that of `transforms.json`.
+pub(super) const COLOR_IMAGE: Parser = Parser {
+    name: "color_image",
+    prepare: |folder| {
+        make(folder, &["replica/rgb", "transforms"]);
+        write(&folder.join("replica/traj_w_c.txt"), pose_line(0).as_bytes());
+        let transforms = r#"{"fl_x": 20, "k1": -0.05, "frames": [{"file_path": "a.png",
+            "transform_matrix": [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]}]}"#;
+        write(&folder.join("transforms/transforms.json"), transforms.as_bytes());
+    },
+    check: |folder, bytes| {
+        let path = folder.join("replica/rgb/rgb_0.png");
+        // Also what cannot be decoded, as the size is read from the header first.
+        write(&path, bytes);
+        opened::check(&folder.join("replica"));
+        if accepts(fuzzing::IMAGE, &path, bytes) {
+            write(&folder.join("transforms/a.png"), bytes);
+            opened::check(&folder.join("transforms"));
+        }
+    },
+};
+
+/// As large as the colour image in the Replica layout, and of any size in that of `transforms.json`.
+pub(super) const DEPTH_IMAGE: Parser = Parser {
+    name: "depth_image",
+    prepare: |folder| {
+        make(folder, &["replica", "transforms"]);
+        write_replica(&folder.join("replica"));
+        write_color(&folder.join("transforms/a.png"));
+        let transforms = r#"{"fl_x": 4, "k1": 0.01, "frames": [{"file_path": "a.png", "depth_file_path": "d.png",
+            "transform_matrix": [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]}]}"#;
+        write(&folder.join("transforms/transforms.json"), transforms.as_bytes());
+    },
+    check: |folder, bytes| {
+        let path = folder.join("replica/depth/depth_0.png");
+        if accepts(fuzzing::IMAGE, &path, bytes) {
+            write(&path, bytes);
+            opened::check(&folder.join("replica"));
+            write(&folder.join("transforms/d.png"), bytes);
+            opened::check(&folder.join("transforms"));
+        }
+    },
+};

@@ -1,0 +1,71 @@
+//! Files of labels: strokes, class lists and label images.
+
+use std::collections::BTreeSet;
+use std::sync::LazyLock;
+
+use inplace_core::labels::{
+    ImportedMap, LabelSet, decode_gray, parse_class_list, parse_strokes, rasterise, strokes_json,
+};
+use inplace_core::scene::Scene;
+
+use super::{Parser, assert_sentence, two_frames};
+
+pub(super) const STROKES: Parser = Parser {
+    name: "strokes",
+    prepare: |_| {},
+    check: |_, bytes| {
+        static SCENE: LazyLock<Scene> = LazyLock::new(two_frames);
+        let Ok(text) = std::str::from_utf8(bytes) else {
+            return;
+        };
+        let labels = match parse_strokes(text, &SCENE) {
+            Ok(labels) => labels,
+            Err(reason) => return assert_sentence(&reason),
+        };
+        let pixels = |labels: &LabelSet, frame: usize| -> Vec<(u32, u16)> {
+            let camera = &SCENE.frames[frame].camera;
+            let pixels = rasterise(labels, frame, camera.width, camera.height);
+            pixels
+                .into_iter()
+                .map(|(pixel, (class, _))| (pixel, class))
+                .collect()
+        };
+        let back = parse_strokes(&strokes_json(&labels, &SCENE.frames), &SCENE);
+        let back = back.expect("what is written can be read");
+        assert_eq!(back.classes, labels.classes);
+        // A lens rounds.
+        assert_eq!(pixels(&back, 0), pixels(&labels, 0));
+        pixels(&labels, 1);
+    },
+};
+
+pub(super) const CLASSES: Parser = Parser {
+    name: "classes",
+    prepare: |_| {},
+    check: |_, bytes| {
+        let Ok(text) = std::str::from_utf8(bytes) else {
+            return;
+        };
+        let classes = match parse_class_list(text) {
+            Ok(classes) => classes,
+            Err(reason) => return assert_sentence(&reason),
+        };
+        let ids: BTreeSet<u16> = classes.iter().map(|class| class.id).collect();
+        assert!(!ids.contains(&0) && ids.len() == classes.len(), "{classes:?}");
+        assert!(classes.iter().all(|class| !class.name.is_empty()), "{classes:?}");
+        let written = serde_json::json!(classes).to_string();
+        assert_eq!(parse_class_list(&written), Ok(classes));
+    },
+};
+
+pub(super) const LABEL_IMAGE: Parser = Parser {
+    name: "label_image",
+    prepare: |_| {},
+    check: |_, bytes| match decode_gray(bytes) {
+        Ok((width, height, values)) => {
+            assert_eq!(values.len(), width as usize * height as usize);
+            assert_eq!(ImportedMap::new(0, &values).labels(), values);
+        }
+        Err(reason) => assert_sentence(&reason),
+    },
+};

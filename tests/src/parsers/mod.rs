@@ -1,0 +1,136 @@
+//! Whatever bytes a file holds, its parser neither panics nor believes them: a check for each parser, which fuzzing
+//! and the replay of its seeds (`tests/tests/seeds.rs`) share.
+
+mod captures;
+mod labels;
+mod opened;
+mod projects;
+
+use std::fmt;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use inplace_core::scene::{Camera, ColorImage, Distortion, Frame, FramePixels, Lens, Scene, SceneSource};
+use tempfile::TempDir;
+
+/// Width and height of the images in the captures of these checks, in pixels.
+const SIZE: [u32; 2] = [8, 6];
+
+/// A parser and what must hold of it.
+struct Parser {
+    name: &'static str,
+    /// Writes what else there is, into a new folder.
+    prepare: fn(&Path),
+    /// Asserts what holds of bytes; in that folder.
+    check: fn(&Path, &[u8]),
+}
+
+/// All parsers; seeds and fuzz targets are named after them.
+const PARSERS: [Parser; 14] = [
+    captures::REPLICA_POSES,
+    captures::INTRINSICS,
+    captures::TRANSFORMS,
+    captures::COLMAP_BINARY,
+    captures::COLMAP_TEXT,
+    captures::TUM,
+    captures::SEVEN_SCENES,
+    captures::COLOR_IMAGE,
+    captures::DEPTH_IMAGE,
+    labels::STROKES,
+    labels::CLASSES,
+    labels::LABEL_IMAGE,
+    projects::FILE,
+    projects::ROWS,
+];
+
+/// A parser with a temporary folder of its own.
+pub struct Fuzzed {
+    parser: &'static Parser,
+    root: TempDir,
+}
+
+impl fmt::Debug for Fuzzed {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(self.parser.name)
+    }
+}
+
+impl Fuzzed {
+    /// The names of all parsers.
+    pub fn names() -> impl Iterator<Item = &'static str> {
+        PARSERS.iter().map(|parser| parser.name)
+    }
+
+    /// The parser of this name.
+    ///
+    /// # Panics
+    /// When there is none, or the folder cannot be written.
+    pub fn new(name: &str) -> Self {
+        let parser = PARSERS.iter().find(|parser| parser.name == name);
+        let parser = parser.expect("a parser of this name");
+        let root = tempfile::tempdir().expect("a temporary folder");
+        let fuzzed = Self { parser, root };
+        fs::create_dir(fuzzed.folder()).expect("a folder");
+        // A path that leaves the capture would find this.
+        captures::write_color(&fuzzed.root.path().join("outside.png"));
+        (parser.prepare)(&fuzzed.folder());
+        fuzzed
+    }
+
+    fn folder(&self) -> PathBuf {
+        self.root.path().join("inside")
+    }
+
+    /// Asserts what holds of these bytes.
+    ///
+    /// # Panics
+    /// When it does not hold.
+    pub fn check(&self, bytes: &[u8]) {
+        (self.parser.check)(&self.folder(), bytes);
+    }
+}
+
+/// Asserts that a message is one sentence for people.
+fn assert_sentence(message: &str) {
+    assert!(
+        !message.is_empty() && !message.contains(['\n', '\r', '\0']),
+        "{message:?}"
+    );
+}
+
+/// Two frames of 64x48 pixels, the second through a lens.
+fn two_frames() -> Scene {
+    let camera = Camera::with_horizontal_fov(64, 48, 90.0);
+    let distortion = Distortion {
+        k1: -0.05,
+        ..Distortion::default()
+    };
+    let lens = Lens {
+        image: camera,
+        distortion,
+    };
+    let pinhole = lens.pinhole().expect("a mild lens");
+    let frame = |number: usize, camera: Camera, lens: Option<Lens>| Frame {
+        stem: format!("rgb_{number}"),
+        path: PathBuf::new(),
+        camera,
+        camera_to_world: glam::Affine3A::IDENTITY,
+        pixels: FramePixels::new(
+            ColorImage::new(camera.width, camera.height, vec![0; 3 * camera.pixels()])
+                .expect("three bytes a pixel"),
+            None,
+        ),
+        points: Vec::new(),
+        lens,
+    };
+    Scene {
+        source: SceneSource::Demo,
+        format: "test",
+        frames: vec![frame(0, camera, None), frame(1, pinhole, Some(lens))],
+        origin: glam::DVec3::ZERO,
+        unit: 1.0,
+        point_errors: None,
+        warnings: Vec::new(),
+        notes: Vec::new(),
+    }
+}

@@ -1,0 +1,171 @@
+//! Damaged files, read-only media and full disks: what can be read is used, and nothing is said to be saved that is not.
+#![cfg(unix)]
+#![allow(clippy::unwrap_used, reason = "a test ends where it fails")]
+
+mod damaged;
+mod full_disk;
+mod read_only;
+
+use std::fs::{self, Permissions};
+use std::os::unix::fs::{MetadataExt, PermissionsExt};
+use std::os::unix::process::CommandExt;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::Duration;
+
+use inplace_core::labels::{Class, History, LabelSet, Stroke};
+use inplace_core::project::{Contents, FrameRecord, Journal, JournalEvent, Project, SceneRecord};
+use inplace_core::scene::SceneSource;
+use inplace_tests::Outcome;
+
+/// Tells a child process which folder it works in.
+const FOLDER: &str = "INPLACE_TEST_FOLDER";
+/// A user who owns nothing.
+const NOBODY: u32 = 65534;
+
+fn contents() -> Contents {
+    let frame = |number: usize| FrameRecord {
+        stem: format!("rgb_{number}"),
+        width: 640,
+        height: 480,
+        bytes: 0,
+    };
+    let scene = SceneRecord {
+        source: SceneSource::Demo,
+        depth: true,
+        frames: (0..4).map(frame).collect(),
+    };
+    let labels = LabelSet {
+        classes: vec![Class::new(1, "wall"), Class::new(2, "floor")],
+        ..LabelSet::default()
+    };
+    Contents::new(scene, History::new(labels))
+}
+
+/// A scribble that takes about five kilobytes in a file.
+fn scribble(number: u32) -> Stroke {
+    Stroke {
+        lines: vec![(0..240).map(|x| [x, number % 480]).collect()],
+        ..Stroke::click(number as usize % 4, 1, [0, 0])
+    }
+}
+
+/// Makes a project with some scribbles.
+fn write_project(path: &Path) -> Contents {
+    let mut contents = contents();
+    for number in 0..20 {
+        contents.history.add_stroke(scribble(number));
+    }
+    drop(Project::create(path, &contents).unwrap());
+    contents
+}
+
+/// The ignored test of that name in a process of its own.
+fn child(test: &str, folder: &Path) -> Command {
+    let mut command = Command::new(std::env::current_exe().unwrap());
+    command.args(["--ignored", "--exact", "--nocapture", test]);
+    command.env(FOLDER, folder);
+    command
+}
+
+/// The folder that this child process works in; `None` in the process that runs all tests.
+fn folder_of_child() -> Option<PathBuf> {
+    std::env::var_os(FOLDER).map(PathBuf::from)
+}
+
+fn assert_done(outcome: &Outcome) {
+    assert_eq!(outcome.code, Some(0), "{}{}", outcome.stdout, outcome.stderr);
+    assert!(outcome.stdout.contains("all of it holds"), "{}", outcome.stdout);
+}
+
+/// Whether this process may write everything whatever the permissions say.
+fn is_root(folder: &Path) -> bool {
+    fs::metadata(folder).unwrap().uid() == 0
+}
+
+/// Takes the right to write a folder and its files away from everybody, until this is dropped.
+struct WriteProtected(PathBuf);
+
+impl WriteProtected {
+    fn new(folder: &Path) -> Self {
+        for file in fs::read_dir(folder).unwrap() {
+            let path = file.unwrap().path();
+            if path.is_file() {
+                fs::set_permissions(path, Permissions::from_mode(0o444)).unwrap();
+            }
+        }
+        fs::set_permissions(folder, Permissions::from_mode(0o555)).unwrap();
+        Self(folder.to_path_buf())
+    }
+}
+
+impl Drop for WriteProtected {
+    fn drop(&mut self) {
+        // The temporary folder cannot be removed otherwise.
+        let _ = fs::set_permissions(&self.0, Permissions::from_mode(0o755));
+    }
+}
+
+/// A command whose executable anybody can read, run by a user whom permissions bind.
+fn bound(command: &Command, root: &Path) -> Command {
+    if !is_root(root) {
+        let mut same = Command::new(command.get_program());
+        same.args(command.get_args());
+        copy_environment(command, &mut same);
+        return same;
+    }
+    let executable = root.join("executable");
+    fs::copy(command.get_program(), &executable).unwrap();
+    fs::set_permissions(&executable, Permissions::from_mode(0o755)).unwrap();
+    let mut other = Command::new(executable);
+    other.args(command.get_args()).uid(NOBODY).gid(NOBODY);
+    copy_environment(command, &mut other);
+    other
+}
+
+fn copy_environment(from: &Command, to: &mut Command) {
+    for (name, value) in from.get_envs() {
+        match value {
+            Some(value) => to.env(name, value),
+            None => to.env_remove(name),
+        };
+    }
+}
+
+/// A temporary folder that anybody can look into.
+fn open_folder() -> tempfile::TempDir {
+    let root = tempfile::tempdir().unwrap();
+    fs::set_permissions(root.path(), Permissions::from_mode(0o755)).unwrap();
+    root
+}
+
+/// Waits until something could not be written; returns the sentence about it.
+fn failure(journal: &Journal) -> String {
+    match journal.events().recv_timeout(Duration::from_secs(60)).unwrap() {
+        JournalEvent::Failed(sentence) => sentence,
+        other => panic!("{other:?}"),
+    }
+}
+
+/// Saves under a name in another folder and makes sure that everything is there.
+fn save_elsewhere(journal: &Journal, folder: &Path, history: &History) {
+    let path = folder.join("rescued.inplace");
+    journal.save_as(path.clone());
+    loop {
+        match journal.events().recv_timeout(Duration::from_secs(60)).unwrap() {
+            JournalEvent::Saved { path: saved } => {
+                assert_eq!(saved, path);
+                break;
+            }
+            JournalEvent::Failed(_) => {}
+            other => panic!("{other:?}"),
+        }
+    }
+    assert_eq!(journal.committed(), journal.recorded());
+    // It is open: the copy of a file alone is the whole project.
+    let copy = folder.join("copy.inplace");
+    fs::copy(&path, &copy).unwrap();
+    let copied = Contents::read(&copy).unwrap();
+    assert_eq!(copied.history.labels(), history.labels());
+    assert_eq!(copied.warnings, Vec::<String>::new());
+}

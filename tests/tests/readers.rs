@@ -1,0 +1,131 @@
+//! Exports are opened with the programs that they are made for.
+#![allow(clippy::unwrap_used, reason = "a test ends where it fails")]
+
+use std::env;
+use std::fs;
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::Arc;
+use std::time::Duration;
+
+use inplace_core::export::{Format, LabelledScene, Options, export};
+use inplace_core::labels::{ClassId, VOID};
+use inplace_core::scene::{OpenOptions, Scene, SceneSource};
+use inplace_core::session::FrameMap;
+use inplace_tests::{Outcome, Running, Small};
+
+/// Set where the readers have to be there.
+const REQUIRED: &str = "INPLACE_REQUIRE_READERS";
+/// How long downloading the readers may take.
+const PATIENCE: Duration = Duration::from_secs(100);
+
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("readers")
+}
+
+/// A folder below the target folder, which stays there.
+fn kept(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_TARGET_TMPDIR")).join(name)
+}
+
+/// The Python that has the readers, in an environment that is made when it is not there yet or was made from other
+/// requirements.
+fn python() -> Result<PathBuf, String> {
+    let environment = kept("readers");
+    let python = environment.join("bin/python");
+    let requirements = folder().join("requirements.txt");
+    let wanted = fs::read(&requirements).unwrap();
+    let made_from = environment.join("requirements.txt");
+    if fs::read(&made_from).is_ok_and(|made_from| made_from == wanted) {
+        return Ok(python);
+    }
+    let run = |command: &mut Command, what: &str| {
+        let outcome = Running::start(command).wait(PATIENCE);
+        let Outcome { code, stdout, stderr } = outcome;
+        match code {
+            Some(0) => Ok(()),
+            _ => Err(format!("{what}: {stdout}{stderr}")),
+        }
+    };
+    let there_is_python = Command::new("python3").arg("--version").output();
+    if there_is_python.is_err() {
+        return Err("there is no python3".to_owned());
+    }
+    run(
+        Command::new("python3")
+            .args(["-m", "venv", "--clear"])
+            .arg(&environment),
+        "no virtual environment can be made; on Debian install python3-venv",
+    )?;
+    let mut install = Command::new(&python);
+    install.args(["-m", "pip", "install", "--quiet", "--retries", "1", "--no-deps"]);
+    install.arg("--requirement").arg(&requirements);
+    run(&mut install, "the readers cannot be downloaded")?;
+    fs::write(made_from, wanted).unwrap();
+    Ok(python)
+}
+
+/// Labels with holes, specks and lone pixels, as a few strokes leave them where nothing is sure: one pixel in eight is
+/// void or of the class of another pixel.
+fn specked(labels: &[ClassId]) -> Vec<ClassId> {
+    let speck = |(index, &label): (usize, &ClassId)| {
+        // Fibonacci hashing: spread evenly, the same in every run.
+        let hash = (index as u32).wrapping_mul(2_654_435_769) >> 16;
+        match hash % 16 {
+            0 => VOID,
+            1 => labels[hash as usize % labels.len()],
+            _ => label,
+        }
+    };
+    labels.iter().enumerate().map(speck).collect()
+}
+
+#[test]
+fn every_format_is_read_by_others_as_the_labels_that_were_exported() {
+    let python = match python() {
+        Ok(python) => python,
+        Err(reason) => {
+            assert!(env::var_os(REQUIRED).is_none(), "{reason}");
+            println!("skipped: {reason}");
+            return;
+        }
+    };
+    let small = Small::get();
+    let root = kept("exports");
+    if root.exists() {
+        fs::remove_dir_all(&root).unwrap();
+    }
+    let room = root.join("room");
+    small.write(&room);
+    // Read again, so that its images are files.
+    let scene = Scene::open(&SceneSource::Folder(room), OpenOptions::default(), &|_, _| {}).unwrap();
+    let map = |(frame, labels): (usize, &Vec<ClassId>)| {
+        let camera = &scene.frames[frame].camera;
+        let size = [camera.width, camera.height];
+        Arc::new(FrameMap::new(frame, 0, size, specked(labels), vec![0; labels.len()]).unwrap())
+    };
+    let maps: Vec<Arc<FrameMap>> = small.truth.iter().enumerate().map(map).collect();
+    let labelled = LabelledScene {
+        scene: &scene,
+        classes: &small.classes,
+        maps: &maps,
+    };
+    let of_frames = || Format::ALL.into_iter().filter(|format| format.has_frames());
+    for format in of_frames() {
+        let out = root.join(format.name());
+        export(&out, labelled, format, &Options::default(), &|_, _| {
+            ControlFlow::Continue(())
+        })
+        .unwrap();
+    }
+    let check = folder().join("check.py");
+    let outcome = Running::to_the_end(Command::new(python).arg(check).arg(&root));
+    assert_eq!(outcome.code, Some(0), "{outcome:?}");
+    println!("{}", outcome.stdout);
+    // All but the plain one, which the others are compared with.
+    assert_eq!(
+        outcome.stdout.matches("frames are right").count(),
+        of_frames().count() - 1
+    );
+}

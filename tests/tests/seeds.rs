@@ -1,0 +1,174 @@
+//! The seeds of fuzzing, with all that it ever found, and a fixed number of changes to each: what holds of every file
+//! holds of these.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    reason = "a test ends where it fails"
+)]
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::fs;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
+
+use inplace_tests::Fuzzed;
+
+/// Changes to each seed, unless `INPLACE_SEED_CHANGES` says how many.
+const CHANGES: u64 = 48;
+/// Seeds of more bytes are changed less often, as they take longer.
+const LARGE: usize = 4096;
+/// Most bytes in memory at once while a file is parsed.
+const MOST_MEMORY: usize = 256 << 20;
+/// Longest time for a file: seconds where a loaded machine takes milliseconds.
+const LONGEST: Duration = Duration::from_secs(5);
+
+static NOW: AtomicUsize = AtomicUsize::new(0);
+static MOST: AtomicUsize = AtomicUsize::new(0);
+
+/// The system's allocator, which counts the bytes that are in use.
+struct Counting;
+
+fn grown(by: usize) {
+    let now = NOW.fetch_add(by, Ordering::Relaxed) + by;
+    MOST.fetch_max(now, Ordering::Relaxed);
+}
+
+// SAFETY: everything is passed on to the system's allocator as it came.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        grown(layout.size());
+        // SAFETY: as above.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
+        grown(layout.size());
+        // SAFETY: as above.
+        unsafe { System.alloc_zeroed(layout) }
+    }
+
+    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        grown(size);
+        NOW.fetch_sub(layout.size(), Ordering::Relaxed);
+        // SAFETY: as above.
+        unsafe { System.realloc(pointer, layout, size) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        NOW.fetch_sub(layout.size(), Ordering::Relaxed);
+        // SAFETY: as above.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// A fixed sequence of numbers (SplitMix64).
+struct Numbers(u64);
+
+impl Numbers {
+    fn below(&mut self, bound: usize) -> usize {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) % bound.max(1) as u64) as usize
+    }
+}
+
+fn seeds_of(name: &str) -> Vec<(PathBuf, Vec<u8>)> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../fuzz/seeds")
+        .join(name);
+    let entries = fs::read_dir(&folder).unwrap_or_else(|error| panic!("{}: {error}", folder.display()));
+    let mut paths: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
+    paths.sort();
+    paths
+        .into_iter()
+        .map(|path| {
+            let bytes = fs::read(&path).unwrap();
+            (path, bytes)
+        })
+        .collect()
+}
+
+/// Bytes with some bits flipped, cut short, with a part twice, or with a part of another seed.
+fn changed(bytes: &[u8], other: &[u8], numbers: &mut Numbers) -> Vec<u8> {
+    let mut bytes = bytes.to_vec();
+    for _ in 0..=numbers.below(3) {
+        let length = bytes.len();
+        let from = numbers.below(length);
+        let to = length.min(from + 1 + numbers.below(24));
+        match numbers.below(6) {
+            0 | 1 if length > 0 => bytes[from] ^= 1 << numbers.below(8),
+            2 if length > 0 => {
+                let odd = [0, 0xff, 0x7f, 0x80, b'-', b'9', b'.', b'e'];
+                bytes[from] = odd[numbers.below(odd.len())];
+            }
+            3 => bytes.truncate(from),
+            4 => {
+                let part = bytes[from..to].to_vec();
+                bytes.splice(from..from, part);
+            }
+            _ => {
+                let start = numbers.below(other.len());
+                let end = other.len().min(start + 1 + numbers.below(64));
+                bytes.splice(from..to, other[start..end].iter().copied());
+            }
+        }
+    }
+    bytes
+}
+
+/// What is wrong with how a parser takes these bytes, if anything: it must be as it should, soon and in little memory.
+fn problem(fuzzed: &Fuzzed, bytes: &[u8]) -> Option<String> {
+    let before = NOW.load(Ordering::Relaxed);
+    MOST.store(before, Ordering::Relaxed);
+    let start = Instant::now();
+    let outcome = catch_unwind(AssertUnwindSafe(|| fuzzed.check(bytes)));
+    let took = start.elapsed();
+    let memory = MOST.load(Ordering::Relaxed).saturating_sub(before);
+    if outcome.is_err() {
+        Some("panics".to_owned())
+    } else if took > LONGEST {
+        Some(format!("takes {took:?}"))
+    } else {
+        (memory > MOST_MEMORY).then(|| format!("takes {memory} bytes"))
+    }
+}
+
+// One test, as the memory of all is counted together.
+#[test]
+fn no_seed_and_no_change_to_one_breaks_a_parser() {
+    let asked = std::env::var("INPLACE_SEED_CHANGES").ok();
+    let changes = asked.map_or(CHANGES, |count| count.parse().expect("a number of changes"));
+    let mut problems = Vec::new();
+    for name in Fuzzed::names() {
+        let fuzzed = Fuzzed::new(name);
+        let seeds = seeds_of(name);
+        assert!(!seeds.is_empty(), "{name} has seeds");
+        let start = Instant::now();
+        for (number, (path, bytes)) in seeds.iter().enumerate() {
+            let file = path.file_name().unwrap().to_string_lossy();
+            let mut check = |what: &str, bytes: &[u8]| {
+                if let Some(problem) = problem(&fuzzed, bytes) {
+                    let name = format!("{name}-{file}{what}");
+                    fs::write(std::env::temp_dir().join(&name), bytes).unwrap();
+                    problems.push(format!("{name} in the temporary folder {problem}"));
+                }
+            };
+            check("", bytes);
+            let mut numbers = Numbers(number as u64);
+            let changes = if bytes.len() > LARGE { changes / 4 } else { changes };
+            for change in 0..changes {
+                let (_, other) = &seeds[numbers.below(seeds.len())];
+                check(&format!("-{change}"), &changed(bytes, other, &mut numbers));
+            }
+        }
+        println!("{name}: {} seeds, {:.1?}", seeds.len(), start.elapsed());
+    }
+    assert!(problems.is_empty(), "{problems:#?}");
+}
