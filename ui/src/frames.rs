@@ -228,7 +228,6 @@ mod tests {
 
     fn facts(strokes: usize, contradicted: usize, entropy: f32) -> FrameFacts {
         FrameFacts {
-            has_no_summary: false,
             strokes,
             contradicted,
             has_no_summary: false,

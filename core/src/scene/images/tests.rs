@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use image::{ColorType, ExtendedColorType};
 
 use super::*;
-use crate::scene::Distortion;
+use crate::scene::testing::wall;
 
 /// Three pixels of a palette: opaque, of alpha 0, half transparent.
 const PALETTE: [u8; 105] = [
@@ -173,6 +173,9 @@ fn an_orientation_is_ignored_unless_the_given_size_is_that_of_the_turned_image()
         // Transposed (5) and turned clockwise (6) the left side is at the top, otherwise at the bottom.
         let (top, bottom) = (color.pixel(0)[0], color.pixel(16 * 32 - 1)[0]);
         assert_eq!(top < bottom, orientation < 7, "{orientation}: {top} {bottom}");
+        let mut frame = wall(1, 16, 32).frames.remove(0);
+        frame.path = path;
+        assert_eq!(original_colors(&frame).unwrap(), color.bytes());
     }
 }
 
