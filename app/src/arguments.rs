@@ -299,9 +299,19 @@ pub struct ExportArguments {
     /// The folder to write into; files there that are right already are left alone.
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
-    /// What to write: png, overlay, voc, cityscapes, coco-panoptic, coco-instances, labelme or hugging-face.
+    /// What to write: png, overlay, voc, cityscapes, coco-panoptic, coco-instances, labelme, hugging-face, and
+    /// the surface as PLY: point-cloud or mesh.
     #[arg(long, value_name = "FORMAT", default_value = "png", value_parser = format)]
     pub format: Format,
+    /// Render views of the scene along a camera path instead, with their labels, as a capture: lines of 16 numbers
+    /// (camera-to-world, row by row, as in traj_w_c.txt), a transforms.json or a camera path of nerfstudio, in the
+    /// coordinates of the capture.
+    #[arg(long, value_name = "FILE", conflicts_with = "format")]
+    pub trajectory: Option<PathBuf>,
+    /// The camera of --trajectory: a file with fx fy cx cy width height [default: that of the path or else of the first
+    /// frame].
+    #[arg(long, value_name = "FILE", requires = "trajectory")]
+    pub intrinsics: Option<PathBuf>,
     /// Pixels whose class is less probable than this become void.
     #[arg(long, value_name = "P", value_parser = share)]
     pub least_probability: Option<f32>,

@@ -379,6 +379,29 @@ fn a_project_is_exported_twice_to_the_same_bytes() {
 }
 
 #[test]
+fn views_along_a_path_open_as_a_capture() {
+    let disk = OnDisk::new();
+    disk.project().save_model(&disk.trained()).unwrap();
+    let mut command = inplace();
+    command.arg("export").arg(disk.path("room.inplace"));
+    command.arg("--trajectory").arg(disk.path("room/traj_w_c.txt"));
+    command.arg("--out").arg(disk.path("views"));
+    let outcome = Running::to_the_end(&mut command);
+    assert_eq!(outcome.code, Some(0), "{outcome:?}");
+    assert!(outcome.stdout.contains("rendered 10 views"), "{outcome:?}");
+    assert!(outcome.stderr.contains("not taught to the end"), "{outcome:?}");
+    let info = Running::to_the_end(inplace().arg("info").arg(disk.path("views")).arg("--json"));
+    assert_eq!(info.code, Some(0), "{info:?}");
+    let facts: Value = serde_json::from_str(&info.stdout).unwrap();
+    assert_eq!(facts["format"], "Replica");
+    assert_eq!(facts["frames"], 10);
+    assert_eq!(facts["warnings"].as_array().unwrap().len(), 0);
+    for view in 0..10 {
+        assert!(disk.path(&format!("views/labels/view_{view}.png")).is_file());
+    }
+}
+
+#[test]
 fn a_project_is_labelled_from_its_own_strokes() {
     let disk = OnDisk::new();
     let mut project = disk.project();

@@ -111,7 +111,8 @@ fn every_format_is_read_by_others_as_the_labels_that_were_exported() {
         classes: &small.classes,
         maps: &maps,
     };
-    for format in Format::ALL {
+    let of_frames = || Format::ALL.into_iter().filter(|format| format.has_frames());
+    for format in of_frames() {
         let out = root.join(format.name());
         export(&out, labelled, format, &Options::default(), &|_, _| {
             ControlFlow::Continue(())
@@ -125,6 +126,6 @@ fn every_format_is_read_by_others_as_the_labels_that_were_exported() {
     // All but the plain one, which the others are compared with.
     assert_eq!(
         outcome.stdout.matches("frames are right").count(),
-        Format::ALL.len() - 1
+        of_frames().count() - 1
     );
 }

@@ -1,22 +1,30 @@
-//! `inplace export`: a project's labels as a data set.
+//! `inplace export`: a project's labels as a data set, its surface, or views of it.
 
 use std::ops::ControlFlow;
+use std::sync::Arc;
 use std::time::Instant;
 
-use inplace_core::export::{self, IdMap, LabelledScene, Options};
+use inplace_core::export::{self, IdMap, LabelledScene, Options, Views, Written};
 use inplace_core::project::Contents;
+use inplace_core::scene::{Scene, Trajectory};
+use inplace_core::semantics::NovelViews;
+use inplace_core::session::ModelState;
 
+use super::progress::Progress;
 use super::run::Run;
 use super::{Failure, cores, require_place, session_options};
 use crate::arguments::ExportArguments;
 
-/// Labels every frame with the field as the project keeps it, and writes the data set.
+/// Labels every frame with the field as the project keeps it, and writes the data set, or the views along a path.
 pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
     let start = Instant::now();
     let options = Options {
         least_probability: arguments.least_probability,
         ids: arguments.ids.as_deref().map(IdMap::named).transpose()?,
     };
+    let trajectory = arguments.trajectory.as_deref();
+    let trajectory = trajectory.map(|path| Trajectory::read(path, arguments.intrinsics.as_deref()));
+    let trajectory = trajectory.transpose()?;
     let contents = Contents::read(&arguments.project)?;
     require_place(&contents, &arguments.project)?;
     for warning in &contents.warnings {
@@ -55,13 +63,38 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
         classes: &labels.classes,
         maps: &maps,
     };
+    if let Some(trajectory) = trajectory {
+        let model = run.saved()?;
+        if !run.status().field_settled {
+            eprintln!(
+                "inplace: the field is not taught to the end, after {} steps; views are better when it is",
+                model.steps
+            );
+        }
+        // Its worker would keep the memory.
+        drop(run);
+        let written = render(arguments, &scene, labelled, &trajectory, &model, &options)?;
+        println!(
+            "rendered {} views in {:.1} s: {} files written, {} unchanged: {}",
+            trajectory.poses.len(),
+            start.elapsed().as_secs_f64(),
+            written.files,
+            written.unchanged,
+            arguments.out.display()
+        );
+        return Ok(());
+    }
     let format = arguments.format;
     let written = export::export(&arguments.out, labelled, format, &options, &|_, _| {
         ControlFlow::Continue(())
     })?;
+    let what = if format.has_frames() {
+        format!("{} frames", scene.frames.len())
+    } else {
+        "the surface".to_owned()
+    };
     println!(
-        "exported {} frames as {} in {:.1} s: {} files written, {} unchanged: {}",
-        scene.frames.len(),
+        "exported {what} as {} in {:.1} s: {} files written, {} unchanged: {}",
         format.name(),
         start.elapsed().as_secs_f64(),
         written.files,
@@ -69,4 +102,37 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
         arguments.out.display()
     );
     Ok(())
+}
+
+/// Renders the views along a path with a model of the scene, and writes them.
+fn render(
+    arguments: &ExportArguments,
+    scene: &Arc<Scene>,
+    labelled: LabelledScene<'_>,
+    trajectory: &Trajectory,
+    model: &ModelState,
+    options: &Options,
+) -> Result<Written, Failure> {
+    let Some((surface, posterior)) = labelled.maps.first().and_then(|map| map.surface()) else {
+        return Err("this preset finds no surface whose labels could be seen; leave --preset away".into());
+    };
+    let training = &arguments.training;
+    let threads = training.threads.map_or(cores(), usize::from);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
+    pool.install(|| {
+        let trainer = model.field(scene, training.preset, training.seed)?;
+        let renderer = NovelViews::new(&trainer, surface, posterior, labelled.classes.len());
+        let views = Views {
+            scene,
+            classes: labelled.classes,
+            trajectory,
+            renderer: &renderer,
+        };
+        let mut progress = Progress::new();
+        let written = export::export_views(&arguments.out, views, options, &mut |done, total| {
+            progress.show(&format!("rendering view {done} of {total}"));
+            ControlFlow::Continue(())
+        })?;
+        Ok(written)
+    })
 }

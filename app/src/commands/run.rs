@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use inplace_core::labels::LabelSet;
 use inplace_core::scene::Scene;
-use inplace_core::session::{Command, Event, FrameMap, Session, SessionOptions, Status};
+use inplace_core::session::{Command, Event, FrameMap, ModelState, Session, SessionOptions, Status};
 
 use super::Failure;
 use super::progress::Progress;
@@ -116,6 +116,19 @@ impl Run {
                     return Err("training ended before the maps were made".into());
                 }
                 Ok(_) | Err(crossbeam_channel::RecvTimeoutError::Timeout) => {}
+            }
+        }
+    }
+
+    /// The model as it is.
+    pub(super) fn saved(&self) -> Result<Arc<ModelState>, Failure> {
+        self.session.send(Command::Save);
+        loop {
+            match self.session.events().recv()? {
+                Event::State(state) => return Ok(state),
+                Event::Error(reason) => return Err(reason.into()),
+                Event::Stopped => return Err("training ended before the model was saved".into()),
+                _ => {}
             }
         }
     }

@@ -59,10 +59,7 @@ pub(super) fn restored(
     state: &ModelState,
     seed: u64,
 ) -> Result<Trainer, EvalError> {
-    let mut trainer = Trainer::new(Arc::clone(scene), preset, seed)?;
-    let tensors = candle_core::safetensors::load_buffer(&state.tensors, &candle_core::Device::Cpu)?;
-    trainer.restore(&tensors, state.steps)?;
-    Ok(trainer)
+    Ok(state.field(scene, preset, seed)?)
 }
 
 /// The surface that this field completes.

@@ -11,6 +11,7 @@ use super::labelme::Labelme;
 use super::layout::{self, LabelledScene, Written};
 use super::overlay::Overlay;
 use super::pngs::Pngs;
+use super::solid::{self, Solid};
 use super::voc::Voc;
 use super::{ExportError, Options};
 
@@ -34,11 +35,15 @@ pub enum Format {
     Labelme,
     /// A folder for the `datasets` of Hugging Face.
     HuggingFace,
+    /// The surface as points with their classes.
+    PointCloud,
+    /// The surface as a triangle mesh with the classes of its vertices.
+    Mesh,
 }
 
 impl Format {
     /// All of them, the plain one first.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 10] = [
         Self::Png,
         Self::Overlay,
         Self::Voc,
@@ -47,6 +52,8 @@ impl Format {
         Self::CocoInstances,
         Self::Labelme,
         Self::HuggingFace,
+        Self::PointCloud,
+        Self::Mesh,
     ];
 
     /// What it is called on the command line.
@@ -60,7 +67,14 @@ impl Format {
             Self::CocoInstances => "coco-instances",
             Self::Labelme => "labelme",
             Self::HuggingFace => "hugging-face",
+            Self::PointCloud => "point-cloud",
+            Self::Mesh => "mesh",
         }
+    }
+
+    /// Whether it has files for every frame; otherwise it is the surface, once.
+    pub fn has_frames(self) -> bool {
+        !matches!(self, Self::PointCloud | Self::Mesh)
     }
 
     /// The format of a name.
@@ -75,11 +89,13 @@ impl Format {
 /// Label images have the pixels of the frame's image on disk, distortion included.
 ///
 /// `progress` is called with (frames written, frames in all), from any thread; when it answers
-/// [`ControlFlow::Break`], no further frame is begun. What was written by then is found by the next export.
+/// [`ControlFlow::Break`], no further frame is begun. What was written by then is found by the next export. The surface
+/// is written at once: it is called before, with no frame written.
 ///
 /// # Errors
 /// [`ExportError::Incomplete`] unless there is exactly one map of the right size for every frame,
-/// before anything is written, or when the classes or a frame cannot be written in this format; [`ExportError::Cancelled`]; [`ExportError::Unwritable`].
+/// before anything is written, when the classes or a frame cannot be written in this format, or where the surface is to be
+/// written and the maps follow from none; [`ExportError::Cancelled`]; [`ExportError::Unwritable`].
 pub fn export(
     folder: &Path,
     labelled: LabelledScene<'_>,
@@ -96,6 +112,8 @@ pub fn export(
         Format::CocoInstances => layout::write(&CocoInstances, folder, labelled, options, progress),
         Format::Labelme => layout::write(&Labelme, folder, labelled, options, progress),
         Format::HuggingFace => layout::write(&HuggingFace, folder, labelled, options, progress),
+        Format::PointCloud => solid::write(Solid::Cloud, folder, labelled, options, progress),
+        Format::Mesh => solid::write(Solid::Mesh, folder, labelled, options, progress),
     }
 }
 
@@ -142,8 +160,10 @@ mod tests {
 
     #[test]
     fn a_pixel_of_an_unlisted_class_is_never_written_as_something_else() {
-        for format in &Format::ALL[2..] {
-            let (reason, _) = refused(*format, &[Class::new(1, "wall")]);
+        let of_frames = Format::ALL.into_iter().filter(|format| format.has_frames());
+        // The first two take any number.
+        for format in of_frames.skip(2) {
+            let (reason, _) = refused(format, &[Class::new(1, "wall")]);
             assert!(
                 reason.contains("frame \"rgb_") && reason.contains("not in the list"),
                 "{reason}"

@@ -34,6 +34,17 @@ pub struct Written {
     pub unchanged: usize,
 }
 
+impl Written {
+    /// Counts a file that was written, or else left alone.
+    pub(super) fn count(&mut self, is_new: bool) {
+        if is_new {
+            self.files += 1;
+        } else {
+            self.unchanged += 1;
+        }
+    }
+}
+
 /// One frame as it is exported: in the pixels of its image on disk, distortion included.
 pub(super) struct Labelled<'a> {
     pub(super) frame: &'a Frame,
@@ -81,6 +92,12 @@ impl OutputFile {
             path: path.into(),
             bytes,
         }
+    }
+
+    /// Writes it into an export's folder, unless it is there already; whether it was not.
+    pub(super) fn write(&self, folder: &Path) -> Result<bool, ExportError> {
+        let path = folder.join(&self.path);
+        atomic::write(&path, &self.bytes).map_err(|error| ExportError::unwritable(&path, error))
     }
 
     /// Its path below the export's folder.
@@ -165,10 +182,7 @@ pub(super) fn write<L: Layout>(
     let (files, unchanged) = (AtomicUsize::new(0), AtomicUsize::new(0));
     let write_files = |written: Vec<OutputFile>| {
         written.iter().try_for_each(|file| {
-            let path = folder.join(&file.path);
-            let is_new =
-                atomic::write(&path, &file.bytes).map_err(|error| ExportError::unwritable(&path, error))?;
-            let count = if is_new { &files } else { &unchanged };
+            let count = if file.write(folder)? { &files } else { &unchanged };
             count.fetch_add(1, Ordering::Relaxed);
             Ok::<(), ExportError>(())
         })
@@ -209,8 +223,13 @@ pub(super) fn write<L: Layout>(
     })
 }
 
+/// The smallest confidence, as in [`FrameMap::confidence`], of what is at least this probable.
+pub(super) fn least_confidence(probability: f32) -> u16 {
+    (probability * f32::from(CERTAIN)).ceil() as u16
+}
+
 /// A frame's map as it is exported.
-fn exported<'a>(
+pub(super) fn exported<'a>(
     frame: &'a Frame,
     map: &FrameMap,
     classes: &'a [Class],
@@ -223,7 +242,7 @@ fn exported<'a>(
         let confidence = map
             .confidence()
             .ok_or("its probabilities are not known yet; wait until it was trained again, or export without a threshold")?;
-        let least = (least * f32::from(CERTAIN)).ceil() as u16;
+        let least = least_confidence(least);
         for (label, &confidence) in labels.iter_mut().zip(&*confidence) {
             if confidence < least {
                 *label = VOID;

@@ -16,11 +16,14 @@ mod layout;
 mod memory;
 mod original;
 mod overlay;
+mod ply;
 mod pngs;
 mod report;
 mod run_length;
+mod solid;
 #[cfg(test)]
 mod testing;
+mod views;
 mod voc;
 
 use std::path::{Path, PathBuf};
@@ -30,6 +33,7 @@ pub use ids::IdMap;
 pub use layout::{LabelledScene, Written};
 pub use memory::peak_memory;
 pub use report::{PhaseSeconds, Report};
+pub use views::{Views, export_views};
 
 use ids::Ids;
 

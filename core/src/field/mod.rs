@@ -21,7 +21,7 @@ pub use model::RadianceField;
 pub use occupancy::OccupancyGrid;
 pub use path::{Path, best_device};
 pub use rays::{Ray, Samples, Sampling};
-pub use render::{RenderedRay, frame_rays, render_rays};
+pub use render::{RenderedRay, camera_rays, frame_rays, render_rays};
 pub use train::{HeldOut, HeldOutPixels, Recipe, Trainer, Work};
 pub use visibility::until_opaque;
 pub use volume::Volume;

@@ -1,7 +1,7 @@
 //! Rendering of the field: colour, depth and opacity of rays.
 
 use candle_core::Result;
-use glam::Vec3;
+use glam::{Affine3A, Vec3};
 
 use super::kernels::{Evaluated, Wanted};
 use super::{OccupancyGrid, RadianceField, Ray, Samples, Sampling, until_opaque};
@@ -24,16 +24,21 @@ pub struct RenderedRay {
 /// The rays through the pixels of a frame at 1/`stride` of its resolution, row-major, and that camera.
 pub fn frame_rays(frame: &Frame, stride: u32) -> (Camera, Vec<Ray>) {
     let camera = frame.camera.reduced(stride);
-    let rotation = frame.camera_to_world.matrix3;
-    let rays = (0..camera.height)
+    let rays = camera_rays(&camera, &frame.camera_to_world);
+    (camera, rays)
+}
+
+/// The rays through the centres of a camera's pixels, row-major.
+pub fn camera_rays(camera: &Camera, camera_to_world: &Affine3A) -> Vec<Ray> {
+    let (origin, rotation) = (camera_to_world.translation.into(), camera_to_world.matrix3);
+    (0..camera.height)
         .flat_map(|row| (0..camera.width).map(move |column| (column, row)))
         .map(|(column, row)| Ray {
-            origin: frame.center(),
+            origin,
             direction: (rotation * camera.pixel_direction(column, row)).normalize(),
             length: None,
         })
-        .collect();
-    (camera, rays)
+        .collect()
 }
 
 /// Renders rays with samples `step` metres apart.

@@ -21,13 +21,14 @@ mod scannet;
 mod seven_scenes;
 #[cfg(test)]
 pub(crate) mod testing;
+mod trajectory;
 mod transforms;
 mod tum;
 
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use glam::{DVec3, Vec3};
+use glam::{Affine3A, DAffine3, DVec3, Vec3};
 
 pub(crate) use cache::Cache;
 pub use camera::Camera;
@@ -40,7 +41,9 @@ pub(crate) use lens::LARGEST_SIDE;
 pub use lens::{Distortion, Lens};
 pub use pixels::{FramePixels, Pixels};
 pub use replica::{GroundTruth, write as write_replica};
+pub(crate) use replica::{intrinsics_line, pose_line, z_millimetres};
 use reprojection::PixelErrors;
+pub use trajectory::Trajectory;
 
 /// Where a scene comes from.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -206,6 +209,14 @@ impl Scene {
     /// A position here (in metres, relative to the origin) in the capture's own coordinates and unit.
     pub fn to_capture(&self, position: Vec3) -> DVec3 {
         self.origin + self.unit * position.as_dvec3()
+    }
+
+    /// A pose in the capture's own coordinates and unit, camera-to-world, in metres here, relative to the origin.
+    pub fn of_capture(&self, camera_to_world: &DAffine3) -> Affine3A {
+        Affine3A::from_mat3_translation(
+            camera::orthonormalised(camera_to_world.matrix3).as_mat3(),
+            ((camera_to_world.translation - self.origin) / self.unit).as_vec3(),
+        )
     }
 
     /// Box around what the cameras see, in metres: around the cameras and the measured points where there

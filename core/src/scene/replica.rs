@@ -17,6 +17,7 @@ use super::{Camera, OpenOptions, Scene, SceneError, transforms};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 pub use write::{GroundTruth, write};
+pub(crate) use write::{intrinsics_line, pose_line, z_millimetres};
 
 /// Name of the format.
 pub(super) const NAME: &str = "Replica";
@@ -100,7 +101,7 @@ fn list_depths(folder: &Path, options: OpenOptions) -> Result<BTreeMap<usize, Pa
 }
 
 /// Reads a trajectory; empty lines and lines starting with # do not count as frames.
-fn read_poses(path: &Path) -> Result<Vec<Pose>, SceneError> {
+pub(super) fn read_poses(path: &Path) -> Result<Vec<Pose>, SceneError> {
     if !path.exists() {
         return Err(SceneError::file(
             path,

@@ -4,7 +4,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::{NO_NODE, Node, Surface};
+use super::{NO_NODE, Node};
 use crate::labels::{ClassId, VOID};
 use crate::scene::{ColorImage, DepthMap, Frame};
 
@@ -19,7 +19,7 @@ const LENGTH: f32 = 0.014;
 const MOST_FOR_LENGTH: f32 = 9.0;
 
 /// The node that every pixel of a frame takes its class from, row-major, [`NO_NODE`] where there is none;
-/// `labels` are the classes of the nodes.
+/// `shown` are those that the pixels show, of these `nodes`, and `labels` the classes of the nodes.
 ///
 /// Beside borders, that is where a window of 5 x 5 pixels shows several classes, a pixel has the class with
 /// the largest sum of
@@ -31,13 +31,7 @@ const MOST_FOR_LENGTH: f32 = 9.0;
 /// over the window (a joint bilateral filter: Petschnigg et al. 2004, Eisemann and Durand 2004), and takes
 /// it from the pixel that weighs most among those of the class. Everywhere else, and where the class stays,
 /// it is the node that the surface gives it.
-pub(super) fn nodes_at_borders(
-    frame: &Frame,
-    number: usize,
-    surface: &Surface,
-    labels: &[ClassId],
-) -> Vec<u32> {
-    let shown = surface.nodes_of(number).unpack();
+pub(super) fn nodes_at_borders(frame: &Frame, shown: &[u32], nodes: &[Node], labels: &[ClassId]) -> Vec<u32> {
     // What shows no node has no class.
     let class = |&node: &u32| labels.get(node as usize).copied().unwrap_or(VOID);
     let classes: Vec<ClassId> = shown.iter().map(class).collect();
@@ -45,13 +39,13 @@ pub(super) fn nodes_at_borders(
         frame,
         color: frame.color(),
         depth: frame.depth(),
-        nodes: surface.graph.nodes(),
-        shown: &shown,
+        nodes,
+        shown,
         classes: &classes,
         width: frame.camera.width as usize,
         height: frame.camera.height as usize,
     };
-    let mut refined = shown.clone();
+    let mut refined = shown.to_vec();
     let mut votes = Vec::new();
     for (pixel, _) in around
         .beside_borders()
@@ -187,7 +181,7 @@ mod tests {
     use super::*;
     use crate::scene::Scene;
     use crate::scene::testing::wall;
-    use crate::semantics::{NodeMap, SurfaceGraph};
+    use crate::semantics::{NodeMap, Surface, SurfaceGraph};
 
     const SIZE: [u32; 2] = [24, 9];
     /// The last column of the blocks left of the border, which lie on blocks of three columns.
@@ -226,9 +220,16 @@ mod tests {
         scene.frames[0].set_color(ColorImage::new(SIZE[0], SIZE[1], rgb).unwrap());
     }
 
+    fn nodes_of(scene: &Scene, surface: &Surface, labels: &[ClassId]) -> Vec<u32> {
+        let shown = surface.pixels[0].unpack();
+        nodes_at_borders(&scene.frames[0], &shown, surface.graph.nodes(), labels)
+    }
+
     fn classes(scene: &Scene, surface: &Surface, labels: &[ClassId]) -> Vec<ClassId> {
-        let nodes = nodes_at_borders(&scene.frames[0], 0, surface, labels);
-        nodes.iter().map(|&node| labels[node as usize]).collect()
+        nodes_of(scene, surface, labels)
+            .iter()
+            .map(|&node| labels[node as usize])
+            .collect()
     }
 
     #[test]
@@ -267,10 +268,10 @@ mod tests {
         // Stripes that no border of classes is near.
         paint(&mut scene, |x, _| if x < 6 && x % 2 == 0 { 20 } else { 128 });
         let shown = surface.pixels[0].unpack();
-        assert_eq!(nodes_at_borders(&scene.frames[0], 0, &surface, &labels), shown);
+        assert_eq!(nodes_of(&scene, &surface, &labels), shown);
         labels.fill(4);
         paint(&mut scene, |x, y| (37 * x + 91 * y) as u8);
-        assert_eq!(nodes_at_borders(&scene.frames[0], 0, &surface, &labels), shown);
+        assert_eq!(nodes_of(&scene, &surface, &labels), shown);
     }
 
     #[test]
@@ -285,6 +286,6 @@ mod tests {
         }
         surface.pixels[0] = Arc::new(NodeMap::pack(SIZE[0] as usize, &shown));
         // Column 12 has the colour of the left, and nobody there to say what that is.
-        assert_eq!(nodes_at_borders(&scene.frames[0], 0, &surface, &labels), shown);
+        assert_eq!(nodes_of(&scene, &surface, &labels), shown);
     }
 }

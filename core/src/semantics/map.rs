@@ -86,8 +86,9 @@ pub(super) struct OnSurface {
 impl OnSurface {
     /// The node that every pixel of a frame takes its class from.
     fn nodes(&self, frame: usize) -> Vec<u32> {
-        let labels = &self.posterior.labels;
-        nodes_at_borders(&self.scene.frames[frame], frame, &self.surface, labels)
+        let shown = self.surface.nodes_of(frame).unpack();
+        let (nodes, labels) = (self.surface.graph.nodes(), &self.posterior.labels);
+        nodes_at_borders(&self.scene.frames[frame], &shown, nodes, labels)
     }
 
     fn labels(&self, frame: usize, nodes: &[u32]) -> Vec<ClassId> {
@@ -107,23 +108,16 @@ impl OnSurface {
         self.read(frame, nodes, (&self.posterior.runners_up, VOID), |_| VOID)
     }
 
-    /// The value of every pixel's node, or that of pixels `without` one; over them what was `said` of a pixel, by its
+    /// The value of every pixel's node, or that of pixels without one; over them what was `said` of a pixel, by its
     /// class.
     fn read(
         &self,
         frame: usize,
         nodes: &[u32],
-        (values, without): (&[u16], u16),
+        values: (&[u16], u16),
         said: impl Fn(ClassId) -> u16,
     ) -> Vec<u16> {
-        let value = |&node: &u32| {
-            if node == NO_NODE {
-                without
-            } else {
-                values[node as usize]
-            }
-        };
-        let mut pixels: Vec<u16> = nodes.iter().map(value).collect();
+        let mut pixels = of_nodes(nodes, values);
         let image = self.trusted.as_deref().and_then(|images| images.of_frame(frame));
         if let Some(image) = image.filter(|image| image.pixels() == pixels.len()) {
             for (pixel, class) in pixels.iter_mut().zip(image.labels()) {
@@ -141,6 +135,18 @@ impl OnSurface {
         }
         pixels
     }
+}
+
+/// The value of every pixel's node, or that of pixels `without` one.
+fn of_nodes(nodes: &[u32], (values, without): (&[u16], u16)) -> Vec<u16> {
+    let value = |&node: &u32| {
+        if node == NO_NODE {
+            without
+        } else {
+            values[node as usize]
+        }
+    };
+    nodes.iter().map(value).collect()
 }
 
 impl FrameMap {
@@ -176,6 +182,32 @@ impl FrameMap {
             width: camera.width,
             height: camera.height,
             pixels: Pixels::OnSurface(shown),
+        }
+    }
+
+    /// What a posterior says of the nodes that the pixels of a view show; `unknown` is the entropy of pixels that show
+    /// none.
+    pub(super) fn of_view(
+        view: usize,
+        [width, height]: [u32; 2],
+        nodes: &[u32],
+        posterior: &Posterior,
+        unknown: u16,
+    ) -> Self {
+        Self {
+            frame: view,
+            generation: 0,
+            width,
+            height,
+            pixels: Pixels::Listed {
+                labels: of_nodes(nodes, (&posterior.labels, VOID)),
+                entropy: of_nodes(nodes, (&posterior.entropy, unknown)),
+                likelihood: Some(Likelihood {
+                    confidence: of_nodes(nodes, (&posterior.confidence, 0)),
+                    runners_up: of_nodes(nodes, (&posterior.runners_up, VOID)),
+                }),
+                source: None,
+            },
         }
     }
 

@@ -73,6 +73,11 @@ impl Lengths<'_> {
 }
 
 impl Surface {
+    /// Whether a node is what rays that meet nothing show: on the shell around the scene, not on a surface.
+    pub fn is_on_shell(&self, node: &Node) -> bool {
+        node.voxel > 1.001 * self.voxel
+    }
+
     /// The node of every pixel of a frame: made now for one that is no keyframe, unless that was done lately. Empty
     /// for a frame that the surface does not know.
     pub fn nodes_of(&self, frame: usize) -> Arc<NodeMap> {

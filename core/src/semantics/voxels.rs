@@ -13,7 +13,7 @@ use crate::scene::{Cache, ColorImage, Frame, Pixels};
 
 /// What meets nothing lies on a shell this many sides of the scene's box away, in cells of this angle.
 const SHELL_DISTANCE: f32 = 3.0;
-const SHELL_CELL: f32 = 0.05;
+pub(super) const SHELL_CELL: f32 = 0.05;
 /// Bytes of the node maps made last of frames that are no keyframes: some hundred of 640 x 480 pixels.
 const CACHE_BYTES: usize = 64 << 20;
 /// Share of pixels with measured depth above which the surface adds nothing to it.

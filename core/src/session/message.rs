@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use super::RenderedFrame;
-use crate::field::{Preset, Work};
+use crate::field::{FieldError, Preset, Trainer, Work};
 use crate::guide::Suggestion;
 use crate::labels::LabelSet;
 use crate::scene::{OpenOptions, Scene, SceneSource};
@@ -198,4 +198,17 @@ pub struct ModelState {
     pub steps: u64,
     /// The parameters and grids in the safetensors format.
     pub tensors: Vec<u8>,
+}
+
+impl ModelState {
+    /// The field as it was saved.
+    ///
+    /// # Errors
+    /// The state of another scene or preset, or of another version of the program.
+    pub fn field(&self, scene: &Arc<Scene>, preset: Preset, seed: u64) -> Result<Trainer, FieldError> {
+        let mut trainer = Trainer::new(Arc::clone(scene), preset, seed)?;
+        let tensors = candle_core::safetensors::load_buffer(&self.tensors, &candle_core::Device::Cpu)?;
+        trainer.restore(&tensors, self.steps)?;
+        Ok(trainer)
+    }
 }

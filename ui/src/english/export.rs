@@ -28,6 +28,8 @@ pub fn title(format: Format) -> &'static str {
         Format::CocoInstances => "COCO instances",
         Format::Labelme => "labelme",
         Format::HuggingFace => "Hugging Face",
+        Format::PointCloud => "Point cloud",
+        Format::Mesh => "Mesh",
     }
 }
 
@@ -51,6 +53,14 @@ pub fn description(format: Format) -> &'static str {
         Format::HuggingFace => {
             "Images, label images and metadata.jsonl, as load_dataset(\"imagefolder\") reads them."
         }
+        Format::PointCloud => {
+            "The surface as PLY, a point for each voxel with its class, in the capture's own coordinates: once in the \
+             images' colours and once in the classes'."
+        }
+        Format::Mesh => {
+            "The surface as PLY, triangles whose corners have classes, in the capture's own coordinates: once in the \
+             images' colours and once in the classes'."
+        }
     }
 }
 
@@ -65,5 +75,7 @@ pub fn files(format: Format) -> &'static str {
         | Format::CocoInstances
         | Format::Labelme
         | Format::HuggingFace => "the data set; strokes.json",
+        Format::PointCloud => "cloud.ply, cloud_classes.ply; classes.json; strokes.json",
+        Format::Mesh => "mesh.ply, mesh_classes.ply; classes.json; strokes.json",
     }
 }

@@ -3,6 +3,8 @@
 use std::io;
 use std::path::Path;
 
+use inplace_core::export::Format;
+
 use super::counted;
 
 /// Stops an export.
@@ -15,6 +17,8 @@ pub const LOOKING: &str = "Looking at the files";
 pub const EXPORTING: &str = "Exporting";
 /// Before its first frame.
 pub const WAITING_FOR_MAPS: &str = "Getting the newest maps";
+/// While the surface is made that is exported.
+pub const MAKING_SURFACE: &str = "Making the surface from the newest maps";
 /// An export that is being stopped.
 pub const STOPPING: &str = "Stopping";
 /// Heading of an import that runs.
@@ -63,8 +67,12 @@ pub fn imported(count: usize, unmatched: usize) -> String {
 }
 
 /// An export has ended.
-pub fn exported(frames: usize) -> String {
-    format!("Exported {}", counted(frames, "frame", "frames"))
+pub fn exported(frames: usize, format: Format) -> String {
+    if format.has_frames() {
+        format!("Exported {}", counted(frames, "frame", "frames"))
+    } else {
+        "Exported the surface".to_owned()
+    }
 }
 
 /// Shows its folder in the file manager.

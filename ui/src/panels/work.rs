@@ -45,7 +45,8 @@ fn export(ui: &mut Ui, state: &AppState, progress: &Progress, actions: &mut Acti
             let share = *done as f32 / (*total).max(1) as f32;
             let (share, words) = match done {
                 _ if state.stopping_export => (Some(share), work::STOPPING.to_owned()),
-                0 => (None, work::WAITING_FOR_MAPS.to_owned()),
+                0 if state.export_choice.format.has_frames() => (None, work::WAITING_FOR_MAPS.to_owned()),
+                0 => (None, work::MAKING_SURFACE.to_owned()),
                 _ => (Some(share), work::frames(*done, *total)),
             };
             let cancel = (!state.stopping_export).then_some(work::CANCEL_EXPORT);
@@ -54,7 +55,7 @@ fn export(ui: &mut Ui, state: &AppState, progress: &Progress, actions: &mut Acti
             }
         }
         Progress::Finished(folder, frames, format) => {
-            ui.strong(work::exported(*frames));
+            ui.strong(work::exported(*frames, *format));
             let path = folder.display().to_string();
             ui.add(egui::Label::new(egui::RichText::new(&path).monospace()).wrap());
             ui.weak(crate::english::export::files(*format));

@@ -92,7 +92,7 @@ impl Cloud {
     /// The splats of a surface; what meets nothing, far around it, is left out.
     pub fn new(surface: &Arc<Surface>, serial: u64) -> Self {
         let nodes = surface.graph.nodes();
-        let is_near = |&node: &u32| nodes[node as usize].voxel <= surface.voxel * 1.001;
+        let is_near = |&node: &u32| !surface.is_on_shell(&nodes[node as usize]);
         let mut order: Vec<u32> = (0..nodes.len() as u32).filter(is_near).collect();
         order.sort_unstable_by_key(|&node| scrambled(node));
         let splats: Vec<Splat> = order.iter().map(|&node| splat(&nodes[node as usize])).collect();

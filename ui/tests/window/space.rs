@@ -10,6 +10,7 @@ use inplace_core::scene::SceneSource;
 use inplace_core::semantics::{Node, NodeMap, Spread, Surface, SurfaceGraph};
 use inplace_core::session::Event;
 use inplace_ui::english::view3d as english;
+use inplace_ui::exporting::Progress;
 
 use crate::stand::*;
 
@@ -91,6 +92,46 @@ fn v_and_the_buttons_switch_and_say_what_is_missing() {
     window.harness.get_by_label(inplace_ui::canvas::CANVAS_NAME);
     window.click(english::SHOW_SPACE);
     assert!(window.workspace().space.shown);
+}
+
+#[test]
+fn the_surface_is_exported_as_the_dialog_says() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = Window::with_demo(folder.path());
+    window.add_class("wall");
+    let generation = window.workspace().document().generation();
+    let (spread, scene) = (Spread::new(wall()), Arc::clone(window.workspace().scene()));
+    for frame in 0..FRAMES {
+        let map = spread.map(&scene, frame, generation);
+        window.worker().maps.publish(map);
+    }
+    for (title, stem) in [("Point cloud", "cloud"), ("Mesh", "mesh")] {
+        window.press(Modifiers::COMMAND, Key::E);
+        let formats = window
+            .harness
+            .get_by_role_and_label(egui::accesskit::Role::ComboBox, "Format");
+        formats.click();
+        window.harness.run_steps(2);
+        window.harness.get_by_label(title).click();
+        window.harness.run_steps(2);
+        let field = window
+            .harness
+            .get_by_role_and_label(egui::accesskit::Role::TextInput, "Export folder");
+        field.focus();
+        window.harness.run_steps(2);
+        window.press(Modifiers::COMMAND, Key::A);
+        let out = folder.path().join(stem);
+        window.type_into("Export folder", out.to_str().unwrap());
+        window.until("the export has ended", |app| {
+            !matches!(app.state().export, Some(Progress::Writing(..)))
+        });
+        window.harness.get_by_label("Exported the surface");
+        for file in [format!("{stem}.ply"), format!("{stem}_classes.ply")] {
+            let bytes = std::fs::read(out.join(&file)).unwrap();
+            assert!(bytes.starts_with(b"ply\n"), "{file}");
+        }
+        assert!(out.join("classes.json").is_file() && out.join("strokes.json").is_file());
+    }
 }
 
 #[test]

@@ -1,15 +1,16 @@
 //! Writing the layout.
 
-use std::fmt::Write as _;
+use std::fmt::{Display, Write as _};
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use glam::DVec3;
 use image::ExtendedColorType;
 use rayon::prelude::*;
 use serde_json::json;
 
 use crate::labels::{Class, ClassId};
-use crate::scene::{DepthMap, Frame, Scene, SceneError};
+use crate::scene::{Camera, DepthMap, Frame, Scene, SceneError};
 
 /// What is known to be true of a scene, for measuring against.
 #[derive(Clone, Copy)]
@@ -135,9 +136,7 @@ fn write_files(scene: &Scene, folder: &Path, truth: Option<&GroundTruth<'_>>) ->
         })?;
     write_text(&folder.join("traj_w_c.txt"), &trajectory(scene))?;
     if let Some(frame) = scene.frames.first() {
-        let c = &frame.camera;
-        let line = format!("{} {} {} {} {} {}\n", c.fx, c.fy, c.cx, c.cy, c.width, c.height);
-        write_text(&folder.join("intrinsics.txt"), &line)?;
+        write_text(&folder.join("intrinsics.txt"), &intrinsics_line(&frame.camera))?;
     }
     if let Some(truth) = truth {
         write_text(
@@ -154,7 +153,7 @@ fn write_files(scene: &Scene, folder: &Path, truth: Option<&GroundTruth<'_>>) ->
 }
 
 /// Depth along z in millimetres, row-major; 0 where it is unknown or beyond what 16 bits hold.
-fn z_millimetres(frame: &Frame, depth: &DepthMap) -> Vec<u16> {
+pub(crate) fn z_millimetres(frame: &Frame, depth: &DepthMap) -> Vec<u16> {
     let width = frame.camera.width;
     let millimetres = (0..depth.len()).map(|index| {
         let Some(length) = depth.ray_length(index) else {
@@ -174,15 +173,34 @@ fn trajectory(scene: &Scene) -> String {
     let mut text = String::new();
     for frame in &scene.frames {
         let rotation = frame.camera_to_world.matrix3;
+        let rows = [0, 1, 2].map(|row| rotation.row(row).to_array());
         let position = scene.to_capture(frame.center()) / scene.unit;
-        for row in 0..3 {
-            let r = rotation.row(row);
-            // Writing to a string cannot fail.
-            let _ = write!(text, "{} {} {} {} ", r.x, r.y, r.z, position[row]);
-        }
-        text.push_str("0 0 0 1\n");
+        text.push_str(&pose_line(rows, position));
     }
     text
+}
+
+/// A line of `traj_w_c.txt`: a camera-to-world pose with these rows of its rotation, in metres.
+pub(crate) fn pose_line<T: Display>(rotation: [[T; 3]; 3], position: DVec3) -> String {
+    let mut text = String::new();
+    for ([x, y, z], own) in rotation.iter().zip(position.to_array()) {
+        // Writing to a string cannot fail.
+        let _ = write!(text, "{x} {y} {z} {own} ");
+    }
+    text + "0 0 0 1\n"
+}
+
+/// What `intrinsics.txt` holds.
+pub(crate) fn intrinsics_line(camera: &Camera) -> String {
+    let Camera {
+        width,
+        height,
+        fx,
+        fy,
+        cx,
+        cy,
+    } = camera;
+    format!("{fx} {fy} {cx} {cy} {width} {height}\n")
 }
 
 fn create_folder(path: &Path) -> Result<(), SceneError> {
@@ -193,7 +211,7 @@ fn write_text(path: &Path, text: &str) -> Result<(), SceneError> {
     fs::write(path, text).map_err(|error| cannot_write(path, &error))
 }
 
-fn cannot_write(path: &Path, error: &dyn std::fmt::Display) -> SceneError {
+fn cannot_write(path: &Path, error: &dyn Display) -> SceneError {
     SceneError::file(
         path,
         format!("cannot be written ({error}); give a folder on a disk with space and write access"),

@@ -61,7 +61,7 @@ pub(in crate::scene) fn parse_pose(
 }
 
 /// Reads `fx fy cx cy width height`.
-pub(super) fn read_intrinsics(path: &Path) -> Result<Camera, SceneError> {
+pub(in crate::scene) fn read_intrinsics(path: &Path) -> Result<Camera, SceneError> {
     parse_intrinsics(path, &read_text(path)?)
 }
 

@@ -27,7 +27,7 @@ const LONGEST_STEP: f64 = 1e6;
 /// `applied_transform` and `applied_scale` are among them: they tell how to come back from the poses in the
 /// file to those of the program before, and the poses in the file already contain them.
 #[derive(Deserialize)]
-pub(super) struct Transforms {
+pub(in crate::scene) struct Transforms {
     /// What holds for all frames that do not say otherwise.
     #[serde(flatten)]
     pub shared: Intrinsics,
@@ -42,7 +42,7 @@ pub(super) struct Transforms {
 
 /// One frame.
 #[derive(Deserialize)]
-pub(super) struct Entry {
+pub(in crate::scene) struct Entry {
     /// The colour image below the folder, with or without its extension.
     pub file_path: String,
     /// Camera-to-world, rows of a 4x4 or 3x4 matrix, OpenGL's camera axes.
@@ -58,7 +58,7 @@ pub(super) struct Entry {
 
 /// A camera as far as it is given; lengths in pixels, angles in radians.
 #[derive(Default, Deserialize)]
-pub(super) struct Intrinsics {
+pub(in crate::scene) struct Intrinsics {
     camera_model: Option<String>,
     is_fisheye: Option<bool>,
     w: Option<f64>,

@@ -23,7 +23,8 @@ use super::frame::to_image;
 use super::images::{ImageFile, ImageProblem, Turn, warn_of_turns};
 use super::keyframes::Keeping;
 use super::{Camera, ColorImage, DepthMap, Frame, Lens, OpenOptions, Pixels, Scene, SceneError, SceneSource};
-use file::{Entry, Transforms};
+use file::Entry;
+pub(super) use file::Transforms;
 
 /// Name of the format.
 pub(super) const NAME: &str = "transforms.json";

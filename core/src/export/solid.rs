@@ -1,0 +1,447 @@
+//! The labelled surface itself: a point for each of its voxels, or a mesh.
+
+use std::collections::HashMap;
+use std::ops::ControlFlow;
+use std::path::Path;
+
+use super::layout::{LabelledScene, OutputFile, Written, json_file, least_confidence};
+use super::ply::{self, Vertex};
+use super::{ExportError, Options};
+use crate::labels::{Class, ClassId, VOID};
+use crate::semantics::{ENTROPY_STEPS_PER_NAT, Mesh, MeshVertex, Posterior, Surface};
+
+/// How the surface is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Solid {
+    /// A point for each voxel.
+    Cloud,
+    /// Triangles.
+    Mesh,
+}
+
+impl Solid {
+    /// Stem of its files.
+    fn name(self) -> &'static str {
+        match self {
+            Self::Cloud => "cloud",
+            Self::Mesh => "mesh",
+        }
+    }
+
+    /// The vertices and, of a mesh, the triangles between them. What lies on the shell around the scene is no surface.
+    fn shape(self, surface: &Surface) -> (Vec<MeshVertex>, Option<Vec<[u32; 3]>>) {
+        match self {
+            Self::Cloud => {
+                let nodes = (0..).zip(surface.graph.nodes());
+                let seen = nodes.filter(|(_, node)| !surface.is_on_shell(node));
+                let points = seen.map(|(index, node)| MeshVertex {
+                    position: node.position,
+                    node: index,
+                });
+                (points.collect(), None)
+            }
+            Self::Mesh => {
+                let mesh = Mesh::of_surface(surface);
+                (mesh.vertices, Some(mesh.triangles))
+            }
+        }
+    }
+}
+
+/// Writes `cloud.ply` or `mesh.ply` with the images' colours, `cloud_classes.ply` or `mesh_classes.ply` with the colours
+/// of the classes (black = void), and `classes.json`.
+///
+/// Positions are in the capture's own coordinates and unit; what each vertex has besides is that of its voxel.
+///
+/// # Errors
+/// [`ExportError::Incomplete`] where the maps follow from no surface; [`ExportError::Cancelled`];
+/// [`ExportError::Unwritable`].
+pub(super) fn write(
+    solid: Solid,
+    folder: &Path,
+    labelled: LabelledScene<'_>,
+    options: &Options,
+    progress: &(dyn Fn(usize, usize) -> ControlFlow<()> + Sync),
+) -> Result<Written, ExportError> {
+    let incomplete = |reason: String| ExportError::Incomplete {
+        folder: folder.to_path_buf(),
+        reason,
+    };
+    let Some((surface, posterior)) = labelled.maps.first().and_then(|map| map.surface()) else {
+        let reason = "the surface of the scene is not known; wait until it was trained again";
+        return Err(incomplete(reason.to_owned()));
+    };
+    let ids = options.ids.as_ref().map(|ids| ids.of_classes(labelled.classes));
+    let classes = ids.as_ref().map_or(labelled.classes, |ids| ids.classes());
+    let own_labels = labels(posterior, options);
+    let label = |node: u32| {
+        let own = own_labels[node as usize];
+        ids.as_ref().map_or(own, |ids| ids.of(own))
+    };
+    let (places, triangles) = solid.shape(surface);
+    let vertices: Vec<Vertex> = places
+        .iter()
+        .map(|&MeshVertex { position, node }| {
+            let shown = &surface.graph.nodes()[node as usize];
+            Vertex {
+                position: labelled.scene.to_capture(position),
+                normal: shown.normal,
+                // A cast saturates.
+                color: (255.0 * shown.color)
+                    .round()
+                    .to_array()
+                    .map(|channel| channel as u8),
+                label: label(node),
+                entropy: f32::from(posterior.entropy[node as usize]) / ENTROPY_STEPS_PER_NAT,
+            }
+        })
+        .collect();
+    let colors: HashMap<ClassId, [u8; 3]> = classes.iter().map(|class| (class.id, class.color)).collect();
+    let colored: Vec<Vertex> = vertices
+        .iter()
+        .map(|vertex| Vertex {
+            color: colors.get(&vertex.label).copied().unwrap_or_default(),
+            ..*vertex
+        })
+        .collect();
+    let frames = labelled.scene.frames.len();
+    if progress(0, frames).is_break() {
+        return Err(ExportError::Cancelled {
+            folder: folder.to_path_buf(),
+            written: 0,
+            frames,
+        });
+    }
+    super::prepare(folder, &[])?;
+    let comments = comments(labelled.scene.unit, classes);
+    let name = solid.name();
+    let mut written = Written::default();
+    for (name, vertices) in [
+        (name.to_owned(), &vertices),
+        (format!("{name}_classes"), &colored),
+    ] {
+        let bytes = ply::encode(&comments, vertices, triangles.as_deref());
+        written.count(OutputFile::new(format!("{name}.ply"), bytes).write(folder)?);
+    }
+    let list = json_file("classes.json", classes).map_err(incomplete)?;
+    written.count(list.write(folder)?);
+    Ok(written)
+}
+
+/// The class of every node under the project's ids; void where it is less probable than is asked for.
+fn labels(posterior: &Posterior, options: &Options) -> Vec<ClassId> {
+    let least = options.least_probability.map_or(0, least_confidence);
+    let known = posterior.labels.iter().zip(&posterior.confidence);
+    known
+        .map(|(&label, &confidence)| if confidence < least { VOID } else { label })
+        .collect()
+}
+
+/// What the header says of coordinates and classes.
+fn comments(unit: f64, classes: &[Class]) -> Vec<String> {
+    let mut comments = vec![
+        "x y z in the coordinates of the capture's poses".to_owned(),
+        format!("{unit} of their units are a metre"),
+        "normals towards the cameras; zero where unknown".to_owned(),
+        format!("label {VOID} is void; entropy in nats"),
+    ];
+    let class = |class: &Class| format!("class {} {}", class.id, class.name);
+    comments.extend(classes.iter().map(class));
+    comments
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::HashMap;
+    use std::fs;
+    use std::sync::Arc;
+
+    use glam::{DAffine3, DVec3, Mat3};
+
+    use super::*;
+    use crate::export::{Format, IdMap, export};
+    use crate::labels::{History, LabelSet, Stroke};
+    use crate::scene::Scene;
+    use crate::scene::testing::wall;
+    use crate::semantics::Spread;
+    use crate::session::FrameMap;
+
+    /// A PLY file as it is read: comments, the values of each vertex by property, faces.
+    struct Read {
+        comments: Vec<String>,
+        vertices: HashMap<String, Vec<f64>>,
+        faces: Vec<Vec<u32>>,
+    }
+
+    fn take<'a>(bytes: &mut &'a [u8], count: usize) -> &'a [u8] {
+        let (taken, rest) = bytes.split_at(count);
+        *bytes = rest;
+        taken
+    }
+
+    fn number(kind: &str, bytes: &mut &[u8]) -> f64 {
+        match kind {
+            "double" => f64::from_le_bytes(take(bytes, 8).try_into().unwrap()),
+            "float" => f32::from_le_bytes(take(bytes, 4).try_into().unwrap()).into(),
+            "int" => i32::from_le_bytes(take(bytes, 4).try_into().unwrap()).into(),
+            "ushort" => u16::from_le_bytes(take(bytes, 2).try_into().unwrap()).into(),
+            "uchar" => take(bytes, 1)[0].into(),
+            other => panic!("{other}"),
+        }
+    }
+
+    /// Reads what the header says there is, and nothing may be left.
+    fn read(path: &Path) -> Read {
+        let file = fs::read(path).unwrap();
+        let end = file
+            .windows(11)
+            .position(|window| window == b"end_header\n")
+            .unwrap();
+        let header = std::str::from_utf8(&file[..end]).unwrap();
+        assert!(header.is_ascii() && header.starts_with("ply\nformat binary_little_endian 1.0\n"));
+        let mut bytes = &file[end + 11..];
+        let (mut comments, mut properties, mut counts) = (Vec::new(), Vec::new(), HashMap::new());
+        for line in header.lines().skip(2) {
+            match line.splitn(3, ' ').collect::<Vec<_>>()[..] {
+                ["comment", ..] => comments.push(line["comment ".len()..].to_owned()),
+                ["element", name, count] => {
+                    counts.insert(name, count.parse::<usize>().unwrap());
+                }
+                ["property", "list", rest] => assert_eq!(rest, "uchar int vertex_indices"),
+                ["property", kind, name] => properties.push((kind, name)),
+                _ => panic!("{line}"),
+            }
+        }
+        let mut vertices: HashMap<String, Vec<f64>> = HashMap::new();
+        for _ in 0..counts["vertex"] {
+            for &(kind, name) in &properties {
+                let value = number(kind, &mut bytes);
+                vertices.entry(name.to_owned()).or_default().push(value);
+            }
+        }
+        let faces = (0..counts.get("face").copied().unwrap_or(0))
+            .map(|_| {
+                let corners = number("uchar", &mut bytes) as usize;
+                (0..corners).map(|_| number("int", &mut bytes) as u32).collect()
+            })
+            .collect();
+        assert!(bytes.is_empty());
+        Read {
+            comments,
+            vertices,
+            faces,
+        }
+    }
+
+    impl Read {
+        fn len(&self) -> usize {
+            self.vertices["x"].len()
+        }
+
+        fn vector(&self, names: [&str; 3], vertex: usize) -> DVec3 {
+            DVec3::from_array(names.map(|name| self.vertices[name][vertex]))
+        }
+
+        fn position(&self, vertex: usize) -> DVec3 {
+            self.vector(["x", "y", "z"], vertex)
+        }
+    }
+
+    /// The wall in a capture whose unit is a foot, far from its zero, its dark part clicked and its bright part too.
+    struct Labelled {
+        scene: Arc<Scene>,
+        maps: Vec<Arc<FrameMap>>,
+        classes: Vec<Class>,
+    }
+
+    fn labelled() -> Labelled {
+        let mut scene = wall(5, 64, 48);
+        scene.origin = DVec3::new(4_100_000.0, -250.0, 30.5);
+        scene.unit = 3.28;
+        let scene = Arc::new(scene);
+        let classes = vec![Class::new(3, "dark wall"), Class::new(500, "Wänd\n")];
+        let mut history = History::new(LabelSet {
+            classes: classes.clone(),
+            ..LabelSet::default()
+        });
+        history.add_stroke(Stroke::click(0, 3, [10, 20]));
+        history.add_stroke(Stroke::click(0, 500, [50, 30]));
+        let surface = Arc::new(Surface::build(&scene, &[], 4.0).unwrap());
+        let mut spread = Spread::new(surface);
+        spread.set_labels(&scene, history.labels());
+        let maps = (0..5)
+            .map(|frame| Arc::new(spread.map(&scene, frame, 1)))
+            .collect();
+        Labelled { scene, maps, classes }
+    }
+
+    fn written(folder: &Path, labelled: &Labelled, format: Format, options: &Options) -> Written {
+        let scene = LabelledScene {
+            scene: &labelled.scene,
+            classes: &labelled.classes,
+            maps: &labelled.maps,
+        };
+        export(folder, scene, format, options, &|_, _| ControlFlow::Continue(())).unwrap()
+    }
+
+    /// A vertex in a frame by the capture's own pose of it: column, row and ray length in the capture's unit.
+    fn projected(scene: &Scene, frame: usize, point: DVec3) -> Option<(u32, u32, f64)> {
+        let frame = &scene.frames[frame];
+        let rotation = Mat3::from(frame.camera_to_world.matrix3).as_dmat3();
+        let pose = DAffine3::from_mat3_translation(rotation, scene.to_capture(frame.center()));
+        let local = pose.inverse().transform_point3(point);
+        let camera = &frame.camera;
+        let x = f64::from(camera.fx) * local.x / local.z + f64::from(camera.cx);
+        let y = f64::from(camera.fy) * local.y / local.z + f64::from(camera.cy);
+        let inside = local.z > 0.0 && x >= 0.0 && y >= 0.0 && x < 64.0 && y < 48.0;
+        inside.then_some((x as u32, y as u32, local.z))
+    }
+
+    /// Where vertices project to, the frames have their class, colour and depth.
+    fn assert_agrees_with_the_maps(labelled: &Labelled, read: &Read) {
+        let (mut seen, mut same, mut alike) = (0, 0, 0);
+        for vertex in 0..read.len() {
+            for (frame, map) in labelled.maps.iter().enumerate() {
+                let point = read.position(vertex);
+                let Some((x, y, depth)) = projected(&labelled.scene, frame, point) else {
+                    continue;
+                };
+                assert!((depth - 2.0 * 3.28).abs() < 0.04, "{depth}");
+                let pixel = (y * 64 + x) as usize;
+                let shown = labelled.scene.frames[frame].color().pixel(pixel)[0];
+                seen += 1;
+                same += usize::from(f64::from(map.labels()[pixel]) == read.vertices["label"][vertex]);
+                alike += usize::from((f64::from(shown) - read.vertices["red"][vertex]).abs() < 60.0);
+            }
+        }
+        assert!(seen > 4 * read.len(), "{seen} views of {} vertices", read.len());
+        assert!(same as f64 > 0.97 * seen as f64, "{same} of {seen} classes");
+        assert!(alike as f64 > 0.97 * seen as f64, "{alike} of {seen} colours");
+    }
+
+    #[test]
+    fn the_points_of_a_cloud_lie_where_the_capture_has_them_with_what_the_maps_say() {
+        let root = tempfile::tempdir().unwrap();
+        let labelled = labelled();
+        let count = written(root.path(), &labelled, Format::PointCloud, &Options::default());
+        assert_eq!((count.files, count.unchanged), (3, 0));
+        let cloud = read(&root.path().join("cloud.ply"));
+        let (surface, posterior) = labelled.maps[0].surface().unwrap();
+        assert_eq!(cloud.len(), surface.graph.len());
+        assert!(cloud.faces.is_empty());
+        assert_agrees_with_the_maps(&labelled, &cloud);
+        for vertex in 0..cloud.len() {
+            assert_eq!(
+                cloud.vertices["label"][vertex],
+                f64::from(posterior.labels[vertex])
+            );
+            let entropy = f64::from(posterior.entropy[vertex]) / 1e4;
+            assert!((cloud.vertices["entropy"][vertex] - entropy).abs() < 1e-6);
+        }
+        let towards_cameras = (0..cloud.len()).filter(|&vertex| cloud.vertices["nz"][vertex] < -0.99);
+        assert!(towards_cameras.count() > cloud.len() * 9 / 10);
+        let comments: Vec<&str> = cloud.comments.iter().map(String::as_str).collect();
+        assert!(comments.contains(&"3.28 of their units are a metre"));
+        assert_eq!(comments[4..], ["class 3 dark wall", "class 500 W\\u{e4}nd\\n"]);
+        let classes = read(&root.path().join("cloud_classes.ply"));
+        for vertex in 0..classes.len() {
+            let own = labelled.classes[usize::from(classes.vertices["label"][vertex] == 500.0)].color;
+            let color = classes.vector(["red", "green", "blue"], vertex).to_array();
+            assert_eq!(color, own.map(f64::from));
+            assert_eq!(classes.position(vertex), cloud.position(vertex));
+        }
+    }
+
+    #[test]
+    fn a_mesh_has_the_vertices_that_its_faces_name_and_what_the_maps_say() {
+        let root = tempfile::tempdir().unwrap();
+        let labelled = labelled();
+        written(root.path(), &labelled, Format::Mesh, &Options::default());
+        let mesh = read(&root.path().join("mesh.ply"));
+        assert_agrees_with_the_maps(&labelled, &mesh);
+        assert!(mesh.faces.len() > mesh.len());
+        for face in &mesh.faces {
+            let [a, b, c] = face[..] else { panic!("{face:?}") };
+            let place = |vertex: u32| mesh.position(vertex as usize);
+            let normal = (place(b) - place(a)).cross(place(c) - place(a));
+            assert!(normal.z <= 0.0, "the cameras are at smaller z");
+        }
+        assert!(root.path().join("mesh_classes.ply").is_file());
+    }
+
+    #[test]
+    fn the_same_labels_give_the_same_bytes_and_classes_take_other_ids() {
+        let root = tempfile::tempdir().unwrap();
+        let labelled = labelled();
+        for format in [Format::PointCloud, Format::Mesh] {
+            written(root.path(), &labelled, format, &Options::default());
+            let again = written(root.path(), &self::labelled(), format, &Options::default());
+            assert_eq!((again.files, again.unchanged), (0, 3));
+        }
+        let list = root.path().join("ids.json");
+        fs::write(&list, r#"[{"id": 8, "name": "Dark Wall", "color": [1, 2, 3]}]"#).unwrap();
+        let options = Options {
+            ids: Some(IdMap::named(list.to_str().unwrap()).unwrap()),
+            ..Options::default()
+        };
+        written(root.path(), &labelled, Format::PointCloud, &options);
+        let cloud = read(&root.path().join("cloud.ply"));
+        assert_eq!(cloud.comments[4..], ["class 8 Dark Wall"]);
+        let (_, posterior) = labelled.maps[0].surface().unwrap();
+        for (vertex, &own) in posterior.labels.iter().enumerate() {
+            assert_eq!(cloud.vertices["label"][vertex], if own == 3 { 8.0 } else { 0.0 });
+        }
+        assert!(posterior.labels.contains(&3) && posterior.labels.contains(&500));
+    }
+
+    #[test]
+    fn what_is_less_probable_than_asked_for_is_void() {
+        let posterior = Posterior {
+            labels: vec![3, 500, 3, VOID],
+            confidence: vec![32_767, 32_768, u16::MAX, 0],
+            ..Posterior::default()
+        };
+        let options = Options {
+            least_probability: Some(0.5),
+            ids: None,
+        };
+        assert_eq!(labels(&posterior, &options), [VOID, 500, 3, VOID]);
+        assert_eq!(labels(&posterior, &Options::default()), posterior.labels);
+    }
+
+    #[test]
+    fn maps_without_a_surface_are_refused_before_anything_is_written() {
+        let root = tempfile::tempdir().unwrap();
+        let mut labelled = labelled();
+        let pixels = 64 * 48;
+        let listed = FrameMap::new(0, 1, [64, 48], vec![3; pixels], vec![0; pixels]).unwrap();
+        labelled.maps = vec![Arc::new(listed)];
+        let scene = LabelledScene {
+            scene: &labelled.scene,
+            classes: &labelled.classes,
+            maps: &labelled.maps,
+        };
+        let (out, go_on) = (root.path().join("out"), |_, _| ControlFlow::Continue(()));
+        let error = write(Solid::Mesh, &out, scene, &Options::default(), &go_on).unwrap_err();
+        assert!(
+            error.to_string().contains("surface of the scene is not known"),
+            "{error}"
+        );
+        assert!(!out.exists());
+    }
+
+    #[test]
+    fn an_export_that_is_cancelled_writes_nothing() {
+        let root = tempfile::tempdir().unwrap();
+        let (labelled, out) = (labelled(), root.path().join("out"));
+        let scene = LabelledScene {
+            scene: &labelled.scene,
+            classes: &labelled.classes,
+            maps: &labelled.maps,
+        };
+        let stop = |_, _| ControlFlow::Break(());
+        let error = write(Solid::Cloud, &out, scene, &Options::default(), &stop).unwrap_err();
+        assert!(error.to_string().contains("cancelled after 0 of 5"), "{error}");
+        assert!(!out.exists());
+    }
+}

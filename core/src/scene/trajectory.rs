@@ -1,0 +1,338 @@
+//! The path of a camera that takes no pictures: poses in a capture's own coordinates.
+
+use std::path::Path;
+
+use glam::{DAffine3, DMat3, DMat4, DVec3};
+use serde::Deserialize;
+
+use super::camera::pose_problem;
+use super::rgbd::text::read_intrinsics;
+use super::transforms::Transforms;
+use super::{Camera, SceneError, replica};
+
+/// What is said to do about a camera that cannot be used.
+const GIVE_INTRINSICS: &str = "give the camera by a file of its own with fx fy cx cy width height";
+
+/// The poses that a camera takes one after the other.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trajectory {
+    /// Camera-to-world, OpenCV's camera axes, in the capture's own coordinates and unit. There is at least one.
+    pub poses: Vec<DAffine3>,
+    /// The camera, where the file says it.
+    pub camera: Option<Camera>,
+}
+
+/// What tells the kinds of JSON files apart, and the camera path of nerfstudio.
+#[derive(Deserialize)]
+struct PathFile {
+    camera_path: Option<Vec<PathView>>,
+    camera_type: Option<String>,
+    render_width: Option<f64>,
+    render_height: Option<f64>,
+}
+
+/// A view of nerfstudio's camera path.
+#[derive(Deserialize)]
+struct PathView {
+    /// 4 x 4 row by row, OpenGL's camera axes.
+    camera_to_world: Vec<f64>,
+    /// Vertical field of view in degrees.
+    fov: Option<f64>,
+}
+
+impl Trajectory {
+    /// Reads a path: lines of 16 numbers as in the Replica layout, or a JSON file: a `transforms.json`, of which the
+    /// images need not be there, or a camera path of nerfstudio (`camera_path`), either with its camera.
+    ///
+    /// `intrinsics` is a file with `fx fy cx cy width height`, which counts in place of the camera of the path.
+    ///
+    /// # Errors
+    /// A file that cannot be read, a pose that is not rigid, several cameras: a sentence that names the file.
+    pub fn read(path: &Path, intrinsics: Option<&Path>) -> Result<Self, SceneError> {
+        let camera = intrinsics.map(read_intrinsics).transpose()?;
+        let text = std::fs::read_to_string(path)
+            .map_err(|error| SceneError::file(path, format!("cannot be read as text: {error}")))?;
+        let mut trajectory = if text.trim_start_matches('\u{feff}').trim_start().starts_with('{') {
+            let file: PathFile = serde_json::from_str(&text).map_err(|error| {
+                SceneError::file(
+                    path,
+                    format!("is no list of poses ({error}); write the file anew"),
+                )
+            })?;
+            match &file.camera_path {
+                Some(views) => of_camera_path(path, &file, views, camera.is_none())?,
+                None => of_transforms(path, camera.is_none())?,
+            }
+        } else {
+            Self {
+                poses: replica_poses(path)?,
+                camera: None,
+            }
+        };
+        if camera.is_some() {
+            trajectory.camera = camera;
+        }
+        Ok(trajectory)
+    }
+}
+
+/// The refusal of a pose, counted from 0.
+fn bad_pose(path: &Path, number: usize, problem: &str) -> SceneError {
+    SceneError::file(
+        path,
+        format!("pose {number} cannot be used: {problem}; each must be a rigid camera-to-world matrix"),
+    )
+}
+
+fn replica_poses(path: &Path) -> Result<Vec<DAffine3>, SceneError> {
+    let poses = replica::read_poses(path)?;
+    let checked = poses.iter().enumerate().map(|(number, pose)| {
+        pose.checked()
+            .map_err(|problem| bad_pose(path, number, &format!("{problem} (line {})", pose.line)))
+    });
+    checked.collect()
+}
+
+fn of_transforms(path: &Path, with_camera: bool) -> Result<Trajectory, SceneError> {
+    let transforms = Transforms::read(path)?;
+    let poses = transforms.frames.iter().enumerate().map(|(number, entry)| {
+        entry
+            .camera_to_world()
+            .map_err(|problem| bad_pose(path, number, problem))
+    });
+    let poses = poses.collect::<Result<_, _>>()?;
+    let cameras = transforms.frames.iter().map(|entry| {
+        let Some(size) = transforms.size(entry) else {
+            return Ok(None);
+        };
+        let lens = transforms.lens(entry, size);
+        let (_, pinhole) = lens.map_err(|problem| {
+            SceneError::file(
+                path,
+                format!("its camera cannot be used: {problem}, or {GIVE_INTRINSICS}"),
+            )
+        })?;
+        Ok(Some(pinhole))
+    });
+    let camera = if with_camera { one(path, cameras)? } else { None };
+    Ok(Trajectory { poses, camera })
+}
+
+fn of_camera_path(
+    path: &Path,
+    file: &PathFile,
+    views: &[PathView],
+    with_camera: bool,
+) -> Result<Trajectory, SceneError> {
+    if views.is_empty() {
+        return Err(SceneError::file(
+            path,
+            "its camera_path has no poses; add some and save it again",
+        ));
+    }
+    let poses = views.iter().enumerate().map(|(number, view)| {
+        let values: &[f64; 16] = view
+            .camera_to_world
+            .as_slice()
+            .try_into()
+            .map_err(|_| bad_pose(path, number, "it is not 16 numbers"))?;
+        // Written row by row.
+        let matrix = DMat4::from_cols_array(values).transpose();
+        if matrix.row(3).to_array() != [0.0, 0.0, 0.0, 1.0] {
+            return Err(bad_pose(path, number, "its last row is not 0 0 0 1"));
+        }
+        // OpenGL's cameras look along -z with y up, OpenCV's along z with y down.
+        let rotation = DMat3::from_mat4(matrix) * DMat3::from_diagonal(DVec3::new(1.0, -1.0, -1.0));
+        let pose = DAffine3::from_mat3_translation(rotation, matrix.w_axis.truncate());
+        pose_problem(&pose).map_or(Ok(pose), |problem| Err(bad_pose(path, number, problem)))
+    });
+    let poses = poses.collect::<Result<_, _>>()?;
+    let cameras = views.iter().map(|view| path_camera(path, file, view));
+    let camera = if with_camera { one(path, cameras)? } else { None };
+    Ok(Trajectory { poses, camera })
+}
+
+/// The camera of a view of nerfstudio's path: square pixels, the principal point in the middle.
+fn path_camera(path: &Path, file: &PathFile, view: &PathView) -> Result<Option<Camera>, SceneError> {
+    let refuse = |problem: &str| {
+        SceneError::file(
+            path,
+            format!("its camera cannot be used: {problem}; correct it, or {GIVE_INTRINSICS}"),
+        )
+    };
+    if let Some(kind) = file.camera_type.as_deref().filter(|&kind| kind != "perspective") {
+        return Err(refuse(&format!(
+            "its camera_type is {}, not perspective",
+            kind.escape_debug().take(40).collect::<String>()
+        )));
+    }
+    let (Some(width), Some(height), Some(fov)) = (file.render_width, file.render_height, view.fov) else {
+        return Ok(None);
+    };
+    let is_size = |v: f64| v >= 1.0 && v <= f64::from(u16::MAX) && v.fract() == 0.0;
+    if !is_size(width) || !is_size(height) {
+        return Err(refuse(&format!(
+            "render_width x render_height is {width} x {height}"
+        )));
+    }
+    if !(fov > 0.0 && fov < 180.0) {
+        return Err(refuse(&format!("a field of view (fov) is {fov} degrees")));
+    }
+    let focal = 0.5 * height / (0.5 * fov.to_radians()).tan();
+    Ok(Some(Camera {
+        width: width as u32,
+        height: height as u32,
+        fx: focal as f32,
+        fy: focal as f32,
+        cx: (0.5 * width) as f32,
+        cy: (0.5 * height) as f32,
+    }))
+}
+
+/// The camera that all views have, if any.
+fn one(
+    path: &Path,
+    cameras: impl Iterator<Item = Result<Option<Camera>, SceneError>>,
+) -> Result<Option<Camera>, SceneError> {
+    let mut found: Option<Option<Camera>> = None;
+    for camera in cameras {
+        let camera = camera?;
+        if *found.get_or_insert(camera) != camera {
+            return Err(SceneError::file(
+                path,
+                format!(
+                    "its views have several cameras, and the folder that is written holds one; {GIVE_INTRINSICS}"
+                ),
+            ));
+        }
+    }
+    Ok(found.flatten())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+    use std::path::PathBuf;
+
+    use glam::EulerRot;
+    use serde_json::json;
+
+    use super::*;
+
+    struct Folder(tempfile::TempDir);
+
+    impl Folder {
+        fn new() -> Self {
+            Self(tempfile::tempdir().unwrap())
+        }
+
+        fn file(&self, name: &str, text: &str) -> PathBuf {
+            let path = self.0.path().join(name);
+            fs::write(&path, text).unwrap();
+            path
+        }
+    }
+
+    /// Looks down a little, far from zero.
+    fn pose() -> DAffine3 {
+        let rotation = DMat3::from_euler(EulerRot::YXZ, 0.7, -0.2, 0.1);
+        DAffine3::from_mat3_translation(rotation, DVec3::new(4_000_000.25, -3.5, 12.0))
+    }
+
+    /// Row by row.
+    fn rows(pose: &DAffine3) -> Vec<f64> {
+        DMat4::from(*pose).transpose().to_cols_array().to_vec()
+    }
+
+    /// The same camera with OpenGL's axes.
+    fn open_gl(pose: &DAffine3) -> DAffine3 {
+        *pose * DAffine3::from_scale(DVec3::new(1.0, -1.0, -1.0))
+    }
+
+    fn words(values: &[f64]) -> String {
+        let words: Vec<String> = values.iter().map(f64::to_string).collect();
+        words.join(" ")
+    }
+
+    #[test]
+    fn the_same_poses_are_read_from_every_kind_of_file() {
+        let folder = Folder::new();
+        let gl = rows(&open_gl(&pose()));
+        let matrix: Vec<&[f64]> = gl.chunks(4).collect();
+        let text = folder.file("path.txt", &format!("# a comment\n{}\n", words(&rows(&pose()))));
+        let transforms = json!({"w": 64, "h": 48, "fl_x": 50.0, "cx": 30.0,
+            "frames": [{"file_path": "none.png", "transform_matrix": matrix}]});
+        let transforms = folder.file("transforms.json", &transforms.to_string());
+        let path = json!({"camera_type": "perspective", "render_width": 64, "render_height": 48,
+            "camera_path": [{"camera_to_world": gl, "fov": 90.0, "aspect": 1.3}]});
+        let path = folder.file("camera_path.json", &path.to_string());
+        let cameras = [&text, &transforms, &path].map(|file| {
+            let read = Trajectory::read(file, None).unwrap();
+            assert_eq!(read.poses.len(), 1);
+            assert!(read.poses[0].abs_diff_eq(pose(), 1e-9), "{}", file.display());
+            read.camera
+        });
+        let camera = |focal, cx| Camera {
+            width: 64,
+            height: 48,
+            fx: focal,
+            fy: focal,
+            cx,
+            cy: 24.0,
+        };
+        assert_eq!(
+            cameras,
+            [None, Some(camera(50.0, 30.0)), Some(camera(24.0, 32.0))]
+        );
+        let intrinsics = folder.file("own.txt", "20 21 5 6 10 12\n");
+        for file in [&text, &transforms, &path] {
+            let camera = Trajectory::read(file, Some(&intrinsics)).unwrap().camera.unwrap();
+            assert_eq!((camera.width, camera.fy, camera.cx), (10, 21.0, 5.0));
+        }
+    }
+
+    #[test]
+    fn what_is_no_path_is_refused_with_a_sentence() {
+        let folder = Folder::new();
+        let view = |fov: f64| json!({"camera_to_world": rows(&DAffine3::IDENTITY), "fov": fov});
+        let path = |kind: &str, views: Vec<serde_json::Value>| {
+            json!({"camera_type": kind, "render_width": 8, "render_height": 6, "camera_path": views})
+                .to_string()
+        };
+        let mut stretched = rows(&DAffine3::IDENTITY);
+        stretched[0] = 2.0;
+        let cases = [
+            (words(&rows(&DAffine3::IDENTITY)[..12]), "line 1 has 12 numbers"),
+            (words(&stretched), "pose 0 cannot be used"),
+            (String::new(), "holds no poses"),
+            ("{".to_owned(), "is no list of poses"),
+            (json!({"frames": []}).to_string(), "lists no frames"),
+            (path("perspective", Vec::new()), "no poses"),
+            (path("fisheye", vec![view(50.0)]), "camera_type is fisheye"),
+            (
+                path("perspective", vec![view(50.0), view(60.0)]),
+                "several cameras",
+            ),
+            (path("perspective", vec![view(180.0)]), "180 degrees"),
+            (
+                path(
+                    "perspective",
+                    vec![json!({"camera_to_world": [1.0], "fov": 50.0})],
+                ),
+                "pose 0 cannot be used: it is not 16 numbers",
+            ),
+        ];
+        for (text, part) in cases {
+            let file = folder.file("path", &text);
+            let message = Trajectory::read(&file, None).unwrap_err().to_string();
+            assert!(
+                message.contains(part) && message.contains("path"),
+                "{part}: {message}"
+            );
+        }
+        let message = Trajectory::read(&folder.0.path().join("none"), None)
+            .unwrap_err()
+            .to_string();
+        assert!(message.contains("none: cannot be read"), "{message}");
+    }
+}
