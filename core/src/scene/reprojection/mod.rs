@@ -6,7 +6,7 @@
 //!   and the poses put them, or where there is no depth, against the epipolar lines of the poses.
 //! - Measured depth against that of the neighbouring frame, and the colours of what agrees.
 //!
-//! About [`MOST_PAIRS`] pairs of frames are looked at, however long the capture is.
+//! About `MOST_PAIRS` pairs of frames are looked at, however long the capture is.
 
 mod convention;
 mod corners;
