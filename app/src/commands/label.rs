@@ -4,7 +4,9 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use inplace_core::export::{self, Format, LabelledScene, Options, PhaseSeconds, Report, peak_memory};
+use inplace_core::export::{
+    self, Format, LabelledScene, Options, PNG_FOLDERS, PhaseSeconds, Report, peak_memory,
+};
 use inplace_core::field::Preset;
 use inplace_core::labels::{History, LabelSet, Trust, read_label_images, read_strokes};
 use inplace_core::project::Contents;
@@ -83,7 +85,7 @@ pub fn run(arguments: &LabelArguments) -> Result<(), Failure> {
         )
         .into());
     }
-    export::prepare(&arguments.out, &[])?;
+    export::prepare(&arguments.out, &PNG_FOLDERS)?;
     run.label(labels.clone());
     let kept = match options.preset {
         Preset::Reference => REFERENCE_RENDERING,

@@ -12,11 +12,14 @@ use crate::labels::{Class, ClassId, png};
 /// - color: the classes' colours; void and ids without a class are black
 pub(super) struct Pngs;
 
+/// The folders of [`Format::Png`](super::Format::Png), below the export's own.
+pub const PNG_FOLDERS: [&str; 3] = ["labels", "entropy", "color"];
+
 impl Layout for Pngs {
     type Entry = ();
 
     fn folders(&self) -> &'static [&'static str] {
-        &["labels", "entropy", "color"]
+        &PNG_FOLDERS
     }
 
     fn frame(&self, frame: &Labelled<'_>) -> Result<(Vec<OutputFile>, ()), String> {
