@@ -51,6 +51,8 @@ impl Screen {
         let frame_buffer = tempfile::tempdir().expect("a temporary folder");
         let mut server = Command::new("Xvfb")
             .args([
+                // A server that resets itself after its first client refuses others meanwhile.
+                "-noreset",
                 "-displayfd",
                 "1",
                 "-screen",
