@@ -88,8 +88,10 @@ impl ExportChoice {
     }
 
     fn format(&mut self, ui: &mut Ui) {
+        // High enough for all of them at once.
         let shown = ComboBox::from_id_salt("format")
             .width(220.0)
+            .height(400.0)
             .selected_text(words::title(self.format))
             .show_ui(ui, |ui| {
                 for format in Format::ALL {
