@@ -231,10 +231,9 @@ fn is_complete(frame: &Frame) -> bool {
 /// Measured ray length in the middle of a sample's pixels; `None` unless all of them and those beside
 /// them are measured.
 fn measured_around(frame: &Frame, column: u32, row: u32) -> Option<f32> {
-    let depth = frame.depth()?;
     let (width, height) = (frame.camera.width, frame.camera.height);
     let range = |at: u32, limit: u32| (at * STRIDE).saturating_sub(STRIDE)..((at + 2) * STRIDE).min(limit);
-    let at = |x: u32, y: u32| depth.ray_length((y * width + x) as usize);
+    let at = |x: u32, y: u32| frame.ray_length((y * width + x) as usize);
     let complete = range(row, height).all(|y| range(column, width).all(|x| at(x, y).is_some()));
     let middle = |at: u32, limit: u32| (at * STRIDE + STRIDE / 2).min(limit - 1);
     complete
