@@ -139,6 +139,9 @@ pub struct Status {
     pub work: Work,
     /// Seconds spent training the field and looking at its surface.
     pub geometry_seconds: f64,
+    /// Seconds that [`Command::Settle`] takes until the last surface is there, as the newest look at one took; `None`
+    /// where that is not known yet.
+    pub seconds_to_settle: Option<f64>,
     /// Seconds spent spreading the labels and training the head.
     pub semantics_seconds: f64,
     /// Seconds spent making maps.
