@@ -1,8 +1,8 @@
 //! One sequence of Microsoft's 7-Scenes (Shotton et al., CVPR 2013).
 //!
-//! - `frame-XXXXXX.color.png` (or JPEG)
-//! - `frame-XXXXXX.depth.png`: 16 bit, millimetres along z, 0 and 65535 = none
-//! - `frame-XXXXXX.pose.txt`: 4x4 camera-to-world, OpenCV axes, metres, a row a line
+//! - `frame-NNNNNN.color.png` (or JPEG)
+//! - `frame-NNNNNN.depth.png`: 16 bit, millimetres along z, 0 and 65535 = none
+//! - `frame-NNNNNN.pose.txt`: 4x4 camera-to-world, OpenCV axes, metres, a row a line
 //! - `intrinsics.txt`, where there is one: `fx fy cx cy width height`
 
 #[cfg(test)]
