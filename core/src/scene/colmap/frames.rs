@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::model::Model;
 use super::{Listed, MOST_ERROR};
 use crate::scene::camera::{FARTHEST, orthonormalised};
-use crate::scene::files::warn;
+use crate::scene::files::{refuse_most, warn};
 use crate::scene::images::{ImageFile, ImageProblem, warn_of_turns};
 use crate::scene::keyframes::Keeping;
 use crate::scene::{Frame, FramePixels, OpenOptions, Pixels, SceneError, SparsePoint};
@@ -107,16 +107,9 @@ pub(super) fn decode(
             "correct the masks, or remove them",
         ),
     ] {
-        if let Some(first) = names.first().filter(|_| 2 * names.len() > listed.len()) {
-            return Err(SceneError::file(
-                folder,
-                format!(
-                    "{} of {} images {what}, first {first}; {remedy}",
-                    names.len(),
-                    listed.len()
-                ),
-            ));
-        }
+        refuse_most(folder, names, total, |count, first| {
+            format!("{count} of {total} images {what}, first {first}; {remedy}")
+        })?;
         warn(warnings, &format!("images {what} and were left out"), names);
     }
     warn_of_turns(warnings, &turns);

@@ -15,7 +15,7 @@ use glam::{Affine3A, DAffine3, DVec3};
 use rayon::prelude::*;
 
 use super::camera::{median_position, orthonormalised};
-use super::files::{Reach, dimensions, file_name, stem, unreadable, warn};
+use super::files::{Reach, dimensions, file_name, refuse_most, stem, unreadable, warn};
 use super::images::{ImageFile, Turn, warn_of_turns};
 use super::keyframes::Keeping;
 use super::{Camera, Distortion, Frame, Lens, OpenOptions, Pixels, Scene, SceneError, SceneSource};
@@ -139,16 +139,11 @@ pub(super) fn published_camera(
 /// # Errors
 /// More than half of the `total` poses are bad.
 pub(super) fn check_poses(path: &Path, bad: &[String], total: usize) -> Result<(), SceneError> {
-    match bad.first().filter(|_| 2 * bad.len() > total) {
-        Some(first) => Err(SceneError::file(
-            path,
-            format!(
-                "{} of {total} poses are unusable, first {first}; each must be rigid, camera-to-world, in metres",
-                bad.len()
-            ),
-        )),
-        None => Ok(()),
-    }
+    refuse_most(path, bad, total, |count, first| {
+        format!(
+            "{count} of {total} poses are unusable, first {first}; each must be rigid, camera-to-world, in metres"
+        )
+    })
 }
 
 /// The frames whose images can be read, each with its camera: that of the capture, scaled where the image has the same
@@ -389,15 +384,9 @@ fn keep_usable(
             ", or open it without depth",
         ),
     ] {
-        if let Some(first) = problems.first().filter(|_| 2 * problems.len() > total) {
-            return Err(SceneError::file(
-                folder,
-                format!(
-                    "{} of {total} {what}, first {first}; copy the capture again{otherwise}",
-                    problems.len()
-                ),
-            ));
-        }
+        refuse_most(folder, problems, total, |count, first| {
+            format!("{count} of {total} {what}, first {first}; copy the capture again{otherwise}")
+        })?;
     }
     warn(warnings, "images cannot be used and were left out", &bad);
     warn_of_turns(warnings, &turns);
