@@ -2,6 +2,7 @@
 //! layouts of this kind have in common.
 
 mod depth;
+pub(super) mod pose_files;
 #[cfg(test)]
 mod tests;
 pub(super) mod text;
