@@ -163,18 +163,10 @@ impl Calibration {
                 return Err(SceneError::file(path, message));
             }
         };
-        let camera = Camera {
-            width: size.0,
-            height: size.1,
-            fx: fx as f32,
-            fy: fy as f32,
-            cx: cx as f32 + 0.5,
-            cy: cy as f32 + 0.5,
-        };
-        if let Some(problem) = camera.problem() {
+        let camera = Camera::checked([size.0, size.1], [fx, fy, cx + 0.5, cy + 0.5]).map_err(|problem| {
             let message = format!("{problem}; copy the matrix of the camera's intrinsics from the scan");
-            return Err(SceneError::file(path, message));
-        }
+            SceneError::file(&path, message)
+        })?;
         Ok(Some(Self {
             path,
             focal: [camera.fx, camera.fy],
