@@ -1,6 +1,6 @@
 //! Pinhole cameras and their poses.
 
-use glam::{DAffine3, DMat3, DVec3, Vec3};
+use glam::{Affine3A, DAffine3, DMat3, DVec3, Vec3};
 
 use super::LARGEST_SIDE;
 
@@ -174,8 +174,17 @@ pub fn pose_problem(camera_to_world: &DAffine3) -> Option<&'static str> {
     None
 }
 
+/// A pose in the coordinates and the unit of a capture, camera-to-world, in metres relative to `origin`; `unit` is the
+/// length of a metre in the capture's unit.
+pub fn placed(camera_to_world: &DAffine3, origin: DVec3, unit: f64) -> Affine3A {
+    Affine3A::from_mat3_translation(
+        orthonormalised(camera_to_world.matrix3).as_mat3(),
+        ((camera_to_world.translation - origin) / unit).as_vec3(),
+    )
+}
+
 /// The rotation nearest to an almost orthonormal matrix (Gram-Schmidt on its columns).
-pub fn orthonormalised(rotation: DMat3) -> DMat3 {
+fn orthonormalised(rotation: DMat3) -> DMat3 {
     let z = rotation.z_axis.normalize();
     let x: DVec3 = (rotation.x_axis - z * z.dot(rotation.x_axis)).normalize();
     DMat3::from_cols(x, z.cross(x), z)

@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use glam::{Affine3A, DVec3};
+use glam::DVec3;
 use rayon::prelude::*;
 
 use super::model::Model;
 use super::{Listed, MOST_ERROR};
-use crate::scene::camera::{FARTHEST, orthonormalised};
+use crate::scene::camera::{FARTHEST, placed};
 use crate::scene::files::{refuse_most, warn};
 use crate::scene::images::{ImageFile, ImageProblem, warn_of_turns};
 use crate::scene::keyframes::Keeping;
@@ -168,7 +168,6 @@ impl Projected {
 }
 
 fn frame(listed: &Listed, pixels: FramePixels, projected: &Projected, placing: &Placing) -> Frame {
-    let pose = &listed.camera_to_world;
     let points = projected
         .trusted
         .iter()
@@ -182,10 +181,7 @@ fn frame(listed: &Listed, pixels: FramePixels, projected: &Projected, placing: &
         stem: listed.stem.clone(),
         path: listed.path.clone(),
         camera: listed.pinhole,
-        camera_to_world: Affine3A::from_mat3_translation(
-            orthonormalised(pose.matrix3).as_mat3(),
-            ((pose.translation - placing.origin) / placing.unit).as_vec3(),
-        ),
+        camera_to_world: placed(&listed.camera_to_world, placing.origin, placing.unit),
         pixels,
         points: points.collect(),
         lens: (!listed.lens.distortion.is_none()).then_some(listed.lens),

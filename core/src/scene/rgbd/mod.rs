@@ -12,10 +12,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use glam::{Affine3A, DAffine3, DVec3};
+use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 
-use super::camera::{median_position, orthonormalised};
+use super::camera::{median_position, placed};
 use super::files::{Reach, dimensions, file_name, refuse_most, stem, unreadable, warn};
 use super::images::{ImageFile, Turn, warn_of_turns};
 use super::keyframes::Keeping;
@@ -337,15 +337,11 @@ fn decode(
         };
         Ok(Pixels::new(color, depth))
     };
-    let pose = &listed.camera_to_world;
     let frame = Frame {
         stem: stem(&listed.path),
         path: listed.path.clone(),
         camera: *camera,
-        camera_to_world: Affine3A::from_mat3_translation(
-            orthonormalised(pose.matrix3).as_mat3(),
-            (pose.translation - origin).as_vec3(),
-        ),
+        camera_to_world: placed(&listed.camera_to_world, origin, 1.0),
         pixels: keeping.keep(number, Pixels::new(color, depth), again),
         points: Vec::new(),
         lens: None,

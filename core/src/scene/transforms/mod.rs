@@ -13,11 +13,11 @@ mod tests;
 use std::path::{Component, Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use glam::{Affine3A, DAffine3, DVec3};
+use glam::{DAffine3, DVec3};
 use image::DynamicImage;
 use rayon::prelude::*;
 
-use super::camera::{median_position, orthonormalised, unit_of_cameras};
+use super::camera::{median_position, placed, unit_of_cameras};
 use super::files::{Reach, decode_image, dimensions, file_name, frame_names, refuse_most, unreadable, warn};
 use super::frame::to_image;
 use super::images::{ImageFile, ImageProblem, Turn, warn_of_turns};
@@ -362,15 +362,11 @@ fn decode_frame(
         };
         Ok(Pixels::new(color, depth))
     };
-    let pose = &listed.camera_to_world;
     let frame = Frame {
         stem,
         path: listed.path.clone(),
         camera: pinhole,
-        camera_to_world: Affine3A::from_mat3_translation(
-            orthonormalised(pose.matrix3).as_mat3(),
-            ((pose.translation - placing.origin) / placing.unit).as_vec3(),
-        ),
+        camera_to_world: placed(&listed.camera_to_world, placing.origin, placing.unit),
         pixels: keeping.keep(number, Pixels::new(color, depth), again),
         points: Vec::new(),
         lens: bent,
