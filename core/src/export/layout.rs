@@ -169,13 +169,10 @@ pub(super) fn write<L: Layout>(
     options: &Options,
     progress: &(dyn Fn(usize, usize) -> ControlFlow<()> + Sync),
 ) -> Result<Written, ExportError> {
-    let incomplete = |reason: String| ExportError::Incomplete {
-        folder: folder.to_path_buf(),
-        reason,
-    };
+    let incomplete = |reason| ExportError::incomplete(folder, reason);
     let maps = in_order(labelled).map_err(incomplete)?;
-    let ids = options.ids.as_ref().map(|ids| ids.of_classes(labelled.classes));
-    let classes = ids.as_ref().map_or(labelled.classes, |ids| ids.classes());
+    let ids = options.ids_of(labelled.classes);
+    let classes = ids.classes();
     layout.check(classes).map_err(incomplete)?;
     super::prepare(folder, layout.folders())?;
     let (frames, stopped) = (AtomicUsize::new(0), AtomicBool::new(false));
@@ -193,7 +190,7 @@ pub(super) fn write<L: Layout>(
         }
         // Without its files a frame would get labels of nothing.
         frame.pixels()?;
-        let (written, entry) = exported(frame, map, classes, ids.as_ref(), options.least_probability)
+        let (written, entry) = exported(frame, map, &ids, options.least_probability)
             .and_then(|labelled| layout.frame(&labelled))
             .map_err(|reason| incomplete(format!("frame \"{}\": {reason}", frame.stem)))?;
         write_files(written)?;
@@ -232,8 +229,7 @@ pub(super) fn least_confidence(probability: f32) -> u16 {
 pub(super) fn exported<'a>(
     frame: &'a Frame,
     map: &FrameMap,
-    classes: &'a [Class],
-    ids: Option<&Ids>,
+    ids: &'a Ids<'_>,
     least_probability: Option<f32>,
 ) -> Result<Labelled<'a>, String> {
     let map = map.in_image(frame);
@@ -249,17 +245,15 @@ pub(super) fn exported<'a>(
             }
         }
     }
-    if let Some(ids) = ids {
-        for label in &mut labels {
-            *label = ids.of(*label);
-        }
+    for label in &mut labels {
+        *label = ids.of(*label);
     }
     Ok(Labelled {
         frame,
         size: [map.width, map.height],
         labels,
         entropy: map.entropy().into_owned(),
-        classes,
+        classes: ids.classes(),
     })
 }
 

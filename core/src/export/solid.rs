@@ -63,21 +63,14 @@ pub(super) fn write(
     options: &Options,
     progress: &(dyn Fn(usize, usize) -> ControlFlow<()> + Sync),
 ) -> Result<Written, ExportError> {
-    let incomplete = |reason: String| ExportError::Incomplete {
-        folder: folder.to_path_buf(),
-        reason,
-    };
+    let incomplete = |reason| ExportError::incomplete(folder, reason);
     let Some((surface, posterior)) = labelled.maps.first().and_then(|map| map.surface()) else {
         let reason = "the surface of the scene is not known; wait until it was trained again";
         return Err(incomplete(reason.to_owned()));
     };
-    let ids = options.ids.as_ref().map(|ids| ids.of_classes(labelled.classes));
-    let classes = ids.as_ref().map_or(labelled.classes, |ids| ids.classes());
+    let ids = options.ids_of(labelled.classes);
+    let classes = ids.classes();
     let own_labels = labels(posterior, options);
-    let label = |node: u32| {
-        let own = own_labels[node as usize];
-        ids.as_ref().map_or(own, |ids| ids.of(own))
-    };
     let (places, triangles) = solid.shape(surface);
     let vertices: Vec<Vertex> = places
         .iter()
@@ -91,7 +84,7 @@ pub(super) fn write(
                     .round()
                     .to_array()
                     .map(|channel| channel as u8),
-                label: label(node),
+                label: ids.of(own_labels[node as usize]),
                 entropy: f32::from(posterior.entropy[node as usize]) / ENTROPY_STEPS_PER_NAT,
             }
         })
