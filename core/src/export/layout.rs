@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
+use image::ImageResult;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
@@ -110,6 +111,16 @@ impl OutputFile {
     pub(super) fn bytes(&self) -> &[u8] {
         &self.bytes
     }
+}
+
+/// An encoded image as a file.
+pub(super) fn image_file(
+    path: impl Into<PathBuf>,
+    image: ImageResult<Vec<u8>>,
+) -> Result<OutputFile, String> {
+    image
+        .map(|bytes| OutputFile::new(path, bytes))
+        .map_err(|error| error.to_string())
 }
 
 /// A value as a JSON file on one line, for lists too long to be looked at.

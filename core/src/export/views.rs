@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use super::layout::{Labelled, Layout, OutputFile, Written, exported};
+use super::layout::{Labelled, Layout, OutputFile, Written, exported, image_file};
 use super::pngs::Pngs;
 use super::{ExportError, Options};
 use crate::labels::{Class, png};
@@ -94,8 +94,7 @@ fn files(frame: &Frame, labelled: &Labelled<'_>) -> Result<Vec<OutputFile>, Stri
         ("depth", png::encode_steps(width, height, &depth)),
     ];
     for (folder, image) in images {
-        let bytes = image.map_err(|error| error.to_string())?;
-        files.push(OutputFile::new(format!("{folder}/{}.png", frame.stem), bytes));
+        files.push(image_file(format!("{folder}/{}.png", frame.stem), image)?);
     }
     Ok(files)
 }
