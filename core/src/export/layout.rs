@@ -231,9 +231,14 @@ pub(super) fn write<L: Layout>(
     })
 }
 
-/// The smallest confidence, as in [`FrameMap::confidence`], of what is at least this probable.
-pub(super) fn least_confidence(probability: f32) -> u16 {
-    (probability * f32::from(CERTAIN)).ceil() as u16
+/// Makes void what is less probable than `least`, 0..=1, by its confidence as in [`FrameMap::confidence`].
+pub(super) fn void_improbable(labels: &mut [ClassId], confidence: &[u16], least: f32) {
+    let least = (least * f32::from(CERTAIN)).ceil() as u16;
+    for (label, &confidence) in labels.iter_mut().zip(confidence) {
+        if confidence < least {
+            *label = VOID;
+        }
+    }
 }
 
 /// A frame's map as it is exported.
@@ -249,12 +254,7 @@ pub(super) fn exported<'a>(
         let confidence = map
             .confidence()
             .ok_or("its probabilities are not known yet; wait until it was trained again, or export without a threshold")?;
-        let least = least_confidence(least);
-        for (label, &confidence) in labels.iter_mut().zip(&*confidence) {
-            if confidence < least {
-                *label = VOID;
-            }
-        }
+        void_improbable(&mut labels, &confidence, least);
     }
     for label in &mut labels {
         *label = ids.of(*label);

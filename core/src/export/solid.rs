@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use super::layout::{LabelledScene, OutputFile, Written, json_file, least_confidence};
+use super::layout::{LabelledScene, OutputFile, Written, json_file, void_improbable};
 use super::ply::{self, Vertex};
 use super::{ExportError, Options};
 use crate::labels::{Class, ClassId, VOID};
@@ -123,11 +123,11 @@ pub(super) fn write(
 
 /// The class of every node under the project's ids; void where it is less probable than is asked for.
 fn labels(posterior: &Posterior, options: &Options) -> Vec<ClassId> {
-    let least = options.least_probability.map_or(0, least_confidence);
-    let known = posterior.labels.iter().zip(&posterior.confidence);
-    known
-        .map(|(&label, &confidence)| if confidence < least { VOID } else { label })
-        .collect()
+    let mut labels = posterior.labels.clone();
+    if let Some(least) = options.least_probability {
+        void_improbable(&mut labels, &posterior.confidence, least);
+    }
+    labels
 }
 
 /// What the header says of coordinates and classes.
