@@ -162,12 +162,12 @@ fn with_cameras<'a>(
         *counts.entry(size).or_insert(0_usize) += 1;
     }
     let Some((&(width, height), _)) = counts.iter().max_by_key(|&(_, &count)| count) else {
-        return too_many_unreadable(listed, &sizes);
+        return Err(too_many_unreadable(listed, &sizes));
     };
     let given = given_camera(layout, (width, height), notes)?;
     let readable = sizes.iter().flatten().count();
     if 2 * (sizes.len() - readable) > sizes.len() {
-        return too_many_unreadable(listed, &sizes);
+        return Err(too_many_unreadable(listed, &sizes));
     }
     let camera = match given {
         Some(camera) => camera,
@@ -259,7 +259,8 @@ fn given_camera(
     Ok(Some(camera))
 }
 
-fn too_many_unreadable<T>(listed: &[Listed], sizes: &[Result<(u32, u32), String>]) -> Result<T, SceneError> {
+/// The refusal of a capture most of whose images cannot be read.
+fn too_many_unreadable(listed: &[Listed], sizes: &[Result<(u32, u32), String>]) -> SceneError {
     let bad: Vec<(&Listed, &String)> = listed
         .iter()
         .zip(sizes)
@@ -268,14 +269,14 @@ fn too_many_unreadable<T>(listed: &[Listed], sizes: &[Result<(u32, u32), String>
     let (path, error) = bad.first().map_or((PathBuf::new(), ""), |(frame, error)| {
         (frame.path.clone(), error.as_str())
     });
-    Err(SceneError::file(
+    SceneError::file(
         path,
         format!(
             "cannot be read ({error}), like {} of {} images; copy the capture again",
             bad.len(),
             listed.len()
         ),
-    ))
+    )
 }
 
 /// A decoded frame, or why there is none; what became of its orientation, and why it has no depth though there should
