@@ -93,8 +93,7 @@ fn shapes<'a>(frame: &Labelled<'a>) -> Result<Vec<Shape<'a>>, String> {
     let mut component_of = vec![0_u32; positions.len()];
     for (number, component) in (0..).zip(&components) {
         for run in &component.runs {
-            let row = run.row as usize * width as usize;
-            component_of[row + run.first as usize..=row + run.last as usize].fill(number);
+            component_of[run.indices(width)].fill(number);
         }
     }
     let shape = |(number, component): (u32, &Component)| {
@@ -205,8 +204,7 @@ mod tests {
                 .map(|point| [0, 1].map(|axis| point[axis].as_f64().unwrap() as u32))
                 .collect();
             for run in polygon_runs(&pixels) {
-                let row = run.row * WIDTH;
-                labels[(row + run.first) as usize..=(row + run.last) as usize].fill(id);
+                labels[run.indices(WIDTH)].fill(id);
             }
         }
         labels

@@ -38,7 +38,7 @@ pub use views::{Views, export_views};
 
 use ids::Ids;
 
-use crate::labels::{LabelSet, strokes_json};
+use crate::labels::{Class, LabelSet, strokes_json};
 use crate::scene::{Frame, SceneError};
 
 /// What is exported of each map, whatever the format.
@@ -49,6 +49,13 @@ pub struct Options {
     pub least_probability: Option<f32>,
     /// Other numbers for the classes.
     pub ids: Option<IdMap>,
+}
+
+impl Options {
+    /// What the ids of a project's classes become.
+    fn ids_of<'a>(&self, classes: &'a [Class]) -> Ids<'a> {
+        Ids::new(classes, self.ids.as_ref())
+    }
 }
 
 /// Results that cannot be written; each message is one sentence that names the file and what to do.
@@ -98,6 +105,13 @@ impl ExportError {
         Self::Unwritable {
             path: path.to_path_buf(),
             error,
+        }
+    }
+
+    fn incomplete(folder: &Path, reason: String) -> Self {
+        Self::Incomplete {
+            folder: folder.to_path_buf(),
+            reason,
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::layout::{Labelled, Layout, OutputFile, json_file};
+use super::layout::{Labelled, Layout, OutputFile, image_file, json_file};
 use crate::labels::{Class, ClassId, png};
 
 /// `labels/<stem>.png`, `entropy/<stem>.png` and `color/<stem>.png` for every frame, and `classes.json`.
@@ -29,10 +29,9 @@ impl Layout for Pngs {
             ("entropy", png::encode_steps(width, height, &frame.entropy)),
             ("color", png::encode_rgb(width, height, &class_colors(frame))),
         ];
-        let files = images.into_iter().map(|(folder, image)| {
-            let bytes = image.map_err(|error| error.to_string())?;
-            Ok(OutputFile::new(format!("{folder}/{}.png", frame.stem()), bytes))
-        });
+        let files = images
+            .into_iter()
+            .map(|(folder, image)| image_file(format!("{folder}/{}.png", frame.stem()), image));
         Ok((files.collect::<Result<_, String>>()?, ()))
     }
 

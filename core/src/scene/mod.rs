@@ -213,10 +213,7 @@ impl Scene {
 
     /// A pose in the capture's own coordinates and unit, camera-to-world, in metres here, relative to the origin.
     pub fn of_capture(&self, camera_to_world: &DAffine3) -> Affine3A {
-        Affine3A::from_mat3_translation(
-            camera::orthonormalised(camera_to_world.matrix3).as_mat3(),
-            ((camera_to_world.translation - self.origin) / self.unit).as_vec3(),
-        )
+        camera::placed(camera_to_world, self.origin, self.unit)
     }
 
     /// Box around what the cameras see, in metres: around the cameras and the measured points where there

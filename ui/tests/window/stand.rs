@@ -5,6 +5,7 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use crossbeam_channel::{Receiver, Sender, unbounded};
+use egui::accesskit::Role;
 use egui::{Key, Modifiers, PointerButton, Pos2, vec2};
 use egui_kittest::{Harness, kittest::Queryable};
 use inplace_core::scene::{Camera, ColorImage, Frame, FramePixels, Scene, SceneSource};
@@ -220,13 +221,31 @@ impl Window {
         self.harness.run_steps(3);
     }
 
-    pub fn type_into(&mut self, field: &str, text: &str) {
-        self.harness
-            .get_by_role_and_label(egui::accesskit::Role::TextInput, field)
-            .focus();
+    /// Takes an entry of a list that opens at a click.
+    pub fn pick(&mut self, list: &str, entry: &str) {
+        self.harness.get_by_role_and_label(Role::ComboBox, list).click();
+        self.harness.run_steps(3);
+        self.click(entry);
+    }
+
+    /// Gives a text field the keyboard.
+    fn focus(&mut self, field: &str) {
+        self.harness.get_by_role_and_label(Role::TextInput, field).focus();
         self.harness.run_steps(2);
+    }
+
+    /// Types in place of all that is in a field, and presses Enter.
+    pub fn replace_text(&mut self, field: &str, text: &str) {
+        self.focus(field);
+        self.press(Modifiers::COMMAND, Key::A);
+        self.type_into(field, text);
+    }
+
+    /// Types into a field, after what is in it unless that is selected, and presses Enter.
+    pub fn type_into(&mut self, field: &str, text: &str) {
+        self.focus(field);
         self.harness
-            .get_by_role_and_label(egui::accesskit::Role::TextInput, field)
+            .get_by_role_and_label(Role::TextInput, field)
             .type_text(text);
         self.harness.run_steps(2);
         self.press(Modifiers::NONE, Key::Enter);
