@@ -15,7 +15,7 @@ from unittest.mock import MagicMock
 
 import numpy as np
 from loguru import logger
-from PIL import Image
+from PIL import Image, ImageOps
 from plyfile import PlyData
 from pycocotools import mask as coco_mask
 from pycocotools.coco import COCO
@@ -60,10 +60,11 @@ def rgb(path: Path) -> np.ndarray:
 
 
 def check_image(path: Path, labels: np.ndarray) -> None:
-    """An image can be decoded and has the size of its labels."""
+    """An image can be decoded and has the size of its labels, whether its orientation is followed or not."""
     with Image.open(path) as image:
         image.load()
         same(str(path), image.size[::-1], labels.shape)
+        same(f"{path} turned", np.array(ImageOps.exif_transpose(image)), np.array(image))
 
 
 def overlay(folder: Path, plain: Plain) -> None:

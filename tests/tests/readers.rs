@@ -10,6 +10,9 @@ use std::process::Command;
 use std::sync::Arc;
 use std::time::Duration;
 
+use image::ImageEncoder;
+use image::codecs::jpeg::JpegEncoder;
+use image::codecs::png::PngEncoder;
 use inplace_core::export::{Format, LabelledScene, Options, export};
 use inplace_core::labels::{Class, ClassId, History, LabelSet, Stroke, VOID};
 use inplace_core::scene::{OpenOptions, Scene, SceneSource};
@@ -82,6 +85,24 @@ fn specked(labels: &[ClassId]) -> Vec<ClassId> {
         }
     };
     labels.iter().enumerate().map(speck).collect()
+}
+
+/// Gives two images EXIF metadata that ask to turn them, which their poses do not mean: a JPEG and a PNG.
+fn turn_some(images: &Path) {
+    // TIFF with one entry: tag 0x112, one short.
+    let entry = [0x12, 0x01, 3, 0, 1, 0, 0, 0, 6, 0, 0, 0];
+    let quarter_turn = [&b"II*\0\x08\0\0\0\x01\0"[..], &entry, &[0; 4]].concat();
+    let jpeg = images.join("rgb_2.png");
+    let image = image::open(&jpeg).unwrap();
+    fs::remove_file(&jpeg).unwrap();
+    let mut encoder = JpegEncoder::new(fs::File::create(jpeg.with_extension("jpg")).unwrap());
+    encoder.set_exif_metadata(quarter_turn.clone()).unwrap();
+    image.write_with_encoder(encoder).unwrap();
+    let png = images.join("rgb_5.png");
+    let image = image::open(&png).unwrap();
+    let mut encoder = PngEncoder::new(fs::File::create(&png).unwrap());
+    encoder.set_exif_metadata(quarter_turn).unwrap();
+    image.write_with_encoder(encoder).unwrap();
 }
 
 /// A capture whose surface is labelled by clicks, and what readers should find in exports of it.
@@ -161,8 +182,14 @@ fn every_format_is_read_by_others_as_the_labels_that_were_exported() {
     }
     let room = root.join("room");
     small.write(&room);
+    turn_some(&room.join("rgb"));
     // Read again, so that its images are files.
     let scene = Scene::open(&SceneSource::Folder(room), OpenOptions::default(), &|_, _| {}).unwrap();
+    let said = scene.warnings.join(" ");
+    assert!(
+        said.contains("EXIF orientation asks to turn them") && said.contains("2 in all"),
+        "{said}"
+    );
     let map = |(frame, labels): (usize, &Vec<ClassId>)| {
         let camera = &scene.frames[frame].camera;
         let size = [camera.width, camera.height];
