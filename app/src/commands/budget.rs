@@ -65,14 +65,16 @@ impl Budget {
         (self.write_at() - self.last_look).max(0.0)
     }
 
-    /// Why it cannot be kept, a sentence, where opening the scene, which took so many seconds, and writing these frames
-    /// alone take longer.
-    pub(super) fn problem(&self, opening: f64, frames: usize) -> Option<String> {
-        (opening + self.writing > self.seconds).then(|| {
+    /// Why it cannot be kept, a sentence, where opening the scene, which took so many seconds, finding its surface, until the
+    /// first maps were there so many seconds after the start, and writing these frames alone take longer.
+    pub(super) fn problem(&self, opening: f64, first_maps: f64, frames: usize) -> Option<String> {
+        (first_maps + self.writing > self.seconds).then(|| {
             format!(
-                "the budget of {} s cannot be kept: opening the scene took {opening:.1} s, and writing its {frames} frames \
-                 takes about {:.1} s",
-                self.seconds, self.writing
+                "the budget of {} s cannot be kept: opening the scene took {opening:.1} s and finding its surface {:.1} s, and \
+                 writing its {frames} frames takes about {:.1} s",
+                self.seconds,
+                first_maps - opening,
+                self.writing
             )
         })
     }
@@ -113,7 +115,7 @@ mod tests {
         let budget = Budget::of_pixels(60.0, 0.125, 100_000_000);
         assert!((budget.write_at() - (60.0 - 12.5)).abs() < 1e-9);
         assert!((budget.settle_at() - (60.0 - 12.5 - 7.5)).abs() < 1e-9);
-        assert_eq!(budget.problem(47.0, 300), None);
+        assert_eq!(budget.problem(30.0, 47.0, 300), None);
         // With no time left both are now, and nothing is negative.
         let short = Budget::of_pixels(2.0, 0.125, 100_000_000);
         assert_eq!((short.write_at(), short.settle_at()), (0.0, 0.0));
@@ -132,9 +134,15 @@ mod tests {
         let writing = 0.5 + 1.15 * 110.0;
         assert!((budget.write_at() - (150.0 - writing)).abs() < 1e-9);
         assert!((budget.settle_at() - (150.0 - writing - 15.0)).abs() < 1e-9);
-        assert_eq!(budget.problem(20.0, 4000), None);
-        let sentence = budget.problem(40.0, 4000).unwrap();
-        for part in ["150 s cannot be kept", "took 40.0 s", "4000 frames", "127.0 s"] {
+        assert_eq!(budget.problem(15.0, 20.0, 4000), None);
+        let sentence = budget.problem(10.0, 40.0, 4000).unwrap();
+        for part in [
+            "150 s cannot be kept",
+            "took 10.0 s",
+            "surface 30.0 s",
+            "4000 frames",
+            "127.0 s",
+        ] {
             assert!(sentence.contains(part), "{part} is not in: {sentence}");
         }
     }

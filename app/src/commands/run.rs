@@ -87,20 +87,30 @@ impl Run {
     /// Waits until the maps are final, or for as long as the budget allows; then returns them.
     ///
     /// With a budget, `rehearse` makes the files of some frames as soon as there are maps and tells how long that took,
-    /// so that enough of the budget is kept for all; where it cannot be enough, a sentence on stderr says so.
+    /// so that enough of the budget is kept for all; where it cannot be enough, a sentence on stderr says so. Where depth was
+    /// measured, which is enough for a surface, training waits for those maps: there is nothing to write without them.
     pub(super) fn maps(
         &mut self,
         scene: &Scene,
         mut pacing: Option<Pacing<'_>>,
     ) -> Result<Vec<Arc<FrameMap>>, Failure> {
         let mut settling = false;
+        let mut is_waiting =
+            scene.has_depth() && pacing.as_ref().is_some_and(|pacing| pacing.rehearse.is_some());
+        if is_waiting {
+            self.session.send(Command::Pause);
+        }
         loop {
             if let Some(pacing) = &mut pacing
                 && let Some(samples) = self.samples(scene, pacing)
             {
                 self.rehearse(pacing, &samples)?;
-                settling = false;
-                if let Some(problem) = pacing.budget.problem(pacing.opening, scene.frames.len()) {
+                (settling, is_waiting) = (false, false);
+                let first_maps = self.start.elapsed().as_secs_f64();
+                let problem = pacing
+                    .budget
+                    .problem(pacing.opening, first_maps, scene.frames.len());
+                if let Some(problem) = problem {
                     eprintln!("inplace: {problem}");
                 }
             }
@@ -110,6 +120,9 @@ impl Run {
             let is_enough = self.enough.is_some_and(|steps| self.status.steps >= steps);
             if (is_late || is_enough) && !settling {
                 settling = true;
+                if std::mem::take(&mut is_waiting) {
+                    self.session.send(Command::Resume);
+                }
                 self.session.send(Command::Settle);
             }
             let is_over = budget.is_some_and(|budget| elapsed >= budget.write_at());
