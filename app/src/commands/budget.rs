@@ -33,6 +33,20 @@ pub(super) struct Rehearsed {
     pub(super) seconds: f64,
 }
 
+impl Rehearsed {
+    /// Of batches of so many frames, by the median of the seconds that they took: what else the machine did meanwhile, and
+    /// what only the first costs, does not count.
+    pub(super) fn of_batches(frames: usize, batch: usize, mut seconds: Vec<f64>) -> Self {
+        seconds.sort_by(f64::total_cmp);
+        let median = seconds.get(seconds.len() / 2);
+        Self {
+            frames,
+            tried: median.map_or(0, |_| batch),
+            seconds: median.copied().unwrap_or(0.0),
+        }
+    }
+}
+
 impl Budget {
     /// Of so many seconds for this scene, a share of which is kept for what follows training.
     pub(super) fn new(seconds: f64, last_look: f64, scene: &Scene) -> Self {
@@ -65,12 +79,12 @@ impl Budget {
         (self.write_at() - self.last_look).max(0.0)
     }
 
-    /// Why it cannot be kept, a sentence, where opening the scene, which took so many seconds, finding its surface, until the
+    /// Why it will hardly be kept, a sentence, where opening the scene, which took so many seconds, finding its surface, until the
     /// first maps were there so many seconds after the start, and writing these frames alone take longer.
     pub(super) fn problem(&self, opening: f64, first_maps: f64, frames: usize) -> Option<String> {
         (first_maps + self.writing > self.seconds).then(|| {
             format!(
-                "the budget of {} s cannot be kept: opening the scene took {opening:.1} s and finding its surface {:.1} s, and \
+                "the budget of {} s will hardly be kept: opening the scene took {opening:.1} s and finding its surface {:.1} s, and \
                  writing its {frames} frames takes about {:.1} s",
                 self.seconds,
                 first_maps - opening,
@@ -137,7 +151,7 @@ mod tests {
         assert_eq!(budget.problem(15.0, 20.0, 4000), None);
         let sentence = budget.problem(10.0, 40.0, 4000).unwrap();
         for part in [
-            "150 s cannot be kept",
+            "150 s will hardly be kept",
             "took 10.0 s",
             "surface 30.0 s",
             "4000 frames",
@@ -145,6 +159,15 @@ mod tests {
         ] {
             assert!(sentence.contains(part), "{part} is not in: {sentence}");
         }
+    }
+
+    #[test]
+    fn a_disturbed_batch_of_a_rehearsal_does_not_count() {
+        assert_eq!(
+            Rehearsed::of_batches(90, 2, vec![7.0, 0.25, 0.5, 0.3]),
+            rehearsed(90, 2, 0.5)
+        );
+        assert_eq!(Rehearsed::of_batches(0, 1, Vec::new()), rehearsed(0, 0, 0.0));
     }
 
     #[test]

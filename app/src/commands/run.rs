@@ -183,11 +183,13 @@ impl Run {
             self.listen(TICK)?;
         }
         let rehearsed = samples.iter().map(|(frames, maps)| {
-            Ok(Rehearsed {
-                frames: *frames,
-                tried: maps.len(),
-                seconds: rehearse(maps)?.as_secs_f64(),
-            })
+            // As many at once as there are threads that write.
+            let batch = cores().clamp(1, maps.len().max(1));
+            let seconds = maps
+                .chunks_exact(batch)
+                .map(|maps| rehearse(maps).map(|took| took.as_secs_f64()));
+            let seconds = seconds.collect::<Result<_, _>>()?;
+            Ok(Rehearsed::of_batches(*frames, batch, seconds))
         });
         pacing
             .budget
