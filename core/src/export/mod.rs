@@ -32,7 +32,7 @@ pub use format::{Format, export};
 pub use ids::IdMap;
 pub use layout::{LabelledScene, Written};
 pub use memory::peak_memory;
-pub use pngs::PNG_FOLDERS;
+pub use pngs::{PNG_FOLDERS, rehearse_pngs};
 pub use report::{PhaseSeconds, Report};
 pub use views::{Views, export_views};
 

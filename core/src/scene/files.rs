@@ -35,7 +35,7 @@ pub(super) fn refuse_most(
 }
 
 /// Most bytes of pixels of an image, decoded.
-const MOST_BYTES: u64 = 512 << 20;
+pub(super) const MOST_BYTES: u64 = 512 << 20;
 /// Most bytes of pixels for each byte of a file: in a PNG, deflate makes one of at most 1032; in a JPEG, a bit is the
 /// least that says anything of the 64 pixels of a block.
 const MOST_COMPRESSED: u64 = 64 * 3 * 8;

@@ -36,7 +36,7 @@ pub use error::SceneError;
 pub(crate) use error::in_one_line;
 pub(crate) use files::decode as decode_image;
 pub use frame::{ColorImage, DepthMap, Frame, SparsePoint};
-pub(crate) use images::original_colors;
+pub(crate) use images::{PlainImage, original_colors, plain_image};
 pub(crate) use lens::LARGEST_SIDE;
 pub use lens::{Distortion, Lens};
 pub use pixels::{FramePixels, Pixels};

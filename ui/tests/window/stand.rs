@@ -1,5 +1,6 @@
 //! A window without a screen, and a stand-in for the worker.
 
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
@@ -8,7 +9,7 @@ use crossbeam_channel::{Receiver, Sender, unbounded};
 use egui::accesskit::Role;
 use egui::{Key, Modifiers, PointerButton, Pos2, vec2};
 use egui_kittest::{Harness, kittest::Queryable};
-use inplace_core::scene::{Camera, ColorImage, Frame, FramePixels, Scene, SceneSource};
+use inplace_core::scene::{Camera, ColorImage, Frame, FramePixels, OpenOptions, Scene, SceneSource};
 use inplace_core::session::{Command, Event, FrameMap, MapSlots};
 use inplace_ui::action::Action;
 use inplace_ui::app::{App, Surroundings};
@@ -64,7 +65,23 @@ impl SessionLink for Link {
     }
 }
 
+/// The frame of a capture on disk whose image vanishes as soon as it is open.
+pub const VANISHING: usize = 3;
+
 pub fn scene(source: SceneSource) -> Arc<Scene> {
+    if let SceneSource::Folder(folder) = &source
+        && folder.join("rgb").is_dir()
+    {
+        // Room for one keyframe; the others are read when they are wanted.
+        let options = OpenOptions {
+            image_bytes: 1,
+            ..OpenOptions::default()
+        };
+        let scene = Scene::open(&source, options, &|_, _| {}).unwrap();
+        assert!(!scene.frames[VANISHING].is_keyframe());
+        fs::remove_file(&scene.frames[VANISHING].path).unwrap();
+        return Arc::new(scene);
+    }
     // A folder named so is another scene.
     let other = matches!(&source, SceneSource::Folder(folder) if folder.ends_with("other"));
     let name = if other { "other" } else { "rgb" };
