@@ -7,6 +7,8 @@ const WRITE_SECONDS: f64 = 0.5;
 const WRITE_SECONDS_PER_MEGAPIXEL: f64 = 0.12;
 /// How much longer writing may take than a sample of the frames says: frames differ, and disks are not rehearsed.
 const MARGIN: f64 = 1.15;
+/// How much longer the last look at the surface may take than the one before.
+const LOOK_MARGIN: f64 = 1.3;
 /// Least frames of a sample, and frames of it for each thread that writes.
 const SAMPLE: usize = 8;
 const SAMPLE_PER_THREAD: usize = 4;
@@ -60,6 +62,11 @@ impl Budget {
             last_look: last_look * seconds,
             writing: WRITE_SECONDS + WRITE_SECONDS_PER_MEGAPIXEL * pixels as f64 / 1e6,
         }
+    }
+
+    /// Takes what a look at the surface took before, in seconds, where that is more than is kept for the last one.
+    pub(super) fn looked(&mut self, seconds: f64) {
+        self.last_look = self.last_look.max(LOOK_MARGIN * seconds);
     }
 
     /// Takes what writing costs from frames of each kind whose files were made already.
@@ -133,6 +140,16 @@ mod tests {
         // With no time left both are now, and nothing is negative.
         let short = Budget::of_pixels(2.0, 0.125, 100_000_000);
         assert_eq!((short.write_at(), short.settle_at()), (0.0, 0.0));
+    }
+
+    #[test]
+    fn a_look_that_took_long_begins_early() {
+        let mut budget = Budget::of_pixels(60.0, 0.1, 0);
+        let before = budget.settle_at();
+        budget.looked(4.0);
+        assert_eq!(budget.settle_at(), before);
+        budget.looked(20.0);
+        assert!((budget.settle_at() - (budget.write_at() - 26.0)).abs() < 1e-9);
     }
 
     #[test]

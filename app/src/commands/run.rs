@@ -114,6 +114,9 @@ impl Run {
                     eprintln!("inplace: {problem}");
                 }
             }
+            if let (Some(pacing), Some(seconds)) = (&mut pacing, self.status.seconds_to_settle) {
+                pacing.budget.looked(seconds);
+            }
             let elapsed = self.start.elapsed().as_secs_f64();
             let budget = pacing.as_ref().map(|pacing| &pacing.budget);
             let is_late = budget.is_some_and(|budget| elapsed >= budget.settle_at());
