@@ -31,7 +31,7 @@ use std::path::{Path, PathBuf};
 pub use format::{Format, export};
 pub use ids::IdMap;
 pub use layout::{LabelledScene, Written};
-pub use memory::peak_memory;
+pub use memory::{peak_memory, resident_memory};
 pub use pngs::{PNG_FOLDERS, rehearse_pngs};
 pub use report::{PhaseSeconds, Report};
 pub use views::{Views, export_views};
@@ -158,7 +158,7 @@ pub fn write_json<T: serde::Serialize + ?Sized>(path: &Path, value: &T) -> Resul
 }
 
 /// Writes a file under a temporary name first.
-pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<(), ExportError> {
+pub fn write(path: &Path, bytes: &[u8]) -> Result<(), ExportError> {
     let written = atomic::write(path, bytes);
     written
         .map(|_| ())

@@ -65,6 +65,9 @@ pub enum Command {
     Settle,
     /// Answer with [`Event::State`].
     Save,
+    /// Panic, for measuring that nothing is lost by it.
+    #[doc(hidden)]
+    Panic,
     /// End the worker. It answers with [`Event::Stopped`] within 100 ms; with [`Preset::Reference`] after
     /// the eight rays that it is working on, which take about as long on two free cores.
     Stop,

@@ -200,6 +200,7 @@ impl Task for Worker<'_> {
                 let state = self.save()?;
                 self.outbox.send(Event::State(Arc::new(state)));
             }
+            Command::Panic => panic!("a panic was asked for"),
             Command::Stop => return Ok(false),
         }
         Ok(true)
