@@ -174,7 +174,7 @@ impl Trainer {
         self.undone
     }
 
-    /// The held-out error at the last look; there is one every 250 steps.
+    /// The held-out error at the last look; there is one every 250 steps, and one when a state is restored.
     pub fn error(&self) -> Option<HeldOut> {
         self.error
     }
@@ -313,6 +313,7 @@ impl Trainer {
             exposure.set(&saved.to_device(exposure.device())?)?;
         }
         self.steps = steps;
+        self.error = self.evaluate()?;
         self.good = Good {
             parameters: snapshot(&self.field)?,
             occupancy: self.occupancy.clone(),

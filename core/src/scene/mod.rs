@@ -119,6 +119,10 @@ impl Bounds {
 const TRIMMED: f32 = 0.002;
 const TRIMMED_SPARSE: f32 = 0.01;
 
+/// Without depth, a metre of so many units of the poses is taken as it is: cameras that span 0.1 to 40 m.
+const SMALLEST_UNIT: f64 = 0.05;
+const LARGEST_UNIT: f64 = 20.0;
+
 /// A posed capture of one static scene.
 #[derive(Clone, Debug)]
 pub struct Scene {
@@ -170,8 +174,27 @@ impl Scene {
                 frame.points.clear();
             }
         }
+        scene.take_the_size_of_a_room();
         keyframes::choose(&mut scene, options)?;
         Ok(scene)
+    }
+
+    /// Without depth nothing says how long a metre is: cameras that are much nearer together or farther apart than in
+    /// a room have their poses in another unit, whatever the format promises, and now span 2 m.
+    fn take_the_size_of_a_room(&mut self) {
+        let is_metric = self.has_depth() || self.frames.iter().any(|frame| !frame.points.is_empty());
+        let centers = self.frames.iter().map(|frame| frame.center().as_dvec3());
+        let unit = camera::unit_of_cameras(centers);
+        if is_metric || self.unit != 1.0 || (SMALLEST_UNIT..=LARGEST_UNIT).contains(&unit) {
+            return;
+        }
+        for frame in &mut self.frames {
+            frame.camera_to_world.translation /= unit as f32;
+        }
+        self.unit = unit;
+        self.notes.push(format!(
+            "a metre here is {unit:.4} units of the poses: without depth their scale is arbitrary, and the cameras now span 2 m"
+        ));
     }
 
     /// Name for people: the folder's name, or "demo".
@@ -273,5 +296,47 @@ impl Scene {
             frame.points.iter().map(place).collect::<Vec<Vec3>>()
         };
         self.frames.iter().flat_map(of_frame).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::testing::{open, wall};
+    use super::*;
+
+    /// A wall in poses of another unit, written without depth, and read again.
+    fn reread(scale: f32) -> Scene {
+        let mut scene = wall(5, 16, 12);
+        for frame in &mut scene.frames {
+            frame.set_depth(None);
+            frame.camera_to_world.translation *= scale;
+        }
+        let root = tempfile::tempdir().unwrap();
+        let folder = root.path().join("wall");
+        write_replica(&scene, &folder, None).unwrap();
+        open(&folder).unwrap()
+    }
+
+    #[test]
+    fn poses_in_millimetres_or_kilometres_without_depth_get_the_size_of_a_room() {
+        for scale in [1000.0, 0.001] {
+            let scene = reread(scale);
+            // The cameras of the wall are 0.4 m apart.
+            let unit = f64::from(scale) * 0.4 / 2.0;
+            assert!((scene.unit / unit - 1.0).abs() < 1e-4, "{}", scene.unit);
+            let (first, last) = (scene.frames[0].center(), scene.frames[4].center());
+            assert!((first.distance(last) - 2.0).abs() < 1e-3);
+            let x = scene.to_capture(last).x;
+            assert!(
+                (x - f64::from(scale) * 0.2).abs() < 1e-4 * f64::from(scale),
+                "{x}"
+            );
+            assert!(
+                scene.notes.iter().any(|note| note.contains("span 2 m")),
+                "{:?}",
+                scene.notes
+            );
+        }
+        assert_eq!(reread(1.0).unit, 1.0);
     }
 }

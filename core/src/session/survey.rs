@@ -20,6 +20,9 @@ const MOST_RAYS: usize = 1 << 20;
 const RAYS_AT_A_TIME: usize = 1024;
 /// Steps at which the field's depth is looked at, before the last look when it is taught.
 const LOOKS: [u64; 4] = [300, 1000, 3000, 8000];
+/// Median held-out error of the field's depth, as a share of the ray length, up to which it fills what was not measured;
+/// before, what lies beside it does.
+const GOOD_ENOUGH: f32 = 0.03;
 /// Share of pixels with measured depth above which the field's depth adds nothing.
 const COMPLETE: f32 = 0.98;
 
@@ -90,7 +93,7 @@ impl Survey {
         if scene.has_depth() {
             survey.build(vec![None; scene.frames.len()], LabelSet::default(), None);
         }
-        if trainer.steps() > 0 {
+        if trainer.steps() > 0 && survey.is_worth_it(trainer) {
             survey.start();
         }
         survey
@@ -110,21 +113,28 @@ impl Survey {
     pub(crate) fn start_if_due(&mut self, trainer: &Trainer) {
         if trainer.settled() {
             if self.last_look {
-                self.finish();
+                self.finish(trainer);
             }
-        } else if self.marks.first().is_some_and(|&mark| trainer.steps() >= mark) {
+        } else if self.marks.first().is_some_and(|&mark| trainer.steps() >= mark) && self.is_worth_it(trainer)
+        {
             self.marks.retain(|&mark| mark > trainer.steps());
             self.start();
         }
     }
 
     /// Takes a last look now, unless one is under way, and none later.
-    pub(crate) fn finish(&mut self) {
+    pub(crate) fn finish(&mut self, trainer: &Trainer) {
         self.marks.clear();
         self.last_look = false;
-        if self.rendering.is_none() {
+        if self.rendering.is_none() && self.is_worth_it(trainer) {
             self.start();
         }
+    }
+
+    /// Whether the field's depth is better than none: where some was measured, holes can be filled without it.
+    fn is_worth_it(&self, trainer: &Trainer) -> bool {
+        let error = || trainer.error().and_then(|error| error.relative_depth_error);
+        !self.scene.has_depth() || trainer.settled() || error().is_some_and(|error| error <= GOOD_ENOUGH)
     }
 
     fn start(&mut self) {

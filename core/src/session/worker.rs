@@ -194,7 +194,7 @@ impl Task for Worker<'_> {
             Command::Settle => {
                 self.settling = true;
                 self.pulse.renew();
-                self.survey.finish();
+                self.survey.finish(&self.trainer);
             }
             Command::Save => {
                 let state = self.save()?;

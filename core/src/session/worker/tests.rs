@@ -5,16 +5,19 @@ use crate::field::Preset;
 use crate::scene::testing::wall;
 use crate::scene::{DepthMap, OpenOptions, SceneSource};
 
-#[test]
-fn a_surface_that_becomes_ready_during_a_pause_waits_for_its_end() {
+/// A wall whose upper half has no depth: there is something to find out.
+fn half_measured() -> Scene {
     let mut scene = wall(5, 64, 48);
     for frame in &mut scene.frames {
-        // Without its upper half there is something to find out.
         let depths = [vec![0.0; 64 * 24], vec![2.0; 64 * 24]].concat();
         frame.set_depth(Some(DepthMap::from_z_depths(&frame.camera, depths)));
     }
-    let (sender, _events) = crossbeam_channel::unbounded();
-    let outbox = Outbox::new(sender, Arc::default(), Box::new(|| {}));
+    scene
+}
+
+/// What the worker needs, with nobody listening.
+fn outbox_and_options() -> (Outbox, SessionOptions) {
+    let (sender, _) = crossbeam_channel::unbounded();
     let options = SessionOptions {
         source: SceneSource::Demo,
         open: OpenOptions::default(),
@@ -23,37 +26,46 @@ fn a_surface_that_becomes_ready_during_a_pause_waits_for_its_end() {
         seed: 1,
         state: None,
     };
+    (Outbox::new(sender, Arc::default(), Box::new(|| {})), options)
+}
+
+fn surface(worker: &Worker<'_>) -> Option<*const crate::semantics::Surface> {
+    let spread = worker.spread.as_ref();
+    spread.map(|spread| Arc::as_ptr(spread.surface()))
+}
+
+fn advance_until(worker: &mut Worker<'_>, is_it: impl Fn(&Worker<'_>) -> bool) {
     let end = Instant::now() + Duration::from_secs(60);
-    let surface = |worker: &Worker<'_>| {
-        let spread = worker.spread.as_ref();
-        spread.map(|spread| Arc::as_ptr(spread.surface()))
-    };
-    let mut worker = Worker::new(Arc::new(scene), &options, &outbox).unwrap();
-    while worker.spread.is_none() {
+    while !is_it(worker) {
         worker.advance().unwrap();
         assert!(Instant::now() < end);
     }
+}
+
+#[test]
+fn a_surface_that_becomes_ready_during_a_pause_waits_for_its_end() {
+    let scene = Arc::new(half_measured());
+    let (outbox, options) = outbox_and_options();
+    let mut worker = Worker::new(Arc::clone(&scene), &options, &outbox).unwrap();
+    advance_until(&mut worker, |worker| worker.spread.is_some());
     let first = surface(&worker);
-    assert_eq!(worker.survey.seconds_to_finish(), None);
-    worker.obey(Command::Settle).unwrap();
-    while worker.survey.is_rendering() {
-        worker.advance().unwrap();
-    }
     worker.obey(Command::Pause).unwrap();
+    // It begins with another surface.
+    worker.survey = Survey::new(&scene, &worker.trainer, 2);
     for _ in 0..100 {
         worker.advance().unwrap();
         std::thread::sleep(Duration::from_millis(10));
     }
     assert_eq!(surface(&worker), first);
     worker.obey(Command::Resume).unwrap();
-    while surface(&worker) == first {
-        worker.advance().unwrap();
-        assert!(Instant::now() < end);
-    }
-    assert!(
-        worker
-            .survey
-            .seconds_to_finish()
-            .is_some_and(|seconds| seconds > 0.0)
-    );
+    advance_until(&mut worker, |worker| surface(worker) != first);
+}
+
+#[test]
+fn a_field_that_has_seen_next_to_nothing_does_not_fill_holes_of_measured_depth() {
+    let (outbox, options) = outbox_and_options();
+    let mut worker = Worker::new(Arc::new(half_measured()), &options, &outbox).unwrap();
+    advance_until(&mut worker, |worker| worker.spread.is_some());
+    worker.obey(Command::Settle).unwrap();
+    assert!(!worker.survey.is_rendering() && worker.survey.is_done());
 }
