@@ -35,6 +35,7 @@ pub use camera::Camera;
 pub use error::SceneError;
 pub(crate) use error::in_one_line;
 pub(crate) use files::decode as decode_image;
+pub(crate) use files::size_problem;
 pub use frame::{ColorImage, DepthMap, Frame, SparsePoint};
 pub(crate) use images::original_colors;
 pub(crate) use lens::LARGEST_SIDE;
