@@ -2,6 +2,8 @@
 //! and the replay of its seeds (`tests/tests/seeds.rs`) share.
 
 mod captures;
+mod exports;
+mod imports;
 mod labels;
 mod opened;
 mod projects;
@@ -26,7 +28,7 @@ struct Parser {
 }
 
 /// All parsers; seeds and fuzz targets are named after them.
-const PARSERS: [Parser; 14] = [
+const PARSERS: [Parser; 20] = [
     captures::REPLICA_POSES,
     captures::INTRINSICS,
     captures::TRANSFORMS,
@@ -34,11 +36,17 @@ const PARSERS: [Parser; 14] = [
     captures::COLMAP_TEXT,
     captures::TUM,
     captures::SEVEN_SCENES,
+    captures::SCANNET,
+    captures::CAMERA_PATH,
     captures::COLOR_IMAGE,
     captures::DEPTH_IMAGE,
     labels::STROKES,
     labels::CLASSES,
     labels::LABEL_IMAGE,
+    imports::IMAGE,
+    imports::ARRAY,
+    imports::ARCHIVE,
+    exports::IDS,
     projects::FILE,
     projects::ROWS,
 ];
