@@ -121,6 +121,26 @@ pub(super) fn is_sane(stroke: &Stroke) -> bool {
     stroke.radius <= WIDEST && stroke.lines.iter().flatten().all(near)
 }
 
+/// A number that no stroke and no import gets; above those that a file has, there must be numbers for new ones.
+const MOST_ID: u64 = 1 << 62;
+
+/// Whether a stroke or an import can have this number.
+pub(super) fn is_id(number: u64) -> bool {
+    number < MOST_ID
+}
+
+/// A number of a stroke or an import that an edit names and none can have.
+pub(super) fn foreign_id(edit: &Edit) -> Option<u64> {
+    let imports = edit
+        .imported
+        .iter()
+        .flat_map(|change| [change.before, change.after]);
+    let strokes = edit.strokes.iter().map(|change| change.id.0);
+    strokes
+        .chain(imports.flatten().map(|id| id.0))
+        .find(|&id| !is_id(id))
+}
+
 /// Refuses labels that name frames, classes or pixels that there cannot be.
 pub(super) fn check(
     labels: &LabelSet,
@@ -130,6 +150,9 @@ pub(super) fn check(
 ) -> Result<(), ProjectError> {
     let damaged = |reason: String| Err(ProjectError::damaged(path, reason));
     for (id, stroke) in &labels.strokes {
+        if !is_id(id.0) {
+            return damaged(format!("no stroke has the number {}", id.0));
+        }
         if stroke.frame >= frames {
             return damaged(format!("stroke {} is on a frame that it does not list", id.0));
         }
@@ -141,11 +164,9 @@ pub(super) fn check(
         }
     }
     for (number, edit) in edits.iter().enumerate() {
-        let mut changes = edit.strokes.iter();
-        if let Some(change) = changes.find(|change| i64::try_from(change.id.0).is_err()) {
+        if let Some(id) = foreign_id(edit) {
             return damaged(format!(
-                "edit {number} is of a stroke with the number {}",
-                change.id.0
+                "edit {number} is of a stroke or an import with the number {id}"
             ));
         }
         let strokes = edit.strokes.iter();

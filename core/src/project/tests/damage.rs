@@ -281,6 +281,42 @@ fn strokes_that_would_take_forever_are_damage() {
 }
 
 #[test]
+fn numbers_that_leave_none_for_new_strokes_and_imports_are_damage() {
+    let endless = u64::MAX;
+    for (table, spoilt, said) in [
+        (
+            "edit",
+            format!("change = replace(change, '\"id\":5,', '\"id\":{endless},')"),
+            "an import with the number",
+        ),
+        (
+            "edit",
+            format!(
+                "change = json_insert(change, '$.imported', json('{{\"before\":null,\"after\":{endless}}}'))"
+            ),
+            "an import with the number",
+        ),
+        (
+            "stroke",
+            format!("id = {} WHERE id = 5", i64::MAX),
+            "no stroke has the number",
+        ),
+        ("import", format!("id = {}", i64::MAX), "no import has the number"),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let (path, ..) = in_a_file(folder.path());
+        let file = Connection::open(&path).unwrap();
+        assert!(file.execute(&format!("UPDATE {table} SET {spoilt}"), []).unwrap() > 0);
+        drop(file);
+        let error = Project::open(&path).unwrap_err().to_string();
+        assert!(error.contains(said), "{spoilt}: {error}");
+        let mut history = Contents::read(&path).unwrap().history;
+        let id = history.add_stroke(Stroke::click(0, 1, [1, 1])).strokes[0].id.0;
+        assert!(i64::try_from(id).is_ok(), "{spoilt}: {id}");
+    }
+}
+
+#[test]
 fn files_of_others_are_refused_and_left_alone() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("p.inplace");
