@@ -28,7 +28,7 @@ struct Parser {
 }
 
 /// All parsers; seeds and fuzz targets are named after them.
-const PARSERS: [Parser; 20] = [
+const PARSERS: [Parser; 22] = [
     captures::REPLICA_POSES,
     captures::INTRINSICS,
     captures::TRANSFORMS,
@@ -48,7 +48,9 @@ const PARSERS: [Parser; 20] = [
     imports::ARCHIVE,
     exports::IDS,
     projects::FILE,
+    projects::DAMAGED,
     projects::ROWS,
+    projects::MODEL,
 ];
 
 /// A parser with a temporary folder of its own.
