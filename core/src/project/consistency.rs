@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use super::ProjectError;
+use super::contents::some_names;
 use crate::labels::{Class, Edit, History, ImportId, LabelSet, Stroke, StrokeId};
 use crate::scene::LARGEST_SIDE;
 
@@ -42,14 +43,9 @@ impl Doubts {
             let stems: BTreeSet<&str> = frames
                 .filter_map(|stroke| stems.get(stroke.frame).map(String::as_str))
                 .collect();
-            let some: Vec<&str> = stems.iter().copied().take(3).collect();
-            let on = match some.as_slice() {
-                [] => String::new(),
-                some => format!(
-                    " on {}{}",
-                    some.join(", "),
-                    if stems.len() > 3 { ", ..." } else { "" }
-                ),
+            let on = match stems.len() {
+                0 => String::new(),
+                _ => format!(" on {}", some_names(stems.iter().copied())),
             };
             parts.push(format!("strokes{on} ({})", self.strokes.len()));
         }

@@ -245,12 +245,13 @@ fn a_changed_stroke_in_a_whole_file_is_told() {
     let (path, ..) = in_a_file(folder.path());
     let spoilt = Connection::open(&path).unwrap();
     let sql =
-        "UPDATE stroke SET lines = '[[[8,8]]]' WHERE id = (SELECT id FROM stroke WHERE frame = 1 LIMIT 1)";
+        "UPDATE stroke SET lines = '[[[8,8]]]' WHERE id = (SELECT id FROM stroke WHERE frame = 1 LIMIT 1);
+               UPDATE frame SET stem = 'b' || char(10, 0) || 'c' WHERE stem = 'b'";
     spoilt.execute_batch(sql).unwrap();
     drop(spoilt);
     let (_project, contents) = Project::open(&path).unwrap();
     assert!(
-        contents.warnings[0].contains("differs from its own edit history in strokes on b (1)"),
+        contents.warnings[0].contains("differs from its own edit history in strokes on b c (1)"),
         "{:?}",
         contents.warnings
     );
