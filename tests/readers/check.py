@@ -3,7 +3,7 @@
     python check.py FOLDER
 
 FOLDER has an export in each format, in a folder of the format's name. Classes, pixels and areas of every frame have to
-be those of png/labels. Ends with 1 and a line for each difference.
+be those of png/labels, points and triangles those of surface.json. Ends with 1 and a line for each difference.
 """
 
 import importlib.machinery
@@ -15,7 +15,8 @@ from unittest.mock import MagicMock
 
 import numpy as np
 from loguru import logger
-from PIL import Image
+from PIL import Image, ImageOps
+from plyfile import PlyData
 from pycocotools import mask as coco_mask
 from pycocotools.coco import COCO
 
@@ -59,10 +60,11 @@ def rgb(path: Path) -> np.ndarray:
 
 
 def check_image(path: Path, labels: np.ndarray) -> None:
-    """An image can be decoded and has the size of its labels."""
+    """An image can be decoded and has the size of its labels, whether its orientation is followed or not."""
     with Image.open(path) as image:
         image.load()
         same(str(path), image.size[::-1], labels.shape)
+        same(f"{path} turned", np.array(ImageOps.exif_transpose(image)), np.array(image))
 
 
 def overlay(folder: Path, plain: Plain) -> None:
@@ -201,6 +203,45 @@ def hugging_face(folder: Path, plain: Plain) -> None:
         same(f"{row['file_name']} classes", set(row["classes"]), {names[id] for id in np.unique(labels) if id})
 
 
+def ply(path: Path, expected: dict, colors: list, plain: Plain) -> None:
+    """Vertices, with everything that they have, and faces are the expected ones; the header lists the classes."""
+    read = PlyData.read(path)
+    vertices = read["vertex"]
+    same(f"{path} vertices", vertices.count, len(expected["labels"]))
+    for keys, values in [
+        (["x", "y", "z"], expected["positions"]),
+        (["red", "green", "blue"], colors),
+        (["label"], expected["labels"]),
+        (["entropy"], expected["entropy"]),
+    ]:
+        found = np.stack([vertices[key] for key in keys], axis=-1)
+        # Entropy is written in single precision.
+        wanted = np.array(values).reshape(found.shape).astype(found.dtype)
+        same(f"{path} {' '.join(keys)}", found, wanted)
+    normals = np.stack([vertices[key] for key in ("nx", "ny", "nz")], axis=-1)
+    lengths = np.linalg.norm(normals, axis=-1)
+    assert (np.isclose(lengths, 1, atol=1e-3) | (lengths == 0)).all(), f"{path}: normals are not of unit length"
+    ids, counts = np.unique(vertices["label"], return_counts=True)
+    wanted = {int(id): count for id, count in expected["classes"].items()}
+    same(f"{path} vertices of each class", dict(zip(ids.tolist(), counts.tolist())), wanted)
+    listed = [comment.split(" ", 2)[1:] for comment in read.comments if comment.startswith("class ")]
+    same(f"{path} classes", {int(id): name for id, name in listed}, plain.names)
+    faces = list(read["face"]["vertex_indices"]) if "face" in read else []
+    found = np.stack(faces) if faces else np.zeros((0, 3), int)
+    same(f"{path} faces", found, np.array(expected["triangles"], int).reshape(-1, 3))
+
+
+def solid(folder: Path, plain: Plain) -> None:
+    """The points or the triangles of the surface, in the images' colours and in those of the classes."""
+    name = {"point-cloud": "cloud", "mesh": "mesh"}[folder.name]
+    expected = json.loads((folder.parent / "surface.json").read_text("utf-8"))[name]
+    assert len(expected["classes"]) > 3, "too few classes to tell anything"
+    ply(folder / f"{name}.ply", expected, expected["colors"], plain)
+    class_color = plain.colors | {0: (0, 0, 0)}
+    colors = [class_color[id] for id in expected["labels"]]
+    ply(folder / f"{name}_classes.ply", expected, colors, plain)
+
+
 FORMATS = {
     "overlay": overlay,
     "voc": voc,
@@ -209,6 +250,8 @@ FORMATS = {
     "coco-instances": coco_instances,
     "labelme": labelme_files,
     "hugging-face": hugging_face,
+    "point-cloud": solid,
+    "mesh": solid,
 }
 
 
@@ -219,7 +262,7 @@ def main() -> int:
     for name, check in FORMATS.items():
         try:
             check(root / name, plain)
-            print(f"{name}: {len(plain.labels)} frames are right")
+            print(f"{name} is right")
         except (AssertionError, KeyError, OSError, ValueError, labelme._label_file.LabelFileError) as error:
             print(f"{name}: {type(error).__name__}: {error}", file=sys.stderr)
             failed = 1

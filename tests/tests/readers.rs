@@ -1,6 +1,7 @@
 //! Exports are opened with the programs that they are made for.
 #![allow(clippy::unwrap_used, reason = "a test ends where it fails")]
 
+use std::collections::BTreeMap;
 use std::env;
 use std::fs;
 use std::ops::ControlFlow;
@@ -9,11 +10,16 @@ use std::process::Command;
 use std::sync::Arc;
 use std::time::Duration;
 
+use image::ImageEncoder;
+use image::codecs::jpeg::JpegEncoder;
+use image::codecs::png::PngEncoder;
 use inplace_core::export::{Format, LabelledScene, Options, export};
-use inplace_core::labels::{ClassId, VOID};
+use inplace_core::labels::{Class, ClassId, History, LabelSet, Stroke, VOID};
 use inplace_core::scene::{OpenOptions, Scene, SceneSource};
+use inplace_core::semantics::{ENTROPY_STEPS_PER_NAT, Mesh, MeshVertex, Spread, Surface};
 use inplace_core::session::FrameMap;
-use inplace_tests::{Outcome, Running, Small};
+use inplace_tests::{Click, Outcome, Running, Small};
+use serde_json::{Value, json};
 
 /// Set where the readers have to be there.
 const REQUIRED: &str = "INPLACE_REQUIRE_READERS";
@@ -81,6 +87,84 @@ fn specked(labels: &[ClassId]) -> Vec<ClassId> {
     labels.iter().enumerate().map(speck).collect()
 }
 
+/// Gives two images EXIF metadata that ask to turn them, which their poses do not mean: a JPEG and a PNG.
+fn turn_some(images: &Path) {
+    // TIFF with one entry: tag 0x112, one short.
+    let entry = [0x12, 0x01, 3, 0, 1, 0, 0, 0, 6, 0, 0, 0];
+    let quarter_turn = [&b"II*\0\x08\0\0\0\x01\0"[..], &entry, &[0; 4]].concat();
+    let jpeg = images.join("rgb_2.png");
+    let image = image::open(&jpeg).unwrap();
+    fs::remove_file(&jpeg).unwrap();
+    let mut encoder = JpegEncoder::new(fs::File::create(jpeg.with_extension("jpg")).unwrap());
+    encoder.set_exif_metadata(quarter_turn.clone()).unwrap();
+    image.write_with_encoder(encoder).unwrap();
+    let png = images.join("rgb_5.png");
+    let image = image::open(&png).unwrap();
+    let mut encoder = PngEncoder::new(fs::File::create(&png).unwrap());
+    encoder.set_exif_metadata(quarter_turn).unwrap();
+    image.write_with_encoder(encoder).unwrap();
+}
+
+/// A capture whose surface is labelled by clicks, and what readers should find in exports of it.
+struct Solids {
+    scene: Arc<Scene>,
+    maps: Vec<Arc<FrameMap>>,
+}
+
+impl Solids {
+    /// The surface of a capture, labelled by clicks.
+    fn new(scene: Scene, clicks: &[Click], classes: &[Class]) -> Self {
+        let scene = Arc::new(scene);
+        let surface = Surface::build(&scene, &[], 8.0).unwrap();
+        let mut history = History::new(LabelSet {
+            classes: classes.to_vec(),
+            ..LabelSet::default()
+        });
+        for click in clicks {
+            history.add_stroke(Stroke::click(click.frame, click.class, click.pixel));
+        }
+        let mut spread = Spread::new(Arc::new(surface));
+        spread.set_labels(&scene, history.labels());
+        let map = |frame| Arc::new(spread.map(&scene, frame, 0));
+        let maps = (0..scene.frames.len()).map(map).collect();
+        Self { scene, maps }
+    }
+
+    /// Every vertex of cloud and mesh with what is known of its voxel, and the triangles.
+    fn expected(&self) -> Value {
+        let (surface, _) = self.maps[0].surface().unwrap();
+        let nodes = (0..).zip(surface.graph.nodes());
+        let seen = nodes.filter(|(_, node)| !surface.is_on_shell(node));
+        let points = seen.map(|(node, seen)| MeshVertex {
+            position: seen.position,
+            node,
+        });
+        let mesh = Mesh::of_surface(surface);
+        json!({
+            "cloud": self.shape(&points.collect::<Vec<_>>(), &[]),
+            "mesh": self.shape(&mesh.vertices, &mesh.triangles),
+        })
+    }
+
+    fn shape(&self, vertices: &[MeshVertex], triangles: &[[u32; 3]]) -> Value {
+        let (surface, posterior) = self.maps[0].surface().unwrap();
+        let nodes = || vertices.iter().map(|vertex| vertex.node as usize);
+        let mut classes: BTreeMap<ClassId, usize> = BTreeMap::new();
+        for node in nodes() {
+            *classes.entry(posterior.labels[node]).or_default() += 1;
+        }
+        let color = |node: usize| (255.0 * surface.graph.nodes()[node].color).round().to_array();
+        json!({
+            "positions": vertices.iter().map(|vertex| self.scene.to_capture(vertex.position).to_array()).collect::<Vec<_>>(),
+            "colors": nodes().map(color).collect::<Vec<_>>(),
+            "labels": nodes().map(|node| posterior.labels[node]).collect::<Vec<_>>(),
+            "entropy": nodes().map(|node| f32::from(posterior.entropy[node]) / ENTROPY_STEPS_PER_NAT).collect::<Vec<_>>(),
+            "classes": classes,
+            "triangles": triangles,
+        })
+    }
+}
+
 #[test]
 fn every_format_is_read_by_others_as_the_labels_that_were_exported() {
     let python = match python() {
@@ -98,21 +182,28 @@ fn every_format_is_read_by_others_as_the_labels_that_were_exported() {
     }
     let room = root.join("room");
     small.write(&room);
+    turn_some(&room.join("rgb"));
     // Read again, so that its images are files.
     let scene = Scene::open(&SceneSource::Folder(room), OpenOptions::default(), &|_, _| {}).unwrap();
+    let said = scene.warnings.join(" ");
+    assert!(
+        said.contains("EXIF orientation asks to turn them") && said.contains("2 in all"),
+        "{said}"
+    );
     let map = |(frame, labels): (usize, &Vec<ClassId>)| {
         let camera = &scene.frames[frame].camera;
         let size = [camera.width, camera.height];
         Arc::new(FrameMap::new(frame, 0, size, specked(labels), vec![0; labels.len()]).unwrap())
     };
     let maps: Vec<Arc<FrameMap>> = small.truth.iter().enumerate().map(map).collect();
-    let labelled = LabelledScene {
-        scene: &scene,
-        classes: &small.classes,
-        maps: &maps,
-    };
-    let of_frames = || Format::ALL.into_iter().filter(|format| format.has_frames());
-    for format in of_frames() {
+    let solids = Solids::new(scene.clone(), &small.clicks(), &small.classes);
+    fs::write(root.join("surface.json"), solids.expected().to_string()).unwrap();
+    for format in Format::ALL {
+        let labelled = LabelledScene {
+            scene: &scene,
+            classes: &small.classes,
+            maps: if format.has_frames() { &maps } else { &solids.maps },
+        };
         let out = root.join(format.name());
         export(&out, labelled, format, &Options::default(), &|_, _| {
             ControlFlow::Continue(())
@@ -124,8 +215,5 @@ fn every_format_is_read_by_others_as_the_labels_that_were_exported() {
     assert_eq!(outcome.code, Some(0), "{outcome:?}");
     println!("{}", outcome.stdout);
     // All but the plain one, which the others are compared with.
-    assert_eq!(
-        outcome.stdout.matches("frames are right").count(),
-        of_frames().count() - 1
-    );
+    assert_eq!(outcome.stdout.matches("is right").count(), Format::ALL.len() - 1);
 }

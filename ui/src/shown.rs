@@ -31,6 +31,8 @@ pub struct Shown {
     preparer: Preparer,
     /// Images for the renderer: of the frame in view and those beside it.
     pictures: BTreeMap<usize, Arc<Picture>>,
+    /// Why the file of any of these frames cannot be read any more, a sentence.
+    unreadable: BTreeMap<usize, String>,
     /// The newest map, looked up or not, with its number.
     newest: Option<(Arc<FrameMap>, u64)>,
     /// The newest map that is looked up.
@@ -102,6 +104,7 @@ impl Shown {
             // The numbers of a map and its entropy lie before these.
             preparer: preparer(ctx.clone(), first + 2),
             pictures: BTreeMap::new(),
+            unreadable: BTreeMap::new(),
             newest: None,
             map: None,
             visible: None,
@@ -131,6 +134,7 @@ impl Shown {
         self.asked = None;
         self.number_before = self.last_number;
         self.pictures.retain(|&kept, _| kept.abs_diff(frame) <= 1);
+        self.unreadable.retain(|&kept, _| kept.abs_diff(frame) <= 1);
         self.take_map(map);
     }
 
@@ -176,7 +180,11 @@ impl Shown {
             match part {
                 Part::Picture(frame, picture) => {
                     if frame.abs_diff(self.frame) <= 1 {
-                        self.pictures.insert(frame, picture);
+                        self.unreadable.remove(&frame);
+                        match picture {
+                            Ok(picture) => drop(self.pictures.insert(frame, picture)),
+                            Err(reason) => drop(self.unreadable.insert(frame, reason)),
+                        }
                     }
                 }
                 Part::Map(map, serial) => {
@@ -282,6 +290,12 @@ impl Shown {
             });
             session.send(Command::Render { frame: self.frame });
         }
+    }
+
+    /// Why the file of the frame in view cannot be read any more, a sentence; `None` of an image that is there or being
+    /// read. It is tried again when the frame comes into view again.
+    pub fn unreadable(&self) -> Option<&str> {
+        self.unreadable.get(&self.frame).map(String::as_str)
     }
 
     /// The map shown.

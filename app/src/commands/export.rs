@@ -57,7 +57,7 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
         }
     }
     run.label(labels.clone());
-    let maps = run.maps(&scene, None, 0.0)?;
+    let maps = run.maps(&scene, None)?;
     let labelled = LabelledScene {
         scene: &scene,
         classes: &labels.classes,

@@ -2,7 +2,8 @@
 
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
-use std::time::Instant;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 use inplace_core::export::{
     self, Format, LabelledScene, Options, PNG_FOLDERS, PhaseSeconds, Report, peak_memory,
@@ -11,9 +12,10 @@ use inplace_core::field::Preset;
 use inplace_core::labels::{History, LabelSet, Trust, read_label_images, read_strokes};
 use inplace_core::project::Contents;
 use inplace_core::scene::{OpenOptions, Scene, SceneSource, demo};
-use inplace_core::session::SessionOptions;
+use inplace_core::session::{FrameMap, SessionOptions};
 
-use super::run::Run;
+use super::budget::Budget;
+use super::run::{Pacing, Rehearse, Run};
 use super::{Failure, cores, refuse_endless, require_place, session_options};
 use crate::arguments::LabelArguments;
 
@@ -91,7 +93,23 @@ pub fn run(arguments: &LabelArguments) -> Result<(), Failure> {
         Preset::Reference => REFERENCE_RENDERING,
         Preset::Auto | Preset::Fast | Preset::Accurate => LAST_LOOK,
     };
-    let maps = run.maps(&scene, arguments.budget, kept)?;
+    let rehearse = |maps: &[Arc<FrameMap>]| -> Result<Duration, Failure> {
+        Ok(export::rehearse_pngs(
+            &arguments.out,
+            &scene,
+            &labels.classes,
+            maps,
+        )?)
+    };
+    let budget = arguments.budget.map(|seconds| Budget::new(seconds, kept, &scene));
+    let pacing = budget.map(|budget| Pacing {
+        budget,
+        opening: load,
+        // The published network has maps at the end alone.
+        rehearse: (options.preset != Preset::Reference).then_some(&rehearse as &Rehearse<'_>),
+    });
+    let maps = run.maps(&scene, pacing)?;
+    run.stop();
 
     let writing = Instant::now();
     let labelled = LabelledScene {
@@ -107,6 +125,9 @@ pub fn run(arguments: &LabelArguments) -> Result<(), Failure> {
         &|_, _| ControlFlow::Continue(()),
     )?;
     let status = run.status();
+    let write = writing.elapsed().as_secs_f64();
+    let total = start.elapsed().as_secs_f64();
+    let over_budget = budget.and_then(|budget| budget.exceeded(total, load, write));
     let report = Report {
         version: env!("CARGO_PKG_VERSION").to_owned(),
         scene: scene.name(),
@@ -122,8 +143,11 @@ pub fn run(arguments: &LabelArguments) -> Result<(), Failure> {
             geometry: status.geometry_seconds,
             semantics: status.semantics_seconds,
             render: status.render_seconds,
-            write: writing.elapsed().as_secs_f64(),
+            write,
         },
+        total_s: total,
+        budget_s: arguments.budget,
+        over_budget,
         peak_memory_bytes: peak_memory(),
         capacity: status.capacity.clone(),
         parameters: status.parameters,
@@ -148,6 +172,9 @@ pub fn run(arguments: &LabelArguments) -> Result<(), Failure> {
             start.elapsed().as_secs_f64(),
             arguments.out.display()
         );
+        if let Some(sentence) = &report.over_budget {
+            println!("{sentence}");
+        }
         if let Some(stride) = report.map_stride.filter(|&stride| stride > 1) {
             println!("maps were rendered at one pixel in {stride} along each axis");
         }

@@ -1,6 +1,7 @@
 //! What each command does.
 
 mod bench;
+mod budget;
 mod demo;
 mod export;
 mod info;

@@ -26,6 +26,14 @@ impl Followed {
         }
     }
 
+    /// The same on a scene that is open already.
+    pub(super) fn on(scene: &Arc<Scene>, options: SessionOptions) -> Self {
+        Self {
+            session: Session::on(Arc::clone(scene), options, || {}),
+            status: Status::default(),
+        }
+    }
+
     /// Waits for the scene.
     pub(super) fn opened(&mut self) -> Result<Arc<Scene>, EvalError> {
         let mut opened = None;

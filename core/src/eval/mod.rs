@@ -14,6 +14,7 @@ mod pixels;
 mod reached;
 mod scene_truth;
 pub mod simulate;
+pub mod stability;
 mod table;
 mod truth;
 

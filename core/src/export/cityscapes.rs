@@ -1,7 +1,7 @@
 //! Images as in the ground truth of Cityscapes.
 
 use super::components::{Neighbours, components};
-use super::layout::{Labelled, Layout, OutputFile, json_file};
+use super::layout::{Labelled, Layout, OutputFile, image_file, json_file};
 use super::pngs::class_colors;
 use crate::labels::{Class, ClassId, VOID, png};
 
@@ -48,11 +48,9 @@ impl Layout for Cityscapes {
             ),
             ("color", png::encode_rgb(width, height, &class_colors(frame))),
         ];
-        let files = images.into_iter().map(|(kind, image)| {
-            let bytes = image.map_err(|error| error.to_string())?;
-            let path = format!("gtFine/{}_gtFine_{kind}.png", frame.stem());
-            Ok(OutputFile::new(path, bytes))
-        });
+        let files = images
+            .into_iter()
+            .map(|(kind, image)| image_file(format!("gtFine/{}_gtFine_{kind}.png", frame.stem()), image));
         Ok((files.collect::<Result<_, String>>()?, ()))
     }
 
@@ -81,8 +79,7 @@ fn instance_ids(frame: &Labelled<'_>) -> Vec<u16> {
             continue;
         };
         for run in &component.runs {
-            let row = run.row as usize * width as usize;
-            ids[row + run.first as usize..=row + run.last as usize].fill(*id);
+            ids[run.indices(width)].fill(*id);
         }
         *id = id.saturating_add(1);
     }

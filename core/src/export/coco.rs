@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::components::PixelBox;
 use super::layout::Labelled;
-use super::original;
+use super::original::Original;
 use crate::labels::{Class, ClassId};
 
 /// Where the images of the frames lie.
@@ -22,11 +22,11 @@ pub(super) struct Image {
 
 impl Image {
     /// A frame that has no number yet.
-    pub(super) fn of(frame: &Labelled<'_>) -> Self {
+    pub(super) fn of(frame: &Labelled<'_>, original: &Original) -> Self {
         let [width, height] = frame.size;
         Self {
             id: 0,
-            file_name: original::name(frame.frame),
+            file_name: original.name().to_owned(),
             width,
             height,
         }

@@ -5,7 +5,8 @@ use serde::Serialize;
 use super::coco::{self, Category, IMAGES, Image};
 use super::components::{Neighbours, components};
 use super::layout::{Labelled, Layout, OutputFile, dense_json_file};
-use super::{original, run_length};
+use super::original::Original;
+use super::run_length;
 use crate::labels::{Class, ClassId};
 
 /// `instances.json`, and `images/` with copies of the images.
@@ -68,8 +69,9 @@ impl Layout for CocoInstances {
                     counts: run_length::compressed(&run_length::counts(&component.runs, frame.size)),
                 })
             });
-        let entry = (Image::of(frame), frame.size, regions.collect());
-        Ok((vec![original::copy(frame.frame, IMAGES)?], entry))
+        let original = Original::of(frame.frame)?;
+        let entry = (Image::of(frame, &original), frame.size, regions.collect());
+        Ok((vec![original.into_file(IMAGES)], entry))
     }
 
     fn index(&self, classes: &[Class], entries: Vec<Self::Entry>) -> Result<Vec<OutputFile>, String> {

@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::coco::{self, Category, IMAGES, Image};
 use super::components::{box_around, label_runs};
 use super::layout::{Labelled, Layout, OutputFile, dense_json_file};
-use super::original;
+use super::original::Original;
 use crate::labels::{Class, ClassId, Run, png};
 
 const SEGMENTS: &str = "panoptic";
@@ -68,11 +68,13 @@ impl Layout for CocoPanoptic {
         let rgb: Vec<u8> = frame.labels.iter().flat_map(number).collect();
         let image = png::encode_rgb(width, height, &rgb).map_err(|error| error.to_string())?;
         let file_name = format!("{}.png", frame.stem());
+        let original = Original::of(frame.frame)?;
+        let listed = Image::of(frame, &original);
         let files = vec![
             OutputFile::new(format!("{SEGMENTS}/{file_name}"), image),
-            original::copy(frame.frame, IMAGES)?,
+            original.into_file(IMAGES),
         ];
-        Ok((files, (Image::of(frame), file_name, segments)))
+        Ok((files, (listed, file_name, segments)))
     }
 
     fn index(&self, classes: &[Class], entries: Vec<Self::Entry>) -> Result<Vec<OutputFile>, String> {

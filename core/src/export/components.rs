@@ -182,11 +182,7 @@ mod tests {
             for neighbours in [Neighbours::Sides, Neighbours::SidesAndCorners] {
                 let found = components(&labels, WIDTH, neighbours);
                 let pixels = |component: &Component| -> Vec<usize> {
-                    let of_run = |run: &Run| {
-                        let row = run.row as usize * WIDTH as usize;
-                        row + run.first as usize..=row + run.last as usize
-                    };
-                    component.runs.iter().flat_map(of_run).collect()
+                    component.runs.iter().flat_map(|run| run.indices(WIDTH)).collect()
                 };
                 let as_pixels: Vec<Vec<usize>> = found.iter().map(pixels).collect();
                 assert_eq!(

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::layout::{Labelled, Layout, OutputFile, json_file};
-use super::original;
+use super::original::Original;
 use crate::labels::{Class, ClassId, VOID, png};
 
 const IMAGES: &str = "images";
@@ -42,8 +42,9 @@ impl Layout for HuggingFace {
         }
         let shown = frame.classes.iter().zip(&is_shown[1..]);
         let labels = png::encode_labels(width, height, &frame.labels).map_err(|error| error.to_string())?;
+        let original = Original::of(frame.frame)?;
         let row = Row {
-            file_name: format!("{IMAGES}/{}", original::name(frame.frame)),
+            file_name: format!("{IMAGES}/{}", original.name()),
             label_file_name: format!("{LABELS}/{}.png", frame.stem()),
             classes: shown
                 .filter(|(_, is_shown)| **is_shown)
@@ -51,7 +52,7 @@ impl Layout for HuggingFace {
                 .collect(),
         };
         let files = vec![
-            original::copy(frame.frame, IMAGES)?,
+            original.into_file(IMAGES),
             OutputFile::new(&row.label_file_name, labels),
         ];
         Ok((files, row))

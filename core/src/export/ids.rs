@@ -1,5 +1,6 @@
 //! Other numbers for the classes: those of a data set that the labels are compared with.
 
+use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
@@ -48,38 +49,49 @@ impl IdMap {
     }
 
     /// What the ids of these classes become. Only classes that are there are exported.
-    pub(super) fn of_classes(&self, classes: &[Class]) -> Ids {
+    fn of_classes(&self, classes: &[Class]) -> Ids<'static> {
         let listed = |class: &Class| self.0.iter().find(|listed| listed.is_named(&class.name));
         let new: HashMap<ClassId, ClassId> = classes
             .iter()
             .filter_map(|class| Some((class.id, listed(class)?.id)))
             .collect();
         let used: HashSet<ClassId> = new.values().copied().collect();
+        let exported = self.0.iter().filter(|class| used.contains(&class.id));
         Ids {
-            new,
-            classes: self
-                .0
-                .iter()
-                .filter(|class| used.contains(&class.id))
-                .cloned()
-                .collect(),
+            new: Some(new),
+            classes: exported.cloned().collect(),
         }
     }
 }
 
 /// Exported ids by own ids.
-pub(super) struct Ids {
-    new: HashMap<ClassId, ClassId>,
-    classes: Vec<Class>,
+pub(super) struct Ids<'a> {
+    /// `None` where they are the same.
+    new: Option<HashMap<ClassId, ClassId>>,
+    classes: Cow<'a, [Class]>,
 }
 
-impl Ids {
-    /// The exported id; void for classes without one.
-    pub(super) fn of(&self, own: ClassId) -> ClassId {
-        self.new.get(&own).copied().unwrap_or(VOID)
+impl<'a> Ids<'a> {
+    /// Those of a project's classes, which keep their own unless a list has other ones.
+    pub(super) fn new(classes: &'a [Class], list: Option<&IdMap>) -> Self {
+        match list {
+            Some(list) => list.of_classes(classes),
+            None => Self {
+                new: None,
+                classes: Cow::Borrowed(classes),
+            },
+        }
     }
 
-    /// The exported classes, in the order of the list.
+    /// The exported id; void for classes without one.
+    pub(super) fn of(&self, own: ClassId) -> ClassId {
+        match &self.new {
+            Some(new) => new.get(&own).copied().unwrap_or(VOID),
+            None => own,
+        }
+    }
+
+    /// The exported classes, in the order of their list.
     pub(super) fn classes(&self) -> &[Class] {
         &self.classes
     }
@@ -98,10 +110,13 @@ mod tests {
             Class::new(9, "floor"),
         ];
         assert_eq!(map.missing(&own), ["lobster"]);
-        let ids = map.of_classes(&own);
+        let ids = Ids::new(&own, Some(&map));
         assert_eq!([7, 3, 9, 0].map(|id| ids.of(id)), [1, VOID, 2, VOID]);
         let names: Vec<&str> = ids.classes().iter().map(|class| class.name.as_str()).collect();
         assert_eq!(names, ["wall", "floor"]);
+        let ids = Ids::new(&own, None);
+        assert_eq!([7, 3, 0].map(|id| ids.of(id)), [7, 3, VOID]);
+        assert_eq!(ids.classes(), own);
     }
 
     #[test]

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::components::{Component, Neighbours, components};
 use super::layout::{Labelled, Layout, OutputFile, dense_json_file};
-use super::original;
+use super::original::Original;
 use crate::guide::outline;
 use crate::labels::{Class, Pixel, Run};
 
@@ -67,18 +67,21 @@ impl Layout for Labelme {
 
     fn frame(&self, frame: &Labelled<'_>) -> Result<(Vec<OutputFile>, ()), String> {
         let [image_width, image_height] = frame.size;
-        let image = original::copy(frame.frame, FOLDER)?;
+        let original = Original::of(frame.frame)?;
         let file = LabelFile {
             version: VERSION,
             flags: Empty {},
             shapes: shapes(frame)?,
-            image_path: original::name(frame.frame),
+            image_path: original.name().to_owned(),
             image_data: (),
             image_height,
             image_width,
         };
         let path = format!("{FOLDER}/{}.json", frame.stem());
-        Ok((vec![dense_json_file(path, &file)?, image], ()))
+        Ok((
+            vec![dense_json_file(path, &file)?, original.into_file(FOLDER)],
+            (),
+        ))
     }
 
     fn index(&self, _: &[Class], _: Vec<()>) -> Result<Vec<OutputFile>, String> {
@@ -93,8 +96,7 @@ fn shapes<'a>(frame: &Labelled<'a>) -> Result<Vec<Shape<'a>>, String> {
     let mut component_of = vec![0_u32; positions.len()];
     for (number, component) in (0..).zip(&components) {
         for run in &component.runs {
-            let row = run.row as usize * width as usize;
-            component_of[row + run.first as usize..=row + run.last as usize].fill(number);
+            component_of[run.indices(width)].fill(number);
         }
     }
     let shape = |(number, component): (u32, &Component)| {
@@ -205,8 +207,7 @@ mod tests {
                 .map(|point| [0, 1].map(|axis| point[axis].as_f64().unwrap() as u32))
                 .collect();
             for run in polygon_runs(&pixels) {
-                let row = run.row * WIDTH;
-                labels[(row + run.first) as usize..=(row + run.last) as usize].fill(id);
+                labels[run.indices(WIDTH)].fill(id);
             }
         }
         labels

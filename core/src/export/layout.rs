@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
+use image::ImageResult;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
@@ -112,6 +113,16 @@ impl OutputFile {
     }
 }
 
+/// An encoded image as a file.
+pub(super) fn image_file(
+    path: impl Into<PathBuf>,
+    image: ImageResult<Vec<u8>>,
+) -> Result<OutputFile, String> {
+    image
+        .map(|bytes| OutputFile::new(path, bytes))
+        .map_err(|error| error.to_string())
+}
+
 /// A value as a JSON file on one line, for lists too long to be looked at.
 pub(super) fn dense_json_file<T: serde::Serialize + ?Sized>(
     path: impl Into<PathBuf>,
@@ -169,13 +180,10 @@ pub(super) fn write<L: Layout>(
     options: &Options,
     progress: &(dyn Fn(usize, usize) -> ControlFlow<()> + Sync),
 ) -> Result<Written, ExportError> {
-    let incomplete = |reason: String| ExportError::Incomplete {
-        folder: folder.to_path_buf(),
-        reason,
-    };
+    let incomplete = |reason| ExportError::incomplete(folder, reason);
     let maps = in_order(labelled).map_err(incomplete)?;
-    let ids = options.ids.as_ref().map(|ids| ids.of_classes(labelled.classes));
-    let classes = ids.as_ref().map_or(labelled.classes, |ids| ids.classes());
+    let ids = options.ids_of(labelled.classes);
+    let classes = ids.classes();
     layout.check(classes).map_err(incomplete)?;
     super::prepare(folder, layout.folders())?;
     let (frames, stopped) = (AtomicUsize::new(0), AtomicBool::new(false));
@@ -193,7 +201,7 @@ pub(super) fn write<L: Layout>(
         }
         // Without its files a frame would get labels of nothing.
         frame.pixels()?;
-        let (written, entry) = exported(frame, map, classes, ids.as_ref(), options.least_probability)
+        let (written, entry) = exported(frame, map, &ids, options.least_probability)
             .and_then(|labelled| layout.frame(&labelled))
             .map_err(|reason| incomplete(format!("frame \"{}\": {reason}", frame.stem)))?;
         write_files(written)?;
@@ -223,17 +231,21 @@ pub(super) fn write<L: Layout>(
     })
 }
 
-/// The smallest confidence, as in [`FrameMap::confidence`], of what is at least this probable.
-pub(super) fn least_confidence(probability: f32) -> u16 {
-    (probability * f32::from(CERTAIN)).ceil() as u16
+/// Makes void what is less probable than `least`, 0..=1, by its confidence as in [`FrameMap::confidence`].
+pub(super) fn void_improbable(labels: &mut [ClassId], confidence: &[u16], least: f32) {
+    let least = (least * f32::from(CERTAIN)).ceil() as u16;
+    for (label, &confidence) in labels.iter_mut().zip(confidence) {
+        if confidence < least {
+            *label = VOID;
+        }
+    }
 }
 
 /// A frame's map as it is exported.
 pub(super) fn exported<'a>(
     frame: &'a Frame,
     map: &FrameMap,
-    classes: &'a [Class],
-    ids: Option<&Ids>,
+    ids: &'a Ids<'_>,
     least_probability: Option<f32>,
 ) -> Result<Labelled<'a>, String> {
     let map = map.in_image(frame);
@@ -242,24 +254,17 @@ pub(super) fn exported<'a>(
         let confidence = map
             .confidence()
             .ok_or("its probabilities are not known yet; wait until it was trained again, or export without a threshold")?;
-        let least = least_confidence(least);
-        for (label, &confidence) in labels.iter_mut().zip(&*confidence) {
-            if confidence < least {
-                *label = VOID;
-            }
-        }
+        void_improbable(&mut labels, &confidence, least);
     }
-    if let Some(ids) = ids {
-        for label in &mut labels {
-            *label = ids.of(*label);
-        }
+    for label in &mut labels {
+        *label = ids.of(*label);
     }
     Ok(Labelled {
         frame,
         size: [map.width, map.height],
         labels,
         entropy: map.entropy().into_owned(),
-        classes,
+        classes: ids.classes(),
     })
 }
 

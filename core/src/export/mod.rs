@@ -31,14 +31,14 @@ use std::path::{Path, PathBuf};
 pub use format::{Format, export};
 pub use ids::IdMap;
 pub use layout::{LabelledScene, Written};
-pub use memory::peak_memory;
-pub use pngs::PNG_FOLDERS;
+pub use memory::{peak_memory, resident_memory};
+pub use pngs::{PNG_FOLDERS, rehearse_pngs};
 pub use report::{PhaseSeconds, Report};
 pub use views::{Views, export_views};
 
 use ids::Ids;
 
-use crate::labels::{LabelSet, strokes_json};
+use crate::labels::{Class, LabelSet, strokes_json};
 use crate::scene::{Frame, SceneError};
 
 /// What is exported of each map, whatever the format.
@@ -49,6 +49,13 @@ pub struct Options {
     pub least_probability: Option<f32>,
     /// Other numbers for the classes.
     pub ids: Option<IdMap>,
+}
+
+impl Options {
+    /// What the ids of a project's classes become.
+    fn ids_of<'a>(&self, classes: &'a [Class]) -> Ids<'a> {
+        Ids::new(classes, self.ids.as_ref())
+    }
 }
 
 /// Results that cannot be written; each message is one sentence that names the file and what to do.
@@ -100,6 +107,13 @@ impl ExportError {
             error,
         }
     }
+
+    fn incomplete(folder: &Path, reason: String) -> Self {
+        Self::Incomplete {
+            folder: folder.to_path_buf(),
+            reason,
+        }
+    }
 }
 
 /// Makes the folder and these inside it, and tries whether files can be written there: call it before
@@ -144,7 +158,7 @@ pub fn write_json<T: serde::Serialize + ?Sized>(path: &Path, value: &T) -> Resul
 }
 
 /// Writes a file under a temporary name first.
-pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<(), ExportError> {
+pub fn write(path: &Path, bytes: &[u8]) -> Result<(), ExportError> {
     let written = atomic::write(path, bytes);
     written
         .map(|_| ())

@@ -1,41 +1,55 @@
 //! The image of a frame as it lies on disk, which data sets have beside the labels.
 
-use std::fs;
-use std::io;
-use std::path::Path;
-
 use super::layout::OutputFile;
 use crate::labels::png;
-use crate::scene::{Frame, original_colors};
+use crate::scene::{Frame, PlainImage, original_colors, plain_image};
 
-/// The image's name in a data set: the frame's stem with the extension of the file, `png` for frames that no file shows.
-pub(super) fn name(frame: &Frame) -> String {
-    let extension = if frame.path.as_os_str().is_empty() {
-        Some("png".into())
-    } else {
-        frame
-            .path
-            .extension()
-            .map(|extension| extension.to_string_lossy().into_owned())
-    };
-    match extension {
-        Some(extension) => format!("{}.{extension}", frame.stem),
-        None => frame.stem.clone(),
-    }
+/// The image of a frame as a data set has it.
+pub(super) struct Original {
+    name: String,
+    bytes: Vec<u8>,
 }
 
-/// A copy of the image, byte for byte, in a folder of the data set; a PNG of frames that no file shows.
-///
-/// # Errors
-/// Part of a sentence that names the file.
-pub(super) fn copy(frame: &Frame, folder: &str) -> Result<OutputFile, String> {
-    let bytes = if frame.path.as_os_str().is_empty() {
-        let color = frame.color();
-        png::encode_rgb(color.width(), color.height(), color.bytes()).map_err(|error| error.to_string())?
-    } else {
-        fs::read(&frame.path).map_err(|error| unreadable(&frame.path, error))?
-    };
-    Ok(OutputFile::new(format!("{folder}/{}", name(frame)), bytes))
+impl Original {
+    /// A copy of the image on disk, byte for byte but for an orientation in its metadata, which readers would follow or
+    /// not; a PNG where the frame was turned by that, and of frames that no file shows.
+    ///
+    /// # Errors
+    /// Part of a sentence that names the file.
+    pub(super) fn of(frame: &Frame) -> Result<Self, String> {
+        let png_name = || format!("{}.png", frame.stem);
+        if frame.path.as_os_str().is_empty() {
+            let color = frame.color();
+            let bytes = png::encode_rgb(color.width(), color.height(), color.bytes());
+            return Ok(Self {
+                name: png_name(),
+                bytes: bytes.map_err(|error| error.to_string())?,
+            });
+        }
+        Ok(match plain_image(frame).map_err(|error| error.to_string())? {
+            PlainImage::AsStored(bytes) => Self {
+                name: match frame.path.extension() {
+                    Some(extension) => format!("{}.{}", frame.stem, extension.to_string_lossy()),
+                    None => frame.stem.clone(),
+                },
+                bytes,
+            },
+            PlainImage::Png(bytes) => Self {
+                name: png_name(),
+                bytes,
+            },
+        })
+    }
+
+    /// The frame's stem with the extension of the bytes.
+    pub(super) fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The file in a folder of the data set.
+    pub(super) fn into_file(self, folder: &str) -> OutputFile {
+        OutputFile::new(format!("{folder}/{}", self.name), self.bytes)
+    }
 }
 
 /// The colours of the image, distortion included, row-major `[height, width, 3]`.
@@ -50,34 +64,49 @@ pub(super) fn rgb(frame: &Frame) -> Result<Vec<u8>, String> {
     original_colors(frame).map_err(|error| error.to_string())
 }
 
-fn unreadable(path: &Path, error: io::Error) -> String {
-    format!("{} cannot be read: {error}; put it back", path.display())
-}
-
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
     use crate::export::testing;
+    use crate::scene::testing::sideways_jpeg;
     use crate::scene::{Camera, Distortion, Lens};
 
     #[test]
     fn an_image_on_disk_is_copied_byte_for_byte_and_a_missing_one_is_named() {
         let root = tempfile::tempdir().unwrap();
         let mut frame = testing::scene().frames.remove(0);
-        let rendered = copy(&frame, "images").unwrap();
+        let rendered = Original::of(&frame).unwrap().into_file("images");
         assert_eq!(rendered.name(), "images/rgb_0.png");
         let decoded = image::load_from_memory(rendered.bytes()).unwrap().into_rgb8();
         assert_eq!(decoded.into_raw(), frame.color().bytes());
         frame.path = root.path().join("left").with_extension("JPG");
-        fs::write(&frame.path, b"as the camera left it").unwrap();
-        let copied = copy(&frame, "images").unwrap();
+        let as_the_camera_left_it = sideways_jpeg(1);
+        fs::write(&frame.path, &as_the_camera_left_it).unwrap();
+        let copied = Original::of(&frame).unwrap().into_file("images");
         assert_eq!(
             (copied.name().as_str(), copied.bytes()),
-            ("images/rgb_0.JPG", &b"as the camera left it"[..])
+            ("images/rgb_0.JPG", &as_the_camera_left_it[..])
         );
         fs::remove_file(&frame.path).unwrap();
-        let error = copy(&frame, "images").map(|_| ()).unwrap_err();
+        let error = Original::of(&frame).map(|_| ()).unwrap_err();
         assert!(error.contains("left.JPG"), "{error}");
+    }
+
+    #[test]
+    fn an_image_that_was_turned_for_its_frame_is_a_png() {
+        let root = tempfile::tempdir().unwrap();
+        let mut frame = testing::scene().frames.remove(0);
+        frame.camera = Camera::with_horizontal_fov(16, 32, 90.0);
+        frame.path = root.path().join("left.jpg");
+        fs::write(&frame.path, sideways_jpeg(6)).unwrap();
+        let turned = Original::of(&frame).unwrap();
+        assert_eq!(turned.name(), "rgb_0.png");
+        let written = turned.into_file("images");
+        assert_eq!(written.name(), "images/rgb_0.png");
+        let decoded = image::load_from_memory(written.bytes()).unwrap();
+        assert_eq!((decoded.width(), decoded.height()), (16, 32));
     }
 
     #[test]

@@ -1,9 +1,17 @@
 //! Label, entropy and colour PNGs of every frame: the plain format, which loses nothing.
 
 use std::collections::HashMap;
+use std::path::Path;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
 
-use super::layout::{Labelled, Layout, OutputFile, json_file};
+use rayon::prelude::*;
+
+use super::layout::{Labelled, Layout, OutputFile, exported, image_file, json_file};
+use super::{ExportError, Options};
 use crate::labels::{Class, ClassId, png};
+use crate::scene::Scene;
+use crate::session::FrameMap;
 
 /// `labels/<stem>.png`, `entropy/<stem>.png` and `color/<stem>.png` for every frame, and `classes.json`.
 ///
@@ -29,16 +37,43 @@ impl Layout for Pngs {
             ("entropy", png::encode_steps(width, height, &frame.entropy)),
             ("color", png::encode_rgb(width, height, &class_colors(frame))),
         ];
-        let files = images.into_iter().map(|(folder, image)| {
-            let bytes = image.map_err(|error| error.to_string())?;
-            Ok(OutputFile::new(format!("{folder}/{}.png", frame.stem()), bytes))
-        });
+        let files = images
+            .into_iter()
+            .map(|(folder, image)| image_file(format!("{folder}/{}.png", frame.stem()), image));
         Ok((files.collect::<Result<_, String>>()?, ()))
     }
 
     fn index(&self, classes: &[Class], _: Vec<()>) -> Result<Vec<OutputFile>, String> {
         Ok(vec![json_file("classes.json", classes)?])
     }
+}
+
+/// Makes the files that [`Format::Png`](super::Format::Png) has for the frames of these maps as an export to `folder` would,
+/// on as many threads, and keeps none of them: how long that takes, reading the images of frames that are no keyframes
+/// included.
+///
+/// # Errors
+/// [`ExportError::Frame`], or [`ExportError::Incomplete`] where a frame cannot be written.
+pub fn rehearse_pngs(
+    folder: &Path,
+    scene: &Scene,
+    classes: &[Class],
+    maps: &[Arc<FrameMap>],
+) -> Result<Duration, ExportError> {
+    let start = Instant::now();
+    let options = Options::default();
+    let ids = options.ids_of(classes);
+    maps.par_iter().try_for_each(|map| {
+        let frame = &scene.frames[map.frame];
+        frame.pixels()?;
+        let files =
+            exported(frame, map, &ids, options.least_probability).and_then(|labelled| Pngs.frame(&labelled));
+        files.map(|_| ()).map_err(|reason| ExportError::Incomplete {
+            folder: folder.to_path_buf(),
+            reason: format!("frame \"{}\": {reason}", frame.stem),
+        })
+    })?;
+    Ok(start.elapsed())
 }
 
 /// The colour of every pixel's class, row-major `[height, width, 3]`; black for void and ids without a class.

@@ -29,6 +29,15 @@ pub struct Report {
     pub threads: usize,
     /// Wall time.
     pub wall_s: PhaseSeconds,
+    /// Wall time from the start to the last label image, waiting included, in seconds.
+    #[serde(default)]
+    pub total_s: f64,
+    /// What that was to be at most, in seconds.
+    #[serde(default)]
+    pub budget_s: Option<f64>,
+    /// Why it was more, a sentence.
+    #[serde(default)]
+    pub over_budget: Option<String>,
     /// The most memory held at once, in bytes.
     pub peak_memory_bytes: Option<u64>,
     /// The chosen model size in words.

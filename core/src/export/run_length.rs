@@ -119,8 +119,7 @@ mod tests {
             for component in components(&labels, WIDTH, Neighbours::SidesAndCorners) {
                 let mut mask = vec![false; (WIDTH * HEIGHT) as usize];
                 for run in &component.runs {
-                    let row = run.row * WIDTH;
-                    mask[(row + run.first) as usize..=(row + run.last) as usize].fill(true);
+                    mask[run.indices(WIDTH)].fill(true);
                 }
                 let counts = counts(&component.runs, SIZE);
                 assert_eq!(decompressed(&compressed(&counts)), counts);

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use super::layout::{LabelledScene, OutputFile, Written, json_file, least_confidence};
+use super::layout::{LabelledScene, OutputFile, Written, json_file, void_improbable};
 use super::ply::{self, Vertex};
 use super::{ExportError, Options};
 use crate::labels::{Class, ClassId, VOID};
@@ -63,21 +63,14 @@ pub(super) fn write(
     options: &Options,
     progress: &(dyn Fn(usize, usize) -> ControlFlow<()> + Sync),
 ) -> Result<Written, ExportError> {
-    let incomplete = |reason: String| ExportError::Incomplete {
-        folder: folder.to_path_buf(),
-        reason,
-    };
+    let incomplete = |reason| ExportError::incomplete(folder, reason);
     let Some((surface, posterior)) = labelled.maps.first().and_then(|map| map.surface()) else {
         let reason = "the surface of the scene is not known; wait until it was trained again";
         return Err(incomplete(reason.to_owned()));
     };
-    let ids = options.ids.as_ref().map(|ids| ids.of_classes(labelled.classes));
-    let classes = ids.as_ref().map_or(labelled.classes, |ids| ids.classes());
+    let ids = options.ids_of(labelled.classes);
+    let classes = ids.classes();
     let own_labels = labels(posterior, options);
-    let label = |node: u32| {
-        let own = own_labels[node as usize];
-        ids.as_ref().map_or(own, |ids| ids.of(own))
-    };
     let (places, triangles) = solid.shape(surface);
     let vertices: Vec<Vertex> = places
         .iter()
@@ -91,7 +84,7 @@ pub(super) fn write(
                     .round()
                     .to_array()
                     .map(|channel| channel as u8),
-                label: label(node),
+                label: ids.of(own_labels[node as usize]),
                 entropy: f32::from(posterior.entropy[node as usize]) / ENTROPY_STEPS_PER_NAT,
             }
         })
@@ -130,11 +123,11 @@ pub(super) fn write(
 
 /// The class of every node under the project's ids; void where it is less probable than is asked for.
 fn labels(posterior: &Posterior, options: &Options) -> Vec<ClassId> {
-    let least = options.least_probability.map_or(0, least_confidence);
-    let known = posterior.labels.iter().zip(&posterior.confidence);
-    known
-        .map(|(&label, &confidence)| if confidence < least { VOID } else { label })
-        .collect()
+    let mut labels = posterior.labels.clone();
+    if let Some(least) = options.least_probability {
+        void_improbable(&mut labels, &posterior.confidence, least);
+    }
+    labels
 }
 
 /// What the header says of coordinates and classes.

@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use super::layout::{Labelled, Layout, OutputFile, Written, exported};
+use super::layout::{Labelled, Layout, OutputFile, Written, exported, image_file};
 use super::pngs::Pngs;
 use super::{ExportError, Options};
 use crate::labels::{Class, png};
@@ -40,10 +40,7 @@ pub fn export_views(
     options: &Options,
     progress: &mut dyn FnMut(usize, usize) -> ControlFlow<()>,
 ) -> Result<Written, ExportError> {
-    let incomplete = |reason: String| ExportError::Incomplete {
-        folder: folder.to_path_buf(),
-        reason,
-    };
+    let incomplete = |reason| ExportError::incomplete(folder, reason);
     let Views {
         scene, trajectory, ..
     } = views;
@@ -53,8 +50,7 @@ pub fn export_views(
             "the scene has no frame whose camera could be taken".to_owned(),
         ));
     };
-    let ids = options.ids.as_ref().map(|ids| ids.of_classes(views.classes));
-    let classes = ids.as_ref().map_or(views.classes, |ids| ids.classes());
+    let ids = options.ids_of(views.classes);
     let folders: Vec<&str> = [&["rgb", "depth"], Pngs.folders()].concat();
     super::prepare(folder, &folders)?;
     let mut written = Written::default();
@@ -62,7 +58,7 @@ pub fn export_views(
     for (number, pose) in trajectory.poses.iter().enumerate() {
         let rendered = views.renderer.view(number, &camera, &scene.of_capture(pose));
         let (frame, map) = rendered.map_err(|error| incomplete(error.to_string()))?;
-        let files = exported(&frame, &map, classes, ids.as_ref(), options.least_probability)
+        let files = exported(&frame, &map, &ids, options.least_probability)
             .and_then(|labelled| files(&frame, &labelled))
             .map_err(|reason| incomplete(format!("view {number}: {reason}")))?;
         for file in files {
@@ -76,7 +72,7 @@ pub fn export_views(
             });
         }
     }
-    let mut index = Pngs.index(classes, Vec::new()).map_err(incomplete)?;
+    let mut index = Pngs.index(ids.classes(), Vec::new()).map_err(incomplete)?;
     index.extend(capture(scene, trajectory, &camera));
     for file in index {
         written.count(file.write(folder)?);
@@ -98,8 +94,7 @@ fn files(frame: &Frame, labelled: &Labelled<'_>) -> Result<Vec<OutputFile>, Stri
         ("depth", png::encode_steps(width, height, &depth)),
     ];
     for (folder, image) in images {
-        let bytes = image.map_err(|error| error.to_string())?;
-        files.push(OutputFile::new(format!("{folder}/{}.png", frame.stem), bytes));
+        files.push(image_file(format!("{folder}/{}.png", frame.stem), image)?);
     }
     Ok(files)
 }

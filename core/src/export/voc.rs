@@ -7,8 +7,9 @@ use std::io::{Cursor, Write as _};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
 
+use super::colors;
 use super::layout::{Labelled, Layout, OutputFile};
-use super::{colors, original};
+use super::original::Original;
 use crate::labels::{Class, png};
 
 /// What VOC calls void.
@@ -85,7 +86,7 @@ impl Layout for Voc {
         };
         let (class, object) = (segmentation(&class_palette)?, segmentation(&object_palette)?);
         let files = vec![
-            original::copy(frame.frame, "JPEGImages")?,
+            Original::of(frame.frame)?.into_file("JPEGImages"),
             OutputFile::new(class_path(stem), class.clone()),
             OutputFile::new(object_path(stem), object.clone()),
         ];

@@ -36,7 +36,7 @@ impl Ray {
         Self {
             origin: frame.center(),
             direction: frame.ray_direction(index),
-            length: frame.depth().and_then(|depth| depth.ray_length(index)),
+            length: frame.ray_length(index),
         }
     }
 }

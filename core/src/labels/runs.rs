@@ -1,5 +1,7 @@
 //! Sets of pixels as horizontal runs.
 
+use std::ops::RangeInclusive;
+
 use super::Pixel;
 
 /// Neighbouring pixels of one row.
@@ -21,6 +23,12 @@ impl Run {
         } else {
             vec![[self.first, self.row], [self.last, self.row]]
         }
+    }
+
+    /// Row-major indices of the pixels in an image of this width.
+    pub fn indices(&self, width: u32) -> RangeInclusive<usize> {
+        let row = self.row as usize * width as usize;
+        row + self.first as usize..=row + self.last as usize
     }
 
     /// Number of pixels.

@@ -1,6 +1,8 @@
 //! Pinhole cameras and their poses.
 
-use glam::{DAffine3, DMat3, DVec3, Vec3};
+use glam::{Affine3A, DAffine3, DMat3, DVec3, Vec3};
+
+use super::LARGEST_SIDE;
 
 /// Longest side of the box around the cameras of a capture that is scaled by them, in metres.
 const CAMERA_EXTENT: f64 = 2.0;
@@ -32,6 +34,25 @@ pub struct Camera {
 }
 
 impl Camera {
+    /// A camera of images of this width and height, with its intrinsics fx, fy, cx, cy in pixels.
+    ///
+    /// # Errors
+    /// What is wrong with these values.
+    pub(super) fn checked(
+        [width, height]: [u32; 2],
+        [fx, fy, cx, cy]: [f64; 4],
+    ) -> Result<Self, &'static str> {
+        let camera = Self {
+            width,
+            height,
+            fx: fx as f32,
+            fy: fy as f32,
+            cx: cx as f32,
+            cy: cy as f32,
+        };
+        camera.problem().map_or(Ok(camera), Err)
+    }
+
     /// A camera with square pixels, a centred principal point and the given horizontal field of view.
     pub fn with_horizontal_fov(width: u32, height: u32, degrees: f32) -> Self {
         let focal = 0.5 * width as f32 / (0.5 * degrees.to_radians()).tan();
@@ -127,6 +148,12 @@ impl Camera {
     }
 }
 
+/// These numbers as the width and height of an image in pixels; `None` where no image has that size.
+pub fn image_size(size: [f64; 2]) -> Option<[u32; 2]> {
+    let is_side = |v: f64| v >= 1.0 && v <= LARGEST_SIDE as f64 && v.fract() == 0.0;
+    size.into_iter().all(is_side).then(|| size.map(|v| v as u32))
+}
+
 /// What is wrong with a camera-to-world matrix, if anything: it must be finite and rigid.
 pub fn pose_problem(camera_to_world: &DAffine3) -> Option<&'static str> {
     if !camera_to_world.is_finite() {
@@ -147,8 +174,17 @@ pub fn pose_problem(camera_to_world: &DAffine3) -> Option<&'static str> {
     None
 }
 
+/// A pose in the coordinates and the unit of a capture, camera-to-world, in metres relative to `origin`; `unit` is the
+/// length of a metre in the capture's unit.
+pub fn placed(camera_to_world: &DAffine3, origin: DVec3, unit: f64) -> Affine3A {
+    Affine3A::from_mat3_translation(
+        orthonormalised(camera_to_world.matrix3).as_mat3(),
+        ((camera_to_world.translation - origin) / unit).as_vec3(),
+    )
+}
+
 /// The rotation nearest to an almost orthonormal matrix (Gram-Schmidt on its columns).
-pub fn orthonormalised(rotation: DMat3) -> DMat3 {
+fn orthonormalised(rotation: DMat3) -> DMat3 {
     let z = rotation.z_axis.normalize();
     let x: DVec3 = (rotation.x_axis - z * z.dot(rotation.x_axis)).normalize();
     DMat3::from_cols(x, z.cross(x), z)
@@ -212,6 +248,15 @@ mod tests {
         assert!(pose_problem(&DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0))).is_some());
         assert!(pose_problem(&DAffine3::from_translation(DVec3::splat(f64::NAN))).is_some());
         assert!(pose_problem(&DAffine3::from_translation(DVec3::new(0.0, -2.0 * FARTHEST, 0.0))).is_some());
+    }
+
+    #[test]
+    fn an_image_has_whole_numbers_of_pixels_and_not_too_many() {
+        assert_eq!(image_size([1.0, 65535.0]), Some([1, 65535]));
+        for side in [0.0, -4.0, 0.5, 65536.0, f64::NAN, f64::INFINITY] {
+            assert_eq!(image_size([side, 480.0]), None, "{side}");
+            assert_eq!(image_size([640.0, side]), None, "{side}");
+        }
     }
 
     #[test]

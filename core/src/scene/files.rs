@@ -20,8 +20,22 @@ pub(super) fn warn(warnings: &mut Vec<String>, what: &str, examples: &[String]) 
     }
 }
 
+/// Refuses a file or folder in which more than half of `total` frames have one of these problems: a sentence made from
+/// their number and the first of them, which says what to do.
+pub(super) fn refuse_most(
+    path: &Path,
+    problems: &[String],
+    total: usize,
+    reason: impl FnOnce(usize, &str) -> String,
+) -> Result<(), SceneError> {
+    match problems.first().filter(|_| 2 * problems.len() > total) {
+        None => Ok(()),
+        Some(first) => Err(SceneError::file(path, reason(problems.len(), first))),
+    }
+}
+
 /// Most bytes of pixels of an image, decoded.
-const MOST_BYTES: u64 = 512 << 20;
+pub(super) const MOST_BYTES: u64 = 512 << 20;
 /// Most bytes of pixels for each byte of a file: in a PNG, deflate makes one of at most 1032; in a JPEG, a bit is the
 /// least that says anything of the 64 pixels of a block.
 const MOST_COMPRESSED: u64 = 64 * 3 * 8;

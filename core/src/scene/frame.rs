@@ -244,6 +244,21 @@ impl Frame {
         pixels.ok()?.depth
     }
 
+    /// Colour of the pixel with this row-major index, each channel in 0..=1. For single pixels: nothing is shared or
+    /// copied for it, as [`Frame::color`] does. Black as there, where the file can no longer be read.
+    pub fn color_of(&self, index: usize) -> Vec3 {
+        let color = self.pixels.look(|pixels| pixels.color.color(index));
+        color.unwrap_or(Vec3::ZERO)
+    }
+
+    /// Measured distance along the ray of the pixel with this row-major index, in metres; `None` = unknown. For single
+    /// pixels, as [`Frame::color_of`].
+    pub fn ray_length(&self, index: usize) -> Option<f32> {
+        let length = |pixels: &Pixels| pixels.depth.as_ref()?.ray_length(index);
+        let looked = self.has_depth().then(|| self.pixels.look(length))?;
+        looked.ok()?
+    }
+
     /// Whether the capture has measured depth of this frame.
     pub fn has_depth(&self) -> bool {
         self.pixels.have_depth()
@@ -289,7 +304,8 @@ impl Frame {
     /// Whether the image on disk shows what the pixel with this row-major index shows, and it is part of the scene; the
     /// colours of others mean nothing.
     pub fn is_valid(&self, index: usize) -> bool {
-        !(self.pixels.have_hidden() && self.color().is_hidden(index)) && self.reaches(index)
+        let is_hidden = |pixels: &Pixels| pixels.color.is_hidden(index);
+        !(self.pixels.have_hidden() && self.pixels.look(is_hidden).unwrap_or(false)) && self.reaches(index)
     }
 
     /// The same of a frame whose colour image is at hand.

@@ -4,10 +4,11 @@
 #[cfg(test)]
 mod tests;
 
+use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 use image::metadata::Orientation;
-use image::{DynamicImage, ImageDecoder};
+use image::{DynamicImage, ImageDecoder, ImageFormat};
 
 use super::error::in_one_line;
 use super::files::{decode_image, decoder, unreadable, warn};
@@ -110,15 +111,68 @@ pub(super) fn decode_color(
 /// # Errors
 /// A file that can no longer be read, or has another size.
 pub(crate) fn original_colors(frame: &Frame) -> Result<Vec<u8>, SceneError> {
+    turned(frame).map(|(image, _)| image.into_rgb8().into_raw())
+}
+
+/// A frame's image on disk, turned as the frame's is, and what became of its orientation.
+fn turned(frame: &Frame) -> Result<(DynamicImage, Turn), SceneError> {
     let camera = *frame.image();
     let lens = Lens {
         image: camera,
         distortion: Distortion::default(),
     };
-    match decode_turned(&frame.path, (camera.width, camera.height)) {
-        Ok((image, _)) => Ok(image.into_rgb8().into_raw()),
-        Err(problem) => Err(unreadable(&frame.path, &problem.describe(&lens))),
+    decode_turned(&frame.path, (camera.width, camera.height))
+        .map_err(|problem| unreadable(&frame.path, &problem.describe(&lens)))
+}
+
+/// A frame's image on disk as every reader shows it with the pixels of the frame, whether that reader turns images by
+/// their metadata or not.
+pub(crate) enum PlainImage {
+    /// The bytes of the file, or all of them but the orientation in its metadata.
+    AsStored(Vec<u8>),
+    /// A PNG in place of the file: its pixels are stored otherwise than the frame has them, or its metadata cannot be
+    /// changed without spoiling it.
+    Png(Vec<u8>),
+}
+
+/// The image of a frame on disk, distortion included, without an orientation in its metadata: the pixels lie as those of
+/// the frame's labels.
+///
+/// # Errors
+/// A file that can no longer be read, or has another size.
+pub(crate) fn plain_image(frame: &Frame) -> Result<PlainImage, SceneError> {
+    let path = &frame.path;
+    let refuse = |reason: String| unreadable(path, &reason);
+    let bytes = std::fs::read(path).map_err(|error| refuse(error.to_string()))?;
+    let mut decoder = decoder(path).map_err(refuse)?;
+    if decoder.orientation().unwrap_or(Orientation::NoTransforms) == Orientation::NoTransforms {
+        return Ok(PlainImage::AsStored(bytes));
     }
+    let exif = decoder.exif_metadata().ok().flatten();
+    let (image, turn) = turned(frame)?;
+    if turn == Turn::Ignored
+        && let Some(plain) = exif.and_then(|exif| without_orientation(&bytes, exif))
+    {
+        return Ok(PlainImage::AsStored(plain));
+    }
+    let mut png = Cursor::new(Vec::new());
+    image
+        .write_to(&mut png, ImageFormat::Png)
+        .map_err(|error| refuse(in_one_line(error)))?;
+    Ok(PlainImage::Png(png.into_inner()))
+}
+
+/// The bytes of a JPEG with the orientation in these EXIF metadata of it set to none, and every other byte as it is;
+/// `None` of another format, where checksums or compression are over the metadata.
+fn without_orientation(bytes: &[u8], exif: Vec<u8>) -> Option<Vec<u8>> {
+    const START_OF_JPEG: [u8; 2] = [0xFF, 0xD8];
+    if !bytes.starts_with(&START_OF_JPEG) || exif.is_empty() {
+        return None;
+    }
+    let at = bytes.windows(exif.len()).position(|window| window == exif)?;
+    let mut plain = exif;
+    Orientation::remove_from_exif_chunk(&mut plain)?;
+    Some([&bytes[..at], &plain, &bytes[at + plain.len()..]].concat())
 }
 
 /// The image at a path, of this width and height once it is turned, where it is.

@@ -6,7 +6,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::cache::Cache;
-use super::pixels::{Decode, FramePixels, OnDisk, Pixels};
+use super::pixels::{FramePixels, OnDisk, Pixels};
 use super::{Camera, ColorImage, Frame, OpenOptions, Scene, SceneError};
 
 /// Bytes of the pixels read last of frames that are no keyframes.
@@ -61,7 +61,7 @@ impl Keeping {
             coverage: pixels.depth.as_ref().map(|depth| depth.coverage()),
             hidden: pixels.color.hidden(),
             sharpness: sharpness(&pixels.color),
-            decode: Box::new(again) as Decode,
+            decode: Box::new(again),
             cache: Arc::clone(&self.cache),
         })
     }

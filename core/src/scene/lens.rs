@@ -1,5 +1,6 @@
 //! Lenses that bend straight lines, and the pinhole camera that takes their place.
 
+use super::camera::image_size;
 use super::{Camera, ColorImage};
 
 /// Steps of Newton's method before a position counts as having no origin.
@@ -118,23 +119,12 @@ impl Lens {
     /// What is wrong with these values.
     pub(super) fn checked(
         [width, height]: [u64; 2],
-        [fx, fy, cx, cy]: [f64; 4],
+        intrinsics: [f64; 4],
         distortion: Distortion,
     ) -> Result<(Self, Camera), String> {
-        if !(1..=LARGEST_SIDE).contains(&width) || !(1..=LARGEST_SIDE).contains(&height) {
-            return Err(format!("{width} x {height} is not an image size in pixels"));
-        }
-        let image = Camera {
-            width: width as u32,
-            height: height as u32,
-            fx: fx as f32,
-            fy: fy as f32,
-            cx: cx as f32,
-            cy: cy as f32,
-        };
-        if let Some(problem) = image.problem() {
-            return Err(problem.to_owned());
-        }
+        let size = image_size([width, height].map(|side| side as f64))
+            .ok_or_else(|| format!("{width} x {height} is not an image size in pixels"))?;
+        let image = Camera::checked(size, intrinsics)?;
         let Distortion { k1, k2, p1, p2 } = distortion;
         if [k1, k2, p1, p2].iter().any(|value| !value.is_finite()) {
             return Err("its distortion is not finite".to_owned());

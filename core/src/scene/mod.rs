@@ -37,7 +37,7 @@ pub(crate) use error::in_one_line;
 pub(crate) use files::decode as decode_image;
 pub(crate) use files::size_problem;
 pub use frame::{ColorImage, DepthMap, Frame, SparsePoint};
-pub(crate) use images::original_colors;
+pub(crate) use images::{PlainImage, original_colors, plain_image};
 pub(crate) use lens::LARGEST_SIDE;
 pub use lens::{Distortion, Lens};
 pub use pixels::{FramePixels, Pixels};
@@ -214,10 +214,7 @@ impl Scene {
 
     /// A pose in the capture's own coordinates and unit, camera-to-world, in metres here, relative to the origin.
     pub fn of_capture(&self, camera_to_world: &DAffine3) -> Affine3A {
-        Affine3A::from_mat3_translation(
-            camera::orthonormalised(camera_to_world.matrix3).as_mat3(),
-            ((camera_to_world.translation - self.origin) / self.unit).as_vec3(),
-        )
+        camera::placed(camera_to_world, self.origin, self.unit)
     }
 
     /// Box around what the cameras see, in metres: around the cameras and the measured points where there

@@ -129,6 +129,18 @@ impl FramePixels {
         }
     }
 
+    /// What `see` finds in the pixels. Of a frame in memory they are lent: threads that look at many single pixels
+    /// would spend their time on counting who shares them.
+    ///
+    /// # Errors
+    /// A file that can no longer be read.
+    pub(super) fn look<T>(&self, see: impl FnOnce(&Pixels) -> T) -> Result<T, SceneError> {
+        match &self.0 {
+            Place::InMemory(pixels) => Ok(see(pixels)),
+            Place::OnDisk(_) => self.get().map(|pixels| see(&pixels)),
+        }
+    }
+
     /// The pixels.
     ///
     /// # Errors

@@ -10,7 +10,7 @@
 mod tests;
 mod write;
 
-use super::files::{file_name, numbered_files, warn};
+use super::files::{file_name, numbered_files, refuse_most, warn};
 use super::rgbd::text::{Pose, parse_numbers, read_text};
 use super::rgbd::{self, DepthCode, Layout, Listed};
 use super::{Camera, OpenOptions, Scene, SceneError, transforms};
@@ -199,17 +199,13 @@ fn with_poses(
             None => {}
         }
     }
-    if let Some(first) = bad.first().filter(|_| 2 * bad.len() > bad.len() + listed.len()) {
-        return Err(SceneError::file(
-            trajectory,
-            format!(
-                "{} of {} poses are unusable, first on {first}; each line must be a rigid camera-to-world matrix, \
-                 row by row, in metres",
-                bad.len(),
-                bad.len() + listed.len()
-            ),
-        ));
-    }
+    let total = bad.len() + listed.len();
+    refuse_most(&trajectory, &bad, total, |count, first| {
+        format!(
+            "{count} of {total} poses are unusable, first on {first}; each line must be a rigid camera-to-world matrix, \
+             row by row, in metres"
+        )
+    })?;
     warn(
         warnings,
         "frames were left out because their pose in traj_w_c.txt is unusable",

@@ -10,15 +10,14 @@
 #[cfg(test)]
 mod tests;
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use rayon::prelude::*;
-
-use super::files::{file_name, numbered_files, warn};
-use super::rgbd::text::{parse_numbers, parse_pose, read_text};
-use super::rgbd::{self, DepthCamera, DepthCode, Layout, Listed};
+use super::files::numbered_files;
+use super::rgbd::pose_files::{self, FrameFiles, Places};
+use super::rgbd::text::{parse_numbers, read_text};
+use super::rgbd::{self, DepthCamera, DepthCode, Layout};
 use super::{Camera, OpenOptions, Scene, SceneError};
 
 /// Name of the format.
@@ -52,7 +51,16 @@ pub(super) fn read(
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<Scene, SceneError> {
     let (mut warnings, mut notes) = (Vec::new(), Vec::new());
-    let listed = list(folder, options, &mut warnings)?;
+    let places = Places {
+        folder,
+        poses: &folder.join("pose"),
+        without_pose: "images in color/ have no file in pose/",
+        without_image: "poses in pose/ have no image in color/",
+        remedy: "export the scan again",
+        unusable: "frames were left out because their pose is unusable, as where tracking was lost",
+    };
+    let frames = find_files(folder, options)?.into_values();
+    let listed = pose_files::list(&places, frames, options, &mut warnings)?;
     let color = Calibration::read(folder, "color", COLOR_SIZE)?;
     let depth = Calibration::read(folder, "depth", DEPTH_SIZE)?;
     if depth.is_none() && listed.iter().any(|frame| frame.depth.is_some()) {
@@ -86,8 +94,8 @@ pub(super) fn read(
     rgbd::read(&layout, &listed, warnings, notes, options, progress)
 }
 
-/// The frames that have an image and a usable pose, by number.
-fn list(folder: &Path, options: OpenOptions, warnings: &mut Vec<String>) -> Result<Vec<Listed>, SceneError> {
+/// The files of each frame, in the order of their numbers; depth only where it is wanted.
+fn find_files(folder: &Path, options: OpenOptions) -> Result<BTreeMap<usize, FrameFiles>, SceneError> {
     let images = files(folder, "color", &["jpg", "jpeg", "png"])?;
     let poses = files(folder, "pose", &["txt"])?;
     if images.is_empty() {
@@ -101,50 +109,17 @@ fn list(folder: &Path, options: OpenOptions, warnings: &mut Vec<String>) -> Resu
     if options.depth && folder.join("depth").is_dir() {
         depths = files(folder, "depth", &["png"])?;
     }
-    let numbers: BTreeSet<usize> = images.keys().chain(poses.keys()).copied().collect();
-    let (mut found, mut without_pose, mut without_image) = (Vec::new(), Vec::new(), Vec::new());
-    for number in numbers {
-        match (images.get(&number), poses.get(&number)) {
-            (Some(image), Some(pose)) => found.push((number, image, pose)),
-            (Some(image), None) => without_pose.push(file_name(image)),
-            (None, Some(pose)) => without_image.push(file_name(pose)),
-            (None, None) => {}
-        }
+    let mut frames: BTreeMap<usize, FrameFiles> = BTreeMap::new();
+    for (number, path) in images {
+        frames.entry(number).or_default().color = Some(path);
     }
-    for (missing, what) in [
-        (&without_pose, "images in color/ have no file in pose/"),
-        (&without_image, "poses in pose/ have no image in color/"),
-    ] {
-        if let Some(first) = missing.first().filter(|_| missing.len() > found.len()) {
-            return Err(SceneError::file(
-                folder,
-                format!("{} {what}, first {first}; export the scan again", missing.len()),
-            ));
-        }
-        warn(warnings, &format!("{what} and were left out"), missing);
+    for (number, path) in poses {
+        frames.entry(number).or_default().pose = Some(path);
     }
-    let read = found
-        .par_iter()
-        .map(|(_, _, pose)| parse_pose(pose, &read_text(pose)?))
-        .collect::<Result<Vec<_>, SceneError>>()?;
-    let (mut listed, mut bad) = (Vec::new(), Vec::new());
-    for ((number, image, pose_file), pose) in found.into_iter().zip(read) {
-        match pose {
-            Ok(camera_to_world) => listed.push(Listed {
-                path: image.clone(),
-                depth: depths.get(&number).cloned(),
-                camera_to_world,
-            }),
-            Err(problem) => bad.push(format!("that in {} ({problem})", file_name(pose_file))),
-        }
+    for (number, path) in depths {
+        frames.entry(number).or_default().depth = Some(path);
     }
-    rgbd::check_poses(&folder.join("pose"), &bad, listed.len() + bad.len())?;
-    warn(
-        warnings,
-        "frames were left out because their pose is unusable, as where tracking was lost",
-        &bad,
-    );
-    Ok(listed)
+    Ok(frames)
 }
 
 /// The files of a folder of the scan by number.
@@ -188,18 +163,10 @@ impl Calibration {
                 return Err(SceneError::file(path, message));
             }
         };
-        let camera = Camera {
-            width: size.0,
-            height: size.1,
-            fx: fx as f32,
-            fy: fy as f32,
-            cx: cx as f32 + 0.5,
-            cy: cy as f32 + 0.5,
-        };
-        if let Some(problem) = camera.problem() {
+        let camera = Camera::checked([size.0, size.1], [fx, fy, cx + 0.5, cy + 0.5]).map_err(|problem| {
             let message = format!("{problem}; copy the matrix of the camera's intrinsics from the scan");
-            return Err(SceneError::file(path, message));
-        }
+            SceneError::file(&path, message)
+        })?;
         Ok(Some(Self {
             path,
             focal: [camera.fx, camera.fy],

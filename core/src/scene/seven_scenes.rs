@@ -1,21 +1,19 @@
 //! One sequence of Microsoft's 7-Scenes (Shotton et al., CVPR 2013).
 //!
-//! - `frame-XXXXXX.color.png` (or JPEG)
-//! - `frame-XXXXXX.depth.png`: 16 bit, millimetres along z, 0 and 65535 = none
-//! - `frame-XXXXXX.pose.txt`: 4x4 camera-to-world, OpenCV axes, metres, a row a line
+//! - `frame-NNNNNN.color.png` (or JPEG)
+//! - `frame-NNNNNN.depth.png`: 16 bit, millimetres along z, 0 and 65535 = none
+//! - `frame-NNNNNN.pose.txt`: 4x4 camera-to-world, OpenCV axes, metres, a row a line
 //! - `intrinsics.txt`, where there is one: `fx fy cx cy width height`
 
 #[cfg(test)]
 mod tests;
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use rayon::prelude::*;
-
-use super::files::{file_name, warn};
-use super::rgbd::text::{parse_pose, read_text};
-use super::rgbd::{self, DepthCode, Layout, Listed};
+use super::files::file_name;
+use super::rgbd::pose_files::{self, FrameFiles, Places};
+use super::rgbd::{self, DepthCode, Layout};
 use super::{OpenOptions, Scene, SceneError};
 
 /// Name of the format.
@@ -29,14 +27,6 @@ pub(super) const POSES: &str = "frame-N.pose.txt";
 /// The intrinsics that the data set gives for its depth camera, pixels at 640 x 480.
 const FOCAL: [f32; 2] = [585.0, 585.0];
 const CENTER: [f32; 2] = [320.0, 240.0];
-
-/// The files of a frame.
-#[derive(Default)]
-struct Files {
-    color: Option<PathBuf>,
-    depth: Option<PathBuf>,
-    pose: Option<PathBuf>,
-}
 
 /// What a file of a frame is.
 #[derive(Clone, Copy, PartialEq)]
@@ -78,7 +68,16 @@ pub(super) fn read(
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<Scene, SceneError> {
     let mut warnings = Vec::new();
-    let listed = list(folder, options, &mut warnings)?;
+    let places = Places {
+        folder,
+        poses: folder,
+        without_pose: "images have no .pose.txt",
+        without_image: "poses have no .color.png",
+        remedy: "copy the sequence again",
+        unusable: "frames were left out because their pose is unusable",
+    };
+    let frames = find_files(folder)?.into_values();
+    let listed = pose_files::list(&places, frames, options, &mut warnings)?;
     let layout = Layout {
         format: NAME,
         folder,
@@ -100,59 +99,10 @@ pub(super) fn read(
     rgbd::read(&layout, &listed, warnings, Vec::new(), options, progress)
 }
 
-/// The frames that have an image and a usable pose, by number.
-fn list(folder: &Path, options: OpenOptions, warnings: &mut Vec<String>) -> Result<Vec<Listed>, SceneError> {
-    let frames = find_files(folder)?;
-    let (mut found, mut without_pose, mut without_image) = (Vec::new(), Vec::new(), Vec::new());
-    for files in frames.into_values() {
-        match (files.color, files.pose) {
-            (Some(color), Some(pose)) => found.push((color, files.depth, pose)),
-            (Some(color), None) => without_pose.push(file_name(&color)),
-            (None, Some(pose)) => without_image.push(file_name(&pose)),
-            (None, None) => {}
-        }
-    }
-    for (missing, what) in [
-        (&without_pose, "images have no .pose.txt"),
-        (&without_image, "poses have no .color.png"),
-    ] {
-        if let Some(first) = missing.first().filter(|_| missing.len() > found.len()) {
-            return Err(SceneError::file(
-                folder,
-                format!("{} {what}, first {first}; copy the sequence again", missing.len()),
-            ));
-        }
-        warn(warnings, &format!("{what} and were left out"), missing);
-    }
-    let poses = found
-        .par_iter()
-        .map(|(_, _, pose)| parse_pose(pose, &read_text(pose)?))
-        .collect::<Result<Vec<_>, SceneError>>()?;
-    let total = found.len();
-    let (mut listed, mut bad) = (Vec::new(), Vec::new());
-    for ((path, depth, pose_file), pose) in found.into_iter().zip(poses) {
-        match pose {
-            Ok(camera_to_world) => listed.push(Listed {
-                path,
-                depth: depth.filter(|_| options.depth),
-                camera_to_world,
-            }),
-            Err(problem) => bad.push(format!("that in {} ({problem})", file_name(&pose_file))),
-        }
-    }
-    rgbd::check_poses(folder, &bad, total)?;
-    warn(
-        warnings,
-        "frames were left out because their pose is unusable",
-        &bad,
-    );
-    Ok(listed)
-}
-
 /// The files of each frame by its number.
-fn find_files(folder: &Path) -> Result<BTreeMap<u64, Files>, SceneError> {
+fn find_files(folder: &Path) -> Result<BTreeMap<u64, FrameFiles>, SceneError> {
     let unreadable = |error: std::io::Error| SceneError::file(folder, format!("cannot be read: {error}"));
-    let mut frames: BTreeMap<u64, Files> = BTreeMap::new();
+    let mut frames: BTreeMap<u64, FrameFiles> = BTreeMap::new();
     for entry in std::fs::read_dir(folder).map_err(unreadable)? {
         let path = entry.map_err(unreadable)?.path();
         let name = file_name(&path);

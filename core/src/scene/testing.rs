@@ -115,3 +115,19 @@ pub fn write_depth(path: &Path, first: &[u16], rest: u16) {
     values.resize(8 * 6, rest);
     image::save_buffer(path, bytemuck::cast_slice(&values), 8, 6, image::ColorType::L16).unwrap();
 }
+
+/// EXIF metadata that ask for an orientation, 1 to 8: TIFF with one entry, tag 0x112, one short.
+pub fn orientation_metadata(orientation: u8) -> Vec<u8> {
+    let entry = [0x12, 0x01, 3, 0, 1, 0, 0, 0, orientation, 0, 0, 0];
+    [&b"II*\0\x08\0\0\0\x01\0"[..], &entry, &[0; 4]].concat()
+}
+
+/// A JPEG of 32x16 pixels, dark on the left and bright on the right, that asks for an EXIF orientation.
+pub fn sideways_jpeg(orientation: u8) -> Vec<u8> {
+    let image = image::RgbImage::from_fn(32, 16, |x, _| image::Rgb([if x < 16 { 20 } else { 220 }; 3]));
+    let mut bytes = Vec::new();
+    let mut encoder = image::codecs::jpeg::JpegEncoder::new(&mut bytes);
+    image::ImageEncoder::set_exif_metadata(&mut encoder, orientation_metadata(orientation)).unwrap();
+    encoder.encode_image(&image).unwrap();
+    bytes
+}

@@ -6,6 +6,7 @@ use glam::{DAffine3, DMat3, DMat4, DVec3};
 use serde::Deserialize;
 
 use super::camera::pose_problem;
+use super::files::MOST_BYTES;
 use super::rgbd::text::read_intrinsics;
 use super::transforms::Transforms;
 use super::{Camera, SceneError, replica};
@@ -47,7 +48,8 @@ impl Trajectory {
     /// `intrinsics` is a file with `fx fy cx cy width height`, which counts in place of the camera of the path.
     ///
     /// # Errors
-    /// A file that cannot be read, a pose that is not rigid, several cameras: a sentence that names the file.
+    /// A file that cannot be read, a pose that is not rigid, several cameras, views with more pixels than an image that is
+    /// read may have: a sentence that names the file.
     pub fn read(path: &Path, intrinsics: Option<&Path>) -> Result<Self, SceneError> {
         let camera = intrinsics.map(read_intrinsics).transpose()?;
         let text = std::fs::read_to_string(path)
@@ -72,8 +74,22 @@ impl Trajectory {
         if camera.is_some() {
             trajectory.camera = camera;
         }
+        if let Some(Camera { width, height, .. }) = trajectory.camera.filter(is_too_large) {
+            return Err(SceneError::file(
+                intrinsics.unwrap_or(path),
+                format!(
+                    "asks for views of {width} x {height} pixels, which is too large for an image; give a smaller width and \
+                     height, and focal lengths to match"
+                ),
+            ));
+        }
         Ok(trajectory)
     }
+}
+
+/// Whether a camera's images have more pixels than those that are read.
+fn is_too_large(camera: &Camera) -> bool {
+    3 * u64::from(camera.width) * u64::from(camera.height) > MOST_BYTES
 }
 
 /// The refusal of a pose, counted from 0.
@@ -294,6 +310,42 @@ mod tests {
         for file in [&text, &transforms, &path] {
             let camera = Trajectory::read(file, Some(&intrinsics)).unwrap().camera.unwrap();
             assert_eq!((camera.width, camera.fy, camera.cx), (10, 21.0, 5.0));
+        }
+    }
+
+    #[test]
+    fn views_that_no_image_could_hold_are_refused_by_the_file_that_asks_for_them() {
+        let folder = Folder::new();
+        let pose = rows(&DAffine3::IDENTITY);
+        let matrix: Vec<&[f64]> = pose.chunks(4).collect();
+        for (side, is_refused) in [(100_000, true), (60_000, true), (13_000, false)] {
+            let transforms = json!({"w": side, "h": side, "fl_x": side,
+                "frames": [{"file_path": "none.png", "transform_matrix": matrix}]});
+            let path = json!({"render_width": side, "render_height": side,
+                "camera_path": [{"camera_to_world": pose, "fov": 60.0}]});
+            let center = side / 2;
+            let own = format!("{side} {side} {center} {center} {side} {side}");
+            let own = folder.file("own.txt", &own);
+            let poses = folder.file("poses.txt", &words(&pose));
+            for (file, intrinsics, named) in [
+                (
+                    folder.file("transforms.json", &transforms.to_string()),
+                    None,
+                    "transforms.json",
+                ),
+                (folder.file("path.json", &path.to_string()), None, "path.json"),
+                (poses, Some(own.as_path()), "own.txt"),
+            ] {
+                let read = Trajectory::read(&file, intrinsics);
+                if !is_refused {
+                    assert_eq!(read.unwrap().camera.unwrap().width, side, "{named}");
+                    continue;
+                }
+                let message = read.unwrap_err().to_string();
+                for part in [named, &side.to_string()] {
+                    assert!(message.contains(part), "{part} is not in: {message}");
+                }
+            }
         }
     }
 

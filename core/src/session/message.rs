@@ -67,6 +67,9 @@ pub enum Command {
     Settle,
     /// Answer with [`Event::State`].
     Save,
+    /// Panic, for measuring that nothing is lost by it.
+    #[doc(hidden)]
+    Panic,
     /// End the worker. It answers with [`Event::Stopped`] within 100 ms; with [`Preset::Reference`] after
     /// the eight rays that it is working on, which take about as long on two free cores.
     Stop,
@@ -141,6 +144,9 @@ pub struct Status {
     pub work: Work,
     /// Seconds spent training the field and looking at its surface.
     pub geometry_seconds: f64,
+    /// Seconds that [`Command::Settle`] takes until the last surface is there, as the newest look at one took; `None`
+    /// where that is not known yet.
+    pub seconds_to_settle: Option<f64>,
     /// Seconds spent spreading the labels and training the head.
     pub semantics_seconds: f64,
     /// Seconds spent making maps.

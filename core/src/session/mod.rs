@@ -22,6 +22,7 @@ use std::thread::JoinHandle;
 
 use crossbeam_channel::{Receiver, Sender, unbounded};
 
+use crate::scene::Scene;
 pub use crate::semantics::{CERTAIN, ENTROPY_STEPS_PER_NAT, FrameMap, FrameSummary, PixelAnswer, Verdict};
 pub use maps::MapSlots;
 pub use message::{Command, Event, ModelState, Phase, SessionOptions, Status};
@@ -39,13 +40,26 @@ pub struct Session {
 impl Session {
     /// Starts a worker; `wake` is called after every event, from the worker's threads.
     pub fn start(options: SessionOptions, wake: impl Fn() + Send + Sync + 'static) -> Self {
+        Self::begin(options, None, wake)
+    }
+
+    /// Starts a worker on a scene that is open already, whatever the options' source is.
+    pub fn on(scene: Arc<Scene>, options: SessionOptions, wake: impl Fn() + Send + Sync + 'static) -> Self {
+        Self::begin(options, Some(scene), wake)
+    }
+
+    fn begin(
+        options: SessionOptions,
+        scene: Option<Arc<Scene>>,
+        wake: impl Fn() + Send + Sync + 'static,
+    ) -> Self {
         let (command_sender, commands) = unbounded();
         let (event_sender, events) = unbounded();
         let maps = Arc::new(MapSlots::default());
         let outbox = outbox::Outbox::new(event_sender, Arc::clone(&maps), Box::new(wake));
         let thread = std::thread::Builder::new().name("inplace-worker".to_owned());
         let failed = outbox.clone();
-        let worker = thread.spawn(move || worker::run(options, &commands, &outbox));
+        let worker = thread.spawn(move || worker::run(options, scene, &commands, &outbox));
         let worker = match worker {
             Ok(handle) => Some(handle),
             Err(error) => {

@@ -46,10 +46,7 @@ pub(super) fn open(
                     let reason = format!("{}: an internal error stopped the reading", options.source);
                     return Err(WorkerError::Other(reason));
                 };
-                let scene = Arc::new(scene?);
-                outbox.reset_maps(scene.frames.len());
-                outbox.send(Event::Opened(Arc::clone(&scene)));
-                return Ok(Some((scene, early)));
+                return Ok(Some((Arc::new(scene?), early)));
             }
         }
     }

@@ -247,6 +247,7 @@ impl Task for ReferenceWorker<'_> {
                     self.outbox.send(Event::State(Arc::new(state)));
                 }
             }
+            Command::Panic => panic!("a panic was asked for"),
             Command::Stop => return Ok(false),
         }
         Ok(true)
@@ -264,6 +265,7 @@ impl Task for ReferenceWorker<'_> {
             field_settled: trainer.is_some_and(ReferenceTrainer::settled),
             work: trainer.map_or(Work::default(), ReferenceTrainer::work),
             geometry_seconds: self.training_seconds,
+            seconds_to_settle: None,
             semantics_seconds: 0.0,
             render_seconds: self.render_seconds,
             undone: 0,

@@ -2,6 +2,7 @@
 //! again from the field's depth when the field has become better.
 
 use std::sync::Arc;
+use std::time::Instant;
 
 use crossbeam_channel::{Receiver, TryRecvError, bounded};
 
@@ -10,8 +11,11 @@ use crate::labels::LabelSet;
 use crate::scene::{Frame, Scene};
 use crate::semantics::{FieldDepth, Spread, Surface};
 
-/// Pixels of a frame, along each axis, per ray that is rendered for its depth.
+/// Fewest pixels of a frame, along each axis, per ray that is rendered for its depth.
 const STRIDE: u32 = 4;
+/// Most rays of a look, about: 220 frames of 320x240 pixels at the stride above. More would be closer together than the
+/// voxels that they end in, whose number is bounded too.
+const MOST_RAYS: usize = 1 << 20;
 /// Rays rendered before commands are looked at again.
 const RAYS_AT_A_TIME: usize = 1024;
 /// Steps at which the field's depth is looked at, before the last look when it is taught.
@@ -27,12 +31,23 @@ pub(crate) struct Survey {
     extent: f32,
     /// Whether the frames' own depth leaves something to find out.
     incomplete: bool,
+    /// Pixels of a frame, along each axis, per ray.
+    stride: u32,
     /// Steps at which the field's depth is looked at, ascending.
     marks: Vec<u64>,
     /// Whether there is one more look when the field is taught.
     last_look: bool,
     rendering: Option<Rendering>,
-    building: Option<Receiver<Option<Spread>>>,
+    building: Option<Receiver<Option<Built>>>,
+    /// Seconds that the newest look took, up to its surface.
+    seconds: Option<f64>,
+}
+
+/// A surface with the labels spread over it.
+struct Built {
+    spread: Spread,
+    /// Seconds that it and the look before it took; `None` without one.
+    seconds: Option<f64>,
 }
 
 /// A look at the field's depth that is under way.
@@ -43,6 +58,8 @@ struct Rendering {
     begun: Option<(u32, Vec<Ray>)>,
     /// Ray lengths of the next frame, as far as they are known.
     lengths: Vec<f32>,
+    /// Seconds spent so far.
+    seconds: f64,
 }
 
 impl Survey {
@@ -60,6 +77,7 @@ impl Survey {
             threads,
             extent: trainer.field().volume().side,
             incomplete,
+            stride: stride(scene),
             marks: LOOKS
                 .into_iter()
                 .filter(|&mark| looks && mark > trainer.steps())
@@ -67,9 +85,10 @@ impl Survey {
             last_look: looks,
             rendering: None,
             building: None,
+            seconds: None,
         };
         if scene.has_depth() {
-            survey.build(vec![None; scene.frames.len()], LabelSet::default());
+            survey.build(vec![None; scene.frames.len()], LabelSet::default(), None);
         }
         if trainer.steps() > 0 {
             survey.start();
@@ -114,6 +133,7 @@ impl Survey {
                 done: Vec::with_capacity(self.scene.frames.len()),
                 begun: None,
                 lengths: Vec::new(),
+                seconds: 0.0,
             });
         }
     }
@@ -124,6 +144,7 @@ impl Survey {
         let Some(rendering) = &mut self.rendering else {
             return Ok(());
         };
+        let start = Instant::now();
         // Other frames than keyframes follow from the surface.
         let needs_none = |frame: &&Frame| !frame.is_keyframe() || is_complete(frame);
         let rest = &self.scene.frames[rendering.done.len()..];
@@ -131,7 +152,7 @@ impl Survey {
         rendering.done.resize(rendering.done.len() + skipped, None);
         if let Some(frame) = rest.get(skipped) {
             let (width, rays) = rendering.begun.get_or_insert_with(|| {
-                let (camera, rays) = frame_rays(frame, STRIDE);
+                let (camera, rays) = frame_rays(frame, self.stride);
                 (camera.width, rays)
             });
             let width = *width;
@@ -139,7 +160,8 @@ impl Survey {
             let mut unknown = Vec::new();
             while rendering.lengths.len() < rays.len() && unknown.len() < RAYS_AT_A_TIME {
                 let index = rendering.lengths.len();
-                let measured = measured_around(frame, index as u32 % width, index as u32 / width);
+                let measured =
+                    measured_around(frame, self.stride, index as u32 % width, index as u32 / width);
                 rendering.lengths.push(measured.unwrap_or(f32::INFINITY));
                 if measured.is_none() {
                     unknown.push(index);
@@ -153,27 +175,38 @@ impl Survey {
             }
             if rendering.lengths.len() == rays.len() {
                 rendering.done.push(Some(Arc::new(FieldDepth {
-                    stride: STRIDE,
+                    stride: self.stride,
                     width,
                     lengths: std::mem::take(&mut rendering.lengths),
                 })));
                 rendering.begun = None;
             }
         }
+        rendering.seconds += start.elapsed().as_secs_f64();
         if rendering.done.len() == self.scene.frames.len()
             && let Some(rendering) = self.rendering.take()
         {
-            self.build(rendering.done, labels.clone());
+            self.build(rendering.done, labels.clone(), Some(rendering.seconds));
         }
         Ok(())
     }
 
-    fn build(&mut self, lengths: Vec<Option<Arc<FieldDepth>>>, labels: LabelSet) {
+    /// Seconds that a last look takes, up to its surface, as the newest one did; 0 where the field has nothing to find
+    /// out, `None` before the first look has ended.
+    pub(crate) fn seconds_to_finish(&self) -> Option<f64> {
+        if self.incomplete { self.seconds } else { Some(0.0) }
+    }
+
+    fn build(&mut self, lengths: Vec<Option<Arc<FieldDepth>>>, labels: LabelSet, looking: Option<f64>) {
         let (scene, extent) = (Arc::clone(&self.scene), self.extent);
         let build = move || {
+            let start = Instant::now();
             let mut spread = Spread::new(Arc::new(Surface::build(&scene, &lengths, extent)?));
             spread.set_labels(&scene, &labels);
-            Some(spread)
+            Some(Built {
+                spread,
+                seconds: looking.map(|before| before + start.elapsed().as_secs_f64()),
+            })
         };
         self.building = Some(in_background("inplace-surface", self.threads, build));
     }
@@ -187,9 +220,10 @@ impl Survey {
             return Ok(None);
         };
         match building.try_recv() {
-            Ok(spread) => {
+            Ok(built) => {
                 self.building = None;
-                Ok(spread)
+                self.seconds = built.as_ref().and_then(|built| built.seconds).or(self.seconds);
+                Ok(built.map(|built| built.spread))
             }
             Err(TryRecvError::Empty) => Ok(None),
             Err(TryRecvError::Disconnected) => {
@@ -221,6 +255,19 @@ pub(super) fn in_background<T: Send + 'static>(
     receiver
 }
 
+/// Pixels of a frame, along each axis, per ray of a look at this scene.
+fn stride(scene: &Scene) -> u32 {
+    let frames = scene.frames.iter();
+    let looked_at = frames.filter(|frame| frame.is_keyframe() && !is_complete(frame));
+    stride_for(looked_at.map(|frame| frame.camera.pixels()).sum())
+}
+
+/// The same for frames of so many pixels together.
+fn stride_for(pixels: usize) -> u32 {
+    let most = (pixels as f64 / MOST_RAYS as f64).sqrt().ceil() as u32;
+    most.max(STRIDE)
+}
+
 /// Whether the field's depth adds nothing to a frame's own.
 fn is_complete(frame: &Frame) -> bool {
     frame
@@ -230,14 +277,28 @@ fn is_complete(frame: &Frame) -> bool {
 
 /// Measured ray length in the middle of a sample's pixels; `None` unless all of them and those beside
 /// them are measured.
-fn measured_around(frame: &Frame, column: u32, row: u32) -> Option<f32> {
-    let depth = frame.depth()?;
+fn measured_around(frame: &Frame, stride: u32, column: u32, row: u32) -> Option<f32> {
     let (width, height) = (frame.camera.width, frame.camera.height);
-    let range = |at: u32, limit: u32| (at * STRIDE).saturating_sub(STRIDE)..((at + 2) * STRIDE).min(limit);
-    let at = |x: u32, y: u32| depth.ray_length((y * width + x) as usize);
+    let range = |at: u32, limit: u32| (at * stride).saturating_sub(stride)..((at + 2) * stride).min(limit);
+    let at = |x: u32, y: u32| frame.ray_length((y * width + x) as usize);
     let complete = range(row, height).all(|y| range(column, width).all(|x| at(x, y).is_some()));
-    let middle = |at: u32, limit: u32| (at * STRIDE + STRIDE / 2).min(limit - 1);
+    let middle = |at: u32, limit: u32| (at * stride + stride / 2).min(limit - 1);
     complete
         .then(|| at(middle(column, width), middle(row, height)))
         .flatten()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn large_images_are_looked_at_with_no_more_rays_than_small_ones() {
+        assert_eq!(stride_for(0), STRIDE);
+        assert_eq!(stride_for(180 * 320 * 240), STRIDE);
+        let phone = 50 * 1080 * 1920;
+        let stride = stride_for(phone);
+        assert_eq!(stride, 10);
+        assert!(phone / (stride * stride) as usize <= MOST_RAYS);
+    }
 }

@@ -201,6 +201,7 @@ impl Task for Worker<'_> {
                 let state = self.save()?;
                 self.outbox.send(Event::State(Arc::new(state)));
             }
+            Command::Panic => panic!("a panic was asked for"),
             Command::Stop => return Ok(false),
         }
         Ok(true)
@@ -220,6 +221,7 @@ impl Task for Worker<'_> {
             field_settled: self.trainer.settled(),
             work: self.trainer.work(),
             geometry_seconds: self.seconds.geometry,
+            seconds_to_settle: self.survey.seconds_to_finish(),
             semantics_seconds: self.seconds.semantics,
             render_seconds: self.seconds.render,
             skipped_steps: self.trainer.skipped(),

@@ -46,6 +46,27 @@ fn accepts(parser: fuzzing::Parser, path: &Path, bytes: &[u8]) -> bool {
     }
 }
 
+/// Checks files of a capture, each by its parser and its path in the capture's folder; where all are accepted, together.
+fn check_files<const N: usize>(
+    folder: &Path,
+    parsers: [fuzzing::Parser; N],
+    names: [&str; N],
+    contents: [&[u8]; N],
+) {
+    let paths = names.map(|name| folder.join(name));
+    let mut accepted = true;
+    for ((parser, path), bytes) in parsers.into_iter().zip(&paths).zip(contents) {
+        accepted &= accepts(parser, path, bytes);
+    }
+    if accepted {
+        paths
+            .iter()
+            .zip(contents)
+            .for_each(|(path, bytes)| write(path, bytes));
+        opened::check(folder);
+    }
+}
+
 /// Two frames in the Replica layout, with depth.
 fn write_replica(folder: &Path) {
     make(folder, &["rgb", "depth"]);
@@ -60,25 +81,13 @@ fn write_replica(folder: &Path) {
 pub(super) const REPLICA_POSES: Parser = Parser {
     name: "replica_poses",
     prepare: write_replica,
-    check: |folder, bytes| {
-        let path = folder.join("traj_w_c.txt");
-        if accepts(fuzzing::REPLICA_POSES, &path, bytes) {
-            write(&path, bytes);
-            opened::check(folder);
-        }
-    },
+    check: |folder, bytes| check_files(folder, [fuzzing::REPLICA_POSES], ["traj_w_c.txt"], [bytes]),
 };
 
 pub(super) const INTRINSICS: Parser = Parser {
     name: "intrinsics",
     prepare: write_replica,
-    check: |folder, bytes| {
-        let path = folder.join("intrinsics.txt");
-        if accepts(fuzzing::INTRINSICS, &path, bytes) {
-            write(&path, bytes);
-            opened::check(folder);
-        }
-    },
+    check: |folder, bytes| check_files(folder, [fuzzing::INTRINSICS], ["intrinsics.txt"], [bytes]),
 };
 
 pub(super) const TRANSFORMS: Parser = Parser {
@@ -90,36 +99,13 @@ pub(super) const TRANSFORMS: Parser = Parser {
         }
         write_depth(&folder.join("d.png"));
     },
-    check: |folder, bytes| {
-        let path = folder.join("transforms.json");
-        if accepts(fuzzing::TRANSFORMS, &path, bytes) {
-            write(&path, bytes);
-            opened::check(folder);
-        }
-    },
+    check: |folder, bytes| check_files(folder, [fuzzing::TRANSFORMS], ["transforms.json"], [bytes]),
 };
 
 fn write_images(folder: &Path) {
     make(folder, &["images/sub", "sparse/0"]);
     for name in ["a.png", "b.png", "sub/a.png"] {
         write_color(&folder.join("images").join(name));
-    }
-}
-
-/// Checks the three files of a model; where each is accepted, together.
-fn check_model(folder: &Path, parsers: [fuzzing::Parser; 3], extension: &str, parts: [&[u8]; 3]) {
-    let names = ["cameras", "images", "points3D"];
-    let paths = names.map(|name| folder.join(format!("sparse/0/{name}.{extension}")));
-    let mut accepted = true;
-    for ((parser, path), bytes) in parsers.into_iter().zip(&paths).zip(parts) {
-        accepted &= accepts(parser, path, bytes);
-    }
-    if accepted {
-        paths
-            .iter()
-            .zip(parts)
-            .for_each(|(path, bytes)| write(path, bytes));
-        opened::check(folder);
     }
 }
 
@@ -134,7 +120,12 @@ pub(super) const COLMAP_BINARY: Parser = Parser {
         let [a, b, c, d] = *lengths;
         let (cameras, rest) = rest.split_at(rest.len().min(u16::from_le_bytes([a, b]).into()));
         let (images, points) = rest.split_at(rest.len().min(u16::from_le_bytes([c, d]).into()));
-        check_model(folder, fuzzing::COLMAP_BINARY, "bin", [cameras, images, points]);
+        let names = [
+            "sparse/0/cameras.bin",
+            "sparse/0/images.bin",
+            "sparse/0/points3D.bin",
+        ];
+        check_files(folder, fuzzing::COLMAP_BINARY, names, [cameras, images, points]);
     },
 };
 
@@ -143,7 +134,12 @@ pub(super) const COLMAP_TEXT: Parser = Parser {
     name: "colmap_text",
     prepare: write_images,
     check: |folder, bytes| {
-        check_model(folder, fuzzing::COLMAP_TEXT, "txt", parts(bytes));
+        let names = [
+            "sparse/0/cameras.txt",
+            "sparse/0/images.txt",
+            "sparse/0/points3D.txt",
+        ];
+        check_files(folder, fuzzing::COLMAP_TEXT, names, parts(bytes));
     },
 };
 
@@ -166,20 +162,9 @@ pub(super) const TUM: Parser = Parser {
         write(&folder.join("intrinsics.txt"), b"4 4 4 3 8 6");
     },
     check: |folder, bytes| {
-        let parts: [&[u8]; 3] = parts(bytes);
         let parsers = [fuzzing::TUM_IMAGES, fuzzing::TUM_IMAGES, fuzzing::TUM_POSES];
-        let paths = ["rgb.txt", "depth.txt", "groundtruth.txt"].map(|name| folder.join(name));
-        let mut accepted = true;
-        for ((parser, path), bytes) in parsers.into_iter().zip(&paths).zip(parts) {
-            accepted &= accepts(parser, path, bytes);
-        }
-        if accepted {
-            paths
-                .iter()
-                .zip(parts)
-                .for_each(|(path, bytes)| write(path, bytes));
-            opened::check(folder);
-        }
+        let names = ["rgb.txt", "depth.txt", "groundtruth.txt"];
+        check_files(folder, parsers, names, parts(bytes));
     },
 };
 
@@ -197,16 +182,17 @@ pub(super) const SEVEN_SCENES: Parser = Parser {
         }
     },
     check: |folder, bytes| {
-        let path = folder.join("frame-000000.pose.txt");
-        if accepts(fuzzing::SEVEN_SCENES_POSE, &path, bytes) {
-            write(&path, bytes);
-            opened::check(folder);
-        }
+        check_files(
+            folder,
+            [fuzzing::SEVEN_SCENES_POSE],
+            ["frame-000000.pose.txt"],
+            [bytes],
+        );
     },
 };
 
 /// `intrinsic_color.txt`, `intrinsic_depth.txt`, `extrinsic_color.txt` and the pose of a frame with a zero byte between
-/// them; the first two are left out where they are empty.
+/// them; the second is left out where it is empty.
 pub(super) const SCANNET: Parser = Parser {
     name: "scannet",
     prepare: |folder| {
@@ -222,31 +208,24 @@ pub(super) const SCANNET: Parser = Parser {
         }
     },
     check: |folder, bytes| {
-        let parts: [&[u8]; 4] = parts(bytes);
+        let [color, depth, extrinsic, pose] = parts(bytes);
         let matrix = fuzzing::SCANNET_MATRIX;
-        let parsers = [matrix, matrix, matrix, fuzzing::SEVEN_SCENES_POSE];
+        let depth_path = folder.join("intrinsic/intrinsic_depth.txt");
+        if depth.is_empty() {
+            // It may be there from the check before.
+            let _ = fs::remove_file(depth_path);
+        } else if accepts(matrix, &depth_path, depth) {
+            write(&depth_path, depth);
+        } else {
+            return;
+        }
         let names = [
             "intrinsic/intrinsic_color.txt",
-            "intrinsic/intrinsic_depth.txt",
             "intrinsic/extrinsic_color.txt",
             "pose/0.txt",
         ];
-        let paths = names.map(|name| folder.join(name));
-        let mut accepted = true;
-        for ((parser, path), bytes) in parsers.into_iter().zip(&paths).zip(parts) {
-            accepted &= accepts(parser, path, bytes);
-        }
-        if accepted {
-            for (index, (path, bytes)) in paths.iter().zip(parts).enumerate() {
-                if bytes.is_empty() && index < 2 {
-                    // It may not be there.
-                    let _ = fs::remove_file(path);
-                } else {
-                    write(path, bytes);
-                }
-            }
-            opened::check(folder);
-        }
+        let parsers = [matrix, matrix, fuzzing::SEVEN_SCENES_POSE];
+        check_files(folder, parsers, names, [color, extrinsic, pose]);
     },
 };
 

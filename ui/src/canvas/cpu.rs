@@ -4,7 +4,7 @@ use egui::Color32;
 use inplace_core::scene;
 use inplace_core::session::FrameMap;
 
-use super::content::entropy_reading;
+use super::content::{Content, entropy_reading};
 use super::layer::Layer;
 use super::palette::Palette;
 use super::plane::{Over, Reading};
@@ -185,6 +185,18 @@ fn mix(base: [u8; 3], over: [u8; 4], opacity: f32) -> [u8; 3] {
         (under + alpha * (over - under)).round() as u8
     };
     [channel(0), channel(1), channel(2)]
+}
+
+/// A frame with what lies over it, on the screen; `None` while the image is being read.
+pub(super) fn texture(ctx: &egui::Context, content: &Content, look: Look) -> Option<egui::TextureHandle> {
+    let image = content.image.color()?;
+    let size = [image.width() as usize, image.height() as usize];
+    let composed = composite_over(&image, content.over.as_ref(), &content.palette, look, size);
+    let options = egui::TextureOptions {
+        magnification: egui::TextureFilter::Nearest,
+        ..egui::TextureOptions::LINEAR
+    };
+    Some(ctx.load_texture("frame", composed, options))
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@ mod cpu;
 mod gpu;
 mod layer;
 mod legend;
+mod missing;
 mod overlay;
 mod palette;
 mod pick;
@@ -239,9 +240,16 @@ impl Canvas {
             } else {
                 part.layer
             };
-            if let Some(content) = workspace.content(look.layer) {
-                ready &= self.paint_frame(&painter.with_clip_rect(part.clip), side, content, placement, look);
+            let Some(content) = workspace.content(look.layer) else {
+                continue;
+            };
+            let missing = workspace.shown().unreadable();
+            if let Some(sentence) = missing.filter(|_| content.picture.is_none()) {
+                missing::show(ui, part.clip, side, sentence);
+                ready = false;
+                continue;
             }
+            ready &= self.paint_frame(&painter.with_clip_rect(part.clip), side, content, placement, look);
         }
         // For the instant in which the image of the frame before is still there.
         if ready && !state.overlay_hidden {
@@ -400,7 +408,7 @@ impl Canvas {
                     .as_ref()
                     .is_none_or(|composed| composed.made_of != made_of)
                 {
-                    let texture = compose(painter.ctx(), &content, look);
+                    let texture = cpu::texture(painter.ctx(), &content, look);
                     *composed = texture.map(|texture| Composed { texture, made_of });
                     if let Some((generation, frame, _)) = content.map.filter(|_| composed.is_some()) {
                         gpu::note_upload(&clock, generation, frame);
@@ -461,18 +469,6 @@ fn draft_note(ui: &Ui, painter: &egui::Painter, draft: &Draft) {
     let id = ui.scope_id().with("draft");
     let response = ui.interact(Rect::from_center_size(place, vec2(1.0, 1.0)), id, Sense::hover());
     response.widget_info(|| WidgetInfo::labeled(Role::Label, true, &text));
-}
-
-/// The frame with what lies over it; `None` while the image is being read.
-fn compose(ctx: &egui::Context, content: &Content, look: Look) -> Option<egui::TextureHandle> {
-    let image = content.image.color()?;
-    let size = [image.width() as usize, image.height() as usize];
-    let composed = cpu::composite_over(&image, content.over.as_ref(), &content.palette, look, size);
-    let options = egui::TextureOptions {
-        magnification: egui::TextureFilter::Nearest,
-        ..egui::TextureOptions::LINEAR
-    };
-    Some(ctx.load_texture("frame", composed, options))
 }
 
 /// The next brush size: single pixels first, then coarser steps.

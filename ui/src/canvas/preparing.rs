@@ -61,8 +61,8 @@ pub struct FieldView {
 /// Something that is ready now.
 #[derive(Debug)]
 pub enum Part {
-    /// The image of a frame.
-    Picture(usize, Arc<Picture>),
+    /// The image of a frame, or a sentence that says why its file cannot be read any more.
+    Picture(usize, Result<Arc<Picture>, String>),
     /// The map with this number, looked up.
     Map(Arc<FrameMap>, u64),
     /// The classes that the map with this number shows, with their pixels; void is not among them.
@@ -163,8 +163,11 @@ impl<'a> Worker<'a> {
         let Some(frame) = request.scene.frames.get(index) else {
             return Ok(());
         };
-        let picture = Picture::new(&frame.color(), self.next_serial());
-        self.desk.tell(Part::Picture(index, Arc::new(picture)))
+        let picture = match frame.pixels() {
+            Ok(pixels) => Ok(Arc::new(Picture::new(&pixels.color, self.next_serial()))),
+            Err(error) => Err(error.to_string()),
+        };
+        self.desk.tell(Part::Picture(index, picture))
     }
 
     fn look_up(&mut self, request: &mut Request) -> Result<(), Gone> {

@@ -1,7 +1,5 @@
 //! The class list.
 
-use std::path::Path;
-
 use egui::{Key, Modifiers, PointerButton};
 use egui_kittest::kittest::Queryable;
 use inplace_core::labels::{Class, PALETTES, read_class_list};
@@ -128,8 +126,7 @@ fn a_list_of_ones_own_is_written_and_read_and_a_bad_one_is_refused_by_name() {
         window.add_class("mug");
         window.click("Class list");
         window.click("Save classes as a file...");
-        window.press(Modifiers::COMMAND, Key::A);
-        window.type_into("Class list file", file.to_str().unwrap());
+        window.replace_text("Class list file", file.to_str().unwrap());
         window.until("the file is written", |app| {
             app.state().toasts.texts().count() > 0
         });
@@ -140,14 +137,10 @@ fn a_list_of_ones_own_is_written_and_read_and_a_bad_one_is_refused_by_name() {
     std::fs::write(&bad, r#"[{"id": 1, "name": "a"}, {"id": 1, "name": "b"}]"#).unwrap();
     let other = tempfile::tempdir().unwrap();
     let mut window = Window::with_demo(other.path());
-    let read = |window: &mut Window, path: &Path| {
-        window.press(Modifiers::COMMAND, Key::A);
-        window.type_into("Class list file", path.to_str().unwrap());
-    };
     window.click("ScanNet-20");
     window.click("From a file");
     window.type_into("Class list file", "");
-    read(&mut window, &bad);
+    window.replace_text("Class list file", bad.to_str().unwrap());
     let start = std::time::Instant::now();
     while window
         .harness
@@ -159,13 +152,7 @@ fn a_list_of_ones_own_is_written_and_read_and_a_bad_one_is_refused_by_name() {
     }
     window.harness.get_by_label_contains("listed twice");
 
-    let field = egui::accesskit::Role::TextInput;
-    window
-        .harness
-        .get_by_role_and_label(field, "Class list file")
-        .focus();
-    window.harness.run_steps(2);
-    read(&mut window, &file);
+    window.replace_text("Class list file", file.to_str().unwrap());
     while window.harness.query_by_label("Add 2 classes").is_none() {
         assert!(start.elapsed().as_secs() < 20, "the classes are not shown");
         window.harness.step();

@@ -1,5 +1,6 @@
 //! Saving, recovering, exporting, importing.
 
+use egui::accesskit::Role;
 use egui::{Key, Modifiers, PointerButton};
 use egui_kittest::kittest::Queryable;
 use inplace_core::labels::Trust;
@@ -24,11 +25,7 @@ fn a_saved_project_opens_again_with_its_strokes_and_its_maps() {
         window.worker().publish(0, generation, 1);
         window.harness.run_steps(3);
         window.press(Modifiers::COMMAND, Key::S);
-        let field = window.harness.get_by_label("Project file");
-        field.focus();
-        window.harness.run_steps(2);
-        window.press(Modifiers::COMMAND, Key::A);
-        window.type_into("Project file", file.to_str().unwrap());
+        window.replace_text("Project file", file.to_str().unwrap());
         let named = file.clone();
         window.until("the project is saved", |app| {
             let keeper = app.state().keeper.as_ref();
@@ -70,8 +67,11 @@ fn an_export_says_where_its_files_are() {
         window.worker().publish(frame, 1, 1);
     }
     window.press(Modifiers::COMMAND, Key::E);
-    window.press(Modifiers::COMMAND, Key::A);
-    window.type_into("Export folder", out.to_str().unwrap());
+    let field = window
+        .harness
+        .get_by_role_and_label(Role::TextInput, "Export folder");
+    assert!(field.is_focused(), "it can be typed into at once");
+    window.replace_text("Export folder", out.to_str().unwrap());
     window.until("the export has ended", |app| {
         !matches!(
             app.state().export,
@@ -99,21 +99,9 @@ fn what_is_exported_is_chosen_and_kept_for_the_next_time() {
         window.worker().publish(frame, 1, 1);
     }
     window.press(Modifiers::COMMAND, Key::E);
-    let numbers = window
-        .harness
-        .get_by_role_and_label(egui::accesskit::Role::ComboBox, "Class numbers");
-    numbers.click();
-    window.harness.run_steps(2);
-    window.harness.get_by_label("NYU-40").click();
-    window.harness.run_steps(2);
-    let field = window
-        .harness
-        .get_by_role_and_label(egui::accesskit::Role::TextInput, "Export folder");
-    field.focus();
-    window.harness.run_steps(2);
-    window.press(Modifiers::COMMAND, Key::A);
+    window.pick("Class numbers", "NYU-40");
     let out = folder.path().join("nyu");
-    window.type_into("Export folder", out.to_str().unwrap());
+    window.replace_text("Export folder", out.to_str().unwrap());
     window.until("the export has ended", |app| {
         !matches!(
             app.state().export,
@@ -134,8 +122,7 @@ fn what_is_exported_is_chosen_and_kept_for_the_next_time() {
 /// Asks for an export into a folder.
 fn export(window: &mut Window, folder: &Path) {
     window.press(Modifiers::COMMAND, Key::E);
-    window.press(Modifiers::COMMAND, Key::A);
-    window.type_into("Export folder", folder.to_str().unwrap());
+    window.replace_text("Export folder", folder.to_str().unwrap());
 }
 
 fn is_exporting(window: &Window) -> bool {
@@ -265,8 +252,7 @@ fn label_images_are_imported_undone_removed_and_kept_in_the_project() {
     let import = |window: &mut Window, path: &Path| {
         window.click("File");
         window.click("Import labels...");
-        window.press(Modifiers::COMMAND, Key::A);
-        window.type_into("Folder of label images", path.to_str().unwrap());
+        window.replace_text("Folder of label images", path.to_str().unwrap());
     };
     let imported = |window: &Window| window.workspace().document().labels().imported.clone();
     {

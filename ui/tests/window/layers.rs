@@ -4,8 +4,11 @@ use std::sync::Arc;
 
 use egui::{Key, Modifiers, PointerButton};
 use egui_kittest::kittest::Queryable;
-use inplace_core::scene::ColorImage;
+use inplace_core::scene::{ColorImage, SceneSource, write_replica};
 use inplace_core::session::{Command, Event, FrameMap, RenderedFrame};
+use inplace_ui::Target;
+use inplace_ui::action::Action;
+use inplace_ui::app::App;
 use inplace_ui::canvas::Layer;
 use inplace_ui::english::layers;
 use inplace_ui::state::Settings;
@@ -217,4 +220,48 @@ fn strokes_are_marked_where_they_are_undisputed() {
     });
     let words = [layers::STROKE_CONTRADICTED, layers::AGREED, layers::UNSAID].join(", ");
     window.harness.get_by_label(&format!("Disagreement: {words}"));
+}
+
+#[test]
+fn a_frame_whose_image_vanished_says_so_in_a_sentence_until_it_is_there_again() {
+    let root = tempfile::tempdir().unwrap();
+    let folder = root.path().join("room");
+    write_replica(&scene(SceneSource::Demo), &folder, None).unwrap();
+    let image = folder.join(format!("rgb/rgb_{VANISHING}.png"));
+    let bytes = std::fs::read(&image).unwrap();
+    let mut window = Window::new(root.path(), Some(Target::Scene(SceneSource::Folder(folder))));
+    window.until("the scene is open", |app| app.state().workspace().is_some());
+    let unreadable = |app: &App| {
+        let open = app.state().workspace()?;
+        open.shown().unreadable().map(str::to_owned)
+    };
+    window.until("the first image is shown", |app| {
+        let open = app.state().workspace().unwrap();
+        open.content(Layer::Color)
+            .is_some_and(|shown| shown.picture.is_some())
+    });
+    assert_eq!(unreadable(window.harness.state()), None);
+
+    window.act(Action::GoToFrame(VANISHING));
+    window.until("the image is missed", |app| unreadable(app).is_some());
+    let sentence = unreadable(window.harness.state()).unwrap();
+    for part in [
+        &image.display().to_string(),
+        "can no longer be read",
+        "put the capture back",
+    ] {
+        assert!(sentence.contains(part), "{part} is not in: {sentence}");
+    }
+    window.harness.get_by_label(&sentence);
+
+    std::fs::write(&image, bytes).unwrap();
+    window.act(Action::GoToFrame(0));
+    window.act(Action::GoToFrame(VANISHING));
+    window.until("the image is back", |app| {
+        let open = app.state().workspace().unwrap();
+        open.content(Layer::Color)
+            .is_some_and(|shown| shown.picture.is_some())
+    });
+    assert_eq!(unreadable(window.harness.state()), None);
+    assert!(window.harness.query_by_label(&sentence).is_none());
 }

@@ -24,10 +24,7 @@ fn label_and_save(window: &mut Window, project: &Path) {
     let place = window.canvas(0.0, 0.0);
     window.drag(PointerButton::Primary, &[place]);
     window.press(Modifiers::COMMAND, Key::S);
-    window.harness.get_by_label("Project file").focus();
-    window.harness.run_steps(2);
-    window.press(Modifiers::COMMAND, Key::A);
-    window.type_into("Project file", project.to_str().unwrap());
+    window.replace_text("Project file", project.to_str().unwrap());
     let named = project.to_path_buf();
     window.until("the project is saved", |app| {
         let keeper = app.state().keeper.as_ref();
@@ -121,8 +118,7 @@ fn a_scene_that_has_moved_is_asked_for_checked_and_remembered() {
         window
             .harness
             .get_by_label(&format!("{}: {refused}", other.display()));
-        window.press(Modifiers::COMMAND, Key::A);
-        window.type_into("Folder of the scene", new.to_str().unwrap());
+        window.replace_text("Folder of the scene", new.to_str().unwrap());
         window.until("the scene is open", |app| app.state().workspace().is_some());
         assert_eq!(window.strokes(), 1);
         window.close();
@@ -303,10 +299,7 @@ fn a_project_that_cannot_be_written_is_labelled_in_memory_and_saved_elsewhere() 
     assert_eq!(window.strokes(), 2);
     window.press(Modifiers::COMMAND, Key::S);
     let elsewhere = folder.path().join("elsewhere.inplace");
-    window.harness.get_by_label("Project file").focus();
-    window.harness.run_steps(2);
-    window.press(Modifiers::COMMAND, Key::A);
-    window.type_into("Project file", elsewhere.to_str().unwrap());
+    window.replace_text("Project file", elsewhere.to_str().unwrap());
     window.until("the project is saved", |app| {
         let keeper = app.state().keeper.as_ref();
         keeper.is_some_and(|keeper| keeper.path() == elsewhere && keeper.saved_state() == SavedState::Saved)

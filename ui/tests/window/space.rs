@@ -107,21 +107,9 @@ fn the_surface_is_exported_as_the_dialog_says() {
     }
     for (title, stem) in [("Point cloud", "cloud"), ("Mesh", "mesh")] {
         window.press(Modifiers::COMMAND, Key::E);
-        let formats = window
-            .harness
-            .get_by_role_and_label(egui::accesskit::Role::ComboBox, "Format");
-        formats.click();
-        window.harness.run_steps(2);
-        window.harness.get_by_label(title).click();
-        window.harness.run_steps(2);
-        let field = window
-            .harness
-            .get_by_role_and_label(egui::accesskit::Role::TextInput, "Export folder");
-        field.focus();
-        window.harness.run_steps(2);
-        window.press(Modifiers::COMMAND, Key::A);
+        window.pick("Format", title);
         let out = folder.path().join(stem);
-        window.type_into("Export folder", out.to_str().unwrap());
+        window.replace_text("Export folder", out.to_str().unwrap());
         window.until("the export has ended", |app| {
             !matches!(app.state().export, Some(Progress::Writing(..)))
         });

@@ -1,13 +1,15 @@
 //! A window without a screen, and a stand-in for the worker.
 
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use crossbeam_channel::{Receiver, Sender, unbounded};
+use egui::accesskit::Role;
 use egui::{Key, Modifiers, PointerButton, Pos2, vec2};
 use egui_kittest::{Harness, kittest::Queryable};
-use inplace_core::scene::{Camera, ColorImage, Frame, FramePixels, Scene, SceneSource};
+use inplace_core::scene::{Camera, ColorImage, Frame, FramePixels, OpenOptions, Scene, SceneSource};
 use inplace_core::session::{Command, Event, FrameMap, MapSlots};
 use inplace_ui::action::Action;
 use inplace_ui::app::{App, Surroundings};
@@ -63,7 +65,23 @@ impl SessionLink for Link {
     }
 }
 
+/// The frame of a capture on disk whose image vanishes as soon as it is open.
+pub const VANISHING: usize = 3;
+
 pub fn scene(source: SceneSource) -> Arc<Scene> {
+    if let SceneSource::Folder(folder) = &source
+        && folder.join("rgb").is_dir()
+    {
+        // Room for one keyframe; the others are read when they are wanted.
+        let options = OpenOptions {
+            image_bytes: 1,
+            ..OpenOptions::default()
+        };
+        let scene = Scene::open(&source, options, &|_, _| {}).unwrap();
+        assert!(!scene.frames[VANISHING].is_keyframe());
+        fs::remove_file(&scene.frames[VANISHING].path).unwrap();
+        return Arc::new(scene);
+    }
     // A folder named so is another scene.
     let other = matches!(&source, SceneSource::Folder(folder) if folder.ends_with("other"));
     let name = if other { "other" } else { "rgb" };
@@ -220,13 +238,31 @@ impl Window {
         self.harness.run_steps(3);
     }
 
-    pub fn type_into(&mut self, field: &str, text: &str) {
-        self.harness
-            .get_by_role_and_label(egui::accesskit::Role::TextInput, field)
-            .focus();
+    /// Takes an entry of a list that opens at a click.
+    pub fn pick(&mut self, list: &str, entry: &str) {
+        self.harness.get_by_role_and_label(Role::ComboBox, list).click();
+        self.harness.run_steps(3);
+        self.click(entry);
+    }
+
+    /// Gives a text field the keyboard.
+    fn focus(&mut self, field: &str) {
+        self.harness.get_by_role_and_label(Role::TextInput, field).focus();
         self.harness.run_steps(2);
+    }
+
+    /// Types in place of all that is in a field, and presses Enter.
+    pub fn replace_text(&mut self, field: &str, text: &str) {
+        self.focus(field);
+        self.press(Modifiers::COMMAND, Key::A);
+        self.type_into(field, text);
+    }
+
+    /// Types into a field, after what is in it unless that is selected, and presses Enter.
+    pub fn type_into(&mut self, field: &str, text: &str) {
+        self.focus(field);
         self.harness
-            .get_by_role_and_label(egui::accesskit::Role::TextInput, field)
+            .get_by_role_and_label(Role::TextInput, field)
             .type_text(text);
         self.harness.run_steps(2);
         self.press(Modifiers::NONE, Key::Enter);

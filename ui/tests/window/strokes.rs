@@ -1,6 +1,5 @@
 //! The tools that draw, and strokes as things to find, change and delete.
 
-use egui::accesskit::Role;
 use egui::{Key, Modifiers, PointerButton, Pos2};
 use egui_kittest::kittest::Queryable;
 use inplace_core::labels::{History, LabelSet, Stroke, StrokeId, StrokeKind, VOID};
@@ -282,12 +281,7 @@ fn the_list_goes_to_strokes_changes_and_deletes_them() {
     window.click("floor, polygon, 50 pixels, frame rgb_3");
     assert_eq!(window.workspace().frame_index(), 3);
     assert_eq!(window.workspace().selected(), Some(StrokeId(2)));
-    window
-        .harness
-        .get_by_role_and_label(Role::ComboBox, "Class of the stroke")
-        .click();
-    window.harness.run_steps(3);
-    window.click("wall");
+    window.pick("Class of the stroke", "wall");
     window
         .harness
         .get_by_label("wall, polygon, 50 pixels, frame rgb_3");
@@ -389,12 +383,7 @@ fn the_list_is_filtered_and_says_when_nothing_is_left() {
     assert_eq!(listed(&window), [false, false, true]);
     window.type_into("Find strokes", " click");
     window.click("Show all strokes");
-    window
-        .harness
-        .get_by_role_and_label(Role::ComboBox, "Strokes of class")
-        .click();
-    window.harness.run_steps(3);
-    window.click("floor");
+    window.pick("Strokes of class", "floor");
     assert_eq!(listed(&window), [false, true, false]);
     window.click("Hide the list of strokes");
     assert_eq!(listed(&window), [false, false, false]);

@@ -6,6 +6,7 @@ mod field;
 mod figure;
 mod latency;
 mod paper;
+mod stability;
 
 use super::Failure;
 use crate::arguments::Bench;
@@ -17,6 +18,7 @@ pub fn run(what: Bench) -> Result<(), Failure> {
         Bench::Field(arguments) => field::run(&arguments),
         Bench::Paper(arguments) => paper::run(&arguments),
         Bench::Latency(arguments) => latency::run(&arguments),
+        Bench::Stability(arguments) => stability::run(&arguments),
         Bench::CostOf {
             scene,
             seconds,

@@ -279,7 +279,7 @@ impl ReferenceTrainer {
                 .collect(),
             colors: chosen
                 .iter()
-                .flat_map(|&(frame, index)| self.scene.frames[frame].color().color(index).to_array())
+                .flat_map(|&(frame, index)| self.scene.frames[frame].color_of(index).to_array())
                 .collect(),
             labelled: classes.iter().flatten().count(),
             classes,

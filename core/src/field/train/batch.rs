@@ -121,7 +121,7 @@ impl Batch {
             length: length.or(ray.length),
             ..ray
         });
-        let color = scene.frames[frame].color().color(index);
+        let color = scene.frames[frame].color_of(index);
         self.colors.extend(color.to_array());
         self.frames.push(frame as u32);
     }

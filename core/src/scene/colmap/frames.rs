@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use glam::{Affine3A, DVec3};
+use glam::DVec3;
 use rayon::prelude::*;
 
 use super::model::Model;
 use super::{Listed, MOST_ERROR};
-use crate::scene::camera::{FARTHEST, orthonormalised};
-use crate::scene::files::warn;
+use crate::scene::camera::{FARTHEST, placed};
+use crate::scene::files::{refuse_most, warn};
 use crate::scene::images::{ImageFile, ImageProblem, warn_of_turns};
 use crate::scene::keyframes::Keeping;
 use crate::scene::{Frame, FramePixels, OpenOptions, Pixels, SceneError, SparsePoint};
@@ -107,16 +107,9 @@ pub(super) fn decode(
             "correct the masks, or remove them",
         ),
     ] {
-        if let Some(first) = names.first().filter(|_| 2 * names.len() > listed.len()) {
-            return Err(SceneError::file(
-                folder,
-                format!(
-                    "{} of {} images {what}, first {first}; {remedy}",
-                    names.len(),
-                    listed.len()
-                ),
-            ));
-        }
+        refuse_most(folder, names, total, |count, first| {
+            format!("{count} of {total} images {what}, first {first}; {remedy}")
+        })?;
         warn(warnings, &format!("images {what} and were left out"), names);
     }
     warn_of_turns(warnings, &turns);
@@ -175,7 +168,6 @@ impl Projected {
 }
 
 fn frame(listed: &Listed, pixels: FramePixels, projected: &Projected, placing: &Placing) -> Frame {
-    let pose = &listed.camera_to_world;
     let points = projected
         .trusted
         .iter()
@@ -189,10 +181,7 @@ fn frame(listed: &Listed, pixels: FramePixels, projected: &Projected, placing: &
         stem: listed.stem.clone(),
         path: listed.path.clone(),
         camera: listed.pinhole,
-        camera_to_world: Affine3A::from_mat3_translation(
-            orthonormalised(pose.matrix3).as_mat3(),
-            ((pose.translation - placing.origin) / placing.unit).as_vec3(),
-        ),
+        camera_to_world: placed(&listed.camera_to_world, placing.origin, placing.unit),
         pixels,
         points: points.collect(),
         lens: (!listed.lens.distortion.is_none()).then_some(listed.lens),

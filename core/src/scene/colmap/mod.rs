@@ -21,7 +21,7 @@ use std::path::{Path, PathBuf};
 use glam::{DAffine3, DMat3, DQuat};
 
 use super::camera::{FARTHEST, median_position, pose_problem, unit_of_cameras};
-use super::files::{Reach, frame_names, warn};
+use super::files::{Reach, frame_names, refuse_most, warn};
 use super::reprojection::PixelErrors;
 use super::{Camera, Lens, OpenOptions, Scene, SceneError, SceneSource};
 use model::{Model, ModelImage};
@@ -228,15 +228,9 @@ fn list(
             Err(problem) => bad.push(format!("{:?} ({problem})", image.name)),
         }
     }
-    if let Some(first) = bad.first().filter(|_| 2 * bad.len() > total) {
-        return Err(SceneError::file(
-            file,
-            format!(
-                "{} of {total} poses are unusable, first that of {first}; copy the model again",
-                bad.len()
-            ),
-        ));
-    }
+    refuse_most(file, &bad, total, |count, first| {
+        format!("{count} of {total} poses are unusable, first that of {first}; copy the model again")
+    })?;
     warn(
         warnings,
         "frames were left out because their pose is unusable",

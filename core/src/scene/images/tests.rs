@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use image::{ColorType, ExtendedColorType};
 
 use super::*;
-use crate::scene::testing::wall;
+use crate::scene::testing::{orientation_metadata, sideways_jpeg, wall};
 
 /// Three pixels of a palette: opaque, of alpha 0, half transparent.
 const PALETTE: [u8; 105] = [
@@ -115,51 +115,15 @@ fn masks_hide_where_they_are_black_and_add_to_alpha() {
     );
 }
 
-/// A JPEG of 32x16 pixels, dark on the left and bright on the right, that asks for an EXIF orientation.
-fn jpeg(orientation: u8) -> Vec<u8> {
-    let image = image::RgbImage::from_fn(32, 16, |x, _| image::Rgb([if x < 16 { 20 } else { 220 }; 3]));
-    let mut bytes = std::io::Cursor::new(Vec::new());
-    image.write_to(&mut bytes, image::ImageFormat::Jpeg).unwrap();
-    let bytes = bytes.into_inner();
-    // TIFF with one entry: tag 0x112, one short.
-    let tiff = [
-        &b"II*\0\x08\0\0\0"[..],
-        &[
-            1,
-            0,
-            0x12,
-            0x01,
-            3,
-            0,
-            1,
-            0,
-            0,
-            0,
-            orientation,
-            0,
-            0,
-            0,
-            0,
-            0,
-            0,
-            0,
-        ],
-    ]
-    .concat();
-    let exif = [&b"Exif\0\0"[..], &tiff].concat();
-    let length = (exif.len() as u16 + 2).to_be_bytes();
-    [&bytes[..2], &[0xFF, 0xE1], &length, &exif, &bytes[2..]].concat()
-}
-
 #[test]
 fn an_orientation_is_ignored_unless_the_given_size_is_that_of_the_turned_image() {
     let files = Files::new();
     for orientation in [0, 1] {
-        let path = files.write("upright.jpg", &jpeg(orientation));
+        let path = files.write("upright.jpg", &sideways_jpeg(orientation));
         assert_eq!(read(&path, None, 32, 16).unwrap().1, Turn::None);
     }
     for orientation in 2..=8 {
-        let path = files.write("turned.jpg", &jpeg(orientation));
+        let path = files.write("turned.jpg", &sideways_jpeg(orientation));
         let (color, turn) = read(&path, None, 32, 16).unwrap();
         assert_eq!(turn, Turn::Ignored);
         assert!(color.pixel(0)[0] < 60 && color.pixel(31)[0] > 180);
@@ -177,6 +141,74 @@ fn an_orientation_is_ignored_unless_the_given_size_is_that_of_the_turned_image()
         frame.path = path;
         assert_eq!(original_colors(&frame).unwrap(), color.bytes());
     }
+}
+
+/// What readers that turn images find in the bytes, and what those that do not find.
+fn shown(bytes: &[u8]) -> [DynamicImage; 2] {
+    let reader = image::ImageReader::new(Cursor::new(bytes)).with_guessed_format();
+    let mut decoder = reader.unwrap().into_decoder().unwrap();
+    let orientation = decoder.orientation().unwrap();
+    let stored = DynamicImage::from_decoder(decoder).unwrap();
+    let mut turned = stored.clone();
+    turned.apply_orientation(orientation);
+    [turned, stored]
+}
+
+#[test]
+fn a_plain_image_shows_the_pixels_of_the_frame_to_readers_that_turn_images_and_to_others() {
+    let files = Files::new();
+    for orientation in 1..=8 {
+        let jpeg = sideways_jpeg(orientation);
+        let path = files.write("turned.jpg", &jpeg);
+        for (width, height) in [(32, 16), (16, 32)] {
+            if (width, height) == (16, 32) && orientation < 5 {
+                continue;
+            }
+            let mut frame = wall(1, width, height).frames.remove(0);
+            frame.path = path.clone();
+            let (bytes, is_png) = match plain_image(&frame).unwrap() {
+                PlainImage::AsStored(bytes) => (bytes, false),
+                PlainImage::Png(bytes) => (bytes, true),
+            };
+            let own = original_colors(&frame).unwrap();
+            for image in shown(&bytes) {
+                assert_eq!((image.width(), image.height()), (width, height), "{orientation}");
+                assert_eq!(image.into_rgb8().into_raw(), own, "{orientation}");
+            }
+            assert_eq!(is_png, width < height, "{orientation}");
+            if !is_png {
+                let changed = bytes.iter().zip(&jpeg).filter(|(plain, own)| plain != own);
+                let expected = usize::from(orientation != 1);
+                assert_eq!((bytes.len(), changed.count()), (jpeg.len(), expected));
+            }
+        }
+    }
+}
+
+#[test]
+fn a_png_that_asks_to_be_turned_is_written_anew_with_all_its_bits() {
+    let files = Files::new();
+    let path = files.0.path().join("deep.png");
+    let deep: Vec<u16> = (0..4 * 2 * 3).map(|value| 2570 * value).collect();
+    let mut encoder = image::codecs::png::PngEncoder::new(std::fs::File::create(&path).unwrap());
+    image::ImageEncoder::set_exif_metadata(&mut encoder, orientation_metadata(6)).unwrap();
+    let bytes = bytemuck::cast_slice(&deep);
+    image::ImageEncoder::write_image(encoder, bytes, 4, 2, ExtendedColorType::Rgb16).unwrap();
+    let mut frame = wall(1, 4, 2).frames.remove(0);
+    frame.path = path.clone();
+    let PlainImage::Png(png) = plain_image(&frame).unwrap() else {
+        panic!("the metadata of a PNG have a checksum");
+    };
+    for image in shown(&png) {
+        assert_eq!(image, image::open(&path).unwrap());
+        assert_eq!(image.as_rgb16().unwrap().as_raw(), &deep);
+    }
+    std::fs::remove_file(&path).unwrap();
+    let error = plain_image(&frame).err().unwrap().to_string();
+    assert!(
+        error.contains("deep.png") && error.contains("no longer"),
+        "{error}"
+    );
 }
 
 #[test]

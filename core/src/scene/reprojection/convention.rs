@@ -5,7 +5,7 @@ use std::fmt;
 use glam::{DAffine3, DMat3, DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::{CornerAgreement, FEWEST_CORNERS, MatchedPair, PixelErrors, WITHIN_PX, diagonal, share_below};
+use super::{CornerAgreement, FEWEST_CORNERS, MatchedPair, PixelErrors, WITHIN_PX, diagonal};
 use crate::scene::{Camera, DepthMap, Frame, Scene};
 
 /// Angle between two rays below which it is not clear where they meet, as a sine: half a degree.
@@ -94,10 +94,15 @@ impl Convention {
         DAffine3::from_mat3_translation(rotation, centre)
     }
 
+    /// Focal lengths and principal point of a camera, in pixels along x and y.
+    fn intrinsics(&self, camera: &Camera) -> (DVec2, DVec2) {
+        let focal = self.focal * DVec2::new(f64::from(camera.fx), f64::from(camera.fy));
+        (focal, DVec2::new(f64::from(camera.cx), f64::from(camera.cy)))
+    }
+
     /// The direction through a position in a frame's image, in pixels, in camera axes with z = 1.
     fn direction(&self, camera: &Camera, place: DVec2) -> DVec3 {
-        let focal = self.focal * DVec2::new(f64::from(camera.fx), f64::from(camera.fy));
-        let centre = DVec2::new(f64::from(camera.cx), f64::from(camera.cy));
+        let (focal, centre) = self.intrinsics(camera);
         ((place - centre) / focal).extend(1.0)
     }
 }
@@ -286,9 +291,7 @@ impl View<'_> {
             if point.z <= 0.0 {
                 return None;
             }
-            let camera = &self.frames[to].camera;
-            let focal = self.convention.focal * DVec2::new(f64::from(camera.fx), f64::from(camera.fy));
-            let centre = DVec2::new(f64::from(camera.cx), f64::from(camera.cy));
+            let (focal, centre) = self.convention.intrinsics(&self.frames[to].camera);
             sum += (focal * point.truncate() / point.z + centre).distance(corner.places[to]);
             count += 1.0;
         }
@@ -344,11 +347,12 @@ fn length(frame: &Frame, depth: &DepthMap, place: DVec2) -> Option<f64> {
     }
     let own = depth.ray_length(row * width + column)?;
     let around = (row - 1..=row + 1).flat_map(|y| (column - 1..=column + 1).map(move |x| y * width + x));
-    let mut lengths = Vec::with_capacity(9);
+    let (mut nearest, mut farthest) = (own, own);
     for index in around {
-        lengths.push(f64::from(depth.ray_length(index)?));
+        let length = depth.ray_length(index)?;
+        nearest = nearest.min(length);
+        farthest = farthest.max(length);
     }
-    lengths.sort_by(f64::total_cmp);
-    let spread = share_below(&lengths, 1.0)? - share_below(&lengths, 0.0)?;
+    let spread = f64::from(farthest) - f64::from(nearest);
     (spread <= f64::from(SMOOTH * own)).then_some(f64::from(own))
 }

@@ -2,6 +2,7 @@
 //! layouts of this kind have in common.
 
 mod depth;
+pub(super) mod pose_files;
 #[cfg(test)]
 mod tests;
 pub(super) mod text;
@@ -11,11 +12,11 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use glam::{Affine3A, DAffine3, DVec3};
+use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 
-use super::camera::{median_position, orthonormalised};
-use super::files::{Reach, dimensions, file_name, stem, unreadable, warn};
+use super::camera::{median_position, placed};
+use super::files::{Reach, dimensions, file_name, refuse_most, stem, unreadable, warn};
 use super::images::{ImageFile, Turn, warn_of_turns};
 use super::keyframes::Keeping;
 use super::{Camera, Distortion, Frame, Lens, OpenOptions, Pixels, Scene, SceneError, SceneSource};
@@ -139,16 +140,11 @@ pub(super) fn published_camera(
 /// # Errors
 /// More than half of the `total` poses are bad.
 pub(super) fn check_poses(path: &Path, bad: &[String], total: usize) -> Result<(), SceneError> {
-    match bad.first().filter(|_| 2 * bad.len() > total) {
-        Some(first) => Err(SceneError::file(
-            path,
-            format!(
-                "{} of {total} poses are unusable, first {first}; each must be rigid, camera-to-world, in metres",
-                bad.len()
-            ),
-        )),
-        None => Ok(()),
-    }
+    refuse_most(path, bad, total, |count, first| {
+        format!(
+            "{count} of {total} poses are unusable, first {first}; each must be rigid, camera-to-world, in metres"
+        )
+    })
 }
 
 /// The frames whose images can be read, each with its camera: that of the capture, scaled where the image has the same
@@ -166,12 +162,12 @@ fn with_cameras<'a>(
         *counts.entry(size).or_insert(0_usize) += 1;
     }
     let Some((&(width, height), _)) = counts.iter().max_by_key(|&(_, &count)| count) else {
-        return too_many_unreadable(listed, &sizes);
+        return Err(too_many_unreadable(listed, &sizes));
     };
     let given = given_camera(layout, (width, height), notes)?;
     let readable = sizes.iter().flatten().count();
     if 2 * (sizes.len() - readable) > sizes.len() {
-        return too_many_unreadable(listed, &sizes);
+        return Err(too_many_unreadable(listed, &sizes));
     }
     let camera = match given {
         Some(camera) => camera,
@@ -263,7 +259,8 @@ fn given_camera(
     Ok(Some(camera))
 }
 
-fn too_many_unreadable<T>(listed: &[Listed], sizes: &[Result<(u32, u32), String>]) -> Result<T, SceneError> {
+/// The refusal of a capture most of whose images cannot be read.
+fn too_many_unreadable(listed: &[Listed], sizes: &[Result<(u32, u32), String>]) -> SceneError {
     let bad: Vec<(&Listed, &String)> = listed
         .iter()
         .zip(sizes)
@@ -272,14 +269,14 @@ fn too_many_unreadable<T>(listed: &[Listed], sizes: &[Result<(u32, u32), String>
     let (path, error) = bad.first().map_or((PathBuf::new(), ""), |(frame, error)| {
         (frame.path.clone(), error.as_str())
     });
-    Err(SceneError::file(
+    SceneError::file(
         path,
         format!(
             "cannot be read ({error}), like {} of {} images; copy the capture again",
             bad.len(),
             listed.len()
         ),
-    ))
+    )
 }
 
 /// A decoded frame, or why there is none; what became of its orientation, and why it has no depth though there should
@@ -341,15 +338,11 @@ fn decode(
         };
         Ok(Pixels::new(color, depth))
     };
-    let pose = &listed.camera_to_world;
     let frame = Frame {
         stem: stem(&listed.path),
         path: listed.path.clone(),
         camera: *camera,
-        camera_to_world: Affine3A::from_mat3_translation(
-            orthonormalised(pose.matrix3).as_mat3(),
-            (pose.translation - origin).as_vec3(),
-        ),
+        camera_to_world: placed(&listed.camera_to_world, origin, 1.0),
         pixels: keeping.keep(number, Pixels::new(color, depth), again),
         points: Vec::new(),
         lens: None,
@@ -389,15 +382,9 @@ fn keep_usable(
             ", or open it without depth",
         ),
     ] {
-        if let Some(first) = problems.first().filter(|_| 2 * problems.len() > total) {
-            return Err(SceneError::file(
-                folder,
-                format!(
-                    "{} of {total} {what}, first {first}; copy the capture again{otherwise}",
-                    problems.len()
-                ),
-            ));
-        }
+        refuse_most(folder, problems, total, |count, first| {
+            format!("{count} of {total} {what}, first {first}; copy the capture again{otherwise}")
+        })?;
     }
     warn(warnings, "images cannot be used and were left out", &bad);
     warn_of_turns(warnings, &turns);

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use crate::scene::camera::pose_problem;
+use crate::scene::camera::{image_size, pose_problem};
 use crate::scene::{Camera, SceneError};
 
 /// A 4x4 matrix that may not be a pose.
@@ -80,36 +80,29 @@ pub(in crate::scene) fn parse_intrinsics(path: &Path, text: &str) -> Result<Came
             ),
         ));
     };
-    let is_size = |v: f64| v >= 1.0 && v <= f64::from(u16::MAX) && v.fract() == 0.0;
-    if !is_size(width) || !is_size(height) {
+    let Some(size) = image_size([width, height]) else {
         return Err(SceneError::file(
             path,
             format!(
                 "{width} x {height} is not an image size in pixels; write six numbers: fx fy cx cy width height"
             ),
         ));
-    }
-    let camera = Camera {
-        width: width as u32,
-        height: height as u32,
-        fx: fx as f32,
-        fy: fy as f32,
-        cx: cx as f32,
-        cy: cy as f32,
     };
-    let outside = !(cx > 0.0 && cx < width && cy > 0.0 && cy < height);
-    match camera.problem() {
-        Some(problem) => Err(SceneError::file(
+    let camera = Camera::checked(size, [fx, fy, cx, cy]).map_err(|problem| {
+        SceneError::file(
             path,
             format!("{problem}; write six numbers in pixels: fx fy cx cy width height"),
-        )),
-        None if outside => Err(SceneError::file(
+        )
+    })?;
+    if cx > 0.0 && cx < width && cy > 0.0 && cy < height {
+        Ok(camera)
+    } else {
+        Err(SceneError::file(
             path,
             format!(
                 "the principal point ({cx}, {cy}) is outside the image of {width}x{height} pixels; correct cx and cy"
             ),
-        )),
-        None => Ok(camera),
+        ))
     }
 }
 

@@ -1,6 +1,7 @@
 //! What holds for sequences of 7-Scenes, good and bad.
 
 use std::fs;
+use std::path::PathBuf;
 
 use glam::Vec3;
 

@@ -13,12 +13,12 @@ mod tests;
 use std::path::{Component, Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use glam::{Affine3A, DAffine3, DVec3};
+use glam::{DAffine3, DVec3};
 use image::DynamicImage;
 use rayon::prelude::*;
 
-use super::camera::{median_position, orthonormalised, unit_of_cameras};
-use super::files::{Reach, decode_image, dimensions, file_name, frame_names, unreadable, warn};
+use super::camera::{median_position, placed, unit_of_cameras};
+use super::files::{Reach, decode_image, dimensions, file_name, frame_names, refuse_most, unreadable, warn};
 use super::frame::to_image;
 use super::images::{ImageFile, ImageProblem, Turn, warn_of_turns};
 use super::keyframes::Keeping;
@@ -206,7 +206,7 @@ fn list(
     Ok(listed)
 }
 
-/// Refuses a file or folder in which more than half of `total` frames have one of these problems.
+/// [`refuse_most`], in the words of this reader.
 fn too_many(
     path: &Path,
     problems: &[String],
@@ -214,16 +214,9 @@ fn too_many(
     what: &str,
     remedy: &str,
 ) -> Result<(), SceneError> {
-    match problems.first().filter(|_| 2 * problems.len() > total) {
-        None => Ok(()),
-        Some(first) => Err(SceneError::file(
-            path,
-            format!(
-                "{} of its {total} {what}, first {first}; {remedy}",
-                problems.len()
-            ),
-        )),
-    }
+    refuse_most(path, problems, total, |count, first| {
+        format!("{count} of its {total} {what}, first {first}; {remedy}")
+    })
 }
 
 /// Refuses paths that leave the folder of the scene, masks included.
@@ -369,15 +362,11 @@ fn decode_frame(
         };
         Ok(Pixels::new(color, depth))
     };
-    let pose = &listed.camera_to_world;
     let frame = Frame {
         stem,
         path: listed.path.clone(),
         camera: pinhole,
-        camera_to_world: Affine3A::from_mat3_translation(
-            orthonormalised(pose.matrix3).as_mat3(),
-            ((pose.translation - placing.origin) / placing.unit).as_vec3(),
-        ),
+        camera_to_world: placed(&listed.camera_to_world, placing.origin, placing.unit),
         pixels: keeping.keep(number, Pixels::new(color, depth), again),
         points: Vec::new(),
         lens: bent,

@@ -34,6 +34,7 @@ fn a_surface_that_becomes_ready_during_a_pause_waits_for_its_end() {
         assert!(Instant::now() < end);
     }
     let first = surface(&worker);
+    assert_eq!(worker.survey.seconds_to_finish(), None);
     worker.obey(Command::Settle).unwrap();
     while worker.survey.is_rendering() {
         worker.advance().unwrap();
@@ -49,4 +50,10 @@ fn a_surface_that_becomes_ready_during_a_pause_waits_for_its_end() {
         worker.advance().unwrap();
         assert!(Instant::now() < end);
     }
+    assert!(
+        worker
+            .survey
+            .seconds_to_finish()
+            .is_some_and(|seconds| seconds > 0.0)
+    );
 }

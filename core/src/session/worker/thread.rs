@@ -8,14 +8,21 @@ use crossbeam_channel::Receiver;
 
 use super::{Worker, WorkerError};
 use crate::field::Preset;
+use crate::scene::Scene;
 use crate::session::opening::open;
 use crate::session::outbox::Outbox;
 use crate::session::reference::ReferenceWorker;
 use crate::session::serve::serve;
 use crate::session::{Command, Event, SessionOptions};
 
-/// Runs until it is told to stop; whatever happens, the end is told.
-pub(in crate::session) fn run(options: SessionOptions, commands: &Receiver<Command>, outbox: &Outbox) {
+/// Runs until it is told to stop, on the options' scene or on one that is open already; whatever happens, the end is
+/// told.
+pub(in crate::session) fn run(
+    options: SessionOptions,
+    scene: Option<Arc<Scene>>,
+    commands: &Receiver<Command>,
+    outbox: &Outbox,
+) {
     guarded(outbox, || {
         let threads = rayon::ThreadPoolBuilder::new()
             .num_threads(options.threads.max(1))
@@ -25,9 +32,15 @@ pub(in crate::session) fn run(options: SessionOptions, commands: &Receiver<Comma
                 WorkerError::Other(format!("the training threads could not be started: {error}"))
             })?;
         let threads = Arc::new(threads);
-        let Some((scene, early)) = open(&options, commands, outbox, &threads)? else {
-            return Ok(());
+        let (scene, early) = match scene {
+            Some(scene) => (scene, Vec::new()),
+            None => match open(&options, commands, outbox, &threads)? {
+                Some(opened) => opened,
+                None => return Ok(()),
+            },
         };
+        outbox.reset_maps(scene.frames.len());
+        outbox.send(Event::Opened(Arc::clone(&scene)));
         threads.install(|| match options.preset {
             Preset::Reference => serve(
                 &mut ReferenceWorker::new(scene, &options, outbox)?,

@@ -1,0 +1,181 @@
+//! `inplace bench stability`: what such methods fail at.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use inplace_core::eval::stability::{
+    Condition, Figure, Outcome, Progress as Told, Settings, conditions, stability, table,
+};
+use inplace_core::export;
+use inplace_core::field::Preset;
+use inplace_core::scene::{Scene, SceneSource};
+
+use super::engine::grouped;
+use crate::arguments::StabilityArguments;
+use crate::commands::progress::Progress;
+use crate::commands::{Failure, cores, open_options};
+
+/// Tries the conditions on every scene, writes `stability.csv` and `stability.md`, and prints.
+pub fn run(arguments: &StabilityArguments) -> Result<(), Failure> {
+    let training = &arguments.training;
+    if training.preset == Preset::Reference {
+        return Err("the published network has no maps while it trains; leave --preset away".into());
+    }
+    let out = &arguments.out;
+    std::fs::create_dir_all(out).map_err(|error| format!("{}: cannot be made: {error}", out.display()))?;
+    let settings = Settings {
+        preset: training.preset,
+        threads: training.threads.map_or(cores(), usize::from),
+        seed: training.seed,
+        seconds: arguments.seconds,
+        seconds_without_depth: arguments.seconds_without_depth,
+        long_seconds: arguments.long_seconds,
+    };
+    let wanted = |condition: &Condition| {
+        if arguments.conditions.is_empty() {
+            condition.quick || !arguments.quick
+        } else {
+            arguments.conditions.iter().any(|name| name == condition.name)
+        }
+    };
+    let wanted: Vec<Condition> = conditions().into_iter().filter(wanted).collect();
+    let demo = [PathBuf::from("demo")];
+    let scenes = if arguments.scenes.is_empty() {
+        &demo[..]
+    } else {
+        &arguments.scenes
+    };
+    let mut outcomes = Vec::new();
+    for argument in scenes {
+        let source = SceneSource::from_argument(argument);
+        let scene = Arc::new(Scene::open(&source, open_options(training), &|_, _| {})?);
+        let mut progress = Progress::new();
+        outcomes.extend(stability(
+            &scene,
+            &wanted,
+            &settings,
+            arguments.seeds,
+            &mut |told| match told {
+                Told::Begins(name, seed) => {
+                    progress.show(&format!("{}, seed {seed}: {name}", argument.display()));
+                }
+                Told::Ended(outcome) => {
+                    if !outcome.is_met() {
+                        eprintln!("{}", missed(outcome));
+                    }
+                }
+            },
+        )?);
+    }
+    table(&outcomes).write(&out.join("stability.csv"))?;
+    export::write(&out.join("stability.md"), markdown(&outcomes).as_bytes())?;
+    if arguments.json {
+        println!("{}", serde_json::to_string_pretty(&outcomes)?);
+    } else {
+        print!("{}", markdown(&outcomes));
+    }
+    let failed: Vec<&str> = rows(&outcomes)
+        .into_iter()
+        .filter(|row| !row.is_met)
+        .map(|row| row.condition.name)
+        .collect();
+    if failed.is_empty() {
+        Ok(())
+    } else {
+        Err(format!("conditions missed their line: {}", failed.join(", ")).into())
+    }
+}
+
+fn missed(outcome: &Outcome) -> String {
+    let figure = outcome
+        .figure
+        .map_or("failed".to_owned(), |figure| format!("{figure:.3}"));
+    format!(
+        "{}, {} with seed {}: {figure}, below its line of {:.3}{}",
+        outcome.scene,
+        outcome.condition,
+        outcome.seed,
+        outcome.line,
+        outcome
+            .told
+            .iter()
+            .map(|told| format!("; {told}"))
+            .collect::<String>()
+    )
+}
+
+/// A condition on a scene, over the seeds.
+struct Row<'a> {
+    scene: &'a str,
+    condition: Condition,
+    mean: Option<f64>,
+    worst: Option<f64>,
+    /// The mean of the lines, which differ by seed where they are shares.
+    line: f64,
+    is_met: bool,
+    told: Vec<&'a str>,
+}
+
+/// The line counts for the mean over the seeds, and every run has to end.
+fn rows(outcomes: &[Outcome]) -> Vec<Row<'_>> {
+    let known = conditions();
+    let groups = grouped(outcomes, |outcome| (outcome.scene.clone(), outcome.condition));
+    groups
+        .into_iter()
+        .filter_map(|((_, name), runs)| {
+            let condition = *known.iter().find(|condition| condition.name == name)?;
+            let figures: Option<Vec<f64>> = runs.iter().map(|run| run.figure).collect();
+            let count = runs.len() as f64;
+            let mean = figures
+                .as_ref()
+                .map(|figures| figures.iter().sum::<f64>() / count);
+            let worst = figures.map(|figures| figures.into_iter().fold(f64::INFINITY, f64::min));
+            let line = runs.iter().map(|run| run.line).sum::<f64>() / count;
+            let mut told: Vec<&str> = runs
+                .iter()
+                .flat_map(|run| &run.told)
+                .map(String::as_str)
+                .collect();
+            told.sort_unstable();
+            told.dedup();
+            Some(Row {
+                scene: &runs[0].scene,
+                condition,
+                mean,
+                worst,
+                line,
+                is_met: mean.is_some_and(|mean| mean >= line),
+                told,
+            })
+        })
+        .collect()
+}
+
+/// The table of docs/stability.md.
+fn markdown(outcomes: &[Outcome]) -> String {
+    let mut text = String::from(
+        "| scene | condition | what happens | figure | mean | worst | line | | told |\n|---|---|---|---|---|---|---|---|---|\n",
+    );
+    for row in rows(outcomes) {
+        let number = |value: Option<f64>| value.map_or("failed".to_owned(), |value| format!("{value:.3}"));
+        let figure = match row.condition.figure {
+            Figure::Miou => "mIoU",
+            Figure::Kept => "share",
+        };
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            text,
+            "| {} | {} | {} | {figure} | {} | {} | {:.3} | {} | {} |",
+            row.scene,
+            row.condition.name,
+            row.condition.what,
+            number(row.mean),
+            number(row.worst),
+            row.line,
+            if row.is_met { "met" } else { "**missed**" },
+            row.told.join(" ")
+        );
+    }
+    text
+}

@@ -1,0 +1,88 @@
+//! What happens to measured depth: holes, a wrong scale.
+
+use rand::{Rng, rngs::SmallRng};
+
+use super::trial::Trial;
+use super::{Condition, Line, disturbed};
+use crate::scene::DepthMap;
+
+pub(super) fn conditions() -> Vec<Condition> {
+    vec![
+        disturbed(
+            "depth-holes",
+            "a third of the depth is missing, in round holes and where surfaces end",
+            Line::OfClean(0.9),
+            holes,
+        )
+        .in_short(),
+        disturbed(
+            "depth-scale",
+            "all depth is 5% too long",
+            Line::OfClean(0.8),
+            |trial, _| {
+                each(trial, |_, length| 1.05 * length);
+            },
+        ),
+        disturbed(
+            "depth-noise",
+            "depth is off by 1% of itself, pixel by pixel",
+            Line::OfClean(0.9),
+            |trial, rng| {
+                each(trial, |_, length| {
+                    length * (1.0 + 0.0173 * rng.random_range(-1.0..1.0_f32))
+                });
+            },
+        ),
+    ]
+}
+
+/// Changes every ray length that is known; 0 makes it unknown.
+fn each(trial: &mut Trial, mut change: impl FnMut(usize, f32) -> f32) {
+    for frame in &mut trial.scene.frames {
+        if let Some(depth) = frame.depth() {
+            let lengths = (0..depth.len()).map(|pixel| {
+                let length = depth.ray_length(pixel);
+                length.map_or(0.0, |length| change(pixel, length))
+            });
+            let changed = DepthMap::from_ray_lengths(depth.width(), &lengths.collect::<Vec<f32>>());
+            frame.set_depth(Some(changed));
+        }
+    }
+}
+
+fn holes(trial: &mut Trial, rng: &mut SmallRng) {
+    for frame in &mut trial.scene.frames {
+        let Some(depth) = frame.depth() else { continue };
+        let (width, height) = (frame.camera.width as i32, frame.camera.height as i32);
+        let mut lengths: Vec<f32> = (0..depth.len())
+            .map(|pixel| depth.ray_length(pixel).unwrap_or(0.0))
+            .collect();
+        // Sensors lose the pixels beside a step.
+        let at = |x: i32, y: i32| lengths[(y.clamp(0, height - 1) * width + x.clamp(0, width - 1)) as usize];
+        let beside_step = |pixel: usize| {
+            let (x, y) = (pixel as i32 % width, pixel as i32 / width);
+            let around = [(-2, 0), (2, 0), (0, -2), (0, 2)];
+            let gaps = around.map(|(dx, dy)| (at(x + dx, y + dy) - at(x, y)).abs());
+            gaps.into_iter().any(|gap| gap > 0.1 * at(x, y))
+        };
+        let mut lost: Vec<bool> = (0..lengths.len()).map(beside_step).collect();
+        let enough = lengths.len() / 3;
+        while lost.iter().filter(|&&lost| lost).count() < enough {
+            let (x, y) = (rng.random_range(0..width), rng.random_range(0..height));
+            let radius = width / 40 + rng.random_range(0..=width / 16);
+            for row in (y - radius).max(0)..(y + radius).min(height) {
+                for column in (x - radius).max(0)..(x + radius).min(width) {
+                    if (column - x).pow(2) + (row - y).pow(2) < radius.pow(2) {
+                        lost[(row * width + column) as usize] = true;
+                    }
+                }
+            }
+        }
+        for (length, lost) in lengths.iter_mut().zip(lost) {
+            if lost {
+                *length = 0.0;
+            }
+        }
+        frame.set_depth(Some(DepthMap::from_ray_lengths(width as u32, &lengths)));
+    }
+}

@@ -1,0 +1,200 @@
+//! A scene with its truth and an annotator's labels, to be disturbed and then labelled by a session.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use crate::eval::followed::{Followed, is_settled};
+use crate::eval::simulate::{Annotator, Policy};
+use crate::eval::{EvalError, SceneTruth};
+use crate::field::Preset;
+use crate::labels::{ClassId, LabelSet};
+use crate::scene::{OpenOptions, Scene};
+use crate::semantics::FrameMap;
+use crate::session::{Command, Event, ModelState, SessionOptions};
+
+/// Random clicks for each class.
+const CLICKS: usize = 5;
+
+/// How conditions are tried.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// How much the field may model.
+    pub preset: Preset,
+    /// Threads of the sessions.
+    pub threads: usize,
+    /// Seed of the disturbances, the clicks and the field; of the first run of a condition.
+    pub seed: u64,
+    /// Most seconds of training before the maps of a scene with depth are measured.
+    pub seconds: f64,
+    /// The same of a scene without depth, whose surface comes from the field alone.
+    pub seconds_without_depth: f64,
+    /// Seconds of the long training.
+    pub long_seconds: f64,
+}
+
+/// A scene to be disturbed; pixels are shared with the undisturbed one until they change.
+pub(super) struct Trial {
+    pub scene: Scene,
+    pub truth: SceneTruth,
+    /// Some random clicks of every class on the training frames.
+    pub labels: LabelSet,
+}
+
+/// What came of a trial.
+pub(super) struct Measured {
+    pub figure: f64,
+    /// What the program told the person, sentences.
+    pub told: Vec<String>,
+}
+
+impl Trial {
+    pub fn new(scene: &Scene, truth: &SceneTruth, seed: u64) -> Self {
+        let annotator = Annotator::new(scene, truth);
+        let clicks = annotator.clicks(Policy::Random, CLICKS, seed);
+        Self {
+            labels: annotator.labels(&clicks),
+            scene: scene.clone(),
+            truth: truth.clone(),
+        }
+    }
+
+    /// Leaves measured depth aside.
+    pub fn without_depth(&mut self) {
+        for frame in &mut self.scene.frames {
+            frame.set_depth(None);
+        }
+    }
+
+    /// The classes of the training frames.
+    pub fn classes(&self) -> Vec<ClassId> {
+        self.truth.classes()
+    }
+
+    /// Truth of a frame in its own pixels, row-major.
+    pub fn labels_of(&self, frame: usize) -> Vec<ClassId> {
+        crate::labels::in_frame(&self.scene.frames[frame], &self.truth.images[&frame].labels)
+    }
+
+    /// A session on the scene as it is, with the labels.
+    pub fn session(&self, settings: &Settings) -> Course {
+        self.session_from(settings, None)
+    }
+
+    /// The same from an earlier session's model.
+    pub fn session_from(&self, settings: &Settings, state: Option<Arc<ModelState>>) -> Course {
+        let options = SessionOptions {
+            source: self.scene.source.clone(),
+            open: OpenOptions::default(),
+            preset: settings.preset,
+            threads: settings.threads,
+            seed: settings.seed,
+            state,
+        };
+        let scene = Arc::new(self.scene.clone());
+        let mut course = Course {
+            run: Followed::on(&scene, options),
+            told: scene.warnings.clone(),
+            generation: 0,
+        };
+        course.say(&self.labels);
+        course
+    }
+
+    /// Labels the scene with a session and measures the maps of the test frames.
+    pub fn labelled(&self, settings: &Settings) -> Result<Measured, EvalError> {
+        let mut course = self.session(settings);
+        course.settle(self.seconds(settings))?;
+        self.measured(course)
+    }
+
+    /// Most seconds of training.
+    pub fn seconds(&self, settings: &Settings) -> f64 {
+        if self.scene.has_depth() {
+            settings.seconds
+        } else {
+            settings.seconds_without_depth
+        }
+    }
+
+    /// The mIoU of the test frames' maps.
+    pub fn measured(&self, course: Course) -> Result<Measured, EvalError> {
+        Ok(Measured {
+            figure: self.miou(&course)?,
+            told: course.told,
+        })
+    }
+
+    /// The same, while the session goes on.
+    pub fn miou(&self, course: &Course) -> Result<f64, EvalError> {
+        let slots = course.run.session.maps();
+        let in_image = |&frame: &usize| {
+            let map = slots.get(frame)?;
+            Some((frame, map.in_image(&self.scene.frames[frame]).into_owned()))
+        };
+        let maps: BTreeMap<usize, FrameMap> = self.truth.test.iter().filter_map(in_image).collect();
+        let scores = self.truth.scores(&self.truth.test, |frame| {
+            maps.get(&frame)
+                .map_or_else(Vec::new, |map| map.labels().into_owned())
+        })?;
+        Ok(scores.miou)
+    }
+}
+
+/// A session that is followed, and what it told.
+pub(super) struct Course {
+    pub run: Followed,
+    pub told: Vec<String>,
+    pub generation: u64,
+}
+
+impl Course {
+    /// Gives newer labels.
+    pub fn say(&mut self, labels: &LabelSet) {
+        self.generation += 1;
+        self.run.session.send(Command::Labels {
+            labels: labels.clone(),
+            generation: self.generation,
+        });
+    }
+
+    /// Trains for so long at most, then waits for the last surface and the last maps.
+    pub fn settle(&mut self, seconds: f64) -> Result<(), EvalError> {
+        let (deadline, generation) = (Instant::now() + Duration::from_secs_f64(seconds), self.generation);
+        if !self.follow(Some(deadline), generation)? {
+            self.run.session.send(Command::Settle);
+            self.follow(None, generation)?;
+        }
+        let status = &self.run.status;
+        let numbers = [status.held_out_psnr, status.depth_error, status.mean_entropy];
+        if numbers.into_iter().flatten().any(f32::is_nan) {
+            return Err(EvalError::Session(
+                "a measured quantity is not a number".to_owned(),
+            ));
+        }
+        Ok(())
+    }
+
+    /// Waits for the newest labels' maps of all frames.
+    pub fn all_maps(&mut self) -> Result<(), EvalError> {
+        let (told, newest) = (&mut self.told, self.generation);
+        self.run.follow(|event, _| {
+            keep(told, event);
+            matches!(event, Event::AllMaps { generation } if *generation == newest)
+        })
+    }
+
+    fn follow(&mut self, deadline: Option<Instant>, generation: u64) -> Result<bool, EvalError> {
+        let told = &mut self.told;
+        self.run.follow_until(deadline, |event, status| {
+            keep(told, event);
+            is_settled(event, status, generation)
+        })
+    }
+}
+
+fn keep(told: &mut Vec<String>, event: &Event) {
+    if let Event::Warning(sentence) = event {
+        told.push(sentence.clone());
+    }
+}
