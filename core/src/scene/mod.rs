@@ -33,7 +33,7 @@ use glam::{Affine3A, DAffine3, DVec3, Vec3};
 pub(crate) use cache::Cache;
 pub use camera::Camera;
 pub use error::SceneError;
-pub(crate) use error::in_one_line;
+pub(crate) use error::{in_one_line, shown};
 pub(crate) use files::decode as decode_image;
 pub(crate) use files::size_problem;
 pub use frame::{ColorImage, DepthMap, Frame, SparsePoint};
@@ -70,7 +70,7 @@ impl fmt::Display for SceneSource {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Demo => formatter.write_str("demo"),
-            Self::Folder(path) => path.display().fmt(formatter),
+            Self::Folder(path) => shown(path.display()).fmt(formatter),
         }
     }
 }
@@ -172,6 +172,9 @@ impl Scene {
             }
         }
         keyframes::choose(&mut scene, options)?;
+        for sentence in scene.warnings.iter_mut().chain(&mut scene.notes) {
+            *sentence = shown(&*sentence);
+        }
         Ok(scene)
     }
 

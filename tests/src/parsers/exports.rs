@@ -11,9 +11,9 @@ use inplace_core::labels::{Class, ClassId, VOID, decode_gray, parse_class_list};
 use inplace_core::scene::Scene;
 use inplace_core::session::FrameMap;
 
-use super::{Parser, assert_sentence, two_frames};
+use super::{Parser, SIZE, assert_sentence, two_frames};
 
-static SCENE: LazyLock<Scene> = LazyLock::new(two_frames);
+static SCENE: LazyLock<Scene> = LazyLock::new(|| two_frames(SIZE));
 /// Labels of the pixels of every frame, one after the other.
 const LABELS: [ClassId; 4] = [VOID, 1, 2, 300];
 

@@ -9,9 +9,9 @@ use inplace_core::labels::{
 };
 use inplace_core::scene::Scene;
 
-use super::{Parser, assert_sentence, two_frames};
+use super::{Parser, SIZE, assert_sentence, two_frames};
 
-static SCENE: LazyLock<Scene> = LazyLock::new(two_frames);
+static SCENE: LazyLock<Scene> = LazyLock::new(|| two_frames(SIZE));
 
 /// The classes of the project that the images come to, one of which the images' colours can mean.
 fn known() -> Vec<Class> {

@@ -108,9 +108,9 @@ fn assert_sentence(message: &str) {
     );
 }
 
-/// Two frames of 64x48 pixels, the second through a lens.
-fn two_frames() -> Scene {
-    let camera = Camera::with_horizontal_fov(64, 48, 90.0);
+/// Two frames of this width and height, the second through a lens.
+fn two_frames([width, height]: [u32; 2]) -> Scene {
+    let camera = Camera::with_horizontal_fov(width, height, 90.0);
     let distortion = Distortion {
         k1: -0.05,
         ..Distortion::default()

@@ -17,7 +17,7 @@ use super::{Parser, assert_sentence, two_frames};
 
 /// A project with something in every table.
 fn write_project(path: &Path) {
-    let scene = two_frames();
+    let scene = two_frames([64, 48]);
     let mut history = History::new(LabelSet::default());
     history.add_class("wall");
     history.add_class("floor");
@@ -62,7 +62,7 @@ fn check(path: &Path) {
     let mut history = contents.history.clone();
     while history.undo().is_some() {}
     while history.redo().is_some() {}
-    let scene = two_frames();
+    let scene = two_frames([64, 48]);
     let matched = match contents.matched(&scene, OpenOptions::default()) {
         Ok(matched) => matched,
         Err(error) => return assert_sentence(&error.to_string()),
@@ -155,7 +155,7 @@ pub(super) const MODEL: Parser = Parser {
     prepare: |_| {},
     check: |_, bytes| {
         static TRAINER: LazyLock<Mutex<Trainer>> = LazyLock::new(|| {
-            let trainer = Trainer::new(Arc::new(two_frames()), Preset::Fast, 1);
+            let trainer = Trainer::new(Arc::new(two_frames([64, 48])), Preset::Fast, 1);
             Mutex::new(trainer.expect("a field of two frames"))
         });
         let state = ModelState {
