@@ -18,6 +18,7 @@ mod volume;
 pub use capacity::{Capacity, Preset};
 pub use encoding::{FEATURES_PER_LEVEL, GridLevel, GridShape};
 pub use model::RadianceField;
+pub(crate) use model::is_alike;
 pub use occupancy::OccupancyGrid;
 pub use path::{Path, best_device};
 pub use rays::{Ray, Samples, Sampling};

@@ -203,8 +203,12 @@ impl RadianceField {
     pub fn restore(&self, tensors: &HashMap<String, Tensor>) -> Result<()> {
         for (name, var) in self.named() {
             match tensors.get(name) {
-                Some(tensor) if tensor.dims() == var.dims() => {}
-                _ => bail!("the saved model has no {name} of shape {:?}", var.dims()),
+                Some(tensor) if is_alike(tensor, var) => {}
+                _ => bail!(
+                    "the saved model has no {name} of {:?} and shape {:?}",
+                    var.dtype(),
+                    var.dims()
+                ),
             }
         }
         for (name, var) in self.named() {
@@ -214,6 +218,11 @@ impl RadianceField {
         }
         Ok(())
     }
+}
+
+/// Whether a saved tensor has the shape and the kind of numbers of a parameter.
+pub(crate) fn is_alike(saved: &Tensor, parameter: &Tensor) -> bool {
+    saved.dims() == parameter.dims() && saved.dtype() == parameter.dtype()
 }
 
 /// Real spherical harmonics up to degree 3 of a unit direction.

@@ -13,7 +13,9 @@ use rand::{SeedableRng, rngs::SmallRng};
 
 use super::exposure::Exposure;
 use super::kernels::{Adam, Wanted};
-use super::{Capacity, OccupancyGrid, Path, Preset, RadianceField, Samples, Sampling, Volume, until_opaque};
+use super::{
+    Capacity, OccupancyGrid, Path, Preset, RadianceField, Samples, Sampling, Volume, is_alike, until_opaque,
+};
 use crate::scene::Scene;
 use batch::{Batch, Source};
 pub use held_out::{HeldOut, HeldOutPixels};
@@ -300,16 +302,16 @@ impl Trainer {
     /// # Errors
     /// A state of a field of another capacity; nothing is changed then.
     pub fn restore(&mut self, tensors: &HashMap<String, Tensor>, steps: u64) -> Result<()> {
+        let density = tensors.get("occupancy");
+        let density = density.map(|density| density.flatten_all()?.to_vec1());
+        let density = density.transpose()?;
         self.grow_to(tensors)?;
         self.field.restore(tensors)?;
-        if let Some(density) = tensors.get("occupancy") {
-            self.occupancy.restore(density.flatten_all()?.to_vec1()?);
+        if let Some(density) = density {
+            self.occupancy.restore(density);
         }
         let exposure = self.exposure.parameters();
-        if let Some(saved) = tensors
-            .get("exposure")
-            .filter(|saved| saved.dims() == exposure.dims())
-        {
+        if let Some(saved) = tensors.get("exposure").filter(|saved| is_alike(saved, exposure)) {
             exposure.set(&saved.to_device(exposure.device())?)?;
         }
         self.steps = steps;
@@ -323,10 +325,15 @@ impl Trainer {
 
     /// Grows to the table of a saved state, where doublings lead there.
     fn grow_to(&mut self, tensors: &HashMap<String, Tensor>) -> Result<()> {
-        let Some(table) = tensors.get("field.table") else {
+        let (Some(table), Some(weights)) = (tensors.get("field.table"), tensors.get("field.weights")) else {
             return Ok(());
         };
-        let fits = |capacity: &Capacity| capacity.grid().rows() == table.dims()[0];
+        let is_usable =
+            table.dtype() == self.field.table().dtype() && is_alike(weights, self.field.weights());
+        let (&[rows, _], true) = (table.dims(), is_usable) else {
+            return Ok(());
+        };
+        let fits = |capacity: &Capacity| capacity.grid().rows() == rows;
         let mut capacity = self.capacity;
         while !fits(&capacity) && capacity.doublings() > 0 {
             capacity.table_log2 += 1;

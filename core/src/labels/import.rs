@@ -16,7 +16,7 @@ use rustc_hash::FxHashMap;
 use super::imported::sampled;
 use super::palette::{parse_class_list, parse_class_order};
 use super::{Class, ClassId, ImportedLabels, ImportedMap, Trust, VOID};
-use crate::scene::{Frame, Scene};
+use crate::scene::{Frame, Scene, shown};
 
 /// Cells with probabilities that are kept of all frames together, 12 bytes each: more than a thousand frames of 640 x
 /// 480 at a quarter of their size have.
@@ -26,7 +26,7 @@ const BORDER: ClassId = 255;
 
 /// Label images that cannot be used; nothing of them is taken over.
 #[derive(Debug, thiserror::Error)]
-#[error("{}: {reason}", .path.display())]
+#[error("{}: {}", shown(.path.display()), shown(.reason))]
 pub struct ImportError {
     path: PathBuf,
     reason: String,

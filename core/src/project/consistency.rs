@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use super::ProjectError;
+use super::contents::some_names;
 use crate::labels::{Class, Edit, History, ImportId, LabelSet, Stroke, StrokeId};
 use crate::scene::LARGEST_SIDE;
 
@@ -42,14 +43,9 @@ impl Doubts {
             let stems: BTreeSet<&str> = frames
                 .filter_map(|stroke| stems.get(stroke.frame).map(String::as_str))
                 .collect();
-            let some: Vec<&str> = stems.iter().copied().take(3).collect();
-            let on = match some.as_slice() {
-                [] => String::new(),
-                some => format!(
-                    " on {}{}",
-                    some.join(", "),
-                    if stems.len() > 3 { ", ..." } else { "" }
-                ),
+            let on = match stems.len() {
+                0 => String::new(),
+                _ => format!(" on {}", some_names(stems.iter().copied())),
             };
             parts.push(format!("strokes{on} ({})", self.strokes.len()));
         }
@@ -121,6 +117,26 @@ pub(super) fn is_sane(stroke: &Stroke) -> bool {
     stroke.radius <= WIDEST && stroke.lines.iter().flatten().all(near)
 }
 
+/// A number that no stroke and no import gets; above those that a file has, there must be numbers for new ones.
+const MOST_ID: u64 = 1 << 62;
+
+/// Whether a stroke or an import can have this number.
+pub(super) fn is_id(number: u64) -> bool {
+    number < MOST_ID
+}
+
+/// A number of a stroke or an import that an edit names and none can have.
+pub(super) fn foreign_id(edit: &Edit) -> Option<u64> {
+    let imports = edit
+        .imported
+        .iter()
+        .flat_map(|change| [change.before, change.after]);
+    let strokes = edit.strokes.iter().map(|change| change.id.0);
+    strokes
+        .chain(imports.flatten().map(|id| id.0))
+        .find(|&id| !is_id(id))
+}
+
 /// Refuses labels that name frames, classes or pixels that there cannot be.
 pub(super) fn check(
     labels: &LabelSet,
@@ -130,6 +146,9 @@ pub(super) fn check(
 ) -> Result<(), ProjectError> {
     let damaged = |reason: String| Err(ProjectError::damaged(path, reason));
     for (id, stroke) in &labels.strokes {
+        if !is_id(id.0) {
+            return damaged(format!("no stroke has the number {}", id.0));
+        }
         if stroke.frame >= frames {
             return damaged(format!("stroke {} is on a frame that it does not list", id.0));
         }
@@ -141,11 +160,9 @@ pub(super) fn check(
         }
     }
     for (number, edit) in edits.iter().enumerate() {
-        let mut changes = edit.strokes.iter();
-        if let Some(change) = changes.find(|change| i64::try_from(change.id.0).is_err()) {
+        if let Some(id) = foreign_id(edit) {
             return damaged(format!(
-                "edit {number} is of a stroke with the number {}",
-                change.id.0
+                "edit {number} is of a stroke or an import with the number {id}"
             ));
         }
         let strokes = edit.strokes.iter();

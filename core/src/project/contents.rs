@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use super::ProjectError;
 use crate::labels::{Edit, History, ImportedLabels, ImportedMap, LabelSet, Stroke};
-use crate::scene::{Frame, OpenOptions, Scene, SceneSource};
+use crate::scene::{Frame, OpenOptions, Scene, SceneSource, in_one_line};
 use crate::session::{FrameMap, ModelState};
 
 /// One frame as it was when the project was last matched to its scene: what a change is noticed by.
@@ -283,10 +283,13 @@ impl Contents {
     }
 }
 
-/// The first three names.
-fn some_names<'a>(names: impl ExactSizeIterator<Item = &'a str>) -> String {
+/// The first three names, on one line whatever is in them.
+pub(super) fn some_names<'a>(names: impl ExactSizeIterator<Item = &'a str>) -> String {
     let more = if names.len() > 3 { ", ..." } else { "" };
-    format!("{}{more}", names.take(3).collect::<Vec<_>>().join(", "))
+    format!(
+        "{}{more}",
+        names.take(3).map(in_one_line).collect::<Vec<_>>().join(", ")
+    )
 }
 
 /// The history with `new_index[frame]` for every frame.

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 use rusqlite::{Connection, params};
 
+use super::consistency::is_id;
 use super::rows::{integer, rows, unsigned};
 use super::{ProjectError, SceneRecord, schema};
 use crate::labels::{ClassId, History, ImportId, ImportedLabels, ImportedMap, Probabilities, Trust, png};
@@ -131,11 +132,18 @@ pub(super) fn read(
     let decoded = decoded.map_err(|reason| {
         ProjectError::damaged(path, format!("an imported label image is unusable: {reason}"))
     })?;
+    let kinds = kinds.map_err(reading)?;
+    if let Some((id, _)) = kinds.iter().find(|(id, _)| !is_id(id.0)) {
+        return Err(ProjectError::damaged(
+            path,
+            format!("no import has the number {}", id.0),
+        ));
+    }
     let mut maps: BTreeMap<ImportId, Vec<ImportedMap>> = BTreeMap::new();
     for (id, map) in decoded {
         maps.entry(id).or_default().push(map);
     }
-    let imports = kinds.map_err(reading)?.into_iter().map(|(id, trust)| {
+    let imports = kinds.into_iter().map(|(id, trust)| {
         let trust = Trust::new(trust as f32)?;
         let maps = maps.remove(&id).unwrap_or_default();
         Some((id, Arc::new(ImportedLabels { maps, trust })))

@@ -6,10 +6,10 @@ use std::path::PathBuf;
 #[derive(Debug, thiserror::Error)]
 pub enum SceneError {
     /// The path is not a folder.
-    #[error("{}: no such folder; give the folder of a capture, or the word \"demo\"", .0.display())]
+    #[error("{}: no such folder; give the folder of a capture, or the word \"demo\"", shown(.0.display()))]
     Missing(PathBuf),
     /// No known format was recognised.
-    #[error("{}: no capture was recognised here; expected {expected}", .path.display())]
+    #[error("{}: no capture was recognised here; expected {expected}", shown(.path.display()))]
     Unrecognised {
         /// The folder.
         path: PathBuf,
@@ -17,7 +17,7 @@ pub enum SceneError {
         expected: String,
     },
     /// A file of the capture is missing, unreadable or holds something unusable.
-    #[error("{}: {reason}", .path.display())]
+    #[error("{}: {}", shown(.path.display()), shown(.reason))]
     File {
         /// The file.
         path: PathBuf,
@@ -36,6 +36,19 @@ impl SceneError {
     }
 }
 
+/// A text for people that repeats what files call things: names may hold line breaks and what steers a terminal,
+/// each of which becomes a replacement character.
+pub(crate) fn shown(text: impl std::fmt::Display) -> String {
+    let visible = |c: char| {
+        if c.is_control() {
+            char::REPLACEMENT_CHARACTER
+        } else {
+            c
+        }
+    };
+    text.to_string().chars().map(visible).collect()
+}
+
 /// What a library says of an error, in one line: some break theirs, or repeat what is in the file.
 pub(crate) fn in_one_line(error: impl std::fmt::Display) -> String {
     let text = error.to_string();
@@ -49,6 +62,12 @@ pub(crate) fn in_one_line(error: impl std::fmt::Display) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_error_is_one_line_whatever_its_file_is_called() {
+        let error = SceneError::file("a\r/b\u{1b}[31m", "names c\nd");
+        assert_eq!(error.to_string(), "a\u{fffd}/b\u{fffd}[31m: names c\u{fffd}d");
+    }
 
     #[test]
     fn a_message_is_one_line_whatever_it_repeats() {

@@ -39,6 +39,8 @@ pub(super) const MOST_BYTES: u64 = 512 << 20;
 /// Most bytes of pixels for each byte of a file: in a PNG, deflate makes one of at most 1032; in a JPEG, a bit is the
 /// least that says anything of the 64 pixels of a block.
 const MOST_COMPRESSED: u64 = 64 * 3 * 8;
+/// Most pixels of an image, whatever it has of each: those of a colour image of the most bytes.
+const MOST_PIXELS: u64 = MOST_BYTES / 3;
 
 /// The image, or why there is none.
 pub(super) fn decode_image(path: &Path) -> Result<DynamicImage, String> {
@@ -67,16 +69,25 @@ fn bounded_decoder<'a>(
 ) -> Result<impl ImageDecoder + 'a, String> {
     let decoder = reader.into_decoder().map_err(in_one_line)?;
     let (width, height) = decoder.dimensions();
-    let bytes = decoder.total_bytes();
-    if bytes > MOST_BYTES || u64::from(width.max(height)) > LARGEST_SIDE {
-        return Err(format!("it has {width}x{height} pixels, which is too large"));
-    }
-    if bytes > length.saturating_mul(MOST_COMPRESSED) {
-        return Err(format!(
-            "it is truncated or spoilt: {length} bytes cannot hold {width}x{height} pixels"
-        ));
+    if let Some(problem) = size_problem([width, height], decoder.total_bytes(), length) {
+        return Err(problem);
     }
     Ok(decoder)
+}
+
+/// What is wrong with the size that the header of an image tells, if anything: width and height, bytes of the decoded
+/// pixels, bytes of the file.
+pub(crate) fn size_problem([width, height]: [u32; 2], bytes: u64, length: u64) -> Option<String> {
+    let pixels = u64::from(width) * u64::from(height);
+    if bytes > MOST_BYTES || pixels > MOST_PIXELS || u64::from(width.max(height)) > LARGEST_SIDE {
+        Some(format!("it has {width}x{height} pixels, which is too large"))
+    } else if bytes > length.saturating_mul(MOST_COMPRESSED) {
+        Some(format!(
+            "it is truncated or spoilt: {length} bytes cannot hold {width}x{height} pixels"
+        ))
+    } else {
+        None
+    }
 }
 
 /// Width and height of an image in pixels, from its header, or why it cannot be read.

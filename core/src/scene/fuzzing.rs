@@ -18,6 +18,8 @@ pub const REPLICA_POSES: Parser = |path, bytes| text(path, bytes, replica::parse
 pub const INTRINSICS: Parser = |path, bytes| text(path, bytes, rgbd::text::parse_intrinsics);
 /// `frame-N.pose.txt` of 7-Scenes.
 pub const SEVEN_SCENES_POSE: Parser = |path, bytes| text(path, bytes, rgbd::text::parse_pose);
+/// `intrinsic_color.txt` and the like of ScanNet.
+pub const SCANNET_MATRIX: Parser = |path, bytes| text(path, bytes, rgbd::text::parse_numbers);
 /// `rgb.txt` or `depth.txt` of TUM RGB-D.
 pub const TUM_IMAGES: Parser = |path, bytes| {
     let folder = path.parent().unwrap_or(path);

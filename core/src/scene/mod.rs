@@ -33,8 +33,9 @@ use glam::{Affine3A, DAffine3, DVec3, Vec3};
 pub(crate) use cache::Cache;
 pub use camera::Camera;
 pub use error::SceneError;
-pub(crate) use error::in_one_line;
+pub(crate) use error::{in_one_line, shown};
 pub(crate) use files::decode as decode_image;
+pub(crate) use files::size_problem;
 pub use frame::{ColorImage, DepthMap, Frame, SparsePoint};
 pub(crate) use images::{PlainImage, original_colors, plain_image};
 pub(crate) use lens::LARGEST_SIDE;
@@ -69,7 +70,7 @@ impl fmt::Display for SceneSource {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Demo => formatter.write_str("demo"),
-            Self::Folder(path) => path.display().fmt(formatter),
+            Self::Folder(path) => shown(path.display()).fmt(formatter),
         }
     }
 }
@@ -176,6 +177,9 @@ impl Scene {
         }
         scene.take_the_size_of_a_room();
         keyframes::choose(&mut scene, options)?;
+        for sentence in scene.warnings.iter_mut().chain(&mut scene.notes) {
+            *sentence = shown(&*sentence);
+        }
         Ok(scene)
     }
 

@@ -195,14 +195,20 @@ fn path_camera(path: &Path, file: &PathFile, view: &PathView) -> Result<Option<C
         return Err(refuse(&format!("a field of view (fov) is {fov} degrees")));
     }
     let focal = 0.5 * height / (0.5 * fov.to_radians()).tan();
-    Ok(Some(Camera {
+    let camera = Camera {
         width: width as u32,
         height: height as u32,
         fx: focal as f32,
         fy: focal as f32,
         cx: (0.5 * width) as f32,
         cy: (0.5 * height) as f32,
-    }))
+    };
+    match camera.problem() {
+        Some(problem) => Err(refuse(&format!(
+            "with a field of view (fov) of {fov} degrees {problem}"
+        ))),
+        None => Ok(Some(camera)),
+    }
 }
 
 /// The camera that all views have, if any.
@@ -366,6 +372,8 @@ mod tests {
                 "several cameras",
             ),
             (path("perspective", vec![view(180.0)]), "180 degrees"),
+            (path("perspective", vec![view(1e-50)]), "not a finite number"),
+            (path("perspective", vec![view(179.999_999)]), "farther to a side"),
             (
                 path(
                     "perspective",

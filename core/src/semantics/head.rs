@@ -386,13 +386,15 @@ impl SemanticHead {
         let features = features + own.as_ref().map_or(0, GridShape::features);
         let fits =
             hidden.dims() == [features, HIDDEN] && output.dims() == [HIDDEN, count] && bias.dims() == [count];
-        if !fits {
+        let are_numbers = [hidden, output, bias].map(|part| part.dtype() == DType::F32);
+        if !fits || count == 0 || are_numbers.contains(&false) {
             return None;
         }
         let own = match own {
             None => None,
             Some(shape) => {
-                let table = saved("table").filter(|table| table.dims() == [shape.rows(), 2])?;
+                let table = saved("table")
+                    .filter(|table| table.dims() == [shape.rows(), 2] && table.dtype() == DType::F32)?;
                 Some(OwnGrid::new(shape, table.copy().ok()?).ok()?)
             }
         };
@@ -400,7 +402,10 @@ impl SemanticHead {
         let (hidden, output, bias) = (hidden.ok()?, output.ok()?, bias.ok()?);
         let optimisers = [Adam::new(&hidden), Adam::new(&output), Adam::new(&bias)];
         Some(Self {
-            classes: ids.into_iter().map(|id| id as ClassId).collect(),
+            classes: ids
+                .into_iter()
+                .map(|id| ClassId::try_from(id).ok())
+                .collect::<Option<_>>()?,
             own,
             hidden,
             output,
@@ -452,6 +457,23 @@ mod tests {
             ("other", 8, Some(grid())),
         ] {
             assert!(SemanticHead::restored(name, &state, features, own).is_none());
+        }
+        let double = |name: &str| state[name].to_dtype(DType::F64).unwrap();
+        for (name, spoilt) in [
+            ("semantics.bias", double("semantics.bias")),
+            ("semantics.table", double("semantics.table")),
+            (
+                "semantics.classes",
+                Tensor::new(&[3_u32, 65_536], &Device::Cpu).unwrap(),
+            ),
+            ("semantics.classes", Tensor::new(&[3_u32], &Device::Cpu).unwrap()),
+        ] {
+            let mut state = state.clone();
+            state.insert(name.to_owned(), spoilt);
+            assert!(
+                SemanticHead::restored("semantics", &state, 8, Some(grid())).is_none(),
+                "{name}"
+            );
         }
     }
 }

@@ -1,7 +1,9 @@
 //! What the window (or a headless command) and the worker say to each other.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
+
+use candle_core::{DType, Device, Tensor};
 
 use super::RenderedFrame;
 use crate::field::{FieldError, Preset, Trainer, Work};
@@ -213,8 +215,52 @@ impl ModelState {
     /// The state of another scene or preset, or of another version of the program.
     pub fn field(&self, scene: &Arc<Scene>, preset: Preset, seed: u64) -> Result<Trainer, FieldError> {
         let mut trainer = Trainer::new(Arc::clone(scene), preset, seed)?;
-        let tensors = candle_core::safetensors::load_buffer(&self.tensors, &candle_core::Device::Cpu)?;
-        trainer.restore(&tensors, self.steps)?;
+        trainer.restore(&self.load()?, self.steps)?;
         Ok(trainer)
+    }
+
+    /// The parameters and grids by name.
+    ///
+    /// # Errors
+    /// Bytes that are not in the safetensors format, or a value that is not a finite number, which training never gets
+    /// rid of again.
+    pub fn load(&self) -> Result<HashMap<String, Tensor>, FieldError> {
+        let tensors = candle_core::safetensors::load_buffer(&self.tensors, &Device::Cpu)?;
+        for (name, tensor) in &tensors {
+            if tensor.dtype() == DType::F32 {
+                let values: Vec<f32> = tensor.flatten_all()?.to_vec1()?;
+                if !values.iter().all(|value| value.is_finite()) {
+                    let name: String = name.escape_debug().take(40).collect();
+                    return Err(candle_core::Error::Msg(format!(
+                        "{name} of the saved model has values that are not finite numbers"
+                    ))
+                    .into());
+                }
+            }
+        }
+        Ok(tensors)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_saved_model_with_a_value_that_is_no_number_is_refused_by_its_name() {
+        let loaded = |value: f32| {
+            let tensors = HashMap::from([("field.table", Tensor::new(&[1.0, value], &Device::Cpu).unwrap())]);
+            let tensors = safetensors::serialize(&tensors, None).unwrap();
+            ModelState { steps: 1, tensors }.load()
+        };
+        let values: Vec<f32> = loaded(2.5).unwrap()["field.table"].to_vec1().unwrap();
+        assert_eq!(values, [1.0, 2.5]);
+        for value in [f32::NAN, f32::INFINITY] {
+            let error = loaded(value).unwrap_err().to_string();
+            assert!(
+                error.contains("field.table") && error.contains("not finite"),
+                "{error}"
+            );
+        }
     }
 }

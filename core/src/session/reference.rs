@@ -116,7 +116,7 @@ impl<'a> ReferenceWorker<'a> {
                 )?;
                 // A project's model is of the fused field unless this preset saved it.
                 if let Some(state) = &self.options.state
-                    && let Ok(tensors) = candle_core::safetensors::load_buffer(&state.tensors, &Device::Cpu)
+                    && let Ok(tensors) = state.load()
                     && trainer.restore(&tensors, state.steps).is_ok()
                 {
                     self.tell_status();

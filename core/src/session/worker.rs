@@ -25,7 +25,7 @@ use super::survey::Survey;
 use super::{Command, Event, ModelState, Phase, SessionOptions, Status};
 use crate::field::{FieldError, Trainer};
 use crate::labels::LabelSet;
-use crate::scene::{Scene, SceneError};
+use crate::scene::{Scene, SceneError, in_one_line};
 use crate::semantics::Spread;
 
 /// Why the worker ended early.
@@ -101,7 +101,8 @@ impl<'a> Worker<'a> {
             match restore(&mut trainer, state) {
                 Ok(restored) => (opinion, semantic_field) = restored,
                 Err(error) => outbox.send(Event::Warning(format!(
-                    "the saved model does not fit this scene and was left out ({error}); training starts anew"
+                    "the saved model does not fit this scene and was left out ({}); training starts anew",
+                    in_one_line(error)
                 ))),
             }
         }
@@ -276,12 +277,8 @@ impl Task for Worker<'_> {
 }
 
 /// Takes a saved model over; returns its head and its semantic field where it has some that fit.
-fn restore(
-    trainer: &mut Trainer,
-    state: &ModelState,
-) -> Result<(Opinion, SemanticField), candle_core::Error> {
-    let tensors: HashMap<String, Tensor> =
-        candle_core::safetensors::load_buffer(&state.tensors, &candle_core::Device::Cpu)?;
+fn restore(trainer: &mut Trainer, state: &ModelState) -> Result<(Opinion, SemanticField), FieldError> {
+    let tensors = state.load()?;
     trainer.restore(&tensors, state.steps)?;
     let opinion = Opinion::restored(&tensors, trainer);
     Ok((opinion, SemanticField::restored(&tensors, trainer)))

@@ -3,7 +3,8 @@
 use std::fs;
 use std::path::Path;
 
-use inplace_core::scene::fuzzing;
+use glam::{DAffine3, DMat4};
+use inplace_core::scene::{Trajectory, fuzzing};
 
 use super::{Parser, SIZE, assert_sentence, opened};
 
@@ -143,9 +144,9 @@ pub(super) const COLMAP_TEXT: Parser = Parser {
 };
 
 /// What is between the zero bytes; empty where there are fewer parts.
-fn parts(bytes: &[u8]) -> [&[u8]; 3] {
-    let mut parts = bytes.splitn(3, |&byte| byte == 0);
-    [(); 3].map(|()| parts.next().unwrap_or_default())
+fn parts<const N: usize>(bytes: &[u8]) -> [&[u8]; N] {
+    let mut parts = bytes.splitn(N, |&byte| byte == 0);
+    [(); N].map(|()| parts.next().unwrap_or_default())
 }
 
 /// `rgb.txt`, `depth.txt` and `groundtruth.txt` with a zero byte between them.
@@ -189,6 +190,87 @@ pub(super) const SEVEN_SCENES: Parser = Parser {
         );
     },
 };
+
+/// `intrinsic_color.txt`, `intrinsic_depth.txt`, `extrinsic_color.txt` and the pose of a frame with a zero byte between
+/// them; the second is left out where it is empty.
+pub(super) const SCANNET: Parser = Parser {
+    name: "scannet",
+    prepare: |folder| {
+        make(folder, &["color", "depth", "intrinsic", "pose"]);
+        for number in 0..2 {
+            write_color(&folder.join(format!("color/{number}.png")));
+            write_depth(&folder.join(format!("depth/{number}.png")));
+            let pose = pose_line(number);
+            write(
+                &folder.join(format!("pose/{number}.txt")),
+                in_rows(&pose).as_bytes(),
+            );
+        }
+    },
+    check: |folder, bytes| {
+        let [color, depth, extrinsic, pose] = parts(bytes);
+        let matrix = fuzzing::SCANNET_MATRIX;
+        let depth_path = folder.join("intrinsic/intrinsic_depth.txt");
+        if depth.is_empty() {
+            // It may be there from the check before.
+            let _ = fs::remove_file(depth_path);
+        } else if accepts(matrix, &depth_path, depth) {
+            write(&depth_path, depth);
+        } else {
+            return;
+        }
+        let names = [
+            "intrinsic/intrinsic_color.txt",
+            "intrinsic/extrinsic_color.txt",
+            "pose/0.txt",
+        ];
+        let parsers = [matrix, matrix, fuzzing::SEVEN_SCENES_POSE];
+        check_files(folder, parsers, names, [color, extrinsic, pose]);
+    },
+};
+
+/// The sixteen numbers of a line as four lines.
+fn in_rows(line: &str) -> String {
+    let words: Vec<&str> = line.split_whitespace().collect();
+    words.chunks(4).map(|row| row.join(" ") + "\n").collect()
+}
+
+/// The path, and after a zero byte the intrinsics of its camera.
+pub(super) const CAMERA_PATH: Parser = Parser {
+    name: "camera_path",
+    prepare: |_| {},
+    check: |folder, bytes| {
+        let [path_bytes, intrinsics_bytes] = parts(bytes);
+        let (path, intrinsics) = (folder.join("path"), folder.join("intrinsics.txt"));
+        write(&path, path_bytes);
+        write(&intrinsics, intrinsics_bytes);
+        let intrinsics = (!intrinsics_bytes.is_empty()).then_some(intrinsics.as_path());
+        let read = match Trajectory::read(&path, intrinsics) {
+            Ok(read) => read,
+            Err(error) => return assert_sentence(&error.to_string()),
+        };
+        assert!(!read.poses.is_empty(), "a path has poses");
+        assert!(read.poses.iter().all(|pose| pose.is_finite()), "{:?}", read.poses);
+        assert!(
+            intrinsics.is_none() || read.camera.is_some(),
+            "the camera was given"
+        );
+        if let Some(camera) = &read.camera {
+            assert_eq!(camera.problem(), None);
+        }
+        // The plain kind of file can say all poses, and a camera beside it leaves them as they are.
+        let lines: String = read.poses.iter().map(line_of).collect();
+        write(&path, lines.as_bytes());
+        let again = Trajectory::read(&path, None).expect("what was accepted is a path");
+        assert_eq!(again.poses, read.poses);
+    },
+};
+
+/// The sixteen numbers of a pose.
+fn line_of(pose: &DAffine3) -> String {
+    let rows = DMat4::from(*pose).transpose().to_cols_array();
+    rows.map(|value| value.to_string()).join(" ") + "\n"
+}
 
 /// Through a pinhole in the Replica layout, and through a lens in that of `transforms.json`.
 pub(super) const COLOR_IMAGE: Parser = Parser {

@@ -14,7 +14,7 @@ pub(super) const STROKES: Parser = Parser {
     name: "strokes",
     prepare: |_| {},
     check: |_, bytes| {
-        static SCENE: LazyLock<Scene> = LazyLock::new(two_frames);
+        static SCENE: LazyLock<Scene> = LazyLock::new(|| two_frames([64, 48]));
         let Ok(text) = std::str::from_utf8(bytes) else {
             return;
         };

@@ -2,6 +2,8 @@
 //! and the replay of its seeds (`tests/tests/seeds.rs`) share.
 
 mod captures;
+mod exports;
+mod imports;
 mod labels;
 mod opened;
 mod projects;
@@ -26,7 +28,7 @@ struct Parser {
 }
 
 /// All parsers; seeds and fuzz targets are named after them.
-const PARSERS: [Parser; 14] = [
+const PARSERS: [Parser; 22] = [
     captures::REPLICA_POSES,
     captures::INTRINSICS,
     captures::TRANSFORMS,
@@ -34,13 +36,21 @@ const PARSERS: [Parser; 14] = [
     captures::COLMAP_TEXT,
     captures::TUM,
     captures::SEVEN_SCENES,
+    captures::SCANNET,
+    captures::CAMERA_PATH,
     captures::COLOR_IMAGE,
     captures::DEPTH_IMAGE,
     labels::STROKES,
     labels::CLASSES,
     labels::LABEL_IMAGE,
+    imports::IMAGE,
+    imports::ARRAY,
+    imports::ARCHIVE,
+    exports::IDS,
     projects::FILE,
+    projects::DAMAGED,
     projects::ROWS,
+    projects::MODEL,
 ];
 
 /// A parser with a temporary folder of its own.
@@ -98,9 +108,9 @@ fn assert_sentence(message: &str) {
     );
 }
 
-/// Two frames of 64x48 pixels, the second through a lens.
-fn two_frames() -> Scene {
-    let camera = Camera::with_horizontal_fov(64, 48, 90.0);
+/// Two frames of this width and height, the second through a lens.
+fn two_frames([width, height]: [u32; 2]) -> Scene {
+    let camera = Camera::with_horizontal_fov(width, height, 90.0);
     let distortion = Distortion {
         k1: -0.05,
         ..Distortion::default()

@@ -1,22 +1,23 @@
-//! Project files: as bytes, and as values in a file that is otherwise whole.
+//! Project files: as bytes, as values in a file that is otherwise whole, and the model in them.
 
 use std::fs;
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 
+use inplace_core::field::{Preset, Trainer};
 use inplace_core::labels::{
     History, ImportedLabels, ImportedMap, LabelImages, LabelSet, Stroke, Trust, rasterise,
 };
-use inplace_core::project::{Contents, Project, SceneRecord, Step};
+use inplace_core::project::{Contents, Opened, Owner, Project, SceneRecord, Step};
 use inplace_core::scene::OpenOptions;
-use inplace_core::session::FrameMap;
+use inplace_core::session::{FrameMap, ModelState};
 use rusqlite::Connection;
 
 use super::{Parser, assert_sentence, two_frames};
 
 /// A project with something in every table.
 fn write_project(path: &Path) {
-    let scene = two_frames();
+    let scene = two_frames([64, 48]);
     let mut history = History::new(LabelSet::default());
     history.add_class("wall");
     history.add_class("floor");
@@ -61,7 +62,7 @@ fn check(path: &Path) {
     let mut history = contents.history.clone();
     while history.undo().is_some() {}
     while history.redo().is_some() {}
-    let scene = two_frames();
+    let scene = two_frames([64, 48]);
     let matched = match contents.matched(&scene, OpenOptions::default()) {
         Ok(matched) => matched,
         Err(error) => return assert_sentence(&error.to_string()),
@@ -76,6 +77,15 @@ fn check(path: &Path) {
     }
     let mut history = matched.history;
     history.add_class("new");
+    history.import(LabelImages {
+        labels: ImportedLabels {
+            maps: vec![ImportedMap::new(0, &[1; 64 * 48])],
+            trust: Trust::RIGHT,
+        },
+        classes: Vec::new(),
+        unmatched: 0,
+    });
+    history.undo();
     let edit = history.add_stroke(Stroke::click(0, 1, [3, 4]));
     // A spoilt file may refuse what is written.
     if let Err(error) = project.record(&[Step::Do(edit), Step::Undo, Step::Redo]) {
@@ -92,6 +102,73 @@ pub(super) const FILE: Parser = Parser {
         check(&path);
         // A journal of the file before would belong to this one.
         let _ = fs::remove_file(folder.join("p.inplace-journal"));
+    },
+};
+
+/// A project file that may be damaged, of which what is readable goes into another.
+pub(super) const DAMAGED: Parser = Parser {
+    name: "damaged_project",
+    prepare: |_| {},
+    check: |folder, bytes| {
+        let path = folder.join("p.inplace");
+        fs::write(&path, bytes).expect("the temporary folder can be written");
+        match Opened::open(&path, Owner::Person) {
+            Ok(opened) => check_opened(opened),
+            Err(error) => assert_sentence(&error.to_string()),
+        }
+        for entry in fs::read_dir(folder).expect("the temporary folder can be read") {
+            let path = entry.expect("the temporary folder can be read").path();
+            fs::remove_file(path).expect("the temporary folder can be written");
+        }
+    },
+};
+
+/// Asserts what holds of whatever was read of a file, and that it is all in the file in which the work goes on.
+fn check_opened(opened: Opened) {
+    let Opened {
+        project,
+        contents,
+        damage,
+    } = opened;
+    let sentences = damage.iter().chain(&contents.warnings);
+    sentences.for_each(|sentence| assert_sentence(sentence));
+    let mut history = contents.history.clone();
+    while history.undo().is_some() {}
+    while history.redo().is_some() {}
+    match project {
+        Ok(project) if damage.is_some() => {
+            let path = project.path().to_path_buf();
+            drop(project);
+            let (_, again) = Project::open(&path).expect("what was written anew can be opened");
+            assert_eq!(again.history.labels(), contents.history.labels());
+            assert_eq!(again.history.edits(), contents.history.edits());
+            check(&path);
+        }
+        Ok(_) => {}
+        Err(error) => assert_sentence(&error.to_string()),
+    }
+}
+
+/// The saved model of a project.
+pub(super) const MODEL: Parser = Parser {
+    name: "model_state",
+    prepare: |_| {},
+    check: |_, bytes| {
+        static TRAINER: LazyLock<Mutex<Trainer>> = LazyLock::new(|| {
+            let trainer = Trainer::new(Arc::new(two_frames([64, 48])), Preset::Fast, 1);
+            Mutex::new(trainer.expect("a field of two frames"))
+        });
+        let state = ModelState {
+            steps: 1,
+            tensors: bytes.to_vec(),
+        };
+        let Ok(tensors) = state.load() else {
+            return;
+        };
+        // A whole field is larger than what is tried here.
+        let mut trainer = TRAINER.lock().unwrap_or_else(PoisonError::into_inner);
+        assert!(trainer.restore(&tensors, state.steps).is_err());
+        assert_eq!(trainer.steps(), 0);
     },
 };
 

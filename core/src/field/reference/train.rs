@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use super::render::generator;
 use super::{PixelLabels, ReferenceField, Settings, photometric, semantic};
-use crate::field::{HeldOutPixels, Ray, Work};
+use crate::field::{HeldOutPixels, Ray, Work, is_alike};
 use crate::scene::Scene;
 
 /// Trains the networks, a slice of a step at a time, on colours wherever there are pixels and on labels
@@ -232,7 +232,7 @@ impl ReferenceTrainer {
         let mut found = Vec::with_capacity(named.len());
         for (name, var) in &named {
             match tensors.get(name) {
-                Some(tensor) if tensor.shape() == var.shape() => found.push(tensor),
+                Some(tensor) if is_alike(tensor, var) => found.push(tensor),
                 _ => bail!("the state has no {name} of shape {:?}", var.shape()),
             }
         }

@@ -114,3 +114,44 @@ fn steps_that_are_not_finite_change_nothing_and_are_undone_when_they_repeat() {
         .unwrap();
     assert!(sum.is_finite());
 }
+
+#[test]
+fn a_spoilt_state_is_refused_and_changes_nothing() {
+    let mut trainer = trained(&Path::Plain(Device::Cpu), true, 0);
+    trainer.capacity.most_log2 = trainer.capacity.table_log2 + 1;
+    let mut grown = trained(&Path::Plain(Device::Cpu), true, 0);
+    grown.capacity.most_log2 = grown.capacity.table_log2 + 1;
+    grown.grow().unwrap();
+    let numbers = |value: f32, shape: &[usize]| Tensor::full(value, shape, &Device::Cpu).unwrap();
+    let weights = grown.field.weights().dims().to_vec();
+    let double = grown.field.table().to_dtype(candle_core::DType::F64).unwrap();
+    for (name, spoilt) in [
+        ("field.table", numbers(0.5, &[])),
+        ("field.table", numbers(0.5, &[0, 0])),
+        ("field.table", double),
+        ("field.weights", numbers(0.5, &[3])),
+        (
+            "field.weights",
+            Tensor::zeros(weights, candle_core::DType::U32, &Device::Cpu).unwrap(),
+        ),
+        (
+            "occupancy",
+            Tensor::zeros(4, candle_core::DType::U8, &Device::Cpu).unwrap(),
+        ),
+    ] {
+        let mut state = grown.state().unwrap();
+        state.insert(name.to_owned(), spoilt);
+        let before = (
+            trainer.capacity,
+            trainer.field.weights().to_vec1::<f32>().unwrap(),
+        );
+        assert!(trainer.restore(&state, 5).is_err(), "{name}");
+        let after = (
+            trainer.capacity,
+            trainer.field.weights().to_vec1::<f32>().unwrap(),
+        );
+        assert!(before == after && trainer.steps() == 0, "{name}");
+    }
+    trainer.restore(&grown.state().unwrap(), 5).unwrap();
+    assert_eq!(trainer.capacity.table_log2, grown.capacity.table_log2);
+}

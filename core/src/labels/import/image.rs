@@ -6,28 +6,22 @@ use ::png::{BitDepth, ColorType, Decoder, Limits, Transformations};
 
 use super::{BORDER, Meaning};
 use crate::labels::{ClassId, VOID};
+use crate::scene::{in_one_line, size_problem};
 
-/// The most bytes that decoding an image may take.
-const MOST_BYTES: usize = 1 << 30;
-
-/// What the pixels of a label image say.
-#[derive(Debug, PartialEq, Eq)]
-enum Pixels {
-    /// Class ids.
-    Ids(Vec<ClassId>),
-    /// Indices of a palette, which are class ids.
-    Indices(Vec<ClassId>),
-    /// Colours of classes, 16 bits a channel; `None` where the image is transparent.
-    Colors(Vec<Option<[u16; 3]>>),
-}
+/// The most bytes that the parts of a file that are not its pixels may take.
+const MOST_BYTES: usize = 64 << 20;
 
 /// A decoded label image.
-#[derive(Debug, PartialEq, Eq)]
+#[derive(Debug)]
 pub(super) struct LabelImage {
     /// Width and height.
     pub size: [u32; 2],
-    /// Row-major.
-    pixels: Pixels,
+    color: ColorType,
+    depth: BitDepth,
+    /// Bytes of a row.
+    row: usize,
+    /// Row-major, as the file has them.
+    bytes: Vec<u8>,
 }
 
 impl LabelImage {
@@ -39,114 +33,132 @@ impl LabelImage {
         let mut decoder = Decoder::new_with_limits(Cursor::new(png), Limits { bytes: MOST_BYTES });
         // Indices stay indices, and ids of few bits are not scaled up to gray values.
         decoder.set_transformations(Transformations::IDENTITY);
-        let mut reader = decoder.read_info().map_err(|error| error.to_string())?;
-        let bytes = reader.output_buffer_size().filter(|&bytes| bytes <= MOST_BYTES);
-        let mut buffer = vec![0; bytes.ok_or("it is too large")?];
-        let info = reader
-            .next_frame(&mut buffer)
-            .map_err(|error| error.to_string())?;
-        let channels = info.color_type.samples();
-        let row = info.width as usize * channels;
-        let rows = buffer.chunks_exact(info.line_size).take(info.height as usize);
-        let samples: Vec<u16> = rows
-            .flat_map(|line| unpacked(line, info.bit_depth).take(row))
-            .collect();
-        let wide = |sample: u16| {
-            if info.bit_depth == BitDepth::Sixteen {
-                sample
-            } else {
-                257 * sample
-            }
-        };
-        let pixels = match info.color_type {
-            ColorType::Grayscale => Pixels::Ids(samples),
-            ColorType::Indexed => Pixels::Indices(samples),
-            ColorType::GrayscaleAlpha => {
-                let id = |pixel: &[u16]| Ok(if opaque(wide(pixel[1]))? { pixel[0] } else { VOID });
-                Pixels::Ids(samples.chunks_exact(2).map(id).collect::<Result<_, String>>()?)
-            }
-            ColorType::Rgb | ColorType::Rgba => {
-                let color = |pixel: &[u16]| {
-                    let seen = pixel.get(3).map_or(Ok(true), |&alpha| opaque(wide(alpha)))?;
-                    Ok(seen.then(|| [pixel[0], pixel[1], pixel[2]].map(wide)))
-                };
-                Pixels::Colors(
-                    samples
-                        .chunks_exact(channels)
-                        .map(color)
-                        .collect::<Result<_, String>>()?,
-                )
-            }
-        };
+        decoder.set_ignore_text_chunk(true);
+        decoder.set_ignore_iccp_chunk(true);
+        let mut reader = decoder.read_info().map_err(in_one_line)?;
+        let (width, height) = reader.info().size();
+        let length = reader.output_buffer_size().unwrap_or(usize::MAX);
+        if let Some(problem) = size_problem([width, height], length as u64, png.len() as u64) {
+            return Err(problem);
+        }
+        let mut bytes = vec![0; length];
+        let info = reader.next_frame(&mut bytes).map_err(in_one_line)?;
         Ok(Self {
-            size: [info.width, info.height],
-            pixels,
+            size: [width, height],
+            color: info.color_type,
+            depth: info.bit_depth,
+            row: info.line_size,
+            bytes,
         })
     }
 
     /// The class of every pixel, row-major.
     ///
     /// # Errors
-    /// A colour that is not that of one class: a part of a sentence that names it.
+    /// A pixel that is half transparent, or has a colour that is not that of one class: a part of a sentence that
+    /// names it.
     pub fn classes(&self, meaning: &Meaning) -> Result<Vec<ClassId>, String> {
-        match &self.pixels {
-            Pixels::Ids(ids) => Ok(ids.clone()),
-            Pixels::Indices(indices) => {
-                let border = !meaning.ids.contains(&BORDER);
-                let class = |&index: &ClassId| if border && index == BORDER { VOID } else { index };
-                Ok(indices.iter().map(class).collect())
+        let [width, height] = self.size.map(|side| side as usize);
+        let channels = self.color.samples();
+        let mut classes = Vec::with_capacity(width * height);
+        let mut samples: Vec<u16> = Vec::with_capacity(width * channels);
+        for (row, line) in self.bytes.chunks_exact(self.row).take(height).enumerate() {
+            samples.clear();
+            unpack(line, self.depth, &mut samples);
+            for (column, pixel) in samples.chunks_exact(channels).take(width).enumerate() {
+                let class = self.class(pixel, meaning);
+                classes.push(class.map_err(|problem| problem.of_pixel(column, row))?);
             }
-            Pixels::Colors(colors) => {
-                let class = |(index, color): (usize, &Option<[u16; 3]>)| {
-                    let Some(color) = color else {
-                        return Ok(VOID);
-                    };
-                    let [x, y] = [index % self.size[0] as usize, index / self.size[0] as usize];
-                    let place = || format!("has the colour {} at column {x}, row {y}", described(*color));
-                    match meaning.colors.get(color) {
-                        Some(Some(class)) => Ok(*class),
-                        Some(None) => Err(format!(
-                            "{}, which several classes have; give each a colour of its own",
-                            place()
-                        )),
-                        None => Err(format!(
-                            "{}, which is no class's; list the classes with their colours in a classes.json beside \
-                             the images",
-                            place()
-                        )),
-                    }
-                };
-                colors.iter().enumerate().map(class).collect()
+        }
+        Ok(classes)
+    }
+
+    /// The class of a pixel by the samples of its channels.
+    fn class(&self, pixel: &[u16], meaning: &Meaning) -> Result<ClassId, PixelProblem> {
+        // To 16 bits.
+        let wide = |sample: u16| {
+            if self.depth == BitDepth::Sixteen {
+                sample
+            } else {
+                257 * sample
             }
+        };
+        match *pixel {
+            [BORDER] if self.color == ColorType::Indexed && !meaning.ids.contains(&BORDER) => Ok(VOID),
+            // An id, or the index of a palette, which is one.
+            [id] => Ok(id),
+            [id, alpha] => Ok(if is_opaque(wide(alpha))? { id } else { VOID }),
+            [red, green, blue, ref alpha @ ..] => {
+                let is_there = alpha.first().map_or(Ok(true), |&alpha| is_opaque(wide(alpha)))?;
+                let color = [red, green, blue].map(wide);
+                match meaning.colors.get(&color) {
+                    _ if !is_there => Ok(VOID),
+                    Some(Some(class)) => Ok(*class),
+                    Some(None) => Err(PixelProblem::OfSeveral(color)),
+                    None => Err(PixelProblem::Unknown(color)),
+                }
+            }
+            [] => Ok(VOID),
         }
     }
 }
 
-/// The samples of a row; where they have less than 8 bits, those that fill up its last byte too.
-fn unpacked(line: &[u8], depth: BitDepth) -> Box<dyn Iterator<Item = u16> + '_> {
+/// Why a pixel has no class.
+enum PixelProblem {
+    HalfTransparent,
+    /// Several classes have this colour, of 16 bits a channel.
+    OfSeveral([u16; 3]),
+    /// No class has this colour, of 16 bits a channel.
+    Unknown([u16; 3]),
+}
+
+impl PixelProblem {
+    /// A part of a sentence that names the pixel.
+    fn of_pixel(&self, column: usize, row: usize) -> String {
+        let (color, what) = match self {
+            Self::HalfTransparent => {
+                return format!(
+                    "is half transparent at column {column}, row {row}, so that its class is not sure; save it without \
+                     soft edges"
+                );
+            }
+            Self::OfSeveral(color) => (color, "which several classes have; give each a colour of its own"),
+            Self::Unknown(color) => (
+                color,
+                "which is no class's; list the classes with their colours in a classes.json beside the images",
+            ),
+        };
+        format!(
+            "has the colour {} at column {column}, row {row}, {what}",
+            described(*color)
+        )
+    }
+}
+
+/// Adds the samples of a row, and where they have less than 8 bits those that fill up its last byte.
+fn unpack(line: &[u8], depth: BitDepth, samples: &mut Vec<u16>) {
     match depth {
-        BitDepth::Sixteen => Box::new(
-            line.chunks_exact(2)
-                .map(|pair| u16::from_be_bytes([pair[0], pair[1]])),
-        ),
-        BitDepth::Eight => Box::new(line.iter().map(|&sample| u16::from(sample))),
+        BitDepth::Sixteen => {
+            let pairs = line.chunks_exact(2);
+            samples.extend(pairs.map(|pair| u16::from_be_bytes([pair[0], pair[1]])));
+        }
+        BitDepth::Eight => samples.extend(line.iter().map(|&sample| u16::from(sample))),
         BitDepth::One | BitDepth::Two | BitDepth::Four => {
             let bits = depth as u8;
-            let of_byte = move |&byte: &u8| {
-                let shifts = (0..8 / bits).map(move |place| 8 - bits * (place + 1));
-                shifts.map(move |shift| u16::from((byte >> shift) & ((1 << bits) - 1)))
-            };
-            Box::new(line.iter().flat_map(of_byte))
+            for &byte in line {
+                let shifts = (0..8 / bits).map(|place| 8 - bits * (place + 1));
+                samples.extend(shifts.map(|shift| u16::from((byte >> shift) & ((1 << bits) - 1))));
+            }
         }
     }
 }
 
 /// Whether a pixel with this alpha, of 16 bits, is there at all.
-fn opaque(alpha: u16) -> Result<bool, String> {
+fn is_opaque(alpha: u16) -> Result<bool, PixelProblem> {
     match alpha {
         0 => Ok(false),
         u16::MAX => Ok(true),
-        _ => Err("some of its pixels are half transparent, so that their class is not sure".to_owned()),
+        _ => Err(PixelProblem::HalfTransparent),
     }
 }
 

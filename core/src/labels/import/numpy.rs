@@ -4,10 +4,16 @@ use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::Path;
 
+use crate::scene::in_one_line;
+
 /// The longest header that is read, in bytes; NumPy's own limit is 10,000.
 const LONGEST_HEADER: usize = 1 << 16;
 /// The most bytes that an array may have.
 const MOST_BYTES: usize = 1 << 30;
+/// The most axes that an array may have, which is NumPy's own limit (NPY_MAXDIMS).
+const MOST_AXES: usize = 64;
+/// The most characters of a file that a message repeats.
+const REPEATED: usize = 120;
 
 /// What an array's numbers are, all with the least significant byte first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,8 +59,14 @@ impl Header {
         strides
     }
 
-    /// Number of bytes of all values.
+    /// Number of bytes of all values, of which there is at least one.
     fn bytes(&self) -> Result<usize, String> {
+        if self.shape.contains(&0) {
+            return Err(format!(
+                "has an array of the shape {}, which has no values",
+                shape_text(&self.shape)
+            ));
+        }
         let product = self
             .shape
             .iter()
@@ -99,7 +111,7 @@ pub(super) fn read<T>(
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("npy")) {
         return read_array(file, accept);
     }
-    let broken = |error: zip::result::ZipError| format!("is no NPZ file: {error}");
+    let broken = |error: zip::result::ZipError| format!("is no NPZ file: {}", in_one_line(error));
     let mut archive = zip::ZipArchive::new(file).map_err(broken)?;
     if archive.len() != 1 {
         return Err(format!(
@@ -156,7 +168,7 @@ fn read_header(file: &mut impl Read) -> Result<Header, String> {
 
 /// Reads a header, a Python dictionary: `{'descr': '<f4', 'fortran_order': False, 'shape': (3, 4, 5), }`.
 fn parse_header(text: &str) -> Result<Header, String> {
-    let unknown = || format!("has a header that is not NumPy's: {}", text.trim());
+    let unknown = || format!("has a header that is not NumPy's: {}", repeated(text));
     let within = text
         .trim()
         .strip_prefix('{')
@@ -192,7 +204,8 @@ fn parse_header(text: &str) -> Result<Header, String> {
                     .map(str::trim)
                     .filter(|number| !number.is_empty());
                 let numbers: Result<Vec<usize>, _> = numbers.map(str::parse).collect();
-                shape = Some(numbers.map_err(|_| unknown())?);
+                let numbers = numbers.ok().filter(|numbers| numbers.len() <= MOST_AXES);
+                shape = Some(numbers.ok_or_else(unknown)?);
                 end
             }
             _ => return Err(unknown()),
@@ -209,7 +222,8 @@ fn parse_header(text: &str) -> Result<Header, String> {
         "<f8" => Kind::F64,
         other => {
             return Err(format!(
-                "holds numbers of the kind {other}; save probabilities as float16 or float32, and class ids as a PNG"
+                "holds numbers of the kind {}; save probabilities as float16 or float32, and class ids as a PNG",
+                repeated(other)
             ));
         }
     };
@@ -230,6 +244,11 @@ fn entry(text: &str) -> Option<(&str, &str)> {
 fn quoted(text: &str) -> Option<(&str, &str)> {
     let quote = text.chars().next().filter(|quote| matches!(quote, '\'' | '"'))?;
     text[1..].split_once(quote)
+}
+
+/// A text of the file for a message: on one line, and its beginning where it is long.
+fn repeated(text: &str) -> String {
+    in_one_line(text).chars().take(REPEATED).collect()
 }
 
 /// A shape as NumPy writes it.
@@ -311,7 +330,10 @@ mod tests {
         let refused = |header: &str, part: &str| {
             let error = values(&npy(header, &[0; 64])).unwrap_err();
             assert!(error.contains(part), "{error}");
+            assert!(!error.contains(['\n', '\0']) && error.len() < 400, "{error:?}");
         };
+        refused("{'descr':\n'<f4'\0}", "not NumPy's");
+        refused(&format!("{{{}}}", "x".repeat(60_000)), "not NumPy's");
         let shaped = |kind: &str, shape: &str| {
             format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': {shape}}}")
         };
@@ -319,6 +341,7 @@ mod tests {
         refused(&shaped("<f4", "(200, 1000, 1000)"), "less data");
         refused(&shaped("<i8", "(2, 2)"), "<i8");
         refused(&shaped(">f4", "(2, 2)"), ">f4");
+        refused(&shaped("two\nlines", "(2, 2)"), "two lines");
         refused(&shaped("<f4", "(-2, 2)"), "not NumPy's");
         refused(
             "{'descr': [('a', '<f4')], 'fortran_order': False, 'shape': (2,)}",
@@ -326,6 +349,11 @@ mod tests {
         );
         refused("{'descr': '<f4', 'shape': (2,)}", "not NumPy's");
         refused("os.system('x')", "not NumPy's");
+        refused(
+            &shaped("<f4", "(0, 9223372036854775807, 9223372036854775807)"),
+            "no values",
+        );
+        refused(&shaped("<f4", &format!("({})", "1, ".repeat(65))), "not NumPy's");
         assert!(values(b"PK").unwrap_err().contains("no NumPy array"));
         assert!(
             values(b"\x93NUMPY\x02\x00\xff\xff\xff\xff")

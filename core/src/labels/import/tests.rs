@@ -105,6 +105,32 @@ fn what_cannot_be_used_is_one_sentence_that_names_it() {
 }
 
 #[test]
+fn a_label_image_says_neither_more_than_its_file_holds_nor_half_a_class() {
+    let scene = wall(1, 8, 6);
+    let root = tempfile::tempdir().unwrap();
+    let path = root.path().join("rgb_0.png");
+    let mut png = encode_labels(8, 6, &[7; 48]).unwrap();
+    // 8192 x 8192 pixels, and the checksum of such a header.
+    png[16..24].copy_from_slice(&[0, 0, 0x20, 0, 0, 0, 0x20, 0]);
+    png[29..33].copy_from_slice(&[0x57, 0xc1, 0x95, 0x85]);
+    fs::write(&path, png).unwrap();
+    let error = read(root.path(), &scene).unwrap_err();
+    assert!(error.contains("cannot hold 8192x8192 pixels"), "{error}");
+    let mut gray = ::image::GrayAlphaImage::from_pixel(8, 6, ::image::LumaA([7, 255]));
+    gray.put_pixel(3, 2, ::image::LumaA([7, 0]));
+    gray.save(&path).unwrap();
+    let labels = read(root.path(), &scene).unwrap().labels.maps[0].labels();
+    assert!((0..48).all(|pixel| labels[pixel] == if pixel == 2 * 8 + 3 { VOID } else { 7 }));
+    gray.put_pixel(3, 2, ::image::LumaA([7, 128]));
+    gray.save(&path).unwrap();
+    let error = read(root.path(), &scene).unwrap_err();
+    assert!(
+        error.contains("rgb_0.png: is half transparent at column 3, row 2"),
+        "{error}"
+    );
+}
+
+#[test]
 fn images_of_bent_frames_are_straightened() {
     let mut scene = wall(1, 64, 48);
     let frame = &mut scene.frames[0];

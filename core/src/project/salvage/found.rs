@@ -5,7 +5,7 @@ use std::io;
 use std::path::Path;
 
 use super::super::FrameRecord;
-use super::super::consistency::is_sane;
+use super::super::consistency::{foreign_id, is_id, is_sane};
 use super::pages::{Pages, StoredRow, Value};
 use super::replay::strokes_of;
 use crate::labels::{Class, Edit, ImportId, Stroke, StrokeId, Trust};
@@ -73,7 +73,9 @@ impl Found {
 
     /// Takes a row of one of our tables in; `None` where it cannot be right.
     fn take(&mut self, row: StoredRow) -> Option<()> {
-        let number = usize::try_from(row.rowid).ok()?;
+        let number = usize::try_from(row.rowid)
+            .ok()
+            .filter(|&number| is_id(number as u64))?;
         match row.values.as_slice() {
             [
                 _,
@@ -142,7 +144,7 @@ impl Found {
                 Value::Blob(labels),
                 shares @ ..,
             ] => {
-                let id = ImportId(u64::try_from(*import).ok()?);
+                let id = ImportId(u64::try_from(*import).ok().filter(|&id| is_id(id))?);
                 let frame = below_most(usize::try_from(*frame).ok()?)?;
                 let shares = match shares {
                     [Value::Blob(shares)] => Some(shares.clone()),
@@ -170,6 +172,7 @@ impl Found {
             return Some(());
         }
         let edit: Edit = serde_json::from_str(text).ok()?;
+        foreign_id(&edit).is_none().then_some(())?;
         strokes_of(&edit)
             .all(|stroke| is_sane(stroke) && stroke.frame < MOST_FRAMES)
             .then_some(())?;

@@ -15,6 +15,9 @@ const USUAL_PAGE_SIZE: usize = 4096;
 /// Length of the database header, which stands before the b-tree of page 1.
 const HEADER: usize = 100;
 
+/// How often over a damaged file's records may be read where rows point into one another.
+const OVERLAP: u64 = 4;
+
 /// First byte of the pages that are no leaves of a table: overflow and freelist, both kinds of index pages, and the
 /// inner pages of a table. Any other byte is read as a leaf, since the byte itself may be what is damaged.
 const NO_LEAVES: [u8; 4] = [0, 2, 10, 5];
@@ -44,6 +47,9 @@ pub(super) struct Pages {
     file: File,
     length: u64,
     size: usize,
+    /// Bytes of records that may still be read. Records do not overlap, so that all together are no longer than the
+    /// file, unless it is damaged.
+    budget: u64,
 }
 
 /// What came of reading all pages.
@@ -76,7 +82,12 @@ impl Pages {
             .into_iter()
             .map(|size| {
                 let file = File::open(path)?;
-                Ok(Self { file, length, size })
+                Ok(Self {
+                    file,
+                    length,
+                    size,
+                    budget: length.saturating_mul(OVERLAP),
+                })
             })
             .collect()
     }
@@ -159,6 +170,7 @@ impl Pages {
         if cell.length > self.length {
             return None;
         }
+        self.budget = self.budget.checked_sub(cell.length)?;
         let mut payload = cell.local.to_vec();
         let mut next = cell.overflow;
         while payload.len() < length {
@@ -187,8 +199,9 @@ impl Cell<'_> {
     /// What the columns hold; `None` for what is no record. Our records have headers far shorter than a page.
     fn kinds(&self) -> Option<Kinds> {
         let (types, header) = serial_types(self.local)?;
-        let body: u64 = types.iter().map(|&kind| length_of(kind)).sum();
-        if header as u64 + body != self.length {
+        let mut lengths = types.iter().map(|&kind| length_of(kind));
+        let length = lengths.try_fold(header as u64, u64::checked_add)?;
+        if length != self.length {
             return None;
         }
         let kind = |&kind: &u64| match kind {
@@ -322,4 +335,57 @@ fn big_endian(bytes: &[u8], at: usize, length: usize) -> Option<u32> {
             .iter()
             .fold(0, |value, &byte| (value << 8) | u32::from(byte)),
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A file of one page of 1024 bytes, with these bytes as the record of its row 1, to which so many pointers lead.
+    fn page(record: &[u8], pointers: u16) -> tempfile::NamedTempFile {
+        let mut page = vec![0; 1024];
+        page[..18].copy_from_slice(b"SQLite format 3\0\x04\0");
+        let at = page.len() - record.len() - 2;
+        page[at] = record.len() as u8;
+        page[at + 1] = 1;
+        page[at + 2..].copy_from_slice(record);
+        page[HEADER] = 13;
+        page[HEADER + 3..HEADER + 5].copy_from_slice(&pointers.to_be_bytes());
+        for index in 0..usize::from(pointers) {
+            let pointer = HEADER + 8 + 2 * index;
+            page[pointer..pointer + 2].copy_from_slice(&(at as u16).to_be_bytes());
+        }
+        let file = tempfile::NamedTempFile::new().unwrap();
+        std::fs::write(file.path(), page).unwrap();
+        file
+    }
+
+    /// The rows of a file, and how many there were that cannot be read.
+    fn rows(file: &tempfile::NamedTempFile) -> (Vec<StoredRow>, usize) {
+        let mut rows = Vec::new();
+        let mut pages = Pages::candidates(file.path()).unwrap().pop().unwrap();
+        let scan = pages.rows(|_| true, |row| rows.push(row));
+        (rows, scan.unreadable)
+    }
+
+    #[test]
+    fn lengths_that_add_up_beyond_64_bits_are_no_record() {
+        let text = StoredRow {
+            rowid: 1,
+            values: vec![Value::Null, Value::Text("wall".to_owned())],
+        };
+        assert_eq!(rows(&page(b"\x03\0\x15wall", 1)), (vec![text], 0));
+        let mut record = vec![19];
+        record.extend([0xff; 18]);
+        assert_eq!(rows(&page(&record, 1)), (Vec::new(), 1));
+    }
+
+    #[test]
+    fn rows_that_point_into_one_another_are_read_only_so_often() {
+        let mut record = vec![4, 0, 0x81, 0x59];
+        record.extend([b'x'; 102]);
+        let (read, unreadable) = rows(&page(&record, 150));
+        let most = OVERLAP as usize * 1024 / record.len();
+        assert_eq!((read.len(), unreadable), (most, 150 - most));
+    }
 }

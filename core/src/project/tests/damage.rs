@@ -245,12 +245,13 @@ fn a_changed_stroke_in_a_whole_file_is_told() {
     let (path, ..) = in_a_file(folder.path());
     let spoilt = Connection::open(&path).unwrap();
     let sql =
-        "UPDATE stroke SET lines = '[[[8,8]]]' WHERE id = (SELECT id FROM stroke WHERE frame = 1 LIMIT 1)";
+        "UPDATE stroke SET lines = '[[[8,8]]]' WHERE id = (SELECT id FROM stroke WHERE frame = 1 LIMIT 1);
+               UPDATE frame SET stem = 'b' || char(10, 0) || 'c' WHERE stem = 'b'";
     spoilt.execute_batch(sql).unwrap();
     drop(spoilt);
     let (_project, contents) = Project::open(&path).unwrap();
     assert!(
-        contents.warnings[0].contains("differs from its own edit history in strokes on b (1)"),
+        contents.warnings[0].contains("differs from its own edit history in strokes on b c (1)"),
         "{:?}",
         contents.warnings
     );
@@ -278,6 +279,42 @@ fn strokes_that_would_take_forever_are_damage() {
             .values()
             .all(|stroke| consistency::is_sane(stroke))
     );
+}
+
+#[test]
+fn numbers_that_leave_none_for_new_strokes_and_imports_are_damage() {
+    let endless = u64::MAX;
+    for (table, spoilt, said) in [
+        (
+            "edit",
+            format!("change = replace(change, '\"id\":5,', '\"id\":{endless},')"),
+            "an import with the number",
+        ),
+        (
+            "edit",
+            format!(
+                "change = json_insert(change, '$.imported', json('{{\"before\":null,\"after\":{endless}}}'))"
+            ),
+            "an import with the number",
+        ),
+        (
+            "stroke",
+            format!("id = {} WHERE id = 5", i64::MAX),
+            "no stroke has the number",
+        ),
+        ("import", format!("id = {}", i64::MAX), "no import has the number"),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let (path, ..) = in_a_file(folder.path());
+        let file = Connection::open(&path).unwrap();
+        assert!(file.execute(&format!("UPDATE {table} SET {spoilt}"), []).unwrap() > 0);
+        drop(file);
+        let error = Project::open(&path).unwrap_err().to_string();
+        assert!(error.contains(said), "{spoilt}: {error}");
+        let mut history = Contents::read(&path).unwrap().history;
+        let id = history.add_stroke(Stroke::click(0, 1, [1, 1])).strokes[0].id.0;
+        assert!(i64::try_from(id).is_ok(), "{spoilt}: {id}");
+    }
 }
 
 #[test]

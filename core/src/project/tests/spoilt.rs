@@ -40,7 +40,7 @@ fn strokes_that_no_image_can_hold_are_damage_in_the_labels_and_in_the_edits() {
         ),
         (edit(1, 0, 70_000), "a frame or a pixel that there is not"),
         (edit(1, 9, 0), "a frame or a pixel that there is not"),
-        (edit(u64::MAX, 0, 0), "a stroke with the number"),
+        (edit(u64::MAX, 0, 0), "with the number 18446744073709551615"),
     ] {
         let error = opened(&changes).unwrap_err();
         assert!(error.contains("damaged") && error.contains(reason), "{error}");

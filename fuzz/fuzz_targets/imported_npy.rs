@@ -1,0 +1,3 @@
+#![no_main]
+
+inplace_fuzz::target!();
