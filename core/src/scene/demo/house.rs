@@ -45,6 +45,14 @@ impl House {
         }
     }
 
+    /// A room by itself.
+    pub fn of(room: Room) -> Self {
+        let to_world = DAffine3::IDENTITY;
+        Self {
+            rooms: vec![Placed { room, to_world }],
+        }
+    }
+
     /// The light of each room.
     pub fn light(&self) -> Vec<LightMap> {
         let rooms = self.rooms.iter();

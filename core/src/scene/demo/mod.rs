@@ -8,6 +8,7 @@ mod build;
 mod cast;
 mod click;
 mod furniture;
+mod hard;
 mod house;
 mod light;
 mod material;
@@ -28,6 +29,7 @@ use rayon::prelude::*;
 use super::pixels::OnDisk;
 use super::{Cache, Camera, ColorImage, DepthMap, Frame, FramePixels, Pixels, Scene, SceneSource};
 use crate::labels::{Class, ClassId, LabelSet, Stroke};
+pub use hard::HardRoom;
 use house::House;
 use light::LightMap;
 use render::View;
@@ -161,7 +163,12 @@ impl Shot {
 
     /// True classes of every frame, row-major `[height, width]` each, at the pixel centres.
     pub fn ground_truth(&self) -> Vec<Vec<ClassId>> {
-        (0..self.frames).into_par_iter().map(self.labels()).collect()
+        self.truth_of(&self.house())
+    }
+
+    fn truth_of(&self, house: &House) -> Vec<Vec<ClassId>> {
+        let frames = (0..self.frames).into_par_iter();
+        frames.map(|frame| self.view(house, frame).labels()).collect()
     }
 
     /// Finds out the true classes of a frame, row-major `[height, width]`, at the pixel centres.
@@ -214,12 +221,17 @@ pub fn classes() -> Vec<Class> {
     room::CLASSES
         .iter()
         .zip(1..)
-        .map(|(&(name, color), id)| Class {
-            id,
-            name: name.to_owned(),
-            color: [(color >> 16) as u8, (color >> 8) as u8, color as u8],
-        })
+        .map(|(&class, id)| class_named(class, id))
         .collect()
+}
+
+/// A class with a name and a display colour 0xRRGGBB.
+fn class_named((name, color): (&str, u32), id: ClassId) -> Class {
+    Class {
+        id,
+        name: name.to_owned(),
+        color: [(color >> 16) as u8, (color >> 8) as u8, color as u8],
+    }
 }
 
 /// True classes of every frame, row-major `[height, width]` each, at the pixel centres.

@@ -3,7 +3,7 @@
 use glam::{Vec3, Vec3A};
 
 use super::build::{Builder, Place};
-use super::cast::Caster;
+use super::cast::{Caster, SHELL};
 use super::furniture;
 use super::light::{Bulb, Pane};
 use super::material::{Material, Pattern, hash, srgb};
@@ -68,7 +68,11 @@ pub(super) struct Room {
 /// Builds the room with this number, always the same; the demo's is 0, and the others have other colours.
 pub(super) fn room(number: usize) -> Room {
     let mut builder = Builder::default();
-    shell(&mut builder);
+    let white = Material::plain(srgb(PAPER_WHITE));
+    let sage = Material::plain(srgb(0xA9_B8A6));
+    let boards = Material::patterned(srgb(0xB9_885A), Pattern::Planks);
+    let ceiling = Material::plain(srgb(0xF1_EFEA));
+    shell(&mut builder, [white, white, sage, white, boards, ceiling]);
     let pane = window(&mut builder, &Place::new(2.45, SIZE.y, 180.0));
     door(&mut builder, &Place::new(0.0, 0.78, -90.0));
     furniture::bed(&mut builder, &Place::new(0.03, 2.66, -90.0));
@@ -118,23 +122,12 @@ pub(super) fn room(number: usize) -> Room {
     }
 }
 
-/// Walls, floor and ceiling, in the order that [`Caster`] expects.
-fn shell(builder: &mut Builder) {
+/// Four walls, floor and ceiling of these materials, in the order that [`Caster`] expects.
+pub(super) fn shell(builder: &mut Builder, materials: [Material; SHELL]) {
     const THICK: f32 = 0.1;
-    let white = Material::plain(srgb(PAPER_WHITE));
-    let sage = Material::plain(srgb(0xA9_B8A6));
-    let boards = Material::patterned(srgb(0xB9_885A), Pattern::Planks);
-    let ceiling = Material::plain(srgb(0xF1_EFEA));
+    const CLASSES: [ClassId; SHELL] = [WALL, WALL, WALL, WALL, FLOOR, CEILING];
     let world = Place::new(0.0, 0.0, 0.0);
-    let sides = [
-        (WALL, white),
-        (WALL, white),
-        (WALL, sage),
-        (WALL, white),
-        (FLOOR, boards),
-        (CEILING, ceiling),
-    ];
-    for (face, (class, material)) in sides.into_iter().enumerate() {
+    for (face, (class, material)) in CLASSES.into_iter().zip(materials).enumerate() {
         let (mut min, mut max) = (Vec3::splat(-THICK), SIZE + THICK);
         if face % 2 == 0 {
             max[face / 2] = 0.0;
