@@ -7,6 +7,7 @@ mod edits;
 mod images;
 mod labels;
 mod poses;
+mod rooms;
 mod session;
 mod trial;
 
@@ -20,7 +21,7 @@ pub use trial::Settings;
 use trial::{Measured, Trial};
 
 use super::{EvalError, SceneTruth, Table};
-use crate::scene::Scene;
+use crate::scene::{Scene, SceneSource};
 
 /// What a figure must be, at least.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -66,6 +67,8 @@ pub struct Condition {
     pub line: Line,
     /// Whether it belongs to the short form of the suite.
     pub quick: bool,
+    /// Whether it is tried with the demo alone: a room of its own takes the demo's place.
+    pub demo_only: bool,
     way: Way,
 }
 
@@ -112,6 +115,7 @@ const fn disturbed(
         figure: Figure::Miou,
         line,
         quick: false,
+        demo_only: false,
         way: Way::Disturb(disturb),
     }
 }
@@ -119,6 +123,13 @@ const fn disturbed(
 impl Condition {
     const fn in_short(self) -> Self {
         Self { quick: true, ..self }
+    }
+
+    const fn of_the_demo(self) -> Self {
+        Self {
+            demo_only: true,
+            ..self
+        }
     }
 
     const fn course(
@@ -133,6 +144,7 @@ impl Condition {
             figure: Figure::Kept,
             line,
             quick: false,
+            demo_only: false,
             way: Way::Course(course),
         }
     }
@@ -157,17 +169,18 @@ pub fn conditions() -> Vec<Condition> {
         labels::conditions(),
         edits::conditions(),
         session::conditions(),
+        rooms::conditions(),
     ] {
         all.extend(more);
     }
     all
 }
 
-/// Tries conditions on a scene with seeds that count up; `progress` is told what is being done and, after each run, its
+/// Tries conditions on a scene with seeds that count up, those of the demo alone on that only; `progress` is told what is being done and, after each run, its
 /// outcome.
 ///
 /// # Errors
-/// A scene without ground truth. A run that fails is an outcome without a figure.
+/// A scene without ground truth, or with nothing to try on it. A run that fails is an outcome without a figure.
 pub fn stability(
     scene: &Arc<Scene>,
     conditions: &[Condition],
@@ -177,7 +190,8 @@ pub fn stability(
 ) -> Result<Vec<Outcome>, EvalError> {
     let truth = SceneTruth::read(scene)?;
     let mut outcomes: Vec<Outcome> = Vec::new();
-    for condition in needed(conditions) {
+    let conditions = tried_on(scene, conditions)?;
+    for condition in needed(&conditions) {
         for run in 0..seeds {
             let settings = Settings {
                 seed: settings.seed.wrapping_add(run),
@@ -190,6 +204,21 @@ pub fn stability(
         }
     }
     Ok(outcomes)
+}
+
+/// Those of the conditions that are tried on this scene.
+fn tried_on(scene: &Scene, conditions: &[Condition]) -> Result<Vec<Condition>, EvalError> {
+    let is_demo = scene.source == SceneSource::Demo;
+    let all = conditions.iter().copied();
+    let tried: Vec<Condition> = all.filter(|condition| is_demo || !condition.demo_only).collect();
+    if tried.is_empty() && !conditions.is_empty() {
+        return Err(EvalError::Scene {
+            scene: scene.source.to_string(),
+            reason: "these conditions are rooms of their own in place of the demo; try them on \"demo\""
+                .to_owned(),
+        });
+    }
+    Ok(tried)
 }
 
 /// What [`stability`] tells.

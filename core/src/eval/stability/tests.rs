@@ -1,6 +1,8 @@
 use super::*;
+use crate::eval::LabelImage;
 use crate::eval::simulate::testing::capture;
 use crate::field::Preset;
+use crate::scene::demo::Shot;
 use crate::scene::{OpenOptions, SceneSource};
 
 fn settings() -> Settings {
@@ -77,6 +79,63 @@ fn a_wall_of_two_halves_stands_what_keeps_it_whole() {
     );
     let table = table(&outcomes);
     assert_eq!(table.as_str().lines().count(), 7);
+}
+
+#[test]
+fn hard_rooms_take_the_place_of_the_demo_alone() {
+    let rooms: Vec<Condition> = conditions().into_iter().filter(|own| own.demo_only).collect();
+    assert_eq!(rooms.len(), 6);
+    let (_root, scene) = wall();
+    let error = stability(&scene, &rooms, &settings(), 1, &mut |_| {}).unwrap_err();
+    assert!(error.to_string().contains("try them on \"demo\""), "{error}");
+    let with_others = [&rooms[..], &conditions()[..1]].concat();
+    assert_eq!(tried_on(&scene, &with_others).unwrap().len(), 1);
+
+    // Six small frames of the plain room: its own truth, classes and clicks.
+    let demo = Shot {
+        rooms: 1,
+        frames: 6,
+        width: 80,
+        height: 60,
+    }
+    .scene(&|_, _| {});
+    let truth = SceneTruth {
+        images: (0..6)
+            .map(|frame| {
+                let labels = vec![9; 80 * 60];
+                (
+                    frame,
+                    LabelImage {
+                        width: 80,
+                        height: 60,
+                        labels,
+                    },
+                )
+            })
+            .collect(),
+        train: vec![0, 2, 4],
+        test: vec![1, 3, 5],
+    };
+    let mut trial = Trial::new(&demo, &truth, 0);
+    let plain = rooms.iter().find(|own| own.name == "plain").unwrap();
+    let Way::Disturb(enter) = plain.way else {
+        panic!("a room is entered");
+    };
+    enter(&mut trial, &mut SmallRng::seed_from_u64(1));
+    assert_eq!(trial.classes(), [1, 2, 3, 4]);
+    assert_eq!(trial.labels.classes.len(), 4);
+    assert_eq!(
+        (trial.scene.frames.len(), trial.scene.frames[0].camera.width),
+        (6, 80)
+    );
+    for stroke in trial.labels.strokes.values() {
+        let [x, y] = stroke.first_point().unwrap();
+        assert!(stroke.frame % 2 == 0);
+        assert_eq!(
+            trial.truth.images[&stroke.frame].labels[(y * 80 + x) as usize],
+            stroke.class
+        );
+    }
 }
 
 #[test]

@@ -3,6 +3,7 @@
 use glam::Vec3A;
 
 use super::solid::Solid;
+use crate::labels::ClassId;
 
 /// Where a ray ends.
 #[derive(Clone, Copy, Debug)]
@@ -21,10 +22,23 @@ pub(super) struct Caster {
     pub solids: Vec<Solid>,
     pub min: Vec3A,
     pub max: Vec3A,
+    /// Parts of solids that are of another class than the rest.
+    pub zones: Vec<Zone>,
     bounds: Vec<(Vec3A, Vec3A)>,
     nodes: Vec<Node>,
     /// Indices into `solids`, leaf after leaf.
     order: Vec<usize>,
+}
+
+/// A box in which the solids of one class are of another one.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Zone {
+    /// The class of the solids.
+    pub of: ClassId,
+    /// What they are inside; void where nobody could tell.
+    pub class: ClassId,
+    pub min: Vec3A,
+    pub max: Vec3A,
 }
 
 struct Node {
@@ -52,6 +66,7 @@ impl Caster {
             solids,
             min,
             max,
+            zones: Vec::new(),
             bounds,
             nodes,
             order,
@@ -83,14 +98,21 @@ impl Caster {
         hit
     }
 
-    /// Whether anything that casts a shadow lies on a ray before `limit` metres. Solids that glow let
-    /// light through, so that a lamp is not dark inside its shade.
+    /// Class of a solid at a point of its surface.
+    pub fn class(&self, solid: usize, point: Vec3A) -> ClassId {
+        let class = self.solids[solid].class;
+        let own =
+            |zone: &&Zone| zone.of == class && point.cmpge(zone.min).all() && point.cmple(zone.max).all();
+        self.zones.iter().find(own).map_or(class, |zone| zone.class)
+    }
+
+    /// Whether anything that casts a shadow lies on a ray before `limit` metres.
     pub fn blocked(&self, origin: Vec3A, direction: Vec3A, limit: f32) -> bool {
         let direction = without_zeros(direction);
         let mut blocked = false;
         self.visit(origin, direction.recip(), limit, |index| {
             let solid = &self.solids[index];
-            if solid.material.emission == 0.0 && solid.intersect(origin, direction, limit).is_some() {
+            if solid.material.casts_shadow() && solid.intersect(origin, direction, limit).is_some() {
                 blocked = true;
                 return 0.0;
             }

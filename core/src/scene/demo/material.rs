@@ -12,6 +12,18 @@ pub(super) struct Material {
     pub pattern: Pattern,
     /// Radiance that the surface gives off by itself, times its pattern; 0 for most.
     pub emission: f32,
+    pub optics: Optics,
+}
+
+/// What becomes of a ray at a surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Optics {
+    /// It ends.
+    Opaque,
+    /// It is reflected, tinted by the surface's colour.
+    Mirror,
+    /// It goes on as it came, tinted by the surface's colour.
+    Glass,
 }
 
 /// How the colour varies over a solid.
@@ -60,6 +72,15 @@ impl Material {
             color,
             pattern,
             emission: 0.0,
+            optics: Optics::Opaque,
+        }
+    }
+
+    /// A surface of one colour that rays do not end at.
+    pub fn passing(color: Vec3A, optics: Optics) -> Self {
+        Self {
+            optics,
+            ..Self::plain(color)
         }
     }
 
@@ -69,7 +90,13 @@ impl Material {
             color,
             pattern,
             emission,
+            optics: Optics::Opaque,
         }
+    }
+
+    /// Whether light is held up. What glows lets it through, so that a lamp is not dark inside its shade.
+    pub fn casts_shadow(&self) -> bool {
+        self.emission == 0.0 && self.optics != Optics::Glass
     }
 
     /// Reflectance at a point of a solid, in the solid's own axes.

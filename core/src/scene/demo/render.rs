@@ -6,14 +6,27 @@ use glam::{DAffine3, Vec3A};
 
 use super::cast::{Caster, Hit};
 use super::light::LightMap;
+use super::material::Optics;
 use crate::labels::ClassId;
 use crate::scene::Camera;
 
-/// Rays of a camera in the world.
+/// Rays of a camera in a room.
 pub(super) struct View<'a> {
     pub caster: &'a Caster,
     pub camera: Camera,
-    pub camera_to_world: DAffine3,
+    /// Camera to the room's axes.
+    pub camera_to_room: DAffine3,
+}
+
+/// What a ray shows in the end: what is behind glass, or in a mirror.
+struct Sight {
+    solid: usize,
+    /// Where, in the room.
+    point: Vec3A,
+    /// All the way there, in metres.
+    length: f32,
+    /// What is left of the light on that way.
+    tint: Vec3A,
 }
 
 /// What the centre of a pixel shows.
@@ -27,19 +40,23 @@ struct Shade {
 
 /// Offsets of the extra samples of an edge pixel (a rotated grid).
 const SUBPIXELS: [(f32, f32); 4] = [(-0.125, -0.375), (0.375, -0.125), (0.125, 0.375), (-0.375, 0.125)];
+/// Mirrors and panes that a ray meets, at most.
+const PASSED: usize = 4;
+/// How far beyond a surface its way goes on, in metres.
+const LIFT: f32 = 1e-4;
 /// Difference of display colours beyond which a pixel is an edge.
 const CONTRAST: f32 = 0.04;
 
 impl View<'_> {
     /// First surface at an image position, and the unit direction of its ray.
     fn cast(&self, x: f32, y: f32) -> (Hit, Vec3A) {
-        let rotation = self.camera_to_world.matrix3.as_mat3();
+        let rotation = self.camera_to_room.matrix3.as_mat3();
         let direction = (rotation * self.camera.direction(x, y)).normalize().into();
         (self.caster.cast(self.eye(), direction), direction)
     }
 
     fn eye(&self) -> Vec3A {
-        self.camera_to_world.translation.as_vec3a()
+        self.camera_to_room.translation.as_vec3a()
     }
 
     /// First surface at the centre of a pixel.
@@ -48,10 +65,15 @@ impl View<'_> {
         self.cast(x, y).0
     }
 
-    /// Classes at the pixel centres, row-major `[height, width]`.
+    /// Classes at the pixel centres, row-major `[height, width]`: of the first surface, be it a mirror or glass.
     pub fn labels(&self) -> Vec<ClassId> {
         (0..self.camera.pixels())
-            .map(|index| self.caster.solids[self.hit(index).solid].class)
+            .map(|index| {
+                let (x, y) = self.center(index);
+                let (hit, direction) = self.cast(x, y);
+                let point = self.eye() + hit.distance * direction;
+                self.caster.class(hit.solid, point)
+            })
             .collect()
     }
 
@@ -60,19 +82,48 @@ impl View<'_> {
         ((index % width) as f32 + 0.5, (index / width) as f32 + 0.5)
     }
 
+    /// Follows a ray by way of mirrors and through glass.
+    fn sight(&self, x: f32, y: f32) -> Sight {
+        let (mut hit, mut direction) = self.cast(x, y);
+        let mut sight = Sight {
+            solid: hit.solid,
+            point: self.eye() + hit.distance * direction,
+            length: hit.distance,
+            tint: Vec3A::ONE,
+        };
+        for _ in 0..PASSED {
+            let solid = &self.caster.solids[hit.solid];
+            match solid.material.optics {
+                Optics::Opaque => break,
+                Optics::Mirror => {
+                    let (chart, position) = solid.chart_at(solid.local(sight.point));
+                    let normal = solid.chart_point(chart, position).1;
+                    direction -= 2.0 * direction.dot(normal) * normal;
+                }
+                Optics::Glass => {}
+            }
+            sight.tint *= solid.material.color;
+            hit = self.caster.cast(sight.point + LIFT * direction, direction);
+            sight.solid = hit.solid;
+            sight.point += (LIFT + hit.distance) * direction;
+            sight.length += LIFT + hit.distance;
+        }
+        sight
+    }
+
     fn shade(&self, light: &LightMap, x: f32, y: f32) -> (Shade, f32) {
-        let (hit, direction) = self.cast(x, y);
-        let solid = &self.caster.solids[hit.solid];
-        let point = solid.local(self.eye() + hit.distance * direction);
+        let sight = self.sight(x, y);
+        let solid = &self.caster.solids[sight.solid];
+        let point = solid.local(sight.point);
         let (chart, position) = solid.chart_at(point);
         let radiance = solid.material.albedo(point, solid.half)
-            * (light.at(hit.solid, chart, position) + solid.material.emission);
+            * (light.at(sight.solid, chart, position) + solid.material.emission);
         let shade = Shade {
-            solid: hit.solid,
+            solid: sight.solid,
             chart,
-            color: display(radiance),
+            color: display(sight.tint * radiance),
         };
-        (shade, hit.distance)
+        (shade, sight.length)
     }
 
     /// Colours (8-bit sRGB, `[height, width, 3]`) and ray lengths (metres, `[height, width]`).
