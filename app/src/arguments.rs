@@ -70,7 +70,10 @@ pub enum Command {
         /// The folder to make.
         #[arg(long, value_name = "DIR")]
         out: Option<PathBuf>,
-        /// Number of frames of the written scene.
+        /// Rooms of the written scene, in a row; the frames go through them one after the other.
+        #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..), requires = "out")]
+        rooms: u16,
+        /// Number of frames of the written scene, of all rooms together.
         #[arg(long, value_name = "N", default_value_t = 60, value_parser = clap::value_parser!(u16).range(2..), requires = "out")]
         frames: u16,
         /// Image size of the written scene.

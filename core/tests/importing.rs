@@ -30,6 +30,7 @@ impl Room {
         static ROOM: OnceLock<Room> = OnceLock::new();
         ROOM.get_or_init(|| {
             let shot = demo::Shot {
+                rooms: 1,
                 frames: FRAMES,
                 width: WIDTH as u32,
                 height: HEIGHT as u32,

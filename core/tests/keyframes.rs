@@ -16,6 +16,7 @@ use inplace_core::scene::{GroundTruth, OpenOptions, Scene, SceneSource, write_re
 use inplace_core::semantics::{FrameMap, Spread, Surface};
 
 const SHOT: Shot = Shot {
+    rooms: 1,
     frames: 60,
     width: 160,
     height: 120,

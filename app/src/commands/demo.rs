@@ -8,6 +8,15 @@ use super::Failure;
 
 /// Renders the demo scene as photographed in `shot` and writes it with its ground truth.
 pub fn run(out: &Path, shot: demo::Shot) -> Result<(), Failure> {
+    if shot.frames < 2 * shot.rooms {
+        return Err(format!(
+            "{} frames are too few for {} rooms, as each needs one to label and one to measure on; give --frames {} or more",
+            shot.frames,
+            shot.rooms,
+            2 * shot.rooms
+        )
+        .into());
+    }
     let scene = shot.unrendered();
     let truth = GroundTruth {
         classes: &demo::classes(),

@@ -31,13 +31,15 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
     match arguments.command {
         Some(Command::Demo {
             out: Some(out),
+            rooms,
             frames,
             size: (width, height),
         }) => {
-            let frames = usize::from(frames);
+            let (rooms, frames) = (usize::from(rooms), usize::from(frames));
             demo::run(
                 &out,
                 Shot {
+                    rooms,
                     frames,
                     width,
                     height,

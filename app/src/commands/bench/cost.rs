@@ -49,6 +49,7 @@ pub(super) fn measure(arguments: &EngineArguments, threads: usize) -> Result<Vec
             counts.extend(arguments.cost_frames.iter().map(|&frames| usize::from(frames)));
         }
         let shot = demo::Shot {
+            rooms: 1,
             frames: counts.last().copied().unwrap_or(FRAMES_OF_SIZES),
             width,
             height,
@@ -117,6 +118,7 @@ pub(super) fn of_one(scene: &Path, seconds: f64, training: &TrainingArguments) -
     let cost = session_cost(options, seconds, |scene| {
         let camera = &scene.frames[0].camera;
         let shot = demo::Shot {
+            rooms: 1,
             frames: scene.frames.len(),
             width: camera.width,
             height: camera.height,

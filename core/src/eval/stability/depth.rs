@@ -19,7 +19,9 @@ pub(super) fn conditions() -> Vec<Condition> {
             "depth-scale",
             "all depth is 5% too long",
             Line::OfClean(0.8),
-            |trial, _| each(trial, |_, length| 1.05 * length),
+            |trial, _| {
+                each(trial, |_, length| 1.05 * length);
+            },
         ),
         disturbed(
             "depth-noise",
@@ -28,7 +30,7 @@ pub(super) fn conditions() -> Vec<Condition> {
             |trial, rng| {
                 each(trial, |_, length| {
                     length * (1.0 + 0.0173 * rng.random_range(-1.0..1.0_f32))
-                })
+                });
             },
         ),
     ]

@@ -80,9 +80,7 @@ fn classes_change(trial: &Trial, settings: &Settings, rng: &mut SmallRng) -> Res
         course.say(history.labels());
         maps(&mut course, trial.scene.frames.len())?;
         if let (Some(&from), Some(&into)) = (classes.choose(rng), classes.choose(rng)) {
-            if from != into {
-                history.merge_class(from, into);
-            }
+            history.merge_class(from, into);
         }
         course.say(history.labels());
         if round % 2 == 0 {

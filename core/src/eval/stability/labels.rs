@@ -181,7 +181,7 @@ fn contradictory(trial: &mut Trial, rng: &mut SmallRng) {
     let classes = trial.classes();
     for (number, stroke) in trial.labels.strokes.values_mut().enumerate() {
         // One of each class, not one class in five.
-        if (number / classes.len() + number) % 5 == 0 {
+        if (number / classes.len() + number).is_multiple_of(5) {
             let others: Vec<ClassId> = classes
                 .iter()
                 .copied()

@@ -16,22 +16,22 @@ pub(super) fn conditions() -> Vec<Condition> {
     };
     vec![
         disturbed("pose-5mm", noisy, Line::OfClean(0.95), |trial, rng| {
-            shake(trial, rng, 0.005, 0.0)
+            shake(trial, rng, 0.005, 0.0);
         }),
         disturbed("pose-1cm", noisy, Line::OfClean(0.9), |trial, rng| {
-            shake(trial, rng, 0.01, 0.0)
+            shake(trial, rng, 0.01, 0.0);
         }),
         disturbed("pose-2cm", noisy, Line::OfClean(0.8), |trial, rng| {
-            shake(trial, rng, 0.02, 0.0)
+            shake(trial, rng, 0.02, 0.0);
         }),
         disturbed("pose-0.2deg", noisy, Line::OfClean(0.95), |trial, rng| {
-            shake(trial, rng, 0.0, 0.2)
+            shake(trial, rng, 0.0, 0.2);
         }),
         disturbed("pose-0.5deg", noisy, Line::OfClean(0.9), |trial, rng| {
-            shake(trial, rng, 0.0, 0.5)
+            shake(trial, rng, 0.0, 0.5);
         }),
         disturbed("pose-1deg", noisy, Line::OfClean(0.75), |trial, rng| {
-            shake(trial, rng, 0.0, 1.0)
+            shake(trial, rng, 0.0, 1.0);
         })
         .in_short(),
         placed(

@@ -5,12 +5,14 @@ use std::sync::Arc;
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::room::Room;
-use super::{Shot, path};
+use super::Shot;
+use super::house::{House, first_of};
 use crate::labels::{Class, ClassId, LabelSet, Stroke, VOID};
 
 /// Clicks of each class.
 const CLICKS: usize = 3;
+/// Most frames of a room that are looked through.
+const LOOKED_THROUGH: usize = 30;
 /// Distance from a class's border at which a click is as safe as it gets, in pixels.
 const SAFE: f32 = 12.0;
 /// Distance between clicks of a class at which they are as far apart as they need to be, in metres.
@@ -23,53 +25,65 @@ struct Candidate {
     class: ClassId,
     /// Distance to the nearest pixel of another class or the image's border, in pixels, up to [`SAFE`].
     inside: f32,
-    /// Place in the world, in metres.
+    /// Place in the room, in metres.
     point: Vec3,
     /// Share of the frame that its class covers.
     share: f32,
 }
 
-/// Greedily, for each class: the safest click in the frame that shows the class best, then clicks that are
-/// both safe and far from the previous ones.
-pub(super) fn clicks(room: &Room, classes: Vec<Class>) -> LabelSet {
-    let candidates: Vec<Candidate> = (0..path::FRAMES)
-        .into_par_iter()
-        .filter(|frame| frame % 2 == 0)
-        .flat_map_iter(|frame| candidates(room, frame))
-        .collect();
+/// In every room greedily, for each class: the safest click in the frame that shows the class best, then clicks
+/// that are both safe and far from the previous ones. On frames of the shot that are not held out.
+pub(super) fn clicks(house: &House, shot: &Shot, classes: Vec<Class>) -> LabelSet {
     let mut labels = LabelSet::default();
-    for class in &classes {
-        let own: Vec<&Candidate> = candidates.iter().filter(|c| c.class == class.id).collect();
-        let mut chosen: Vec<&Candidate> = Vec::new();
-        for _ in 0..CLICKS {
-            let score = |candidate: &Candidate| {
-                let nearest = chosen
-                    .iter()
-                    .map(|other| other.point.distance(candidate.point))
-                    .fold(APART, f32::min);
-                let first = if chosen.is_empty() {
-                    candidate.share.sqrt()
-                } else {
-                    1.0
-                };
-                candidate.inside * nearest * first
-            };
-            let best = own.iter().max_by(|a, b| score(a).total_cmp(&score(b)));
-            let Some(&best) = best.filter(|best| score(best) > 0.0) else {
-                break;
-            };
-            let stroke = Stroke::click(best.frame, class.id, best.pixel);
-            labels.strokes.insert(labels.next_stroke_id(), Arc::new(stroke));
-            chosen.push(best);
+    for room in 0..house.count() {
+        let first = |room| first_of(room, house.count(), shot.frames);
+        let training: Vec<usize> = (first(room)..first(room + 1))
+            .filter(|frame| frame % 2 == 0)
+            .collect();
+        let every = training.len().div_ceil(LOOKED_THROUGH).max(1);
+        let candidates: Vec<Candidate> = training
+            .into_par_iter()
+            .step_by(every)
+            .flat_map_iter(|frame| candidates(house, shot, frame))
+            .collect();
+        for class in &classes {
+            choose(&candidates, class.id, &mut labels);
         }
     }
     labels.classes = classes;
     labels
 }
 
+/// Adds the clicks of a class.
+fn choose(candidates: &[Candidate], class: ClassId, labels: &mut LabelSet) {
+    let own: Vec<&Candidate> = candidates.iter().filter(|c| c.class == class).collect();
+    let mut chosen: Vec<&Candidate> = Vec::new();
+    for _ in 0..CLICKS {
+        let score = |candidate: &Candidate| {
+            let nearest = chosen
+                .iter()
+                .map(|other| other.point.distance(candidate.point))
+                .fold(APART, f32::min);
+            let first = if chosen.is_empty() {
+                candidate.share.sqrt()
+            } else {
+                1.0
+            };
+            candidate.inside * nearest * first
+        };
+        let best = own.iter().max_by(|a, b| score(a).total_cmp(&score(b)));
+        let Some(&best) = best.filter(|best| score(best) > 0.0) else {
+            break;
+        };
+        let stroke = Stroke::click(best.frame, class, best.pixel);
+        labels.strokes.insert(labels.next_stroke_id(), Arc::new(stroke));
+        chosen.push(best);
+    }
+}
+
 /// Every second pixel of every second row that is not at a border of its class.
-fn candidates(room: &Room, frame: usize) -> Vec<Candidate> {
-    let view = Shot::default().view(room, frame);
+fn candidates(house: &House, shot: &Shot, frame: usize) -> Vec<Candidate> {
+    let view = shot.view(house, frame);
     let (width, height) = (view.camera.width as usize, view.camera.height as usize);
     let labels = view.labels();
     let inside = border_distance(&labels, width, height);
@@ -77,8 +91,8 @@ fn candidates(room: &Room, frame: usize) -> Vec<Candidate> {
     for &label in &labels {
         counts[usize::from(label)] += 1;
     }
-    let eye = view.camera_to_world.translation.as_vec3();
-    let rotation = view.camera_to_world.matrix3.as_mat3();
+    let eye = view.camera_to_room.translation.as_vec3();
+    let rotation = view.camera_to_room.matrix3.as_mat3();
     let pixels = (0..height)
         .step_by(2)
         .flat_map(|y| (0..width).step_by(2).map(move |x| (x, y)));

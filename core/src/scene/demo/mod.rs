@@ -1,12 +1,14 @@
-//! The embedded demo: a furnished room, ray-cast when it is asked for, with exact depth and labels.
+//! The embedded demo: a furnished room, or several in a row, ray-cast when it is asked for, with exact depth and
+//! labels.
 //!
-//! World axes: x along the room (5 m), y across it (4 m), z up; metres. Nothing here depends on the clock or
+//! World axes: x along the rooms (5 m each), y across them (4 m), z up; metres. Nothing here depends on the clock or
 //! on chance: every call gives the same room, pictures and clicks.
 
 mod build;
 mod cast;
 mod click;
 mod furniture;
+mod house;
 mod light;
 mod material;
 mod path;
@@ -26,17 +28,20 @@ use rayon::prelude::*;
 use super::pixels::OnDisk;
 use super::{Cache, Camera, ColorImage, DepthMap, Frame, FramePixels, Pixels, Scene, SceneSource};
 use crate::labels::{Class, ClassId, LabelSet, Stroke};
+use house::House;
 use light::LightMap;
 use render::View;
-use room::Room;
 
 /// Horizontal field of view of the demo's camera, in degrees.
 const FIELD_OF_VIEW: f32 = 78.0;
 
-/// How the demo room is photographed. Longer shots begin with the frames of shorter ones.
+/// How the demo is photographed. Longer shots of one room begin with the frames of shorter ones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shot {
-    /// Number of frames.
+    /// Rooms in a row, at least one: furnished as the demo's, mirrored or turned, in colours of their own. The
+    /// frames go through them one after the other, shared evenly.
+    pub rooms: usize,
+    /// Number of frames, of all rooms together.
     pub frames: usize,
     /// Width of the images in pixels.
     pub width: u32,
@@ -45,9 +50,10 @@ pub struct Shot {
 }
 
 impl Default for Shot {
-    /// The demo: 60 frames of 320 x 240.
+    /// The demo: 60 frames of 320 x 240 in one room.
     fn default() -> Self {
         Self {
+            rooms: 1,
             frames: path::FRAMES,
             width: 320,
             height: 240,
@@ -60,11 +66,16 @@ impl Shot {
         Camera::with_horizontal_fov(self.width, self.height, FIELD_OF_VIEW)
     }
 
-    fn view<'a>(&self, room: &'a Room, frame: usize) -> View<'a> {
+    fn house(&self) -> House {
+        House::furnished(self.rooms)
+    }
+
+    fn view<'a>(&self, house: &'a House, frame: usize) -> View<'a> {
+        let stand = house.stand(frame, self.frames);
         View {
-            caster: &room.caster,
+            caster: &house.room(stand.room).caster,
             camera: self.camera(),
-            camera_to_world: path::pose(frame),
+            camera_to_room: stand.to_room,
         }
     }
 
@@ -72,14 +83,17 @@ impl Shot {
     /// thread.
     pub fn scene(&self, progress: &(dyn Fn(usize, usize) + Sync)) -> Scene {
         progress(0, self.frames);
-        let room = room::room();
-        let light = LightMap::new(&room.caster, &room.panes, &room.bulbs);
+        self.scene_of(&self.house(), progress)
+    }
+
+    fn scene_of(&self, house: &House, progress: &(dyn Fn(usize, usize) + Sync)) -> Scene {
+        let light = house.light();
         let done = AtomicUsize::new(0);
         let frames = (0..self.frames)
             .into_par_iter()
             .map(|index| {
-                let pixels = self.pixels(&room, &light, index);
-                let frame = self.frame(index, pixels.into());
+                let pixels = self.pixels(house, &light, index);
+                let frame = self.frame(house, index, pixels.into());
                 progress(1 + done.fetch_add(1, Ordering::Relaxed), self.frames);
                 frame
             })
@@ -90,20 +104,20 @@ impl Shot {
     /// The same scene whose frames are rendered when somebody asks for their pixels: for writing more of them than
     /// fit in memory.
     pub fn unrendered(&self) -> Scene {
-        let room = Arc::new(room::room());
-        let light = Arc::new(LightMap::new(&room.caster, &room.panes, &room.bulbs));
+        let house = Arc::new(self.house());
+        let light: Arc<[LightMap]> = house.light().into();
         let cache = Arc::new(Cache::new(0));
         let frame = |index: usize| {
-            let (shot, room, light) = (*self, Arc::clone(&room), Arc::clone(&light));
+            let (shot, own, light) = (*self, Arc::clone(&house), Arc::clone(&light));
             let pixels = OnDisk {
                 number: index,
                 coverage: Some(1.0),
                 hidden: 0,
                 sharpness: 0.0,
-                decode: Box::new(move || Ok(shot.pixels(&room, &light, index))),
+                decode: Box::new(move || Ok(shot.pixels(&own, &light, index))),
                 cache: Arc::clone(&cache),
             };
-            self.frame(index, FramePixels::on_disk(pixels))
+            self.frame(&house, index, FramePixels::on_disk(pixels))
         };
         self.around((0..self.frames).map(frame).collect())
     }
@@ -121,15 +135,16 @@ impl Shot {
         }
     }
 
-    fn pixels(&self, room: &Room, light: &LightMap, index: usize) -> Pixels {
-        let (rgb, lengths) = self.view(room, index).render(light);
+    fn pixels(&self, house: &House, light: &[LightMap], index: usize) -> Pixels {
+        let room = house.stand(index, self.frames).room;
+        let (rgb, lengths) = self.view(house, index).render(&light[room]);
         // `render` gives three bytes for each pixel of the camera: the image always exists.
         let color = ColorImage::new(self.width, self.height, rgb).unwrap_or_else(|| unreachable!());
         Pixels::new(color, Some(DepthMap::from_ray_lengths(self.width, &lengths)))
     }
 
-    fn frame(&self, index: usize, pixels: FramePixels) -> Frame {
-        let pose = path::pose(index);
+    fn frame(&self, house: &House, index: usize, pixels: FramePixels) -> Frame {
+        let pose = house.stand(index, self.frames).to_world;
         Frame {
             stem: format!("rgb_{index}"),
             path: PathBuf::new(),
@@ -151,8 +166,8 @@ impl Shot {
 
     /// Finds out the true classes of a frame, row-major `[height, width]`, at the pixel centres.
     pub fn labels(&self) -> impl Fn(usize) -> Vec<ClassId> + Send + Sync + use<> {
-        let (shot, room) = (*self, room::room());
-        move |frame| shot.view(&room, frame).labels()
+        let (shot, house) = (*self, self.house());
+        move |frame| shot.view(&house, frame).labels()
     }
 
     /// Frames kept for testing: every second one. [`clicks`] are on the others.
@@ -160,11 +175,20 @@ impl Shot {
         (0..self.frames).filter(|frame| frame % 2 == 1).collect()
     }
 
-    /// The clicks of the demo on this shot's frames, at the same places of the images; those on frames
-    /// that it lacks are left out.
+    /// Up to three clicks for each class in each room, made as those of [`clicks`]. Of one room they are the
+    /// demo's, at the same places of the images; those on frames that this shot lacks are left out.
     pub fn clicks(&self) -> LabelSet {
         let demo = Self::default();
-        let mut labels = clicks();
+        let mut labels = if self.rooms == 1 {
+            clicks()
+        } else {
+            let small = Self {
+                width: demo.width,
+                height: demo.height,
+                ..*self
+            };
+            click::clicks(&self.house(), &small, classes())
+        };
         labels.strokes.retain(|_, stroke| stroke.frame < self.frames);
         let scaled = |at: u32, from: u32, to: u32| ((2 * at + 1) * to / (2 * from)).min(to - 1);
         for stroke in labels.strokes.values_mut() {
@@ -210,6 +234,6 @@ pub fn held_out() -> Vec<usize> {
 
 /// Clicks that a sensible person would make: up to three pixels a class, well inside it and far apart.
 pub fn clicks() -> LabelSet {
-    let room = room::room();
-    click::clicks(&room, classes())
+    let shot = Shot::default();
+    click::clicks(&shot.house(), &shot, classes())
 }

@@ -7,11 +7,12 @@ use glam::{DAffine3, DMat3, DVec3};
 /// Number of frames of a round, and of the demo unless more are asked for.
 pub(super) const FRAMES: usize = 60;
 
-/// Camera-to-world of a frame: round after round at eye height, looking across the room, up and down in
-/// turn. Later rounds drift: nearer to the middle, higher or lower, looking more to one side.
-pub(super) fn pose(frame: usize) -> DAffine3 {
-    let turn = TAU * frame as f64 / FRAMES as f64;
-    let later = frame.saturating_sub(FRAMES - 1) as f64 / FRAMES as f64;
+/// Camera-to-world in a room at a time, in frames of the demo: round after round at eye height, looking across the
+/// room, up and down in turn. Later rounds drift: nearer to the middle, higher or lower, looking more to one side.
+/// A mirrored room is gone through on the mirrored way.
+pub(super) fn pose(time: f64, room_to_world: &DAffine3) -> DAffine3 {
+    let turn = TAU * time / FRAMES as f64;
+    let later = (time - (FRAMES - 1) as f64).max(0.0) / FRAMES as f64;
     let radius = 1.0 - 0.15 * (1.0 - (1.1 * later).cos());
     let eye = DVec3::new(
         2.5 + radius * 1.15 * turn.cos(),
@@ -21,7 +22,10 @@ pub(super) fn pose(frame: usize) -> DAffine3 {
     let yaw = turn + 0.5 * TAU + 0.1 - 0.3 * (2.0 * turn + 0.3).sin() + 0.4 * (0.7 * later).sin();
     let pitch = (-17.0 + 15.0 * (5.0 * turn).sin()).to_radians();
     let forward = DVec3::new(yaw.cos() * pitch.cos(), yaw.sin() * pitch.cos(), pitch.sin());
-    look(eye, forward)
+    look(
+        room_to_world.transform_point3(eye),
+        room_to_world.transform_vector3(forward),
+    )
 }
 
 /// Camera-to-world with OpenCV axes, upright in a world whose z axis points up.
@@ -39,8 +43,8 @@ mod tests {
     #[test]
     fn poses_are_rigid_upright_and_close_to_their_neighbours() {
         for frame in 0..1000 {
-            let here = pose(frame);
-            let next = pose(frame + 1);
+            let here = pose(f64::from(frame), &DAffine3::IDENTITY);
+            let next = pose(f64::from(frame + 1), &DAffine3::IDENTITY);
             assert_eq!(pose_problem(&here), None);
             assert!(here.matrix3.y_axis.z < 0.0 && here.matrix3.x_axis.z.abs() < 1e-12);
             assert!(here.translation.distance(next.translation) < 0.2);

@@ -9,11 +9,12 @@ use super::light::LightMap;
 use crate::labels::ClassId;
 use crate::scene::Camera;
 
-/// Rays of a camera in the world.
+/// Rays of a camera in a room.
 pub(super) struct View<'a> {
     pub caster: &'a Caster,
     pub camera: Camera,
-    pub camera_to_world: DAffine3,
+    /// Camera to the room's axes.
+    pub camera_to_room: DAffine3,
 }
 
 /// What the centre of a pixel shows.
@@ -33,13 +34,13 @@ const CONTRAST: f32 = 0.04;
 impl View<'_> {
     /// First surface at an image position, and the unit direction of its ray.
     fn cast(&self, x: f32, y: f32) -> (Hit, Vec3A) {
-        let rotation = self.camera_to_world.matrix3.as_mat3();
+        let rotation = self.camera_to_room.matrix3.as_mat3();
         let direction = (rotation * self.camera.direction(x, y)).normalize().into();
         (self.caster.cast(self.eye(), direction), direction)
     }
 
     fn eye(&self) -> Vec3A {
-        self.camera_to_world.translation.as_vec3a()
+        self.camera_to_room.translation.as_vec3a()
     }
 
     /// First surface at the centre of a pixel.

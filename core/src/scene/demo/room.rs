@@ -6,7 +6,7 @@ use super::build::{Builder, Place};
 use super::cast::Caster;
 use super::furniture;
 use super::light::{Bulb, Pane};
-use super::material::{Material, Pattern, srgb};
+use super::material::{Material, Pattern, hash, srgb};
 use crate::labels::ClassId;
 
 pub(super) const WALL: ClassId = 1;
@@ -54,7 +54,8 @@ pub(super) const CLASSES: [(&str, u32); 20] = [
     ("vase", 0x9B_E2B0),
 ];
 
-const SIZE: Vec3 = Vec3::new(5.0, 4.0, 2.6);
+/// Inner size of the room.
+pub(super) const SIZE: Vec3 = Vec3::new(5.0, 4.0, 2.6);
 const PAPER_WHITE: u32 = 0xEA_E6DE;
 
 /// The room and its lights.
@@ -64,8 +65,8 @@ pub(super) struct Room {
     pub bulbs: Vec<Bulb>,
 }
 
-/// Builds the room; always the same.
-pub(super) fn room() -> Room {
+/// Builds the room with this number, always the same; the demo's is 0, and the others have other colours.
+pub(super) fn room(number: usize) -> Room {
     let mut builder = Builder::default();
     shell(&mut builder);
     let pane = window(&mut builder, &Place::new(2.45, SIZE.y, 180.0));
@@ -107,6 +108,9 @@ pub(super) fn room() -> Room {
         Pattern::Discs,
     );
     let bulbs = std::mem::take(&mut builder.bulbs);
+    if number > 0 {
+        repaint(&mut builder, number);
+    }
     Room {
         caster: Caster::new(builder.solids, Vec3A::ZERO, SIZE.into()),
         panes: vec![pane],
@@ -138,6 +142,32 @@ fn shell(builder: &mut Builder) {
             min[face / 2] = SIZE[face / 2];
         }
         builder.block(class, material, &world, min.to_array(), max.to_array());
+    }
+}
+
+/// Walls and floor in the colours of the room with this number, and everything else that does not glow in another
+/// tint: rooms are not copies of each other.
+fn repaint(builder: &mut Builder, number: usize) {
+    const WALLS: [u32; 5] = [PAPER_WHITE, 0xD9_C9B0, 0xB9_C8D6, 0xD8_B7A8, 0xC3_CFAE];
+    const FLOORS: [u32; 5] = [0x8A_6A50, 0xC9_A77A, 0x7C_7A76, 0xA8_6A48, 0xB4_A48C];
+    for (index, solid) in builder.solids.iter_mut().enumerate() {
+        let material = &mut solid.material;
+        match solid.class {
+            // The accent wall comes third and stays unlike its neighbours.
+            WALL => {
+                let colour = srgb(WALLS[number % WALLS.len()]);
+                material.color = if index == 2 { 0.7 * colour } else { colour };
+            }
+            FLOOR => material.color = srgb(FLOORS[number % FLOORS.len()]),
+            CEILING => {}
+            class if material.emission == 0.0 => {
+                // One tint for all of a class, so that a piece of furniture stays one.
+                let tint = |channel| 0.6 + 0.8 * hash(i32::from(class), 8 * number as i32 + channel);
+                let tinted = material.color * Vec3A::new(tint(0), tint(1), tint(2));
+                material.color = tinted.min(Vec3A::splat(0.95));
+            }
+            _ => {}
+        }
     }
 }
 

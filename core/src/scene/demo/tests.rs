@@ -42,16 +42,17 @@ fn cameras_keep_their_distance_from_everything() {
             .fold(f32::INFINITY, f32::min);
         assert!(nearest > 0.25, "{}: {nearest}", frame.stem);
     }
-    let room = room::room();
     let coarse = Shot {
+        rooms: 1,
         frames: 1000,
         width: 16,
         height: 12,
     };
+    let house = coarse.house();
     for frame in 0..coarse.frames {
-        let eye = path::pose(frame).translation.as_vec3a();
-        assert!(!room.caster.buried(eye, usize::MAX), "frame {frame}");
-        let view = coarse.view(&room, frame);
+        let eye = house.stand(frame, coarse.frames).to_room.translation.as_vec3a();
+        assert!(!house.room(0).caster.buried(eye, usize::MAX), "frame {frame}");
+        let view = coarse.view(&house, frame);
         let nearest = (0..view.camera.pixels())
             .map(|index| view.hit(index).distance)
             .fold(f32::INFINITY, f32::min);
@@ -62,20 +63,21 @@ fn cameras_keep_their_distance_from_everything() {
 #[test]
 fn a_larger_shot_shows_the_same_places_and_is_clicked_there() {
     let large = Shot {
+        rooms: 1,
         frames: 20,
         width: 640,
         height: 480,
     };
     let clicks = large.clicks();
     assert!(clicks.strokes.len() > 5);
-    let room = room::room();
+    let house = large.house();
     for stroke in clicks.strokes.values() {
         assert!(stroke.frame < large.frames);
         let [x, y] = stroke.first_point().unwrap();
         let hit = large
-            .view(&room, stroke.frame)
+            .view(&house, stroke.frame)
             .hit((y * large.width + x) as usize);
-        assert_eq!(room.caster.solids[hit.solid].class, stroke.class);
+        assert_eq!(house.room(0).caster.solids[hit.solid].class, stroke.class);
     }
     assert_eq!(Shot::default().clicks(), super::clicks());
 }
@@ -83,8 +85,29 @@ fn a_larger_shot_shows_the_same_places_and_is_clicked_there() {
 #[test]
 fn neighbouring_frames_see_the_same_surface() {
     for (a, b) in [(0, 2), (14, 17), (31, 30), (58, 3)] {
-        let (from, to) = (&SCENE.frames[a], &SCENE.frames[b]);
-        let (mut shared, mut agreeing) = (0, 0);
+        let seen = SeenTwice::of((&SCENE.frames[a], &TRUTH[a]), (&SCENE.frames[b], &TRUTH[b]));
+        assert!(seen.shared > 2000, "{a} {b}: {seen:?}");
+        assert!(seen.depth() > 0.97, "{a} {b}: {seen:?}");
+        assert!(seen.class() > 0.97, "{a} {b}: {seen:?}");
+    }
+}
+
+/// How many pixels of one frame are seen in another one, and what they are there.
+#[derive(Debug)]
+pub(super) struct SeenTwice {
+    pub shared: usize,
+    same_depth: usize,
+    same_class: usize,
+}
+
+impl SeenTwice {
+    /// Frames with their classes.
+    pub fn of((from, classes): (&Frame, &[ClassId]), (to, others): (&Frame, &[ClassId])) -> Self {
+        let mut seen = Self {
+            shared: 0,
+            same_depth: 0,
+            same_class: 0,
+        };
         for index in (0..from.camera.pixels()).step_by(7) {
             let length = from.depth().unwrap().ray_length(index).unwrap();
             let point = from.center() + length * from.ray_direction(index);
@@ -92,29 +115,36 @@ fn neighbouring_frames_see_the_same_surface() {
                 continue;
             };
             let other = y as usize * to.camera.width as usize + x as usize;
-            let seen = to.depth().unwrap().ray_length(other).unwrap();
+            let there = to.depth().unwrap().ray_length(other).unwrap();
             // Half a pixel of a slanted surface, at most.
             let tolerance = 0.03 * length;
-            if seen < length - tolerance {
+            if there < length - tolerance {
                 continue;
             }
-            shared += 1;
-            agreeing += usize::from((seen - length).abs() < tolerance);
+            seen.shared += 1;
+            seen.same_depth += usize::from((there - length).abs() < tolerance);
+            seen.same_class += usize::from(classes[index] == others[other]);
         }
-        assert!(shared > 2000, "{a} {b}: {shared}");
-        assert!(
-            agreeing as f32 > 0.97 * shared as f32,
-            "{a} {b}: {agreeing} of {shared}"
-        );
+        seen
+    }
+
+    /// Share of the pixels whose depth is the same.
+    pub fn depth(&self) -> f32 {
+        self.same_depth as f32 / self.shared as f32
+    }
+
+    /// Share of the pixels whose class is the same.
+    pub fn class(&self) -> f32 {
+        self.same_class as f32 / self.shared as f32
     }
 }
 
 #[test]
 fn every_rendering_is_the_same() {
-    let room = room::room();
-    let light = LightMap::new(&room.caster, &room.panes, &room.bulbs);
+    let house = Shot::default().house();
+    let light = house.light();
     for index in [7, 40] {
-        let again = Shot::default().pixels(&room, &light, index);
+        let again = Shot::default().pixels(&house, &light, index);
         assert_eq!(again, SCENE.frames[index].pixels().unwrap());
     }
     assert_eq!(clicks(), clicks());
@@ -154,4 +184,90 @@ fn frames_are_neither_dark_nor_washed_out() {
         let mean = bytes.iter().map(|&v| f32::from(v)).sum::<f32>() / bytes.len() as f32;
         assert!((80.0..200.0).contains(&mean), "{}: {mean}", frame.stem);
     }
+}
+
+/// Three rooms, small.
+const ROOMS: Shot = Shot {
+    rooms: 3,
+    frames: 30,
+    width: 160,
+    height: 120,
+};
+
+#[test]
+fn one_room_is_the_demo_pixel_for_pixel() {
+    // FNV-1a of the bytes of frame 7.
+    let hash = |bytes: &mut dyn Iterator<Item = u8>| {
+        bytes.fold(0xCBF2_9CE4_8422_2325_u64, |hash, byte| {
+            (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01B3)
+        })
+    };
+    let color = SCENE.frames[7].color();
+    assert_eq!(hash(&mut color.bytes().iter().copied()), 0x2163_3853_EBF7_9A66);
+    assert_eq!(
+        hash(&mut TRUTH[7].iter().map(|&class| class as u8)),
+        0x2EA0_D589_AAE2_773D
+    );
+}
+
+#[test]
+fn frames_are_shared_evenly_among_rooms_and_taken_inside_them() {
+    let house = ROOMS.house();
+    for frame in 0..ROOMS.frames {
+        let stand = house.stand(frame, ROOMS.frames);
+        assert_eq!(stand.room, frame / 10);
+        // Rooms of 5 m with 20 cm between them.
+        let x = stand.to_world.translation.x - 5.2 * stand.room as f64;
+        assert!((1.0..4.0).contains(&x), "frame {frame}: {x}");
+        let eye = stand.to_room.translation.as_vec3a();
+        assert!(!house.room(stand.room).caster.buried(eye, usize::MAX));
+        assert_eq!(super::super::camera::pose_problem(&stand.to_world), None);
+    }
+}
+
+#[test]
+fn several_rooms_agree_with_themselves_and_are_unlike_each_other() {
+    let (scene, truth) = (ROOMS.scene(&|_, _| {}), ROOMS.ground_truth());
+    for (a, b) in [(0, 1), (10, 11), (16, 17), (20, 21), (29, 20)] {
+        let seen = SeenTwice::of((&scene.frames[a], &truth[a]), (&scene.frames[b], &truth[b]));
+        assert!(seen.shared > 300, "{a} {b}: {seen:?}");
+        assert!(seen.depth() > 0.97 && seen.class() > 0.95, "{a} {b}: {seen:?}");
+    }
+    let mean = |frames: std::ops::Range<usize>| -> Vec<f64> {
+        let channel = |channel: usize| {
+            let bytes = scene.frames[frames.clone()].iter().flat_map(|frame| {
+                let color = frame.color();
+                color
+                    .bytes()
+                    .iter()
+                    .skip(channel)
+                    .step_by(3)
+                    .map(|&byte| f64::from(byte))
+                    .collect::<Vec<_>>()
+            });
+            let (sum, count) = bytes.fold((0.0, 0), |(sum, count), byte| (sum + byte, count + 1));
+            sum / f64::from(count)
+        };
+        (0..3).map(channel).collect()
+    };
+    let means = [mean(0..10), mean(10..20), mean(20..30)];
+    for (a, b) in [(0, 1), (0, 2), (1, 2)] {
+        let apart = (0..3)
+            .map(|channel| (means[a][channel] - means[b][channel]).abs())
+            .fold(0.0, f64::max);
+        assert!(apart > 4.0, "{a} {b}: {means:?}");
+    }
+}
+
+#[test]
+fn clicks_in_several_rooms_are_in_each_of_them_and_true() {
+    let (clicks, truth) = (ROOMS.clicks(), ROOMS.ground_truth());
+    let mut rooms = [0; 3];
+    for stroke in clicks.strokes.values() {
+        let [x, y] = stroke.first_point().unwrap();
+        assert!(stroke.frame % 2 == 0);
+        assert_eq!(truth[stroke.frame][(y * ROOMS.width + x) as usize], stroke.class);
+        rooms[stroke.frame / 10] += 1;
+    }
+    assert!(rooms.iter().all(|&clicks| clicks > 20), "{rooms:?}");
 }

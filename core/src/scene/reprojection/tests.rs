@@ -11,6 +11,7 @@ use crate::scene::{ColorImage, DepthMap, demo};
 /// The demo room with depth.
 static ROOM: LazyLock<Scene> = LazyLock::new(|| {
     let shot = demo::Shot {
+        rooms: 1,
         frames: 40,
         width: 320,
         height: 240,
