@@ -112,7 +112,8 @@ fn of_frame(
     let candidate = |pixel: Pixel| {
         let at = (pixel[1] * camera.width + pixel[0]) as usize;
         let class = labels.get(at).copied().filter(|&class| class != VOID)?;
-        let place = frame.center() + depth.ray_length(at)? * frame.ray_direction(at);
+        let seen = frame.center() + depth.ray_length(at)? * frame.ray_direction(at);
+        let place = scene.origin.as_vec3() + seen;
         Some(Candidate {
             frame: index,
             pixel,
