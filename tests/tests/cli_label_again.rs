@@ -127,7 +127,10 @@ fn files_of_two_runs_are_never_taken_for_finished() {
     fs::remove_dir(&place).unwrap();
     let report = disk.label(&[]);
     assert_eq!(report["seed"], 0);
-    assert_eq!(whole_images(&disk.path("out"), "entropy"), Small::get().scene.frames.len());
+    assert_eq!(
+        whole_images(&disk.path("out"), "entropy"),
+        Small::get().scene.frames.len()
+    );
 }
 
 #[test]
