@@ -11,7 +11,8 @@ use inplace_core::field::Preset;
 use inplace_core::labels::Trust;
 
 pub use bench::{
-    Bench, EngineArguments, FieldArguments, LatencyArguments, PaperArguments, StabilityArguments,
+    Bench, EngineArguments, FieldArguments, LatencyArguments, PaperArguments, ScaleArguments,
+    StabilityArguments,
 };
 
 /// Labels a whole scene from a few clicks.
@@ -131,7 +132,15 @@ pub struct LabelArguments {
     /// Wall time from the start to the last file written, in seconds [default: until the maps have settled].
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     pub budget: Option<f64>,
-    /// Print the report as JSON.
+    /// Label anew what the folder has labels of already. Without it, a folder whose report.json was made from the same
+    /// scene, strokes and options by this version is left as it is.
+    #[arg(long)]
+    pub force: bool,
+    /// Memory that decoded images may take, in GB; of a capture that takes more, only as many keyframes as fit stay there
+    /// [default: 1.6].
+    #[arg(long, value_name = "GB", value_parser = gigabytes)]
+    pub image_memory: Option<f64>,
+    /// Print the report as JSON; of a run that fails, an object with the sentence as "error".
     #[arg(long)]
     pub json: bool,
     #[command(flatten)]
@@ -245,6 +254,13 @@ fn share(text: &str) -> Result<f32, String> {
 fn trust(text: &str) -> Result<Trust, String> {
     let trust = text.parse().ok().and_then(Trust::new);
     trust.ok_or_else(|| "give a number from 0 to 1".to_owned())
+}
+
+fn gigabytes(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(size) if size > 0.0 && size < 1e6 => Ok(size),
+        _ => Err("give a number of gigabytes above zero".to_owned()),
+    }
 }
 
 fn seconds(text: &str) -> Result<f64, String> {

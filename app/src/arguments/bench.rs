@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 use inplace_core::eval::paper::{EXPERIMENTS, FUSION};
+use inplace_core::eval::scale::Sweep;
 use inplace_core::eval::stability::conditions;
 use inplace_core::field::Preset;
 
@@ -12,8 +13,7 @@ use super::{TrainingArguments, image_size, preset, seconds, seconds_or_none};
 /// What can be measured.
 #[derive(Debug, Subcommand)]
 pub enum Bench {
-    /// Samples a second of each way to compute the field; how soon a field of each scene is good; with
-    /// --cost, what captures of several sizes cost.
+    /// Samples a second of each way to compute the field; how soon a field of each scene is good.
     Engine(EngineArguments),
     /// The experiments of the Semantic-NeRF paper: sparse, noisy, coarse and partial label images of the
     /// training frames, beside the paper's numbers.
@@ -27,11 +27,17 @@ pub enum Bench {
     /// What such methods fail at: each condition disturbs a scene, its labels or the session, and has a line that its
     /// figure must reach. Fails where one is missed.
     Stability(StabilityArguments),
+    /// How time and memory grow with frames, image size, rooms, classes and strokes, and with which power: the demo room,
+    /// each capture in a process of its own.
+    Scale(ScaleArguments),
     /// What one capture costs, as JSON: a process of its own for each, so that its peak memory is its own.
     #[command(hide = true)]
     CostOf {
-        /// Folder of a capture made by `bench engine --cost`.
+        /// Folder of a capture.
         scene: PathBuf,
+        /// The strokes (JSON), the last of which is the one more click.
+        #[arg(long, value_name = "FILE")]
+        strokes: PathBuf,
         /// Seconds of training.
         #[arg(long, value_name = "SECONDS", value_parser = seconds)]
         seconds: f64,
@@ -75,18 +81,6 @@ pub struct EngineArguments {
     /// Print the results as JSON.
     #[arg(long)]
     pub json: bool,
-    /// Measure opening, maps, training and memory of captures of the demo room in several sizes.
-    #[arg(long)]
-    pub cost: bool,
-    /// Numbers of frames to measure the cost of, at the third of the sizes or the last.
-    #[arg(long, value_name = "N,...", value_delimiter = ',', default_value = "20,50,100,200,500,1000", value_parser = clap::value_parser!(u16).range(8..))]
-    pub cost_frames: Vec<u16>,
-    /// Image sizes to measure the cost of, with a hundred frames.
-    #[arg(long, value_name = "WxH,...", value_delimiter = ',', default_value = "160x120,320x240,640x480,1280x960", value_parser = image_size)]
-    pub cost_sizes: Vec<(u32, u32)>,
-    /// Seconds of training of each capture whose cost is measured.
-    #[arg(long, value_name = "SECONDS", default_value_t = 10.0, value_parser = seconds)]
-    pub cost_seconds: f64,
 }
 
 /// The paper's experiments.
@@ -170,6 +164,56 @@ pub struct FieldArguments {
     pub json: bool,
     #[command(flatten)]
     pub training: TrainingArguments,
+}
+
+/// Measuring how cost grows.
+#[derive(Debug, Args)]
+pub struct ScaleArguments {
+    /// What to vary, one at a time, while there are 100 frames, 20 classes, 60 strokes and one room of everything else:
+    /// frames, size, rooms, classes, strokes.
+    #[arg(
+        long = "sweep",
+        value_name = "NAME,...",
+        value_delimiter = ',',
+        default_value = "frames,size,rooms,classes,strokes"
+    )]
+    pub sweeps: Vec<Sweep>,
+    /// Numbers of frames.
+    #[arg(long, value_name = "N,...", value_delimiter = ',', default_value = "20,50,100,200,500,1000,2000", value_parser = clap::value_parser!(u16).range(8..))]
+    pub frames: Vec<u16>,
+    /// Image sizes.
+    #[arg(long, value_name = "WxH,...", value_delimiter = ',', default_value = "160x120,320x240,640x480,1280x960", value_parser = image_size)]
+    pub sizes: Vec<(u32, u32)>,
+    /// Numbers of rooms, which share the frames.
+    #[arg(long, value_name = "N,...", value_delimiter = ',', default_value = "1,2,4,10", value_parser = clap::value_parser!(u16).range(1..=50))]
+    pub rooms: Vec<u16>,
+    /// Numbers of classes, all with as many strokes as the most of them, so that each class has one.
+    #[arg(long, value_name = "N,...", value_delimiter = ',', default_value = "2,5,20,50,200", value_parser = clap::value_parser!(u16).range(1..))]
+    pub classes: Vec<u16>,
+    /// Numbers of strokes.
+    #[arg(long, value_name = "N,...", value_delimiter = ',', default_value = "1,10,100,1000,10000", value_parser = clap::value_parser!(u16).range(1..))]
+    pub strokes: Vec<u16>,
+    /// Image size where that is not varied.
+    #[arg(long, value_name = "WxH", default_value = "320x240", value_parser = image_size)]
+    pub at_size: (u32, u32),
+    /// Seconds of training of each capture.
+    #[arg(long, value_name = "SECONDS", default_value_t = 5.0, value_parser = seconds)]
+    pub seconds: f64,
+    /// Leave measured depth aside.
+    #[arg(long)]
+    pub no_depth: bool,
+    /// Threads to compute with [default: all cores].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub threads: Option<u16>,
+    /// Seed of everything random, the places of the strokes among it.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u64,
+    /// Where scale.json, scale.csv and scale.svg go.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Print the results as JSON.
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// Trying what such methods fail at.

@@ -2,11 +2,12 @@
 
 use std::path::Path;
 
+use inplace_core::export::write_strokes;
 use inplace_core::scene::{GroundTruth, demo, write_replica};
 
 use super::Failure;
 
-/// Renders the demo scene as photographed in `shot` and writes it with its ground truth.
+/// Renders the demo scene as photographed in `shot` and writes it with its ground truth and some clicks.
 pub fn run(out: &Path, shot: demo::Shot) -> Result<(), Failure> {
     if shot.frames < 2 * shot.rooms {
         return Err(format!(
@@ -24,6 +25,7 @@ pub fn run(out: &Path, shot: demo::Shot) -> Result<(), Failure> {
         held_out: &shot.held_out(),
     };
     write_replica(&scene, out, Some(&truth))?;
+    write_strokes(&out.join("strokes.json"), &shot.clicks(), &scene.frames)?;
     println!(
         "wrote {} frames with depth and labels: {}",
         scene.frames.len(),

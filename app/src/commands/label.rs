@@ -1,18 +1,19 @@
 //! `inplace label`: the main job without the window, through the same session.
 
 use std::ops::ControlFlow;
-use std::path::{Path, PathBuf};
+use std::path::{Path, PathBuf, absolute};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use inplace_core::export::{
-    self, Format, LabelledScene, Options, PNG_FOLDERS, PhaseSeconds, Report, peak_memory,
+    self, Format, Inputs, LabelledScene, Options, PNG_FOLDERS, PhaseSeconds, Report, peak_memory,
 };
 use inplace_core::field::Preset;
-use inplace_core::labels::{History, LabelSet, Trust, read_label_images, read_strokes};
+use inplace_core::labels::{History, LabelSet, Trust, label_image_files, read_label_images, read_strokes};
 use inplace_core::project::Contents;
 use inplace_core::scene::{OpenOptions, Scene, SceneSource, demo};
 use inplace_core::session::{FrameMap, SessionOptions};
+use serde_json::json;
 
 use super::budget::Budget;
 use super::run::{Pacing, Rehearse, Run};
@@ -65,11 +66,73 @@ fn with_images(labels: LabelSet, folder: &Path, trust: Trust, scene: &Scene) -> 
     Ok(history.labels().clone())
 }
 
-/// Labels every frame and writes maps and report.
+/// Labels every frame and writes maps and report, unless that was done; with `--json`, a failure is told as JSON too.
 pub fn run(arguments: &LabelArguments) -> Result<(), Failure> {
     let start = Instant::now();
+    let threads = arguments.training.threads.map_or(cores(), usize::from);
+    // Files are written on the threads of the pool that this runs in.
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
+    let done = pool.install(|| label_unless_finished(arguments, start));
+    if let Err(failure) = &done
+        && arguments.json
+    {
+        println!("{:#}", json!({ "error": failure.to_string() }));
+    }
+    done
+}
+
+fn label_unless_finished(arguments: &LabelArguments, start: Instant) -> Result<(), Failure> {
     refuse_endless(&arguments.training, arguments.budget)?;
     let (options, strokes) = job(arguments)?;
+    let inputs = inputs(arguments, &options)?;
+    let finished = || export::finished(&arguments.out, env!("CARGO_PKG_VERSION"), &inputs);
+    match (!arguments.force).then(finished).flatten() {
+        Some(report) if arguments.json => print!("{report}"),
+        Some(_) => println!(
+            "{}: was labelled already from the same scene, strokes and options; --force labels it anew",
+            arguments.out.display()
+        ),
+        None => label(arguments, inputs, options, strokes, start)?,
+    }
+    Ok(())
+}
+
+/// What the labels follow from.
+fn inputs(arguments: &LabelArguments, options: &SessionOptions) -> Result<Inputs, Failure> {
+    let strokes = match (&arguments.strokes, is_project(&arguments.scene)) {
+        (Some(file), _) => Some(file),
+        (None, true) => Some(&arguments.scene),
+        (None, false) => None,
+    };
+    let images = arguments.import.as_deref().map(label_image_files).transpose()?;
+    Ok(Inputs {
+        scene: match options.source {
+            SceneSource::Demo => arguments.scene.clone(),
+            SceneSource::Folder(_) => absolute(&arguments.scene)?,
+        },
+        strokes_sha256: strokes.map(|file| export::digest(&[file])).transpose()?,
+        import_sha256: images.map(|files| export::digest(&files)).transpose()?,
+        trust: arguments.trust.map(Trust::value),
+        preset: options.preset,
+        seed: options.seed,
+        depth: options.open.depth,
+        outside_files: options.open.outside_files,
+        image_bytes: options.open.image_bytes,
+        budget_s: arguments.budget,
+    })
+}
+
+fn is_project(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension == "inplace")
+}
+
+fn label(
+    arguments: &LabelArguments,
+    inputs: Inputs,
+    options: SessionOptions,
+    strokes: Strokes,
+    start: Instant,
+) -> Result<(), Failure> {
     let mut run = Run::start(options.clone(), start);
     let scene = run.opened()?;
     let load = start.elapsed().as_secs_f64();
@@ -117,6 +180,7 @@ pub fn run(arguments: &LabelArguments) -> Result<(), Failure> {
         classes: &labels.classes,
         maps: &maps,
     };
+    export::withdraw_report(&arguments.out)?;
     export::export(
         &arguments.out,
         labelled,
@@ -130,6 +194,7 @@ pub fn run(arguments: &LabelArguments) -> Result<(), Failure> {
     let over_budget = budget.and_then(|budget| budget.exceeded(total, load, write));
     let report = Report {
         version: env!("CARGO_PKG_VERSION").to_owned(),
+        inputs: Some(inputs),
         scene: scene.name(),
         frames: scene.frames.len(),
         strokes: labels.strokes.len(),
@@ -200,17 +265,19 @@ fn job(arguments: &LabelArguments) -> Result<(SessionOptions, Strokes), Failure>
             return Err(format!("{}: is no folder; give one with label images", folder.display()).into());
         }
     }
-    if arguments
-        .scene
-        .extension()
-        .is_some_and(|extension| extension == "inplace")
-    {
+    let image_bytes = arguments.image_memory.map(|gigabytes| (1e9 * gigabytes) as u64);
+    let with_memory = |mut options: SessionOptions| {
+        options.open.image_bytes = image_bytes.unwrap_or(options.open.image_bytes);
+        options
+    };
+    if is_project(&arguments.scene) {
         if arguments.strokes.is_some() {
             return Err("a project brings its own strokes; leave --strokes away".into());
         }
         let contents = Contents::read(&arguments.scene)?;
         require_place(&contents, &arguments.scene)?;
-        let mut options = session_options(&arguments.training, contents.scene.source.clone(), threads);
+        let source = contents.scene.source.clone();
+        let mut options = with_memory(session_options(&arguments.training, source, threads));
         options.open.depth &= contents.scene.depth;
         options.state = contents.model.clone();
         let open = options.open;
@@ -232,7 +299,8 @@ fn job(arguments: &LabelArguments) -> Result<(SessionOptions, Strokes), Failure>
             .into());
         }
     };
-    Ok((session_options(&arguments.training, source, threads), strokes))
+    let options = session_options(&arguments.training, source, threads);
+    Ok((with_memory(options), strokes))
 }
 
 /// Fails before any work when a file is not there.

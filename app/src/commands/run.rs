@@ -8,9 +8,9 @@ use inplace_core::labels::LabelSet;
 use inplace_core::scene::Scene;
 use inplace_core::session::{Command, Event, FrameMap, ModelState, Phase, Session, SessionOptions, Status};
 
+use super::Failure;
 use super::budget::{Budget, Rehearsed, sample};
 use super::progress::Progress;
-use super::{Failure, cores};
 
 /// Generation of the labels: they never change here.
 const GENERATION: u64 = 1;
@@ -164,7 +164,7 @@ impl Run {
         let is_keyframe = |&frame: &usize| scene.frames[frame].is_keyframe();
         let (keyframes, others): (Vec<usize>, Vec<usize>) = (0..scene.frames.len()).partition(is_keyframe);
         let maps = |frames: Vec<usize>| {
-            let sample = sample(&frames, cores()).into_iter();
+            let sample = sample(&frames, rayon::current_num_threads()).into_iter();
             let maps: Option<_> = sample.map(|frame| self.map(frame)).collect();
             maps.map(|maps| (frames.len(), maps))
         };
@@ -187,7 +187,7 @@ impl Run {
         }
         let rehearsed = samples.iter().map(|(frames, maps)| {
             // As many at once as there are threads that write.
-            let batch = cores().clamp(1, maps.len().max(1));
+            let batch = rayon::current_num_threads().clamp(1, maps.len().max(1));
             let seconds = maps
                 .chunks_exact(batch)
                 .map(|maps| rehearse(maps).map(|took| took.as_secs_f64()));

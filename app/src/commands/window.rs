@@ -40,6 +40,8 @@ pub fn run(arguments: WindowArguments) -> Result<(), Failure> {
                 trust: None,
                 out: PathBuf::from(DEMO_OUT),
                 budget: None,
+                force: false,
+                image_memory: None,
                 json: false,
                 training: arguments.training,
             })

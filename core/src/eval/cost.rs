@@ -1,6 +1,6 @@
 //! What a capture costs: waiting, speed of training, memory.
 
-use std::sync::Arc;
+use std::path::Path;
 use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
@@ -8,8 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::EvalError;
 use super::followed::Followed;
 use crate::export::peak_memory;
-use crate::labels::LabelSet;
-use crate::scene::Scene;
+use crate::labels::read_strokes;
 use crate::session::{Command, Event, SessionOptions, Status};
 
 /// What one capture cost.
@@ -21,6 +20,10 @@ pub struct Cost {
     pub width: u32,
     /// Height of the frames, in pixels.
     pub height: u32,
+    /// Number of classes.
+    pub classes: usize,
+    /// Number of strokes given at first.
+    pub strokes: usize,
     /// Whether depth was read.
     pub depth: bool,
     /// Threads of the session.
@@ -29,12 +32,16 @@ pub struct Cost {
     pub opening_s: f64,
     /// Seconds from then until there was a surface to spread labels over.
     pub surface_s: f64,
-    /// Seconds from the first click until the map of the frame in view was read.
+    /// Seconds from giving the strokes until the map of the frame in view was read.
     pub map_in_view_s: f64,
-    /// Seconds from the first click until every frame's map had been read, pixel by pixel.
+    /// Seconds from giving the strokes until every frame's map had been read, pixel by pixel.
     pub all_maps_s: f64,
+    /// Seconds from one more click, in the frame in view, until every frame's map had been read again.
+    pub update_s: f64,
     /// Voxels of the surface.
     pub surface_nodes: usize,
+    /// Trainable parameters after the training.
+    pub parameters: usize,
     /// Seconds of training in which the speeds were measured, everything else running beside it.
     pub training_s: f64,
     /// Steps a second.
@@ -49,16 +56,12 @@ pub struct Cost {
     pub peak_memory_bytes: Option<u64>,
 }
 
-/// Opens a capture in a session, clicks once, then labels it with all of `labels` and trains for
-/// `seconds`. Peak memory is that of the whole process: measure each capture in a process of its own.
+/// Opens a capture in a session, gives it all strokes of a strokes file but the last, then the last as one more click, and
+/// trains for `seconds`. Peak memory is that of the whole process: measure each capture in a process of its own.
 ///
 /// # Errors
-/// [`EvalError::Session`]; [`EvalError::NoStrokes`].
-pub fn session_cost(
-    options: SessionOptions,
-    seconds: f64,
-    labels: impl FnOnce(&Scene) -> LabelSet,
-) -> Result<Cost, EvalError> {
+/// [`EvalError::Session`]; [`EvalError::Strokes`]; [`EvalError::NoStrokes`] with fewer than two of them.
+pub fn session_cost(options: SessionOptions, seconds: f64, strokes: &Path) -> Result<Cost, EvalError> {
     let threads = options.threads;
     let start = Instant::now();
     let mut run = Followed::start(options);
@@ -69,22 +72,17 @@ pub fn session_cost(
     run.follow(|_, status| status.surface_nodes > 0)?;
     let surface_s = open.elapsed().as_secs_f64();
 
-    let labels = labels(&scene);
-    let Some(first) = labels.strokes.values().next() else {
+    let labels = read_strokes(strokes, &scene)?;
+    let mut first = labels.clone();
+    let Some((_, last)) = first.strokes.pop_last().filter(|_| !first.strokes.is_empty()) else {
         return Err(EvalError::NoStrokes(scene.name()));
     };
-    let view = first.frame;
-    let mut one = labels.clone();
-    one.strokes = labels
-        .strokes
-        .iter()
-        .take(1)
-        .map(|(id, stroke)| (*id, Arc::clone(stroke)))
-        .collect();
+    let (classes, given) = (labels.classes.len(), first.strokes.len());
+    let view = last.frame;
     run.session.send(Command::View { frame: view });
     let click = Instant::now();
     run.session.send(Command::Labels {
-        labels: one,
+        labels: first,
         generation: 1,
     });
     run.follow(|event, _| matches!(event, Event::Map { frame, generation: 1 } if *frame == view))?;
@@ -94,11 +92,15 @@ pub fn session_cost(
     (0..scene.frames.len()).for_each(|frame| read(&run, frame));
     let all_maps_s = click.elapsed().as_secs_f64();
 
+    let click = Instant::now();
     run.session.send(Command::Labels {
         labels,
         generation: 2,
     });
     run.follow(|event, _| matches!(event, Event::AllMaps { generation: 2 }))?;
+    (0..scene.frames.len()).for_each(|frame| read(&run, frame));
+    let update_s = click.elapsed().as_secs_f64();
+
     run.follow(|event, _| matches!(event, Event::Status(_)))?;
     let (training, before) = (Instant::now(), run.status.work);
     let enough = |status: &Status| training.elapsed().as_secs_f64() >= seconds || status.settled;
@@ -113,13 +115,17 @@ pub fn session_cost(
         frames: scene.frames.len(),
         width: camera.width,
         height: camera.height,
+        classes,
+        strokes: given,
         depth: scene.has_depth(),
         threads,
         opening_s,
         surface_s,
         map_in_view_s,
         all_maps_s,
+        update_s,
         surface_nodes: run.status.surface_nodes,
+        parameters: run.status.parameters,
         training_s,
         steps_per_s: a_second(before.steps, after.steps),
         rays_per_s: a_second(before.rays, after.rays),

@@ -12,6 +12,7 @@ mod metrics;
 pub mod paper;
 mod pixels;
 mod reached;
+pub mod scale;
 mod scene_truth;
 pub mod simulate;
 pub mod stability;
@@ -29,6 +30,9 @@ pub use reached::{Quantity, Reached, TARGETS};
 pub use scene_truth::SceneTruth;
 pub use table::Table;
 pub use truth::{GroundTruth, LabelImage, Split, frame_number};
+
+use crate::labels::StrokesError;
+use crate::scene::SceneError;
 
 /// Something that cannot be measured; each message is one sentence that names the file and what to do.
 #[derive(Debug, thiserror::Error)]
@@ -52,6 +56,12 @@ pub enum EvalError {
     /// A session that ended before it was measured; its own sentence.
     #[error("{0}")]
     Session(String),
+    /// A capture, or a part of it, that cannot be read.
+    #[error(transparent)]
+    Capture(#[from] SceneError),
+    /// A strokes file that does not fit the capture.
+    #[error(transparent)]
+    Strokes(#[from] StrokesError),
     /// There is nothing to click on.
     #[error("{0}: there is no stroke in any of its frames; more frames are needed")]
     NoStrokes(String),

@@ -11,6 +11,7 @@ mod components;
 mod format;
 mod hugging_face;
 mod ids;
+mod inputs;
 mod labelme;
 mod layout;
 mod memory;
@@ -30,6 +31,7 @@ use std::path::{Path, PathBuf};
 
 pub use format::{Format, export};
 pub use ids::IdMap;
+pub use inputs::{Inputs, digest, finished, withdraw_report};
 pub use layout::{LabelledScene, Written};
 pub use memory::{peak_memory, resident_memory};
 pub use pngs::{PNG_FOLDERS, rehearse_pngs};
@@ -40,6 +42,9 @@ use ids::Ids;
 
 use crate::labels::{Class, LabelSet, strokes_json};
 use crate::scene::{Frame, SceneError};
+
+/// The name of a run's report in its folder.
+const REPORT: &str = "report.json";
 
 /// What is exported of each map, whatever the format.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -64,6 +69,14 @@ pub enum ExportError {
     /// The file system refuses.
     #[error("{}: cannot be written: {error}; choose another folder or free some space", .path.display())]
     Unwritable {
+        /// The file or folder.
+        path: PathBuf,
+        /// The file system's reason.
+        error: std::io::Error,
+    },
+    /// A file that decides what is to be done cannot be read.
+    #[error("{}: cannot be read: {error}; name a file or folder that is there", .path.display())]
+    Unreadable {
         /// The file or folder.
         path: PathBuf,
         /// The file system's reason.
@@ -134,7 +147,7 @@ pub fn prepare(folder: &Path, inner: &[&str]) -> Result<(), ExportError> {
 /// # Errors
 /// [`ExportError::Unwritable`].
 pub fn write_report(folder: &Path, report: &Report) -> Result<(), ExportError> {
-    write_json(&folder.join("report.json"), report)
+    write_json(&folder.join(REPORT), report)
 }
 
 /// Writes a strokes file for the frames of a scene; strokes on other frames (that have vanished from the

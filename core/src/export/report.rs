@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::Inputs;
 use crate::field::Preset;
 
 /// `report.json`. A figure that was not measured is `null`.
@@ -9,6 +10,9 @@ use crate::field::Preset;
 pub struct Report {
     /// Version of the program.
     pub version: String,
+    /// What it was made from, so that a run with the same inputs knows that nothing is left to do.
+    #[serde(default)]
+    pub inputs: Option<Inputs>,
     /// Name of the scene.
     pub scene: String,
     /// Number of frames, all of which were exported.

@@ -76,13 +76,7 @@ pub fn read_label_images(
     known: &[Class],
     trust: Trust,
 ) -> Result<LabelImages, ImportError> {
-    let mut folder = folder.to_path_buf();
-    let mut files = label_files(&folder)?;
-    let inner = folder.join("labels");
-    if files.is_empty() && inner.is_dir() {
-        files = label_files(&inner)?;
-        folder = inner;
-    }
+    let (folder, mut files) = inner_label_files(folder)?;
     let found = files.len();
     let of_frames: Vec<(usize, PathBuf)> = scene
         .frames
@@ -135,6 +129,20 @@ pub fn read_label_images(
     })
 }
 
+/// The files that [`read_label_images`] may read, whatever the frames are named: label images in the order of their names,
+/// then the list of classes.
+///
+/// # Errors
+/// A folder that cannot be read.
+pub fn label_image_files(folder: &Path) -> Result<Vec<PathBuf>, ImportError> {
+    let (folder, files) = inner_label_files(folder)?;
+    Ok(files
+        .into_values()
+        .flatten()
+        .chain(ClassList::path(&folder))
+        .collect())
+}
+
 fn twice(path: &Path, other: &Path) -> ImportError {
     let other = other.file_name().unwrap_or_default().to_string_lossy();
     ImportError::new(
@@ -148,10 +156,23 @@ fn is_array(path: &Path) -> bool {
     is("npy") || is("npz")
 }
 
-/// The files of a folder that may be label images, by their stem, sorted.
-fn label_files(folder: &Path) -> Result<BTreeMap<String, Vec<PathBuf>>, ImportError> {
+/// Files that may be label images, by their stem, sorted.
+type LabelFiles = BTreeMap<String, Vec<PathBuf>>;
+
+/// The label images of a folder, or those of its folder `labels` where it has none of its own; the folder they are in.
+fn inner_label_files(folder: &Path) -> Result<(PathBuf, LabelFiles), ImportError> {
+    let files = label_files(folder)?;
+    let inner = folder.join("labels");
+    if files.is_empty() && inner.is_dir() {
+        let files = label_files(&inner)?;
+        return Ok((inner, files));
+    }
+    Ok((folder.to_path_buf(), files))
+}
+
+fn label_files(folder: &Path) -> Result<LabelFiles, ImportError> {
     let unreadable = |error: std::io::Error| ImportError::new(folder, format!("cannot be read: {error}"));
-    let mut files: BTreeMap<String, Vec<PathBuf>> = BTreeMap::new();
+    let mut files = LabelFiles::new();
     for entry in fs::read_dir(folder).map_err(unreadable)? {
         let path = entry.map_err(unreadable)?.path();
         let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
@@ -175,10 +196,15 @@ struct ClassList {
 
 impl ClassList {
     /// `None` where there is no such file.
-    fn find(folder: &Path) -> Result<Option<Self>, ImportError> {
+    fn path(folder: &Path) -> Option<PathBuf> {
         let above = folder.parent().map(|parent| parent.join("classes.json"));
         let path = [Some(folder.join("classes.json")), above];
-        let Some(path) = path.into_iter().flatten().find(|path| path.is_file()) else {
+        path.into_iter().flatten().find(|path| path.is_file())
+    }
+
+    /// `None` where there is no such file.
+    fn find(folder: &Path) -> Result<Option<Self>, ImportError> {
+        let Some(path) = Self::path(folder) else {
             return Ok(None);
         };
         let text = class_list_text(&path)?;

@@ -23,7 +23,7 @@ pub use class::{Class, ClassId, DEFAULT_COLORS, VOID, default_color};
 pub use edit::{Edit, ImportChange, StrokeChange};
 pub use file::{StrokesError, parse_strokes, read_strokes, strokes_json};
 pub use history::{AddedClasses, History};
-pub use import::{ImportError, LabelImages, in_frame, read_class_list, read_label_images};
+pub use import::{ImportError, LabelImages, in_frame, label_image_files, read_class_list, read_label_images};
 pub use imported::{ImportId, ImportedLabels, ImportedMap, Likeliest, Probabilities, Trust};
 pub use palette::{ClassPalette, PALETTES, parse_class_list};
 pub use png::decode_gray;

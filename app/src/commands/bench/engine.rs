@@ -1,4 +1,4 @@
-//! `inplace bench engine`: how fast the kernels are, how soon a field is good, what captures cost.
+//! `inplace bench engine`: how fast the kernels are, how soon a field is good.
 
 use std::sync::Arc;
 
@@ -9,7 +9,8 @@ use inplace_core::export::{self, peak_memory};
 use inplace_core::scene::{OpenOptions, Scene, SceneSource};
 use serde_json::json;
 
-use super::{cost, figure};
+use super::figure;
+use super::machine::processor;
 use crate::arguments::EngineArguments;
 use crate::commands::{Failure, cores};
 
@@ -26,26 +27,19 @@ pub fn run(arguments: &EngineArguments) -> Result<(), Failure> {
         paths.extend(path_speeds(table_log2, arguments.rounds, threads)?);
     }
     let (runs, reached) = runs(arguments, threads)?;
-    // Before the captures are made whose cost is measured: those are rendered in this process.
     let peak = peak_memory();
-    let costs = if arguments.cost {
-        cost::measure(arguments, threads)?
-    } else {
-        Vec::new()
-    };
     let result = json!({
         "version": env!("CARGO_PKG_VERSION"),
-        "machine": cost::processor(),
+        "machine": processor(),
         "threads": threads,
         "rounds": arguments.rounds,
         "peak_memory_bytes": peak,
         "paths": paths,
         "runs": runs,
         "reached": reached,
-        "costs": costs,
     });
     export::write_json(&out.join("engine.json"), &result)?;
-    figure::engine(arguments, threads, &paths, &runs, &costs).write(&out.join("engine.svg"))?;
+    figure::engine(arguments, threads, &paths, &runs).write(&out.join("engine.svg"))?;
     if arguments.json {
         println!("{result:#}");
         return Ok(());
@@ -53,7 +47,6 @@ pub fn run(arguments: &EngineArguments) -> Result<(), Failure> {
     print_paths(&paths);
     print_runs(&runs);
     print_reached(&reached);
-    cost::print(&costs);
     if let Some(peak) = peak {
         println!("peak memory      {:.2} GB", peak as f64 / 1e9);
     }

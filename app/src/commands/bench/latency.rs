@@ -6,7 +6,7 @@ use inplace_core::export;
 use inplace_core::field::Preset;
 use inplace_core::scene::SceneSource;
 
-use super::cost;
+use super::machine::processor;
 use crate::arguments::LatencyArguments;
 use crate::commands::progress::Progress;
 use crate::commands::{Failure, cores, session_options};
@@ -74,7 +74,7 @@ fn figure(preset: Preset, measured: &[Latency]) -> Figure {
         title: "How long a click waits for its maps while the field is being taught".to_owned(),
         subtitle: format!(
             "{}, {} threads, {} preset; {} clicks in each scene",
-            cost::processor(),
+            processor(),
             first.map_or(0, |scene| scene.threads),
             preset.name(),
             first.map_or(0, |scene| scene.clicks),

@@ -1,11 +1,12 @@
 //! `inplace bench`: measurements, as commands.
 
-mod cost;
 pub(super) mod engine;
 mod field;
 mod figure;
 mod latency;
+mod machine;
 mod paper;
+mod scale;
 mod stability;
 
 use super::Failure;
@@ -19,10 +20,12 @@ pub fn run(what: Bench) -> Result<(), Failure> {
         Bench::Paper(arguments) => paper::run(&arguments),
         Bench::Latency(arguments) => latency::run(&arguments),
         Bench::Stability(arguments) => stability::run(&arguments),
+        Bench::Scale(arguments) => scale::run(&arguments),
         Bench::CostOf {
             scene,
+            strokes,
             seconds,
             training,
-        } => cost::of_one(&scene, seconds, &training),
+        } => scale::of_one(&scene, &strokes, seconds, &training),
     }
 }

@@ -1,0 +1,187 @@
+//! Captures of the demo room in every setting, each measured in a process of its own.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use inplace_core::eval::scale::{Setting, scattered};
+use inplace_core::eval::{Cost, session_cost};
+use inplace_core::export::write_strokes;
+use inplace_core::scene::{OpenOptions, Scene, SceneSource, demo, write_replica};
+
+use crate::arguments::{ScaleArguments, TrainingArguments};
+use crate::commands::{Failure, cores, session_options};
+
+/// A folder that is removed in the end.
+struct Scratch(PathBuf);
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        // What could not be removed lies in the system's folder for temporary files.
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+/// Measures every setting; tells how it goes on stderr.
+pub(super) fn measure(
+    settings: &BTreeSet<Setting>,
+    arguments: &ScaleArguments,
+    threads: usize,
+) -> Result<BTreeMap<Setting, Cost>, Failure> {
+    let scratch = Scratch(std::env::temp_dir().join(format!("inplace-scale-{}", std::process::id())));
+    fs::create_dir_all(&scratch.0).map_err(|error| unwritable(&scratch.0, &error))?;
+    let mut costs = BTreeMap::new();
+    let mut rendered: Option<Rendered> = None;
+    // The longest first: shorter captures are its first frames.
+    for &setting in settings.iter().rev() {
+        let whole = match rendered.take() {
+            Some(rendered) if rendered.begins_with(setting) => rendered,
+            previous => {
+                drop(previous);
+                Rendered::new(&scratch.0, setting)?
+            }
+        };
+        eprintln!("measuring {}", described(setting));
+        costs.insert(setting, whole.cost(setting, arguments, threads)?);
+        rendered = Some(whole);
+    }
+    Ok(costs)
+}
+
+/// A capture on disk, removed when it is dropped.
+struct Rendered {
+    shot: demo::Shot,
+    folder: Scratch,
+}
+
+impl Rendered {
+    fn new(parent: &Path, setting: Setting) -> Result<Self, Failure> {
+        let shot = demo::Shot {
+            rooms: setting.rooms,
+            frames: setting.frames,
+            width: setting.width,
+            height: setting.height,
+        };
+        let folder = Scratch(parent.join("whole"));
+        eprintln!(
+            "rendering {} frames of {}x{}",
+            shot.frames, shot.width, shot.height
+        );
+        write_replica(&shot.unrendered(), &folder.0, None)?;
+        Ok(Self { shot, folder })
+    }
+
+    /// Whether the first frames of this capture are those of the setting.
+    fn begins_with(&self, setting: Setting) -> bool {
+        let same_images = (self.shot.width, self.shot.height, self.shot.rooms)
+            == (setting.width, setting.height, setting.rooms);
+        // Several rooms share the frames: fewer are others.
+        same_images && (self.shot.frames == setting.frames || setting.rooms == 1)
+    }
+
+    /// Measures the first frames of it with the setting's strokes.
+    fn cost(&self, setting: Setting, arguments: &ScaleArguments, threads: usize) -> Result<Cost, Failure> {
+        let part = Scratch(self.folder.0.with_file_name("part"));
+        link_first(&self.folder.0, &part.0, setting.frames).map_err(|error| unwritable(&part.0, &error))?;
+        // The images are read one after the other when they are clicked on: this process is no part of the measurement.
+        let options = OpenOptions {
+            image_bytes: 0,
+            ..OpenOptions::default()
+        };
+        let scene = Scene::open(&SceneSource::Folder(part.0.clone()), options, &|_, _| {})?;
+        // One more for the click after all maps.
+        let clicks = setting.strokes + 1;
+        let labels = scattered(
+            &scene,
+            &self.shot.labels(),
+            setting.classes,
+            clicks,
+            arguments.seed,
+        )?;
+        let strokes = part.0.join("strokes.json");
+        write_strokes(&strokes, &labels, &scene.frames)?;
+        in_own_process(&part.0, &strokes, arguments, threads)
+    }
+}
+
+fn unwritable(path: &Path, error: &io::Error) -> Failure {
+    format!(
+        "{}: cannot be written: {error}; free some space there",
+        path.display()
+    )
+    .into()
+}
+
+fn described(setting: Setting) -> String {
+    let Setting {
+        rooms,
+        width,
+        height,
+        frames,
+        classes,
+        strokes,
+    } = setting;
+    format!("rooms: {rooms}, frames: {frames} of {width}x{height}, classes: {classes}, strokes: {strokes}")
+}
+
+/// Makes a capture of the first frames of another one.
+fn link_first(whole: &Path, part: &Path, frames: usize) -> io::Result<()> {
+    for kind in ["rgb", "depth"] {
+        fs::create_dir_all(part.join(kind))?;
+        for frame in 0..frames {
+            let file = format!("{kind}/{kind}_{frame}.png");
+            // Not every file system has links.
+            fs::hard_link(whole.join(&file), part.join(&file))
+                .or_else(|_| fs::copy(whole.join(&file), part.join(&file)).map(|_| ()))?;
+        }
+    }
+    fs::copy(whole.join("intrinsics.txt"), part.join("intrinsics.txt"))?;
+    let poses = fs::read_to_string(whole.join("traj_w_c.txt"))?;
+    let first: Vec<&str> = poses.lines().take(frames).collect();
+    fs::write(part.join("traj_w_c.txt"), first.join("\n") + "\n")
+}
+
+/// Runs this program again for one capture, so that the peak of its memory is that of this capture.
+fn in_own_process(
+    scene: &Path,
+    strokes: &Path,
+    arguments: &ScaleArguments,
+    threads: usize,
+) -> Result<Cost, Failure> {
+    let mut command = Command::new(std::env::current_exe()?);
+    command.args(["bench", "cost-of"]).arg(scene);
+    command.arg("--strokes").arg(strokes);
+    command
+        .args(["--seconds", &arguments.seconds.to_string()])
+        .args(["--threads", &threads.to_string()])
+        .args(["--seed", &arguments.seed.to_string()]);
+    if arguments.no_depth {
+        command.arg("--no-depth");
+    }
+    let output = command.output()?;
+    if !output.status.success() {
+        let reason = String::from_utf8_lossy(&output.stderr);
+        return Err(format!(
+            "{}: its cost was not measured: {}",
+            scene.display(),
+            reason.trim()
+        )
+        .into());
+    }
+    Ok(serde_json::from_slice(&output.stdout)?)
+}
+
+/// `inplace bench cost-of`: measures one capture in this process and prints JSON.
+pub(crate) fn of_one(
+    scene: &Path,
+    strokes: &Path,
+    seconds: f64,
+    training: &TrainingArguments,
+) -> Result<(), Failure> {
+    let options = session_options(training, SceneSource::from_argument(scene), cores());
+    let cost = session_cost(options, seconds, strokes)?;
+    println!("{}", serde_json::to_string(&cost)?);
+    Ok(())
+}

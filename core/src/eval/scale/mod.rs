@@ -1,0 +1,320 @@
+//! How time and memory grow with a capture: one thing is varied at a time, and the exponent of each curve is fitted.
+
+mod strokes;
+#[cfg(test)]
+mod tests;
+
+use std::str::FromStr;
+
+use serde::Serialize;
+
+use super::{Cost, Table};
+
+pub use strokes::scattered;
+
+/// What is varied while everything else stays as it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Sweep {
+    /// Number of frames.
+    Frames,
+    /// Pixels of a frame.
+    Size,
+    /// Rooms, with the same number of frames in all.
+    Rooms,
+    /// Classes.
+    Classes,
+    /// Strokes.
+    Strokes,
+}
+
+/// A capture and its labels, by what they hold of everything that is varied.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+pub struct Setting {
+    /// Rooms of the demo.
+    pub rooms: usize,
+    /// Width of the frames, in pixels.
+    pub width: u32,
+    /// Height of the frames, in pixels.
+    pub height: u32,
+    /// Number of frames.
+    pub frames: usize,
+    /// Number of classes.
+    pub classes: usize,
+    /// Number of strokes.
+    pub strokes: usize,
+}
+
+/// The values that each sweep goes through.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Values {
+    /// Numbers of frames.
+    pub frames: Vec<usize>,
+    /// Widths and heights of the frames, in pixels.
+    pub sizes: Vec<(u32, u32)>,
+    /// Numbers of rooms.
+    pub rooms: Vec<usize>,
+    /// Numbers of classes.
+    pub classes: Vec<usize>,
+    /// Numbers of strokes.
+    pub strokes: Vec<usize>,
+}
+
+/// What one setting of a sweep cost.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Measured {
+    /// The sweep.
+    pub sweep: Sweep,
+    /// Rooms of the demo.
+    pub rooms: usize,
+    /// What it cost.
+    #[serde(flatten)]
+    pub cost: Cost,
+}
+
+/// Something that may grow.
+#[derive(Clone, Copy)]
+pub struct Quantity {
+    /// Its name in the results.
+    pub name: &'static str,
+    /// Its value; not a number where the system does not tell.
+    pub of: fn(&Cost) -> f64,
+}
+
+/// What is fitted: seconds, bytes, and the sizes of surface and model.
+pub const QUANTITIES: [Quantity; 9] = [
+    Quantity {
+        name: "opening",
+        of: |cost| cost.opening_s,
+    },
+    Quantity {
+        name: "surface",
+        of: |cost| cost.surface_s,
+    },
+    Quantity {
+        name: "map in view",
+        of: |cost| cost.map_in_view_s,
+    },
+    Quantity {
+        name: "all maps",
+        of: |cost| cost.all_maps_s,
+    },
+    Quantity {
+        name: "one more click",
+        of: |cost| cost.update_s,
+    },
+    Quantity {
+        name: "a step",
+        of: |cost| cost.steps_per_s.recip(),
+    },
+    Quantity {
+        name: "peak memory",
+        of: |cost| cost.peak_memory_bytes.map_or(f64::NAN, |bytes| bytes as f64),
+    },
+    Quantity {
+        name: "voxels",
+        of: |cost| cost.surface_nodes as f64,
+    },
+    Quantity {
+        name: "parameters",
+        of: |cost| cost.parameters as f64,
+    },
+];
+
+/// How many of [`QUANTITIES`], from the first on, are seconds.
+pub const SECONDS: usize = 6;
+
+/// The power of what is varied that a quantity grows with.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Exponent {
+    /// What is varied.
+    pub sweep: Sweep,
+    /// What grows, by its name in [`QUANTITIES`].
+    pub quantity: &'static str,
+    /// Slope of its logarithm over that of what is varied.
+    pub exponent: f64,
+    /// Least value of what is varied that it was fitted to.
+    pub from: f64,
+    /// The greatest one.
+    pub to: f64,
+    /// Number of measurements that it was fitted to.
+    pub points: usize,
+}
+
+impl Sweep {
+    /// All of them.
+    pub const ALL: [Self; 5] = [
+        Self::Frames,
+        Self::Size,
+        Self::Rooms,
+        Self::Classes,
+        Self::Strokes,
+    ];
+
+    /// Its name on the command line and in the results.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Frames => "frames",
+            Self::Size => "size",
+            Self::Rooms => "rooms",
+            Self::Classes => "classes",
+            Self::Strokes => "strokes",
+        }
+    }
+
+    /// The settings that it goes through: `base` with one thing changed.
+    ///
+    /// Every class is to have a stroke, so that the sweep over classes has as many strokes as its most classes.
+    pub fn settings(self, base: Setting, values: &Values) -> Vec<Setting> {
+        let strokes = values.classes.iter().copied().fold(base.strokes, usize::max);
+        match self {
+            Self::Frames => of(&values.frames, |&frames| Setting { frames, ..base }),
+            Self::Size => of(&values.sizes, |&(width, height)| Setting {
+                width,
+                height,
+                ..base
+            }),
+            Self::Rooms => of(&values.rooms, |&rooms| Setting { rooms, ..base }),
+            Self::Classes => of(&values.classes, |&classes| Setting {
+                classes,
+                strokes,
+                ..base
+            }),
+            Self::Strokes => of(&values.strokes, |&strokes| Setting { strokes, ..base }),
+        }
+    }
+}
+
+fn of<T>(values: &[T], setting: impl Fn(&T) -> Setting) -> Vec<Setting> {
+    let mut settings: Vec<Setting> = values.iter().map(setting).collect();
+    settings.sort_unstable();
+    settings.dedup();
+    settings
+}
+
+impl FromStr for Sweep {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Self, String> {
+        let names = Self::ALL.map(Self::name).join(", ");
+        let found = Self::ALL.into_iter().find(|sweep| sweep.name() == name);
+        found.ok_or_else(|| format!("use some of {names}"))
+    }
+}
+
+impl Measured {
+    /// What is varied in its sweep; pixels of a frame in millions.
+    pub fn value(&self) -> f64 {
+        let cost = &self.cost;
+        match self.sweep {
+            Sweep::Frames => cost.frames as f64,
+            Sweep::Size => f64::from(cost.width) * f64::from(cost.height) / 1e6,
+            Sweep::Rooms => self.rooms as f64,
+            Sweep::Classes => cost.classes as f64,
+            Sweep::Strokes => cost.strokes as f64,
+        }
+    }
+}
+
+/// The exponent of each quantity in each sweep, where two values or more were measured.
+pub fn exponents(measured: &[Measured]) -> Vec<Exponent> {
+    let of_sweep = |sweep: Sweep| {
+        QUANTITIES.iter().filter_map(move |quantity| {
+            let own = measured.iter().filter(|one| one.sweep == sweep);
+            let points = own.map(|one| (one.value(), (quantity.of)(&one.cost)));
+            let fitted = fit(points.collect())?;
+            Some(Exponent {
+                sweep,
+                quantity: quantity.name,
+                exponent: fitted.slope,
+                from: fitted.from,
+                to: fitted.to,
+                points: fitted.points,
+            })
+        })
+    };
+    Sweep::ALL.into_iter().flat_map(of_sweep).collect()
+}
+
+/// A line through logarithms.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Fit {
+    slope: f64,
+    from: f64,
+    to: f64,
+    points: usize,
+}
+
+/// Least squares over the upper half of the values, at least three of them where there are as many: what is the same for
+/// every size rules the lower half and would hide how the rest grows. Points that have no logarithm are left out.
+fn fit(mut points: Vec<(f64, f64)>) -> Option<Fit> {
+    points.retain(|&(x, y)| x > 0.0 && y > 0.0 && x.is_finite() && y.is_finite());
+    points.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let kept = points.len().div_ceil(2).max(3).min(points.len());
+    let upper = &points[points.len() - kept..];
+    let (from, to) = (upper.first()?.0, upper.last()?.0);
+    if from >= to {
+        return None;
+    }
+    let logarithms = || upper.iter().map(|(x, y)| (x.ln(), y.ln()));
+    let count = kept as f64;
+    let (sum_x, sum_y) = logarithms().fold((0.0, 0.0), |(a, b), (x, y)| (a + x, b + y));
+    let (middle_x, middle_y) = (sum_x / count, sum_y / count);
+    let (covariance, variance) = logarithms().fold((0.0, 0.0), |(both, own), (x, y)| {
+        let (dx, dy) = (x - middle_x, y - middle_y);
+        (both + dx * dy, own + dx * dx)
+    });
+    Some(Fit {
+        slope: covariance / variance,
+        from,
+        to,
+        points: kept,
+    })
+}
+
+/// `scale.csv`: a row for each setting of each sweep.
+pub fn table(measured: &[Measured]) -> Table {
+    let mut table = Table::new(&[
+        "sweep",
+        "frames",
+        "width",
+        "height",
+        "rooms",
+        "classes",
+        "strokes",
+        "opening_s",
+        "surface_s",
+        "map_in_view_s",
+        "all_maps_s",
+        "update_s",
+        "steps_per_s",
+        "peak_opening_mb",
+        "peak_mb",
+        "voxels",
+        "parameters",
+    ]);
+    let megabytes =
+        |bytes: Option<u64>| bytes.map_or(String::new(), |bytes| format!("{:.1}", bytes as f64 / 1e6));
+    for Measured { sweep, rooms, cost } in measured {
+        table.push(&[
+            sweep.name().to_owned(),
+            cost.frames.to_string(),
+            cost.width.to_string(),
+            cost.height.to_string(),
+            rooms.to_string(),
+            cost.classes.to_string(),
+            cost.strokes.to_string(),
+            format!("{:.3}", cost.opening_s),
+            format!("{:.3}", cost.surface_s),
+            format!("{:.4}", cost.map_in_view_s),
+            format!("{:.4}", cost.all_maps_s),
+            format!("{:.4}", cost.update_s),
+            format!("{:.2}", cost.steps_per_s),
+            megabytes(cost.peak_opening_bytes),
+            megabytes(cost.peak_memory_bytes),
+            cost.surface_nodes.to_string(),
+            cost.parameters.to_string(),
+        ]);
+    }
+    table
+}
