@@ -4,6 +4,47 @@ use super::*;
 use crate::field::Preset;
 use crate::scene::testing::wall;
 use crate::scene::{DepthMap, OpenOptions, SceneSource};
+use crate::session::Size;
+
+/// Options for a scene that is open already.
+fn options(size: Size) -> SessionOptions {
+    SessionOptions {
+        source: SceneSource::Demo,
+        open: OpenOptions::default(),
+        preset: Preset::Fast,
+        threads: 2,
+        seed: 1,
+        state: None,
+        size,
+    }
+}
+
+#[test]
+fn a_session_of_another_size_has_another_field_and_another_surface() {
+    let scene = Arc::new(wall(3, 64, 48));
+    let sizes = |field, surface| {
+        let (sender, _events) = crossbeam_channel::unbounded();
+        let outbox = Outbox::new(sender, Arc::default(), Box::new(|| {}));
+        let options = options(Size { field, surface });
+        let mut worker = Worker::new(Arc::clone(&scene), &options, &outbox).unwrap();
+        let end = Instant::now() + Duration::from_secs(60);
+        while worker.spread.is_none() {
+            worker.advance().unwrap();
+            assert!(Instant::now() < end);
+        }
+        let spread = worker.spread.as_ref().unwrap();
+        (worker.trainer.field().parameters(), spread.surface().graph.len())
+    };
+    let (chosen, smaller, coarser) = (sizes(1.0, 1.0), sizes(0.25, 1.0), sizes(1.0, 0.25));
+    assert!(
+        smaller.0 < chosen.0 && smaller.1 == chosen.1,
+        "{chosen:?} {smaller:?}"
+    );
+    assert!(
+        coarser.1 < chosen.1 && coarser.0 == chosen.0,
+        "{chosen:?} {coarser:?}"
+    );
+}
 
 #[test]
 fn a_surface_that_becomes_ready_during_a_pause_waits_for_its_end() {
@@ -15,14 +56,7 @@ fn a_surface_that_becomes_ready_during_a_pause_waits_for_its_end() {
     }
     let (sender, _events) = crossbeam_channel::unbounded();
     let outbox = Outbox::new(sender, Arc::default(), Box::new(|| {}));
-    let options = SessionOptions {
-        source: SceneSource::Demo,
-        open: OpenOptions::default(),
-        preset: Preset::Fast,
-        threads: 2,
-        seed: 1,
-        state: None,
-    };
+    let options = options(Size::default());
     let end = Instant::now() + Duration::from_secs(60);
     let surface = |worker: &Worker<'_>| {
         let spread = worker.spread.as_ref();
