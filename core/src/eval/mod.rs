@@ -11,6 +11,7 @@ mod latency;
 mod learnt;
 mod metrics;
 pub mod paper;
+pub mod pareto;
 mod pixels;
 mod reached;
 mod scene_truth;

@@ -6,6 +6,7 @@ mod field;
 mod figure;
 mod latency;
 mod paper;
+mod pareto;
 mod stability;
 
 use super::Failure;
@@ -19,6 +20,8 @@ pub fn run(what: Bench) -> Result<(), Failure> {
         Bench::Paper(arguments) => paper::run(&arguments),
         Bench::Latency(arguments) => latency::run(&arguments),
         Bench::Stability(arguments) => stability::run(&arguments),
+        Bench::Pareto(arguments) => pareto::run(&arguments),
+        Bench::ParetoOf(arguments) => pareto::of_one(&arguments),
         Bench::CostOf {
             scene,
             seconds,
