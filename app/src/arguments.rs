@@ -11,8 +11,8 @@ use inplace_core::field::Preset;
 use inplace_core::labels::Trust;
 
 pub use bench::{
-    Bench, EngineArguments, FieldArguments, LatencyArguments, PaperArguments, ScaleArguments,
-    StabilityArguments,
+    Bench, EngineArguments, FieldArguments, LatencyArguments, PaperArguments, ParetoArguments,
+    ParetoOfArguments, ScaleArguments, StabilityArguments,
 };
 
 /// Labels a whole scene from a few clicks.

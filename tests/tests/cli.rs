@@ -9,7 +9,7 @@ use inplace_core::field::Preset;
 use inplace_core::labels::{History, read_strokes};
 use inplace_core::project::{Contents, Project, SceneRecord};
 use inplace_core::scene::{OpenOptions, Scene, SceneSource};
-use inplace_core::session::{Command, Event, ModelState, Session, SessionOptions};
+use inplace_core::session::{Command, Event, ModelState, Session, SessionOptions, Size};
 use inplace_tests::{Outcome, Running, Small, class_ids, inplace};
 use serde_json::Value;
 use tempfile::TempDir;
@@ -59,6 +59,7 @@ impl OnDisk {
             threads: 2,
             seed: 0,
             state: None,
+            size: Size::default(),
         };
         let session = Session::start(options, || {});
         loop {

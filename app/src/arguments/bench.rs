@@ -4,7 +4,9 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 use inplace_core::eval::paper::{EXPERIMENTS, FUSION};
+use inplace_core::eval::pareto::Method;
 use inplace_core::eval::scale::Sweep;
+use inplace_core::eval::simulate::Baseline;
 use inplace_core::eval::stability::conditions;
 use inplace_core::field::Preset;
 
@@ -30,6 +32,13 @@ pub enum Bench {
     /// How time and memory grow with frames, image size, rooms, classes and strokes, and with which power: the demo room,
     /// each capture in a process of its own.
     Scale(ScaleArguments),
+    /// Accuracy against wall time, for the presets and other methods on the same clicks; with --capacity, against the
+    /// size of the model.
+    Pareto(ParetoArguments),
+    /// What one method comes to with one seed, as JSON: a process of its own for each, so that its peak memory is its
+    /// own.
+    #[command(hide = true)]
+    ParetoOf(ParetoOfArguments),
     /// What one capture costs, as JSON: a process of its own for each, so that its peak memory is its own.
     #[command(hide = true)]
     CostOf {
@@ -247,6 +256,92 @@ pub struct StabilityArguments {
     pub json: bool,
     #[command(flatten)]
     pub training: TrainingArguments,
+}
+
+/// Accuracy against time and size.
+#[derive(Debug, Args)]
+pub struct ParetoArguments {
+    /// Folders of captures with ground truth and split.json, or "demo".
+    #[arg(required = true)]
+    pub scenes: Vec<PathBuf>,
+    /// What is measured in turn: fast, auto, accurate; and reference, the published network, which has maps at the
+    /// last mark alone.
+    #[arg(long = "preset", value_name = "NAME,...", value_delimiter = ',', default_value = "fast,auto,accurate", value_parser = preset)]
+    pub presets: Vec<Preset>,
+    /// Measure other methods on the same clicks too: the click nearest in a straight line (nearest), a joint network of
+    /// positions (joint-mlp) and a pixel classifier (pixels), or some of them. They answer once.
+    #[arg(
+        long,
+        value_name = "NAME,...",
+        value_delimiter = ',',
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_values = Baseline::QUICK.map(Baseline::name)
+    )]
+    pub baselines: Vec<Baseline>,
+    /// Measure "auto" also with a quarter, half, twice and four times the field's table and the surface's voxels that it
+    /// chooses, each by itself.
+    #[arg(long)]
+    pub capacity: bool,
+    /// Random clicks of every class on the training frames, given as soon as the scene is open.
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u16).range(1..))]
+    pub clicks: u16,
+    /// Wall seconds since the start at which the maps are measured; a run ends at the last, or when it has stopped by
+    /// itself.
+    #[arg(long, value_name = "SECONDS,...", value_delimiter = ',', default_value = "2,5,10,20,40,60,120", value_parser = seconds)]
+    pub marks: Vec<f64>,
+    /// Runs of each method, with seeds that count up from --seed.
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u64).range(1..))]
+    pub seeds: u64,
+    /// Where pareto.csv and pareto.svg go, and capacity.csv and capacity.svg.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Leave measured depth and sparse points aside.
+    #[arg(long)]
+    pub no_depth: bool,
+    /// Read images that the capture names outside its folder, or that links lead to there.
+    #[arg(long)]
+    pub outside_files: bool,
+    /// Threads of each method [default: all cores].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub threads: Option<u16>,
+    /// Seed of everything random; of the first run of each method.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u64,
+    /// Print the results as JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// One method with one seed.
+#[derive(Debug, Args)]
+pub struct ParetoOfArguments {
+    /// Folder of a capture with ground truth and split.json, or "demo".
+    pub scene: PathBuf,
+    /// A preset, or a baseline.
+    #[arg(long, value_name = "NAME")]
+    pub method: Method,
+    /// Random clicks of every class.
+    #[arg(long, value_name = "N")]
+    pub clicks: usize,
+    /// Wall seconds at which the maps are measured.
+    #[arg(long, value_name = "SECONDS,...", value_delimiter = ',', value_parser = seconds)]
+    pub marks: Vec<f64>,
+    /// Factor on the rows of the field's table.
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = factor)]
+    pub field: f32,
+    /// Factor on the number of the surface's voxels.
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = factor)]
+    pub surface: f32,
+    #[command(flatten)]
+    pub training: TrainingArguments,
+}
+
+fn factor(text: &str) -> Result<f32, String> {
+    match text.parse::<f32>() {
+        Ok(factor) if (0.01..=100.0).contains(&factor) => Ok(factor),
+        _ => Err("give a factor from 0.01 to 100".to_owned()),
+    }
 }
 
 fn experiment(name: &str) -> Result<String, String> {

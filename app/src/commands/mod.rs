@@ -19,7 +19,7 @@ use inplace_core::field::{Preset, best_device};
 use inplace_core::project::Contents;
 use inplace_core::scene::demo::Shot;
 use inplace_core::scene::{OpenOptions, SceneSource};
-use inplace_core::session::SessionOptions;
+use inplace_core::session::{SessionOptions, Size};
 
 use crate::arguments::{Arguments, Command, TrainingArguments};
 
@@ -105,5 +105,6 @@ fn session_options(training: &TrainingArguments, source: SceneSource, threads: u
         threads: training.threads.map_or(threads, usize::from),
         seed: training.seed,
         state: None,
+        size: Size::default(),
     }
 }

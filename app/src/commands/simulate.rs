@@ -2,9 +2,9 @@
 
 use std::time::Duration;
 
-use inplace_core::eval::Calibration;
 use inplace_core::eval::chart::{Axis, Chart, Figure, Panel, Point, Scale, Series};
 use inplace_core::eval::simulate::{Experiment, SimulatedPoint, calibration_table, simulate, table};
+use inplace_core::eval::{Calibration, mean_and_deviation};
 use inplace_core::field::Preset;
 use inplace_core::scene::SceneSource;
 
@@ -54,24 +54,16 @@ pub fn run(arguments: &SimulateArguments) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Mean and standard deviation.
-fn summary(values: &[f64]) -> (f64, f64) {
-    let count = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / count;
-    let variance = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
-    (mean, variance.sqrt())
-}
-
 fn print(points: &[SimulatedPoint]) {
     println!(
         "policy               clicks a class  strokes  mIoU (sd)        average   total     ECE   seconds"
     );
     for ((policy, clicks), runs) in grouped(points, |point| (point.policy.clone(), point.clicks_per_class)) {
         let of = |value: &dyn Fn(&SimulatedPoint) -> f64| {
-            summary(&runs.iter().map(|run| value(run)).collect::<Vec<_>>())
+            mean_and_deviation(&runs.iter().map(|run| value(run)).collect::<Vec<_>>())
         };
         let errors: Option<Vec<f64>> = runs.iter().map(|run| run.calibration_error()).collect();
-        let error = errors.map(|errors| summary(&errors).0);
+        let error = errors.map(|errors| mean_and_deviation(&errors).0);
         let (miou, deviation) = of(&|run| run.scores.miou);
         println!(
             "{policy:20} {clicks:>14} {:>8.0}  {miou:.3} ({deviation:.3}) {:>13.3} {:>7.3} {:>7} {:>9.1}",
@@ -202,20 +194,9 @@ fn mean(runs: &[&SimulatedPoint], across: &dyn Fn(&SimulatedPoint) -> f64) -> Po
     let low = y.iter().copied().fold(f64::INFINITY, f64::min);
     let high = y.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     Point {
-        x: summary(&x).0,
-        y: summary(&y).0,
+        x: mean_and_deviation(&x).0,
+        y: mean_and_deviation(&y).0,
         range: (low, high),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_deviation_is_that_of_a_sample() {
-        assert_eq!(summary(&[0.5]), (0.5, 0.0));
-        let (mean, deviation) = summary(&[1.0, 2.0, 3.0]);
-        assert!((mean - 2.0).abs() < 1e-12 && (deviation - 1.0).abs() < 1e-12);
+        ring: false,
     }
 }

@@ -1,12 +1,15 @@
 //! A session that a measurement follows event by event.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use crossbeam_channel::RecvTimeoutError;
 
-use super::EvalError;
+use super::{EvalError, SceneTruth, Scores};
+use crate::labels::VOID;
 use crate::scene::Scene;
+use crate::semantics::FrameMap;
 use crate::session::{Command, Event, ModelState, Session, SessionOptions, Status};
 
 /// How long a session may say nothing.
@@ -55,6 +58,20 @@ impl Followed {
             self.follow(learnt)?;
         }
         Ok(())
+    }
+
+    /// How good the test frames' maps are that there are now; a frame without one is void all over.
+    pub(super) fn scores(&self, scene: &Scene, truth: &SceneTruth) -> Result<Scores, EvalError> {
+        // All at once, as the session goes on meanwhile.
+        let maps: BTreeMap<usize, Arc<FrameMap>> = truth
+            .test
+            .iter()
+            .filter_map(|&frame| Some((frame, self.session.maps().get(frame)?)))
+            .collect();
+        truth.scores(&truth.test, |frame| match maps.get(&frame) {
+            Some(map) => map.in_image(&scene.frames[frame]).labels().into_owned(),
+            None => vec![VOID; truth.images[&frame].labels.len()],
+        })
     }
 
     /// The model as it is.

@@ -186,6 +186,7 @@ mod tests {
     use crate::eval::simulate::testing::capture;
     use crate::field::Preset;
     use crate::scene::{OpenOptions, SceneSource};
+    use crate::session::Size;
 
     #[test]
     fn percentiles_are_values_that_were_measured() {
@@ -211,6 +212,7 @@ mod tests {
             threads: 2,
             seed: 4,
             state: None,
+            size: Size::default(),
         };
         let latency = click_latency(&options, 5, &mut |_| {}).unwrap();
         assert_eq!((latency.clicks, latency.frames, latency.classes), (5, 6, 2));

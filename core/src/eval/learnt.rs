@@ -64,7 +64,7 @@ pub(super) fn restored(
 
 /// The surface that this field completes.
 pub(super) fn surface(scene: &Arc<Scene>, trainer: &Trainer) -> Result<Arc<Surface>, EvalError> {
-    let mut survey = Survey::new(scene, trainer, rayon::current_num_threads());
+    let mut survey = Survey::new(scene, trainer, 1.0, rayon::current_num_threads());
     survey.finish(trainer);
     while survey.is_rendering() {
         survey.advance(trainer, &LabelSet::default())?;

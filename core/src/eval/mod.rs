@@ -3,6 +3,7 @@
 mod calibration;
 pub mod chart;
 mod cost;
+mod deviation;
 mod engine;
 pub mod field;
 mod followed;
@@ -10,6 +11,7 @@ mod latency;
 mod learnt;
 mod metrics;
 pub mod paper;
+pub mod pareto;
 mod pixels;
 mod reached;
 pub mod scale;
@@ -23,6 +25,7 @@ use std::path::PathBuf;
 
 pub use calibration::Calibration;
 pub use cost::{Cost, session_cost};
+pub use deviation::mean_and_deviation;
 pub use engine::{PathSpeed, RunPoint, Variant, path_speeds, training_run};
 pub use latency::{Latency, Percentiles, click_latency};
 pub use metrics::{ConfusionMatrix, Scores};

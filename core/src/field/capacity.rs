@@ -86,6 +86,23 @@ impl Capacity {
         })
     }
 
+    /// The same with about `size` times the rows in each hashed level, to the next power of two, at first and in the
+    /// end; the finest cells shrink by the root of that, since a surface has so many more of them.
+    #[must_use]
+    pub fn scaled(self, size: f32) -> Self {
+        let doublings = size.log2().round() as i32;
+        let rows = |log2: u32| log2.saturating_add_signed(doublings).clamp(4, 24);
+        let finest = (self.finest as f32 * 2.0_f32.powf(0.5 * doublings as f32)).round() as u32;
+        let finest = finest.clamp(2 * self.coarsest, 4096);
+        Self {
+            finest,
+            table_log2: rows(self.table_log2),
+            most_log2: rows(self.most_log2),
+            cell: self.cell * (self.finest as f32 / finest as f32),
+            ..self
+        }
+    }
+
     /// How often the table may still double.
     pub fn doublings(&self) -> u32 {
         self.most_log2.saturating_sub(self.table_log2)
@@ -143,4 +160,29 @@ fn pixel_footprint(scene: &Scene, volume: &Volume) -> f32 {
         .unwrap_or(0.25 * volume.side);
     let focal = median(scene.frames.iter().map(|frame| frame.camera.fx).collect()).unwrap_or(1.0);
     length / focal
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::testing::wall;
+
+    #[test]
+    fn four_times_the_rows_have_cells_of_half_the_side() {
+        let scene = wall(3, 640, 480);
+        let volume = Volume::around(&scene.bounds());
+        let chosen = Capacity::for_scene(&scene, &volume, Preset::Auto).unwrap();
+        assert_eq!(chosen.scaled(1.0), chosen);
+        let larger = chosen.scaled(4.0);
+        assert_eq!(
+            (larger.table_log2, larger.most_log2),
+            (chosen.table_log2 + 2, chosen.most_log2 + 2)
+        );
+        assert_eq!(larger.finest, 2 * chosen.finest);
+        assert!((larger.cell - 0.5 * chosen.cell).abs() < 1e-5 * chosen.cell);
+        let smaller = chosen.scaled(0.5);
+        assert_eq!(smaller.table_log2, chosen.table_log2 - 1);
+        assert!((smaller.cell / chosen.cell - 2.0_f32.sqrt()).abs() < 0.01);
+        assert_eq!((smaller.levels, smaller.steps), (chosen.levels, chosen.steps));
+    }
 }

@@ -91,7 +91,17 @@ impl Trainer {
     /// # Errors
     /// As [`best_device`](super::best_device), and a lack of memory.
     pub fn new(scene: Arc<Scene>, preset: Preset, seed: u64) -> Result<Self> {
-        Self::on(&Path::best()?, scene, preset, Recipe::default(), seed)
+        Self::scaled(scene, preset, 1.0, seed)
+    }
+
+    /// The same for a field of so many times the size ([`Capacity::scaled`]).
+    ///
+    /// # Errors
+    /// As [`Trainer::new`].
+    pub fn scaled(scene: Arc<Scene>, preset: Preset, size: f32, seed: u64) -> Result<Self> {
+        let volume = Volume::around(&scene.bounds());
+        let capacity = Capacity::for_scene(&scene, &volume, preset)?.scaled(size);
+        Self::with_capacity(&Path::best()?, scene, (volume, capacity), Recipe::default(), seed)
     }
 
     /// Starts a field for a scene on this path and by this recipe.
@@ -101,6 +111,16 @@ impl Trainer {
     pub fn on(path: &Path, scene: Arc<Scene>, preset: Preset, recipe: Recipe, seed: u64) -> Result<Self> {
         let volume = Volume::around(&scene.bounds());
         let capacity = Capacity::for_scene(&scene, &volume, preset)?;
+        Self::with_capacity(path, scene, (volume, capacity), recipe, seed)
+    }
+
+    fn with_capacity(
+        path: &Path,
+        scene: Arc<Scene>,
+        (volume, capacity): (Volume, Capacity),
+        recipe: Recipe,
+        seed: u64,
+    ) -> Result<Self> {
         let field = RadianceField::new(volume, &capacity, seed, path)?;
         let mut occupancy = OccupancyGrid::unknown(capacity.cell);
         if scene.has_depth() {

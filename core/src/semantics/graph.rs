@@ -103,6 +103,14 @@ impl SurfaceGraph {
         self.nodes.len()
     }
 
+    /// Memory that nodes and edges take, in bytes.
+    pub fn bytes(&self) -> usize {
+        size_of_val(self.nodes.as_slice())
+            + size_of_val(self.starts.as_slice())
+            + size_of_val(self.targets.as_slice())
+            + size_of_val(self.costs.as_slice())
+    }
+
     /// Whether there are no nodes.
     pub fn is_empty(&self) -> bool {
         self.nodes.is_empty()

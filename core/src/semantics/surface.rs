@@ -105,6 +105,17 @@ impl Surface {
     ///
     /// `extent` is the side of the scene's box, in metres.
     pub fn build(scene: &Scene, field: &[Option<Arc<FieldDepth>>], extent: f32) -> Option<Self> {
+        Self::build_scaled(scene, field, extent, 1.0)
+    }
+
+    /// The same of about `size` times the voxels that it would have: their side is that of the choice by the root of
+    /// that, whatever the bounds of the choice are.
+    pub fn build_scaled(
+        scene: &Scene,
+        field: &[Option<Arc<FieldDepth>>],
+        extent: f32,
+        size: f32,
+    ) -> Option<Self> {
         let lengths = Lengths { scene, field };
         let mut voxels = Voxels::new(voxel_side(lengths)?, extent);
         let stride = stride(scene);
@@ -114,8 +125,14 @@ impl Surface {
                 voxels.side *= (sums.len() as f32 / MOST_NODES as f32).sqrt().max(1.05);
                 continue;
             }
-            return Some(Self::from_sums(voxels, sums, lengths));
+            if size == 1.0 {
+                return Some(Self::from_sums(voxels, sums, lengths));
+            }
+            break;
         }
+        voxels.side /= size.sqrt();
+        let sums = fuse(&voxels, lengths, stride);
+        Some(Self::from_sums(voxels, sums, lengths))
     }
 
     fn from_sums(voxels: Voxels, sums: FxHashMap<Cell, Sum>, lengths: Lengths<'_>) -> Self {

@@ -341,6 +341,23 @@ fn voxels_are_not_thinner_than_the_noise_of_the_depth() {
     assert!((noisy - 20.0 * 0.02).abs() < 0.1, "{noisy}");
 }
 
+#[test]
+fn four_times_the_voxels_have_half_the_side() {
+    let scene = wall(3, 320, 240);
+    let chosen = Surface::build(&scene, &[], 5.0).unwrap();
+    assert_eq!(
+        Surface::build_scaled(&scene, &[], 5.0, 1.0).unwrap().graph.len(),
+        chosen.graph.len()
+    );
+    for (size, tolerance) in [(0.25, 0.3), (4.0, 0.2)] {
+        let scaled = Surface::build_scaled(&scene, &[], 5.0, size).unwrap();
+        assert!((scaled.voxel - chosen.voxel / size.sqrt()).abs() < 1e-6);
+        let share = scaled.graph.len() as f32 / chosen.graph.len() as f32;
+        assert!((share / size - 1.0).abs() < tolerance, "{size}: {share}");
+        assert_eq!(scaled.graph.bytes() > chosen.graph.bytes(), size > 1.0);
+    }
+}
+
 /// What the strokes say of one by spreading the others anew: its class by them, and the share that contradicts it.
 fn naively(scene: &Scene, spread: &Spread, labels: &LabelSet, id: StrokeId) -> Option<(ClassId, f32)> {
     let stroke = &labels.strokes[&id];

@@ -21,12 +21,34 @@ pub struct SessionOptions {
     pub open: OpenOptions,
     /// How much the field may model.
     pub preset: Preset,
+    /// How much larger or smaller than what the scene gets.
+    pub size: Size,
     /// Threads of the worker's pool, at least 1.
     pub threads: usize,
     /// Seed of everything random.
     pub seed: u64,
     /// Model state of an earlier session on the same scene ([`Event::State`]), to go on from.
     pub state: Option<Arc<ModelState>>,
+}
+
+/// Factors on the capacity that is chosen for a scene, to measure whether the choice is right; both above zero.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Size {
+    /// On the rows of the field's table ([`Capacity::scaled`](crate::field::Capacity::scaled)); the published network
+    /// has none.
+    pub field: f32,
+    /// On the number of the surface's voxels ([`Surface::build_scaled`](crate::semantics::Surface::build_scaled)).
+    pub surface: f32,
+}
+
+impl Default for Size {
+    /// What is chosen.
+    fn default() -> Self {
+        Self {
+            field: 1.0,
+            surface: 1.0,
+        }
+    }
 }
 
 /// What the worker is asked to do.

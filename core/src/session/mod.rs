@@ -25,7 +25,7 @@ use crossbeam_channel::{Receiver, Sender, unbounded};
 use crate::scene::Scene;
 pub use crate::semantics::{CERTAIN, ENTROPY_STEPS_PER_NAT, FrameMap, FrameSummary, PixelAnswer, Verdict};
 pub use maps::MapSlots;
-pub use message::{Command, Event, ModelState, Phase, SessionOptions, Status};
+pub use message::{Command, Event, ModelState, Phase, SessionOptions, Size, Status};
 pub use rendering::RenderedFrame;
 
 /// A handle to the worker. Dropping it stops the worker and waits for it.

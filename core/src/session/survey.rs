@@ -32,6 +32,8 @@ pub(crate) struct Survey {
     /// Threads of their own: the session's are busy training.
     threads: usize,
     extent: f32,
+    /// Factor on the number of voxels.
+    size: f32,
     /// Whether the frames' own depth leaves something to find out.
     incomplete: bool,
     /// Pixels of a frame, along each axis, per ray.
@@ -72,13 +74,14 @@ impl Survey {
         keyframes.all(is_complete)
     }
 
-    pub(crate) fn new(scene: &Arc<Scene>, trainer: &Trainer, threads: usize) -> Self {
+    pub(crate) fn new(scene: &Arc<Scene>, trainer: &Trainer, size: f32, threads: usize) -> Self {
         let incomplete = !Self::is_complete(scene);
         let looks = incomplete && !trainer.settled();
         let mut survey = Self {
             scene: Arc::clone(scene),
             threads,
             extent: trainer.field().volume().side,
+            size,
             incomplete,
             stride: stride(scene),
             marks: LOOKS
@@ -208,10 +211,10 @@ impl Survey {
     }
 
     fn build(&mut self, lengths: Vec<Option<Arc<FieldDepth>>>, labels: LabelSet, looking: Option<f64>) {
-        let (scene, extent) = (Arc::clone(&self.scene), self.extent);
+        let (scene, extent, size) = (Arc::clone(&self.scene), self.extent, self.size);
         let build = move || {
             let start = Instant::now();
-            let mut spread = Spread::new(Arc::new(Surface::build(&scene, &lengths, extent)?));
+            let mut spread = Spread::new(Arc::new(Surface::build_scaled(&scene, &lengths, extent, size)?));
             spread.set_labels(&scene, &labels);
             Some(Built {
                 spread,

@@ -24,6 +24,7 @@ fn options(folder: &Path) -> SessionOptions {
         threads: 2,
         seed: 1,
         state: None,
+        size: Size::default(),
     }
 }
 

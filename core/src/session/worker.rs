@@ -95,7 +95,12 @@ pub(super) fn timed<T>(seconds: &mut f64, work: impl FnOnce() -> T) -> T {
 
 impl<'a> Worker<'a> {
     fn new(scene: Arc<Scene>, options: &'a SessionOptions, outbox: &'a Outbox) -> Result<Self, WorkerError> {
-        let mut trainer = Trainer::new(Arc::clone(&scene), options.preset, options.seed)?;
+        let mut trainer = Trainer::scaled(
+            Arc::clone(&scene),
+            options.preset,
+            options.size.field,
+            options.seed,
+        )?;
         let (mut opinion, mut semantic_field) = (Opinion::new(), SemanticField::new());
         if let Some(state) = &options.state {
             match restore(&mut trainer, state) {
@@ -106,7 +111,7 @@ impl<'a> Worker<'a> {
                 ))),
             }
         }
-        let survey = Survey::new(&scene, &trainer, options.threads.max(1));
+        let survey = Survey::new(&scene, &trainer, options.size.surface, options.threads.max(1));
         Ok(Self {
             scene,
             options,

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use inplace_core::scene::Scene;
-use inplace_core::session::SessionOptions;
+use inplace_core::session::{SessionOptions, Size};
 
 use super::App;
 use crate::class_view::ClassView;
@@ -53,6 +53,7 @@ impl App {
             threads: self.threads(),
             seed: self.seed,
             state: prepared.state(),
+            size: Size::default(),
         };
         let Stage::Opening(opening) = &mut self.state.stage else {
             return;

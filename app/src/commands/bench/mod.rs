@@ -6,6 +6,7 @@ mod figure;
 mod latency;
 mod machine;
 mod paper;
+mod pareto;
 mod scale;
 mod stability;
 
@@ -21,6 +22,8 @@ pub fn run(what: Bench) -> Result<(), Failure> {
         Bench::Latency(arguments) => latency::run(&arguments),
         Bench::Stability(arguments) => stability::run(&arguments),
         Bench::Scale(arguments) => scale::run(&arguments),
+        Bench::Pareto(arguments) => pareto::run(&arguments),
+        Bench::ParetoOf(arguments) => pareto::of_one(&arguments),
         Bench::CostOf {
             scene,
             strokes,

@@ -10,6 +10,7 @@ const LABEL: f64 = 11.5;
 const NAME_HEIGHT: f64 = 15.0;
 /// Size of markers, in pixels from the middle.
 const MARKER: f64 = 3.6;
+const RING: f64 = 8.0;
 
 /// Draws the lines in a panel; `false` when there is nothing to draw.
 pub(super) fn draw(
@@ -100,6 +101,9 @@ pub(super) fn draw(
                 out.polyline(&format!("line l{}", index % COLORS), &line);
             }
             for (point, &at) in run.iter().zip(&line) {
+                if point.ring {
+                    out.circle(&format!("ring l{}", index % COLORS), at, RING, "");
+                }
                 marker(out, index, at, &hint(&own.name, point));
             }
         }

@@ -96,6 +96,8 @@ pub struct Point {
     pub y: f64,
     /// Smallest and largest value, where there are several; equal to `y` otherwise.
     pub range: (f64, f64),
+    /// Whether a ring is drawn around it: a point unlike the others, as the subtitle says.
+    pub ring: bool,
 }
 
 /// The bars of one colour.
@@ -128,7 +130,19 @@ impl Axis {
 impl Point {
     /// A single measurement.
     pub fn new(x: f64, y: f64) -> Self {
-        Self { x, y, range: (y, y) }
+        Self {
+            x,
+            y,
+            range: (y, y),
+            ring: false,
+        }
+    }
+
+    /// The same point with a ring around it.
+    #[must_use]
+    pub fn ringed(mut self) -> Self {
+        self.ring = true;
+        self
     }
 
     /// Median and range of several measurements at one place; `None` without any finite one.
@@ -146,6 +160,7 @@ impl Point {
             x,
             y,
             range: (low, high),
+            ring: false,
         })
     }
 }

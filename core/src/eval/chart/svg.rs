@@ -10,7 +10,7 @@ text{font:12px system-ui,-apple-system,'Segoe UI',Roboto,'Helvetica Neue',Arial,
 .tick,.muted{fill:#59636e}.tick{font-size:11px}.end{text-anchor:end}.middle{text-anchor:middle}
 .page{fill:#ffffff}.grid{stroke:#e3e7ec}.axis{stroke:#8c959f}.leader{stroke:#b4bcc5}
 .mark{stroke:#59636e;stroke-dasharray:4 3}.line{fill:none;stroke-width:2;stroke-linejoin:round;stroke-linecap:round}
-.band{opacity:.16}.point{stroke:#ffffff;stroke-width:1}
+.ring{fill:none;stroke-width:2}.band{opacity:.16}.point{stroke:#ffffff;stroke-width:1}
 .f0{fill:#0072b2}.f1{fill:#c94f00}.f2{fill:#00805d}.f3{fill:#b3568a}.f4{fill:#9a6700}.f5{fill:#2b8fc7}.f6{fill:#4b535c}
 .l0{stroke:#0072b2}.l1{stroke:#c94f00}.l2{stroke:#00805d}.l3{stroke:#b3568a}.l4{stroke:#9a6700}.l5{stroke:#2b8fc7}.l6{stroke:#4b535c}
 @media (prefers-color-scheme:dark){

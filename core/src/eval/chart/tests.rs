@@ -199,6 +199,15 @@ fn a_band_spans_the_seeds_around_their_median() {
 }
 
 #[test]
+fn a_ring_is_drawn_around_the_points_that_have_one() {
+    let points = vec![Point::new(1.0, 2.0), Point::new(2.0, 3.0).ringed()];
+    let name = "a".to_owned();
+    let svg = lines(vec![Series { name, points }], Scale::Linear).svg();
+    assert_well_formed(&svg);
+    assert_eq!(svg.matches("class=\"ring l0\"").count(), 1);
+}
+
+#[test]
 fn bars_show_every_value_but_those_that_are_none() {
     let bars = |name: &str, values: &[f64]| BarSeries {
         name: name.to_owned(),

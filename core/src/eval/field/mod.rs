@@ -246,6 +246,7 @@ mod tests {
     use crate::labels::Class;
     use crate::scene::testing::wall;
     use crate::scene::{GroundTruth, OpenOptions, SceneSource, write_replica};
+    use crate::session::Size;
 
     #[test]
     fn every_answer_is_measured_at_every_time() {
@@ -271,6 +272,7 @@ mod tests {
                 threads: 2,
                 seed: 4,
                 state: None,
+                size: Size::default(),
             },
             geometry: Some(Duration::from_millis(500)),
             clicks: 2,

@@ -279,6 +279,7 @@ mod tests {
     use crate::eval::simulate::{calibration_table, table};
     use crate::field::Preset;
     use crate::scene::{OpenOptions, SceneSource};
+    use crate::session::Size;
 
     #[test]
     fn the_graph_alone_labels_two_halves_from_a_click_each() {
@@ -293,6 +294,7 @@ mod tests {
                 threads: 2,
                 seed: 4,
                 state: None,
+                size: Size::default(),
             },
             policies: vec![Policy::Guided, Policy::Random],
             clicks: vec![2, 1],
@@ -359,6 +361,7 @@ mod tests {
                 threads: 1,
                 seed: 1,
                 state: None,
+                size: Size::default(),
             },
             policies: vec![Policy::Guided],
             clicks: vec![1],

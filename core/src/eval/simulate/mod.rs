@@ -2,7 +2,7 @@
 //! and the maps of the test frames are measured as the clicks grow.
 
 mod annotator;
-mod baseline;
+pub(super) mod baseline;
 mod compared;
 mod experiment;
 #[cfg(test)]

@@ -1,6 +1,5 @@
 //! A scene with its truth and an annotator's labels, to be disturbed and then labelled by a session.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -10,8 +9,7 @@ use crate::eval::{EvalError, SceneTruth};
 use crate::field::Preset;
 use crate::labels::{ClassId, LabelSet};
 use crate::scene::{OpenOptions, Scene};
-use crate::semantics::FrameMap;
-use crate::session::{Command, Event, ModelState, SessionOptions};
+use crate::session::{Command, Event, ModelState, SessionOptions, Size};
 
 /// Random clicks for each class.
 const CLICKS: usize = 5;
@@ -90,6 +88,7 @@ impl Trial {
             threads: settings.threads,
             seed: settings.seed,
             state,
+            size: Size::default(),
         };
         let scene = Arc::new(self.scene.clone());
         let mut course = Course {
@@ -127,16 +126,7 @@ impl Trial {
 
     /// The same, while the session goes on.
     pub fn miou(&self, course: &Course) -> Result<f64, EvalError> {
-        let slots = course.run.session.maps();
-        let in_image = |&frame: &usize| {
-            let map = slots.get(frame)?;
-            Some((frame, map.in_image(&self.scene.frames[frame]).into_owned()))
-        };
-        let maps: BTreeMap<usize, FrameMap> = self.truth.test.iter().filter_map(in_image).collect();
-        let scores = self.truth.scores(&self.truth.test, |frame| {
-            maps.get(&frame)
-                .map_or_else(Vec::new, |map| map.labels().into_owned())
-        })?;
+        let scores = course.run.scores(&self.scene, &self.truth)?;
         Ok(scores.miou)
     }
 }

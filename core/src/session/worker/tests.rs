@@ -4,6 +4,7 @@ use super::*;
 use crate::field::Preset;
 use crate::scene::testing::wall;
 use crate::scene::{DepthMap, OpenOptions, SceneSource};
+use crate::session::Size;
 
 /// A wall whose upper half has no depth: there is something to find out.
 fn half_measured() -> Scene {
@@ -25,6 +26,7 @@ fn outbox_and_options() -> (Outbox, SessionOptions) {
         threads: 2,
         seed: 1,
         state: None,
+        size: Size::default(),
     };
     (Outbox::new(sender, Arc::default(), Box::new(|| {})), options)
 }
@@ -51,7 +53,7 @@ fn a_surface_that_becomes_ready_during_a_pause_waits_for_its_end() {
     let first = surface(&worker);
     worker.obey(Command::Pause).unwrap();
     // It begins with another surface.
-    worker.survey = Survey::new(&scene, &worker.trainer, 2);
+    worker.survey = Survey::new(&scene, &worker.trainer, 1.0, 2);
     for _ in 0..100 {
         worker.advance().unwrap();
         std::thread::sleep(Duration::from_millis(10));
@@ -68,4 +70,26 @@ fn a_field_that_has_seen_next_to_nothing_does_not_fill_holes_of_measured_depth()
     advance_until(&mut worker, |worker| worker.spread.is_some());
     worker.obey(Command::Settle).unwrap();
     assert!(!worker.survey.is_rendering() && worker.survey.is_done());
+}
+
+#[test]
+fn a_session_of_another_size_has_another_field_and_another_surface() {
+    let scene = Arc::new(wall(3, 64, 48));
+    let sizes = |field, surface| {
+        let (outbox, mut options) = outbox_and_options();
+        options.size = Size { field, surface };
+        let mut worker = Worker::new(Arc::clone(&scene), &options, &outbox).unwrap();
+        advance_until(&mut worker, |worker| worker.spread.is_some());
+        let spread = worker.spread.as_ref().unwrap();
+        (worker.trainer.field().parameters(), spread.surface().graph.len())
+    };
+    let (chosen, smaller, coarser) = (sizes(1.0, 1.0), sizes(0.25, 1.0), sizes(1.0, 0.25));
+    assert!(
+        smaller.0 < chosen.0 && smaller.1 == chosen.1,
+        "{chosen:?} {smaller:?}"
+    );
+    assert!(
+        coarser.1 < chosen.1 && coarser.0 == chosen.0,
+        "{chosen:?} {coarser:?}"
+    );
 }

@@ -2,7 +2,7 @@
 
 mod joint;
 mod pixels;
-mod reference;
+pub(in crate::eval) mod reference;
 
 use std::str::FromStr;
 use std::time::{Duration, Instant};
@@ -36,18 +36,18 @@ pub enum Baseline {
 }
 
 /// What maps are made of.
-pub(super) struct Task<'a> {
-    pub(super) scene: &'a Scene,
-    pub(super) surface: &'a Surface,
+pub(in crate::eval) struct Task<'a> {
+    pub scene: &'a Scene,
+    pub surface: &'a Surface,
     /// Of our own session.
-    pub(super) options: &'a SessionOptions,
-    pub(super) clicks: &'a [Click],
+    pub options: &'a SessionOptions,
+    pub clicks: &'a [Click],
     /// The clicks as strokes.
-    pub(super) labels: LabelSet,
+    pub labels: LabelSet,
     /// Frames whose maps are wanted.
-    pub(super) frames: &'a [usize],
+    pub frames: &'a [usize],
     /// How long our own way took.
-    pub(super) wall: Duration,
+    pub wall: Duration,
 }
 
 /// The maps of some frames.
@@ -77,7 +77,7 @@ impl Baseline {
     ///
     /// # Errors
     /// Whatever stops the session of the published network; of the others none on the CPU.
-    pub(super) fn maps(self, task: &Task<'_>) -> Result<BaselineMaps, EvalError> {
+    pub(in crate::eval) fn maps(self, task: &Task<'_>) -> Result<BaselineMaps, EvalError> {
         let start = Instant::now();
         let (scene, surface, frames, seed) = (task.scene, task.surface, task.frames, task.options.seed);
         let clicks: Vec<Click> = task
@@ -156,6 +156,7 @@ mod tests {
     use crate::field::Preset;
     use crate::scene::testing::wall;
     use crate::scene::{OpenOptions, SceneSource};
+    use crate::session::Size;
 
     fn right(scene: &Scene, frame: usize, labels: &[ClassId]) -> f32 {
         let color = scene.frames[frame].color();
@@ -182,6 +183,7 @@ mod tests {
             threads: 2,
             seed: 1,
             state: None,
+            size: Size::default(),
         };
         let task = Task {
             scene,
