@@ -7,8 +7,8 @@ use inplace_core::eval::pareto::{CapacityPoint, Curve, ParetoPoint, Part};
 use super::Results;
 use super::verdict::miou;
 use crate::arguments::ParetoArguments;
-use crate::commands::bench::machine::processor;
 use crate::commands::bench::engine::grouped;
+use crate::commands::bench::machine::processor;
 
 /// Panels beside each other.
 const COLUMNS: usize = 2;
