@@ -1,7 +1,7 @@
 //! What a capture costs: waiting, speed of training, memory.
 
 use std::path::Path;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 
@@ -10,6 +10,9 @@ use super::followed::Followed;
 use crate::export::peak_memory;
 use crate::labels::read_strokes;
 use crate::session::{Command, Event, SessionOptions, Status};
+
+/// How long the events that waited are followed before steps are counted.
+const CATCHING_UP: Duration = Duration::from_millis(300);
 
 /// What one capture cost.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -101,6 +104,8 @@ pub fn session_cost(options: SessionOptions, seconds: f64, strokes: &Path) -> Re
     (0..scene.frames.len()).for_each(|frame| read(&run, frame));
     let update_s = click.elapsed().as_secs_f64();
 
+    // What was told while the maps were being read is past: steps are counted from a status of now.
+    run.follow_until(Some(Instant::now() + CATCHING_UP), |_, _| false)?;
     run.follow(|event, _| matches!(event, Event::Status(_)))?;
     let (training, before) = (Instant::now(), run.status.work);
     let enough = |status: &Status| training.elapsed().as_secs_f64() >= seconds || status.settled;
