@@ -3,9 +3,10 @@
 use super::super::tests::SeenTwice;
 use super::*;
 
+/// One round, small.
 const SHOT: Shot = Shot {
     rooms: 1,
-    frames: 30,
+    frames: 60,
     width: 160,
     height: 120,
 };
