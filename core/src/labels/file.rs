@@ -7,11 +7,11 @@ use serde::{Deserialize, Serialize};
 
 use super::raster::redrawn;
 use super::{Class, ClassId, LabelSet, Pixel, Stroke, StrokeId, VOID};
-use crate::scene::{Frame, Scene};
+use crate::scene::{Frame, Scene, shown};
 
 /// A strokes file that cannot be used; nothing of it is taken over.
 #[derive(Debug, thiserror::Error)]
-#[error("{}: {reason}", .path.display())]
+#[error("{}: {reason}", shown(.path.display()))]
 pub struct StrokesError {
     path: PathBuf,
     reason: String,
@@ -51,8 +51,9 @@ pub fn read_strokes(path: &Path, scene: &Scene) -> Result<LabelSet, StrokesError
 /// # Errors
 /// What [`read_strokes`] refuses: a part of a sentence that says what is wrong.
 pub fn parse_strokes(text: &str, scene: &Scene) -> Result<LabelSet, String> {
-    let file = serde_json::from_str(text).map_err(|error| format!("is not a strokes file: {error}"))?;
-    parse(file, scene)
+    let file = serde_json::from_str(text).map_err(|error| format!("is not a strokes file: {error}"));
+    // A frame can be called by anything.
+    file.and_then(|file| parse(file, scene)).map_err(shown)
 }
 
 fn parse(file: StrokesFile, scene: &Scene) -> Result<LabelSet, String> {
