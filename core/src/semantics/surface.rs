@@ -18,6 +18,8 @@ pub const NO_NODE: u32 = u32::MAX;
 const VOXEL_FOOTPRINTS: f32 = 2.5;
 /// A voxel is not thinner than so many times the noise of the measured depth: it would hold one layer of it.
 const VOXEL_NOISES: f32 = 20.0;
+/// Noise makes a voxel larger by this factor at most: beyond it, small things are lost that many views would tell apart.
+const MOST_GROWTH: f32 = 2.0;
 /// Smallest and largest side of a voxel, in metres.
 const VOXEL_RANGE: (f32, f32) = (0.02, 0.5);
 /// Most nodes; a larger scene gets larger voxels.
@@ -276,7 +278,9 @@ fn voxel_side(lengths: Lengths<'_>) -> Option<f32> {
             .filter(|length| length.is_finite());
         footprints.extend(known.map(|length| length / frame.camera.fx));
     }
-    let side = (VOXEL_FOOTPRINTS * median(footprints)?).max(VOXEL_NOISES * depth_noise(lengths.scene));
+    let side = VOXEL_FOOTPRINTS * median(footprints)?;
+    let noisy = (VOXEL_NOISES * depth_noise(lengths.scene)).min(MOST_GROWTH * side);
+    let side = side.max(noisy);
     Some(side.clamp(VOXEL_RANGE.0, VOXEL_RANGE.1))
 }
 

@@ -14,6 +14,10 @@ use crate::eval::simulate::{Annotator, Policy};
 use crate::eval::{EvalError, learnt};
 use crate::labels::{ClassId, ImportedLabels, ImportedMap, LabelSet, Stroke, Trust, VOID};
 
+/// Pixels of the longest stroke that meets no border, and of its end beyond one.
+const LONGEST_STROKE: u32 = 40;
+const BEYOND: u32 = 3;
+
 pub(super) fn conditions() -> Vec<Condition> {
     let course = |name, what, line, course| Condition {
         figure: Figure::Miou,
@@ -54,7 +58,7 @@ pub(super) fn conditions() -> Vec<Condition> {
         .in_short(),
         disturbed(
             "labels-across-borders",
-            "every click is a brush 7 pixels wide and 25 long, wherever it leads",
+            "every click is a brush 3 pixels wide and 40 long at most, which ends 3 pixels beyond the first border",
             Line::OfClean(0.7),
             across_borders,
         ),
@@ -195,19 +199,30 @@ fn contradictory(trial: &mut Trial, rng: &mut SmallRng) {
 }
 
 fn across_borders(trial: &mut Trial, rng: &mut SmallRng) {
+    let mut truths: BTreeMap<usize, Vec<ClassId>> = BTreeMap::new();
+    for frame in trial.labels.strokes.values().map(|stroke| stroke.frame) {
+        truths.entry(frame).or_insert_with(|| trial.labels_of(frame));
+    }
     for stroke in trial.labels.strokes.values_mut() {
         let camera = &trial.scene.frames[stroke.frame].camera;
-        let [x, y] = stroke.first_point().unwrap_or_default();
+        let truth = &truths[&stroke.frame];
+        let start = stroke.first_point().unwrap_or_default();
         let angle = rng.random_range(0.0..std::f32::consts::TAU);
-        let inside =
-            |from: u32, step: f32, size: u32| (from as f32 + step).clamp(0.0, (size - 1) as f32) as u32;
-        let end = [
-            inside(x, 25.0 * angle.cos(), camera.width),
-            inside(y, 25.0 * angle.sin(), camera.height),
-        ];
+        let at = |step: f32| -> [u32; 2] {
+            let inside = |from: u32, along: f32, size: u32| {
+                (from as f32 + along).round().clamp(0.0, (size - 1) as f32) as u32
+            };
+            [
+                inside(start[0], step * angle.cos(), camera.width),
+                inside(start[1], step * angle.sin(), camera.height),
+            ]
+        };
+        let is_own = |[x, y]: [u32; 2]| truth[(y * camera.width + x) as usize] == stroke.class;
+        let border = (1..LONGEST_STROKE).find(|&step| !is_own(at(step as f32)));
+        let end = at((border.unwrap_or(LONGEST_STROKE) + BEYOND) as f32);
         *stroke = Arc::new(Stroke {
-            radius: 3,
-            lines: vec![vec![[x, y], end]],
+            radius: 1,
+            lines: vec![vec![start, end]],
             ..stroke.as_ref().clone()
         });
     }
