@@ -99,9 +99,7 @@ impl Trainer {
     /// # Errors
     /// As [`Trainer::new`].
     pub fn scaled(scene: Arc<Scene>, preset: Preset, size: f32, seed: u64) -> Result<Self> {
-        let volume = Volume::around(&scene.bounds());
-        let capacity = Capacity::for_scene(&scene, &volume, preset)?.scaled(size);
-        Self::with_capacity(&Path::best()?, scene, (volume, capacity), Recipe::default(), seed)
+        Self::of_size(&Path::best()?, scene, (preset, size), Recipe::default(), seed)
     }
 
     /// Starts a field for a scene on this path and by this recipe.
@@ -109,18 +107,18 @@ impl Trainer {
     /// # Errors
     /// The device's, such as a lack of memory.
     pub fn on(path: &Path, scene: Arc<Scene>, preset: Preset, recipe: Recipe, seed: u64) -> Result<Self> {
-        let volume = Volume::around(&scene.bounds());
-        let capacity = Capacity::for_scene(&scene, &volume, preset)?;
-        Self::with_capacity(path, scene, (volume, capacity), recipe, seed)
+        Self::of_size(path, scene, (preset, 1.0), recipe, seed)
     }
 
-    fn with_capacity(
+    fn of_size(
         path: &Path,
         scene: Arc<Scene>,
-        (volume, capacity): (Volume, Capacity),
+        (preset, size): (Preset, f32),
         recipe: Recipe,
         seed: u64,
     ) -> Result<Self> {
+        let volume = Volume::around(&scene.bounds());
+        let capacity = Capacity::for_scene(&scene, &volume, preset)?.scaled(size);
         let field = RadianceField::new(volume, &capacity, seed, path)?;
         let mut occupancy = OccupancyGrid::unknown(capacity.cell);
         if scene.has_depth() {

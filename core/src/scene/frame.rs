@@ -7,6 +7,9 @@ use glam::{Affine3A, Vec3, Vec3A};
 
 use super::{Camera, FramePixels, Lens, Pixels, SceneError};
 
+/// Share of pixels with measured depth above which what is missing follows from what lies beside it.
+const COMPLETE_DEPTH: f32 = 0.98;
+
 /// A colour image: 8-bit sRGB, row-major `[height, width, 3]`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ColorImage {
@@ -267,6 +270,12 @@ impl Frame {
     /// Share of the pixels whose measured depth is known, 0..=1; `None` without depth.
     pub fn depth_coverage(&self) -> Option<f32> {
         self.pixels.coverage()
+    }
+
+    /// Whether nearly all pixels have measured depth, so that nothing else has to be asked for theirs.
+    pub fn has_complete_depth(&self) -> bool {
+        self.depth_coverage()
+            .is_some_and(|coverage| coverage >= COMPLETE_DEPTH)
     }
 
     /// Takes another image in place of the colours; the pixels stay in memory from now on.

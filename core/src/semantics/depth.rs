@@ -92,9 +92,11 @@ impl FieldDepth {
         let farthest = lengths.iter().copied().fold(0.0, f32::max);
         if nearest.is_infinite() {
             // Between infinite ends there is no number.
-            return f32::INFINITY;
+            let meets_nothing = lengths.contains(&f32::INFINITY);
+            return if meets_nothing { f32::INFINITY } else { f32::NAN };
         }
-        if farthest <= 1.08 * nearest {
+        let all_known = !lengths.iter().any(|length| length.is_nan());
+        if all_known && farthest <= 1.08 * nearest {
             let (fx, fy) = ((x - x0 as f32).clamp(0.0, 1.0), (y - y0 as f32).clamp(0.0, 1.0));
             let upper = lengths[0] + fx * (lengths[1] - lengths[0]);
             let lower = lengths[2] + fx * (lengths[3] - lengths[2]);
@@ -107,7 +109,8 @@ impl FieldDepth {
             (image.color((row * camera.width + column) as usize) - own).length_squared()
         };
         let gaps = corners.map(|corner| color_gap(&corner));
-        let best = (0..4).min_by(|&a, &b| gaps[a].total_cmp(&gaps[b])).unwrap_or(0);
+        let known = (0..4).filter(|&corner| !lengths[corner].is_nan());
+        let best = known.min_by(|&a, &b| gaps[a].total_cmp(&gaps[b])).unwrap_or(0);
         lengths[best]
     }
 }

@@ -16,8 +16,6 @@ const SHELL_DISTANCE: f32 = 3.0;
 pub(super) const SHELL_CELL: f32 = 0.05;
 /// Bytes of the node maps made last of frames that are no keyframes: some hundred of 640 x 480 pixels.
 const CACHE_BYTES: usize = 64 << 20;
-/// Share of pixels with measured depth above which the surface adds nothing to it.
-const COMPLETE: f32 = 0.98;
 /// Pixels of a frame, along each axis, for each sample of the surface's depth.
 const STRIDE: u32 = 4;
 
@@ -201,11 +199,9 @@ impl OtherFrames {
             let nothing = vec![NO_NODE; frame.camera.pixels()];
             return Some(Arc::new(NodeMap::pack(frame.camera.width as usize, &nothing)));
         };
-        let complete = frame
-            .depth_coverage()
-            .is_some_and(|coverage| coverage >= COMPLETE);
         let shell = self.places.voxels.side_of(true);
-        let surface = (!complete).then(|| FieldDepth::of_surface(frame, graph.nodes(), shell, STRIDE));
+        let surface = (!frame.has_complete_depth())
+            .then(|| FieldDepth::of_surface(frame, graph.nodes(), shell, STRIDE));
         let points = Points::of(frame, pixels, surface.as_ref(), 1);
         let made = Arc::new(self.places.shown(&points, graph.nodes()));
         self.made.put(number, made.size(), Arc::clone(&made));

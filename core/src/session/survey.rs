@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use crossbeam_channel::{Receiver, TryRecvError, bounded};
 
-use crate::field::{FieldError, Ray, Trainer, frame_rays, render_rays};
+use crate::field::{FieldError, HeldOut, Ray, Trainer, frame_rays, render_rays};
 use crate::labels::LabelSet;
 use crate::scene::{Frame, Scene};
 use crate::semantics::{FieldDepth, Spread, Surface};
@@ -23,8 +23,6 @@ const LOOKS: [u64; 4] = [300, 1000, 3000, 8000];
 /// Median held-out error of the field's depth, as a share of the ray length, up to which it fills what was not measured;
 /// before, what lies beside it does.
 const GOOD_ENOUGH: f32 = 0.03;
-/// Share of pixels with measured depth above which the field's depth adds nothing.
-const COMPLETE: f32 = 0.98;
 
 /// Renders the field's depth frame by frame and has the surface built from it in the background.
 pub(crate) struct Survey {
@@ -71,7 +69,7 @@ impl Survey {
     /// Whether the keyframes' own depth leaves nothing for the field to find out.
     pub(crate) fn is_complete(scene: &Scene) -> bool {
         let mut keyframes = scene.frames.iter().filter(|frame| frame.is_keyframe());
-        keyframes.all(is_complete)
+        keyframes.all(Frame::has_complete_depth)
     }
 
     pub(crate) fn new(scene: &Arc<Scene>, trainer: &Trainer, size: f32, threads: usize) -> Self {
@@ -136,8 +134,13 @@ impl Survey {
 
     /// Whether the field's depth is better than none: where some was measured, holes can be filled without it.
     fn is_worth_it(&self, trainer: &Trainer) -> bool {
-        let error = || trainer.error().and_then(|error| error.relative_depth_error);
-        !self.scene.has_depth() || trainer.settled() || error().is_some_and(|error| error <= GOOD_ENOUGH)
+        // Nothing can be said of it where no held-out pixel was measured.
+        let is_good = |error: HeldOut| {
+            error
+                .relative_depth_error
+                .is_none_or(|error| error <= GOOD_ENOUGH)
+        };
+        !self.scene.has_depth() || trainer.settled() || trainer.error().is_some_and(is_good)
     }
 
     fn start(&mut self) {
@@ -159,7 +162,7 @@ impl Survey {
         };
         let start = Instant::now();
         // Other frames than keyframes follow from the surface.
-        let needs_none = |frame: &&Frame| !frame.is_keyframe() || is_complete(frame);
+        let needs_none = |frame: &&Frame| !frame.is_keyframe() || frame.has_complete_depth();
         let rest = &self.scene.frames[rendering.done.len()..];
         let skipped = rest.iter().take_while(needs_none).count();
         rendering.done.resize(rendering.done.len() + skipped, None);
@@ -271,7 +274,7 @@ pub(super) fn in_background<T: Send + 'static>(
 /// Pixels of a frame, along each axis, per ray of a look at this scene.
 fn stride(scene: &Scene) -> u32 {
     let frames = scene.frames.iter();
-    let looked_at = frames.filter(|frame| frame.is_keyframe() && !is_complete(frame));
+    let looked_at = frames.filter(|frame| frame.is_keyframe() && !frame.has_complete_depth());
     stride_for(looked_at.map(|frame| frame.camera.pixels()).sum())
 }
 
@@ -279,13 +282,6 @@ fn stride(scene: &Scene) -> u32 {
 fn stride_for(pixels: usize) -> u32 {
     let most = (pixels as f64 / MOST_RAYS as f64).sqrt().ceil() as u32;
     most.max(STRIDE)
-}
-
-/// Whether the field's depth adds nothing to a frame's own.
-fn is_complete(frame: &Frame) -> bool {
-    frame
-        .depth_coverage()
-        .is_some_and(|coverage| coverage >= COMPLETE)
 }
 
 /// Measured ray length in the middle of a sample's pixels; `None` unless all of them and those beside
