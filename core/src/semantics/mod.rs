@@ -17,6 +17,7 @@ mod places;
 mod posterior;
 mod queue;
 mod spread;
+mod strays;
 mod summary;
 mod surface;
 mod targets;

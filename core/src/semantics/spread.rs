@@ -6,10 +6,11 @@ use std::sync::Arc;
 use rustc_hash::FxHashMap;
 
 use super::map::OnSurface;
+use super::strays::strays;
 use super::{
     CrossValidation, ENTROPY_STEPS_PER_NAT, FrameMap, Posterior, Propagation, Surface, SurfaceImport,
 };
-use crate::labels::{ClassId, LabelSet, Stroke, StrokeId, VOID, rasterise};
+use crate::labels::{ClassId, LabelSet, Stroke, StrokeId, StrokeKind, VOID, rasterise};
 use crate::scene::Scene;
 
 /// The labels of a scene on its surface, kept in step with the strokes.
@@ -24,6 +25,8 @@ pub struct Spread {
     strokes: BTreeMap<StrokeId, Arc<Stroke>>,
     /// Labelled pixels of each frame that has strokes.
     painted: BTreeMap<usize, BTreeMap<u32, (ClassId, StrokeId)>>,
+    /// The nodes under them that labels spread from.
+    sources: BTreeMap<usize, Vec<(u32, StrokeId, ClassId)>>,
     /// The head's newest say. It outlives a change of the classes, so that taking that back gives the maps
     /// of before.
     head: Option<HeadSay>,
@@ -59,6 +62,7 @@ impl Spread {
             classes: Vec::new(),
             strokes: BTreeMap::new(),
             painted: BTreeMap::new(),
+            sources: BTreeMap::new(),
             head: None,
             import: None,
             votes: None,
@@ -95,7 +99,9 @@ impl Spread {
             }
             if pixels.is_empty() {
                 self.painted.remove(&frame);
+                self.sources.remove(&frame);
             } else {
+                self.sources.insert(frame, self.sources_of(frame, &pixels));
                 self.painted.insert(frame, pixels);
             }
         }
@@ -262,18 +268,43 @@ impl Spread {
         }
     }
 
+    /// The nodes under the painted pixels of a frame that labels spread from: not from void, and not from where a
+    /// scribble slipped over an edge.
+    fn sources_of(
+        &self,
+        frame: usize,
+        painted: &BTreeMap<u32, (ClassId, StrokeId)>,
+    ) -> Vec<(u32, StrokeId, ClassId)> {
+        let mut strokes: BTreeMap<(StrokeId, ClassId), BTreeMap<u32, u32>> = BTreeMap::new();
+        for (&(class, stroke), node) in self.nodes_of(frame, painted) {
+            if class != VOID {
+                let pixels = strokes.entry((stroke, class)).or_default();
+                *pixels.entry(node).or_default() += 1;
+            }
+        }
+        let mut sources = Vec::new();
+        for ((stroke, class), mut pixels) in strokes {
+            if self
+                .strokes
+                .get(&stroke)
+                .is_some_and(|stroke| stroke.kind() == StrokeKind::Scribble)
+            {
+                for node in strays(&self.surface.graph, &pixels) {
+                    pixels.remove(&node);
+                }
+            }
+            sources.extend(pixels.into_keys().map(|node| (node, stroke, class)));
+        }
+        sources
+    }
+
     /// The class of each labelled node: that of the latest stroke on it, or else that of trusted images.
     fn seeds(&self) -> FxHashMap<u32, ClassId> {
         let mut latest: FxHashMap<u32, (StrokeId, ClassId)> = FxHashMap::default();
-        for (&frame, pixels) in &self.painted {
-            for (&(class, stroke), node) in self.nodes_of(frame, pixels) {
-                if class == VOID {
-                    continue;
-                }
-                let entry = latest.entry(node).or_insert((stroke, class));
-                if stroke > entry.0 {
-                    *entry = (stroke, class);
-                }
+        for &(node, stroke, class) in self.sources.values().flatten() {
+            let entry = latest.entry(node).or_insert((stroke, class));
+            if stroke > entry.0 {
+                *entry = (stroke, class);
             }
         }
         let mut seeds: FxHashMap<u32, ClassId> = self.import.iter().flat_map(SurfaceImport::seeds).collect();

@@ -223,6 +223,42 @@ fn maps_have_the_borders_of_the_image_where_voxels_lie_across() {
 }
 
 #[test]
+fn a_scribble_that_slips_over_an_edge_keeps_its_pixels_and_spreads_from_the_rest() {
+    let scene = Arc::new(wall(5, 64, 48));
+    let mut spread = Spread::new(Arc::new(Surface::build(&scene, &[], 5.0).unwrap()));
+    let mut history = History::default();
+    history.add_class("dark");
+    history.add_class("bright");
+    // The border of the middle frame is at column 32.
+    history.add_stroke(Stroke {
+        lines: vec![vec![[8, 20], [35, 20]]],
+        radius: 1,
+        ..Stroke::click(2, 1, [8, 20])
+    });
+    history.add_stroke(Stroke::click(2, 2, [58, 40]));
+    spread.set_labels(&scene, history.labels());
+    let color = scene.frames[2].color();
+    let class = |pixel: usize| if color.pixel(pixel)[0] > 128 { 2 } else { 1 };
+    let map = spread.map(&scene, 2, 1);
+    let painted = rasterise(history.labels(), 2, 64, 48);
+    for (pixel, &label) in map.labels().iter().enumerate() {
+        let said = painted.get(&(pixel as u32)).map(|&(class, _)| class);
+        assert_eq!(label, said.unwrap_or(class(pixel)), "pixel {pixel}");
+    }
+    // Two halves of a scribble are both meant.
+    history.undo().unwrap();
+    history.undo().unwrap();
+    history.add_stroke(Stroke {
+        lines: vec![vec![[8, 20], [56, 20]]],
+        radius: 1,
+        ..Stroke::click(2, 1, [8, 20])
+    });
+    history.add_stroke(Stroke::click(2, 2, [58, 40]));
+    spread.set_labels(&scene, history.labels());
+    assert_eq!(spread.map(&scene, 2, 2).labels()[22 * 64 + 40], 1);
+}
+
+#[test]
 fn trusted_images_are_as_they_say_under_later_strokes() {
     let scene = Arc::new(wall(5, 64, 48));
     let mut spread = Spread::new(Arc::new(Surface::build(&scene, &[], 5.0).unwrap()));
@@ -326,19 +362,24 @@ fn votes_of_which_most_are_wrong_teach_a_semantic_field_the_truth() {
 }
 
 #[test]
-fn voxels_are_not_thinner_than_the_noise_of_the_depth() {
-    let mut scene = wall(3, 64, 48);
-    let exact = Surface::build(&scene, &[], 5.0).unwrap().voxel;
-    for frame in &mut scene.frames {
-        // Every second column is 2 cm nearer: each is that far from the mean of its neighbours.
-        let depths = (0..64 * 48)
-            .map(|pixel| 2.0 - 0.02 * (pixel % 2) as f32)
-            .collect();
-        frame.set_depth(Some(DepthMap::from_z_depths(&frame.camera, depths)));
-    }
-    let noisy = Surface::build(&scene, &[], 5.0).unwrap().voxel;
-    assert!(exact < 0.2, "{exact}");
-    assert!((noisy - 20.0 * 0.02).abs() < 0.1, "{noisy}");
+fn voxels_grow_with_the_noise_of_the_depth_to_twice_their_side() {
+    let voxel = |noise: f32| {
+        let mut scene = wall(3, 64, 48);
+        for frame in &mut scene.frames {
+            // Every second column is nearer: each is that far from the mean of its neighbours.
+            let depths = (0..64 * 48)
+                .map(|pixel| 2.0 - noise * (pixel % 2) as f32)
+                .collect();
+            frame.set_depth(Some(DepthMap::from_z_depths(&frame.camera, depths)));
+        }
+        Surface::build(&scene, &[], 5.0).unwrap().voxel
+    };
+    let exact = voxel(0.0);
+    assert!((0.15..0.2).contains(&exact), "{exact}");
+    let noisy = voxel(0.012);
+    assert!((noisy / (20.0 * 0.012) - 1.0).abs() < 0.1, "{noisy}");
+    let very_noisy = voxel(0.05);
+    assert!((very_noisy / (2.0 * exact) - 1.0).abs() < 0.05, "{very_noisy}");
 }
 
 #[test]

@@ -1,0 +1,99 @@
+//! Where a scribble slipped over an edge: what lies beyond is not what was meant.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::SurfaceGraph;
+
+/// Nodes that an edge of at most this cost joins are one part of a scribble.
+const EDGE: f32 = 10.0;
+/// A part with at most this share of a scribble's pixels slipped there, if another has most of them.
+const SLIPPED: f32 = 1.0 / 3.0;
+
+/// Nodes under a scribble that the scribble does not speak of: small parts of it, beyond edges of the surface, where
+/// it has a large one. `pixels` has the number of the scribble's pixels on each of its nodes.
+pub(super) fn strays(graph: &SurfaceGraph, pixels: &BTreeMap<u32, u32>) -> Vec<u32> {
+    let all: u32 = pixels.values().sum();
+    let parts = parts(graph, pixels);
+    let size = |part: &[u32]| -> u32 { part.iter().map(|node| pixels[node]).sum() };
+    let is_small = |part: &&Vec<u32>| size(part) as f32 <= SLIPPED * all as f32;
+    let strays: Vec<u32> = parts.iter().filter(is_small).flatten().copied().collect();
+    let rest = all - size(&strays);
+    // A scribble over many small things is about all of them.
+    if 2 * rest > all { strays } else { Vec::new() }
+}
+
+/// The nodes in parts that cheap edges join.
+fn parts(graph: &SurfaceGraph, pixels: &BTreeMap<u32, u32>) -> Vec<Vec<u32>> {
+    let mut rest: BTreeSet<u32> = pixels.keys().copied().collect();
+    let mut parts = Vec::new();
+    while let Some(first) = rest.pop_first() {
+        let mut part = vec![first];
+        let mut next = 0;
+        while let Some(&node) = part.get(next) {
+            for (neighbour, cost) in graph.edges(node) {
+                if cost <= EDGE && rest.remove(&neighbour) {
+                    part.push(neighbour);
+                }
+            }
+            next += 1;
+        }
+        parts.push(part);
+    }
+    parts
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+    use crate::semantics::Node;
+
+    /// Ten nodes in a row, with edges of these costs between them.
+    fn row(costs: [f32; 9]) -> SurfaceGraph {
+        let node = |x: usize| Node {
+            position: Vec3::X * x as f32,
+            color: Vec3::ZERO,
+            normal: Vec3::ZERO,
+            pixels: 9.0,
+            voxel: 1.0,
+        };
+        let edges: Vec<(u32, u32, f32)> = (0..)
+            .zip(1..)
+            .zip(costs)
+            .map(|((a, b), cost)| (a, b, cost))
+            .collect();
+        SurfaceGraph::from_edges((0..10).map(node).collect(), &edges)
+    }
+
+    #[test]
+    fn what_lies_beyond_an_edge_is_a_stray_if_it_is_small() {
+        let everywhere: BTreeMap<u32, u32> = (0..10).map(|node| (node, 3)).collect();
+        let strays = |costs| {
+            let mut strays = strays(&row(costs), &everywhere);
+            strays.sort_unstable();
+            strays
+        };
+        let (near, edge) = (1.0, 2.0 * EDGE);
+        assert_eq!(strays([near; 9]), [0; 0]);
+        assert_eq!(
+            strays([near, near, near, near, near, near, edge, near, near]),
+            [7, 8, 9]
+        );
+        // It starts beyond another edge, too.
+        assert_eq!(
+            strays([edge, near, near, near, near, near, near, edge, near]),
+            [0, 8, 9]
+        );
+        // Two things, of which it means both.
+        assert_eq!(
+            strays([near, near, near, near, edge, near, near, near, near]),
+            [0; 0]
+        );
+        // Many things.
+        assert_eq!(
+            strays([near, edge, near, edge, near, edge, near, edge, near]),
+            [0; 0]
+        );
+    }
+}
