@@ -18,6 +18,7 @@ pub(super) fn conditions() -> Vec<Condition> {
         disturbed(
             "frames-2",
             "two frames in all, measured on both",
+            "makes the surface from their depth, whatever the field can learn from so few",
             Line::Least(0.5),
             |trial, rng| {
                 only(trial, 2, rng);
@@ -27,6 +28,7 @@ pub(super) fn conditions() -> Vec<Condition> {
         disturbed(
             "frames-5",
             "five frames in all, measured on all",
+            "the same",
             Line::Least(0.5),
             |trial, rng| {
                 only(trial, 5, rng);
@@ -35,6 +37,7 @@ pub(super) fn conditions() -> Vec<Condition> {
         disturbed(
             "frames-10",
             "ten frames in all, measured on all",
+            "the same",
             Line::Least(0.5),
             |trial, rng| {
                 only(trial, 10, rng);
@@ -43,6 +46,7 @@ pub(super) fn conditions() -> Vec<Condition> {
         disturbed(
             "frames-shuffled",
             "frames out of order",
+            "knows frames by their poses, never by their order",
             Line::OfClean(0.98),
             |trial, rng| {
                 let mut order: Vec<usize> = (0..trial.scene.frames.len()).collect();
@@ -53,6 +57,7 @@ pub(super) fn conditions() -> Vec<Condition> {
         disturbed(
             "frames-twice",
             "every frame twice",
+            "averages equal views; nothing else changes",
             Line::OfClean(0.98),
             |trial, _| {
                 let count = trial.scene.frames.len();
@@ -68,6 +73,7 @@ pub(super) fn conditions() -> Vec<Condition> {
         disturbed(
             "frame-black",
             "one frame is black",
+            "averages a voxel's colour over all views of it",
             Line::OfClean(0.95),
             |trial, _| {
                 let middle = trial.truth.train[trial.truth.train.len() / 2];

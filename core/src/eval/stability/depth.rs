@@ -11,6 +11,7 @@ pub(super) fn conditions() -> Vec<Condition> {
         disturbed(
             "depth-holes",
             "a third of the depth is missing, in round holes and where surfaces end",
+            "fills holes from beside them up to a border, and from the field once that is within 3% of the depth",
             Line::OfClean(0.9),
             holes,
         )
@@ -18,6 +19,7 @@ pub(super) fn conditions() -> Vec<Condition> {
         disturbed(
             "depth-scale",
             "all depth is 5% too long",
+            "fuses what the views agree on; layers that do not meet are joined where they are nearest",
             Line::OfClean(0.8),
             |trial, _| {
                 each(trial, |_, length| 1.05 * length);
@@ -26,6 +28,7 @@ pub(super) fn conditions() -> Vec<Condition> {
         disturbed(
             "depth-noise",
             "depth is off by 1% of itself, pixel by pixel",
+            "makes voxels up to twice as large, and averages positions, colours and normals in them",
             Line::OfClean(0.9),
             |trial, rng| {
                 each(trial, |_, length| {

@@ -20,6 +20,7 @@ pub(super) fn conditions() -> Vec<Condition> {
         Condition::course(
             "edits-classes",
             "classes are added, merged and deleted in the middle: share of pixels as labelled anew in the end",
+            "updates distances exactly as labels come and go",
             Line::Least(0.999),
             classes_change,
         )
@@ -27,6 +28,7 @@ pub(super) fn conditions() -> Vec<Condition> {
         Condition::course(
             "edits-storm",
             "10,000 random edits, undos and redos, all undone in the end: share of pixels as before",
+            "the same; undo gives the labels of before, bit by bit",
             Line::Least(1.0),
             storm,
         ),

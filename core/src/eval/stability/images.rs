@@ -19,6 +19,7 @@ pub(super) fn conditions() -> Vec<Condition> {
         disturbed(
             "exposure-drift",
             "exposure swings by a stop, the white balance by 15%",
+            "averages colours over views, and learns a gain for each frame and channel",
             Line::OfClean(0.85),
             exposure_drift,
         )
@@ -26,6 +27,7 @@ pub(super) fn conditions() -> Vec<Condition> {
         disturbed(
             "exposure-drift-no-depth",
             "the same, colours alone",
+            "the same; the surface comes from the field that has learnt the gains",
             Line::OfCleanWithoutDepth(0.8),
             |trial, rng| {
                 trial.without_depth();
@@ -35,18 +37,21 @@ pub(super) fn conditions() -> Vec<Condition> {
         disturbed(
             "motion-blur",
             "frames are blurred by up to 12 pixels of 320",
+            "averages over views; outlines come from depth too",
             Line::OfClean(0.9),
             motion_blur,
         ),
         disturbed(
             "rolling-noise",
             "bands of noise roll through the images, 8% of full scale",
+            "averages over views, and normals and colours with the neighbours'",
             Line::OfClean(0.85),
             rolling_noise,
         ),
         disturbed(
             "moving-object",
             "something as wide as a quarter of the image passes through every third frame, in depth too",
+            "gives what moved voxels of its own; the other views outvote it where it hid the room",
             Line::OfClean(0.85),
             moving_object,
         ),

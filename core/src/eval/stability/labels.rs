@@ -19,20 +19,22 @@ const LONGEST_STROKE: u32 = 40;
 const BEYOND: u32 = 3;
 
 pub(super) fn conditions() -> Vec<Condition> {
-    let course = |name, what, line, course| Condition {
+    let course = |name, what, answer, line, course| Condition {
         figure: Figure::Miou,
-        ..Condition::course(name, what, line, course)
+        ..Condition::course(name, what, answer, line, course)
     };
     vec![
         disturbed(
             "labels-one-frame",
             "five clicks a class on the one frame that shows most classes; the others do not count",
+            "follows the surface from that frame to all that it does not show",
             Line::Least(0.5),
             one_frame,
         ),
         Condition::course(
             "labels-one-click",
             "one click in all: every pixel has its class, and nothing else happens",
+            "gives every pixel the only class that there is",
             Line::Least(0.999),
             one_click,
         )
@@ -40,18 +42,21 @@ pub(super) fn conditions() -> Vec<Condition> {
         course(
             "labels-pixel-noise",
             "label images of the training frames, 90% of whose pixels have a random class, and no click",
+            "takes the pixels as votes, finds out how many are random, and diffuses the more the noisier they are",
             Line::Least(0.8),
             |trial, settings, rng| imported(trial, settings, rng, Spoilt::Pixels),
         ),
         course(
             "labels-region-noise",
             "the same, but the objects of one class have a random one in half of the frames",
+            "takes the pixels as votes; the frames that are right outvote the others",
             Line::Least(0.8),
             |trial, settings, rng| imported(trial, settings, rng, Spoilt::Objects),
         ),
         disturbed(
             "labels-contradictory",
             "one click in five is of a wrong class",
+            "believes every stroke, and marks those that the others contradict in the list of strokes and on the image",
             Line::OfClean(0.5),
             contradictory,
         )
@@ -59,12 +64,14 @@ pub(super) fn conditions() -> Vec<Condition> {
         disturbed(
             "labels-across-borders",
             "every click is a brush 3 pixels wide and 40 long at most, which ends 3 pixels beyond the first border",
+            "spreads nothing from small parts of a scribble beyond an edge of the surface; the painted pixels stay",
             Line::OfClean(0.7),
             across_borders,
         ),
         disturbed(
             "labels-imbalance",
             "a thousand clicks of the largest class for one of each other",
+            "lets the nearest label along the surface decide, not the number of labels",
             Line::Least(0.3),
             imbalance,
         ),

@@ -61,6 +61,8 @@ pub struct Condition {
     pub name: &'static str,
     /// What is disturbed, and how, for people.
     pub what: &'static str,
+    /// What the program does about it, for people.
+    pub answer: &'static str,
     /// What its figure is.
     pub figure: Figure,
     /// What the figure must be.
@@ -106,12 +108,14 @@ const CLEAN_WITHOUT_DEPTH: &str = "clean-no-depth";
 const fn disturbed(
     name: &'static str,
     what: &'static str,
+    answer: &'static str,
     line: Line,
     disturb: fn(&mut Trial, &mut SmallRng),
 ) -> Condition {
     Condition {
         name,
         what,
+        answer,
         figure: Figure::Miou,
         line,
         quick: false,
@@ -135,12 +139,14 @@ impl Condition {
     const fn course(
         name: &'static str,
         what: &'static str,
+        answer: &'static str,
         line: Line,
         course: fn(&Trial, &Settings, &mut SmallRng) -> Result<Measured, EvalError>,
     ) -> Self {
         Self {
             name,
             what,
+            answer,
             figure: Figure::Kept,
             line,
             quick: false,
@@ -153,10 +159,18 @@ impl Condition {
 /// All conditions, the undisturbed ones first.
 pub fn conditions() -> Vec<Condition> {
     let mut all = vec![
-        disturbed(CLEAN, "nothing is disturbed", Line::Least(0.6), |_, _| {}).in_short(),
+        disturbed(
+            CLEAN,
+            "nothing is disturbed",
+            "makes the surface from the depth at once, and spreads the labels along it",
+            Line::Least(0.6),
+            |_, _| {},
+        )
+        .in_short(),
         disturbed(
             CLEAN_WITHOUT_DEPTH,
             "nothing is disturbed, colours alone",
+            "learns the surface with the field, and moves the labels to each better one",
             Line::Least(0.4),
             |trial, _| trial.without_depth(),
         ),

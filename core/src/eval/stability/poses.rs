@@ -10,45 +10,78 @@ use crate::scene::{OpenOptions, Scene, SceneSource, write_replica};
 
 pub(super) fn conditions() -> Vec<Condition> {
     let noisy = "every camera is off by so much";
-    let placed = |name, what, line, course| Condition {
+    let placed = |name, what, answer, line, course| Condition {
         figure: Figure::Miou,
-        ..Condition::course(name, what, line, course)
+        ..Condition::course(name, what, answer, line, course)
     };
     vec![
-        disturbed("pose-5mm", noisy, Line::OfClean(0.95), |trial, rng| {
-            shake(trial, rng, 0.005, 0.0);
-        }),
-        disturbed("pose-1cm", noisy, Line::OfClean(0.9), |trial, rng| {
+        disturbed(
+            "pose-5mm",
+            noisy,
+            "averages over views in voxels larger than the error",
+            Line::OfClean(0.95),
+            |trial, rng| {
+                shake(trial, rng, 0.005, 0.0);
+            },
+        ),
+        disturbed("pose-1cm", noisy, "the same", Line::OfClean(0.9), |trial, rng| {
             shake(trial, rng, 0.01, 0.0);
         }),
-        disturbed("pose-2cm", noisy, Line::OfClean(0.8), |trial, rng| {
-            shake(trial, rng, 0.02, 0.0);
-        }),
-        disturbed("pose-0.2deg", noisy, Line::OfClean(0.95), |trial, rng| {
-            shake(trial, rng, 0.0, 0.2);
-        }),
-        disturbed("pose-0.5deg", noisy, Line::OfClean(0.9), |trial, rng| {
-            shake(trial, rng, 0.0, 0.5);
-        }),
-        disturbed("pose-1deg", noisy, Line::OfClean(0.75), |trial, rng| {
-            shake(trial, rng, 0.0, 1.0);
-        })
+        disturbed(
+            "pose-2cm",
+            noisy,
+            "the same, as far as that goes",
+            Line::OfClean(0.8),
+            |trial, rng| {
+                shake(trial, rng, 0.02, 0.0);
+            },
+        ),
+        disturbed(
+            "pose-0.2deg",
+            noisy,
+            "the same",
+            Line::OfClean(0.95),
+            |trial, rng| {
+                shake(trial, rng, 0.0, 0.2);
+            },
+        ),
+        disturbed(
+            "pose-0.5deg",
+            noisy,
+            "the same",
+            Line::OfClean(0.9),
+            |trial, rng| {
+                shake(trial, rng, 0.0, 0.5);
+            },
+        ),
+        disturbed(
+            "pose-1deg",
+            noisy,
+            "the same; surfaces come apart into layers, which are joined where they are nearest",
+            Line::OfClean(0.75),
+            |trial, rng| {
+                shake(trial, rng, 0.0, 1.0);
+            },
+        )
         .in_short(),
         placed(
             "millimetres",
             "poses in millimetres and no depth to tell",
+            "scales a scene without depth to the size of a room, and says so",
             Line::OfCleanWithoutDepth(0.9),
             |trial, settings, _| elsewhere(trial, settings, 1000.0, DVec3::ZERO, false),
         ),
         placed(
             "kilometres",
             "poses in kilometres and no depth to tell",
+            "the same",
             Line::OfCleanWithoutDepth(0.9),
             |trial, settings, _| elsewhere(trial, settings, 0.001, DVec3::ZERO, false),
         ),
         placed(
             "far-origin",
             "the origin is 10 km away",
+            "moves the origin to the cameras in double precision, and back in what it exports",
             Line::OfClean(0.95),
             |trial, settings, _| elsewhere(trial, settings, 1.0, DVec3::new(6e3, -8e3, 30.0), true),
         )

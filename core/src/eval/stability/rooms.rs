@@ -9,17 +9,19 @@ use crate::labels::ClassId;
 use crate::scene::demo::{HardRoom, Shot};
 
 pub(super) fn conditions() -> Vec<Condition> {
-    let of = |name, what, line, enter| disturbed(name, what, line, enter).of_the_demo();
+    let of = |name, what, answer, line, enter| disturbed(name, what, answer, line, enter).of_the_demo();
     vec![
         of(
             "thin",
             "a room of poles, rods, wire chairs and cables, 1 to 2 cm thick",
+            "keeps voxels of a few pixels' width, and lets single pixels choose at borders",
             Line::Least(0.5),
             |trial, rng| enter(trial, rng, HardRoom::Thin),
         ),
         of(
             "plain",
             "walls, floor, ceiling and blocks of one white, without texture",
+            "takes bends of the surface for borders where colours say nothing",
             Line::Least(0.7),
             |trial, rng| enter(trial, rng, HardRoom::Plain),
         )
@@ -27,24 +29,28 @@ pub(super) fn conditions() -> Vec<Condition> {
         of(
             "same-colour",
             "two classes of one material, flush, without a seam; the 20 cm around it are not measured",
+            "finds no border where there is none, and shares the surface half way between the labels",
             Line::Least(0.6),
             |trial, rng| enter(trial, rng, HardRoom::SameColour),
         ),
         of(
             "same-class-apart",
             "eight blocks of one class in eight colours, far apart; two of them are clicked",
+            "knows the blocks without clicks only by what the head has learnt of the clicked ones, and points at them as unsure",
             Line::Least(0.5),
             |trial, rng| enter(trial, rng, HardRoom::SameClassApart),
         ),
         of(
             "mirror",
             "a mirror of 1.2 x 1.6 m: its pixels have the colours and the depth of the room that it shows",
+            "labels what is seen in it as what it looks like, unless clicked",
             Line::Least(0.4),
             |trial, rng| enter(trial, rng, HardRoom::Mirror),
         ),
         of(
             "glass",
             "a glazed cabinet: its panes have the colours, slightly tinted, and the depth of what is behind them",
+            "labels what is seen through it by the pixels' own depth",
             Line::Least(0.5),
             |trial, rng| enter(trial, rng, HardRoom::Glass),
         ),

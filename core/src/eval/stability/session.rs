@@ -19,6 +19,7 @@ pub(super) fn conditions() -> Vec<Condition> {
         Condition::course(
             "pause-storm",
             "500 pauses and resumes at random moments: mIoU as a share of that without them",
+            "answers commands between two steps",
             Line::Least(0.98),
             pause_storm,
         )
@@ -26,6 +27,7 @@ pub(super) fn conditions() -> Vec<Condition> {
         Condition::course(
             "worker-dies",
             "the worker panics, and another one goes on: share of pixels as before",
+            "tells of it, and starts another worker from the last saved model with all labels",
             Line::Least(1.0),
             worker_dies,
         )
@@ -33,6 +35,7 @@ pub(super) fn conditions() -> Vec<Condition> {
         Condition::course(
             "long-training",
             "training goes on long after it has settled: the lesser of mIoU and free memory as shares of those before",
+            "stops by itself; settled parts are not taught on",
             Line::Least(0.9),
             long_training,
         ),

@@ -141,13 +141,19 @@ fn hard_rooms_take_the_place_of_the_demo_alone() {
 #[test]
 fn wrong_labels_miss_the_line() {
     let (_root, scene) = wall();
-    let wrong = disturbed("wrong", "every label is wrong", Line::Least(0.5), |trial, _| {
-        for stroke in trial.labels.strokes.values_mut() {
-            let mut other = stroke.as_ref().clone();
-            other.class = 3 - other.class;
-            *stroke = other.into();
-        }
-    });
+    let wrong = disturbed(
+        "wrong",
+        "every label is wrong",
+        "",
+        Line::Least(0.5),
+        |trial, _| {
+            for stroke in trial.labels.strokes.values_mut() {
+                let mut other = stroke.as_ref().clone();
+                other.class = 3 - other.class;
+                *stroke = other.into();
+            }
+        },
+    );
     let truth = SceneTruth::read(&scene).unwrap();
     let outcome = tried(&scene, &truth, &wrong, &settings(), &[]);
     assert!(outcome.figure.unwrap() < 0.1 && !outcome.is_met(), "{outcome:?}");
