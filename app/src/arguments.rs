@@ -11,7 +11,7 @@ use inplace_core::field::Preset;
 use inplace_core::labels::Trust;
 
 pub use bench::{
-    Bench, EngineArguments, FieldArguments, LatencyArguments, PaperArguments, ParetoArguments,
+    AllArguments, Bench, EngineArguments, FieldArguments, LatencyArguments, PaperArguments, ParetoArguments,
     ParetoOfArguments, ScaleArguments, StabilityArguments,
 };
 

@@ -15,6 +15,9 @@ use super::{TrainingArguments, image_size, preset, seconds, seconds_or_none};
 /// What can be measured.
 #[derive(Debug, Subcommand)]
 pub enum Bench {
+    /// All of the below, one after the other, on one page with their tables and charts; with --quick in less than ten
+    /// minutes.
+    All(AllArguments),
     /// Samples a second of each way to compute the field; how soon a field of each scene is good.
     Engine(EngineArguments),
     /// The experiments of the Semantic-NeRF paper: sparse, noisy, coarse and partial label images of the
@@ -53,6 +56,22 @@ pub enum Bench {
         #[command(flatten)]
         training: TrainingArguments,
     },
+}
+
+/// Measuring everything.
+#[derive(Debug, Args)]
+pub struct AllArguments {
+    /// Folders of captures with ground truth and split.json, or "demo" [default: demo].
+    pub scenes: Vec<PathBuf>,
+    /// Fewer seeds, shorter courses and the short form of the stability suite.
+    #[arg(long)]
+    pub quick: bool,
+    /// Measure anew what this build has measured into the folder before.
+    #[arg(long)]
+    pub force: bool,
+    /// Where benchmarks.md goes, and the folder benchmarks with the files of each measurement.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
 }
 
 /// Measuring the engine.
@@ -243,10 +262,10 @@ pub struct StabilityArguments {
     #[arg(long, value_name = "SECONDS", default_value_t = 2.0, value_parser = seconds)]
     pub seconds: f64,
     /// The same of a scene without depth.
-    #[arg(long, value_name = "SECONDS", default_value_t = 40.0, value_parser = seconds)]
+    #[arg(long, value_name = "SECONDS", default_value_t = 20.0, value_parser = seconds)]
     pub seconds_without_depth: f64,
     /// Seconds of the long training.
-    #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = seconds)]
+    #[arg(long, value_name = "SECONDS", default_value_t = 30.0, value_parser = seconds)]
     pub long_seconds: f64,
     /// Where stability.csv and stability.md go.
     #[arg(long, value_name = "DIR")]

@@ -6,6 +6,7 @@ mod demo;
 mod export;
 mod info;
 mod label;
+mod page;
 mod progress;
 mod run;
 mod simulate;

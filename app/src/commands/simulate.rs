@@ -9,6 +9,7 @@ use inplace_core::field::Preset;
 use inplace_core::scene::SceneSource;
 
 use super::bench::engine::grouped;
+use super::page::Page;
 use super::progress::Progress;
 use super::{Failure, cores, session_options};
 use crate::arguments::SimulateArguments;
@@ -46,34 +47,51 @@ pub fn run(arguments: &SimulateArguments) -> Result<(), Failure> {
     figure(arguments, threads, &points).write(&out.join("results.svg"))?;
     calibration_table(&points).write(&out.join("calibration.csv"))?;
     reliability(arguments, threads, &points).write(&out.join("calibration.svg"))?;
-    if arguments.json {
-        println!("{}", serde_json::to_string_pretty(&points)?);
-    } else {
-        print(&points);
-    }
-    Ok(())
+    page(arguments, threads, &points).publish(out, "results", arguments.json, &points)
 }
 
-fn print(points: &[SimulatedPoint]) {
-    println!(
-        "policy               clicks a class  strokes  mIoU (sd)        average   total     ECE   seconds"
-    );
+/// A row for each policy and number of clicks: means over the seeds, and ranges.
+fn page(arguments: &SimulateArguments, threads: usize, points: &[SimulatedPoint]) -> Page {
+    let mut page = Page::new();
+    page.paragraph(&format!(
+        "mIoU on the test frames after so many clicks a class in the whole scene. {}.",
+        conditions(arguments, threads, points, "mean and range")
+    ));
+    let mut rows = Vec::new();
     for ((policy, clicks), runs) in grouped(points, |point| (point.policy.clone(), point.clicks_per_class)) {
         let of = |value: &dyn Fn(&SimulatedPoint) -> f64| {
-            mean_and_deviation(&runs.iter().map(|run| value(run)).collect::<Vec<_>>())
+            mean_and_deviation(&runs.iter().map(|run| value(run)).collect::<Vec<_>>()).0
         };
         let errors: Option<Vec<f64>> = runs.iter().map(|run| run.calibration_error()).collect();
         let error = errors.map(|errors| mean_and_deviation(&errors).0);
-        let (miou, deviation) = of(&|run| run.scores.miou);
-        println!(
-            "{policy:20} {clicks:>14} {:>8.0}  {miou:.3} ({deviation:.3}) {:>13.3} {:>7.3} {:>7} {:>9.1}",
-            of(&|run| run.strokes as f64).0,
-            of(&|run| run.scores.average_accuracy).0,
-            of(&|run| run.scores.total_accuracy).0,
+        let miou = mean(&runs, &|_| 0.0);
+        rows.push(vec![
+            policy,
+            clicks.to_string(),
+            format!("{:.0}", of(&|run| run.strokes as f64)),
+            format!("{:.3} ({:.2} to {:.2})", miou.y, miou.range.0, miou.range.1),
+            format!("{:.3}", of(&|run| run.scores.average_accuracy)),
+            format!("{:.3}", of(&|run| run.scores.total_accuracy)),
             error.map_or("-".to_owned(), |error| format!("{error:.3}")),
-            of(&|run| run.wall_s).0,
-        );
+            format!("{:.1}", of(&|run| run.wall_s)),
+        ]);
     }
+    page.table(
+        &[
+            "policy",
+            "clicks a class",
+            "strokes",
+            "mIoU",
+            "average accuracy",
+            "total accuracy",
+            "calibration error",
+            "seconds",
+        ],
+        &rows,
+    );
+    page.chart("mIoU against clicks and time", "results.svg");
+    page.chart("How right the probabilities are", "calibration.svg");
+    page
 }
 
 /// mIoU against clicks and against wall time, a line for each policy: the mean over the seeds, with a band

@@ -56,6 +56,21 @@ pub enum SceneSource {
 }
 
 impl SceneSource {
+    /// Name for people: the folder's name, or "demo".
+    pub fn name(&self) -> String {
+        match self {
+            Self::Demo => "demo".to_owned(),
+            Self::Folder(path) => path
+                .canonicalize()
+                .unwrap_or_else(|_| path.clone())
+                .file_name()
+                .map_or_else(
+                    || path.display().to_string(),
+                    |name| name.to_string_lossy().into_owned(),
+                ),
+        }
+    }
+
     /// The word `demo`, or else a folder.
     pub fn from_argument(argument: &Path) -> Self {
         if argument.as_os_str() == "demo" {
@@ -201,19 +216,9 @@ impl Scene {
         ));
     }
 
-    /// Name for people: the folder's name, or "demo".
+    /// Name for people: [`SceneSource::name`].
     pub fn name(&self) -> String {
-        match &self.source {
-            SceneSource::Demo => "demo".to_owned(),
-            SceneSource::Folder(path) => path
-                .canonicalize()
-                .unwrap_or_else(|_| path.clone())
-                .file_name()
-                .map_or_else(
-                    || path.display().to_string(),
-                    |name| name.to_string_lossy().into_owned(),
-                ),
-        }
+        self.source.name()
     }
 
     /// Index of the frame with this stem.

@@ -12,10 +12,13 @@ use serde_json::json;
 use super::figure;
 use super::machine::processor;
 use crate::arguments::EngineArguments;
+use crate::commands::page::Page;
 use crate::commands::{Failure, cores};
 
 /// Sizes of the hash table that the engine is measured with.
 const TABLES: [u32; 2] = [17, 19];
+/// The name of the way that the others are compared with.
+const PLAIN: &str = "candle";
 
 /// Measures, writes `engine.json` and `engine.svg`, and prints.
 pub fn run(arguments: &EngineArguments) -> Result<(), Failure> {
@@ -40,17 +43,15 @@ pub fn run(arguments: &EngineArguments) -> Result<(), Failure> {
     });
     export::write_json(&out.join("engine.json"), &result)?;
     figure::engine(arguments, threads, &paths, &runs).write(&out.join("engine.svg"))?;
-    if arguments.json {
-        println!("{result:#}");
-        return Ok(());
-    }
-    print_paths(&paths);
-    print_runs(&runs);
-    print_reached(&reached);
+    let mut page = Page::new();
+    add_paths(&mut page, &paths);
+    add_runs(&mut page, &runs);
+    add_reached(&mut page, &reached);
     if let Some(peak) = peak {
-        println!("peak memory      {:.2} GB", peak as f64 / 1e9);
+        page.paragraph(&format!("Peak memory: {:.2} GB.", peak as f64 / 1e9));
     }
-    Ok(())
+    page.chart("How fast the engine is", "engine.svg");
+    page.publish(out, "engine", arguments.json, &result)
 }
 
 fn runs(arguments: &EngineArguments, threads: usize) -> Result<(Vec<RunPoint>, Vec<Reached>), Failure> {
@@ -83,18 +84,37 @@ fn runs(arguments: &EngineArguments, threads: usize) -> Result<(Vec<RunPoint>, V
     Ok((runs, reached))
 }
 
-fn print_paths(paths: &[PathSpeed]) {
-    if !paths.is_empty() {
-        println!("path            table  million samples/s");
+/// A row for each way, a column for each size of the table.
+fn add_paths(page: &mut Page, paths: &[PathSpeed]) {
+    if paths.is_empty() {
+        return;
     }
-    for path in paths {
-        println!(
-            "{:15} 2^{:<4} {:6.2}",
-            path.name,
-            path.table_log2,
-            path.samples_per_s / 1e6
-        );
-    }
+    page.paragraph(
+        "Million samples a second of each way to compute the field, forward and backward: medians, and how many times \
+         as fast as plain candle ops.",
+    );
+    let of = |name: &str, table: u32| {
+        paths
+            .iter()
+            .find(|path| path.name == name && path.table_log2 == table)
+    };
+    let rows = grouped(paths, |path| path.name.clone())
+        .into_iter()
+        .map(|(name, own)| {
+            let mut row = vec![name];
+            for path in own {
+                let plain = of(PLAIN, path.table_log2).map_or(f64::NAN, |plain| plain.samples_per_s);
+                row.push(format!("{:.2}", path.samples_per_s / 1e6));
+                row.push(format!("{:.1}", path.samples_per_s / plain));
+            }
+            row
+        });
+    let tables: Vec<String> = TABLES
+        .iter()
+        .flat_map(|table| [format!("2^{table} rows a level"), "times candle".to_owned()])
+        .collect();
+    let header = std::iter::once("way").chain(tables.iter().map(String::as_str));
+    page.table(&header.collect::<Vec<&str>>(), &rows.collect::<Vec<_>>());
 }
 
 /// Items of `all` that belong together, in the order in which the first of each comes.
@@ -128,13 +148,16 @@ fn spread(values: impl IntoIterator<Item = f64>, decimals: usize) -> String {
 }
 
 /// A row for each scene and mark: medians over the seeds, with their range.
-fn print_runs(runs: &[RunPoint]) {
+fn add_runs(page: &mut Page, runs: &[RunPoint]) {
     if runs.is_empty() {
         return;
     }
-    println!(
-        "scene            preset               depth  seconds  steps/s   rays/s  samples/ray             error cm              error %  within 10%                   dB"
+    page.paragraph(
+        "How good the field is on frames that it was not trained on, after so many seconds of training: the median \
+         error of the ray length, the share of pixels within a tenth of it, and the PSNR of the colours; medians over \
+         the seeds, and ranges.",
     );
+    let mut rows = Vec::new();
     for ((scene, preset, depth), of_scene) in
         grouped(runs, |run| (run.scene.clone(), run.preset.clone(), run.depth))
     {
@@ -147,29 +170,46 @@ fn print_runs(runs: &[RunPoint]) {
                 spread(at.iter().map(|run| value(run)), decimals)
             };
             let some = |value: Option<f32>| value.map_or(f64::NAN, |value| 100.0 * f64::from(value));
-            println!(
-                "{scene:16} {:20} {:5} {:>8.1} {:>8.1} {:>8.0} {:>12.1} {:>20} {:>20} {:>11} {:>20}",
-                preset,
-                if depth { "yes" } else { "no" },
-                at[0].seconds,
-                at[0].steps_per_s,
-                at[0].rays_per_s,
-                at[0].samples_per_ray,
+            rows.push(vec![
+                scene.clone(),
+                preset.clone(),
+                if depth { "yes" } else { "no" }.to_owned(),
+                format!("{:.0}", at[0].seconds),
+                format!("{:.0}", at[0].steps_per_s),
+                format!("{:.0}", at[0].rays_per_s),
+                format!("{:.1}", at[0].samples_per_ray),
                 of(&|run| some(run.depth_error_m), 2),
                 of(&|run| some(run.depth_error_rel), 2),
                 of(&|run| some(run.within_tenth), 1),
                 of(&|run| f64::from(run.psnr_db), 1),
-            );
+            ]);
         }
     }
+    page.table(
+        &[
+            "scene",
+            "preset",
+            "depth",
+            "seconds",
+            "steps/s",
+            "rays/s",
+            "samples a ray",
+            "error, cm",
+            "error, %",
+            "within 10%, %",
+            "PSNR, dB",
+        ],
+        &rows,
+    );
 }
 
 /// A row for each scene and quantity: seconds until each target, medians over the seeds that met it.
-fn print_reached(reached: &[Reached]) {
+fn add_reached(page: &mut Page, reached: &[Reached]) {
     if reached.is_empty() {
         return;
     }
-    println!("seconds until");
+    page.paragraph("Seconds of training until:");
+    let mut items = Vec::new();
     for ((scene, preset, depth), of_scene) in
         grouped(reached, |one| (one.scene.clone(), one.preset.clone(), one.depth))
     {
@@ -182,7 +222,7 @@ fn print_reached(reached: &[Reached]) {
                     let all = || of_scene.iter().filter(own);
                     let met = all().filter_map(|one| one.seconds);
                     let share = if all().any(|one| one.seconds.is_none()) && met.clone().next().is_some() {
-                        format!(" [{} of {} runs]", met.clone().count(), all().count())
+                        format!(" in {} of {} runs", met.clone().count(), all().count())
                     } else {
                         String::new()
                     };
@@ -195,7 +235,8 @@ fn print_reached(reached: &[Reached]) {
                 })
                 .collect();
             let with = if depth { "depth" } else { "no depth" };
-            println!("{scene:16} {:20} {with:8}  {}", preset, texts.join("   "));
+            items.push(format!("{scene}, {preset}, {with}: {}", texts.join("; ")));
         }
     }
+    page.list(&items);
 }

@@ -9,6 +9,7 @@ use inplace_core::scene::SceneSource;
 
 use super::engine::grouped;
 use crate::arguments::FieldArguments;
+use crate::commands::page::Page;
 use crate::commands::progress::Progress;
 use crate::commands::{Failure, cores, session_options};
 
@@ -49,12 +50,7 @@ pub fn run(arguments: &FieldArguments) -> Result<(), Failure> {
     }
     table(&points).write(&out.join("field.csv"))?;
     figure(arguments, threads, &marks, &points).write(&out.join("field.svg"))?;
-    if arguments.json {
-        println!("{}", serde_json::to_string_pretty(&points)?);
-    } else {
-        print(&marks, &points);
-    }
-    Ok(())
+    page(&marks, &points).publish(out, "field", arguments.json, &points)
 }
 
 /// The points of one answer at a time; those that do not change are there at all times.
@@ -65,21 +61,28 @@ fn at<'a>(own: &'a [&FieldPoint], answer: &'a str, mark: f64) -> impl Iterator<I
 }
 
 /// A row for each answer, a column for each time: medians over the seeds.
-fn print(marks: &[f64], points: &[FieldPoint]) {
+fn page(marks: &[f64], points: &[FieldPoint]) -> Page {
+    let mut page = Page::new();
+    page.paragraph("mIoU on the test frames against the seconds since the labels: medians over the seeds.");
+    let mut rows = Vec::new();
     for ((scene, labels), own) in grouped(points, |point| (point.scene.clone(), point.labels.clone())) {
-        let head: String = marks
-            .iter()
-            .map(|mark| format!("{:>8}", format!("{mark} s")))
-            .collect();
-        println!("{:40}{head}", format!("{scene}, {labels}: mIoU after"));
         for (answer, _) in grouped(&own, |point| point.answer) {
             let median = |&mark: &f64| {
-                Point::of_values(mark, at(&own, answer, mark))
-                    .map_or_else(|| format!("{:>8}", "-"), |point| format!("{:8.3}", point.y))
+                let median = Point::of_values(mark, at(&own, answer, mark));
+                median.map_or("-".to_owned(), |point| format!("{:.3}", point.y))
             };
-            println!("  {answer:38}{}", marks.iter().map(median).collect::<String>());
+            let mut row = vec![scene.clone(), labels.clone(), answer.to_owned()];
+            row.extend(marks.iter().map(median));
+            rows.push(row);
         }
     }
+    let times: Vec<String> = marks.iter().map(|mark| format!("{mark} s")).collect();
+    let header = ["scene", "labels", "answer"]
+        .into_iter()
+        .chain(times.iter().map(String::as_str));
+    page.table(&header.collect::<Vec<&str>>(), &rows);
+    page.chart("What the semantic field renders", "field.svg");
+    page
 }
 
 /// A row of panels for each scene, one for each kind of labels; a line for each answer.

@@ -1,5 +1,6 @@
 //! `inplace bench`: measurements, as commands.
 
+mod all;
 pub(super) mod engine;
 mod field;
 mod figure;
@@ -16,6 +17,7 @@ use crate::arguments::Bench;
 /// Measures what is asked for.
 pub fn run(what: Bench) -> Result<(), Failure> {
     match what {
+        Bench::All(arguments) => all::run(&arguments),
         Bench::Engine(arguments) => engine::run(&arguments),
         Bench::Field(arguments) => field::run(&arguments),
         Bench::Paper(arguments) => paper::run(&arguments),

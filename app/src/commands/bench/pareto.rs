@@ -80,21 +80,16 @@ pub fn run(arguments: &ParetoArguments) -> Result<(), Failure> {
         figure::capacity(arguments, threads, &results.capacity).write(&out.join("capacity.svg"))?;
     }
     let verdicts = verdict::verdicts(&results);
-    if arguments.json {
-        let result = json!({
-            "version": env!("CARGO_PKG_VERSION"),
-            "threads": threads,
-            "points": results.points,
-            "stops": results.stops,
-            "verdicts": verdicts,
-            "capacity": results.capacity,
-            "capacity_verdicts": verdict::capacity_verdicts(&results.capacity),
-        });
-        println!("{result:#}");
-        return Ok(());
-    }
-    verdict::print(&results, &verdicts);
-    Ok(())
+    let result = json!({
+        "version": env!("CARGO_PKG_VERSION"),
+        "threads": threads,
+        "points": results.points,
+        "stops": results.stops,
+        "verdicts": verdicts,
+        "capacity": results.capacity,
+        "capacity_verdicts": verdict::capacity_verdicts(&results.capacity),
+    });
+    verdict::page(&results, &verdicts).publish(out, "pareto", arguments.json, &result)
 }
 
 impl Results {

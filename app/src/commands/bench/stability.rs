@@ -1,18 +1,18 @@
 //! `inplace bench stability`: what such methods fail at.
 
-use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use inplace_core::eval::stability::{
     Condition, Figure, Outcome, Progress as Told, Settings, conditions, stability, table,
 };
-use inplace_core::export;
 use inplace_core::field::Preset;
 use inplace_core::scene::{Scene, SceneSource};
 
 use super::engine::grouped;
+use super::machine::processor;
 use crate::arguments::StabilityArguments;
+use crate::commands::page::Page;
 use crate::commands::progress::Progress;
 use crate::commands::{Failure, cores, open_options};
 
@@ -69,12 +69,7 @@ pub fn run(arguments: &StabilityArguments) -> Result<(), Failure> {
         )?);
     }
     table(&outcomes).write(&out.join("stability.csv"))?;
-    export::write(&out.join("stability.md"), markdown(&outcomes).as_bytes())?;
-    if arguments.json {
-        println!("{}", serde_json::to_string_pretty(&outcomes)?);
-    } else {
-        print!("{}", markdown(&outcomes));
-    }
+    page(&settings, arguments.seeds, &outcomes).publish(out, "stability", arguments.json, &outcomes)?;
     let failed: Vec<&str> = rows(&outcomes)
         .into_iter()
         .filter(|row| !row.is_met)
@@ -152,30 +147,76 @@ fn rows(outcomes: &[Outcome]) -> Vec<Row<'_>> {
         .collect()
 }
 
-/// The table of docs/stability.md.
-fn markdown(outcomes: &[Outcome]) -> String {
-    let mut text = String::from(
-        "| scene | condition | what happens | figure | mean | worst | line | | told |\n|---|---|---|---|---|---|---|---|---|\n",
+/// What is tried and what came of it: docs/stability.md.
+fn page(settings: &Settings, seeds: u64, outcomes: &[Outcome]) -> Page {
+    let mut page = Page::new();
+    page.heading(1, "Stability");
+    page.paragraph(
+        "Where methods of this kind fail. Each condition disturbs a scene, its labels or the session itself, in a way \
+         that its seed decides; then a session labels the scene from five random clicks a class, unless the condition \
+         says otherwise. Every run has to end, and to measure numbers; its figure, the mean over the seeds, has to \
+         reach the line. *mIoU* is that of the test frames; *share* is the part of what was there, or is right, that \
+         is so in the end. Lines of mIoU are shares of what the undisturbed scene gives with the same seed, or numbers \
+         where there is nothing to compare with.",
     );
-    for row in rows(outcomes) {
+    page.paragraph(&format!(
+        "{}, {} threads; seeds {} to {}; {} s of training at most with depth, {} s without, {} s where it is long.",
+        processor(),
+        settings.threads,
+        settings.seed,
+        settings.seed.wrapping_add(seeds - 1),
+        settings.seconds,
+        settings.seconds_without_depth,
+        settings.long_seconds
+    ));
+    let rows = rows(outcomes);
+    let missed: Vec<&Row<'_>> = rows.iter().filter(|row| !row.is_met).collect();
+    page.paragraph(&match missed.as_slice() {
+        [] => format!("All {} lines are met.", rows.len()),
+        some => format!(
+            "{} of {} lines are met; missed: {}.",
+            rows.len() - some.len(),
+            rows.len(),
+            some.iter()
+                .map(|row| format!("{} ({})", row.condition.name, row.scene))
+                .collect::<Vec<String>>()
+                .join(", ")
+        ),
+    });
+    for (scene, rows) in grouped(&rows, |row| row.scene) {
+        page.heading(2, scene);
         let number = |value: Option<f64>| value.map_or("failed".to_owned(), |value| format!("{value:.3}"));
-        let figure = match row.condition.figure {
-            Figure::Miou => "mIoU",
-            Figure::Kept => "share",
-        };
-        // Writing to a string cannot fail.
-        let _ = writeln!(
-            text,
-            "| {} | {} | {} | {figure} | {} | {} | {:.3} | {} | {} |",
-            row.scene,
-            row.condition.name,
-            row.condition.what,
-            number(row.mean),
-            number(row.worst),
-            row.line,
-            if row.is_met { "met" } else { "**missed**" },
-            row.told.join(" ")
+        let cells = rows.iter().map(|row| {
+            vec![
+                row.condition.name.to_owned(),
+                row.condition.what.to_owned(),
+                match row.condition.figure {
+                    Figure::Miou => "mIoU",
+                    Figure::Kept => "share",
+                }
+                .to_owned(),
+                number(row.mean),
+                number(row.worst),
+                format!("{:.3}", row.line),
+                if row.is_met { "met" } else { "**missed**" }.to_owned(),
+                row.condition.answer.to_owned(),
+                row.told.join(" "),
+            ]
+        });
+        page.table(
+            &[
+                "condition",
+                "what happens",
+                "figure",
+                "mean",
+                "worst",
+                "line",
+                "",
+                "what the program does",
+                "what it tells",
+            ],
+            &cells.collect::<Vec<_>>(),
         );
     }
-    text
+    page
 }

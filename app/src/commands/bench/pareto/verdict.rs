@@ -10,6 +10,7 @@ use serde::Serialize;
 
 use super::{Results, Stopped};
 use crate::commands::bench::engine::grouped;
+use crate::commands::page::Page;
 
 /// Share of the final accuracy of the preset "accurate" whose time is told.
 const SHARE: f64 = 0.95;
@@ -202,9 +203,15 @@ impl CapacityVerdict {
     }
 }
 
-/// Prints the tables and the sentences.
-pub(super) fn print(results: &Results, verdicts: &[Verdict]) {
-    println!("scene            method       seconds  mIoU (sd)      error cm     dB  parameters  peak MB");
+/// The tables, the sentences and the charts.
+pub(super) fn page(results: &Results, verdicts: &[Verdict]) -> Page {
+    let mut page = Page::new();
+    page.paragraph(
+        "Accuracy against wall time: the mIoU on the test frames, with its standard deviation over the seeds, and the \
+         field's error and PSNR on held-out frames as of its newest look at them. The clock starts with the program \
+         and stands still while maps are measured.",
+    );
+    let mut rows = Vec::new();
     for ((scene, method), own) in grouped(&results.points, |point| {
         (point.scene.clone(), point.method.clone())
     }) {
@@ -220,33 +227,50 @@ pub(super) fn print(results: &Results, verdicts: &[Verdict]) {
                 let summary: Option<Summary> = curves[index].summary(at.wall_s);
                 summary.map_or("-".to_owned(), |summary| format!("{:.decimals$}", summary.mean))
             };
-            println!(
-                "{scene:16} {method:11} {:8.1}  {:.3} ({:.3}) {:>10} {:>6} {:>11} {:>8}",
-                at.wall_s,
-                at.mean,
-                at.deviation,
+            rows.push(vec![
+                scene.clone(),
+                method.clone(),
+                format!("{:.1}", at.wall_s),
+                format!("{:.3} ({:.3})", at.mean, at.deviation),
                 text(0, 2),
                 text(1, 1),
                 text(2, 0),
-                text(3, 0)
-            );
+                text(3, 0),
+            ]);
         }
     }
-    for verdict in verdicts {
-        for sentence in verdict.sentences() {
-            println!("{}: {sentence}", verdict.scene);
-        }
-    }
-    print_capacity(&results.capacity);
+    page.table(
+        &[
+            "scene",
+            "method",
+            "seconds",
+            "mIoU",
+            "error, cm",
+            "PSNR, dB",
+            "parameters",
+            "peak, MB",
+        ],
+        &rows,
+    );
+    let said = verdicts.iter().flat_map(|verdict| {
+        let sentences = verdict.sentences().into_iter();
+        sentences.map(|sentence| format!("{}: {sentence}", verdict.scene))
+    });
+    page.list(&said.collect::<Vec<String>>());
+    page.chart("Accuracy against wall time", "pareto.svg");
+    add_capacity(&mut page, &results.capacity);
+    page
 }
 
-fn print_capacity(points: &[CapacityPoint]) {
+fn add_capacity(page: &mut Page, points: &[CapacityPoint]) {
     if points.is_empty() {
         return;
     }
-    println!(
-        "\nscene            part     factor  parameters       MB   voxels  mIoU (sd)      error cm     dB  seconds"
+    page.paragraph(
+        "Accuracy against the size of the model, when training had stopped or the last mark came: the field's table \
+         and the surface's voxels, each by itself so many times as large as \"auto\" chooses.",
     );
+    let mut rows = Vec::new();
     for ((scene, part), of_part) in grouped(points, |point| (point.scene.clone(), point.part)) {
         let mut sizes = grouped(&of_part, |point| point.factor);
         sizes.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -262,18 +286,37 @@ fn print_capacity(points: &[CapacityPoint]) {
                 }
             };
             let (miou, deviation) = of(&|run| Some(run.miou));
-            println!(
-                "{scene:16} {part:8} {factor:6} {:>11.0} {:>8.1} {:>8.0}  {miou:.3} ({deviation:.3}) {:>10} {:>6} {:>8.1}",
-                of(&|run| Some(run.parameters as f64)).0,
-                of(&|run| Some(run.bytes as f64 / 1e6)).0,
-                of(&|run| Some(run.voxels as f64)).0,
+            rows.push(vec![
+                scene.clone(),
+                part.to_string(),
+                factor.to_string(),
+                text(of(&|run| Some(run.parameters as f64)).0, 0),
+                text(of(&|run| Some(run.bytes as f64 / 1e6)).0, 1),
+                text(of(&|run| Some(run.voxels as f64)).0, 0),
+                format!("{miou:.3} ({deviation:.3})"),
                 text(of(&|run| run.depth_error_m.map(|error| 100.0 * error)).0, 2),
                 text(of(&|run| run.psnr_db).0, 1),
-                of(&|run| Some(run.wall_s)).0,
-            );
+                text(of(&|run| Some(run.wall_s)).0, 1),
+            ]);
         }
     }
-    for verdict in capacity_verdicts(points) {
-        println!("{}: {}", verdict.scene, verdict.sentence());
-    }
+    page.table(
+        &[
+            "scene",
+            "part",
+            "times",
+            "parameters",
+            "MB",
+            "voxels",
+            "mIoU",
+            "error, cm",
+            "PSNR, dB",
+            "seconds",
+        ],
+        &rows,
+    );
+    let said = capacity_verdicts(points).into_iter();
+    let said = said.map(|verdict| format!("{}: {}", verdict.scene, verdict.sentence()));
+    page.list(&said.collect::<Vec<String>>());
+    page.chart("Accuracy against the size of the model", "capacity.svg");
 }

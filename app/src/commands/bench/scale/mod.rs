@@ -13,11 +13,11 @@ pub(super) use captures::of_one;
 
 use super::machine::processor;
 use crate::arguments::ScaleArguments;
+use crate::commands::page::Page;
 use crate::commands::{Failure, cores};
 
-/// An exponent above which growth is worth a look, and what its line is marked with.
+/// An exponent above which growth is worth a look: it is set in bold.
 const STEEP: f64 = 1.2;
-const MARK: &str = "  <-";
 
 /// Measures, writes `scale.json`, `scale.csv` and `scale.svg`, and prints.
 pub fn run(arguments: &ScaleArguments) -> Result<(), Failure> {
@@ -75,60 +75,96 @@ pub fn run(arguments: &ScaleArguments) -> Result<(), Failure> {
     export::write_json(&out.join("scale.json"), &result)?;
     table(&measured).write(&out.join("scale.csv"))?;
     figure::scale(base, threads, &measured, &exponents).write(&out.join("scale.svg"))?;
-    if arguments.json {
-        println!("{result:#}");
-    } else {
-        print_measured(&measured);
-        print_exponents(&exponents);
-    }
-    Ok(())
+    page(&measured, &exponents).publish(out, "scale", arguments.json, &result)
 }
 
-fn print_measured(measured: &[Measured]) {
-    println!(
-        "sweep    frames  size       rooms  classes  strokes  opening s  surface s  in view s  all maps s  update s  steps/s  peak GB   voxels  parameters"
+fn page(measured: &[Measured], exponents: &[Exponent]) -> Page {
+    let mut page = Page::new();
+    page.paragraph(
+        "Seconds until a capture of the demo room is open, until its surface is known, from the strokes to the map of \
+         the frame in view and to those of all frames, and from one more click to all maps again.",
     );
     let gigabytes =
         |bytes: Option<u64>| bytes.map_or("-".to_owned(), |bytes| format!("{:.2}", bytes as f64 / 1e9));
-    for Measured { sweep, rooms, cost } in measured {
-        println!(
-            "{:8} {:6}  {:10} {rooms:5} {:8} {:8} {:10.2} {:10.2} {:10.3} {:11.3} {:9.3} {:8.1} {:>8} {:8} {:11}",
-            sweep.name(),
-            cost.frames,
-            format!("{}x{}", cost.width, cost.height),
-            cost.classes,
-            cost.strokes,
-            cost.opening_s,
-            cost.surface_s,
-            cost.map_in_view_s,
-            cost.all_maps_s,
-            cost.update_s,
-            cost.steps_per_s,
+    let rows = measured.iter().map(|Measured { sweep, rooms, cost }| {
+        vec![
+            sweep.name().to_owned(),
+            cost.frames.to_string(),
+            format!("{} x {}", cost.width, cost.height),
+            rooms.to_string(),
+            cost.classes.to_string(),
+            cost.strokes.to_string(),
+            format!("{:.2}", cost.opening_s),
+            format!("{:.2}", cost.surface_s),
+            format!("{:.3}", cost.map_in_view_s),
+            format!("{:.3}", cost.all_maps_s),
+            format!("{:.3}", cost.update_s),
+            format!("{:.0}", cost.steps_per_s),
             gigabytes(cost.peak_memory_bytes),
-            cost.surface_nodes,
-            cost.parameters,
-        );
-    }
+            cost.surface_nodes.to_string(),
+            cost.parameters.to_string(),
+        ]
+    });
+    page.table(
+        &[
+            "varied",
+            "frames",
+            "size",
+            "rooms",
+            "classes",
+            "strokes",
+            "opening",
+            "surface",
+            "map in view",
+            "all maps",
+            "one more click",
+            "steps/s",
+            "peak, GB",
+            "voxels",
+            "parameters",
+        ],
+        &rows.collect::<Vec<_>>(),
+    );
+    add_exponents(&mut page, exponents);
+    page.chart("How cost grows", "scale.svg");
+    page
 }
 
-/// A line for each quantity of each sweep; steep ones are marked.
-fn print_exponents(exponents: &[Exponent]) {
-    println!("grows with the power");
-    let widest = QUANTITIES
-        .iter()
-        .map(|quantity| quantity.name.len())
-        .max()
-        .unwrap_or(0);
-    for one in exponents {
-        println!(
-            "{:8} {:widest$}  {:5.2}  from {} to {} ({} points){}",
-            one.sweep.name(),
-            one.quantity,
-            one.exponent,
-            one.from,
-            one.to,
-            one.points,
-            if one.exponent > STEEP { MARK } else { "" }
-        );
+/// A row for each quantity, a column for each sweep; steep growth is bold.
+fn add_exponents(page: &mut Page, exponents: &[Exponent]) {
+    let sweeps = super::engine::grouped(exponents, |one| one.sweep);
+    page.paragraph(&format!(
+        "The power that each grows with, fitted to the upper half of the values; above {STEEP} in bold."
+    ));
+    let rows = QUANTITIES.iter().map(|quantity| {
+        let mut row = vec![quantity.name.to_owned()];
+        row.extend(sweeps.iter().map(|(_, own)| {
+            let one = own.iter().find(|one| one.quantity == quantity.name);
+            one.map_or("-".to_owned(), |one| {
+                let text = format!("{:.2}", one.exponent);
+                if one.exponent > STEEP {
+                    format!("**{text}**")
+                } else {
+                    text
+                }
+            })
+        }));
+        row
+    });
+    let ranges = sweeps.iter().map(|(sweep, own)| {
+        let ends = own.first().map_or((0.0, 0.0), |one| (one.from, one.to));
+        format!("{}, {} to {}", sweep.name(), short(ends.0), short(ends.1))
+    });
+    let ranges: Vec<String> = ranges.collect();
+    let header = std::iter::once("").chain(ranges.iter().map(String::as_str));
+    page.table(&header.collect::<Vec<&str>>(), &rows.collect::<Vec<_>>());
+}
+
+/// A number as short as it can be told from others.
+fn short(value: f64) -> String {
+    if value.fract() == 0.0 {
+        format!("{value}")
+    } else {
+        format!("{value:.2}")
     }
 }
