@@ -78,7 +78,7 @@ impl FieldDepth {
 
     /// Between the four samples around a pixel: bilinear on one surface, else the sample whose colour is
     /// the most like the pixel's.
-    fn at(&self, frame: &Frame, image: &ColorImage, index: usize) -> f32 {
+    pub(super) fn at(&self, frame: &Frame, image: &ColorImage, index: usize) -> f32 {
         let camera = &frame.camera;
         let height = self.lengths.len() as u32 / self.width;
         let stride = self.stride as f32;

@@ -10,8 +10,8 @@ use super::strays::strays;
 use super::{
     CrossValidation, ENTROPY_STEPS_PER_NAT, FrameMap, Posterior, Propagation, Surface, SurfaceImport,
 };
-use crate::labels::{ClassId, LabelSet, Stroke, StrokeId, StrokeKind, VOID, rasterise};
-use crate::scene::Scene;
+use crate::labels::{ClassId, LabelSet, Stroke, StrokeId, VOID, rasterise};
+use crate::scene::{Camera, Scene};
 
 /// The labels of a scene on its surface, kept in step with the strokes.
 #[derive(Clone, Debug)]
@@ -101,7 +101,8 @@ impl Spread {
                 self.painted.remove(&frame);
                 self.sources.remove(&frame);
             } else {
-                self.sources.insert(frame, self.sources_of(frame, &pixels));
+                self.sources
+                    .insert(frame, self.sources_of(&own.camera, frame, &pixels));
                 self.painted.insert(frame, pixels);
             }
         }
@@ -272,30 +273,26 @@ impl Spread {
     /// scribble slipped over an edge.
     fn sources_of(
         &self,
+        camera: &Camera,
         frame: usize,
         painted: &BTreeMap<u32, (ClassId, StrokeId)>,
     ) -> Vec<(u32, StrokeId, ClassId)> {
-        let mut strokes: BTreeMap<(StrokeId, ClassId), BTreeMap<u32, u32>> = BTreeMap::new();
+        let mut sources: Vec<(StrokeId, u32, ClassId)> = Vec::new();
         for (&(class, stroke), node) in self.nodes_of(frame, painted) {
             if class != VOID {
-                let pixels = strokes.entry((stroke, class)).or_default();
-                *pixels.entry(node).or_default() += 1;
+                sources.push((stroke, node, class));
             }
         }
-        let mut sources = Vec::new();
-        for ((stroke, class), mut pixels) in strokes {
-            if self
-                .strokes
-                .get(&stroke)
-                .is_some_and(|stroke| stroke.kind() == StrokeKind::Scribble)
-            {
-                for node in strays(&self.surface.graph, &pixels) {
-                    pixels.remove(&node);
-                }
-            }
-            sources.extend(pixels.into_keys().map(|node| (node, stroke, class)));
-        }
-        sources
+        sources.sort_unstable();
+        sources.dedup();
+        let of_stroke = sources.chunk_by(|a, b| a.0 == b.0);
+        let kept = of_stroke.flat_map(|own| {
+            let stroke = self.strokes.get(&own[0].0);
+            let strays = stroke.map_or_else(Vec::new, |stroke| strays(&self.surface, camera, stroke));
+            let is_meant = move |node: u32| strays.binary_search(&node).is_err();
+            own.iter().filter(move |(_, node, _)| is_meant(*node))
+        });
+        kept.map(|&(stroke, node, class)| (node, stroke, class)).collect()
     }
 
     /// The class of each labelled node: that of the latest stroke on it, or else that of trusted images.

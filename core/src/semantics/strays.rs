@@ -2,24 +2,43 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::SurfaceGraph;
+use super::{Surface, SurfaceGraph};
+use crate::labels::{Stroke, StrokeKind, pixels_of};
+use crate::scene::Camera;
 
 /// Nodes that an edge of at most this cost joins are one part of a scribble.
 const EDGE: f32 = 10.0;
 /// A part with at most this share of a scribble's pixels slipped there, if another has most of them.
 const SLIPPED: f32 = 1.0 / 3.0;
 
-/// Nodes under a scribble that the scribble does not speak of: small parts of it, beyond edges of the surface, where
-/// it has a large one. `pixels` has the number of the scribble's pixels on each of its nodes.
-pub(super) fn strays(graph: &SurfaceGraph, pixels: &BTreeMap<u32, u32>) -> Vec<u32> {
+/// Nodes under a stroke that it does not speak of, ascending; none unless it is a scribble.
+pub(super) fn strays(surface: &Surface, camera: &Camera, stroke: &Stroke) -> Vec<u32> {
+    if stroke.kind() != StrokeKind::Scribble {
+        return Vec::new();
+    }
+    let mut pixels: BTreeMap<u32, u32> = BTreeMap::new();
+    let own = pixels_of(stroke, camera.width, camera.height);
+    for node in surface.nodes_at(stroke.frame, &own).into_iter().flatten() {
+        *pixels.entry(node).or_default() += 1;
+    }
+    slipped(&surface.graph, &pixels)
+}
+
+/// Small parts of a scribble, beyond edges of the surface, where it has a large one: their nodes, ascending. `pixels` has
+/// the number of the scribble's pixels on each of its nodes.
+fn slipped(graph: &SurfaceGraph, pixels: &BTreeMap<u32, u32>) -> Vec<u32> {
     let all: u32 = pixels.values().sum();
     let parts = parts(graph, pixels);
     let size = |part: &[u32]| -> u32 { part.iter().map(|node| pixels[node]).sum() };
     let is_small = |part: &&Vec<u32>| size(part) as f32 <= SLIPPED * all as f32;
-    let strays: Vec<u32> = parts.iter().filter(is_small).flatten().copied().collect();
-    let rest = all - size(&strays);
+    let mut slipped: Vec<u32> = parts.iter().filter(is_small).flatten().copied().collect();
+    slipped.sort_unstable();
     // A scribble over many small things is about all of them.
-    if 2 * rest > all { strays } else { Vec::new() }
+    if 2 * size(&slipped) < all {
+        slipped
+    } else {
+        Vec::new()
+    }
 }
 
 /// The nodes in parts that cheap edges join.
@@ -69,11 +88,7 @@ mod tests {
     #[test]
     fn what_lies_beyond_an_edge_is_a_stray_if_it_is_small() {
         let everywhere: BTreeMap<u32, u32> = (0..10).map(|node| (node, 3)).collect();
-        let strays = |costs| {
-            let mut strays = strays(&row(costs), &everywhere);
-            strays.sort_unstable();
-            strays
-        };
+        let strays = |costs| slipped(&row(costs), &everywhere);
         let (near, edge) = (1.0, 2.0 * EDGE);
         assert_eq!(strays([near; 9]), [0; 0]);
         assert_eq!(

@@ -376,8 +376,10 @@ fn voxels_grow_with_the_noise_of_the_depth_to_twice_their_side() {
     };
     let exact = voxel(0.0);
     assert!((0.15..0.2).contains(&exact), "{exact}");
+    // Along the rays, which are up to 1.6 times as long as the depth.
     let noisy = voxel(0.012);
-    assert!((noisy / (20.0 * 0.012) - 1.0).abs() < 0.1, "{noisy}");
+    assert!((1.0..1.6).contains(&(noisy / (20.0 * 0.012))), "{noisy}");
+    assert!(noisy < 1.9 * exact);
     let very_noisy = voxel(0.05);
     assert!((very_noisy / (2.0 * exact) - 1.0).abs() < 0.05, "{very_noisy}");
 }
@@ -397,6 +399,12 @@ fn four_times_the_voxels_have_half_the_side() {
         assert!((share / size - 1.0).abs() < tolerance, "{size}: {share}");
         assert_eq!(scaled.graph.bytes() > chosen.graph.bytes(), size > 1.0);
     }
+}
+
+/// The classes that labels spread from.
+fn sources(spread: &Spread, scene: &Scene) -> BTreeSet<ClassId> {
+    let validation = spread.cross_validation(&Arc::new(scene.clone()));
+    validation.propagation.seeds().values().copied().collect()
 }
 
 /// What the strokes say of one by spreading the others anew: its class by them, and the share that contradicts it.
@@ -421,7 +429,7 @@ fn naively(scene: &Scene, spread: &Spread, labels: &LabelSet, id: StrokeId) -> O
         .filter(|&c| c != VOID)
         .collect();
     // Its class is in no other label.
-    let known = anew.labelled_pixels().any(|(_, _, class)| class == stroke.class);
+    let known = sources(&anew, scene).contains(&stroke.class);
     if said.is_empty() || !known || stroke.class == VOID {
         return None;
     }
@@ -461,8 +469,7 @@ fn strokes_are_checked_as_if_the_others_were_spread_without_them() {
         spread.set_labels(&scene, labels);
         let validation = spread.cross_validation(&scene);
         let verdicts = validation.run(&AtomicBool::new(false)).unwrap();
-        let classes: BTreeSet<ClassId> = spread.labelled_pixels().map(|(_, _, class)| class).collect();
-        if classes.len() < 2 {
+        if sources(&spread, &scene).len() < 2 {
             assert!(verdicts.strokes.is_empty());
             continue;
         }

@@ -1,12 +1,13 @@
 //! Cross-validation of the strokes: what the others would say at a stroke's pixels if it were not there.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use rustc_hash::FxHashMap;
 
 use super::posterior::label_at;
+use super::strays::strays;
 use super::{Geodesics, Propagation, Surface};
 use crate::labels::{ClassId, Stroke, StrokeId, VOID, pixels_of};
 use crate::scene::Scene;
@@ -69,8 +70,8 @@ pub struct CrossValidation {
 struct Absence {
     /// The node of each of its pixels.
     nodes: Vec<u32>,
-    /// Nodes that lose its class.
-    removed: Vec<u32>,
+    /// Nodes that lose a class.
+    removed: BTreeMap<ClassId, Vec<u32>>,
     /// Nodes that get another class: what it covers.
     added: BTreeMap<ClassId, Vec<u32>>,
 }
@@ -99,7 +100,8 @@ impl CrossValidation {
             let Some(own) = self.strokes.get(&id).map(|stroke| stroke.class) else {
                 continue;
             };
-            let told = seeds.get(&own).copied().unwrap_or(0) > absence.removed.len();
+            let lost = absence.removed.get(&own).map_or(0, Vec::len);
+            let told = seeds.get(&own).copied().unwrap_or(0) > lost;
             if told || self.votes.is_some() {
                 verdicts.extend(self.verdict(&mut fields, (id, own), &absence));
             }
@@ -117,8 +119,10 @@ impl CrossValidation {
         absence: &Absence,
     ) -> Option<Verdict> {
         let graph = &self.surface.graph;
-        if let Some(field) = fields.get_mut(&own) {
-            field.remove(graph, &absence.removed);
+        for (class, nodes) in &absence.removed {
+            if let Some(field) = fields.get_mut(class) {
+                field.remove(graph, nodes);
+            }
         }
         for (&class, nodes) in &absence.added {
             let field = fields.entry(class).or_insert_with(|| Geodesics::new(graph.len()));
@@ -130,8 +134,10 @@ impl CrossValidation {
                 field.remove(graph, nodes);
             }
         }
-        if let Some(field) = fields.get_mut(&own) {
-            field.add(graph, &absence.removed);
+        for (class, nodes) in &absence.removed {
+            if let Some(field) = fields.get_mut(class) {
+                field.add(graph, nodes);
+            }
         }
         verdict
     }
@@ -190,30 +196,62 @@ impl CrossValidation {
                 }
             }
         }
+        let strays = self.strays(cancelled)?;
         for (&node, layers) in &of_node {
-            let tops = layers.iter().map(|layers| layers.top);
-            let Some(latest) = tops.filter(|&(_, class)| class != VOID).max() else {
-                continue;
+            // What a pixel's stroke says of the node.
+            let says = |(id, class): (StrokeId, ClassId)| {
+                let is_stray = strays
+                    .get(&id)
+                    .is_some_and(|nodes| nodes.binary_search(&node).is_ok());
+                (class != VOID && !is_stray).then_some((id, class))
             };
-            let rest = layers.iter().filter_map(|layers| {
-                if layers.top.0 == latest.0 {
-                    layers.below
-                } else {
-                    Some(layers.top)
+            let class_by = |latest: Option<(StrokeId, ClassId)>| {
+                latest
+                    .map(|(_, class)| class)
+                    .or(self.imported.get(&node).copied())
+            };
+            let tops = || layers.iter().map(|layers| layers.top);
+            let before = class_by(tops().filter_map(says).max());
+            let strokes: BTreeSet<StrokeId> = tops().filter(|top| top.1 != VOID).map(|top| top.0).collect();
+            for stroke in strokes {
+                let rest = layers.iter().filter_map(|layers| {
+                    if layers.top.0 == stroke {
+                        layers.below
+                    } else {
+                        Some(layers.top)
+                    }
+                });
+                let after = class_by(rest.filter_map(says).max());
+                if after == before {
+                    continue;
                 }
-            });
-            let rest = rest.filter(|&(_, class)| class != VOID).max();
-            let after = rest.map(|(_, class)| class).or(self.imported.get(&node).copied());
-            if after == Some(latest.1) {
-                continue;
-            }
-            let absence = absences.entry(latest.0).or_default();
-            absence.removed.push(node);
-            if let Some(class) = after {
-                absence.added.entry(class).or_default().push(node);
+                let absence = absences.entry(stroke).or_default();
+                if let Some(class) = before {
+                    absence.removed.entry(class).or_default().push(node);
+                }
+                if let Some(class) = after {
+                    absence.added.entry(class).or_default().push(node);
+                }
             }
         }
         Some(absences)
+    }
+
+    /// The nodes that each scribble does not speak of, ascending.
+    fn strays(&self, cancelled: &AtomicBool) -> Option<BTreeMap<StrokeId, Vec<u32>>> {
+        let mut all = BTreeMap::new();
+        for (&id, stroke) in &self.strokes {
+            if cancelled.load(Ordering::Relaxed) {
+                return None;
+            }
+            if let Some(frame) = self.scene.frames.get(stroke.frame) {
+                let own = strays(&self.surface, &frame.camera, stroke);
+                if !own.is_empty() {
+                    all.insert(id, own);
+                }
+            }
+        }
+        Some(all)
     }
 
     /// The two latest strokes of every painted pixel of each frame.

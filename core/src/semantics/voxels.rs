@@ -17,7 +17,9 @@ pub(super) const SHELL_CELL: f32 = 0.05;
 /// Bytes of the node maps made last of frames that are no keyframes: some hundred of 640 x 480 pixels.
 const CACHE_BYTES: usize = 64 << 20;
 /// Pixels of a frame, along each axis, for each sample of the surface's depth.
-const STRIDE: u32 = 4;
+const STRIDE: u32 = 2;
+/// Pixels without a length at most this far from those with one, along each axis, follow the colours.
+const NARROW: usize = 5;
 
 /// A voxel: on the surface or on the shell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -88,7 +90,11 @@ impl Voxels {
 
     /// The voxel that a pixel shows, and the point in it; `None` where its length is not known.
     pub fn cell(&self, points: &Points<'_>, pixel: usize) -> Option<(Cell, Vec3)> {
-        let length = points.lengths[pixel];
+        self.cell_at(points, pixel, points.lengths[pixel])
+    }
+
+    /// The same of this length along the pixel's ray, which may be infinite or not a number.
+    fn cell_at(&self, points: &Points<'_>, pixel: usize, length: f32) -> Option<(Cell, Vec3)> {
         if length.is_nan() {
             return None;
         }
@@ -135,6 +141,7 @@ impl VoxelNodes {
             }
         };
         let mut own: Vec<u32> = (0..frame.camera.pixels()).map(node_of).collect();
+        self.look_up_wide_holes(points, nodes, &mut own);
         fill_holes(frame, &points.pixels.color, &mut own);
         if !frame.is_whole() {
             for (index, node) in own.iter_mut().enumerate() {
@@ -144,6 +151,24 @@ impl VoxelNodes {
             }
         }
         NodeMap::pack(frame.camera.width as usize, &own)
+    }
+
+    /// Where the frame knows no length in a wide hole, others may have seen what is there: the surface tells. Narrow
+    /// holes lie along the edges of things, where colours tell more than squares of a voxel's size.
+    fn look_up_wide_holes(&self, points: &Points<'_>, nodes: &[Node], own: &mut [u32]) {
+        let frame = points.frame;
+        let unknown: Vec<bool> = points.lengths.iter().map(|length| length.is_nan()).collect();
+        let wide = eroded(&unknown, frame.camera.width as usize, NARROW);
+        if !wide.contains(&true) {
+            return;
+        }
+        let surface = FieldDepth::of_surface(frame, nodes, self.voxels.side_of(true), STRIDE);
+        for pixel in (0..own.len()).filter(|&pixel| wide[pixel]) {
+            let length = surface.at(frame, &points.pixels.color, pixel);
+            if let Some((cell, point)) = self.voxels.cell_at(points, pixel, length) {
+                own[pixel] = self.node_of(cell, point, nodes).0;
+            }
+        }
     }
 
     /// The node of a voxel and true, or else that of the neighbouring voxel nearest to the point.
@@ -199,14 +224,25 @@ impl OtherFrames {
             let nothing = vec![NO_NODE; frame.camera.pixels()];
             return Some(Arc::new(NodeMap::pack(frame.camera.width as usize, &nothing)));
         };
-        let shell = self.places.voxels.side_of(true);
-        let surface = (!frame.has_complete_depth())
-            .then(|| FieldDepth::of_surface(frame, graph.nodes(), shell, STRIDE));
-        let points = Points::of(frame, pixels, surface.as_ref(), 1);
+        let points = Points::of(frame, pixels, None, 1);
         let made = Arc::new(self.places.shown(&points, graph.nodes()));
         self.made.put(number, made.size(), Arc::clone(&made));
         Some(made)
     }
+}
+
+/// The pixels whose whole window, `reach` pixels to each side along both axes, is set; what lies outside counts as set.
+fn eroded(mask: &[bool], width: usize, reach: usize) -> Vec<bool> {
+    let height = mask.len() / width.max(1);
+    let window = |at: usize, size: usize| at.saturating_sub(reach)..(at + reach + 1).min(size);
+    let mut along_rows = vec![false; mask.len()];
+    for (pixel, set) in along_rows.iter_mut().enumerate() {
+        let start = pixel / width * width;
+        *set = window(pixel % width, width).all(|column| mask[start + column]);
+    }
+    (0..mask.len())
+        .map(|pixel| window(pixel / width, height).all(|row| along_rows[row * width + pixel % width]))
+        .collect()
 }
 
 /// Gives pixels without a node the node of the pixel nearest along the image, across colour unwillingly.

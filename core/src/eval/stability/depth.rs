@@ -11,11 +11,10 @@ pub(super) fn conditions() -> Vec<Condition> {
         disturbed(
             "depth-holes",
             "a third of the depth is missing, in round holes and where surfaces end",
-            "fills holes from beside them up to a border, and from the field once that is within 3% of the depth",
+            "fills wide holes with what other frames measured there, narrow ones from beside them up to a border, and both from the field once that is within 3% of the depth",
             Line::OfClean(0.9),
             holes,
-        )
-        .in_short(),
+        ),
         disturbed(
             "depth-scale",
             "all depth is 5% too long",
@@ -24,7 +23,8 @@ pub(super) fn conditions() -> Vec<Condition> {
             |trial, _| {
                 each(trial, |_, length| 1.05 * length);
             },
-        ),
+        )
+        .in_short(),
         disturbed(
             "depth-noise",
             "depth is off by 1% of itself, pixel by pixel",
