@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::time::{Duration, Instant, SystemTime};
+use std::time::{Duration, SystemTime};
 
-use inplace_tests::{Outcome, Running, Small, class_ids, inplace, one_line};
+use inplace_tests::{Outcome, Running, Small, class_ids, inplace, one_line, until};
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -139,11 +139,14 @@ fn a_killed_run_leaves_whole_files_and_the_next_one_finishes() {
     let disk = OnDisk::new();
     let out = disk.path("out");
     let mut killed = Running::start(&mut disk.command(&[]));
-    let start = Instant::now();
-    while fs::read_dir(out.join("labels")).map_or(0, Iterator::count) < 2 {
-        assert!(start.elapsed() < Duration::from_secs(60), "{}", killed.stderr());
-    }
+    until("two label images", Duration::from_secs(60), || {
+        (fs::read_dir(out.join("labels")).map_or(0, Iterator::count) >= 2).then_some(())
+    });
     killed.kill();
+    assert!(
+        !out.join("report.json").exists(),
+        "it had finished before it was killed"
+    );
     for kind in ["labels", "entropy", "color"] {
         whole_images(&out, kind);
     }

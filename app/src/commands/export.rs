@@ -27,9 +27,6 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
     let trajectory = trajectory.transpose()?;
     let contents = Contents::read(&arguments.project)?;
     require_place(&contents, &arguments.project)?;
-    for warning in &contents.warnings {
-        eprintln!("inplace: {warning}");
-    }
     let mut session = session_options(&arguments.training, contents.scene.source.clone(), cores());
     session.open.depth &= contents.scene.depth;
     session.state = contents.model.clone();
@@ -40,10 +37,11 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
         run.train_to(model.steps);
     }
     let scene = run.opened()?;
-    for warning in &scene.warnings {
+    let contents = contents.matched(&scene, open)?;
+    for warning in contents.warnings.iter().chain(&scene.warnings) {
         eprintln!("inplace: {warning}");
     }
-    let labels = contents.matched(&scene, open)?.history.labels().clone();
+    let labels = contents.history.labels();
     if labels.classes.is_empty() {
         return Err(format!("{}: there are no classes to export", arguments.project.display()).into());
     }

@@ -180,7 +180,6 @@ fn label(
         classes: &labels.classes,
         maps: &maps,
     };
-    export::withdraw_report(&arguments.out)?;
     export::export(
         &arguments.out,
         labelled,

@@ -95,8 +95,9 @@ impl Run {
         mut pacing: Option<Pacing<'_>>,
     ) -> Result<Vec<Arc<FrameMap>>, Failure> {
         let mut settling = false;
-        let mut is_waiting =
-            scene.has_depth() && pacing.as_ref().is_some_and(|pacing| pacing.rehearse.is_some());
+        let mut keyframes = scene.frames.iter().filter(|frame| frame.is_keyframe());
+        let has_surface = keyframes.any(|frame| frame.depth_coverage().is_some_and(|share| share > 0.0));
+        let mut is_waiting = has_surface && pacing.as_ref().is_some_and(|pacing| pacing.rehearse.is_some());
         if is_waiting {
             self.session.send(Command::Pause);
         }
@@ -104,9 +105,9 @@ impl Run {
             if let Some(pacing) = &mut pacing
                 && let Some(samples) = self.samples(scene, pacing)
             {
+                let first_maps = self.start.elapsed().as_secs_f64();
                 self.rehearse(pacing, &samples)?;
                 (settling, is_waiting) = (false, false);
-                let first_maps = self.start.elapsed().as_secs_f64();
                 let problem = pacing
                     .budget
                     .problem(pacing.opening, first_maps, scene.frames.len());

@@ -86,7 +86,7 @@ fn images(folder: &Path) -> usize {
 ///
 /// # Errors
 /// [`ExportError::Unwritable`].
-pub fn withdraw_report(folder: &Path) -> Result<(), ExportError> {
+pub(super) fn withdraw_report(folder: &Path) -> Result<(), ExportError> {
     let path = folder.join(REPORT);
     match fs::remove_file(&path) {
         Err(error) if error.kind() != io::ErrorKind::NotFound => Err(ExportError::unwritable(&path, error)),

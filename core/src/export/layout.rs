@@ -186,6 +186,7 @@ pub(super) fn write<L: Layout>(
     let classes = ids.classes();
     layout.check(classes).map_err(incomplete)?;
     super::prepare(folder, layout.folders())?;
+    super::withdraw_report(folder)?;
     let (frames, stopped) = (AtomicUsize::new(0), AtomicBool::new(false));
     let (files, unchanged) = (AtomicUsize::new(0), AtomicUsize::new(0));
     let write_files = |written: Vec<OutputFile>| {

@@ -11,6 +11,11 @@ pub fn resident_memory() -> Option<u64> {
     own("VmRSS:")
 }
 
+/// The memory of the computer, in bytes; `None` where the system does not tell.
+pub fn total_memory() -> Option<u64> {
+    bytes_of(&std::fs::read_to_string("/proc/meminfo").ok()?, "MemTotal:")
+}
+
 fn own(name: &str) -> Option<u64> {
     bytes_of(&std::fs::read_to_string("/proc/self/status").ok()?, name)
 }
@@ -35,6 +40,7 @@ mod tests {
         assert_eq!(bytes_of("", "VmHWM:"), None);
         if cfg!(target_os = "linux") {
             assert!(peak_memory().unwrap() >= resident_memory().unwrap());
+            assert!(total_memory().unwrap() > peak_memory().unwrap());
         }
     }
 }

@@ -31,9 +31,10 @@ use std::path::{Path, PathBuf};
 
 pub use format::{Format, export};
 pub use ids::IdMap;
-pub use inputs::{Inputs, digest, finished, withdraw_report};
+use inputs::withdraw_report;
+pub use inputs::{Inputs, digest, finished};
 pub use layout::{LabelledScene, Written};
-pub use memory::{peak_memory, resident_memory};
+pub use memory::{peak_memory, resident_memory, total_memory};
 pub use pngs::{PNG_FOLDERS, rehearse_pngs};
 pub use report::{PhaseSeconds, Report};
 pub use views::{Views, export_views};

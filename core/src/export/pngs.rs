@@ -76,13 +76,14 @@ pub fn rehearse_pngs(
     Ok(start.elapsed())
 }
 
+/// The colour of each class, by its id.
+pub(super) fn colors_by_id(classes: &[Class]) -> HashMap<ClassId, [u8; 3]> {
+    classes.iter().map(|class| (class.id, class.color)).collect()
+}
+
 /// The colour of every pixel's class, row-major `[height, width, 3]`; black for void and ids without a class.
 pub(super) fn class_colors(frame: &Labelled<'_>) -> Vec<u8> {
-    let colors: HashMap<ClassId, [u8; 3]> = frame
-        .classes
-        .iter()
-        .map(|class| (class.id, class.color))
-        .collect();
+    let colors = colors_by_id(frame.classes);
     let color = |label: &ClassId| colors.get(label).copied().unwrap_or_default();
     frame.labels.iter().flat_map(color).collect()
 }

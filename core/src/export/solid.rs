@@ -1,11 +1,11 @@
 //! The labelled surface itself: a point for each of its voxels, or a mesh.
 
-use std::collections::HashMap;
 use std::ops::ControlFlow;
 use std::path::Path;
 
 use super::layout::{LabelledScene, OutputFile, Written, json_file, void_improbable};
 use super::ply::{self, Vertex};
+use super::pngs::colors_by_id;
 use super::{ExportError, Options};
 use crate::labels::{Class, ClassId, VOID};
 use crate::semantics::{ENTROPY_STEPS_PER_NAT, Mesh, MeshVertex, Posterior, Surface};
@@ -89,7 +89,7 @@ pub(super) fn write(
             }
         })
         .collect();
-    let colors: HashMap<ClassId, [u8; 3]> = classes.iter().map(|class| (class.id, class.color)).collect();
+    let colors = colors_by_id(classes);
     let colored: Vec<Vertex> = vertices
         .iter()
         .map(|vertex| Vertex {

@@ -53,6 +53,7 @@ pub fn export_views(
     let ids = options.ids_of(views.classes);
     let folders: Vec<&str> = [&["rgb", "depth"], Pngs.folders()].concat();
     super::prepare(folder, &folders)?;
+    super::withdraw_report(folder)?;
     let mut written = Written::default();
     let total = trajectory.poses.len();
     for (number, pose) in trajectory.poses.iter().enumerate() {

@@ -35,12 +35,12 @@ pub(super) fn refuse_most(
 }
 
 /// Most bytes of pixels of an image, decoded.
-pub(super) const MOST_BYTES: u64 = 512 << 20;
+const MOST_BYTES: u64 = 512 << 20;
 /// Most bytes of pixels for each byte of a file: in a PNG, deflate makes one of at most 1032; in a JPEG, a bit is the
 /// least that says anything of the 64 pixels of a block.
 const MOST_COMPRESSED: u64 = 64 * 3 * 8;
 /// Most pixels of an image, whatever it has of each: those of a colour image of the most bytes.
-const MOST_PIXELS: u64 = MOST_BYTES / 3;
+pub(super) const MOST_PIXELS: u64 = MOST_BYTES / 3;
 
 /// The image, or why there is none.
 pub(super) fn decode_image(path: &Path) -> Result<DynamicImage, String> {

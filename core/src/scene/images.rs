@@ -146,7 +146,15 @@ pub(crate) fn plain_image(frame: &Frame) -> Result<PlainImage, SceneError> {
     let bytes = std::fs::read(path).map_err(|error| refuse(error.to_string()))?;
     let mut decoder = decoder(path).map_err(refuse)?;
     if decoder.orientation().unwrap_or(Orientation::NoTransforms) == Orientation::NoTransforms {
-        return Ok(PlainImage::AsStored(bytes));
+        let (size, camera) = (decoder.dimensions(), frame.image());
+        return if size == (camera.width, camera.height) {
+            Ok(PlainImage::AsStored(bytes))
+        } else {
+            Err(refuse(format!(
+                "it has {} x {} pixels instead of {} x {}",
+                size.0, size.1, camera.width, camera.height
+            )))
+        };
     }
     let exif = decoder.exif_metadata().ok().flatten();
     let (image, turn) = turned(frame)?;

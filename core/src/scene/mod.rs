@@ -208,7 +208,8 @@ impl Scene {
             return;
         }
         for frame in &mut self.frames {
-            frame.camera_to_world.translation /= unit as f32;
+            let own = frame.camera_to_world.translation.as_dvec3() / unit;
+            frame.camera_to_world.translation = own.as_vec3a();
         }
         self.unit = unit;
         self.notes.push(format!(

@@ -101,7 +101,7 @@ fn list_depths(folder: &Path, options: OpenOptions) -> Result<BTreeMap<usize, Pa
 }
 
 /// Reads a trajectory; empty lines and lines starting with # do not count as frames.
-pub(super) fn read_poses(path: &Path) -> Result<Vec<Pose>, SceneError> {
+fn read_poses(path: &Path) -> Result<Vec<Pose>, SceneError> {
     if !path.exists() {
         return Err(SceneError::file(
             path,

@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
-use glam::{DAffine3, DMat3, DMat4, DVec3};
+use glam::DAffine3;
 use serde::Deserialize;
 
-use super::camera::pose_problem;
-use super::files::MOST_BYTES;
-use super::rgbd::text::read_intrinsics;
-use super::transforms::Transforms;
+use super::camera::image_size;
+use super::files::MOST_PIXELS;
+use super::rgbd::text::{read_intrinsics, read_text};
+use super::transforms::{Transforms, pose_of_open_gl};
 use super::{Camera, SceneError, replica};
 
 /// What is said to do about a camera that cannot be used.
@@ -52,10 +52,10 @@ impl Trajectory {
     /// read may have: a sentence that names the file.
     pub fn read(path: &Path, intrinsics: Option<&Path>) -> Result<Self, SceneError> {
         let camera = intrinsics.map(read_intrinsics).transpose()?;
-        let text = std::fs::read_to_string(path)
-            .map_err(|error| SceneError::file(path, format!("cannot be read as text: {error}")))?;
-        let mut trajectory = if text.trim_start_matches('\u{feff}').trim_start().starts_with('{') {
-            let file: PathFile = serde_json::from_str(&text).map_err(|error| {
+        let text = read_text(path)?;
+        let text = text.trim_start_matches('\u{feff}');
+        let mut trajectory = if text.trim_start().starts_with('{') {
+            let file: PathFile = serde_json::from_str(text).map_err(|error| {
                 SceneError::file(
                     path,
                     format!("is no list of poses ({error}); write the file anew"),
@@ -63,11 +63,11 @@ impl Trajectory {
             })?;
             match &file.camera_path {
                 Some(views) => of_camera_path(path, &file, views, camera.is_none())?,
-                None => of_transforms(path, camera.is_none())?,
+                None => of_transforms(path, text, camera.is_none())?,
             }
         } else {
             Self {
-                poses: replica_poses(path)?,
+                poses: replica_poses(path, text)?,
                 camera: None,
             }
         };
@@ -89,7 +89,7 @@ impl Trajectory {
 
 /// Whether a camera's images have more pixels than those that are read.
 fn is_too_large(camera: &Camera) -> bool {
-    3 * u64::from(camera.width) * u64::from(camera.height) > MOST_BYTES
+    u64::from(camera.width) * u64::from(camera.height) > MOST_PIXELS
 }
 
 /// The refusal of a pose, counted from 0.
@@ -100,8 +100,8 @@ fn bad_pose(path: &Path, number: usize, problem: &str) -> SceneError {
     )
 }
 
-fn replica_poses(path: &Path) -> Result<Vec<DAffine3>, SceneError> {
-    let poses = replica::read_poses(path)?;
+fn replica_poses(path: &Path, text: &str) -> Result<Vec<DAffine3>, SceneError> {
+    let poses = replica::parse_poses(path, text)?;
     let checked = poses.iter().enumerate().map(|(number, pose)| {
         pose.checked()
             .map_err(|problem| bad_pose(path, number, &format!("{problem} (line {})", pose.line)))
@@ -109,8 +109,8 @@ fn replica_poses(path: &Path) -> Result<Vec<DAffine3>, SceneError> {
     checked.collect()
 }
 
-fn of_transforms(path: &Path, with_camera: bool) -> Result<Trajectory, SceneError> {
-    let transforms = Transforms::read(path)?;
+fn of_transforms(path: &Path, text: &str, with_camera: bool) -> Result<Trajectory, SceneError> {
+    let transforms = Transforms::parse(path, text.as_bytes())?;
     let poses = transforms.frames.iter().enumerate().map(|(number, entry)| {
         entry
             .camera_to_world()
@@ -147,20 +147,8 @@ fn of_camera_path(
         ));
     }
     let poses = views.iter().enumerate().map(|(number, view)| {
-        let values: &[f64; 16] = view
-            .camera_to_world
-            .as_slice()
-            .try_into()
-            .map_err(|_| bad_pose(path, number, "it is not 16 numbers"))?;
-        // Written row by row.
-        let matrix = DMat4::from_cols_array(values).transpose();
-        if matrix.row(3).to_array() != [0.0, 0.0, 0.0, 1.0] {
-            return Err(bad_pose(path, number, "its last row is not 0 0 0 1"));
-        }
-        // OpenGL's cameras look along -z with y up, OpenCV's along z with y down.
-        let rotation = DMat3::from_mat4(matrix) * DMat3::from_diagonal(DVec3::new(1.0, -1.0, -1.0));
-        let pose = DAffine3::from_mat3_translation(rotation, matrix.w_axis.truncate());
-        pose_problem(&pose).map_or(Ok(pose), |problem| Err(bad_pose(path, number, problem)))
+        let rows: Vec<&[f64]> = view.camera_to_world.chunks(4).collect();
+        pose_of_open_gl(&rows).map_err(|problem| bad_pose(path, number, problem))
     });
     let poses = poses.collect::<Result<_, _>>()?;
     let cameras = views.iter().map(|view| path_camera(path, file, view));
@@ -185,30 +173,19 @@ fn path_camera(path: &Path, file: &PathFile, view: &PathView) -> Result<Option<C
     let (Some(width), Some(height), Some(fov)) = (file.render_width, file.render_height, view.fov) else {
         return Ok(None);
     };
-    let is_size = |v: f64| v >= 1.0 && v <= f64::from(u16::MAX) && v.fract() == 0.0;
-    if !is_size(width) || !is_size(height) {
+    let Some(size) = image_size([width, height]) else {
         return Err(refuse(&format!(
             "render_width x render_height is {width} x {height}"
         )));
-    }
+    };
     if !(fov > 0.0 && fov < 180.0) {
         return Err(refuse(&format!("a field of view (fov) is {fov} degrees")));
     }
     let focal = 0.5 * height / (0.5 * fov.to_radians()).tan();
-    let camera = Camera {
-        width: width as u32,
-        height: height as u32,
-        fx: focal as f32,
-        fy: focal as f32,
-        cx: (0.5 * width) as f32,
-        cy: (0.5 * height) as f32,
-    };
-    match camera.problem() {
-        Some(problem) => Err(refuse(&format!(
-            "with a field of view (fov) of {fov} degrees {problem}"
-        ))),
-        None => Ok(Some(camera)),
-    }
+    let camera = Camera::checked(size, [focal, focal, 0.5 * width, 0.5 * height]);
+    camera
+        .map(Some)
+        .map_err(|problem| refuse(&format!("with a field of view (fov) of {fov} degrees {problem}")))
 }
 
 /// The camera that all views have, if any.
@@ -236,7 +213,7 @@ mod tests {
     use std::fs;
     use std::path::PathBuf;
 
-    use glam::EulerRot;
+    use glam::{DMat3, DMat4, DVec3, EulerRot};
     use serde_json::json;
 
     use super::*;
@@ -306,6 +283,15 @@ mod tests {
             cameras,
             [None, Some(camera(50.0, 30.0)), Some(camera(24.0, 32.0))]
         );
+        // As some editors save it.
+        for file in [&text, &transforms, &path] {
+            let marked = format!("\u{feff}{}", fs::read_to_string(file).unwrap());
+            let marked = folder.file("marked", &marked);
+            assert_eq!(
+                Trajectory::read(&marked, None).unwrap(),
+                Trajectory::read(file, None).unwrap()
+            );
+        }
         let intrinsics = folder.file("own.txt", "20 21 5 6 10 12\n");
         for file in [&text, &transforms, &path] {
             let camera = Trajectory::read(file, Some(&intrinsics)).unwrap().camera.unwrap();
@@ -379,7 +365,7 @@ mod tests {
                     "perspective",
                     vec![json!({"camera_to_world": [1.0], "fov": 50.0})],
                 ),
-                "pose 0 cannot be used: it is not 16 numbers",
+                "pose 0 cannot be used: it is not a matrix of 4 x 4 numbers",
             ),
         ];
         for (text, part) in cases {

@@ -205,17 +205,22 @@ impl Entry {
     /// The pose, camera-to-world with OpenCV's camera axes, in the unit of the file; or what is wrong with
     /// it.
     pub fn camera_to_world(&self) -> Result<DAffine3, &'static str> {
-        let rows = &self.transform_matrix;
-        if !(3..=4).contains(&rows.len()) || rows.iter().any(|row| row.len() != 4) {
-            return Err("it is not a matrix of 4 x 4 numbers");
-        }
-        if rows.get(3).is_some_and(|row| row[..] != [0.0, 0.0, 0.0, 1.0]) {
-            return Err("its last row is not 0 0 0 1");
-        }
-        let column = |column: usize| DVec3::new(rows[0][column], rows[1][column], rows[2][column]);
-        // OpenGL's cameras look along -z with y up, OpenCV's along z with y down.
-        let rotation = DMat3::from_cols(column(0), -column(1), -column(2));
-        let pose = DAffine3::from_mat3_translation(rotation, column(3));
-        pose_problem(&pose).map_or(Ok(pose), Err)
+        pose_of_open_gl(&self.transform_matrix)
     }
+}
+
+/// The pose of a camera-to-world matrix, three or four rows, with OpenGL's camera axes; or what is wrong with it.
+pub(in crate::scene) fn pose_of_open_gl<R: AsRef<[f64]>>(rows: &[R]) -> Result<DAffine3, &'static str> {
+    let rows: Vec<&[f64]> = rows.iter().map(AsRef::as_ref).collect();
+    if !(3..=4).contains(&rows.len()) || rows.iter().any(|row| row.len() != 4) {
+        return Err("it is not a matrix of 4 x 4 numbers");
+    }
+    if rows.get(3).is_some_and(|row| **row != [0.0, 0.0, 0.0, 1.0]) {
+        return Err("its last row is not 0 0 0 1");
+    }
+    let column = |column: usize| DVec3::new(rows[0][column], rows[1][column], rows[2][column]);
+    // OpenGL's cameras look along -z with y up, OpenCV's along z with y down.
+    let rotation = DMat3::from_cols(column(0), -column(1), -column(2));
+    let pose = DAffine3::from_mat3_translation(rotation, column(3));
+    pose_problem(&pose).map_or(Ok(pose), Err)
 }

@@ -24,7 +24,7 @@ use super::images::{ImageFile, ImageProblem, Turn, warn_of_turns};
 use super::keyframes::Keeping;
 use super::{Camera, ColorImage, DepthMap, Frame, Lens, OpenOptions, Pixels, Scene, SceneError, SceneSource};
 use file::Entry;
-pub(super) use file::Transforms;
+pub(super) use file::{Transforms, pose_of_open_gl};
 
 /// Name of the format.
 pub(super) const NAME: &str = "transforms.json";
