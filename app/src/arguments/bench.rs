@@ -15,8 +15,8 @@ use super::{TrainingArguments, image_size, preset, seconds, seconds_or_none};
 /// What can be measured.
 #[derive(Debug, Subcommand)]
 pub enum Bench {
-    /// All of the below, one after the other, on one page with their tables and charts; with --quick in less than ten
-    /// minutes.
+    /// All of the below but the semantic field, one after the other, on one page with their tables and charts; with --quick
+    /// in less than ten minutes.
     All(AllArguments),
     /// Samples a second of each way to compute the field; how soon a field of each scene is good.
     Engine(EngineArguments),

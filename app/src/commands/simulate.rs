@@ -5,6 +5,7 @@ use std::time::Duration;
 use inplace_core::eval::chart::{Axis, Chart, Figure, Panel, Point, Scale, Series};
 use inplace_core::eval::simulate::{Experiment, SimulatedPoint, calibration_table, simulate, table};
 use inplace_core::eval::{Calibration, mean_and_deviation};
+use inplace_core::export;
 use inplace_core::field::Preset;
 use inplace_core::scene::SceneSource;
 
@@ -23,7 +24,7 @@ pub fn run(arguments: &SimulateArguments) -> Result<(), Failure> {
         return Err("the published network learns a scene for each set of labels; measure it with `inplace label --preset reference`".into());
     }
     let out = &arguments.out;
-    std::fs::create_dir_all(out).map_err(|error| format!("{}: cannot be made: {error}", out.display()))?;
+    export::prepare(out, &[])?;
     let source = SceneSource::from_argument(&arguments.scene);
     let session = session_options(&arguments.training, source, cores());
     let threads = session.threads;

@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use inplace_core::eval::chart::{Axis, Chart, Figure, Panel, Point, Scale, Series};
 use inplace_core::eval::field::{FieldExperiment, FieldPoint, semantic_field, table};
+use inplace_core::export;
 use inplace_core::field::Preset;
 use inplace_core::scene::SceneSource;
 
@@ -19,7 +20,8 @@ pub fn run(arguments: &FieldArguments) -> Result<(), Failure> {
         return Err("the published network learns labels and colours at once; leave --preset away".into());
     }
     let out = &arguments.out;
-    std::fs::create_dir_all(out).map_err(|error| format!("{}: cannot be made: {error}", out.display()))?;
+    export::prepare(out, &[])?;
+    super::refuse_same_names(&arguments.scenes)?;
     let mut marks = arguments.marks.clone();
     marks.sort_by(f64::total_cmp);
     let threads = arguments.training.threads.map_or(cores(), usize::from);

@@ -22,7 +22,8 @@ pub fn run(arguments: &LatencyArguments) -> Result<(), Failure> {
         return Err("the published network has no maps while it trains; leave --preset away".into());
     }
     let out = &arguments.out;
-    std::fs::create_dir_all(out).map_err(|error| format!("{}: cannot be made: {error}", out.display()))?;
+    export::prepare(out, &[])?;
+    super::refuse_same_names(&arguments.scenes)?;
     let mut measured = Vec::new();
     for argument in &arguments.scenes {
         let options = session_options(training, SceneSource::from_argument(argument), cores());

@@ -2,7 +2,9 @@
 
 use std::fs;
 
-use super::super::cores;
+use inplace_core::export::total_memory;
+
+use crate::commands::cores;
 
 /// Name of the processor, where the system tells.
 pub(super) fn processor() -> String {
@@ -16,16 +18,8 @@ pub(super) fn processor() -> String {
 
 /// Program, machine and date, in a sentence.
 pub(super) fn conditions() -> String {
-    let memory = fs::read_to_string("/proc/meminfo").unwrap_or_default();
-    let kilobytes = memory.lines().find_map(|line| {
-        line.strip_prefix("MemTotal:")?
-            .trim()
-            .strip_suffix(" kB")?
-            .parse::<f64>()
-            .ok()
-    });
-    let memory = kilobytes.map_or_else(String::new, |kilobytes| {
-        format!(", {:.0} GB of memory", kilobytes / 1e6)
+    let memory = total_memory().map_or_else(String::new, |bytes| {
+        format!(", {:.0} GB of memory", bytes as f64 / 1e9)
     });
     format!(
         "Version {}, commit {}; {}, {} cores{memory}, {}; {}.",

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use inplace_core::eval::paper::{PaperOptions, PaperPoint, PixelClassifier, paper_experiments, table};
+use inplace_core::export;
 use inplace_core::field::Preset;
 use inplace_core::scene::{Scene, SceneSource};
 
@@ -20,7 +21,8 @@ pub fn run(arguments: &PaperArguments) -> Result<(), Failure> {
         return Err("the published network cannot learn from label images here; leave --preset away".into());
     }
     let out = &arguments.out;
-    std::fs::create_dir_all(out).map_err(|error| format!("{}: cannot be made: {error}", out.display()))?;
+    export::prepare(out, &[])?;
+    super::refuse_same_names(&arguments.scenes)?;
     let threads = training.threads.map_or(cores(), usize::from);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
     let open = |argument: &Path| -> Result<Arc<Scene>, Failure> {

@@ -10,6 +10,7 @@ use inplace_core::eval::pareto::{
     CapacityPoint, Method, MethodRun, ParetoPoint, ParetoRun, Part, Stop, capacity_table, table,
 };
 use inplace_core::eval::simulate::Baseline;
+use inplace_core::export;
 use inplace_core::field::Preset;
 use inplace_core::scene::SceneSource;
 use inplace_core::session::{SessionOptions, Size};
@@ -44,7 +45,8 @@ struct Results {
 /// Measures, writes `pareto.csv` and `pareto.svg` (and those of the capacity), and prints.
 pub fn run(arguments: &ParetoArguments) -> Result<(), Failure> {
     let out = &arguments.out;
-    std::fs::create_dir_all(out).map_err(|error| format!("{}: cannot be made: {error}", out.display()))?;
+    export::prepare(out, &[])?;
+    super::refuse_same_names(&arguments.scenes)?;
     let threads = arguments.threads.map_or(cores(), usize::from);
     let mut results = Results::default();
     let mut progress = Progress::new();
@@ -55,7 +57,7 @@ pub fn run(arguments: &ParetoArguments) -> Result<(), Failure> {
             for method in methods(arguments) {
                 progress.show(&format!("{name}, seed {seed}: {}", method.name()));
                 let size = Size::default();
-                results.take(in_own_process(scene, method, seed, size, arguments, threads)?);
+                results.take(measured(scene, method, seed, size, arguments, threads)?);
                 // What has been measured stays if a later run fails.
                 table(&results.points).write(&out.join("pareto.csv"))?;
             }
@@ -66,7 +68,7 @@ pub fn run(arguments: &ParetoArguments) -> Result<(), Failure> {
                 for (factor, parts) in sizes {
                     progress.show(&format!("{name}, seed {seed}: {factor} of {}", parts[0]));
                     let (auto, size) = (Method::Preset(Preset::Auto), parts[0].of_size(factor));
-                    let run = in_own_process(scene, auto, seed, size, arguments, threads)?;
+                    let run = measured(scene, auto, seed, size, arguments, threads)?;
                     let of_part = |part| CapacityPoint::of(&run, part, factor);
                     results.capacity.extend(parts.into_iter().filter_map(of_part));
                     capacity_table(&results.capacity).write(&out.join("capacity.csv"))?;
@@ -123,7 +125,7 @@ fn methods(arguments: &ParetoArguments) -> Vec<Method> {
 }
 
 /// Runs this program again for one method with one seed, so that the peak of its memory is its own.
-fn in_own_process(
+fn measured(
     scene: &Path,
     method: Method,
     seed: u64,
@@ -153,18 +155,7 @@ fn in_own_process(
             .filter(|(given, _)| *given)
             .map(|(_, flag)| flag),
     );
-    let output = command.output()?;
-    if !output.status.success() {
-        let reason = String::from_utf8_lossy(&output.stderr);
-        return Err(format!(
-            "{}: {} was not measured: {}",
-            scene.display(),
-            method.name(),
-            reason.trim()
-        )
-        .into());
-    }
-    Ok(serde_json::from_slice(&output.stdout)?)
+    super::in_own_process(&mut command, &format!("{}: {}", scene.display(), method.name()))
 }
 
 /// `inplace bench pareto-of`: measures one method with one seed in this process and prints JSON.

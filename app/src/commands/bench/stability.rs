@@ -6,6 +6,7 @@ use std::sync::Arc;
 use inplace_core::eval::stability::{
     Condition, Figure, Outcome, Progress as Told, Settings, conditions, stability, table,
 };
+use inplace_core::export;
 use inplace_core::field::Preset;
 use inplace_core::scene::{Scene, SceneSource};
 
@@ -23,7 +24,8 @@ pub fn run(arguments: &StabilityArguments) -> Result<(), Failure> {
         return Err("the published network has no maps while it trains; leave --preset away".into());
     }
     let out = &arguments.out;
-    std::fs::create_dir_all(out).map_err(|error| format!("{}: cannot be made: {error}", out.display()))?;
+    export::prepare(out, &[])?;
+    super::refuse_same_names(&arguments.scenes)?;
     let settings = Settings {
         preset: training.preset,
         threads: training.threads.map_or(cores(), usize::from),

@@ -124,10 +124,15 @@ impl Curve {
         })
     }
 
-    /// Seconds until a value is reached, the mean over the seeds, each linear between its measurements; where it is
-    /// reached by the first of them, that is when. `None` unless all seeds reach it.
-    pub fn reaches(&self, value: f64) -> Option<f64> {
-        let times: Option<Vec<f64>> = self.courses.values().map(|course| first(course, value)).collect();
+    /// Seconds until this share is reached of what `other` has in the end with the same seed: the mean over the seeds,
+    /// each linear between its measurements; where it is reached by the first of them, that is when. `None` unless all
+    /// seeds reach it.
+    pub fn reaches(&self, share: f64, other: &Self) -> Option<f64> {
+        let ends = other.at(f64::INFINITY);
+        let courses = self.courses.iter();
+        let times: Option<Vec<f64>> = courses
+            .map(|(seed, course)| first(course, share * ends.get(seed)?))
+            .collect();
         let (mean, _) = mean_and_deviation(&times?);
         mean.is_finite().then_some(mean)
     }
@@ -208,10 +213,13 @@ mod tests {
     #[test]
     fn a_value_is_reached_between_measurements_by_all_seeds_or_not_at_all() {
         let curve = curve(&[&[(2.0, 0.0), (4.0, 1.0)], &[(2.0, 0.5), (4.0, 0.9)]]);
-        assert!((curve.reaches(0.5).unwrap() - 2.5).abs() < 1e-12);
-        assert_eq!(curve.reaches(0.0), Some(2.0));
-        assert_eq!(curve.reaches(0.95), None);
-        assert_eq!(Curve::default().reaches(0.5), None);
+        // The seeds end with 1.0 and 0.8 there: half of that is 0.5 and 0.4.
+        let other = self::curve(&[&[(9.0, 1.0)], &[(9.0, 0.8)]]);
+        assert!((curve.reaches(0.5, &other).unwrap() - 2.5).abs() < 1e-12);
+        assert_eq!(curve.reaches(0.0, &other), Some(2.0));
+        assert_eq!(curve.reaches(1.05, &other), None);
+        assert_eq!(Curve::default().reaches(0.5, &other), None);
+        assert_eq!(curve.reaches(0.5, &Curve::default()), None);
     }
 
     #[test]

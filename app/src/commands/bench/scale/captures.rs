@@ -3,26 +3,17 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
 use inplace_core::eval::scale::{Setting, scattered};
 use inplace_core::eval::{Cost, session_cost};
 use inplace_core::export::write_strokes;
 use inplace_core::scene::{OpenOptions, Scene, SceneSource, demo, write_replica};
+use tempfile::TempDir;
 
 use crate::arguments::{ScaleArguments, TrainingArguments};
 use crate::commands::{Failure, cores, session_options};
-
-/// A folder that is removed in the end.
-struct Scratch(PathBuf);
-
-impl Drop for Scratch {
-    fn drop(&mut self) {
-        // What could not be removed lies in the system's folder for temporary files.
-        let _ = fs::remove_dir_all(&self.0);
-    }
-}
 
 /// Measures every setting; tells how it goes on stderr.
 pub(super) fn measure(
@@ -30,8 +21,7 @@ pub(super) fn measure(
     arguments: &ScaleArguments,
     threads: usize,
 ) -> Result<BTreeMap<Setting, Cost>, Failure> {
-    let scratch = Scratch(std::env::temp_dir().join(format!("inplace-scale-{}", std::process::id())));
-    fs::create_dir_all(&scratch.0).map_err(|error| unwritable(&scratch.0, &error))?;
+    let scratch = folder_in(&std::env::temp_dir())?;
     let mut costs = BTreeMap::new();
     let mut rendered: Option<Rendered> = None;
     // The longest first: shorter captures are its first frames.
@@ -40,7 +30,7 @@ pub(super) fn measure(
             Some(rendered) if rendered.begins_with(setting) => rendered,
             previous => {
                 drop(previous);
-                Rendered::new(&scratch.0, setting)?
+                Rendered::new(scratch.path(), setting)?
             }
         };
         eprintln!("measuring {}", described(setting));
@@ -53,7 +43,7 @@ pub(super) fn measure(
 /// A capture on disk, removed when it is dropped.
 struct Rendered {
     shot: demo::Shot,
-    folder: Scratch,
+    folder: TempDir,
 }
 
 impl Rendered {
@@ -64,12 +54,12 @@ impl Rendered {
             width: setting.width,
             height: setting.height,
         };
-        let folder = Scratch(parent.join("whole"));
+        let folder = folder_in(parent)?;
         eprintln!(
             "rendering {} frames of {}x{}",
             shot.frames, shot.width, shot.height
         );
-        write_replica(&shot.unrendered(), &folder.0, None)?;
+        write_replica(&shot.unrendered(), folder.path(), None)?;
         Ok(Self { shot, folder })
     }
 
@@ -83,14 +73,19 @@ impl Rendered {
 
     /// Measures the first frames of it with the setting's strokes.
     fn cost(&self, setting: Setting, arguments: &ScaleArguments, threads: usize) -> Result<Cost, Failure> {
-        let part = Scratch(self.folder.0.with_file_name("part"));
-        link_first(&self.folder.0, &part.0, setting.frames).map_err(|error| unwritable(&part.0, &error))?;
+        let whole = self.folder.path();
+        let part = folder_in(whole.parent().unwrap_or(whole))?;
+        link_first(whole, part.path(), setting.frames).map_err(|error| unwritable(part.path(), &error))?;
         // The images are read one after the other when they are clicked on: this process is no part of the measurement.
         let options = OpenOptions {
             image_bytes: 0,
             ..OpenOptions::default()
         };
-        let scene = Scene::open(&SceneSource::Folder(part.0.clone()), options, &|_, _| {})?;
+        let scene = Scene::open(
+            &SceneSource::Folder(part.path().to_path_buf()),
+            options,
+            &|_, _| {},
+        )?;
         // One more for the click after all maps.
         let clicks = setting.strokes + 1;
         let labels = scattered(
@@ -100,10 +95,18 @@ impl Rendered {
             clicks,
             arguments.seed,
         )?;
-        let strokes = part.0.join("strokes.json");
+        let strokes = part.path().join("strokes.json");
         write_strokes(&strokes, &labels, &scene.frames)?;
-        in_own_process(&part.0, &strokes, arguments, threads)
+        cost_of(part.path(), &strokes, arguments, threads)
     }
+}
+
+/// A folder inside this one that is removed in the end.
+fn folder_in(parent: &Path) -> Result<TempDir, Failure> {
+    let folder = tempfile::Builder::new()
+        .prefix("inplace-scale-")
+        .tempdir_in(parent);
+    folder.map_err(|error| unwritable(parent, &error))
 }
 
 fn unwritable(path: &Path, error: &io::Error) -> Failure {
@@ -144,7 +147,7 @@ fn link_first(whole: &Path, part: &Path, frames: usize) -> io::Result<()> {
 }
 
 /// Runs this program again for one capture, so that the peak of its memory is that of this capture.
-fn in_own_process(
+fn cost_of(
     scene: &Path,
     strokes: &Path,
     arguments: &ScaleArguments,
@@ -160,17 +163,7 @@ fn in_own_process(
     if arguments.no_depth {
         command.arg("--no-depth");
     }
-    let output = command.output()?;
-    if !output.status.success() {
-        let reason = String::from_utf8_lossy(&output.stderr);
-        return Err(format!(
-            "{}: its cost was not measured: {}",
-            scene.display(),
-            reason.trim()
-        )
-        .into());
-    }
-    Ok(serde_json::from_slice(&output.stdout)?)
+    crate::commands::bench::in_own_process(&mut command, &format!("{}: its cost", scene.display()))
 }
 
 /// `inplace bench cost-of`: measures one capture in this process and prints JSON.

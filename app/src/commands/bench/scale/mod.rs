@@ -22,7 +22,7 @@ const STEEP: f64 = 1.2;
 /// Measures, writes `scale.json`, `scale.csv` and `scale.svg`, and prints.
 pub fn run(arguments: &ScaleArguments) -> Result<(), Failure> {
     let out = &arguments.out;
-    std::fs::create_dir_all(out).map_err(|error| format!("{}: cannot be made: {error}", out.display()))?;
+    export::prepare(out, &[])?;
     let threads = arguments.threads.map_or(cores(), usize::from);
     let (width, height) = arguments.at_size;
     let base = Setting {
