@@ -8,8 +8,9 @@ use crate::scene::Camera;
 
 /// Nodes that an edge of at most this cost joins are one part of a scribble.
 const EDGE: f32 = 10.0;
-/// A part with at most this share of a scribble's pixels slipped there, if another has most of them.
+/// A part with at most this share of a scribble's pixels, and so many nodes, slipped there, if another has most of them.
 const SLIPPED: f32 = 1.0 / 3.0;
+const FEW: usize = 8;
 
 /// Nodes under a stroke that it does not speak of, ascending; none unless it is a scribble.
 pub(super) fn strays(surface: &Surface, camera: &Camera, stroke: &Stroke) -> Vec<u32> {
@@ -30,7 +31,7 @@ fn slipped(graph: &SurfaceGraph, pixels: &BTreeMap<u32, u32>) -> Vec<u32> {
     let all: u32 = pixels.values().sum();
     let parts = parts(graph, pixels);
     let size = |part: &[u32]| -> u32 { part.iter().map(|node| pixels[node]).sum() };
-    let is_small = |part: &&Vec<u32>| size(part) as f32 <= SLIPPED * all as f32;
+    let is_small = |part: &&Vec<u32>| part.len() <= FEW && size(part) as f32 <= SLIPPED * all as f32;
     let mut slipped: Vec<u32> = parts.iter().filter(is_small).flatten().copied().collect();
     slipped.sort_unstable();
     // A scribble over many small things is about all of them.
@@ -68,8 +69,8 @@ mod tests {
     use super::*;
     use crate::semantics::Node;
 
-    /// Ten nodes in a row, with edges of these costs between them.
-    fn row(costs: [f32; 9]) -> SurfaceGraph {
+    /// Nodes in a row, with edges of these costs between them.
+    fn row(costs: &[f32]) -> SurfaceGraph {
         let node = |x: usize| Node {
             position: Vec3::X * x as f32,
             color: Vec3::ZERO,
@@ -80,34 +81,40 @@ mod tests {
         let edges: Vec<(u32, u32, f32)> = (0..)
             .zip(1..)
             .zip(costs)
-            .map(|((a, b), cost)| (a, b, cost))
+            .map(|((a, b), &cost)| (a, b, cost))
             .collect();
-        SurfaceGraph::from_edges((0..10).map(node).collect(), &edges)
+        SurfaceGraph::from_edges((0..=costs.len()).map(node).collect(), &edges)
     }
 
     #[test]
     fn what_lies_beyond_an_edge_is_a_stray_if_it_is_small() {
-        let everywhere: BTreeMap<u32, u32> = (0..10).map(|node| (node, 3)).collect();
-        let strays = |costs| slipped(&row(costs), &everywhere);
+        let strays = |costs: &[f32]| {
+            let everywhere = (0..=costs.len() as u32).map(|node| (node, 3));
+            slipped(&row(costs), &everywhere.collect())
+        };
         let (near, edge) = (1.0, 2.0 * EDGE);
-        assert_eq!(strays([near; 9]), [0; 0]);
+        assert_eq!(strays(&[near; 9]), [0; 0]);
         assert_eq!(
-            strays([near, near, near, near, near, near, edge, near, near]),
+            strays(&[near, near, near, near, near, near, edge, near, near]),
             [7, 8, 9]
         );
         // It starts beyond another edge, too.
         assert_eq!(
-            strays([edge, near, near, near, near, near, near, edge, near]),
+            strays(&[edge, near, near, near, near, near, near, edge, near]),
             [0, 8, 9]
         );
         // Two things, of which it means both.
         assert_eq!(
-            strays([near, near, near, near, edge, near, near, near, near]),
+            strays(&[near, near, near, near, edge, near, near, near, near]),
             [0; 0]
         );
+        // A part that is as long as a thing.
+        let mut long = [near; 39];
+        long[29] = edge;
+        assert_eq!(strays(&long), [0; 0]);
         // Many things.
         assert_eq!(
-            strays([near, edge, near, edge, near, edge, near, edge, near]),
+            strays(&[near, edge, near, edge, near, edge, near, edge, near]),
             [0; 0]
         );
     }

@@ -105,6 +105,11 @@ impl Survey {
         self.rendering.is_some()
     }
 
+    /// Whether the surface is the field's first guess, or is still to come: what is taught by it waits for a better one.
+    pub(crate) fn is_first_guess(&self, trainer: &Trainer) -> bool {
+        self.incomplete && !trainer.settled() && trainer.steps() < LOOKS[1]
+    }
+
     /// Whether nothing is under way and no look is due any more.
     pub(crate) fn is_done(&self) -> bool {
         self.marks.is_empty() && !self.last_look && self.rendering.is_none() && self.building.is_none()

@@ -35,6 +35,8 @@ struct Ended {
     arguments: Vec<String>,
     /// SHA-256 of the program.
     build: String,
+    /// The commit that it was built from.
+    commit: String,
     /// Wall seconds.
     seconds: f64,
     /// Why it failed; also where a line was missed.
@@ -85,7 +87,10 @@ pub fn run(arguments: &AllArguments) -> Result<(), Failure> {
             ));
             failed.push(step.folder.clone());
         }
-        page.paragraph(&format!("This took {:.0} s.", ended.seconds));
+        page.paragraph(&format!(
+            "This took {:.0} s, at commit {}.",
+            ended.seconds, ended.commit
+        ));
         // What has been measured stays readable if a later measurement is interrupted.
         export::write(&out.join("benchmarks.md"), page.as_str().as_bytes())?;
     }
@@ -174,6 +179,7 @@ impl Step {
         let ended = Ended {
             arguments: self.arguments.clone(),
             build: build.to_owned(),
+            commit: env!("INPLACE_COMMIT").to_owned(),
             seconds: start.elapsed().as_secs_f64(),
             failure,
         };

@@ -174,7 +174,7 @@ fn page(settings: &Settings, seeds: u64, outcomes: &[Outcome]) -> Page {
     let rows = rows(outcomes);
     let missed: Vec<&Row<'_>> = rows.iter().filter(|row| !row.is_met).collect();
     page.paragraph(&match missed.as_slice() {
-        [] => format!("All {} lines are met.", rows.len()),
+        [] => "Every line is met.".to_owned(),
         some => format!(
             "{} of {} lines are met; missed: {}.",
             rows.len() - some.len(),
@@ -185,40 +185,43 @@ fn page(settings: &Settings, seeds: u64, outcomes: &[Outcome]) -> Page {
                 .join(", ")
         ),
     });
+    let number = |value: Option<f64>| value.map_or("failed".to_owned(), |value| format!("{value:.3}"));
     for (scene, rows) in grouped(&rows, |row| row.scene) {
         page.heading(2, scene);
-        let number = |value: Option<f64>| value.map_or("failed".to_owned(), |value| format!("{value:.3}"));
         let cells = rows.iter().map(|row| {
+            let figure = match row.condition.figure {
+                Figure::Miou => "mIoU",
+                Figure::Kept => "share",
+            };
             vec![
                 row.condition.name.to_owned(),
                 row.condition.what.to_owned(),
-                match row.condition.figure {
-                    Figure::Miou => "mIoU",
-                    Figure::Kept => "share",
-                }
-                .to_owned(),
+                figure.to_owned(),
                 number(row.mean),
                 number(row.worst),
                 format!("{:.3}", row.line),
                 if row.is_met { "met" } else { "**missed**" }.to_owned(),
-                row.condition.answer.to_owned(),
-                row.told.join(" "),
             ]
         });
-        page.table(
-            &[
-                "condition",
-                "what happens",
-                "figure",
-                "mean",
-                "worst",
-                "line",
-                "",
-                "what the program does",
-                "what it tells",
-            ],
-            &cells.collect::<Vec<_>>(),
-        );
+        let header = ["condition", "what happens", "figure", "mean", "worst", "line", ""];
+        page.table(&header, &cells.collect::<Vec<_>>());
     }
+    page.heading(2, "What the program does");
+    let cells = grouped(&rows, |row| row.condition.name)
+        .into_iter()
+        .map(|(name, rows)| {
+            let mut told: Vec<&str> = rows.iter().flat_map(|row| row.told.iter().copied()).collect();
+            told.sort_unstable();
+            told.dedup();
+            let condition = &rows[0].condition;
+            vec![
+                name.to_owned(),
+                condition.answer.to_owned(),
+                told.join("; "),
+                condition.limit.to_owned(),
+            ]
+        });
+    let header = ["condition", "what it does", "what it tells", "what remains"];
+    page.table(&header, &cells.collect::<Vec<_>>());
     page
 }

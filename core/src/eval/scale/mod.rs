@@ -141,6 +141,13 @@ pub struct Exponent {
     pub points: usize,
 }
 
+impl Exponent {
+    /// The exponent to two decimals, and never -0.00.
+    pub fn shown(&self) -> String {
+        format!("{:.2}", (100.0 * self.exponent).round() / 100.0 + 0.0)
+    }
+}
+
 impl Sweep {
     /// All of them.
     pub const ALL: [Self; 5] = [

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use rand::Rng;
 use rand::rngs::SmallRng;
 use rand::seq::SliceRandom;
 
@@ -9,7 +10,6 @@ use super::trial::Trial;
 use super::{Condition, Line, disturbed};
 use crate::eval::LabelImage;
 use crate::eval::paper::evenly;
-use crate::eval::simulate::{Annotator, Policy};
 use crate::labels::Stroke;
 use crate::scene::ColorImage;
 
@@ -95,9 +95,7 @@ fn only(trial: &mut Trial, count: usize, rng: &mut SmallRng) {
     keep(trial, &order);
     let all: Vec<usize> = (0..trial.scene.frames.len()).collect();
     (trial.truth.train, trial.truth.test) = (all.clone(), all);
-    let annotator = Annotator::new(&trial.scene, &trial.truth);
-    let clicks = annotator.clicks(Policy::Random, 5, rand::Rng::random(rng));
-    trial.labels = annotator.labels(&clicks);
+    trial.click_anew(rng.random());
 }
 
 /// Takes these frames in this order; strokes and truth go with them, strokes with the first of equal ones.

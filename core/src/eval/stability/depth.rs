@@ -14,7 +14,8 @@ pub(super) fn conditions() -> Vec<Condition> {
             "fills wide holes with what other frames measured there, narrow ones from beside them up to a border, and both from the field once that is within 3% of the depth",
             Line::OfClean(0.9),
             holes,
-        ),
+        )
+        .limited_by("a third of the clicks and of the measured pixels fall into holes, and small things lie in them whole"),
         disturbed(
             "depth-scale",
             "all depth is 5% too long",
@@ -35,7 +36,8 @@ pub(super) fn conditions() -> Vec<Condition> {
                     length * (1.0 + 0.0173 * rng.random_range(-1.0..1.0_f32))
                 });
             },
-        ),
+        )
+        .limited_by("normals of noisy depth hardly tell where surfaces bend: what colour does not part leaks"),
     ]
 }
 

@@ -97,15 +97,23 @@ fn motion_blur(trial: &mut Trial, rng: &mut SmallRng) {
         let length = BLUR * frame.camera.width as f32 / 320.0 * rng.random::<f32>();
         let angle = rng.random_range(0.0..TAU);
         let steps = (length.round() as i32).max(1);
+        let path: Vec<(i32, i32)> = (0..steps)
+            .map(|step| step as f32 - 0.5 * (steps - 1) as f32)
+            .map(|along| {
+                (
+                    (along * angle.cos()).round() as i32,
+                    (along * angle.sin()).round() as i32,
+                )
+            })
+            .collect();
         let before = frame.color();
         let mut bytes = Vec::with_capacity(3 * frame.camera.pixels());
         for row in 0..height {
             for column in 0..width {
                 let mut sum = Vec3::ZERO;
-                for step in 0..steps {
-                    let along = step as f32 - 0.5 * (steps - 1) as f32;
-                    let x = (column + (along * angle.cos()).round() as i32).clamp(0, width - 1);
-                    let y = (row + (along * angle.sin()).round() as i32).clamp(0, height - 1);
+                for (dx, dy) in &path {
+                    let x = (column + dx).clamp(0, width - 1);
+                    let y = (row + dy).clamp(0, height - 1);
                     sum += before.color((y * width + x) as usize);
                 }
                 bytes.extend((sum / steps as f32).to_array().map(|v| (255.0 * v).round() as u8));

@@ -67,6 +67,8 @@ pub struct Condition {
     pub figure: Figure,
     /// What the figure must be.
     pub line: Line,
+    /// What is still wrong, and why, for people; empty where there is nothing to say.
+    pub limit: &'static str,
     /// Whether it belongs to the short form of the suite.
     pub quick: bool,
     /// Whether it is tried with the demo alone: a room of its own takes the demo's place.
@@ -118,6 +120,7 @@ const fn disturbed(
         answer,
         figure: Figure::Miou,
         line,
+        limit: "",
         quick: false,
         demo_only: false,
         way: Way::Disturb(disturb),
@@ -125,6 +128,10 @@ const fn disturbed(
 }
 
 impl Condition {
+    const fn limited_by(self, limit: &'static str) -> Self {
+        Self { limit, ..self }
+    }
+
     const fn in_short(self) -> Self {
         Self { quick: true, ..self }
     }
@@ -149,6 +156,7 @@ impl Condition {
             answer,
             figure: Figure::Kept,
             line,
+            limit: "",
             quick: false,
             demo_only: false,
             way: Way::Course(course),

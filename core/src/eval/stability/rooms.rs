@@ -25,6 +25,7 @@ pub(super) fn conditions() -> Vec<Condition> {
             Line::Least(0.7),
             |trial, rng| enter(trial, rng, HardRoom::Plain),
         )
+        .limited_by("shallow bends between white and white are no border")
         .in_short(),
         of(
             "same-colour",
@@ -39,14 +40,16 @@ pub(super) fn conditions() -> Vec<Condition> {
             "knows the blocks without clicks only by what the head has learnt of the clicked ones, and points at them as unsure",
             Line::Least(0.5),
             |trial, rng| enter(trial, rng, HardRoom::SameClassApart),
-        ),
+        )
+        .limited_by("nothing says that things of a colour that no click has shown belong together: each colour needs a click"),
         of(
             "mirror",
             "a mirror of 1.2 x 1.6 m: its pixels have the colours and the depth of the room that it shows",
             "labels what is seen in it as what it looks like, unless clicked",
             Line::Least(0.4),
             |trial, rng| enter(trial, rng, HardRoom::Mirror),
-        ),
+        )
+        .limited_by("its pixels have the depth of the room that it shows, so nothing says where it is"),
         of(
             "glass",
             "a glazed cabinet: its panes have the colours, slightly tinted, and the depth of what is behind them",

@@ -48,13 +48,20 @@ pub(super) struct Measured {
 
 impl Trial {
     pub fn new(scene: &Scene, truth: &SceneTruth, seed: u64) -> Self {
-        let annotator = Annotator::new(scene, truth);
-        let clicks = annotator.clicks(Policy::Random, CLICKS, seed);
-        Self {
-            labels: annotator.labels(&clicks),
+        let mut trial = Self {
+            labels: LabelSet::default(),
             scene: scene.clone(),
             truth: truth.clone(),
-        }
+        };
+        trial.click_anew(seed);
+        trial
+    }
+
+    /// Replaces the labels by random clicks of every class on the training frames as they are now.
+    pub fn click_anew(&mut self, seed: u64) {
+        let annotator = Annotator::new(&self.scene, &self.truth);
+        let clicks = annotator.clicks(Policy::Random, CLICKS, seed);
+        self.labels = annotator.labels(&clicks);
     }
 
     /// Leaves measured depth aside.

@@ -22,7 +22,9 @@ impl Worker<'_> {
         if self.paused || self.settling {
             return Ok(false);
         }
-        if self.semantic_field.has_the_turn() && self.spread.is_some() {
+        // The maps need the field's steps more.
+        let is_first_guess = self.survey.is_first_guess(&self.trainer);
+        if self.semantic_field.has_the_turn() && self.spread.is_some() && !is_first_guess {
             return self.train_semantics(self.opinion.taught.steps_due() > 0, true);
         }
         let field = !self.trainer.settled();
@@ -39,7 +41,7 @@ impl Worker<'_> {
         let wanted = self.spread.is_some() && self.semantics_are_wanted();
         // After the field's last step they still follow the labels.
         let opinion = wanted && self.opinion.is_due(&self.trainer, field);
-        let semantic_field = wanted && self.semantic_field.is_due(&self.trainer, field);
+        let semantic_field = wanted && !is_first_guess && self.semantic_field.is_due(&self.trainer, field);
         Ok(self.train_semantics(opinion, semantic_field)? || field)
     }
 

@@ -109,7 +109,7 @@ fn named(name: &str, sweep: Sweep, quantity: &str, exponents: &[Exponent]) -> St
     let own = |one: &&Exponent| one.sweep == sweep && one.quantity == quantity;
     exponents.iter().find(own).map_or_else(
         || name.to_owned(),
-        |one| format!("{name}, {:.2}", one.exponent).replace('-', "\u{2212}"),
+        |one| format!("{name}, {}", one.shown()).replace('-', "\u{2212}"),
     )
 }
 

@@ -141,7 +141,7 @@ fn add_exponents(page: &mut Page, exponents: &[Exponent]) {
         row.extend(sweeps.iter().map(|(_, own)| {
             let one = own.iter().find(|one| one.quantity == quantity.name);
             one.map_or("-".to_owned(), |one| {
-                let text = format!("{:.2}", one.exponent);
+                let text = one.shown();
                 if one.exponent > STEEP {
                     format!("**{text}**")
                 } else {
