@@ -245,15 +245,6 @@ fn steps(scenes: &[PathBuf], quick: bool) -> Vec<Step> {
             pareto,
             "--no-depth --seeds 2 --marks 10,20,40",
         ));
-        // The first alone, since a learnt surface takes its time.
-        let of_first = ["bench", "pareto", given[0]].into_iter();
-        let options = "--no-depth --preset auto --capacity --seeds 2 --marks 30";
-        steps.push(Step::new(
-            "Accuracy against size, without depth",
-            "capacity-no-depth",
-            "pareto",
-            &of_first.chain(options.split_whitespace()).collect::<Vec<_>>(),
-        ));
     }
     let scale = either(
         "--sweep frames,strokes --frames 20,50,100 --strokes 10,100,1000 --seconds 2",
@@ -299,6 +290,17 @@ fn steps(scenes: &[PathBuf], quick: bool) -> Vec<Step> {
         "stability",
         &stability.collect::<Vec<_>>(),
     ));
+    if !quick {
+        // The first alone, since a learnt surface takes its time.
+        let of_first = ["bench", "pareto", given[0]].into_iter();
+        let options = "--no-depth --preset auto --capacity --seeds 2 --marks 30";
+        steps.push(Step::new(
+            "Accuracy against size, without depth",
+            "capacity-no-depth",
+            "pareto",
+            &of_first.chain(options.split_whitespace()).collect::<Vec<_>>(),
+        ));
+    }
     steps
 }
 

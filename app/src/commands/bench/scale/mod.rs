@@ -99,7 +99,12 @@ fn page(measured: &[Measured], exponents: &[Exponent]) -> Page {
             format!("{:.3}", cost.map_in_view_s),
             format!("{:.3}", cost.all_maps_s),
             format!("{:.3}", cost.update_s),
-            format!("{:.0}", cost.steps_per_s),
+            // Nothing was left to train when the maps had been read.
+            if cost.steps_per_s > 0.0 {
+                format!("{:.0}", cost.steps_per_s)
+            } else {
+                "-".to_owned()
+            },
             gigabytes(cost.peak_memory_bytes),
             cost.surface_nodes.to_string(),
             cost.parameters.to_string(),
