@@ -84,6 +84,12 @@ mod tests {
         frame.path = root.path().join("left").with_extension("JPG");
         let as_the_camera_left_it = sideways_jpeg(1);
         fs::write(&frame.path, &as_the_camera_left_it).unwrap();
+        let error = Original::of(&frame).map(|_| ()).unwrap_err();
+        assert!(
+            error.contains("it has 32 x 16 pixels instead of 24 x 18"),
+            "{error}"
+        );
+        frame.camera = Camera::with_horizontal_fov(32, 16, 90.0);
         let copied = Original::of(&frame).unwrap().into_file("images");
         assert_eq!(
             (copied.name().as_str(), copied.bytes()),
