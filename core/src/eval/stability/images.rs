@@ -33,6 +33,10 @@ pub(super) fn conditions() -> Vec<Condition> {
                 trial.without_depth();
                 exposure_drift(trial, rng);
             },
+        )
+        .limited_by(
+            "gains are learnt beside the surface: in the same seconds it is a worse one, and the graph's colours keep \
+             the drift",
         ),
         disturbed(
             "motion-blur",
