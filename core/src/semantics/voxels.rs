@@ -157,7 +157,11 @@ impl VoxelNodes {
     /// holes lie along the edges of things, where colours tell more than squares of a voxel's size.
     fn look_up_wide_holes(&self, points: &Points<'_>, nodes: &[Node], own: &mut [u32]) {
         let frame = points.frame;
-        let unknown: Vec<bool> = points.lengths.iter().map(|length| length.is_nan()).collect();
+        let pixels = points.lengths.iter().enumerate();
+        // What the image does not show has no node in the end.
+        let unknown: Vec<bool> = pixels
+            .map(|(pixel, length)| length.is_nan() && frame.shows(&points.pixels.color, pixel))
+            .collect();
         let wide = eroded(&unknown, frame.camera.width as usize, NARROW);
         if !wide.contains(&true) {
             return;

@@ -28,7 +28,7 @@ pub(super) fn conditions() -> Vec<Condition> {
         disturbed(
             "frames-5",
             "five frames in all, measured on all",
-            "the same",
+            "makes the surface from their depth, whatever the field can learn from so few",
             Line::Least(0.5),
             |trial, rng| {
                 only(trial, 5, rng);
@@ -37,7 +37,7 @@ pub(super) fn conditions() -> Vec<Condition> {
         disturbed(
             "frames-10",
             "ten frames in all, measured on all",
-            "the same",
+            "makes the surface from their depth, whatever the field can learn from so few",
             Line::Least(0.5),
             |trial, rng| {
                 only(trial, 10, rng);

@@ -28,7 +28,7 @@ pub(super) fn conditions() -> Vec<Condition> {
         Condition::course(
             "edits-storm",
             "10,000 random edits, undos and redos, all undone in the end: share of pixels as before",
-            "the same; undo gives the labels of before, bit by bit",
+            "updates distances exactly; undo gives the labels of before, bit by bit",
             Line::Least(1.0),
             storm,
         ),

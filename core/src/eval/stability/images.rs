@@ -26,8 +26,8 @@ pub(super) fn conditions() -> Vec<Condition> {
         .in_short(),
         disturbed(
             "exposure-drift-no-depth",
-            "the same, colours alone",
-            "the same; the surface comes from the field that has learnt the gains",
+            "exposure swings by a stop, the white balance by 15%, colours alone",
+            "learns a gain for each frame and channel beside the surface",
             Line::OfCleanWithoutDepth(0.8),
             |trial, rng| {
                 trial.without_depth();

@@ -48,7 +48,7 @@ pub(super) fn conditions() -> Vec<Condition> {
         ),
         course(
             "labels-region-noise",
-            "the same, but the objects of one class have a random one in half of the frames",
+            "label images of the training frames, with the objects of one class under a random one in half of them, and no click",
             "takes the pixels as votes; the frames that are right outvote the others",
             Line::Least(0.8),
             |trial, settings, rng| imported(trial, settings, rng, Spoilt::Objects),

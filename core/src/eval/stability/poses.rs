@@ -24,13 +24,19 @@ pub(super) fn conditions() -> Vec<Condition> {
                 shake(trial, rng, 0.005, 0.0);
             },
         ),
-        disturbed("pose-1cm", noisy, "the same", Line::OfClean(0.9), |trial, rng| {
-            shake(trial, rng, 0.01, 0.0);
-        }),
+        disturbed(
+            "pose-1cm",
+            noisy,
+            "averages over views in voxels larger than the error",
+            Line::OfClean(0.9),
+            |trial, rng| {
+                shake(trial, rng, 0.01, 0.0);
+            },
+        ),
         disturbed(
             "pose-2cm",
             noisy,
-            "the same, as far as that goes",
+            "averages over views in voxels about as large as the error",
             Line::OfClean(0.8),
             |trial, rng| {
                 shake(trial, rng, 0.02, 0.0);
@@ -39,7 +45,7 @@ pub(super) fn conditions() -> Vec<Condition> {
         disturbed(
             "pose-0.2deg",
             noisy,
-            "the same",
+            "averages over views in voxels larger than the error",
             Line::OfClean(0.95),
             |trial, rng| {
                 shake(trial, rng, 0.0, 0.2);
@@ -48,7 +54,7 @@ pub(super) fn conditions() -> Vec<Condition> {
         disturbed(
             "pose-0.5deg",
             noisy,
-            "the same",
+            "averages over views in voxels larger than the error",
             Line::OfClean(0.9),
             |trial, rng| {
                 shake(trial, rng, 0.0, 0.5);
@@ -57,7 +63,7 @@ pub(super) fn conditions() -> Vec<Condition> {
         disturbed(
             "pose-1deg",
             noisy,
-            "the same; surfaces come apart into layers, which are joined where they are nearest",
+            "averages over views; surfaces that come apart into layers are joined where they are nearest",
             Line::OfClean(0.75),
             |trial, rng| {
                 shake(trial, rng, 0.0, 1.0);
@@ -74,7 +80,7 @@ pub(super) fn conditions() -> Vec<Condition> {
         placed(
             "kilometres",
             "poses in kilometres and no depth to tell",
-            "the same",
+            "scales a scene without depth to the size of a room, and says so",
             Line::OfCleanWithoutDepth(0.9),
             |trial, settings, _| elsewhere(trial, settings, 0.001, DVec3::ZERO, false),
         ),
