@@ -287,3 +287,6 @@ impl CrossValidation {
         (!of_class.is_empty()).then(|| sum / of_class.len() as f32)
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,158 @@
+use std::collections::BTreeSet;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use rand::{Rng, SeedableRng, rngs::SmallRng};
+
+use super::*;
+use crate::labels::{History, LabelSet, rasterise};
+use crate::scene::testing::wall;
+use crate::semantics::Spread;
+
+/// The classes that labels spread from.
+fn sources(spread: &Spread, scene: &Scene) -> BTreeSet<ClassId> {
+    let validation = spread.cross_validation(&Arc::new(scene.clone()));
+    validation.propagation.seeds().values().copied().collect()
+}
+
+/// What the strokes say of one by spreading the others anew: its class by them, and the share that contradicts it.
+fn naively(scene: &Scene, spread: &Spread, labels: &LabelSet, id: StrokeId) -> Option<(ClassId, f32)> {
+    let stroke = &labels.strokes[&id];
+    let mut others = labels.clone();
+    others.strokes.remove(&id);
+    let mut anew = Spread::new(Arc::clone(spread.surface()));
+    anew.set_labels(scene, &others);
+    let camera = &scene.frames[stroke.frame].camera;
+    let visible = rasterise(labels, stroke.frame, camera.width, camera.height);
+    let own: Vec<u32> = visible
+        .iter()
+        .filter(|(_, (_, top))| *top == id)
+        .map(|(&pixel, _)| pixel)
+        .collect();
+    let nodes = spread.surface().nodes_at(stroke.frame, &own);
+    let said = |node: Option<u32>| node.map(|node| anew.posterior().labels[node as usize]);
+    let said: Vec<ClassId> = nodes
+        .into_iter()
+        .filter_map(said)
+        .filter(|&c| c != VOID)
+        .collect();
+    // Its class is in no other label.
+    let known = sources(&anew, scene).contains(&stroke.class);
+    if said.is_empty() || !known || stroke.class == VOID {
+        return None;
+    }
+    let other = said.iter().filter(|&&class| class != stroke.class);
+    let share = other.clone().count() as f32 / said.len() as f32;
+    let most = other.max_by_key(|&&class| {
+        let count = said.iter().filter(|&&c| c == class).count();
+        (count, std::cmp::Reverse(class))
+    });
+    let class = if share > 0.5 { *most.unwrap() } else { stroke.class };
+    Some((class, share))
+}
+
+#[test]
+fn strokes_are_checked_as_if_the_others_were_spread_without_them() {
+    let scene = Arc::new(wall(5, 64, 48));
+    let surface = Arc::new(Surface::build(&scene, &[], 5.0).unwrap());
+    let mut rng = SmallRng::seed_from_u64(3);
+    let (mut contradicted, mut checked) = (0, 0);
+    for _ in 0..12 {
+        let mut history = History::default();
+        for name in ["dark", "bright", "rest"] {
+            history.add_class(name);
+        }
+        let point = |rng: &mut SmallRng| [rng.random_range(4..60), rng.random_range(4..44)];
+        for _ in 0..rng.random_range(2..14) {
+            // Near each other and wide, so that they cover each other's pixels and voxels.
+            history.add_stroke(Stroke {
+                frame: rng.random_range(0..3),
+                class: rng.random_range(0..4),
+                radius: rng.random_range(0..4),
+                lines: vec![vec![point(&mut rng), point(&mut rng)]],
+            });
+        }
+        let labels = history.labels();
+        let mut spread = Spread::new(Arc::clone(&surface));
+        spread.set_labels(&scene, labels);
+        let validation = spread.cross_validation(&scene);
+        let verdicts = validation.run(&AtomicBool::new(false)).unwrap();
+        if sources(&spread, &scene).len() < 2 {
+            assert!(verdicts.strokes.is_empty());
+            continue;
+        }
+        let naive: Vec<Verdict> = labels
+            .strokes
+            .keys()
+            .filter_map(|&stroke| {
+                let (class, contradicting) = naively(&scene, &spread, labels, stroke)?;
+                Some(Verdict {
+                    stroke,
+                    class,
+                    contradicting,
+                })
+            })
+            .collect();
+        assert_eq!(verdicts.strokes, naive);
+        contradicted += naive.iter().filter(|verdict| verdict.is_contradicted()).count();
+        checked += naive.len();
+    }
+    // The cases say something: there is some of both.
+    assert!(
+        contradicted > 5 && checked - contradicted > 5,
+        "{contradicted} of {checked}"
+    );
+}
+
+#[test]
+fn a_stroke_alone_in_its_class_is_not_checked_and_a_wrong_one_is_found() {
+    let scene = Arc::new(wall(5, 64, 48));
+    let surface = Arc::new(Surface::build(&scene, &[], 5.0).unwrap());
+    let mut history = History::default();
+    for name in ["dark", "bright", "lamp"] {
+        history.add_class(name);
+    }
+    let mut clicks = vec![
+        (0, 1, [8, 10]),
+        (0, 1, [10, 30]),
+        (4, 2, [55, 30]),
+        (4, 2, [52, 26]),
+        (4, 3, [50, 6]),
+    ];
+    let check = |clicks: &[(usize, ClassId, [u32; 2])]| {
+        let mut history = history.clone();
+        for &(frame, class, pixel) in clicks {
+            history.add_stroke(Stroke::click(frame, class, pixel));
+        }
+        let mut spread = Spread::new(Arc::clone(&surface));
+        spread.set_labels(&scene, history.labels());
+        let validation = spread.cross_validation(&scene);
+        assert_eq!(validation.clone().run(&AtomicBool::new(true)), None);
+        validation.run(&AtomicBool::new(false)).unwrap()
+    };
+    let verdicts = check(&clicks);
+    assert_eq!(verdicts.accuracy, Some(1.0));
+    let checked: Vec<u64> = verdicts.strokes.iter().map(|verdict| verdict.stroke.0).collect();
+    assert_eq!(checked, [1, 2, 3, 4]);
+    // Among the dark ones, and called bright.
+    clicks.push((0, 2, [9, 20]));
+    let verdicts = check(&clicks);
+    let wrong = verdicts
+        .strokes
+        .iter()
+        .find(|verdict| verdict.stroke == StrokeId(6));
+    assert_eq!(
+        wrong.map(|verdict| (verdict.class, verdict.contradicting)),
+        Some((1, 1.0))
+    );
+    // The mean over the classes: all dark ones are right or not, two of three bright ones are.
+    let right = |ids: [u64; 2]| {
+        let of = verdicts
+            .strokes
+            .iter()
+            .filter(|verdict| ids.contains(&verdict.stroke.0));
+        of.filter(|verdict| !verdict.is_contradicted()).count() as f32
+    };
+    let expected = 0.5 * (right([1, 2]) / 2.0 + right([3, 4]) / 3.0);
+    assert!((verdicts.accuracy.unwrap() - expected).abs() < 1e-6);
+}
