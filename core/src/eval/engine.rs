@@ -296,6 +296,7 @@ fn random_samples(volume: &Volume) -> Samples {
         .collect();
     let sampling = Sampling {
         step: 0.02,
+        held_back: 0.0,
         free: 6,
         near_surface: 10,
         jitter: Some(1),

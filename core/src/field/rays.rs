@@ -46,6 +46,8 @@ impl Ray {
 pub struct Sampling {
     /// Distance between samples where the surface is not known, in metres.
     pub step: f32,
+    /// Share of the first half of a ray that is left out where the surface is not known, 0..=1.
+    pub held_back: f32,
     /// Samples in front of a known surface.
     pub free: usize,
     /// Samples around a known surface.
@@ -111,7 +113,7 @@ impl Samples {
                     let before = intervals.len();
                     match ray.length {
                         Some(length) => guided(length, sampling, &mut offset, intervals),
-                        None => marched(ray, volume, occupancy, sampling.step, &mut offset, intervals),
+                        None => marched(ray, volume, occupancy, sampling, &mut offset, intervals),
                     }
                     portion.counts.push((portion.intervals.len() - before) as u32);
                 }
@@ -261,7 +263,7 @@ fn marched(
     ray: &Ray,
     volume: &Volume,
     occupancy: &OccupancyGrid,
-    step: f32,
+    Sampling { step, held_back, .. }: Sampling,
     offset: &mut impl FnMut() -> f32,
     intervals: &mut Vec<(f32, f32)>,
 ) {
@@ -269,7 +271,8 @@ fn marched(
         return;
     };
     let most = intervals.len() + MOST_SAMPLES;
-    let mut from = enter.max(NEAR);
+    let near = enter.max(NEAR);
+    let mut from = near + held_back * 0.5 * (leave - near).max(0.0);
     while from + step <= leave && intervals.len() < most {
         let t = from + offset() * step;
         if occupancy.is_occupied(volume.to_unit(ray.origin + t * ray.direction)) {
@@ -286,6 +289,7 @@ mod tests {
     fn sampling(jitter: Option<u64>) -> Sampling {
         Sampling {
             step: 0.05,
+            held_back: 0.0,
             free: 4,
             near_surface: 8,
             jitter,

@@ -53,6 +53,7 @@ pub fn render_rays(
     with_color: bool,
 ) -> Result<Vec<RenderedRay>> {
     let sampling = Sampling {
+        held_back: 0.0,
         step,
         free: 0,
         near_surface: 0,

@@ -34,6 +34,11 @@ const NETWORK_RATE: f32 = 0.005;
 const EXPOSURE_RATE: f32 = 0.001;
 /// Steps before the first of the exposures: the field's own colours come first.
 const EXPOSURE_WARM_UP: u64 = 300;
+/// Share of the first half of a ray that is left out at the start, and steps until none of it is (RegNeRF, annealing of
+/// the sample space): what lies next to a camera explains all that it sees, so that now and then a field would put a
+/// picture before each camera and never find the scene.
+const HELD_BACK: f32 = 0.25;
+const HELD_BACK_STEPS: f32 = 128.0;
 /// Steps between looks at the occupancy grid, and cells looked at.
 const OCCUPANCY_EVERY: u64 = 16;
 const OCCUPANCY_PROBES: usize = 16 * 1024;
@@ -388,6 +393,7 @@ impl Trainer {
         let coarse = 1.0 + 2.0 * (1.0 - self.steps as f32 / 400.0).max(0.0);
         Sampling {
             step: coarse * self.render_step(),
+            held_back: HELD_BACK * (1.0 - self.steps as f32 / HELD_BACK_STEPS).max(0.0),
             free: 5,
             near_surface: 9,
             jitter: Some(self.seed.wrapping_add(self.steps.wrapping_mul(0x51_7cc1_b727))),

@@ -91,6 +91,7 @@ fn clicked() -> (Arc<Scene>, Trainer, Spread) {
 fn sampling(trainer: &Trainer) -> Sampling {
     Sampling {
         step: trainer.render_step(),
+        held_back: 0.0,
         free: 2,
         near_surface: 8,
         jitter: None,

@@ -116,6 +116,7 @@ impl Taught {
 pub(crate) fn sampling(trainer: &Trainer, jitter: Option<u64>) -> Sampling {
     Sampling {
         step: trainer.render_step(),
+        held_back: 0.0,
         free: 2,
         near_surface: 8,
         jitter,

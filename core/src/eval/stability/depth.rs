@@ -1,10 +1,21 @@
-//! What happens to measured depth: holes, a wrong scale.
+//! What happens to measured depth: holes, a wrong scale, none at all.
+
+use std::sync::Arc;
 
 use rand::{Rng, rngs::SmallRng};
 
-use super::trial::Trial;
+use super::trial::{Measured, Settings, Trial};
 use super::{Condition, Line, disturbed};
+use crate::eval::EvalError;
+use crate::field::Trainer;
 use crate::scene::DepthMap;
+
+/// Fields that are begun without depth, and their steps.
+const STARTS: usize = 8;
+const STEPS: u64 = 200;
+/// Median error of the ray length, as a share of it, up to which a field is on its way to the scene; one that put a
+/// picture before each camera is off by nearly all of it.
+const ON_ITS_WAY: f32 = 0.5;
 
 pub(super) fn conditions() -> Vec<Condition> {
     vec![
@@ -38,7 +49,37 @@ pub(super) fn conditions() -> Vec<Condition> {
             },
         )
         .limited_by("normals of noisy depth hardly tell where surfaces bend: what colour does not part leaks"),
+        Condition::course(
+            "starts-no-depth",
+            "eight fields begin on colours alone: share that is on its way to the scene after 200 steps",
+            "leaves the space next to the cameras out at first: a picture before each camera would explain all that it sees",
+            Line::Least(1.0),
+            starts,
+        ),
     ]
+}
+
+fn starts(trial: &Trial, settings: &Settings, rng: &mut SmallRng) -> Result<Measured, EvalError> {
+    let truth = &trial.scene;
+    let mut scene = truth.clone();
+    for frame in &mut scene.frames {
+        frame.set_depth(None);
+    }
+    let scene = Arc::new(scene);
+    let mut found = 0;
+    for _ in 0..STARTS {
+        let mut trainer = Trainer::new(Arc::clone(&scene), settings.preset, rng.random())?;
+        for _ in 0..STEPS {
+            trainer.step()?;
+        }
+        let error = trainer.evaluate_against(truth)?;
+        let error = error.and_then(|error| error.relative_depth_error);
+        found += usize::from(error.is_some_and(|error| error <= ON_ITS_WAY));
+    }
+    Ok(Measured {
+        figure: found as f64 / STARTS as f64,
+        told: Vec::new(),
+    })
 }
 
 /// Changes every ray length that is known; 0 makes it unknown.

@@ -50,6 +50,7 @@ fn samples(volume: &Volume) -> (Arc<Samples>, Vec<f32>) {
         .collect();
     let sampling = Sampling {
         step: 0.06,
+        held_back: 0.0,
         free: 4,
         near_surface: 6,
         jitter: Some(3),
@@ -193,6 +194,7 @@ fn rays_without_samples_render_to_nothing() {
     };
     let sampling = Sampling {
         step: 0.06,
+        held_back: 0.0,
         free: 0,
         near_surface: 0,
         jitter: None,

@@ -1,6 +1,7 @@
 use super::*;
 use crate::field::kernels::Dispatch;
 use crate::scene::testing::wall;
+use crate::scene::{OpenOptions, SceneSource};
 
 /// A trainer of a small wall after some steps.
 fn trained(path: &Path, depth: bool, steps: u64) -> Trainer {
@@ -154,4 +155,25 @@ fn a_spoilt_state_is_refused_and_changes_nothing() {
     }
     trainer.restore(&grown.state().unwrap(), 5).unwrap();
     assert_eq!(trainer.capacity.table_log2, grown.capacity.table_log2);
+}
+
+#[test]
+fn no_picture_before_each_camera_takes_the_place_of_the_scene() {
+    let open = |depth| {
+        let options = OpenOptions {
+            depth,
+            ..OpenOptions::default()
+        };
+        Arc::new(Scene::open(&SceneSource::Demo, options, &|_, _| {}).unwrap())
+    };
+    let (truth, scene) = (open(true), open(false));
+    // Fields of these seeds did so when rays were sampled up to their cameras from the first step on.
+    for (preset, seed) in [(Preset::Auto, 8), (Preset::Accurate, 0)] {
+        let mut trainer = Trainer::new(Arc::clone(&scene), preset, seed).unwrap();
+        for _ in 0..150 {
+            trainer.step().unwrap();
+        }
+        let error = trainer.evaluate_against(&truth).unwrap().unwrap();
+        assert!(error.relative_depth_error.unwrap() < 0.5, "{preset:?}: {error:?}");
+    }
 }
