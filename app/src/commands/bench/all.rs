@@ -243,7 +243,7 @@ fn steps(scenes: &[PathBuf], quick: bool) -> Vec<Step> {
             "pareto-no-depth",
             "pareto",
             pareto,
-            "--no-depth --seeds 2 --marks 10,20,40",
+            "--no-depth --seeds 2 --marks 10,20,40,80,160,320,640",
         ));
     }
     let scale = either(
