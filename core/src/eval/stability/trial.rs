@@ -32,6 +32,7 @@ pub struct Settings {
 }
 
 /// A scene to be disturbed; pixels are shared with the undisturbed one until they change.
+#[derive(Clone)]
 pub(super) struct Trial {
     pub scene: Scene,
     pub truth: SceneTruth,
