@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use glam::{Affine3A, DVec3, Vec3};
 use inplace_core::field::kernels::Dispatch;
-use inplace_core::field::{Path, Preset, Recipe, Trainer};
+use inplace_core::field::{Backend, Preset, Recipe, Trainer};
 use inplace_core::scene::{Camera, ColorImage, DepthMap, Frame, FramePixels, Scene, SceneSource};
 
 /// Blocks of more bytes count: more than candle's tensors of seven numbers for each of at most 4096 rays.
@@ -89,7 +89,7 @@ fn wall(depth: bool) -> Scene {
 #[test]
 fn a_step_under_way_allocates_hardly_anything_large() {
     for depth in [true, false] {
-        let path = Path::Fused(Dispatch::detect());
+        let path = Backend::Fused(Dispatch::detect());
         let mut trainer =
             Trainer::on(&path, Arc::new(wall(depth)), Preset::Fast, Recipe::default(), 1).unwrap();
         for _ in 0..40 {

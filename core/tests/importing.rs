@@ -10,7 +10,7 @@ use inplace_core::eval::ConfusionMatrix;
 use inplace_core::eval::paper::pixel_noise;
 use inplace_core::labels::{Class, ClassId, History, LabelSet, Trust, read_label_images};
 use inplace_core::scene::{Scene, demo};
-use inplace_core::semantics::{Spread, Surface, SurfaceImport};
+use inplace_core::semantics::{LabelPropagation, Surface, SurfaceImport};
 use rand::{Rng, SeedableRng, rngs::SmallRng};
 
 const WIDTH: usize = 160;
@@ -54,7 +54,7 @@ impl Room {
             ..LabelSet::default()
         });
         history.import(images);
-        let mut spread = Spread::new(Arc::clone(&self.surface));
+        let mut spread = LabelPropagation::new(Arc::clone(&self.surface));
         spread.set_labels(&self.scene, history.labels());
         spread.set_import(SurfaceImport::new(&self.surface, history.labels()).unwrap());
         (0..FRAMES)

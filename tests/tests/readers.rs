@@ -16,7 +16,7 @@ use image::codecs::png::PngEncoder;
 use inplace_core::export::{Format, LabelledScene, Options, export};
 use inplace_core::labels::{Class, ClassId, History, LabelSet, Stroke, VOID};
 use inplace_core::scene::{OpenOptions, Scene, SceneSource};
-use inplace_core::semantics::{ENTROPY_STEPS_PER_NAT, Mesh, MeshVertex, Spread, Surface};
+use inplace_core::semantics::{ENTROPY_STEPS_PER_NAT, LabelPropagation, Mesh, MeshVertex, Surface};
 use inplace_core::session::FrameMap;
 use inplace_tests::{Click, Outcome, Running, Small};
 use serde_json::{Value, json};
@@ -123,7 +123,7 @@ impl Solids {
         for click in clicks {
             history.add_stroke(Stroke::click(click.frame, click.class, click.pixel));
         }
-        let mut spread = Spread::new(Arc::new(surface));
+        let mut spread = LabelPropagation::new(Arc::new(surface));
         spread.set_labels(&scene, history.labels());
         let map = |frame| Arc::new(spread.map(&scene, frame, 0));
         let maps = (0..scene.frames.len()).map(map).collect();

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use inplace_core::labels::{ClassId, ImportedLabels, StrokeId, VOID};
 use inplace_core::scene::Scene;
-use inplace_core::session::{FrameSummary, MapSlots, Status, Verdict};
+use inplace_core::session::{FrameSummary, MapSlots, Status, StrokeCheck};
 
 use crate::document::Document;
 use crate::frames::{FrameFacts, FrameList};
@@ -28,7 +28,7 @@ pub struct Overview {
     /// Whether summaries are being made.
     summarising: bool,
     next_summaries: Instant,
-    verdicts: Vec<Verdict>,
+    checks: Vec<StrokeCheck>,
     contradicted: Arc<Contradicted>,
     /// Counts up with every change of those.
     contradicted_version: u64,
@@ -47,7 +47,7 @@ impl Overview {
             summaries: vec![(0, None); frames],
             summarising: false,
             next_summaries: now,
-            verdicts: Vec::new(),
+            checks: Vec::new(),
             contradicted: Arc::default(),
             contradicted_version: 0,
             accuracy: None,
@@ -103,8 +103,8 @@ impl Overview {
     }
 
     /// The worker has checked the strokes.
-    pub fn take_verdicts(&mut self, verdicts: Vec<Verdict>, accuracy: Option<f32>) {
-        (self.verdicts, self.accuracy) = (verdicts, accuracy);
+    pub fn take_stroke_checks(&mut self, checks: Vec<StrokeCheck>, accuracy: Option<f32>) {
+        (self.checks, self.accuracy) = (checks, accuracy);
         self.stale = true;
     }
 
@@ -134,12 +134,12 @@ impl Overview {
             .collect();
         let mut contradicted = Contradicted::new();
         // Strokes may have gone, or got another class, since they were checked.
-        let present = |verdict: &&Verdict| labels.strokes.contains_key(&verdict.stroke);
-        let checked = self.verdicts.iter().filter(present).count();
-        for verdict in self.verdicts.iter().filter(|verdict| verdict.is_contradicted()) {
-            let stroke = labels.strokes.get(&verdict.stroke);
-            if let Some(stroke) = stroke.filter(|stroke| stroke.class != verdict.class) {
-                contradicted.insert(verdict.stroke, verdict.class);
+        let present = |check: &&StrokeCheck| labels.strokes.contains_key(&check.stroke);
+        let checked = self.checks.iter().filter(present).count();
+        for check in self.checks.iter().filter(|check| check.is_contradicted()) {
+            let stroke = labels.strokes.get(&check.stroke);
+            if let Some(stroke) = stroke.filter(|stroke| stroke.class != check.class) {
+                contradicted.insert(check.stroke, check.class);
                 if let Some(facts) = facts.get_mut(stroke.frame) {
                     facts.contradicted += 1;
                 }

@@ -10,9 +10,9 @@ use serde::Serialize;
 
 use super::reached::{Progress, Reached};
 use crate::field::kernels::Dispatch;
-use crate::field::reference::{PixelLabels, ReferenceTrainer, Settings};
+use crate::field::reference::{PixelLabels, ReferenceSettings, ReferenceTrainer};
 use crate::field::{
-    Capacity, OccupancyGrid, Path, Preset, RadianceField, Ray, Recipe, RenderedRay, Samples, Sampling,
+    Backend, Capacity, OccupancyGrid, Preset, RadianceField, Ray, Recipe, RenderedRay, Samples, Sampling,
     Trainer, Volume, best_device,
 };
 use crate::scene::Scene;
@@ -51,8 +51,8 @@ pub fn path_speeds(table_log2: u32, rounds: usize, threads: usize) -> Result<Vec
         steps: 1,
         cell: 6.0 / 512.0,
     };
-    let paths = Dispatch::available().map(Path::Fused);
-    let paths = paths.chain([Path::Plain(Device::Cpu)]);
+    let paths = Dispatch::available().map(Backend::Fused);
+    let paths = paths.chain([Backend::Plain(Device::Cpu)]);
     let fields: Vec<(String, RadianceField)> = paths
         .map(|path| Ok((name(&path), RadianceField::new(volume, &capacity, 1, &path)?)))
         .collect::<Result<_>>()?;
@@ -95,10 +95,10 @@ pub fn path_speeds(table_log2: u32, rounds: usize, threads: usize) -> Result<Vec
 }
 
 /// What a path is called in the results.
-fn name(path: &Path) -> String {
+fn name(path: &Backend) -> String {
     match path {
-        Path::Fused(dispatch) => format!("fused-{dispatch}"),
-        Path::Plain(_) => "candle".to_owned(),
+        Backend::Fused(dispatch) => format!("fused-{dispatch}"),
+        Backend::Plain(_) => "candle".to_owned(),
     }
 }
 
@@ -190,7 +190,7 @@ pub fn training_run(
         return reference_run(scene, truth, seed, marks);
     }
     let mut reached = Progress::default();
-    let (path, own) = (Path::best()?, Arc::clone(scene));
+    let (path, own) = (Backend::best()?, Arc::clone(scene));
     let mut trainer = Trainer::on(&path, own, variant.preset, variant.recipe, seed)?;
     let mut seconds = 0.0;
     let mut points = Vec::new();
@@ -241,7 +241,7 @@ fn reference_run(
     marks: &[f64],
 ) -> Result<(Vec<RunPoint>, Vec<Reached>)> {
     let device = best_device()?;
-    let (settings, labels) = (Settings::published(&device), PixelLabels::default());
+    let (settings, labels) = (ReferenceSettings::published(&device), PixelLabels::default());
     let mut reached = Progress::default();
     let mut trainer = ReferenceTrainer::new(Arc::clone(scene), labels, settings, &device, seed)?;
     let rays = trainer.held_out().rays(scene);

@@ -10,7 +10,7 @@ use crate::labels::LabelSet;
 use crate::scene::Scene;
 use crate::semantics::Surface;
 use crate::session::ModelState;
-use crate::session::survey::Survey;
+use crate::session::surface_refiner::SurfaceRefiner;
 
 impl From<FieldError> for EvalError {
     fn from(error: FieldError) -> Self {
@@ -33,7 +33,7 @@ pub(super) fn trained_surface(
     seed: u64,
 ) -> Result<Arc<Surface>, EvalError> {
     let mut trainer = Trainer::new(Arc::clone(scene), preset, seed)?;
-    if !Survey::is_complete(scene) {
+    if !SurfaceRefiner::is_complete(scene) {
         let start = Instant::now();
         while start.elapsed() < training && !trainer.settled() {
             trainer.step()?;
@@ -64,17 +64,17 @@ pub(super) fn restored(
 
 /// The surface that this field completes.
 pub(super) fn surface(scene: &Arc<Scene>, trainer: &Trainer) -> Result<Arc<Surface>, EvalError> {
-    let mut survey = Survey::new(scene, trainer, 1.0, rayon::current_num_threads());
-    survey.finish(trainer);
-    while survey.is_rendering() {
-        survey.advance(trainer, &LabelSet::default())?;
+    let mut refiner = SurfaceRefiner::new(scene, trainer, 1.0, rayon::current_num_threads());
+    refiner.finish(trainer);
+    while refiner.is_rendering() {
+        refiner.advance(trainer, &LabelSet::default())?;
     }
     loop {
-        let ready = survey.ready();
+        let ready = refiner.ready();
         if let Some(spread) = ready.map_err(|reason| EvalError::Session(reason.to_owned()))? {
             return Ok(Arc::clone(spread.surface()));
         }
-        if survey.is_done() {
+        if refiner.is_done() {
             return Err(EvalError::Scene {
                 scene: scene.source.to_string(),
                 reason: "no surface was found; train for longer".to_owned(),

@@ -156,7 +156,7 @@ mod tests {
     use crate::labels::{History, LabelSet, Stroke};
     use crate::scene::Scene;
     use crate::scene::testing::wall;
-    use crate::semantics::Spread;
+    use crate::semantics::LabelPropagation;
     use crate::session::FrameMap;
 
     /// A PLY file as it is read: comments, the values of each vertex by property, faces.
@@ -260,7 +260,7 @@ mod tests {
         history.add_stroke(Stroke::click(0, 3, [10, 20]));
         history.add_stroke(Stroke::click(0, 500, [50, 30]));
         let surface = Arc::new(Surface::build(&scene, &[], 4.0).unwrap());
-        let mut spread = Spread::new(surface);
+        let mut spread = LabelPropagation::new(surface);
         spread.set_labels(&scene, history.labels());
         let maps = (0..5)
             .map(|frame| Arc::new(spread.map(&scene, frame, 1)))

@@ -128,13 +128,13 @@ mod tests {
     use crate::labels::{History, LabelSet, Stroke};
     use crate::scene::ColorImage;
     use crate::scene::testing::{open, wall};
-    use crate::semantics::{Spread, Surface};
+    use crate::semantics::{LabelPropagation, Surface};
 
     /// The wall in a capture whose unit is a foot, far from its zero, taught and labelled.
     struct Taught {
         scene: Arc<Scene>,
         trainer: Trainer,
-        spread: Spread,
+        spread: LabelPropagation,
         classes: Vec<Class>,
     }
 
@@ -154,7 +154,7 @@ mod tests {
         });
         history.add_stroke(Stroke::click(0, 3, [10, 20]));
         history.add_stroke(Stroke::click(0, 7, [50, 30]));
-        let mut spread = Spread::new(Arc::new(Surface::build(&scene, &[], 4.0).unwrap()));
+        let mut spread = LabelPropagation::new(Arc::new(Surface::build(&scene, &[], 4.0).unwrap()));
         spread.set_labels(&scene, history.labels());
         Taught {
             scene,

@@ -1,12 +1,12 @@
 //! Density and colour of the scene, learnt from its pixels without any label.
 
+mod backend;
 mod capacity;
 mod encoding;
 mod exposure;
 pub mod kernels;
 mod model;
 mod occupancy;
-mod path;
 mod plain;
 mod rays;
 pub mod reference;
@@ -15,12 +15,12 @@ mod train;
 mod visibility;
 mod volume;
 
+pub use backend::{Backend, best_device};
 pub use capacity::{Capacity, Preset};
 pub use encoding::{FEATURES_PER_LEVEL, GridLevel, GridShape};
 pub use model::RadianceField;
 pub(crate) use model::is_alike;
 pub use occupancy::OccupancyGrid;
-pub use path::{Path, best_device};
 pub use rays::{Ray, Samples, Sampling};
 pub use render::{RenderedRay, camera_rays, frame_rays, render_rays};
 pub use train::{HeldOut, HeldOutPixels, Recipe, Trainer, Work};

@@ -11,7 +11,7 @@ use super::kernels::{
     self, Adam, Buffers, DIRECTION_FEATURES, Dispatch, Evaluated, GEOMETRY_FEATURES, NetworkShape,
     Parameters, Wanted,
 };
-use super::{Capacity, GridShape, Path, Samples, Volume, plain};
+use super::{Backend, Capacity, GridShape, Samples, Volume, plain};
 
 /// Density, geometry features and colour at any point of a volume (Semantic-NeRF, Fig. 2, with the
 /// positional encoding and trunk replaced by a hash grid and a one-hidden-layer network).
@@ -25,7 +25,7 @@ pub struct RadianceField {
     weights: Var,
 }
 
-/// What a [`Path`] needs to compute.
+/// What a [`Backend`] needs to compute.
 #[derive(Debug)]
 enum Engine {
     Fused(Dispatch, Buffers),
@@ -33,11 +33,11 @@ enum Engine {
 }
 
 impl RadianceField {
-    /// A field with random parameters, the same on every path.
+    /// A field with random parameters, the same on every backend.
     ///
     /// # Errors
     /// The device's, such as a lack of memory.
-    pub fn new(volume: Volume, capacity: &Capacity, seed: u64, path: &Path) -> Result<Self> {
+    pub fn new(volume: Volume, capacity: &Capacity, seed: u64, backend: &Backend) -> Result<Self> {
         let mut rng = SmallRng::seed_from_u64(seed ^ 0x5_eedf_1e1d);
         let grid = capacity.grid();
         let shape = NetworkShape {
@@ -53,12 +53,12 @@ impl RadianceField {
             let bound = (6.0 / (inputs + outputs) as f32).sqrt();
             weights.extend((0..inputs * outputs).map(|_| rng.random_range(-bound..bound)));
         }
-        let device = path.device();
+        let device = backend.device();
         let table = Tensor::from_vec(table, (grid.rows(), 2), &device)?;
         let weights = Tensor::from_vec(weights, shape.weights(), &device)?;
-        let engine = match path {
-            Path::Fused(dispatch) => Engine::Fused(*dispatch, Buffers::new(&grid)?),
-            Path::Plain(_) => Engine::Plain,
+        let engine = match backend {
+            Backend::Fused(dispatch) => Engine::Fused(*dispatch, Buffers::new(&grid)?),
+            Backend::Plain(_) => Engine::Plain,
         };
         Ok(Self {
             volume,

@@ -35,7 +35,7 @@ pub fn render(parameters: Parameters, samples: &Samples, gaps: &[f32]) -> Result
         let width = VALUE_CHANNELS + EXTRA;
         return Tensor::zeros((samples.packing.rays(), width), DType::F32, device);
     }
-    let network = Network::new(parameters.shape, parameters.weights)?;
+    let network = WeightMatrices::new(parameters.shape, parameters.weights)?;
     let encoding = encode(parameters.grid, parameters.table, samples, 0..count)?;
     let (density, features) = network.geometry(&encoding)?;
     let color = network.color(&features, &directions(samples, 0..count, device)?)?;
@@ -54,7 +54,7 @@ pub fn evaluate(
     into: &mut Evaluated,
 ) -> Result<()> {
     let table = parameters.table.detach();
-    let network = Network::new(parameters.shape, &parameters.weights.detach())?;
+    let network = WeightMatrices::new(parameters.shape, &parameters.weights.detach())?;
     let flat = |tensor: &Tensor| tensor.flatten_all()?.to_vec1::<f32>();
     into.clear();
     for start in (0..samples.len()).step_by(PORTION) {
@@ -144,9 +144,9 @@ fn directions(samples: &Samples, range: Range<usize>, device: &Device) -> Result
 }
 
 /// The weight matrices, `[inputs, outputs]` each.
-struct Network([Tensor; 4]);
+struct WeightMatrices([Tensor; 4]);
 
-impl Network {
+impl WeightMatrices {
     fn new(shape: NetworkShape, weights: &Tensor) -> Result<Self> {
         let mut start = 0;
         let mut matrix = |(inputs, outputs): (usize, usize)| {

@@ -3,7 +3,7 @@
 mod batch;
 mod held_out;
 mod loss;
-mod pace;
+mod schedule;
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -14,14 +14,15 @@ use rand::{SeedableRng, rngs::SmallRng};
 use super::exposure::Exposure;
 use super::kernels::{Adam, Wanted};
 use super::{
-    Capacity, OccupancyGrid, Path, Preset, RadianceField, Samples, Sampling, Volume, is_alike, until_opaque,
+    Backend, Capacity, OccupancyGrid, Preset, RadianceField, Samples, Sampling, Volume, is_alike,
+    until_opaque,
 };
 use crate::scene::Scene;
-use batch::{Batch, Source};
+use batch::{Batch, PixelSource};
 pub use held_out::{HeldOut, HeldOutPixels};
 use loss::Objective;
 pub use loss::Recipe;
-use pace::{CHECK_EVERY, Pace, Verdict};
+use schedule::{Adjustment, CHECK_EVERY, Schedule};
 
 /// Samples that a step aims at; the number of rays follows from how many samples a ray needs.
 const SAMPLES_PER_STEP: usize = 24 * 1024;
@@ -44,7 +45,7 @@ const OCCUPANCY_EVERY: u64 = 16;
 const OCCUPANCY_PROBES: usize = 16 * 1024;
 /// Steps before the first look: the field says nothing yet.
 const OCCUPANCY_WARM_UP: u64 = 256;
-/// Non-finite steps in a row after which the last good state comes back.
+/// Non-finite steps in a row after which the last checkpoint comes back.
 const PATIENCE: u32 = 3;
 
 /// What training has gone through since the trainer was made.
@@ -68,7 +69,7 @@ pub struct Trainer {
     weights_optimiser: Adam,
     exposure: Exposure,
     recipe: Recipe,
-    source: Source,
+    source: PixelSource,
     held_out: HeldOutPixels,
     seed: u64,
     steps: u64,
@@ -77,21 +78,21 @@ pub struct Trainer {
     rate_scale: f32,
     skipped: u64,
     failures: u32,
-    pace: Pace,
+    schedule: Schedule,
     error: Option<HeldOut>,
     undone: u64,
-    good: Good,
+    checkpoint: Checkpoint,
 }
 
 /// A state to come back to.
-struct Good {
+struct Checkpoint {
     /// The parameters, in the order of [`RadianceField::named`].
     parameters: Vec<Tensor>,
     occupancy: OccupancyGrid,
 }
 
 impl Trainer {
-    /// Starts a field for a scene on the fastest path.
+    /// Starts a field for a scene on the fastest backend.
     ///
     /// # Errors
     /// As [`best_device`](super::best_device), and a lack of memory.
@@ -104,19 +105,25 @@ impl Trainer {
     /// # Errors
     /// As [`Trainer::new`].
     pub fn scaled(scene: Arc<Scene>, preset: Preset, size: f32, seed: u64) -> Result<Self> {
-        Self::of_size(&Path::best()?, scene, (preset, size), Recipe::default(), seed)
+        Self::of_size(&Backend::best()?, scene, (preset, size), Recipe::default(), seed)
     }
 
-    /// Starts a field for a scene on this path and by this recipe.
+    /// Starts a field for a scene on this backend and by this recipe.
     ///
     /// # Errors
     /// The device's, such as a lack of memory.
-    pub fn on(path: &Path, scene: Arc<Scene>, preset: Preset, recipe: Recipe, seed: u64) -> Result<Self> {
-        Self::of_size(path, scene, (preset, 1.0), recipe, seed)
+    pub fn on(
+        backend: &Backend,
+        scene: Arc<Scene>,
+        preset: Preset,
+        recipe: Recipe,
+        seed: u64,
+    ) -> Result<Self> {
+        Self::of_size(backend, scene, (preset, 1.0), recipe, seed)
     }
 
     fn of_size(
-        path: &Path,
+        backend: &Backend,
         scene: Arc<Scene>,
         (preset, size): (Preset, f32),
         recipe: Recipe,
@@ -124,7 +131,7 @@ impl Trainer {
     ) -> Result<Self> {
         let volume = Volume::around(&scene.bounds());
         let capacity = Capacity::for_scene(&scene, &volume, preset)?.scaled(size);
-        let field = RadianceField::new(volume, &capacity, seed, path)?;
+        let field = RadianceField::new(volume, &capacity, seed, backend)?;
         let mut occupancy = OccupancyGrid::unknown(capacity.cell);
         if scene.has_depth() {
             occupancy.carve(&scene, &volume);
@@ -132,15 +139,15 @@ impl Trainer {
         occupancy.keep_points(&scene, &volume);
         let (held_out, frames) = HeldOutPixels::split(&scene, seed);
         // Depth images say where surfaces are better than their evenness does.
-        let source = Source::new(&scene, frames, recipe.smoothness && !scene.has_depth());
+        let source = PixelSource::new(&scene, frames, recipe.smoothness && !scene.has_depth());
         let exposure = Exposure::new(scene.frames.len(), field.device())?;
         let [table_optimiser, weights_optimiser] = field.optimisers()?;
-        let good = Good {
+        let checkpoint = Checkpoint {
             parameters: snapshot(&field)?,
             occupancy: occupancy.clone(),
         };
         Ok(Self {
-            pace: Pace::new(capacity.steps, capacity.doublings()),
+            schedule: Schedule::new(capacity.steps, capacity.doublings()),
             scene,
             capacity,
             field,
@@ -160,7 +167,7 @@ impl Trainer {
             failures: 0,
             error: None,
             undone: 0,
-            good,
+            checkpoint,
         })
     }
 
@@ -206,7 +213,7 @@ impl Trainer {
 
     /// Whether teaching has come to its end: the learning rates are down.
     pub fn settled(&self) -> bool {
-        self.pace.is_over(self.steps)
+        self.schedule.is_over(self.steps)
     }
 
     /// Samples that a training ray needed of late.
@@ -251,15 +258,15 @@ impl Trainer {
     /// Looks at the held-out error, and does what it says.
     fn check(&mut self) -> Result<()> {
         self.error = self.evaluate()?;
-        let verdict = self
-            .error
-            .map_or(Verdict::GoOn, |error| self.pace.judge(self.steps, error.psnr));
-        match verdict {
-            Verdict::Undo => return self.undo(),
-            Verdict::Grow => self.grow()?,
-            Verdict::GoOn => {}
+        let adjustment = self.error.map_or(Adjustment::GoOn, |error| {
+            self.schedule.judge(self.steps, error.psnr)
+        });
+        match adjustment {
+            Adjustment::Undo => return self.undo(),
+            Adjustment::Grow => self.grow()?,
+            Adjustment::GoOn => {}
         }
-        self.good = Good {
+        self.checkpoint = Checkpoint {
             parameters: snapshot(&self.field)?,
             occupancy: self.occupancy.clone(),
         };
@@ -274,12 +281,12 @@ impl Trainer {
         Ok(())
     }
 
-    /// Comes back to the last good state and goes on more slowly.
+    /// Comes back to the last checkpoint and goes on more slowly.
     fn undo(&mut self) -> Result<()> {
-        for ((_, var), good) in self.field.named().into_iter().zip(&self.good.parameters) {
+        for ((_, var), good) in self.field.named().into_iter().zip(&self.checkpoint.parameters) {
             var.set(good)?;
         }
-        self.occupancy = self.good.occupancy.clone();
+        self.occupancy = self.checkpoint.occupancy.clone();
         self.rate_scale *= 0.5;
         self.undone += 1;
         Ok(())
@@ -339,7 +346,7 @@ impl Trainer {
         }
         self.steps = steps;
         self.error = self.evaluate()?;
-        self.good = Good {
+        self.checkpoint = Checkpoint {
             parameters: snapshot(&self.field)?,
             occupancy: self.occupancy.clone(),
         };
@@ -365,7 +372,7 @@ impl Trainer {
             while self.capacity != capacity {
                 self.grow()?;
             }
-            self.pace = Pace::new(capacity.steps, capacity.doublings());
+            self.schedule = Schedule::new(capacity.steps, capacity.doublings());
         }
         Ok(())
     }
@@ -403,7 +410,7 @@ impl Trainer {
     /// Steps all parameters against the loss; `false`, with nothing changed, when a gradient is not finite.
     fn descend(&self, loss: &Tensor) -> Result<bool> {
         let gradients = loss.backward()?;
-        let rate = self.rate_scale * self.pace.rate(self.steps);
+        let rate = self.rate_scale * self.schedule.rate(self.steps);
         if let Some(weights) = gradients.get(self.field.weights()) {
             // The weights' gradient is small, and is not finite whenever a sample's is not.
             if !weights.sqr()?.sum_all()?.to_scalar::<f32>()?.is_finite() {
@@ -427,7 +434,7 @@ impl Trainer {
         Ok(true)
     }
 
-    /// Counts steps that were not finite; when they repeat, brings the last good state back.
+    /// Counts steps that were not finite; when they repeat, brings the last checkpoint back.
     fn guard(&mut self, finite: bool) -> Result<()> {
         if finite {
             self.failures = 0;

@@ -20,13 +20,13 @@ pub(super) struct Effect {
 }
 
 /// Distances from one place at a time.
-pub(super) struct Reach<'a> {
+pub(super) struct EffectSearch<'a> {
     graph: &'a SurfaceGraph,
     /// Infinite but for the nodes reached from the place of now.
     distance: Vec<f32>,
 }
 
-impl<'a> Reach<'a> {
+impl<'a> EffectSearch<'a> {
     pub(super) fn new(graph: &'a SurfaceGraph) -> Self {
         Self {
             graph,
@@ -109,7 +109,7 @@ mod tests {
         let graph = row();
         // A label beyond the first node.
         let to_label = |node: u32| if node == 4 { 1000.0 } else { 0.5 + node as f32 };
-        let mut reach = Reach::new(&graph);
+        let mut reach = EffectSearch::new(&graph);
         for _ in 0..2 {
             let effect = reach.effect(3, to_label, |node| if node == 4 { 10.0 } else { 1.0 });
             assert_eq!(effect.settled, [3, 2, 4]);
@@ -122,7 +122,7 @@ mod tests {
     #[test]
     fn without_labels_a_label_changes_everything() {
         let graph = row();
-        let effect = Reach::new(&graph).effect(1, |_| f32::INFINITY, |_| 1.0);
+        let effect = EffectSearch::new(&graph).effect(1, |_| f32::INFINITY, |_| 1.0);
         assert_eq!((effect.size, effect.settled.len()), (5.0, 5));
     }
 }

@@ -1,4 +1,4 @@
-//! What to label next: the places of the whole scene whose label would settle most.
+//! What to label next: the places of the whole scene whose label would tell most.
 
 mod candidates;
 mod effect;
@@ -11,14 +11,14 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use candidates::{candidates, unclearness, values, visible};
-use effect::{Effect, Reach};
+use effect::{Effect, EffectSearch};
 use nearby::Nearby;
 
 use crate::labels::{ClassId, Pixel, VOID};
 use crate::scene::Scene;
-use crate::semantics::{ENTROPY_STEPS_PER_NAT, NO_NODE, Spread};
+use crate::semantics::{ENTROPY_STEPS_PER_NAT, LabelPropagation, NO_NODE};
 
-/// A place whose label would settle much.
+/// A place to label next.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Suggestion {
     /// Index of the keyframe that shows the place best.
@@ -29,7 +29,7 @@ pub struct Suggestion {
     pub position: Vec3,
     /// Outline of the region that the label would settle, a closed polygon in pixel coordinates of the frame.
     pub outline: Vec<[f32; 2]>,
-    /// What the label is worth, relative to the best suggestion (1).
+    /// Acquisition score, relative to that of the best suggestion (1).
     pub score: f32,
     /// Entropy at the place, in nats.
     pub entropy: f32,
@@ -44,7 +44,7 @@ pub struct Suggestion {
 pub struct Likely {
     /// The class; never void.
     pub class: ClassId,
-    /// What the maps say of it there, 0..=1.
+    /// Its probability in the maps, 0..=1.
     pub probability: f32,
 }
 
@@ -52,24 +52,29 @@ pub struct Likely {
 const MOST: usize = 8;
 /// Suggestions keep this far from each other, in metres.
 const APART: f32 = 0.4;
-/// A label settles little nearer than this to another, in metres.
+/// Nearer than this to a label, in metres, another one tells little.
 const NEAR_A_LABEL: f32 = 0.1;
-/// Nodes that are visited to find out what labels would change, before it is enough.
+/// Nodes to visit to find out what labels would change; after so many, no more candidates are considered.
 const MOST_VISITS: usize = 1_000_000;
-/// Candidates whose effects are found out together.
+/// Candidates whose effects are computed together.
 const BLOCK: usize = 32;
 
 /// Ranks the places to label next, best first.
 ///
-/// The worth of a node x is u min(r / 0.1 m, 1)^2 sqrt(e): u is the chance that its most likely class is
-/// wrong, averaged twice over neighbours, r the distance in space to the nearest label, and e the effect of
-/// a label there: the sum of a k (1 - d / d1) over the nodes that are nearer to x than to every label, d
-/// being the distance to x, d1 that to the nearest label, both along the graph, a the number of pixels that
-/// show the node, and k the weight of its class, which is larger the fewer pixels the class has.
+/// The acquisition score of a node x is u min(r / 0.1 m, 1)^2 sqrt(e). Here u is the chance that its most likely class
+/// is wrong, averaged twice over neighbours; r is the distance in space to the nearest label; e is the effect of a label
+/// there: the sum of a k (1 - d / d1) over the nodes that are nearer to x than to every label, where d is the distance
+/// to x and d1 that to the nearest label, both along the graph, a is the number of pixels that show the node, and k the
+/// weight of its class, which is larger the fewer pixels the class has.
 ///
-/// Places are shown in keyframes. With `only`, in those of them that are among these frames, and those that none of them shows are left out.
-pub fn suggest(scene: &Scene, spread: &Spread, only: Option<&BTreeSet<usize>>) -> Vec<Suggestion> {
-    let (surface, posterior, said) = (spread.surface(), spread.posterior(), spread.said());
+/// Places are shown in keyframes; with `only`, in the keyframes among these frames. A place that none of them shows is
+/// left out.
+pub fn suggest(
+    scene: &Scene,
+    propagation: &LabelPropagation,
+    only: Option<&BTreeSet<usize>>,
+) -> Vec<Suggestion> {
+    let (surface, posterior, said) = (propagation.surface(), propagation.posterior(), propagation.said());
     let graph = &surface.graph;
     let unclear = unclearness(graph, posterior);
     let values = values(graph, posterior);
@@ -94,19 +99,19 @@ pub fn suggest(scene: &Scene, spread: &Spread, only: Option<&BTreeSet<usize>>) -
 
     let mut ranked: Vec<(f32, Effect)> = Vec::new();
     let mut visits = 0;
-    // In blocks, so that what is looked at does not depend on the number of threads.
+    // In blocks, so that the result does not depend on the number of threads.
     for block in candidates(graph, &unclear, promise).chunks(BLOCK) {
         let effects: Vec<Effect> = block
             .par_iter()
             .map_init(
-                || Reach::new(graph),
+                || EffectSearch::new(graph),
                 |reach, &node| reach.effect(node, to_label, value),
             )
             .collect();
         visits += effects.iter().map(|effect| effect.visits).sum::<usize>();
         ranked.extend(effects.into_iter().map(|effect| {
-            let worth = unclear[effect.node as usize] * away(effect.node) * effect.size.sqrt();
-            (worth, effect)
+            let acquisition = unclear[effect.node as usize] * away(effect.node) * effect.size.sqrt();
+            (acquisition, effect)
         }));
         if visits > MOST_VISITS {
             break;
@@ -117,7 +122,7 @@ pub fn suggest(scene: &Scene, spread: &Spread, only: Option<&BTreeSet<usize>>) -
     let position = |node: u32| graph.nodes()[node as usize].position;
     let mut region_of = vec![NO_REGION; graph.len()];
     let mut picks: Vec<(f32, u32)> = Vec::new();
-    for (worth, effect) in ranked {
+    for (acquisition, effect) in ranked {
         let close = |&(_, pick): &(f32, u32)| position(pick).distance(position(effect.node)) < APART;
         if region_of[effect.node as usize] != NO_REGION || picks.iter().any(close) {
             continue;
@@ -128,12 +133,12 @@ pub fn suggest(scene: &Scene, spread: &Spread, only: Option<&BTreeSet<usize>>) -
                 *region = picks.len() as u8;
             }
         }
-        picks.push((worth, effect.node));
+        picks.push((acquisition, effect.node));
         if picks.len() == MOST {
             break;
         }
     }
-    describe((scene, only), spread, &picks, &region_of)
+    describe((scene, only), propagation, &picks, &region_of)
 }
 
 /// Not in any region.
@@ -142,11 +147,11 @@ const NO_REGION: u8 = u8::MAX;
 /// Finds for each pick the frame that shows most of its region, the pixel and the outline there.
 fn describe(
     (scene, only): (&Scene, Option<&BTreeSet<usize>>),
-    spread: &Spread,
+    propagation: &LabelPropagation,
     picks: &[(f32, u32)],
     region_of: &[u8],
 ) -> Vec<Suggestion> {
-    let surface = spread.surface();
+    let surface = propagation.surface();
     let total: usize = surface.pixels.iter().map(|pixels| pixels.len()).sum();
     // Pixels of each region in each frame, and whether the pick itself is seen there.
     let mut counts = vec![vec![(0_usize, false); picks.len()]; surface.pixels.len()];
@@ -160,11 +165,11 @@ fn describe(
             }
         }
     }
-    let best = picks.first().map_or(1.0, |&(worth, _)| worth);
+    let best = picks.first().map_or(1.0, |&(acquisition, _)| acquisition);
     picks
         .iter()
         .enumerate()
-        .filter_map(|(region, &(worth, pick))| {
+        .filter_map(|(region, &(acquisition, pick))| {
             let allowed = |frame: &usize| only.is_none_or(|only| only.contains(frame));
             let seen = (0..counts.len()).filter(|&frame| allowed(&frame) && counts[frame][region].1);
             let frame = seen.max_by_key(|&frame| (counts[frame][region].0, std::cmp::Reverse(frame)))?;
@@ -181,25 +186,25 @@ fn describe(
                 pixel,
                 position: surface.graph.nodes()[pick as usize].position,
                 outline: outline::trace(camera.width, camera.height, pixel, inside),
-                score: worth / best.max(f32::MIN_POSITIVE),
-                entropy: f32::from(spread.posterior().entropy[pick as usize]) / ENTROPY_STEPS_PER_NAT,
+                score: acquisition / best.max(f32::MIN_POSITIVE),
+                entropy: f32::from(propagation.posterior().entropy[pick as usize]) / ENTROPY_STEPS_PER_NAT,
                 share: covered as f32 / total.max(1) as f32,
-                classes: likely(spread, pick),
+                classes: likely(propagation, pick),
             })
         })
         .collect()
 }
 
-/// The two most likely classes of a node, as far as they are known. The posterior keeps the probability of the first
-/// alone; that of the second is worth computing anew for the few places that are suggested.
-fn likely(spread: &Spread, node: u32) -> Vec<Likely> {
-    let posterior = spread.posterior();
+/// The two most likely classes of a node, as far as they are known. The posterior keeps only the first one's
+/// probability; the second's is computed anew for the few places that are suggested.
+fn likely(propagation: &LabelPropagation, node: u32) -> Vec<Likely> {
+    let posterior = propagation.posterior();
     let known = [
         posterior.labels[node as usize],
         posterior.runners_up[node as usize],
     ];
-    let probabilities = spread.probabilities(node as usize);
-    let of_class = |class: ClassId| spread.classes().iter().position(|&other| other == class);
+    let probabilities = propagation.probabilities(node as usize);
+    let of_class = |class: ClassId| propagation.classes().iter().position(|&other| other == class);
     known
         .into_iter()
         .filter(|&class| class != VOID)

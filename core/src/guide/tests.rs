@@ -7,9 +7,9 @@ use crate::scene::testing::wall;
 use crate::semantics::{CERTAIN, Surface};
 
 /// A wall seen from so many frames, with clicks of two classes spread over it.
-fn spread(frames: usize, clicks: &[(usize, Pixel, ClassId)]) -> (Scene, Spread) {
+fn spread(frames: usize, clicks: &[(usize, Pixel, ClassId)]) -> (Scene, LabelPropagation) {
     let scene = wall(frames, 80, 60);
-    let mut spread = Spread::new(Arc::new(Surface::build(&scene, &[], 5.0).unwrap()));
+    let mut propagation = LabelPropagation::new(Arc::new(Surface::build(&scene, &[], 5.0).unwrap()));
     let strokes = clicks.iter().enumerate().map(|(number, &(frame, pixel, class))| {
         let stroke = Stroke::click(frame, class, pixel);
         (StrokeId(number as u64), Arc::new(stroke))
@@ -19,14 +19,14 @@ fn spread(frames: usize, clicks: &[(usize, Pixel, ClassId)]) -> (Scene, Spread) 
         strokes: strokes.collect(),
         ..LabelSet::default()
     };
-    spread.set_labels(&scene, &labels);
-    (scene, spread)
+    propagation.set_labels(&scene, &labels);
+    (scene, propagation)
 }
 
 fn suggestions(clicks: &[(usize, Pixel, ClassId)]) -> (Arc<Surface>, Vec<u32>, Vec<Suggestion>) {
-    let (scene, spread) = spread(2, clicks);
-    let suggestions = suggest(&scene, &spread, None);
-    (Arc::clone(spread.surface()), spread.said(), suggestions)
+    let (scene, propagation) = spread(2, clicks);
+    let suggestions = suggest(&scene, &propagation, None);
+    (Arc::clone(propagation.surface()), propagation.said(), suggestions)
 }
 
 #[test]
@@ -101,37 +101,39 @@ fn outlines_surround_their_pixel() {
 
 #[test]
 fn suggestions_keep_to_the_frames_that_may_be_labelled() {
-    let (scene, spread) = spread(4, &[]);
+    let (scene, propagation) = spread(4, &[]);
     for frame in 0..4 {
         let only = BTreeSet::from([frame]);
-        let found = suggest(&scene, &spread, Some(&only));
+        let found = suggest(&scene, &propagation, Some(&only));
         assert!(!found.is_empty() && found.iter().all(|s| s.frame == frame));
     }
 }
 
 #[test]
 fn the_likely_classes_have_the_probabilities_of_the_maps() {
-    let (scene, spread) = spread(2, &[(0, [10, 30], 1), (1, [70, 30], 2)]);
-    for suggestion in suggest(&scene, &spread, None) {
+    let (scene, propagation) = spread(2, &[(0, [10, 30], 1), (1, [70, 30], 2)]);
+    for suggestion in suggest(&scene, &propagation, None) {
         let pixel = (suggestion.pixel[1] * 80 + suggestion.pixel[0]) as usize;
-        let node = spread.surface().pixels[suggestion.frame].node(pixel).unwrap();
+        let node = propagation.surface().pixels[suggestion.frame]
+            .node(pixel)
+            .unwrap();
         let [first, second] = suggestion.classes[..] else {
             panic!("two classes are known: {suggestion:?}")
         };
-        let confidence = f32::from(spread.posterior().confidence[node as usize]) / f32::from(CERTAIN);
+        let confidence = f32::from(propagation.posterior().confidence[node as usize]) / f32::from(CERTAIN);
         assert!((first.probability - confidence).abs() < 1e-4, "{suggestion:?}");
         assert!((first.probability + second.probability - 1.0).abs() < 1e-4);
         assert!(first.probability >= second.probability);
         assert_eq!(
             suggestion.position,
-            spread.surface().graph.nodes()[node as usize].position
+            propagation.surface().graph.nodes()[node as usize].position
         );
     }
 }
 
 #[test]
 fn without_labels_there_are_places_and_no_likely_classes() {
-    let (scene, spread) = spread(2, &[]);
-    let found = suggest(&scene, &spread, None);
+    let (scene, propagation) = spread(2, &[]);
+    let found = suggest(&scene, &propagation, None);
     assert!(!found.is_empty() && found.iter().all(|suggestion| suggestion.classes.is_empty()));
 }

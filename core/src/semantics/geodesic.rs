@@ -101,12 +101,12 @@ impl Geodesics {
 
 /// The distance fields of all classes that have labelled nodes.
 #[derive(Clone, Debug, Default)]
-pub struct Propagation {
+pub struct ClassGeodesics {
     classes: BTreeMap<ClassId, Geodesics>,
     seeds: FxHashMap<u32, ClassId>,
 }
 
-impl Propagation {
+impl ClassGeodesics {
     /// The class of each labelled node.
     pub fn seeds(&self) -> &FxHashMap<u32, ClassId> {
         &self.seeds
@@ -226,7 +226,7 @@ mod tests {
     fn incremental_updates_equal_computing_anew() {
         let mut rng = SmallRng::seed_from_u64(12);
         let graph = random_graph(&mut rng, 200);
-        let mut propagation = Propagation::default();
+        let mut geodesics = ClassGeodesics::default();
         let mut seeds: FxHashMap<u32, ClassId> = FxHashMap::default();
         for _ in 0..200 {
             let node = rng.random_range(0..200);
@@ -235,24 +235,24 @@ mod tests {
             } else {
                 seeds.insert(node, rng.random_range(1..4));
             }
-            let before = propagation.clone();
-            let changed = propagation.update(&graph, seeds.clone());
-            for (class, field) in propagation.classes() {
+            let before = geodesics.clone();
+            let changed = geodesics.update(&graph, seeds.clone());
+            for (class, field) in geodesics.classes() {
                 let earlier = before.classes().get(class).map(Geodesics::distances);
                 for (node, &distance) in field.distances().iter().enumerate() {
                     let same = distance == earlier.map_or(f32::INFINITY, |earlier| earlier[node]);
                     assert!(same || changed.binary_search(&(node as u32)).is_ok());
                 }
             }
-            let mut anew = Propagation::default();
+            let mut anew = ClassGeodesics::default();
             anew.update(&graph, seeds.clone());
-            let distances = |p: &Propagation| {
+            let distances = |p: &ClassGeodesics| {
                 p.classes()
                     .iter()
                     .map(|(&c, f)| (c, f.distances().to_vec()))
                     .collect::<Vec<_>>()
             };
-            assert_eq!(distances(&propagation), distances(&anew));
+            assert_eq!(distances(&geodesics), distances(&anew));
         }
     }
 }

@@ -229,7 +229,7 @@ fn smoothed(nodes: Vec<Node>, pairs: &[(u32, u32)]) -> Vec<Node> {
 /// Adds edges until the graph is one part: in ever coarser cells, parts that share a neighbourhood are
 /// joined between their nearest nodes there.
 fn join_parts(nodes: &[Node], pairs: &mut Vec<(u32, u32)>) {
-    let mut parts = Parts::new(nodes.len());
+    let mut parts = DisjointSets::new(nodes.len());
     for &(a, b) in pairs.iter() {
         parts.join(a, b);
     }
@@ -280,12 +280,12 @@ fn join_parts(nodes: &[Node], pairs: &mut Vec<(u32, u32)>) {
 }
 
 /// Disjoint sets of nodes.
-struct Parts {
+struct DisjointSets {
     parent: Vec<u32>,
     count: usize,
 }
 
-impl Parts {
+impl DisjointSets {
     fn new(nodes: usize) -> Self {
         Self {
             parent: (0..nodes as u32).collect(),

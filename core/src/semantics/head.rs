@@ -9,7 +9,7 @@ use glam::Vec3;
 use rand::{Rng, SeedableRng, rngs::SmallRng};
 use rayon::prelude::*;
 
-use super::places::Places;
+use super::places::CompositedPlaces;
 use super::{RayTargets, SoftTargets};
 use crate::field::kernels::{Adam, Dispatch, Wanted, encode};
 use crate::field::{GridShape, OccupancyGrid, RadianceField, Ray, Samples, Sampling};
@@ -70,7 +70,7 @@ impl OwnGrid {
 }
 
 /// What the network reads at some places.
-struct Inputs {
+struct HeadInputs {
     /// The field's features `[N, width]`.
     features: Vec<f32>,
     width: usize,
@@ -79,7 +79,7 @@ struct Inputs {
 }
 
 /// Loss of a piece, and its gradients by the network and by the own features `[n, own width]`.
-struct Part {
+struct PartialLoss {
     loss: f32,
     network: [Option<Tensor>; 3],
     own: Vec<f32>,
@@ -184,7 +184,7 @@ impl SemanticHead {
         sampling: Sampling,
     ) -> Result<bool> {
         self.steps += 1;
-        let mut places = Places::at_points(field, &soft.positions);
+        let mut places = CompositedPlaces::at_points(field, &soft.positions);
         places.add_rays(field, occupancy, &along.rays, sampling)?;
         if places.positions.is_empty() {
             return Ok(true);
@@ -196,7 +196,7 @@ impl SemanticHead {
         }
         let targets = [&soft.probabilities[..], &along.probabilities[..]].concat();
         let inputs = self.inputs(field, &places)?;
-        let parts: Vec<Part> = places
+        let parts: Vec<PartialLoss> = places
             .pieces(PIECE)
             .into_par_iter()
             .map(|rows| self.part(&places, &inputs, &targets, &weights, rows))
@@ -229,7 +229,7 @@ impl SemanticHead {
     pub fn at_points(&self, field: &RadianceField, positions: &[Vec3]) -> Result<Vec<f32>> {
         let mut probabilities = Vec::with_capacity(positions.len() * self.classes.len());
         for positions in positions.chunks(POINTS) {
-            let places = Places::at_points(field, positions);
+            let places = CompositedPlaces::at_points(field, positions);
             self.ask(field, &places, &mut probabilities)?;
         }
         Ok(probabilities)
@@ -249,7 +249,7 @@ impl SemanticHead {
     ) -> Result<Vec<f32>> {
         let mut probabilities = Vec::with_capacity(rays.len() * self.classes.len());
         for rays in rays.chunks(RAYS) {
-            let mut places = Places::at_points(field, &[]);
+            let mut places = CompositedPlaces::at_points(field, &[]);
             places.add_rays(field, occupancy, rays, sampling)?;
             self.ask(field, &places, &mut probabilities)?;
         }
@@ -257,7 +257,12 @@ impl SemanticHead {
     }
 
     /// Adds the probabilities of all rows.
-    fn ask(&self, field: &RadianceField, places: &Places, probabilities: &mut Vec<f32>) -> Result<()> {
+    fn ask(
+        &self,
+        field: &RadianceField,
+        places: &CompositedPlaces,
+        probabilities: &mut Vec<f32>,
+    ) -> Result<()> {
         let inputs = self.inputs(field, places)?;
         let parts: Vec<Vec<f32>> = places
             .pieces(PIECE)
@@ -271,7 +276,7 @@ impl SemanticHead {
         Ok(())
     }
 
-    fn inputs(&self, field: &RadianceField, places: &Places) -> Result<Inputs> {
+    fn inputs(&self, field: &RadianceField, places: &CompositedPlaces) -> Result<HeadInputs> {
         let samples = Samples::at_points(&places.positions);
         let own = match &self.own {
             None => None,
@@ -281,7 +286,7 @@ impl SemanticHead {
                 Some((encoded, values))
             }
         };
-        Ok(Inputs {
+        Ok(HeadInputs {
             features: field.evaluate(&samples, FEATURES)?.features,
             width: field.feature_width(),
             own,
@@ -291,12 +296,12 @@ impl SemanticHead {
     /// Loss and gradients of some rows.
     fn part(
         &self,
-        places: &Places,
-        inputs: &Inputs,
+        places: &CompositedPlaces,
+        inputs: &HeadInputs,
         targets: &[f32],
         weights: &[f32],
         rows: Range<usize>,
-    ) -> Result<Part> {
+    ) -> Result<PartialLoss> {
         let count = self.classes.len();
         let (logits, own) = self.composited(places, inputs, &rows)?;
         let target = &targets[rows.start * count..rows.end * count];
@@ -309,7 +314,7 @@ impl SemanticHead {
             Some(gradient) => gradient.flatten_all()?.to_vec1()?,
             None => Vec::new(),
         };
-        Ok(Part {
+        Ok(PartialLoss {
             loss: loss.to_scalar()?,
             network: [&self.hidden, &self.output, &self.bias].map(|var| gradients.get(var).cloned()),
             own,
@@ -320,8 +325,8 @@ impl SemanticHead {
     /// in the features of the own grid that come with them.
     fn composited(
         &self,
-        places: &Places,
-        inputs: &Inputs,
+        places: &CompositedPlaces,
+        inputs: &HeadInputs,
         rows: &Range<usize>,
     ) -> Result<(Tensor, Option<Var>)> {
         let samples = places.samples(rows);

@@ -8,10 +8,10 @@ use rustc_hash::FxHashMap;
 
 use super::posterior::votes_weight;
 use super::votes::most_likely;
-use super::{NO_NODE, NodeVotes, Posterior, Propagation, Surface};
+use super::{ClassGeodesics, NO_NODE, NodeVotes, Posterior, Surface};
 use crate::labels::{ClassId, ImportedLabels, LabelSet, VOID};
 
-/// What imported label images say of a surface, for [`Spread`](super::Spread). Making it takes seconds where they
+/// What imported label images say of a surface, for [`LabelPropagation`](super::LabelPropagation). Making it takes seconds where they
 /// are votes, so a session does that beside its other work.
 #[derive(Clone, Debug)]
 pub struct SurfaceImport {
@@ -20,11 +20,11 @@ pub struct SurfaceImport {
     in_images: BTreeSet<ClassId>,
     /// Those of them that the label set has, ascending.
     classes: Vec<ClassId>,
-    said: Said,
+    said: NodeAnswers,
 }
 
 #[derive(Clone, Debug)]
-enum Said {
+enum NodeAnswers {
     /// The class of each node with trusted pixels, and the images without classes that there are not.
     Trusted(FxHashMap<u32, ClassId>, Arc<ImportedLabels>),
     /// Class probabilities `[nodes, classes]`, times the weight that the trust gives them.
@@ -45,12 +45,12 @@ impl SurfaceImport {
             } else {
                 Arc::new(images.relabelled(known))
             };
-            Said::Trusted(votes.majority(), shown)
+            NodeAnswers::Trusted(votes.majority(), shown)
         } else {
             let weight = votes_weight(images.trust);
             let mut probabilities = votes.probabilities(surface);
             probabilities.iter_mut().for_each(|share| *share *= weight);
-            Said::Votes(probabilities)
+            NodeAnswers::Votes(probabilities)
         };
         Some(Self {
             images,
@@ -69,16 +69,16 @@ impl SurfaceImport {
     /// The images whose pixels are as they say.
     pub fn trusted(&self) -> Option<&Arc<ImportedLabels>> {
         match &self.said {
-            Said::Trusted(_, shown) => Some(shown),
-            Said::Votes(_) => None,
+            NodeAnswers::Trusted(_, shown) => Some(shown),
+            NodeAnswers::Votes(_) => None,
         }
     }
 
     /// The class of each node with trusted pixels.
     pub fn seeds(&self) -> impl Iterator<Item = (u32, ClassId)> + '_ {
         let seeds = match &self.said {
-            Said::Trusted(seeds, _) => Some(seeds),
-            Said::Votes(_) => None,
+            NodeAnswers::Trusted(seeds, _) => Some(seeds),
+            NodeAnswers::Votes(_) => None,
         };
         seeds.into_iter().flatten().map(|(&node, &class)| (node, class))
     }
@@ -86,7 +86,7 @@ impl SurfaceImport {
     /// What votes give these classes at every node, `[nodes, classes]`: probabilities times the weight of the images,
     /// which is 1 for [`Trust::VOTES`](crate::labels::Trust::VOTES).
     pub fn votes(&self, classes: &[ClassId]) -> Option<Vec<f32>> {
-        let Said::Votes(probabilities) = &self.said else {
+        let NodeAnswers::Votes(probabilities) = &self.said else {
             return None;
         };
         let own = self.classes.len().max(1);
@@ -120,9 +120,9 @@ impl NodeLabels {
     pub fn spread(surface: &Surface, classes: &[ClassId], labels: &ImportedLabels) -> Self {
         let votes = NodeVotes::count(surface, classes, labels);
         if labels.trust.is_right() {
-            let mut propagation = Propagation::default();
-            propagation.update(&surface.graph, votes.majority());
-            return Self(Posterior::new(&propagation, classes, surface.graph.len(), None, None).labels);
+            let mut geodesics = ClassGeodesics::default();
+            geodesics.update(&surface.graph, votes.majority());
+            return Self(Posterior::new(&geodesics, classes, surface.graph.len(), None, None).labels);
         }
         let shares = votes.diffused(surface);
         let rows = shares.par_chunks_exact(classes.len().max(1));

@@ -27,12 +27,12 @@ pub struct FrameMap {
     pub width: u32,
     /// Height in pixels.
     pub height: u32,
-    pixels: Pixels,
+    pixels: MapPixels,
 }
 
 /// How a map knows its pixels.
 #[derive(Clone, Debug)]
-pub(super) enum Pixels {
+pub(super) enum MapPixels {
     /// One by one.
     Listed {
         labels: Vec<ClassId>,
@@ -164,7 +164,7 @@ impl FrameMap {
             generation,
             width,
             height,
-            pixels: Pixels::Listed {
+            pixels: MapPixels::Listed {
                 labels,
                 entropy,
                 likelihood: None,
@@ -181,7 +181,7 @@ impl FrameMap {
             generation,
             width: camera.width,
             height: camera.height,
-            pixels: Pixels::OnSurface(shown),
+            pixels: MapPixels::OnSurface(shown),
         }
     }
 
@@ -199,7 +199,7 @@ impl FrameMap {
             generation: 0,
             width,
             height,
-            pixels: Pixels::Listed {
+            pixels: MapPixels::Listed {
                 labels: of_nodes(nodes, (&posterior.labels, VOID)),
                 entropy: of_nodes(nodes, (&posterior.entropy, unknown)),
                 likelihood: Some(Likelihood {
@@ -211,17 +211,17 @@ impl FrameMap {
         }
     }
 
-    pub(super) fn pixels(&self) -> &Pixels {
+    pub(super) fn pixels(&self) -> &MapPixels {
         &self.pixels
     }
 
     /// The same map with its pixels looked up once, for whoever reads more than one thing of it.
     pub fn looked_up(&self) -> Cow<'_, Self> {
-        let Pixels::OnSurface(shown) = &self.pixels else {
+        let MapPixels::OnSurface(shown) = &self.pixels else {
             return Cow::Borrowed(self);
         };
         let nodes = shown.nodes(self.frame);
-        let pixels = Pixels::Listed {
+        let pixels = MapPixels::Listed {
             labels: shown.labels(self.frame, &nodes),
             entropy: shown.entropy(self.frame, &nodes),
             likelihood: Some(Likelihood {
@@ -235,13 +235,13 @@ impl FrameMap {
 
     /// Whether reading the pixels costs nothing: they are listed, or were looked up before.
     pub fn is_looked_up(&self) -> bool {
-        matches!(self.pixels, Pixels::Listed { .. })
+        matches!(self.pixels, MapPixels::Listed { .. })
     }
 
     /// What a map that [is looked up](Self::is_looked_up) says of one pixel; `None` for others, and outside the
     /// map.
     pub fn at(&self, [x, y]: Pixel) -> Option<PixelAnswer> {
-        let Pixels::Listed {
+        let MapPixels::Listed {
             labels,
             entropy,
             likelihood,
@@ -268,24 +268,26 @@ impl FrameMap {
     /// made pixel by pixel, such as one of a project file.
     pub fn surface(&self) -> Option<(&Arc<Surface>, &Arc<Posterior>)> {
         match &self.pixels {
-            Pixels::Listed { source, .. } => source.as_ref().map(|(surface, posterior)| (surface, posterior)),
-            Pixels::OnSurface(shown) => Some((&shown.surface, &shown.posterior)),
+            MapPixels::Listed { source, .. } => {
+                source.as_ref().map(|(surface, posterior)| (surface, posterior))
+            }
+            MapPixels::OnSurface(shown) => Some((&shown.surface, &shown.posterior)),
         }
     }
 
     /// Most likely class of every pixel; void where nothing is known or the person said so.
     pub fn labels(&self) -> Cow<'_, [ClassId]> {
         match &self.pixels {
-            Pixels::Listed { labels, .. } => Cow::Borrowed(labels),
-            Pixels::OnSurface(shown) => Cow::Owned(shown.labels(self.frame, &shown.nodes(self.frame))),
+            MapPixels::Listed { labels, .. } => Cow::Borrowed(labels),
+            MapPixels::OnSurface(shown) => Cow::Owned(shown.labels(self.frame, &shown.nodes(self.frame))),
         }
     }
 
     /// Entropy of every pixel's class distribution, in nats times [`ENTROPY_STEPS_PER_NAT`].
     pub fn entropy(&self) -> Cow<'_, [u16]> {
         match &self.pixels {
-            Pixels::Listed { entropy, .. } => Cow::Borrowed(entropy),
-            Pixels::OnSurface(shown) => Cow::Owned(shown.entropy(self.frame, &shown.nodes(self.frame))),
+            MapPixels::Listed { entropy, .. } => Cow::Borrowed(entropy),
+            MapPixels::OnSurface(shown) => Cow::Owned(shown.entropy(self.frame, &shown.nodes(self.frame))),
         }
     }
 
@@ -293,11 +295,11 @@ impl FrameMap {
     /// was made from labels and entropy alone, such as one of a project file.
     pub fn confidence(&self) -> Option<Cow<'_, [u16]>> {
         match &self.pixels {
-            Pixels::Listed { likelihood, .. } => {
+            MapPixels::Listed { likelihood, .. } => {
                 let known = likelihood.as_ref();
                 known.map(|known| Cow::Borrowed(known.confidence.as_slice()))
             }
-            Pixels::OnSurface(shown) => {
+            MapPixels::OnSurface(shown) => {
                 let nodes = shown.nodes(self.frame);
                 Some(Cow::Owned(shown.confidence(self.frame, &nodes)))
             }
@@ -328,7 +330,7 @@ impl FrameMap {
         }
         let (width, height) = (frame.image().width, frame.image().height);
         let (own_labels, own_entropy) = (straight.labels(), straight.entropy());
-        let Pixels::Listed { likelihood, .. } = &straight.pixels else {
+        let MapPixels::Listed { likelihood, .. } = &straight.pixels else {
             return straight;
         };
         let unknown = own_entropy.iter().copied().max().unwrap_or(0);
@@ -346,7 +348,7 @@ impl FrameMap {
         Cow::Owned(Self {
             width,
             height,
-            pixels: Pixels::Listed {
+            pixels: MapPixels::Listed {
                 labels: moved(&own_labels, VOID),
                 entropy: moved(&own_entropy, unknown),
                 likelihood: likelihood.as_ref().map(|known| Likelihood {

@@ -36,7 +36,7 @@ pub struct Mesh {
 
 /// Sums at a corner of the grid.
 #[derive(Clone, Copy, Default)]
-struct Corner {
+struct GridCorner {
     weight: f32,
     distance: f32,
 }
@@ -44,7 +44,7 @@ struct Corner {
 /// Signed distances at the corners of the voxel grid, near the surface.
 struct Distances {
     side: f32,
-    corners: FxHashMap<IVec3, Corner>,
+    corners: FxHashMap<IVec3, GridCorner>,
 }
 
 impl Mesh {
@@ -87,7 +87,7 @@ impl Mesh {
 
 impl Distances {
     fn of<'a>(nodes: impl Iterator<Item = &'a Node>, side: f32) -> Self {
-        let mut corners: FxHashMap<IVec3, Corner> = FxHashMap::default();
+        let mut corners: FxHashMap<IVec3, GridCorner> = FxHashMap::default();
         for node in nodes.filter(|node| node.normal != Vec3::ZERO) {
             let first = (node.position / side).floor().as_ivec3() - 1;
             for k in 0..64 {

@@ -44,7 +44,7 @@ impl RayTargets {
 
 /// Rows of places whose logits are composited together: a point by itself, a ray of several samples.
 #[derive(Clone, Debug)]
-pub(super) struct Places {
+pub(super) struct CompositedPlaces {
     /// First sample of each row, and the number of samples at the end: `[rows + 1]`.
     starts: Vec<usize>,
     /// Unit positions of the samples.
@@ -53,7 +53,7 @@ pub(super) struct Places {
     pub shares: Vec<f32>,
 }
 
-impl Places {
+impl CompositedPlaces {
     /// A row for each world position.
     pub fn at_points(field: &RadianceField, positions: &[Vec3]) -> Self {
         Self {
@@ -130,7 +130,7 @@ mod tests {
     #[test]
     fn pieces_hold_every_row_once_and_few_samples() {
         // Rows of 3, 0, 0, 5, 2 and 1 samples.
-        let places = Places {
+        let places = CompositedPlaces {
             starts: vec![0, 3, 3, 3, 8, 10, 11],
             positions: vec![Vec3::ZERO; 11],
             shares: vec![1.0; 11],

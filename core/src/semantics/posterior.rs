@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::{CERTAIN, ENTROPY_STEPS_PER_NAT, Propagation};
+use super::{CERTAIN, ClassGeodesics, ENTROPY_STEPS_PER_NAT};
 use crate::labels::{ClassId, Trust, VOID};
 
 /// A class's weight falls with this power of its distance.
@@ -47,7 +47,7 @@ impl Posterior {
     /// head's weight. On nodes that votes reach, what they say takes the place of not knowing, with a horizon that is
     /// nearer.
     pub fn new(
-        propagation: &Propagation,
+        geodesics: &ClassGeodesics,
         classes: &[ClassId],
         nodes: usize,
         votes: Option<&[f32]>,
@@ -61,21 +61,21 @@ impl Posterior {
             distances: vec![[f32::INFINITY; 2]; nodes],
         };
         let all: Vec<u32> = (0..nodes as u32).collect();
-        posterior.update(propagation, classes, &all, votes, head);
+        posterior.update(geodesics, classes, &all, votes, head);
         posterior
     }
 
     /// Computes these nodes anew, as [`Posterior::new`] does: those whose distances have changed.
     pub fn update(
         &mut self,
-        propagation: &Propagation,
+        geodesics: &ClassGeodesics,
         classes: &[ClassId],
         nodes: &[u32],
         votes: Option<&[f32]>,
         head: Option<&[f32]>,
     ) {
-        let fields = distance_fields(propagation, classes);
-        let rows: Vec<Summary> = nodes
+        let fields = distance_fields(geodesics, classes);
+        let rows: Vec<NodeSummary> = nodes
             .par_iter()
             .with_min_len(1024)
             .map_init(
@@ -103,12 +103,12 @@ impl Posterior {
 
     /// The graph's class probabilities of one node, in the order of `classes`.
     pub fn of_node(
-        propagation: &Propagation,
+        geodesics: &ClassGeodesics,
         classes: &[ClassId],
         node: usize,
         votes: Option<&[f32]>,
     ) -> Vec<f32> {
-        let fields = distance_fields(propagation, classes);
+        let fields = distance_fields(geodesics, classes);
         let mut weights = vec![0.0; classes.len()];
         fill_weights(&fields, node, votes, &mut weights);
         let sum: f32 = weights.iter().sum();
@@ -131,8 +131,8 @@ pub(super) fn label_at(
 }
 
 /// The distance field of each class; `None` where it has no labelled node.
-fn distance_fields<'a>(propagation: &'a Propagation, classes: &[ClassId]) -> Vec<Option<&'a [f32]>> {
-    let fields = propagation.classes();
+fn distance_fields<'a>(geodesics: &'a ClassGeodesics, classes: &[ClassId]) -> Vec<Option<&'a [f32]>> {
+    let fields = geodesics.classes();
     let of_class = |class| fields.get(class).map(super::Geodesics::distances);
     classes.iter().map(of_class).collect()
 }
@@ -169,7 +169,7 @@ fn fill_weights(
 }
 
 /// What the posterior keeps of a node.
-struct Summary {
+struct NodeSummary {
     label: ClassId,
     entropy: u16,
     confidence: u16,
@@ -177,10 +177,10 @@ struct Summary {
     nearest: [f32; 2],
 }
 
-fn summarise(classes: &[ClassId], weights: &[f32], nearest: [f32; 2]) -> Summary {
+fn summarise(classes: &[ClassId], weights: &[f32], nearest: [f32; 2]) -> NodeSummary {
     let sum: f32 = weights.iter().sum();
     if sum <= 0.0 {
-        return Summary {
+        return NodeSummary {
             label: VOID,
             entropy: 0,
             confidence: 0,
@@ -204,7 +204,7 @@ fn summarise(classes: &[ClassId], weights: &[f32], nearest: [f32; 2]) -> Summary
     if nearest[0].is_infinite() {
         best = [(0.0, VOID); 2];
     }
-    Summary {
+    NodeSummary {
         label: best[0].1,
         // A cast saturates: 6.5 nats are the entropy of 700 classes.
         entropy: (entropy * ENTROPY_STEPS_PER_NAT).round() as u16,
@@ -245,7 +245,7 @@ mod tests {
 
     #[test]
     fn without_labels_everything_is_void_and_unknown() {
-        let posterior = Posterior::new(&Propagation::default(), &[1, 2, 3], 5, None, None);
+        let posterior = Posterior::new(&ClassGeodesics::default(), &[1, 2, 3], 5, None, None);
         assert_eq!(posterior.labels, [VOID; 5]);
         assert_eq!(posterior.confidence, [0; 5]);
         assert!(

@@ -3,7 +3,7 @@
 use std::f32::consts::LN_2;
 use std::ops::Range;
 
-use super::map::{CERTAIN, OnSurface, Pixels};
+use super::map::{CERTAIN, MapPixels, OnSurface};
 use super::{ENTROPY_STEPS_PER_NAT, FrameMap, NO_NODE};
 use crate::labels::{ClassId, ImportedMap, VOID};
 
@@ -34,7 +34,7 @@ struct Counts {
 
 /// What a run of pixels has in common.
 #[derive(Clone, Copy)]
-struct Value {
+struct PixelValue {
     label: ClassId,
     entropy: u16,
     unclear: bool,
@@ -51,7 +51,7 @@ impl FrameMap {
         let said = said.map(ImportedMap::labels);
         let mut counts = Counts::default();
         match self.pixels() {
-            Pixels::Listed {
+            MapPixels::Listed {
                 labels,
                 entropy,
                 likelihood,
@@ -64,7 +64,7 @@ impl FrameMap {
                         Some(likelihood) => likelihood.confidence[pixel] < CERTAIN / 2,
                         None => entropy > toss_up,
                     };
-                    let value = Value {
+                    let value = PixelValue {
                         label: labels[pixel],
                         entropy,
                         unclear,
@@ -72,7 +72,7 @@ impl FrameMap {
                     counts.add(pixel..pixel + 1, value, said.as_deref());
                 }
             }
-            Pixels::OnSurface(shown) => {
+            MapPixels::OnSurface(shown) => {
                 let OnSurface {
                     scene,
                     surface,
@@ -88,7 +88,7 @@ impl FrameMap {
                         let hidden = range.clone().filter(|&pixel| color.is_hidden(pixel)).count();
                         let (sure, rest) =
                             (range.start..range.start + hidden, range.start + hidden..range.end);
-                        let void = Value {
+                        let void = PixelValue {
                             label: VOID,
                             entropy: 0,
                             unclear: false,
@@ -97,12 +97,12 @@ impl FrameMap {
                         range = rest;
                     }
                     let value = match node {
-                        NO_NODE => Value {
+                        NO_NODE => PixelValue {
                             label: VOID,
                             entropy: *unknown,
                             unclear: true,
                         },
-                        node => Value {
+                        node => PixelValue {
                             label: posterior.labels[node as usize],
                             entropy: posterior.entropy[node as usize],
                             unclear: posterior.confidence[node as usize] < CERTAIN / 2,
@@ -118,7 +118,7 @@ impl FrameMap {
 
 impl Counts {
     /// Adds a run of pixels.
-    fn add(&mut self, range: Range<usize>, value: Value, said: Option<&[ClassId]>) {
+    fn add(&mut self, range: Range<usize>, value: PixelValue, said: Option<&[ClassId]>) {
         let length = range.len();
         self.pixels += length;
         self.entropy += length as u64 * u64::from(value.entropy);

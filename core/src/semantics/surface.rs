@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use super::graph::{Node, SurfaceGraph};
-use super::voxels::{Cell, OtherFrames, Points, VoxelNodes, Voxels};
+use super::voxels::{OtherFrames, Points, Voxel, VoxelNodes, Voxels};
 use super::{FieldDepth, NodeMap, pixel_length};
 use crate::scene::{Pixels, Scene};
 
@@ -137,10 +137,10 @@ impl Surface {
         Some(Self::from_sums(voxels, sums, lengths))
     }
 
-    fn from_sums(voxels: Voxels, sums: FxHashMap<Cell, Sum>, lengths: Lengths<'_>) -> Self {
+    fn from_sums(voxels: Voxels, sums: FxHashMap<Voxel, Sum>, lengths: Lengths<'_>) -> Self {
         let scene = lengths.scene;
         let keyframes = scene.keyframes();
-        let mut sums: Vec<(Cell, Sum)> = sums.into_iter().collect();
+        let mut sums: Vec<(Voxel, Sum)> = sums.into_iter().collect();
         // A fixed order, whatever order the frames were fused in.
         sums.sort_by_key(|(cell, _)| (cell.shell, cell.index.to_array()));
         let enough = keyframes.len() as f32;
@@ -178,13 +178,13 @@ impl Surface {
 }
 
 /// Sums of the points of all keyframes by voxel; every `stride`-th pixel along each axis counts.
-fn fuse(voxels: &Voxels, lengths: Lengths<'_>, stride: u32) -> FxHashMap<Cell, Sum> {
+fn fuse(voxels: &Voxels, lengths: Lengths<'_>, stride: u32) -> FxHashMap<Voxel, Sum> {
     let share = (stride * stride) as f32;
     let of_frame = |number: usize| {
         // Normals look two pixels far: with an even stride only every second one is ever read.
         let points = lengths.points(number, if stride.is_multiple_of(2) { 2 } else { 1 });
         let frame = points.frame;
-        let mut sums: FxHashMap<Cell, Sum> = FxHashMap::default();
+        let mut sums: FxHashMap<Voxel, Sum> = FxHashMap::default();
         for row in (0..frame.camera.height).step_by(stride as usize) {
             for column in (0..frame.camera.width).step_by(stride as usize) {
                 let pixel = (row * frame.camera.width + column) as usize;
@@ -200,7 +200,7 @@ fn fuse(voxels: &Voxels, lengths: Lengths<'_>, stride: u32) -> FxHashMap<Cell, S
         sums
     };
     // In blocks, so that the sums come together in the same order with any number of threads.
-    let mut all: FxHashMap<Cell, Sum> = FxHashMap::default();
+    let mut all: FxHashMap<Voxel, Sum> = FxHashMap::default();
     let frames = lengths.scene.keyframes();
     for block in frames.chunks(16) {
         let parts: Vec<_> = block.par_iter().map(|&number| of_frame(number)).collect();

@@ -4,11 +4,11 @@ use glam::Vec3;
 use rand::seq::{IndexedRandom, IteratorRandom};
 use rand::{Rng, SeedableRng, rngs::SmallRng};
 
-use super::{NodeVotes, RayTargets, SoftTargets, Spread, Surface};
+use super::{LabelPropagation, NodeVotes, RayTargets, SoftTargets, Surface};
 use crate::field::Ray;
 use crate::scene::Scene;
 
-impl Spread {
+impl LabelPropagation {
     /// Random places of the surface with the class probabilities that the graph alone gives them; empty
     /// without labels.
     pub fn soft_targets(&self, count: usize, seed: u64) -> SoftTargets {

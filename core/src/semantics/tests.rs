@@ -15,17 +15,17 @@ use crate::scene::{DepthMap, Scene};
 fn labels_that_follow_others_spread_like_new_ones() {
     let scene = wall(5, 64, 48);
     let surface = Arc::new(Surface::build(&scene, &[], 5.0).unwrap());
-    let weights = |spread: &Spread| -> Vec<f32> {
-        let count = spread.surface().graph.len() * spread.classes().len();
+    let weights = |propagation: &LabelPropagation| -> Vec<f32> {
+        let count = propagation.surface().graph.len() * propagation.classes().len();
         (0..count).map(|index| 0.1 + (index % 7) as f32).collect()
     };
     let mut history = History::default();
     for name in ["dark", "bright"] {
         history.add_class(name);
     }
-    let mut spread = Spread::new(Arc::clone(&surface));
-    spread.set_labels(&scene, history.labels());
-    spread.set_head(weights(&spread));
+    let mut propagation = LabelPropagation::new(Arc::clone(&surface));
+    propagation.set_labels(&scene, history.labels());
+    propagation.set_head(weights(&propagation));
     let clicks = [
         (0, 1, [10, 20]),
         (0, 1, [25, 30]),
@@ -34,20 +34,20 @@ fn labels_that_follow_others_spread_like_new_ones() {
     ];
     for (frame, class, pixel) in clicks.into_iter().chain([(2, 0, [20, 20]), (0, 2, [10, 20])]) {
         history.add_stroke(Stroke::click(frame, class, pixel));
-        spread.set_labels(&scene, history.labels());
-        let mut anew = Spread::new(Arc::clone(&surface));
+        propagation.set_labels(&scene, history.labels());
+        let mut anew = LabelPropagation::new(Arc::clone(&surface));
         anew.set_labels(&scene, history.labels());
         anew.set_head(weights(&anew));
-        assert!(spread.posterior() == anew.posterior());
+        assert!(propagation.posterior() == anew.posterior());
     }
     while history.undo().is_some() {
-        spread.set_labels(&scene, history.labels());
-        let mut anew = Spread::new(Arc::clone(&surface));
+        propagation.set_labels(&scene, history.labels());
+        let mut anew = LabelPropagation::new(Arc::clone(&surface));
         anew.set_labels(&scene, history.labels());
         if anew.classes().len() == 2 {
             anew.set_head(weights(&anew));
         }
-        assert!(spread.posterior() == anew.posterior());
+        assert!(propagation.posterior() == anew.posterior());
     }
 }
 
@@ -61,16 +61,16 @@ fn the_order_of_the_class_list_changes_nothing() {
     }
     history.add_stroke(Stroke::click(0, 1, [10, 20]));
     history.add_stroke(Stroke::click(4, 2, [50, 30]));
-    let mut spread = Spread::new(surface);
-    spread.set_labels(&scene, history.labels());
-    let before = (spread.classes().to_vec(), spread.posterior().clone());
+    let mut propagation = LabelPropagation::new(surface);
+    propagation.set_labels(&scene, history.labels());
+    let before = (propagation.classes().to_vec(), propagation.posterior().clone());
     history.move_class(3, 0).unwrap();
-    spread.set_labels(&scene, history.labels());
-    assert!(before == (spread.classes().to_vec(), spread.posterior().clone()));
+    propagation.set_labels(&scene, history.labels());
+    assert!(before == (propagation.classes().to_vec(), propagation.posterior().clone()));
 }
 
 /// A wall whose halves are clicked once each, and a field that knows it.
-fn clicked() -> (Arc<Scene>, Trainer, Spread) {
+fn clicked() -> (Arc<Scene>, Trainer, LabelPropagation) {
     let scene = Arc::new(wall(9, 64, 48));
     let mut trainer = Trainer::new(Arc::clone(&scene), Preset::Fast, 3).unwrap();
     for _ in 0..120 {
@@ -82,10 +82,10 @@ fn clicked() -> (Arc<Scene>, Trainer, Spread) {
     history.add_class("bright");
     history.add_stroke(Stroke::click(0, 1, [10, 20]));
     history.add_stroke(Stroke::click(8, 2, [50, 30]));
-    let mut spread = Spread::new(Arc::new(surface));
-    spread.set_labels(&scene, history.labels());
+    let mut propagation = LabelPropagation::new(Arc::new(surface));
+    propagation.set_labels(&scene, history.labels());
 
-    (scene, trainer, spread)
+    (scene, trainer, propagation)
 }
 
 fn sampling(trainer: &Trainer) -> Sampling {
@@ -136,16 +136,16 @@ fn import(history: &mut History, class: ClassId, trust: Trust) {
     });
 }
 
-fn spread_over(spread: &mut Spread, scene: &Scene, labels: &LabelSet) {
-    spread.set_labels(scene, labels);
-    if let Some(import) = SurfaceImport::new(spread.surface(), labels) {
-        spread.set_import(import);
+fn propagate(propagation: &mut LabelPropagation, scene: &Scene, labels: &LabelSet) {
+    propagation.set_labels(scene, labels);
+    if let Some(import) = SurfaceImport::new(propagation.surface(), labels) {
+        propagation.set_import(import);
     }
 }
 
 /// Shares of the dark and of the bright pixels of a frame that have this class.
-fn shares(spread: &Spread, scene: &Arc<Scene>, frame: usize, class: ClassId) -> [f32; 2] {
-    let map = spread.map(scene, frame, 1);
+fn shares(propagation: &LabelPropagation, scene: &Arc<Scene>, frame: usize, class: ClassId) -> [f32; 2] {
+    let map = propagation.map(scene, frame, 1);
     let (mut counted, mut with) = ([0.0; 2], [0.0; 2]);
     for (pixel, &label) in map.labels().iter().enumerate() {
         let side = usize::from(scene.frames[frame].color().pixel(pixel)[0] > 128);
@@ -158,32 +158,44 @@ fn shares(spread: &Spread, scene: &Arc<Scene>, frame: usize, class: ClassId) -> 
 #[test]
 fn votes_decide_until_a_click_corrects_what_is_connected_with_it() {
     let scene = Arc::new(wall(5, 64, 48));
-    let mut spread = Spread::new(Arc::new(Surface::build(&scene, &[], 5.0).unwrap()));
+    let mut propagation = LabelPropagation::new(Arc::new(Surface::build(&scene, &[], 5.0).unwrap()));
     let mut history = History::default();
     history.add_class("dark");
     history.add_class("bright");
     import(&mut history, 1, Trust::VOTES);
-    spread_over(&mut spread, &scene, history.labels());
-    assert!(spread.has_import_of(history.labels()));
+    propagate(&mut propagation, &scene, history.labels());
+    assert!(propagation.has_import_of(history.labels()));
     // Also where no image is.
-    assert!(shares(&spread, &scene, 4, 1).iter().all(|&share| share > 0.99));
-    let sure = spread.map(&scene, 4, 1).mean_entropy();
+    assert!(
+        shares(&propagation, &scene, 4, 1)
+            .iter()
+            .all(|&share| share > 0.99)
+    );
+    let sure = propagation.map(&scene, 4, 1).mean_entropy();
     assert!(sure < 0.3, "{sure}");
 
     history.add_stroke(Stroke::click(4, 2, [50, 30]));
-    spread.set_labels(&scene, history.labels());
-    let [dark, bright] = shares(&spread, &scene, 3, 2);
+    propagation.set_labels(&scene, history.labels());
+    let [dark, bright] = shares(&propagation, &scene, 3, 2);
     assert!(bright > 0.95 && dark < 0.05, "{dark} {bright}");
-    let map = spread.map(&scene, 4, 1);
+    let map = propagation.map(&scene, 4, 1);
     assert_eq!((map.labels()[30 * 64 + 50], map.entropy()[30 * 64 + 50]), (2, 0));
 
     history.undo().unwrap();
-    spread.set_labels(&scene, history.labels());
-    assert!(shares(&spread, &scene, 3, 1).iter().all(|&share| share > 0.99));
+    propagation.set_labels(&scene, history.labels());
+    assert!(
+        shares(&propagation, &scene, 3, 1)
+            .iter()
+            .all(|&share| share > 0.99)
+    );
     history.undo().unwrap();
-    spread.set_labels(&scene, history.labels());
-    assert!(!spread.has_import_of(history.labels()));
-    assert!(shares(&spread, &scene, 3, VOID).iter().all(|&share| share == 1.0));
+    propagation.set_labels(&scene, history.labels());
+    assert!(!propagation.has_import_of(history.labels()));
+    assert!(
+        shares(&propagation, &scene, 3, VOID)
+            .iter()
+            .all(|&share| share == 1.0)
+    );
 }
 
 #[test]
@@ -194,20 +206,20 @@ fn maps_have_the_borders_of_the_image_where_voxels_lie_across() {
         frame.camera_to_world.translation.x += 0.06;
     }
     let scene = Arc::new(scene);
-    let mut spread = Spread::new(Arc::new(Surface::build(&scene, &[], 5.0).unwrap()));
+    let mut propagation = LabelPropagation::new(Arc::new(Surface::build(&scene, &[], 5.0).unwrap()));
     let mut history = History::default();
     history.add_class("dark");
     history.add_class("bright");
     history.add_stroke(Stroke::click(0, 1, [10, 20]));
     history.add_stroke(Stroke::click(4, 2, [50, 30]));
-    spread.set_labels(&scene, history.labels());
+    propagation.set_labels(&scene, history.labels());
     let (mut by_voxels, mut in_maps) = (0, 0);
     for (number, frame) in scene.frames.iter().enumerate() {
         let color = frame.color();
         let class = |pixel: usize| if color.pixel(pixel)[0] > 128 { 2 } else { 1 };
-        let nodes = spread.surface().pixels[number].unpack();
-        let of_voxel = |pixel: usize| spread.posterior().labels[nodes[pixel] as usize];
-        let map = spread.map(&scene, number, 1);
+        let nodes = propagation.surface().pixels[number].unpack();
+        let of_voxel = |pixel: usize| propagation.posterior().labels[nodes[pixel] as usize];
+        let map = propagation.map(&scene, number, 1);
         by_voxels += (0..nodes.len())
             .filter(|&pixel| of_voxel(pixel) != class(pixel))
             .count();
@@ -223,7 +235,7 @@ fn maps_have_the_borders_of_the_image_where_voxels_lie_across() {
 #[test]
 fn a_scribble_that_slips_over_an_edge_keeps_its_pixels_and_spreads_from_the_rest() {
     let scene = Arc::new(wall(5, 64, 48));
-    let mut spread = Spread::new(Arc::new(Surface::build(&scene, &[], 5.0).unwrap()));
+    let mut propagation = LabelPropagation::new(Arc::new(Surface::build(&scene, &[], 5.0).unwrap()));
     let mut history = History::default();
     history.add_class("dark");
     history.add_class("bright");
@@ -234,10 +246,10 @@ fn a_scribble_that_slips_over_an_edge_keeps_its_pixels_and_spreads_from_the_rest
         ..Stroke::click(2, 1, [8, 20])
     });
     history.add_stroke(Stroke::click(2, 2, [58, 40]));
-    spread.set_labels(&scene, history.labels());
+    propagation.set_labels(&scene, history.labels());
     let color = scene.frames[2].color();
     let class = |pixel: usize| if color.pixel(pixel)[0] > 128 { 2 } else { 1 };
-    let map = spread.map(&scene, 2, 1);
+    let map = propagation.map(&scene, 2, 1);
     let painted = rasterise(history.labels(), 2, 64, 48);
     for (pixel, &label) in map.labels().iter().enumerate() {
         let said = painted.get(&(pixel as u32)).map(|&(class, _)| class);
@@ -252,42 +264,46 @@ fn a_scribble_that_slips_over_an_edge_keeps_its_pixels_and_spreads_from_the_rest
         ..Stroke::click(2, 1, [8, 20])
     });
     history.add_stroke(Stroke::click(2, 2, [58, 40]));
-    spread.set_labels(&scene, history.labels());
-    assert_eq!(spread.map(&scene, 2, 2).labels()[22 * 64 + 40], 1);
+    propagation.set_labels(&scene, history.labels());
+    assert_eq!(propagation.map(&scene, 2, 2).labels()[22 * 64 + 40], 1);
 }
 
 #[test]
 fn trusted_images_are_as_they_say_under_later_strokes() {
     let scene = Arc::new(wall(5, 64, 48));
-    let mut spread = Spread::new(Arc::new(Surface::build(&scene, &[], 5.0).unwrap()));
+    let mut propagation = LabelPropagation::new(Arc::new(Surface::build(&scene, &[], 5.0).unwrap()));
     let mut history = History::default();
     history.add_class("one");
     history.add_class("two");
     import(&mut history, 1, Trust::RIGHT);
     history.add_stroke(Stroke::click(2, 2, [50, 30]));
-    spread_over(&mut spread, &scene, history.labels());
-    let map = spread.map(&scene, 2, 1);
+    propagate(&mut propagation, &scene, history.labels());
+    let map = propagation.map(&scene, 2, 1);
     for (pixel, (&label, &entropy)) in map.labels().iter().zip(map.entropy().iter()).enumerate() {
         let class = if pixel == 30 * 64 + 50 { 2 } else { 1 };
         assert_eq!((label, entropy), (class, 0));
     }
     // Frames without an image follow by shortest paths.
-    let [dark, bright] = shares(&spread, &scene, 4, 1);
+    let [dark, bright] = shares(&propagation, &scene, 4, 1);
     assert!(dark > 0.95 && bright > 0.8, "{dark} {bright}");
     // A class that is gone says nothing any more.
     history.delete_class(1).unwrap();
-    assert!(!spread.has_import_of(history.labels()));
-    spread_over(&mut spread, &scene, history.labels());
-    assert!(shares(&spread, &scene, 2, 1).iter().all(|&share| share == 0.0));
+    assert!(!propagation.has_import_of(history.labels()));
+    propagate(&mut propagation, &scene, history.labels());
+    assert!(
+        shares(&propagation, &scene, 2, 1)
+            .iter()
+            .all(|&share| share == 0.0)
+    );
 }
 
 #[test]
 fn the_composited_head_labels_a_view_that_no_frame_shows() {
-    let (scene, trainer, spread) = clicked();
+    let (scene, trainer, propagation) = clicked();
     let field = trainer.field();
-    let mut head = SemanticHead::new(spread.classes(), field.feature_width(), None, None, 1).unwrap();
+    let mut head = SemanticHead::new(propagation.classes(), field.feature_width(), None, None, 1).unwrap();
     for step in 0..150 {
-        let soft = spread.soft_targets(256, step);
+        let soft = propagation.soft_targets(256, step);
         let nobody = RayTargets::default();
         head.step(field, trainer.occupancy(), &soft, &nobody, sampling(&trainer))
             .unwrap();
@@ -297,13 +313,13 @@ fn the_composited_head_labels_a_view_that_no_frame_shows() {
 
 #[test]
 fn a_semantic_field_that_is_taught_by_rays_alone_labels_such_a_view_too() {
-    let (scene, trainer, spread) = clicked();
+    let (scene, trainer, propagation) = clicked();
     let field = trainer.field();
     let own = Some(trainer.capacity().semantic_grid());
-    let mut head = SemanticHead::new(spread.classes(), field.feature_width(), own, None, 1).unwrap();
+    let mut head = SemanticHead::new(propagation.classes(), field.feature_width(), own, None, 1).unwrap();
     for step in 0..150 {
         let nowhere = SoftTargets::default();
-        let rays = spread.map_rays(&scene, 256, step);
+        let rays = propagation.map_rays(&scene, 256, step);
         assert!(rays.rays.iter().all(|ray| ray.length.is_none()));
         head.step(field, trainer.occupancy(), &nowhere, &rays, sampling(&trainer))
             .unwrap();
@@ -313,11 +329,11 @@ fn a_semantic_field_that_is_taught_by_rays_alone_labels_such_a_view_too() {
 
 #[test]
 fn votes_of_which_most_are_wrong_teach_a_semantic_field_the_truth() {
-    let (scene, trainer, spread) = clicked();
+    let (scene, trainer, propagation) = clicked();
     let classes = [1, 2, 3, 4];
     let mut rng = SmallRng::seed_from_u64(2);
     let mut noisy = |frame: usize| {
-        let mut labels = spread.map(&scene, frame, 0).labels().into_owned();
+        let mut labels = propagation.map(&scene, frame, 0).labels().into_owned();
         for label in &mut labels {
             if rng.random_bool(0.8) {
                 *label = rng.random_range(1..=4);
@@ -329,21 +345,21 @@ fn votes_of_which_most_are_wrong_teach_a_semantic_field_the_truth() {
         maps: (0..scene.frames.len()).map(&mut noisy).collect(),
         trust: Trust::VOTES,
     };
-    let votes = NodeVotes::count(spread.surface(), &classes, &labels);
+    let votes = NodeVotes::count(propagation.surface(), &classes, &labels);
     let field = trainer.field();
     let own = Some(trainer.capacity().semantic_grid());
     let mut head = SemanticHead::new(&classes, field.feature_width(), own, None, 1).unwrap();
     let frames: Vec<usize> = (0..scene.frames.len()).collect();
     for step in 0..60 {
-        let soft = votes.targets(spread.surface(), 512, step);
-        let rays = votes.rays(spread.surface(), &scene, &frames, 64, step);
+        let soft = votes.targets(propagation.surface(), 512, step);
+        let rays = votes.rays(propagation.surface(), &scene, &frames, 64, step);
         head.step(field, trainer.occupancy(), &soft, &rays, sampling(&trainer))
             .unwrap();
     }
-    let nodes = spread.surface().graph.nodes();
+    let nodes = propagation.surface().graph.nodes();
     let positions: Vec<Vec3> = nodes.iter().map(|node| node.position).collect();
     let probabilities = head.at_points(field, &positions).unwrap();
-    let truth = &spread.posterior().labels;
+    let truth = &propagation.posterior().labels;
     let right = probabilities.chunks_exact(4).zip(truth).filter(|(p, truth)| {
         let best = (0..4).max_by(|&a, &b| p[a].total_cmp(&p[b])).unwrap();
         classes[best] == **truth
@@ -412,15 +428,15 @@ fn hidden_pixels_have_no_node_and_no_label_whatever_is_said_of_them() {
     history.add_class("bright");
     history.add_stroke(Stroke::click(0, 1, [10, 20]));
     history.add_stroke(Stroke::click(0, 2, [50, 30]));
-    let mut spread = Spread::new(Arc::clone(&surface));
-    spread.set_labels(&scene, history.labels());
+    let mut propagation = LabelPropagation::new(Arc::clone(&surface));
+    propagation.set_labels(&scene, history.labels());
     let before: Vec<_> = (0..3)
-        .map(|frame| spread.map(&scene, frame, 1).labels().into_owned())
+        .map(|frame| propagation.map(&scene, frame, 1).labels().into_owned())
         .collect();
     history.add_stroke(Stroke::click(1, 1, [30, 20]));
-    spread.set_labels(&scene, history.labels());
+    propagation.set_labels(&scene, history.labels());
     for (frame, before) in before.iter().enumerate() {
-        let map = spread.map(&scene, frame, 2);
+        let map = propagation.map(&scene, frame, 2);
         assert_eq!(
             &map.labels()[..],
             &before[..],
@@ -452,11 +468,11 @@ fn a_summary_by_nodes_is_near_that_of_the_pixels() {
     history.add_class("bright");
     history.add_stroke(Stroke::click(0, 1, [10, 20]));
     history.add_stroke(Stroke::click(4, 2, [50, 30]));
-    let mut spread = Spread::new(surface);
-    spread.set_labels(&scene, history.labels());
+    let mut propagation = LabelPropagation::new(surface);
+    propagation.set_labels(&scene, history.labels());
     let imported = ImportedMap::new(2, &[1; 64 * 48]);
     for frame in 0..5 {
-        let map = spread.map(&scene, frame, 1);
+        let map = propagation.map(&scene, frame, 1);
         let summary = map.summary(Some(&imported)).unwrap();
         let exact = map.looked_up().summary(Some(&imported)).unwrap();
         assert!((exact.mean_entropy - map.mean_entropy()).abs() < 1e-5);

@@ -23,7 +23,7 @@ const NARROW: usize = 5;
 
 /// A voxel: on the surface or on the shell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) struct Cell {
+pub(super) struct Voxel {
     pub shell: bool,
     pub index: IVec3,
 }
@@ -89,12 +89,12 @@ impl Voxels {
     }
 
     /// The voxel that a pixel shows, and the point in it; `None` where its length is not known.
-    pub fn cell(&self, points: &Points<'_>, pixel: usize) -> Option<(Cell, Vec3)> {
+    pub fn cell(&self, points: &Points<'_>, pixel: usize) -> Option<(Voxel, Vec3)> {
         self.cell_at(points, pixel, points.lengths[pixel])
     }
 
     /// The same of this length along the pixel's ray, which may be infinite or not a number.
-    fn cell_at(&self, points: &Points<'_>, pixel: usize, length: f32) -> Option<(Cell, Vec3)> {
+    fn cell_at(&self, points: &Points<'_>, pixel: usize, length: f32) -> Option<(Voxel, Vec3)> {
         if length.is_nan() {
             return None;
         }
@@ -102,7 +102,7 @@ impl Voxels {
         let length = if shell { self.shell } else { length };
         let point = points.frame.center() + length * points.directions[pixel];
         let index = (point / self.side_of(shell)).floor().as_ivec3();
-        Some((Cell { shell, index }, point))
+        Some((Voxel { shell, index }, point))
     }
 }
 
@@ -110,12 +110,12 @@ impl Voxels {
 #[derive(Debug)]
 pub(super) struct VoxelNodes {
     voxels: Voxels,
-    index: FxHashMap<Cell, u32>,
+    index: FxHashMap<Voxel, u32>,
 }
 
 impl VoxelNodes {
     /// The voxels of nodes, in the order of the nodes.
-    pub fn new(voxels: Voxels, cells: impl Iterator<Item = Cell>) -> Self {
+    pub fn new(voxels: Voxels, cells: impl Iterator<Item = Voxel>) -> Self {
         Self {
             voxels,
             index: cells.zip(0..).collect(),
@@ -126,7 +126,7 @@ impl VoxelNodes {
     pub fn shown(&self, points: &Points<'_>, nodes: &[Node]) -> NodeMap {
         let frame = points.frame;
         // Neighbouring pixels are often in one voxel.
-        let mut last: Option<(Cell, u32)> = None;
+        let mut last: Option<(Voxel, u32)> = None;
         let node_of = |pixel| {
             let Some((cell, point)) = self.voxels.cell(points, pixel) else {
                 return NO_NODE;
@@ -176,14 +176,14 @@ impl VoxelNodes {
     }
 
     /// The node of a voxel and true, or else that of the neighbouring voxel nearest to the point.
-    fn node_of(&self, cell: Cell, point: Vec3, nodes: &[Node]) -> (u32, bool) {
+    fn node_of(&self, cell: Voxel, point: Vec3, nodes: &[Node]) -> (u32, bool) {
         if let Some(&node) = self.index.get(&cell) {
             return (node, true);
         }
         let nearest = (0..27)
             .filter_map(|k| {
                 let offset = IVec3::new(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1);
-                let index_of = Cell {
+                let index_of = Voxel {
                     index: cell.index + offset,
                     ..cell
                 };

@@ -1,25 +1,25 @@
-//! Spreading imported label images beside the worker: votes take seconds, and a click must not wait for them.
+//! Propagates imported label images in the background: votes take seconds, and a click must not wait for them.
 
 use std::sync::Arc;
 
 use crossbeam_channel::{Receiver, TryRecvError};
 
-use super::survey::in_background;
+use super::surface_refiner::in_background;
 use crate::labels::LabelSet;
 use crate::semantics::{Surface, SurfaceImport};
 
-/// What imported images say of a surface, being found out.
+/// A propagation of imported images over a surface that is under way.
 pub(super) struct Importing(Receiver<Option<SurfaceImport>>);
 
 impl Importing {
-    /// Starts to spread the imported images of a label set over a surface.
+    /// Starts to propagate the imported images of a label set over a surface.
     pub(super) fn start(surface: &Arc<Surface>, labels: &LabelSet, threads: usize) -> Self {
-        let (on, labels) = (Arc::clone(surface), labels.clone());
-        let spread = move || SurfaceImport::new(&on, &labels);
-        Self(in_background("inplace-import", threads, spread))
+        let (surface, labels) = (Arc::clone(surface), labels.clone());
+        let propagate = move || SurfaceImport::new(&surface, &labels);
+        Self(in_background("inplace-import", threads, propagate))
     }
 
-    /// The answer, once it is there; `Some(None)` where the labels have no imported images.
+    /// The result, once it is there; `Some(None)` where the labels have no imported images.
     ///
     /// # Errors
     /// The thread died.

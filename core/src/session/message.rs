@@ -10,7 +10,7 @@ use crate::field::{FieldError, Preset, Trainer, Work};
 use crate::guide::Suggestion;
 use crate::labels::LabelSet;
 use crate::scene::{OpenOptions, Scene, SceneSource};
-use crate::semantics::Verdict;
+use crate::semantics::StrokeCheck;
 
 /// What a session works on and how.
 #[derive(Clone, Debug)]
@@ -19,7 +19,7 @@ pub struct SessionOptions {
     pub source: SceneSource,
     /// What to read of it.
     pub open: OpenOptions,
-    /// How much the field may model.
+    /// How large the field may grow and how long it trains.
     pub preset: Preset,
     /// How much larger or smaller than what the scene gets.
     pub size: Size,
@@ -27,7 +27,7 @@ pub struct SessionOptions {
     pub threads: usize,
     /// Seed of everything random.
     pub seed: u64,
-    /// Model state of an earlier session on the same scene ([`Event::State`]), to go on from.
+    /// Model state of an earlier session on the same scene ([`Event::State`]) to continue from.
     pub state: Option<Arc<ModelState>>,
 }
 
@@ -54,50 +54,48 @@ impl Default for Size {
 /// What the worker is asked to do.
 #[derive(Clone, Debug)]
 pub enum Command {
-    /// These are the labels now. Maps made from them carry the same generation.
+    /// The labels have changed. Maps made from them carry the same generation.
     Labels {
         /// All labels.
         labels: LabelSet,
         /// Counts up with every change.
         generation: u64,
     },
-    /// The person looks at this frame: its maps come first.
+    /// This frame is in view: its maps come first.
     View {
         /// Index of the frame.
         frame: usize,
     },
-    /// Suggest places in the keyframes among these frames alone: the others are not to be labelled.
+    /// Suggest places only in the keyframes among these frames.
     SuggestOn {
         /// Indices of the frames.
         frames: BTreeSet<usize>,
     },
-    /// From now on, answer every change of the labels with [`Event::Verdicts`] too.
+    /// From now on, check the strokes after every change of the labels ([`Event::StrokeChecks`]).
     CheckStrokes,
-    /// Render the field as seen from this frame, in slices between which labels are still followed; a newer
-    /// wish replaces an older one. Answered with [`Event::Rendered`], coarse first and then fine, or with
-    /// [`Event::NotRendered`].
+    /// Render the field as seen from this frame, in slices between other work; a newer request replaces an older one.
+    /// Answered with [`Event::Rendered`], coarse first and then fine, or with [`Event::NotRendered`].
     Render {
         /// Index of the frame.
         frame: usize,
     },
-    /// Stop training; label changes are still followed.
+    /// Stop training; the maps still follow changes of the labels.
     Pause,
-    /// Go on training.
+    /// Train on.
     Resume,
-    /// Finish what makes the maps better soon, then train no more: the last look at the surface and the
-    /// last maps; [`Status::settled`] tells the end.
+    /// Stop training after the last refinement of the surface and the last maps; then [`Status::settled`] is set.
     Settle,
     /// Answer with [`Event::State`].
     Save,
     /// Panic, for measuring that nothing is lost by it.
     #[doc(hidden)]
     Panic,
-    /// End the worker. It answers with [`Event::Stopped`] within 100 ms; with [`Preset::Reference`] after
-    /// the eight rays that it is working on, which take about as long on two free cores.
+    /// End the worker. It answers with [`Event::Stopped`] within 100 ms, or with [`Preset::Reference`] after its current
+    /// eight rays, which take about as long on two free cores.
     Stop,
 }
 
-/// What the worker tells. Maps are not in here: they lie in [`MapSlots`](super::MapSlots).
+/// What the worker reports. Maps are not in here: they are in [`MapSlots`](super::MapSlots).
 #[derive(Clone, Debug)]
 pub enum Event {
     /// The capture is being read: frames decoded, frames in all.
@@ -109,7 +107,7 @@ pub enum Event {
     },
     /// The capture is open; there is a map slot for each of its frames.
     Opened(Arc<Scene>),
-    /// A newer map of this frame lies in its slot.
+    /// There is a newer map of this frame in its slot.
     Map {
         /// Index of the frame.
         frame: usize,
@@ -128,54 +126,53 @@ pub enum Event {
         /// At most eight.
         suggestions: Vec<Suggestion>,
     },
-    /// What the strokes say of each other, after [`Command::CheckStrokes`]; it follows the maps at leisure.
-    Verdicts {
+    /// The strokes checked against each other, after [`Command::CheckStrokes`]; later than the maps.
+    StrokeChecks {
         /// Generation of the labels that were checked.
         generation: u64,
-        /// One for every stroke that can be checked ([`Verdicts::strokes`](crate::semantics::Verdicts::strokes)).
-        verdicts: Vec<Verdict>,
-        /// Cross-validated accuracy, 0..=1 ([`Verdicts::accuracy`](crate::semantics::Verdicts::accuracy)).
+        /// One for every stroke that can be checked ([`LeaveOneOut::strokes`](crate::semantics::LeaveOneOut::strokes)).
+        checks: Vec<StrokeCheck>,
+        /// Cross-validated accuracy, 0..=1 ([`LeaveOneOut::accuracy`](crate::semantics::LeaveOneOut::accuracy)).
         accuracy: Option<f32>,
     },
     /// The field as seen from a frame: an answer to [`Command::Render`].
     Rendered(Arc<RenderedFrame>),
-    /// The field cannot be shown; the sentence says why. The other answer to [`Command::Render`].
+    /// The field cannot be shown, and why. The other answer to [`Command::Render`].
     NotRendered(String),
-    /// How training goes; several times a second while it runs.
+    /// Progress of training; several times a second while it runs.
     Status(Status),
     /// The answer to [`Command::Save`].
     State(Arc<ModelState>),
-    /// Something is other than expected, and the work goes on; the sentence says what.
+    /// Something is not as expected, and what; the work goes on.
     Warning(String),
-    /// Something failed; the sentence says what and what to do. The labels are safe.
+    /// Something failed: what, and what to do. The labels are safe.
     Error(String),
     /// The worker has ended.
     Stopped,
 }
 
-/// How training goes.
+/// Progress of training.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Status {
     /// What the worker is doing.
     pub phase: Phase,
     /// Training steps done, those before a saved state included.
     pub steps: u64,
-    /// Whether the field is taught: what is trained from now on only follows the labels.
+    /// Whether training of the radiance field has ended; the semantic heads still follow the labels.
     pub field_settled: bool,
-    /// What this session has trained on.
+    /// Training steps, rays and samples of this session.
     pub work: Work,
-    /// Seconds spent training the field and looking at its surface.
+    /// Seconds spent training the field and refining its surface.
     pub geometry_seconds: f64,
-    /// Seconds that [`Command::Settle`] takes until the last surface is there, as the newest look at one took; `None`
-    /// where that is not known yet.
+    /// Estimated seconds from [`Command::Settle`] to the last surface; `None` where that is not known yet.
     pub seconds_to_settle: Option<f64>,
-    /// Seconds spent spreading the labels and training the head.
+    /// Seconds spent propagating the labels and training the heads.
     pub semantics_seconds: f64,
     /// Seconds spent making maps.
     pub render_seconds: f64,
     /// Steps that were skipped because their loss or gradient was not finite.
     pub skipped_steps: u64,
-    /// How often the field came back to an earlier state, because it had collapsed or was not finite.
+    /// How often the field was reset to a checkpoint because it had collapsed or was not finite.
     pub undone: u64,
     /// Peak signal-to-noise ratio on held-out frames, in dB.
     pub held_out_psnr: Option<f32>,
@@ -189,14 +186,15 @@ pub struct Status {
     pub capacity: String,
     /// Nodes of the surface graph; 0 until there is one.
     pub surface_nodes: usize,
-    /// The coarsest stride of the rendered maps: one pixel in so many along each axis was computed, and its
-    /// neighbours show the same. `None` where every pixel has an answer of its own, and before there are maps.
+    /// Stride of the newest complete pass, where maps are rendered ray by ray: along each axis one pixel in so many was
+    /// computed, and its neighbours show the same. `None` for maps that follow from the surface, and before there are
+    /// maps.
     pub map_stride: Option<u32>,
     /// Generation of the newest labels that the worker has.
     pub generation: u64,
-    /// Whether imported label images are being spread: the maps do not follow them yet.
+    /// Whether imported label images are still being propagated, so that the maps do not follow them yet.
     pub spreading_import: bool,
-    /// Whether more training is not expected to change the maps, and all of them are published.
+    /// Whether training is over and all maps are published.
     pub settled: bool,
 }
 
@@ -213,15 +211,15 @@ pub enum Phase {
     /// Reading the capture.
     #[default]
     Opening,
-    /// Learning geometry and colour; there is no surface to spread labels over yet.
+    /// Learning geometry and colour; there is no surface for the labels yet.
     FindingSurface,
     /// Training, with maps following the labels.
     Training,
-    /// Training stopped by the person.
+    /// Training paused by the user.
     Paused,
 }
 
-/// A model state that a later session goes on from: safetensors with the steps done.
+/// A model state that a later session continues from.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ModelState {
     /// Training steps done.
@@ -231,7 +229,7 @@ pub struct ModelState {
 }
 
 impl ModelState {
-    /// The field as it was saved.
+    /// The saved field, in a trainer for this scene.
     ///
     /// # Errors
     /// The state of another scene or preset, or of another version of the program.
@@ -244,8 +242,7 @@ impl ModelState {
     /// The parameters and grids by name.
     ///
     /// # Errors
-    /// Bytes that are not in the safetensors format, or a value that is not a finite number, which training never gets
-    /// rid of again.
+    /// Bytes that are not in the safetensors format, or a value that is not finite: training could not recover from it.
     pub fn load(&self) -> Result<HashMap<String, Tensor>, FieldError> {
         let tensors = candle_core::safetensors::load_buffer(&self.tensors, &Device::Cpu)?;
         for (name, tensor) in &tensors {

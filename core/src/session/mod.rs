@@ -2,19 +2,19 @@
 //! in step with the labels. The window and the headless commands use the same one.
 
 mod checking;
+pub(crate) mod head_trainer;
 mod importing;
 mod maps;
 mod message;
 mod opening;
-mod opinion;
 mod outbox;
-mod pulse;
 mod reference;
 mod rendering;
 pub(crate) mod semantic_field;
+mod semantic_prior;
 mod serve;
-pub(crate) mod survey;
-pub(crate) mod taught;
+mod status_reporter;
+pub(crate) mod surface_refiner;
 mod worker;
 
 use std::sync::Arc;
@@ -23,7 +23,9 @@ use std::thread::JoinHandle;
 use crossbeam_channel::{Receiver, Sender, unbounded};
 
 use crate::scene::Scene;
-pub use crate::semantics::{CERTAIN, ENTROPY_STEPS_PER_NAT, FrameMap, FrameSummary, PixelAnswer, Verdict};
+pub use crate::semantics::{
+    CERTAIN, ENTROPY_STEPS_PER_NAT, FrameMap, FrameSummary, PixelAnswer, StrokeCheck,
+};
 pub use maps::MapSlots;
 pub use message::{Command, Event, ModelState, Phase, SessionOptions, Size, Status};
 pub use rendering::RenderedFrame;
@@ -43,7 +45,7 @@ impl Session {
         Self::begin(options, None, wake)
     }
 
-    /// Starts a worker on a scene that is open already, whatever the options' source is.
+    /// Starts a worker on a scene that is already open; the options' source is not read.
     pub fn on(scene: Arc<Scene>, options: SessionOptions, wake: impl Fn() + Send + Sync + 'static) -> Self {
         Self::begin(options, Some(scene), wake)
     }
@@ -79,11 +81,11 @@ impl Session {
 
     /// Asks the worker to do something; never waits. Without effect once the worker has ended.
     pub fn send(&self, command: Command) {
-        // A worker that has ended has said so by `Event::Stopped` or `Event::Error`.
+        // A worker that has ended has reported it by `Event::Stopped` or `Event::Error`.
         let _ = self.commands.send(command);
     }
 
-    /// What the worker tells, oldest first.
+    /// The worker's events, oldest first.
     pub fn events(&self) -> &Receiver<Event> {
         &self.events
     }
@@ -98,7 +100,7 @@ impl Drop for Session {
     fn drop(&mut self) {
         self.send(Command::Stop);
         if let Some(worker) = self.worker.take() {
-            // A panic in the worker has been told as `Event::Error`.
+            // A panic in the worker has been reported as `Event::Error`.
             let _ = worker.join();
         }
     }

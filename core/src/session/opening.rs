@@ -1,4 +1,4 @@
-//! Opening a scene beside the worker.
+//! Opening a scene in the background.
 
 use std::sync::Arc;
 
@@ -9,16 +9,16 @@ use super::worker::WorkerError;
 use super::{Command, Event, SessionOptions};
 use crate::scene::Scene;
 
-/// An open scene, and the commands that came meanwhile.
-pub(super) type Opened = (Arc<Scene>, Vec<Command>);
+/// An open scene, and the commands that arrived in the meantime.
+pub(super) type OpenedScene = (Arc<Scene>, Vec<Command>);
 
-/// Opens the scene beside the worker, so that it can be stopped meanwhile; `None` when it was.
+/// Opens the scene on a thread of its own, so that it can be stopped; `None` when it was.
 pub(super) fn open(
     options: &SessionOptions,
     commands: &Receiver<Command>,
     outbox: &Outbox,
     threads: &Arc<rayon::ThreadPool>,
-) -> Result<Option<Opened>, WorkerError> {
+) -> Result<Option<OpenedScene>, WorkerError> {
     let (sender, opened) = bounded(1);
     let (source, what) = (options.source.clone(), options.open);
     let (progress, threads) = (outbox.clone(), Arc::clone(threads));
@@ -26,7 +26,7 @@ pub(super) fn open(
     let spawned = thread.spawn(move || {
         let tell = |done, total| progress.send(Event::Opening { done, total });
         let scene = threads.install(|| Scene::open(&source, what, &tell));
-        // Nobody waits for it any more when the session was stopped.
+        // The receiver is gone when the session was stopped.
         let _ = sender.send(scene);
     });
     if let Err(error) = spawned {

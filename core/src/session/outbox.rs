@@ -23,14 +23,14 @@ impl Outbox {
         }
     }
 
-    /// Tells an event and wakes the reader.
+    /// Sends an event and wakes the reader.
     pub(super) fn send(&self, event: Event) {
-        // Nobody reads any more when the session is being dropped.
+        // The receiver is gone when the session is being dropped.
         let _ = self.events.send(event);
         (self.wake)();
     }
 
-    /// Publishes a map and tells that it is there.
+    /// Publishes a map and sends the event for it.
     pub(super) fn publish(&self, map: FrameMap) {
         let (frame, generation) = (map.frame, map.generation);
         if self.maps.publish(map) {

@@ -10,11 +10,11 @@ use std::time::Instant;
 use candle_core::Device;
 
 use super::outbox::Outbox;
-use super::pulse::Pulse;
-use super::serve::Task;
+use super::serve::WorkerTask;
+use super::status_reporter::StatusReporter;
 use super::worker::{WorkerError, saved, timed};
 use super::{Command, Event, FrameMap, Phase, SessionOptions, Status};
-use crate::field::reference::{PixelLabels, ReferenceRay, ReferenceTrainer, Settings};
+use crate::field::reference::{PixelLabels, ReferenceRay, ReferenceSettings, ReferenceTrainer};
 use crate::field::{HeldOut, Ray, RenderedRay, Work, best_device};
 use crate::labels::{ClassId, LabelSet, VOID, rasterise};
 use crate::scene::{Camera, Scene};
@@ -25,37 +25,37 @@ const COARSEST: u32 = 128;
 /// Held-out pixels that the error is measured on, once training rests.
 const HELD_OUT_RAYS: usize = 64;
 
-/// Trains, renders and obeys; one piece of work, a slice of rays, at a time.
+/// Trains and renders the published network, a slice of rays at a time.
 pub(super) struct ReferenceWorker<'a> {
     scene: Arc<Scene>,
     options: &'a SessionOptions,
     outbox: &'a Outbox,
     device: Device,
-    settings: Settings,
-    /// There once the classes are known, since the networks have a logit for each.
+    settings: ReferenceSettings,
+    /// `None` until the classes are known, since the networks have a logit for each.
     trainer: Option<ReferenceTrainer>,
     labels: LabelSet,
     generation: u64,
     paused: bool,
     settling: bool,
-    /// The maps of the networks as they are; anew after each training.
-    rendering: Rendering,
+    /// The maps of the present networks; starts over after each training step.
+    rendering: MapRendering,
     held_out: Option<HeldOut>,
     map_stride: Option<u32>,
-    pulse: Pulse,
+    reporter: StatusReporter,
     training_seconds: f64,
     render_seconds: f64,
 }
 
-/// How far the maps have come.
+/// Progress of the maps.
 #[derive(Default)]
-struct Rendering {
+struct MapRendering {
     held_out: Vec<RenderedRay>,
     measured: bool,
     /// Stride of the pass under way; 0 before the first.
     stride: u32,
     frame: usize,
-    /// What is rendered of the frame under way: the first so many of its [`coarse_pixels`].
+    /// The rays rendered of the frame under way, in the order of its [`coarse_pixels`].
     done: Vec<ReferenceRay>,
     /// Entropies of the pass under way, summed over its frames.
     entropy: f32,
@@ -74,17 +74,17 @@ impl<'a> ReferenceWorker<'a> {
             scene,
             options,
             outbox,
-            settings: Settings::published(&device),
+            settings: ReferenceSettings::published(&device),
             device,
             trainer: None,
             labels: LabelSet::default(),
             generation: 0,
             paused: false,
             settling: false,
-            rendering: Rendering::default(),
+            rendering: MapRendering::default(),
             held_out: None,
             map_stride: None,
-            pulse: Pulse::new(),
+            reporter: StatusReporter::new(),
             training_seconds: 0.0,
             render_seconds: 0.0,
         })
@@ -100,8 +100,8 @@ impl<'a> ReferenceWorker<'a> {
         let pixels = PixelLabels::new(&self.scene, &labels);
         self.labels = labels;
         self.generation = generation;
-        self.pulse.renew();
-        self.rendering = Rendering::default();
+        self.reporter.repeat_next();
+        self.rendering = MapRendering::default();
         match &mut self.trainer {
             _ if pixels.classes().is_empty() => self.trainer = None,
             Some(trainer) if trainer.labels().classes() == pixels.classes() => trainer.set_labels(pixels)?,
@@ -119,7 +119,7 @@ impl<'a> ReferenceWorker<'a> {
                     && let Ok(tensors) = state.load()
                     && trainer.restore(&tensors, state.steps).is_ok()
                 {
-                    self.tell_status();
+                    self.report_status();
                 }
                 self.trainer = Some(trainer);
             }
@@ -127,7 +127,7 @@ impl<'a> ReferenceWorker<'a> {
         Ok(())
     }
 
-    /// Whether training rests, so that maps are worth their time.
+    /// Whether training rests, so that there is time for maps.
     fn rests(&self) -> bool {
         self.paused || self.settling || self.trainer.as_ref().is_some_and(ReferenceTrainer::settled)
     }
@@ -140,8 +140,8 @@ impl<'a> ReferenceWorker<'a> {
         let Some(trainer) = &mut self.trainer else {
             return Ok(false);
         };
-        // Maps made meanwhile are of other networks.
-        self.rendering = Rendering::default();
+        // Earlier maps are of other networks.
+        self.rendering = MapRendering::default();
         timed(&mut self.training_seconds, || trainer.advance())?;
         Ok(true)
     }
@@ -155,7 +155,7 @@ impl<'a> ReferenceWorker<'a> {
         let (field, slice) = (trainer.field(), self.settings.slice);
         let rendering = &mut self.rendering;
         if !rendering.measured && rendering.stride < COARSEST && rendering.stride > 0 {
-            // After the first maps, which must not wait for it.
+            // The error is measured after the first maps, which must not wait for it.
             let pixels = trainer.held_out().fewer(HELD_OUT_RAYS);
             let rays = pixels.rays(&self.scene);
             let done = rendering.held_out.len();
@@ -201,7 +201,7 @@ impl<'a> ReferenceWorker<'a> {
             rendering.stride = (rendering.stride / 2).max(1);
             rendering.frame = 0;
             rendering.entropy = 0.0;
-            self.tell_status();
+            self.report_status();
             let generation = self.generation;
             self.outbox.send(Event::AllMaps { generation });
         }
@@ -214,15 +214,15 @@ impl<'a> ReferenceWorker<'a> {
     }
 }
 
-impl Task for ReferenceWorker<'_> {
-    fn obey(&mut self, command: Command) -> Result<bool, WorkerError> {
+impl WorkerTask for ReferenceWorker<'_> {
+    fn handle(&mut self, command: Command) -> Result<bool, WorkerError> {
         match command {
             Command::Labels { labels, generation } => self.set_labels(labels, generation)?,
             // All frames are rendered at a stride before any is at the next.
             Command::View { .. } => {}
             // There are no suggestions without a surface.
             Command::SuggestOn { .. } => {}
-            // Its labels do not spread along a surface, so none can be left out for a moment.
+            // Labels do not spread along a surface here, so that none can be left out for a check.
             Command::CheckStrokes => {}
             Command::Render { .. } => self.outbox.send(Event::NotRendered(
                 "The published network takes minutes for a view of the scene: it is not shown here."
@@ -230,16 +230,16 @@ impl Task for ReferenceWorker<'_> {
             )),
             Command::Pause => {
                 self.paused = true;
-                self.tell_status();
+                self.report_status();
             }
             Command::Resume => {
                 self.paused = false;
                 self.settling = false;
-                self.tell_status();
+                self.report_status();
             }
             Command::Settle => {
                 self.settling = true;
-                self.pulse.renew();
+                self.reporter.repeat_next();
             }
             Command::Save => {
                 if let Some(trainer) = &self.trainer {
@@ -253,7 +253,7 @@ impl Task for ReferenceWorker<'_> {
         Ok(true)
     }
 
-    fn tell_status(&mut self) {
+    fn report_status(&mut self) {
         let trainer = self.trainer.as_ref();
         let status = Status {
             phase: if self.paused {
@@ -281,12 +281,12 @@ impl Task for ReferenceWorker<'_> {
             spreading_import: false,
             settled: self.is_settled(),
         };
-        self.pulse.tell(self.outbox, status);
+        self.reporter.report(self.outbox, status);
     }
 
     fn advance(&mut self) -> Result<bool, WorkerError> {
-        if self.pulse.is_due() || (!self.pulse.told_settled() && self.is_settled()) {
-            self.tell_status();
+        if self.reporter.is_due() || (!self.reporter.reported_settled() && self.is_settled()) {
+            self.report_status();
         }
         Ok(self.train()? || self.render()?)
     }
@@ -312,8 +312,8 @@ fn most_likely(ray: &ReferenceRay, classes: &[ClassId]) -> (ClassId, u16) {
     )
 }
 
-/// The dense map of a (frame, generation) from what is said of its [`coarse_pixels`]: each pixel as that of its
-/// square; what the person painted is as they said. `None` never, as long as all of those are there.
+/// The dense map of a (frame, generation) from the classes and entropies of its [`coarse_pixels`]: each pixel has those
+/// of its square, and painted pixels have the class of the stroke. `None` if the number of pixels is wrong.
 fn frame_map(
     scene: &Scene,
     labels: &LabelSet,

@@ -1,13 +1,13 @@
-//! The field as seen from a frame, rendered a slice at a time for whoever looks at it.
+//! The field as seen from a frame, rendered in slices.
 
 use crate::field::{FieldError, Ray, RenderedRay, Trainer, frame_rays, render_rays};
 use crate::scene::{Camera, ColorImage, Scene};
 
-/// Rays rendered before commands are looked at again.
+/// Rays rendered between two looks at the commands.
 const RAYS_AT_A_TIME: usize = 1024;
-/// Most rays of a view: so many take about a second on two cores.
+/// Most rays of a view: they take about a second on two cores.
 const MOST_RAYS: usize = 80_000;
-/// How much coarser, along each axis, the first pass is: it is there in a sixteenth of the time.
+/// How much coarser, along each axis, the first pass is: it takes a sixteenth of the time.
 const COARSER: u32 = 4;
 
 /// The field as seen from a frame.
@@ -39,19 +39,19 @@ impl RenderedFrame {
 }
 
 /// A view under way: a coarse pass, then a fine one.
-pub(super) struct Rendering {
+pub(super) struct FrameRendering {
     frame: usize,
     /// Stride of the pass under way.
     stride: u32,
     /// Stride of the last pass.
     finest: u32,
-    /// Camera and rays of the pass under way, once it was begun.
+    /// Camera and rays of the pass under way, once it has been begun.
     begun: Option<(Camera, Vec<Ray>)>,
     done: Vec<RenderedRay>,
     is_done: bool,
 }
 
-impl Rendering {
+impl FrameRendering {
     /// A view from this frame; `None` when there is no such frame.
     pub(super) fn new(scene: &Scene, frame: usize) -> Option<Self> {
         let camera = &scene.frames.get(frame)?.camera;
@@ -131,7 +131,7 @@ mod tests {
     fn a_view_comes_coarse_first_and_then_at_the_frames_own_size() {
         let scene = Arc::new(wall(3, 64, 48));
         let trainer = Trainer::new(Arc::clone(&scene), Preset::Fast, 1).unwrap();
-        let mut rendering = Rendering::new(&scene, 1).unwrap();
+        let mut rendering = FrameRendering::new(&scene, 1).unwrap();
         let mut views = Vec::new();
         let mut slices = 0;
         while !rendering.is_done() {
@@ -142,13 +142,13 @@ mod tests {
         let about = |view: &RenderedFrame| (view.stride, view.color.width(), view.depth.len(), view.is_last);
         let all: Vec<_> = views.iter().map(about).collect();
         assert_eq!(all, [(4, 16, 16 * 12, false), (1, 64, 64 * 48, true)]);
-        assert!(Rendering::new(&scene, 3).is_none());
+        assert!(FrameRendering::new(&scene, 3).is_none());
     }
 
     #[test]
     fn large_frames_are_rendered_with_a_stride_and_read_by_their_own_pixels() {
         let scene = wall(1, 1000, 700);
-        assert_eq!(Rendering::new(&scene, 0).unwrap().finest, 3);
+        assert_eq!(FrameRendering::new(&scene, 0).unwrap().finest, 3);
         let view = RenderedFrame {
             frame: 0,
             steps: 0,

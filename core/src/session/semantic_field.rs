@@ -1,74 +1,75 @@
-//! The semantic field of a session: it learns what the maps say, and renders it from any pose.
+//! The semantic field of a session: it learns the classes of the maps, and renders them from any pose.
 
 use std::collections::HashMap;
 
 use candle_core::{Result, Tensor};
 
-use super::taught::{Kind, Taught, sampling};
+use super::head_trainer::{HeadKind, HeadTrainer, sampling};
 use crate::field::Trainer;
 use crate::scene::Scene;
-use crate::semantics::{SemanticHead, Spread};
+use crate::semantics::{LabelPropagation, SemanticHead};
 
-/// Radiance steps per step of the semantic field. After a change of the labels it has so many steps for
-/// each of those, until it has followed them.
+/// Steps of the radiance field per step of the semantic field.
 const EVERY: u64 = 2;
+/// After a change of the labels it is the other way round: so many semantic steps per radiance step.
 const BURST: u64 = 4;
-/// Places of the surface, rays of any pixels and rays of labelled pixels in a step.
+/// Surface points, rays of any pixels and rays of labelled pixels in a step.
 pub(crate) const PLACES: usize = 2048;
 pub(crate) const RAYS: usize = 512;
 const LABELLED_RAYS: usize = 128;
-const KIND: Kind = Kind {
+const KIND: HeadKind = HeadKind {
     name: "semantics",
     has_grid: true,
 };
 
 /// The semantic field.
 pub(crate) struct SemanticField {
-    pub(super) taught: Taught,
+    pub(super) head_trainer: HeadTrainer,
 }
 
 impl SemanticField {
     pub(super) fn new() -> Self {
         Self {
-            taught: Taught::new(KIND),
+            head_trainer: HeadTrainer::new(KIND),
         }
     }
 
     /// The semantic field of a saved model, where it has one that fits.
     pub(crate) fn restored(tensors: &HashMap<String, Tensor>, trainer: &Trainer) -> Self {
         Self {
-            taught: Taught::restored(KIND, tensors, trainer),
+            head_trainer: HeadTrainer::restored(KIND, tensors, trainer),
         }
     }
 
     /// The head, once it has had a step.
     pub(crate) fn into_head(self) -> Option<SemanticHead> {
-        self.taught.into_head()
+        self.head_trainer.into_head()
     }
 
-    /// Whether its next step comes before the next one of the radiance field.
+    /// Whether its next step comes before the radiance field's.
     pub(super) fn has_the_turn(&self) -> bool {
-        !self.taught.steps_due().is_multiple_of(BURST)
+        !self.head_trainer.steps_due().is_multiple_of(BURST)
     }
 
-    /// Whether a step is due after one of the radiance field, or when that `trains` no more.
-    pub(super) fn is_due(&self, trainer: &Trainer, trains: bool) -> bool {
-        self.taught.steps_due() > 0 || trains && trainer.steps().is_multiple_of(EVERY)
+    /// Whether a step is due. While the radiance field trains (`field`) it is due after some of its steps; later only
+    /// to follow new labels.
+    pub(super) fn is_due(&self, trainer: &Trainer, field: bool) -> bool {
+        self.head_trainer.steps_due() > 0 || field && trainer.steps().is_multiple_of(EVERY)
     }
 
-    /// A step towards what the maps say and what the person said.
+    /// One step towards the classes of the maps and of the strokes.
     pub(super) fn step(
         &mut self,
         scene: &Scene,
         trainer: &Trainer,
-        spread: &Spread,
+        propagation: &LabelPropagation,
         seed: u64,
     ) -> Result<()> {
-        let seed = self.taught.seed(trainer, seed);
-        let soft = spread.map_targets(PLACES, seed);
-        let mut rays = spread.map_rays(scene, RAYS, seed);
-        rays.append(spread.labelled_rays(scene, LABELLED_RAYS, seed));
-        let head = self.taught.for_step(spread.classes(), trainer, seed)?;
+        let seed = self.head_trainer.seed(trainer, seed);
+        let soft = propagation.map_targets(PLACES, seed);
+        let mut rays = propagation.map_rays(scene, RAYS, seed);
+        rays.append(propagation.labelled_rays(scene, LABELLED_RAYS, seed));
+        let head = self.head_trainer.for_step(propagation.classes(), trainer, seed)?;
         let (field, occupancy) = (trainer.field(), trainer.occupancy());
         head.step(field, occupancy, &soft, &rays, sampling(trainer, Some(seed)))?;
         Ok(())

@@ -1,4 +1,4 @@
-//! What every worker does between its pieces of work: it listens.
+//! The loop of every worker: handle commands, then do a slice of work.
 
 use std::time::Duration;
 
@@ -7,36 +7,36 @@ use crossbeam_channel::{Receiver, RecvTimeoutError};
 use super::Command;
 use super::worker::WorkerError;
 
-/// How long a worker sleeps when there is nothing to do but to wait for a command or for another thread.
+/// How long a worker sleeps while it waits for a command or for another thread.
 const NAP: Duration = Duration::from_millis(20);
 
-/// Work that is done a piece at a time, so that commands are heard in between.
-pub(super) trait Task {
-    /// Does what a command says; `false` = stop.
-    fn obey(&mut self, command: Command) -> Result<bool, WorkerError>;
+/// Work that is done in slices, so that commands are handled in between.
+pub(super) trait WorkerTask {
+    /// Carries out a command; `false` = stop.
+    fn handle(&mut self, command: Command) -> Result<bool, WorkerError>;
 
-    /// Tells how it goes.
-    fn tell_status(&mut self);
+    /// Reports the status.
+    fn report_status(&mut self);
 
-    /// Does a piece of work; `false` when there was nothing to do.
+    /// Does a slice of work; `false` when there was nothing to do.
     fn advance(&mut self) -> Result<bool, WorkerError>;
 }
 
-/// Obeys the early commands, then works and obeys until it is told to stop or nobody can tell any more.
+/// Handles the early commands, then works and handles commands until one says stop or all senders are gone.
 pub(super) fn serve(
-    task: &mut impl Task,
+    task: &mut impl WorkerTask,
     early: Vec<Command>,
     commands: &Receiver<Command>,
 ) -> Result<(), WorkerError> {
     for command in early {
-        if !task.obey(command)? {
+        if !task.handle(command)? {
             return Ok(());
         }
     }
-    task.tell_status();
+    task.report_status();
     loop {
         while let Ok(command) = commands.try_recv() {
-            if !task.obey(command)? {
+            if !task.handle(command)? {
                 return Ok(());
             }
         }
@@ -45,7 +45,7 @@ pub(super) fn serve(
         }
         match commands.recv_timeout(NAP) {
             Ok(command) => {
-                if !task.obey(command)? {
+                if !task.handle(command)? {
                     return Ok(());
                 }
             }

@@ -365,29 +365,29 @@ fn strokes_are_checked_after_every_change_once_somebody_asked() {
     let mut unasked = 0;
     send_labels(&session, history.labels(), 1);
     wait(&session, |event| {
-        unasked += usize::from(matches!(event, Event::Verdicts { .. }));
+        unasked += usize::from(matches!(event, Event::StrokeChecks { .. }));
         matches!(event, Event::Suggestions { .. }).then_some(())
     });
     assert_eq!(unasked, 0);
     session.send(Command::CheckStrokes);
-    let verdicts = |wanted: u64| {
+    let checks = |wanted: u64| {
         wait(&session, |event| match event {
-            Event::Verdicts {
+            Event::StrokeChecks {
                 generation,
-                verdicts,
+                checks,
                 accuracy,
-            } if *generation == wanted => Some((verdicts.clone(), *accuracy)),
+            } if *generation == wanted => Some((checks.clone(), *accuracy)),
             _ => None,
         })
     };
     // Each is alone in its class.
-    assert_eq!(verdicts(1), (Vec::new(), None));
+    assert_eq!(checks(1), (Vec::new(), None));
     history.add_stroke(Stroke::click(1, 1, [12, 30]));
     history.add_stroke(Stroke::click(7, 2, [8, 24]));
     send_labels(&session, history.labels(), 3);
-    let (verdicts, accuracy) = verdicts(3);
-    assert_eq!(verdicts.len(), 4);
-    assert!(accuracy.is_some_and(|accuracy| accuracy < 1.0), "{verdicts:?}");
+    let (checks, accuracy) = checks(3);
+    assert_eq!(checks.len(), 4);
+    assert!(accuracy.is_some_and(|accuracy| accuracy < 1.0), "{checks:?}");
 }
 
 fn reference(folder: &Path) -> SessionOptions {

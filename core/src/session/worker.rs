@@ -1,4 +1,4 @@
-//! The worker thread: follows the labels first, trains the rest of the time.
+//! The worker thread: keeps the maps in step with the labels, and trains the rest of the time.
 
 mod following;
 mod publishing;
@@ -15,18 +15,18 @@ pub(super) use thread::run;
 
 use super::checking::Checking;
 use super::importing::Importing;
-use super::opinion::Opinion;
 use super::outbox::Outbox;
-use super::pulse::Pulse;
-use super::rendering::Rendering;
+use super::rendering::FrameRendering;
 use super::semantic_field::SemanticField;
-use super::serve::Task;
-use super::survey::Survey;
+use super::semantic_prior::SemanticPrior;
+use super::serve::WorkerTask;
+use super::status_reporter::StatusReporter;
+use super::surface_refiner::SurfaceRefiner;
 use super::{Command, Event, ModelState, Phase, SessionOptions, Status};
 use crate::field::{FieldError, Trainer};
 use crate::labels::LabelSet;
 use crate::scene::{Scene, SceneError, in_one_line};
-use crate::semantics::Spread;
+use crate::semantics::LabelPropagation;
 
 /// Why the worker ended early.
 #[derive(Debug, thiserror::Error)]
@@ -50,34 +50,32 @@ struct Worker<'a> {
     options: &'a SessionOptions,
     outbox: &'a Outbox,
     trainer: Trainer,
-    survey: Survey,
-    spread: Option<Spread>,
-    /// What things look like, beside the graph's answer.
-    opinion: Opinion,
-    /// What the maps say, to be rendered from any pose.
+    refiner: SurfaceRefiner,
+    propagation: Option<LabelPropagation>,
+    prior: SemanticPrior,
     semantic_field: SemanticField,
     importing: Option<Importing>,
     checking: Checking,
-    /// A newer surface that imported images are being spread over.
-    waiting: Option<Spread>,
+    /// A newer surface, until the imported images are propagated over it too.
+    waiting: Option<LabelPropagation>,
     labels: LabelSet,
     generation: u64,
     view: usize,
     paused: bool,
-    /// Train no more: finish what is under way.
+    /// No more training; only finish what is under way.
     settling: bool,
-    /// The view of the field that is wished for, until it is rendered.
-    rendering: Option<Rendering>,
+    /// The requested view of the field, until it is rendered.
+    rendering: Option<FrameRendering>,
     /// Frames whose maps are out of date, in the order in which they are made.
     stale: VecDeque<usize>,
     suggestions_due: bool,
-    /// The frames that suggestions are shown in; all of them where there is nothing here.
+    /// The frames that suggestions are shown in; `None` = all.
     suggest_on: Option<BTreeSet<usize>>,
-    pulse: Pulse,
+    reporter: StatusReporter,
     seconds: Seconds,
 }
 
-/// Wall time by what it was spent on.
+/// Wall time by kind of work.
 #[derive(Clone, Copy, Default)]
 struct Seconds {
     geometry: f64,
@@ -101,25 +99,25 @@ impl<'a> Worker<'a> {
             options.size.field,
             options.seed,
         )?;
-        let (mut opinion, mut semantic_field) = (Opinion::new(), SemanticField::new());
+        let (mut prior, mut semantic_field) = (SemanticPrior::new(), SemanticField::new());
         if let Some(state) = &options.state {
             match restore(&mut trainer, state) {
-                Ok(restored) => (opinion, semantic_field) = restored,
+                Ok(restored) => (prior, semantic_field) = restored,
                 Err(error) => outbox.send(Event::Warning(format!(
                     "the saved model does not fit this scene and was left out ({}); training starts anew",
                     in_one_line(error)
                 ))),
             }
         }
-        let survey = Survey::new(&scene, &trainer, options.size.surface, options.threads.max(1));
+        let refiner = SurfaceRefiner::new(&scene, &trainer, options.size.surface, options.threads.max(1));
         Ok(Self {
             scene,
             options,
             outbox,
             trainer,
-            survey,
-            spread: None,
-            opinion,
+            refiner,
+            propagation: None,
+            prior,
             semantic_field,
             importing: None,
             checking: Checking::default(),
@@ -133,46 +131,46 @@ impl<'a> Worker<'a> {
             stale: VecDeque::new(),
             suggestions_due: false,
             suggest_on: None,
-            pulse: Pulse::new(),
+            reporter: StatusReporter::new(),
             seconds: Seconds::default(),
         })
     }
 
     fn is_settled(&self) -> bool {
-        let due = self.opinion.taught.steps_due() + self.semantic_field.taught.steps_due();
+        let due = self.prior.head_trainer.steps_due() + self.semantic_field.head_trainer.steps_due();
         let trained = self.settling || (self.trainer.settled() && due == 0);
-        let looked = self.survey.is_done() && !self.opinion.is_looking();
-        let idle = looked && self.importing.is_none() && self.stale.is_empty();
-        trained && idle && self.spread.is_some()
+        let up_to_date = self.refiner.is_done() && !self.prior.is_evaluating();
+        let idle = up_to_date && self.importing.is_none() && self.stale.is_empty();
+        trained && idle && self.propagation.is_some()
     }
 
     fn save(&self) -> Result<ModelState, WorkerError> {
         let mut tensors = self.trainer.state()?;
-        tensors.extend(self.opinion.taught.state()?);
-        tensors.extend(self.semantic_field.taught.state()?);
+        tensors.extend(self.prior.head_trainer.state()?);
+        tensors.extend(self.semantic_field.head_trainer.state()?);
         saved(&tensors, self.trainer.steps())
     }
 }
 
-/// A model state of these tensors after so many steps.
+/// A model state of these tensors after this many steps.
 pub(super) fn saved(tensors: &HashMap<String, Tensor>, steps: u64) -> Result<ModelState, WorkerError> {
     let tensors = safetensors::serialize(tensors, None)
         .map_err(|error| WorkerError::Other(format!("the model could not be saved: {error}")))?;
     Ok(ModelState { steps, tensors })
 }
 
-impl Task for Worker<'_> {
-    fn obey(&mut self, command: Command) -> Result<bool, WorkerError> {
+impl WorkerTask for Worker<'_> {
+    fn handle(&mut self, command: Command) -> Result<bool, WorkerError> {
         match command {
             Command::Labels { labels, generation } => {
                 self.labels = labels;
                 self.generation = generation;
-                self.pulse.renew();
+                self.reporter.repeat_next();
                 self.labels_changed();
                 self.checking.start_anew();
-                if let Some(spread) = &mut self.spread {
+                if let Some(propagation) = &mut self.propagation {
                     timed(&mut self.seconds.semantics, || {
-                        spread.set_labels(&self.scene, &self.labels);
+                        propagation.set_labels(&self.scene, &self.labels);
                     });
                     self.refresh_all();
                 }
@@ -187,20 +185,20 @@ impl Task for Worker<'_> {
                 self.suggestions_due = true;
             }
             Command::CheckStrokes => self.checking.want(),
-            Command::Render { frame } => self.rendering = Rendering::new(&self.scene, frame),
+            Command::Render { frame } => self.rendering = FrameRendering::new(&self.scene, frame),
             Command::Pause => {
                 self.paused = true;
-                self.tell_status();
+                self.report_status();
             }
             Command::Resume => {
                 self.paused = false;
                 self.settling = false;
-                self.tell_status();
+                self.report_status();
             }
             Command::Settle => {
                 self.settling = true;
-                self.pulse.renew();
-                self.survey.finish(&self.trainer);
+                self.reporter.repeat_next();
+                self.refiner.finish(&self.trainer);
             }
             Command::Save => {
                 let state = self.save()?;
@@ -212,13 +210,13 @@ impl Task for Worker<'_> {
         Ok(true)
     }
 
-    fn tell_status(&mut self) {
-        let phase = match (self.paused, &self.spread) {
+    fn report_status(&mut self) {
+        let phase = match (self.paused, &self.propagation) {
             (true, _) => Phase::Paused,
             (false, None) => Phase::FindingSurface,
             (false, Some(_)) => Phase::Training,
         };
-        let semantics = self.opinion.taught.parameters() + self.semantic_field.taught.parameters();
+        let semantics = self.prior.head_trainer.parameters() + self.semantic_field.head_trainer.parameters();
         let held_out = self.trainer.error();
         let status = Status {
             phase,
@@ -226,37 +224,37 @@ impl Task for Worker<'_> {
             field_settled: self.trainer.settled(),
             work: self.trainer.work(),
             geometry_seconds: self.seconds.geometry,
-            seconds_to_settle: self.survey.seconds_to_finish(),
+            seconds_to_settle: self.refiner.seconds_to_finish(),
             semantics_seconds: self.seconds.semantics,
             render_seconds: self.seconds.render,
             skipped_steps: self.trainer.skipped(),
             undone: self.trainer.undone(),
             held_out_psnr: held_out.map(|error| error.psnr),
             depth_error: held_out.and_then(|error| error.depth_error),
-            mean_entropy: self.spread.as_ref().map(Spread::mean_entropy),
+            mean_entropy: self.propagation.as_ref().map(LabelPropagation::mean_entropy),
             parameters: self.trainer.field().parameters() + semantics,
             capacity: self.trainer.capacity().to_string(),
             surface_nodes: self
-                .spread
+                .propagation
                 .as_ref()
-                .map_or(0, |spread| spread.surface().graph.len()),
+                .map_or(0, |propagation| propagation.surface().graph.len()),
             map_stride: None,
             generation: self.generation,
             spreading_import: self.importing.is_some(),
             settled: self.is_settled(),
         };
-        self.pulse.tell(self.outbox, status);
+        self.reporter.report(self.outbox, status);
     }
 
     fn advance(&mut self) -> Result<bool, WorkerError> {
         let failed = |reason: &str| WorkerError::Other(reason.to_owned());
-        if let Some(spread) = self.new_spread()? {
-            if self.labels.imported.is_some() && self.spread.is_some() {
-                // The one before stays until the images are spread over this one too.
-                self.importing = Some(self.import_onto(spread.surface()));
-                self.waiting = Some(spread);
+        if let Some(propagation) = self.new_propagation()? {
+            if self.labels.imported.is_some() && self.propagation.is_some() {
+                // The surface of before stays until the images are propagated over this one too.
+                self.importing = Some(self.import_onto(propagation.surface()));
+                self.waiting = Some(propagation);
             } else {
-                self.take_spread(spread);
+                self.take_propagation(propagation);
             }
             self.import_if_due();
         }
@@ -264,8 +262,8 @@ impl Task for Worker<'_> {
         if let Some(import) = imported.map_err(failed)?.flatten() {
             self.take_import(import);
         }
-        if self.pulse.is_due() {
-            self.tell_status();
+        if self.reporter.is_due() {
+            self.report_status();
         }
         if self.publish() || self.suggest() {
             return Ok(true);
@@ -274,19 +272,19 @@ impl Task for Worker<'_> {
         if self.render()? || self.train()? {
             return Ok(true);
         }
-        if !self.pulse.told_settled() && self.is_settled() {
-            self.tell_status();
+        if !self.reporter.reported_settled() && self.is_settled() {
+            self.report_status();
         }
         Ok(false)
     }
 }
 
-/// Takes a saved model over; returns its head and its semantic field where it has some that fit.
-fn restore(trainer: &mut Trainer, state: &ModelState) -> Result<(Opinion, SemanticField), FieldError> {
+/// Restores the field of a saved model; returns its semantic prior and semantic field.
+fn restore(trainer: &mut Trainer, state: &ModelState) -> Result<(SemanticPrior, SemanticField), FieldError> {
     let tensors = state.load()?;
     trainer.restore(&tensors, state.steps)?;
-    let opinion = Opinion::restored(&tensors, trainer);
-    Ok((opinion, SemanticField::restored(&tensors, trainer)))
+    let prior = SemanticPrior::restored(&tensors, trainer);
+    Ok((prior, SemanticField::restored(&tensors, trainer)))
 }
 
 #[cfg(test)]

@@ -40,9 +40,9 @@ impl Workspace {
                 self.overview.note(&status, strokes, Instant::now());
                 self.status = status;
             }
-            Event::Verdicts {
-                verdicts, accuracy, ..
-            } => self.overview.take_verdicts(verdicts, accuracy),
+            Event::StrokeChecks { checks, accuracy, .. } => {
+                self.overview.take_stroke_checks(checks, accuracy)
+            }
             Event::Rendered(view) => self.shown.take_view(view),
             Event::NotRendered(reason) => self.shown.take_no_view(reason),
             Event::State(state) => self.state = Some(state),

@@ -4,7 +4,7 @@ use egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable;
 use inplace_core::guide::Suggestion;
 use inplace_core::labels::{Stroke, StrokeId};
-use inplace_core::session::{Command, Event, FrameMap, Status, Verdict};
+use inplace_core::session::{Command, Event, FrameMap, Status, StrokeCheck};
 use inplace_ui::action::Action;
 use inplace_ui::canvas::{Line, Tool};
 use inplace_ui::frames::{FrameFilter, FrameOrder};
@@ -58,25 +58,25 @@ fn answer(window: &mut Window, entropy: [u16; FRAMES], contradicted: &[(u64, u16
         .keys()
         .copied()
         .collect();
-    let verdicts = ids
+    let checks = ids
         .into_iter()
         .filter_map(|stroke| {
             let own = window.workspace().document().labels().strokes[&stroke].class;
             let other = contradicted.iter().find(|(id, _)| *id == stroke.0);
             // The only door cannot be checked.
-            (own == 1).then(|| Verdict {
+            (own == 1).then(|| StrokeCheck {
                 stroke,
                 class: other.map_or(own, |&(_, class)| class),
                 contradicting: if other.is_some() { 1.0 } else { 0.0 },
             })
         })
         .collect();
-    let verdicts = Event::Verdicts {
+    let checks = Event::StrokeChecks {
         generation,
-        verdicts,
+        checks,
         accuracy: Some(0.5),
     };
-    worker.events.send(verdicts).unwrap();
+    worker.events.send(checks).unwrap();
     window.until("the frames are summed up", move |app| {
         let overview = app.state().workspace().unwrap().overview();
         let frames = overview.frames().all_facts();

@@ -7,7 +7,7 @@ use egui_kittest::kittest::Queryable;
 use glam::Vec3;
 use inplace_core::guide::Suggestion;
 use inplace_core::scene::SceneSource;
-use inplace_core::semantics::{Node, NodeMap, Spread, Surface, SurfaceGraph};
+use inplace_core::semantics::{LabelPropagation, Node, NodeMap, Surface, SurfaceGraph};
 use inplace_core::session::Event;
 use inplace_ui::english::view3d as english;
 use inplace_ui::exporting::Progress;
@@ -56,7 +56,7 @@ fn wall() -> Arc<Surface> {
 /// A window with the 3D view of a wall, ready to be clicked on.
 fn shown(folder: &std::path::Path) -> Window {
     let mut window = Window::with_demo(folder);
-    let spread = Spread::new(wall());
+    let spread = LabelPropagation::new(wall());
     let scene = Arc::clone(window.workspace().scene());
     let worker = window.worker();
     worker.maps.publish(spread.map(&scene, 0, 1));
@@ -100,7 +100,10 @@ fn the_surface_is_exported_as_the_dialog_says() {
     let mut window = Window::with_demo(folder.path());
     window.add_class("wall");
     let generation = window.workspace().document().generation();
-    let (spread, scene) = (Spread::new(wall()), Arc::clone(window.workspace().scene()));
+    let (spread, scene) = (
+        LabelPropagation::new(wall()),
+        Arc::clone(window.workspace().scene()),
+    );
     for frame in 0..FRAMES {
         let map = spread.map(&scene, frame, generation);
         window.worker().maps.publish(map);

@@ -10,7 +10,7 @@ use super::{FieldExperiment, FieldPoint, Learnt, Measured};
 use crate::eval::EvalError;
 use crate::eval::followed::Followed;
 use crate::eval::simulate::{Annotator, Policy};
-use crate::semantics::{FrameMap, Spread};
+use crate::semantics::{FrameMap, LabelPropagation};
 use crate::session::semantic_field::SemanticField;
 use crate::session::{Command, ModelState};
 
@@ -66,7 +66,7 @@ pub(super) fn points(
 
     let kind = format!("{} clicks a class", experiment.clicks);
     let measured = Measured::new(experiment, scene, truth, kind);
-    let mut spread = Spread::new(Arc::clone(surface));
+    let mut spread = LabelPropagation::new(Arc::clone(surface));
     spread.set_labels(scene, &labels);
     let alone = measured.miou_of_maps(|frame| spread.map(scene, frame, 1).labels().into_owned())?;
     let mut points = vec![measured.point("graph", f64::NAN, alone)];

@@ -16,7 +16,7 @@ use crate::labels::{ClassId, VOID, in_frame};
 use crate::scene::Scene;
 use crate::semantics::{SemanticHead, Surface};
 use crate::session::SessionOptions;
-use crate::session::taught::sampling;
+use crate::session::head_trainer::sampling;
 
 /// What is measured.
 #[derive(Clone, Debug)]

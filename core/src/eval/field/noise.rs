@@ -10,8 +10,8 @@ use crate::eval::EvalError;
 use crate::eval::paper::pixel_noise;
 use crate::labels::{ClassId, ImportedLabels, ImportedMap, Trust, VOID, in_frame};
 use crate::semantics::{NodeLabels, NodeVotes, SemanticHead};
+use crate::session::head_trainer::sampling;
 use crate::session::semantic_field::{PLACES, RAYS};
-use crate::session::taught::sampling;
 
 /// Teaches a semantic field label images of the training frames in which this share of the pixels has a random
 /// class, and measures the labels that it renders for the test frames, beside the majority of each voxel's

@@ -14,7 +14,7 @@ use crate::field::{Capacity, Preset, Volume};
 use crate::labels::LabelSet;
 use crate::scene::Scene;
 use crate::semantics::Surface;
-use crate::session::survey::Survey;
+use crate::session::surface_refiner::SurfaceRefiner;
 use crate::session::{Command, Event, Phase, SessionOptions};
 
 const GENERATION: u64 = 1;
@@ -83,7 +83,7 @@ impl ParetoRun {
         };
         Ok(Prepared {
             has_depth: scene.has_depth(),
-            depth_is_complete: Survey::is_complete(&scene),
+            depth_is_complete: SurfaceRefiner::is_complete(&scene),
             truth,
             clicks,
             labels,

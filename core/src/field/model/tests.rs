@@ -1,7 +1,7 @@
 use super::*;
 use crate::field::{OccupancyGrid, Ray, Sampling};
 
-fn field(path: &Path) -> RadianceField {
+fn field(backend: &Backend) -> RadianceField {
     let volume = Volume {
         min: Vec3::splat(-2.0),
         side: 4.0,
@@ -16,7 +16,7 @@ fn field(path: &Path) -> RadianceField {
         steps: 100,
         cell: 4.0 / 64.0,
     };
-    let field = RadianceField::new(volume, &capacity, 5, path).unwrap();
+    let field = RadianceField::new(volume, &capacity, 5, backend).unwrap();
     // Features large enough that all parts of the networks are at work.
     let mut rng = SmallRng::seed_from_u64(8);
     let table: Vec<f32> = (0..2 * field.grid.rows())
@@ -28,7 +28,7 @@ fn field(path: &Path) -> RadianceField {
 }
 
 fn fused() -> RadianceField {
-    field(&Path::Fused(Dispatch::detect()))
+    field(&Backend::Fused(Dispatch::detect()))
 }
 
 /// Rays of all kinds: of known and unknown length, and one that misses the volume.
@@ -85,13 +85,13 @@ fn assert_close(a: &[f32], b: &[f32], tolerance: f32, what: &str) {
 
 #[test]
 fn the_fused_kernel_equals_plain_candle_ops_on_every_vector_unit() {
-    let plain = field(&Path::Plain(Device::Cpu));
+    let plain = field(&Backend::Plain(Device::Cpu));
     let rows = |out: &Tensor| out.flatten_all().unwrap().to_vec1::<f32>().unwrap();
     let (samples, gaps) = samples(plain.volume());
     let expected = plain.render(Arc::clone(&samples), gaps.clone()).unwrap();
     let (expected_loss, expected_table, expected_weights) = descend(&plain, &expected);
     for dispatch in Dispatch::available() {
-        let fused = field(&Path::Fused(dispatch));
+        let fused = field(&Backend::Fused(dispatch));
         let out = fused.render(Arc::clone(&samples), gaps.clone()).unwrap();
         assert_close(&rows(&out), &rows(&expected), 1e-5, "output");
         let (loss, table, weights) = descend(&fused, &out);
@@ -106,7 +106,7 @@ fn the_fused_kernel_equals_plain_candle_ops_on_every_vector_unit() {
 
 #[test]
 fn evaluating_gives_the_same_on_every_path() {
-    let plain = field(&Path::Plain(Device::Cpu));
+    let plain = field(&Backend::Plain(Device::Cpu));
     let (samples, _) = samples(plain.volume());
     let wanted = Wanted {
         color: true,
@@ -114,7 +114,9 @@ fn evaluating_gives_the_same_on_every_path() {
     };
     let expected = plain.evaluate(&samples, wanted).unwrap();
     for dispatch in Dispatch::available() {
-        let got = field(&Path::Fused(dispatch)).evaluate(&samples, wanted).unwrap();
+        let got = field(&Backend::Fused(dispatch))
+            .evaluate(&samples, wanted)
+            .unwrap();
         assert_close(&got.density, &expected.density, 1e-5, "density");
         assert_close(&got.color, &expected.color, 1e-5, "color");
         assert_close(&got.features, &expected.features, 1e-5, "features");
@@ -200,7 +202,7 @@ fn rays_without_samples_render_to_nothing() {
         jitter: None,
     };
     let grid = OccupancyGrid::unknown(0.06);
-    for field in [fused(), field(&Path::Plain(Device::Cpu))] {
+    for field in [fused(), field(&Backend::Plain(Device::Cpu))] {
         let samples = Samples::along(&[miss; 3], field.volume(), &grid, sampling);
         let out = field.render(Arc::new(samples), Vec::new()).unwrap();
         assert_eq!(out.to_vec2::<f32>().unwrap(), [[0.0; 7]; 3]);

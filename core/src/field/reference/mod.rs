@@ -22,14 +22,14 @@ pub use compositing::{composite, entropy, ray_weights};
 pub use encoding::positional_encoding;
 pub use labels::PixelLabels;
 pub use loss::{photometric, semantic};
-pub use network::{Network, Prediction};
+pub use network::{Prediction, ReferenceNetwork};
 pub use render::{Composited, ReferenceField, ReferenceRay};
 pub use sampling::{inverse_cdf, stratified};
 pub use train::ReferenceTrainer;
 
-/// Sizes and rates. [`Settings::PUBLISHED`] is the paper's; tests use smaller ones.
+/// Sizes and rates. [`ReferenceSettings::PUBLISHED`] is the paper's; tests use smaller ones.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Settings {
+pub struct ReferenceSettings {
     /// Layers of the trunk.
     pub layers: usize,
     /// Width of the trunk; the view and semantic branches are half as wide.
@@ -70,7 +70,7 @@ pub struct Settings {
     pub chunk: usize,
 }
 
-impl Settings {
+impl ReferenceSettings {
     /// As published, with pieces for a CPU.
     pub const PUBLISHED: Self = Self {
         layers: 8,
@@ -112,7 +112,7 @@ impl Settings {
     }
 }
 
-impl fmt::Display for Settings {
+impl fmt::Display for ReferenceSettings {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             formatter,

@@ -3,7 +3,7 @@
 use candle_core::{Device, Result, Tensor, Var};
 use rand::{Rng, SeedableRng, rngs::SmallRng};
 
-use super::Settings;
+use super::ReferenceSettings;
 
 /// What the network says of `N` samples.
 pub struct Prediction {
@@ -17,24 +17,24 @@ pub struct Prediction {
 
 /// The network F of Eq. 3: (x, d) to density, logits and colour. Density and logits do not see d.
 #[derive(Debug)]
-pub struct Network {
+pub struct ReferenceNetwork {
     skip: usize,
-    trunk: Vec<Layer>,
-    density: Layer,
-    feature: Layer,
-    view: Layer,
-    color: Layer,
-    semantic: Option<[Layer; 2]>,
+    trunk: Vec<AffineLayer>,
+    density: AffineLayer,
+    feature: AffineLayer,
+    view: AffineLayer,
+    color: AffineLayer,
+    semantic: Option<[AffineLayer; 2]>,
 }
 
-impl Network {
+impl ReferenceNetwork {
     /// A network with random weights, for any number of classes; with none it has no semantic branch.
     ///
     /// # Errors
     /// A lack of memory on the device.
-    pub fn new(settings: &Settings, classes: usize, device: &Device, seed: u64) -> Result<Self> {
+    pub fn new(settings: &ReferenceSettings, classes: usize, device: &Device, seed: u64) -> Result<Self> {
         let mut rng = SmallRng::seed_from_u64(seed);
-        let mut layer = |inputs: usize, outputs: usize| Layer::new(inputs, outputs, device, &mut rng);
+        let mut layer = |inputs: usize, outputs: usize| AffineLayer::new(inputs, outputs, device, &mut rng);
         let position = 3 + 6 * settings.position_frequencies;
         let direction = 3 + 6 * settings.direction_frequencies;
         let (width, half) = (settings.width, settings.width / 2);
@@ -69,7 +69,7 @@ impl Network {
         directions: &Tensor,
         differentiable: bool,
     ) -> Result<Prediction> {
-        let apply = |layer: &Layer, input: &Tensor| layer.forward(input, differentiable);
+        let apply = |layer: &AffineLayer, input: &Tensor| layer.forward(input, differentiable);
         let mut hidden = positions.clone();
         for (number, layer) in self.trunk.iter().enumerate() {
             hidden = apply(layer, &hidden)?.relu()?;
@@ -121,14 +121,14 @@ const SPLIT_BY_CANDLE: usize = 64 * 1024;
 
 /// An affine layer: x W + b.
 #[derive(Debug)]
-struct Layer {
+struct AffineLayer {
     /// W, cut along its outputs into parts `[inputs, outputs / parts]` of fewer than [`SPLIT_BY_CANDLE`] numbers.
     weights: Vec<Var>,
     /// `[outputs]`
     bias: Var,
 }
 
-impl Layer {
+impl AffineLayer {
     /// Weights and biases are uniform within 1 / sqrt(inputs), PyTorch's default, which the published
     /// code keeps.
     fn new(inputs: usize, outputs: usize, device: &Device, rng: &mut SmallRng) -> Result<Self> {

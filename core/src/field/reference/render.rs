@@ -7,7 +7,9 @@ use rand::{Rng, SeedableRng, rngs::SmallRng};
 use rayon::prelude::*;
 
 use super::sampling::{deltas, refined};
-use super::{Network, Settings, composite, entropy, positional_encoding, ray_weights, stratified};
+use super::{
+    ReferenceNetwork, ReferenceSettings, composite, entropy, positional_encoding, ray_weights, stratified,
+};
 use crate::field::{Ray, RenderedRay, Volume};
 use crate::scene::Scene;
 
@@ -37,9 +39,9 @@ pub struct ReferenceRay {
 /// The two networks and the range that their rays are sampled in.
 #[derive(Debug)]
 pub struct ReferenceField {
-    settings: Settings,
-    coarse: Network,
-    fine: Network,
+    settings: ReferenceSettings,
+    coarse: ReferenceNetwork,
+    fine: ReferenceNetwork,
     /// Distance of the farthest sample, in metres.
     far: f32,
     device: Device,
@@ -56,7 +58,7 @@ impl ReferenceField {
     /// A lack of memory on the device.
     pub fn new(
         scene: &Scene,
-        settings: Settings,
+        settings: ReferenceSettings,
         classes: usize,
         device: &Device,
         seed: u64,
@@ -67,15 +69,15 @@ impl ReferenceField {
         let far = scene.frames.iter().map(|frame| farthest(frame.center()));
         Ok(Self {
             settings,
-            coarse: Network::new(&settings, classes, device, seed)?,
-            fine: Network::new(&settings, classes, device, seed ^ 0xf17e)?,
+            coarse: ReferenceNetwork::new(&settings, classes, device, seed)?,
+            fine: ReferenceNetwork::new(&settings, classes, device, seed ^ 0xf17e)?,
             far: far.fold(2.0 * settings.near, f32::max),
             device: device.clone(),
         })
     }
 
     /// The sizes.
-    pub fn settings(&self) -> &Settings {
+    pub fn settings(&self) -> &ReferenceSettings {
         &self.settings
     }
 
@@ -97,7 +99,7 @@ impl ReferenceField {
     /// The parameters of both networks with their names.
     pub fn named(&self) -> Vec<(String, &Var)> {
         let of = |name: &'static str, network| {
-            Network::named(network)
+            ReferenceNetwork::named(network)
                 .into_iter()
                 .map(move |(part, var)| (format!("reference.{name}.{part}"), var))
         };
@@ -110,7 +112,7 @@ impl ReferenceField {
     /// # Errors
     /// A lack of memory on the device.
     pub fn forward(&self, rays: &[Ray], mut random: Option<&mut [SmallRng]>) -> Result<[Composited; 2]> {
-        let Settings {
+        let ReferenceSettings {
             near,
             coarse_samples,
             fine_samples,
@@ -179,7 +181,7 @@ impl ReferenceField {
     /// One network along rays at the distances `t`, row-major `[R, S]`.
     fn along(
         &self,
-        network: &Network,
+        network: &ReferenceNetwork,
         rays: &[Ray],
         t: Vec<f32>,
         random: Option<&mut [SmallRng]>,

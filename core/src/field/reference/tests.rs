@@ -28,7 +28,7 @@ fn assert_close(values: &[f32], expected: &[f32]) {
 }
 
 /// Small enough to learn something in a moment.
-const SMALL: Settings = Settings {
+const SMALL: ReferenceSettings = ReferenceSettings {
     layers: 4,
     width: 32,
     skip: 1,
@@ -40,7 +40,7 @@ const SMALL: Settings = Settings {
     labelled_rays: 16,
     learning_rate: 5e-3,
     position_frequencies: 6,
-    ..Settings::PUBLISHED
+    ..ReferenceSettings::PUBLISHED
 };
 
 fn two_clicks() -> LabelSet {
@@ -52,7 +52,7 @@ fn two_clicks() -> LabelSet {
     history.labels().clone()
 }
 
-fn trainer(scene: &Arc<Scene>, settings: Settings, labels: &LabelSet) -> ReferenceTrainer {
+fn trainer(scene: &Arc<Scene>, settings: ReferenceSettings, labels: &LabelSet) -> ReferenceTrainer {
     let labels = PixelLabels::new(scene, labels);
     ReferenceTrainer::new(Arc::clone(scene), labels, settings, &CPU, 1).unwrap()
 }
@@ -80,7 +80,7 @@ fn the_encoding_is_the_input_then_sines_and_cosines_of_octaves() {
 
 #[test]
 fn the_published_network_has_the_published_layers() {
-    let network = Network::new(&Settings::PUBLISHED, 28, &CPU, 1).unwrap();
+    let network = ReferenceNetwork::new(&ReferenceSettings::PUBLISHED, 28, &CPU, 1).unwrap();
     let named = network.named();
     // Weights are kept in parts, cut along the outputs.
     let shape = |name: &str| {
@@ -99,12 +99,12 @@ fn the_published_network_has_the_published_layers() {
     assert_eq!(shape("semantic.0.weight"), [256, 128]);
     assert_eq!(shape("semantic.1.weight"), [128, 28]);
     assert!(!named.iter().any(|(name, _)| name.starts_with("trunk.8")));
-    assert_eq!(Settings::PUBLISHED.evaluations_per_ray(), 64 + 64 + 128);
+    assert_eq!(ReferenceSettings::PUBLISHED.evaluations_per_ray(), 64 + 64 + 128);
 }
 
 #[test]
 fn density_and_classes_do_not_depend_on_the_direction_and_colour_does() {
-    let network = Network::new(&SMALL, 3, &CPU, 1).unwrap();
+    let network = ReferenceNetwork::new(&SMALL, 3, &CPU, 1).unwrap();
     let encode = |x: &[f32], frequencies| positional_encoding(&tensor(x, (1, 3)), frequencies).unwrap();
     let position = encode(&[0.1, 0.2, 0.3], SMALL.position_frequencies);
     let said = |direction: &[f32]| {
@@ -248,7 +248,7 @@ fn the_fine_network_sees_the_coarse_samples_and_its_own() {
 fn a_step_does_not_depend_on_how_it_is_cut() {
     let scene = Arc::new(wall(9, 64, 48));
     let after = |slice, chunk| {
-        let settings = Settings {
+        let settings = ReferenceSettings {
             slice,
             chunk,
             ..SMALL
@@ -326,7 +326,7 @@ fn a_saved_state_comes_back_and_a_foreign_one_changes_nothing() {
 
     let mut without_classes = trainer(&scene, SMALL, &LabelSet::default());
     let before = parameters(&without_classes);
-    let mut wider = trainer(&scene, Settings { width: 16, ..SMALL }, &two_clicks());
+    let mut wider = trainer(&scene, ReferenceSettings { width: 16, ..SMALL }, &two_clicks());
     assert!(wider.restore(&state, 1).is_err());
     without_classes.restore(&state, 1).unwrap();
     assert_ne!(before, parameters(&without_classes));

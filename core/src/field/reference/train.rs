@@ -10,7 +10,7 @@ use rand::{Rng, seq::IndexedRandom};
 use rayon::prelude::*;
 
 use super::render::generator;
-use super::{PixelLabels, ReferenceField, Settings, photometric, semantic};
+use super::{PixelLabels, ReferenceField, ReferenceSettings, photometric, semantic};
 use crate::field::{HeldOutPixels, Ray, Work, is_alike};
 use crate::scene::Scene;
 
@@ -20,7 +20,7 @@ use crate::scene::Scene;
 /// As in the published code, the rays of a step are random pixels of one random frame (those that its
 /// image does not show are left out). That code has labels
 /// for whole images; a few clicks would be met once in hundreds of steps. So where fewer than
-/// [`Settings::labelled_rays`] of the pixels are labelled, the missing ones are drawn from all labelled pixels
+/// [`ReferenceSettings::labelled_rays`] of the pixels are labelled, the missing ones are drawn from all labelled pixels
 /// of the scene, the few on held-out frames included.
 pub struct ReferenceTrainer {
     scene: Arc<Scene>,
@@ -34,11 +34,11 @@ pub struct ReferenceTrainer {
     steps: u64,
     work: Work,
     skipped: u64,
-    batch: Option<Batch>,
+    batch: Option<ReferenceBatch>,
 }
 
 /// The rays of a step, and what has been summed over those that were worked on.
-struct Batch {
+struct ReferenceBatch {
     rays: Vec<Ray>,
     /// `[rays, 3]`
     colors: Vec<f32>,
@@ -58,7 +58,7 @@ impl ReferenceTrainer {
     pub fn new(
         scene: Arc<Scene>,
         labels: PixelLabels,
-        settings: Settings,
+        settings: ReferenceSettings,
         device: &Device,
         seed: u64,
     ) -> Result<Self> {
@@ -136,7 +136,7 @@ impl ReferenceTrainer {
         &self.held_out
     }
 
-    /// Works on the next [`Settings::slice`] rays; `true` when that completed a step.
+    /// Works on the next [`ReferenceSettings::slice`] rays; `true` when that completed a step.
     ///
     /// Gradients are summed in the order of the rays, which gives the step of the whole batch whatever the
     /// number of threads.
@@ -189,7 +189,7 @@ impl ReferenceTrainer {
     }
 
     /// The share of some rays in the loss (Eq. 8) of their batch, and its gradient for each variable.
-    fn gradients(&self, batch: &Batch, range: Range<usize>) -> Result<(f32, Vec<Option<Tensor>>)> {
+    fn gradients(&self, batch: &ReferenceBatch, range: Range<usize>) -> Result<(f32, Vec<Option<Tensor>>)> {
         let settings = self.field.settings();
         let rays = &batch.rays[range.clone()];
         let mut random: Vec<_> = range
@@ -245,7 +245,7 @@ impl ReferenceTrainer {
     }
 
     /// The rays of the next step.
-    fn draw(&self) -> Batch {
+    fn draw(&self) -> ReferenceBatch {
         let settings = self.field.settings();
         let mut rng = generator(self.seed, self.steps + 1, usize::MAX);
         let frame = self.train_frames[rng.random_range(0..self.train_frames.len())];
@@ -269,7 +269,7 @@ impl ReferenceTrainer {
         chosen.retain(|&(frame, index)| self.scene.frames[frame].is_valid(index));
         let class = |&(frame, index): &(usize, usize)| self.labels.class_of(frame, index);
         let classes: Vec<Option<u32>> = chosen.iter().map(class).collect();
-        Batch {
+        ReferenceBatch {
             rays: chosen
                 .iter()
                 .map(|&(frame, index)| Ray {

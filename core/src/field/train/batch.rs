@@ -31,14 +31,14 @@ pub struct Batch {
 
 /// Draws batches from the frames of a scene.
 #[derive(Debug)]
-pub struct Source {
+pub struct PixelSource {
     frames: Vec<usize>,
     /// Sparse points: (frame, index of the point).
     sparse: Vec<(usize, usize)>,
     triples: bool,
 }
 
-impl Source {
+impl PixelSource {
     /// Draws from these frames; in threes where `triples` says so.
     pub fn new(scene: &Scene, frames: Vec<usize>, triples: bool) -> Self {
         let points_of =
@@ -146,7 +146,7 @@ mod tests {
     #[test]
     fn pixels_in_threes_lie_on_a_line_and_inverse_depth_is_even_along_a_wall() {
         let scene = wall(4, 40, 30);
-        let source = Source::new(&scene, vec![0, 2], true);
+        let source = PixelSource::new(&scene, vec![0, 2], true);
         let batch = source.draw(&scene, 600, &mut SmallRng::seed_from_u64(1));
         assert!(batch.triples > 20 && batch.rays.len() == 600 && batch.frames.len() == 600);
         assert!(batch.frames.iter().all(|frame| [0, 2].contains(frame)));
@@ -163,7 +163,7 @@ mod tests {
     #[test]
     fn without_threes_every_pixel_is_on_its_own() {
         let scene = wall(4, 40, 30);
-        let source = Source::new(&scene, vec![1], false);
+        let source = PixelSource::new(&scene, vec![1], false);
         let batch = source.draw(&scene, 100, &mut SmallRng::seed_from_u64(1));
         assert_eq!((batch.triples, batch.rays.len(), batch.measured()), (0, 100, 100));
     }

@@ -4,14 +4,14 @@ use crate::scene::testing::wall;
 use crate::scene::{OpenOptions, SceneSource};
 
 /// A trainer of a small wall after some steps.
-fn trained(path: &Path, depth: bool, steps: u64) -> Trainer {
+fn trained(backend: &Backend, depth: bool, steps: u64) -> Trainer {
     let mut scene = wall(9, 24, 18);
     if !depth {
         for frame in &mut scene.frames {
             frame.set_depth(None);
         }
     }
-    let mut trainer = Trainer::on(path, Arc::new(scene), Preset::Fast, Recipe::default(), 3).unwrap();
+    let mut trainer = Trainer::on(backend, Arc::new(scene), Preset::Fast, Recipe::default(), 3).unwrap();
     for _ in 0..steps {
         trainer.step().unwrap();
     }
@@ -21,13 +21,13 @@ fn trained(path: &Path, depth: bool, steps: u64) -> Trainer {
 #[test]
 fn plain_ops_train_a_scene_as_the_fused_kernels_do() {
     for (depth, steps) in [(true, 10), (false, 4)] {
-        let plain = trained(&Path::Plain(Device::Cpu), depth, steps);
-        let fused = trained(&Path::Fused(Dispatch::detect()), depth, steps);
+        let plain = trained(&Backend::Plain(Device::Cpu), depth, steps);
+        let fused = trained(&Backend::Fused(Dispatch::detect()), depth, steps);
         let (plain, fused) = (
             plain.evaluate().unwrap().unwrap(),
             fused.evaluate().unwrap().unwrap(),
         );
-        let start = trained(&Path::Fused(Dispatch::detect()), depth, 0);
+        let start = trained(&Backend::Fused(Dispatch::detect()), depth, 0);
         let start = start.evaluate().unwrap().unwrap();
         assert!(fused.psnr > start.psnr + 0.2, "{start:?} {fused:?}");
         assert!((plain.psnr - fused.psnr).abs() < 0.1, "{plain:?} {fused:?}");
@@ -41,8 +41,8 @@ fn plain_ops_train_a_scene_as_the_fused_kernels_do() {
 
 #[test]
 fn a_state_saved_on_one_path_goes_on_training_on_the_other() {
-    let plain = trained(&Path::Plain(Device::Cpu), true, 5);
-    let mut fused = trained(&Path::Fused(Dispatch::detect()), true, 0);
+    let plain = trained(&Backend::Plain(Device::Cpu), true, 5);
+    let mut fused = trained(&Backend::Fused(Dispatch::detect()), true, 0);
     fused.restore(&plain.state().unwrap(), plain.steps()).unwrap();
     let (a, b) = (
         plain.evaluate().unwrap().unwrap(),
@@ -55,17 +55,17 @@ fn a_state_saved_on_one_path_goes_on_training_on_the_other() {
 
 #[test]
 fn growing_changes_nothing_that_is_rendered_and_a_grown_state_is_taken_over() {
-    for path in [Path::Plain(Device::Cpu), Path::Fused(Dispatch::detect())] {
-        let mut grown = trained(&path, true, 3);
+    for backend in [Backend::Plain(Device::Cpu), Backend::Fused(Dispatch::detect())] {
+        let mut grown = trained(&backend, true, 3);
         let before = grown.evaluate().unwrap().unwrap();
         grown.capacity.most_log2 = grown.capacity.table_log2 + 1;
         grown.grow().unwrap();
-        assert!(grown.field.parameters() > trained(&path, true, 0).field.parameters());
+        assert!(grown.field.parameters() > trained(&backend, true, 0).field.parameters());
         assert_eq!(grown.evaluate().unwrap().unwrap(), before);
         for _ in 0..3 {
             grown.step().unwrap();
         }
-        let mut other = trained(&path, true, 0);
+        let mut other = trained(&backend, true, 0);
         assert!(other.restore(&grown.state().unwrap(), grown.steps()).is_err());
         other.capacity.most_log2 = grown.capacity.table_log2;
         other.restore(&grown.state().unwrap(), grown.steps()).unwrap();
@@ -76,7 +76,7 @@ fn growing_changes_nothing_that_is_rendered_and_a_grown_state_is_taken_over() {
 
 #[test]
 fn a_collapsed_field_comes_back_and_goes_on_more_slowly() {
-    let mut trainer = trained(&Path::Fused(Dispatch::detect()), true, 250);
+    let mut trainer = trained(&Backend::Fused(Dispatch::detect()), true, 250);
     let good = trainer.evaluate().unwrap().unwrap();
     trainer
         .field
@@ -98,7 +98,7 @@ fn a_collapsed_field_comes_back_and_goes_on_more_slowly() {
 
 #[test]
 fn steps_that_are_not_finite_change_nothing_and_are_undone_when_they_repeat() {
-    let mut trainer = trained(&Path::Fused(Dispatch::detect()), true, 2);
+    let mut trainer = trained(&Backend::Fused(Dispatch::detect()), true, 2);
     let weights = trainer.field.weights().clone();
     let broken = (weights.as_tensor() * f64::NAN).unwrap();
     weights.set(&broken).unwrap();
@@ -118,9 +118,9 @@ fn steps_that_are_not_finite_change_nothing_and_are_undone_when_they_repeat() {
 
 #[test]
 fn a_spoilt_state_is_refused_and_changes_nothing() {
-    let mut trainer = trained(&Path::Plain(Device::Cpu), true, 0);
+    let mut trainer = trained(&Backend::Plain(Device::Cpu), true, 0);
     trainer.capacity.most_log2 = trainer.capacity.table_log2 + 1;
-    let mut grown = trained(&Path::Plain(Device::Cpu), true, 0);
+    let mut grown = trained(&Backend::Plain(Device::Cpu), true, 0);
     grown.capacity.most_log2 = grown.capacity.table_log2 + 1;
     grown.grow().unwrap();
     let numbers = |value: f32, shape: &[usize]| Tensor::full(value, shape, &Device::Cpu).unwrap();

@@ -1,64 +1,66 @@
-//! How the worker follows the labels: over the newest surface, with the images that were imported.
+//! How the worker follows the labels: it propagates strokes and imported images over the newest surface.
 
 use std::sync::Arc;
 
 use super::{Worker, WorkerError, timed};
-use crate::semantics::{Spread, Surface, SurfaceImport};
+use crate::semantics::{LabelPropagation, Surface, SurfaceImport};
 use crate::session::importing::Importing;
 
 impl Worker<'_> {
-    /// What is trained on the labels has something new to follow.
+    /// Has both heads follow the new labels.
     pub(super) fn labels_changed(&mut self) {
         let wanted = self.semantics_are_wanted();
-        self.opinion.taught.labels_changed(wanted);
-        self.semantic_field.taught.labels_changed(wanted);
+        self.prior.head_trainer.labels_changed(wanted);
+        self.semantic_field.head_trainer.labels_changed(wanted);
     }
 
-    /// A surface that has become ready. While training is paused, one that is there stays: the maps follow
-    /// the labels alone, so that an undo gives back those of before.
-    pub(super) fn new_spread(&mut self) -> Result<Option<Spread>, WorkerError> {
-        if self.paused && self.spread.is_some() {
+    /// A new surface that has become ready. While training is paused the present one stays, so that the maps depend on
+    /// the labels alone and an undo restores those of before.
+    pub(super) fn new_propagation(&mut self) -> Result<Option<LabelPropagation>, WorkerError> {
+        if self.paused && self.propagation.is_some() {
             return Ok(None);
         }
-        let ready = self.survey.ready();
+        let ready = self.refiner.ready();
         ready.map_err(|reason| WorkerError::Other(reason.to_owned()))
     }
 
-    pub(super) fn take_spread(&mut self, mut spread: Spread) {
+    pub(super) fn take_propagation(&mut self, mut propagation: LabelPropagation) {
         timed(&mut self.seconds.semantics, || {
-            spread.set_labels(&self.scene, &self.labels);
+            propagation.set_labels(&self.scene, &self.labels);
         });
-        self.spread = Some(spread);
+        self.propagation = Some(propagation);
         self.checking.start_anew();
-        self.opinion.start_look();
+        self.prior.start_evaluation();
         self.refresh_all();
     }
 
-    /// Starts to spread the imported images over this surface, beside the worker.
+    /// Starts to propagate the imported images over this surface, in the background.
     pub(super) fn import_onto(&self, surface: &Arc<Surface>) -> Importing {
         Importing::start(surface, &self.labels, self.options.threads.max(1))
     }
 
-    /// Starts to spread imported images unless they are, or others are being spread.
+    /// Starts to propagate imported images that are not in the maps yet, unless others are under way.
     pub(super) fn import_if_due(&mut self) {
-        let due = |spread: &&Spread| self.labels.imported.is_some() && !spread.has_import_of(&self.labels);
+        let due = |propagation: &&LabelPropagation| {
+            self.labels.imported.is_some() && !propagation.has_import_of(&self.labels)
+        };
         if self.importing.is_none()
-            && let Some(spread) = self.spread.as_ref().filter(due)
+            && let Some(propagation) = self.propagation.as_ref().filter(due)
         {
-            self.importing = Some(self.import_onto(spread.surface()));
+            self.importing = Some(self.import_onto(propagation.surface()));
         }
     }
 
-    /// Imported images have been spread: they go into the maps, with the surface that waited for them.
+    /// Takes imported images over into the maps, with the surface that waited for them.
     pub(super) fn take_import(&mut self, import: Option<SurfaceImport>) {
         self.importing = None;
-        if let Some(spread) = self.waiting.take() {
-            self.take_spread(spread);
+        if let Some(propagation) = self.waiting.take() {
+            self.take_propagation(propagation);
         }
-        // The labels may have changed meanwhile.
+        // The labels may have changed in the meantime.
         let import = import.filter(|import| import.is_of(&self.labels));
-        if let (Some(import), Some(spread)) = (import, &mut self.spread) {
-            timed(&mut self.seconds.semantics, || spread.set_import(import));
+        if let (Some(import), Some(propagation)) = (import, &mut self.propagation) {
+            timed(&mut self.seconds.semantics, || propagation.set_import(import));
             self.checking.start_anew();
             self.labels_changed();
             self.refresh_all();

@@ -1,4 +1,4 @@
-//! What the worker publishes: maps, suggestions, verdicts on the strokes, and views of the field.
+//! What the worker publishes: maps, suggestions, checks of the strokes, and views of the field.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -7,7 +7,7 @@ use super::{Worker, WorkerError};
 use crate::guide::suggest;
 use crate::session::Event;
 
-/// How long maps are published before commands are looked at again.
+/// How long maps are published between two looks at the commands.
 const PUBLISH_SLICE: Duration = Duration::from_millis(15);
 
 impl Worker<'_> {
@@ -27,7 +27,7 @@ impl Worker<'_> {
 
     /// Publishes out-of-date maps for a slice of time; `false` when there was none.
     pub(super) fn publish(&mut self) -> bool {
-        let Some(spread) = &self.spread else {
+        let Some(propagation) = &self.propagation else {
             return false;
         };
         if self.stale.is_empty() {
@@ -35,8 +35,8 @@ impl Worker<'_> {
         }
         let start = Instant::now();
         while let Some(frame) = self.stale.pop_front() {
-            let map = spread.map(&self.scene, frame, self.generation);
-            // Somebody waits for this one; that thread shall not have to look it up.
+            let map = propagation.map(&self.scene, frame, self.generation);
+            // The map in view is looked up here, so that the thread that shows it does not have to.
             let is_in_view = frame == self.view;
             self.outbox.publish(if is_in_view {
                 map.looked_up().into_owned()
@@ -57,11 +57,11 @@ impl Worker<'_> {
     }
 
     pub(super) fn suggest(&mut self) -> bool {
-        let Some(spread) = self.spread.as_ref().filter(|_| self.suggestions_due) else {
+        let Some(propagation) = self.propagation.as_ref().filter(|_| self.suggestions_due) else {
             return false;
         };
         self.suggestions_due = false;
-        let suggestions = suggest(&self.scene, spread, self.suggest_on.as_ref());
+        let suggestions = suggest(&self.scene, propagation, self.suggest_on.as_ref());
         self.outbox.send(Event::Suggestions {
             generation: self.generation,
             suggestions,
@@ -69,21 +69,22 @@ impl Worker<'_> {
         true
     }
 
-    /// Has the strokes checked when all maps follow them, and tells what came of it.
+    /// Has the strokes checked once all maps follow them, and reports the result.
     pub(super) fn check(&mut self) {
-        if let Some(spread) = &self.spread {
-            self.checking.start_if_due(spread, &self.scene, self.generation);
+        if let Some(propagation) = &self.propagation {
+            self.checking
+                .start_if_due(propagation, &self.scene, self.generation);
         }
-        if let Some((generation, verdicts)) = self.checking.ready() {
-            self.outbox.send(Event::Verdicts {
+        if let Some((generation, checks)) = self.checking.ready() {
+            self.outbox.send(Event::StrokeChecks {
                 generation,
-                verdicts: verdicts.strokes,
-                accuracy: verdicts.accuracy,
+                checks: checks.strokes,
+                accuracy: checks.accuracy,
             });
         }
     }
 
-    /// Renders a slice of the view that is wished for; `false` when none is.
+    /// Renders a slice of the requested view; `false` when there is none.
     pub(super) fn render(&mut self) -> Result<bool, WorkerError> {
         let Some(rendering) = &mut self.rendering else {
             return Ok(false);

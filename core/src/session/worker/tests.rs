@@ -32,8 +32,8 @@ fn outbox_and_options() -> (Outbox, SessionOptions) {
 }
 
 fn surface(worker: &Worker<'_>) -> Option<*const crate::semantics::Surface> {
-    let spread = worker.spread.as_ref();
-    spread.map(|spread| Arc::as_ptr(spread.surface()))
+    let propagation = worker.propagation.as_ref();
+    propagation.map(|propagation| Arc::as_ptr(propagation.surface()))
 }
 
 fn advance_until(worker: &mut Worker<'_>, is_it: impl Fn(&Worker<'_>) -> bool) {
@@ -49,17 +49,17 @@ fn a_surface_that_becomes_ready_during_a_pause_waits_for_its_end() {
     let scene = Arc::new(half_measured());
     let (outbox, options) = outbox_and_options();
     let mut worker = Worker::new(Arc::clone(&scene), &options, &outbox).unwrap();
-    advance_until(&mut worker, |worker| worker.spread.is_some());
+    advance_until(&mut worker, |worker| worker.propagation.is_some());
     let first = surface(&worker);
-    worker.obey(Command::Pause).unwrap();
+    worker.handle(Command::Pause).unwrap();
     // It begins with another surface.
-    worker.survey = Survey::new(&scene, &worker.trainer, 1.0, 2);
+    worker.refiner = SurfaceRefiner::new(&scene, &worker.trainer, 1.0, 2);
     for _ in 0..100 {
         worker.advance().unwrap();
         std::thread::sleep(Duration::from_millis(10));
     }
     assert_eq!(surface(&worker), first);
-    worker.obey(Command::Resume).unwrap();
+    worker.handle(Command::Resume).unwrap();
     advance_until(&mut worker, |worker| surface(worker) != first);
 }
 
@@ -67,9 +67,9 @@ fn a_surface_that_becomes_ready_during_a_pause_waits_for_its_end() {
 fn a_field_that_has_seen_next_to_nothing_does_not_fill_holes_of_measured_depth() {
     let (outbox, options) = outbox_and_options();
     let mut worker = Worker::new(Arc::new(half_measured()), &options, &outbox).unwrap();
-    advance_until(&mut worker, |worker| worker.spread.is_some());
-    worker.obey(Command::Settle).unwrap();
-    assert!(!worker.survey.is_rendering() && worker.survey.is_done());
+    advance_until(&mut worker, |worker| worker.propagation.is_some());
+    worker.handle(Command::Settle).unwrap();
+    assert!(!worker.refiner.is_rendering() && worker.refiner.is_done());
 }
 
 #[test]
@@ -79,9 +79,12 @@ fn a_session_of_another_size_has_another_field_and_another_surface() {
         let (outbox, mut options) = outbox_and_options();
         options.size = Size { field, surface };
         let mut worker = Worker::new(Arc::clone(&scene), &options, &outbox).unwrap();
-        advance_until(&mut worker, |worker| worker.spread.is_some());
-        let spread = worker.spread.as_ref().unwrap();
-        (worker.trainer.field().parameters(), spread.surface().graph.len())
+        advance_until(&mut worker, |worker| worker.propagation.is_some());
+        let propagation = worker.propagation.as_ref().unwrap();
+        (
+            worker.trainer.field().parameters(),
+            propagation.surface().graph.len(),
+        )
     };
     let (chosen, smaller, coarser) = (sizes(1.0, 1.0), sizes(0.25, 1.0), sizes(1.0, 0.25));
     assert!(

@@ -1,4 +1,4 @@
-//! The worker's thread from its start to its end, which is told whatever happens.
+//! The worker's thread from its start to its end, which is always reported.
 
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -15,8 +15,7 @@ use crate::session::reference::ReferenceWorker;
 use crate::session::serve::serve;
 use crate::session::{Command, Event, SessionOptions};
 
-/// Runs until it is told to stop, on the options' scene or on one that is open already; whatever happens, the end is
-/// told.
+/// Runs until a command says stop, on `scene` or else on the options' source; errors, panics and the end become events.
 pub(in crate::session) fn run(
     options: SessionOptions,
     scene: Option<Arc<Scene>>,
@@ -54,7 +53,7 @@ pub(in crate::session) fn run(
     });
 }
 
-/// Does the work; an error or a panic becomes an event, and so does the end.
+/// Does the work and turns an error or a panic, and the end, into events.
 fn guarded(outbox: &Outbox, work: impl FnOnce() -> Result<(), WorkerError>) {
     match catch_unwind(AssertUnwindSafe(work)) {
         Ok(Ok(())) => {}
@@ -80,7 +79,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_panic_becomes_an_error_event_and_the_end_is_told() {
+    fn a_panic_becomes_an_error_event_and_the_end_is_reported() {
         let (sender, events) = crossbeam_channel::unbounded();
         let outbox = Outbox::new(sender, Arc::default(), Box::new(|| {}));
         guarded(&outbox, || panic!("index out of range"));

@@ -1,4 +1,4 @@
-//! A head that follows the labels of a session.
+//! Trains a semantic head on the labels of a session.
 
 use std::collections::HashMap;
 
@@ -8,35 +8,35 @@ use crate::field::{GridShape, Sampling, Trainer};
 use crate::labels::ClassId;
 use crate::semantics::SemanticHead;
 
-/// Steps after which a head has followed a change of the labels.
-const FOLLOWS: u64 = 300;
+/// Steps that a head needs to follow a change of the labels.
+const STEPS_PER_CHANGE: u64 = 300;
 
-/// Which of the heads it is.
+/// What distinguishes the heads of a session.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Kind {
-    /// What the names of its parameters begin with in a saved model.
+pub(super) struct HeadKind {
+    /// Prefix of its parameters' names in a saved model.
     pub(super) name: &'static str,
     /// Whether it has a grid of its own.
     pub(super) has_grid: bool,
 }
 
-impl Kind {
+impl HeadKind {
     fn grid(self, trainer: &Trainer) -> Option<GridShape> {
         self.has_grid.then(|| trainer.capacity().semantic_grid())
     }
 }
 
-/// A head, once it has had a step, and what it still has to learn.
+/// A head and the training that it still needs.
 #[derive(Debug)]
-pub(super) struct Taught {
-    kind: Kind,
+pub(super) struct HeadTrainer {
+    kind: HeadKind,
+    /// `None` before the first step.
     head: Option<SemanticHead>,
-    /// Steps that it needs to follow the labels.
     steps_due: u64,
 }
 
-impl Taught {
-    pub(super) fn new(kind: Kind) -> Self {
+impl HeadTrainer {
+    pub(super) fn new(kind: HeadKind) -> Self {
         Self {
             kind,
             head: None,
@@ -45,7 +45,7 @@ impl Taught {
     }
 
     /// The head of a saved model, where it has one that fits.
-    pub(super) fn restored(kind: Kind, tensors: &HashMap<String, Tensor>, trainer: &Trainer) -> Self {
+    pub(super) fn restored(kind: HeadKind, tensors: &HashMap<String, Tensor>, trainer: &Trainer) -> Self {
         let (width, grid) = (trainer.field().feature_width(), kind.grid(trainer));
         Self {
             head: SemanticHead::restored(kind.name, tensors, width, grid),
@@ -63,18 +63,18 @@ impl Taught {
         self.head
     }
 
-    /// There are new labels to follow, or it is `wanted` no more.
+    /// There are new labels to follow, or none worth training on (`wanted` is false).
     pub(super) fn labels_changed(&mut self, wanted: bool) {
-        self.steps_due = if wanted { FOLLOWS } else { 0 };
+        self.steps_due = if wanted { STEPS_PER_CHANGE } else { 0 };
     }
 
-    /// Steps that it needs to follow the labels.
+    /// Steps that the head still needs to follow the newest labels.
     pub(super) fn steps_due(&self) -> u64 {
         self.steps_due
     }
 
-    /// The head for a step on these classes, which counts; with other classes than before a new one, which takes over
-    /// what it can.
+    /// The head for a step on these classes; the step is counted. Where the classes have changed, a new head takes
+    /// over what it can from the earlier one.
     pub(super) fn for_step(
         &mut self,
         classes: &[ClassId],
@@ -112,7 +112,7 @@ impl Taught {
     }
 }
 
-/// How rays are sampled when a head is taught or asked; spread randomly where there is a seed for it.
+/// How rays are sampled when a head is trained or evaluated; jittered where there is a seed.
 pub(crate) fn sampling(trainer: &Trainer, jitter: Option<u64>) -> Sampling {
     Sampling {
         step: trainer.render_step(),

@@ -4,7 +4,7 @@ use candle_core::Result;
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::{SemanticHead, Spread, SurfaceGraph};
+use super::{LabelPropagation, SemanticHead, SurfaceGraph};
 use crate::field::RadianceField;
 
 /// Nodes that the head is asked about at a time.
@@ -16,19 +16,19 @@ const LEAST_PROBABILITY: f32 = 1e-3;
 const SMOOTHING_ROUNDS: usize = 6;
 const SMOOTHING_FALLOFF: f32 = 0.3;
 /// Exponent of the head's probabilities beside the graph's.
-const HEAD_SAY: f32 = 0.4;
+const HEAD_EXPONENT: f32 = 0.4;
 
 /// A look at what the head says of every node of a surface, in steps of some tens of milliseconds.
 #[derive(Clone, Debug, Default)]
-pub struct HeadLook {
+pub struct HeadEvaluation {
     /// Logarithms of the probabilities found so far, `[nodes, classes]`.
     logs: Vec<f32>,
     rounds: usize,
 }
 
-impl HeadLook {
+impl HeadEvaluation {
     /// Goes a step further; in the end returns the head's say on each node, positive weights
-    /// `[nodes, classes]` for [`Spread::set_head`].
+    /// `[nodes, classes]` for [`LabelPropagation::set_head`].
     ///
     /// The probabilities are averaged (as logarithms) over neighbours that the graph joins closely, so
     /// that they follow surfaces and not single voxels, and tempered. Surface and head have to stay the
@@ -38,11 +38,11 @@ impl HeadLook {
     /// None on the CPU.
     pub fn advance(
         &mut self,
-        spread: &Spread,
+        propagation: &LabelPropagation,
         head: &SemanticHead,
         field: &RadianceField,
     ) -> Result<Option<Vec<f32>>> {
-        let graph = &spread.surface().graph;
+        let graph = &propagation.surface().graph;
         let count = head.classes().len().max(1);
         let known = self.logs.len() / count;
         if known < graph.len() {
@@ -55,7 +55,9 @@ impl HeadLook {
             self.logs = averaged(graph, &self.logs, count);
             self.rounds += 1;
         } else {
-            return Ok(Some(self.logs.iter().map(|log| (HEAD_SAY * log).exp()).collect()));
+            return Ok(Some(
+                self.logs.iter().map(|log| (HEAD_EXPONENT * log).exp()).collect(),
+            ));
         }
         Ok(None)
     }

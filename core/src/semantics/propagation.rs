@@ -8,16 +8,16 @@ use rustc_hash::FxHashMap;
 use super::map::OnSurface;
 use super::strays::strays;
 use super::{
-    CrossValidation, ENTROPY_STEPS_PER_NAT, FrameMap, Posterior, Propagation, Surface, SurfaceImport,
+    ClassGeodesics, CrossValidation, ENTROPY_STEPS_PER_NAT, FrameMap, Posterior, Surface, SurfaceImport,
 };
 use crate::labels::{ClassId, LabelSet, Stroke, StrokeId, VOID, rasterise};
 use crate::scene::{Camera, Scene};
 
 /// The labels of a scene on its surface, kept in step with the strokes.
 #[derive(Clone, Debug)]
-pub struct Spread {
+pub struct LabelPropagation {
     surface: Arc<Surface>,
-    propagation: Propagation,
+    geodesics: ClassGeodesics,
     /// Shared with the maps.
     posterior: Arc<Posterior>,
     classes: Vec<ClassId>,
@@ -29,7 +29,7 @@ pub struct Spread {
     sources: BTreeMap<usize, Vec<(u32, StrokeId, ClassId)>>,
     /// The head's newest say. It outlives a change of the classes, so that taking that back gives the maps
     /// of before.
-    head: Option<HeadSay>,
+    head: Option<HeadWeights>,
     /// What imported images say, and the probabilities that it gives the classes where it is votes.
     import: Option<SurfaceImport>,
     votes: Option<Vec<f32>>,
@@ -37,27 +37,27 @@ pub struct Spread {
 
 /// What the head says of each node.
 #[derive(Clone, Debug)]
-struct HeadSay {
+struct HeadWeights {
     /// The classes that it was taught.
     classes: Vec<ClassId>,
     /// Positive weights `[nodes, classes]`.
     weights: Vec<f32>,
 }
 
-impl HeadSay {
+impl HeadWeights {
     /// The weights, if these are the classes that it was taught.
     fn on(&self, classes: &[ClassId]) -> Option<&[f32]> {
         (self.classes == classes).then_some(self.weights.as_slice())
     }
 }
 
-impl Spread {
+impl LabelPropagation {
     /// A surface without labels.
     pub fn new(surface: Arc<Surface>) -> Self {
-        let posterior = Posterior::new(&Propagation::default(), &[], surface.graph.len(), None, None);
+        let posterior = Posterior::new(&ClassGeodesics::default(), &[], surface.graph.len(), None, None);
         Self {
             surface,
-            propagation: Propagation::default(),
+            geodesics: ClassGeodesics::default(),
             posterior: Arc::new(posterior),
             classes: Vec::new(),
             strokes: BTreeMap::new(),
@@ -84,7 +84,7 @@ impl Spread {
         &self.classes
     }
 
-    /// Makes these the labels; only what changed is computed. Imported images come by [`Spread::set_import`]; here
+    /// Makes these the labels; only what changed is computed. Imported images come by [`LabelPropagation::set_import`]; here
     /// they are only taken away.
     pub fn set_labels(&mut self, scene: &Scene, labels: &LabelSet) {
         let changed: Vec<usize> = changed_frames(&self.strokes, &labels.strokes);
@@ -122,13 +122,13 @@ impl Spread {
             same_votes = false;
         }
         let seeds = self.seeds();
-        let changed = self.propagation.update(&self.surface.graph, seeds);
+        let changed = self.geodesics.update(&self.surface.graph, seeds);
         if same_votes {
             let votes = self.votes.as_deref();
             let head = self.head.as_ref().and_then(|head| head.on(&self.classes));
             // Maps of before may still hold the posterior: then it is copied, which costs little.
             let posterior = Arc::make_mut(&mut self.posterior);
-            posterior.update(&self.propagation, &self.classes, &changed, votes, head);
+            posterior.update(&self.geodesics, &self.classes, &changed, votes, head);
         } else {
             self.refresh();
         }
@@ -139,7 +139,7 @@ impl Spread {
         self.votes = import.votes(&self.classes);
         self.import = Some(import);
         let seeds = self.seeds();
-        self.propagation.update(&self.surface.graph, seeds);
+        self.geodesics.update(&self.surface.graph, seeds);
         self.refresh();
     }
 
@@ -152,7 +152,7 @@ impl Spread {
     /// counts as long as the classes are those of now.
     pub fn set_head(&mut self, weights: Vec<f32>) {
         if weights.len() == self.surface.graph.len() * self.classes.len() {
-            self.head = Some(HeadSay {
+            self.head = Some(HeadWeights {
                 classes: self.classes.clone(),
                 weights,
             });
@@ -164,7 +164,7 @@ impl Spread {
         let nodes = self.surface.graph.len();
         let votes = self.votes.as_deref();
         let head = self.head.as_ref().and_then(|head| head.on(&self.classes));
-        let posterior = Posterior::new(&self.propagation, &self.classes, nodes, votes, head);
+        let posterior = Posterior::new(&self.geodesics, &self.classes, nodes, votes, head);
         self.posterior = Arc::new(posterior);
     }
 
@@ -211,7 +211,7 @@ impl Spread {
 
     /// What graph and votes say of a node, in the order of the classes.
     pub(super) fn graph_probabilities(&self, node: usize) -> Vec<f32> {
-        Posterior::of_node(&self.propagation, &self.classes, node, self.votes.as_deref())
+        Posterior::of_node(&self.geodesics, &self.classes, node, self.votes.as_deref())
     }
 
     /// What the maps say of a node, in the order of the classes: graph and votes with the head's say.
@@ -231,7 +231,7 @@ impl Spread {
 
     /// Whether anything is known of any node.
     pub(super) fn is_labelled(&self) -> bool {
-        !self.propagation.seeds().is_empty() || self.votes.is_some()
+        !self.geodesics.seeds().is_empty() || self.votes.is_some()
     }
 
     /// Labelled pixels of classes that are trained on: (frame, pixel index, class).
@@ -263,7 +263,7 @@ impl Spread {
             surface: Arc::clone(&self.surface),
             classes: self.classes.clone(),
             strokes: self.strokes.clone(),
-            propagation: self.propagation.clone(),
+            geodesics: self.geodesics.clone(),
             imported: self.import.iter().flat_map(SurfaceImport::seeds).collect(),
             votes: self.votes.clone(),
         }

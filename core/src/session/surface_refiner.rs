@@ -1,5 +1,5 @@
-//! The surface as it is known so far, with the labels spread over it: built from measured depth at once, and
-//! again from the field's depth when the field has become better.
+//! Builds the surface that labels spread over: from measured depth at once, and again from the field's depth as
+//! training makes that better.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -9,55 +9,56 @@ use crossbeam_channel::{Receiver, TryRecvError, bounded};
 use crate::field::{FieldError, HeldOut, Ray, Trainer, frame_rays, render_rays};
 use crate::labels::LabelSet;
 use crate::scene::{Frame, Scene};
-use crate::semantics::{FieldDepth, Spread, Surface};
+use crate::semantics::{FieldDepth, LabelPropagation, Surface};
 
 /// Fewest pixels of a frame, along each axis, per ray that is rendered for its depth.
 const STRIDE: u32 = 4;
-/// Most rays of a look, about: 220 frames of 320x240 pixels at the stride above. More would be closer together than the
-/// voxels that they end in, whose number is bounded too.
+/// Most rays of a refinement, about: 220 frames of 320x240 pixels at the stride above. More would be closer together
+/// than the voxels that they end in, whose number is bounded too.
 const MOST_RAYS: usize = 1 << 20;
-/// Rays rendered before commands are looked at again.
+/// Rays rendered between two looks at the commands.
 const RAYS_AT_A_TIME: usize = 1024;
-/// Steps at which the field's depth is looked at, before the last look when it is taught.
-const LOOKS: [u64; 4] = [300, 1000, 3000, 8000];
-/// Median held-out error of the field's depth, as a share of the ray length, up to which it fills what was not measured;
-/// before, what lies beside it does.
-const GOOD_ENOUGH: f32 = 0.03;
+/// Training steps at which the surface is refined; the last refinement follows the end of training.
+const REFINEMENT_STEPS: [u64; 4] = [300, 1000, 3000, 8000];
+/// Largest median held-out error of the field's depth, as a share of the ray length, at which that depth is used beside
+/// measured depth. With a larger error, holes are filled from the measured pixels around them.
+const MOST_DEPTH_ERROR: f32 = 0.03;
 
-/// Renders the field's depth frame by frame and has the surface built from it in the background.
-pub(crate) struct Survey {
+/// Renders the field's depth frame by frame, and builds the surface from it in the background.
+pub(crate) struct SurfaceRefiner {
     scene: Arc<Scene>,
-    /// Threads of their own: the session's are busy training.
+    /// Threads for building; the session's own are busy training.
     threads: usize,
+    /// Side of the scene's box, in metres.
     extent: f32,
     /// Factor on the number of voxels.
     size: f32,
-    /// Whether the frames' own depth leaves something to find out.
+    /// Whether any keyframe has pixels without measured depth.
     incomplete: bool,
     /// Pixels of a frame, along each axis, per ray.
     stride: u32,
-    /// Steps at which the field's depth is looked at, ascending.
+    /// Training steps of the refinements to come, ascending.
     marks: Vec<u64>,
-    /// Whether there is one more look when the field is taught.
-    last_look: bool,
-    rendering: Option<Rendering>,
-    building: Option<Receiver<Option<Built>>>,
-    /// Seconds that the newest look took, up to its surface.
+    /// Whether one more refinement follows the end of training.
+    last_refinement: bool,
+    rendering: Option<DepthRendering>,
+    building: Option<Receiver<Option<BuiltSurface>>>,
+    /// Seconds that the newest refinement took, rendering and building.
     seconds: Option<f64>,
 }
 
-/// A surface with the labels spread over it.
-struct Built {
-    spread: Spread,
-    /// Seconds that it and the look before it took; `None` without one.
+/// A new surface with the labels propagated over it.
+struct BuiltSurface {
+    propagation: LabelPropagation,
+    /// Seconds of rendering and building; `None` where nothing was rendered for it.
     seconds: Option<f64>,
 }
 
-/// A look at the field's depth that is under way.
-struct Rendering {
+/// A rendering of the field's depth that is under way.
+struct DepthRendering {
     /// The frames done.
     done: Vec<Option<Arc<FieldDepth>>>,
-    /// Samples along x and rays of the next frame, once it was begun.
+    /// Samples along x and rays of the next frame, once it has been begun.
     begun: Option<(u32, Vec<Ray>)>,
     /// Ray lengths of the next frame, as far as they are known.
     lengths: Vec<f32>,
@@ -65,8 +66,8 @@ struct Rendering {
     seconds: f64,
 }
 
-impl Survey {
-    /// Whether the keyframes' own depth leaves nothing for the field to find out.
+impl SurfaceRefiner {
+    /// Whether every pixel of every keyframe has measured depth.
     pub(crate) fn is_complete(scene: &Scene) -> bool {
         let mut keyframes = scene.frames.iter().filter(|frame| frame.is_keyframe());
         keyframes.all(Frame::has_complete_depth)
@@ -74,83 +75,82 @@ impl Survey {
 
     pub(crate) fn new(scene: &Arc<Scene>, trainer: &Trainer, size: f32, threads: usize) -> Self {
         let incomplete = !Self::is_complete(scene);
-        let looks = incomplete && !trainer.settled();
-        let mut survey = Self {
+        let refines = incomplete && !trainer.settled();
+        let mut refiner = Self {
             scene: Arc::clone(scene),
             threads,
             extent: trainer.field().volume().side,
             size,
             incomplete,
             stride: stride(scene),
-            marks: LOOKS
+            marks: REFINEMENT_STEPS
                 .into_iter()
-                .filter(|&mark| looks && mark > trainer.steps())
+                .filter(|&mark| refines && mark > trainer.steps())
                 .collect(),
-            last_look: looks,
+            last_refinement: refines,
             rendering: None,
             building: None,
             seconds: None,
         };
         if scene.has_depth() {
-            survey.build(vec![None; scene.frames.len()], LabelSet::default(), None);
+            refiner.build(vec![None; scene.frames.len()], LabelSet::default(), None);
         }
-        if trainer.steps() > 0 && survey.is_worth_it(trainer) {
-            survey.start();
+        if trainer.steps() > 0 && refiner.is_useful(trainer) {
+            refiner.start();
         }
-        survey
+        refiner
     }
 
-    /// Whether a look at the field's depth is under way.
+    /// Whether the field's depth is being rendered.
     pub(crate) fn is_rendering(&self) -> bool {
         self.rendering.is_some()
     }
 
-    /// Whether the surface is the field's first guess, or is still to come: what is taught by it waits for a better one.
+    /// Whether the surface is still missing, or a first guess of the field: training on it waits for a better one.
     pub(crate) fn is_first_guess(&self, trainer: &Trainer) -> bool {
-        self.incomplete && !trainer.settled() && trainer.steps() < LOOKS[1]
+        self.incomplete && !trainer.settled() && trainer.steps() < REFINEMENT_STEPS[1]
     }
 
-    /// Whether nothing is under way and no look is due any more.
+    /// Whether no refinement is under way or still to come.
     pub(crate) fn is_done(&self) -> bool {
-        self.marks.is_empty() && !self.last_look && self.rendering.is_none() && self.building.is_none()
+        self.marks.is_empty() && !self.last_refinement && self.rendering.is_none() && self.building.is_none()
     }
 
-    /// Starts a look when one is due after a step of this training.
+    /// Starts a refinement if one is due after a training step.
     pub(crate) fn start_if_due(&mut self, trainer: &Trainer) {
         if trainer.settled() {
-            if self.last_look {
+            if self.last_refinement {
                 self.finish(trainer);
             }
-        } else if self.marks.first().is_some_and(|&mark| trainer.steps() >= mark) && self.is_worth_it(trainer)
-        {
+        } else if self.marks.first().is_some_and(|&mark| trainer.steps() >= mark) && self.is_useful(trainer) {
             self.marks.retain(|&mark| mark > trainer.steps());
             self.start();
         }
     }
 
-    /// Takes a last look now, unless one is under way, and none later.
+    /// Starts the last refinement now, unless one is under way.
     pub(crate) fn finish(&mut self, trainer: &Trainer) {
         self.marks.clear();
-        self.last_look = false;
-        if self.rendering.is_none() && self.is_worth_it(trainer) {
+        self.last_refinement = false;
+        if self.rendering.is_none() && self.is_useful(trainer) {
             self.start();
         }
     }
 
-    /// Whether the field's depth is better than none: where some was measured, holes can be filled without it.
-    fn is_worth_it(&self, trainer: &Trainer) -> bool {
-        // Nothing can be said of it where no held-out pixel was measured.
+    /// Whether the field's depth is better than none. Where some depth was measured, holes can be filled without it.
+    fn is_useful(&self, trainer: &Trainer) -> bool {
+        // The error is unknown where no held-out pixel was measured.
         let is_good = |error: HeldOut| {
             error
                 .relative_depth_error
-                .is_none_or(|error| error <= GOOD_ENOUGH)
+                .is_none_or(|error| error <= MOST_DEPTH_ERROR)
         };
         !self.scene.has_depth() || trainer.settled() || trainer.error().is_some_and(is_good)
     }
 
     fn start(&mut self) {
         if self.incomplete {
-            self.rendering = Some(Rendering {
+            self.rendering = Some(DepthRendering {
                 done: Vec::with_capacity(self.scene.frames.len()),
                 begun: None,
                 lengths: Vec::new(),
@@ -159,14 +159,14 @@ impl Survey {
         }
     }
 
-    /// Renders some more rays; after those of the last frame the surface is built and the labels of now are
-    /// spread over it, which takes longer than a click may wait.
+    /// Renders some more rays. After the last frame's, starts to build the surface with these labels in the
+    /// background: a click must not wait for it.
     pub(crate) fn advance(&mut self, trainer: &Trainer, labels: &LabelSet) -> Result<(), FieldError> {
         let Some(rendering) = &mut self.rendering else {
             return Ok(());
         };
         let start = Instant::now();
-        // Other frames than keyframes follow from the surface.
+        // Frames that are no keyframes take their depth from the surface.
         let needs_none = |frame: &&Frame| !frame.is_keyframe() || frame.has_complete_depth();
         let rest = &self.scene.frames[rendering.done.len()..];
         let skipped = rest.iter().take_while(needs_none).count();
@@ -212,31 +212,37 @@ impl Survey {
         Ok(())
     }
 
-    /// Seconds that a last look takes, up to its surface, as the newest one did; 0 where the field has nothing to find
-    /// out, `None` before the first look has ended.
+    /// Seconds that the last refinement will take, estimated by the newest one; 0 where none is needed, `None` before
+    /// the first has ended.
     pub(crate) fn seconds_to_finish(&self) -> Option<f64> {
         if self.incomplete { self.seconds } else { Some(0.0) }
     }
 
-    fn build(&mut self, lengths: Vec<Option<Arc<FieldDepth>>>, labels: LabelSet, looking: Option<f64>) {
+    fn build(
+        &mut self,
+        lengths: Vec<Option<Arc<FieldDepth>>>,
+        labels: LabelSet,
+        rendering_seconds: Option<f64>,
+    ) {
         let (scene, extent, size) = (Arc::clone(&self.scene), self.extent, self.size);
         let build = move || {
             let start = Instant::now();
-            let mut spread = Spread::new(Arc::new(Surface::build_scaled(&scene, &lengths, extent, size)?));
-            spread.set_labels(&scene, &labels);
-            Some(Built {
-                spread,
-                seconds: looking.map(|before| before + start.elapsed().as_secs_f64()),
+            let mut propagation =
+                LabelPropagation::new(Arc::new(Surface::build_scaled(&scene, &lengths, extent, size)?));
+            propagation.set_labels(&scene, &labels);
+            Some(BuiltSurface {
+                propagation,
+                seconds: rendering_seconds.map(|before| before + start.elapsed().as_secs_f64()),
             })
         };
         self.building = Some(in_background("inplace-surface", self.threads, build));
     }
 
-    /// The surface that has become ready, if any, with the labels of when it was begun.
+    /// The surface that has become ready, if any, with the labels at the start of its building.
     ///
     /// # Errors
     /// The building thread died.
-    pub(crate) fn ready(&mut self) -> Result<Option<Spread>, &'static str> {
+    pub(crate) fn ready(&mut self) -> Result<Option<LabelPropagation>, &'static str> {
         let Some(building) = &self.building else {
             return Ok(None);
         };
@@ -244,7 +250,7 @@ impl Survey {
             Ok(built) => {
                 self.building = None;
                 self.seconds = built.as_ref().and_then(|built| built.seconds).or(self.seconds);
-                Ok(built.map(|built| built.spread))
+                Ok(built.map(|built| built.propagation))
             }
             Err(TryRecvError::Empty) => Ok(None),
             Err(TryRecvError::Disconnected) => {
@@ -255,8 +261,8 @@ impl Survey {
     }
 }
 
-/// Does work on threads of its own: the session's are busy training. A receiver whose sender is gone tells that the
-/// work failed, or that there were no threads.
+/// Does work on threads of its own, since the session's are busy training. The receiver is disconnected when the work
+/// panics, or when the threads cannot be started.
 pub(super) fn in_background<T: Send + 'static>(
     name: &'static str,
     threads: usize,
@@ -269,21 +275,21 @@ pub(super) fn in_background<T: Send + 'static>(
         .build();
     if let Ok(pool) = pool {
         pool.spawn(move || {
-            // Nobody waits for it any more when the session has ended.
+            // The receiver is gone when the session has ended.
             let _ = sender.send(work());
         });
     }
     receiver
 }
 
-/// Pixels of a frame, along each axis, per ray of a look at this scene.
+/// Pixels of a frame, along each axis, per rendered ray.
 fn stride(scene: &Scene) -> u32 {
     let frames = scene.frames.iter();
-    let looked_at = frames.filter(|frame| frame.is_keyframe() && !frame.has_complete_depth());
-    stride_for(looked_at.map(|frame| frame.camera.pixels()).sum())
+    let rendered = frames.filter(|frame| frame.is_keyframe() && !frame.has_complete_depth());
+    stride_for(rendered.map(|frame| frame.camera.pixels()).sum())
 }
 
-/// The same for frames of so many pixels together.
+/// The stride for frames with this many pixels in total.
 fn stride_for(pixels: usize) -> u32 {
     let most = (pixels as f64 / MOST_RAYS as f64).sqrt().ceil() as u32;
     most.max(STRIDE)
@@ -307,7 +313,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn large_images_are_looked_at_with_no_more_rays_than_small_ones() {
+    fn large_images_take_no_more_rays_than_small_ones() {
         assert_eq!(stride_for(0), STRIDE);
         assert_eq!(stride_for(180 * 320 * 240), STRIDE);
         let phone = 50 * 1080 * 1920;

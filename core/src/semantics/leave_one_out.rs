@@ -8,13 +8,13 @@ use rustc_hash::FxHashMap;
 
 use super::posterior::label_at;
 use super::strays::strays;
-use super::{Geodesics, Propagation, Surface};
+use super::{ClassGeodesics, Geodesics, Surface};
 use crate::labels::{ClassId, Stroke, StrokeId, VOID, pixels_of};
 use crate::scene::Scene;
 
 /// What the other strokes say of one, without it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Verdict {
+pub struct StrokeCheck {
     /// The stroke.
     pub stroke: StrokeId,
     /// Its most likely class by the others: its own, unless they contradict most of its pixels; then the class
@@ -24,7 +24,7 @@ pub struct Verdict {
     pub contradicting: f32,
 }
 
-impl Verdict {
+impl StrokeCheck {
     /// Whether the others contradict most of the stroke.
     pub fn is_contradicted(&self) -> bool {
         self.contradicting > 0.5
@@ -33,11 +33,11 @@ impl Verdict {
 
 /// What the strokes say of each other.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Verdicts {
+pub struct LeaveOneOut {
     /// Of every stroke that can be checked, in the order of the strokes. Those that cannot: void ones; those that
     /// no pixel of the surface shows; and those that no other label of their class is left without, since the
     /// others cannot know what they were never told.
-    pub strokes: Vec<Verdict>,
+    pub strokes: Vec<StrokeCheck>,
     /// Mean over the classes of the share of their strokes that are not contradicted, so that a class with many
     /// easy strokes does not hide one whose strokes are all wrong; `None` where nothing can be checked.
     pub accuracy: Option<f32>,
@@ -58,7 +58,7 @@ pub struct CrossValidation {
     pub(super) surface: Arc<Surface>,
     pub(super) classes: Vec<ClassId>,
     pub(super) strokes: BTreeMap<StrokeId, Arc<Stroke>>,
-    pub(super) propagation: Propagation,
+    pub(super) geodesics: ClassGeodesics,
     /// The classes of nodes by trusted label images.
     pub(super) imported: FxHashMap<u32, ClassId>,
     /// Class probabilities by label images that may be wrong, `[nodes, classes]`.
@@ -81,18 +81,18 @@ impl CrossValidation {
     /// imported label images alone (the head has learnt from the stroke itself). Only what a stroke owned is
     /// flooded again, so all strokes together cost about as much as spreading all labels twice, however many they
     /// are. `None` when `cancelled` has been set meanwhile.
-    pub fn run(self, cancelled: &AtomicBool) -> Option<Verdicts> {
+    pub fn run(self, cancelled: &AtomicBool) -> Option<LeaveOneOut> {
         let mut seeds: BTreeMap<ClassId, usize> = BTreeMap::new();
-        for &class in self.propagation.seeds().values() {
+        for &class in self.geodesics.seeds().values() {
             *seeds.entry(class).or_default() += 1;
         }
         if seeds.len() < 2 && self.votes.is_none() {
             // With one class alone there is nothing to contradict.
-            return Some(Verdicts::default());
+            return Some(LeaveOneOut::default());
         }
         let absences = self.absences(cancelled)?;
-        let mut fields: BTreeMap<ClassId, Geodesics> = self.propagation.classes().clone();
-        let mut verdicts = Vec::new();
+        let mut fields: BTreeMap<ClassId, Geodesics> = self.geodesics.classes().clone();
+        let mut checks = Vec::new();
         for (id, absence) in absences {
             if cancelled.load(Ordering::Relaxed) {
                 return None;
@@ -103,21 +103,21 @@ impl CrossValidation {
             let lost = absence.removed.get(&own).map_or(0, Vec::len);
             let told = seeds.get(&own).copied().unwrap_or(0) > lost;
             if told || self.votes.is_some() {
-                verdicts.extend(self.verdict(&mut fields, (id, own), &absence));
+                checks.extend(self.check(&mut fields, (id, own), &absence));
             }
         }
-        Some(Verdicts {
-            accuracy: self.accuracy(&verdicts),
-            strokes: verdicts,
+        Some(LeaveOneOut {
+            accuracy: self.accuracy(&checks),
+            strokes: checks,
         })
     }
 
-    fn verdict(
+    fn check(
         &self,
         fields: &mut BTreeMap<ClassId, Geodesics>,
         (stroke, own): (StrokeId, ClassId),
         absence: &Absence,
-    ) -> Option<Verdict> {
+    ) -> Option<StrokeCheck> {
         let graph = &self.surface.graph;
         for (class, nodes) in &absence.removed {
             if let Some(field) = fields.get_mut(class) {
@@ -128,7 +128,7 @@ impl CrossValidation {
             let field = fields.entry(class).or_insert_with(|| Geodesics::new(graph.len()));
             field.add(graph, nodes);
         }
-        let verdict = self.read(fields, (stroke, own), &absence.nodes);
+        let check = self.read(fields, (stroke, own), &absence.nodes);
         for (class, nodes) in &absence.added {
             if let Some(field) = fields.get_mut(class) {
                 field.remove(graph, nodes);
@@ -139,7 +139,7 @@ impl CrossValidation {
                 field.add(graph, nodes);
             }
         }
-        verdict
+        check
     }
 
     /// What the fields say at a stroke's nodes; `None` where they reach none of them.
@@ -148,7 +148,7 @@ impl CrossValidation {
         fields: &BTreeMap<ClassId, Geodesics>,
         (stroke, own): (StrokeId, ClassId),
         nodes: &[u32],
-    ) -> Option<Verdict> {
+    ) -> Option<StrokeCheck> {
         let in_order: Vec<Option<&[f32]>> = self
             .classes
             .iter()
@@ -172,7 +172,7 @@ impl CrossValidation {
             .iter()
             .max_by_key(|&(&class, &count)| (count, std::cmp::Reverse(class)));
         let other = other.map_or(own, |(&class, _)| class);
-        Some(Verdict {
+        Some(StrokeCheck {
             stroke,
             class: if contradicting > 0.5 { other } else { own },
             contradicting,
@@ -274,12 +274,12 @@ impl CrossValidation {
         Some(frames)
     }
 
-    fn accuracy(&self, verdicts: &[Verdict]) -> Option<f32> {
+    fn accuracy(&self, checks: &[StrokeCheck]) -> Option<f32> {
         let mut of_class: BTreeMap<ClassId, (f32, f32)> = BTreeMap::new();
-        for verdict in verdicts {
-            if let Some(stroke) = self.strokes.get(&verdict.stroke) {
+        for check in checks {
+            if let Some(stroke) = self.strokes.get(&check.stroke) {
                 let (right, all) = of_class.entry(stroke.class).or_default();
-                *right += f32::from(u8::from(!verdict.is_contradicted()));
+                *right += f32::from(u8::from(!check.is_contradicted()));
                 *all += 1.0;
             }
         }

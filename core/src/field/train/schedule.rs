@@ -18,18 +18,18 @@ const COLLAPSE: f32 = 3.0;
 
 /// What to do after a look at the held-out error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Verdict {
+pub enum Adjustment {
     /// All is well.
     GoOn,
     /// The table should be doubled.
     Grow,
-    /// The field has collapsed: back to the last good state.
+    /// The field has collapsed: back to the last checkpoint.
     Undo,
 }
 
 /// Follows the held-out error of one training.
 #[derive(Clone, Debug)]
-pub struct Pace {
+pub struct Schedule {
     /// Steps at which it ends at the latest.
     end: u64,
     /// Doublings that are still allowed.
@@ -42,7 +42,7 @@ pub struct Pace {
     cooling: Option<(u64, f32)>,
 }
 
-impl Pace {
+impl Schedule {
     /// Ends after `end` steps at the latest; the table may double `doublings` times.
     pub fn new(end: u64, doublings: u32) -> Self {
         Self {
@@ -55,10 +55,10 @@ impl Pace {
     }
 
     /// What the held-out PSNR in dB says after so many steps.
-    pub fn judge(&mut self, steps: u64, psnr: f32) -> Verdict {
+    pub fn judge(&mut self, steps: u64, psnr: f32) -> Adjustment {
         let (risen_at, best) = *self.best.get_or_insert((steps, psnr));
         if psnr.is_nan() || psnr < best - COLLAPSE {
-            return Verdict::Undo;
+            return Adjustment::Undo;
         }
         if psnr >= best + RISE {
             self.best = Some((steps, psnr));
@@ -67,15 +67,15 @@ impl Pace {
         }
         let (grown_at, before) = *self.grown.get_or_insert((steps, psnr));
         if self.doublings == 0 || steps < grown_at + GROW_EVERY {
-            return Verdict::GoOn;
+            return Adjustment::GoOn;
         }
         if psnr < before + GROWTH_GAIN || self.cooling.is_some() {
             self.doublings = 0;
-            return Verdict::GoOn;
+            return Adjustment::GoOn;
         }
         self.doublings -= 1;
         self.grown = Some((steps, psnr));
-        Verdict::Grow
+        Adjustment::Grow
     }
 
     /// Share of the full learning rates.
@@ -99,46 +99,46 @@ impl Pace {
 mod tests {
     use super::*;
 
-    /// Verdicts other than to go on, with their steps, over a course of PSNRs.
-    fn course(pace: &mut Pace, psnr: impl Fn(u64) -> f32) -> Vec<(u64, Verdict)> {
-        let mut verdicts = Vec::new();
+    /// Adjustments other than to go on, with their steps, over a course of PSNRs.
+    fn course(schedule: &mut Schedule, psnr: impl Fn(u64) -> f32) -> Vec<(u64, Adjustment)> {
+        let mut adjustments = Vec::new();
         let mut steps = CHECK_EVERY;
-        while !pace.is_over(steps) {
-            match pace.judge(steps, psnr(steps)) {
-                Verdict::GoOn => {}
-                verdict => verdicts.push((steps, verdict)),
+        while !schedule.is_over(steps) {
+            match schedule.judge(steps, psnr(steps)) {
+                Adjustment::GoOn => {}
+                adjustment => adjustments.push((steps, adjustment)),
             }
             steps += CHECK_EVERY;
         }
-        verdicts.push((steps, Verdict::GoOn));
-        verdicts
+        adjustments.push((steps, Adjustment::GoOn));
+        adjustments
     }
 
     #[test]
     fn it_grows_while_the_error_falls_and_ends_when_it_no_longer_does() {
-        let mut pace = Pace::new(10_000, 5);
-        let verdicts = course(&mut pace, |steps| 20.0 + (steps.min(2000) as f32) / 500.0);
-        let grown = [1000, 1750, 2500].map(|steps| (steps, Verdict::Grow));
-        assert_eq!(verdicts[..3], grown, "{verdicts:?}");
-        assert_eq!(verdicts[3..], [(4500, Verdict::GoOn)]);
-        assert!((pace.rate(4500) - FINAL_RATE).abs() < 1e-4);
+        let mut schedule = Schedule::new(10_000, 5);
+        let adjustments = course(&mut schedule, |steps| 20.0 + (steps.min(2000) as f32) / 500.0);
+        let grown = [1000, 1750, 2500].map(|steps| (steps, Adjustment::Grow));
+        assert_eq!(adjustments[..3], grown, "{adjustments:?}");
+        assert_eq!(adjustments[3..], [(4500, Adjustment::GoOn)]);
+        assert!((schedule.rate(4500) - FINAL_RATE).abs() < 1e-4);
     }
 
     #[test]
     fn a_steady_rise_is_taught_to_the_end_and_grows_no_more_than_allowed() {
-        let mut pace = Pace::new(6000, 2);
-        let verdicts = course(&mut pace, |steps| steps as f32 / 1000.0);
-        assert_eq!(verdicts.len(), 3);
-        assert_eq!(verdicts[2], (6000, Verdict::GoOn));
+        let mut schedule = Schedule::new(6000, 2);
+        let adjustments = course(&mut schedule, |steps| steps as f32 / 1000.0);
+        assert_eq!(adjustments.len(), 3);
+        assert_eq!(adjustments[2], (6000, Adjustment::GoOn));
     }
 
     #[test]
     fn a_collapse_is_undone_and_noise_is_not() {
-        let mut pace = Pace::new(10_000, 0);
-        assert_eq!(pace.judge(250, 24.0), Verdict::GoOn);
-        assert_eq!(pace.judge(500, 23.0), Verdict::GoOn);
-        assert_eq!(pace.judge(750, 17.0), Verdict::Undo);
-        assert_eq!(pace.judge(1000, f32::NAN), Verdict::Undo);
-        assert_eq!(pace.judge(1250, 25.0), Verdict::GoOn);
+        let mut schedule = Schedule::new(10_000, 0);
+        assert_eq!(schedule.judge(250, 24.0), Adjustment::GoOn);
+        assert_eq!(schedule.judge(500, 23.0), Adjustment::GoOn);
+        assert_eq!(schedule.judge(750, 17.0), Adjustment::Undo);
+        assert_eq!(schedule.judge(1000, f32::NAN), Adjustment::Undo);
+        assert_eq!(schedule.judge(1250, 25.0), Adjustment::GoOn);
     }
 }

@@ -6,14 +6,14 @@ use super::kernels::Dispatch;
 
 /// A way to compute a field. All give the same numbers up to rounding.
 #[derive(Clone, Debug)]
-pub enum Path {
+pub enum Backend {
     /// The fused kernels, on this vector unit of the CPU. The processor must have it.
     Fused(Dispatch),
     /// Plain candle ops, on any device.
     Plain(Device),
 }
 
-impl Path {
+impl Backend {
     /// The fastest: plain ops on the best device, or the fused kernels where that is the CPU.
     ///
     /// # Errors

@@ -7,20 +7,25 @@ use rand::{Rng, SeedableRng, rngs::SmallRng};
 use super::*;
 use crate::labels::{History, LabelSet, rasterise};
 use crate::scene::testing::wall;
-use crate::semantics::Spread;
+use crate::semantics::LabelPropagation;
 
 /// The classes that labels spread from.
-fn sources(spread: &Spread, scene: &Scene) -> BTreeSet<ClassId> {
-    let validation = spread.cross_validation(&Arc::new(scene.clone()));
-    validation.propagation.seeds().values().copied().collect()
+fn sources(propagation: &LabelPropagation, scene: &Scene) -> BTreeSet<ClassId> {
+    let validation = propagation.cross_validation(&Arc::new(scene.clone()));
+    validation.geodesics.seeds().values().copied().collect()
 }
 
 /// What the strokes say of one by spreading the others anew: its class by them, and the share that contradicts it.
-fn naively(scene: &Scene, spread: &Spread, labels: &LabelSet, id: StrokeId) -> Option<(ClassId, f32)> {
+fn naively(
+    scene: &Scene,
+    propagation: &LabelPropagation,
+    labels: &LabelSet,
+    id: StrokeId,
+) -> Option<(ClassId, f32)> {
     let stroke = &labels.strokes[&id];
     let mut others = labels.clone();
     others.strokes.remove(&id);
-    let mut anew = Spread::new(Arc::clone(spread.surface()));
+    let mut anew = LabelPropagation::new(Arc::clone(propagation.surface()));
     anew.set_labels(scene, &others);
     let camera = &scene.frames[stroke.frame].camera;
     let visible = rasterise(labels, stroke.frame, camera.width, camera.height);
@@ -29,7 +34,7 @@ fn naively(scene: &Scene, spread: &Spread, labels: &LabelSet, id: StrokeId) -> O
         .filter(|(_, (_, top))| *top == id)
         .map(|(&pixel, _)| pixel)
         .collect();
-    let nodes = spread.surface().nodes_at(stroke.frame, &own);
+    let nodes = propagation.surface().nodes_at(stroke.frame, &own);
     let said = |node: Option<u32>| node.map(|node| anew.posterior().labels[node as usize]);
     let said: Vec<ClassId> = nodes
         .into_iter()
@@ -73,28 +78,28 @@ fn strokes_are_checked_as_if_the_others_were_spread_without_them() {
             });
         }
         let labels = history.labels();
-        let mut spread = Spread::new(Arc::clone(&surface));
-        spread.set_labels(&scene, labels);
-        let validation = spread.cross_validation(&scene);
-        let verdicts = validation.run(&AtomicBool::new(false)).unwrap();
-        if sources(&spread, &scene).len() < 2 {
-            assert!(verdicts.strokes.is_empty());
+        let mut propagation = LabelPropagation::new(Arc::clone(&surface));
+        propagation.set_labels(&scene, labels);
+        let validation = propagation.cross_validation(&scene);
+        let checks = validation.run(&AtomicBool::new(false)).unwrap();
+        if sources(&propagation, &scene).len() < 2 {
+            assert!(checks.strokes.is_empty());
             continue;
         }
-        let naive: Vec<Verdict> = labels
+        let naive: Vec<StrokeCheck> = labels
             .strokes
             .keys()
             .filter_map(|&stroke| {
-                let (class, contradicting) = naively(&scene, &spread, labels, stroke)?;
-                Some(Verdict {
+                let (class, contradicting) = naively(&scene, &propagation, labels, stroke)?;
+                Some(StrokeCheck {
                     stroke,
                     class,
                     contradicting,
                 })
             })
             .collect();
-        assert_eq!(verdicts.strokes, naive);
-        contradicted += naive.iter().filter(|verdict| verdict.is_contradicted()).count();
+        assert_eq!(checks.strokes, naive);
+        contradicted += naive.iter().filter(|check| check.is_contradicted()).count();
         checked += naive.len();
     }
     // The cases say something: there is some of both.
@@ -124,35 +129,32 @@ fn a_stroke_alone_in_its_class_is_not_checked_and_a_wrong_one_is_found() {
         for &(frame, class, pixel) in clicks {
             history.add_stroke(Stroke::click(frame, class, pixel));
         }
-        let mut spread = Spread::new(Arc::clone(&surface));
-        spread.set_labels(&scene, history.labels());
-        let validation = spread.cross_validation(&scene);
+        let mut propagation = LabelPropagation::new(Arc::clone(&surface));
+        propagation.set_labels(&scene, history.labels());
+        let validation = propagation.cross_validation(&scene);
         assert_eq!(validation.clone().run(&AtomicBool::new(true)), None);
         validation.run(&AtomicBool::new(false)).unwrap()
     };
-    let verdicts = check(&clicks);
-    assert_eq!(verdicts.accuracy, Some(1.0));
-    let checked: Vec<u64> = verdicts.strokes.iter().map(|verdict| verdict.stroke.0).collect();
+    let checks = check(&clicks);
+    assert_eq!(checks.accuracy, Some(1.0));
+    let checked: Vec<u64> = checks.strokes.iter().map(|check| check.stroke.0).collect();
     assert_eq!(checked, [1, 2, 3, 4]);
     // Among the dark ones, and called bright.
     clicks.push((0, 2, [9, 20]));
-    let verdicts = check(&clicks);
-    let wrong = verdicts
-        .strokes
-        .iter()
-        .find(|verdict| verdict.stroke == StrokeId(6));
+    let checks = check(&clicks);
+    let wrong = checks.strokes.iter().find(|check| check.stroke == StrokeId(6));
     assert_eq!(
-        wrong.map(|verdict| (verdict.class, verdict.contradicting)),
+        wrong.map(|check| (check.class, check.contradicting)),
         Some((1, 1.0))
     );
     // The mean over the classes: all dark ones are right or not, two of three bright ones are.
     let right = |ids: [u64; 2]| {
-        let of = verdicts
+        let of = checks
             .strokes
             .iter()
-            .filter(|verdict| ids.contains(&verdict.stroke.0));
-        of.filter(|verdict| !verdict.is_contradicted()).count() as f32
+            .filter(|check| ids.contains(&check.stroke.0));
+        of.filter(|check| !check.is_contradicted()).count() as f32
     };
     let expected = 0.5 * (right([1, 2]) / 2.0 + right([3, 4]) / 3.0);
-    assert!((verdicts.accuracy.unwrap() - expected).abs() < 1e-6);
+    assert!((checks.accuracy.unwrap() - expected).abs() < 1e-6);
 }
