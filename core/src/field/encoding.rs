@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::kernels::{Group, LANES};
+use super::kernels::{F32x16, LANES};
 
 /// Features of one table entry.
 pub const FEATURES_PER_LEVEL: usize = 2;
@@ -134,7 +134,7 @@ impl GridLevel {
     /// counted from the level's first.
     #[inline(always)]
     #[allow(clippy::needless_range_loop)] // Written by index, as the vectors that the loops become.
-    pub(super) fn corners_of_group(&self, position: &[Group]) -> ([[u32; LANES]; 8], [Group; 8]) {
+    pub(super) fn corners_of_group(&self, position: &[F32x16]) -> ([[u32; LANES]; 8], [F32x16; 8]) {
         let scale = self.resolution as f32;
         let top = self.resolution as i32 - 1;
         let strides = if self.dense {
@@ -145,7 +145,7 @@ impl GridLevel {
         };
         // Cell and next cell times the axis's stride, weight of the cell and of the next.
         let mut terms = [[[0_u32; LANES]; 2]; 3];
-        let mut shares = [[Group::ZERO; 2]; 3];
+        let mut shares = [[F32x16::ZERO; 2]; 3];
         for axis in 0..3 {
             for lane in 0..LANES {
                 // The cast makes zero of not-a-number.
@@ -161,7 +161,7 @@ impl GridLevel {
         }
         let mask = self.rows as u32 - 1;
         let mut rows = [[0; LANES]; 8];
-        let mut weights = [Group::ZERO; 8];
+        let mut weights = [F32x16::ZERO; 8];
         for corner in 0..8 {
             let [x, y, z] = [corner & 1, (corner >> 1) & 1, corner >> 2];
             for lane in 0..LANES {
@@ -213,7 +213,7 @@ mod tests {
     #[test]
     fn sixteen_positions_at_once_have_the_same_corners_as_one() {
         let shape = GridShape::new(6, 4, 200, 12);
-        let mut group = [Group::ZERO; 3];
+        let mut group = [F32x16::ZERO; 3];
         for lane in 0..LANES {
             for (axis, values) in group.iter_mut().enumerate() {
                 values.0[lane] = 0.083 * lane as f32 + 0.1 * axis as f32 - 0.15;

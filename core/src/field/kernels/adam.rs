@@ -5,7 +5,7 @@ use std::sync::{Mutex, PoisonError};
 use candle_core::{CpuStorage, InplaceOp2, Layout, Result, Tensor, Var, bail};
 use rayon::prelude::*;
 
-use super::lanes::{Dispatch, Vector, dispatched};
+use super::lanes::{Dispatch, VectorUnit, dispatched};
 use super::values;
 
 const BETA1: f32 = 0.9;
@@ -200,7 +200,8 @@ dispatched! {
 }
 
 #[inline(always)]
-fn descend_on<V: Vector>(
+fn descend_on<U: VectorUnit>(
+    _unit: U,
     parameter: &mut [f32],
     gradient: &[f32],
     first: &mut [f32],

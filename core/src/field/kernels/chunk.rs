@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::ops::Range;
 
 use super::grid::interpolate;
-use super::lanes::{Dispatch, Group, LANES};
+use super::lanes::{Dispatch, F32x16, LANES};
 use super::network::{Activations, Gradients, NetworkShape, forward};
 use crate::field::encoding::{FEATURES_PER_LEVEL, GridShape};
 use crate::field::rays::Samples;
@@ -64,9 +64,9 @@ impl Plan {
     /// Slices of `values`, which hold `width` groups for each group of samples, one for each chunk.
     pub fn split<'a>(
         &'a self,
-        mut values: &'a mut [Group],
+        mut values: &'a mut [F32x16],
         width: usize,
-    ) -> Vec<(&'a Chunk, &'a mut [Group])> {
+    ) -> Vec<(&'a Chunk, &'a mut [F32x16])> {
         let mut parts = Vec::with_capacity(self.chunks.len());
         for chunk in &self.chunks {
             let (own, rest) = values.split_at_mut(chunk.groups() * width);
@@ -81,16 +81,16 @@ impl Plan {
 /// those that the networks read in groups.
 #[derive(Default)]
 pub struct Workspace {
-    pub positions: Vec<Group>,
-    pub encoding: Vec<Group>,
+    pub positions: Vec<F32x16>,
+    pub encoding: Vec<F32x16>,
     pub activations: Activations,
     pub gradients: Gradients,
     pub density: Vec<f32>,
     pub value: Vec<f32>,
     pub of_density: Vec<f32>,
     pub of_value: Vec<f32>,
-    pub by_density: Vec<Group>,
-    pub by_color: Vec<Group>,
+    pub by_density: Vec<F32x16>,
+    pub by_color: Vec<F32x16>,
 }
 
 thread_local! {
@@ -110,7 +110,7 @@ impl Workspace {
         samples: &Samples,
         chunk: &Chunk,
         weights: &[f32],
-        encoding: &[Group],
+        encoding: &[F32x16],
         with_color: bool,
         dispatch: Dispatch,
     ) {
@@ -155,8 +155,8 @@ impl Workspace {
 pub fn encode_groups(
     grid: &GridShape,
     table: &[[f32; 2]],
-    positions: &[Group],
-    encoding: &mut [Group],
+    positions: &[F32x16],
+    encoding: &mut [F32x16],
     dispatch: Dispatch,
 ) {
     for (index, level) in grid.levels().iter().enumerate() {
@@ -167,9 +167,9 @@ pub fn encode_groups(
 }
 
 /// Unit positions of a chunk's samples, `[groups, 3]`; lanes beyond the last sample are zero.
-pub fn gather_positions(samples: &Samples, chunk: &Chunk, positions: &mut [Group]) {
+pub fn gather_positions(samples: &Samples, chunk: &Chunk, positions: &mut [F32x16]) {
     let tail = positions.len().saturating_sub(3);
-    positions[tail..].fill(Group::ZERO);
+    positions[tail..].fill(F32x16::ZERO);
     for (k, sample) in chunk.samples.clone().enumerate() {
         let position = samples.position(sample);
         for axis in 0..3 {

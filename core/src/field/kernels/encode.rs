@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::chunk::encode_groups;
 use super::grid::scatter_levels;
-use super::lanes::{Dispatch, Group, LANES};
+use super::lanes::{Dispatch, F32x16, LANES};
 use super::values;
 use crate::field::encoding::{FEATURES_PER_LEVEL, GridShape};
 
@@ -19,7 +19,7 @@ const PORTION: usize = 16;
 /// A table of another shape than the grid's, or not contiguous `f32` on the CPU.
 pub fn encode(grid: &GridShape, table: &Tensor, positions: &[f32], dispatch: Dispatch) -> Result<Tensor> {
     let count = positions.len() / 3;
-    let mut groups = vec![Group::ZERO; 3 * count.div_ceil(LANES)];
+    let mut groups = vec![F32x16::ZERO; 3 * count.div_ceil(LANES)];
     for (k, position) in positions.chunks_exact(3).enumerate() {
         for (axis, &value) in position.iter().enumerate() {
             groups[k / LANES * 3 + axis].0[k % LANES] = value;
@@ -36,7 +36,7 @@ pub fn encode(grid: &GridShape, table: &Tensor, positions: &[f32], dispatch: Dis
 struct Encode {
     grid: GridShape,
     /// `[groups, 3]`; lanes beyond the last position are zero.
-    positions: Vec<Group>,
+    positions: Vec<F32x16>,
     count: usize,
     dispatch: Dispatch,
 }
@@ -56,7 +56,7 @@ impl CustomOp1 for Encode {
         out.par_chunks_mut(PORTION * LANES * width)
             .zip(self.positions.par_chunks(3 * PORTION))
             .for_each_init(Vec::new, |encoding, (out, positions)| {
-                encoding.resize(positions.len() / 3 * width, Group::ZERO);
+                encoding.resize(positions.len() / 3 * width, F32x16::ZERO);
                 encode_groups(&self.grid, table, positions, encoding, self.dispatch);
                 for (k, row) in out.chunks_exact_mut(width).enumerate() {
                     let own = &encoding[k / LANES * width..(k / LANES + 1) * width];
@@ -71,7 +71,7 @@ impl CustomOp1 for Encode {
     fn bwd(&self, table: &Tensor, _out: &Tensor, grad: &Tensor) -> Result<Option<Tensor>> {
         let width = self.grid.features();
         let grad = grad.flatten_all()?.to_vec1::<f32>()?;
-        let mut derivatives = vec![Group::ZERO; self.positions.len() / 3 * width];
+        let mut derivatives = vec![F32x16::ZERO; self.positions.len() / 3 * width];
         for (k, row) in grad.chunks_exact(width).enumerate() {
             for (feature, &value) in row.iter().enumerate() {
                 derivatives[k / LANES * width + feature].0[k % LANES] = value;

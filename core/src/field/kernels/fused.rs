@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use super::chunk::{Chunk, Plan, Workspace, encode_groups, gather_positions, with_workspace};
 use super::composite::{EXTRA, composite_ray, gradient_of_ray};
 use super::grid::scatter_levels;
-use super::lanes::{Dispatch, Group, LANES};
+use super::lanes::{Dispatch, F32x16, LANES};
 use super::network::{NetworkShape, backward};
 use super::values;
 use crate::field::encoding::{FEATURES_PER_LEVEL, GridShape};
@@ -67,9 +67,9 @@ struct Free {
 #[derive(Debug, Default)]
 struct StepBuffers {
     /// Unit positions, `[groups, 3]`.
-    positions: Vec<Group>,
+    positions: Vec<F32x16>,
     /// Encodings, later their derivatives, `[groups, features]`.
-    encodings: Vec<Group>,
+    encodings: Vec<F32x16>,
 }
 
 /// A field's parameters.
@@ -194,8 +194,8 @@ pub fn evaluate(
         .for_each(|(chunk, density, color, features)| {
             with_workspace(|work| {
                 let mut encoding = std::mem::take(&mut work.encoding);
-                encoding.resize(chunk.groups() * shape.features, Group::ZERO);
-                work.positions.resize(chunk.groups() * 3, Group::ZERO);
+                encoding.resize(chunk.groups() * shape.features, F32x16::ZERO);
+                work.positions.resize(chunk.groups() * 3, F32x16::ZERO);
                 gather_positions(samples, chunk, &mut work.positions);
                 encode_groups(grid, table, &work.positions, &mut encoding, dispatch);
                 work.activate(&shape, samples, chunk, weights, &encoding, wanted.color, dispatch);
@@ -277,9 +277,9 @@ impl CustomOp2 for Fused {
         let mut out = vec![0.0_f32; rays * width];
         let mut step = self.step.lock().unwrap_or_else(PoisonError::into_inner);
         let step = &mut *step;
-        step.positions.resize(self.plan.groups * 3, Group::ZERO);
+        step.positions.resize(self.plan.groups * 3, F32x16::ZERO);
         step.encodings
-            .resize(self.plan.groups * self.shape.features, Group::ZERO);
+            .resize(self.plan.groups * self.shape.features, F32x16::ZERO);
         let mut rest: &mut [f32] = &mut out;
         let positions = self.plan.split(&mut step.positions, 3);
         let encodings = self.plan.split(&mut step.encodings, self.shape.features);
@@ -387,7 +387,7 @@ impl InplaceOp1 for TableGradient<'_> {
 
 impl Fused {
     /// Computes a chunk's activations, densities and values.
-    fn activate(&self, work: &mut Workspace, chunk: &Chunk, encoding: &[Group], weights: &[f32]) {
+    fn activate(&self, work: &mut Workspace, chunk: &Chunk, encoding: &[F32x16], weights: &[f32]) {
         let (shape, samples) = (&self.shape, &self.samples);
         work.activate(shape, samples, chunk, weights, encoding, true, self.dispatch);
         work.gather(chunk, &self.gaps);
@@ -398,7 +398,7 @@ impl Fused {
         &self,
         work: &mut Workspace,
         chunk: &Chunk,
-        encoding: &mut [Group],
+        encoding: &mut [F32x16],
         weights: &[f32],
         transposed: &[f32],
         grad: &[f32],
@@ -422,9 +422,9 @@ impl Fused {
             );
         }
         work.by_density.clear();
-        work.by_density.resize(chunk.groups(), Group::ZERO);
+        work.by_density.resize(chunk.groups(), F32x16::ZERO);
         work.by_color.clear();
-        work.by_color.resize(chunk.groups() * 3, Group::ZERO);
+        work.by_color.resize(chunk.groups() * 3, F32x16::ZERO);
         for k in 0..count {
             let (group, lane) = (k / LANES, k % LANES);
             work.by_density[group].0[lane] = work.of_density[k];

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::lanes::{Dispatch, Group, LANES, Vector, dispatched};
+use super::lanes::{Dispatch, F32x16, LANES, VectorUnit, dispatched};
 use crate::field::encoding::{FEATURES_PER_LEVEL, GridLevel, GridShape};
 
 dispatched! {
@@ -11,8 +11,8 @@ dispatched! {
     pub fn interpolate = interpolate_on(
         level: &GridLevel,
         table: &[[f32; 2]],
-        positions: &[Group],
-        encoding: &mut [Group],
+        positions: &[F32x16],
+        encoding: &mut [F32x16],
         width: usize,
         place: usize,
     )
@@ -24,8 +24,8 @@ dispatched! {
     pub fn scatter = scatter_on(
         level: &GridLevel,
         gradient: &mut [[f32; 2]],
-        positions: &[Group],
-        derivatives: &[Group],
+        positions: &[F32x16],
+        derivatives: &[F32x16],
         width: usize,
         place: usize,
     )
@@ -38,8 +38,8 @@ pub fn scatter_levels(
     dispatch: Dispatch,
     grid: &GridShape,
     gradient: &mut [[f32; 2]],
-    positions: &[Group],
-    derivatives: &[Group],
+    positions: &[F32x16],
+    derivatives: &[F32x16],
 ) {
     let width = grid.features();
     let mut rest = gradient;
@@ -61,11 +61,12 @@ pub fn scatter_levels(
 }
 
 #[inline(always)]
-fn interpolate_on<V: Vector>(
+fn interpolate_on<U: VectorUnit>(
+    unit: U,
     level: &GridLevel,
     table: &[[f32; 2]],
-    positions: &[Group],
-    encoding: &mut [Group],
+    positions: &[F32x16],
+    encoding: &mut [F32x16],
     width: usize,
     place: usize,
 ) {
@@ -74,7 +75,7 @@ fn interpolate_on<V: Vector>(
         let (rows, weights) = level.corners_of_group(position);
         // All corners are fetched before the first is used: a load of sixteen lanes right after their
         // stores would wait for these.
-        let mut entries = [[Group::ZERO; 2]; 8];
+        let mut entries = [[F32x16::ZERO; 2]; 8];
         for corner in 0..8 {
             for lane in 0..LANES {
                 // SAFETY: corners_of_group gives rows below level.rows, which is the table's length.
@@ -83,37 +84,39 @@ fn interpolate_on<V: Vector>(
                 entries[corner][1].0[lane] = entry[1];
             }
         }
-        let mut sums = [V::splat(0.0); 2];
+        let mut sums = [unit.splat_f32s(0.0); 2];
         for corner in 0..8 {
-            let weight = V::load(&weights[corner]);
+            let weight = unit.load(&weights[corner]);
             for feature in 0..2 {
-                sums[feature] = weight.mul_add(V::load(&entries[corner][feature]), sums[feature]);
+                sums[feature] = unit.mul_add(weight, unit.load(&entries[corner][feature]), sums[feature]);
             }
         }
         for feature in 0..2 {
-            sums[feature].store(&mut encoding[place + feature]);
+            unit.store(sums[feature], &mut encoding[place + feature]);
         }
     }
 }
 
 #[inline(always)]
-fn scatter_on<V: Vector>(
+fn scatter_on<U: VectorUnit>(
+    unit: U,
     level: &GridLevel,
     gradient: &mut [[f32; 2]],
-    positions: &[Group],
-    derivatives: &[Group],
+    positions: &[F32x16],
+    derivatives: &[F32x16],
     width: usize,
     place: usize,
 ) {
     assert_eq!(gradient.len(), level.rows);
     for (position, derivatives) in positions.chunks_exact(3).zip(derivatives.chunks_exact(width)) {
         let (rows, weights) = level.corners_of_group(position);
-        let derivative = [V::load(&derivatives[place]), V::load(&derivatives[place + 1])];
+        let derivative = [unit.load(&derivatives[place]), unit.load(&derivatives[place + 1])];
         for corner in 0..8 {
-            let weight = V::load(&weights[corner]);
-            let mut shares = [Group::ZERO; 2];
-            weight.mul(derivative[0]).store(&mut shares[0]);
-            weight.mul(derivative[1]).store(&mut shares[1]);
+            let weight = unit.load(&weights[corner]);
+            let mut shares = [F32x16::ZERO; 2];
+            for feature in 0..2 {
+                unit.store(unit.mul_f32s(weight, derivative[feature]), &mut shares[feature]);
+            }
             for lane in 0..LANES {
                 // SAFETY: corners_of_group gives rows below level.rows, which is the gradient's length.
                 let entry = unsafe { gradient.get_unchecked_mut(rows[corner][lane] as usize) };

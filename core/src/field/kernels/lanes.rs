@@ -1,6 +1,9 @@
-//! Sixteen numbers at a time, on whatever vector unit the processor has.
+//! Sixteen numbers at a time, on the vector unit that the processor has. The operations are those of [`pulp`], whose
+//! [`Simd::f32s`] holds sixteen `f32` on every [`VectorUnit`].
 
 use std::fmt;
+
+use pulp::{Scalar512b, Simd};
 
 /// Samples that are computed together.
 pub const LANES: usize = 16;
@@ -8,9 +11,9 @@ pub const LANES: usize = 16;
 /// Sixteen `f32` in memory, one for each sample of a group.
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C, align(64))]
-pub struct Group(pub [f32; LANES]);
+pub struct F32x16(pub [f32; LANES]);
 
-impl Group {
+impl F32x16 {
     /// All zero.
     pub const ZERO: Self = Self([0.0; LANES]);
 }
@@ -18,7 +21,7 @@ impl Group {
 /// A vector unit that the kernels are compiled for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Dispatch {
-    /// x86-64 with AVX-512F.
+    /// x86-64 with AVX-512 (F, BW, CD, DQ and VL).
     Avx512,
     /// x86-64 with AVX2 and FMA.
     Avx2,
@@ -50,9 +53,9 @@ impl Dispatch {
     pub fn is_available(self) -> bool {
         match self {
             #[cfg(target_arch = "x86_64")]
-            Self::Avx512 => is_x86_feature_detected!("avx512f"),
+            Self::Avx512 => pulp::x86::V4::is_available(),
             #[cfg(target_arch = "x86_64")]
-            Self::Avx2 => is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma"),
+            Self::Avx2 => pulp::x86::V3::is_available(),
             #[cfg(not(target_arch = "x86_64"))]
             Self::Avx512 | Self::Avx2 => false,
             Self::Portable => true,
@@ -77,253 +80,82 @@ impl fmt::Display for Dispatch {
     }
 }
 
-/// Sixteen `f32` in registers.
-pub trait Vector: Copy {
+/// A vector unit as the kernels use it: a token which says that the processor has it.
+pub trait VectorUnit: Simd {
     /// Vectors that fit in the registers as accumulators of a matrix product.
     const BLOCK: usize;
 
-    fn splat(value: f32) -> Self;
-    fn load(group: &Group) -> Self;
-    fn store(self, group: &mut Group);
-    fn add(self, other: Self) -> Self;
-    fn mul(self, other: Self) -> Self;
-    fn max(self, other: Self) -> Self;
-    /// `self * factor + term`.
-    fn mul_add(self, factor: Self, term: Self) -> Self;
-    /// `self` where `gate` is above zero, else zero.
-    fn where_positive(self, gate: Self) -> Self;
-    /// Sum of the lanes.
-    fn sum(self) -> f32;
-}
-
-/// Arrays that the compiler turns into what vectors the target always has.
-#[derive(Clone, Copy)]
-pub struct Portable([f32; LANES]);
-
-impl Portable {
+    /// `a * b + c`.
     #[inline(always)]
-    fn zip(self, other: Self, f: impl Fn(f32, f32) -> f32) -> Self {
-        Self(std::array::from_fn(|lane| f(self.0[lane], other.0[lane])))
+    fn mul_add(self, a: Self::f32s, b: Self::f32s, c: Self::f32s) -> Self::f32s {
+        self.mul_add_f32s(a, b, c)
+    }
+
+    #[inline(always)]
+    fn load(self, values: &F32x16) -> Self::f32s {
+        pulp::cast(values.0)
+    }
+
+    #[inline(always)]
+    fn store(self, values: Self::f32s, to: &mut F32x16) {
+        to.0 = pulp::cast(values);
     }
 }
 
-impl Vector for Portable {
+#[cfg(target_arch = "x86_64")]
+impl VectorUnit for pulp::x86::V4 {
+    const BLOCK: usize = 8;
+}
+
+#[cfg(target_arch = "x86_64")]
+impl VectorUnit for pulp::x86::V3_512b {
+    const BLOCK: usize = 4;
+}
+
+impl VectorUnit for Scalar512b {
     const BLOCK: usize = 2;
 
+    /// Rounds twice: a fused multiply-add without the instruction would be a call.
     #[inline(always)]
-    fn splat(value: f32) -> Self {
-        Self([value; LANES])
-    }
-    #[inline(always)]
-    fn load(group: &Group) -> Self {
-        Self(group.0)
-    }
-    #[inline(always)]
-    fn store(self, group: &mut Group) {
-        group.0 = self.0;
-    }
-    #[inline(always)]
-    fn add(self, other: Self) -> Self {
-        self.zip(other, |a, b| a + b)
-    }
-    #[inline(always)]
-    fn mul(self, other: Self) -> Self {
-        self.zip(other, |a, b| a * b)
-    }
-    #[inline(always)]
-    fn max(self, other: Self) -> Self {
-        self.zip(other, |a, b| if a > b { a } else { b })
-    }
-    #[inline(always)]
-    fn mul_add(self, factor: Self, term: Self) -> Self {
-        // A fused multiply-add without the instruction would be a call.
-        self.mul(factor).add(term)
-    }
-    #[inline(always)]
-    fn where_positive(self, gate: Self) -> Self {
-        self.zip(gate, |a, g| if g > 0.0 { a } else { 0.0 })
-    }
-    #[inline(always)]
-    fn sum(self) -> f32 {
-        let mut halves = self.0;
-        for width in [8, 4, 2, 1] {
-            for lane in 0..width {
-                halves[lane] += halves[lane + width];
-            }
-        }
-        halves[0]
+    fn mul_add(self, a: Self::f32s, b: Self::f32s, c: Self::f32s) -> Self::f32s {
+        self.add_f32s(self.mul_f32s(a, b), c)
     }
 }
 
-#[cfg(target_arch = "x86_64")]
-pub use x86::{Avx2, Avx512};
-
-#[cfg(target_arch = "x86_64")]
-mod x86 {
-    //! Every method is inlined into a function that enables the features (see `dispatched!`), which is
-    //! called only where the processor was found to have them.
-
-    use std::arch::x86_64::*;
-
-    use super::{Group, Vector};
-
-    #[derive(Clone, Copy)]
-    pub struct Avx512(__m512);
-
-    impl Vector for Avx512 {
-        const BLOCK: usize = 8;
-
-        #[inline(always)]
-        fn splat(value: f32) -> Self {
-            // SAFETY: only reached where AVX-512F was detected.
-            Self(unsafe { _mm512_set1_ps(value) })
-        }
-        #[inline(always)]
-        fn load(group: &Group) -> Self {
-            // SAFETY: as above; a group is 64 bytes at a multiple of 64.
-            Self(unsafe { _mm512_load_ps(group.0.as_ptr()) })
-        }
-        #[inline(always)]
-        fn store(self, group: &mut Group) {
-            // SAFETY: as above.
-            unsafe { _mm512_store_ps(group.0.as_mut_ptr(), self.0) }
-        }
-        #[inline(always)]
-        fn add(self, other: Self) -> Self {
-            // SAFETY: as above.
-            Self(unsafe { _mm512_add_ps(self.0, other.0) })
-        }
-        #[inline(always)]
-        fn mul(self, other: Self) -> Self {
-            // SAFETY: as above.
-            Self(unsafe { _mm512_mul_ps(self.0, other.0) })
-        }
-        #[inline(always)]
-        fn max(self, other: Self) -> Self {
-            // SAFETY: as above.
-            Self(unsafe { _mm512_max_ps(self.0, other.0) })
-        }
-        #[inline(always)]
-        fn mul_add(self, factor: Self, term: Self) -> Self {
-            // SAFETY: as above.
-            Self(unsafe { _mm512_fmadd_ps(self.0, factor.0, term.0) })
-        }
-        #[inline(always)]
-        fn where_positive(self, gate: Self) -> Self {
-            // SAFETY: as above.
-            unsafe {
-                let mask = _mm512_cmp_ps_mask::<_CMP_GT_OQ>(gate.0, _mm512_setzero_ps());
-                Self(_mm512_maskz_mov_ps(mask, self.0))
-            }
-        }
-        #[inline(always)]
-        fn sum(self) -> f32 {
-            // SAFETY: as above.
-            unsafe { _mm512_reduce_add_ps(self.0) }
-        }
-    }
-
-    #[derive(Clone, Copy)]
-    pub struct Avx2(__m256, __m256);
-
-    impl Vector for Avx2 {
-        const BLOCK: usize = 4;
-
-        #[inline(always)]
-        fn splat(value: f32) -> Self {
-            // SAFETY: only reached where AVX2 and FMA were detected.
-            let half = unsafe { _mm256_set1_ps(value) };
-            Self(half, half)
-        }
-        #[inline(always)]
-        fn load(group: &Group) -> Self {
-            let start = group.0.as_ptr();
-            // SAFETY: as above; a group is 64 bytes at a multiple of 64.
-            unsafe { Self(_mm256_load_ps(start), _mm256_load_ps(start.add(8))) }
-        }
-        #[inline(always)]
-        fn store(self, group: &mut Group) {
-            let start = group.0.as_mut_ptr();
-            // SAFETY: as above.
-            unsafe {
-                _mm256_store_ps(start, self.0);
-                _mm256_store_ps(start.add(8), self.1);
-            }
-        }
-        #[inline(always)]
-        fn add(self, other: Self) -> Self {
-            // SAFETY: as above.
-            unsafe { Self(_mm256_add_ps(self.0, other.0), _mm256_add_ps(self.1, other.1)) }
-        }
-        #[inline(always)]
-        fn mul(self, other: Self) -> Self {
-            // SAFETY: as above.
-            unsafe { Self(_mm256_mul_ps(self.0, other.0), _mm256_mul_ps(self.1, other.1)) }
-        }
-        #[inline(always)]
-        fn max(self, other: Self) -> Self {
-            // SAFETY: as above.
-            unsafe { Self(_mm256_max_ps(self.0, other.0), _mm256_max_ps(self.1, other.1)) }
-        }
-        #[inline(always)]
-        fn mul_add(self, factor: Self, term: Self) -> Self {
-            // SAFETY: as above.
-            unsafe {
-                Self(
-                    _mm256_fmadd_ps(self.0, factor.0, term.0),
-                    _mm256_fmadd_ps(self.1, factor.1, term.1),
-                )
-            }
-        }
-        #[inline(always)]
-        fn where_positive(self, gate: Self) -> Self {
-            // SAFETY: as above.
-            unsafe {
-                let zero = _mm256_setzero_ps();
-                let low = _mm256_cmp_ps::<_CMP_GT_OQ>(gate.0, zero);
-                let high = _mm256_cmp_ps::<_CMP_GT_OQ>(gate.1, zero);
-                Self(_mm256_and_ps(low, self.0), _mm256_and_ps(high, self.1))
-            }
-        }
-        #[inline(always)]
-        fn sum(self) -> f32 {
-            let mut group = Group::ZERO;
-            self.store(&mut group);
-            super::Portable(group.0).sum()
-        }
-    }
-}
-
-/// Defines a function that runs a generic kernel, `fn name<V: Vector>(arguments)`, on a given vector unit.
+/// Defines a function that runs a kernel, `fn name<U: VectorUnit>(unit: U, arguments)`, on a given vector unit. It panics
+/// where the processor has no such unit.
 macro_rules! dispatched {
     ($(#[$doc:meta])* $visibility:vis fn $name:ident = $kernel:ident($($argument:ident: $type:ty),* $(,)?)) => {
         $(#[$doc])*
         $visibility fn $name(dispatch: $crate::field::kernels::lanes::Dispatch, $($argument: $type),*) {
-            #[cfg(target_arch = "x86_64")]
-            #[target_feature(enable = "avx512f")]
-            fn on_avx512($($argument: $type),*) {
-                $kernel::<$crate::field::kernels::lanes::Avx512>($($argument),*)
+            use $crate::field::kernels::lanes::{Dispatch, VectorUnit};
+
+            // A closure would do if it were sure to be inlined into the function that enables the unit's instructions.
+            struct Call<U, A>(U, A);
+
+            impl<U: VectorUnit> pulp::NullaryFnOnce for Call<U, ($($type,)*)> {
+                type Output = ();
+
+                #[inline(always)]
+                fn call(self) {
+                    let Self(unit, ($($argument,)*)) = self;
+                    $kernel(unit, $($argument),*);
+                }
             }
-            #[cfg(target_arch = "x86_64")]
-            #[target_feature(enable = "avx2,fma")]
-            fn on_avx2($($argument: $type),*) {
-                $kernel::<$crate::field::kernels::lanes::Avx2>($($argument),*)
-            }
-            use $crate::field::kernels::lanes::Dispatch;
+
+            let arguments = ($($argument,)*);
             match dispatch {
                 #[cfg(target_arch = "x86_64")]
                 Dispatch::Avx512 => {
-                    assert!(dispatch.is_available());
-                    // SAFETY: the processor has AVX-512F, as was just checked.
-                    unsafe { on_avx512($($argument),*) }
+                    let Some(unit) = pulp::x86::V4::try_new() else { panic!("no AVX-512") };
+                    unit.vectorize(Call(unit, arguments));
                 }
                 #[cfg(target_arch = "x86_64")]
                 Dispatch::Avx2 => {
-                    assert!(dispatch.is_available());
-                    // SAFETY: the processor has AVX2 and FMA, as was just checked.
-                    unsafe { on_avx2($($argument),*) }
+                    let Some(unit) = pulp::x86::V3::try_new() else { panic!("no AVX2 and FMA") };
+                    unit.vectorize(Call(pulp::x86::V3_512b(unit), arguments));
                 }
-                _ => $kernel::<$crate::field::kernels::lanes::Portable>($($argument),*),
+                _ => pulp::NullaryFnOnce::call(Call(pulp::Scalar512b, arguments)),
             }
         }
     };

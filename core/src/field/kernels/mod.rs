@@ -3,7 +3,7 @@
 //! [`render`] does all of it in one op for the CPU's vector unit, chosen at run time ([`Dispatch`]). Its
 //! gradients are tested against central differences and against the same computation in plain candle ops.
 
-// Vector loads, unchecked table rows and run-time dispatch; each block says why it is sound.
+// VectorUnit loads, unchecked table rows and run-time dispatch; each block says why it is sound.
 #![allow(unsafe_code)]
 // Loops over lanes are written by index, as the vectors that they become.
 #![allow(clippy::needless_range_loop, clippy::too_many_arguments)]
@@ -23,7 +23,7 @@ pub use adam::Adam;
 pub use composite::RayPacking;
 pub use encode::encode;
 pub use fused::{Buffers, Evaluated, Parameters, VALUE_CHANNELS, Wanted, evaluate, render};
-pub use lanes::{Dispatch, Group, LANES};
+pub use lanes::{Dispatch, F32x16, LANES};
 pub use network::{
     DIRECTION_FEATURES, GEOMETRY_FEATURES, INITIAL_LOG_DENSITY, LOG_DENSITY_RANGE, NetworkShape,
 };

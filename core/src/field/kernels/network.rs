@@ -3,7 +3,7 @@
 //! geometry: `features -> hidden (ReLU) -> log density, 15 geometry features`;
 //! colour: `geometry features, direction -> hidden (ReLU) -> red, green, blue (logistic)`.
 
-use super::lanes::{Group, LANES, Vector, dispatched};
+use super::lanes::{F32x16, LANES, VectorUnit, dispatched};
 
 /// Geometry features beside the density.
 pub const GEOMETRY_FEATURES: usize = 15;
@@ -73,38 +73,39 @@ impl NetworkShape {
 #[derive(Clone, Debug, Default)]
 pub struct Activations {
     /// Hidden units of the geometry network.
-    pub hidden: Vec<Group>,
+    pub hidden: Vec<F32x16>,
     /// Log density and geometry features.
-    pub out: Vec<Group>,
+    pub out: Vec<F32x16>,
     /// Density per metre, `[groups]`.
-    pub density: Vec<Group>,
+    pub density: Vec<F32x16>,
     /// Geometry and direction features.
-    pub color_in: Vec<Group>,
+    pub color_in: Vec<F32x16>,
     /// Hidden units of the colour network.
-    pub color_hidden: Vec<Group>,
+    pub color_hidden: Vec<F32x16>,
     /// Colour, `[groups, 3]`.
-    pub color: Vec<Group>,
+    pub color: Vec<F32x16>,
 }
 
 impl Activations {
     /// Makes room for so many groups.
     pub fn resize(&mut self, shape: &NetworkShape, groups: usize) {
-        self.hidden.resize(groups * shape.hidden, Group::ZERO);
-        self.out.resize(groups * OUT, Group::ZERO);
-        self.density.resize(groups, Group::ZERO);
-        self.color_in.resize(groups * COLOR_IN, Group::ZERO);
-        self.color_hidden.resize(groups * shape.color_hidden, Group::ZERO);
-        self.color.resize(groups * 3, Group::ZERO);
+        self.hidden.resize(groups * shape.hidden, F32x16::ZERO);
+        self.out.resize(groups * OUT, F32x16::ZERO);
+        self.density.resize(groups, F32x16::ZERO);
+        self.color_in.resize(groups * COLOR_IN, F32x16::ZERO);
+        self.color_hidden
+            .resize(groups * shape.color_hidden, F32x16::ZERO);
+        self.color.resize(groups * 3, F32x16::ZERO);
     }
 
     /// Where the direction features of a group's samples go, `[16]`.
-    pub fn directions(&mut self, group: usize) -> &mut [Group] {
+    pub fn directions(&mut self, group: usize) -> &mut [F32x16] {
         let start = group * COLOR_IN + GEOMETRY_FEATURES;
         &mut self.color_in[start..start + DIRECTION_FEATURES]
     }
 
     /// Density and geometry features of a group, `[16]`.
-    pub fn out(&self, group: usize) -> &[Group] {
+    pub fn out(&self, group: usize) -> &[F32x16] {
         &self.out[group * OUT..(group + 1) * OUT]
     }
 }
@@ -112,11 +113,11 @@ impl Activations {
 /// Scratch space of [`backward`], and the gradient of the weights that it adds to.
 #[derive(Clone, Debug, Default)]
 pub struct Gradients {
-    color_out: Vec<Group>,
-    color_hidden: Vec<Group>,
-    color_in: Vec<Group>,
-    out: Vec<Group>,
-    hidden: Vec<Group>,
+    color_out: Vec<F32x16>,
+    color_hidden: Vec<F32x16>,
+    color_in: Vec<F32x16>,
+    out: Vec<F32x16>,
+    hidden: Vec<F32x16>,
     /// Sum over all samples so far, as [`NetworkShape::split`] has it.
     pub weights: Vec<f32>,
 }
@@ -127,7 +128,7 @@ dispatched! {
     pub fn forward = forward_on(
         shape: &NetworkShape,
         weights: &[f32],
-        encoding: &[Group],
+        encoding: &[F32x16],
         with_color: bool,
         activations: &mut Activations,
     )
@@ -139,28 +140,29 @@ dispatched! {
     pub fn backward = backward_on(
         shape: &NetworkShape,
         transposed: &[f32],
-        encoding: &mut [Group],
+        encoding: &mut [F32x16],
         activations: &Activations,
-        by_density: &[Group],
-        by_color: &[Group],
+        by_density: &[F32x16],
+        by_color: &[F32x16],
         gradients: &mut Gradients,
     )
 }
 
 #[inline(always)]
-fn forward_on<V: Vector>(
+fn forward_on<U: VectorUnit>(
+    unit: U,
     shape: &NetworkShape,
     weights: &[f32],
-    encoding: &[Group],
+    encoding: &[F32x16],
     with_color: bool,
     activations: &mut Activations,
 ) {
     let [first, second, third, fourth] = shape.split(weights);
     for (group, encoding) in encoding.chunks_exact(shape.features).enumerate() {
         let hidden = &mut activations.hidden[group * shape.hidden..(group + 1) * shape.hidden];
-        linear::<V>(first, encoding, hidden, true);
+        linear(unit, first, encoding, hidden, true);
         let out = &mut activations.out[group * OUT..(group + 1) * OUT];
-        linear::<V>(second, hidden, out, false);
+        linear(unit, second, hidden, out, false);
         let density = &mut activations.density[group].0;
         for lane in 0..LANES {
             let log = out[0].0[lane] + INITIAL_LOG_DENSITY;
@@ -171,9 +173,9 @@ fn forward_on<V: Vector>(
             color_in[..GEOMETRY_FEATURES].copy_from_slice(&out[1..]);
             let start = group * shape.color_hidden;
             let color_hidden = &mut activations.color_hidden[start..start + shape.color_hidden];
-            linear::<V>(third, color_in, color_hidden, true);
+            linear(unit, third, color_in, color_hidden, true);
             let color = &mut activations.color[group * 3..(group + 1) * 3];
-            linear::<V>(fourth, color_hidden, color, false);
+            linear(unit, fourth, color_hidden, color, false);
             for channel in color {
                 for value in &mut channel.0 {
                     *value = 1.0 / (1.0 + exp((-*value).clamp(-80.0, 80.0)));
@@ -184,40 +186,40 @@ fn forward_on<V: Vector>(
 }
 
 #[inline(always)]
-fn backward_on<V: Vector>(
+fn backward_on<U: VectorUnit>(
+    unit: U,
     shape: &NetworkShape,
     transposed: &[f32],
-    encoding: &mut [Group],
+    encoding: &mut [F32x16],
     activations: &Activations,
-    by_density: &[Group],
-    by_color: &[Group],
+    by_density: &[F32x16],
+    by_color: &[F32x16],
     gradients: &mut Gradients,
 ) {
     let groups = by_density.len();
     let [first, second, third, fourth] = shape.split(transposed);
-    gradients.color_out.resize(groups * 3, Group::ZERO);
+    gradients.color_out.resize(groups * 3, F32x16::ZERO);
     gradients
         .color_hidden
-        .resize(groups * shape.color_hidden, Group::ZERO);
-    gradients.color_in.resize(groups * COLOR_IN, Group::ZERO);
-    gradients.out.resize(groups * OUT, Group::ZERO);
-    gradients.hidden.resize(groups * shape.hidden, Group::ZERO);
+        .resize(groups * shape.color_hidden, F32x16::ZERO);
+    gradients.color_in.resize(groups * COLOR_IN, F32x16::ZERO);
+    gradients.out.resize(groups * OUT, F32x16::ZERO);
+    gradients.hidden.resize(groups * shape.hidden, F32x16::ZERO);
     gradients.weights.resize(shape.weights(), 0.0);
     for group in 0..groups {
         let color_out = &mut gradients.color_out[group * 3..(group + 1) * 3];
         for channel in 0..3 {
-            let color = V::load(&activations.color[group * 3 + channel]);
-            let slope = color.mul(V::splat(1.0).add(color.mul(V::splat(-1.0))));
-            slope
-                .mul(V::load(&by_color[group * 3 + channel]))
-                .store(&mut color_out[channel]);
+            let color = unit.load(&activations.color[group * 3 + channel]);
+            let slope = unit.mul_f32s(color, unit.sub_f32s(unit.splat_f32s(1.0), color));
+            let by_color = unit.load(&by_color[group * 3 + channel]);
+            unit.store(unit.mul_f32s(slope, by_color), &mut color_out[channel]);
         }
         let range = group * shape.color_hidden..(group + 1) * shape.color_hidden;
         let color_hidden = &mut gradients.color_hidden[range.clone()];
-        linear::<V>(fourth, color_out, color_hidden, false);
-        gate::<V>(color_hidden, &activations.color_hidden[range]);
+        linear(unit, fourth, color_out, color_hidden, false);
+        gate(unit, color_hidden, &activations.color_hidden[range]);
         let color_in = &mut gradients.color_in[group * COLOR_IN..(group + 1) * COLOR_IN];
-        linear::<V>(third, color_hidden, color_in, false);
+        linear(unit, third, color_hidden, color_in, false);
         let out = &mut gradients.out[group * OUT..(group + 1) * OUT];
         out[1..].copy_from_slice(&color_in[..GEOMETRY_FEATURES]);
         let log = &activations.out[group * OUT].0;
@@ -233,8 +235,8 @@ fn backward_on<V: Vector>(
         }
         let range = group * shape.hidden..(group + 1) * shape.hidden;
         let hidden = &mut gradients.hidden[range.clone()];
-        linear::<V>(second, out, hidden, false);
-        gate::<V>(hidden, &activations.hidden[range]);
+        linear(unit, second, out, hidden, false);
+        gate(unit, hidden, &activations.hidden[range]);
     }
     let mut rest: &mut [f32] = &mut gradients.weights;
     let mut next = |length: usize| {
@@ -242,88 +244,94 @@ fn backward_on<V: Vector>(
         rest = others;
         own
     };
-    let pairs: [(&[Group], &[Group]); 4] = [
+    let pairs: [(&[F32x16], &[F32x16]); 4] = [
         (encoding, &gradients.hidden),
         (&activations.hidden, &gradients.out),
         (&activations.color_in, &gradients.color_hidden),
         (&activations.color_hidden, &gradients.color_out),
     ];
     for ((inputs, outputs), (x, g)) in shape.layers().into_iter().zip(pairs) {
-        outer::<V>(x, inputs, g, outputs, groups, next(inputs * outputs));
+        outer(unit, x, inputs, g, outputs, groups, next(inputs * outputs));
     }
     for (encoding, hidden) in encoding
         .chunks_exact_mut(shape.features)
         .zip(gradients.hidden.chunks_exact(shape.hidden))
     {
-        linear::<V>(first, hidden, encoding, false);
+        linear(unit, first, hidden, encoding, false);
     }
 }
 
 /// y = xW for one group, `W` row-major `[inputs, outputs]`; negative results become zero with `relu`.
 #[inline(always)]
-fn linear<V: Vector>(weights: &[f32], x: &[Group], y: &mut [Group], relu: bool) {
+fn linear<U: VectorUnit>(unit: U, weights: &[f32], x: &[F32x16], y: &mut [F32x16], relu: bool) {
     let outputs = y.len();
     let mut output = 0;
     while output < outputs {
         let left = outputs - output;
-        output += if V::BLOCK >= 8 && left >= 8 {
-            block::<V, 8>(weights, outputs, output, x, y, relu)
-        } else if V::BLOCK >= 4 && left >= 4 {
-            block::<V, 4>(weights, outputs, output, x, y, relu)
+        output += if U::BLOCK >= 8 && left >= 8 {
+            block::<U, 8>(unit, weights, outputs, output, x, y, relu)
+        } else if U::BLOCK >= 4 && left >= 4 {
+            block::<U, 4>(unit, weights, outputs, output, x, y, relu)
         } else if left >= 2 {
-            block::<V, 2>(weights, outputs, output, x, y, relu)
+            block::<U, 2>(unit, weights, outputs, output, x, y, relu)
         } else {
-            block::<V, 1>(weights, outputs, output, x, y, relu)
+            block::<U, 1>(unit, weights, outputs, output, x, y, relu)
         };
     }
 }
 
 #[inline(always)]
-fn block<V: Vector, const B: usize>(
+fn block<U: VectorUnit, const B: usize>(
+    unit: U,
     weights: &[f32],
     outputs: usize,
     output: usize,
-    x: &[Group],
-    y: &mut [Group],
+    x: &[F32x16],
+    y: &mut [F32x16],
     relu: bool,
 ) -> usize {
-    let mut sums = [V::splat(0.0); B];
+    let mut sums = [unit.splat_f32s(0.0); B];
     for (x, row) in x.iter().zip(weights.chunks_exact(outputs)) {
-        let x = V::load(x);
+        let x = unit.load(x);
         let row = &row[output..output + B];
         for b in 0..B {
-            sums[b] = V::splat(row[b]).mul_add(x, sums[b]);
+            sums[b] = unit.mul_add(unit.splat_f32s(row[b]), x, sums[b]);
         }
     }
     for b in 0..B {
-        let sum = if relu { sums[b].max(V::splat(0.0)) } else { sums[b] };
-        sum.store(&mut y[output + b]);
+        let sum = if relu {
+            unit.max_f32s(sums[b], unit.splat_f32s(0.0))
+        } else {
+            sums[b]
+        };
+        unit.store(sum, &mut y[output + b]);
     }
     B
 }
 
 /// Zeroes the derivatives of units that were not active.
 #[inline(always)]
-fn gate<V: Vector>(derivatives: &mut [Group], activations: &[Group]) {
+fn gate<U: VectorUnit>(unit: U, derivatives: &mut [F32x16], activations: &[F32x16]) {
     for (derivative, activation) in derivatives.iter_mut().zip(activations) {
-        V::load(derivative)
-            .where_positive(V::load(activation))
-            .store(derivative);
+        let zero = unit.splat_f32s(0.0);
+        let active = unit.greater_than_f32s(unit.load(activation), zero);
+        unit.store(unit.select_f32s(active, unit.load(derivative), zero), derivative);
     }
 }
 
 /// Adds the sum over groups and lanes of x g^T to `into`, row-major `[inputs, outputs]`.
 #[inline(always)]
-fn outer<V: Vector>(
-    x: &[Group],
+fn outer<U: VectorUnit>(
+    unit: U,
+    x: &[F32x16],
     inputs: usize,
-    g: &[Group],
+    g: &[F32x16],
     outputs: usize,
     groups: usize,
     into: &mut [f32],
 ) {
     let tile = |a: usize, limit: usize, size: usize| (limit - a).min(size);
-    let side = (V::BLOCK / 2).max(1);
+    let side = (U::BLOCK / 2).max(1);
     let mut input = 0;
     while input < inputs {
         let rows = tile(input, inputs, side);
@@ -332,13 +340,13 @@ fn outer<V: Vector>(
             let columns = tile(output, outputs, side);
             let place = (input, output);
             match (side, rows == side && columns == side) {
-                (4, true) => outer_tile::<V, 4>(x, inputs, g, outputs, groups, place, into),
-                (2, true) => outer_tile::<V, 2>(x, inputs, g, outputs, groups, place, into),
+                (4, true) => outer_tile::<U, 4>(unit, x, inputs, g, outputs, groups, place, into),
+                (2, true) => outer_tile::<U, 2>(unit, x, inputs, g, outputs, groups, place, into),
                 _ => {
                     for row in 0..rows {
                         for column in 0..columns {
                             let place = (input + row, output + column);
-                            outer_tile::<V, 1>(x, inputs, g, outputs, groups, place, into);
+                            outer_tile::<U, 1>(unit, x, inputs, g, outputs, groups, place, into);
                         }
                     }
                 }
@@ -350,33 +358,34 @@ fn outer<V: Vector>(
 }
 
 #[inline(always)]
-fn outer_tile<V: Vector, const T: usize>(
-    x: &[Group],
+fn outer_tile<U: VectorUnit, const T: usize>(
+    unit: U,
+    x: &[F32x16],
     inputs: usize,
-    g: &[Group],
+    g: &[F32x16],
     outputs: usize,
     groups: usize,
     (input, output): (usize, usize),
     into: &mut [f32],
 ) {
-    let mut sums = [[V::splat(0.0); T]; T];
+    let mut sums = [[unit.splat_f32s(0.0); T]; T];
     for group in 0..groups {
         let x = &x[group * inputs + input..][..T];
         let g = &g[group * outputs + output..][..T];
-        let mut columns = [V::splat(0.0); T];
+        let mut columns = [unit.splat_f32s(0.0); T];
         for column in 0..T {
-            columns[column] = V::load(&g[column]);
+            columns[column] = unit.load(&g[column]);
         }
         for row in 0..T {
-            let own = V::load(&x[row]);
+            let own = unit.load(&x[row]);
             for column in 0..T {
-                sums[row][column] = own.mul_add(columns[column], sums[row][column]);
+                sums[row][column] = unit.mul_add(own, columns[column], sums[row][column]);
             }
         }
     }
     for row in 0..T {
         for column in 0..T {
-            into[(input + row) * outputs + output + column] += sums[row][column].sum();
+            into[(input + row) * outputs + output + column] += unit.reduce_sum_f32s(sums[row][column]);
         }
     }
 }
