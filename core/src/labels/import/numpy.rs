@@ -4,6 +4,8 @@ use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::Path;
 
+use serde::Deserialize;
+
 use crate::scene::in_one_line;
 
 /// The longest header that is read, in bytes; NumPy's own limit is 10,000.
@@ -166,65 +168,52 @@ fn read_header(file: &mut impl Read) -> Result<Header, String> {
     parse_header(&text)
 }
 
-/// Reads a header, a Python dictionary: `{'descr': '<f4', 'fortran_order': False, 'shape': (3, 4, 5), }`.
+/// A header's dictionary.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Dictionary {
+    /// The type's name, or a list of the fields of a record.
+    descr: serde_json::Value,
+    fortran_order: bool,
+    shape: Vec<usize>,
+}
+
+/// Reads a header, a Python dictionary: `{'descr': '<f4', 'fortran_order': False, 'shape': (3, 4, 5), }`. With the
+/// brackets, quotes and words of JSON, and without the last commas, it is an object of JSON.
 fn parse_header(text: &str) -> Result<Header, String> {
-    let unknown = || format!("has a header that is not NumPy's: {}", repeated(text));
-    let within = text
-        .trim()
-        .strip_prefix('{')
-        .and_then(|rest| rest.strip_suffix('}'));
-    let mut rest = within.ok_or_else(unknown)?.trim();
-    let (mut descr, mut fortran_order, mut shape) = (None, None, None);
-    while !rest.is_empty() {
-        let (key, after) = entry(rest).ok_or_else(unknown)?;
-        let value_end = match key {
-            "descr" => {
-                let (text, end) = quoted(after).ok_or_else(|| {
-                    "holds records instead of numbers; save float16 or float32 probabilities".to_owned()
-                })?;
-                descr = Some(text);
-                end
-            }
-            "fortran_order" => {
-                let values = [("True", true), ("False", false)];
-                let value = values
-                    .iter()
-                    .find_map(|(word, value)| Some((*value, after.strip_prefix(word)?)));
-                let (value, end) = value.ok_or_else(unknown)?;
-                fortran_order = Some(value);
-                end
-            }
-            "shape" => {
-                let (inside, end) = after
-                    .strip_prefix('(')
-                    .and_then(|s| s.split_once(')'))
-                    .ok_or_else(unknown)?;
-                let numbers = inside
-                    .split(',')
-                    .map(str::trim)
-                    .filter(|number| !number.is_empty());
-                let numbers: Result<Vec<usize>, _> = numbers.map(str::parse).collect();
-                let numbers = numbers.ok().filter(|numbers| numbers.len() <= MOST_AXES);
-                shape = Some(numbers.ok_or_else(unknown)?);
-                end
-            }
-            _ => return Err(unknown()),
-        };
-        rest = value_end.trim_start();
-        rest = rest.strip_prefix(',').unwrap_or(rest).trim_start();
+    let mut json: String = text.split_whitespace().collect();
+    for (python, own) in [
+        ("'", "\""),
+        ("(", "["),
+        (")", "]"),
+        (",]", "]"),
+        (",}", "}"),
+        ("True", "true"),
+        ("False", "false"),
+    ] {
+        json = json.replace(python, own);
     }
-    let (Some(descr), Some(fortran_order), Some(shape)) = (descr, fortran_order, shape) else {
-        return Err(unknown());
+    let dictionary = serde_json::from_str(&json).ok();
+    let Some(Dictionary {
+        descr,
+        fortran_order,
+        shape,
+    }) = dictionary.filter(|known: &Dictionary| known.shape.len() <= MOST_AXES)
+    else {
+        return Err(format!("has a header that is not NumPy's: {}", repeated(text)));
     };
-    let kind = match descr {
-        "<f2" => Kind::F16,
-        "<f4" => Kind::F32,
-        "<f8" => Kind::F64,
-        other => {
+    let kind = match descr.as_str() {
+        Some("<f2") => Kind::F16,
+        Some("<f4") => Kind::F32,
+        Some("<f8") => Kind::F64,
+        Some(other) => {
             return Err(format!(
                 "holds numbers of the kind {}; save probabilities as float16 or float32, and class ids as a PNG",
                 repeated(other)
             ));
+        }
+        None => {
+            return Err("holds records instead of numbers; save float16 or float32 probabilities".to_owned());
         }
     };
     Ok(Header {
@@ -232,18 +221,6 @@ fn parse_header(text: &str) -> Result<Header, String> {
         fortran_order,
         shape,
     })
-}
-
-/// A key of a dictionary, and the text from its value on.
-fn entry(text: &str) -> Option<(&str, &str)> {
-    let (key, rest) = quoted(text)?;
-    Some((key, rest.trim_start().strip_prefix(':')?.trim_start()))
-}
-
-/// A string in quotes at the start of a text, and the text behind it.
-fn quoted(text: &str) -> Option<(&str, &str)> {
-    let quote = text.chars().next().filter(|quote| matches!(quote, '\'' | '"'))?;
-    text[1..].split_once(quote)
 }
 
 /// A text of the file for a message: on one line, and its beginning where it is long.
@@ -281,32 +258,26 @@ mod tests {
             .collect())
     }
 
+    /// A header for numbers of a kind in a shape.
+    fn header(kind: &str, shape: &str) -> String {
+        format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': {shape}, }}\n")
+    }
+
     #[test]
-    fn numbers_of_every_kind_come_back() {
-        let header = |kind: &str| format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': (3,), }}\n");
+    fn numbers_of_every_kind_come_back_and_files_of_another_length_are_refused() {
+        let kinds: [(&str, fn(f32) -> Vec<u8>); 3] = [
+            ("<f2", |v| half::f16::from_f32(v).to_le_bytes().to_vec()),
+            ("<f4", |v| v.to_le_bytes().to_vec()),
+            ("<f8", |v| f64::from(v).to_le_bytes().to_vec()),
+        ];
         let expected = [0.5, 0.25, 1.0];
-        let narrow: Vec<u8> = [0x3800_u16, 0x3400, 0x3c00]
-            .iter()
-            .flat_map(|v| v.to_le_bytes())
-            .collect();
-        let single: Vec<u8> = [0.5_f32, 0.25, 1.0]
-            .iter()
-            .flat_map(|v| v.to_le_bytes())
-            .collect();
-        let double: Vec<u8> = [0.5_f64, 0.25, 1.0]
-            .iter()
-            .flat_map(|v| v.to_le_bytes())
-            .collect();
-        for (kind, data) in [("<f2", narrow), ("<f4", single), ("<f8", double)] {
-            assert_eq!(values(&npy(&header(kind), &data)).unwrap(), expected, "{kind}");
+        for (kind, encode) in kinds {
+            let data = expected.map(encode).concat();
+            let read = |data: &[u8]| values(&npy(&header(kind, "(3,)"), data));
+            assert_eq!(read(&data).unwrap(), expected, "{kind}");
+            assert!(read(&data[1..]).unwrap_err().contains("less data"));
             assert!(
-                values(&npy(&header(kind), &data[1..]))
-                    .unwrap_err()
-                    .contains("less data")
-            );
-            let longer = [data.as_slice(), &[0]].concat();
-            assert!(
-                values(&npy(&header(kind), &longer))
+                read(&[&data[..], &[0]].concat())
                     .unwrap_err()
                     .contains("more data")
             );
@@ -315,14 +286,10 @@ mod tests {
 
     #[test]
     fn strides_follow_the_order_of_the_axes() {
-        let header = |order: &str| {
-            parse_header(&format!(
-                "{{'descr': '<f4', 'fortran_order': {order}, 'shape': (2, 3, 4)}}"
-            ))
-            .unwrap()
-        };
-        assert_eq!(header("False").strides(), [12, 4, 1]);
-        assert_eq!(header("True").strides(), [1, 2, 6]);
+        let row_major = header("<f4", "(2, 3, 4)");
+        assert_eq!(parse_header(&row_major).unwrap().strides(), [12, 4, 1]);
+        let column_major = row_major.replace("False", "True");
+        assert_eq!(parse_header(&column_major).unwrap().strides(), [1, 2, 6]);
     }
 
     #[test]
@@ -334,15 +301,12 @@ mod tests {
         };
         refused("{'descr':\n'<f4'\0}", "not NumPy's");
         refused(&format!("{{{}}}", "x".repeat(60_000)), "not NumPy's");
-        let shaped = |kind: &str, shape: &str| {
-            format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': {shape}}}")
-        };
-        refused(&shaped("<f4", "(1000000, 1000000, 1000000, 1000000)"), "gigabyte");
-        refused(&shaped("<f4", "(200, 1000, 1000)"), "less data");
-        refused(&shaped("<i8", "(2, 2)"), "<i8");
-        refused(&shaped(">f4", "(2, 2)"), ">f4");
-        refused(&shaped("two\nlines", "(2, 2)"), "two lines");
-        refused(&shaped("<f4", "(-2, 2)"), "not NumPy's");
+        refused(&header("<f4", "(1000000, 1000000, 1000000, 1000000)"), "gigabyte");
+        refused(&header("<f4", "(200, 1000, 1000)"), "less data");
+        refused(&header("<i8", "(2, 2)"), "<i8");
+        refused(&header(">f4", "(2, 2)"), ">f4");
+        refused(&header("two\nlines", "(2, 2)"), "twolines");
+        refused(&header("<f4", "(-2, 2)"), "not NumPy's");
         refused(
             "{'descr': [('a', '<f4')], 'fortran_order': False, 'shape': (2,)}",
             "records",
@@ -350,10 +314,10 @@ mod tests {
         refused("{'descr': '<f4', 'shape': (2,)}", "not NumPy's");
         refused("os.system('x')", "not NumPy's");
         refused(
-            &shaped("<f4", "(0, 9223372036854775807, 9223372036854775807)"),
+            &header("<f4", "(0, 9223372036854775807, 9223372036854775807)"),
             "no values",
         );
-        refused(&shaped("<f4", &format!("({})", "1, ".repeat(65))), "not NumPy's");
+        refused(&header("<f4", &format!("({})", "1, ".repeat(65))), "not NumPy's");
         assert!(values(b"PK").unwrap_err().contains("no NumPy array"));
         assert!(
             values(b"\x93NUMPY\x02\x00\xff\xff\xff\xff")
