@@ -301,6 +301,7 @@ mod tests {
         };
         refused("{'descr':\n'<f4'\0}", "not NumPy's");
         refused(&format!("{{{}}}", "x".repeat(60_000)), "not NumPy's");
+        refused(&format!("{{'descr': {}", "[".repeat(60_000)), "not NumPy's");
         refused(&header("<f4", "(1000000, 1000000, 1000000, 1000000)"), "gigabyte");
         refused(&header("<f4", "(200, 1000, 1000)"), "less data");
         refused(&header("<i8", "(2, 2)"), "<i8");
