@@ -11,7 +11,7 @@
 //! - [`project`]: the project file
 //! - [`export`]: label maps on disk
 //! - [`eval`]: metrics against ground truth
-#![deny(unsafe_code)]
+#![forbid(unsafe_code)]
 
 pub mod eval;
 pub mod export;

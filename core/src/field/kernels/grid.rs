@@ -78,8 +78,7 @@ fn interpolate_on<U: VectorUnit>(
         let mut entries = [[F32x16::ZERO; 2]; 8];
         for corner in 0..8 {
             for lane in 0..LANES {
-                // SAFETY: corners_of_group gives rows below level.rows, which is the table's length.
-                let entry = unsafe { table.get_unchecked(rows[corner][lane] as usize) };
+                let entry = table[rows[corner][lane] as usize];
                 entries[corner][0].0[lane] = entry[0];
                 entries[corner][1].0[lane] = entry[1];
             }
@@ -117,11 +116,9 @@ fn scatter_on<U: VectorUnit>(
             for feature in 0..2 {
                 unit.store(unit.mul_f32s(weight, derivative[feature]), &mut shares[feature]);
             }
-            for lane in 0..LANES {
-                // SAFETY: corners_of_group gives rows below level.rows, which is the gradient's length.
-                let entry = unsafe { gradient.get_unchecked_mut(rows[corner][lane] as usize) };
-                entry[0] += shares[0].0[lane];
-                entry[1] += shares[1].0[lane];
+            for ((&row, first), second) in rows[corner].iter().zip(shares[0].0).zip(shares[1].0) {
+                let [a, b] = gradient[row as usize];
+                gradient[row as usize] = [a + first, b + second];
             }
         }
     }

@@ -9,7 +9,7 @@ use pulp::{Scalar512b, Simd};
 pub const LANES: usize = 16;
 
 /// Sixteen `f32` in memory, one for each sample of a group.
-#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C, align(64))]
 pub struct F32x16(pub [f32; LANES]);
 
@@ -147,12 +147,12 @@ macro_rules! dispatched {
             match dispatch {
                 #[cfg(target_arch = "x86_64")]
                 Dispatch::Avx512 => {
-                    let Some(unit) = pulp::x86::V4::try_new() else { panic!("no AVX-512") };
+                    let Some(unit) = pulp::x86::V4::try_new() else { panic!("this processor has no AVX-512") };
                     unit.vectorize(Call(unit, arguments));
                 }
                 #[cfg(target_arch = "x86_64")]
                 Dispatch::Avx2 => {
-                    let Some(unit) = pulp::x86::V3::try_new() else { panic!("no AVX2 and FMA") };
+                    let Some(unit) = pulp::x86::V3::try_new() else { panic!("this processor has no AVX2 and FMA") };
                     unit.vectorize(Call(pulp::x86::V3_512b(unit), arguments));
                 }
                 _ => pulp::NullaryFnOnce::call(Call(pulp::Scalar512b, arguments)),

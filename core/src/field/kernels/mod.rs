@@ -3,8 +3,6 @@
 //! [`render`] does all of it in one op for the CPU's vector unit, chosen at run time ([`Dispatch`]). Its
 //! gradients are tested against central differences and against the same computation in plain candle ops.
 
-// VectorUnit loads, unchecked table rows and run-time dispatch; each block says why it is sound.
-#![allow(unsafe_code)]
 // Loops over lanes are written by index, as the vectors that they become.
 #![allow(clippy::needless_range_loop, clippy::too_many_arguments)]
 

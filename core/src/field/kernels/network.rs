@@ -421,18 +421,4 @@ mod tests {
             assert!((f64::from(exp(x)) - expected).abs() < 3e-7 * expected, "{x}");
         }
     }
-
-    #[test]
-    fn transposing_twice_is_the_identity() {
-        let shape = NetworkShape {
-            features: 6,
-            hidden: 8,
-            color_hidden: 4,
-        };
-        let weights: Vec<f32> = (0..shape.weights()).map(|k| k as f32).collect();
-        let [first, ..] = shape.split(&weights);
-        let transposed = shape.transposed(&weights);
-        assert_eq!(transposed[1], first[8]);
-        assert_eq!(transposed[6], first[1]);
-    }
 }
