@@ -3,6 +3,7 @@
 mod bench;
 
 use std::path::PathBuf;
+use std::str::FromStr;
 
 use clap::{Args, Parser, Subcommand};
 use inplace_core::eval::simulate::{Baseline, Policy};
@@ -10,6 +11,7 @@ use inplace_core::export::Format;
 use inplace_core::field::Preset;
 use inplace_core::labels::Trust;
 
+use crate::commands::Failure;
 pub use bench::{
     AllArguments, Bench, EngineArguments, FieldArguments, LatencyArguments, PaperArguments, ParetoArguments,
     ParetoOfArguments, ScaleArguments, StabilityArguments,
@@ -229,61 +231,67 @@ pub struct SimulateArguments {
     pub training: TrainingArguments,
 }
 
-fn preset(name: &str) -> Result<Preset, String> {
+fn preset(name: &str) -> Result<Preset, Failure> {
     match name {
         "auto" => Ok(Preset::Auto),
         "fast" => Ok(Preset::Fast),
         "accurate" => Ok(Preset::Accurate),
         "reference" => Ok(Preset::Reference),
-        _ => Err("use auto, fast, accurate or reference".to_owned()),
+        _ => Err("use auto, fast, accurate or reference".into()),
     }
 }
 
-fn format(name: &str) -> Result<Format, String> {
+fn format(name: &str) -> Result<Format, Failure> {
     let known = Format::ALL.map(Format::name);
-    Format::named(name).ok_or_else(|| format!("use {}", known.join(", ")))
+    Format::named(name).ok_or_else(|| format!("use {}", known.join(", ")).into())
 }
 
-fn share(text: &str) -> Result<f32, String> {
-    match text.parse::<f32>() {
-        Ok(share) if (0.0..=1.0).contains(&share) => Ok(share),
-        _ => Err("give a probability, from 0 to 1".to_owned()),
-    }
+/// A number that fits; otherwise what is wanted instead.
+fn number<T: FromStr>(text: &str, fits: impl FnOnce(&T) -> bool, wanted: &str) -> Result<T, Failure> {
+    text.parse().ok().filter(fits).ok_or_else(|| wanted.into())
 }
 
-fn trust(text: &str) -> Result<Trust, String> {
+fn share(text: &str) -> Result<f32, Failure> {
+    number(
+        text,
+        |share| (0.0..=1.0).contains(share),
+        "give a probability, from 0 to 1",
+    )
+}
+
+fn trust(text: &str) -> Result<Trust, Failure> {
     let trust = text.parse().ok().and_then(Trust::new);
-    trust.ok_or_else(|| "give a number from 0 to 1".to_owned())
+    trust.ok_or_else(|| "give a number from 0 to 1".into())
 }
 
-fn gigabytes(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(size) if size > 0.0 && size < 1e6 => Ok(size),
-        _ => Err("give a number of gigabytes above zero".to_owned()),
-    }
+fn gigabytes(text: &str) -> Result<f64, Failure> {
+    number(
+        text,
+        |&size| size > 0.0 && size < 1e6,
+        "give a number of gigabytes above zero",
+    )
 }
 
-fn seconds(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(seconds) if seconds.is_finite() && seconds > 0.0 => Ok(seconds),
-        _ => Err("give a number of seconds above zero".to_owned()),
-    }
+fn seconds(text: &str) -> Result<f64, Failure> {
+    let fits = |seconds: &f64| seconds.is_finite() && *seconds > 0.0;
+    number(text, fits, "give a number of seconds above zero")
 }
 
-fn seconds_or_none(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(seconds) if (0.0..1e9).contains(&seconds) => Ok(seconds),
-        _ => Err("give a number of seconds, zero or above".to_owned()),
-    }
+fn seconds_or_none(text: &str) -> Result<f64, Failure> {
+    number(
+        text,
+        |seconds| (0.0..1e9).contains(seconds),
+        "give a number of seconds, zero or above",
+    )
 }
 
-fn image_size(text: &str) -> Result<(u32, u32), String> {
+fn image_size(text: &str) -> Result<(u32, u32), Failure> {
     let size = text
         .split_once('x')
         .and_then(|(width, height)| Some((width.parse().ok()?, height.parse().ok()?)));
     match size {
         Some((width @ 16..=8192, height @ 16..=8192)) => Ok((width, height)),
-        _ => Err("give width and height in pixels, such as 640x480, each from 16 to 8192".to_owned()),
+        _ => Err("give width and height in pixels, such as 640x480, each from 16 to 8192".into()),
     }
 }
 

@@ -82,7 +82,8 @@ impl GroundTruth {
         };
         let unusable = |reason: String| EvalError::file(path, format!("is no label image: {reason}"));
         let bytes = fs::read(path).map_err(|error| unusable(error.to_string()))?;
-        let (width, height, labels) = png::decode_gray(&bytes).map_err(unusable)?;
+        let (width, height, labels) =
+            png::decode_gray(&bytes).map_err(|error| unusable(error.to_string()))?;
         Ok(Some(LabelImage {
             width,
             height,

@@ -1,5 +1,6 @@
 //! Images as in the ground truth of Cityscapes.
 
+use super::Refusal;
 use super::components::{Neighbours, components};
 use super::layout::{Labelled, Layout, OutputFile, image_file, json_file};
 use super::pngs::class_colors;
@@ -26,17 +27,17 @@ impl Layout for Cityscapes {
         &["gtFine"]
     }
 
-    fn check(&self, classes: &[Class]) -> Result<(), String> {
+    fn check(&self, classes: &[Class]) -> Result<(), Refusal> {
         match classes.iter().find(|class| class.id > LARGEST_ID) {
-            Some(class) => Err(format!(
+            Some(class) => Err(Refusal::Format(format!(
                 "class \"{}\" has the number {}, and its images hold numbers up to {LARGEST_ID}; export with other ids",
                 class.name, class.id
-            )),
+            ))),
             None => Ok(()),
         }
     }
 
-    fn frame(&self, frame: &Labelled<'_>) -> Result<(Vec<OutputFile>, ()), String> {
+    fn frame(&self, frame: &Labelled<'_>) -> Result<(Vec<OutputFile>, ()), Refusal> {
         let [width, height] = frame.size;
         // Every class is known, so that none exceeds 8 bits.
         frame.positions()?;
@@ -51,10 +52,10 @@ impl Layout for Cityscapes {
         let files = images
             .into_iter()
             .map(|(kind, image)| image_file(format!("gtFine/{}_gtFine_{kind}.png", frame.stem()), image));
-        Ok((files.collect::<Result<_, String>>()?, ()))
+        Ok((files.collect::<Result<_, Refusal>>()?, ()))
     }
 
-    fn index(&self, classes: &[Class], _: Vec<()>) -> Result<Vec<OutputFile>, String> {
+    fn index(&self, classes: &[Class], _: Vec<()>) -> Result<Vec<OutputFile>, Refusal> {
         Ok(vec![json_file("classes.json", classes)?])
     }
 }
@@ -147,7 +148,10 @@ mod tests {
 
     #[test]
     fn large_numbers_are_refused_by_name() {
-        let error = Cityscapes.check(&[Class::new(300, "lobster")]).unwrap_err();
+        let error = Cityscapes
+            .check(&[Class::new(300, "lobster")])
+            .unwrap_err()
+            .to_string();
         assert!(error.contains("lobster") && error.contains("300"), "{error}");
     }
 }

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::Refusal;
 use super::coco::{self, Category, IMAGES, Image};
 use super::components::{Neighbours, components};
 use super::layout::{Labelled, Layout, OutputFile, dense_json_file};
@@ -56,7 +57,7 @@ impl Layout for CocoInstances {
         &[IMAGES]
     }
 
-    fn frame(&self, frame: &Labelled<'_>) -> Result<(Vec<OutputFile>, Self::Entry), String> {
+    fn frame(&self, frame: &Labelled<'_>) -> Result<(Vec<OutputFile>, Self::Entry), Refusal> {
         let positions = frame.positions()?;
         let regions = components(&positions, frame.size[0], Neighbours::SidesAndCorners)
             .into_iter()
@@ -74,7 +75,7 @@ impl Layout for CocoInstances {
         Ok((vec![original.into_file(IMAGES)], entry))
     }
 
-    fn index(&self, classes: &[Class], entries: Vec<Self::Entry>) -> Result<Vec<OutputFile>, String> {
+    fn index(&self, classes: &[Class], entries: Vec<Self::Entry>) -> Result<Vec<OutputFile>, Refusal> {
         let mut instances = Instances {
             images: Vec::with_capacity(entries.len()),
             annotations: Vec::new(),

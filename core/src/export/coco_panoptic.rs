@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::Refusal;
 use super::coco::{self, Category, IMAGES, Image};
 use super::components::{box_around, label_runs};
 use super::layout::{Labelled, Layout, OutputFile, dense_json_file};
@@ -46,7 +47,7 @@ impl Layout for CocoPanoptic {
         &[SEGMENTS, IMAGES]
     }
 
-    fn frame(&self, frame: &Labelled<'_>) -> Result<(Vec<OutputFile>, Self::Entry), String> {
+    fn frame(&self, frame: &Labelled<'_>) -> Result<(Vec<OutputFile>, Self::Entry), Refusal> {
         let [width, height] = frame.size;
         let mut runs: Vec<Vec<Run>> = vec![Vec::new(); frame.classes.len() + 1];
         for (position, run) in label_runs(&frame.positions()?, width) {
@@ -66,7 +67,7 @@ impl Layout for CocoPanoptic {
             [low, high, 0]
         };
         let rgb: Vec<u8> = frame.labels.iter().flat_map(number).collect();
-        let image = png::encode_rgb(width, height, &rgb).map_err(|error| error.to_string())?;
+        let image = png::encode_rgb(width, height, &rgb)?;
         let file_name = format!("{}.png", frame.stem());
         let original = Original::of(frame.frame)?;
         let listed = Image::of(frame, &original);
@@ -77,7 +78,7 @@ impl Layout for CocoPanoptic {
         Ok((files, (listed, file_name, segments)))
     }
 
-    fn index(&self, classes: &[Class], entries: Vec<Self::Entry>) -> Result<Vec<OutputFile>, String> {
+    fn index(&self, classes: &[Class], entries: Vec<Self::Entry>) -> Result<Vec<OutputFile>, Refusal> {
         let mut panoptic = Panoptic {
             images: Vec::with_capacity(entries.len()),
             annotations: Vec::with_capacity(entries.len()),

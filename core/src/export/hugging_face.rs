@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use super::Refusal;
 use super::layout::{Labelled, Layout, OutputFile, json_file};
 use super::original::Original;
 use crate::labels::{Class, ClassId, VOID, png};
@@ -34,14 +35,14 @@ impl Layout for HuggingFace {
         &[IMAGES, LABELS]
     }
 
-    fn frame(&self, frame: &Labelled<'_>) -> Result<(Vec<OutputFile>, Row), String> {
+    fn frame(&self, frame: &Labelled<'_>) -> Result<(Vec<OutputFile>, Row), Refusal> {
         let [width, height] = frame.size;
         let mut is_shown = vec![false; frame.classes.len() + 1];
         for position in frame.positions()? {
             is_shown[usize::from(position)] = true;
         }
         let shown = frame.classes.iter().zip(&is_shown[1..]);
-        let labels = png::encode_labels(width, height, &frame.labels).map_err(|error| error.to_string())?;
+        let labels = png::encode_labels(width, height, &frame.labels)?;
         let original = Original::of(frame.frame)?;
         let row = Row {
             file_name: format!("{IMAGES}/{}", original.name()),
@@ -58,10 +59,10 @@ impl Layout for HuggingFace {
         Ok((files, row))
     }
 
-    fn index(&self, classes: &[Class], entries: Vec<Row>) -> Result<Vec<OutputFile>, String> {
+    fn index(&self, classes: &[Class], entries: Vec<Row>) -> Result<Vec<OutputFile>, Refusal> {
         let mut metadata = Vec::new();
         for row in entries {
-            serde_json::to_writer(&mut metadata, &row).map_err(|error| error.to_string())?;
+            serde_json::to_writer(&mut metadata, &row)?;
             metadata.push(b'\n');
         }
         let mut names: BTreeMap<ClassId, &str> = classes

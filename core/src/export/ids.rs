@@ -5,7 +5,7 @@ use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
 use super::ExportError;
-use crate::labels::{Class, ClassId, ClassPalette, PALETTES, VOID, parse_class_list};
+use crate::labels::{Class, ClassId, ClassListError, ClassPalette, PALETTES, VOID, parse_class_list};
 
 /// A list of classes whose numbers, names and colours are exported in place of the project's own, by name.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -33,12 +33,13 @@ impl IdMap {
     }
 
     fn read(path: &Path) -> Result<Self, ExportError> {
-        let unusable = |reason: String| ExportError::UnusableIds {
+        let classes = std::fs::read_to_string(path)
+            .map_err(ClassListError::from)
+            .and_then(|text| parse_class_list(&text));
+        classes.map(Self).map_err(|reason| ExportError::UnusableIds {
             path: path.to_path_buf(),
             reason,
-        };
-        let text = std::fs::read_to_string(path).map_err(|error| unusable(error.to_string()))?;
-        parse_class_list(&text).map(Self).map_err(unusable)
+        })
     }
 
     /// The names of classes that are not in the list, and so become void.

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::Refusal;
 use super::components::{Component, Neighbours, components};
 use super::layout::{Labelled, Layout, OutputFile, dense_json_file};
 use super::original::Original;
@@ -56,16 +57,16 @@ impl Layout for Labelme {
         &[FOLDER]
     }
 
-    fn check(&self, classes: &[Class]) -> Result<(), String> {
+    fn check(&self, classes: &[Class]) -> Result<(), Refusal> {
         match classes.iter().find(|class| class.name == BACKGROUND) {
-            Some(_) => Err(format!(
+            Some(_) => Err(Refusal::Format(format!(
                 "\"{BACKGROUND}\" is void for labelme and cannot be a class; rename it"
-            )),
+            ))),
             None => Ok(()),
         }
     }
 
-    fn frame(&self, frame: &Labelled<'_>) -> Result<(Vec<OutputFile>, ()), String> {
+    fn frame(&self, frame: &Labelled<'_>) -> Result<(Vec<OutputFile>, ()), Refusal> {
         let [image_width, image_height] = frame.size;
         let original = Original::of(frame.frame)?;
         let file = LabelFile {
@@ -83,13 +84,9 @@ impl Layout for Labelme {
             (),
         ))
     }
-
-    fn index(&self, _: &[Class], _: Vec<()>) -> Result<Vec<OutputFile>, String> {
-        Ok(Vec::new())
-    }
 }
 
-fn shapes<'a>(frame: &Labelled<'a>) -> Result<Vec<Shape<'a>>, String> {
+fn shapes<'a>(frame: &Labelled<'a>) -> Result<Vec<Shape<'a>>, Refusal> {
     let positions = frame.positions()?;
     let [width, height] = frame.size;
     let components = components(&positions, width, Neighbours::Sides);
@@ -257,7 +254,10 @@ mod tests {
 
     #[test]
     fn the_name_of_void_is_refused() {
-        let error = Labelme.check(&[Class::new(1, BACKGROUND)]).unwrap_err();
+        let error = Labelme
+            .check(&[Class::new(1, BACKGROUND)])
+            .unwrap_err()
+            .to_string();
         assert!(error.contains(BACKGROUND), "{error}");
     }
 }

@@ -10,7 +10,7 @@ use image::ImageResult;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use super::{ExportError, Ids, Options, atomic};
+use super::{ExportError, Ids, Options, Refusal, atomic};
 use crate::labels::{Class, ClassId, VOID};
 use crate::scene::{Frame, Scene};
 use crate::session::{CERTAIN, FrameMap};
@@ -68,13 +68,13 @@ impl Labelled<'_> {
     /// Position of every pixel's class in [`Labelled::classes`], counted from 1, row-major `[height, width]`; 0 is void.
     ///
     /// # Errors
-    /// Part of a sentence about a class that is not there.
-    pub(super) fn positions(&self) -> Result<Vec<u16>, String> {
+    /// [`Refusal::UnlistedClass`].
+    pub(super) fn positions(&self) -> Result<Vec<u16>, Refusal> {
         let known = self.classes.iter().map(|class| class.id).zip(1..);
         let position_of: FxHashMap<ClassId, u16> = known.chain([(VOID, 0)]).collect();
         let position = |label: &ClassId| {
-            let unknown = || format!("it shows class {label}, which is not in the list of classes; add it");
-            position_of.get(label).copied().ok_or_else(unknown)
+            let position = position_of.get(label).copied();
+            position.ok_or(Refusal::UnlistedClass(*label))
         };
         self.labels.iter().map(position).collect()
     }
@@ -117,25 +117,23 @@ impl OutputFile {
 pub(super) fn image_file(
     path: impl Into<PathBuf>,
     image: ImageResult<Vec<u8>>,
-) -> Result<OutputFile, String> {
-    image
-        .map(|bytes| OutputFile::new(path, bytes))
-        .map_err(|error| error.to_string())
+) -> Result<OutputFile, Refusal> {
+    Ok(OutputFile::new(path, image?))
 }
 
 /// A value as a JSON file on one line, for lists too long to be looked at.
 pub(super) fn dense_json_file<T: serde::Serialize + ?Sized>(
     path: impl Into<PathBuf>,
     value: &T,
-) -> Result<OutputFile, String> {
-    let mut text = serde_json::to_vec(value).map_err(|error| error.to_string())?;
+) -> Result<OutputFile, Refusal> {
+    let mut text = serde_json::to_vec(value)?;
     text.push(b'\n');
     Ok(OutputFile::new(path, text))
 }
 
 /// A value as a JSON file.
-pub(super) fn json_file<T: serde::Serialize + ?Sized>(path: &str, value: &T) -> Result<OutputFile, String> {
-    let mut text = serde_json::to_vec_pretty(value).map_err(|error| error.to_string())?;
+pub(super) fn json_file<T: serde::Serialize + ?Sized>(path: &str, value: &T) -> Result<OutputFile, Refusal> {
+    let mut text = serde_json::to_vec_pretty(value)?;
     text.push(b'\n');
     Ok(OutputFile::new(path, text))
 }
@@ -151,22 +149,24 @@ pub(super) trait Layout: Sync {
     /// Whether classes can be written like this; asked before anything is written.
     ///
     /// # Errors
-    /// Part of a sentence that says why not and what to do.
-    fn check(&self, _classes: &[Class]) -> Result<(), String> {
+    /// [`Refusal::Format`].
+    fn check(&self, _classes: &[Class]) -> Result<(), Refusal> {
         Ok(())
     }
 
     /// The files of one frame; called from several threads at once.
     ///
     /// # Errors
-    /// Part of a sentence that says why the frame cannot be written like this.
-    fn frame(&self, frame: &Labelled<'_>) -> Result<(Vec<OutputFile>, Self::Entry), String>;
+    /// Why the frame cannot be written like this.
+    fn frame(&self, frame: &Labelled<'_>) -> Result<(Vec<OutputFile>, Self::Entry), Refusal>;
 
-    /// The files about all frames, whose entries are in the order of the scene.
+    /// The files about all frames, whose entries are in the order of the scene; none unless said otherwise.
     ///
     /// # Errors
-    /// Part of a sentence that says why.
-    fn index(&self, classes: &[Class], entries: Vec<Self::Entry>) -> Result<Vec<OutputFile>, String>;
+    /// Why they cannot be written.
+    fn index(&self, _classes: &[Class], _entries: Vec<Self::Entry>) -> Result<Vec<OutputFile>, Refusal> {
+        Ok(Vec::new())
+    }
 }
 
 /// Writes a data set. Files that have the right content already are left alone.
@@ -204,7 +204,7 @@ pub(super) fn write<L: Layout>(
         frame.pixels()?;
         let (written, entry) = exported(frame, map, &ids, options.least_probability)
             .and_then(|labelled| layout.frame(&labelled))
-            .map_err(|reason| incomplete(format!("frame \"{}\": {reason}", frame.stem)))?;
+            .map_err(|reason| incomplete(reason.of(format!("frame \"{}\"", frame.stem))))?;
         write_files(written)?;
         let done = frames.fetch_add(1, Ordering::Relaxed) + 1;
         if progress(done, maps.len()).is_break() {
@@ -248,13 +248,11 @@ pub(super) fn exported<'a>(
     map: &FrameMap,
     ids: &'a Ids<'_>,
     least_probability: Option<f32>,
-) -> Result<Labelled<'a>, String> {
+) -> Result<Labelled<'a>, Refusal> {
     let map = map.in_image(frame);
     let mut labels = map.labels().into_owned();
     if let Some(least) = least_probability {
-        let confidence = map
-            .confidence()
-            .ok_or("its probabilities are not known yet; wait until it was trained again, or export without a threshold")?;
+        let confidence = map.confidence().ok_or(Refusal::NoProbabilities)?;
         void_improbable(&mut labels, &confidence, least);
     }
     for label in &mut labels {
@@ -271,36 +269,29 @@ pub(super) fn exported<'a>(
 
 /// The maps in the order of the frames, if there is one of the right size for every frame, and a file name for
 /// each.
-fn in_order<'a>(labelled: LabelledScene<'a>) -> Result<Vec<&'a FrameMap>, String> {
+fn in_order<'a>(labelled: LabelledScene<'a>) -> Result<Vec<&'a FrameMap>, Refusal> {
     let LabelledScene { scene, maps, .. } = labelled;
     let mut map_of: Vec<Option<&FrameMap>> = vec![None; scene.frames.len()];
     for map in maps {
         let Some(frame) = scene.frames.get(map.frame) else {
-            return Err(format!(
-                "there is a map of frame {}, which {} does not have",
-                map.frame, scene.source
-            ));
+            return Err(Refusal::NoSuchFrame {
+                frame: map.frame,
+                scene: scene.source.to_string(),
+            });
         };
         if map_of[map.frame].replace(map).is_some() {
-            return Err(format!("there are two maps of frame \"{}\"", frame.stem));
+            return Err(Refusal::TwoMaps(frame.stem.clone()));
         }
-        let size = [frame.camera.width, frame.camera.height];
-        if [map.width, map.height] != size {
-            return Err(format!(
-                "the map of frame \"{}\" has another size than the frame",
-                frame.stem
-            ));
+        if [map.width, map.height] != [frame.camera.width, frame.camera.height] {
+            return Err(Refusal::OtherSize(frame.stem.clone()));
         }
     }
     let mut names = HashSet::new();
     let named = map_of.into_iter().zip(&scene.frames).map(|(map, frame)| {
         if !names.insert(frame.stem.as_str()) {
-            return Err(format!(
-                "two frames are named \"{}\"; rename one of their images",
-                frame.stem
-            ));
+            return Err(Refusal::SameName(frame.stem.clone()));
         }
-        map.ok_or_else(|| format!("frame \"{}\" has no map yet", frame.stem))
+        map.ok_or_else(|| Refusal::NoMap(frame.stem.clone()))
     });
     named.collect()
 }

@@ -8,6 +8,7 @@ mod coco_instances;
 mod coco_panoptic;
 mod colors;
 mod components;
+mod error;
 mod format;
 mod hugging_face;
 mod ids;
@@ -27,8 +28,9 @@ mod testing;
 mod views;
 mod voc;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
+pub use error::{ExportError, Refusal};
 pub use format::{Format, export};
 pub use ids::IdMap;
 use inputs::withdraw_report;
@@ -42,7 +44,7 @@ pub use views::{Views, export_views};
 use ids::Ids;
 
 use crate::labels::{Class, LabelSet, strokes_json};
-use crate::scene::{Frame, SceneError};
+use crate::scene::Frame;
 
 /// The name of a run's report in its folder.
 const REPORT: &str = "report.json";
@@ -61,72 +63,6 @@ impl Options {
     /// What the ids of a project's classes become.
     fn ids_of<'a>(&self, classes: &'a [Class]) -> Ids<'a> {
         Ids::new(classes, self.ids.as_ref())
-    }
-}
-
-/// Results that cannot be written; each message is one sentence that names the file and what to do.
-#[derive(Debug, thiserror::Error)]
-pub enum ExportError {
-    /// The file system refuses.
-    #[error("{}: cannot be written: {error}; choose another folder or free some space", .path.display())]
-    Unwritable {
-        /// The file or folder.
-        path: PathBuf,
-        /// The file system's reason.
-        error: std::io::Error,
-    },
-    /// A file that decides what is to be done cannot be read.
-    #[error("{}: cannot be read: {error}; name a file or folder that is there", .path.display())]
-    Unreadable {
-        /// The file or folder.
-        path: PathBuf,
-        /// The file system's reason.
-        error: std::io::Error,
-    },
-    /// Somebody stopped it; the files that were written by then are whole.
-    #[error("{}: the export was cancelled after {written} of {frames} frames; export again for all of them", .folder.display())]
-    Cancelled {
-        /// The export's folder.
-        folder: PathBuf,
-        /// Frames whose files were written.
-        written: usize,
-        /// Frames in all.
-        frames: usize,
-    },
-    /// The files of a frame that is no keyframe can no longer be read.
-    #[error(transparent)]
-    Frame(#[from] SceneError),
-    /// A list of classes that cannot be used.
-    #[error("{}: is no list of classes: {reason}; name a JSON file [{{\"id\", \"name\", \"color\"}}], or NYU-13, ScanNet-20, Cityscapes, NYU-40 or COCO-Stuff", .path.display())]
-    UnusableIds {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong with it.
-        reason: String,
-    },
-    /// There is nothing right to write; nothing was written.
-    #[error("{}: nothing was exported: {reason}", .folder.display())]
-    Incomplete {
-        /// The export's folder.
-        folder: PathBuf,
-        /// What is missing or contradicts itself.
-        reason: String,
-    },
-}
-
-impl ExportError {
-    fn unwritable(path: &Path, error: std::io::Error) -> Self {
-        Self::Unwritable {
-            path: path.to_path_buf(),
-            error,
-        }
-    }
-
-    fn incomplete(folder: &Path, reason: String) -> Self {
-        Self::Incomplete {
-            folder: folder.to_path_buf(),
-            reason,
-        }
     }
 }
 

@@ -1,8 +1,9 @@
 //! The image of a frame as it lies on disk, which data sets have beside the labels.
 
+use super::Refusal;
 use super::layout::OutputFile;
 use crate::labels::png;
-use crate::scene::{Frame, PlainImage, original_colors, plain_image};
+use crate::scene::{Frame, PlainImage, SceneError, original_colors, plain_image};
 
 /// The image of a frame as a data set has it.
 pub(super) struct Original {
@@ -15,18 +16,18 @@ impl Original {
     /// not; a PNG where the frame was turned by that, and of frames that no file shows.
     ///
     /// # Errors
-    /// Part of a sentence that names the file.
-    pub(super) fn of(frame: &Frame) -> Result<Self, String> {
+    /// An image that can no longer be read.
+    pub(super) fn of(frame: &Frame) -> Result<Self, Refusal> {
         let png_name = || format!("{}.png", frame.stem);
         if frame.path.as_os_str().is_empty() {
             let color = frame.color();
             let bytes = png::encode_rgb(color.width(), color.height(), color.bytes());
             return Ok(Self {
                 name: png_name(),
-                bytes: bytes.map_err(|error| error.to_string())?,
+                bytes: bytes?,
             });
         }
-        Ok(match plain_image(frame).map_err(|error| error.to_string())? {
+        Ok(match plain_image(frame)? {
             PlainImage::AsStored(bytes) => Self {
                 name: match frame.path.extension() {
                     Some(extension) => format!("{}.{}", frame.stem, extension.to_string_lossy()),
@@ -55,13 +56,12 @@ impl Original {
 /// The colours of the image, distortion included, row-major `[height, width, 3]`.
 ///
 /// # Errors
-/// Part of a sentence that names the file.
-pub(super) fn rgb(frame: &Frame) -> Result<Vec<u8>, String> {
+/// An image that can no longer be read.
+pub(super) fn rgb(frame: &Frame) -> Result<Vec<u8>, SceneError> {
     if frame.lens.is_none() {
-        let pixels = frame.pixels().map_err(|error| error.to_string())?;
-        return Ok(pixels.color.bytes().to_vec());
+        return Ok(frame.pixels()?.color.bytes().to_vec());
     }
-    original_colors(frame).map_err(|error| error.to_string())
+    original_colors(frame)
 }
 
 #[cfg(test)]
@@ -84,7 +84,7 @@ mod tests {
         frame.path = root.path().join("left").with_extension("JPG");
         let as_the_camera_left_it = sideways_jpeg(1);
         fs::write(&frame.path, &as_the_camera_left_it).unwrap();
-        let error = Original::of(&frame).map(|_| ()).unwrap_err();
+        let error = Original::of(&frame).map(|_| ()).unwrap_err().to_string();
         assert!(
             error.contains("it has 32 x 16 pixels instead of 24 x 18"),
             "{error}"
@@ -96,7 +96,7 @@ mod tests {
             ("images/rgb_0.JPG", &as_the_camera_left_it[..])
         );
         fs::remove_file(&frame.path).unwrap();
-        let error = Original::of(&frame).map(|_| ()).unwrap_err();
+        let error = Original::of(&frame).map(|_| ()).unwrap_err().to_string();
         assert!(error.contains("left.JPG"), "{error}");
     }
 
@@ -130,7 +130,7 @@ mod tests {
         frame.lens = Some(Lens { image, distortion });
         assert_eq!(*rgb(&frame).unwrap(), pixels);
         fs::write(&frame.path, png::encode_rgb(4, 4, &pixels[..48]).unwrap()).unwrap();
-        let error = rgb(&frame).unwrap_err();
+        let error = rgb(&frame).unwrap_err().to_string();
         assert!(
             error.contains("left.png") && error.contains("4x4 instead of 5x4"),
             "{error}"

@@ -3,10 +3,11 @@
 use image::ImageEncoder;
 use image::codecs::jpeg::JpegEncoder;
 
+use super::Refusal;
 use super::layout::{Labelled, Layout, OutputFile};
 use super::original;
 use super::pngs::class_colors;
-use crate::labels::{Class, VOID};
+use crate::labels::VOID;
 
 /// Quality of the JPEGs, of 100.
 const QUALITY: u8 = 90;
@@ -21,23 +22,22 @@ impl Layout for Overlay {
         &["overlay"]
     }
 
-    fn frame(&self, frame: &Labelled<'_>) -> Result<(Vec<OutputFile>, ()), String> {
+    fn frame(&self, frame: &Labelled<'_>) -> Result<(Vec<OutputFile>, ()), Refusal> {
         let [width, height] = frame.size;
         let mut jpeg = Vec::new();
-        JpegEncoder::new_with_quality(&mut jpeg, QUALITY)
-            .write_image(&blended(frame)?, width, height, image::ExtendedColorType::Rgb8)
-            .map_err(|error| error.to_string())?;
+        JpegEncoder::new_with_quality(&mut jpeg, QUALITY).write_image(
+            &blended(frame)?,
+            width,
+            height,
+            image::ExtendedColorType::Rgb8,
+        )?;
         let path = format!("overlay/{}.jpg", frame.stem());
         Ok((vec![OutputFile::new(path, jpeg)], ()))
-    }
-
-    fn index(&self, _: &[Class], _: Vec<()>) -> Result<Vec<OutputFile>, String> {
-        Ok(Vec::new())
     }
 }
 
 /// The image with the colours over it, row-major `[height, width, 3]`.
-fn blended(frame: &Labelled<'_>) -> Result<Vec<u8>, String> {
+fn blended(frame: &Labelled<'_>) -> Result<Vec<u8>, Refusal> {
     let mut rgb = original::rgb(frame.frame)?;
     let colors = class_colors(frame);
     for ((pixel, color), &label) in rgb

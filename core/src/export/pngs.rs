@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 
+use super::Refusal;
 use super::layout::{Labelled, Layout, OutputFile, exported, image_file, json_file};
 use super::{ExportError, Options};
 use crate::labels::{Class, ClassId, png};
@@ -30,7 +31,7 @@ impl Layout for Pngs {
         &PNG_FOLDERS
     }
 
-    fn frame(&self, frame: &Labelled<'_>) -> Result<(Vec<OutputFile>, ()), String> {
+    fn frame(&self, frame: &Labelled<'_>) -> Result<(Vec<OutputFile>, ()), Refusal> {
         let [width, height] = frame.size;
         let images = [
             ("labels", png::encode_labels(width, height, &frame.labels)),
@@ -40,10 +41,10 @@ impl Layout for Pngs {
         let files = images
             .into_iter()
             .map(|(folder, image)| image_file(format!("{folder}/{}.png", frame.stem()), image));
-        Ok((files.collect::<Result<_, String>>()?, ()))
+        Ok((files.collect::<Result<_, Refusal>>()?, ()))
     }
 
-    fn index(&self, classes: &[Class], _: Vec<()>) -> Result<Vec<OutputFile>, String> {
+    fn index(&self, classes: &[Class], _: Vec<()>) -> Result<Vec<OutputFile>, Refusal> {
         Ok(vec![json_file("classes.json", classes)?])
     }
 }
@@ -68,10 +69,10 @@ pub fn rehearse_pngs(
         frame.pixels()?;
         let files =
             exported(frame, map, &ids, options.least_probability).and_then(|labelled| Pngs.frame(&labelled));
-        files.map(|_| ()).map_err(|reason| ExportError::Incomplete {
-            folder: folder.to_path_buf(),
-            reason: format!("frame \"{}\": {reason}", frame.stem),
-        })
+        let refused = |reason: Refusal| reason.of(format!("frame \"{}\"", frame.stem));
+        files
+            .map(|_| ())
+            .map_err(|reason| ExportError::incomplete(folder, refused(reason)))
     })?;
     Ok(start.elapsed())
 }

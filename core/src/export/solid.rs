@@ -6,7 +6,7 @@ use std::path::Path;
 use super::layout::{LabelledScene, OutputFile, Written, json_file, void_improbable};
 use super::ply::{self, Vertex};
 use super::pngs::colors_by_id;
-use super::{ExportError, Options};
+use super::{ExportError, Options, Refusal};
 use crate::labels::{Class, ClassId, VOID};
 use crate::semantics::{ENTROPY_STEPS_PER_NAT, Mesh, MeshVertex, Posterior, Surface};
 
@@ -65,8 +65,7 @@ pub(super) fn write(
 ) -> Result<Written, ExportError> {
     let incomplete = |reason| ExportError::incomplete(folder, reason);
     let Some((surface, posterior)) = labelled.maps.first().and_then(|map| map.surface()) else {
-        let reason = "the surface of the scene is not known; wait until it was trained again";
-        return Err(incomplete(reason.to_owned()));
+        return Err(incomplete(Refusal::NoSurface));
     };
     let ids = options.ids_of(labelled.classes);
     let classes = ids.classes();

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::layout::{Labelled, Layout, OutputFile, Written, exported, image_file};
 use super::pngs::Pngs;
-use super::{ExportError, Options};
+use super::{ExportError, Options, Refusal};
 use crate::labels::{Class, png};
 use crate::scene::{Camera, Frame, Scene, Trajectory, intrinsics_line, pose_line, z_millimetres};
 use crate::semantics::NovelViews;
@@ -46,9 +46,7 @@ pub fn export_views(
     } = views;
     let first = scene.frames.first().map(|frame| frame.camera);
     let Some(camera) = trajectory.camera.or(first) else {
-        return Err(incomplete(
-            "the scene has no frame whose camera could be taken".to_owned(),
-        ));
+        return Err(incomplete(Refusal::NoCamera));
     };
     let ids = options.ids_of(views.classes);
     let folders: Vec<&str> = [&["rgb", "depth"], Pngs.folders()].concat();
@@ -58,10 +56,10 @@ pub fn export_views(
     let total = trajectory.poses.len();
     for (number, pose) in trajectory.poses.iter().enumerate() {
         let rendered = views.renderer.view(number, &camera, &scene.of_capture(pose));
-        let (frame, map) = rendered.map_err(|error| incomplete(error.to_string()))?;
+        let (frame, map) = rendered.map_err(|error| incomplete(error.into()))?;
         let files = exported(&frame, &map, &ids, options.least_probability)
             .and_then(|labelled| files(&frame, &labelled))
-            .map_err(|reason| incomplete(format!("view {number}: {reason}")))?;
+            .map_err(|reason| incomplete(reason.of(format!("view {number}"))))?;
         for file in files {
             written.count(file.write(folder)?);
         }
@@ -82,10 +80,10 @@ pub fn export_views(
 }
 
 /// The images of a view.
-fn files(frame: &Frame, labelled: &Labelled<'_>) -> Result<Vec<OutputFile>, String> {
+fn files(frame: &Frame, labelled: &Labelled<'_>) -> Result<Vec<OutputFile>, Refusal> {
     let [width, height] = labelled.size;
     let (mut files, ()) = Pngs.frame(labelled)?;
-    let pixels = frame.pixels().map_err(|error| error.to_string())?;
+    let pixels = frame.pixels()?;
     let depth = pixels
         .depth
         .map(|depth| z_millimetres(frame, &depth))

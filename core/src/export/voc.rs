@@ -7,6 +7,7 @@ use std::io::{Cursor, Write as _};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
 
+use super::Refusal;
 use super::colors;
 use super::layout::{Labelled, Layout, OutputFile};
 use super::original::Original;
@@ -44,9 +45,10 @@ impl Layout for Voc {
         ]
     }
 
-    fn check(&self, classes: &[Class]) -> Result<(), String> {
+    fn check(&self, classes: &[Class]) -> Result<(), Refusal> {
+        let refuse = |reason: String| Err(Refusal::Format(reason));
         if classes.len() > MOST_CLASSES {
-            return Err(format!(
+            return refuse(format!(
                 "its images hold at most {MOST_CLASSES} classes, and there are {}; export another format",
                 classes.len()
             ));
@@ -55,12 +57,12 @@ impl Layout for Voc {
         for class in classes {
             let name = class.name.trim();
             if name.is_empty() || name.starts_with('#') || name.contains([':', '\n', '\r']) {
-                return Err(format!(
+                return refuse(format!(
                     "class \"{name}\" cannot stand in labelmap.txt, where a name has no colon and no # at its start; rename it"
                 ));
             }
             if !names.insert(name) {
-                return Err(format!(
+                return refuse(format!(
                     "there are two classes \"{name}\" in labelmap.txt, where \"{BACKGROUND}\" is void; rename one"
                 ));
             }
@@ -68,10 +70,11 @@ impl Layout for Voc {
         Ok(())
     }
 
-    fn frame(&self, frame: &Labelled<'_>) -> Result<(Vec<OutputFile>, Segmentations), String> {
+    fn frame(&self, frame: &Labelled<'_>) -> Result<(Vec<OutputFile>, Segmentations), Refusal> {
         let stem = frame.stem();
         if stem.starts_with('#') || stem.trim() != stem {
-            return Err("its name cannot stand in default.txt, where # starts a comment and blanks around a name are lost; rename its image".to_owned());
+            let reason = "its name cannot stand in default.txt, where # starts a comment and blanks around a name are lost; rename its image";
+            return Err(Refusal::Format(reason.to_owned()));
         }
         let [width, height] = frame.size;
         let positions = frame.positions()?.into_iter().map(u8::try_from);
@@ -81,9 +84,7 @@ impl Layout for Voc {
             .chain(colors::distinct(frame.classes))
             .collect();
         let object_palette: Vec<[u8; 3]> = (0..=u8::MAX).map(colors::voc_color).collect();
-        let segmentation = |palette: &[[u8; 3]]| {
-            png::encode_indexed(width, height, &indices, palette).map_err(|error| error.to_string())
-        };
+        let segmentation = |palette: &[[u8; 3]]| png::encode_indexed(width, height, &indices, palette);
         let (class, object) = (segmentation(&class_palette)?, segmentation(&object_palette)?);
         let files = vec![
             Original::of(frame.frame)?.into_file("JPEGImages"),
@@ -94,7 +95,7 @@ impl Layout for Voc {
         Ok((files, Segmentations { stem, class, object }))
     }
 
-    fn index(&self, classes: &[Class], entries: Vec<Segmentations>) -> Result<Vec<OutputFile>, String> {
+    fn index(&self, classes: &[Class], entries: Vec<Segmentations>) -> Result<Vec<OutputFile>, Refusal> {
         const IMAGE_SET: &str = "ImageSets/Segmentation/default.txt";
         const LABEL_MAP: &str = "labelmap.txt";
         let label_map = label_map(classes).into_bytes();
@@ -111,7 +112,7 @@ impl Layout for Voc {
             archived.push((class_path(&entry.stem), &entry.class));
             archived.push((object_path(&entry.stem), &entry.object));
         }
-        let archive = archive(&archived).map_err(|error| error.to_string())?;
+        let archive = archive(&archived)?;
         Ok(vec![
             OutputFile::new("cvat.zip", archive),
             OutputFile::new(LABEL_MAP, label_map),
@@ -120,8 +121,10 @@ impl Layout for Voc {
     }
 }
 
-fn too_many() -> String {
-    format!("it shows more than {MOST_CLASSES} classes; export another format")
+fn too_many() -> Refusal {
+    Refusal::Format(format!(
+        "it shows more than {MOST_CLASSES} classes; export another format"
+    ))
 }
 
 fn class_path(stem: &str) -> String {
@@ -232,11 +235,12 @@ mod tests {
         ] {
             let error = Voc
                 .check(&[Class::new(1, "wall"), Class::new(2, name)])
-                .unwrap_err();
+                .unwrap_err()
+                .to_string();
             assert!(error.contains(reason), "{error}");
         }
         let crowd: Vec<Class> = (1..=256).map(|id| Class::new(id, id.to_string())).collect();
-        assert!(Voc.check(&crowd).unwrap_err().contains("256"));
-        assert_eq!(Voc.check(&crowd[..255]), Ok(()));
+        assert!(Voc.check(&crowd).unwrap_err().to_string().contains("256"));
+        assert!(Voc.check(&crowd[..255]).is_ok());
     }
 }

@@ -11,10 +11,32 @@ use crate::scene::{Frame, Scene, shown};
 
 /// A strokes file that cannot be used; nothing of it is taken over.
 #[derive(Debug, thiserror::Error)]
-#[error("{}: {reason}", shown(.path.display()))]
+#[error("{}: {problem}", shown(.path.display()))]
 pub struct StrokesError {
     path: PathBuf,
-    reason: String,
+    problem: StrokesProblem,
+}
+
+/// What is wrong with a strokes file: part of a sentence. Strokes are counted from 1.
+#[derive(Debug, thiserror::Error)]
+pub enum StrokesProblem {
+    /// The file cannot be read.
+    #[error("cannot be read: {0}")]
+    Unreadable(#[from] std::io::Error),
+    /// The text is not JSON, or not of this form.
+    #[error("is not a strokes file: {}", shown(.0))]
+    Form(#[from] serde_json::Error),
+    /// Two classes have this id.
+    #[error("class {0} is listed twice; give each class its own id")]
+    ClassTwice(ClassId),
+    /// One of the strokes cannot be used.
+    #[error("stroke {number} {}", shown(.reason))]
+    Stroke {
+        /// Which one.
+        number: usize,
+        /// What is wrong with it.
+        reason: String,
+    },
 }
 
 #[derive(Serialize, Deserialize)]
@@ -38,75 +60,62 @@ struct StrokeRecord {
 /// An unreadable file, a class that is listed twice or not at all, an unknown frame, a point outside
 /// the image: a sentence that names it.
 pub fn read_strokes(path: &Path, scene: &Scene) -> Result<LabelSet, StrokesError> {
-    let error = |reason: String| StrokesError {
-        path: path.to_path_buf(),
-        reason,
-    };
-    let text = std::fs::read_to_string(path).map_err(|e| error(format!("cannot be read: {e}")))?;
-    parse_strokes(&text, scene).map_err(error)
+    let text = std::fs::read_to_string(path).map_err(StrokesProblem::from);
+    text.and_then(|text| parse_strokes(&text, scene))
+        .map_err(|problem| StrokesError {
+            path: path.to_path_buf(),
+            problem,
+        })
 }
 
 /// The strokes in the text of a strokes file for a scene.
 ///
 /// # Errors
-/// What [`read_strokes`] refuses: a part of a sentence that says what is wrong.
-pub fn parse_strokes(text: &str, scene: &Scene) -> Result<LabelSet, String> {
-    let file = serde_json::from_str(text).map_err(|error| format!("is not a strokes file: {error}"));
-    // A frame can be called by anything.
-    file.and_then(|file| parse(file, scene)).map_err(shown)
+/// What [`read_strokes`] refuses.
+pub fn parse_strokes(text: &str, scene: &Scene) -> Result<LabelSet, StrokesProblem> {
+    parse(serde_json::from_str(text)?, scene)
 }
 
-fn parse(file: StrokesFile, scene: &Scene) -> Result<LabelSet, String> {
+fn parse(file: StrokesFile, scene: &Scene) -> Result<LabelSet, StrokesProblem> {
     let mut labels = LabelSet::default();
     for class in file.classes {
         if class.id == VOID {
             continue;
         }
         if labels.class(class.id).is_some() {
-            return Err(format!(
-                "class {} is listed twice; give each class its own id",
-                class.id
-            ));
+            return Err(StrokesProblem::ClassTwice(class.id));
         }
         labels.classes.push(class);
     }
-    for (number, record) in file.strokes.into_iter().enumerate() {
-        let place = format!("stroke {}", number + 1);
-        let Some(index) = scene.frame_index(&record.frame) else {
-            return Err(format!(
-                "{place} names frame \"{}\", which {} does not have",
-                record.frame, scene.source
+    for (number, record) in (1..).zip(file.strokes) {
+        let StrokeRecord {
+            frame: name, class, ..
+        } = &record;
+        let refuse = |reason: String| Err(StrokesProblem::Stroke { number, reason });
+        let Some(index) = scene.frame_index(name) else {
+            return refuse(format!(
+                "names frame \"{name}\", which {} does not have",
+                scene.source
             ));
         };
-        if record.class != VOID && labels.class(record.class).is_none() {
-            return Err(format!(
-                "{place} names class {}, which \"classes\" does not list",
-                record.class
-            ));
+        if *class != VOID && labels.class(*class).is_none() {
+            return refuse(format!("names class {class}, which \"classes\" does not list"));
         }
         let frame = &scene.frames[index];
-        let image = frame.image();
-        if let Some([x, y]) = record
-            .points
-            .iter()
-            .find(|[x, y]| *x >= image.width || *y >= image.height)
-        {
-            return Err(format!(
-                "{place} has the point [{x}, {y}], which is outside frame \"{}\" ({}x{} pixels)",
-                record.frame, image.width, image.height
+        let (width, height) = (frame.image().width, frame.image().height);
+        let mut points = record.points.iter();
+        if let Some(point) = points.find(|[x, y]| *x >= width || *y >= height) {
+            return refuse(format!(
+                "has the point {point:?}, which is outside frame \"{name}\" ({width}x{height} pixels)"
             ));
         }
         if record.points.is_empty() {
-            return Err(format!("{place} has no points"));
+            return refuse("has no points".to_owned());
         }
-        if let Some([x, y]) = record
-            .points
-            .iter()
-            .find(|&&point| frame.of_image(point).is_none())
-        {
-            return Err(format!(
-                "{place} has the point [{x}, {y}], which the lens of frame \"{}\" bends too much to be used",
-                record.frame
+        let mut points = record.points.iter();
+        if let Some(point) = points.find(|&&point| frame.of_image(point).is_none()) {
+            return refuse(format!(
+                "has the point {point:?}, which the lens of frame \"{name}\" bends too much to be used"
             ));
         }
         let line = match frame.lens {
@@ -119,9 +128,7 @@ fn parse(file: StrokesFile, scene: &Scene) -> Result<LabelSet, String> {
             radius: record.radius,
             lines: vec![line],
         };
-        labels
-            .strokes
-            .insert(StrokeId(number as u64 + 1), Arc::new(stroke));
+        labels.strokes.insert(StrokeId(number as u64), Arc::new(stroke));
     }
     Ok(labels)
 }
@@ -254,7 +261,7 @@ mod tests {
             }],
         };
         assert!(parse(file([63, 47]), &scene).is_ok());
-        let refused = parse(file([64, 3]), &scene).unwrap_err();
+        let refused = parse(file([64, 3]), &scene).unwrap_err().to_string();
         assert!(
             refused.contains("[64, 3]") && refused.contains("64x48"),
             "{refused}"

@@ -7,6 +7,7 @@ mod probabilities;
 mod tests;
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Display;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -14,7 +15,7 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use super::imported::sampled;
-use super::palette::{parse_class_list, parse_class_order};
+use super::palette::{ClassListError, parse_class_list, parse_class_order};
 use super::{Class, ClassId, ImportedLabels, ImportedMap, Trust, VOID};
 use crate::scene::{Frame, Scene, shown};
 
@@ -33,10 +34,10 @@ pub struct ImportError {
 }
 
 impl ImportError {
-    fn new(path: &Path, reason: impl Into<String>) -> Self {
+    fn new(path: &Path, reason: impl Display) -> Self {
         Self {
             path: path.to_path_buf(),
-            reason: reason.into(),
+            reason: reason.to_string(),
         }
     }
 }
@@ -207,11 +208,10 @@ impl ClassList {
         let Some(path) = Self::path(folder) else {
             return Ok(None);
         };
-        let text = class_list_text(&path)?;
-        Ok(Some(Self {
-            classes: parse_class_list(&text).map_err(|reason| no_class_list(&path, &reason))?,
-            order: parse_class_order(&text).map_err(|reason| no_class_list(&path, &reason))?,
-        }))
+        let (classes, order) = parsed(&path, |text| {
+            Ok((parse_class_list(text)?, parse_class_order(text)?))
+        })?;
+        Ok(Some(Self { classes, order }))
     }
 }
 
@@ -251,21 +251,21 @@ struct Reading<'a> {
 
 impl Reading<'_> {
     fn file(&self, path: &Path, index: usize, frame: &Frame) -> Result<ImportedMap, ImportError> {
+        let refused = |reason| ImportError::new(path, reason);
         if is_array(path) {
             let array = probabilities::Array::read(path, frame, self.meaning.listed.as_ref());
-            let array = array.map_err(|reason| ImportError::new(path, reason))?;
+            let array = array.map_err(refused)?;
             if !self.trust.is_right() {
-                let kept = array.on_grid(frame, self.most_cells);
-                let kept = kept.map_err(|reason| ImportError::new(path, reason))?;
+                let kept = array.on_grid(frame, self.most_cells).map_err(refused)?;
                 return Ok(ImportedMap::of_probabilities(index, kept));
             }
-            let labels = array.labels().map_err(|reason| ImportError::new(path, reason))?;
+            let labels = array.labels().map_err(refused)?;
             return Ok(placed(index, frame, array.size(), &labels));
         }
         let bytes =
             fs::read(path).map_err(|error| ImportError::new(path, format!("cannot be read: {error}")))?;
         let image = image::LabelImage::decode(&bytes)
-            .map_err(|reason| ImportError::new(path, format!("is no label image: {reason}")))?;
+            .map_err(|error| ImportError::new(path, format!("is no label image: {error}")))?;
         let size = [frame.image().width, frame.image().height];
         if !same_aspect(image.size, size) {
             return Err(ImportError::new(
@@ -276,9 +276,8 @@ impl Reading<'_> {
                 ),
             ));
         }
-        let labels = image
-            .classes(self.meaning)
-            .map_err(|reason| ImportError::new(path, reason))?;
+        let labels = image.classes(self.meaning);
+        let labels = labels.map_err(|error| ImportError::new(path, error))?;
         Ok(placed(index, frame, image.size, &labels))
     }
 }
@@ -336,15 +335,14 @@ fn without_hidden(frame: &Frame, mut labels: Vec<ClassId>) -> Vec<ClassId> {
 /// # Errors
 /// A file that cannot be used: a sentence that names it.
 pub fn read_class_list(path: &Path) -> Result<Vec<Class>, ImportError> {
-    let text = class_list_text(path)?;
-    parse_class_list(&text).map_err(|reason| no_class_list(path, &reason))
+    parsed(path, parse_class_list)
 }
 
-fn class_list_text(path: &Path) -> Result<String, ImportError> {
-    fs::read_to_string(path).map_err(|error| no_class_list(path, &error.to_string()))
-}
-
-fn no_class_list(path: &Path, reason: &str) -> ImportError {
-    let expected = "it must hold [{\"id\": 1, \"name\": \"wall\"}, ...]";
-    ImportError::new(path, format!("cannot be used: {reason}; {expected}"))
+/// What `parse` finds in the text of a class list.
+fn parsed<T>(path: &Path, parse: impl FnOnce(&str) -> Result<T, ClassListError>) -> Result<T, ImportError> {
+    let text = fs::read_to_string(path).map_err(ClassListError::from);
+    text.and_then(|text| parse(&text)).map_err(|error| {
+        let expected = "it must hold [{\"id\": 1, \"name\": \"wall\"}, ...]";
+        ImportError::new(path, format!("cannot be used: {error}; {expected}"))
+    })
 }

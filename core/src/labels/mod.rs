@@ -21,11 +21,11 @@ use std::sync::Arc;
 
 pub use class::{Class, ClassId, DEFAULT_COLORS, VOID, default_color};
 pub use edit::{Edit, ImportChange, StrokeChange};
-pub use file::{StrokesError, parse_strokes, read_strokes, strokes_json};
+pub use file::{StrokesError, StrokesProblem, parse_strokes, read_strokes, strokes_json};
 pub use history::{AddedClasses, History};
 pub use import::{ImportError, LabelImages, in_frame, label_image_files, read_class_list, read_label_images};
 pub use imported::{ImportId, ImportedLabels, ImportedMap, Likeliest, Probabilities, Trust};
-pub use palette::{ClassPalette, PALETTES, parse_class_list};
+pub use palette::{ClassListError, ClassPalette, PALETTES, parse_class_list};
 pub use png::decode_gray;
 pub use polygon::polygon_runs;
 pub use raster::{erase, pixels_of, rasterise, runs_of};

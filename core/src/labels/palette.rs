@@ -59,6 +59,23 @@ impl ClassPalette {
     }
 }
 
+/// Why a class list cannot be used: part of a sentence.
+#[derive(Debug, thiserror::Error)]
+pub enum ClassListError {
+    /// The file cannot be read.
+    #[error(transparent)]
+    Unreadable(#[from] std::io::Error),
+    /// The text is no list of classes.
+    #[error(transparent)]
+    NoList(#[from] serde_json::Error),
+    /// Two classes have this id.
+    #[error("class {0} is listed twice")]
+    Twice(ClassId),
+    /// The class with this id has no name.
+    #[error("class {0} has no name")]
+    NoName(ClassId),
+}
+
 #[derive(Deserialize)]
 struct ClassRecord {
     id: ClassId,
@@ -70,17 +87,17 @@ struct ClassRecord {
 /// its default one.
 ///
 /// # Errors
-/// A part of a sentence that says what is wrong: no such list, a class that is listed twice or has no name.
-pub fn parse_class_list(text: &str) -> Result<Vec<Class>, String> {
-    let records: Vec<ClassRecord> = serde_json::from_str(text).map_err(|error| error.to_string())?;
+/// No such list, or a class that is listed twice or has no name.
+pub fn parse_class_list(text: &str) -> Result<Vec<Class>, ClassListError> {
+    let records: Vec<ClassRecord> = serde_json::from_str(text)?;
     let mut classes: Vec<Class> = Vec::with_capacity(records.len());
     let mut ids = std::collections::BTreeSet::new();
     for record in records {
         if !ids.insert(record.id) {
-            return Err(format!("class {} is listed twice", record.id));
+            return Err(ClassListError::Twice(record.id));
         }
         if record.name.trim().is_empty() {
-            return Err(format!("class {} has no name", record.id));
+            return Err(ClassListError::NoName(record.id));
         }
         if record.id != VOID {
             let plain = Class::new(record.id, record.name.trim());
@@ -96,9 +113,9 @@ pub fn parse_class_list(text: &str) -> Result<Vec<Class>, String> {
 /// The ids of a class list in its order, void among them where it is listed.
 ///
 /// # Errors
-/// A part of a sentence that says what is wrong.
-pub(super) fn parse_class_order(text: &str) -> Result<Vec<ClassId>, String> {
-    let records: Vec<ClassRecord> = serde_json::from_str(text).map_err(|error| error.to_string())?;
+/// No such list.
+pub(super) fn parse_class_order(text: &str) -> Result<Vec<ClassId>, ClassListError> {
+    let records: Vec<ClassRecord> = serde_json::from_str(text)?;
     Ok(records.iter().map(|record| record.id).collect())
 }
 

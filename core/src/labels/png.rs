@@ -8,7 +8,7 @@ use image::{
 };
 
 use super::ClassId;
-use crate::scene;
+use crate::scene::{self, ImageError};
 
 /// Class ids as gray values, 8 bit unless an id exceeds 255. `labels` is row-major `[height, width]`.
 pub(crate) fn encode_labels(width: u32, height: u32, labels: &[ClassId]) -> ImageResult<Vec<u8>> {
@@ -76,7 +76,7 @@ fn encode(width: u32, height: u32, bytes: &[u8], color: ExtendedColorType) -> Im
 ///
 /// # Errors
 /// Bytes that are not a PNG, or an image with more than one channel, which holds colours and no ids.
-pub fn decode_gray(png: &[u8]) -> Result<(u32, u32, Vec<u16>), String> {
+pub fn decode_gray(png: &[u8]) -> Result<(u32, u32, Vec<u16>), ImageError> {
     let reader = ImageReader::with_format(Cursor::new(png), ImageFormat::Png);
     let image = scene::decode_image(reader, png.len() as u64)?;
     let (width, height) = (image.width(), image.height());
@@ -86,10 +86,7 @@ pub fn decode_gray(png: &[u8]) -> Result<(u32, u32, Vec<u16>), String> {
             Ok((width, height, values))
         }
         DynamicImage::ImageLuma16(gray) => Ok((width, height, gray.into_raw())),
-        other => Err(format!(
-            "it is a {} image where one gray channel is needed",
-            describe(other.color())
-        )),
+        other => Err(ImageError::NotGray(describe(other.color()))),
     }
 }
 
@@ -97,11 +94,10 @@ pub fn decode_gray(png: &[u8]) -> Result<(u32, u32, Vec<u16>), String> {
 ///
 /// # Errors
 /// Those of [`decode_gray`], and an image of another size.
-pub(crate) fn decode_gray_sized(png: &[u8], width: u32, height: u32) -> Result<Vec<u16>, String> {
+pub(crate) fn decode_gray_sized(png: &[u8], width: u32, height: u32) -> Result<Vec<u16>, ImageError> {
+    let wanted = [width, height];
     match told_size(png) {
-        Some([found_width, found_height]) if [found_width, found_height] != [width, height] => Err(format!(
-            "it says that it has {found_width}x{found_height} pixels where its frame has {width}x{height}"
-        )),
+        Some(found) if found != wanted => Err(ImageError::NotOfFrame { found, wanted }),
         _ => decode_gray(png).map(|(_, _, values)| values),
     }
 }
@@ -151,12 +147,17 @@ mod tests {
     #[test]
     fn colours_are_refused_as_labels_and_wrong_sizes_are_errors() {
         let png = encode_rgb(1, 1, &[1, 2, 3]).unwrap();
-        assert!(decode_gray(&png).unwrap_err().contains("colour"));
+        assert!(matches!(decode_gray(&png), Err(ImageError::NotGray("colour"))));
         assert!(encode_labels(3, 3, &[0; 8]).is_err());
         assert!(decode_gray(b"hello").is_err());
         let small = encode_labels(3, 2, &[7; 6]).unwrap();
         assert_eq!(decode_gray_sized(&small, 3, 2).unwrap(), [7; 6]);
-        assert!(decode_gray_sized(&small, 2, 3).unwrap_err().contains("3x2"));
+        assert!(
+            decode_gray_sized(&small, 2, 3)
+                .unwrap_err()
+                .to_string()
+                .contains("3x2")
+        );
         assert!(decode_gray_sized(&small[..20], 3, 2).is_err());
     }
 
@@ -167,7 +168,7 @@ mod tests {
         // The width and height, and the checksum of the header that goes with them.
         png[16..24].copy_from_slice(&[0, 0, 0x20, 0, 0, 0, 0x20, 0]);
         png[29..33].copy_from_slice(&[0x57, 0xc1, 0x95, 0x85]);
-        let reason = decode_gray(&png).unwrap_err();
+        let reason = decode_gray(&png).unwrap_err().to_string();
         assert!(reason.contains("cannot hold 8192x8192 pixels"), "{reason}");
     }
 }

@@ -11,6 +11,7 @@ use super::consistency::is_id;
 use super::rows::{integer, rows, unsigned};
 use super::{ProjectError, SceneRecord, schema};
 use crate::labels::{ClassId, History, ImportId, ImportedLabels, ImportedMap, Probabilities, Trust, png};
+use crate::scene::ImageError;
 
 /// The label images that a history names, and those in force.
 type Imports = (BTreeMap<ImportId, Arc<ImportedLabels>>, Option<ImportId>);
@@ -123,11 +124,14 @@ pub(super) fn read(
         Ok((id, unsigned(row, 1)?, row.get(2)?, row.get(3)?))
     });
     let decode = |(id, frame, labels, shares): &(ImportId, usize, Vec<u8>, Option<Vec<u8>>)| {
-        let record = scene.frames.get(*frame).ok_or("it is of no frame")?;
+        let record = scene
+            .frames
+            .get(*frame)
+            .ok_or(ImageError::Misfit("it is of no frame"))?;
         let map = decoded(*frame, [record.width, record.height], labels, shares.as_deref())?;
         Ok((*id, map))
     };
-    let decoded: Result<Vec<(ImportId, ImportedMap)>, String> =
+    let decoded: Result<Vec<(ImportId, ImportedMap)>, ImageError> =
         stored.map_err(reading)?.par_iter().map(decode).collect();
     let decoded = decoded.map_err(|reason| {
         ProjectError::damaged(path, format!("an imported label image is unusable: {reason}"))
@@ -167,13 +171,13 @@ pub(super) fn decoded(
     size: [u32; 2],
     labels: &[u8],
     shares: Option<&[u8]>,
-) -> Result<ImportedMap, String> {
+) -> Result<ImportedMap, ImageError> {
     let [width, height] = size;
     let Some(shares) = shares else {
         let labels = png::decode_gray_sized(labels, width, height)?;
         return Ok(ImportedMap::new(frame, &labels));
     };
-    let misfit = || "it fits no frame".to_owned();
+    let misfit = || ImageError::Misfit("it fits no frame");
     // A plane for each of the classes that are kept, and at most a cell for each pixel.
     let fits = |[across, down]: &[u32; 2]| {
         *across <= width && u64::from(*down) <= Probabilities::KEPT as u64 * u64::from(height)

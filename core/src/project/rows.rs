@@ -10,7 +10,7 @@ use super::consistency::{self, Doubts};
 use super::contents::Pending;
 use super::{Contents, FrameRecord, ProjectError, SceneRecord, Step, imports, location};
 use crate::labels::{Class, Edit, History, LabelSet, Stroke, StrokeId, png};
-use crate::scene::SceneSource;
+use crate::scene::{ImageError, SceneSource};
 use crate::session::{FrameMap, ModelState};
 
 /// SQLite's integers are signed; nothing here comes near the limit.
@@ -232,12 +232,12 @@ impl MapRow {
         Ok(())
     }
 
-    fn decode(&self, record: &FrameRecord) -> Result<FrameMap, String> {
+    fn decode(&self, record: &FrameRecord) -> Result<FrameMap, ImageError> {
         let FrameRecord { width, height, .. } = *record;
         let labels = png::decode_gray_sized(&self.labels, width, height)?;
         let entropy = png::decode_gray_sized(&self.entropy, width, height)?;
         FrameMap::new(self.frame, self.generation, [width, height], labels, entropy)
-            .ok_or_else(|| "labels or entropy do not fill the image".to_owned())
+            .ok_or(ImageError::Misfit("labels or entropy do not fill the image"))
     }
 }
 

@@ -3,6 +3,8 @@
 use glam::{Affine3A, DAffine3, DMat3, DVec3, Vec3};
 
 use super::LARGEST_SIDE;
+use super::error::{CameraError, PoseError};
+use super::pixel_errors::median;
 
 /// Longest side of the box around the cameras of a capture that is scaled by them, in metres.
 const CAMERA_EXTENT: f64 = 2.0;
@@ -41,7 +43,7 @@ impl Camera {
     pub(super) fn checked(
         [width, height]: [u32; 2],
         [fx, fy, cx, cy]: [f64; 4],
-    ) -> Result<Self, &'static str> {
+    ) -> Result<Self, CameraError> {
         let camera = Self {
             width,
             height,
@@ -95,15 +97,7 @@ impl Camera {
     pub fn reduced(&self, stride: u32) -> Self {
         let width = self.width.div_ceil(stride);
         let height = self.height.div_ceil(stride);
-        let scale = 1.0 / stride as f32;
-        Self {
-            width,
-            height,
-            fx: self.fx * scale,
-            fy: self.fy * scale,
-            cx: self.cx * scale,
-            cy: self.cy * scale,
-        }
+        self.scaled([width, height], [1.0 / stride as f32; 2])
     }
 
     /// The same view as an image of another width and height in pixels; `None` for other proportions, as of a part of
@@ -118,32 +112,38 @@ impl Camera {
 
     /// The camera of images that were stretched to this width and height in pixels, each axis by itself.
     pub fn stretched(&self, width: u32, height: u32) -> Self {
-        let scale_x = width as f32 / self.width as f32;
-        let scale_y = height as f32 / self.height as f32;
+        let scale = [
+            width as f32 / self.width as f32,
+            height as f32 / self.height as f32,
+        ];
+        self.scaled([width, height], scale)
+    }
+
+    fn scaled(&self, [width, height]: [u32; 2], [x, y]: [f32; 2]) -> Self {
         Self {
             width,
             height,
-            fx: self.fx * scale_x,
-            fy: self.fy * scale_y,
-            cx: self.cx * scale_x,
-            cy: self.cy * scale_y,
+            fx: self.fx * x,
+            fy: self.fy * y,
+            cx: self.cx * x,
+            cy: self.cy * y,
         }
     }
 
     /// What is wrong with these intrinsics, if anything.
-    pub fn problem(&self) -> Option<&'static str> {
+    pub fn problem(&self) -> Option<CameraError> {
         let values = [self.fx, self.fy, self.cx, self.cy];
         if self.width == 0 || self.height == 0 {
-            Some("the image size is zero")
+            Some(CameraError::NoPixels)
         } else if values.iter().any(|v| !v.is_finite()) {
-            Some("a value is not a finite number")
+            Some(CameraError::NotFinite)
         } else if self.fx <= 0.0 || self.fy <= 0.0 {
-            Some("a focal length is zero or negative")
+            Some(CameraError::Focal)
         } else {
             let corners = [(0, 0), (self.width - 1, self.height - 1)];
             let directions = corners.map(|(column, row)| self.pixel_direction(column, row));
             let is_too_wide = directions.iter().any(|d| d.abs().max_element() > WIDEST);
-            is_too_wide.then_some("it looks farther to a side than a pinhole camera can")
+            is_too_wide.then_some(CameraError::TooWide)
         }
     }
 }
@@ -154,13 +154,18 @@ pub fn image_size(size: [f64; 2]) -> Option<[u32; 2]> {
     size.into_iter().all(is_side).then(|| size.map(|v| v as u32))
 }
 
+/// A camera-to-world matrix, if it is finite and rigid.
+pub fn rigid(camera_to_world: DAffine3) -> Result<DAffine3, PoseError> {
+    pose_problem(&camera_to_world).map_or(Ok(camera_to_world), Err)
+}
+
 /// What is wrong with a camera-to-world matrix, if anything: it must be finite and rigid.
-pub fn pose_problem(camera_to_world: &DAffine3) -> Option<&'static str> {
+pub fn pose_problem(camera_to_world: &DAffine3) -> Option<PoseError> {
     if !camera_to_world.is_finite() {
-        return Some("it holds a value that is not a finite number");
+        return Some(PoseError::NotFinite);
     }
     if camera_to_world.translation.abs().max_element() > FARTHEST {
-        return Some("its position is too far from zero");
+        return Some(PoseError::TooFar);
     }
     let rotation = camera_to_world.matrix3;
     let deviation = rotation.transpose() * rotation - DMat3::IDENTITY;
@@ -169,7 +174,7 @@ pub fn pose_problem(camera_to_world: &DAffine3) -> Option<&'static str> {
         .into_iter()
         .fold(0.0_f64, |worst, v| worst.max(v.abs()));
     if worst > 1e-2 || rotation.determinant() < 0.0 {
-        return Some("its rotation part is not a rotation");
+        return Some(PoseError::NotRigid);
     }
     None
 }
@@ -192,12 +197,8 @@ fn orthonormalised(rotation: DMat3) -> DMat3 {
 
 /// The median of positions, axis by axis; zero where there are none.
 pub fn median_position(positions: impl Iterator<Item = DVec3> + Clone) -> DVec3 {
-    let median = |axis: usize| {
-        let mut values: Vec<f64> = positions.clone().map(|position| position[axis]).collect();
-        values.sort_by(f64::total_cmp);
-        values.get(values.len() / 2).copied().unwrap_or(0.0)
-    };
-    DVec3::new(median(0), median(1), median(2))
+    let middle = |axis: usize| median(positions.clone().map(|position| position[axis])).unwrap_or(0.0);
+    DVec3::new(middle(0), middle(1), middle(2))
 }
 
 /// The length of a metre, in the unit of these camera positions, that lets them span 2 m: for captures

@@ -28,12 +28,129 @@ pub enum SceneError {
 
 impl SceneError {
     /// An unusable file, with the reason and what to do about it.
-    pub fn file(path: impl Into<PathBuf>, reason: impl Into<String>) -> Self {
+    pub fn file(path: impl Into<PathBuf>, reason: impl std::fmt::Display) -> Self {
         Self::File {
             path: path.into(),
-            reason: reason.into(),
+            reason: reason.to_string(),
         }
     }
+}
+
+/// Returns the error of an unusable file: its path, then the reason and what to do about it, as for `format!`.
+macro_rules! refuse {
+    ($path:expr, $($reason:tt)+) => {
+        return Err($crate::scene::SceneError::file($path, format_args!($($reason)+)))
+    };
+}
+pub(super) use refuse;
+
+/// Why an image cannot be used: part of a sentence that the caller begins with its name.
+#[derive(Debug, thiserror::Error)]
+pub enum ImageError {
+    /// There is no such file.
+    #[error("no such file")]
+    Missing,
+    /// The file cannot be read.
+    #[error("{}", in_one_line(.0))]
+    Unreadable(#[from] std::io::Error),
+    /// The file holds no image.
+    #[error("{}", in_one_line(.0))]
+    Undecodable(#[from] image::ImageError),
+    /// Its header asks for more pixels than any image may have.
+    #[error("it has {0}x{1} pixels, which is too large")]
+    TooLarge(u32, u32),
+    /// The file is too short for the size in its header.
+    #[error("it is truncated or spoilt: {length} bytes cannot hold {width}x{height} pixels")]
+    Truncated {
+        /// Bytes of the file.
+        length: u64,
+        /// Width in the header, in pixels.
+        width: u32,
+        /// Height in the header, in pixels.
+        height: u32,
+    },
+    /// It has another width and height than its camera.
+    #[error("{}x{} instead of {}x{}", .found.0, .found.1, .wanted.0, .wanted.1)]
+    Size {
+        /// Width and height of the image, in pixels.
+        found: (u32, u32),
+        /// Width and height of its camera, in pixels.
+        wanted: (u32, u32),
+    },
+    /// Its alpha or its mask cannot be used, for this reason.
+    #[error("{0}")]
+    Mask(String),
+    /// A depth image has other channels than one of 16 bits.
+    #[error("not a 16-bit greyscale PNG")]
+    NotDepth,
+    /// A depth image is of another shape than its colour image.
+    #[error("{}x{} pixels, which is another shape than that of its {}x{} colour image", .found.0, .found.1, .wanted.0, .wanted.1)]
+    Shape {
+        /// Width and height of the depth image, in pixels.
+        found: (u32, u32),
+        /// Width and height of the colour image, in pixels.
+        wanted: (u32, u32),
+    },
+    /// A label image has several channels: colours of this kind and no ids.
+    #[error("it is a {0} image where one gray channel is needed")]
+    NotGray(&'static str),
+    /// A label image says that it has another size than its frame.
+    #[error("it says that it has {}x{} pixels where its frame has {}x{}", .found[0], .found[1], .wanted[0], .wanted[1])]
+    NotOfFrame {
+        /// Width and height in the header, in pixels.
+        found: [u32; 2],
+        /// Width and height of the frame, in pixels.
+        wanted: [u32; 2],
+    },
+    /// A label image is not one of a frame of its scene, for this reason.
+    #[error("{0}")]
+    Misfit(&'static str),
+}
+
+/// Why intrinsics cannot be used, or none are known: part of a sentence.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum CameraError {
+    /// The width or the height is zero.
+    #[error("the image size is zero")]
+    NoPixels,
+    /// A value is infinite or not a number.
+    #[error("a value is not a finite number")]
+    NotFinite,
+    /// A focal length is zero or negative.
+    #[error("a focal length is zero or negative")]
+    Focal,
+    /// A corner of the image is farther from the optical axis than any pinhole camera sees.
+    #[error("it looks farther to a side than a pinhole camera can")]
+    TooWide,
+    /// No image has this width and height.
+    #[error("{0} x {1} is not an image size in pixels")]
+    Size(u64, u64),
+    /// A coefficient of the distortion is infinite or not a number.
+    #[error("its distortion is not finite")]
+    Distortion,
+    /// The distortion bends the image so much that no pinhole camera can take its place.
+    #[error("its distortion cannot be undone")]
+    Bent,
+    /// The capture does not give a camera that can be used; the sentence says what to do.
+    #[error("{0}")]
+    NotGiven(String),
+}
+
+/// Why a camera-to-world matrix cannot be used: part of a sentence.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub(crate) enum PoseError {
+    #[error("it holds a value that is not a finite number")]
+    NotFinite,
+    #[error("its position is too far from zero")]
+    TooFar,
+    #[error("its rotation part is not a rotation")]
+    NotRigid,
+    #[error("its quaternion is not a rotation")]
+    Quaternion,
+    #[error("its last row is not 0 0 0 1")]
+    LastRow,
+    #[error("it is not a matrix of 4 x 4 numbers")]
+    Shape,
 }
 
 /// A text for people that repeats what files call things: names may hold line breaks and what steers a terminal,

@@ -1,12 +1,13 @@
 //! Files of a capture: their names, and what to say of those that cannot be used.
 
 use std::collections::{BTreeMap, HashMap};
+use std::fmt::Display;
 use std::io::{BufRead, Seek};
 use std::path::{Component, Path, PathBuf};
 
 use image::{DynamicImage, ImageDecoder, ImageReader};
 
-use super::error::in_one_line;
+use super::error::{ImageError, refuse};
 use super::lens::LARGEST_SIDE;
 use super::{OpenOptions, SceneError};
 
@@ -42,72 +43,67 @@ const MOST_COMPRESSED: u64 = 64 * 3 * 8;
 /// Most pixels of an image, whatever it has of each: those of a colour image of the most bytes.
 pub(super) const MOST_PIXELS: u64 = MOST_BYTES / 3;
 
-/// The image, or why there is none.
-pub(super) fn decode_image(path: &Path) -> Result<DynamicImage, String> {
-    DynamicImage::from_decoder(decoder(path)?).map_err(in_one_line)
+/// Decodes the image at a path.
+pub(super) fn decode_image(path: &Path) -> Result<DynamicImage, ImageError> {
+    Ok(DynamicImage::from_decoder(decoder(path)?)?)
 }
 
-/// The image in a file of so many bytes, or why there is none.
+/// Decodes an image from a file of `length` bytes.
 pub(crate) fn decode<'a>(
     reader: ImageReader<impl BufRead + Seek + 'a>,
     length: u64,
-) -> Result<DynamicImage, String> {
-    DynamicImage::from_decoder(bounded_decoder(reader, length)?).map_err(in_one_line)
+) -> Result<DynamicImage, ImageError> {
+    Ok(DynamicImage::from_decoder(bounded_decoder(reader, length)?)?)
 }
 
-/// What decodes the image at a path and its metadata, or why there is none.
-pub(super) fn decoder(path: &Path) -> Result<impl ImageDecoder, String> {
-    let length = std::fs::metadata(path).map_err(in_one_line)?.len();
+/// A decoder of the image at a path and of its metadata.
+pub(super) fn decoder(path: &Path) -> Result<impl ImageDecoder, ImageError> {
+    let length = std::fs::metadata(path)?.len();
     bounded_decoder(reader(path)?, length)
 }
 
-/// A decoder of the image in a file of so many bytes. What its header says of its size is not believed further than
-/// the file has bytes for.
+/// A decoder of the image in a file of `length` bytes, after a check of the size in its header ([`check_size`]).
 fn bounded_decoder<'a>(
     reader: ImageReader<impl BufRead + Seek + 'a>,
     length: u64,
-) -> Result<impl ImageDecoder + 'a, String> {
-    let decoder = reader.into_decoder().map_err(in_one_line)?;
-    let (width, height) = decoder.dimensions();
-    if let Some(problem) = size_problem([width, height], decoder.total_bytes(), length) {
-        return Err(problem);
-    }
+) -> Result<impl ImageDecoder + 'a, ImageError> {
+    let decoder = reader.into_decoder()?;
+    check_size(decoder.dimensions(), decoder.total_bytes(), length)?;
     Ok(decoder)
 }
 
-/// What is wrong with the size that the header of an image tells, if anything: width and height, bytes of the decoded
-/// pixels, bytes of the file.
-pub(crate) fn size_problem([width, height]: [u32; 2], bytes: u64, length: u64) -> Option<String> {
+/// Refuses the size in the header of an image where it is too large, or where a file of `length` bytes cannot hold so
+/// many. `bytes` is the size of the decoded pixels.
+pub(crate) fn check_size((width, height): (u32, u32), bytes: u64, length: u64) -> Result<(), ImageError> {
     let pixels = u64::from(width) * u64::from(height);
     if bytes > MOST_BYTES || pixels > MOST_PIXELS || u64::from(width.max(height)) > LARGEST_SIDE {
-        Some(format!("it has {width}x{height} pixels, which is too large"))
+        Err(ImageError::TooLarge(width, height))
     } else if bytes > length.saturating_mul(MOST_COMPRESSED) {
-        Some(format!(
-            "it is truncated or spoilt: {length} bytes cannot hold {width}x{height} pixels"
-        ))
+        Err(ImageError::Truncated {
+            length,
+            width,
+            height,
+        })
     } else {
-        None
+        Ok(())
     }
 }
 
-/// Width and height of an image in pixels, from its header, or why it cannot be read.
-pub(super) fn dimensions(path: &Path) -> Result<(u32, u32), String> {
-    reader(path)?.into_dimensions().map_err(in_one_line)
+/// Width and height of an image in pixels, from its header.
+pub(super) fn dimensions(path: &Path) -> Result<(u32, u32), ImageError> {
+    Ok(reader(path)?.into_dimensions()?)
 }
 
-/// A file of an open capture that could be read when it was opened, and cannot be read again.
-pub(super) fn unreadable(path: &Path, reason: &str) -> SceneError {
-    SceneError::file(
-        path,
-        format!("can no longer be read ({reason}); put the capture back as it was, or open it again"),
-    )
+/// The error of a file that could be read when the capture was opened, and cannot be read again.
+pub(super) fn unreadable(path: &Path, reason: impl Display) -> SceneError {
+    let reason =
+        format!("can no longer be read ({reason}); put the capture back as it was, or open it again");
+    SceneError::file(path, reason)
 }
 
-/// A reader of an image whose format is told by its first bytes, or why there is none.
-fn reader(path: &Path) -> Result<ImageReader<std::io::BufReader<std::fs::File>>, String> {
-    ImageReader::open(path)
-        .and_then(ImageReader::with_guessed_format)
-        .map_err(in_one_line)
+/// A reader of an image whose format is found by its first bytes.
+fn reader(path: &Path) -> std::io::Result<ImageReader<std::io::BufReader<std::fs::File>>> {
+    ImageReader::open(path)?.with_guessed_format()
 }
 
 /// File name without its extension.
@@ -152,10 +148,7 @@ pub(super) fn numbered_files(
             continue;
         };
         if let Some(other) = files.insert(number, path) {
-            return Err(SceneError::file(
-                other,
-                format!("has the same number as {name}; keep one of the two"),
-            ));
+            refuse!(other, "has the same number as {name}; keep one of the two");
         }
     }
     unnumbered.sort();
@@ -184,27 +177,26 @@ impl Reach {
         }
     }
 
-    /// Refuses a path, as a file of the capture names it, that leaves the folder that it starts from, with the
-    /// reason and what to do; what no file can be called is refused in any case.
-    pub fn check_name(&self, name: &str) -> Result<(), String> {
+    /// Refuses a path that `file` of the capture names `at` some line ("line 3 ", or nothing): one that no file can
+    /// have, and one that leaves the folder that it starts from.
+    pub fn check_name(&self, file: &Path, at: &str, name: &str) -> Result<(), SceneError> {
         let mut parts = Path::new(name).components();
-        let stays = || {
-            let mut parts = Path::new(name).components();
-            parts.all(|part| matches!(part, Component::Normal(_) | Component::CurDir))
-        };
-        let is_file_name = parts.any(|part| matches!(part, Component::Normal(_))) && !name.contains('\0');
-        if !is_file_name {
-            Err(format!(
-                "names {name:?}, which is not the path of a file; give that of the image"
-            ))
-        } else if self.folder.is_some() && !stays() {
-            Err(format!(
-                "names {name:?}, which is not a path inside the folder of the scene; move the file into it and give \
-                 its path from there, or allow such files with --outside-files"
-            ))
-        } else {
-            Ok(())
+        let is_normal = |part: Component| matches!(part, Component::Normal(_));
+        if !parts.clone().any(is_normal) || name.contains('\0') {
+            refuse!(
+                file,
+                "{at}names {name:?}, which is not the path of a file; give that of the image"
+            );
         }
+        let stays = parts.all(|part| is_normal(part) || part == Component::CurDir);
+        if self.folder.is_some() && !stays {
+            refuse!(
+                file,
+                "{at}names {name:?}, which is not a path inside the folder of the scene; move the file into it and \
+                 give its path from there, or allow such files with --outside-files"
+            );
+        }
+        Ok(())
     }
 
     /// Refuses a file that links lead out of the capture's folder; one that is missing is its reader's to judge.
@@ -212,17 +204,17 @@ impl Reach {
         let Some(folder) = &self.folder else {
             return Ok(());
         };
-        match path.canonicalize() {
-            Ok(target) if !target.starts_with(folder) => Err(SceneError::file(
+        if let Ok(target) = path.canonicalize()
+            && !target.starts_with(folder)
+        {
+            refuse!(
                 path,
-                format!(
-                    "is reached by a link and lies outside the folder of the scene, at {}; copy it into the folder, or \
-                     allow such files with --outside-files",
-                    target.display()
-                ),
-            )),
-            _ => Ok(()),
+                "is reached by a link and lies outside the folder of the scene, at {}; copy it into the folder, or \
+                 allow such files with --outside-files",
+                target.display()
+            );
         }
+        Ok(())
     }
 }
 
@@ -253,18 +245,13 @@ pub(super) fn frame_names(file: &Path, images: &[&str]) -> Result<Vec<String>, S
         match first.insert(long(image), image) {
             None => {}
             Some(other) if other == *image => {
-                return Err(SceneError::file(
-                    file,
-                    format!("names the image {image:?} twice; remove one"),
-                ));
+                refuse!(file, "names the image {image:?} twice; remove one");
             }
             Some(other) => {
-                return Err(SceneError::file(
+                refuse!(
                     file,
-                    format!(
-                        "names the images {other:?} and {image:?}, whose labels would get one name; rename one"
-                    ),
-                ));
+                    "names the images {other:?} and {image:?}, whose labels would get one name; rename one"
+                );
             }
         }
     }

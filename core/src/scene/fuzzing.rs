@@ -47,12 +47,9 @@ pub const COLMAP_TEXT: [Parser; 3] = [
 /// A colour or depth image, PNG or JPEG.
 pub const IMAGE: Parser = |path, bytes| {
     let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format();
-    let decoded = reader
-        .map_err(|error| error.to_string())
-        .and_then(|reader| files::decode(reader, bytes.len() as u64));
-    decoded
-        .map(|_| ())
-        .map_err(|reason| SceneError::file(path, reason))
+    let reader = reader.map_err(|error| SceneError::file(path, error))?;
+    let decoded = files::decode(reader, bytes.len() as u64);
+    decoded.map(|_| ()).map_err(|error| SceneError::file(path, error))
 };
 
 /// Parses what is text.
@@ -61,6 +58,6 @@ fn text<T>(
     bytes: &[u8],
     parse: impl FnOnce(&Path, &str) -> Result<T, SceneError>,
 ) -> Result<(), SceneError> {
-    let text = std::str::from_utf8(bytes).map_err(|error| SceneError::file(path, error.to_string()))?;
+    let text = std::str::from_utf8(bytes).map_err(|error| SceneError::file(path, error))?;
     parse(path, text).map(|_| ())
 }

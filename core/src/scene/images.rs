@@ -10,37 +10,9 @@ use std::path::{Path, PathBuf};
 use image::metadata::Orientation;
 use image::{DynamicImage, ImageDecoder, ImageFormat};
 
-use super::error::in_one_line;
+use super::error::{ImageError, in_one_line};
 use super::files::{decode_image, decoder, unreadable, warn};
-use super::{Camera, ColorImage, Distortion, Frame, Lens, SceneError};
-
-/// Why a colour image cannot be used.
-pub(super) enum ImageProblem {
-    /// There is no such file.
-    Missing,
-    /// It cannot be decoded, for this reason.
-    Unreadable(String),
-    /// It has this width and height, and not those of its lens.
-    Size(u32, u32),
-    /// Its alpha or its mask cannot be used, for this reason.
-    Mask(String),
-}
-
-impl ImageProblem {
-    /// The problem in words, of an image that should have been taken with `lens`.
-    pub fn describe(&self, lens: &Lens) -> String {
-        match self {
-            Self::Missing => "no such file".to_owned(),
-            Self::Unreadable(reason) | Self::Mask(reason) => reason.clone(),
-            Self::Size(width, height) => {
-                let Camera {
-                    width: w, height: h, ..
-                } = lens.image;
-                format!("{width}x{height} instead of {w}x{h}")
-            }
-        }
-    }
-}
+use super::{Camera, ColorImage, Frame, Lens, SceneError};
 
 /// What became of the orientation that an image's EXIF metadata ask for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -67,7 +39,7 @@ pub(super) struct ImageFile {
 
 impl ImageFile {
     /// The frame's colour image ([`decode_color`]).
-    pub fn decode(&self) -> Result<(ColorImage, Turn), ImageProblem> {
+    pub fn decode(&self) -> Result<(ColorImage, Turn), ImageError> {
         decode_color(&self.path, self.mask.as_deref(), &self.lens, &self.pinhole)
     }
 
@@ -78,7 +50,7 @@ impl ImageFile {
     pub fn decode_again(&self) -> Result<ColorImage, SceneError> {
         match self.decode() {
             Ok((color, _)) => Ok(color),
-            Err(problem) => Err(unreadable(&self.path, &problem.describe(&self.lens))),
+            Err(error) => Err(unreadable(&self.path, error)),
         }
     }
 }
@@ -94,15 +66,17 @@ pub(super) fn decode_color(
     mask: Option<&Path>,
     lens: &Lens,
     pinhole: &Camera,
-) -> Result<(ColorImage, Turn), ImageProblem> {
+) -> Result<(ColorImage, Turn), ImageError> {
     let size = (lens.image.width, lens.image.height);
     let (image, turn) = decode_turned(path, size)?;
-    let hidden = hidden_pixels(&image, mask).map_err(ImageProblem::Mask)?;
+    let hidden = hidden_pixels(&image, mask)?;
     let color = ColorImage::new(size.0, size.1, image.into_rgb8().into_raw());
     let color = color.and_then(|color| place(color, hidden.as_deref(), lens, pinhole));
-    color
-        .map(|color| (color, turn))
-        .ok_or(ImageProblem::Size(size.0, size.1))
+    let color = color.ok_or(ImageError::Size {
+        found: size,
+        wanted: size,
+    });
+    Ok((color?, turn))
 }
 
 /// The colours of a frame's image on disk, turned as the frame's are, distortion included: row-major
@@ -116,13 +90,8 @@ pub(crate) fn original_colors(frame: &Frame) -> Result<Vec<u8>, SceneError> {
 
 /// A frame's image on disk, turned as the frame's is, and what became of its orientation.
 fn turned(frame: &Frame) -> Result<(DynamicImage, Turn), SceneError> {
-    let camera = *frame.image();
-    let lens = Lens {
-        image: camera,
-        distortion: Distortion::default(),
-    };
-    decode_turned(&frame.path, (camera.width, camera.height))
-        .map_err(|problem| unreadable(&frame.path, &problem.describe(&lens)))
+    let camera = frame.image();
+    decode_turned(&frame.path, (camera.width, camera.height)).map_err(|error| unreadable(&frame.path, error))
 }
 
 /// A frame's image on disk as every reader shows it with the pixels of the frame, whether that reader turns images by
@@ -142,18 +111,19 @@ pub(crate) enum PlainImage {
 /// A file that can no longer be read, or has another size.
 pub(crate) fn plain_image(frame: &Frame) -> Result<PlainImage, SceneError> {
     let path = &frame.path;
-    let refuse = |reason: String| unreadable(path, &reason);
-    let bytes = std::fs::read(path).map_err(|error| refuse(error.to_string()))?;
-    let mut decoder = decoder(path).map_err(refuse)?;
+    let bytes = std::fs::read(path).map_err(|error| unreadable(path, error))?;
+    let mut decoder = decoder(path).map_err(|error| unreadable(path, error))?;
     if decoder.orientation().unwrap_or(Orientation::NoTransforms) == Orientation::NoTransforms {
         let (size, camera) = (decoder.dimensions(), frame.image());
-        return if size == (camera.width, camera.height) {
+        let (width, height) = (camera.width, camera.height);
+        return if size == (width, height) {
             Ok(PlainImage::AsStored(bytes))
         } else {
-            Err(refuse(format!(
-                "it has {} x {} pixels instead of {} x {}",
-                size.0, size.1, camera.width, camera.height
-            )))
+            let reason = format!(
+                "it has {} x {} pixels instead of {width} x {height}",
+                size.0, size.1
+            );
+            Err(unreadable(path, reason))
         };
     }
     let exif = decoder.exif_metadata().ok().flatten();
@@ -166,7 +136,7 @@ pub(crate) fn plain_image(frame: &Frame) -> Result<PlainImage, SceneError> {
     let mut png = Cursor::new(Vec::new());
     image
         .write_to(&mut png, ImageFormat::Png)
-        .map_err(|error| refuse(in_one_line(error)))?;
+        .map_err(|error| unreadable(path, in_one_line(error)))?;
     Ok(PlainImage::Png(png.into_inner()))
 }
 
@@ -184,11 +154,14 @@ fn without_orientation(bytes: &[u8], exif: Vec<u8>) -> Option<Vec<u8>> {
 }
 
 /// The image at a path, of this width and height once it is turned, where it is.
-fn decode_turned(path: &Path, size: (u32, u32)) -> Result<(DynamicImage, Turn), ImageProblem> {
+fn decode_turned(path: &Path, size: (u32, u32)) -> Result<(DynamicImage, Turn), ImageError> {
     if !path.is_file() {
-        return Err(ImageProblem::Missing);
+        return Err(ImageError::Missing);
     }
-    let (mut image, orientation) = decode(path).map_err(ImageProblem::Unreadable)?;
+    let mut decoder = decoder(path)?;
+    // Metadata that cannot be read ask for nothing.
+    let orientation = decoder.orientation().unwrap_or(Orientation::NoTransforms);
+    let mut image = DynamicImage::from_decoder(decoder)?;
     let (width, height) = (image.width(), image.height());
     let turn = if orientation == Orientation::NoTransforms {
         Turn::None
@@ -199,18 +172,12 @@ fn decode_turned(path: &Path, size: (u32, u32)) -> Result<(DynamicImage, Turn), 
         Turn::Ignored
     };
     if (image.width(), image.height()) != size {
-        return Err(ImageProblem::Size(width, height));
+        return Err(ImageError::Size {
+            found: (width, height),
+            wanted: size,
+        });
     }
     Ok((image, turn))
-}
-
-/// The image as stored, and the orientation that its metadata ask for.
-fn decode(path: &Path) -> Result<(DynamicImage, Orientation), String> {
-    let mut decoder = decoder(path)?;
-    // Metadata that cannot be read ask for nothing.
-    let orientation = decoder.orientation().unwrap_or(Orientation::NoTransforms);
-    let image = DynamicImage::from_decoder(decoder).map_err(in_one_line)?;
-    Ok((image, orientation))
 }
 
 /// Whether an image's width becomes its height.
@@ -227,8 +194,8 @@ fn swaps_sides(orientation: Orientation) -> bool {
 /// For every pixel, whether alpha or mask say that it shows no part of the scene; `None` where none is hidden.
 ///
 /// # Errors
-/// A mask that cannot be read or has another size, and an image without a pixel that counts.
-fn hidden_pixels(image: &DynamicImage, mask: Option<&Path>) -> Result<Option<Vec<bool>>, String> {
+/// [`ImageError::Mask`]: a mask that cannot be read or has another size, and an image without a pixel that counts.
+fn hidden_pixels(image: &DynamicImage, mask: Option<&Path>) -> Result<Option<Vec<bool>>, ImageError> {
     let mut hidden = vec![false; image.width() as usize * image.height() as usize];
     if image.color().has_alpha() {
         for (hidden, pixel) in hidden.iter_mut().zip(image.to_rgba8().pixels()) {
@@ -236,7 +203,7 @@ fn hidden_pixels(image: &DynamicImage, mask: Option<&Path>) -> Result<Option<Vec
         }
     }
     if let Some(path) = mask {
-        let unusable = |reason: String| format!("its mask {} {reason}", path.display());
+        let unusable = |reason: String| ImageError::Mask(format!("its mask {} {reason}", path.display()));
         let mask = decode_image(path).map_err(|error| unusable(format!("cannot be read: {error}")))?;
         let (size, own) = ((image.width(), image.height()), (mask.width(), mask.height()));
         if own != size {
@@ -251,7 +218,9 @@ fn hidden_pixels(image: &DynamicImage, mask: Option<&Path>) -> Result<Option<Vec
         }
     }
     if hidden.iter().all(|&hidden| hidden) {
-        return Err("its alpha or its mask leaves nothing of it".to_owned());
+        return Err(ImageError::Mask(
+            "its alpha or its mask leaves nothing of it".to_owned(),
+        ));
     }
     Ok(hidden.contains(&true).then_some(hidden))
 }

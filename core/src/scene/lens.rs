@@ -1,6 +1,7 @@
 //! Lenses that bend straight lines, and the pinhole camera that takes their place.
 
 use super::camera::image_size;
+use super::error::CameraError;
 use super::{Camera, ColorImage};
 
 /// Steps of Newton's method before a position counts as having no origin.
@@ -121,13 +122,13 @@ impl Lens {
         [width, height]: [u64; 2],
         intrinsics: [f64; 4],
         distortion: Distortion,
-    ) -> Result<(Self, Camera), String> {
-        let size = image_size([width, height].map(|side| side as f64))
-            .ok_or_else(|| format!("{width} x {height} is not an image size in pixels"))?;
+    ) -> Result<(Self, Camera), CameraError> {
+        let size =
+            image_size([width, height].map(|side| side as f64)).ok_or(CameraError::Size(width, height))?;
         let image = Camera::checked(size, intrinsics)?;
         let Distortion { k1, k2, p1, p2 } = distortion;
         if [k1, k2, p1, p2].iter().any(|value| !value.is_finite()) {
-            return Err("its distortion is not finite".to_owned());
+            return Err(CameraError::Distortion);
         }
         let lens = Self { image, distortion };
         if distortion.is_none() {
@@ -136,7 +137,7 @@ impl Lens {
         lens.pinhole()
             .filter(|pinhole| pinhole.problem().is_none())
             .map(|pinhole| (lens, pinhole))
-            .ok_or_else(|| "its distortion cannot be undone".to_owned())
+            .ok_or(CameraError::Bent)
     }
 
     /// The pinhole camera that shows all of the image at the same focal length, as far as it has at most

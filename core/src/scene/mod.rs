@@ -13,7 +13,9 @@ pub mod fuzzing;
 mod images;
 mod keyframes;
 mod lens;
+mod pixel_errors;
 mod pixels;
+mod reading;
 mod replica;
 pub mod reprojection;
 mod rgbd;
@@ -32,18 +34,18 @@ use glam::{Affine3A, DAffine3, DVec3, Vec3};
 
 pub(crate) use cache::Cache;
 pub use camera::Camera;
-pub use error::SceneError;
+pub use error::{CameraError, ImageError, SceneError};
 pub(crate) use error::{in_one_line, shown};
+pub(crate) use files::check_size;
 pub(crate) use files::decode as decode_image;
-pub(crate) use files::size_problem;
 pub use frame::{ColorImage, DepthMap, Frame, SparsePoint};
 pub(crate) use images::{PlainImage, original_colors, plain_image};
 pub(crate) use lens::LARGEST_SIDE;
 pub use lens::{Distortion, Lens};
+use pixel_errors::PixelErrors;
 pub use pixels::{FramePixels, Pixels};
 pub use replica::{GroundTruth, write as write_replica};
 pub(crate) use replica::{intrinsics_line, pose_line, z_millimetres};
-use reprojection::PixelErrors;
 pub use trajectory::Trajectory;
 
 /// Where a scene comes from.

@@ -10,9 +10,10 @@
 mod tests;
 mod write;
 
+use super::error::refuse;
 use super::files::{file_name, numbered_files, refuse_most, warn};
 use super::rgbd::text::{Pose, parse_numbers, read_text};
-use super::rgbd::{self, DepthCode, Layout, Listed};
+use super::rgbd::{self, DepthCode, Found, Layout};
 use super::{Camera, OpenOptions, Scene, SceneError, transforms};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -63,24 +64,24 @@ pub(super) fn read(
         },
         default_camera_note: None,
     };
-    rgbd::read(&layout, &listed, warnings, Vec::new(), options, progress)
+    rgbd::read(&layout, listed, warnings, Vec::new(), options, progress)
 }
 
 /// The colour images by number.
 fn list_images(rgb: &Path, warnings: &mut Vec<String>) -> Result<BTreeMap<usize, PathBuf>, SceneError> {
     if !rgb.is_dir() {
-        return Err(SceneError::file(
+        refuse!(
             rgb,
-            "no such folder; put the colour images there, as rgb_0.png, rgb_1.png, ...",
-        ));
+            "no such folder; put the colour images there, as rgb_0.png, rgb_1.png, ..."
+        );
     }
     let mut unnumbered = Vec::new();
     let images = numbered_files(rgb, &["png", "jpg", "jpeg"], &mut unnumbered)?;
     if images.is_empty() {
-        return Err(SceneError::file(
+        refuse!(
             rgb,
-            "holds no PNG or JPEG whose name ends in a number; put the colour images there, as rgb_0.png, rgb_1.png, ...",
-        ));
+            "holds no PNG or JPEG whose name ends in a number; put the colour images there, as rgb_0.png, rgb_1.png, ..."
+        );
     }
     warn(
         warnings,
@@ -103,10 +104,10 @@ fn list_depths(folder: &Path, options: OpenOptions) -> Result<BTreeMap<usize, Pa
 /// Reads a trajectory; empty lines and lines starting with # do not count as frames.
 fn read_poses(path: &Path) -> Result<Vec<Pose>, SceneError> {
     if !path.exists() {
-        return Err(SceneError::file(
+        refuse!(
             path,
-            "no such file; write the camera-to-world matrix of each frame there, 16 numbers a line",
-        ));
+            "no such file; write the camera-to-world matrix of each frame there, 16 numbers a line"
+        );
     }
     parse_poses(path, &read_text(path)?)
 }
@@ -125,10 +126,10 @@ pub(super) fn parse_poses(path: &Path, text: &str) -> Result<Vec<Pose>, SceneErr
         poses.push(Pose { line, values });
     }
     if poses.is_empty() {
-        return Err(SceneError::file(
+        refuse!(
             path,
-            "holds no poses; write the camera-to-world matrix of each frame there, 16 numbers a line",
-        ));
+            "holds no poses; write the camera-to-world matrix of each frame there, 16 numbers a line"
+        );
     }
     Ok(poses)
 }
@@ -139,7 +140,7 @@ fn with_poses(
     images: BTreeMap<usize, PathBuf>,
     depths: &BTreeMap<usize, PathBuf>,
     warnings: &mut Vec<String>,
-) -> Result<Vec<Listed>, SceneError> {
+) -> Result<Vec<Found>, SceneError> {
     let trajectory = folder.join("traj_w_c.txt");
     let poses = read_poses(&trajectory)?;
     let without_pose: Vec<String> = images
@@ -150,16 +151,14 @@ fn with_poses(
         .first()
         .filter(|_| !few(without_pose.len(), images.len()))
     {
-        return Err(SceneError::file(
+        refuse!(
             trajectory,
-            format!(
-                "has {} poses, but {} of the {} images need a later line ({first} is the first); \
+            "has {} poses, but {} of the {} images need a later line ({first} is the first); \
                  write one pose a line, line N for rgb_N counted from 0",
-                poses.len(),
-                without_pose.len(),
-                images.len()
-            ),
-        ));
+            poses.len(),
+            without_pose.len(),
+            images.len()
+        );
     }
     warn(
         warnings,
@@ -174,15 +173,13 @@ fn with_poses(
         .first()
         .filter(|_| !few(without_image.len(), poses.len()))
     {
-        return Err(SceneError::file(
+        refuse!(
             trajectory,
-            format!(
-                "has {} poses, but rgb/ has no image for {} of them ({first} is the first); \
+            "has {} poses, but rgb/ has no image for {} of them ({first} is the first); \
                  restore the images, or remove the lines and number the images anew",
-                poses.len(),
-                without_image.len()
-            ),
-        ));
+            poses.len(),
+            without_image.len()
+        );
     }
     warn(warnings, "poses have no image in rgb/", &without_image);
 
@@ -190,7 +187,7 @@ fn with_poses(
     let mut bad = Vec::new();
     for (number, path) in images {
         match poses.get(number).map(|pose| (pose.line, pose.checked())) {
-            Some((_, Ok(camera_to_world))) => listed.push(Listed {
+            Some((_, Ok(camera_to_world))) => listed.push(Found {
                 path,
                 depth: depths.get(&number).cloned(),
                 camera_to_world,

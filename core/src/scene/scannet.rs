@@ -14,6 +14,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use super::error::{CameraError, refuse};
 use super::files::numbered_files;
 use super::rgbd::pose_files::{self, FrameFiles, Places};
 use super::rgbd::text::{parse_numbers, read_text};
@@ -82,16 +83,16 @@ pub(super) fn read(
         default_camera: &|width, height| {
             match &color {
             Some(color) => color.camera(width, height),
-            None => Err(
+            None => Err(CameraError::NotGiven(
                 "no such file, and no intrinsic/intrinsic_color.txt; copy that from the scan, or write six numbers \
                  here: fx fy cx cy width height"
                     .to_owned(),
-            ),
+            )),
         }
         },
         default_camera_note: None,
     };
-    rgbd::read(&layout, &listed, warnings, notes, options, progress)
+    rgbd::read(&layout, listed, warnings, notes, options, progress)
 }
 
 /// The files of each frame, in the order of their numbers; depth only where it is wanted.
@@ -99,11 +100,11 @@ fn find_files(folder: &Path, options: OpenOptions) -> Result<BTreeMap<usize, Fra
     let images = files(folder, "color", &["jpg", "jpeg", "png"])?;
     let poses = files(folder, "pose", &["txt"])?;
     if images.is_empty() {
-        return Err(SceneError::file(
+        refuse!(
             folder.join("color"),
             "holds no JPEG or PNG whose name ends in a number; export the colour images of the scan there, as 0.jpg, \
-             1.jpg, ...",
-        ));
+             1.jpg, ..."
+        );
     }
     let mut depths = BTreeMap::new();
     if options.depth && folder.join("depth").is_dir() {
@@ -177,7 +178,7 @@ impl Calibration {
 
     /// The camera of images of this width and height: the intrinsics as they are where the principal point is about
     /// in the middle, or scaled where it is in the middle of the data set's own size and these images were resized.
-    fn camera(&self, width: u32, height: u32) -> Result<Camera, String> {
+    fn camera(&self, width: u32, height: u32) -> Result<Camera, CameraError> {
         let as_given = |(width, height): (u32, u32)| {
             let [cx, cy] = self.center;
             let is_middle = |v: f32, size: u32| (v / size as f32 - 0.5).abs() <= MOST_OFF_CENTER;
@@ -198,14 +199,14 @@ impl Calibration {
                 .map(|camera| camera.stretched(width, height))
         };
         as_given((width, height)).or_else(resized).ok_or_else(|| {
-            format!(
+            CameraError::NotGiven(format!(
                 "no such file, and the principal point ({}, {}) in {} is far from the middle of images of \
                  {width}x{height}, so that they were cropped or resized; use the images of the scan, or write six \
                  numbers here: fx fy cx cy width height",
                 self.center[0] - 0.5,
                 self.center[1] - 0.5,
                 self.path.display()
-            )
+            ))
         })
     }
 }

@@ -11,6 +11,7 @@ mod tests;
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use super::error::refuse;
 use super::files::file_name;
 use super::rgbd::pose_files::{self, FrameFiles, Places};
 use super::rgbd::{self, DepthCode, Layout};
@@ -96,7 +97,7 @@ pub(super) fn read(
                 .to_owned(),
         ),
     };
-    rgbd::read(&layout, &listed, warnings, Vec::new(), options, progress)
+    rgbd::read(&layout, listed, warnings, Vec::new(), options, progress)
 }
 
 /// The files of each frame by its number.
@@ -116,10 +117,7 @@ fn find_files(folder: &Path) -> Result<BTreeMap<u64, FrameFiles>, SceneError> {
             Kind::Pose => &mut files.pose,
         };
         if let Some(other) = place.replace(path) {
-            return Err(SceneError::file(
-                other,
-                format!("is of the same frame as {name}; keep one of the two"),
-            ));
+            refuse!(other, "is of the same frame as {name}; keep one of the two");
         }
     }
     Ok(frames)

@@ -1,11 +1,13 @@
 //! The path of a camera that takes no pictures: poses in a capture's own coordinates.
 
+use std::fmt::Display;
 use std::path::Path;
 
 use glam::DAffine3;
 use serde::Deserialize;
 
 use super::camera::image_size;
+use super::error::refuse;
 use super::files::MOST_PIXELS;
 use super::rgbd::text::{read_intrinsics, read_text};
 use super::transforms::{Transforms, pose_of_open_gl};
@@ -75,13 +77,11 @@ impl Trajectory {
             trajectory.camera = camera;
         }
         if let Some(Camera { width, height, .. }) = trajectory.camera.filter(is_too_large) {
-            return Err(SceneError::file(
+            refuse!(
                 intrinsics.unwrap_or(path),
-                format!(
-                    "asks for views of {width} x {height} pixels, which is too large for an image; give a smaller width and \
+                "asks for views of {width} x {height} pixels, which is too large for an image; give a smaller width and \
                      height, and focal lengths to match"
-                ),
-            ));
+            );
         }
         Ok(trajectory)
     }
@@ -93,7 +93,7 @@ fn is_too_large(camera: &Camera) -> bool {
 }
 
 /// The refusal of a pose, counted from 0.
-fn bad_pose(path: &Path, number: usize, problem: &str) -> SceneError {
+fn bad_pose(path: &Path, number: usize, problem: impl Display) -> SceneError {
     SceneError::file(
         path,
         format!("pose {number} cannot be used: {problem}; each must be a rigid camera-to-world matrix"),
@@ -104,7 +104,7 @@ fn replica_poses(path: &Path, text: &str) -> Result<Vec<DAffine3>, SceneError> {
     let poses = replica::parse_poses(path, text)?;
     let checked = poses.iter().enumerate().map(|(number, pose)| {
         pose.checked()
-            .map_err(|problem| bad_pose(path, number, &format!("{problem} (line {})", pose.line)))
+            .map_err(|problem| bad_pose(path, number, format!("{problem} (line {})", pose.line)))
     });
     checked.collect()
 }
@@ -141,10 +141,7 @@ fn of_camera_path(
     with_camera: bool,
 ) -> Result<Trajectory, SceneError> {
     if views.is_empty() {
-        return Err(SceneError::file(
-            path,
-            "its camera_path has no poses; add some and save it again",
-        ));
+        refuse!(path, "its camera_path has no poses; add some and save it again");
     }
     let poses = views.iter().enumerate().map(|(number, view)| {
         let rows: Vec<&[f64]> = view.camera_to_world.chunks(4).collect();
@@ -197,12 +194,10 @@ fn one(
     for camera in cameras {
         let camera = camera?;
         if *found.get_or_insert(camera) != camera {
-            return Err(SceneError::file(
+            refuse!(
                 path,
-                format!(
-                    "its views have several cameras, and the folder that is written holds one; {GIVE_INTRINSICS}"
-                ),
-            ));
+                "its views have several cameras, and the folder that is written holds one; {GIVE_INTRINSICS}"
+            );
         }
     }
     Ok(found.flatten())

@@ -16,10 +16,11 @@ use std::path::{Path, PathBuf};
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
-use super::camera::pose_problem;
+use super::camera::rigid;
+use super::error::{PoseError, refuse};
 use super::files::{Reach, file_name, stem, warn};
 use super::rgbd::text::{parse_numbers, read_text};
-use super::rgbd::{self, DepthCode, Layout, Listed};
+use super::rgbd::{self, DepthCode, Found, Layout};
 use super::{OpenOptions, Scene, SceneError};
 
 /// Name of the format.
@@ -136,12 +137,12 @@ pub(super) fn read(
         },
         default_camera_note: Some(family.note()),
     };
-    rgbd::read(&layout, &listed, warnings, Vec::new(), options, progress)
+    rgbd::read(&layout, listed, warnings, Vec::new(), options, progress)
 }
 
 /// The frames whose image has a usable pose, and depth where there is any, at about its time; in the order
 /// of their times.
-fn list(folder: &Path, options: OpenOptions, warnings: &mut Vec<String>) -> Result<Vec<Listed>, SceneError> {
+fn list(folder: &Path, options: OpenOptions, warnings: &mut Vec<String>) -> Result<Vec<Found>, SceneError> {
     let reach = Reach::of(folder, options);
     let images = read_images(folder, "rgb.txt", &reach)?;
     check_names(folder, &images)?;
@@ -162,7 +163,7 @@ fn list(folder: &Path, options: OpenOptions, warnings: &mut Vec<String>) -> Resu
             (None, _) => without_pose.push(file_name(&path)),
             (_, Some(None)) => without_depth.push(file_name(&path)),
             (Some(pose), depth) => match pose.camera_to_world {
-                Ok(camera_to_world) => listed.push(Listed {
+                Ok(camera_to_world) => listed.push(Found {
                     path,
                     depth: depth.flatten().cloned().filter(|_| options.depth),
                     camera_to_world,
@@ -178,12 +179,10 @@ fn list(folder: &Path, options: OpenOptions, warnings: &mut Vec<String>) -> Resu
         } else {
             "groundtruth.txt"
         };
-        return Err(SceneError::file(
+        refuse!(
             folder.join(other),
-            format!(
-                "has nothing within 0.02 s of any of the {total} images in rgb.txt; copy both from one sequence"
-            ),
-        ));
+            "has nothing within 0.02 s of any of the {total} images in rgb.txt; copy both from one sequence"
+        );
     }
     for (left_out, what) in [
         (&without_pose, "pose in groundtruth.txt"),
@@ -236,20 +235,16 @@ pub(super) fn parse_images(
             Some((time, name.trim()))
         });
         let Some((time, name)) = parsed else {
-            return Err(SceneError::file(
+            refuse!(
                 path,
-                format!(
-                    "line {line} is not a time in seconds and a path inside the folder; correct that line"
-                ),
-            ));
+                "line {line} is not a time in seconds and a path inside the folder; correct that line"
+            );
         };
-        reach
-            .check_name(name)
-            .map_err(|reason| SceneError::file(path, format!("line {line} {reason}")))?;
+        reach.check_name(path, &format!("line {line} "), name)?;
         images.push((time, folder.join(name)));
     }
     if images.is_empty() {
-        return Err(SceneError::file(path, "lists no images; copy the sequence again"));
+        refuse!(path, "lists no images; copy the sequence again");
     }
     images.sort_by(|a, b| a.0.total_cmp(&b.0));
     Ok(images)
@@ -260,14 +255,12 @@ fn check_names(folder: &Path, images: &[(f64, PathBuf)]) -> Result<(), SceneErro
     let mut first = HashMap::new();
     for (_, path) in images {
         if let Some(other) = first.insert(stem(path), path) {
-            return Err(SceneError::file(
+            refuse!(
                 folder.join("rgb.txt"),
-                format!(
-                    "lists {} and {}, whose labels would get one name; remove or rename one",
-                    other.display(),
-                    path.display()
-                ),
-            ));
+                "lists {} and {}, whose labels would get one name; remove or rename one",
+                other.display(),
+                path.display()
+            );
         }
     }
     Ok(())
@@ -278,16 +271,16 @@ pub(super) struct TimedPose {
     /// Line of the file, from 1.
     line: usize,
     /// The pose, or what is wrong with it.
-    camera_to_world: Result<DAffine3, &'static str>,
+    camera_to_world: Result<DAffine3, PoseError>,
 }
 
 /// Reads the trajectory, sorted by time.
 fn read_poses(path: &Path) -> Result<Vec<(f64, TimedPose)>, SceneError> {
     if !path.exists() {
-        return Err(SceneError::file(
+        refuse!(
             path,
-            "no such file; write the camera's poses there, time tx ty tz qx qy qz qw a line",
-        ));
+            "no such file; write the camera's poses there, time tx ty tz qx qy qz qw a line"
+        );
     }
     parse_poses(path, &read_text(path)?)
 }
@@ -297,19 +290,17 @@ pub(super) fn parse_poses(path: &Path, text: &str) -> Result<Vec<(f64, TimedPose
     let mut poses = Vec::new();
     for (line, values) in parse_numbers(path, text)? {
         let &[time, tx, ty, tz, qx, qy, qz, qw] = values.as_slice() else {
-            return Err(SceneError::file(
+            refuse!(
                 path,
-                format!(
-                    "line {line} has {} numbers; write eight: time tx ty tz qx qy qz qw",
-                    values.len()
-                ),
-            ));
+                "line {line} has {} numbers; write eight: time tx ty tz qx qy qz qw",
+                values.len()
+            );
         };
         if !time.is_finite() {
-            return Err(SceneError::file(
+            refuse!(
                 path,
-                format!("line {line} has no finite time; correct or remove that line"),
-            ));
+                "line {line} has no finite time; correct or remove that line"
+            );
         }
         let camera_to_world = pose(DVec3::new(tx, ty, tz), DQuat::from_xyzw(qx, qy, qz, qw));
         poses.push((
@@ -325,14 +316,13 @@ pub(super) fn parse_poses(path: &Path, text: &str) -> Result<Vec<(f64, TimedPose
 }
 
 /// Camera-to-world, or what is wrong with it.
-fn pose(translation: DVec3, rotation: DQuat) -> Result<DAffine3, &'static str> {
+fn pose(translation: DVec3, rotation: DQuat) -> Result<DAffine3, PoseError> {
     if !rotation.is_finite() {
-        return Err("it holds a value that is not a finite number");
+        return Err(PoseError::NotFinite);
     }
     if (rotation.length() - 1.0).abs() > MOST_STRETCHED {
-        return Err("its quaternion is not a rotation");
+        return Err(PoseError::Quaternion);
     }
     let rotation = DMat3::from_quat(rotation.normalize());
-    let pose = DAffine3::from_mat3_translation(rotation, translation);
-    pose_problem(&pose).map_or(Ok(pose), Err)
+    rigid(DAffine3::from_mat3_translation(rotation, translation))
 }

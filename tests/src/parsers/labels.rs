@@ -20,7 +20,7 @@ pub(super) const STROKES: Parser = Parser {
         };
         let labels = match parse_strokes(text, &SCENE) {
             Ok(labels) => labels,
-            Err(reason) => return assert_sentence(&reason),
+            Err(reason) => return assert_sentence(&reason.to_string()),
         };
         let pixels = |labels: &LabelSet, frame: usize| -> Vec<(u32, u16)> {
             let camera = &SCENE.frames[frame].camera;
@@ -48,13 +48,16 @@ pub(super) const CLASSES: Parser = Parser {
         };
         let classes = match parse_class_list(text) {
             Ok(classes) => classes,
-            Err(reason) => return assert_sentence(&reason),
+            Err(reason) => return assert_sentence(&reason.to_string()),
         };
         let ids: BTreeSet<u16> = classes.iter().map(|class| class.id).collect();
         assert!(!ids.contains(&0) && ids.len() == classes.len(), "{classes:?}");
         assert!(classes.iter().all(|class| !class.name.is_empty()), "{classes:?}");
         let written = serde_json::json!(classes).to_string();
-        assert_eq!(parse_class_list(&written), Ok(classes));
+        assert_eq!(
+            parse_class_list(&written).expect("it is a list of classes"),
+            classes
+        );
     },
 };
 
@@ -66,6 +69,6 @@ pub(super) const LABEL_IMAGE: Parser = Parser {
             assert_eq!(values.len(), width as usize * height as usize);
             assert_eq!(ImportedMap::new(0, &values).labels(), values);
         }
-        Err(reason) => assert_sentence(&reason),
+        Err(reason) => assert_sentence(&reason.to_string()),
     },
 };

@@ -21,15 +21,9 @@ impl History {
     /// Adds a class with the next id and colour; returns its id and the edit.
     pub fn add_class(&mut self, name: &str) -> (ClassId, Edit) {
         let id = self.unused_class_id(&[]);
-        let before = self.labels.classes.clone();
-        let mut after = before.clone();
+        let mut after = self.labels.classes.clone();
         after.push(Class::new(id, name));
-        let edit = self.commit(Edit {
-            name: format!("add class {name}"),
-            classes: Some((before, after)),
-            ..Edit::default()
-        });
-        (id, edit)
+        (id, self.commit_classes(format!("add class {name}"), after))
     }
 
     /// Adds classes at the end of the list, in one edit; `None` when all of them are there already.
@@ -37,8 +31,7 @@ impl History {
     /// A class whose name is there already (capitals aside) is left out. Ids are kept where they are free, and
     /// otherwise the next ones above all that are or were in use.
     pub fn add_classes(&mut self, classes: &[Class]) -> (Option<Edit>, AddedClasses) {
-        let before = self.labels.classes.clone();
-        let mut after = before.clone();
+        let mut after = self.labels.classes.clone();
         let mut outcome = AddedClasses::default();
         let mut displaced = Vec::new();
         for class in classes {
@@ -68,11 +61,7 @@ impl History {
                 [class] => format!("add class {}", class.name),
                 many => format!("add {} classes", many.len()),
             };
-            self.commit(Edit {
-                name,
-                classes: Some((before, after)),
-                ..Edit::default()
-            })
+            self.commit_classes(name, after)
         });
         (edit, outcome)
     }
@@ -80,9 +69,8 @@ impl History {
     /// Moves a class to a place of the list, counted without it; `None` when there is no such class or it is there
     /// already.
     pub fn move_class(&mut self, id: ClassId, place: usize) -> Option<Edit> {
-        let before = self.labels.classes.clone();
-        let index = before.iter().position(|class| class.id == id)?;
-        let mut after = before.clone();
+        let mut after = self.labels.classes.clone();
+        let index = after.iter().position(|class| class.id == id)?;
         let class = after.remove(index);
         let place = place.min(after.len());
         if place == index {
@@ -90,28 +78,19 @@ impl History {
         }
         let name = format!("move class {}", class.name);
         after.insert(place, class);
-        Some(self.commit(Edit {
-            name,
-            classes: Some((before, after)),
-            ..Edit::default()
-        }))
+        Some(self.commit_classes(name, after))
     }
 
     /// Changes a class's name and colour; `None` when there is no such class or nothing changes.
     pub fn change_class(&mut self, class: Class) -> Option<Edit> {
-        let before = self.labels.classes.clone();
-        let mut after = before.clone();
+        let mut after = self.labels.classes.clone();
         let place = after.iter_mut().find(|candidate| candidate.id == class.id)?;
         if *place == class {
             return None;
         }
         let name = format!("change class {}", class.name);
         *place = class;
-        Some(self.commit(Edit {
-            name,
-            classes: Some((before, after)),
-            ..Edit::default()
-        }))
+        Some(self.commit_classes(name, after))
     }
 
     /// Deletes a class and its strokes; `None` when there is no such class.
@@ -154,6 +133,16 @@ impl History {
             classes: Some((before, after)),
             imported,
         }))
+    }
+
+    /// Commits an edit that leaves these classes.
+    fn commit_classes(&mut self, name: String, after: Vec<Class>) -> Edit {
+        let before = self.labels.classes.clone();
+        self.commit(Edit {
+            name,
+            classes: Some((before, after)),
+            ..Edit::default()
+        })
     }
 
     /// An id that neither these classes nor any earlier one has, also none of those deleted or undone that could come

@@ -8,15 +8,7 @@ impl History {
     pub fn add_stroke(&mut self, stroke: Stroke) -> Edit {
         let name = self.name_of(&stroke);
         self.last_stroke += 1;
-        self.commit(Edit {
-            name,
-            strokes: vec![StrokeChange {
-                id: StrokeId(self.last_stroke),
-                before: None,
-                after: Some(stroke),
-            }],
-            ..Edit::default()
-        })
+        self.commit_stroke(name, StrokeId(self.last_stroke), None, Some(stroke))
     }
 
     /// Erases along a path on one frame; `None` when nothing was under the eraser.
@@ -59,15 +51,8 @@ impl History {
     pub fn delete_stroke(&mut self, id: StrokeId) -> Option<Edit> {
         let stroke = self.labels.strokes.get(&id)?;
         let name = format!("delete {}", self.name_of(stroke));
-        Some(self.commit(Edit {
-            name,
-            strokes: vec![StrokeChange {
-                id,
-                before: Some(stroke.as_ref().clone()),
-                after: None,
-            }],
-            ..Edit::default()
-        }))
+        let before = stroke.as_ref().clone();
+        Some(self.commit_stroke(name, id, Some(before), None))
     }
 
     /// Makes one stroke say another class, which may be void; `None` when there is no such stroke or class, or
@@ -84,15 +69,22 @@ impl History {
             class,
             ..before.clone()
         };
-        Some(self.commit(Edit {
+        Some(self.commit_stroke(name, id, Some(before), Some(after)))
+    }
+
+    /// Commits an edit of one stroke.
+    fn commit_stroke(
+        &mut self,
+        name: String,
+        id: StrokeId,
+        before: Option<Stroke>,
+        after: Option<Stroke>,
+    ) -> Edit {
+        self.commit(Edit {
             name,
-            strokes: vec![StrokeChange {
-                id,
-                before: Some(before),
-                after: Some(after),
-            }],
+            strokes: vec![StrokeChange { id, before, after }],
             ..Edit::default()
-        }))
+        })
     }
 
     /// What a stroke is and says: "scribble wall".

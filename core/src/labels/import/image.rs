@@ -6,7 +6,7 @@ use ::png::{BitDepth, ColorType, Decoder, Limits, Transformations};
 
 use super::{BORDER, Meaning};
 use crate::labels::{ClassId, VOID};
-use crate::scene::{in_one_line, size_problem};
+use crate::scene::{ImageError, check_size, in_one_line};
 
 /// The most bytes that the parts of a file that are not its pixels may take.
 const MOST_BYTES: usize = 64 << 20;
@@ -27,22 +27,18 @@ pub(super) struct LabelImage {
 impl LabelImage {
     /// Decodes a PNG of 1 to 16 bits a channel.
     ///
-    /// # Errors
-    /// A part of a sentence that says what is wrong.
-    pub fn decode(png: &[u8]) -> Result<Self, String> {
+    pub fn decode(png: &[u8]) -> Result<Self, DecodeError> {
         let mut decoder = Decoder::new_with_limits(Cursor::new(png), Limits { bytes: MOST_BYTES });
         // Indices stay indices, and ids of few bits are not scaled up to gray values.
         decoder.set_transformations(Transformations::IDENTITY);
         decoder.set_ignore_text_chunk(true);
         decoder.set_ignore_iccp_chunk(true);
-        let mut reader = decoder.read_info().map_err(in_one_line)?;
+        let mut reader = decoder.read_info()?;
         let (width, height) = reader.info().size();
         let length = reader.output_buffer_size().unwrap_or(usize::MAX);
-        if let Some(problem) = size_problem([width, height], length as u64, png.len() as u64) {
-            return Err(problem);
-        }
+        check_size((width, height), length as u64, png.len() as u64)?;
         let mut bytes = vec![0; length];
-        let info = reader.next_frame(&mut bytes).map_err(in_one_line)?;
+        let info = reader.next_frame(&mut bytes)?;
         Ok(Self {
             size: [width, height],
             color: info.color_type,
@@ -55,9 +51,8 @@ impl LabelImage {
     /// The class of every pixel, row-major.
     ///
     /// # Errors
-    /// A pixel that is half transparent, or has a colour that is not that of one class: a part of a sentence that
-    /// names it.
-    pub fn classes(&self, meaning: &Meaning) -> Result<Vec<ClassId>, String> {
+    /// A pixel that is half transparent, or has a colour that is not that of one class.
+    pub fn classes(&self, meaning: &Meaning) -> Result<Vec<ClassId>, PixelError> {
         let [width, height] = self.size.map(|side| side as usize);
         let channels = self.color.samples();
         let mut classes = Vec::with_capacity(width * height);
@@ -67,7 +62,7 @@ impl LabelImage {
             unpack(line, self.depth, &mut samples);
             for (column, pixel) in samples.chunks_exact(channels).take(width).enumerate() {
                 let class = self.class(pixel, meaning);
-                classes.push(class.map_err(|problem| problem.of_pixel(column, row))?);
+                classes.push(class.map_err(|problem| PixelError { column, row, problem })?);
             }
         }
         Ok(classes)
@@ -103,35 +98,45 @@ impl LabelImage {
     }
 }
 
-/// Why a pixel has no class.
+/// Why a file is no label image: part of a sentence.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum DecodeError {
+    #[error("{}", in_one_line(.0))]
+    Png(#[from] ::png::DecodingError),
+    #[error(transparent)]
+    Size(#[from] ImageError),
+}
+
+/// A pixel that has no class: part of a sentence.
+#[derive(Debug, thiserror::Error)]
+#[error("{} at column {column}, row {row}, {}", .problem, .problem.remedy())]
+pub(super) struct PixelError {
+    column: usize,
+    row: usize,
+    problem: PixelProblem,
+}
+
+/// Why a pixel has no class; colours are of 16 bits a channel.
+#[derive(Debug, thiserror::Error)]
 enum PixelProblem {
+    #[error("is half transparent")]
     HalfTransparent,
-    /// Several classes have this colour, of 16 bits a channel.
+    #[error("has the colour {}", described(*.0))]
     OfSeveral([u16; 3]),
-    /// No class has this colour, of 16 bits a channel.
+    #[error("has the colour {}", described(*.0))]
     Unknown([u16; 3]),
 }
 
 impl PixelProblem {
-    /// A part of a sentence that names the pixel.
-    fn of_pixel(&self, column: usize, row: usize) -> String {
-        let (color, what) = match self {
-            Self::HalfTransparent => {
-                return format!(
-                    "is half transparent at column {column}, row {row}, so that its class is not sure; save it without \
-                     soft edges"
-                );
+    /// What follows from it, and what to do.
+    fn remedy(&self) -> &'static str {
+        match self {
+            Self::HalfTransparent => "so that its class is not sure; save it without soft edges",
+            Self::OfSeveral(_) => "which several classes have; give each a colour of its own",
+            Self::Unknown(_) => {
+                "which is no class's; list the classes with their colours in a classes.json beside the images"
             }
-            Self::OfSeveral(color) => (color, "which several classes have; give each a colour of its own"),
-            Self::Unknown(color) => (
-                color,
-                "which is no class's; list the classes with their colours in a classes.json beside the images",
-            ),
-        };
-        format!(
-            "has the colour {} at column {column}, row {row}, {what}",
-            described(*color)
-        )
+        }
     }
 }
 

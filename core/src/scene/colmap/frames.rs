@@ -2,26 +2,15 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
-use glam::DVec3;
-use rayon::prelude::*;
-
-use super::model::Model;
-use super::{Listed, MOST_ERROR};
-use crate::scene::camera::{FARTHEST, placed};
+use super::model::{Model, Observation};
+use super::{Images, MOST_ERROR};
+use crate::scene::camera::FARTHEST;
+use crate::scene::error::{ImageError, refuse};
 use crate::scene::files::{refuse_most, warn};
-use crate::scene::images::{ImageFile, ImageProblem, warn_of_turns};
-use crate::scene::keyframes::Keeping;
-use crate::scene::{Frame, FramePixels, OpenOptions, Pixels, SceneError, SparsePoint};
-
-/// From the model's coordinates to the scene's.
-pub(super) struct Placing {
-    /// The zero of the scene, in the model's coordinates.
-    pub origin: DVec3,
-    /// The length of a metre, in the model's unit.
-    pub unit: f64,
-}
+use crate::scene::images::warn_of_turns;
+use crate::scene::reading::{Listed, Placing, ReadDepth, read_frames};
+use crate::scene::{ColorImage, Frame, OpenOptions, SceneError, SparsePoint};
 
 /// The frames that could be decoded.
 pub(super) struct Read {
@@ -35,37 +24,23 @@ pub(super) struct Read {
 /// half of them.
 pub(super) fn decode(
     folder: &Path,
-    listed: &[Listed],
+    (listed, observations): &Images,
     model: &Model,
-    (placing, options): (&Placing, OpenOptions),
+    (placing, options): (Placing, OpenOptions),
     progress: &(dyn Fn(usize, usize) + Sync),
     warnings: &mut Vec<String>,
 ) -> Result<Read, SceneError> {
-    let keeping = Keeping::of(listed.iter().map(|listed| (&listed.pinhole, false)), options);
-    let (done, total) = (AtomicUsize::new(0), listed.len());
-    let decoded: Vec<_> = listed
-        .par_iter()
-        .enumerate()
-        .map(|(number, listed)| {
-            let image = ImageFile {
-                path: listed.path.clone(),
-                mask: listed.mask.clone(),
-                lens: listed.lens,
-                pinhole: listed.pinhole,
-            };
-            let decoded = image.decode();
-            progress(1 + done.fetch_add(1, Ordering::Relaxed), total);
-            decoded.map(|(color, turn)| {
-                let mut projected = Projected::new(listed, model);
-                projected
-                    .trusted
-                    .retain(|&pixel, _| !color.is_hidden(pixel as usize));
-                let again = move || Ok(Pixels::new(image.decode_again()?, None));
-                let pixels = keeping.keep(number, Pixels::new(color, None), again);
-                (pixels, turn, projected)
-            })
-        })
-        .collect();
+    let project = |number: usize, color: &ColorImage| {
+        let mut projected = Projected::new(&listed[number], &observations[number], model);
+        projected
+            .trusted
+            .retain(|&pixel, _| !color.is_hidden(pixel as usize));
+        projected
+    };
+    // No frame lists a depth image.
+    let no_depth = |_: &Listed| -> ReadDepth { Box::new(|_, _| Ok(Err(ImageError::Missing))) };
+    let decoded = read_frames(listed, placing, options, progress, no_depth, project)?;
+    let total = listed.len();
     let mut read = Read {
         frames: Vec::new(),
         errors: Vec::new(),
@@ -73,19 +48,22 @@ pub(super) fn decode(
     let (mut missing, mut unreadable, mut odd) = (Vec::new(), Vec::new(), Vec::new());
     let (mut badly_masked, mut turns) = (Vec::new(), Vec::new());
     for (listed, decoded) in listed.iter().zip(decoded) {
-        let name = listed.path.strip_prefix(folder).unwrap_or(&listed.path);
-        let name = format!("{:?}", name.to_string_lossy());
+        let name = listed.name.clone();
         match decoded {
-            Ok((pixels, turn, projected)) => {
-                turns.push((name, turn));
-                read.frames.push(frame(listed, pixels, &projected, placing));
-                read.errors.extend(projected.errors);
+            Ok(mut decoded) => {
+                turns.push((name, decoded.turn));
+                decoded.frame.points = decoded.seen.points(placing.unit);
+                read.frames.push(decoded.frame);
+                read.errors.extend(decoded.seen.errors);
             }
-            Err(ImageProblem::Missing) => missing.push(name),
-            Err(ImageProblem::Unreadable(reason)) => unreadable.push(format!("{name} ({reason})")),
-            Err(ImageProblem::Mask(reason)) => badly_masked.push(format!("{name} ({reason})")),
-            Err(problem @ ImageProblem::Size(..)) => {
-                odd.push(format!("{name} ({})", problem.describe(&listed.lens)));
+            Err(ImageError::Missing) => missing.push(name),
+            Err(error) => {
+                let problems = match error {
+                    ImageError::Size { .. } => &mut odd,
+                    ImageError::Mask(_) => &mut badly_masked,
+                    _ => &mut unreadable,
+                };
+                problems.push(format!("{name} ({error})"));
             }
         }
     }
@@ -114,10 +92,10 @@ pub(super) fn decode(
     }
     warn_of_turns(warnings, &turns);
     if read.frames.is_empty() {
-        return Err(SceneError::file(
+        refuse!(
             folder,
-            "holds no usable image of the model; put the images that the model was made from there",
-        ));
+            "holds no usable image of the model; put the images that the model was made from there"
+        );
     }
     Ok(read)
 }
@@ -133,14 +111,14 @@ struct Projected {
 }
 
 impl Projected {
-    fn new(listed: &Listed, model: &Model) -> Self {
+    fn new(listed: &Listed, observations: &[Observation], model: &Model) -> Self {
         let world_to_camera = listed.camera_to_world.inverse();
         let diagonal = f64::from(listed.lens.image.width).hypot(f64::from(listed.lens.image.height));
         let mut projected = Self {
             errors: Vec::new(),
             trusted: BTreeMap::new(),
         };
-        for seen in &listed.observations {
+        for seen in observations {
             let Some(point) = model.points.get(&seen.point) else {
                 continue;
             };
@@ -165,25 +143,19 @@ impl Projected {
         }
         projected
     }
-}
 
-fn frame(listed: &Listed, pixels: FramePixels, projected: &Projected, placing: &Placing) -> Frame {
-    let points = projected
-        .trusted
-        .iter()
-        .map(|(&pixel, &(distance, error))| SparsePoint {
-            pixel,
-            length: (distance / placing.unit) as f32,
-            error: error as f32,
-        })
-        .filter(|point| point.length > 0.0 && f64::from(point.length) <= FARTHEST);
-    Frame {
-        stem: listed.stem.clone(),
-        path: listed.path.clone(),
-        camera: listed.pinhole,
-        camera_to_world: placed(&listed.camera_to_world, placing.origin, placing.unit),
-        pixels,
-        points: points.collect(),
-        lens: (!listed.lens.distortion.is_none()).then_some(listed.lens),
+    /// The trusted points, in metres of `unit` each.
+    fn points(&self, unit: f64) -> Vec<SparsePoint> {
+        let points = self
+            .trusted
+            .iter()
+            .map(|(&pixel, &(distance, error))| SparsePoint {
+                pixel,
+                length: (distance / unit) as f32,
+                error: error as f32,
+            });
+        points
+            .filter(|point| point.length > 0.0 && f64::from(point.length) <= FARTHEST)
+            .collect()
     }
 }

@@ -20,11 +20,13 @@ use std::path::{Path, PathBuf};
 
 use glam::{DAffine3, DMat3, DQuat};
 
-use super::camera::{FARTHEST, median_position, pose_problem, unit_of_cameras};
+use super::camera::{FARTHEST, median_position, rigid, unit_of_cameras};
+use super::error::{PoseError, refuse};
 use super::files::{Reach, frame_names, refuse_most, warn};
-use super::reprojection::PixelErrors;
-use super::{Camera, Lens, OpenOptions, Scene, SceneError, SceneSource};
-use model::{Model, ModelImage};
+use super::pixel_errors::{PixelErrors, median};
+use super::reading::{Listed, Placing};
+use super::{OpenOptions, Scene, SceneError, SceneSource};
+use model::{Model, ModelImage, Observation};
 
 /// Name of the format.
 pub(super) const NAME: &str = "COLMAP";
@@ -61,18 +63,8 @@ fn find_model(folder: &Path) -> Option<(PathBuf, &'static str)> {
     })
 }
 
-/// An image of the model that is still on disk, in the model's own coordinates.
-struct Listed {
-    path: PathBuf,
-    /// Its mask, where there is one.
-    mask: Option<PathBuf>,
-    stem: String,
-    camera_to_world: DAffine3,
-    lens: Lens,
-    /// The camera of the frame: the lens's own where it bends nothing.
-    pinhole: Camera,
-    observations: Vec<model::Observation>,
-}
+/// The images of a model that are still on disk, in the model's own coordinates, and for each where it shows which point.
+type Images = (Vec<Listed>, Vec<Vec<Observation>>);
 
 /// Reads a folder in this format.
 pub(super) fn read(
@@ -81,10 +73,10 @@ pub(super) fn read(
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<Scene, SceneError> {
     let Some((place, extension)) = find_model(folder) else {
-        return Err(SceneError::file(
+        refuse!(
             folder.join(PLACES[0]),
-            "holds no model; put cameras.bin, images.bin and points3D.bin there",
-        ));
+            "holds no model; put cameras.bin, images.bin and points3D.bin there"
+        );
     };
     let mut warnings = Vec::new();
     let readers = if extension == "bin" {
@@ -102,15 +94,15 @@ pub(super) fn read(
     let mut notes = vec![describe(folder, &place, extension, &model)];
     let images_file = place.join("images").with_extension(extension);
     let reach = Reach::of(folder, options);
-    let listed = list(folder, &images_file, &reach, &mut model, &mut warnings)?;
-    let unit = choose_unit(&listed, &model);
-    let origin = median_position(listed.iter().map(|frame| frame.camera_to_world.translation));
-    let placing = frames::Placing { origin, unit };
+    let images = list(folder, &images_file, &reach, &mut model, &mut warnings)?;
+    let unit = choose_unit(&images, &model);
+    let origin = median_position(images.0.iter().map(|frame| frame.camera_to_world.translation));
+    let placing = Placing { origin, unit };
     let read = frames::decode(
         &folder.join("images"),
-        &listed,
+        &images,
         &model,
-        (&placing, options),
+        (placing, options),
         progress,
         &mut warnings,
     )?;
@@ -184,47 +176,45 @@ fn list(
     reach: &Reach,
     model: &mut Model,
     warnings: &mut Vec<String>,
-) -> Result<Vec<Listed>, SceneError> {
+) -> Result<Images, SceneError> {
     let mut images = std::mem::take(&mut model.images);
     if images.is_empty() {
-        return Err(SceneError::file(
-            file,
-            "holds no images; register the images of the capture first",
-        ));
+        refuse!(file, "holds no images; register the images of the capture first");
     }
     images.sort_by(|a, b| a.name.cmp(&b.name));
     for image in &images {
-        reach
-            .check_name(&image.name)
-            .map_err(|reason| SceneError::file(file, reason))?;
+        reach.check_name(file, "", &image.name)?;
         reach.check_file(&folder.join("images").join(&image.name))?;
     }
     let names: Vec<&str> = images.iter().map(|image| image.name.as_str()).collect();
     let stems = frame_names(file, &names)?;
     let total = images.len();
-    let (mut listed, mut bad) = (Vec::new(), Vec::new());
+    let (mut listed, mut observations, mut bad) = (Vec::new(), Vec::new(), Vec::new());
     for (image, stem) in images.into_iter().zip(stems) {
         let Some(camera) = model.cameras.get(&image.camera) else {
-            return Err(SceneError::file(
+            refuse!(
                 file,
-                format!(
-                    "gives {:?} camera {}, which the model's cameras do not hold; copy the model again",
-                    image.name, image.camera
-                ),
-            ));
+                "gives {:?} camera {}, which the model's cameras do not hold; copy the model again",
+                image.name,
+                image.camera
+            );
         };
         let mask = find_mask(folder, &image.name);
         mask.iter().try_for_each(|mask| reach.check_file(mask))?;
         match camera_to_world(&image) {
-            Ok(camera_to_world) => listed.push(Listed {
-                path: folder.join("images").join(&image.name),
-                mask,
-                stem,
-                camera_to_world,
-                lens: camera.lens,
-                pinhole: camera.pinhole,
-                observations: image.observations,
-            }),
+            Ok(camera_to_world) => {
+                listed.push(Listed {
+                    stem,
+                    name: format!("{:?}", image.name),
+                    path: folder.join("images").join(&image.name),
+                    mask,
+                    depth: None,
+                    camera_to_world,
+                    lens: camera.lens,
+                    pinhole: camera.pinhole,
+                });
+                observations.push(image.observations);
+            }
             Err(problem) => bad.push(format!("{:?} ({problem})", image.name)),
         }
     }
@@ -236,7 +226,7 @@ fn list(
         "frames were left out because their pose is unusable",
         &bad,
     );
-    Ok(listed)
+    Ok((listed, observations))
 }
 
 /// The mask of an image, under the two names that COLMAP's feature extraction looks for.
@@ -250,31 +240,29 @@ fn find_mask(folder: &Path, image: &str) -> Option<PathBuf> {
 }
 
 /// The pose of an image, or what is wrong with it.
-fn camera_to_world(image: &ModelImage) -> Result<DAffine3, &'static str> {
+fn camera_to_world(image: &ModelImage) -> Result<DAffine3, PoseError> {
     let [w, x, y, z] = image.rotation;
     let rotation = DQuat::from_xyzw(x, y, z, w);
     if !rotation.is_finite() || rotation.length() < 1e-6 {
-        return Err("its quaternion is not a rotation");
+        return Err(PoseError::Quaternion);
     }
     let world_to_camera = DMat3::from_quat(rotation.normalize());
     let rotation = world_to_camera.transpose();
-    let pose = DAffine3::from_mat3_translation(rotation, -(rotation * image.translation));
-    pose_problem(&pose).map_or(Ok(pose), Err)
+    rigid(DAffine3::from_mat3_translation(
+        rotation,
+        -(rotation * image.translation),
+    ))
 }
 
 /// The length of a metre, in the model's unit.
-fn choose_unit(listed: &[Listed], model: &Model) -> f64 {
-    let depths = listed.iter().flat_map(|frame| {
+fn choose_unit((listed, observations): &Images, model: &Model) -> f64 {
+    let depths = listed.iter().zip(observations).flat_map(|(frame, seen)| {
         let centre = frame.camera_to_world.translation;
-        let points = frame
-            .observations
-            .iter()
-            .filter_map(|seen| model.trusted(seen.point));
+        let points = seen.iter().filter_map(|seen| model.trusted(seen.point));
         points.map(move |point| point.distance(centre))
     });
-    let mut depths: Vec<f64> = depths.filter(|depth| depth.is_finite() && *depth > 0.0).collect();
-    depths.sort_by(f64::total_cmp);
-    let median = depths.get(depths.len() / 2).map(|median| median / MEDIAN_DEPTH);
+    let depths = depths.filter(|depth| depth.is_finite() && *depth > 0.0);
+    let median = median(depths).map(|median| median / MEDIAN_DEPTH);
     // In a unit that is tiny beside the cameras' distances, they would be out of reach.
     let positions = || {
         listed

@@ -194,7 +194,7 @@ impl ModelCamera {
         let distortion = Distortion { k1, k2, p1, p2 };
         let (lens, pinhole) = match Lens::checked(size, [fx, fy, cx, cy], distortion) {
             Ok(checked) => checked,
-            Err(problem) => return unusable(&problem),
+            Err(error) => return unusable(&error.to_string()),
         };
         Ok(Self {
             model: CAMERA_MODELS[model as usize].0,

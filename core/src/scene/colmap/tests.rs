@@ -11,7 +11,7 @@ use super::*;
 #[cfg(unix)]
 use crate::scene::testing::move_out;
 use crate::scene::testing::{WITHOUT_DEPTH, open_with_outside_files, wall};
-use crate::scene::{Distortion, SceneSource};
+use crate::scene::{Distortion, Lens, SceneSource};
 
 const WIDTH: u32 = 32;
 const HEIGHT: u32 = 24;

@@ -9,6 +9,7 @@ use super::model::{
     Model, ModelCamera, ModelImage, ModelPoint, Observation, Readers, add_camera, model_named,
 };
 use crate::scene::SceneError;
+use crate::scene::error::refuse;
 
 /// What reads cameras, images and points.
 pub(super) const READERS: Readers = [read_cameras, read_images, read_points];
@@ -43,10 +44,10 @@ fn read_images(path: &Path, bytes: &[u8], model: &mut Model) -> Result<(), Scene
         let camera = line.number("a camera's id")?;
         let name = line.remainder("an image's name")?;
         let Some(mut line) = lines.next() else {
-            return Err(SceneError::file(
+            refuse!(
                 path,
-                format!("is truncated: image {name:?} has no line with its points; copy the model again"),
-            ));
+                "is truncated: image {name:?} has no line with its points; copy the model again"
+            );
         };
         let mut observations = Vec::new();
         while line.has_more() {

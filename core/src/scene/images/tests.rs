@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use image::{ColorType, ExtendedColorType};
 
 use super::*;
+use crate::scene::Distortion;
 use crate::scene::testing::{orientation_metadata, sideways_jpeg, wall};
 
 /// Three pixels of a palette: opaque, of alpha 0, half transparent.
@@ -50,7 +51,7 @@ fn straight(width: u32, height: u32) -> Lens {
 
 fn read(path: &Path, mask: Option<&Path>, width: u32, height: u32) -> Result<(ColorImage, Turn), String> {
     let lens = straight(width, height);
-    decode_color(path, mask, &lens, &lens.image).map_err(|problem| problem.describe(&lens))
+    decode_color(path, mask, &lens, &lens.image).map_err(|error| error.to_string())
 }
 
 #[test]

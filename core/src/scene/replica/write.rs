@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use serde_json::json;
 
 use crate::labels::{Class, ClassId};
+use crate::scene::error::refuse;
 use crate::scene::{Camera, DepthMap, Frame, Scene, SceneError};
 
 /// What is known to be true of a scene, for measuring against.
@@ -37,16 +38,13 @@ pub fn write(scene: &Scene, folder: &Path, truth: Option<&GroundTruth<'_>>) -> R
     let exists = folder.exists();
     let is_empty = || fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_none());
     if exists && !is_empty() {
-        return Err(SceneError::file(
+        refuse!(
             folder,
-            "already exists and is not an empty folder; give the name of a new one",
-        ));
+            "already exists and is not an empty folder; give the name of a new one"
+        );
     }
     let Some(name) = folder.file_name() else {
-        return Err(SceneError::file(
-            folder,
-            "is not a name for a new folder; give one",
-        ));
+        refuse!(folder, "is not a name for a new folder; give one");
     };
     let mut hidden = std::ffi::OsString::from(".");
     hidden.push(name);

@@ -2,6 +2,7 @@
 
 use glam::DVec2;
 
+use crate::scene::pixel_errors::median;
 use crate::scene::{ColorImage, Frame};
 
 /// Images are brought down to at most this many pixels along their longer side.
@@ -253,12 +254,11 @@ fn in_company(matches: &[Match], most: f64) -> Vec<Match> {
         // The nearest is the match itself.
         others.sort_by(|a, b| a.0.total_cmp(&b.0));
         let near = others.get(1..=NEIGHBOURS).unwrap_or_default();
-        let median = |axis: usize| {
-            let mut values: Vec<f64> = near.iter().map(|(_, motion)| motion[axis]).collect();
-            values.sort_by(f64::total_cmp);
-            values.get(values.len() / 2).copied().unwrap_or(f64::INFINITY)
+        let middle = |axis: usize| {
+            let median = median(near.iter().map(|(_, motion)| motion[axis]));
+            median.unwrap_or(f64::INFINITY)
         };
-        (motion(own) - DVec2::new(median(0), median(1))).length() <= most
+        (motion(own) - DVec2::new(middle(0), middle(1))).length() <= most
     };
     matches.iter().filter(moves_along).copied().collect()
 }

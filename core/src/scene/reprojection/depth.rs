@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::pairs::Pair;
-use super::share_below;
+use crate::scene::pixel_errors::median;
 use crate::scene::{Frame, Scene};
 
 /// About so many pixels of each frame are looked up in the other.
@@ -40,11 +40,8 @@ pub(super) fn agreement(scene: &Scene, pairs: &[Pair]) -> Option<DepthAgreement>
     });
     let seen: Vec<Seen> = seen.collect();
     let visible = seen.iter().map(|seen| seen.difference);
-    let mut differences: Vec<f64> = visible
-        .filter(|&difference| difference >= -SAME_SURFACE)
-        .map(f64::abs)
-        .collect();
-    differences.sort_by(f64::total_cmp);
+    let visible = visible.filter(|&difference| difference >= -SAME_SURFACE);
+    let differences: Vec<f64> = visible.map(f64::abs).collect();
     let same: Vec<[[u8; 3]; 2]> = seen
         .iter()
         .filter(|seen| seen.difference.abs() <= SAME_SURFACE)
@@ -53,7 +50,7 @@ pub(super) fn agreement(scene: &Scene, pairs: &[Pair]) -> Option<DepthAgreement>
     let others = same.iter().cycle().skip(same.len() / 2);
     Some(DepthAgreement {
         pixels: differences.len(),
-        median_relative_difference: share_below(&differences, 0.5)?,
+        median_relative_difference: median(differences.into_iter())?,
         median_colour_difference: median(same.iter().map(|[a, b]| apart(*a, *b))),
         median_colour_difference_by_chance: median(
             same.iter().zip(others).map(|([a, _], [_, b])| apart(*a, *b)),
@@ -85,10 +82,4 @@ fn compare(a: &Frame, b: &Frame) -> Vec<Seen> {
 fn apart(a: [u8; 3], b: [u8; 3]) -> f64 {
     let channels = a.into_iter().zip(b);
     channels.map(|(a, b)| f64::from(a.abs_diff(b))).sum::<f64>() / 3.0
-}
-
-fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
-    let mut values: Vec<f64> = values.collect();
-    values.sort_by(f64::total_cmp);
-    share_below(&values, 0.5)
 }

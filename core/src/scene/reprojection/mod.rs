@@ -18,14 +18,13 @@ mod tests;
 use rayon::prelude::*;
 use serde::Serialize;
 
+pub use super::pixel_errors::PixelErrors;
 use super::{Frame, Scene, formats};
 use convention::{Conventions, Suspicion};
 use corners::Features;
 pub use depth::DepthAgreement;
 use pairs::Pair;
 
-/// Median error above which poses or cameras are suspicious, in pixels.
-const SUSPICIOUS_PX: f64 = 4.0;
 /// An error up to which a corner counts as being where it should be, in pixels.
 const WITHIN_PX: f64 = 2.0;
 /// Most pairs of frames that are looked at.
@@ -34,41 +33,6 @@ const MOST_PAIRS: usize = 40;
 const FEWEST_MATCHES: usize = 8;
 /// Fewest corners in all that say anything.
 const FEWEST_CORNERS: usize = 40;
-
-/// Distances in pixels between where something is and where it should be.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct PixelErrors {
-    /// Half of the distances are at most this, in pixels.
-    pub median_px: f64,
-    /// Nine in ten of the distances are at most this, in pixels.
-    pub p90_px: f64,
-    /// Number of distances.
-    pub count: usize,
-}
-
-impl PixelErrors {
-    /// Of these distances in pixels, in any order; `None` where there are none.
-    pub fn of(mut distances: Vec<f64>) -> Option<Self> {
-        distances.sort_by(f64::total_cmp);
-        Some(Self {
-            median_px: share_below(&distances, 0.5)?,
-            p90_px: share_below(&distances, 0.9)?,
-            count: distances.len(),
-        })
-    }
-
-    /// Whether something must be wrong with poses or cameras.
-    pub fn is_suspicious(&self) -> bool {
-        self.median_px > SUSPICIOUS_PX
-    }
-}
-
-/// The value that this share of sorted values does not exceed; `None` of no values.
-fn share_below(sorted: &[f64], share: f64) -> Option<f64> {
-    sorted
-        .get(((sorted.len() as f64 * share) as usize).min(sorted.len().saturating_sub(1)))
-        .copied()
-}
 
 /// Corners that were found again in a neighbouring frame.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

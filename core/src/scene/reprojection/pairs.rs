@@ -3,6 +3,7 @@
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
+use crate::scene::pixel_errors::median;
 use crate::scene::{Frame, Scene};
 
 /// Distance between the cameras of a pair that is aimed at, in distances to the surface: about five degrees,
@@ -70,10 +71,9 @@ fn parallax(a: &Frame, b: &Frame, distance: f64) -> f64 {
 /// else the extent of the cameras; 0 where they are all in one place.
 fn surface_distance(scene: &Scene) -> f64 {
     let keyframes = scene.frames.par_iter().filter(|frame| frame.is_keyframe());
-    let mut lengths: Vec<f32> = keyframes.flat_map_iter(sampled_lengths).collect();
-    lengths.sort_by(f32::total_cmp);
-    if let Some(&median) = lengths.get(lengths.len() / 2) {
-        return f64::from(median);
+    let lengths: Vec<f32> = keyframes.flat_map_iter(sampled_lengths).collect();
+    if let Some(median) = median(lengths.into_iter().map(f64::from)) {
+        return median;
     }
     let centres = || scene.frames.iter().map(Frame::center);
     let (low, high) = (

@@ -51,7 +51,7 @@ fn transposed(pose: &Affine3A) -> Affine3A {
 fn assert_warned(scene: &Scene, parts: &[&str]) {
     let found = Agreement::of(scene);
     let corners = found.corners.unwrap();
-    assert!(corners.errors.median_px > SUSPICIOUS_PX, "{corners:?}");
+    assert!(corners.errors.is_suspicious(), "{corners:?}");
     assert!(corners.within_2_px < 0.4, "{corners:?}");
     assert_eq!(found.warnings.len(), 1);
     for part in parts {

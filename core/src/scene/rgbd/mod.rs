@@ -10,25 +10,25 @@ pub(super) mod text;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 
-use super::camera::{median_position, placed};
-use super::files::{Reach, dimensions, file_name, refuse_most, stem, unreadable, warn};
-use super::images::{ImageFile, Turn, warn_of_turns};
-use super::keyframes::Keeping;
-use super::{Camera, Distortion, Frame, Lens, OpenOptions, Pixels, Scene, SceneError, SceneSource};
-use depth::DepthFile;
+use super::camera::median_position;
+use super::error::{CameraError, ImageError, refuse};
+use super::files::{Reach, dimensions, file_name, refuse_most, stem, warn};
+use super::images::warn_of_turns;
+use super::reading::{Listed, Placing, ReadDepth, SortedOut, read_frames};
+use super::{Camera, Distortion, Frame, Lens, OpenOptions, Scene, SceneError, SceneSource};
+use depth::decode_depth;
 pub(super) use depth::{DepthCamera, DepthCode};
 use text::read_intrinsics;
 
 /// Distance of the cameras from zero beyond which the scene gets its own origin, in metres.
 const FAR_FROM_ZERO: f64 = 100.0;
 
-/// A frame that is still on disk.
-pub(super) struct Listed {
+/// A frame whose image has not been looked at.
+pub(super) struct Found {
     /// The colour image.
     pub path: PathBuf,
     /// The depth image, where there is one and it is wanted.
@@ -51,8 +51,8 @@ pub(super) struct Layout<'a> {
     pub depth_code: DepthCode,
     /// The camera of depth images; `None` where they show what their colour images show.
     pub depth_camera: Option<Arc<DepthCamera>>,
-    /// The camera of images of this width and height in pixels, or why none is known and what to do.
-    pub default_camera: &'a (dyn Fn(u32, u32) -> Result<Camera, String> + Sync),
+    /// The camera of images of this width and height in pixels.
+    pub default_camera: &'a (dyn Fn(u32, u32) -> Result<Camera, CameraError> + Sync),
     /// What to say where that camera was taken.
     pub default_camera_note: Option<String>,
 }
@@ -64,36 +64,39 @@ pub(super) struct Layout<'a> {
 /// image of other proportions than its colour image that no camera of its own is known for.
 pub(super) fn read(
     layout: &Layout,
-    listed: &[Listed],
+    found: Vec<Found>,
     mut warnings: Vec<String>,
     mut notes: Vec<String>,
     options: OpenOptions,
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<Scene, SceneError> {
     let reach = Reach::of(layout.folder, options);
-    for frame in listed {
+    for frame in &found {
         for path in [Some(&frame.path), frame.depth.as_ref()].into_iter().flatten() {
             reach.check_file(path)?;
         }
     }
-    let listed = with_cameras(layout, listed, &mut warnings, &mut notes)?;
-    let has_depth = listed.iter().any(|(frame, _)| frame.depth.is_some());
+    let listed = with_cameras(layout, found, &mut warnings, &mut notes)?;
+    let has_depth = listed.iter().any(|frame| frame.depth.is_some());
     let origin = choose_origin(&listed);
-    let cameras = listed
+    let depth = |frame: &Listed| -> ReadDepth {
+        let (camera, code, own) = (frame.pinhole, layout.depth_code, layout.depth_camera.clone());
+        Box::new(move |path, color| decode_depth(path, (code, own.as_deref()), &camera, color))
+    };
+    let placing = Placing { origin, unit: 1.0 };
+    let mut read = read_frames(&listed, placing, options, progress, depth, |_, _| ())?;
+    for (frame, read) in listed
         .iter()
-        .map(|(frame, camera)| (camera, frame.depth.is_some()));
-    let keeping = Keeping::of(cameras, options);
-    let done = AtomicUsize::new(0);
-    let decoded = listed
-        .par_iter()
-        .enumerate()
-        .map(|(number, (frame, camera))| {
-            let decoded = decode(layout, frame, camera, (origin, has_depth), (&keeping, number));
-            progress(1 + done.fetch_add(1, Ordering::Relaxed), listed.len());
-            decoded
-        })
-        .collect::<Result<Vec<_>, SceneError>>()?;
-    let frames = keep_usable(layout, &listed, decoded, &mut warnings)?;
+        .zip(&mut read)
+        .filter(|(frame, _)| frame.depth.is_none())
+    {
+        if let Ok(read) = read
+            && has_depth
+        {
+            read.depth_problem = Some(format!("that of {} (no file)", frame.name));
+        }
+    }
+    let frames = keep_usable(layout, SortedOut::of(&listed, read), &mut warnings)?;
     Ok(Scene {
         source: SceneSource::Folder(layout.folder.to_path_buf()),
         format: layout.format,
@@ -117,12 +120,12 @@ pub(super) fn published_camera(
     center: [f32; 2],
     width: u32,
     height: u32,
-) -> Result<Camera, String> {
+) -> Result<Camera, CameraError> {
     if u64::from(width) * 480 != u64::from(height) * 640 {
-        return Err(format!(
+        return Err(CameraError::NotGiven(format!(
             "no such file, and the intrinsics that are known are for 640x480 pixels, not for images of \
              {width}x{height}; write six numbers there: fx fy cx cy width height"
-        ));
+        )));
     }
     let scale = width as f32 / 640.0;
     Ok(Camera {
@@ -149,25 +152,25 @@ pub(super) fn check_poses(path: &Path, bad: &[String], total: usize) -> Result<(
 
 /// The frames whose images can be read, each with its camera: that of the capture, scaled where the image has the same
 /// proportions but another size. Images of other proportions are left out, up to half of them.
-fn with_cameras<'a>(
+fn with_cameras(
     layout: &Layout,
-    listed: &'a [Listed],
+    found: Vec<Found>,
     warnings: &mut Vec<String>,
     notes: &mut Vec<String>,
-) -> Result<Vec<(&'a Listed, Camera)>, SceneError> {
-    let sizes: Vec<Result<(u32, u32), String>> =
-        listed.par_iter().map(|frame| dimensions(&frame.path)).collect();
+) -> Result<Vec<Listed>, SceneError> {
+    let sizes: Vec<Result<(u32, u32), ImageError>> =
+        found.par_iter().map(|frame| dimensions(&frame.path)).collect();
+    let total = found.len();
     let mut counts = BTreeMap::new();
     for &size in sizes.iter().flatten() {
         *counts.entry(size).or_insert(0_usize) += 1;
     }
     let Some((&(width, height), _)) = counts.iter().max_by_key(|&(_, &count)| count) else {
-        return Err(too_many_unreadable(listed, &sizes));
+        return Err(too_many_unreadable(&found, &sizes));
     };
     let given = given_camera(layout, (width, height), notes)?;
-    let readable = sizes.iter().flatten().count();
-    if 2 * (sizes.len() - readable) > sizes.len() {
-        return Err(too_many_unreadable(listed, &sizes));
+    if 2 * sizes.iter().flatten().count() < total {
+        return Err(too_many_unreadable(&found, &sizes));
     }
     let camera = match given {
         Some(camera) => camera,
@@ -175,35 +178,47 @@ fn with_cameras<'a>(
             let camera = (layout.default_camera)(width, height);
             let camera = camera.and_then(|camera| match camera.problem() {
                 None => Ok(camera),
-                Some(problem) => Err(format!(
+                Some(problem) => Err(CameraError::NotGiven(format!(
                     "no such file, and the usual camera does not fit images of {width}x{height} pixels ({problem}); \
                      write six numbers there: fx fy cx cy width height"
-                )),
+                ))),
             });
             let intrinsics = layout.folder.join("intrinsics.txt");
-            camera.map_err(|reason| SceneError::file(intrinsics, reason))?
+            camera.map_err(|error| SceneError::file(intrinsics, error))?
         }
     };
     let (mut unreadable, mut odd, mut scaled) = (Vec::new(), Vec::new(), 0);
     let mut usable = Vec::new();
-    for (frame, size) in listed.iter().zip(sizes) {
+    for (frame, size) in found.into_iter().zip(sizes) {
         let name = file_name(&frame.path);
         match size {
             Ok((w, h)) => match camera.resized(w, h) {
                 Some(own) => {
                     scaled += usize::from((w, h) != (width, height));
-                    usable.push((frame, own));
+                    usable.push(Listed {
+                        stem: stem(&frame.path),
+                        name,
+                        path: frame.path,
+                        mask: None,
+                        depth: frame.depth,
+                        camera_to_world: frame.camera_to_world,
+                        lens: Lens {
+                            image: own,
+                            distortion: Distortion::default(),
+                        },
+                        pinhole: own,
+                    });
                 }
                 None => odd.push(format!("{name} ({w}x{h})")),
             },
             Err(error) => unreadable.push(format!("{name} ({error})")),
         }
     }
-    if 2 * odd.len() > listed.len() {
-        return Err(SceneError::file(
+    if 2 * odd.len() > total {
+        refuse!(
             layout.images,
-            "most images differ in size and proportions from each other; all frames must come from one camera",
-        ));
+            "most images differ in size and proportions from each other; all frames must come from one camera"
+        );
     }
     warn(warnings, "images cannot be read and were left out", &unreadable);
     warn(
@@ -239,16 +254,14 @@ fn given_camera(
     }
     let given = read_intrinsics(&path)?;
     let Some(camera) = given.resized(width, height) else {
-        return Err(SceneError::file(
+        refuse!(
             path,
-            format!(
-                "is for images of {}x{} pixels, but those in {}/ have {width}x{height}, which is another shape; write \
+            "is for images of {}x{} pixels, but those in {}/ have {width}x{height}, which is another shape; write \
                  intrinsics for these images",
-                given.width,
-                given.height,
-                file_name(layout.images)
-            ),
-        ));
+            given.width,
+            given.height,
+            file_name(layout.images)
+        );
     };
     if camera != given {
         notes.push(format!(
@@ -260,123 +273,31 @@ fn given_camera(
 }
 
 /// The refusal of a capture most of whose images cannot be read.
-fn too_many_unreadable(listed: &[Listed], sizes: &[Result<(u32, u32), String>]) -> SceneError {
-    let bad: Vec<(&Listed, &String)> = listed
+fn too_many_unreadable(listed: &[Found], sizes: &[Result<(u32, u32), ImageError>]) -> SceneError {
+    let mut bad = listed
         .iter()
         .zip(sizes)
-        .filter_map(|(frame, size)| size.as_ref().err().map(|error| (frame, error)))
-        .collect();
-    let (path, error) = bad.first().map_or((PathBuf::new(), ""), |(frame, error)| {
-        (frame.path.clone(), error.as_str())
-    });
-    SceneError::file(
-        path,
-        format!(
-            "cannot be read ({error}), like {} of {} images; copy the capture again",
-            bad.len(),
-            listed.len()
-        ),
-    )
-}
-
-/// A decoded frame, or why there is none; what became of its orientation, and why it has no depth though there should
-/// be some.
-struct Decoded {
-    frame: Result<(Frame, Turn), String>,
-    depth_problem: Option<String>,
-}
-
-fn decode(
-    layout: &Layout,
-    listed: &Listed,
-    camera: &Camera,
-    (origin, has_depth): (DVec3, bool),
-    (keeping, number): (&Keeping, usize),
-) -> Result<Decoded, SceneError> {
-    let image = ImageFile {
-        path: listed.path.clone(),
-        mask: None,
-        lens: Lens {
-            image: *camera,
-            distortion: Distortion::default(),
-        },
-        pinhole: *camera,
-    };
-    let (color, turn) = match image.decode() {
-        Ok(decoded) => decoded,
-        Err(problem) => {
-            return Ok(Decoded {
-                frame: Err(problem.describe(&image.lens)),
-                depth_problem: None,
-            });
-        }
-    };
-    let depth_file = listed.depth.as_ref().map(|path| DepthFile {
-        path: path.clone(),
-        code: layout.depth_code,
-        camera: layout.depth_camera.clone(),
-    });
-    let (depth, depth_problem) = match &depth_file {
-        Some(file) => match file.decode(camera, &color)? {
-            Ok(depth) => (Some(depth), None),
-            Err(reason) => (None, Some(format!("{} ({reason})", file_name(&file.path)))),
-        },
-        None => (
-            None,
-            has_depth.then(|| format!("that of {} (no file)", file_name(&listed.path))),
-        ),
-    };
-    let depth_file = depth_file.filter(|_| depth.is_some());
-    let again = move || {
-        let color = image.decode_again()?;
-        let depth = match &depth_file {
-            None => None,
-            Some(file) => {
-                let depth = file.decode(&image.pinhole, &color)?;
-                Some(depth.map_err(|reason| unreadable(&file.path, &reason))?)
-            }
-        };
-        Ok(Pixels::new(color, depth))
-    };
-    let frame = Frame {
-        stem: stem(&listed.path),
-        path: listed.path.clone(),
-        camera: *camera,
-        camera_to_world: placed(&listed.camera_to_world, origin, 1.0),
-        pixels: keeping.keep(number, Pixels::new(color, depth), again),
-        points: Vec::new(),
-        lens: None,
-    };
-    Ok(Decoded {
-        frame: Ok((frame, turn)),
-        depth_problem,
-    })
+        .filter_map(|(frame, size)| Some((frame, size.as_ref().err()?)));
+    let first = bad
+        .next()
+        .map(|(frame, error)| (frame.path.clone(), error.to_string()));
+    let (path, error) = first.unwrap_or_default();
+    let (count, total) = (1 + bad.count(), listed.len());
+    let reason = format!("cannot be read ({error}), like {count} of {total} images; copy the capture again");
+    SceneError::file(path, reason)
 }
 
 /// The frames that could be decoded, if they are most of the capture.
 fn keep_usable(
     layout: &Layout,
-    listed: &[(&Listed, Camera)],
-    decoded: Vec<Decoded>,
+    read: SortedOut,
     warnings: &mut Vec<String>,
 ) -> Result<Vec<Frame>, SceneError> {
-    let total = decoded.len();
-    let (mut frames, mut bad, mut bad_depth) = (Vec::new(), Vec::new(), Vec::new());
-    let mut turns = Vec::new();
-    for (decoded, (listed, _)) in decoded.into_iter().zip(listed) {
-        match decoded.frame {
-            Ok((frame, turn)) => {
-                turns.push((file_name(&listed.path), turn));
-                frames.push(frame);
-            }
-            Err(reason) => bad.push(format!("{} ({reason})", file_name(&listed.path))),
-        }
-        bad_depth.extend(decoded.depth_problem);
-    }
+    let total = read.frames.len() + read.bad.len();
     for (problems, folder, what, otherwise) in [
-        (&bad, layout.images, "images cannot be used", ""),
+        (&read.bad, layout.images, "images cannot be used", ""),
         (
-            &bad_depth,
+            &read.bad_depth,
             layout.depths,
             "depth images are missing or cannot be read",
             ", or open it without depth",
@@ -386,19 +307,19 @@ fn keep_usable(
             format!("{count} of {total} {what}, first {first}; copy the capture again{otherwise}")
         })?;
     }
-    warn(warnings, "images cannot be used and were left out", &bad);
-    warn_of_turns(warnings, &turns);
+    warn(warnings, "images cannot be used and were left out", &read.bad);
+    warn_of_turns(warnings, &read.turns);
     warn(
         warnings,
         "frames are used without depth because it is missing or cannot be read",
-        &bad_depth,
+        &read.bad_depth,
     );
-    Ok(frames)
+    Ok(read.frames)
 }
 
 /// The median camera position where it is far from zero, else zero.
-fn choose_origin(listed: &[(&Listed, Camera)]) -> DVec3 {
-    let median = median_position(listed.iter().map(|(frame, _)| frame.camera_to_world.translation));
+fn choose_origin(listed: &[Listed]) -> DVec3 {
+    let median = median_position(listed.iter().map(|frame| frame.camera_to_world.translation));
     if median.length() > FAR_FROM_ZERO {
         median
     } else {

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 
 use super::text::{parse_pose, read_text};
-use super::{Listed, check_poses};
+use super::{Found, check_poses};
 use crate::scene::files::{file_name, refuse_most, warn};
 use crate::scene::{OpenOptions, SceneError};
 
@@ -46,7 +46,7 @@ pub(in crate::scene) fn list(
     frames: impl IntoIterator<Item = FrameFiles>,
     options: OpenOptions,
     warnings: &mut Vec<String>,
-) -> Result<Vec<Listed>, SceneError> {
+) -> Result<Vec<Found>, SceneError> {
     let (mut found, mut without_pose, mut without_image) = (Vec::new(), Vec::new(), Vec::new());
     for files in frames {
         match (files.color, files.pose) {
@@ -76,7 +76,7 @@ pub(in crate::scene) fn list(
     let (mut listed, mut bad) = (Vec::new(), Vec::new());
     for ((path, depth, pose_file), pose) in found.into_iter().zip(poses) {
         match pose {
-            Ok(camera_to_world) => listed.push(Listed {
+            Ok(camera_to_world) => listed.push(Found {
                 path,
                 depth: depth.filter(|_| options.depth),
                 camera_to_world,

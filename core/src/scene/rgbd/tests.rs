@@ -9,7 +9,9 @@ fn published_intrinsics_follow_the_size_of_the_images_and_refuse_other_proportio
         (camera.fx, camera.fy, camera.cx, camera.cy),
         (292.5, 292.0, 160.0, 120.0)
     );
-    let reason = published_camera([585.0; 2], [320.0, 240.0], 640, 360).unwrap_err();
+    let reason = published_camera([585.0; 2], [320.0, 240.0], 640, 360)
+        .unwrap_err()
+        .to_string();
     assert!(
         reason.contains("640x360") && reason.contains("fx fy cx cy"),
         "{reason}"

@@ -4,7 +4,8 @@ use std::path::Path;
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use crate::scene::camera::{image_size, pose_problem};
+use crate::scene::camera::{image_size, rigid};
+use crate::scene::error::{PoseError, refuse};
 use crate::scene::{Camera, SceneError};
 
 /// A 4x4 matrix that may not be a pose.
@@ -18,20 +19,17 @@ pub(in crate::scene) struct Pose {
 
 impl Pose {
     /// Camera-to-world, or what is wrong with it.
-    pub fn checked(&self) -> Result<DAffine3, &'static str> {
+    pub fn checked(&self) -> Result<DAffine3, PoseError> {
         let v = &self.values;
-        let pose = DAffine3::from_mat3_translation(
+        let pose = rigid(DAffine3::from_mat3_translation(
             DMat3::from_cols_array(&[v[0], v[4], v[8], v[1], v[5], v[9], v[2], v[6], v[10]]),
             DVec3::new(v[3], v[7], v[11]),
-        );
-        if let Some(problem) = pose_problem(&pose) {
-            return Err(problem);
-        }
+        ))?;
         let last_row = [v[12], v[13], v[14], v[15] - 1.0];
         if last_row.iter().all(|v| v.abs() < 1e-6) {
             Ok(pose)
         } else {
-            Err("its last row is not 0 0 0 1")
+            Err(PoseError::LastRow)
         }
     }
 }
@@ -43,14 +41,11 @@ impl Pose {
 pub(in crate::scene) fn parse_pose(
     path: &Path,
     text: &str,
-) -> Result<Result<DAffine3, &'static str>, SceneError> {
+) -> Result<Result<DAffine3, PoseError>, SceneError> {
     const FORM: &str = "write four lines of four numbers, the camera-to-world matrix";
     let rows = parse_numbers(path, text)?;
     if let Some((line, row)) = rows.iter().find(|(_, row)| row.len() != 4) {
-        return Err(SceneError::file(
-            path,
-            format!("line {line} has {} numbers; {FORM}", row.len()),
-        ));
+        refuse!(path, "line {line} has {} numbers; {FORM}", row.len());
     }
     let line = rows.first().map_or(1, |&(line, _)| line);
     let values: Vec<f64> = rows.into_iter().flat_map(|(_, row)| row).collect();
@@ -72,21 +67,17 @@ pub(in crate::scene) fn parse_intrinsics(path: &Path, text: &str) -> Result<Came
         .flat_map(|(_, values)| values)
         .collect();
     let &[fx, fy, cx, cy, width, height] = values.as_slice() else {
-        return Err(SceneError::file(
+        refuse!(
             path,
-            format!(
-                "has {} numbers; write six: fx fy cx cy width height",
-                values.len()
-            ),
-        ));
+            "has {} numbers; write six: fx fy cx cy width height",
+            values.len()
+        );
     };
     let Some(size) = image_size([width, height]) else {
-        return Err(SceneError::file(
+        refuse!(
             path,
-            format!(
-                "{width} x {height} is not an image size in pixels; write six numbers: fx fy cx cy width height"
-            ),
-        ));
+            "{width} x {height} is not an image size in pixels; write six numbers: fx fy cx cy width height"
+        );
     };
     let camera = Camera::checked(size, [fx, fy, cx, cy]).map_err(|problem| {
         SceneError::file(

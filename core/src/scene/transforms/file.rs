@@ -5,7 +5,8 @@ use std::path::Path;
 use glam::{DAffine3, DMat3, DVec3};
 use serde::Deserialize;
 
-use crate::scene::camera::pose_problem;
+use crate::scene::camera::rigid;
+use crate::scene::error::{CameraError, PoseError, refuse};
 use crate::scene::{Camera, Distortion, Lens, SceneError};
 
 /// The camera models whose images are those of a pinhole camera up to k1, k2, p1 and p2.
@@ -100,20 +101,15 @@ impl Transforms {
             )
         })?;
         if transforms.frames.is_empty() {
-            return Err(SceneError::file(
-                file,
-                "lists no frames; register the images of the capture first",
-            ));
+            refuse!(file, "lists no frames; register the images of the capture first");
         }
         let step = transforms.depth_unit();
         if !(step > 0.0 && step <= LONGEST_STEP) {
-            return Err(SceneError::file(
+            refuse!(
                 file,
-                format!(
-                    "has {step} as depth_unit_scale_factor; give the length of a step of the depth images, 0.001 \
+                "has {step} as depth_unit_scale_factor; give the length of a step of the depth images, 0.001 \
                      for millimetres"
-                ),
-            ));
+            );
         }
         Ok(transforms)
     }
@@ -129,16 +125,19 @@ impl Transforms {
         Some([own.w.or(shared.w)?, own.h.or(shared.h)?])
     }
 
-    /// The lens of a frame with this width and height, and the pinhole camera that takes its place; or what
-    /// is wrong with it, and what to do.
-    pub fn lens(&self, entry: &Entry, [width, height]: [f64; 2]) -> Result<(Lens, Camera), String> {
+    /// The lens of a frame with this width and height, and the pinhole camera that takes its place.
+    ///
+    /// # Errors
+    /// What is wrong with it, and what to do.
+    pub fn lens(&self, entry: &Entry, [width, height]: [f64; 2]) -> Result<(Lens, Camera), CameraError> {
+        let unusable = |reason: String| Err(CameraError::NotGiven(reason));
         let (own, shared) = (&entry.own, &self.shared);
         if own.is_fisheye.or(shared.is_fisheye) == Some(true) {
-            return Err("it has a fisheye lens (is_fisheye); undistort the images first".to_owned());
+            return unusable("it has a fisheye lens (is_fisheye); undistort the images first".to_owned());
         }
         let model = own.camera_model.as_deref().or(shared.camera_model.as_deref());
         if let Some(model) = model.filter(|model| !CAMERA_MODELS.contains(model)) {
-            return Err(format!(
+            return unusable(format!(
                 "it has the camera model {}; undistort the images first, or use {}",
                 model.escape_debug().take(40).collect::<String>(),
                 CAMERA_MODELS.join(", ")
@@ -147,14 +146,14 @@ impl Transforms {
         let given = |value: fn(&Intrinsics) -> Option<f64>| value(own).or_else(|| value(shared));
         let or_zero = |value| given(value).unwrap_or(0.0);
         if or_zero(|own| own.k3) != 0.0 || or_zero(|own| own.k4) != 0.0 {
-            return Err(
+            return unusable(
                 "its k3 or k4 is not 0, and only k1, k2, p1 and p2 can be undone; undistort the images \
                         first, or calibrate without k3 and k4"
                     .to_owned(),
             );
         }
         if width.fract() != 0.0 || height.fract() != 0.0 || width < 1.0 || height < 1.0 {
-            return Err(format!(
+            return unusable(format!(
                 "{width} x {height} is not an image size in pixels; correct w and h, or remove them"
             ));
         }
@@ -162,7 +161,7 @@ impl Transforms {
         let along_x = own.focal_x(width).or_else(|| shared.focal_x(width));
         let along_y = own.focal_y(height).or_else(|| shared.focal_y(height));
         let (Some(fx), Some(fy)) = (along_x.or(along_y), along_y.or(along_x)) else {
-            return Err("it has no focal length; give fl_x or camera_angle_x".to_owned());
+            return unusable("it has no focal length; give fl_x or camera_angle_x".to_owned());
         };
         let cx = given(|own| own.cx).unwrap_or(0.5 * width);
         let cy = given(|own| own.cy).unwrap_or(0.5 * height);
@@ -173,7 +172,7 @@ impl Transforms {
             p2: or_zero(|own| own.p2),
         };
         Lens::checked([width as u64, height as u64], [fx, fy, cx, cy], distortion)
-            .map_err(|problem| format!("{problem}; calibrate it anew"))
+            .or_else(|error| unusable(format!("{error}; calibrate it anew")))
     }
 }
 
@@ -204,23 +203,22 @@ fn focal(angle: f64, size: f64) -> f64 {
 impl Entry {
     /// The pose, camera-to-world with OpenCV's camera axes, in the unit of the file; or what is wrong with
     /// it.
-    pub fn camera_to_world(&self) -> Result<DAffine3, &'static str> {
+    pub fn camera_to_world(&self) -> Result<DAffine3, PoseError> {
         pose_of_open_gl(&self.transform_matrix)
     }
 }
 
 /// The pose of a camera-to-world matrix, three or four rows, with OpenGL's camera axes; or what is wrong with it.
-pub(in crate::scene) fn pose_of_open_gl<R: AsRef<[f64]>>(rows: &[R]) -> Result<DAffine3, &'static str> {
+pub(in crate::scene) fn pose_of_open_gl<R: AsRef<[f64]>>(rows: &[R]) -> Result<DAffine3, PoseError> {
     let rows: Vec<&[f64]> = rows.iter().map(AsRef::as_ref).collect();
     if !(3..=4).contains(&rows.len()) || rows.iter().any(|row| row.len() != 4) {
-        return Err("it is not a matrix of 4 x 4 numbers");
+        return Err(PoseError::Shape);
     }
     if rows.get(3).is_some_and(|row| **row != [0.0, 0.0, 0.0, 1.0]) {
-        return Err("its last row is not 0 0 0 1");
+        return Err(PoseError::LastRow);
     }
     let column = |column: usize| DVec3::new(rows[0][column], rows[1][column], rows[2][column]);
     // OpenGL's cameras look along -z with y up, OpenCV's along z with y down.
     let rotation = DMat3::from_cols(column(0), -column(1), -column(2));
-    let pose = DAffine3::from_mat3_translation(rotation, column(3));
-    pose_problem(&pose).map_or(Ok(pose), Err)
+    rigid(DAffine3::from_mat3_translation(rotation, column(3)))
 }

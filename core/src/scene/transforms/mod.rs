@@ -11,18 +11,16 @@ mod file;
 mod tests;
 
 use std::path::{Component, Path, PathBuf};
-use std::sync::atomic::{AtomicUsize, Ordering};
 
-use glam::{DAffine3, DVec3};
 use image::DynamicImage;
-use rayon::prelude::*;
 
-use super::camera::{median_position, placed, unit_of_cameras};
-use super::files::{Reach, decode_image, dimensions, file_name, frame_names, refuse_most, unreadable, warn};
+use super::camera::{median_position, unit_of_cameras};
+use super::error::{ImageError, refuse};
+use super::files::{Reach, decode_image, dimensions, frame_names, refuse_most, warn};
 use super::frame::to_image;
-use super::images::{ImageFile, ImageProblem, Turn, warn_of_turns};
-use super::keyframes::Keeping;
-use super::{Camera, ColorImage, DepthMap, Frame, Lens, OpenOptions, Pixels, Scene, SceneError, SceneSource};
+use super::images::warn_of_turns;
+use super::reading::{Listed, Placing, ReadDepth, SortedOut, read_frames};
+use super::{Camera, ColorImage, DepthMap, Frame, Lens, OpenOptions, Scene, SceneError, SceneSource};
 use file::Entry;
 pub(super) use file::{Transforms, pose_of_open_gl};
 
@@ -41,29 +39,6 @@ pub(super) fn recognise(folder: &Path) -> bool {
     folder.join("transforms.json").is_file()
 }
 
-/// A frame that is still on disk, in the file's own coordinates.
-struct Listed {
-    /// Path of the colour image below the folder.
-    name: String,
-    path: PathBuf,
-    depth: Option<PathBuf>,
-    mask: Option<PathBuf>,
-    camera_to_world: DAffine3,
-    lens: Lens,
-    /// The camera of the frame: the lens's own where it bends nothing.
-    pinhole: Camera,
-}
-
-/// From the file's coordinates to the scene's.
-struct Placing {
-    /// The zero of the scene, in the file's coordinates.
-    origin: DVec3,
-    /// The length of a metre, in the file's unit.
-    unit: f64,
-    /// The length of a step of the depth images, in metres; `None` to leave them unread.
-    depth: Option<f64>,
-}
-
 /// Reads a folder in this format.
 pub(super) fn read(
     folder: &Path,
@@ -74,14 +49,13 @@ pub(super) fn read(
     let transforms = Transforms::read(&file)?;
     let (mut warnings, mut notes) = (Vec::new(), Vec::new());
     let reach = Reach::of(folder, options);
-    let listed = list(folder, &file, &reach, &transforms, &mut warnings)?;
+    let mut listed = list(folder, &file, &reach, &transforms, &mut warnings)?;
     let centres = || listed.iter().map(|frame| frame.camera_to_world.translation);
     // Measured depth is in metres, and so are poses that agree with it; whether it is read does not matter.
     let metric = listed.iter().any(|frame| frame.depth.is_some());
     let placing = Placing {
         origin: median_position(centres()),
         unit: if metric { 1.0 } else { unit_of_cameras(centres()) },
-        depth: options.depth.then(|| transforms.depth_unit()),
     };
     if !metric {
         notes.push(format!(
@@ -93,14 +67,19 @@ pub(super) fn read(
     if let Some(points) = &transforms.ply_file_path {
         notes.push(format!("the points in {points:?} were not read"));
     }
-    let frames = decode(
-        folder,
-        &file,
-        &listed,
-        (&placing, options),
-        progress,
-        &mut warnings,
-    )?;
+    if !options.depth {
+        listed.iter_mut().for_each(|frame| frame.depth = None);
+    }
+    let step = transforms.depth_unit();
+    let depth = |frame: &Listed| -> ReadDepth {
+        let (pinhole, lens) = (frame.pinhole, frame.lens);
+        Box::new(move |path, color| {
+            let bent = Some(&lens).filter(|lens| !lens.distortion.is_none());
+            Ok(decode_depth(path, (&pinhole, bent), color, step))
+        })
+    };
+    let read = read_frames(&listed, placing, options, progress, depth, |_, _| ())?;
+    let frames = keep_usable(folder, SortedOut::of(&listed, read), &mut warnings)?;
     Ok(Scene {
         source: SceneSource::Folder(folder.to_path_buf()),
         format: NAME,
@@ -152,26 +131,28 @@ fn list(
             SceneError::file(file, message)
         })?;
         match entry.camera_to_world() {
-            Ok(camera_to_world) => listed.push(Listed {
-                path,
-                depth,
-                mask,
-                camera_to_world,
-                lens,
-                pinhole,
+            Ok(camera_to_world) => listed.push((
                 name,
-            }),
+                Listed {
+                    stem: String::new(),
+                    name: String::new(),
+                    path,
+                    mask,
+                    depth,
+                    camera_to_world,
+                    lens,
+                    pinhole,
+                },
+            )),
             Err(problem) => bad.push(format!("{name:?} ({problem})")),
         }
     }
     if let Some(first) = missing.first().filter(|_| missing.len() == total) {
-        return Err(SceneError::file(
+        refuse!(
             file,
-            format!(
-                "none of its {total} images is there, first {first}; put the images where the file says, below its \
+            "none of its {total} images is there, first {first}; put the images where the file says, below its \
                  own folder"
-            ),
-        ));
+        );
     }
     let present = total - missing.len();
     too_many(file, &bad, present, "poses are unusable", "write the file anew")?;
@@ -194,16 +175,21 @@ fn list(
         &bad,
     );
     if listed.is_empty() {
-        return Err(SceneError::file(
+        refuse!(
             file,
-            format!(
-                "has no usable frame: {}; copy the capture again",
-                warnings.join("; ")
-            ),
-        ));
+            "has no usable frame: {}; copy the capture again",
+            warnings.join("; ")
+        );
     }
-    listed.sort_by(|a, b| a.name.cmp(&b.name));
-    Ok(listed)
+    listed.sort_by(|a, b| a.0.cmp(&b.0));
+    let names: Vec<&str> = listed.iter().map(|(name, _)| name.as_str()).collect();
+    let stems = frame_names(file, &names)?;
+    let listed = stems.into_iter().zip(listed).map(|(stem, (name, frame))| Listed {
+        stem,
+        name: format!("{name:?}"),
+        ..frame
+    });
+    Ok(listed.collect())
 }
 
 /// [`refuse_most`], in the words of this reader.
@@ -227,11 +213,7 @@ fn check_names(file: &Path, reach: &Reach, entry: &Entry) -> Result<(), SceneErr
         entry.mask_path.as_ref(),
     ];
     let mut paths = paths.into_iter().flatten();
-    paths.try_for_each(|path| {
-        reach
-            .check_name(path)
-            .map_err(|reason| SceneError::file(file, reason))
-    })
+    paths.try_for_each(|path| reach.check_name(file, "", path))
 }
 
 /// The path of a colour image below the folder, with the extension that its file has.
@@ -249,133 +231,36 @@ fn image_name(folder: &Path, path: &str) -> Option<String> {
 }
 
 /// Width and height of an image on disk, in pixels.
-fn size_of(path: &Path) -> Result<[f64; 2], String> {
+fn size_of(path: &Path) -> Result<[f64; 2], ImageError> {
     let (width, height) = dimensions(path)?;
     Ok([f64::from(width), f64::from(height)])
 }
 
-/// Decodes the images and the depth; images that cannot be used are left out, up to half of them, and depth
-/// that cannot be used likewise.
-fn decode(
-    folder: &Path,
-    file: &Path,
-    listed: &[Listed],
-    (placing, options): (&Placing, OpenOptions),
-    progress: &(dyn Fn(usize, usize) + Sync),
-    warnings: &mut Vec<String>,
-) -> Result<Vec<Frame>, SceneError> {
-    let names: Vec<&str> = listed.iter().map(|frame| frame.name.as_str()).collect();
-    let stems = frame_names(file, &names)?;
-    let with_depth = |listed: &Listed| listed.depth.is_some() && placing.depth.is_some();
-    let cameras = listed.iter().map(|listed| (&listed.pinhole, with_depth(listed)));
-    let keeping = Keeping::of(cameras, options);
-    let (done, total) = (AtomicUsize::new(0), listed.len());
-    let decoded: Vec<_> = listed
-        .par_iter()
-        .zip(stems)
-        .enumerate()
-        .map(|(number, (listed, stem))| {
-            let frame = decode_frame(listed, stem, placing, (&keeping, number));
-            progress(1 + done.fetch_add(1, Ordering::Relaxed), total);
-            frame
-        })
-        .collect();
-    let (mut frames, mut unusable, mut bad_depth) = (Vec::new(), Vec::new(), Vec::new());
-    let mut turns = Vec::new();
-    for (listed, decoded) in listed.iter().zip(decoded) {
-        let name = format!("{:?}", listed.name);
-        match decoded {
-            Ok(decoded) => {
-                frames.push(decoded.frame);
-                turns.push((name, decoded.turn));
-                bad_depth.extend(decoded.depth_problem);
-            }
-            Err(problem) => unusable.push(format!("{name} ({})", problem.describe(&listed.lens))),
-        }
-    }
+/// The frames that could be read, if most images and most depth images can be used.
+fn keep_usable(folder: &Path, read: SortedOut, warnings: &mut Vec<String>) -> Result<Vec<Frame>, SceneError> {
+    let total = read.frames.len() + read.bad.len();
     too_many(
         folder,
-        &unusable,
+        &read.bad,
         total,
         "images cannot be used",
         "use the images that the poses in transforms.json were found with, or copy the capture again",
     )?;
     too_many(
         folder,
-        &bad_depth,
+        &read.bad_depth,
         total,
         "depth images are missing or cannot be used",
         "copy the capture again, or open it without depth",
     )?;
-    warn(warnings, "images cannot be used and were left out", &unusable);
-    warn_of_turns(warnings, &turns);
+    warn(warnings, "images cannot be used and were left out", &read.bad);
+    warn_of_turns(warnings, &read.turns);
     warn(
         warnings,
         "frames are used without depth because it is missing or cannot be used",
-        &bad_depth,
+        &read.bad_depth,
     );
-    Ok(frames)
-}
-
-/// A frame, what became of its image's orientation, and why it has no depth though there should be some.
-struct Decoded {
-    frame: Frame,
-    turn: Turn,
-    depth_problem: Option<String>,
-}
-
-fn decode_frame(
-    listed: &Listed,
-    stem: String,
-    placing: &Placing,
-    (keeping, number): (&Keeping, usize),
-) -> Result<Decoded, ImageProblem> {
-    let (pinhole, lens) = (listed.pinhole, listed.lens);
-    let bent = (!lens.distortion.is_none()).then_some(lens);
-    let image = ImageFile {
-        path: listed.path.clone(),
-        mask: listed.mask.clone(),
-        lens,
-        pinhole,
-    };
-    let (color, turn) = image.decode()?;
-    let read_depth = move |path: &Path, step: f64, color: &ColorImage| {
-        decode_depth(path, (&pinhole, bent.as_ref()), color, step)
-    };
-    let depth_file = listed.depth.clone().zip(placing.depth);
-    let (depth, depth_problem) = match &depth_file {
-        None => (None, None),
-        Some((path, step)) => match read_depth(path, *step, &color) {
-            Ok(depth) => (Some(depth), None),
-            Err(reason) => (None, Some(format!("{} ({reason})", file_name(path)))),
-        },
-    };
-    let depth_file = depth_file.filter(|_| depth.is_some());
-    let again = move || {
-        let color = image.decode_again()?;
-        let depth = match &depth_file {
-            None => None,
-            Some((path, step)) => {
-                let depth = read_depth(path, *step, &color);
-                Some(depth.map_err(|reason| unreadable(path, &reason))?)
-            }
-        };
-        Ok(Pixels::new(color, depth))
-    };
-    let frame = Frame {
-        stem,
-        path: listed.path.clone(),
-        camera: pinhole,
-        camera_to_world: placed(&listed.camera_to_world, placing.origin, placing.unit),
-        pixels: keeping.keep(number, Pixels::new(color, depth), again),
-        points: Vec::new(),
-        lens: bent,
-    };
-    Ok(Decoded {
-        frame,
-        turn,
-        depth_problem,
-    })
+    Ok(read.frames)
 }
 
 /// Depth as ray lengths from a 16-bit image of z-depth in steps of this many metres, or why it cannot be
@@ -386,18 +271,19 @@ fn decode_depth(
     (camera, lens): (&Camera, Option<&Lens>),
     color: &ColorImage,
     step: f64,
-) -> Result<DepthMap, String> {
+) -> Result<DepthMap, ImageError> {
     let DynamicImage::ImageLuma16(image) = decode_image(path)? else {
-        return Err("not a 16-bit greyscale PNG".to_owned());
+        return Err(ImageError::NotDepth);
     };
     let on_disk = lens.map_or(camera, |lens| &lens.image);
     let [width, height] = [on_disk.width, on_disk.height].map(u64::from);
     let (own_width, own_height) = (u64::from(image.width()), u64::from(image.height()));
     // Up to a pixel of rounding.
     if (own_width * height).abs_diff(own_height * width) > width.max(height) {
-        return Err(format!(
-            "{own_width}x{own_height} pixels, which is another shape than that of its {width}x{height} colour image"
-        ));
+        return Err(ImageError::Shape {
+            found: image.dimensions(),
+            wanted: (on_disk.width, on_disk.height),
+        });
     }
     let below = |v: u32, own: u64, size: u64| ((2 * u64::from(v) + 1) * own / (2 * size)) as u32;
     let pixels = (0..camera.height).flat_map(|row| (0..camera.width).map(move |column| [column, row]));

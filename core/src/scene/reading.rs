@@ -1,0 +1,170 @@
+//! From the files of frames to frames: what the readers of all formats share.
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use glam::{DAffine3, DVec3};
+use rayon::prelude::*;
+
+use super::camera::placed;
+use super::error::ImageError;
+use super::files::{file_name, unreadable};
+use super::images::{ImageFile, Turn};
+use super::keyframes::Keeping;
+use super::{Camera, ColorImage, DepthMap, Frame, Lens, OpenOptions, Pixels, SceneError};
+
+/// A frame that is still on disk, in the capture's own coordinates.
+pub(super) struct Listed {
+    /// Its name, which its labels are named by.
+    pub stem: String,
+    /// What messages call its image.
+    pub name: String,
+    /// The colour image.
+    pub path: PathBuf,
+    /// The mask, where there is one.
+    pub mask: Option<PathBuf>,
+    /// The depth image, where there is one and it is wanted.
+    pub depth: Option<PathBuf>,
+    /// Camera-to-world in the capture's own coordinates and unit.
+    pub camera_to_world: DAffine3,
+    /// What the image was taken with.
+    pub lens: Lens,
+    /// The camera of the frame: the lens's own where that bends nothing.
+    pub pinhole: Camera,
+}
+
+/// From the capture's coordinates to the scene's.
+#[derive(Clone, Copy)]
+pub(super) struct Placing {
+    /// The zero of the scene, in the capture's coordinates.
+    pub origin: DVec3,
+    /// The length of a metre, in the capture's unit.
+    pub unit: f64,
+}
+
+/// Decodes a depth image for the colour image of its frame. The inner error is that of an image that cannot be used, the
+/// outer one that of a capture that cannot be read at all.
+pub(super) type ReadDepth =
+    Box<dyn Fn(&Path, &ColorImage) -> Result<Result<DepthMap, ImageError>, SceneError> + Send + Sync>;
+
+/// A frame that was read.
+pub(super) struct ReadFrame<T> {
+    /// The frame, without sparse points.
+    pub frame: Frame,
+    /// What became of the orientation of its image.
+    pub turn: Turn,
+    /// Its depth image, and why that cannot be used.
+    pub depth_problem: Option<String>,
+    /// What was found in its colour image.
+    pub seen: T,
+}
+
+/// Reads the listed frames in parallel: each one, or why its image cannot be used. `depth` gives what decodes the depth
+/// image of a frame that has one; `look` looks at the colour image of the frame with this index. `progress` is called
+/// with (frames read, frames in all), from any thread.
+///
+/// # Errors
+/// What `depth` finds to be wrong with the capture as a whole.
+pub(super) fn read_frames<T: Send>(
+    listed: &[Listed],
+    placing: Placing,
+    options: OpenOptions,
+    progress: &(dyn Fn(usize, usize) + Sync),
+    depth: impl Fn(&Listed) -> ReadDepth + Sync,
+    look: impl Fn(usize, &ColorImage) -> T + Sync,
+) -> Result<Vec<Result<ReadFrame<T>, ImageError>>, SceneError> {
+    let cameras = listed.iter().map(|frame| (&frame.pinhole, frame.depth.is_some()));
+    let keeping = Keeping::of(cameras, options);
+    let done = AtomicUsize::new(0);
+    let read = listed.par_iter().enumerate().map(|(number, frame)| {
+        let depth = frame.depth.clone().map(|path| (path, depth(frame)));
+        let read = read_frame(number, frame, placing, &keeping, depth, |color| {
+            look(number, color)
+        });
+        progress(1 + done.fetch_add(1, Ordering::Relaxed), listed.len());
+        read
+    });
+    read.collect()
+}
+
+fn read_frame<T>(
+    number: usize,
+    listed: &Listed,
+    placing: Placing,
+    keeping: &Keeping,
+    depth: Option<(PathBuf, ReadDepth)>,
+    look: impl FnOnce(&ColorImage) -> T,
+) -> Result<Result<ReadFrame<T>, ImageError>, SceneError> {
+    let image = ImageFile {
+        path: listed.path.clone(),
+        mask: listed.mask.clone(),
+        lens: listed.lens,
+        pinhole: listed.pinhole,
+    };
+    let (color, turn) = match image.decode() {
+        Ok(decoded) => decoded,
+        Err(error) => return Ok(Err(error)),
+    };
+    let (mut measured, mut depth_problem) = (None, None);
+    if let Some((path, decode)) = &depth {
+        match decode(path, &color)? {
+            Ok(map) => measured = Some(map),
+            Err(error) => depth_problem = Some(format!("{} ({error})", file_name(path))),
+        }
+    }
+    let seen = look(&color);
+    let depth = depth.filter(|_| measured.is_some());
+    let again = move || {
+        let color = image.decode_again()?;
+        let depth = match &depth {
+            None => None,
+            Some((path, decode)) => Some(decode(path, &color)?.map_err(|error| unreadable(path, error))?),
+        };
+        Ok(Pixels::new(color, depth))
+    };
+    let frame = Frame {
+        stem: listed.stem.clone(),
+        path: listed.path.clone(),
+        camera: listed.pinhole,
+        camera_to_world: placed(&listed.camera_to_world, placing.origin, placing.unit),
+        pixels: keeping.keep(number, Pixels::new(color, measured), again),
+        points: Vec::new(),
+        lens: (!listed.lens.distortion.is_none()).then_some(listed.lens),
+    };
+    Ok(Ok(ReadFrame {
+        frame,
+        turn,
+        depth_problem,
+        seen,
+    }))
+}
+
+/// The frames of a capture, and what is to be said of those that could not be used as they are.
+#[derive(Default)]
+pub(super) struct SortedOut {
+    pub frames: Vec<Frame>,
+    /// What became of the orientations, by the names of the images.
+    pub turns: Vec<(String, Turn)>,
+    /// Images that cannot be used, and why.
+    pub bad: Vec<String>,
+    /// Depth images that cannot be used, and why.
+    pub bad_depth: Vec<String>,
+}
+
+impl SortedOut {
+    /// Sorts out what was read of these frames.
+    pub fn of<T>(listed: &[Listed], read: Vec<Result<ReadFrame<T>, ImageError>>) -> Self {
+        let mut sorted = Self::default();
+        for (listed, read) in listed.iter().zip(read) {
+            match read {
+                Ok(read) => {
+                    sorted.frames.push(read.frame);
+                    sorted.turns.push((listed.name.clone(), read.turn));
+                    sorted.bad_depth.extend(read.depth_problem);
+                }
+                Err(error) => sorted.bad.push(format!("{} ({error})", listed.name)),
+            }
+        }
+        sorted
+    }
+}
