@@ -26,6 +26,18 @@ pub struct Arguments {
     pub command: Option<Command>,
     #[command(flatten)]
     pub window: WindowArguments,
+    /// Write a log to this file. Without it the last events are kept in inplace/inplace.log, for bug reports, in
+    /// $XDG_DATA_HOME or ~/.local/share (macOS: ~/Library/Application Support, Windows: %LOCALAPPDATA%). RUST_LOG says
+    /// what is logged.
+    #[arg(long, value_name = "FILE", global = true)]
+    pub log: Option<PathBuf>,
+}
+
+impl Arguments {
+    /// Whether the window opens; all else runs without one.
+    pub fn opens_the_window(&self) -> bool {
+        matches!(self.command, None | Some(Command::Demo { out: None, .. }))
+    }
 }
 
 /// The window.

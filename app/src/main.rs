@@ -3,10 +3,12 @@
 
 mod arguments;
 mod commands;
+mod logging;
 
 use std::process::ExitCode;
 
 use clap::Parser;
+use inplace_core::TOLD;
 
 use arguments::Arguments;
 
@@ -15,9 +17,12 @@ use arguments::Arguments;
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 
 fn main() -> ExitCode {
-    match commands::run(Arguments::parse()) {
+    let arguments = Arguments::parse();
+    logging::start(arguments.log.as_deref(), arguments.opens_the_window());
+    match commands::run(arguments) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
+            tracing::error!(target: TOLD, "{error}");
             eprintln!("inplace: {error}");
             ExitCode::FAILURE
         }

@@ -22,3 +22,7 @@ pub mod project;
 pub mod scene;
 pub mod semantics;
 pub mod session;
+
+/// Target of the log's events whose sentence a person is told as well, in the window or by a command: a log beside
+/// that leaves them out.
+pub const TOLD: &str = "inplace::told";

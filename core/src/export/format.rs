@@ -2,6 +2,7 @@
 
 use std::ops::ControlFlow;
 use std::path::Path;
+use std::time::Instant;
 
 use super::cityscapes::Cityscapes;
 use super::coco_instances::CocoInstances;
@@ -14,6 +15,7 @@ use super::pngs::Pngs;
 use super::solid::{self, Solid};
 use super::voc::Voc;
 use super::{ExportError, Options};
+use crate::TOLD;
 
 /// A kind of data set.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -103,7 +105,8 @@ pub fn export(
     options: &Options,
     progress: &(dyn Fn(usize, usize) -> ControlFlow<()> + Sync),
 ) -> Result<Written, ExportError> {
-    match format {
+    let start = Instant::now();
+    let written = match format {
         Format::Png => layout::write(&Pngs, folder, labelled, options, progress),
         Format::Overlay => layout::write(&Overlay, folder, labelled, options, progress),
         Format::Voc => layout::write(&Voc, folder, labelled, options, progress),
@@ -114,7 +117,19 @@ pub fn export(
         Format::HuggingFace => layout::write(&HuggingFace, folder, labelled, options, progress),
         Format::PointCloud => solid::write(Solid::Cloud, folder, labelled, options, progress),
         Format::Mesh => solid::write(Solid::Mesh, folder, labelled, options, progress),
+    };
+    match &written {
+        Ok(written) => tracing::info!(
+            format = format.name(),
+            folder = %folder.display(),
+            files = written.files,
+            unchanged = written.unchanged,
+            seconds = start.elapsed().as_secs_f64(),
+            "labels are exported"
+        ),
+        Err(error) => tracing::warn!(target: TOLD, "{error}"),
     }
+    written
 }
 
 #[cfg(test)]

@@ -23,6 +23,11 @@ pub fn pictures_folder() -> PathBuf {
     user_folder(Kind::Data).join("pictures")
 }
 
+/// Where the log is kept that a bug report can attach: `inplace/inplace.log` in the folder that [`autosave_path`] is in.
+pub fn log_path() -> PathBuf {
+    user_folder(Kind::Data).join("inplace.log")
+}
+
 /// File name of the small picture of the scene or project at a path: always the same for one path, and
 /// another one for every other.
 pub fn picture_name(of: &Path) -> String {

@@ -27,7 +27,7 @@ use rusqlite::{Connection, Transaction};
 pub use contents::{Contents, FrameRecord, SceneRecord};
 pub use error::ProjectError;
 pub use journal::{Journal, JournalEvent};
-pub use location::{autosave_path, configuration_folder, picture_name, pictures_folder};
+pub use location::{autosave_path, configuration_folder, log_path, picture_name, pictures_folder};
 pub use opened::{Opened, Owner};
 
 use crate::labels::{Edit, History, ImportId, ImportedLabels};

@@ -12,6 +12,7 @@ use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, TryRecvError};
 use super::contents::Pending;
 use super::journal::{JournalEvent, Message, SaveAs};
 use super::{Contents, Project, ProjectError, SceneRecord, Step};
+use crate::TOLD;
 use crate::labels::History;
 use crate::session::{FrameMap, ModelState};
 
@@ -258,6 +259,13 @@ impl Writer {
     }
 
     fn tell(&self, event: JournalEvent) {
+        match &event {
+            JournalEvent::Saved { path } => tracing::info!(path = %path.display(), "the project is saved"),
+            JournalEvent::Recovered { path } => {
+                tracing::info!(path = %path.display(), "the project can be written again");
+            }
+            JournalEvent::Failed(sentence) => tracing::error!(target: TOLD, "{sentence}"),
+        }
         // The owner may have gone while the rest is being written.
         let _ = self.events.send(event);
         (self.wake)();

@@ -29,9 +29,11 @@ mod tum;
 
 use std::fmt;
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 use glam::{Affine3A, DAffine3, DVec3, Vec3};
 
+use crate::TOLD;
 pub(crate) use cache::Cache;
 pub use camera::Camera;
 pub use error::{CameraError, ImageError, SceneError};
@@ -175,6 +177,7 @@ impl Scene {
         options: OpenOptions,
         progress: &(dyn Fn(usize, usize) + Sync),
     ) -> Result<Self, SceneError> {
+        let start = Instant::now();
         let mut scene = match source {
             SceneSource::Demo => demo::scene(progress),
             SceneSource::Folder(folder) => {
@@ -196,6 +199,18 @@ impl Scene {
         keyframes::choose(&mut scene, options)?;
         for sentence in scene.warnings.iter_mut().chain(&mut scene.notes) {
             *sentence = shown(&*sentence);
+        }
+        tracing::info!(
+            %source,
+            format = scene.format,
+            frames = scene.frames.len(),
+            keyframes = scene.keyframes().len(),
+            depth = scene.has_depth(),
+            seconds = start.elapsed().as_secs_f64(),
+            "a scene is open"
+        );
+        for warning in &scene.warnings {
+            tracing::warn!(target: TOLD, "{warning}");
         }
         Ok(scene)
     }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use crossbeam_channel::Sender;
 
 use super::{Event, FrameMap, MapSlots};
+use crate::TOLD;
 
 /// Where the worker's results go; cheap to clone.
 #[derive(Clone)]
@@ -25,6 +26,7 @@ impl Outbox {
 
     /// Sends an event and wakes the reader.
     pub(super) fn send(&self, event: Event) {
+        log(&event);
         // The receiver is gone when the session is being dropped.
         let _ = self.events.send(event);
         (self.wake)();
@@ -41,5 +43,21 @@ impl Outbox {
     /// Empties the map slots and makes one for each frame.
     pub(super) fn reset_maps(&self, frames: usize) {
         self.maps.reset(frames);
+    }
+}
+
+/// What a bug report needs to know of the session.
+fn log(event: &Event) {
+    match event {
+        Event::AllMaps { generation } => tracing::info!(generation, "the maps of all frames are published"),
+        Event::State(state) => tracing::info!(
+            steps = state.steps,
+            bytes = state.tensors.len(),
+            "the model is saved"
+        ),
+        Event::Warning(sentence) => tracing::warn!(target: TOLD, "{sentence}"),
+        Event::Error(sentence) => tracing::error!(target: TOLD, "{sentence}"),
+        Event::Stopped => tracing::info!("the worker has ended"),
+        _ => {}
     }
 }

@@ -41,8 +41,25 @@ impl StatusReporter {
     pub(super) fn report(&mut self, outbox: &Outbox, status: Status) {
         self.checked = Instant::now();
         if self.reported.as_ref() != Some(&status) {
+            self.log(&status);
             outbox.send(Event::Status(status.clone()));
             self.reported = Some(status);
+        }
+    }
+
+    /// Logs milestones of training: each doubling of the steps, and the end.
+    fn log(&self, status: &Status) {
+        let last = self.reported.as_ref();
+        let doubled = last.is_none_or(|last| last.steps.checked_ilog2() < status.steps.checked_ilog2());
+        if doubled || last.is_some_and(|last| last.settled != status.settled) {
+            tracing::info!(
+                phase = ?status.phase,
+                steps = status.steps,
+                held_out_psnr_db = status.held_out_psnr,
+                depth_error_m = status.depth_error,
+                settled = status.settled,
+                "training"
+            );
         }
     }
 }

@@ -163,6 +163,7 @@ impl WorkerTask for Worker<'_> {
     fn handle(&mut self, command: Command) -> Result<bool, WorkerError> {
         match command {
             Command::Labels { labels, generation } => {
+                tracing::info!(generation, strokes = labels.strokes.len(), "labels are received");
                 self.labels = labels;
                 self.generation = generation;
                 self.reporter.repeat_next();

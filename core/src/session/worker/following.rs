@@ -28,6 +28,12 @@ impl Worker<'_> {
         timed(&mut self.seconds.semantics, || {
             propagation.set_labels(&self.scene, &self.labels);
         });
+        tracing::info!(
+            nodes = propagation.surface().graph.len(),
+            steps = self.trainer.steps(),
+            geometry_seconds = self.seconds.geometry,
+            "a surface is built"
+        );
         self.propagation = Some(propagation);
         self.checking.start_anew();
         self.prior.start_evaluation();
