@@ -26,3 +26,12 @@ pub mod session;
 /// Target of the log's events whose sentence a person is told as well, in the window or by a command: a log beside
 /// that leaves them out.
 pub const TOLD: &str = "inplace::told";
+
+/// Drops a value that takes its time about it, on a thread of its own. Where no thread can be started, it is dropped
+/// here, and the caller waits.
+pub fn drop_on_thread<T: Send + 'static>(name: &str, value: T) {
+    let thread = std::thread::Builder::new().name(name.to_owned());
+    if let Err(error) = thread.spawn(move || drop(value)) {
+        tracing::warn!(name, %error, "no thread could be started, the window has waited");
+    }
+}

@@ -24,10 +24,11 @@ impl<Question: Send + 'static, Answer: Send + 'static> Background<Question, Answ
             answers: outbox,
             ctx,
         };
-        // All that these threads make is to be looked at: without one nothing that was said is lost.
-        let _ = std::thread::Builder::new()
-            .name(format!("inplace-{name}"))
-            .spawn(move || work(&desk));
+        // All that these threads make is to be looked at: without one no label is lost.
+        let thread = std::thread::Builder::new().name(format!("inplace-{name}"));
+        if let Err(error) = thread.spawn(move || work(&desk)) {
+            tracing::error!(name, %error, "no thread could be started, the window shows nothing of this");
+        }
         Self { questions, answers }
     }
 

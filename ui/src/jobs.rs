@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use crossbeam_channel::{Receiver, Sender, unbounded};
+use inplace_core::TOLD;
 use inplace_core::labels::{Class, LabelImages};
 use inplace_core::scene::Scene;
 
@@ -78,7 +79,11 @@ impl Jobs {
 
     /// The next result, if any.
     pub fn next(&self) -> Option<Done> {
-        self.receiver.try_recv().ok()
+        let done = self.receiver.try_recv().ok()?;
+        if let Done::Failed(sentence) = &done {
+            tracing::warn!(target: TOLD, "{sentence}");
+        }
+        Some(done)
     }
 
     /// Asks for a path with the system's dialog.

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crossbeam_channel::{Receiver, Sender, TryRecvError, bounded};
+use inplace_core::drop_on_thread;
 use inplace_core::project::{Journal, JournalEvent, Step};
 use inplace_core::session::{FrameMap, ModelState};
 
@@ -167,12 +168,8 @@ impl Drop for Keeper {
 
 /// Ending a journal waits for the disk; `hold` is dropped after that.
 fn end_on_thread(journal: Journal, hold: Option<Sender<Infallible>>) {
-    let thread = std::thread::Builder::new().name("inplace-journal-end".to_owned());
-    // Without a thread that happens here.
-    let _ = thread.spawn(move || {
-        drop(journal);
-        drop(hold);
-    });
+    // In this order.
+    drop_on_thread("inplace-journal-end", (journal, hold));
 }
 
 /// A project file that is still being written, though it was closed.

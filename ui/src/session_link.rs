@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use inplace_core::drop_on_thread;
 use inplace_core::session::{Command, Event, MapSlots, Session, SessionOptions};
 
 /// A running session as the window sees it. Nothing here ever waits.
@@ -65,11 +66,8 @@ impl Running {
 
 impl Drop for Running {
     fn drop(&mut self) {
-        let session = self.0.take();
-        // Without a thread the drop happens here: at worst the window waits 100 ms.
-        let _ = std::thread::Builder::new()
-            .name("inplace-session-end".to_owned())
-            .spawn(move || drop(session));
+        // Without a thread the window waits, at worst 100 ms.
+        drop_on_thread("inplace-session-end", self.0.take());
     }
 }
 

@@ -60,14 +60,12 @@ impl Trace {
             }
             file.flush()
         };
+        let failed = |error: std::io::Error| eprintln!("{}", crate::english::measurements::no_trace(&error));
+        let thread = std::thread::Builder::new().name("inplace-trace".to_owned());
         // Without the thread there is no record, and nothing else is lost.
-        let _ = std::thread::Builder::new()
-            .name("inplace-trace".to_owned())
-            .spawn(move || {
-                if let Err(error) = write() {
-                    eprintln!("{}", crate::english::measurements::no_trace(&error));
-                }
-            });
+        if let Err(error) = thread.spawn(move || write().unwrap_or_else(failed)) {
+            failed(error);
+        }
         Self {
             lines,
             started: Instant::now(),
