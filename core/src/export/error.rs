@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use crate::field::FieldError;
 use crate::labels::{ClassId, ClassListError};
-use crate::scene::SceneError;
+use crate::scene::{SceneError, SceneSource};
 
 /// Results that cannot be written; each message is one sentence that names the file and what to do.
 #[derive(Debug, thiserror::Error)]
@@ -84,13 +84,8 @@ pub enum Refusal {
     )]
     NoProbabilities,
     /// A map of a frame that the scene does not have.
-    #[error("there is a map of frame {frame}, which {scene} does not have")]
-    NoSuchFrame {
-        /// Index of the frame.
-        frame: usize,
-        /// The scene, for people.
-        scene: String,
-    },
+    #[error("there is a map of frame {0}, which {1} does not have")]
+    NoSuchFrame(usize, SceneSource),
     /// Two maps of the frame with this stem.
     #[error("there are two maps of frame \"{0}\"")]
     TwoMaps(String),
@@ -113,13 +108,8 @@ pub enum Refusal {
     #[error("{0}")]
     Format(String),
     /// What is wrong with a single frame or view.
-    #[error("{what}: {reason}")]
-    Of {
-        /// The frame or view.
-        what: String,
-        /// What is wrong with it.
-        reason: Box<Self>,
-    },
+    #[error("{0}: {1}")]
+    Of(String, Box<Self>),
     /// An image cannot be read.
     #[error(transparent)]
     Scene(#[from] SceneError),
@@ -143,9 +133,6 @@ pub enum Refusal {
 impl Refusal {
     /// The same of one frame or view.
     pub(super) fn of(self, what: String) -> Self {
-        Self::Of {
-            what,
-            reason: Box::new(self),
-        }
+        Self::Of(what, Box::new(self))
     }
 }

@@ -274,10 +274,7 @@ fn in_order<'a>(labelled: LabelledScene<'a>) -> Result<Vec<&'a FrameMap>, Refusa
     let mut map_of: Vec<Option<&FrameMap>> = vec![None; scene.frames.len()];
     for map in maps {
         let Some(frame) = scene.frames.get(map.frame) else {
-            return Err(Refusal::NoSuchFrame {
-                frame: map.frame,
-                scene: scene.source.to_string(),
-            });
+            return Err(Refusal::NoSuchFrame(map.frame, scene.source.clone()));
         };
         if map_of[map.frame].replace(map).is_some() {
             return Err(Refusal::TwoMaps(frame.stem.clone()));

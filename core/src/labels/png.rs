@@ -97,7 +97,7 @@ pub fn decode_gray(png: &[u8]) -> Result<(u32, u32, Vec<u16>), ImageError> {
 pub(crate) fn decode_gray_sized(png: &[u8], width: u32, height: u32) -> Result<Vec<u16>, ImageError> {
     let wanted = [width, height];
     match told_size(png) {
-        Some(found) if found != wanted => Err(ImageError::NotOfFrame { found, wanted }),
+        Some(found) if found != wanted => Err(ImageError::NotOfFrame(found, wanted)),
         _ => decode_gray(png).map(|(_, _, values)| values),
     }
 }

@@ -60,48 +60,26 @@ pub enum ImageError {
     #[error("it has {0}x{1} pixels, which is too large")]
     TooLarge(u32, u32),
     /// The file is too short for the size in its header.
-    #[error("it is truncated or spoilt: {length} bytes cannot hold {width}x{height} pixels")]
-    Truncated {
-        /// Bytes of the file.
-        length: u64,
-        /// Width in the header, in pixels.
-        width: u32,
-        /// Height in the header, in pixels.
-        height: u32,
-    },
-    /// It has another width and height than its camera.
-    #[error("{}x{} instead of {}x{}", .found.0, .found.1, .wanted.0, .wanted.1)]
-    Size {
-        /// Width and height of the image, in pixels.
-        found: (u32, u32),
-        /// Width and height of its camera, in pixels.
-        wanted: (u32, u32),
-    },
+    #[error("it is truncated or spoilt: {0} bytes cannot hold {1}x{2} pixels")]
+    Truncated(u64, u32, u32),
+    /// It has the first width and height, and its camera the second.
+    #[error("{}x{} instead of {}x{}", .0.0, .0.1, .1.0, .1.1)]
+    Size((u32, u32), (u32, u32)),
     /// Its alpha or its mask cannot be used, for this reason.
     #[error("{0}")]
     Mask(String),
     /// A depth image has other channels than one of 16 bits.
     #[error("not a 16-bit greyscale PNG")]
     NotDepth,
-    /// A depth image is of another shape than its colour image.
-    #[error("{}x{} pixels, which is another shape than that of its {}x{} colour image", .found.0, .found.1, .wanted.0, .wanted.1)]
-    Shape {
-        /// Width and height of the depth image, in pixels.
-        found: (u32, u32),
-        /// Width and height of the colour image, in pixels.
-        wanted: (u32, u32),
-    },
+    /// A depth image of the first width and height is of another shape than its colour image, of the second.
+    #[error("{}x{} pixels, which is another shape than that of its {}x{} colour image", .0.0, .0.1, .1.0, .1.1)]
+    Shape((u32, u32), (u32, u32)),
     /// A label image has several channels: colours of this kind and no ids.
     #[error("it is a {0} image where one gray channel is needed")]
     NotGray(&'static str),
-    /// A label image says that it has another size than its frame.
-    #[error("it says that it has {}x{} pixels where its frame has {}x{}", .found[0], .found[1], .wanted[0], .wanted[1])]
-    NotOfFrame {
-        /// Width and height in the header, in pixels.
-        found: [u32; 2],
-        /// Width and height of the frame, in pixels.
-        wanted: [u32; 2],
-    },
+    /// A label image says that it has the first width and height, and its frame has the second.
+    #[error("it says that it has {}x{} pixels where its frame has {}x{}", .0[0], .0[1], .1[0], .1[1])]
+    NotOfFrame([u32; 2], [u32; 2]),
     /// A label image is not one of a frame of its scene, for this reason.
     #[error("{0}")]
     Misfit(&'static str),

@@ -79,11 +79,7 @@ pub(crate) fn check_size((width, height): (u32, u32), bytes: u64, length: u64) -
     if bytes > MOST_BYTES || pixels > MOST_PIXELS || u64::from(width.max(height)) > LARGEST_SIDE {
         Err(ImageError::TooLarge(width, height))
     } else if bytes > length.saturating_mul(MOST_COMPRESSED) {
-        Err(ImageError::Truncated {
-            length,
-            width,
-            height,
-        })
+        Err(ImageError::Truncated(length, width, height))
     } else {
         Ok(())
     }

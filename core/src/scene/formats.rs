@@ -2,12 +2,10 @@
 
 use std::path::Path;
 
+use super::reading::Progress;
 use super::{
     OpenOptions, Scene, SceneError, colmap, images, replica, scannet, seven_scenes, transforms, tum,
 };
-
-/// Called with (frames decoded, frames in all), from any thread.
-type Progress<'a> = &'a (dyn Fn(usize, usize) + Sync);
 
 /// One format: its module has a constant or a function for each field.
 struct Format {

@@ -72,10 +72,7 @@ pub(super) fn decode_color(
     let hidden = hidden_pixels(&image, mask)?;
     let color = ColorImage::new(size.0, size.1, image.into_rgb8().into_raw());
     let color = color.and_then(|color| place(color, hidden.as_deref(), lens, pinhole));
-    let color = color.ok_or(ImageError::Size {
-        found: size,
-        wanted: size,
-    });
+    let color = color.ok_or(ImageError::Size(size, size));
     Ok((color?, turn))
 }
 
@@ -172,10 +169,7 @@ fn decode_turned(path: &Path, size: (u32, u32)) -> Result<(DynamicImage, Turn), 
         Turn::Ignored
     };
     if (image.width(), image.height()) != size {
-        return Err(ImageError::Size {
-            found: (width, height),
-            wanted: size,
-        });
+        return Err(ImageError::Size((width, height), size));
     }
     Ok((image, turn))
 }

@@ -13,6 +13,9 @@ use super::images::{ImageFile, Turn};
 use super::keyframes::Keeping;
 use super::{Camera, ColorImage, DepthMap, Frame, Lens, OpenOptions, Pixels, SceneError};
 
+/// Called with (frames read, frames in all), from any thread.
+pub(super) type Progress<'a> = &'a (dyn Fn(usize, usize) + Sync);
+
 /// A frame that is still on disk, in the capture's own coordinates.
 pub(super) struct Listed {
     /// Its name, which its labels are named by.
@@ -60,8 +63,7 @@ pub(super) struct ReadFrame<T> {
 }
 
 /// Reads the listed frames in parallel: each one, or why its image cannot be used. `depth` gives what decodes the depth
-/// image of a frame that has one; `look` looks at the colour image of the frame with this index. `progress` is called
-/// with (frames read, frames in all), from any thread.
+/// image of a frame that has one; `look` looks at the colour image of the frame with this index.
 ///
 /// # Errors
 /// What `depth` finds to be wrong with the capture as a whole.
@@ -69,7 +71,7 @@ pub(super) fn read_frames<T: Send>(
     listed: &[Listed],
     placing: Placing,
     options: OpenOptions,
-    progress: &(dyn Fn(usize, usize) + Sync),
+    progress: Progress,
     depth: impl Fn(&Listed) -> ReadDepth + Sync,
     look: impl Fn(usize, &ColorImage) -> T + Sync,
 ) -> Result<Vec<Result<ReadFrame<T>, ImageError>>, SceneError> {

@@ -12,6 +12,7 @@ mod write;
 
 use super::error::refuse;
 use super::files::{file_name, numbered_files, refuse_most, warn};
+use super::reading::Progress;
 use super::rgbd::text::{Pose, parse_numbers, read_text};
 use super::rgbd::{self, DepthCode, Found, Layout};
 use super::{Camera, OpenOptions, Scene, SceneError, transforms};
@@ -40,11 +41,7 @@ pub(super) fn recognise(folder: &Path) -> bool {
 }
 
 /// Reads a folder in this layout.
-pub(super) fn read(
-    folder: &Path,
-    options: OpenOptions,
-    progress: &(dyn Fn(usize, usize) + Sync),
-) -> Result<Scene, SceneError> {
+pub(super) fn read(folder: &Path, options: OpenOptions, progress: Progress) -> Result<Scene, SceneError> {
     let mut warnings = Vec::new();
     let images = list_images(&folder.join("rgb"), &mut warnings)?;
     let depths = list_depths(folder, options)?;
@@ -54,10 +51,7 @@ pub(super) fn read(
         folder,
         images: &folder.join("rgb"),
         depths: &folder.join("depth"),
-        depth_code: DepthCode {
-            steps_per_metre: 1000.0,
-            none: 0,
-        },
+        depth_code: DepthCode::MILLIMETRES,
         depth_camera: None,
         default_camera: &|width, height| {
             Ok(Camera::with_horizontal_fov(width, height, DEFAULT_FIELD_OF_VIEW))
@@ -143,40 +137,27 @@ fn with_poses(
 ) -> Result<Vec<Found>, SceneError> {
     let trajectory = folder.join("traj_w_c.txt");
     let poses = read_poses(&trajectory)?;
-    let without_pose: Vec<String> = images
-        .range(poses.len()..)
-        .map(|(_, path)| file_name(path))
-        .collect();
-    if let Some(first) = without_pose
-        .first()
-        .filter(|_| !few(without_pose.len(), images.len()))
-    {
+    let without_pose = images.range(poses.len()..).map(|(_, path)| file_name(path));
+    let without_pose: Vec<String> = without_pose.collect();
+    if let Some(first) = too_many(&without_pose, images.len()) {
         refuse!(
             trajectory,
-            "has {} poses, but {} of the {} images need a later line ({first} is the first); \
-                 write one pose a line, line N for rgb_N counted from 0",
+            "has {} poses, but {} of the {} images need a later line ({first} is the first); write one pose a line, \
+             line N for rgb_N counted from 0",
             poses.len(),
             without_pose.len(),
             images.len()
         );
     }
-    warn(
-        warnings,
-        "images without a pose in traj_w_c.txt were left out",
-        &without_pose,
-    );
-    let without_image: Vec<String> = (0..poses.len())
-        .filter(|number| !images.contains_key(number))
-        .map(|number| format!("frame {number}"))
-        .collect();
-    if let Some(first) = without_image
-        .first()
-        .filter(|_| !few(without_image.len(), poses.len()))
-    {
+    let what = "images without a pose in traj_w_c.txt were left out";
+    warn(warnings, what, &without_pose);
+    let without_image = (0..poses.len()).filter(|number| !images.contains_key(number));
+    let without_image: Vec<String> = without_image.map(|number| format!("frame {number}")).collect();
+    if let Some(first) = too_many(&without_image, poses.len()) {
         refuse!(
             trajectory,
-            "has {} poses, but rgb/ has no image for {} of them ({first} is the first); \
-                 restore the images, or remove the lines and number the images anew",
+            "has {} poses, but rgb/ has no image for {} of them ({first} is the first); restore the images, or remove \
+             the lines and number the images anew",
             poses.len(),
             without_image.len()
         );
@@ -211,7 +192,8 @@ fn with_poses(
     Ok(listed)
 }
 
-/// Whether this many of `total` are a small remainder: a tenth, or one.
-fn few(count: usize, total: usize) -> bool {
-    count < total && count <= (total / 10).max(1)
+/// The first of those that lack something, where they are more than a small remainder of `total`: a tenth, or one.
+fn too_many(lacking: &[String], total: usize) -> Option<&String> {
+    let is_few = lacking.len() < total && lacking.len() <= (total / 10).max(1);
+    lacking.first().filter(|_| !is_few)
 }

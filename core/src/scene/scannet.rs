@@ -16,6 +16,7 @@ use std::sync::Arc;
 
 use super::error::{CameraError, refuse};
 use super::files::numbered_files;
+use super::reading::Progress;
 use super::rgbd::pose_files::{self, FrameFiles, Places};
 use super::rgbd::text::{parse_numbers, read_text};
 use super::rgbd::{self, DepthCamera, DepthCode, Layout};
@@ -46,11 +47,7 @@ pub(super) fn recognise(folder: &Path) -> bool {
 }
 
 /// Reads a folder in this format.
-pub(super) fn read(
-    folder: &Path,
-    options: OpenOptions,
-    progress: &(dyn Fn(usize, usize) + Sync),
-) -> Result<Scene, SceneError> {
+pub(super) fn read(folder: &Path, options: OpenOptions, progress: Progress) -> Result<Scene, SceneError> {
     let (mut warnings, mut notes) = (Vec::new(), Vec::new());
     let places = Places {
         folder,
@@ -75,10 +72,7 @@ pub(super) fn read(
         folder,
         images: &folder.join("color"),
         depths: &folder.join("depth"),
-        depth_code: DepthCode {
-            steps_per_metre: 1000.0,
-            none: 0,
-        },
+        depth_code: DepthCode::MILLIMETRES,
         depth_camera,
         default_camera: &|width, height| {
             match &color {

@@ -13,6 +13,7 @@ use std::path::Path;
 
 use super::error::refuse;
 use super::files::file_name;
+use super::reading::Progress;
 use super::rgbd::pose_files::{self, FrameFiles, Places};
 use super::rgbd::{self, DepthCode, Layout};
 use super::{OpenOptions, Scene, SceneError};
@@ -63,11 +64,7 @@ pub(super) fn recognise(folder: &Path) -> bool {
 }
 
 /// Reads a folder in this format.
-pub(super) fn read(
-    folder: &Path,
-    options: OpenOptions,
-    progress: &(dyn Fn(usize, usize) + Sync),
-) -> Result<Scene, SceneError> {
+pub(super) fn read(folder: &Path, options: OpenOptions, progress: Progress) -> Result<Scene, SceneError> {
     let mut warnings = Vec::new();
     let places = Places {
         folder,
@@ -85,8 +82,8 @@ pub(super) fn read(
         images: folder,
         depths: folder,
         depth_code: DepthCode {
-            steps_per_metre: 1000.0,
             none: u16::MAX,
+            ..DepthCode::MILLIMETRES
         },
         depth_camera: None,
         default_camera: &|width, height| rgbd::published_camera(FOCAL, CENTER, width, height),

@@ -19,6 +19,7 @@ use glam::{DAffine3, DMat3, DQuat, DVec3};
 use super::camera::rigid;
 use super::error::{PoseError, refuse};
 use super::files::{Reach, file_name, stem, warn};
+use super::reading::Progress;
 use super::rgbd::text::{parse_numbers, read_text};
 use super::rgbd::{self, DepthCode, Found, Layout};
 use super::{OpenOptions, Scene, SceneError};
@@ -113,11 +114,7 @@ pub(super) fn recognise(folder: &Path) -> bool {
 }
 
 /// Reads a folder in this format.
-pub(super) fn read(
-    folder: &Path,
-    options: OpenOptions,
-    progress: &(dyn Fn(usize, usize) + Sync),
-) -> Result<Scene, SceneError> {
+pub(super) fn read(folder: &Path, options: OpenOptions, progress: Progress) -> Result<Scene, SceneError> {
     let mut warnings = Vec::new();
     let listed = list(folder, options, &mut warnings)?;
     let family = Family::of(folder);

@@ -9,7 +9,7 @@ use crate::scene::camera::FARTHEST;
 use crate::scene::error::{ImageError, refuse};
 use crate::scene::files::{refuse_most, warn};
 use crate::scene::images::warn_of_turns;
-use crate::scene::reading::{Listed, Placing, ReadDepth, read_frames};
+use crate::scene::reading::{Listed, Placing, Progress, ReadDepth, read_frames};
 use crate::scene::{ColorImage, Frame, OpenOptions, SceneError, SparsePoint};
 
 /// The frames that could be decoded.
@@ -27,7 +27,7 @@ pub(super) fn decode(
     (listed, observations): &Images,
     model: &Model,
     (placing, options): (Placing, OpenOptions),
-    progress: &(dyn Fn(usize, usize) + Sync),
+    progress: Progress,
     warnings: &mut Vec<String>,
 ) -> Result<Read, SceneError> {
     let project = |number: usize, color: &ColorImage| {
@@ -59,7 +59,7 @@ pub(super) fn decode(
             Err(ImageError::Missing) => missing.push(name),
             Err(error) => {
                 let problems = match error {
-                    ImageError::Size { .. } => &mut odd,
+                    ImageError::Size(..) => &mut odd,
                     ImageError::Mask(_) => &mut badly_masked,
                     _ => &mut unreadable,
                 };

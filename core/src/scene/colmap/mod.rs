@@ -24,7 +24,7 @@ use super::camera::{FARTHEST, median_position, rigid, unit_of_cameras};
 use super::error::{PoseError, refuse};
 use super::files::{Reach, frame_names, refuse_most, warn};
 use super::pixel_errors::{PixelErrors, median};
-use super::reading::{Listed, Placing};
+use super::reading::{Listed, Placing, Progress};
 use super::{OpenOptions, Scene, SceneError, SceneSource};
 use model::{Model, ModelImage, Observation};
 
@@ -67,11 +67,7 @@ fn find_model(folder: &Path) -> Option<(PathBuf, &'static str)> {
 type Images = (Vec<Listed>, Vec<Vec<Observation>>);
 
 /// Reads a folder in this format.
-pub(super) fn read(
-    folder: &Path,
-    options: OpenOptions,
-    progress: &(dyn Fn(usize, usize) + Sync),
-) -> Result<Scene, SceneError> {
+pub(super) fn read(folder: &Path, options: OpenOptions, progress: Progress) -> Result<Scene, SceneError> {
     let Some((place, extension)) = find_model(folder) else {
         refuse!(
             folder.join(PLACES[0]),

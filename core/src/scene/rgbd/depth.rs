@@ -21,6 +21,14 @@ pub(in crate::scene) struct DepthCode {
     pub none: u16,
 }
 
+impl DepthCode {
+    /// Millimetres, 0 where the depth is unknown.
+    pub const MILLIMETRES: Self = Self {
+        steps_per_metre: 1000.0,
+        none: 0,
+    };
+}
+
 /// The camera of depth images of this width and height in pixels. It has the place and the direction of the colour
 /// camera.
 pub(in crate::scene) type DepthCamera = dyn Fn(u32, u32) -> Result<Camera, CameraError> + Send + Sync;

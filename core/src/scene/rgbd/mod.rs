@@ -18,7 +18,7 @@ use super::camera::median_position;
 use super::error::{CameraError, ImageError, refuse};
 use super::files::{Reach, dimensions, file_name, refuse_most, stem, warn};
 use super::images::warn_of_turns;
-use super::reading::{Listed, Placing, ReadDepth, SortedOut, read_frames};
+use super::reading::{Listed, Placing, Progress, ReadDepth, SortedOut, read_frames};
 use super::{Camera, Distortion, Frame, Lens, OpenOptions, Scene, SceneError, SceneSource};
 use depth::decode_depth;
 pub(super) use depth::{DepthCamera, DepthCode};
@@ -68,7 +68,7 @@ pub(super) fn read(
     mut warnings: Vec<String>,
     mut notes: Vec<String>,
     options: OpenOptions,
-    progress: &(dyn Fn(usize, usize) + Sync),
+    progress: Progress,
 ) -> Result<Scene, SceneError> {
     let reach = Reach::of(layout.folder, options);
     for frame in &found {

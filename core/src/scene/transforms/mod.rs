@@ -19,7 +19,7 @@ use super::error::{ImageError, refuse};
 use super::files::{Reach, decode_image, dimensions, frame_names, refuse_most, warn};
 use super::frame::to_image;
 use super::images::warn_of_turns;
-use super::reading::{Listed, Placing, ReadDepth, SortedOut, read_frames};
+use super::reading::{Listed, Placing, Progress, ReadDepth, SortedOut, read_frames};
 use super::{Camera, ColorImage, DepthMap, Frame, Lens, OpenOptions, Scene, SceneError, SceneSource};
 use file::Entry;
 pub(super) use file::{Transforms, pose_of_open_gl};
@@ -40,11 +40,7 @@ pub(super) fn recognise(folder: &Path) -> bool {
 }
 
 /// Reads a folder in this format.
-pub(super) fn read(
-    folder: &Path,
-    options: OpenOptions,
-    progress: &(dyn Fn(usize, usize) + Sync),
-) -> Result<Scene, SceneError> {
+pub(super) fn read(folder: &Path, options: OpenOptions, progress: Progress) -> Result<Scene, SceneError> {
     let file = folder.join("transforms.json");
     let transforms = Transforms::read(&file)?;
     let (mut warnings, mut notes) = (Vec::new(), Vec::new());
@@ -280,10 +276,10 @@ fn decode_depth(
     let (own_width, own_height) = (u64::from(image.width()), u64::from(image.height()));
     // Up to a pixel of rounding.
     if (own_width * height).abs_diff(own_height * width) > width.max(height) {
-        return Err(ImageError::Shape {
-            found: image.dimensions(),
-            wanted: (on_disk.width, on_disk.height),
-        });
+        return Err(ImageError::Shape(
+            image.dimensions(),
+            (on_disk.width, on_disk.height),
+        ));
     }
     let below = |v: u32, own: u64, size: u64| ((2 * u64::from(v) + 1) * own / (2 * size)) as u32;
     let pixels = (0..camera.height).flat_map(|row| (0..camera.width).map(move |column| [column, row]));
