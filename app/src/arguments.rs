@@ -26,9 +26,9 @@ pub struct Arguments {
     pub command: Option<Command>,
     #[command(flatten)]
     pub window: WindowArguments,
-    /// Write a log to this file. Without it the last events are kept in inplace/inplace.log, for bug reports, in
-    /// $XDG_DATA_HOME or ~/.local/share (macOS: ~/Library/Application Support, Windows: %LOCALAPPDATA%). RUST_LOG says
-    /// what is logged.
+    /// Write a log to this file; it is given after the command, where there is one. Without it the last events are kept
+    /// in inplace/inplace.log, for bug reports, in $XDG_DATA_HOME or ~/.local/share (macOS: ~/Library/Application
+    /// Support, Windows: %LOCALAPPDATA%). RUST_LOG says what is logged.
     #[arg(long, value_name = "FILE", global = true)]
     pub log: Option<PathBuf>,
 }

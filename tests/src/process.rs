@@ -23,10 +23,12 @@ pub fn program() -> PathBuf {
     program
 }
 
-/// A command that runs the program without a display, with backtraces on.
+/// A command that runs the program without a display, with backtraces on and a data folder for tests.
 pub fn inplace() -> Command {
     let mut command = Command::new(program());
     command.env("RUST_BACKTRACE", "1");
+    // The log of a test is not the person's.
+    command.env("XDG_DATA_HOME", std::env::temp_dir().join("inplace-tests"));
     for display in ["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"] {
         command.env_remove(display);
     }
