@@ -25,7 +25,7 @@ impl Backend {
         })
     }
 
-    /// Where the parameters lie.
+    /// The device of the parameters.
     pub fn device(&self) -> Device {
         match self {
             Self::Fused(_) => Device::Cpu,

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::{GridShape, Volume};
 use crate::scene::{Frame, Scene};
 
-/// How much the field may model, and for how long it trains.
+/// How large a field may grow, and for how long it trains.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Preset {
@@ -19,8 +19,7 @@ pub enum Preset {
     Fast,
     /// Finer and later.
     Accurate,
-    /// The network of the Semantic-NeRF paper as published ([`reference`](super::reference)), not a field
-    /// of this size at all.
+    /// The network of the Semantic-NeRF paper as published ([`reference`](super::reference)) instead of a hash grid.
     Reference,
 }
 
@@ -45,9 +44,9 @@ pub struct Capacity {
     pub coarsest: u32,
     /// Cells a side of the finest level.
     pub finest: u32,
-    /// Logarithm (base 2) of the most rows that a level may have.
+    /// Logarithm (base 2) of the largest number of rows of a level.
     pub table_log2: u32,
-    /// What [`Capacity::table_log2`] may grow to while the held-out error falls.
+    /// Upper bound of [`Capacity::table_log2`], which grows while the held-out error falls.
     pub most_log2: u32,
     /// Width of the hidden layers.
     pub hidden: usize,
@@ -63,7 +62,7 @@ impl Capacity {
     /// # Errors
     /// [`Preset::Reference`], whose networks have no grid.
     pub fn for_scene(scene: &Scene, volume: &Volume, preset: Preset) -> Result<Self> {
-        // Measured depth leaves little to find out.
+        // With measured depth there is less to learn.
         let auto_steps = if scene.has_depth() { 2_500 } else { 12_000 };
         let (coarser, (table_log2, most_log2), steps) = match preset {
             Preset::Fast => (2.0, (15, 15), 800),
@@ -86,8 +85,8 @@ impl Capacity {
         })
     }
 
-    /// The same with about `size` times the rows in each hashed level, to the next power of two, at first and in the
-    /// end; the finest cells shrink by the root of that, since a surface has so many more of them.
+    /// The same with about `size` times the rows in each hashed level, at first and at most, to the next power of two.
+    /// The finest cells shrink by the root of that, since a surface then has as many times more of them.
     #[must_use]
     pub fn scaled(self, size: f32) -> Self {
         let doublings = size.log2().round() as i32;
@@ -108,7 +107,7 @@ impl Capacity {
         self.most_log2.saturating_sub(self.table_log2)
     }
 
-    /// The shape of the semantic field's own grid: down to five of the finest cells, two voxels of the
+    /// The shape of the semantic field's own grid: its finest cells are five of the field's, about two voxels of the
     /// surface. Things are larger than their texture, and finer cells would learn the noise of labels.
     pub fn semantic_grid(&self) -> GridShape {
         GridShape::new(6, self.coarsest, (self.finest / 5).max(self.coarsest + 1), 15)

@@ -1,11 +1,11 @@
-//! What the camera did to the colours of each frame: exposure and white balance.
+//! Exposure and white balance of each frame.
 
 use candle_core::{DType, Device, Result, Tensor, Var};
 use glam::Vec3;
 
 use super::kernels::Adam;
 
-/// Weight of the mean square of gains and offsets: what the scene itself can explain, it shall.
+/// Weight of the mean square of gains and offsets, so that they explain only what the scene cannot.
 const PENALTY: f64 = 0.05;
 /// Logarithmic gain, then offset, of red, green and blue.
 const PARAMETERS: usize = 6;
@@ -14,7 +14,7 @@ const PARAMETERS: usize = 6;
 /// offset, each channel on its own (what the appearance embeddings of Martin-Brualla et al. 2021 are for,
 /// in six numbers).
 ///
-/// It belongs to the frames of the training alone: rendering shows the scene as the average frame does.
+/// It is used in training only: rendering shows the scene as the average frame does.
 #[derive(Debug)]
 pub struct Exposure {
     parameters: Var,
@@ -22,10 +22,10 @@ pub struct Exposure {
 }
 
 impl Exposure {
-    /// No correction of any of so many frames.
+    /// No correction yet, for this number of frames.
     ///
     /// # Errors
-    /// The device's, such as a lack of memory.
+    /// Errors of the device, such as a lack of memory.
     pub fn new(frames: usize, device: &Device) -> Result<Self> {
         let parameters = Var::zeros((frames, PARAMETERS), DType::F32, device)?;
         let optimiser = match device {
@@ -38,8 +38,8 @@ impl Exposure {
         })
     }
 
-    /// The colours `[rays, 3]` of rays of these frames as their cameras would show them, and the penalty
-    /// that belongs into the loss. Colours are composited over nothing, to these opacities `[rays, 1]`.
+    /// The colours `[rays, 3]` of rays of these frames as their cameras would show them, and the penalty to add to the
+    /// loss. `opacity` `[rays, 1]` scales the offsets, since colours are composited over black.
     ///
     /// # Errors
     /// A frame that it does not know.
@@ -67,9 +67,9 @@ impl Exposure {
     }
 }
 
-/// Mean squared error, over pixels and channels, of colours of one frame that was not trained on: every
-/// second pixel corrected as training would have done for the other half, so that a frame's exposure does
-/// not count as an error, and nothing is judged by what it was fitted to.
+/// Mean squared error, over pixels and channels, of colours of one frame that was not trained on. Every second pixel is
+/// corrected by the exposure that fits the other half, so that a frame's exposure does not count as an error, and no
+/// pixel is judged by a fit to itself.
 pub fn corrected_error(rendered: &[Vec3], measured: &[Vec3]) -> f32 {
     let mut squared = 0.0;
     for half in 0..2 {
@@ -87,8 +87,8 @@ pub fn corrected_error(rendered: &[Vec3], measured: &[Vec3]) -> f32 {
     squared / (3 * rendered.len().max(1)) as f32
 }
 
-/// The gain near 1 and the offset near 0 that take the first of each pair to the second: least squares
-/// with the penalty that training has on them.
+/// The gain near 1 and the offset near 0 that map the first of each pair to the second: least squares with the penalty
+/// of training.
 fn fit(pairs: impl Iterator<Item = (f32, f32)>) -> (f32, f32) {
     let (mut n, mut a, mut aa, mut d, mut ad) = (0.0, 0.0, 0.0, 0.0, 0.0);
     for (x, y) in pairs {

@@ -4,12 +4,10 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use candle_core::{Device, Result, Tensor, Var, backprop::GradStore, bail};
-use glam::Vec3;
 use rand::{Rng, SeedableRng, rngs::SmallRng};
 
 use super::kernels::{
-    self, Adam, Buffers, DIRECTION_FEATURES, Dispatch, Evaluated, GEOMETRY_FEATURES, NetworkShape,
-    Parameters, Wanted,
+    self, Adam, Buffers, Dispatch, Evaluated, GEOMETRY_FEATURES, NetworkShape, Parameters, Wanted,
 };
 use super::{Backend, Capacity, GridShape, Samples, Volume, plain};
 
@@ -36,7 +34,7 @@ impl RadianceField {
     /// A field with random parameters, the same on every backend.
     ///
     /// # Errors
-    /// The device's, such as a lack of memory.
+    /// Errors of the device, such as a lack of memory.
     pub fn new(volume: Volume, capacity: &Capacity, seed: u64, backend: &Backend) -> Result<Self> {
         let mut rng = SmallRng::seed_from_u64(seed ^ 0x5_eedf_1e1d);
         let grid = capacity.grid();
@@ -70,7 +68,7 @@ impl RadianceField {
         })
     }
 
-    /// Where the parameters lie, and what [`RadianceField::render`] gives.
+    /// The device of the parameters and of the tensors of [`RadianceField::render`].
     pub fn device(&self) -> &Device {
         self.table.device()
     }
@@ -90,8 +88,8 @@ impl RadianceField {
         &self.weights
     }
 
-    /// Gradient of the table `[rows, 2]`, from the latest backward pass through [`RadianceField::render`]
-    /// and what it gave. Rows that no sample touched have exactly zero.
+    /// Gradient of the table `[rows, 2]`, from the newest backward pass through [`RadianceField::render`] and its
+    /// gradients. Rows that no sample touched have exactly zero.
     pub fn table_gradient<'a>(&'a self, gradients: &'a GradStore) -> Option<&'a Tensor> {
         match &self.engine {
             Engine::Fused(_, buffers) => Some(&buffers.table_gradient),
@@ -99,11 +97,11 @@ impl RadianceField {
         }
     }
 
-    /// Doubles the table; nothing that the field renders changes. Returns, for each row of the table, the
-    /// row that it was.
+    /// Doubles the table without a change of what the field renders. Returns, for each new row, the row that it was
+    /// copied from.
     ///
     /// # Errors
-    /// The device's, such as a lack of memory; nothing is changed then.
+    /// Errors of the device, such as a lack of memory; nothing is changed then.
     pub fn grow(&mut self) -> Result<Vec<u32>> {
         let (grid, sources) = self.grid.doubled();
         let rows = Tensor::from_slice(&sources, sources.len(), self.device())?;
@@ -119,7 +117,7 @@ impl RadianceField {
     /// Optimisers of the table and of the weights.
     ///
     /// # Errors
-    /// The device's, such as a lack of memory.
+    /// Errors of the device, such as a lack of memory.
     pub fn optimisers(&self) -> Result<[Adam; 2]> {
         let [table, weights] = [&self.table, &self.weights];
         Ok(match self.engine {
@@ -143,7 +141,7 @@ impl RadianceField {
     /// the table by [`RadianceField::table_gradient`].
     ///
     /// # Errors
-    /// `gaps` of another length than the samples; the device's.
+    /// `gaps` of another length than the samples; errors of the device.
     pub fn render(&self, samples: Arc<Samples>, gaps: Vec<f32>) -> Result<Tensor> {
         match &self.engine {
             Engine::Fused(dispatch, buffers) => {
@@ -156,7 +154,7 @@ impl RadianceField {
     /// Density, and colours and features where wanted, at samples; without gradients.
     ///
     /// # Errors
-    /// The device's, such as a lack of memory.
+    /// Errors of the device, such as a lack of memory.
     pub fn evaluate(&self, samples: &Samples, wanted: Wanted) -> Result<Evaluated> {
         let mut evaluated = Evaluated::default();
         self.evaluate_into(samples, wanted, &mut evaluated)?;
@@ -166,7 +164,7 @@ impl RadianceField {
     /// The same in the memory of an earlier evaluation.
     ///
     /// # Errors
-    /// As there.
+    /// As [`RadianceField::evaluate`].
     pub fn evaluate_into(&self, samples: &Samples, wanted: Wanted, into: &mut Evaluated) -> Result<()> {
         match &self.engine {
             Engine::Fused(dispatch, _) => kernels::evaluate(self.all(), *dispatch, samples, wanted, into),
@@ -223,29 +221,6 @@ impl RadianceField {
 /// Whether a saved tensor has the shape and the kind of numbers of a parameter.
 pub(crate) fn is_alike(saved: &Tensor, parameter: &Tensor) -> bool {
     saved.dims() == parameter.dims() && saved.dtype() == parameter.dtype()
-}
-
-/// Real spherical harmonics up to degree 3 of a unit direction.
-pub fn direction_features(d: Vec3) -> [f32; DIRECTION_FEATURES] {
-    let Vec3 { x, y, z } = d;
-    [
-        0.282_094_8,
-        0.488_602_5 * y,
-        0.488_602_5 * z,
-        0.488_602_5 * x,
-        1.092_548_4 * x * y,
-        1.092_548_4 * y * z,
-        0.315_391_57 * (3.0 * z * z - 1.0),
-        1.092_548_4 * x * z,
-        0.546_274_2 * (x * x - y * y),
-        0.590_043_6 * y * (3.0 * x * x - y * y),
-        2.890_611_4 * x * y * z,
-        0.457_045_8 * y * (5.0 * z * z - 1.0),
-        0.373_176_33 * z * (5.0 * z * z - 3.0),
-        0.457_045_8 * x * (5.0 * z * z - 1.0),
-        1.445_305_7 * z * (x * x - y * y),
-        0.590_043_6 * x * (x * x - 3.0 * y * y),
-    ]
 }
 
 #[cfg(test)]

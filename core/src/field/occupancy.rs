@@ -1,4 +1,4 @@
-//! Which cells of the volume can hold anything.
+//! The cells of the volume that may hold something.
 
 use glam::{UVec3, Vec3};
 use rand::{Rng, SeedableRng, rngs::SmallRng};
@@ -8,9 +8,9 @@ use crate::scene::Scene;
 
 /// Cells along each side.
 pub const OCCUPANCY_RESOLUTION: u32 = 96;
-/// What is left of a cell's density after an update that finds none (Müller et al. 2022).
+/// Share of a cell's density that is kept at each update (Müller et al. 2022).
 const DECAY: f32 = 0.9;
-/// Density that a cell has before it was ever looked at, per metre.
+/// Density of a cell before its first update, per metre.
 const UNKNOWN: f32 = 1e6;
 
 /// A coarse grid of the density over the unit cube, so that rays skip what is empty.
@@ -18,7 +18,7 @@ const UNKNOWN: f32 = 1e6;
 pub struct OccupancyGrid {
     density: Vec<f32>,
     occupied: Vec<bool>,
-    /// Cells that stay occupied whatever is found there.
+    /// Cells that stay occupied whatever their density.
     kept: Vec<bool>,
     threshold: f32,
 }
@@ -52,7 +52,7 @@ impl OccupancyGrid {
             })
         };
         for (origin, direction, length) in rays() {
-            // Stay clear of the surface by noise and by the size of a cell.
+            // Keep a distance from the surface, for noise and for the size of a cell.
             let end = length * 0.97 - 2.0 * cell;
             let mut t = 0.5 * cell;
             while t < end {
@@ -73,8 +73,8 @@ impl OccupancyGrid {
         self.classify();
     }
 
-    /// Keeps the cells around sparse points occupied from now on: there is a surface, though the field may
-    /// not show it yet. The way to a point empties nothing, as too few rays mark what lies beside it.
+    /// Keeps the cells around sparse points occupied from now on: there is a surface, though the field may not have
+    /// found it yet. The rays to the points empty no cells, since there are too few of them to mark what lies beside.
     pub fn keep_points(&mut self, scene: &Scene, volume: &Volume) {
         let cell = 1.0 / OCCUPANCY_RESOLUTION as f32;
         for frame in &scene.frames {
@@ -105,7 +105,7 @@ impl OccupancyGrid {
         )
     }
 
-    /// Cells to look at next and a random unit position inside each: half of them among the occupied.
+    /// Random cells to update next, half of them occupied ones, and a random unit position inside each.
     pub fn probes(&self, count: usize, seed: u64) -> (Vec<u32>, Vec<Vec3>) {
         let mut rng = SmallRng::seed_from_u64(seed);
         let occupied: Vec<u32> = (0..self.occupied.len() as u32)
@@ -135,7 +135,7 @@ impl OccupancyGrid {
         (cells, positions)
     }
 
-    /// Takes over densities (per metre) found at the cells of [`OccupancyGrid::probes`].
+    /// Updates cells by densities (per metre) at the positions of [`OccupancyGrid::probes`].
     pub fn update(&mut self, cells: &[u32], found: &[f32]) {
         for (&cell, &found) in cells.iter().zip(found) {
             let density = &mut self.density[cell as usize];
@@ -148,12 +148,12 @@ impl OccupancyGrid {
         self.classify();
     }
 
-    /// The density of all cells, for saving; [`OccupancyGrid::restore`] takes it back.
+    /// The density of all cells, for saving.
     pub fn density(&self) -> &[f32] {
         &self.density
     }
 
-    /// Takes saved densities over; returns whether they had the right number.
+    /// Restores saved densities; returns whether their number was right.
     pub fn restore(&mut self, density: Vec<f32>) -> bool {
         let fits = density.len() == self.density.len();
         if fits {
@@ -163,7 +163,7 @@ impl OccupancyGrid {
         fits
     }
 
-    /// While the whole field is thin, half of the mean takes the place of the absolute threshold.
+    /// While the whole field is thin, half of the mean density replaces the absolute threshold.
     fn classify(&mut self) {
         let known = || self.density.iter().filter(|&&density| density != UNKNOWN);
         let mean = known().sum::<f32>() / known().count().max(1) as f32;
@@ -234,22 +234,14 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_occupied_outside_the_cube() {
+    fn nothing_is_occupied_outside_the_cube_and_probes_lie_in_their_cells() {
         let grid = OccupancyGrid::unknown(0.02);
         assert!(!grid.is_occupied(Vec3::new(1.01, 0.5, 0.5)));
         assert!(!grid.is_occupied(Vec3::splat(-0.01)));
         assert!(grid.is_occupied(Vec3::splat(0.5)));
-    }
-
-    #[test]
-    fn probes_lie_in_their_cells() {
-        let grid = OccupancyGrid::unknown(0.02);
         let (cells, positions) = grid.probes(100, 9);
-        assert!(
-            cells
-                .iter()
-                .zip(&positions)
-                .all(|(&c, &p)| index_of(p) == Some(c as usize))
-        );
+        for (cell, position) in cells.into_iter().zip(positions) {
+            assert_eq!(index_of(position), Some(cell as usize));
+        }
     }
 }

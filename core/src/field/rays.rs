@@ -8,7 +8,6 @@ use rayon::prelude::*;
 
 use super::kernels::DIRECTION_FEATURES;
 use super::kernels::RayPacking;
-use super::model::direction_features;
 use super::{OccupancyGrid, Volume};
 use crate::scene::Frame;
 
@@ -82,17 +81,17 @@ thread_local! {
 }
 
 impl Samples {
-    /// Samples rays in a volume, skipping what the grid knows to be empty.
+    /// Samples rays in a volume, skipping cells that are empty by the grid.
     ///
-    /// A ray of known length is sampled evenly up to the surface and densely around it (more widely the
-    /// farther it is, as sensors are), and not behind it.
+    /// A ray of known length is sampled evenly up to the surface, densely around it (more widely the farther it is,
+    /// since sensors are less exact there), and not behind it.
     pub fn along(rays: &[Ray], volume: &Volume, occupancy: &OccupancyGrid, sampling: Sampling) -> Self {
         let mut samples = Self::default();
         samples.refill(rays, volume, occupancy, sampling);
         samples
     }
 
-    /// Becomes what [`Samples::along`] gives, in the memory that these samples had.
+    /// Does the same as [`Samples::along`] in the memory of these samples.
     pub fn refill(&mut self, rays: &[Ray], volume: &Volume, occupancy: &OccupancyGrid, sampling: Sampling) {
         let mut portions = PORTIONS.take();
         let count = rays.len().div_ceil(PORTION);
@@ -162,14 +161,14 @@ impl Samples {
         PORTIONS.set(portions);
     }
 
-    /// Points without rays, given in unit coordinates: for what does not depend on the direction.
+    /// Points in unit coordinates without rays, for evaluations that do not depend on the direction.
     pub fn at_points(points: &[Vec3]) -> Self {
         let mut samples = Self::default();
         samples.refill_points(points.iter().map(Vec3::to_array));
         samples
     }
 
-    /// Becomes what [`Samples::at_points`] gives, in the memory that these samples had.
+    /// Does the same as [`Samples::at_points`] in the memory of these samples.
     pub fn refill_points(&mut self, points: impl Iterator<Item = [f32; 3]>) {
         // In portions, so that they can be worked on in parallel.
         const POINTS: usize = 256;
@@ -282,34 +281,61 @@ fn marched(
     }
 }
 
+/// Real spherical harmonics up to degree 3 of a unit direction.
+fn direction_features(d: Vec3) -> [f32; DIRECTION_FEATURES] {
+    let Vec3 { x, y, z } = d;
+    [
+        0.282_094_8,
+        0.488_602_5 * y,
+        0.488_602_5 * z,
+        0.488_602_5 * x,
+        1.092_548_4 * x * y,
+        1.092_548_4 * y * z,
+        0.315_391_57 * (3.0 * z * z - 1.0),
+        1.092_548_4 * x * z,
+        0.546_274_2 * (x * x - y * y),
+        0.590_043_6 * y * (3.0 * x * x - y * y),
+        2.890_611_4 * x * y * z,
+        0.457_045_8 * y * (5.0 * z * z - 1.0),
+        0.373_176_33 * z * (5.0 * z * z - 3.0),
+        0.457_045_8 * x * (5.0 * z * z - 1.0),
+        1.445_305_7 * z * (x * x - y * y),
+        0.590_043_6 * x * (x * x - 3.0 * y * y),
+    ]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn sampling(jitter: Option<u64>) -> Sampling {
+    const VOLUME: Volume = Volume {
+        min: Vec3::splat(-3.0),
+        side: 6.0,
+    };
+
+    fn along(rays: &[Ray], seed: u64) -> Samples {
+        Samples::along(rays, &VOLUME, &OccupancyGrid::unknown(0.05), sampling(seed))
+    }
+
+    fn sampling(seed: u64) -> Sampling {
         Sampling {
             step: 0.05,
             held_back: 0.0,
             free: 4,
             near_surface: 8,
-            jitter,
+            jitter: Some(seed),
         }
     }
 
     #[test]
     fn samples_ascend_and_surround_a_known_surface() {
-        let volume = Volume {
-            min: Vec3::splat(-3.0),
-            side: 6.0,
-        };
-        let grid = OccupancyGrid::unknown(0.05);
         let ray = |length| Ray {
             origin: Vec3::ZERO,
             direction: Vec3::X,
             length,
         };
         let rays = [ray(Some(2.0)), ray(None), ray(Some(0.05))];
-        let samples = Samples::along(&rays, &volume, &grid, sampling(Some(3)));
+        let samples = along(&rays, 3);
         for index in 0..3 {
             let t = &samples.packing.t[samples.packing.range(index)];
             assert!(t.windows(2).all(|pair| pair[0] < pair[1]), "{t:?}");
@@ -321,51 +347,31 @@ mod tests {
     }
 
     #[test]
-    fn the_same_seed_gives_the_same_samples() {
-        let grid = OccupancyGrid::unknown(0.05);
-        let volume = Volume {
-            min: Vec3::ZERO,
-            side: 2.0,
-        };
-        let ray = Ray {
-            origin: Vec3::splat(1.0),
-            direction: Vec3::Z,
-            length: None,
-        };
-        let t = |seed| {
-            Samples::along(&[ray; 9], &volume, &grid, sampling(Some(seed)))
-                .packing
-                .t
-        };
-        assert_eq!(t(7), t(7));
-        assert_ne!(t(7), t(8));
-    }
-
-    #[test]
-    fn samples_filled_again_are_as_new() {
-        let grid = OccupancyGrid::unknown(0.05);
-        let volume = Volume {
-            min: Vec3::ZERO,
-            side: 2.0,
-        };
+    fn samples_depend_on_the_seed_and_filled_again_are_as_new() {
         let rays = |count: usize, length| {
             let ray = |k| Ray {
-                origin: Vec3::splat(1.0),
+                origin: Vec3::ZERO,
                 direction: Vec3::new(1.0, 0.01 * k as f32, 0.3).normalize(),
                 length,
             };
             (0..count).map(ray).collect::<Vec<_>>()
         };
-        let mut samples = Samples::along(&rays(300, None), &volume, &grid, sampling(Some(1)));
+        let mut samples = along(&rays(300, None), 1);
         samples.truncate(&[7; 300]);
         assert_eq!(samples.packing.range(299), 7 * 299..7 * 300);
-        let whole = Samples::along(&rays(300, None), &volume, &grid, sampling(Some(1)));
+        let whole = along(&rays(300, None), 1);
+        assert_ne!(whole.packing.t, along(&rays(300, None), 2).packing.t);
         let start = whole.packing.range(299).start;
         assert_eq!(samples.packing.t[7 * 299..], whole.packing.t[start..start + 7]);
         assert_eq!(samples.position(7 * 299 + 6), whole.position(start + 6));
 
-        samples.refill(&rays(130, Some(0.9)), &volume, &grid, sampling(Some(2)));
-        let new = Samples::along(&rays(130, Some(0.9)), &volume, &grid, sampling(Some(2)));
+        samples.refill(
+            &rays(130, Some(0.9)),
+            &VOLUME,
+            &OccupancyGrid::unknown(0.05),
+            sampling(2),
+        );
+        let new = along(&rays(130, Some(0.9)), 2);
         assert_eq!(samples.packing.starts, new.packing.starts);
         assert_eq!(samples.packing.t, new.packing.t);
         assert_eq!(samples.packing.dt, new.packing.dt);

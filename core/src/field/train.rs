@@ -8,7 +8,7 @@ mod schedule;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use candle_core::{Device, Result, Tensor, Var};
+use candle_core::{Device, Result, Tensor};
 use rand::{SeedableRng, rngs::SmallRng};
 
 use super::exposure::Exposure;
@@ -24,31 +24,31 @@ use loss::Objective;
 pub use loss::Recipe;
 use schedule::{Adjustment, CHECK_EVERY, Schedule};
 
-/// Samples that a step aims at; the number of rays follows from how many samples a ray needs.
+/// Samples per step, about; the number of rays follows from the samples that a ray needs.
 const SAMPLES_PER_STEP: usize = 24 * 1024;
-/// Learning rate at the start: of the hash table without and with measured depth (where only a few
-/// samples watch over the free space, and a fast table leaves floaters there), of the networks, and of
-/// the frames' exposures, of which a step sees only a few rays each.
+/// Learning rates at the start: of the hash table without and with measured depth (where few samples lie in free space,
+/// and a higher rate would leave floaters there), of the networks, and of the frames' exposures (of which a step sees
+/// only a few rays each).
 const TABLE_RATE: f32 = 0.04;
 const TABLE_RATE_WITH_DEPTH: f32 = 0.02;
 const NETWORK_RATE: f32 = 0.005;
 const EXPOSURE_RATE: f32 = 0.001;
-/// Steps before the first of the exposures: the field's own colours come first.
+/// Steps without exposures at the start: the field's own colours come first.
 const EXPOSURE_WARM_UP: u64 = 300;
 /// Share of the first half of a ray that is left out at the start, and steps until none of it is (RegNeRF, annealing of
-/// the sample space): what lies next to a camera explains all that it sees, so that now and then a field would put a
-/// picture before each camera and never find the scene.
+/// the sample space). Density right in front of a camera can explain all that it sees: without this, a field would now
+/// and then put a picture before each camera and never find the scene.
 const HELD_BACK: f32 = 0.25;
 const HELD_BACK_STEPS: f32 = 128.0;
-/// Steps between looks at the occupancy grid, and cells looked at.
+/// Steps between updates of the occupancy grid, and cells evaluated in each.
 const OCCUPANCY_EVERY: u64 = 16;
 const OCCUPANCY_PROBES: usize = 16 * 1024;
-/// Steps before the first look: the field says nothing yet.
+/// Steps before the first update: the field has not learnt anything yet.
 const OCCUPANCY_WARM_UP: u64 = 256;
 /// Non-finite steps in a row after which the last checkpoint comes back.
 const PATIENCE: u32 = 3;
 
-/// What training has gone through since the trainer was made.
+/// Numbers of steps, rays and samples since the trainer was made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Work {
     /// Steps.
@@ -84,11 +84,21 @@ pub struct Trainer {
     checkpoint: Checkpoint,
 }
 
-/// A state to come back to.
+/// A state of the field to return to.
 struct Checkpoint {
     /// The parameters, in the order of [`RadianceField::named`].
     parameters: Vec<Tensor>,
     occupancy: OccupancyGrid,
+}
+
+impl Checkpoint {
+    fn of(field: &RadianceField, occupancy: &OccupancyGrid) -> Result<Self> {
+        let copies = field.named().map(|(_, parameter)| parameter.copy());
+        Ok(Self {
+            parameters: copies.into_iter().collect::<Result<_>>()?,
+            occupancy: occupancy.clone(),
+        })
+    }
 }
 
 impl Trainer {
@@ -100,7 +110,7 @@ impl Trainer {
         Self::scaled(scene, preset, 1.0, seed)
     }
 
-    /// The same for a field of so many times the size ([`Capacity::scaled`]).
+    /// The same for a field of `size` times the size ([`Capacity::scaled`]).
     ///
     /// # Errors
     /// As [`Trainer::new`].
@@ -111,7 +121,7 @@ impl Trainer {
     /// Starts a field for a scene on this backend and by this recipe.
     ///
     /// # Errors
-    /// The device's, such as a lack of memory.
+    /// Errors of the device, such as a lack of memory.
     pub fn on(
         backend: &Backend,
         scene: Arc<Scene>,
@@ -138,14 +148,11 @@ impl Trainer {
         }
         occupancy.keep_points(&scene, &volume);
         let (held_out, frames) = HeldOutPixels::split(&scene, seed);
-        // Depth images say where surfaces are better than their evenness does.
+        // With depth images there is no need to assume that surfaces are smooth.
         let source = PixelSource::new(&scene, frames, recipe.smoothness && !scene.has_depth());
         let exposure = Exposure::new(scene.frames.len(), field.device())?;
         let [table_optimiser, weights_optimiser] = field.optimisers()?;
-        let checkpoint = Checkpoint {
-            parameters: snapshot(&field)?,
-            occupancy: occupancy.clone(),
-        };
+        let checkpoint = Checkpoint::of(&field, &occupancy)?;
         Ok(Self {
             schedule: Schedule::new(capacity.steps, capacity.doublings()),
             scene,
@@ -201,22 +208,22 @@ impl Trainer {
         self.skipped
     }
 
-    /// How often the field came back to an earlier state, because it had collapsed or was not finite.
+    /// How often the field was reset to a checkpoint because it had collapsed or was not finite.
     pub fn undone(&self) -> u64 {
         self.undone
     }
 
-    /// The held-out error at the last look; there is one every 250 steps, and one when a state is restored.
+    /// The newest held-out error; it is measured every 250 steps, and when a state is restored.
     pub fn error(&self) -> Option<HeldOut> {
         self.error
     }
 
-    /// Whether teaching has come to its end: the learning rates are down.
+    /// Whether training has ended: the learning rates are down.
     pub fn settled(&self) -> bool {
         self.schedule.is_over(self.steps)
     }
 
-    /// Samples that a training ray needed of late.
+    /// Samples per training ray, a moving average.
     pub fn samples_per_ray(&self) -> f32 {
         self.samples_per_ray
     }
@@ -255,7 +262,7 @@ impl Trainer {
         Ok(())
     }
 
-    /// Looks at the held-out error, and does what it says.
+    /// Measures the held-out error and adjusts the training to it.
     fn check(&mut self) -> Result<()> {
         self.error = self.evaluate()?;
         let adjustment = self.error.map_or(Adjustment::GoOn, |error| {
@@ -266,10 +273,7 @@ impl Trainer {
             Adjustment::Grow => self.grow()?,
             Adjustment::GoOn => {}
         }
-        self.checkpoint = Checkpoint {
-            parameters: snapshot(&self.field)?,
-            occupancy: self.occupancy.clone(),
-        };
+        self.checkpoint = Checkpoint::of(&self.field, &self.occupancy)?;
         Ok(())
     }
 
@@ -281,7 +285,7 @@ impl Trainer {
         Ok(())
     }
 
-    /// Comes back to the last checkpoint and goes on more slowly.
+    /// Returns to the last checkpoint and halves the learning rates.
     fn undo(&mut self) -> Result<()> {
         for ((_, var), good) in self.field.named().into_iter().zip(&self.checkpoint.parameters) {
             var.set(good)?;
@@ -300,7 +304,7 @@ impl Trainer {
         self.evaluate_against(&self.scene)
     }
 
-    /// The same against another reading of the same capture, such as one with the depth that the field
+    /// The error against another reading of the same capture, such as one with the depth that the field
     /// was not given.
     ///
     /// # Errors
@@ -327,7 +331,7 @@ impl Trainer {
         Ok(tensors)
     }
 
-    /// Goes on from a saved state after `steps` steps.
+    /// Continues from a saved state after `steps` steps.
     ///
     /// # Errors
     /// A state of a field of another capacity; nothing is changed then.
@@ -346,14 +350,11 @@ impl Trainer {
         }
         self.steps = steps;
         self.error = self.evaluate()?;
-        self.checkpoint = Checkpoint {
-            parameters: snapshot(&self.field)?,
-            occupancy: self.occupancy.clone(),
-        };
+        self.checkpoint = Checkpoint::of(&self.field, &self.occupancy)?;
         Ok(())
     }
 
-    /// Grows to the table of a saved state, where doublings lead there.
+    /// Grows the table to the size of a saved state's, where doublings lead there.
     fn grow_to(&mut self, tensors: &HashMap<String, Tensor>) -> Result<()> {
         let (Some(table), Some(weights)) = (tensors.get("field.table"), tensors.get("field.weights")) else {
             return Ok(());
@@ -434,7 +435,7 @@ impl Trainer {
         Ok(true)
     }
 
-    /// Counts steps that were not finite; when they repeat, brings the last checkpoint back.
+    /// Counts steps that were not finite; when they repeat, returns to the last checkpoint.
     fn guard(&mut self, finite: bool) -> Result<()> {
         if finite {
             self.failures = 0;
@@ -450,7 +451,7 @@ impl Trainer {
     }
 
     fn look_around(&mut self) -> Result<()> {
-        // The first look without depth sees everything: nothing else tells what is empty.
+        // Without depth the first update covers all cells: nothing else tells what is empty.
         let all = self.steps < OCCUPANCY_WARM_UP + OCCUPANCY_EVERY && !self.scene.has_depth();
         let (cells, positions) = if all {
             self.occupancy.everywhere(self.seed ^ self.steps)
@@ -464,15 +465,6 @@ impl Trainer {
         self.occupancy.update(&cells, &density);
         Ok(())
     }
-}
-
-/// Copies of a field's parameters.
-fn snapshot(field: &RadianceField) -> Result<Vec<Tensor>> {
-    field
-        .named()
-        .into_iter()
-        .map(|(_, var): (_, &Var)| var.copy())
-        .collect()
 }
 
 #[cfg(test)]

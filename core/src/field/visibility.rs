@@ -1,4 +1,4 @@
-//! Where rays end: what lies behind an opaque surface is neither rendered nor trained.
+//! Where rays end: samples behind an opaque surface are neither rendered nor trained.
 
 use std::cell::Cell;
 
@@ -7,18 +7,18 @@ use candle_core::Result;
 use super::kernels::{Evaluated, Wanted};
 use super::{RadianceField, Samples};
 
-/// Share of the light below which a ray has ended.
+/// Transmittance below which a ray has ended.
 const DARK: f32 = 1e-3;
-/// Samples of each ray that are looked at before rays that have ended are left out.
+/// Samples of each ray that are evaluated before rays that have ended are left out.
 const BLOCK: usize = 32;
 
 thread_local! {
-    /// Points that are looked at and what is found there: memory from one call to the next.
+    /// Evaluated points and their densities: memory from one call to the next.
     static LOOKED_AT: Cell<(Samples, Evaluated)> = Cell::default();
 }
 
-/// Leaves out the samples of each ray behind the first at which hardly any light is left. Only rays that
-/// `open` picks are looked at; the others are known to end at a surface.
+/// Leaves out the samples of each ray behind the first at which hardly any light is left. Only the rays that `open`
+/// picks are evaluated; the others are known to end at a surface.
 ///
 /// # Errors
 /// None on the CPU.

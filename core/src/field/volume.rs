@@ -1,4 +1,4 @@
-//! Where in the world the field lies.
+//! The volume of the world that the field models.
 
 use glam::Vec3;
 

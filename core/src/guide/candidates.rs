@@ -1,4 +1,4 @@
-//! Places that may be worth a label.
+//! Candidates for the places to label next.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -8,7 +8,8 @@ use super::nearby::Nearby;
 use crate::labels::ClassId;
 use crate::semantics::{CERTAIN, NO_NODE, Posterior, Surface, SurfaceGraph};
 
-/// Most candidates, the nodes that they are looked for among, and how far they keep from each other, in metres.
+/// Most candidates, the number of nodes that they are chosen from, and their smallest distance to each other, in
+/// metres.
 const MOST: usize = 250;
 const PROMISING: usize = 40_000;
 const APART: f32 = 0.2;
@@ -16,10 +17,10 @@ const APART: f32 = 0.2;
 /// along a border.
 const INNER: f32 = 0.7;
 const RIDGE_LEVEL: f32 = 0.6;
-/// No class is surer than this, so that there is a next place when all seems clear.
+/// Lower bound on the chance that a class is wrong, so that there is a next place when all seems clear.
 const LEAST_DOUBT: f32 = 1e-4;
-/// A pixel counts with this power of the number of all pixels over those of its class: with 0 pixels count
-/// alike, with 1 classes.
+/// A pixel counts with this power of the number of all pixels over those of its class: at 0 all pixels count the same,
+/// at 1 all classes do.
 const CLASS_POWER: f32 = 0.25;
 
 /// The chance that the most likely class of each node is wrong, averaged twice over neighbours, so that thin
@@ -45,14 +46,14 @@ pub(super) fn unclearness(graph: &SurfaceGraph, posterior: &Posterior) -> Vec<f3
     unclear
 }
 
-/// What each node counts: the pixels that show it, each by the weight of its class.
+/// The value of each node: the number of pixels that show it times the weight of its class.
 pub(super) fn values(graph: &SurfaceGraph, posterior: &Posterior) -> Vec<f32> {
     let mut pixels: BTreeMap<ClassId, f32> = BTreeMap::new();
     for (node, label) in graph.nodes().iter().zip(&posterior.labels) {
         *pixels.entry(*label).or_default() += node.pixels;
     }
     let all: f32 = pixels.values().sum();
-    // What a class has little of may be a mistake altogether: it counts at most as a thousandth does.
+    // A class with few pixels may be a mistake: its weight is that of a thousandth of all pixels at most.
     let weight = |own: f32| (all / own.max(1e-3 * all).max(f32::MIN_POSITIVE)).powf(CLASS_POWER);
     let weights: BTreeMap<ClassId, f32> = pixels
         .into_iter()
@@ -78,7 +79,7 @@ pub(super) fn visible(surface: &Surface, only: Option<&BTreeSet<usize>>) -> Vec<
     visible
 }
 
-/// The most promising places that lie apart and on no ridge, best first; those without promise are left out.
+/// The most promising nodes that lie apart and on no ridge, best first; nodes without promise are left out.
 pub(super) fn candidates(
     graph: &SurfaceGraph,
     unclear: &[f32],
@@ -111,7 +112,7 @@ pub(super) fn candidates(
     candidates
 }
 
-/// Whether too few of a node's neighbours are about as unclear as it.
+/// Whether too few of a node's neighbours are about as unclear as the node.
 fn is_ridge(graph: &SurfaceGraph, unclear: &[f32], node: u32) -> bool {
     let level = RIDGE_LEVEL * unclear[node as usize];
     let (inner, all) = graph.edges(node).fold((0, 0), |(inner, all), (other, _)| {

@@ -1,28 +1,28 @@
-//! What a label at a place would change.
+//! The effect of a label at a place.
 
 use crate::semantics::{DistanceQueue, SurfaceGraph};
 
-/// Most nodes that are followed from one place.
+/// Most nodes that are visited from one place.
 const MOST_FOLLOWED: usize = 20_000;
-/// The region that a label settles is what is nearer to it than this share of the way to the nearest label.
+/// A label settles the nodes whose distance to it is at most this share of that to the nearest other label.
 const SETTLED: f32 = 0.5;
 
-/// A place with what a label there would change.
+/// The effect of a label at a node.
 pub(super) struct Effect {
-    /// The place.
+    /// The node.
     pub(super) node: u32,
     /// How much would change.
     pub(super) size: f32,
     /// The nodes that would be settled.
     pub(super) settled: Vec<u32>,
-    /// Nodes that were looked at.
+    /// Number of nodes that were visited.
     pub(super) visits: usize,
 }
 
-/// Distances from one place at a time.
+/// Computes effects by distances from one place at a time.
 pub(super) struct EffectSearch<'a> {
     graph: &'a SurfaceGraph,
-    /// Infinite but for the nodes reached from the place of now.
+    /// Infinite except at the nodes reached from the present place.
     distance: Vec<f32>,
 }
 
@@ -34,8 +34,8 @@ impl<'a> EffectSearch<'a> {
         }
     }
 
-    /// The effect of a label at `place`: the sum of v (1 - d / d1) over the nodes that are nearer to it (d)
-    /// than to every label (d1, `to_label`), v being the `value` of a node.
+    /// The effect of a label at `place`: the sum of v (1 - d / d1) over the nodes that are nearer to it (d) than to
+    /// every label (d1, `to_label`), where v is the `value` of a node.
     pub(super) fn effect(
         &mut self,
         place: u32,
@@ -86,22 +86,12 @@ impl<'a> EffectSearch<'a> {
 
 #[cfg(test)]
 mod tests {
-    use glam::Vec3;
-
     use super::*;
-    use crate::semantics::Node;
+    use crate::semantics::testing::joined;
 
     /// Nodes in a row, a step apart but for the last, which is far.
     fn row() -> SurfaceGraph {
-        let node = Node {
-            position: Vec3::ZERO,
-            color: Vec3::ZERO,
-            normal: Vec3::Z,
-            pixels: 1.0,
-            voxel: 1.0,
-        };
-        let edges = [(0, 1, 1.0), (1, 2, 1.0), (2, 3, 1.0), (3, 4, 100.0)];
-        SurfaceGraph::from_edges(vec![node; 5], &edges)
+        joined(5, &[(0, 1, 1.0), (1, 2, 1.0), (2, 3, 1.0), (3, 4, 100.0)])
     }
 
     #[test]

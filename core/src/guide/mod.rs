@@ -54,7 +54,7 @@ const MOST: usize = 8;
 const APART: f32 = 0.4;
 /// Nearer than this to a label, in metres, another one tells little.
 const NEAR_A_LABEL: f32 = 0.1;
-/// Nodes to visit to find out what labels would change; after so many, no more candidates are considered.
+/// Number of nodes to visit to compute effects; after that, no more candidates are considered.
 const MOST_VISITS: usize = 1_000_000;
 /// Candidates whose effects are computed together.
 const BLOCK: usize = 32;
@@ -62,10 +62,10 @@ const BLOCK: usize = 32;
 /// Ranks the places to label next, best first.
 ///
 /// The acquisition score of a node x is u min(r / 0.1 m, 1)^2 sqrt(e). Here u is the chance that its most likely class
-/// is wrong, averaged twice over neighbours; r is the distance in space to the nearest label; e is the effect of a label
-/// there: the sum of a k (1 - d / d1) over the nodes that are nearer to x than to every label, where d is the distance
-/// to x and d1 that to the nearest label, both along the graph, a is the number of pixels that show the node, and k the
-/// weight of its class, which is larger the fewer pixels the class has.
+/// is wrong, averaged twice over neighbours; r is the distance in space to the nearest label; e is the effect of a
+/// label there: the sum of a k (1 - d / d1) over the nodes that are nearer to x than to every label, where d is the
+/// distance to x and d1 that to the nearest label, both along the graph, a is the number of pixels that show the node,
+/// and k the weight of its class, which is larger the fewer pixels the class has.
 ///
 /// Places are shown in keyframes; with `only`, in the keyframes among these frames. A place that none of them shows is
 /// left out.

@@ -1,4 +1,4 @@
-//! Positions in space, for the distance to the nearest one nearby.
+//! Distances to the nearest of many positions.
 
 use glam::{IVec3, Vec3};
 use rustc_hash::FxHashMap;
@@ -10,7 +10,7 @@ pub(super) struct Nearby {
 }
 
 impl Nearby {
-    /// No places yet; `reach` is the largest distance that matters, in metres.
+    /// No positions yet; `reach` is the largest distance that matters, in metres.
     pub(super) fn new(reach: f32) -> Self {
         Self {
             cells: FxHashMap::default(),
@@ -22,7 +22,7 @@ impl Nearby {
         self.cells.entry(self.cell(position)).or_default().push(position);
     }
 
-    /// Distance to the nearest place, in metres; the reach where none is nearer.
+    /// Distance to the nearest position, in metres; the reach where none is nearer.
     pub(super) fn distance(&self, position: Vec3) -> f32 {
         let cell = self.cell(position);
         let mut nearest = self.reach;

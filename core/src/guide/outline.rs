@@ -77,23 +77,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_rectangle_has_its_four_corners() {
-        let outline = trace(10, 10, [4, 4], |x, y| (2..6).contains(&x) && (3..7).contains(&y));
-        let mut sorted = outline.clone();
-        sorted.sort_by(|a, b| a.partial_cmp(b).unwrap());
-        assert_eq!(sorted, [[2.0, 3.0], [2.0, 7.0], [6.0, 3.0], [6.0, 7.0]]);
-    }
-
-    #[test]
-    fn one_pixel_and_the_whole_image_are_regions_too() {
-        assert_eq!(trace(5, 5, [0, 0], |x, y| (x, y) == (0, 0)).len(), 4);
-        assert_eq!(trace(5, 5, [2, 2], |_, _| true).len(), 4);
-    }
-
-    #[test]
-    fn an_l_shape_has_six_corners() {
-        let inside = |x: u32, y: u32| (x == 1 && (1..5).contains(&y)) || (y == 4 && (1..4).contains(&x));
-        assert_eq!(trace(6, 6, [3, 4], inside).len(), 6);
+    fn straight_runs_have_no_corners() {
+        let rectangle = |x: u32, y: u32| (2..6).contains(&x) && (3..7).contains(&y);
+        let mut outline = trace(10, 10, [4, 4], rectangle);
+        outline.sort_by(|a, b| a.partial_cmp(b).unwrap());
+        assert_eq!(outline, [[2.0, 3.0], [2.0, 7.0], [6.0, 3.0], [6.0, 7.0]]);
+        assert_eq!(trace(5, 5, [0, 0], |x, y| (x, y) == (0, 0)).len(), 4, "one pixel");
+        assert_eq!(trace(5, 5, [2, 2], |_, _| true).len(), 4, "the whole image");
+        let l_shape = |x: u32, y: u32| (x == 1 && (1..5).contains(&y)) || (y == 4 && (1..4).contains(&x));
+        assert_eq!(trace(6, 6, [3, 4], l_shape).len(), 6);
     }
 
     #[test]

@@ -15,6 +15,8 @@ mod polygon;
 mod raster;
 mod runs;
 mod stroke;
+#[cfg(test)]
+pub(crate) mod testing;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

@@ -8,31 +8,29 @@ use super::{NO_NODE, Node};
 use crate::labels::{ClassId, VOID};
 use crate::scene::{ColorImage, DepthMap, Frame};
 
-/// Pixels whose surroundings count, on each side.
+/// Pixels of the window to each side.
 const REACH: usize = 2;
 /// How far apart pixels, colours and ray lengths may be: in pixels, in units of the colour (channels in 0..=1)
 /// and as a share of the length.
 const PIXELS: f32 = 1.5;
 const COLOR: f32 = 0.07;
 const LENGTH: f32 = 0.014;
-/// Most of the exponent that lengths make, so that colours still count beside a wrong length.
+/// Largest share of the exponent by lengths, so that colours still count where a length is wrong.
 const MOST_FOR_LENGTH: f32 = 9.0;
 
 /// The node that every pixel of a frame takes its class from, row-major, [`NO_NODE`] where there is none;
 /// `shown` are those that the pixels show, of these `nodes`, and `labels` the classes of the nodes.
 ///
-/// Beside borders, that is where a window of 5 x 5 pixels shows several classes, a pixel has the class with
-/// the largest sum of
+/// Near borders, where a window of 5 x 5 pixels shows several classes, a pixel has the class with the largest sum of
 ///
 /// ```text
 /// exp(-(|dx|^2 / 1.5^2 + |dcolour|^2 / 0.07^2 + (dlength / length / 0.014)^2) / 2)
 /// ```
 ///
-/// over the window (a joint bilateral filter: Petschnigg et al. 2004, Eisemann and Durand 2004), and takes
-/// it from the pixel that weighs most among those of the class. Everywhere else, and where the class stays,
-/// it is the node that the surface gives it.
+/// over the window (a joint bilateral filter: Petschnigg et al. 2004, Eisemann and Durand 2004), and the node of the
+/// pixel that weighs most in that class. Everywhere else, and where the class stays the same, it keeps its own node.
 pub(super) fn nodes_at_borders(frame: &Frame, shown: &[u32], nodes: &[Node], labels: &[ClassId]) -> Vec<u32> {
-    // What shows no node has no class.
+    // Pixels without a node have no class.
     let class = |&node: &u32| labels.get(node as usize).copied().unwrap_or(VOID);
     let classes: Vec<ClassId> = shown.iter().map(class).collect();
     let around = Around {
@@ -60,7 +58,7 @@ pub(super) fn nodes_at_borders(frame: &Frame, shown: &[u32], nodes: &[Node], lab
     refined
 }
 
-/// What the pixels of a window say for one class.
+/// The votes of a window's pixels for one class.
 struct Vote {
     class: ClassId,
     sum: f32,
@@ -176,12 +174,11 @@ impl Around<'_> {
 
 #[cfg(test)]
 mod tests {
-    use glam::Vec3;
-
     use super::*;
     use crate::scene::Scene;
     use crate::scene::testing::wall;
-    use crate::semantics::{NodeMap, Surface, SurfaceGraph};
+    use crate::semantics::testing::{loose, node};
+    use crate::semantics::{NodeMap, Surface};
 
     const SIZE: [u32; 2] = [24, 9];
     /// The last column of the blocks left of the border, which lie on blocks of three columns.
@@ -194,19 +191,12 @@ mod tests {
         let frame = &scene.frames[0];
         let shown: Vec<u32> = (0..SIZE[0] * SIZE[1]).map(|pixel| pixel % SIZE[0] / 3).collect();
         let nodes: Vec<Node> = (0..SIZE[0] / 3)
-            .map(|node| Node {
-                position: frame.center() + 2.0 * frame.ray_direction((4 * SIZE[0] + 3 * node + 1) as usize),
-                color: Vec3::ZERO,
-                normal: Vec3::Z,
-                pixels: 27.0,
-                voxel: 0.3,
-            })
+            .map(|block| (4 * SIZE[0] + 3 * block + 1) as usize)
+            .map(|middle| node(frame.center() + 2.0 * frame.ray_direction(middle)))
             .collect();
         let surface = Surface {
-            graph: SurfaceGraph::from_edges(nodes, &[]),
             pixels: vec![Arc::new(NodeMap::pack(SIZE[0] as usize, &shown))],
-            others: None,
-            voxel: 0.3,
+            ..loose(nodes, 0.3)
         };
         let labels = (0..SIZE[0] / 3)
             .map(|node| if 3 * node < BLOCKS_END { 4 } else { 5 })
@@ -225,39 +215,25 @@ mod tests {
         nodes_at_borders(&scene.frames[0], &shown, surface.graph.nodes(), labels)
     }
 
-    fn classes(scene: &Scene, surface: &Surface, labels: &[ClassId]) -> Vec<ClassId> {
-        nodes_of(scene, surface, labels)
-            .iter()
-            .map(|&node| labels[node as usize])
-            .collect()
-    }
-
     #[test]
-    fn a_border_follows_the_colours_of_the_image() {
-        let (mut scene, surface, labels) = blocks();
-        scene.frames[0].set_depth(None);
-        for edge in [BLOCKS_END - 1, BLOCKS_END, BLOCKS_END + 1] {
-            paint(&mut scene, |x, _| if x < edge { 60 } else { 200 });
-            let classes = classes(&scene, &surface, &labels);
-            for (pixel, class) in (0..).zip(classes) {
-                let expected = if pixel % SIZE[0] < edge { 4 } else { 5 };
-                assert_eq!(class, expected, "edge {edge} pixel {pixel}");
+    fn a_border_follows_the_colours_of_the_image_or_else_the_measured_depth() {
+        for (edge, by_depth) in [(11, false), (12, false), (13, false), (13, true)] {
+            let (mut scene, surface, labels) = blocks();
+            let left = |pixel: u32| pixel % SIZE[0] < edge;
+            let lengths: Vec<f32> = (0..SIZE[0] * SIZE[1])
+                .map(|pixel| if left(pixel) { 2.0 } else { 3.0 })
+                .collect();
+            let depth = DepthMap::from_ray_lengths(SIZE[0], &lengths);
+            scene.frames[0].set_depth(by_depth.then_some(depth));
+            paint(&mut scene, |x, _| match left(x) {
+                _ if by_depth => 128,
+                true => 60,
+                false => 200,
+            });
+            for (pixel, node) in (0..).zip(nodes_of(&scene, &surface, &labels)) {
+                let expected = if left(pixel) { 4 } else { 5 };
+                assert_eq!(labels[node as usize], expected, "edge {edge} pixel {pixel}");
             }
-        }
-    }
-
-    #[test]
-    fn a_border_without_colours_follows_the_measured_depth() {
-        let (mut scene, surface, labels) = blocks();
-        paint(&mut scene, |_, _| 128);
-        let edge = BLOCKS_END + 1;
-        let lengths: Vec<f32> = (0..SIZE[0] * SIZE[1])
-            .map(|pixel| if pixel % SIZE[0] < edge { 2.0 } else { 3.0 })
-            .collect();
-        scene.frames[0].set_depth(Some(DepthMap::from_ray_lengths(SIZE[0], &lengths)));
-        let classes = classes(&scene, &surface, &labels);
-        for (pixel, class) in (0..).zip(classes) {
-            assert_eq!(class, if pixel % SIZE[0] < edge { 4 } else { 5 }, "pixel {pixel}");
         }
     }
 
@@ -285,7 +261,7 @@ mod tests {
             }
         }
         surface.pixels[0] = Arc::new(NodeMap::pack(SIZE[0] as usize, &shown));
-        // Column 12 has the colour of the left, and nobody there to say what that is.
+        // Column 12 has the colour of the left, where no pixel has a class.
         assert_eq!(nodes_of(&scene, &surface, &labels), shown);
     }
 }

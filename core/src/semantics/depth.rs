@@ -15,14 +15,14 @@ pub struct FieldDepth {
 }
 
 /// Ray length of every pixel of a frame in metres, row-major: infinite where the ray meets nothing,
-/// not a number where nobody knows (yet) and where the image on disk does not reach.
+/// not a number where it is unknown (as yet) and outside the image on disk.
 pub fn pixel_lengths(frame: &Frame, pixels: &Pixels, field: Option<&FieldDepth>) -> Vec<f32> {
     (0..frame.camera.pixels())
         .map(|index| pixel_length(frame, pixels, field, index))
         .collect()
 }
 
-/// The same of the pixel with this row-major index.
+/// The same for the pixel with this row-major index.
 pub fn pixel_length(frame: &Frame, pixels: &Pixels, field: Option<&FieldDepth>, index: usize) -> f32 {
     let measured = pixels.depth.as_ref().and_then(|depth| depth.ray_length(index));
     match (measured, field) {
@@ -34,9 +34,9 @@ pub fn pixel_length(frame: &Frame, pixels: &Pixels, field: Option<&FieldDepth>, 
 }
 
 impl FieldDepth {
-    /// The same of a surface instead of the field: its nodes as squares the size of their voxels, the nearest in front
-    /// of the others. Not a number where none lies; infinite where one of the shell does, whose voxels are `shell`
-    /// metres wide. Nodes that are seen from behind are left out.
+    /// Ray lengths to a surface instead of the field: its nodes are drawn as squares of the size of their voxels, the
+    /// nearest in front. Not a number where there is no node; infinite where there is one of the shell, whose voxels
+    /// are `shell` metres wide. Nodes that are seen from behind are left out.
     pub(super) fn of_surface(frame: &Frame, nodes: &[Node], shell: f32, stride: u32) -> Self {
         let (width, height) = (
             frame.camera.width.div_ceil(stride),
@@ -64,7 +64,7 @@ impl FieldDepth {
             for row in span(y, height) {
                 for column in span(x, width) {
                     let there = &mut lengths[(row * width + column) as usize];
-                    // The first one replaces what is not a number.
+                    // `min` ignores what is not a number.
                     *there = length.min(*there);
                 }
             }

@@ -12,10 +12,10 @@ const BEND_FALLOFF: f32 = 8.0;
 const DISTANCE_FALLOFF: f32 = 1.0;
 /// No edge weighs less, so that votes reach every node.
 const LEAST_WEIGHT: f32 = 1e-6;
-/// The residual at which the solution is good enough, relative to the votes, and the most iterations.
+/// The residual relative to the votes at which the iteration ends, and the most iterations.
 const TOLERANCE: f64 = 1e-3;
 const MOST_ITERATIONS: usize = 100;
-/// Nodes whose sums are made together; fixed, so that results do not depend on the number of threads.
+/// Nodes that are summed together; fixed, so that results do not depend on the number of threads.
 const BLOCK: usize = 1024;
 
 /// Solves (W + strength L) p = votes for all classes at once and returns the class probabilities of every
@@ -204,25 +204,19 @@ fn add(to: &mut [f32], from: &[f32], steps: &[f32], classes: usize) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::semantics::testing::node;
     use glam::Vec3;
     use rand::{Rng, SeedableRng, rngs::SmallRng};
-
-    fn node(x: f32, y: f32, color: f32) -> Node {
-        Node {
-            position: Vec3::new(x, y, 0.0),
-            color: Vec3::splat(color),
-            normal: Vec3::Z,
-            pixels: 1.0,
-            voxel: 0.05,
-        }
-    }
 
     /// A floor of 40 x 20 nodes, dark in its left half.
     fn floor() -> SurfaceGraph {
         let at = |k: usize| {
             let (column, row) = (k % 40, k / 40);
             let color = if column < 20 { 0.2 } else { 0.8 };
-            node(0.05 * column as f32, 0.05 * row as f32, color)
+            Node {
+                color: Vec3::splat(color),
+                ..node(0.05 * Vec3::new(column as f32, row as f32, 0.0))
+            }
         };
         SurfaceGraph::new((0..800).map(at).collect())
     }
@@ -240,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn the_sums_of_probabilities_are_one_and_wrong_votes_are_outvoted_on_their_own_side() {
+    fn probabilities_add_up_and_outvote_wrong_votes_on_their_own_side_on_any_number_of_threads() {
         let graph = floor();
         let mut rng = SmallRng::seed_from_u64(6);
         // Of five votes a node two are right on average: by themselves many nodes are wrong.
@@ -264,7 +258,12 @@ mod tests {
                 .filter(|(node, row)| best(row) != truth(*node))
                 .count()
         };
-        let probabilities = diffuse(&graph, &votes, 3, 20.0);
+        let on_threads = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+            pool.build().unwrap().install(|| diffuse(&graph, &votes, 3, 20.0))
+        };
+        let probabilities = on_threads(1);
+        assert_eq!(probabilities, on_threads(3));
         for row in probabilities.chunks_exact(3) {
             assert!((row.iter().sum::<f32>() - 1.0).abs() < 1e-5);
         }
@@ -275,30 +274,16 @@ mod tests {
     #[test]
     fn without_strength_the_votes_decide_and_without_votes_the_neighbours_do() {
         let graph = floor();
-        let mut votes = vec![0.0; 1600];
-        (0..800).for_each(|node| votes[2 * node + node % 2] = 2.0);
-        let alone = diffuse(&graph, &votes, 2, 0.0);
-        assert!((0..800).all(|node| alone[2 * node + node % 2] == 1.0));
-        let mut few = vec![0.0; 1600];
-        (0..800)
-            .step_by(7)
-            .for_each(|node| few[2 * node + usize::from(node % 40 >= 20)] = 1.0);
-        let spread = diffuse(&graph, &few, 2, 1.0);
-        assert!((0..800).all(|node| spread[2 * node + usize::from(node % 40 >= 20)] > 0.5));
-    }
-
-    #[test]
-    fn the_result_does_not_depend_on_the_number_of_threads() {
-        let graph = floor();
-        let mut rng = SmallRng::seed_from_u64(7);
-        let votes: Vec<f32> = (0..1600).map(|_| rng.random_range(0..4) as f32).collect();
-        let with = |threads| {
-            let pool = rayon::ThreadPoolBuilder::new()
-                .num_threads(threads)
-                .build()
-                .unwrap();
-            pool.install(|| diffuse(&graph, &votes, 2, 5.0))
+        // Whether the votes of every n-th node for its class win everywhere.
+        let diffused = |class: fn(usize) -> usize, every: usize, strength: f32| {
+            let mut votes = vec![0.0; 1600];
+            for node in (0..800).step_by(every) {
+                votes[2 * node + class(node)] = 2.0;
+            }
+            let probabilities = diffuse(&graph, &votes, 2, strength);
+            (0..800).all(|node| probabilities[2 * node + class(node)] > 0.5)
         };
-        assert_eq!(with(1), with(3));
+        assert!(diffused(|node| node % 2, 1, 0.0));
+        assert!(diffused(|node| usize::from(node % 40 >= 20), 7, 1.0));
     }
 }

@@ -9,20 +9,20 @@ use rustc_hash::FxHashMap;
 const NEIGHBOURS: usize = 5;
 /// Farthest neighbour, in voxels.
 const REACH: f32 = 2.5;
-/// Cost of a unit of squared colour difference (channels in 0..=1), and the share that counts of what is a
-/// difference in brightness alone, as shadows make it.
+/// Cost of a unit of squared colour difference (channels in 0..=1), and the share of it for differences in brightness
+/// alone, such as shadows.
 const COLOR_COST: f32 = 4000.0;
 const BRIGHTNESS_SHARE: f32 = 0.3;
-/// The cost of the largest difference in colour: what is printed on a thing is no border.
+/// Largest cost of a difference in colour: a print on a thing is no border.
 const MOST_COLOR_COST: f32 = 30.0;
-/// Cost of opposite normals, halved: where the surface bends towards the viewer, as where a thing stands on
-/// another, and where it bends away, as around one thing.
+/// Half the cost of opposite normals: where the surface is concave, as where a thing stands on another, and where it is
+/// convex, as around one thing.
 const CONCAVE_COST: f32 = 80.0;
 const CONVEX_COST: f32 = 10.0;
-/// Cost of a voxel's side of distance.
+/// Cost of a distance of one voxel's side.
 const DISTANCE_COST: f32 = 0.005;
 
-/// What is known of one place of the surface.
+/// A voxel of the surface: the mean of the points seen in it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Node {
     /// Mean of the points seen in the voxel, in metres.
@@ -76,7 +76,7 @@ impl SurfaceGraph {
         }
     }
 
-    /// A graph with given edges (both directions are made) and costs, for tests and other surfaces.
+    /// A graph with these edges and costs; each edge goes both ways.
     pub fn from_edges(nodes: Vec<Node>, edges: &[(u32, u32, f32)]) -> Self {
         let mut directed: Vec<(u32, u32, f32)> = edges
             .iter()
@@ -197,7 +197,7 @@ fn neighbours(nodes: &[Node]) -> Vec<(u32, u32)> {
     pairs
 }
 
-/// Colours and normals averaged once with those of the neighbours: one voxel's noise is no border.
+/// Colours and normals averaged once with those of the neighbours, so that the noise of one voxel is no border.
 fn smoothed(nodes: Vec<Node>, pairs: &[(u32, u32)]) -> Vec<Node> {
     let own_share = 2.0;
     let mut sums: Vec<(Vec3, Vec3, f32)> = nodes
@@ -226,8 +226,8 @@ fn smoothed(nodes: Vec<Node>, pairs: &[(u32, u32)]) -> Vec<Node> {
         .collect()
 }
 
-/// Adds edges until the graph is one part: in ever coarser cells, parts that share a neighbourhood are
-/// joined between their nearest nodes there.
+/// Adds edges until the graph is connected: in ever coarser cells, parts in neighbouring cells are joined between their
+/// nearest nodes there.
 fn join_parts(nodes: &[Node], pairs: &mut Vec<(u32, u32)>) {
     let mut parts = DisjointSets::new(nodes.len());
     for &(a, b) in pairs.iter() {
@@ -317,21 +317,15 @@ impl DisjointSets {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn node(x: f32, y: f32, color: f32) -> Node {
-        Node {
-            position: Vec3::new(x, y, 0.0),
-            color: Vec3::splat(color),
-            normal: Vec3::Z,
-            pixels: 1.0,
-            voxel: 0.05,
-        }
-    }
+    use crate::semantics::testing::node;
 
     fn patch(x: f32, color: f32) -> Vec<Node> {
-        (0..100)
-            .map(|k| node(x + 0.05 * (k % 10) as f32, 0.05 * (k / 10) as f32, color))
-            .collect()
+        let place = |k: usize| Vec3::new(x + 0.05 * (k % 10) as f32, 0.05 * (k / 10) as f32, 0.0);
+        let colored = |k| Node {
+            color: Vec3::splat(color),
+            ..node(place(k))
+        };
+        (0..100).map(colored).collect()
     }
 
     #[test]
@@ -357,10 +351,9 @@ mod tests {
     #[test]
     fn shadows_and_prints_cost_less_than_colours_and_edges_around_a_thing_less_than_at_its_foot() {
         let at = |position: Vec3, normal: Vec3, color: Vec3| Node {
-            position,
             normal,
             color,
-            ..node(0.0, 0.0, 0.5)
+            ..node(position)
         };
         let grey = |value: f32| at(Vec3::ZERO, Vec3::Z, Vec3::splat(value));
         let tinted = at(Vec3::ZERO, Vec3::Z, Vec3::new(0.5 + 0.0012_f32.sqrt(), 0.5, 0.5));

@@ -24,19 +24,18 @@ const FEATURES: Wanted = Wanted {
     color: false,
     features: true,
 };
-/// Rays and points asked at a time.
+/// Rays and points evaluated at a time.
 const RAYS: usize = 4096;
 const POINTS: usize = 16 * 1024;
 /// Samples of a piece, which one thread works on: candle shares tensors of 65,536 numbers and more among
 /// threads of its own, which spin while they wait and slow down a busy machine several times.
 const PIECE: usize = 65_536 / HIDDEN - 1;
 
-/// Logits of every class at any point of the field: a network of one hidden layer on the field's
-/// (detached) features, so that labels never disturb the geometry, and on those of a hash grid of its
-/// own where it has one.
+/// Logits of every class at any point of the field: a network with one hidden layer. Its inputs are the field's
+/// features, detached so that labels never disturb the geometry, and those of a hash grid of its own where it has one.
 ///
-/// With its own grid the head holds any labelling of the scene, and so it is a semantic field; without,
-/// it knows only what things look like, and so it can have an opinion on labels that it was taught.
+/// With a grid of its own, the head can represent any labelling of the scene: it is a semantic field. Without one it
+/// knows only what things look like, which makes it a prior for labels elsewhere.
 #[derive(Debug)]
 pub struct SemanticHead {
     classes: Vec<ClassId>,
@@ -69,16 +68,16 @@ impl OwnGrid {
     }
 }
 
-/// What the network reads at some places.
+/// Inputs of the network at some points.
 struct HeadInputs {
     /// The field's features `[N, width]`.
     features: Vec<f32>,
     width: usize,
-    /// Those of the own grid `[N, own width]`: differentiable in its table, and as numbers.
+    /// Features of its own grid `[N, own width]`: differentiable in its table, and as plain numbers.
     own: Option<(Tensor, Vec<f32>)>,
 }
 
-/// Loss of a piece, and its gradients by the network and by the own features `[n, own width]`.
+/// Loss of a piece, and its gradients with respect to the network and to the own features `[n, own width]`.
 struct PartialLoss {
     loss: f32,
     network: [Option<Tensor>; 3],
@@ -86,9 +85,8 @@ struct PartialLoss {
 }
 
 impl SemanticHead {
-    /// A head for these classes on so many features of the field, and a grid of its own where `own` says
-    /// its shape. What `earlier`, a head of the same shape, knows is taken over: its features whole, and
-    /// the rows of the classes that it has.
+    /// A head for these classes on this many features of the field, with a grid of its own of the shape `own`. From
+    /// `earlier`, a head of the same shape, it takes over the grid, the hidden layer and the rows of shared classes.
     ///
     /// # Errors
     /// None on the CPU.
@@ -212,7 +210,7 @@ impl SemanticHead {
         }
         if let (Some(own), Some((encoded, _))) = (&self.own, &inputs.own) {
             let gradient: Vec<f32> = parts.into_iter().flat_map(|part| part.own).collect();
-            // What arrives at the features goes on to the table as the derivative of a product.
+            // The loss of (features * gradient) passes the features' gradient on to the table.
             let arrived = Tensor::from_vec(gradient, encoded.shape(), &Device::Cpu)?;
             let gradients = encoded.mul(&arrived)?.sum_all()?.backward()?;
             if let Some(gradient) = gradients.get(&own.table) {
@@ -230,7 +228,7 @@ impl SemanticHead {
         let mut probabilities = Vec::with_capacity(positions.len() * self.classes.len());
         for positions in positions.chunks(POINTS) {
             let places = CompositedPlaces::at_points(field, positions);
-            self.ask(field, &places, &mut probabilities)?;
+            self.add_probabilities(field, &places, &mut probabilities)?;
         }
         Ok(probabilities)
     }
@@ -251,13 +249,13 @@ impl SemanticHead {
         for rays in rays.chunks(RAYS) {
             let mut places = CompositedPlaces::at_points(field, &[]);
             places.add_rays(field, occupancy, rays, sampling)?;
-            self.ask(field, &places, &mut probabilities)?;
+            self.add_probabilities(field, &places, &mut probabilities)?;
         }
         Ok(probabilities)
     }
 
-    /// Adds the probabilities of all rows.
-    fn ask(
+    /// Appends the class probabilities of all rows.
+    fn add_probabilities(
         &self,
         field: &RadianceField,
         places: &CompositedPlaces,

@@ -1,4 +1,4 @@
-//! What the head says of the whole surface, found out a little at a time.
+//! Evaluation of the semantic head on the whole surface, a portion at a time.
 
 use candle_core::Result;
 use glam::Vec3;
@@ -7,18 +7,18 @@ use rayon::prelude::*;
 use super::{LabelPropagation, SemanticHead, SurfaceGraph};
 use crate::field::RadianceField;
 
-/// Nodes that the head is asked about at a time.
+/// Nodes evaluated at a time.
 const PORTION: usize = 8192;
-/// The head's probabilities are not taken to be smaller than this.
+/// Lower bound on the head's probabilities.
 const LEAST_PROBABILITY: f32 = 1e-3;
 /// How often the head's probabilities are averaged over neighbours, and how fast a neighbour's weight
 /// falls with the cost of the edge to it.
 const SMOOTHING_ROUNDS: usize = 6;
 const SMOOTHING_FALLOFF: f32 = 0.3;
-/// Exponent of the head's probabilities beside the graph's.
+/// Exponent of the head's probabilities in the product with the graph's.
 const HEAD_EXPONENT: f32 = 0.4;
 
-/// A look at what the head says of every node of a surface, in steps of some tens of milliseconds.
+/// An evaluation of the head at every node of a surface, in steps of some tens of milliseconds.
 #[derive(Clone, Debug, Default)]
 pub struct HeadEvaluation {
     /// Logarithms of the probabilities found so far, `[nodes, classes]`.
@@ -27,12 +27,11 @@ pub struct HeadEvaluation {
 }
 
 impl HeadEvaluation {
-    /// Goes a step further; in the end returns the head's say on each node, positive weights
-    /// `[nodes, classes]` for [`LabelPropagation::set_head`].
+    /// Takes one step; the last one returns positive weights `[nodes, classes]` for [`LabelPropagation::set_head`].
     ///
-    /// The probabilities are averaged (as logarithms) over neighbours that the graph joins closely, so
-    /// that they follow surfaces and not single voxels, and tempered. Surface and head have to stay the
-    /// same from step to step.
+    /// The logarithms of the probabilities are averaged over close neighbours in the graph, so that they follow
+    /// surfaces and not single voxels; then the probabilities are raised to the power 0.4. The surface and the classes
+    /// must not change between the steps.
     ///
     /// # Errors
     /// None on the CPU.
@@ -88,18 +87,11 @@ fn averaged(graph: &SurfaceGraph, values: &[f32], count: usize) -> Vec<f32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::semantics::Node;
+    use crate::semantics::testing::joined;
 
     #[test]
     fn averaging_stays_on_one_side_of_a_costly_edge() {
-        let node = Node {
-            position: Vec3::ZERO,
-            color: Vec3::ZERO,
-            normal: Vec3::Z,
-            pixels: 1.0,
-            voxel: 1.0,
-        };
-        let graph = SurfaceGraph::from_edges(vec![node; 4], &[(0, 1, 0.01), (1, 2, 50.0), (2, 3, 0.01)]);
+        let graph = joined(4, &[(0, 1, 0.01), (1, 2, 50.0), (2, 3, 0.01)]);
         let averages = averaged(&graph, &[0.0, 2.0, 10.0, 12.0], 1);
         assert!((averages[1] - 1.0).abs() < 0.01 && (averages[2] - 11.0).abs() < 0.01);
     }

@@ -11,8 +11,8 @@ use super::votes::most_likely;
 use super::{ClassGeodesics, NO_NODE, NodeVotes, Posterior, Surface};
 use crate::labels::{ClassId, ImportedLabels, LabelSet, VOID};
 
-/// What imported label images say of a surface, for [`LabelPropagation`](super::LabelPropagation). Making it takes seconds where they
-/// are votes, so a session does that beside its other work.
+/// Imported label images on a surface, for [`LabelPropagation`](super::LabelPropagation). Making it takes seconds where
+/// they are votes, so that a session does that in the background.
 #[derive(Clone, Debug)]
 pub struct SurfaceImport {
     images: Arc<ImportedLabels>,
@@ -20,25 +20,25 @@ pub struct SurfaceImport {
     in_images: BTreeSet<ClassId>,
     /// Those of them that the label set has, ascending.
     classes: Vec<ClassId>,
-    said: NodeAnswers,
+    on_nodes: NodeAnswers,
 }
 
 #[derive(Clone, Debug)]
 enum NodeAnswers {
-    /// The class of each node with trusted pixels, and the images without classes that there are not.
+    /// The class of each node with trusted pixels, and the images without the classes that the label set lacks.
     Trusted(FxHashMap<u32, ClassId>, Arc<ImportedLabels>),
-    /// Class probabilities `[nodes, classes]`, times the weight that the trust gives them.
+    /// Class probabilities `[nodes, classes]`, times the weight that follows from the trust.
     Votes(Vec<f32>),
 }
 
 impl SurfaceImport {
-    /// Spreads the imported images of a label set over a surface; `None` where there are none.
+    /// Propagates the imported images of a label set over a surface; `None` where there are none.
     pub fn new(surface: &Surface, labels: &LabelSet) -> Option<Self> {
         let images = Arc::clone(labels.imported.as_ref()?);
         let in_images = images.classes();
         let classes = shared_classes(&in_images, labels);
         let votes = NodeVotes::count(surface, &classes, &images);
-        let said = if images.trust.is_right() {
+        let on_nodes = if images.trust.is_right() {
             let known = |class: ClassId| if classes.contains(&class) { class } else { VOID };
             let shown = if classes.len() == in_images.len() {
                 Arc::clone(&images)
@@ -56,19 +56,19 @@ impl SurfaceImport {
             images,
             in_images,
             classes,
-            said,
+            on_nodes,
         })
     }
 
-    /// Whether these are the images of a label set, and all of its classes that they show.
+    /// Whether these are the images of a label set, with the same classes.
     pub fn is_of(&self, labels: &LabelSet) -> bool {
         let same = |images: &Arc<ImportedLabels>| Arc::ptr_eq(images, &self.images);
         labels.imported.as_ref().is_some_and(same) && shared_classes(&self.in_images, labels) == self.classes
     }
 
-    /// The images whose pixels are as they say.
+    /// The images, where they are trusted.
     pub fn trusted(&self) -> Option<&Arc<ImportedLabels>> {
-        match &self.said {
+        match &self.on_nodes {
             NodeAnswers::Trusted(_, shown) => Some(shown),
             NodeAnswers::Votes(_) => None,
         }
@@ -76,17 +76,17 @@ impl SurfaceImport {
 
     /// The class of each node with trusted pixels.
     pub fn seeds(&self) -> impl Iterator<Item = (u32, ClassId)> + '_ {
-        let seeds = match &self.said {
+        let seeds = match &self.on_nodes {
             NodeAnswers::Trusted(seeds, _) => Some(seeds),
             NodeAnswers::Votes(_) => None,
         };
         seeds.into_iter().flatten().map(|(&node, &class)| (node, class))
     }
 
-    /// What votes give these classes at every node, `[nodes, classes]`: probabilities times the weight of the images,
-    /// which is 1 for [`Trust::VOTES`](crate::labels::Trust::VOTES).
+    /// Weights of these classes at every node by votes, `[nodes, classes]`: probabilities times the weight of the
+    /// images, which is 1 for [`Trust::VOTES`](crate::labels::Trust::VOTES).
     pub fn votes(&self, classes: &[ClassId]) -> Option<Vec<f32>> {
-        let NodeAnswers::Votes(probabilities) = &self.said else {
+        let NodeAnswers::Votes(probabilities) = &self.on_nodes else {
             return None;
         };
         let own = self.classes.len().max(1);
@@ -104,7 +104,7 @@ impl SurfaceImport {
     }
 }
 
-/// The classes of images that a label set has, ascending.
+/// The classes of the images that the label set has too, ascending.
 fn shared_classes(in_images: &BTreeSet<ClassId>, labels: &LabelSet) -> Vec<ClassId> {
     let known = |class: &ClassId| labels.class(*class).is_some();
     in_images.iter().copied().filter(known).collect()
@@ -153,12 +153,17 @@ mod tests {
     use crate::labels::{ImportedMap, Likeliest, Probabilities, Trust};
     use crate::scene::Scene;
     use crate::scene::testing::wall;
+    use crate::semantics::testing::surface;
 
     fn truth(scene: &Scene, frame: usize) -> Vec<ClassId> {
         let color = scene.frames[frame].color();
         (0..64 * 48)
             .map(|pixel| 1 + ClassId::from(color.pixel(pixel)[0] > 128))
             .collect()
+    }
+
+    fn images(maps: Vec<ImportedMap>, trust: Trust) -> ImportedLabels {
+        ImportedLabels { maps, trust }
     }
 
     fn right(labels: &[ClassId], truth: &[ClassId]) -> f32 {
@@ -169,39 +174,28 @@ mod tests {
     #[test]
     fn two_trusted_pixels_label_frames_that_none_is_on() {
         let scene = wall(5, 64, 48);
-        let surface = Surface::build(&scene, &[], 5.0).unwrap();
+        let surface = surface(&scene);
         let mut labels = vec![VOID; 64 * 48];
         labels[20 * 64 + 10] = 1;
         labels[20 * 64 + 55] = 2;
-        let maps = vec![ImportedMap::new(0, &labels)];
-        let trusted = ImportedLabels {
-            maps,
-            trust: Trust::RIGHT,
-        };
+        let trusted = images(vec![ImportedMap::new(0, &labels)], Trust::RIGHT);
         let spread = NodeLabels::spread(&surface, &[1, 2], &trusted);
         assert!(right(&spread.of_frame(&surface, 4), &truth(&scene, 4)) > 0.95);
     }
 
     #[test]
     fn probabilities_are_votes_in_parts_that_agree_as_often_as_two_draws_from_them() {
-        let scene = wall(3, 64, 48);
-        let surface = Surface::build(&scene, &[], 5.0).unwrap();
+        let surface = surface(&wall(3, 64, 48));
         let cell = Likeliest::of([(1, 0.75), (2, 0.25)].into_iter());
         let maps = (0..3).map(|frame| {
             let grid = Probabilities::new([32, 24], [64, 48], vec![cell; 32 * 24]).unwrap();
             ImportedMap::of_probabilities(frame, grid)
         });
-        let said = ImportedLabels {
-            maps: maps.collect(),
-            trust: Trust::VOTES,
-        };
+        let said = images(maps.collect(), Trust::VOTES);
         let votes = NodeVotes::count(&surface, &[1, 2], &said);
         let expected = 0.75_f32.powi(2) + 0.25_f32.powi(2);
-        assert!(
-            (votes.agreement() - expected).abs() < 0.01,
-            "{}",
-            votes.agreement()
-        );
+        let agreement = votes.agreement();
+        assert!((agreement - expected).abs() < 0.01, "{agreement}");
         assert!(votes.majority().values().all(|&class| class == 1));
         // The whole grid is counted, each cell once.
         let total: f32 = (0..surface.graph.len())
@@ -213,7 +207,7 @@ mod tests {
     #[test]
     fn votes_that_are_mostly_noise_still_tell_the_halves_apart() {
         let scene = wall(5, 64, 48);
-        let surface = Surface::build(&scene, &[], 5.0).unwrap();
+        let surface = surface(&scene);
         let mut rng = SmallRng::seed_from_u64(3);
         let classes: Vec<ClassId> = (1..=4).collect();
         let maps: Vec<ImportedMap> = (0..3)
@@ -227,17 +221,11 @@ mod tests {
                 ImportedMap::new(frame, &labels)
             })
             .collect();
-        let noisy = ImportedLabels {
-            maps,
-            trust: Trust::VOTES,
-        };
+        let noisy = images(maps, Trust::VOTES);
         let votes = NodeVotes::count(&surface, &classes, &noisy);
         let expected = 0.3_f32.powi(2) + 0.7 * 1.3 / 4.0;
-        assert!(
-            (votes.agreement() - expected).abs() < 0.05,
-            "{}",
-            votes.agreement()
-        );
+        let agreement = votes.agreement();
+        assert!((agreement - expected).abs() < 0.05, "{agreement}");
         let spread = NodeLabels::spread(&surface, &classes, &noisy);
         assert!(right(&noisy.maps[0].labels(), &truth(&scene, 0)) < 0.5);
         assert!(right(&spread.of_frame(&surface, 4), &truth(&scene, 4)) > 0.95);

@@ -1,4 +1,4 @@
-//! Cross-validation of the strokes: what the others would say at a stroke's pixels if it were not there.
+//! Leave-one-out checks of the strokes: the class that a stroke's pixels would have if it were not there.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -12,15 +12,15 @@ use super::{ClassGeodesics, Geodesics, Surface};
 use crate::labels::{ClassId, Stroke, StrokeId, VOID, pixels_of};
 use crate::scene::Scene;
 
-/// What the other strokes say of one, without it.
+/// The check of one stroke against all the others.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StrokeCheck {
     /// The stroke.
     pub stroke: StrokeId,
-    /// Its most likely class by the others: its own, unless they contradict most of its pixels; then the class
-    /// that most of those would get.
+    /// Its class according to the others: its own, unless they contradict most of its pixels; then the class that most
+    /// of those would get.
     pub class: ClassId,
-    /// Share of its pixels whose most likely class by the others is not its own, 0..=1.
+    /// Share of its pixels that would get another class from the others, 0..=1.
     pub contradicting: f32,
 }
 
@@ -31,27 +31,25 @@ impl StrokeCheck {
     }
 }
 
-/// What the strokes say of each other.
+/// The strokes checked against each other.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LeaveOneOut {
-    /// Of every stroke that can be checked, in the order of the strokes. Those that cannot: void ones; those that
-    /// no pixel of the surface shows; and those that no other label of their class is left without, since the
-    /// others cannot know what they were never told.
+    /// One check for each stroke that can be checked, in the order of the strokes. Left out are void strokes, strokes
+    /// whose pixels show no node, and the only stroke of a class: the others cannot predict a class that they lack.
     pub strokes: Vec<StrokeCheck>,
     /// Mean over the classes of the share of their strokes that are not contradicted, so that a class with many
     /// easy strokes does not hide one whose strokes are all wrong; `None` where nothing can be checked.
     pub accuracy: Option<f32>,
 }
 
-/// A pixel of a stroke that the person sees: the strokes of the pixel, latest first. Without the first, the second
-/// holds.
+/// The two latest strokes on a pixel. Without the top one, the pixel belongs to the one below.
 #[derive(Clone, Copy, Debug)]
 struct Layers {
     top: (StrokeId, ClassId),
     below: Option<(StrokeId, ClassId)>,
 }
 
-/// Labels as they were spread at one time, to be checked beside the worker.
+/// The labels on a surface at one time, to be checked in the background.
 #[derive(Clone, Debug)]
 pub struct CrossValidation {
     pub(super) scene: Arc<Scene>,
@@ -65,22 +63,24 @@ pub struct CrossValidation {
     pub(super) votes: Option<Vec<f32>>,
 }
 
-/// A stroke's pixels that show a node, and the changes of the seeds if it were not there.
+type NodesByClass = BTreeMap<ClassId, Vec<u32>>;
+
+/// The nodes of a stroke, and how the seeds would change without it.
 #[derive(Debug, Default)]
 struct Absence {
-    /// The node of each of its pixels.
+    /// The node of each of its pixels, as far as they show one.
     nodes: Vec<u32>,
     /// Nodes that lose a class.
-    removed: BTreeMap<ClassId, Vec<u32>>,
-    /// Nodes that get another class: what it covers.
-    added: BTreeMap<ClassId, Vec<u32>>,
+    removed: NodesByClass,
+    /// Nodes that get the class of what it covers.
+    added: NodesByClass,
 }
 
 impl CrossValidation {
-    /// Leaves out one stroke at a time, exactly: the answers are those of spreading the others anew, by the graph and
-    /// imported label images alone (the head has learnt from the stroke itself). Only what a stroke owned is
-    /// flooded again, so all strokes together cost about as much as spreading all labels twice, however many they
-    /// are. `None` when `cancelled` has been set meanwhile.
+    /// Leaves out one stroke at a time. The results are exactly those of propagating the other labels anew, by the
+    /// graph and imported label images alone, since the semantic prior has learnt from the stroke itself. Only the
+    /// nodes that a stroke owned are visited again, so that checking all strokes costs about as much as propagating all
+    /// labels twice, however many there are. `None` when `cancelled` was set in the meantime.
     pub fn run(self, cancelled: &AtomicBool) -> Option<LeaveOneOut> {
         let mut seeds: BTreeMap<ClassId, usize> = BTreeMap::new();
         for &class in self.geodesics.seeds().values() {
@@ -118,31 +118,32 @@ impl CrossValidation {
         (stroke, own): (StrokeId, ClassId),
         absence: &Absence,
     ) -> Option<StrokeCheck> {
-        let graph = &self.surface.graph;
-        for (class, nodes) in &absence.removed {
-            if let Some(field) = fields.get_mut(class) {
-                field.remove(graph, nodes);
-            }
-        }
-        for (&class, nodes) in &absence.added {
-            let field = fields.entry(class).or_insert_with(|| Geodesics::new(graph.len()));
-            field.add(graph, nodes);
-        }
+        self.replace(fields, &absence.removed, &absence.added);
         let check = self.read(fields, (stroke, own), &absence.nodes);
-        for (class, nodes) in &absence.added {
-            if let Some(field) = fields.get_mut(class) {
-                field.remove(graph, nodes);
-            }
-        }
-        for (class, nodes) in &absence.removed {
-            if let Some(field) = fields.get_mut(class) {
-                field.add(graph, nodes);
-            }
-        }
+        self.replace(fields, &absence.added, &absence.removed);
         check
     }
 
-    /// What the fields say at a stroke's nodes; `None` where they reach none of them.
+    /// Replaces some seeds of the distance fields by others.
+    fn replace(
+        &self,
+        fields: &mut BTreeMap<ClassId, Geodesics>,
+        removed: &NodesByClass,
+        added: &NodesByClass,
+    ) {
+        let graph = &self.surface.graph;
+        for (class, nodes) in removed {
+            if let Some(field) = fields.get_mut(class) {
+                field.remove(graph, nodes);
+            }
+        }
+        for (&class, nodes) in added {
+            let field = fields.entry(class).or_insert_with(|| Geodesics::new(graph.len()));
+            field.add(graph, nodes);
+        }
+    }
+
+    /// The check of a stroke by these distance fields; `None` where they reach none of its nodes.
     fn read(
         &self,
         fields: &BTreeMap<ClassId, Geodesics>,
@@ -167,7 +168,7 @@ impl CrossValidation {
         }
         let right = counts.remove(&own).unwrap_or(0);
         let contradicting = (predicted - right) as f32 / predicted as f32;
-        // Of as many, the class that comes first.
+        // The first of several classes with as many pixels.
         let other = counts
             .iter()
             .max_by_key(|&(&class, &count)| (count, std::cmp::Reverse(class)));
@@ -198,7 +199,7 @@ impl CrossValidation {
         }
         let strays = self.strays(cancelled)?;
         for (&node, layers) in &of_node {
-            // What a pixel's stroke says of the node.
+            // The stroke and its class, if it labels the node.
             let says = |(id, class): (StrokeId, ClassId)| {
                 let is_stray = strays
                     .get(&id)
@@ -237,7 +238,7 @@ impl CrossValidation {
         Some(absences)
     }
 
-    /// The nodes that each scribble does not speak of, ascending.
+    /// The nodes where each scribble slipped over an edge, ascending.
     fn strays(&self, cancelled: &AtomicBool) -> Option<BTreeMap<StrokeId, Vec<u32>>> {
         let mut all = BTreeMap::new();
         for (&id, stroke) in &self.strokes {

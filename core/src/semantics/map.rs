@@ -4,19 +4,14 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use super::borders::nodes_at_borders;
-use super::{NO_NODE, Posterior, Surface};
+use super::{CERTAIN, ENTROPY_STEPS_PER_NAT, NO_NODE, Posterior, Surface};
 use crate::labels::{ClassId, ImportedLabels, Pixel, VOID};
 use crate::scene::{Frame, Scene};
 
-/// Steps of [`FrameMap::entropy`] per nat.
-pub const ENTROPY_STEPS_PER_NAT: f32 = 10_000.0;
-/// A probability of 1 in [`FrameMap::confidence`].
-pub const CERTAIN: u16 = u16::MAX;
-
 /// Dense labels of one frame, row-major `[height, width]`.
 ///
-/// A map that follows from a surface is kept as what it follows from, which all maps share; its pixels
-/// are looked up when somebody reads them. So making all maps costs next to nothing.
+/// A map that follows from a surface holds only the surface and its labels, which all maps share; its pixels are looked
+/// up when they are read. Making all maps therefore costs next to nothing.
 #[derive(Clone, Debug)]
 pub struct FrameMap {
     /// Index of the frame.
@@ -30,23 +25,23 @@ pub struct FrameMap {
     pixels: MapPixels,
 }
 
-/// How a map knows its pixels.
+/// The pixels of a map, in one of two forms.
 #[derive(Clone, Debug)]
 pub(super) enum MapPixels {
     /// One by one.
     Listed {
         labels: Vec<ClassId>,
         entropy: Vec<u16>,
-        /// `None` where they are not known, as they are not kept on disk.
+        /// `None` where it is not known: it is not kept on disk.
         likelihood: Option<Likelihood>,
-        /// What they were looked up from.
+        /// The surface and labels that they were looked up from.
         source: Option<(Arc<Surface>, Arc<Posterior>)>,
     },
-    /// By the nodes that they show.
+    /// By the nodes that they show, not looked up yet.
     OnSurface(OnSurface),
 }
 
-/// What a map knows of its pixels beyond what is kept on disk.
+/// Values of a map's pixels that are not kept on disk.
 #[derive(Clone, Debug)]
 pub(super) struct Likelihood {
     /// Probability of every pixel's class, times [`CERTAIN`].
@@ -55,10 +50,10 @@ pub(super) struct Likelihood {
     runners_up: Vec<ClassId>,
 }
 
-/// What a map says of one pixel.
+/// The values of a map at one pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PixelAnswer {
-    /// Most likely class; void where nothing is known or the person said so.
+    /// Most likely class; void where nothing is known or a stroke says so.
     pub class: ClassId,
     /// Entropy of the class distribution, in nats.
     pub entropy: f32,
@@ -68,8 +63,8 @@ pub struct PixelAnswer {
     pub runner_up: Option<ClassId>,
 }
 
-/// What the pixels of a map follow from: the nodes that they show, along borders chosen by the colours and depths of
-/// the frame.
+/// A map that is not looked up yet: its pixels have the values of the nodes that they show, which along borders are
+/// chosen by the colours and depths of the frame.
 #[derive(Clone, Debug)]
 pub(super) struct OnSurface {
     pub(super) scene: Arc<Scene>,
@@ -77,9 +72,9 @@ pub(super) struct OnSurface {
     pub(super) posterior: Arc<Posterior>,
     /// Entropy where there is no node.
     pub(super) unknown: u16,
-    /// Label images whose pixels are as they say, without doubt.
+    /// Trusted label images: their pixels have their class for certain.
     pub(super) trusted: Option<Arc<ImportedLabels>>,
-    /// Pixels that the person painted, and their classes: those as they said, without doubt.
+    /// Painted pixels and their classes, which they have for certain.
     pub(super) painted: Vec<(u32, ClassId)>,
 }
 
@@ -103,13 +98,13 @@ impl OnSurface {
         self.read(frame, nodes, (&self.posterior.confidence, 0), |_| CERTAIN)
     }
 
-    /// What was said leaves no second.
+    /// Labelled pixels have no second class.
     fn runners_up(&self, frame: usize, nodes: &[u32]) -> Vec<ClassId> {
         self.read(frame, nodes, (&self.posterior.runners_up, VOID), |_| VOID)
     }
 
-    /// The value of every pixel's node, or that of pixels without one; over them what was `said` of a pixel, by its
-    /// class.
+    /// The value of every pixel: that of its node, or that of pixels without one; labelled pixels have what `said`
+    /// gives for their class.
     fn read(
         &self,
         frame: usize,
@@ -129,7 +124,7 @@ impl OnSurface {
         for &(pixel, class) in &self.painted {
             pixels[pixel as usize] = said(class);
         }
-        // What is no part of the scene has no class, and that is sure.
+        // Hidden pixels are no part of the scene: they are void for certain.
         for pixel in self.scene.frames[frame].hidden_pixels() {
             pixels[pixel] = said(VOID);
         }
@@ -185,8 +180,8 @@ impl FrameMap {
         }
     }
 
-    /// What a posterior says of the nodes that the pixels of a view show; `unknown` is the entropy of pixels that show
-    /// none.
+    /// A map by the posterior of the nodes that the pixels of a view show; `unknown` is the entropy of pixels without a
+    /// node.
     pub(super) fn of_view(
         view: usize,
         [width, height]: [u32; 2],
@@ -215,7 +210,7 @@ impl FrameMap {
         &self.pixels
     }
 
-    /// The same map with its pixels looked up once, for whoever reads more than one thing of it.
+    /// The same map with its pixels looked up, for reading more than one thing of it.
     pub fn looked_up(&self) -> Cow<'_, Self> {
         let MapPixels::OnSurface(shown) = &self.pixels else {
             return Cow::Borrowed(self);
@@ -233,13 +228,12 @@ impl FrameMap {
         Cow::Owned(Self { pixels, ..*self })
     }
 
-    /// Whether reading the pixels costs nothing: they are listed, or were looked up before.
+    /// Whether the pixels are looked up, so that reading them costs nothing.
     pub fn is_looked_up(&self) -> bool {
         matches!(self.pixels, MapPixels::Listed { .. })
     }
 
-    /// What a map that [is looked up](Self::is_looked_up) says of one pixel; `None` for others, and outside the
-    /// map.
+    /// The values at one pixel of a map that [is looked up](Self::is_looked_up); `None` for other maps, and outside.
     pub fn at(&self, [x, y]: Pixel) -> Option<PixelAnswer> {
         let MapPixels::Listed {
             labels,
@@ -264,8 +258,8 @@ impl FrameMap {
         })
     }
 
-    /// The surface that the map follows from, and what is known of each of its nodes; `None` for a map that was
-    /// made pixel by pixel, such as one of a project file.
+    /// The surface that the map follows from, and the posterior of its nodes; `None` for a map that was made pixel by
+    /// pixel, such as one of a project file.
     pub fn surface(&self) -> Option<(&Arc<Surface>, &Arc<Posterior>)> {
         match &self.pixels {
             MapPixels::Listed { source, .. } => {
@@ -275,7 +269,7 @@ impl FrameMap {
         }
     }
 
-    /// Most likely class of every pixel; void where nothing is known or the person said so.
+    /// Most likely class of every pixel; void where nothing is known or a stroke says so.
     pub fn labels(&self) -> Cow<'_, [ClassId]> {
         match &self.pixels {
             MapPixels::Listed { labels, .. } => Cow::Borrowed(labels),
@@ -320,9 +314,9 @@ impl FrameMap {
         labelled as f32 / labels.len().max(1) as f32
     }
 
-    /// The map in the pixels of the frame's image on disk, looked up: each has what the frame's pixel at the same
-    /// place has. Pixels that the frame does not reach, behind the strongest lenses, are void, without
-    /// confidence and as unsure as the frame's most unsure pixel.
+    /// The map in the pixels of the frame's image on disk, looked up: each has the values of the frame's pixel at the
+    /// same place. Pixels outside the frame, as with the strongest lenses, are void, without confidence and as
+    /// uncertain as the frame's most uncertain pixel.
     pub fn in_image<'a>(&'a self, frame: &Frame) -> Cow<'a, Self> {
         let straight = self.looked_up();
         if frame.lens.is_none() {
@@ -383,7 +377,8 @@ mod tests {
     use super::*;
     use crate::scene::testing::wall;
     use crate::scene::{ColorImage, Distortion, FramePixels, Lens};
-    use crate::semantics::{Node, NodeMap, SurfaceGraph};
+    use crate::semantics::NodeMap;
+    use crate::semantics::testing::{loose, node};
 
     /// A map of the first frame of a scene whose pixels show these nodes, on a surface without edges.
     fn map_of(
@@ -393,21 +388,10 @@ mod tests {
         unknown: u16,
         painted: Vec<(u32, ClassId)>,
     ) -> FrameMap {
-        let node = Node {
-            position: Vec3::Z,
-            color: Vec3::ZERO,
-            normal: Vec3::ZERO,
-            pixels: 1.0,
-            voxel: 0.1,
-        };
+        let width = scene.frames[0].camera.width as usize;
         let surface = Surface {
-            graph: SurfaceGraph::from_edges(vec![node; posterior.labels.len()], &[]),
-            pixels: vec![Arc::new(NodeMap::pack(
-                scene.frames[0].camera.width as usize,
-                shown,
-            ))],
-            others: None,
-            voxel: 0.1,
+            pixels: vec![Arc::new(NodeMap::pack(width, shown))],
+            ..loose(vec![node(Vec3::Z); posterior.labels.len()], 0.1)
         };
         let shown = OnSurface {
             scene: Arc::new(scene),
@@ -450,22 +434,21 @@ mod tests {
         assert_eq!(looked_up.confidence(), map.confidence());
         assert!(looked_up.is_looked_up() && !map.is_looked_up());
         assert_eq!(map.at([0, 0]), None);
-        let answer = looked_up.at([0, 0]).unwrap();
-        assert_eq!((answer.class, answer.runner_up), (5, Some(7)));
-        assert!((answer.entropy - 0.01).abs() < 1e-6);
-        assert!((answer.probability.unwrap() - 60_000.0 / 65_535.0).abs() < 1e-6);
-        let painted = looked_up.at([1, 0]).unwrap();
-        assert_eq!(
-            (painted.class, painted.probability, painted.runner_up),
-            (7, Some(1.0), None)
-        );
+        let answer = |x, y| {
+            let answer = looked_up.at([x, y])?;
+            Some((
+                answer.class,
+                answer.runner_up,
+                answer.probability?,
+                answer.entropy,
+            ))
+        };
+        let likely = f32::from(60_000_u16) / f32::from(CERTAIN);
+        assert_eq!(answer(0, 0), Some((5, Some(7), likely, 0.01)));
+        assert_eq!(answer(1, 0), Some((7, None, 1.0, 0.0)));
         assert_eq!(looked_up.at([1, 1]).unwrap().runner_up, None);
         assert_eq!(looked_up.at([3, 0]), None);
-        assert!(
-            listed
-                .at([2, 1])
-                .is_some_and(|answer| answer.probability.is_none())
-        );
+        assert_eq!(listed.at([2, 1]).unwrap().probability, None);
         assert!((map.coverage() - 4.0 / 6.0).abs() < 1e-6);
         assert!((map.mean_entropy() - 1399.0 / 6.0 / ENTROPY_STEPS_PER_NAT).abs() < 1e-6);
         assert_ne!(map, FrameMap::new(0, 9, [3, 2], vec![5; 6], vec![0; 6]).unwrap());

@@ -1,10 +1,10 @@
 //! The surface as a triangle mesh.
 //!
 //! The voxels are points with normals. The signed distance to them is that of implicit moving least squares (Kolluri
-//! 2008): the mean of the distances to the points' tangent planes, weighted by (1 - r^2 / 4)^4 at r voxels as in Guennebaud
-//! and Gross 2007, positive on the cameras' side. Its zero is found by surface nets (Gibson 1998): a vertex in every
-//! cell of the voxel grid that the zero passes, at the mean of where it crosses the cell's edges, and a quadrilateral
-//! around every edge that it crosses.
+//! 2008): the mean of the distances to the points' tangent planes, weighted by (1 - r^2 / 4)^4 at r voxels as in
+//! Guennebaud and Gross 2007, positive on the cameras' side. Its zero is found by surface nets (Gibson 1998): a vertex
+//! in every cell of the voxel grid that the zero passes, at the mean of where it crosses the cell's edges, and a
+//! quadrilateral around every edge that it crosses.
 
 use glam::{IVec3, Vec3};
 use rustc_hash::FxHashMap;
@@ -13,7 +13,8 @@ use super::{NearestNodes, Node, Surface};
 
 /// How far a point counts, in voxels.
 const SUPPORT: f32 = 2.0;
-/// How far a vertex may be from the nearest node, in voxels: where the surface ends, the distance goes on.
+/// How far a vertex may be from the nearest node, in voxels: the signed distance is defined beyond the ends of the
+/// surface too.
 const MARGIN: f32 = 1.0;
 
 /// A vertex of a mesh.
@@ -48,8 +49,8 @@ struct Distances {
 }
 
 impl Mesh {
-    /// The mesh of a surface, without the shell around the scene. Things thinner than about two voxels may be torn, since
-    /// points on both of their sides count.
+    /// The mesh of a surface, without the shell around the scene. Things thinner than about two voxels may be torn,
+    /// since points on both of their sides count.
     pub fn of_surface(surface: &Surface) -> Self {
         let nodes = surface.graph.nodes();
         let distances = Distances::of(
@@ -180,7 +181,7 @@ fn split(vertices: &[MeshVertex], [a, b, c, d]: [u32; 4]) -> [[u32; 3]; 2] {
 mod tests {
     use super::*;
     use crate::scene::testing::wall;
-    use crate::semantics::SurfaceGraph;
+    use crate::semantics::testing::{loose, node};
 
     /// A ball of radius 1 seen from outside, with something on a shell around it.
     fn ball() -> Surface {
@@ -193,25 +194,17 @@ mod tests {
                 let (sin, cos) = (2.399_963 * k as f32).sin_cos();
                 let normal = Vec3::new((1.0 - z * z).sqrt() * cos, (1.0 - z * z).sqrt() * sin, z);
                 Node {
-                    position: normal,
-                    color: Vec3::ZERO,
                     normal,
-                    pixels: 1.0,
                     voxel,
+                    ..node(normal)
                 }
             })
             .collect();
         nodes.push(Node {
-            position: Vec3::new(0.0, 0.0, 30.0),
             voxel: 1.5,
-            ..nodes[0]
+            ..node(30.0 * Vec3::Z)
         });
-        Surface {
-            graph: SurfaceGraph::from_edges(nodes, &[]),
-            pixels: Vec::new(),
-            others: None,
-            voxel,
-        }
+        loose(nodes, voxel)
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! How labels spread: over the scene's surface by shortest paths and diffusion, and into a semantic head on the field.
+//! Propagation of labels: over the scene's surface by shortest paths and diffusion, and by semantic heads on the field.
 
 mod borders;
 mod depth;
@@ -22,6 +22,8 @@ mod strays;
 mod summary;
 mod surface;
 mod targets;
+#[cfg(test)]
+pub(crate) mod testing;
 mod views;
 mod votes;
 mod voxels;
@@ -34,17 +36,17 @@ pub use head::SemanticHead;
 pub use head_evaluation::HeadEvaluation;
 pub use imported::{NodeLabels, SurfaceImport};
 pub use leave_one_out::{CrossValidation, LeaveOneOut, StrokeCheck};
-pub use map::{CERTAIN, ENTROPY_STEPS_PER_NAT, FrameMap, PixelAnswer};
+pub use map::{FrameMap, PixelAnswer};
 pub use mesh::{Mesh, MeshVertex};
 pub use nearest::NearestNodes;
-pub use node_map::NodeMap;
+pub use node_map::{NO_NODE, NodeMap};
 pub use novel_view::NovelViews;
 pub use places::{RayTargets, SoftTargets};
-pub use posterior::Posterior;
+pub use posterior::{CERTAIN, ENTROPY_STEPS_PER_NAT, Posterior};
 pub use propagation::LabelPropagation;
 pub(crate) use queue::DistanceQueue;
 pub use summary::FrameSummary;
-pub use surface::{NO_NODE, Surface};
+pub use surface::Surface;
 pub use views::best_view;
 pub use votes::NodeVotes;
 pub use voxels::OtherFrames;

@@ -1,4 +1,4 @@
-//! The nodes of a surface by where they are.
+//! Search for the nearest node of a surface.
 
 use glam::{IVec3, Vec3};
 use rustc_hash::FxHashMap;
@@ -8,17 +8,17 @@ use super::{Node, Surface};
 
 /// Side of a cell, in voxels.
 const CELL: f32 = 2.0;
-/// How far the shell's node may be from where a ray meets the shell, in cells of the shell.
+/// Largest distance of a shell's node from where a ray meets the shell, in cells of the shell.
 const SHELL_REACH: f32 = 6.0;
 
-/// The nodes of a surface by where they are.
+/// The nodes of a surface by their position.
 pub struct NearestNodes<'a> {
     nodes: &'a [Node],
     surface: Cells,
     shell: Option<Shell>,
 }
 
-/// What rays that meet nothing show.
+/// The shell, which rays that meet nothing show.
 struct Shell {
     cells: Cells,
     /// Distance from a camera, in metres.
@@ -34,7 +34,7 @@ struct Cells {
 }
 
 impl<'a> NearestNodes<'a> {
-    /// Of all nodes of a surface.
+    /// All nodes of a surface.
     pub fn new(surface: &'a Surface) -> Self {
         let nodes = surface.graph.nodes();
         let (far, near): (Vec<u32>, Vec<u32>) =
@@ -55,7 +55,7 @@ impl<'a> NearestNodes<'a> {
         self.surface.nearest(self.nodes, point, reach)
     }
 
-    /// The node that a ray shows which starts at a camera here and meets nothing; `direction` is of unit length.
+    /// The node that is shown by a ray from a camera at this place that meets nothing; `direction` is of unit length.
     pub fn beyond(&self, camera: Vec3, direction: Vec3) -> Option<u32> {
         let shell = self.shell.as_ref()?;
         let reach = SHELL_REACH * SHELL_CELL * shell.radius;
@@ -125,50 +125,17 @@ fn ring_offsets(ring: i32) -> impl Iterator<Item = IVec3> {
 
 #[cfg(test)]
 mod tests {
-    use std::collections::HashSet;
-
     use rand::{Rng, SeedableRng, rngs::SmallRng};
 
     use super::*;
-    use crate::semantics::SurfaceGraph;
-
-    fn node(position: Vec3, voxel: f32) -> Node {
-        Node {
-            position,
-            color: Vec3::ZERO,
-            normal: Vec3::ZERO,
-            pixels: 1.0,
-            voxel,
-        }
-    }
-
-    fn surface(nodes: Vec<Node>) -> Surface {
-        Surface {
-            graph: SurfaceGraph::from_edges(nodes, &[]),
-            pixels: Vec::new(),
-            others: None,
-            voxel: 0.1,
-        }
-    }
-
-    #[test]
-    fn a_ring_is_the_shell_of_a_cube() {
-        for ring in 0..4_i32 {
-            let offsets: Vec<IVec3> = ring_offsets(ring).collect();
-            let inner = if ring == 0 { 0 } else { (2 * ring - 1).pow(3) };
-            assert_eq!(offsets.len() as i32, (2 * ring + 1).pow(3) - inner);
-            assert!(offsets.iter().all(|offset| offset.abs().max_element() == ring));
-            let different: HashSet<IVec3> = offsets.iter().copied().collect();
-            assert_eq!(different.len(), offsets.len());
-        }
-    }
+    use crate::semantics::testing::{loose, node};
 
     #[test]
     fn the_nearest_node_is_that_of_a_search_through_all() {
         let mut rng = SmallRng::seed_from_u64(3);
         let mut point = |side: f32| Vec3::from_array(std::array::from_fn(|_| rng.random_range(-side..side)));
-        let nodes: Vec<Node> = (0..300).map(|_| node(point(1.0), 0.1)).collect();
-        let surface = surface(nodes.clone());
+        let nodes: Vec<Node> = (0..300).map(|_| node(point(1.0))).collect();
+        let surface = loose(nodes.clone(), 0.1);
         let nearest = NearestNodes::new(&surface);
         let mut found = 0;
         for _ in 0..500 {
@@ -188,20 +155,18 @@ mod tests {
     #[test]
     fn rays_that_meet_nothing_show_the_shell_in_their_direction() {
         let far = 30.0;
-        let sky = |direction: Vec3| node(far * direction, SHELL_CELL * far);
-        let surface = surface(vec![node(Vec3::Z, 0.1), sky(Vec3::Z), sky(Vec3::X)]);
+        let sky = |direction: Vec3| Node {
+            voxel: SHELL_CELL * far,
+            ..node(far * direction)
+        };
+        let surface = loose(vec![node(Vec3::Z), sky(Vec3::Z), sky(Vec3::X)], 0.1);
         let nearest = NearestNodes::new(&surface);
         let camera = Vec3::new(0.5, 0.2, -0.5);
-        assert_eq!(nearest.beyond(camera, Vec3::Z), Some(1));
-        assert_eq!(
-            nearest.beyond(camera, Vec3::new(1.0, 0.0, 0.1).normalize()),
-            Some(2)
-        );
-        assert_eq!(nearest.beyond(camera, Vec3::NEG_Y), None);
-        assert_eq!(
-            nearest.nearest(Vec3::new(0.0, 0.0, 29.9), 0.5),
-            None,
-            "the shell is no surface"
-        );
+        let aside = Vec3::new(1.0, 0.0, 0.1).normalize();
+        for (direction, shown) in [(Vec3::Z, Some(1)), (aside, Some(2)), (Vec3::NEG_Y, None)] {
+            assert_eq!(nearest.beyond(camera, direction), shown);
+        }
+        let near_the_shell = nearest.nearest(Vec3::new(0.0, 0.0, 29.9), 0.5);
+        assert_eq!(near_the_shell, None, "the shell is no surface");
     }
 }

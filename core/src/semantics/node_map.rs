@@ -3,8 +3,8 @@
 
 use std::ops::Range;
 
-use super::NO_NODE;
-
+/// A pixel that shows no node: the image on disk does not reach it, or the whole frame has no depth.
+pub const NO_NODE: u32 = u32::MAX;
 /// Bits of a run's length; the others are its node.
 const LENGTH_BITS: u32 = 8;
 const LONGEST: usize = 1 << LENGTH_BITS;
@@ -102,7 +102,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_pixel_comes_back() {
+    fn every_pixel_comes_back_and_there_is_none_outside() {
         let width = 700;
         // Runs of all lengths, some across the ends of rows, some without a node.
         let mut nodes = Vec::new();
@@ -126,12 +126,8 @@ mod tests {
                 .all(|(_, pixels)| pixels.start / width == (pixels.end - 1) / width)
         );
         assert_eq!(map.node(nodes.len()), None);
-    }
-
-    #[test]
-    fn a_frame_without_pixels_has_no_nodes() {
-        let map = NodeMap::pack(0, &[]);
-        assert!(map.is_empty() && map.unpack().is_empty() && map.node(0).is_none());
-        assert!(NodeMap::default().is_empty());
+        for empty in [NodeMap::pack(0, &[]), NodeMap::default()] {
+            assert!(empty.is_empty() && empty.unpack().is_empty() && empty.node(0).is_none());
+        }
     }
 }

@@ -8,7 +8,7 @@ use super::{ENTROPY_STEPS_PER_NAT, FrameMap, NO_NODE, NearestNodes, Posterior, S
 use crate::field::{FieldError, Trainer, camera_rays, render_rays};
 use crate::scene::{Camera, ColorImage, DepthMap, Frame, FramePixels};
 
-/// How far the field may let a ray end from the voxel whose class it gets, in voxels. What is farther from all of the
+/// Largest distance of a ray's end in the field from the voxel whose class it gets, in voxels. What is farther from the
 /// surface was seen by no frame.
 const REACH: f32 = 6.0;
 
@@ -18,12 +18,12 @@ pub struct NovelViews<'a> {
     surface: &'a Surface,
     posterior: &'a Posterior,
     nearest: NearestNodes<'a>,
-    /// Entropy of pixels that nothing is known of, as in [`FrameMap::entropy`].
+    /// Entropy of pixels without a node, as in [`FrameMap::entropy`].
     unknown: u16,
 }
 
 impl<'a> NovelViews<'a> {
-    /// Of a field, a surface of its scene and what is known of its nodes, in so many classes.
+    /// Views of a field, by a surface of its scene and the posterior of its nodes, with this number of classes.
     pub fn new(trainer: &'a Trainer, surface: &'a Surface, posterior: &'a Posterior, classes: usize) -> Self {
         Self {
             trainer,
@@ -38,7 +38,7 @@ impl<'a> NovelViews<'a> {
     /// the rendered colour and depth, named `view_NUMBER`, and its map.
     ///
     /// A pixel has the class of the voxel that is nearest to where its ray ends, and along borders the one that fits
-    /// its colour and depth best, as in the maps of the frames. It is void, and as unsure as can be, where the ray
+    /// its colour and depth best, as in the maps of the frames. It is void, with the highest entropy, where the ray
     /// ends at something that no frame has seen.
     ///
     /// # Errors

@@ -1,4 +1,4 @@
-//! Where a semantic head is taught and asked: points of the surface, and rays.
+//! Where a semantic head is trained and evaluated: points of the surface, and rays.
 
 use std::ops::Range;
 
@@ -8,28 +8,28 @@ use glam::Vec3;
 use crate::field::kernels::Wanted;
 use crate::field::{OccupancyGrid, RadianceField, Ray, Samples, Sampling, until_opaque};
 
-/// Samples with a smaller share of their ray's light are left out.
+/// Samples with a smaller weight in their ray are left out.
 const DIM: f32 = 0.02;
 
-/// Places on the surface with the class probabilities that the labels' spreading gives them.
+/// Points of the surface with their class probabilities, as training targets.
 #[derive(Clone, Debug, Default)]
 pub struct SoftTargets {
     /// World positions.
     pub positions: Vec<Vec3>,
     /// Probabilities, row-major `[positions, classes]`.
     pub probabilities: Vec<f32>,
-    /// How sure each row is, 0..=1.
+    /// Weight of each row by its certainty, 0..=1.
     pub weights: Vec<f32>,
 }
 
-/// Rays with class probabilities: what the person said, or the labels' spreading where the ray ends.
+/// Rays with class probabilities, as training targets: the class of a stroke, or the probabilities where the ray ends.
 #[derive(Clone, Debug, Default)]
 pub struct RayTargets {
     /// The rays.
     pub rays: Vec<Ray>,
     /// Probabilities, row-major `[rays, classes]`.
     pub probabilities: Vec<f32>,
-    /// How sure each row is, 0..=1.
+    /// Weight of each row by its certainty, 0..=1.
     pub weights: Vec<f32>,
 }
 
@@ -42,7 +42,7 @@ impl RayTargets {
     }
 }
 
-/// Rows of places whose logits are composited together: a point by itself, a ray of several samples.
+/// Rows of points whose logits are composited: a row is one point, or the samples of one ray.
 #[derive(Clone, Debug)]
 pub(super) struct CompositedPlaces {
     /// First sample of each row, and the number of samples at the end: `[rows + 1]`.
@@ -106,7 +106,7 @@ impl CompositedPlaces {
         rows.clone().flat_map(of_row).collect()
     }
 
-    /// The rows in pieces of at most so many samples and rows, or single rows.
+    /// The rows in pieces of at most `most` samples and rows, or single rows.
     pub fn pieces(&self, most: usize) -> Vec<Range<usize>> {
         let mut pieces = Vec::new();
         let mut first = 0;

@@ -2,21 +2,24 @@
 
 use rayon::prelude::*;
 
-use super::{CERTAIN, ClassGeodesics, ENTROPY_STEPS_PER_NAT};
+use super::ClassGeodesics;
 use crate::labels::{ClassId, Trust, VOID};
 
+/// Steps of a stored entropy, per nat.
+pub const ENTROPY_STEPS_PER_NAT: f32 = 10_000.0;
+/// A stored probability of 1.
+pub const CERTAIN: u16 = u16::MAX;
 /// A class's weight falls with this power of its distance.
 const POWER: i32 = 3;
-/// Distance that is added to all: inside it, classes are as likely as each other.
+/// Distance that is added to all: much nearer than this, classes are equally likely.
 const SOFTNESS: f32 = 0.5;
-/// A class at this distance weighs as much as not knowing anything.
+/// A class at this distance weighs as much as the uniform share of not knowing anything.
 const HORIZON: f32 = 400.0;
-/// A class at this distance weighs as much as all votes on a node, if they are trusted by half.
+/// A class at this distance weighs as much as all votes on a node that have a trust of one half.
 const VOTES_HORIZON: f32 = 5.0;
 
-/// What votes of this trust weigh beside those that are trusted by half. The distance at which a class weighs as much as
-/// they do is that of [`VOTES_HORIZON`] times (1 - trust) / trust: none where every vote is right; at most that of not
-/// knowing anything, whose place they take.
+/// Weight of votes with this trust, relative to votes with a trust of one half. A class weighs as much as they do at
+/// the distance [`VOTES_HORIZON`] (1 - trust) / trust: 0 where every vote is right, and [`HORIZON`] at most.
 pub(super) fn votes_weight(trust: Trust) -> f32 {
     let distrust = (1.0 - trust.value()) / trust.value();
     let horizon = (VOTES_HORIZON * distrust).min(HORIZON);
@@ -34,18 +37,18 @@ pub struct Posterior {
     pub confidence: Vec<u16>,
     /// Second most likely class of each node; void where there is none.
     pub runners_up: Vec<ClassId>,
-    /// Distances to the nearest and the second nearest class of each node; where there are votes, those at which
-    /// labels alone would weigh as much.
+    /// Distances to the nearest and the second nearest class of each node; where there are votes, the distances at
+    /// which labels alone would weigh as much.
     pub distances: Vec<[f32; 2]>,
 }
 
 impl Posterior {
-    /// Combines the classes' distances with votes (probabilities) and with the head's say (positive weights), where
-    /// there are any, each `[nodes, classes]` in the order of `classes`.
+    /// Combines the classes' distances with votes (weighted probabilities) and with the semantic prior (positive
+    /// weights), where there are any, each `[nodes, classes]` in the order of `classes`.
     ///
-    /// p_c is proportional to (d_c + softness)^-power plus an equal share of not knowing, times the
-    /// head's weight. On nodes that votes reach, what they say takes the place of not knowing, with a horizon that is
-    /// nearer.
+    /// p_c is proportional to ((d_c + softness)^-power + u_c) w_c, where w_c is the prior's weight and u_c an equal
+    /// share of not knowing, (horizon + softness)^-power. On nodes that votes reach, u_c is the vote for the class
+    /// instead, with a nearer horizon.
     pub fn new(
         geodesics: &ClassGeodesics,
         classes: &[ClassId],
@@ -65,7 +68,7 @@ impl Posterior {
         posterior
     }
 
-    /// Computes these nodes anew, as [`Posterior::new`] does: those whose distances have changed.
+    /// Computes these nodes anew, as [`Posterior::new`] does, after their distances have changed.
     pub fn update(
         &mut self,
         geodesics: &ClassGeodesics,
@@ -117,8 +120,7 @@ impl Posterior {
     }
 }
 
-/// Most likely class of a node by the classes' distance fields and votes, as [`Posterior::new`] has it without a
-/// head's say.
+/// Most likely class of a node by the classes' distance fields and votes, as by [`Posterior::new`] without a prior.
 pub(super) fn label_at(
     fields: &[Option<&[f32]>],
     classes: &[ClassId],
@@ -222,10 +224,7 @@ mod tests {
     fn equal_distances_give_the_highest_entropy() {
         let even = summarise(&[1, 2], &[1.0, 1.0], [1.0, 1.0]);
         let sure = summarise(&[1, 2], &[1.0, 0.01], [1.0, 9.0]);
-        assert_eq!(
-            even.entropy,
-            (2.0_f32.ln() * ENTROPY_STEPS_PER_NAT).round() as u16
-        );
+        assert_eq!(even.entropy, 6931, "ln 2");
         assert!(sure.entropy < even.entropy / 4);
         assert_eq!((sure.label, sure.runner_up), (1, 2));
         assert_eq!(even.confidence, 32_768);
@@ -248,11 +247,6 @@ mod tests {
         let posterior = Posterior::new(&ClassGeodesics::default(), &[1, 2, 3], 5, None, None);
         assert_eq!(posterior.labels, [VOID; 5]);
         assert_eq!(posterior.confidence, [0; 5]);
-        assert!(
-            posterior
-                .entropy
-                .iter()
-                .all(|&e| e == (3.0_f32.ln() * ENTROPY_STEPS_PER_NAT).round() as u16)
-        );
+        assert_eq!(posterior.entropy, [10_986; 5], "ln 3");
     }
 }

@@ -1,4 +1,4 @@
-//! The labels spread over a surface: what the person said, and what follows for every pixel.
+//! Propagates the labels of strokes and imported images over a surface, and so to every pixel.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -25,27 +25,27 @@ pub struct LabelPropagation {
     strokes: BTreeMap<StrokeId, Arc<Stroke>>,
     /// Labelled pixels of each frame that has strokes.
     painted: BTreeMap<usize, BTreeMap<u32, (ClassId, StrokeId)>>,
-    /// The nodes under them that labels spread from.
+    /// The nodes under them that labels spread from, by frame.
     sources: BTreeMap<usize, Vec<(u32, StrokeId, ClassId)>>,
-    /// The head's newest say. It outlives a change of the classes, so that taking that back gives the maps
-    /// of before.
+    /// The newest weights by the semantic prior. They are kept when the classes change, so that an undo restores the
+    /// maps of before.
     head: Option<HeadWeights>,
-    /// What imported images say, and the probabilities that it gives the classes where it is votes.
+    /// The imported images, and the class weights that they give the nodes where they count as votes.
     import: Option<SurfaceImport>,
     votes: Option<Vec<f32>>,
 }
 
-/// What the head says of each node.
+/// Weights of the classes at each node by the semantic prior.
 #[derive(Clone, Debug)]
 struct HeadWeights {
-    /// The classes that it was taught.
+    /// The classes that the head was trained on.
     classes: Vec<ClassId>,
     /// Positive weights `[nodes, classes]`.
     weights: Vec<f32>,
 }
 
 impl HeadWeights {
-    /// The weights, if these are the classes that it was taught.
+    /// The weights, if these are their classes.
     fn on(&self, classes: &[ClassId]) -> Option<&[f32]> {
         (self.classes == classes).then_some(self.weights.as_slice())
     }
@@ -74,7 +74,7 @@ impl LabelPropagation {
         &self.surface
     }
 
-    /// What is known of each node.
+    /// Class probabilities of each node, summarised.
     pub fn posterior(&self) -> &Posterior {
         &self.posterior
     }
@@ -84,8 +84,8 @@ impl LabelPropagation {
         &self.classes
     }
 
-    /// Makes these the labels; only what changed is computed. Imported images come by [`LabelPropagation::set_import`]; here
-    /// they are only taken away.
+    /// Replaces the labels; only what changed is computed. Imported images are added by
+    /// [`LabelPropagation::set_import`]; here they are only removed.
     pub fn set_labels(&mut self, scene: &Scene, labels: &LabelSet) {
         let changed: Vec<usize> = changed_frames(&self.strokes, &labels.strokes);
         self.strokes.clone_from(&labels.strokes);
@@ -106,7 +106,7 @@ impl LabelPropagation {
                 self.painted.insert(frame, pixels);
             }
         }
-        // In a fixed order, so that moving a class in the person's list changes nothing here.
+        // In a fixed order, so that moving a class in the user's list changes nothing here.
         let mut classes: Vec<ClassId> = labels.classes.iter().map(|class| class.id).collect();
         classes.sort_unstable();
         let mut same_votes = classes == self.classes;
@@ -126,7 +126,7 @@ impl LabelPropagation {
         if same_votes {
             let votes = self.votes.as_deref();
             let head = self.head.as_ref().and_then(|head| head.on(&self.classes));
-            // Maps of before may still hold the posterior: then it is copied, which costs little.
+            // Earlier maps may still share the posterior: then it is copied, which costs little.
             let posterior = Arc::make_mut(&mut self.posterior);
             posterior.update(&self.geodesics, &self.classes, &changed, votes, head);
         } else {
@@ -134,7 +134,7 @@ impl LabelPropagation {
         }
     }
 
-    /// Takes over what imported images say of this surface.
+    /// Takes over imported images that have been propagated over this surface.
     pub fn set_import(&mut self, import: SurfaceImport) {
         self.votes = import.votes(&self.classes);
         self.import = Some(import);
@@ -143,13 +143,13 @@ impl LabelPropagation {
         self.refresh();
     }
 
-    /// Whether what the imported images of a label set say is taken into account.
+    /// Whether the imported images of a label set are taken into account.
     pub fn has_import_of(&self, labels: &LabelSet) -> bool {
         self.import.as_ref().is_some_and(|import| import.is_of(labels))
     }
 
-    /// Takes over the head's say on each node, positive weights `[nodes, classes]`; others are ignored. It
-    /// counts as long as the classes are those of now.
+    /// Takes over the weights of the classes at each node by the semantic prior, positive, `[nodes, classes]`; weights
+    /// of another number are ignored. They count as long as the classes stay as they are now.
     pub fn set_head(&mut self, weights: Vec<f32>) {
         if weights.len() == self.surface.graph.len() * self.classes.len() {
             self.head = Some(HeadWeights {
@@ -168,7 +168,7 @@ impl LabelPropagation {
         self.posterior = Arc::new(posterior);
     }
 
-    /// The dense map of a frame. What the person painted there, and trusted images, are as they said.
+    /// The dense map of a frame. Painted pixels have the class of their stroke, and those of trusted images theirs.
     pub fn map(&self, scene: &Arc<Scene>, frame: usize, generation: u64) -> FrameMap {
         let unknown = ((self.classes.len().max(1) as f32).ln() * ENTROPY_STEPS_PER_NAT).round() as u16;
         let painted = self.painted.get(&frame).into_iter().flatten();
@@ -209,12 +209,12 @@ impl LabelPropagation {
         nodes
     }
 
-    /// What graph and votes say of a node, in the order of the classes.
+    /// Class probabilities of a node by graph and votes, in the order of the classes.
     pub(super) fn graph_probabilities(&self, node: usize) -> Vec<f32> {
         Posterior::of_node(&self.geodesics, &self.classes, node, self.votes.as_deref())
     }
 
-    /// What the maps say of a node, in the order of the classes: graph and votes with the head's say.
+    /// Class probabilities of a node as in the maps, in the order of the classes: by graph, votes and semantic prior.
     pub(crate) fn probabilities(&self, node: usize) -> Vec<f32> {
         let mut probabilities = self.graph_probabilities(node);
         if let Some(head) = self.head.as_ref().and_then(|head| head.on(&self.classes)) {
@@ -229,7 +229,7 @@ impl LabelPropagation {
         probabilities
     }
 
-    /// Whether anything is known of any node.
+    /// Whether there are any labels on the surface.
     pub(super) fn is_labelled(&self) -> bool {
         !self.geodesics.seeds().is_empty() || self.votes.is_some()
     }
@@ -244,7 +244,7 @@ impl LabelPropagation {
         })
     }
 
-    /// What is painted on a frame with the nodes under it; pixels without a node are left out.
+    /// The painted pixels of a frame with their nodes; pixels without a node are left out.
     fn nodes_of<'a>(
         &self,
         frame: usize,
@@ -256,7 +256,7 @@ impl LabelPropagation {
         all.filter_map(|(what, node)| Some((what, node?))).collect()
     }
 
-    /// What is spread now, for checking the strokes against each other.
+    /// A copy of the present labels, to check the strokes against each other in the background.
     pub fn cross_validation(&self, scene: &Arc<Scene>) -> CrossValidation {
         CrossValidation {
             scene: Arc::clone(scene),
@@ -269,8 +269,8 @@ impl LabelPropagation {
         }
     }
 
-    /// The nodes under the painted pixels of a frame that labels spread from: not from void, and not from where a
-    /// scribble slipped over an edge.
+    /// The nodes that labels spread from: those under the painted pixels of a frame, except void ones and those where
+    /// a scribble slipped over an edge.
     fn sources_of(
         &self,
         camera: &Camera,
@@ -310,7 +310,7 @@ impl LabelPropagation {
     }
 }
 
-/// Frames on which any stroke differs.
+/// Frames with strokes that differ.
 fn changed_frames(
     before: &BTreeMap<StrokeId, Arc<Stroke>>,
     after: &BTreeMap<StrokeId, Arc<Stroke>>,

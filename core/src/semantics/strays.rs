@@ -1,4 +1,4 @@
-//! Where a scribble slipped over an edge: what lies beyond is not what was meant.
+//! Where a scribble slipped over an edge onto something that was not meant.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -8,11 +8,12 @@ use crate::scene::Camera;
 
 /// Nodes that an edge of at most this cost joins are one part of a scribble.
 const EDGE: f32 = 10.0;
-/// A part with at most this share of a scribble's pixels, and so many nodes, slipped there, if another has most of them.
+/// A part with at most this share of a scribble's pixels and this number of nodes is a slip, if another part has most
+/// of the pixels.
 const SLIPPED: f32 = 1.0 / 3.0;
 const FEW: usize = 8;
 
-/// Nodes under a stroke that it does not speak of, ascending; none unless it is a scribble.
+/// Nodes under a stroke where it slipped over an edge, ascending; none unless it is a scribble.
 pub(super) fn strays(surface: &Surface, camera: &Camera, stroke: &Stroke) -> Vec<u32> {
     if stroke.kind() != StrokeKind::Scribble {
         return Vec::new();
@@ -25,8 +26,8 @@ pub(super) fn strays(surface: &Surface, camera: &Camera, stroke: &Stroke) -> Vec
     slipped(&surface.graph, &pixels)
 }
 
-/// Small parts of a scribble, beyond edges of the surface, where it has a large one: their nodes, ascending. `pixels` has
-/// the number of the scribble's pixels on each of its nodes.
+/// The nodes, ascending, in small parts of a scribble beyond edges of the surface, where there is one large part.
+/// `pixels` holds the number of the scribble's pixels on each of its nodes.
 fn slipped(graph: &SurfaceGraph, pixels: &BTreeMap<u32, u32>) -> Vec<u32> {
     let all: u32 = pixels.values().sum();
     let parts = parts(graph, pixels);
@@ -34,7 +35,7 @@ fn slipped(graph: &SurfaceGraph, pixels: &BTreeMap<u32, u32>) -> Vec<u32> {
     let is_small = |part: &&Vec<u32>| part.len() <= FEW && size(part) as f32 <= SLIPPED * all as f32;
     let mut slipped: Vec<u32> = parts.iter().filter(is_small).flatten().copied().collect();
     slipped.sort_unstable();
-    // A scribble over many small things is about all of them.
+    // A scribble over many small things labels all of them.
     if 2 * size(&slipped) < all {
         slipped
     } else {
@@ -64,58 +65,24 @@ fn parts(graph: &SurfaceGraph, pixels: &BTreeMap<u32, u32>) -> Vec<Vec<u32>> {
 
 #[cfg(test)]
 mod tests {
-    use glam::Vec3;
-
     use super::*;
-    use crate::semantics::Node;
-
-    /// Nodes in a row, with edges of these costs between them.
-    fn row(costs: &[f32]) -> SurfaceGraph {
-        let node = |x: usize| Node {
-            position: Vec3::X * x as f32,
-            color: Vec3::ZERO,
-            normal: Vec3::ZERO,
-            pixels: 9.0,
-            voxel: 1.0,
-        };
-        let edges: Vec<(u32, u32, f32)> = (0..)
-            .zip(1..)
-            .zip(costs)
-            .map(|((a, b), &cost)| (a, b, cost))
-            .collect();
-        SurfaceGraph::from_edges((0..=costs.len()).map(node).collect(), &edges)
-    }
+    use crate::semantics::testing::joined;
 
     #[test]
     fn what_lies_beyond_an_edge_is_a_stray_if_it_is_small() {
-        let strays = |costs: &[f32]| {
-            let everywhere = (0..=costs.len() as u32).map(|node| (node, 3));
-            slipped(&row(costs), &everywhere.collect())
+        // Ten nodes in a row or more, with edges after these nodes.
+        let strays = |count: u32, edges: &[u32]| {
+            let cost = |node: u32| if edges.contains(&node) { 2.0 * EDGE } else { 1.0 };
+            let costs: Vec<_> = (1..count).map(|next| (next - 1, next, cost(next - 1))).collect();
+            let everywhere = (0..count).map(|node| (node, 3)).collect();
+            slipped(&joined(count as usize, &costs), &everywhere)
         };
-        let (near, edge) = (1.0, 2.0 * EDGE);
-        assert_eq!(strays(&[near; 9]), [0; 0]);
-        assert_eq!(
-            strays(&[near, near, near, near, near, near, edge, near, near]),
-            [7, 8, 9]
-        );
-        // It starts beyond another edge, too.
-        assert_eq!(
-            strays(&[edge, near, near, near, near, near, near, edge, near]),
-            [0, 8, 9]
-        );
-        // Two things, of which it means both.
-        assert_eq!(
-            strays(&[near, near, near, near, edge, near, near, near, near]),
-            [0; 0]
-        );
-        // A part that is as long as a thing.
-        let mut long = [near; 39];
-        long[29] = edge;
-        assert_eq!(strays(&long), [0; 0]);
-        // Many things.
-        assert_eq!(
-            strays(&[near, edge, near, edge, near, edge, near, edge, near]),
-            [0; 0]
-        );
+        let none: [u32; 0] = [];
+        assert_eq!(strays(10, &[]), none);
+        assert_eq!(strays(10, &[6]), [7, 8, 9]);
+        assert_eq!(strays(10, &[0, 7]), [0, 8, 9], "it starts beyond another edge");
+        assert_eq!(strays(10, &[4]), none, "two things, and it means both");
+        assert_eq!(strays(40, &[29]), none, "a part that is as long as a thing");
+        assert_eq!(strays(10, &[1, 3, 5, 7]), none, "many things");
     }
 }

@@ -1,10 +1,10 @@
-//! What a frame's map comes to, in a few numbers.
+//! A frame's map in a few numbers.
 
 use std::f32::consts::LN_2;
 use std::ops::Range;
 
-use super::map::{CERTAIN, MapPixels, OnSurface};
-use super::{ENTROPY_STEPS_PER_NAT, FrameMap, NO_NODE};
+use super::map::{MapPixels, OnSurface};
+use super::{CERTAIN, ENTROPY_STEPS_PER_NAT, FrameMap, NO_NODE};
 use crate::labels::{ClassId, ImportedMap, VOID};
 
 /// Numbers about a frame's map.
@@ -14,15 +14,14 @@ pub struct FrameSummary {
     pub mean_entropy: f32,
     /// Share of the pixels that have a class, 0..=1.
     pub coverage: f32,
-    /// Share of the pixels whose class is more likely wrong than right, 0..=1: it has a probability below one half.
-    /// For maps that do not know their probabilities, such as those of a project file, the pixels that are less sure
-    /// than an even guess between two classes (more than ln 2 nats).
+    /// Share of the pixels whose class has a probability below one half, 0..=1. For maps without probabilities, such as
+    /// those of a project file, the share of pixels with more entropy than an even choice of two classes (ln 2).
     pub unclear: f32,
-    /// Share of the pixels for which an imported label image says another class than the map, 0..=1.
+    /// Share of the pixels whose class differs from that of an imported label image, 0..=1.
     pub disagreeing: f32,
 }
 
-/// Pixels counted by what holds for them.
+/// Numbers of pixels.
 #[derive(Default)]
 struct Counts {
     pixels: usize,
@@ -32,7 +31,7 @@ struct Counts {
     disagreeing: usize,
 }
 
-/// What a run of pixels has in common.
+/// The values that a run of pixels has in common.
 #[derive(Clone, Copy)]
 struct PixelValue {
     label: ClassId,
@@ -41,10 +40,9 @@ struct PixelValue {
 }
 
 impl FrameMap {
-    /// What the map comes to. A map that follows from a surface is summed up by the nodes that its pixels show,
-    /// before borders are drawn along the colours and what was painted is laid over it: that moves few pixels, and a
-    /// thousand frames take a fraction of a second. `None` for such a map of a frame that is no keyframe: its files
-    /// would have to be read.
+    /// The map in a few numbers. A map that follows from a surface is summed up by the nodes that its pixels show,
+    /// without the refined borders and the painted pixels: that differs in few pixels, and a thousand frames take a
+    /// fraction of a second. `None` for such a map of a frame that is no keyframe, whose files would have to be read.
     pub fn summary(&self, imported: Option<&ImportedMap>) -> Option<FrameSummary> {
         let pixels = self.width as usize * self.height as usize;
         let said = imported.filter(|image| image.pixels() == pixels);
@@ -84,7 +82,7 @@ impl FrameMap {
                 let color = scene.frames[self.frame].color();
                 for (node, mut range) in nodes.runs() {
                     if node == NO_NODE {
-                        // What is hidden is void, and that is sure. Which pixels of a run they are does not matter.
+                        // Hidden pixels are void for certain. Which pixels of a run they are does not matter.
                         let hidden = range.clone().filter(|&pixel| color.is_hidden(pixel)).count();
                         let (sure, rest) =
                             (range.start..range.start + hidden, range.start + hidden..range.end);

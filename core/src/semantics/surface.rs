@@ -8,17 +8,14 @@ use rustc_hash::FxHashMap;
 
 use super::graph::{Node, SurfaceGraph};
 use super::voxels::{OtherFrames, Points, Voxel, VoxelNodes, Voxels};
-use super::{FieldDepth, NodeMap, pixel_length};
+use super::{FieldDepth, NO_NODE, NodeMap, pixel_length};
 use crate::scene::{Pixels, Scene};
-
-/// A pixel that shows no node: the image on disk does not reach it, or the whole frame has no depth.
-pub const NO_NODE: u32 = u32::MAX;
 
 /// Side of a voxel in footprints of a pixel at the median depth.
 const VOXEL_FOOTPRINTS: f32 = 2.5;
-/// A voxel is not thinner than so many times the noise of the measured depth: it would hold one layer of it.
+/// Smallest side of a voxel in multiples of the noise of the measured depth: a thinner one would hold one layer of it.
 const VOXEL_NOISES: f32 = 20.0;
-/// Noise makes a voxel larger by this factor at most: beyond it, small things are lost that many views would tell apart.
+/// Noise enlarges a voxel by this factor at most, so that small things are kept that many views can tell apart.
 const MOST_GROWTH: f32 = 2.0;
 /// Smallest and largest side of a voxel, in metres.
 const VOXEL_RANGE: (f32, f32) = (0.02, 0.5);
@@ -53,8 +50,8 @@ struct Sum {
     pixels: f32,
 }
 
-/// A scene with what the field adds to its depth, frame by frame. The lengths of all pixels are found
-/// anew whenever a frame needs them: kept, they would outweigh the scene.
+/// A scene with the field's depth where none was measured. The lengths of a frame's pixels are computed whenever they
+/// are needed: kept, they would take more memory than the scene.
 #[derive(Clone, Copy)]
 struct Lengths<'a> {
     scene: &'a Scene,
@@ -75,13 +72,13 @@ impl Lengths<'_> {
 }
 
 impl Surface {
-    /// Whether a node is what rays that meet nothing show: on the shell around the scene, not on a surface.
+    /// Whether a node is on the shell around the scene, which rays that meet nothing show.
     pub fn is_on_shell(&self, node: &Node) -> bool {
         node.voxel > 1.001 * self.voxel
     }
 
-    /// The node of every pixel of a frame: made now for one that is no keyframe, unless that was done lately. Empty
-    /// for a frame that the surface does not know.
+    /// The node of every pixel of a frame, computed now for one that is no keyframe unless it is cached. Empty for a
+    /// frame that the surface does not know.
     pub fn nodes_of(&self, frame: usize) -> Arc<NodeMap> {
         let others = self.others.as_ref();
         others
@@ -93,7 +90,7 @@ impl Surface {
     /// The node under each of these pixels of a frame, row-major indices; `None` where it shows none.
     pub fn nodes_at(&self, frame: usize, pixels: &[u32]) -> Vec<Option<u32>> {
         let map = self.nodes_of(frame);
-        // A lookup reads half a row; from there on it is less work to read everything once.
+        // A lookup reads half a row on average; for more pixels, unpacking everything once is less work.
         if pixels.len() > 2 * map.len() / map.width().max(1) {
             let nodes = map.unpack();
             let node = |&pixel: &u32| Some(nodes[pixel as usize]).filter(|&node| node != NO_NODE);
@@ -110,8 +107,8 @@ impl Surface {
         Self::build_scaled(scene, field, extent, 1.0)
     }
 
-    /// The same of about `size` times the voxels that it would have: their side is that of the choice by the root of
-    /// that, whatever the bounds of the choice are.
+    /// The same with about `size` times the chosen number of voxels: their side is divided by the root of `size`, also
+    /// beyond the bounds of the choice.
     pub fn build_scaled(
         scene: &Scene,
         field: &[Option<Arc<FieldDepth>>],
@@ -217,7 +214,7 @@ fn fuse(voxels: &Voxels, lengths: Lengths<'_>, stride: u32) -> FxHashMap<Voxel, 
     all
 }
 
-/// Every how many pixels along each axis are fused: fewer of each frame where there are many frames.
+/// Pixels along each axis per fused pixel: fewer are fused of each frame where there are many frames.
 fn stride(scene: &Scene) -> u32 {
     let keyframes = scene.keyframes();
     let pixels: usize = keyframes
@@ -284,7 +281,7 @@ fn voxel_side(lengths: Lengths<'_>) -> Option<f32> {
     Some(side.clamp(VOXEL_RANGE.0, VOXEL_RANGE.1))
 }
 
-/// How far measured depth is from the mean of its two neighbours in the row, the median over the frames, in metres; 0
+/// Median distance of measured depth from the mean of its two neighbours in the row, over all frames, in metres; 0
 /// without measured depth.
 fn depth_noise(scene: &Scene) -> f32 {
     let mut gaps = Vec::new();

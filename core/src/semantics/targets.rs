@@ -1,4 +1,4 @@
-//! What the labels and their spreading teach: random places, and rays of random pixels.
+//! Training targets for the semantic heads: random points of the surface, and rays of random pixels.
 
 use glam::Vec3;
 use rand::seq::{IndexedRandom, IteratorRandom};
@@ -9,14 +9,12 @@ use crate::field::Ray;
 use crate::scene::Scene;
 
 impl LabelPropagation {
-    /// Random places of the surface with the class probabilities that the graph alone gives them; empty
-    /// without labels.
+    /// Random points of the surface with their class probabilities by the graph alone; empty without labels.
     pub fn soft_targets(&self, count: usize, seed: u64) -> SoftTargets {
         self.targets(count, seed, 0.0, |node| self.graph_probabilities(node))
     }
 
-    /// Random places in the voxels of the surface with the class probabilities of the maps; empty without
-    /// labels.
+    /// Random points in the voxels of the surface with the class probabilities of the maps; empty without labels.
     pub fn map_targets(&self, count: usize, seed: u64) -> SoftTargets {
         let half = 0.5 * self.surface().voxel;
         self.targets(count, seed, half, |node| self.probabilities(node))
@@ -39,8 +37,8 @@ impl LabelPropagation {
         random_nodes(self.surface(), count, seed, jitter, with_certainty)
     }
 
-    /// Rays through random pixels of all keyframes with the class probabilities of the maps, as if nothing
-    /// were known of their lengths: so they are rendered from any pose. Empty without labels.
+    /// Rays through random pixels of all keyframes with the class probabilities of the maps. They have no length, so
+    /// that they are rendered like those of any pose. Empty without labels.
     pub fn map_rays(&self, scene: &Scene, count: usize, seed: u64) -> RayTargets {
         if !self.is_labelled() {
             return RayTargets::default();
@@ -51,7 +49,7 @@ impl LabelPropagation {
         })
     }
 
-    /// Rays through random labelled pixels, at most so many, with what the person said.
+    /// Rays through at most `count` random labelled pixels, with the class of the stroke.
     pub fn labelled_rays(&self, scene: &Scene, count: usize, seed: u64) -> RayTargets {
         let mut rng = SmallRng::seed_from_u64(seed);
         let mut targets = RayTargets::default();
@@ -71,15 +69,15 @@ impl LabelPropagation {
 }
 
 impl NodeVotes {
-    /// Random places in the voxels with the shares of their votes, each weighted by their number: the
-    /// cross-entropy is that with the votes themselves, many of which come at once.
+    /// Random points in the voxels with the shares of their votes, weighted by the number of votes. The cross-entropy
+    /// is then that with all the single votes.
     pub fn targets(&self, surface: &Surface, count: usize, seed: u64) -> SoftTargets {
         random_nodes(surface, count, seed, 0.5 * surface.voxel, |node| {
             self.shares(node)
         })
     }
 
-    /// The same of rays through random pixels of these keyframes, as if nothing were known of their lengths.
+    /// The same for rays without length through random pixels of these keyframes.
     pub fn rays(
         &self,
         surface: &Surface,
@@ -89,14 +87,14 @@ impl NodeVotes {
         seed: u64,
     ) -> RayTargets {
         random_pixels(surface, scene, frames, count, seed, |node| {
-            // A voxel is met by its pixels as often as it has votes.
+            // Rays hit a voxel in proportion to its votes already, so that they need no weight.
             self.shares(node).map(|(_, shares)| (1.0, shares))
         })
     }
 }
 
-/// What a node teaches: how much it counts, and the class probabilities; `None` where it teaches nothing.
-type Lesson = Option<(f32, Vec<f32>)>;
+/// The training target of a node: its weight, and the class probabilities; `None` where it has none.
+type NodeTarget = Option<(f32, Vec<f32>)>;
 
 /// Random nodes as targets, each moved by at most `jitter` metres along every axis.
 fn random_nodes(
@@ -104,7 +102,7 @@ fn random_nodes(
     count: usize,
     seed: u64,
     jitter: f32,
-    lesson: impl Fn(usize) -> Lesson,
+    target: impl Fn(usize) -> NodeTarget,
 ) -> SoftTargets {
     let mut targets = SoftTargets::default();
     let nodes = surface.graph.nodes();
@@ -115,7 +113,7 @@ fn random_nodes(
     for _ in 0..count {
         let node = rng.random_range(0..nodes.len());
         let offset = Vec3::from([(); 3].map(|()| rng.random_range(-1.0..=1.0)));
-        if let Some((weight, probabilities)) = lesson(node) {
+        if let Some((weight, probabilities)) = target(node) {
             targets.positions.push(nodes[node].position + jitter * offset);
             targets.weights.push(weight);
             targets.probabilities.extend(probabilities);
@@ -124,14 +122,14 @@ fn random_nodes(
     targets
 }
 
-/// Rays of unknown length through random pixels of some keyframes, as far as they show a node that teaches.
+/// Rays without length through random pixels of some keyframes, as far as their node has a target.
 fn random_pixels(
     surface: &Surface,
     scene: &Scene,
     frames: &[usize],
     count: usize,
     seed: u64,
-    lesson: impl Fn(usize) -> Lesson,
+    target: impl Fn(usize) -> NodeTarget,
 ) -> RayTargets {
     let mut targets = RayTargets::default();
     let mut rng = SmallRng::seed_from_u64(seed ^ 0x7a45);
@@ -142,7 +140,7 @@ fn random_pixels(
         let frame = &scene.frames[number];
         let pixel = rng.random_range(0..frame.camera.pixels());
         let node = surface.pixels[number].node(pixel);
-        let Some((weight, probabilities)) = node.and_then(|node| lesson(node as usize)) else {
+        let Some((weight, probabilities)) = node.and_then(|node| target(node as usize)) else {
             continue;
         };
         targets.rays.push(Ray {
@@ -155,7 +153,7 @@ fn random_pixels(
     targets
 }
 
-/// How sure probabilities are: 1 - entropy / ln C, 0..=1.
+/// Certainty of probabilities: 1 - entropy / ln C, 0..=1.
 fn certainty(probabilities: &[f32]) -> f32 {
     let entropy: f32 = probabilities
         .iter()

@@ -3,66 +3,75 @@ use std::sync::Arc;
 use glam::{Affine3A, Quat, Vec3};
 use rand::{Rng, SeedableRng, rngs::SmallRng};
 
+use super::testing::{propagated, surface};
 use super::*;
 use crate::field::{Preset, Sampling, Trainer, frame_rays};
+use crate::labels::testing::{clicked, import_plain};
 use crate::labels::{
-    ClassId, History, ImportedLabels, ImportedMap, LabelImages, LabelSet, Stroke, Trust, VOID, rasterise,
+    ClassId, History, ImportedLabels, ImportedMap, LabelSet, Stroke, Trust, VOID, rasterise,
 };
 use crate::scene::testing::{hide, wall};
 use crate::scene::{DepthMap, Scene};
 
+/// The classes of a wall, without labels.
+fn halves() -> History {
+    clicked(&["dark", "bright"], &[])
+}
+
+/// One click on each half of a wall.
+fn two_clicks() -> History {
+    clicked(&["dark", "bright"], &[(0, 1, [10, 20]), (4, 2, [50, 30])])
+}
+
+/// The class of every pixel of a frame of a wall.
+fn truth(scene: &Scene, frame: usize) -> Vec<ClassId> {
+    let color = scene.frames[frame].color();
+    let class = |pixel: usize| 1 + ClassId::from(color.pixel(pixel)[0] > 128);
+    (0..64 * 48).map(class).collect()
+}
+
 #[test]
 fn labels_that_follow_others_spread_like_new_ones() {
     let scene = wall(5, 64, 48);
-    let surface = Arc::new(Surface::build(&scene, &[], 5.0).unwrap());
-    let weights = |propagation: &LabelPropagation| -> Vec<f32> {
-        let count = propagation.surface().graph.len() * propagation.classes().len();
-        (0..count).map(|index| 0.1 + (index % 7) as f32).collect()
+    let mut history = halves();
+    let mut propagation = propagated(&scene, history.labels());
+    let weigh = |propagation: &mut LabelPropagation| {
+        let weights = (0..2 * propagation.surface().graph.len()).map(|index| 0.1 + (index % 7) as f32);
+        propagation.set_head(weights.collect());
     };
-    let mut history = History::default();
-    for name in ["dark", "bright"] {
-        history.add_class(name);
-    }
-    let mut propagation = LabelPropagation::new(Arc::clone(&surface));
-    propagation.set_labels(&scene, history.labels());
-    propagation.set_head(weights(&propagation));
+    weigh(&mut propagation);
+    let mut follow = |labels: &LabelSet| {
+        propagation.set_labels(&scene, labels);
+        let mut anew = LabelPropagation::new(Arc::clone(propagation.surface()));
+        anew.set_labels(&scene, labels);
+        if anew.classes().len() == 2 {
+            weigh(&mut anew);
+        }
+        assert!(propagation.posterior() == anew.posterior());
+    };
     let clicks = [
         (0, 1, [10, 20]),
         (0, 1, [25, 30]),
         (4, 2, [50, 30]),
         (1, 2, [28, 8]),
+        (2, VOID, [20, 20]),
+        (0, 2, [10, 20]),
     ];
-    for (frame, class, pixel) in clicks.into_iter().chain([(2, 0, [20, 20]), (0, 2, [10, 20])]) {
+    for (frame, class, pixel) in clicks {
         history.add_stroke(Stroke::click(frame, class, pixel));
-        propagation.set_labels(&scene, history.labels());
-        let mut anew = LabelPropagation::new(Arc::clone(&surface));
-        anew.set_labels(&scene, history.labels());
-        anew.set_head(weights(&anew));
-        assert!(propagation.posterior() == anew.posterior());
+        follow(history.labels());
     }
     while history.undo().is_some() {
-        propagation.set_labels(&scene, history.labels());
-        let mut anew = LabelPropagation::new(Arc::clone(&surface));
-        anew.set_labels(&scene, history.labels());
-        if anew.classes().len() == 2 {
-            anew.set_head(weights(&anew));
-        }
-        assert!(propagation.posterior() == anew.posterior());
+        follow(history.labels());
     }
 }
 
 #[test]
 fn the_order_of_the_class_list_changes_nothing() {
     let scene = wall(5, 64, 48);
-    let surface = Arc::new(Surface::build(&scene, &[], 5.0).unwrap());
-    let mut history = History::default();
-    for name in ["dark", "bright", "other"] {
-        history.add_class(name);
-    }
-    history.add_stroke(Stroke::click(0, 1, [10, 20]));
-    history.add_stroke(Stroke::click(4, 2, [50, 30]));
-    let mut propagation = LabelPropagation::new(surface);
-    propagation.set_labels(&scene, history.labels());
+    let mut history = two_clicks();
+    history.add_class("other");
+    let mut propagation = propagated(&scene, history.labels());
     let before = (propagation.classes().to_vec(), propagation.posterior().clone());
     history.move_class(3, 0).unwrap();
     propagation.set_labels(&scene, history.labels());
@@ -70,21 +79,14 @@ fn the_order_of_the_class_list_changes_nothing() {
 }
 
 /// A wall whose halves are clicked once each, and a field that knows it.
-fn clicked() -> (Arc<Scene>, Trainer, LabelPropagation) {
+fn trained() -> (Arc<Scene>, Trainer, LabelPropagation) {
     let scene = Arc::new(wall(9, 64, 48));
     let mut trainer = Trainer::new(Arc::clone(&scene), Preset::Fast, 3).unwrap();
     for _ in 0..120 {
         trainer.step().unwrap();
     }
-    let surface = Surface::build(&scene, &[], trainer.field().volume().side).unwrap();
-    let mut history = History::default();
-    history.add_class("dark");
-    history.add_class("bright");
-    history.add_stroke(Stroke::click(0, 1, [10, 20]));
-    history.add_stroke(Stroke::click(8, 2, [50, 30]));
-    let mut propagation = LabelPropagation::new(Arc::new(surface));
-    propagation.set_labels(&scene, history.labels());
-
+    let history = clicked(&["dark", "bright"], &[(0, 1, [10, 20]), (8, 2, [50, 30])]);
+    let propagation = propagated(&scene, history.labels());
     (scene, trainer, propagation)
 }
 
@@ -124,18 +126,6 @@ fn labels_an_unseen_view(scene: &Scene, trainer: &Trainer, head: &SemanticHead) 
     assert!(right as f32 > 0.97 * counted as f32, "{right} of {counted}");
 }
 
-/// Imports an image that says the same of every pixel of the first three frames.
-fn import(history: &mut History, class: ClassId, trust: Trust) {
-    let maps = (0..3)
-        .map(|frame| ImportedMap::new(frame, &[class; 64 * 48]))
-        .collect();
-    history.import(LabelImages {
-        labels: ImportedLabels { maps, trust },
-        classes: Vec::new(),
-        unmatched: 0,
-    });
-}
-
 fn propagate(propagation: &mut LabelPropagation, scene: &Scene, labels: &LabelSet) {
     propagation.set_labels(scene, labels);
     if let Some(import) = SurfaceImport::new(propagation.surface(), labels) {
@@ -147,10 +137,9 @@ fn propagate(propagation: &mut LabelPropagation, scene: &Scene, labels: &LabelSe
 fn shares(propagation: &LabelPropagation, scene: &Arc<Scene>, frame: usize, class: ClassId) -> [f32; 2] {
     let map = propagation.map(scene, frame, 1);
     let (mut counted, mut with) = ([0.0; 2], [0.0; 2]);
-    for (pixel, &label) in map.labels().iter().enumerate() {
-        let side = usize::from(scene.frames[frame].color().pixel(pixel)[0] > 128);
-        counted[side] += 1.0;
-        with[side] += f32::from(u8::from(label == class));
+    for (half, &label) in truth(scene, frame).into_iter().zip(map.labels().iter()) {
+        counted[usize::from(half) - 1] += 1.0;
+        with[usize::from(half) - 1] += f32::from(u8::from(label == class));
     }
     [with[0] / counted[0], with[1] / counted[1]]
 }
@@ -158,19 +147,17 @@ fn shares(propagation: &LabelPropagation, scene: &Arc<Scene>, frame: usize, clas
 #[test]
 fn votes_decide_until_a_click_corrects_what_is_connected_with_it() {
     let scene = Arc::new(wall(5, 64, 48));
-    let mut propagation = LabelPropagation::new(Arc::new(Surface::build(&scene, &[], 5.0).unwrap()));
-    let mut history = History::default();
-    history.add_class("dark");
-    history.add_class("bright");
-    import(&mut history, 1, Trust::VOTES);
+    let mut history = halves();
+    let mut propagation = propagated(&scene, history.labels());
+    import_plain(&mut history, 1, Trust::VOTES);
     propagate(&mut propagation, &scene, history.labels());
     assert!(propagation.has_import_of(history.labels()));
-    // Also where no image is.
-    assert!(
-        shares(&propagation, &scene, 4, 1)
+    let is_all = |propagation: &LabelPropagation, frame, class| {
+        shares(propagation, &scene, frame, class)
             .iter()
             .all(|&share| share > 0.99)
-    );
+    };
+    assert!(is_all(&propagation, 4, 1), "also where no image is");
     let sure = propagation.map(&scene, 4, 1).mean_entropy();
     assert!(sure < 0.3, "{sure}");
 
@@ -181,21 +168,12 @@ fn votes_decide_until_a_click_corrects_what_is_connected_with_it() {
     let map = propagation.map(&scene, 4, 1);
     assert_eq!((map.labels()[30 * 64 + 50], map.entropy()[30 * 64 + 50]), (2, 0));
 
-    history.undo().unwrap();
-    propagation.set_labels(&scene, history.labels());
-    assert!(
-        shares(&propagation, &scene, 3, 1)
-            .iter()
-            .all(|&share| share > 0.99)
-    );
-    history.undo().unwrap();
-    propagation.set_labels(&scene, history.labels());
+    for class in [1, VOID] {
+        history.undo().unwrap();
+        propagation.set_labels(&scene, history.labels());
+        assert!(is_all(&propagation, 3, class));
+    }
     assert!(!propagation.has_import_of(history.labels()));
-    assert!(
-        shares(&propagation, &scene, 3, VOID)
-            .iter()
-            .all(|&share| share == 1.0)
-    );
 }
 
 #[test]
@@ -206,26 +184,20 @@ fn maps_have_the_borders_of_the_image_where_voxels_lie_across() {
         frame.camera_to_world.translation.x += 0.06;
     }
     let scene = Arc::new(scene);
-    let mut propagation = LabelPropagation::new(Arc::new(Surface::build(&scene, &[], 5.0).unwrap()));
-    let mut history = History::default();
-    history.add_class("dark");
-    history.add_class("bright");
-    history.add_stroke(Stroke::click(0, 1, [10, 20]));
-    history.add_stroke(Stroke::click(4, 2, [50, 30]));
-    propagation.set_labels(&scene, history.labels());
+    let propagation = propagated(&scene, two_clicks().labels());
     let (mut by_voxels, mut in_maps) = (0, 0);
-    for (number, frame) in scene.frames.iter().enumerate() {
-        let color = frame.color();
-        let class = |pixel: usize| if color.pixel(pixel)[0] > 128 { 2 } else { 1 };
-        let nodes = propagation.surface().pixels[number].unpack();
-        let of_voxel = |pixel: usize| propagation.posterior().labels[nodes[pixel] as usize];
-        let map = propagation.map(&scene, number, 1);
-        by_voxels += (0..nodes.len())
-            .filter(|&pixel| of_voxel(pixel) != class(pixel))
-            .count();
+    for frame in 0..5 {
+        let nodes = propagation.surface().pixels[frame].unpack();
+        let map = propagation.map(&scene, frame, 1);
+        for (pixel, class) in truth(&scene, frame).into_iter().enumerate() {
+            let of_voxel = propagation.posterior().labels[nodes[pixel] as usize];
+            by_voxels += usize::from(of_voxel != class);
+        }
         let labels = map.labels();
-        in_maps += (0..nodes.len())
-            .filter(|&pixel| labels[pixel] != class(pixel))
+        in_maps += truth(&scene, frame)
+            .iter()
+            .zip(labels.iter())
+            .filter(|(class, label)| class != label)
             .count();
     }
     assert!(by_voxels >= 48, "{by_voxels}");
@@ -235,48 +207,35 @@ fn maps_have_the_borders_of_the_image_where_voxels_lie_across() {
 #[test]
 fn a_scribble_that_slips_over_an_edge_keeps_its_pixels_and_spreads_from_the_rest() {
     let scene = Arc::new(wall(5, 64, 48));
-    let mut propagation = LabelPropagation::new(Arc::new(Surface::build(&scene, &[], 5.0).unwrap()));
-    let mut history = History::default();
-    history.add_class("dark");
-    history.add_class("bright");
+    let scribbled = |end: u32| {
+        let mut history = halves();
+        history.add_stroke(Stroke {
+            lines: vec![vec![[8, 20], [end, 20]]],
+            radius: 1,
+            ..Stroke::click(2, 1, [8, 20])
+        });
+        history.add_stroke(Stroke::click(2, 2, [58, 40]));
+        let map = propagated(&scene, history.labels()).map(&scene, 2, 1);
+        (history, map)
+    };
     // The border of the middle frame is at column 32.
-    history.add_stroke(Stroke {
-        lines: vec![vec![[8, 20], [35, 20]]],
-        radius: 1,
-        ..Stroke::click(2, 1, [8, 20])
-    });
-    history.add_stroke(Stroke::click(2, 2, [58, 40]));
-    propagation.set_labels(&scene, history.labels());
-    let color = scene.frames[2].color();
-    let class = |pixel: usize| if color.pixel(pixel)[0] > 128 { 2 } else { 1 };
-    let map = propagation.map(&scene, 2, 1);
+    let (history, map) = scribbled(35);
     let painted = rasterise(history.labels(), 2, 64, 48);
-    for (pixel, &label) in map.labels().iter().enumerate() {
+    for (pixel, class) in truth(&scene, 2).into_iter().enumerate() {
         let said = painted.get(&(pixel as u32)).map(|&(class, _)| class);
-        assert_eq!(label, said.unwrap_or(class(pixel)), "pixel {pixel}");
+        assert_eq!(map.labels()[pixel], said.unwrap_or(class), "pixel {pixel}");
     }
     // Two halves of a scribble are both meant.
-    history.undo().unwrap();
-    history.undo().unwrap();
-    history.add_stroke(Stroke {
-        lines: vec![vec![[8, 20], [56, 20]]],
-        radius: 1,
-        ..Stroke::click(2, 1, [8, 20])
-    });
-    history.add_stroke(Stroke::click(2, 2, [58, 40]));
-    propagation.set_labels(&scene, history.labels());
-    assert_eq!(propagation.map(&scene, 2, 2).labels()[22 * 64 + 40], 1);
+    assert_eq!(scribbled(56).1.labels()[22 * 64 + 40], 1);
 }
 
 #[test]
 fn trusted_images_are_as_they_say_under_later_strokes() {
     let scene = Arc::new(wall(5, 64, 48));
-    let mut propagation = LabelPropagation::new(Arc::new(Surface::build(&scene, &[], 5.0).unwrap()));
-    let mut history = History::default();
-    history.add_class("one");
-    history.add_class("two");
-    import(&mut history, 1, Trust::RIGHT);
+    let mut history = halves();
+    import_plain(&mut history, 1, Trust::RIGHT);
     history.add_stroke(Stroke::click(2, 2, [50, 30]));
+    let mut propagation = LabelPropagation::new(surface(&scene));
     propagate(&mut propagation, &scene, history.labels());
     let map = propagation.map(&scene, 2, 1);
     for (pixel, (&label, &entropy)) in map.labels().iter().zip(map.entropy().iter()).enumerate() {
@@ -286,50 +245,38 @@ fn trusted_images_are_as_they_say_under_later_strokes() {
     // Frames without an image follow by shortest paths.
     let [dark, bright] = shares(&propagation, &scene, 4, 1);
     assert!(dark > 0.95 && bright > 0.8, "{dark} {bright}");
-    // A class that is gone says nothing any more.
+    // The images of a deleted class no longer count.
     history.delete_class(1).unwrap();
     assert!(!propagation.has_import_of(history.labels()));
     propagate(&mut propagation, &scene, history.labels());
-    assert!(
-        shares(&propagation, &scene, 2, 1)
-            .iter()
-            .all(|&share| share == 0.0)
-    );
+    assert_eq!(shares(&propagation, &scene, 2, 1), [0.0, 0.0]);
 }
 
 #[test]
-fn the_composited_head_labels_a_view_that_no_frame_shows() {
-    let (scene, trainer, propagation) = clicked();
+fn a_head_trained_on_points_or_on_rays_labels_a_view_that_no_frame_shows() {
+    let (scene, trainer, propagation) = trained();
     let field = trainer.field();
-    let mut head = SemanticHead::new(propagation.classes(), field.feature_width(), None, None, 1).unwrap();
-    for step in 0..150 {
-        let soft = propagation.soft_targets(256, step);
-        let nobody = RayTargets::default();
-        head.step(field, trainer.occupancy(), &soft, &nobody, sampling(&trainer))
-            .unwrap();
+    let grid = trainer.capacity().semantic_grid();
+    for (own, on_rays) in [(None, false), (Some(grid), true)] {
+        let (classes, width) = (propagation.classes(), field.feature_width());
+        let mut head = SemanticHead::new(classes, width, own, None, 1).unwrap();
+        for step in 0..150 {
+            let (soft, rays) = if on_rays {
+                (SoftTargets::default(), propagation.map_rays(&scene, 256, step))
+            } else {
+                (propagation.soft_targets(256, step), RayTargets::default())
+            };
+            assert!(rays.rays.iter().all(|ray| ray.length.is_none()));
+            head.step(field, trainer.occupancy(), &soft, &rays, sampling(&trainer))
+                .unwrap();
+        }
+        labels_an_unseen_view(&scene, &trainer, &head);
     }
-    labels_an_unseen_view(&scene, &trainer, &head);
-}
-
-#[test]
-fn a_semantic_field_that_is_taught_by_rays_alone_labels_such_a_view_too() {
-    let (scene, trainer, propagation) = clicked();
-    let field = trainer.field();
-    let own = Some(trainer.capacity().semantic_grid());
-    let mut head = SemanticHead::new(propagation.classes(), field.feature_width(), own, None, 1).unwrap();
-    for step in 0..150 {
-        let nowhere = SoftTargets::default();
-        let rays = propagation.map_rays(&scene, 256, step);
-        assert!(rays.rays.iter().all(|ray| ray.length.is_none()));
-        head.step(field, trainer.occupancy(), &nowhere, &rays, sampling(&trainer))
-            .unwrap();
-    }
-    labels_an_unseen_view(&scene, &trainer, &head);
 }
 
 #[test]
 fn votes_of_which_most_are_wrong_teach_a_semantic_field_the_truth() {
-    let (scene, trainer, propagation) = clicked();
+    let (scene, trainer, propagation) = trained();
     let classes = [1, 2, 3, 4];
     let mut rng = SmallRng::seed_from_u64(2);
     let mut noisy = |frame: usize| {
@@ -422,29 +369,18 @@ fn hidden_pixels_have_no_node_and_no_label_whatever_is_said_of_them() {
     let is_hidden = |index: usize| (20..40).contains(&(index % 64)) && (10..30).contains(&(index / 64));
     hide(&mut scene.frames[1], is_hidden);
     let scene = Arc::new(scene);
-    let surface = Arc::new(Surface::build(&scene, &[], 5.0).unwrap());
-    let mut history = History::default();
-    history.add_class("dark");
-    history.add_class("bright");
-    history.add_stroke(Stroke::click(0, 1, [10, 20]));
-    history.add_stroke(Stroke::click(0, 2, [50, 30]));
-    let mut propagation = LabelPropagation::new(Arc::clone(&surface));
-    propagation.set_labels(&scene, history.labels());
-    let before: Vec<_> = (0..3)
-        .map(|frame| propagation.map(&scene, frame, 1).labels().into_owned())
-        .collect();
+    let mut history = clicked(&["dark", "bright"], &[(0, 1, [10, 20]), (0, 2, [50, 30])]);
+    let before = propagated(&scene, history.labels());
     history.add_stroke(Stroke::click(1, 1, [30, 20]));
-    propagation.set_labels(&scene, history.labels());
-    for (frame, before) in before.iter().enumerate() {
-        let map = propagation.map(&scene, frame, 2);
+    let propagation = propagated(&scene, history.labels());
+    let all: Vec<u32> = (0..64 * 48).collect();
+    for frame in 0..3 {
+        let map = propagation.map(&scene, frame, 1);
+        let (nodes, entropy) = (propagation.surface().nodes_at(frame, &all), map.entropy());
         assert_eq!(
-            &map.labels()[..],
-            &before[..],
-            "a stroke on hidden pixels says nothing"
-        );
-        let (nodes, entropy) = (
-            surface.nodes_at(frame, &(0..64 * 48).collect::<Vec<u32>>()),
-            map.entropy(),
+            map.labels(),
+            before.map(&scene, frame, 1).labels(),
+            "frame {frame}"
         );
         for index in 0..64 * 48 {
             let hidden = frame == 1 && is_hidden(index);
@@ -452,43 +388,41 @@ fn hidden_pixels_have_no_node_and_no_label_whatever_is_said_of_them() {
             assert_eq!(map.labels()[index] == VOID, hidden, "{frame} {index}");
             assert!(!hidden || entropy[index] == 0);
         }
-        let (summary, exact) = (map.summary(None).unwrap(), map.looked_up().summary(None).unwrap());
-        assert!((summary.coverage - exact.coverage).abs() < 1e-6);
-        assert!((summary.mean_entropy - exact.mean_entropy).abs() < 0.03);
-        assert!((summary.unclear - exact.unclear).abs() < 0.03);
+        let exact = summaries_are_near(&map, None);
+        assert!((map.summary(None).unwrap().coverage - exact.coverage).abs() < 1e-6);
     }
+}
+
+/// Asserts that the summary of a map by its nodes is near that of its pixels; returns the latter.
+fn summaries_are_near(map: &FrameMap, imported: Option<&ImportedMap>) -> FrameSummary {
+    let summary = map.summary(imported).unwrap();
+    let exact = map.looked_up().summary(imported).unwrap();
+    for (near, exact) in [
+        (summary.mean_entropy, exact.mean_entropy),
+        (summary.coverage, exact.coverage),
+        (summary.unclear, exact.unclear),
+        (summary.disagreeing, exact.disagreeing),
+    ] {
+        assert!((near - exact).abs() < 0.03, "{near} instead of {exact}");
+    }
+    exact
 }
 
 #[test]
 fn a_summary_by_nodes_is_near_that_of_the_pixels() {
     let scene = Arc::new(wall(5, 64, 48));
-    let surface = Arc::new(Surface::build(&scene, &[], 5.0).unwrap());
-    let mut history = History::default();
-    history.add_class("dark");
-    history.add_class("bright");
-    history.add_stroke(Stroke::click(0, 1, [10, 20]));
-    history.add_stroke(Stroke::click(4, 2, [50, 30]));
-    let mut propagation = LabelPropagation::new(surface);
-    propagation.set_labels(&scene, history.labels());
+    let propagation = propagated(&scene, two_clicks().labels());
     let imported = ImportedMap::new(2, &[1; 64 * 48]);
     for frame in 0..5 {
         let map = propagation.map(&scene, frame, 1);
-        let summary = map.summary(Some(&imported)).unwrap();
-        let exact = map.looked_up().summary(Some(&imported)).unwrap();
+        let exact = summaries_are_near(&map, Some(&imported));
+        let share = |count: usize| count as f32 / (64.0 * 48.0);
+        let bright = map.labels().iter().filter(|&&label| label == 2).count();
+        let confidence = map.confidence().unwrap();
+        let unclear = confidence.iter().filter(|&&p| p < CERTAIN / 2).count();
         assert!((exact.mean_entropy - map.mean_entropy()).abs() < 1e-5);
         assert!((exact.coverage - map.coverage()).abs() < 1e-6);
-        let bright = map.labels().iter().filter(|&&label| label == 2).count() as f32;
-        assert!((exact.disagreeing - bright / (64.0 * 48.0)).abs() < 1e-6);
-        let confidence = map.confidence().unwrap();
-        let unclear = confidence.iter().filter(|&&p| p < CERTAIN / 2).count() as f32;
-        assert!((exact.unclear - unclear / (64.0 * 48.0)).abs() < 1e-6);
-        for (near, exact) in [
-            (summary.mean_entropy, exact.mean_entropy),
-            (summary.coverage, exact.coverage),
-            (summary.unclear, exact.unclear),
-            (summary.disagreeing, exact.disagreeing),
-        ] {
-            assert!((near - exact).abs() < 0.03, "{near} instead of {exact}");
-        }
+        assert!((exact.disagreeing - share(bright)).abs() < 1e-6);
+        assert!((exact.unclear - share(unclear)).abs() < 1e-6);
     }
 }

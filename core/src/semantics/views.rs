@@ -6,21 +6,22 @@ use super::{Node, Surface};
 use crate::labels::Pixel;
 use crate::scene::{Frame, Scene};
 
-/// How many voxels the pixel that shows a node may lie from where the node projects to: a pixel shows the voxel that
-/// its ray meets, a node is the mean of what was seen in it.
+/// Largest distance of a pixel that shows a node from the node's projection, in voxels: a pixel shows the voxel that
+/// its ray meets, and a node is the mean of the points in it.
 const REACH: f32 = 1.0;
-/// Farthest such pixel, in pixels.
+/// The same in pixels.
 const FARTHEST: f32 = 24.0;
-/// Worth of a view at a grazing angle, and of one at the border of the image, relative to the best.
+/// Score of a view at a grazing angle, and of one at the border of the image, relative to the best.
 const GRAZING: f32 = 0.2;
 const BORDER: f32 = 0.3;
 
-/// The keyframe that shows a node of the surface best, and a pixel there that shows it: a stroke on that pixel labels that
-/// node. `None` where no frame shows it.
+/// The keyframe that shows a node of the surface best, and a pixel there that shows it: a stroke on that pixel labels
+/// that node. `None` where no frame shows it.
 ///
-/// A view is worth c f / d: d is the distance from the camera; c falls with the square of the distance from the middle
-/// of the image, from 1 to 0.3 at its corners; f rises with the cosine between the normal and the direction to the
-/// camera, from 0.2 to 1, and is their mean where the node has no normal. The first of equally good frames is taken.
+/// The score of a view is c f / d: d is the distance from the camera; c falls with the square of the distance from the
+/// middle of the image, from 1 to 0.3 at its corners; f rises with the cosine between the normal and the direction to
+/// the camera, from 0.2 to 1, and is their mean where the node has no normal. The first of equally good frames is
+/// taken.
 pub fn best_view(scene: &Scene, surface: &Surface, node: u32) -> Option<(usize, Pixel)> {
     let shown = surface.graph.nodes().get(node as usize)?;
     let seen = |frame: usize| {
@@ -34,7 +35,7 @@ pub fn best_view(scene: &Scene, surface: &Surface, node: u32) -> Option<(usize, 
         .map(|(_, frame, pixel)| (frame, pixel))
 }
 
-/// The pixel of a frame that shows a node nearest to where it projects to, and what this view is worth.
+/// The pixel of a frame that shows a node, nearest to its projection, and the score of this view.
 fn view(frame: &Frame, surface: &Surface, number: usize, node: u32, shown: &Node) -> Option<(Pixel, f32)> {
     let (x, y, length) = frame.project(shown.position)?;
     let camera = &frame.camera;
@@ -97,6 +98,13 @@ mod tests {
             assert!(best.abs_diff(frame) <= 1, "{frame}: {best} at {pixel:?}");
             assert!(pixel[0].abs_diff(32) <= 4 && pixel[1].abs_diff(24) <= 4);
         }
+        let nothing = Arc::new(NodeMap::pack(64, &[NO_NODE; 64 * 48]));
+        let hidden = Surface {
+            pixels: std::iter::repeat_n(nothing, 5).collect(),
+            ..surface
+        };
+        assert_eq!(best_view(&scene, &hidden, 0), None, "behind something");
+        assert_eq!(best_view(&scene, &hidden, u32::MAX), None, "no such node");
     }
 
     #[test]
@@ -110,16 +118,5 @@ mod tests {
         let surface = built(&scene);
         let node = node_at(&surface, 0, [32, 24], 64);
         assert_eq!(best_view(&scene, &surface, node).unwrap().0, 1);
-    }
-
-    #[test]
-    fn what_hides_behind_something_is_not_shown() {
-        let scene = wall(1, 64, 48);
-        let mut surface = built(&scene);
-        let node = node_at(&surface, 0, [32, 24], 64);
-        let hidden = vec![NO_NODE; 64 * 48];
-        surface.pixels[0] = Arc::new(NodeMap::pack(64, &hidden));
-        assert_eq!(best_view(&scene, &surface, node), None);
-        assert_eq!(best_view(&scene, &surface, u32::MAX), None);
     }
 }

@@ -1,4 +1,4 @@
-//! What the pixels of label images say of each voxel, counted.
+//! The pixels of label images, counted by voxel and class.
 
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
@@ -9,38 +9,38 @@ use crate::labels::{ClassId, ImportedLabels, VOID};
 /// Strength of the diffusion where all votes in a voxel agree, and how it grows as fewer do.
 const STRENGTH: f32 = 3.0;
 const STRENGTH_POWER: f32 = -1.5;
-/// Chance that a vote that all around agree with is wrong all the same: errors that all images share contradict
-/// nothing, so they cannot be measured.
+/// Chance that votes which all agree are wrong all the same. Errors that all images share contradict nothing, so that
+/// they cannot be measured.
 const SHARED_ERROR: f32 = 0.02;
 
-/// How many pixels say which class of each voxel; probabilities are parts of pixels.
+/// How many pixels give each voxel each class; a pixel with probabilities counts in parts.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NodeVotes {
     classes: Vec<ClassId>,
     /// `[nodes, classes]`.
     counts: Vec<f32>,
-    /// What each node's votes say of themselves alone.
+    /// Sums over the single votes of each node.
     alone: Vec<Alone>,
 }
 
-/// Sums over the votes of a node that must not count where two votes are compared: of each with itself.
+/// Sums over the votes of a node, each compared with itself. They are taken off where pairs of votes are compared.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Alone {
-    /// Squares of the votes: 1 for a pixel that says one class.
+    /// Squares of the votes: 1 for a pixel with one class.
     votes: f32,
-    /// How far each agrees with itself: 1 for such a pixel, less for a vote in parts.
+    /// Agreement of each with itself: 1 for such a pixel, less for a vote in parts.
     agreed: f32,
 }
 
 impl NodeVotes {
-    /// Counts the pixels of the images that say one of `classes`. A pixel with probabilities is a vote in parts: each
+    /// Counts the pixels of the images that have one of `classes`. A pixel with probabilities is a vote in parts: each
     /// class gets its probability.
     pub fn count(surface: &Surface, classes: &[ClassId], labels: &ImportedLabels) -> Self {
         let index: FxHashMap<ClassId, usize> = classes.iter().copied().zip(0..).collect();
         let mut counts = vec![0.0; surface.graph.len() * classes.len()];
         let mut alone = vec![Alone::default(); surface.graph.len()];
         for map in &labels.maps {
-            // Frames that have vanished or changed their size say nothing.
+            // Images of frames that have vanished or changed their size do not count.
             let nodes = surface.nodes_of(map.frame);
             if nodes.len() != map.pixels() {
                 continue;
@@ -94,7 +94,7 @@ impl NodeVotes {
         (sum > 0.0).then(|| (sum, own.iter().map(|votes| votes / sum).collect()))
     }
 
-    /// The class that most pixels say, for each node of which any pixel says one.
+    /// The class that most pixels give a node, for each node with votes.
     pub fn majority(&self) -> FxHashMap<u32, ClassId> {
         let rows = self.counts.chunks_exact(self.classes.len().max(1));
         let with_votes = rows
@@ -105,8 +105,8 @@ impl NodeVotes {
             .collect()
     }
 
-    /// The chance that two votes in one voxel agree, over the voxels that have at least two, each as often as
-    /// it has votes; 1 where there are none.
+    /// The chance that two votes in one voxel agree, averaged over the voxels with at least two votes, each weighted by
+    /// its votes; 1 where there are none.
     ///
     /// Of C classes with a share r of random votes it is about (1 - r)^2 + r (2 - r) / C.
     pub fn agreement(&self) -> f32 {
@@ -137,8 +137,8 @@ impl NodeVotes {
         1.0 - ((self.agreement() - even) / (1.0 - even)).clamp(0.0, 1.0).sqrt()
     }
 
-    /// Class probabilities of every node, `[nodes, classes]`: the diffused shares without what random votes add to
-    /// all of them, r / C, and with the errors that agreement cannot tell. Rows that no vote reaches are zero.
+    /// Class probabilities of every node, `[nodes, classes]`: the diffused shares less the r / C that random votes add
+    /// to all classes, with room for errors that all images share. Rows that no vote reaches are zero.
     pub fn probabilities(&self, surface: &Surface) -> Vec<f32> {
         let count = self.classes.len().max(1);
         let even = 1.0 / count as f32;

@@ -11,14 +11,14 @@ use super::graph::{Node, SurfaceGraph};
 use super::{FieldDepth, NO_NODE, NodeMap, pixel_lengths};
 use crate::scene::{Cache, ColorImage, Frame, Pixels};
 
-/// What meets nothing lies on a shell this many sides of the scene's box away, in cells of this angle.
+/// Rays that meet nothing end on a shell, whose distance is this many sides of the scene's box, in cells of this angle.
 const SHELL_DISTANCE: f32 = 3.0;
 pub(super) const SHELL_CELL: f32 = 0.05;
-/// Bytes of the node maps made last of frames that are no keyframes: some hundred of 640 x 480 pixels.
+/// Bytes of cached node maps of frames that are no keyframes: some hundred of 640 x 480 pixels.
 const CACHE_BYTES: usize = 64 << 20;
 /// Pixels of a frame, along each axis, for each sample of the surface's depth.
 const STRIDE: u32 = 2;
-/// Pixels without a length at most this far from those with one, along each axis, follow the colours.
+/// Pixels without a length that are at most this far from those with one, along each axis, are filled by colour.
 const NARROW: usize = 5;
 
 /// A voxel: on the surface or on the shell.
@@ -28,7 +28,7 @@ pub(super) struct Voxel {
     pub index: IVec3,
 }
 
-/// Voxel sizes and the way from a pixel to its voxel.
+/// Voxel sizes, and the voxel of each pixel.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Voxels {
     /// Side of a voxel on the surface, in metres.
@@ -48,8 +48,8 @@ pub(super) struct Points<'a> {
 }
 
 impl<'a> Points<'a> {
-    /// Of a frame with these pixels, and the field's depth where none was measured; directions are left out but at
-    /// every `step`-th pixel along each axis.
+    /// The points of a frame with these pixels, by the field's depth where none was measured. Directions are computed
+    /// at every `step`-th pixel along each axis only.
     pub fn of(frame: &'a Frame, pixels: Pixels, field: Option<&FieldDepth>, step: usize) -> Self {
         let camera = &frame.camera;
         let rotation = frame.camera_to_world.matrix3;
@@ -75,7 +75,7 @@ impl<'a> Points<'a> {
 }
 
 impl Voxels {
-    /// Of this side in a scene whose box has sides of `extent`, in metres.
+    /// Voxels of this side, in a scene whose box has sides of `extent`, in metres.
     pub fn new(side: f32, extent: f32) -> Self {
         Self {
             side,
@@ -93,7 +93,7 @@ impl Voxels {
         self.cell_at(points, pixel, points.lengths[pixel])
     }
 
-    /// The same of this length along the pixel's ray, which may be infinite or not a number.
+    /// The same at this length along the pixel's ray, which may be infinite or not a number.
     fn cell_at(&self, points: &Points<'_>, pixel: usize, length: f32) -> Option<(Voxel, Vec3)> {
         if length.is_nan() {
             return None;
@@ -153,12 +153,12 @@ impl VoxelNodes {
         NodeMap::pack(frame.camera.width as usize, &own)
     }
 
-    /// Where the frame knows no length in a wide hole, others may have seen what is there: the surface tells. Narrow
-    /// holes lie along the edges of things, where colours tell more than squares of a voxel's size.
+    /// Fills wide holes in a frame's lengths from the surface, which other frames may have seen there. Narrow holes lie
+    /// along the edges of things, where colours tell more than squares of a voxel's size.
     fn look_up_wide_holes(&self, points: &Points<'_>, nodes: &[Node], own: &mut [u32]) {
         let frame = points.frame;
         let pixels = points.lengths.iter().enumerate();
-        // What the image does not show has no node in the end.
+        // Pixels outside the image get no node in the end.
         let unknown: Vec<bool> = pixels
             .map(|(pixel, length)| length.is_nan() && frame.shows(&points.pixels.color, pixel))
             .collect();
@@ -197,7 +197,7 @@ impl VoxelNodes {
     }
 }
 
-/// The frames that are no keyframes: which nodes their pixels show is found out when somebody asks.
+/// The frames that are no keyframes; the nodes of their pixels are computed on demand.
 #[derive(Debug)]
 pub struct OtherFrames {
     frames: BTreeMap<usize, Frame>,
@@ -249,7 +249,7 @@ fn eroded(mask: &[bool], width: usize, reach: usize) -> Vec<bool> {
         .collect()
 }
 
-/// Gives pixels without a node the node of the pixel nearest along the image, across colour unwillingly.
+/// Gives pixels without a node that of the nearest pixel in the image; differences in colour count as distance.
 fn fill_holes(frame: &Frame, image: &ColorImage, pixels: &mut [u32]) {
     const COLOR: f32 = 2000.0;
     if pixels.iter().all(|&node| node == NO_NODE) || pixels.iter().all(|&node| node != NO_NODE) {

@@ -36,20 +36,13 @@ pub(super) struct HeadTrainer {
 }
 
 impl HeadTrainer {
-    pub(super) fn new(kind: HeadKind) -> Self {
-        Self {
-            kind,
-            head: None,
-            steps_due: 0,
-        }
-    }
-
-    /// The head of a saved model, where it has one that fits.
-    pub(super) fn restored(kind: HeadKind, tensors: &HashMap<String, Tensor>, trainer: &Trainer) -> Self {
+    /// A trainer of the head in a saved model, or of a new one where `saved` has none that fits.
+    pub(super) fn restored(kind: HeadKind, saved: &HashMap<String, Tensor>, trainer: &Trainer) -> Self {
         let (width, grid) = (trainer.field().feature_width(), kind.grid(trainer));
         Self {
-            head: SemanticHead::restored(kind.name, tensors, width, grid),
-            ..Self::new(kind)
+            kind,
+            head: SemanticHead::restored(kind.name, saved, width, grid),
+            steps_due: 0,
         }
     }
 

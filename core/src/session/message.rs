@@ -90,8 +90,8 @@ pub enum Command {
     /// Panic, for measuring that nothing is lost by it.
     #[doc(hidden)]
     Panic,
-    /// End the worker. It answers with [`Event::Stopped`] within 100 ms, or with [`Preset::Reference`] after its current
-    /// eight rays, which take about as long on two free cores.
+    /// End the worker. It answers with [`Event::Stopped`] within 100 ms, or with [`Preset::Reference`] after its
+    /// current eight rays, which take about as long on two free cores.
     Stop,
 }
 

@@ -15,6 +15,7 @@ mod semantic_prior;
 mod serve;
 mod status_reporter;
 pub(crate) mod surface_refiner;
+mod thread;
 mod worker;
 
 use std::sync::Arc;
@@ -61,7 +62,7 @@ impl Session {
         let outbox = outbox::Outbox::new(event_sender, Arc::clone(&maps), Box::new(wake));
         let thread = std::thread::Builder::new().name("inplace-worker".to_owned());
         let failed = outbox.clone();
-        let worker = thread.spawn(move || worker::run(options, scene, &commands, &outbox));
+        let worker = thread.spawn(move || thread::run(options, scene, &commands, &outbox));
         let worker = match worker {
             Ok(handle) => Some(handle),
             Err(error) => {

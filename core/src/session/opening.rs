@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crossbeam_channel::{Receiver, bounded, select};
 
 use super::outbox::Outbox;
-use super::worker::WorkerError;
+use super::serve::WorkerError;
 use super::{Command, Event, SessionOptions};
 use crate::scene::Scene;
 

@@ -10,9 +10,8 @@ use std::time::Instant;
 use candle_core::Device;
 
 use super::outbox::Outbox;
-use super::serve::WorkerTask;
+use super::serve::{WorkerError, WorkerTask, saved, timed};
 use super::status_reporter::StatusReporter;
-use super::worker::{WorkerError, saved, timed};
 use super::{Command, Event, FrameMap, Phase, SessionOptions, Status};
 use crate::field::reference::{PixelLabels, ReferenceRay, ReferenceSettings, ReferenceTrainer};
 use crate::field::{HeldOut, Ray, RenderedRay, Work, best_device};
@@ -344,7 +343,7 @@ fn frame_map(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::labels::{History, Stroke};
+    use crate::labels::testing::clicked;
     use crate::scene::testing::{hide, wall};
 
     #[test]
@@ -366,26 +365,13 @@ mod tests {
     }
 
     #[test]
-    fn painted_pixels_are_as_the_person_said() {
-        let scene = wall(1, 10, 7);
-        let mut history = History::default();
-        let (class, _) = history.add_class("dark");
-        history.add_stroke(Stroke::click(0, class, [3, 0]));
-        history.add_stroke(Stroke::click(0, VOID, [4, 0]));
-        let map = frame_map(&scene, history.labels(), (0, 1), 128, &[(9, 500)]).unwrap();
-        assert_eq!(map.labels()[2..6], [9, class, VOID, 9]);
-        assert_eq!(map.entropy()[2..6], [500, 0, 0, 500]);
-    }
-
-    #[test]
-    fn hidden_pixels_are_void_for_sure() {
+    fn painted_pixels_have_the_class_of_their_stroke_and_hidden_ones_are_void() {
         let mut scene = wall(1, 10, 7);
-        hide(&mut scene.frames[0], |index| index == 3 || index == 4);
-        let mut history = History::default();
-        let (class, _) = history.add_class("dark");
-        history.add_stroke(Stroke::click(0, class, [3, 0]));
+        hide(&mut scene.frames[0], |index| index == 3);
+        let clicks = [(0, 1, [2, 0]), (0, 1, [3, 0]), (0, VOID, [4, 0])];
+        let history = clicked(&["dark"], &clicks);
         let map = frame_map(&scene, history.labels(), (0, 1), 128, &[(9, 500)]).unwrap();
-        assert_eq!(map.labels()[2..6], [9, VOID, VOID, 9]);
-        assert_eq!(map.entropy()[2..6], [500, 0, 0, 500]);
+        assert_eq!(map.labels()[1..6], [9, 1, VOID, VOID, 9]);
+        assert_eq!(map.entropy()[1..6], [500, 0, 0, 0, 500]);
     }
 }

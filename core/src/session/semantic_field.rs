@@ -28,16 +28,10 @@ pub(crate) struct SemanticField {
 }
 
 impl SemanticField {
-    pub(super) fn new() -> Self {
+    /// The semantic field of a saved model, or a new one where `saved` has none that fits.
+    pub(crate) fn restored(saved: &HashMap<String, Tensor>, trainer: &Trainer) -> Self {
         Self {
-            head_trainer: HeadTrainer::new(KIND),
-        }
-    }
-
-    /// The semantic field of a saved model, where it has one that fits.
-    pub(crate) fn restored(tensors: &HashMap<String, Tensor>, trainer: &Trainer) -> Self {
-        Self {
-            head_trainer: HeadTrainer::restored(KIND, tensors, trainer),
+            head_trainer: HeadTrainer::restored(KIND, saved, trainer),
         }
     }
 

@@ -29,17 +29,10 @@ pub(super) struct SemanticPrior {
 }
 
 impl SemanticPrior {
-    pub(super) fn new() -> Self {
+    /// The prior of a saved model, or a new one where `saved` has none that fits.
+    pub(super) fn restored(saved: &HashMap<String, Tensor>, trainer: &Trainer) -> Self {
         Self {
-            head_trainer: HeadTrainer::new(KIND),
-            evaluation: None,
-        }
-    }
-
-    /// The prior of a saved model, where it has one that fits.
-    pub(super) fn restored(tensors: &HashMap<String, Tensor>, trainer: &Trainer) -> Self {
-        Self {
-            head_trainer: HeadTrainer::restored(KIND, tensors, trainer),
+            head_trainer: HeadTrainer::restored(KIND, saved, trainer),
             evaluation: None,
         }
     }

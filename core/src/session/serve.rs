@@ -1,14 +1,34 @@
-//! The loop of every worker: handle commands, then do a slice of work.
+//! What the workers share: the loop that handles commands between slices of work, and their errors.
 
-use std::time::Duration;
+use std::collections::HashMap;
+use std::time::{Duration, Instant};
 
+use candle_core::Tensor;
 use crossbeam_channel::{Receiver, RecvTimeoutError};
 
-use super::Command;
-use super::worker::WorkerError;
+use super::{Command, ModelState};
+use crate::field::FieldError;
+use crate::scene::SceneError;
 
 /// How long a worker sleeps while it waits for a command or for another thread.
 const NAP: Duration = Duration::from_millis(20);
+
+/// Why the worker ended early.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum WorkerError {
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    #[error(transparent)]
+    Field(#[from] FieldError),
+    #[error("{0}")]
+    Other(String),
+}
+
+impl From<candle_core::Error> for WorkerError {
+    fn from(error: candle_core::Error) -> Self {
+        Self::Field(error.into())
+    }
+}
 
 /// Work that is done in slices, so that commands are handled in between.
 pub(super) trait WorkerTask {
@@ -53,4 +73,19 @@ pub(super) fn serve(
             Err(RecvTimeoutError::Disconnected) => return Ok(()),
         }
     }
+}
+
+/// Adds the time that `work` takes to `seconds`.
+pub(super) fn timed<T>(seconds: &mut f64, work: impl FnOnce() -> T) -> T {
+    let start = Instant::now();
+    let result = work();
+    *seconds += start.elapsed().as_secs_f64();
+    result
+}
+
+/// A model state of these tensors after this many steps.
+pub(super) fn saved(tensors: &HashMap<String, Tensor>, steps: u64) -> Result<ModelState, WorkerError> {
+    let tensors = safetensors::serialize(tensors, None)
+        .map_err(|error| WorkerError::Other(format!("the model could not be saved: {error}")))?;
+    Ok(ModelState { steps, tensors })
 }

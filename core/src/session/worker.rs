@@ -2,16 +2,12 @@
 
 mod following;
 mod publishing;
-mod thread;
 mod training;
 
 use std::collections::{BTreeSet, HashMap, VecDeque};
 use std::sync::Arc;
-use std::time::Instant;
 
 use candle_core::Tensor;
-
-pub(super) use thread::run;
 
 use super::checking::Checking;
 use super::importing::Importing;
@@ -19,33 +15,16 @@ use super::outbox::Outbox;
 use super::rendering::FrameRendering;
 use super::semantic_field::SemanticField;
 use super::semantic_prior::SemanticPrior;
-use super::serve::WorkerTask;
+use super::serve::{WorkerError, WorkerTask, saved, timed};
 use super::status_reporter::StatusReporter;
 use super::surface_refiner::SurfaceRefiner;
 use super::{Command, Event, ModelState, Phase, SessionOptions, Status};
 use crate::field::{FieldError, Trainer};
 use crate::labels::LabelSet;
-use crate::scene::{Scene, SceneError, in_one_line};
+use crate::scene::{Scene, in_one_line};
 use crate::semantics::LabelPropagation;
 
-/// Why the worker ended early.
-#[derive(Debug, thiserror::Error)]
-pub(super) enum WorkerError {
-    #[error(transparent)]
-    Scene(#[from] SceneError),
-    #[error(transparent)]
-    Field(#[from] FieldError),
-    #[error("{0}")]
-    Other(String),
-}
-
-impl From<candle_core::Error> for WorkerError {
-    fn from(error: candle_core::Error) -> Self {
-        Self::Field(error.into())
-    }
-}
-
-struct Worker<'a> {
+pub(super) struct Worker<'a> {
     scene: Arc<Scene>,
     options: &'a SessionOptions,
     outbox: &'a Outbox,
@@ -83,42 +62,38 @@ struct Seconds {
     render: f64,
 }
 
-/// Adds the time that `work` takes to `seconds`.
-pub(super) fn timed<T>(seconds: &mut f64, work: impl FnOnce() -> T) -> T {
-    let start = Instant::now();
-    let result = work();
-    *seconds += start.elapsed().as_secs_f64();
-    result
-}
-
 impl<'a> Worker<'a> {
-    fn new(scene: Arc<Scene>, options: &'a SessionOptions, outbox: &'a Outbox) -> Result<Self, WorkerError> {
+    pub(super) fn new(
+        scene: Arc<Scene>,
+        options: &'a SessionOptions,
+        outbox: &'a Outbox,
+    ) -> Result<Self, WorkerError> {
         let mut trainer = Trainer::scaled(
             Arc::clone(&scene),
             options.preset,
             options.size.field,
             options.seed,
         )?;
-        let (mut prior, mut semantic_field) = (SemanticPrior::new(), SemanticField::new());
-        if let Some(state) = &options.state {
-            match restore(&mut trainer, state) {
-                Ok(restored) => (prior, semantic_field) = restored,
-                Err(error) => outbox.send(Event::Warning(format!(
+        let saved = match restore(&mut trainer, options.state.as_deref()) {
+            Ok(saved) => saved,
+            Err(error) => {
+                outbox.send(Event::Warning(format!(
                     "the saved model does not fit this scene and was left out ({}); training starts anew",
                     in_one_line(error)
-                ))),
+                )));
+                HashMap::new()
             }
-        }
+        };
         let refiner = SurfaceRefiner::new(&scene, &trainer, options.size.surface, options.threads.max(1));
         Ok(Self {
+            prior: SemanticPrior::restored(&saved, &trainer),
+            semantic_field: SemanticField::restored(&saved, &trainer),
             scene,
             options,
             outbox,
             trainer,
             refiner,
             propagation: None,
-            prior,
-            semantic_field,
             importing: None,
             checking: Checking::default(),
             waiting: None,
@@ -150,13 +125,6 @@ impl<'a> Worker<'a> {
         tensors.extend(self.semantic_field.head_trainer.state()?);
         saved(&tensors, self.trainer.steps())
     }
-}
-
-/// A model state of these tensors after this many steps.
-pub(super) fn saved(tensors: &HashMap<String, Tensor>, steps: u64) -> Result<ModelState, WorkerError> {
-    let tensors = safetensors::serialize(tensors, None)
-        .map_err(|error| WorkerError::Other(format!("the model could not be saved: {error}")))?;
-    Ok(ModelState { steps, tensors })
 }
 
 impl WorkerTask for Worker<'_> {
@@ -280,12 +248,14 @@ impl WorkerTask for Worker<'_> {
     }
 }
 
-/// Restores the field of a saved model; returns its semantic prior and semantic field.
-fn restore(trainer: &mut Trainer, state: &ModelState) -> Result<(SemanticPrior, SemanticField), FieldError> {
+/// Restores the field of a saved model; returns all of the model's parameters, none without a model.
+fn restore(trainer: &mut Trainer, state: Option<&ModelState>) -> Result<HashMap<String, Tensor>, FieldError> {
+    let Some(state) = state else {
+        return Ok(HashMap::new());
+    };
     let tensors = state.load()?;
     trainer.restore(&tensors, state.steps)?;
-    let prior = SemanticPrior::restored(&tensors, trainer);
-    Ok((prior, SemanticField::restored(&tensors, trainer)))
+    Ok(tensors)
 }
 
 #[cfg(test)]

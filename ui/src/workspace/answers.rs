@@ -41,7 +41,7 @@ impl Workspace {
                 self.status = status;
             }
             Event::StrokeChecks { checks, accuracy, .. } => {
-                self.overview.take_stroke_checks(checks, accuracy)
+                self.overview.take_stroke_checks(checks, accuracy);
             }
             Event::Rendered(view) => self.shown.take_view(view),
             Event::NotRendered(reason) => self.shown.take_no_view(reason),

@@ -1,3 +1,5 @@
+use glam::Vec3;
+
 use super::*;
 use crate::field::{OccupancyGrid, Ray, Sampling};
 
@@ -61,7 +63,9 @@ fn samples(volume: &Volume) -> (Arc<Samples>, Vec<f32>) {
 }
 
 /// Loss, gradient of the table and of the weights.
-fn descend(field: &RadianceField, out: &Tensor) -> (f32, Vec<f32>, Vec<f32>) {
+type Descent = (f32, Vec<f32>, Vec<f32>);
+
+fn descend(field: &RadianceField, out: &Tensor) -> Descent {
     let mix = Tensor::new(&[[1.0_f32, -0.7, 0.4, 0.9, 0.3, -0.8, 0.5]], &Device::Cpu).unwrap();
     let mixed = out.broadcast_mul(&mix).unwrap();
     let loss = (mixed.sqr().unwrap().sum_all().unwrap() + mixed.sum_all().unwrap()).unwrap();
@@ -83,56 +87,51 @@ fn assert_close(a: &[f32], b: &[f32], tolerance: f32, what: &str) {
     }
 }
 
-#[test]
-fn the_fused_kernel_equals_plain_candle_ops_on_every_vector_unit() {
-    let plain = field(&Backend::Plain(Device::Cpu));
-    let rows = |out: &Tensor| out.flatten_all().unwrap().to_vec1::<f32>().unwrap();
-    let (samples, gaps) = samples(plain.volume());
-    let expected = plain.render(Arc::clone(&samples), gaps.clone()).unwrap();
-    let (expected_loss, expected_table, expected_weights) = descend(&plain, &expected);
-    for dispatch in Dispatch::available() {
-        let fused = field(&Backend::Fused(dispatch));
-        let out = fused.render(Arc::clone(&samples), gaps.clone()).unwrap();
-        assert_close(&rows(&out), &rows(&expected), 1e-5, "output");
-        let (loss, table, weights) = descend(&fused, &out);
-        assert!(
-            (loss - expected_loss).abs() < 1e-4 * expected_loss.abs(),
-            "{dispatch}"
-        );
-        assert_close(&table, &expected_table, 1e-4, "table");
-        assert_close(&weights, &expected_weights, 1e-4, "weights");
-    }
+/// What is rendered of these samples, `[rays * 7]`, and what [`descend`] finds.
+fn rendered(field: &RadianceField, samples: &(Arc<Samples>, Vec<f32>)) -> (Vec<f32>, Descent) {
+    let out = field.render(Arc::clone(&samples.0), samples.1.clone()).unwrap();
+    (
+        out.flatten_all().unwrap().to_vec1().unwrap(),
+        descend(field, &out),
+    )
 }
 
 #[test]
-fn evaluating_gives_the_same_on_every_path() {
+fn the_fused_kernels_equal_plain_candle_ops_on_every_vector_unit() {
     let plain = field(&Backend::Plain(Device::Cpu));
-    let (samples, _) = samples(plain.volume());
+    let samples = samples(plain.volume());
     let wanted = Wanted {
         color: true,
         features: true,
     };
-    let expected = plain.evaluate(&samples, wanted).unwrap();
+    let (expected, (expected_loss, expected_table, expected_weights)) = rendered(&plain, &samples);
+    let evaluated = plain.evaluate(&samples.0, wanted).unwrap();
     for dispatch in Dispatch::available() {
-        let got = field(&Backend::Fused(dispatch))
-            .evaluate(&samples, wanted)
-            .unwrap();
-        assert_close(&got.density, &expected.density, 1e-5, "density");
-        assert_close(&got.color, &expected.color, 1e-5, "color");
-        assert_close(&got.features, &expected.features, 1e-5, "features");
+        let fused = field(&Backend::Fused(dispatch));
+        let (out, (loss, table, weights)) = rendered(&fused, &samples);
+        let gap = (loss - expected_loss).abs() / expected_loss.abs();
+        assert!(gap < 1e-4, "{dispatch}");
+        let got = fused.evaluate(&samples.0, wanted).unwrap();
+        for (what, got, expected, tolerance) in [
+            ("output", &out, &expected, 1e-5),
+            ("table", &table, &expected_table, 1e-4),
+            ("weights", &weights, &expected_weights, 1e-4),
+            ("density", &got.density, &evaluated.density, 1e-5),
+            ("color", &got.color, &evaluated.color, 1e-5),
+            ("features", &got.features, &evaluated.features, 1e-5),
+        ] {
+            assert_close(got, expected, tolerance, what);
+        }
     }
 }
 
 #[test]
 fn the_fused_gradient_is_the_same_for_any_number_of_threads() {
     let field = fused();
-    let (samples, gaps) = samples(field.volume());
+    let samples = samples(field.volume());
     let run = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap();
-        pool.install(|| descend(&field, &field.render(Arc::clone(&samples), gaps.clone()).unwrap()))
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        pool.build().unwrap().install(|| rendered(&field, &samples))
     };
     assert_eq!(run(1), run(3));
 }
@@ -140,8 +139,8 @@ fn the_fused_gradient_is_the_same_for_any_number_of_threads() {
 #[test]
 fn the_fused_gradients_equal_central_differences() {
     let field = fused();
-    let (samples, gaps) = samples(field.volume());
-    let loss = || descend(&field, &field.render(Arc::clone(&samples), gaps.clone()).unwrap());
+    let samples = samples(field.volume());
+    let loss = || rendered(&field, &samples).1;
     let (_, of_table, of_weights) = loss();
     for (var, gradient) in [(&field.weights, of_weights), (&field.table, of_table)] {
         let values: Vec<f32> = var.flatten_all().unwrap().to_vec1().unwrap();

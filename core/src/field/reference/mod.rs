@@ -1,9 +1,9 @@
 //! Semantic-NeRF as published (Zhi et al., ICCV 2021): one network for colour, density and class logits,
 //! on plain candle ops. It is what the fast field is compared with.
 //!
-//! Layout and constants are those of the paper and of the authors' code. Three things differ, and are
-//! said where they are: the far end of the rays, the share of labelled rays in a batch that has hardly
-//! any, and that gradients are summed over small pieces of a batch.
+//! Layout and constants are those of the paper and of the authors' code. Three things differ, as described there: the
+//! far end of the rays, the share of labelled rays where few pixels are labelled, and that gradients are summed over
+//! small pieces of a batch.
 
 mod compositing;
 mod encoding;

@@ -5,7 +5,7 @@ use rand::{Rng, SeedableRng, rngs::SmallRng};
 
 use super::ReferenceSettings;
 
-/// What the network says of `N` samples.
+/// Output of the network for `N` samples.
 pub struct Prediction {
     /// Colour `[N, 3]`, 0..=1.
     pub color: Tensor,

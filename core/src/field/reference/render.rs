@@ -13,7 +13,7 @@ use super::{
 use crate::field::{Ray, RenderedRay, Volume};
 use crate::scene::Scene;
 
-/// What one network says of `R` rays.
+/// Output of one network along `R` rays.
 pub struct Composited {
     /// Colours `[R, 3]` (Eq. 1).
     pub color: Tensor,
@@ -25,7 +25,7 @@ pub struct Composited {
     pub t: Vec<f32>,
 }
 
-/// What the fine network says of one ray.
+/// Output of the fine network along one ray.
 #[derive(Clone, Debug)]
 pub struct ReferenceRay {
     /// Colour over black, opacity and ray length.
@@ -106,7 +106,7 @@ impl ReferenceField {
         of("coarse", &self.coarse).chain(of("fine", &self.fine)).collect()
     }
 
-    /// What the coarse and the fine network say of some rays: in training with a generator for each ray,
+    /// Output of the coarse and the fine network along rays: in training with a generator for each ray,
     /// which moves the samples and adds noise to the density, otherwise without anything random.
     ///
     /// # Errors
@@ -143,7 +143,7 @@ impl ReferenceField {
         Ok([coarse, fine])
     }
 
-    /// What the fine network says of rays.
+    /// Output of the fine network along rays.
     ///
     /// # Errors
     /// A lack of memory on the device.

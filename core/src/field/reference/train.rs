@@ -17,11 +17,10 @@ use crate::scene::Scene;
 /// Trains the networks, a slice of a step at a time, on colours wherever there are pixels and on labels
 /// wherever there are any; measured depth is not used.
 ///
-/// As in the published code, the rays of a step are random pixels of one random frame (those that its
-/// image does not show are left out). That code has labels
-/// for whole images; a few clicks would be met once in hundreds of steps. So where fewer than
-/// [`ReferenceSettings::labelled_rays`] of the pixels are labelled, the missing ones are drawn from all labelled pixels
-/// of the scene, the few on held-out frames included.
+/// As in the published code, the rays of a step are random pixels of one random frame (those that its image does not
+/// show are left out). That code has labels for whole images, whereas a few clicks would be hit once in hundreds of
+/// steps. So where fewer than [`ReferenceSettings::labelled_rays`] of the pixels are labelled, the missing ones are
+/// drawn from all labelled pixels of the scene, those on held-out frames included.
 pub struct ReferenceTrainer {
     scene: Arc<Scene>,
     field: ReferenceField,

@@ -1,4 +1,4 @@
-//! Which pixels a training step looks at.
+//! The pixels of a training step.
 
 use glam::Vec3;
 use rand::{Rng, rngs::SmallRng};
@@ -6,12 +6,12 @@ use rand::{Rng, rngs::SmallRng};
 use super::super::Ray;
 use crate::scene::Scene;
 
-/// One ray in so many goes through a sparse point, where the capture has such points.
+/// One ray in this number goes through a sparse point, where the capture has sparse points.
 const SPARSE_EVERY: usize = 8;
 /// Share of the rays that come in threes, evenly spaced on a line across the image, where no depth is
 /// measured.
 const SHARE_OF_TRIPLES: f32 = 0.2;
-/// Farthest that the outer pixels of three are from the middle one, in widths of the image.
+/// Largest distance of the outer pixels of three from the middle one, in widths of the image.
 const REACH: f32 = 0.19;
 
 /// Rays of some pixels of the training frames.
@@ -144,7 +144,7 @@ mod tests {
     use rand::SeedableRng;
 
     #[test]
-    fn pixels_in_threes_lie_on_a_line_and_inverse_depth_is_even_along_a_wall() {
+    fn only_pixels_in_threes_lie_on_a_line_along_which_inverse_depth_is_even() {
         let scene = wall(4, 40, 30);
         let source = PixelSource::new(&scene, vec![0, 2], true);
         let batch = source.draw(&scene, 600, &mut SmallRng::seed_from_u64(1));
@@ -158,13 +158,8 @@ mod tests {
             });
             assert!((inverse[0] + inverse[2] - 2.0 * inverse[1]).abs() < 1e-3);
         }
-    }
-
-    #[test]
-    fn without_threes_every_pixel_is_on_its_own() {
-        let scene = wall(4, 40, 30);
-        let source = PixelSource::new(&scene, vec![1], false);
-        let batch = source.draw(&scene, 100, &mut SmallRng::seed_from_u64(1));
+        let alone = PixelSource::new(&scene, vec![1], false);
+        let batch = alone.draw(&scene, 100, &mut SmallRng::seed_from_u64(1));
         assert_eq!((batch.triples, batch.rays.len(), batch.measured()), (0, 100, 100));
     }
 }

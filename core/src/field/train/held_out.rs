@@ -1,4 +1,4 @@
-//! How good a field is where it was never taught.
+//! The error of a field on pixels that it was not trained on.
 
 use candle_core::Result;
 use glam::Vec3;
@@ -8,7 +8,7 @@ use super::super::exposure::corrected_error;
 use super::super::{OccupancyGrid, RadianceField, Ray, RenderedRay, render_rays};
 use crate::scene::Scene;
 
-/// Pixels that the held-out error is measured on.
+/// Number of pixels that the held-out error is measured on.
 const PIXELS: usize = 1024;
 
 /// The error on frames that the field never trained on.
@@ -33,8 +33,8 @@ pub struct HeldOutPixels {
 }
 
 impl HeldOutPixels {
-    /// Holds every twentieth keyframe out, at most eight and none of a capture of fewer than eight;
-    /// the second are the keyframes to train on.
+    /// Holds out every twentieth keyframe, at most eight, and none of a capture of fewer than eight; also returns the
+    /// keyframes to train on.
     pub fn split(scene: &Scene, seed: u64) -> (Self, Vec<usize>) {
         let keyframes = scene.keyframes();
         let frames = keyframes.len();
@@ -58,7 +58,7 @@ impl HeldOutPixels {
     /// frame is held out.
     ///
     /// # Errors
-    /// The device's, such as a lack of memory.
+    /// Errors of the device, such as a lack of memory.
     pub fn measure(
         &self,
         field: &RadianceField,
@@ -74,7 +74,7 @@ impl HeldOutPixels {
         Ok(self.error(&rendered, truth))
     }
 
-    /// The first of the pixels, at most `most` in all and as many of each frame.
+    /// The first of the pixels, at most `most` in all and the same number of each frame.
     pub fn fewer(&self, most: usize) -> Self {
         let each = most / self.frames.len().max(1);
         let of_frame = |(frame, pixels): &(usize, Vec<usize>)| {

@@ -1,4 +1,4 @@
-//! What a training step brings down.
+//! The loss of a training step.
 
 use std::sync::Arc;
 
@@ -11,28 +11,28 @@ use super::batch::Batch;
 
 /// Weight of the mean distance (in sides of the volume) between samples and the measured surface.
 const DEPTH_WEIGHT: f64 = 1.0;
-/// Share of a side that light which passes the measured surface counts as.
+/// Light that passes the measured surface counts as if it was off by this share of a side.
 const PASSING: f64 = 0.02;
 /// Weight of the distortion (in sides of the volume) of rays of unknown depth.
 const DISTORTION_WEIGHT: f64 = 0.02;
 /// Weight of the bend of surfaces of unknown depth.
 const SMOOTHNESS_WEIGHT: f64 = 0.1;
-/// Relative bend above which more does not count much more: an edge of something.
+/// Relative bend above which the loss grows slowly: it is an edge of something.
 const EDGE_BEND: f64 = 0.1;
 /// How fast a difference of colour makes an edge likely, per unit of colour.
 const EDGE_COLOR: f32 = 20.0;
-/// Distortion and smoothness come in over so many steps: in full from the start they can collapse a
-/// field that has no shape yet.
+/// Steps over which distortion and smoothness come in: in full from the start they can collapse a field that has no
+/// shape yet.
 const RAMP_STEPS: f64 = 500.0;
 
-/// What keeps a field to the scene's geometry beside the colours of its pixels; all of it by default.
+/// The parts of the loss beside the colours of the pixels; all of them by default.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Recipe {
-    /// Rays that are not stopped see a random colour: only an opaque surface explains every one.
+    /// Rays that are not stopped see a random colour, which only an opaque surface can avoid.
     pub random_background: bool,
     /// The samples that stop a ray lie together (mip-NeRF 360, Eq. 15).
     pub distortion: bool,
-    /// Surfaces are even where the image is: inverse z-depth is linear across the image of a plane.
+    /// Surfaces are smooth where the image is: inverse z-depth is linear across the image of a plane.
     pub smoothness: bool,
     /// Each frame has its own exposure and white balance.
     pub exposure: bool,
@@ -50,7 +50,7 @@ impl Default for Recipe {
 }
 
 impl Recipe {
-    /// The whole, and the whole without one of its parts each, by name.
+    /// All parts, and all but one each, by name.
     pub fn ablations() -> [(&'static str, Self); 5] {
         let all = Self::default();
         let without = |part: fn(&mut Self) -> &mut bool| {
@@ -77,9 +77,9 @@ pub struct Objective<'a> {
     pub field: &'a RadianceField,
     /// The frames' exposures.
     pub exposure: &'a Exposure,
-    /// What counts.
+    /// The parts that count.
     pub recipe: Recipe,
-    /// Whether there are depth images, which tell of everything a camera sees.
+    /// Whether there are depth images, which cover everything that a camera sees.
     pub depth_images: bool,
     /// Steps so far.
     pub steps: u64,
@@ -88,10 +88,10 @@ pub struct Objective<'a> {
 }
 
 impl Objective<'_> {
-    /// The loss of a batch along its samples, in memory for one number each.
+    /// The loss of a batch along its samples; `gaps` is memory for one number per sample.
     ///
     /// # Errors
-    /// The device's, such as a lack of memory.
+    /// Errors of the device, such as a lack of memory.
     pub fn loss(&self, batch: &Batch, samples: Samples, mut gaps: Vec<f32>) -> Result<Tensor> {
         let side = self.field.volume().side;
         gaps.clear();
@@ -148,7 +148,7 @@ impl Objective<'_> {
         }
     }
 
-    /// Distance between what stops the light of rays of known length and where it should stop.
+    /// Distance between the samples that stop the light of rays of known length and the measured surface.
     fn depth(&self, batch: &Batch, out: &Tensor, clear: &Tensor) -> Result<Tensor> {
         let known = batch
             .rays

@@ -1,22 +1,22 @@
-//! How large the field grows, how long it is taught, and when it has gone wrong: told by the held-out error.
+//! How large the field grows, how long it trains and when it has collapsed, all by the held-out error.
 
-/// Steps between looks at the held-out error.
+/// Steps between measurements of the held-out error.
 pub const CHECK_EVERY: u64 = 250;
-/// Learning rates fall to this share until the end.
+/// Share of the learning rates at the end.
 const FINAL_RATE: f32 = 0.1;
-/// Steps between doublings of the table, and the rise of the held-out PSNR since the last one, in dB, that
-/// the next one asks for.
+/// Fewest steps between doublings of the table, and smallest rise of the held-out PSNR since the last doubling, in dB,
+/// for the next one.
 const GROW_EVERY: u64 = 750;
 const GROWTH_GAIN: f32 = 0.25;
-/// Steps without a rise of the held-out PSNR by so many dB after which teaching comes to its end.
+/// Steps without a rise of the held-out PSNR by this many dB after which training comes to its end.
 const PATIENCE: u64 = 2000;
 const RISE: f32 = 0.1;
-/// Steps in which the learning rates come down then.
+/// Steps over which the learning rates come down then.
 const COOL_DOWN: u64 = 500;
-/// A held-out PSNR so many dB below the best is a collapse.
+/// A held-out PSNR this many dB below the best is a collapse.
 const COLLAPSE: f32 = 3.0;
 
-/// What to do after a look at the held-out error.
+/// What to do after a measurement of the held-out error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Adjustment {
     /// All is well.
@@ -34,7 +34,7 @@ pub struct Schedule {
     end: u64,
     /// Doublings that are still allowed.
     doublings: u32,
-    /// Steps and PSNR at the last doubling, or at the first look.
+    /// Steps and PSNR at the last doubling, or at the first measurement.
     grown: Option<(u64, f32)>,
     /// The best PSNR, and the steps at the last rise that counts.
     best: Option<(u64, f32)>,
@@ -54,7 +54,7 @@ impl Schedule {
         }
     }
 
-    /// What the held-out PSNR in dB says after so many steps.
+    /// The adjustment that follows from the held-out PSNR, in dB, after this number of steps.
     pub fn judge(&mut self, steps: u64, psnr: f32) -> Adjustment {
         let (risen_at, best) = *self.best.get_or_insert((steps, psnr));
         if psnr.is_nan() || psnr < best - COLLAPSE {
@@ -89,7 +89,7 @@ impl Schedule {
         }
     }
 
-    /// Whether teaching has come to its end.
+    /// Whether training has ended.
     pub fn is_over(&self, steps: u64) -> bool {
         steps >= self.end || self.cooling.is_some_and(|(from, _)| steps >= from + COOL_DOWN)
     }
@@ -99,7 +99,7 @@ impl Schedule {
 mod tests {
     use super::*;
 
-    /// Adjustments other than to go on, with their steps, over a course of PSNRs.
+    /// All adjustments but `GoOn`, with their steps, over a course of PSNRs; at last the steps at the end.
     fn course(schedule: &mut Schedule, psnr: impl Fn(u64) -> f32) -> Vec<(u64, Adjustment)> {
         let mut adjustments = Vec::new();
         let mut steps = CHECK_EVERY;
@@ -115,30 +115,23 @@ mod tests {
     }
 
     #[test]
-    fn it_grows_while_the_error_falls_and_ends_when_it_no_longer_does() {
+    fn it_grows_while_the_error_falls_and_ends_when_it_no_longer_does_or_no_longer_may() {
         let mut schedule = Schedule::new(10_000, 5);
         let adjustments = course(&mut schedule, |steps| 20.0 + (steps.min(2000) as f32) / 500.0);
         let grown = [1000, 1750, 2500].map(|steps| (steps, Adjustment::Grow));
-        assert_eq!(adjustments[..3], grown, "{adjustments:?}");
-        assert_eq!(adjustments[3..], [(4500, Adjustment::GoOn)]);
+        assert_eq!(adjustments, [&grown[..], &[(4500, Adjustment::GoOn)]].concat());
         assert!((schedule.rate(4500) - FINAL_RATE).abs() < 1e-4);
-    }
-
-    #[test]
-    fn a_steady_rise_is_taught_to_the_end_and_grows_no_more_than_allowed() {
-        let mut schedule = Schedule::new(6000, 2);
-        let adjustments = course(&mut schedule, |steps| steps as f32 / 1000.0);
-        assert_eq!(adjustments.len(), 3);
-        assert_eq!(adjustments[2], (6000, Adjustment::GoOn));
+        let steady = course(&mut Schedule::new(6000, 2), |steps| steps as f32 / 1000.0);
+        assert_eq!((steady.len(), steady[2]), (3, (6000, Adjustment::GoOn)));
     }
 
     #[test]
     fn a_collapse_is_undone_and_noise_is_not() {
         let mut schedule = Schedule::new(10_000, 0);
-        assert_eq!(schedule.judge(250, 24.0), Adjustment::GoOn);
-        assert_eq!(schedule.judge(500, 23.0), Adjustment::GoOn);
-        assert_eq!(schedule.judge(750, 17.0), Adjustment::Undo);
-        assert_eq!(schedule.judge(1000, f32::NAN), Adjustment::Undo);
-        assert_eq!(schedule.judge(1250, 25.0), Adjustment::GoOn);
+        let psnr = [24.0, 23.0, 17.0, f32::NAN, 25.0];
+        let adjustments = [250, 500, 750, 1000, 1250].into_iter().zip(psnr);
+        let adjustments = adjustments.map(|(steps, psnr)| schedule.judge(steps, psnr));
+        let (go_on, undo) = (Adjustment::GoOn, Adjustment::Undo);
+        assert!(adjustments.eq([go_on, go_on, undo, undo, go_on]));
     }
 }

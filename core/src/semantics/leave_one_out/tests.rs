@@ -5,9 +5,11 @@ use std::sync::atomic::AtomicBool;
 use rand::{Rng, SeedableRng, rngs::SmallRng};
 
 use super::*;
-use crate::labels::{History, LabelSet, rasterise};
+use crate::labels::testing::{Click, clicked};
+use crate::labels::{LabelSet, rasterise};
 use crate::scene::testing::wall;
 use crate::semantics::LabelPropagation;
+use crate::semantics::testing::{propagated, surface};
 
 /// The classes that labels spread from.
 fn sources(propagation: &LabelPropagation, scene: &Scene) -> BTreeSet<ClassId> {
@@ -29,18 +31,12 @@ fn naively(
     anew.set_labels(scene, &others);
     let camera = &scene.frames[stroke.frame].camera;
     let visible = rasterise(labels, stroke.frame, camera.width, camera.height);
-    let own: Vec<u32> = visible
-        .iter()
-        .filter(|(_, (_, top))| *top == id)
-        .map(|(&pixel, _)| pixel)
-        .collect();
+    let own = visible.iter().filter(|(_, (_, top))| *top == id);
+    let own: Vec<u32> = own.map(|(&pixel, _)| pixel).collect();
     let nodes = propagation.surface().nodes_at(stroke.frame, &own);
-    let said = |node: Option<u32>| node.map(|node| anew.posterior().labels[node as usize]);
-    let said: Vec<ClassId> = nodes
-        .into_iter()
-        .filter_map(said)
-        .filter(|&c| c != VOID)
-        .collect();
+    let said = nodes.into_iter().flatten();
+    let said = said.map(|node| anew.posterior().labels[node as usize]);
+    let said: Vec<ClassId> = said.filter(|&class| class != VOID).collect();
     // Its class is in no other label.
     let known = sources(&anew, scene).contains(&stroke.class);
     if said.is_empty() || !known || stroke.class == VOID {
@@ -59,14 +55,11 @@ fn naively(
 #[test]
 fn strokes_are_checked_as_if_the_others_were_spread_without_them() {
     let scene = Arc::new(wall(5, 64, 48));
-    let surface = Arc::new(Surface::build(&scene, &[], 5.0).unwrap());
+    let surface = surface(&scene);
     let mut rng = SmallRng::seed_from_u64(3);
     let (mut contradicted, mut checked) = (0, 0);
     for _ in 0..12 {
-        let mut history = History::default();
-        for name in ["dark", "bright", "rest"] {
-            history.add_class(name);
-        }
+        let mut history = clicked(&["dark", "bright", "rest"], &[]);
         let point = |rng: &mut SmallRng| [rng.random_range(4..60), rng.random_range(4..44)];
         for _ in 0..rng.random_range(2..14) {
             // Near each other and wide, so that they cover each other's pixels and voxels.
@@ -112,25 +105,16 @@ fn strokes_are_checked_as_if_the_others_were_spread_without_them() {
 #[test]
 fn a_stroke_alone_in_its_class_is_not_checked_and_a_wrong_one_is_found() {
     let scene = Arc::new(wall(5, 64, 48));
-    let surface = Arc::new(Surface::build(&scene, &[], 5.0).unwrap());
-    let mut history = History::default();
-    for name in ["dark", "bright", "lamp"] {
-        history.add_class(name);
-    }
-    let mut clicks = vec![
+    let mut clicks: Vec<Click> = vec![
         (0, 1, [8, 10]),
         (0, 1, [10, 30]),
         (4, 2, [55, 30]),
         (4, 2, [52, 26]),
         (4, 3, [50, 6]),
     ];
-    let check = |clicks: &[(usize, ClassId, [u32; 2])]| {
-        let mut history = history.clone();
-        for &(frame, class, pixel) in clicks {
-            history.add_stroke(Stroke::click(frame, class, pixel));
-        }
-        let mut propagation = LabelPropagation::new(Arc::clone(&surface));
-        propagation.set_labels(&scene, history.labels());
+    let check = |clicks: &[Click]| {
+        let history = clicked(&["dark", "bright", "lamp"], clicks);
+        let propagation = propagated(&scene, history.labels());
         let validation = propagation.cross_validation(&scene);
         assert_eq!(validation.clone().run(&AtomicBool::new(true)), None);
         validation.run(&AtomicBool::new(false)).unwrap()

@@ -2,9 +2,10 @@
 
 use std::sync::Arc;
 
-use super::{Worker, WorkerError, timed};
+use super::Worker;
 use crate::semantics::{LabelPropagation, Surface, SurfaceImport};
 use crate::session::importing::Importing;
+use crate::session::serve::{WorkerError, timed};
 
 impl Worker<'_> {
     /// Has both heads follow the new labels.

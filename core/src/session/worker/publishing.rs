@@ -3,9 +3,10 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::{Worker, WorkerError};
+use super::Worker;
 use crate::guide::suggest;
 use crate::session::Event;
+use crate::session::serve::WorkerError;
 
 /// How long maps are published between two looks at the commands.
 const PUBLISH_SLICE: Duration = Duration::from_millis(15);

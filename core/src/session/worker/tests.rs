@@ -1,10 +1,10 @@
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use super::*;
-use crate::field::Preset;
+use crate::scene::DepthMap;
 use crate::scene::testing::wall;
-use crate::scene::{DepthMap, OpenOptions, SceneSource};
 use crate::session::Size;
+use crate::session::tests::options;
 
 /// A wall whose upper half has no depth: there is something to find out.
 fn half_measured() -> Scene {
@@ -16,19 +16,10 @@ fn half_measured() -> Scene {
     scene
 }
 
-/// What the worker needs, with nobody listening.
-fn outbox_and_options() -> (Outbox, SessionOptions) {
+/// An outbox that nobody reads.
+fn outbox() -> Outbox {
     let (sender, _) = crossbeam_channel::unbounded();
-    let options = SessionOptions {
-        source: SceneSource::Demo,
-        open: OpenOptions::default(),
-        preset: Preset::Fast,
-        threads: 2,
-        seed: 1,
-        state: None,
-        size: Size::default(),
-    };
-    (Outbox::new(sender, Arc::default(), Box::new(|| {})), options)
+    Outbox::new(sender, Arc::default(), Box::new(|| {}))
 }
 
 fn surface(worker: &Worker<'_>) -> Option<*const crate::semantics::Surface> {
@@ -47,7 +38,7 @@ fn advance_until(worker: &mut Worker<'_>, is_it: impl Fn(&Worker<'_>) -> bool) {
 #[test]
 fn a_surface_that_becomes_ready_during_a_pause_waits_for_its_end() {
     let scene = Arc::new(half_measured());
-    let (outbox, options) = outbox_and_options();
+    let (outbox, options) = (outbox(), options());
     let mut worker = Worker::new(Arc::clone(&scene), &options, &outbox).unwrap();
     advance_until(&mut worker, |worker| worker.propagation.is_some());
     let first = surface(&worker);
@@ -65,7 +56,7 @@ fn a_surface_that_becomes_ready_during_a_pause_waits_for_its_end() {
 
 #[test]
 fn a_field_that_has_seen_next_to_nothing_does_not_fill_holes_of_measured_depth() {
-    let (outbox, options) = outbox_and_options();
+    let (outbox, options) = (outbox(), options());
     let mut worker = Worker::new(Arc::new(half_measured()), &options, &outbox).unwrap();
     advance_until(&mut worker, |worker| worker.propagation.is_some());
     worker.handle(Command::Settle).unwrap();
@@ -76,7 +67,7 @@ fn a_field_that_has_seen_next_to_nothing_does_not_fill_holes_of_measured_depth()
 fn a_session_of_another_size_has_another_field_and_another_surface() {
     let scene = Arc::new(wall(3, 64, 48));
     let sizes = |field, surface| {
-        let (outbox, mut options) = outbox_and_options();
+        let (outbox, mut options) = (outbox(), options());
         options.size = Size { field, surface };
         let mut worker = Worker::new(Arc::clone(&scene), &options, &outbox).unwrap();
         advance_until(&mut worker, |worker| worker.propagation.is_some());

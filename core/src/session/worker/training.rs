@@ -2,7 +2,8 @@
 
 use std::time::Instant;
 
-use super::{Worker, WorkerError, timed};
+use super::Worker;
+use crate::session::serve::{WorkerError, timed};
 
 impl Worker<'_> {
     /// A slice of training; `false` when there is nothing to train.

@@ -6,17 +6,17 @@ use std::sync::Arc;
 
 use crossbeam_channel::Receiver;
 
-use super::{Worker, WorkerError};
+use super::opening::open;
+use super::outbox::Outbox;
+use super::reference::ReferenceWorker;
+use super::serve::{WorkerError, serve};
+use super::worker::Worker;
+use super::{Command, Event, SessionOptions};
 use crate::field::Preset;
 use crate::scene::Scene;
-use crate::session::opening::open;
-use crate::session::outbox::Outbox;
-use crate::session::reference::ReferenceWorker;
-use crate::session::serve::serve;
-use crate::session::{Command, Event, SessionOptions};
 
 /// Runs until a command says stop, on `scene` or else on the options' source; errors, panics and the end become events.
-pub(in crate::session) fn run(
+pub(super) fn run(
     options: SessionOptions,
     scene: Option<Arc<Scene>>,
     commands: &Receiver<Command>,

@@ -1,0 +1,30 @@
+//! Labels for the core's own tests.
+
+use super::{ClassId, History, ImportedLabels, ImportedMap, LabelImages, Pixel, Stroke, Trust};
+
+/// A click on a frame.
+pub type Click = (usize, ClassId, Pixel);
+
+/// A history of classes 1, 2, ... with these names, and clicks.
+pub fn clicked(names: &[&str], clicks: &[Click]) -> History {
+    let mut history = History::default();
+    for name in names {
+        history.add_class(name);
+    }
+    for &(frame, class, pixel) in clicks {
+        history.add_stroke(Stroke::click(frame, class, pixel));
+    }
+    history
+}
+
+/// Imports images that give every pixel of the first three frames, of 64 x 48 pixels, the same class.
+pub fn import_plain(history: &mut History, class: ClassId, trust: Trust) {
+    let maps = (0..3)
+        .map(|frame| ImportedMap::new(frame, &[class; 64 * 48]))
+        .collect();
+    history.import(LabelImages {
+        labels: ImportedLabels { maps, trust },
+        classes: Vec::new(),
+        unmatched: 0,
+    });
+}

@@ -1,0 +1,47 @@
+//! Small surfaces with labels for the core's own tests.
+
+use std::sync::Arc;
+
+use glam::Vec3;
+
+use super::{LabelPropagation, Node, Surface, SurfaceGraph};
+use crate::labels::LabelSet;
+use crate::scene::Scene;
+
+/// A grey node that one pixel shows, facing along z, with voxels of 5 cm.
+pub fn node(position: Vec3) -> Node {
+    Node {
+        position,
+        color: Vec3::splat(0.5),
+        normal: Vec3::Z,
+        pixels: 1.0,
+        voxel: 0.05,
+    }
+}
+
+/// Nodes at one place, joined by edges of these costs.
+pub fn joined(nodes: usize, edges: &[(u32, u32, f32)]) -> SurfaceGraph {
+    SurfaceGraph::from_edges(vec![node(Vec3::ZERO); nodes], edges)
+}
+
+/// A surface of these nodes without edges that no frame shows.
+pub fn loose(nodes: Vec<Node>, voxel: f32) -> Surface {
+    Surface {
+        graph: SurfaceGraph::from_edges(nodes, &[]),
+        pixels: Vec::new(),
+        others: None,
+        voxel,
+    }
+}
+
+/// The surface of a scene in a box of 5 m.
+pub fn surface(scene: &Scene) -> Arc<Surface> {
+    Arc::new(Surface::build(scene, &[], 5.0).unwrap())
+}
+
+/// Labels propagated over the surface of a scene.
+pub fn propagated(scene: &Scene, labels: &LabelSet) -> LabelPropagation {
+    let mut propagation = LabelPropagation::new(surface(scene));
+    propagation.set_labels(scene, labels);
+    propagation
+}
