@@ -171,43 +171,29 @@ pub fn strokes_json(labels: &LabelSet, frames: &[Frame]) -> String {
 mod tests {
     use super::*;
     use crate::labels::{erase, rasterise};
-    use crate::scene::testing::wall;
-    use crate::scene::{Distortion, Lens};
+    use crate::scene::testing::{bend, wall};
 
     /// The wall as an image of a barrel lens.
     fn bent() -> Scene {
         let mut scene = wall(1, 64, 48);
-        let frame = &mut scene.frames[0];
-        let lens = Lens {
-            image: frame.camera,
-            distortion: Distortion {
-                k1: -0.05,
-                ..Distortion::default()
-            },
-        };
-        frame.camera = lens.pinhole().unwrap();
-        frame.lens = Some(lens);
+        bend(&mut scene.frames[0], -0.05);
         scene
+    }
+
+    /// A file with two classes and a stroke on the only frame.
+    fn file(points: &[Pixel]) -> serde_json::Value {
+        serde_json::json!({
+            "classes": [Class::new(1, "wall"), Class::new(2, "floor")],
+            "strokes": [{ "frame": "rgb_0", "class": 1, "points": points, "radius": 0 }],
+        })
     }
 
     #[test]
     fn strokes_on_bent_images_are_moved_to_the_frame_and_back() {
         let scene = bent();
         let frame = &scene.frames[0];
-        let root = tempfile::tempdir().unwrap();
-        let path = root.path().join("strokes.json");
         let points = [[0, 0], [63, 0], [60, 40]];
-        let file = StrokesFile {
-            classes: vec![Class::new(1, "wall")],
-            strokes: vec![StrokeRecord {
-                frame: "rgb_0".to_owned(),
-                class: 1,
-                points: points.to_vec(),
-                radius: 0,
-            }],
-        };
-        std::fs::write(&path, serde_json::to_string(&file).unwrap()).unwrap();
-        let labels = read_strokes(&path, &scene).unwrap();
+        let labels = parse_strokes(&file(&points).to_string(), &scene).unwrap();
         let line = &labels.strokes[&StrokeId(1)].lines[0];
         assert_eq!(line.first().copied(), frame.of_image(points[0]));
         assert_eq!(line.last().copied(), frame.of_image(points[2]));
@@ -227,6 +213,31 @@ mod tests {
     }
 
     #[test]
+    fn strokes_that_cannot_be_used_are_named_with_the_reason() {
+        let scene = bent();
+        assert!(
+            scene.frames[0].camera.width > 64,
+            "the size of the image on disk counts"
+        );
+        assert!(parse_strokes(&file(&[[63, 47]]).to_string(), &scene).is_ok());
+        for (pointer, value, parts) in [
+            ("/strokes/0/frame", "\"rgb_77\"", ["stroke 1", "\"rgb_77\""]),
+            ("/strokes/0/class", "999", ["stroke 1", "class 999"]),
+            ("/strokes/0/points", "[[64, 3]]", ["[64, 3]", "64x48"]),
+            ("/strokes/0/points", "[]", ["stroke 1", "no points"]),
+            ("/strokes/0/points", "[[-1, 0]]", ["-1", "line"]),
+            ("/classes/1/id", "1", ["class 1", "twice"]),
+        ] {
+            let mut file = file(&[[3, 4]]);
+            *file.pointer_mut(pointer).unwrap() = serde_json::from_str(value).unwrap();
+            let reason = parse_strokes(&file.to_string(), &scene).unwrap_err();
+            for part in parts {
+                assert!(reason.contains(part), "{pointer} = {value}: {reason}");
+            }
+        }
+    }
+
+    #[test]
     fn polygons_come_back_from_the_file_to_the_pixel() {
         let scene = wall(2, 64, 48);
         let mut labels = LabelSet::default();
@@ -237,34 +248,12 @@ mod tests {
         for (id, stroke) in (1..).zip([erased, void]) {
             labels.strokes.insert(StrokeId(id), Arc::new(stroke));
         }
-        let file = serde_json::from_str(&strokes_json(&labels, &scene.frames)).unwrap();
-        let back = parse(file, &scene).unwrap();
+        let back = parse_strokes(&strokes_json(&labels, &scene.frames), &scene).unwrap();
         let classes = |labels: &LabelSet| -> Vec<(u32, ClassId)> {
             let pixels = rasterise(labels, 1, 64, 48).into_iter();
             pixels.map(|(pixel, (class, _))| (pixel, class)).collect()
         };
         assert_eq!(classes(&back), classes(&labels));
         assert!(classes(&back).len() > 500);
-    }
-
-    #[test]
-    fn a_point_is_outside_when_it_is_outside_the_image_on_disk() {
-        let scene = bent();
-        assert!(scene.frames[0].camera.width > 64);
-        let file = |point: Pixel| StrokesFile {
-            classes: vec![Class::new(1, "wall")],
-            strokes: vec![StrokeRecord {
-                frame: "rgb_0".to_owned(),
-                class: 1,
-                points: vec![point],
-                radius: 0,
-            }],
-        };
-        assert!(parse(file([63, 47]), &scene).is_ok());
-        let refused = parse(file([64, 3]), &scene).unwrap_err().to_string();
-        assert!(
-            refused.contains("[64, 3]") && refused.contains("64x48"),
-            "{refused}"
-        );
     }
 }

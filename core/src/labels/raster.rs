@@ -246,12 +246,8 @@ mod tests {
     }
 
     #[test]
-    fn a_click_of_radius_zero_is_one_pixel() {
+    fn a_click_is_a_disc_that_is_cut_at_the_image_border() {
         assert_eq!(pixels_of(&Stroke::click(0, 1, [3, 2]), 10, 5), [23]);
-    }
-
-    #[test]
-    fn a_brush_is_a_disc_and_is_cut_at_the_image_border() {
         assert_eq!(pixels_of(&line(1, &[[0, 0]]), 10, 5), [0, 1, 10]);
         assert_eq!(pixels_of(&line(2, &[[5, 2]]), 10, 5).len(), 13);
     }

@@ -220,6 +220,11 @@ mod tests {
         assert_eq!(camera.fx, 160.0);
         let (x, y) = camera.project(camera.pixel_direction(12, 200) * 3.5).unwrap();
         assert!((x - 12.5).abs() < 1e-4 && (y - 200.5).abs() < 1e-4);
+        assert_eq!(
+            camera.project(Vec3::new(0.0, 0.0, -1.0)),
+            None,
+            "behind the camera"
+        );
     }
 
     #[test]
@@ -234,12 +239,6 @@ mod tests {
         assert!(camera.resized(213, 160).is_some());
         assert_eq!(camera.resized(1296, 968), None);
         assert_eq!(camera.resized(480, 640), None);
-    }
-
-    #[test]
-    fn a_point_behind_the_camera_has_no_image() {
-        let camera = Camera::with_horizontal_fov(320, 240, 90.0);
-        assert_eq!(camera.project(Vec3::new(0.0, 0.0, -1.0)), None);
     }
 
     #[test]

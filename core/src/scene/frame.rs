@@ -413,18 +413,10 @@ mod tests {
 
     #[test]
     fn a_point_at_a_pixels_ray_length_projects_to_the_pixel() {
-        let frame = Frame {
-            stem: "a".into(),
-            path: PathBuf::new(),
-            camera: Camera::with_horizontal_fov(320, 240, 90.0),
-            camera_to_world: Affine3A::from_rotation_translation(
-                glam::Quat::from_rotation_y(0.7),
-                Vec3::new(1.0, -2.0, 0.5),
-            ),
-            pixels: FramePixels::new(ColorImage::black(320, 240), None),
-            points: Vec::new(),
-            lens: None,
-        };
+        let camera = Camera::with_horizontal_fov(320, 240, 90.0);
+        let mut frame = crate::scene::testing::frame("a", camera, vec![0; 3 * 320 * 240], None);
+        let turn = glam::Quat::from_rotation_y(0.7);
+        frame.camera_to_world = Affine3A::from_rotation_translation(turn, Vec3::new(1.0, -2.0, 0.5));
         let index = 77 * 320 + 41;
         let point = frame.center() + 2.5 * frame.ray_direction(index);
         let (x, y, length) = frame.project(point).unwrap();

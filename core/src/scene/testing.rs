@@ -1,10 +1,43 @@
-//! A small capture for the core's own tests.
+//! Small scenes and captures for the core's own tests.
 
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use glam::{Affine3A, DVec3, Vec3};
+use tempfile::TempDir;
 
-use super::{Camera, ColorImage, DepthMap, Frame, FramePixels, OpenOptions, Scene, SceneError, SceneSource};
+use super::{
+    Camera, ColorImage, DepthMap, Distortion, Frame, FramePixels, Lens, OpenOptions, Scene, SceneError,
+    SceneSource,
+};
+
+/// A scene of these frames that was read from nowhere.
+pub fn scene(frames: Vec<Frame>) -> Scene {
+    Scene {
+        source: SceneSource::Demo,
+        format: "test",
+        frames,
+        origin: DVec3::ZERO,
+        unit: 1.0,
+        point_errors: None,
+        warnings: Vec::new(),
+        notes: Vec::new(),
+    }
+}
+
+/// A frame at the origin without a file, with these colours (row-major, three bytes a pixel) and this depth.
+pub fn frame(stem: &str, camera: Camera, rgb: Vec<u8>, depth: Option<DepthMap>) -> Frame {
+    let color = ColorImage::new(camera.width, camera.height, rgb).unwrap();
+    Frame {
+        stem: stem.to_owned(),
+        path: PathBuf::new(),
+        camera,
+        camera_to_world: Affine3A::IDENTITY,
+        pixels: FramePixels::new(color, depth),
+        points: Vec::new(),
+        lens: None,
+    }
+}
 
 /// A wall two metres away, dark where x < 0 and bright elsewhere, seen by cameras side by side, the
 /// first at x = -0.2 m and the last at x = 0.2 m, with depth and a horizontal field of view of 90 degrees.
@@ -19,30 +52,27 @@ pub fn wall(frames: usize, width: u32, height: u32) -> Scene {
                 let bright = x + 2.0 * direction.x > 0.0;
                 rgb.extend([if bright { 220 } else { 40 }; 3]);
             }
-            Frame {
-                stem: format!("rgb_{number}"),
-                path: PathBuf::new(),
-                camera,
-                camera_to_world: Affine3A::from_translation(Vec3::new(x, 0.0, 0.0)),
-                pixels: FramePixels::new(
-                    ColorImage::new(width, height, rgb).unwrap(),
-                    Some(DepthMap::from_z_depths(&camera, vec![2.0; camera.pixels()])),
-                ),
-                points: Vec::new(),
-                lens: None,
-            }
+            let depth = DepthMap::from_z_depths(&camera, vec![2.0; camera.pixels()]);
+            let mut frame = frame(&format!("rgb_{number}"), camera, rgb, Some(depth));
+            frame.camera_to_world = Affine3A::from_translation(Vec3::new(x, 0.0, 0.0));
+            frame
         })
         .collect();
-    Scene {
-        source: SceneSource::Demo,
-        format: "test",
-        frames,
-        origin: DVec3::ZERO,
-        unit: 1.0,
-        point_errors: None,
-        warnings: Vec::new(),
-        notes: Vec::new(),
-    }
+    scene(frames)
+}
+
+/// Makes a frame one of a lens with this radial distortion: its camera becomes that of the straightened image.
+pub fn bend(frame: &mut Frame, k1: f64) {
+    let distortion = Distortion {
+        k1,
+        ..Distortion::default()
+    };
+    let lens = Lens {
+        image: frame.camera,
+        distortion,
+    };
+    frame.camera = lens.pinhole().unwrap();
+    frame.lens = Some(lens);
 }
 
 /// Hides pixels of a frame, by row-major index.
@@ -51,57 +81,179 @@ pub fn hide(frame: &mut Frame, is_hidden: impl Fn(usize) -> bool) {
     frame.set_color(color.hiding(is_hidden));
 }
 
-/// To open captures without their depth.
-pub const WITHOUT_DEPTH: OpenOptions = OpenOptions {
-    depth: false,
-    outside_files: false,
-    image_bytes: u64::MAX,
-};
-
 /// Opens a folder as the program would.
 pub fn open(folder: &Path) -> Result<Scene, SceneError> {
-    let source = SceneSource::Folder(folder.to_path_buf());
-    Scene::open(&source, OpenOptions::default(), &|_, _| {})
+    open_with(folder, OpenOptions::default())
 }
 
-/// Opens a folder as the program would with `--outside-files`.
-pub fn open_with_outside_files(folder: &Path) -> Result<Scene, SceneError> {
+/// Opens a folder with other options.
+pub fn open_with(folder: &Path, options: OpenOptions) -> Result<Scene, SceneError> {
+    Scene::open(&SceneSource::Folder(folder.to_path_buf()), options, &|_, _| {})
+}
+
+/// Opens a folder that must be usable without a warning.
+#[track_caller]
+pub fn opened(folder: &Path) -> Scene {
+    let scene = open(folder).unwrap();
+    assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+    scene
+}
+
+/// Opens a folder as the program would with `--no-depth`; there must be no warning.
+#[track_caller]
+pub fn opened_without_depth(folder: &Path) -> Scene {
+    let options = OpenOptions {
+        depth: false,
+        ..OpenOptions::default()
+    };
+    let scene = open_with(folder, options).unwrap();
+    assert!(
+        !scene.has_depth() && scene.warnings.is_empty(),
+        "{:?}",
+        scene.warnings
+    );
+    scene
+}
+
+/// Asserts that a folder is refused with all of these words and the advice to allow files outside of it, and that
+/// `frames` frames are read where they are allowed, which come back.
+#[track_caller]
+pub fn assert_outside(folder: &Path, words: &[&str], frames: usize) -> Scene {
+    assert_refused(folder, &[words, &["--outside-files"]].concat());
     let options = OpenOptions {
         outside_files: true,
         ..OpenOptions::default()
     };
-    Scene::open(&SceneSource::Folder(folder.to_path_buf()), options, &|_, _| {})
+    let scene = open_with(folder, options).unwrap();
+    assert_eq!(scene.frames.len(), frames, "{:?}", scene.warnings);
+    scene
 }
 
 /// Moves a file out of the capture in `folder` and leaves a link in its place; holds the folder that has it now.
 #[cfg(unix)]
-pub fn move_out(folder: &Path, name: &str) -> tempfile::TempDir {
+pub fn move_out(folder: &Path, name: &str) -> TempDir {
     let outside = tempfile::tempdir().unwrap();
     let (place, moved) = (folder.join(name), outside.path().join("moved"));
-    std::fs::copy(&place, &moved).unwrap();
-    std::fs::remove_file(&place).unwrap();
+    fs::copy(&place, &moved).unwrap();
+    fs::remove_file(&place).unwrap();
     std::os::unix::fs::symlink(&moved, &place).unwrap();
     outside
 }
 
-/// Asserts that a folder is refused with a message that holds all of these.
+/// Asserts that a folder is refused with one sentence that holds all of these.
 #[track_caller]
-pub fn assert_refused(folder: &Path, parts: &[&str]) {
-    let message = open(folder).unwrap_err().to_string();
-    for part in parts {
-        assert!(message.contains(part), "\"{part}\" is not in: {message}");
-    }
+pub fn assert_refused(folder: &Path, words: &[&str]) {
+    assert_eq!(opening_problem(folder, None, words), None);
 }
 
 /// Asserts that so many frames of a folder are read with one warning that holds all of these.
 #[track_caller]
-pub fn assert_warned(folder: &Path, frames: usize, parts: &[&str]) {
-    let scene = open(folder).unwrap();
-    assert_eq!(scene.frames.len(), frames);
-    assert_eq!(scene.warnings.len(), 1, "{:?}", scene.warnings);
-    for part in parts {
-        assert!(scene.warnings[0].contains(part), "{:?}", scene.warnings);
+pub fn assert_warned(folder: &Path, frames: usize, words: &[&str]) {
+    assert_eq!(opening_problem(folder, Some(frames), words), None);
+}
+
+/// What is wrong, if anything, with what opening a folder says: a sentence with all of these words, by which it is
+/// refused, or the only warning where so many frames are to be read.
+fn opening_problem(folder: &Path, frames: Option<usize>, words: &[&str]) -> Option<String> {
+    let sentence = match (open(folder), frames) {
+        (Err(error), None) => error.to_string(),
+        (Ok(scene), Some(frames)) if scene.frames.len() == frames && scene.warnings.len() == 1 => {
+            scene.warnings[0].clone()
+        }
+        (Ok(scene), _) => return Some(format!("{} frames, {:?}", scene.frames.len(), scene.warnings)),
+        (Err(error), Some(_)) => return Some(format!("is refused: {error}")),
+    };
+    if sentence.contains('\n') {
+        return Some(format!("several lines: {sentence}"));
     }
+    let missing = words.iter().find(|word| !sentence.contains(**word))?;
+    Some(format!("{missing:?} is not in: {sentence}"))
+}
+
+/// Checks what opening a capture says after each of several changes, a line each: `change | outcome | words`.
+///
+/// The outcome is `refused`, or the number of frames that are read with one warning. All the words, separated by
+/// ` & `, are in that sentence. Each line gets a capture of its own, which `change` alters as its first column says:
+/// [`change_files`] where nothing else is needed.
+#[track_caller]
+pub fn check_changes(capture: fn() -> (TempDir, PathBuf), change: fn(&Path, &str), table: &str) {
+    let problem = |line: &str| {
+        let columns: Vec<&str> = line.split(" | ").map(str::trim).collect();
+        let [changes, outcome, words] = columns[..] else {
+            panic!("three columns: {line}");
+        };
+        let frames = (outcome != "refused").then(|| outcome.parse().unwrap());
+        let (_root, folder) = capture();
+        change(&folder, changes);
+        let words: Vec<&str> = words.split(" & ").collect();
+        let problem = opening_problem(&folder, frames, &words)?;
+        Some(format!("{changes}: {problem}"))
+    };
+    let problems: Vec<String> = table.trim().lines().filter_map(problem).collect();
+    assert!(problems.is_empty(), "{}", problems.join("\n"));
+}
+
+/// Changes files of a capture as a line of [`check_changes`] says, by steps with `; ` between them:
+///
+/// - `FILE = TEXT` and `FILE:LINE = TEXT` write a file or one of its lines, from 1; `\n` ends a line
+/// - `remove FILE` (or a folder), `halve FILE`, and `spoil FILE` by bytes that are neither text nor an image
+/// - `rgb8 FILE WIDTHxHEIGHT`, and so `gray8` and `gray16`: a black image
+///
+/// A FILE with `{a,b}` in it is two files.
+pub fn change_files(folder: &Path, steps: &str) {
+    for step in steps.split("; ") {
+        if let Some((file, text)) = step.split_once(" =") {
+            let text = text.trim().replace("\\n", "\n");
+            for file in expanded(file) {
+                match file.split_once(':') {
+                    Some((file, line)) => set_line(&folder.join(file), line.parse().unwrap(), &text),
+                    None => fs::write(folder.join(file), &text).unwrap(),
+                }
+            }
+            continue;
+        }
+        let words: Vec<&str> = step.split(' ').collect();
+        for file in expanded(words[1]) {
+            let path = folder.join(file);
+            let save = |kind| {
+                let (width, height) = words[2].split_once('x').unwrap();
+                let image = image::DynamicImage::new(width.parse().unwrap(), height.parse().unwrap(), kind);
+                image.save(&path).unwrap();
+            };
+            match words[0] {
+                "remove" if path.is_dir() => fs::remove_dir_all(&path).unwrap(),
+                "remove" => fs::remove_file(&path).unwrap(),
+                "halve" => {
+                    let bytes = fs::read(&path).unwrap();
+                    fs::write(&path, &bytes[..bytes.len() / 2]).unwrap();
+                }
+                "spoil" => fs::write(&path, [0xFF, 0xFE, 0x00]).unwrap(),
+                "rgb8" => save(image::ColorType::Rgb8),
+                "gray8" => save(image::ColorType::L8),
+                "gray16" => save(image::ColorType::L16),
+                _ => panic!("{step}"),
+            }
+        }
+    }
+}
+
+fn set_line(path: &Path, number: usize, line: &str) {
+    let text = fs::read_to_string(path).unwrap();
+    let mut lines: Vec<&str> = text.lines().collect();
+    lines[number - 1] = line;
+    fs::write(path, lines.join("\n")).unwrap();
+}
+
+/// The names that a name with `{a,b}` in it stands for.
+pub fn expanded(name: &str) -> Vec<String> {
+    let Some((before, rest)) = name.split_once('{') else {
+        return vec![name.to_owned()];
+    };
+    let (among, after) = rest.split_once('}').unwrap();
+    among
+        .split(',')
+        .map(|word| format!("{before}{word}{after}"))
+        .collect()
 }
 
 /// Writes a colour image of 8 x 6 pixels of one gray.

@@ -3,8 +3,7 @@
 use super::*;
 use crate::labels::png::{encode_labels, encode_rgb};
 use crate::labels::{History, Stroke};
-use crate::scene::testing::{hide, wall};
-use crate::scene::{Distortion, Lens};
+use crate::scene::testing::{bend, hide, wall};
 
 fn write(folder: &Path, name: &str, width: u32, labels: &[ClassId]) {
     let png = encode_labels(width, labels.len() as u32 / width, labels).unwrap();
@@ -133,20 +132,11 @@ fn a_label_image_says_neither_more_than_its_file_holds_nor_half_a_class() {
 #[test]
 fn images_of_bent_frames_are_straightened() {
     let mut scene = wall(1, 64, 48);
-    let frame = &mut scene.frames[0];
-    let lens = Lens {
-        image: frame.camera,
-        distortion: Distortion {
-            k1: -0.1,
-            ..Distortion::default()
-        },
-    };
-    frame.camera = lens.pinhole().unwrap();
-    frame.lens = Some(lens);
+    bend(&mut scene.frames[0], -0.1);
     let root = tempfile::tempdir().unwrap();
     let mut labels = vec![2; 64 * 48];
     (0..48).for_each(|y| labels[y * 64..y * 64 + 32].fill(1));
-    write(root.path(), &format!("{}.png", frame.stem), 64, &labels);
+    write(root.path(), "rgb_0.png", 64, &labels);
     let found = read(root.path(), &scene).unwrap();
     let frame = &scene.frames[0];
     let own = found.labels.maps[0].labels();

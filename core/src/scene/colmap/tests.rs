@@ -6,12 +6,15 @@ use std::fmt::Write as _;
 use std::fs;
 
 use glam::{DVec3, Vec3};
+use tempfile::TempDir;
 
 use super::*;
+use crate::scene::Distortion;
 #[cfg(unix)]
 use crate::scene::testing::move_out;
-use crate::scene::testing::{WITHOUT_DEPTH, open_with_outside_files, wall};
-use crate::scene::{Distortion, Lens, SceneSource};
+use crate::scene::testing::{
+    assert_outside, assert_refused, assert_warned, change_files, open, opened, opened_without_depth, wall,
+};
 
 const WIDTH: u32 = 32;
 const HEIGHT: u32 = 24;
@@ -166,38 +169,29 @@ impl Fixture {
     }
 }
 
-/// A capture on disk, without a model.
-fn capture(place: &str) -> (tempfile::TempDir, PathBuf) {
+/// A capture on disk with a model in the folder `place`, whose path comes back.
+fn capture<T: AsRef<[u8]>>(place: &str, model: &[(&'static str, T)]) -> (TempDir, PathBuf) {
     let root = tempfile::tempdir().unwrap();
     fs::create_dir_all(root.path().join("images")).unwrap();
-    let model = root.path().join(place);
-    fs::create_dir_all(&model).unwrap();
+    let folder = root.path().join(place);
+    fs::create_dir_all(&folder).unwrap();
     let scene = wall(3, WIDTH, HEIGHT);
     for (frame, name) in scene.frames.iter().zip(["view c.png", "b.png", "a.png"]) {
         let path = root.path().join("images").join(name);
         image::save_buffer(path, frame.color().bytes(), WIDTH, HEIGHT, image::ColorType::Rgb8).unwrap();
     }
-    (root, model)
+    write(&folder, model);
+    (root, folder)
+}
+
+/// A capture of three plain cameras.
+fn plain() -> (TempDir, PathBuf) {
+    capture("sparse/0", &Fixture::of_wall(1, Distortion::default()).binary())
 }
 
 fn write<T: AsRef<[u8]>>(model: &Path, files: &[(&'static str, T)]) {
     for (name, content) in files {
         fs::write(model.join(name), content).unwrap();
-    }
-}
-
-fn open(folder: &Path) -> Result<Scene, SceneError> {
-    let source = SceneSource::Folder(folder.to_path_buf());
-    Scene::open(&source, OpenOptions::default(), &|_, _| {})
-}
-
-/// The capture is refused in one sentence that says all of `parts`.
-#[track_caller]
-fn assert_refused(folder: &Path, parts: &[&str]) {
-    let message = open(folder).unwrap_err().to_string();
-    assert!(!message.contains('\n'), "{message}");
-    for part in parts {
-        assert!(message.contains(part), "\"{part}\" is not in: {message}");
     }
 }
 
@@ -218,14 +212,11 @@ fn frames_and_points_lie_where_the_model_says_whichever_way_it_is_written() {
             _ => distortion,
         };
         let fixture = Fixture::of_wall(model, distortion);
-        let (as_binary, place) = capture("sparse/0");
-        write(&place, &fixture.binary());
-        let (as_text, place) = capture("colmap/sparse/0");
-        write(&place, &fixture.text());
+        let (as_binary, _) = capture("sparse/0", &fixture.binary());
+        let (as_text, _) = capture("colmap/sparse/0", &fixture.text());
         for folder in [&as_binary, &as_text] {
-            let scene = open(folder.path()).unwrap();
+            let scene = opened(folder.path());
             assert_eq!(scene.format, "COLMAP");
-            assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
             let stems: Vec<&str> = scene.frames.iter().map(|frame| frame.stem.as_str()).collect();
             assert_eq!(stems, ["a", "b", "view c"]);
             let (turn, shift) = placed();
@@ -259,9 +250,8 @@ fn frames_and_points_lie_where_the_model_says_whichever_way_it_is_written() {
 #[test]
 fn a_bent_image_is_straightened_and_leads_back_to_its_own_pixels() {
     let fixture = Fixture::of_wall(4, BARREL);
-    let (root, place) = capture("sparse");
-    write(&place, &fixture.binary());
-    let scene = open(root.path()).unwrap();
+    let (root, _) = capture("sparse", &fixture.binary());
+    let scene = opened(root.path());
     let frame = &scene.frames[0];
     assert!(frame.camera.width > WIDTH && frame.camera.height > HEIGHT);
     let valid = (0..frame.camera.pixels())
@@ -283,19 +273,15 @@ fn a_bent_image_is_straightened_and_leads_back_to_its_own_pixels() {
 #[test]
 fn masks_hide_pixels_and_the_points_on_them_under_either_name() {
     let fixture = Fixture::of_wall(4, BARREL);
-    let (root, place) = capture("sparse/0");
-    write(&place, &fixture.binary());
-    let whole = open(root.path()).unwrap();
+    let (root, _) = capture("sparse/0", &fixture.binary());
+    let whole = opened(root.path());
     fs::create_dir(root.path().join("masks")).unwrap();
-    let mask: Vec<u8> = (0..WIDTH * HEIGHT)
-        .map(|index| if index % WIDTH < WIDTH / 2 { 0 } else { 255 })
-        .collect();
+    let mask = |x, _| image::Luma([if x < WIDTH / 2 { 0 } else { 255 }]);
+    let mask = image::GrayImage::from_fn(WIDTH, HEIGHT, mask);
     for name in ["a.png.png", "b.png"] {
-        let path = root.path().join("masks").join(name);
-        image::save_buffer(path, &mask, WIDTH, HEIGHT, image::ColorType::L8).unwrap();
+        mask.save(root.path().join("masks").join(name)).unwrap();
     }
-    let scene = open(root.path()).unwrap();
-    assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+    let scene = opened(root.path());
     for frame in &scene.frames[..2] {
         for index in (0..frame.camera.pixels()).filter(|&index| !whole.frames[0].is_valid(index)) {
             assert!(!frame.is_valid(index));
@@ -322,9 +308,8 @@ fn masks_hide_pixels_and_the_points_on_them_under_either_name() {
 
 #[test]
 fn the_box_is_around_the_points_and_no_depth_means_no_points() {
-    let (root, place) = capture("sparse/0");
-    write(&place, &Fixture::of_wall(1, Distortion::default()).binary());
-    let scene = open(root.path()).unwrap();
+    let (root, _) = plain();
+    let scene = opened(root.path());
     assert!(scene.frames.iter().any(|frame| !frame.points.is_empty()));
     let bounds = scene.bounds();
     for frame in &scene.frames {
@@ -333,7 +318,7 @@ fn the_box_is_around_the_points_and_no_depth_means_no_points() {
             assert!(place.cmpge(bounds.min).all() && place.cmple(bounds.max).all());
         }
     }
-    let without = Scene::open(&scene.source, WITHOUT_DEPTH, &|_, _| {}).unwrap();
+    let without = opened_without_depth(root.path());
     assert!(without.frames.iter().all(|frame| frame.points.is_empty()));
     assert_eq!(without.unit, scene.unit);
     assert!(without.bounds().size().max_element() > bounds.size().max_element());
@@ -347,8 +332,7 @@ fn points_that_few_images_agree_on_do_not_count() {
     // Seen five pixels beside its projection by the first image.
     fixture.images[0].3[4].0 += 5.0;
     fixture.points.remove(5);
-    let (root, place) = capture("sparse/0");
-    write(&place, &fixture.binary());
+    let (root, _) = capture("sparse/0", &fixture.binary());
     let points: Vec<usize> = open(root.path())
         .unwrap()
         .frames
@@ -361,8 +345,7 @@ fn points_that_few_images_agree_on_do_not_count() {
 #[test]
 fn points_that_miss_their_images_are_counted_and_warned_of() {
     let mut fixture = Fixture::of_wall(4, BARREL);
-    let (root, place) = capture("sparse/0");
-    write(&place, &fixture.binary());
+    let (root, place) = capture("sparse/0", &fixture.binary());
     let scene = open(root.path()).unwrap();
     let errors = scene.point_errors.unwrap();
     let shown: usize = scene.frames.iter().map(|frame| frame.points.len()).sum();
@@ -389,11 +372,11 @@ fn points_that_miss_their_images_are_counted_and_warned_of() {
 }
 
 #[test]
-fn without_points_the_scene_is_opened_with_a_warning() {
-    let (root, place) = capture("sparse/0");
-    write(&place, &Fixture::of_wall(1, Distortion::default()).binary()[..2]);
+fn without_points_the_scene_is_opened_with_a_warning_and_spans_two_metres() {
+    let (root, place) = plain();
+    fs::remove_file(place.join("points3D.bin")).unwrap();
+    assert_warned(root.path(), 3, &["no points"]);
     let scene = open(root.path()).unwrap();
-    assert!(scene.warnings[0].contains("no points"), "{:?}", scene.warnings);
     let centres = scene.frames.iter().map(|frame| frame.center());
     let (low, high) = (
         centres.clone().fold(Vec3::INFINITY, Vec3::min),
@@ -404,29 +387,22 @@ fn without_points_the_scene_is_opened_with_a_warning() {
 
 #[test]
 fn missing_and_unfit_images_are_left_out_and_most_are_an_error() {
-    let (root, place) = capture("sparse/0");
-    write(&place, &Fixture::of_wall(1, Distortion::default()).text());
-    let images = root.path().join("images");
-    fs::remove_file(images.join("b.png")).unwrap();
-    let scene = open(root.path()).unwrap();
-    assert_eq!(scene.frames.len(), 2);
-    assert!(scene.warnings[0].contains("\"b.png\"") && scene.warnings[0].contains("missing"));
-    image::save_buffer(images.join("b.png"), &[0; 36], 4, 3, image::ColorType::Rgb8).unwrap();
-    let scene = open(root.path()).unwrap();
-    assert!(
-        scene.warnings[0].contains("4x3 instead of 32x24"),
-        "{:?}",
-        scene.warnings
-    );
-    fs::write(images.join("b.png"), "spoilt").unwrap();
-    assert!(open(root.path()).unwrap().warnings[0].contains("cannot be read"));
-    fs::remove_dir_all(&images).unwrap();
+    let (root, _) = plain();
+    for (change, words) in [
+        ("remove images/b.png", ["\"b.png\"", "missing"]),
+        ("rgb8 images/b.png 4x3", ["\"b.png\"", "4x3 instead of 32x24"]),
+        ("spoil images/b.png", ["b.png", "cannot be read"]),
+    ] {
+        change_files(root.path(), change);
+        assert_warned(root.path(), 2, &words);
+    }
+    change_files(root.path(), "remove images");
     assert_refused(root.path(), &["images", "3 of 3", "missing", "\"a.png\""]);
 }
 
 #[test]
 fn images_in_several_folders_keep_their_names_apart() {
-    let (root, place) = capture("sparse/0");
+    let (root, place) = plain();
     let mut fixture = Fixture::of_wall(1, Distortion::default());
     for (image, side) in fixture.images.iter_mut().zip(["left", "right", "up"]) {
         let folder = root.path().join("images").join(side);
@@ -435,18 +411,14 @@ fn images_in_several_folders_keep_their_names_apart() {
         image.0 = format!("{side}/1.png");
     }
     write(&place, &fixture.binary());
-    let stems: Vec<String> = open(root.path())
-        .unwrap()
-        .frames
-        .into_iter()
-        .map(|frame| frame.stem)
-        .collect();
+    let scene = opened(root.path());
+    let stems: Vec<&str> = scene.frames.iter().map(|frame| frame.stem.as_str()).collect();
     assert_eq!(stems, ["left_1", "right_1", "up_1"]);
 }
 
 #[test]
 fn images_outside_the_folder_are_read_where_that_is_allowed() {
-    let (root, place) = capture("sparse/0");
+    let (root, place) = plain();
     let mut fixture = Fixture::of_wall(1, Distortion::default());
     let outside = tempfile::tempdir().unwrap();
     let images = root.path().join("images");
@@ -455,17 +427,13 @@ fn images_outside_the_folder_are_read_where_that_is_allowed() {
     fixture.images[2].0 = outside.path().join("a.png").to_str().unwrap().to_owned();
     fixture.images[1].0 = "../b.png".to_owned();
     write(&place, &fixture.binary());
-    let scene = open_with_outside_files(root.path()).unwrap();
-    assert_eq!(scene.frames.len(), 3, "{:?}", scene.warnings);
-    assert_refused(root.path(), &["images.bin", "--outside-files"]);
+    assert_outside(root.path(), &["images.bin"], 3);
 }
 
 #[cfg(unix)]
 #[test]
 fn links_that_leave_the_folder_are_refused_unless_that_is_allowed() {
-    let (root, place) = capture("sparse/0");
-    write(&place, &Fixture::of_wall(1, Distortion::default()).binary());
+    let (root, _) = plain();
     let _outside = move_out(root.path(), "images/b.png");
-    assert_refused(root.path(), &["images/b.png", "link", "--outside-files"]);
-    assert_eq!(open_with_outside_files(root.path()).unwrap().frames.len(), 3);
+    assert_outside(root.path(), &["images/b.png", "link"], 3);
 }

@@ -142,17 +142,6 @@ impl SeenTwice {
 }
 
 #[test]
-fn every_rendering_is_the_same() {
-    let house = Shot::default().house();
-    let light = house.light();
-    for index in [7, 40] {
-        let again = Shot::default().pixels(&house, &light, index);
-        assert_eq!(again, SCENE.frames[index].pixels().unwrap());
-    }
-    assert_eq!(clicks(), clicks());
-}
-
-#[test]
 fn clicks_tell_the_truth_sparingly_and_only_on_training_frames() {
     let clicks = clicks();
     assert_eq!(clicks.classes, classes());

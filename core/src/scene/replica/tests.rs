@@ -4,11 +4,15 @@ use std::fs;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use glam::{Affine3A, DVec3, Quat, Vec3};
+use tempfile::TempDir;
 
 use super::*;
 use crate::labels::Class;
-use crate::scene::testing::{WITHOUT_DEPTH, assert_refused, assert_warned, open};
-use crate::scene::{ColorImage, DepthMap, Frame, FramePixels, SceneSource};
+use crate::scene::testing::{
+    assert_refused, assert_warned, change_files, check_changes, frame, open, opened, opened_without_depth,
+    scene,
+};
+use crate::scene::{DepthMap, Frame, SceneSource};
 
 const WIDTH: u32 = 8;
 const HEIGHT: u32 = 6;
@@ -22,59 +26,30 @@ fn tiny_scene(frames: usize) -> Scene {
         cx: 4.125,
         cy: 2.875,
     };
-    let frame = |number: usize| {
+    let tiny_frame = |number: usize| {
         let bytes = (0..camera.pixels() * 3)
             .map(|i| (i * 7 + number * 31) as u8)
             .collect();
         let lengths: Vec<f32> = (0..camera.pixels())
             .map(|i| if i == 5 { 0.0 } else { 1.0 + 0.037 * i as f32 })
             .collect();
-        Frame {
-            stem: format!("rgb_{number}"),
-            path: PathBuf::new(),
-            camera,
-            camera_to_world: Affine3A::from_rotation_translation(
-                Quat::from_rotation_y(0.3 * number as f32),
-                Vec3::new(0.1 * number as f32, 1.0, -2.0),
-            ),
-            pixels: FramePixels::new(
-                ColorImage::new(WIDTH, HEIGHT, bytes).unwrap(),
-                Some(DepthMap::from_ray_lengths(WIDTH, &lengths)),
-            ),
-            points: Vec::new(),
-            lens: None,
-        }
+        let depth = DepthMap::from_ray_lengths(WIDTH, &lengths);
+        let mut frame = frame(&format!("rgb_{number}"), camera, bytes, Some(depth));
+        frame.camera_to_world = Affine3A::from_rotation_translation(
+            Quat::from_rotation_y(0.3 * number as f32),
+            Vec3::new(0.1 * number as f32, 1.0, -2.0),
+        );
+        frame
     };
-    Scene {
-        source: SceneSource::Demo,
-        format: "test",
-        frames: (0..frames).map(frame).collect(),
-        origin: DVec3::ZERO,
-        unit: 1.0,
-        point_errors: None,
-        warnings: Vec::new(),
-        notes: Vec::new(),
-    }
+    scene((0..frames).map(tiny_frame).collect())
 }
 
 /// A written capture of twelve frames to spoil.
-fn capture() -> (tempfile::TempDir, PathBuf) {
+fn capture() -> (TempDir, PathBuf) {
     let parent = tempfile::tempdir().unwrap();
     let folder = parent.path().join("capture");
     write(&tiny_scene(12), &folder, None).unwrap();
     (parent, folder)
-}
-
-/// Replaces lines of the trajectory.
-fn edit_poses(folder: &Path, edit: impl Fn(usize, &str) -> Option<String>) {
-    let path = folder.join("traj_w_c.txt");
-    let text = fs::read_to_string(&path).unwrap();
-    let lines: Vec<String> = text
-        .lines()
-        .enumerate()
-        .filter_map(|(n, line)| edit(n, line))
-        .collect();
-    fs::write(path, lines.join("\n")).unwrap();
 }
 
 #[test]
@@ -84,8 +59,7 @@ fn what_was_written_is_read_again() {
     let parent = tempfile::tempdir().unwrap();
     let folder = parent.path().join("deep/er/capture");
     write(&scene, &folder, None).unwrap();
-    let read = open(&folder).unwrap();
-    assert!(read.warnings.is_empty(), "{:?}", read.warnings);
+    let read = opened(&folder);
     assert_eq!(read.frames.len(), 11);
     assert!(read.origin.x > 499_999.0);
     let shift = (scene.origin - read.origin).as_vec3();
@@ -95,15 +69,8 @@ fn what_was_written_is_read_again() {
         assert_eq!(before.camera, after.camera);
         let moved = before.center() + shift;
         assert!(moved.distance(after.center()) < 1e-6);
-        for (a, b) in before
-            .camera_to_world
-            .matrix3
-            .to_cols_array()
-            .iter()
-            .zip(after.camera_to_world.matrix3.to_cols_array())
-        {
-            assert!((a - b).abs() < 1e-6);
-        }
+        let rotations = [before, after].map(|frame| frame.camera_to_world.matrix3);
+        assert!(rotations[0].abs_diff_eq(rotations[1], 1e-6));
         let (before, after) = (before.depth().unwrap(), after.depth().unwrap());
         for index in 0..before.len() {
             match (before.ray_length(index), after.ray_length(index)) {
@@ -182,17 +149,6 @@ fn any_numbered_image_is_a_frame_and_frames_are_in_numerical_order() {
         .collect();
     assert_eq!(stems[1..4], ["rgb_1", "frame-0002", "rgb_3"]);
     assert_eq!(stems[10], "rgb_10");
-    fs::copy(rgb.join("rgb_3.png"), rgb.join("other_3.png")).unwrap();
-    assert_refused(&folder, &["_3.png", "same number"]);
-}
-
-#[test]
-fn depth_is_left_out_when_it_is_not_wanted() {
-    let (_parent, folder) = capture();
-    fs::write(folder.join("depth/depth_3.png"), "spoilt").unwrap();
-    let source = SceneSource::Folder(folder);
-    let scene = Scene::open(&source, WITHOUT_DEPTH, &|_, _| {}).unwrap();
-    assert!(!scene.has_depth() && scene.warnings.is_empty());
 }
 
 #[test]
@@ -207,113 +163,89 @@ fn progress_reaches_the_number_of_frames() {
     assert_eq!(most.into_inner(), 12);
 }
 
+/// What opening the capture says after changes to its files.
+const CHANGES: &str = r#"
+remove traj_w_c.txt                          | refused | traj_w_c.txt & no such file
+traj_w_c.txt = \n\n                          | refused | traj_w_c.txt & no poses
+spoil traj_w_c.txt                           | refused | traj_w_c.txt & text
+traj_w_c.txt:4 = 1 0 0 0                     | refused | traj_w_c.txt & line 4 & 4 numbers
+traj_w_c.txt:4 = 1 0 0 zero 0 1 0 0 0 0 1 0 0 0 0 1 | refused | traj_w_c.txt & line 4 & "zero"
+remove rgb                                   | refused | rgb & no such folder
+remove rgb/rgb_4.png                         | 11 | poses have no image & (1 in all) & frame 4
+remove rgb/rgb_{4,5}.png                     | refused | traj_w_c.txt & 12 poses & 2 of them
+traj_w_c.txt:12 =                            | 11 | without a pose & (1 in all) & rgb_11.png
+spoil rgb/rgb_7.png                          | 11 | images cannot be read & (1 in all) & rgb_7.png
+halve rgb/rgb_7.png                          | 11 | images cannot be used & (1 in all) & rgb_7.png
+spoil rgb/rgb_{0,1,2,3,4,5,6,7,8,9,10,11}.png | refused | rgb_0.png & 12 of 12
+rgb8 rgb/rgb_3.png 4x4                       | 11 | 8x6 & rgb_3.png (4x4)
+rgb8 rgb/other_3.png 8x6                     | refused | _3.png & same number
+intrinsics.txt = 7 7 4 3 16 16               | refused | intrinsics.txt & 16x16 pixels, but those in rgb/ have 8x6
+intrinsics.txt = 0 7 4 3 8 6                 | refused | intrinsics.txt & focal length
+intrinsics.txt = nan 7 4 3 8 6               | refused | intrinsics.txt & finite
+intrinsics.txt = 7 7 0 0 8 6                 | refused | intrinsics.txt & principal point
+intrinsics.txt = 7 7 4 3                     | refused | intrinsics.txt & 4 numbers
+intrinsics.txt = 7 7 4 3 0 0                 | refused | intrinsics.txt & image size
+intrinsics.txt = 7 7 4 3 8 six               | refused | intrinsics.txt & line 1: "six"
+intrinsics.txt =                             | refused | intrinsics.txt & 0 numbers
+gray16 depth/depth_6.png 4x4                 | refused | depth_6.png & 4x4 & 8x6
+spoil depth/depth_{0,1,2,3,4,5,6,7,8,9,10,11}.png | refused | depth & 12 of 12
+remove depth/depth_5.png; spoil depth/depth_2.png; gray8 depth/depth_6.png 8x6 | 12 | (3 in all) & depth_2.png & rgb_5.png (no file) & 16-bit
+"#;
+
 #[test]
-fn incomplete_captures_are_refused_by_the_name_of_what_is_missing() {
-    let parent = tempfile::tempdir().unwrap();
-    assert_refused(&parent.path().join("nowhere"), &["nowhere", "no such folder"]);
-    assert_refused(parent.path(), &["no capture", "traj_w_c.txt"]);
+fn faults_are_warned_of_where_they_are_few_and_refused_by_the_file_otherwise() {
+    check_changes(capture, change_files, CHANGES);
     let (_parent, folder) = capture();
-    fs::remove_file(folder.join("traj_w_c.txt")).unwrap();
-    assert_refused(&folder, &["traj_w_c.txt", "no such file"]);
-    fs::write(folder.join("traj_w_c.txt"), "\n\n").unwrap();
-    assert_refused(&folder, &["traj_w_c.txt", "no poses"]);
+    let poses = folder.join("traj_w_c.txt");
+    let text = fs::read_to_string(&poses).unwrap();
+    let write_poses = |pose: fn(usize) -> Option<&'static str>| {
+        let lines: Vec<&str> = text
+            .lines()
+            .enumerate()
+            .map(|(n, own)| pose(n).unwrap_or(own))
+            .collect();
+        fs::write(&poses, lines.join("\n")).unwrap();
+    };
+    write_poses(|number| (number >= 6).then_some(""));
+    assert_refused(
+        &folder,
+        &["traj_w_c.txt", "6 poses", "6 of the 12 images", "rgb_6.png"],
+    );
+    write_poses(|number| match number {
+        1 => Some("nan 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1"),
+        2 => Some("2 0 0 0 0 2 0 0 0 0 2 0 0 0 0 1"),
+        _ => None,
+    });
+    assert_warned(&folder, 10, &["(2 in all)", "line 2", "line 3", "not a rotation"]);
+    write_poses(|_| Some("nan 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1"));
+    assert_refused(&folder, &["traj_w_c.txt", "12 of 12", "line 1", "finite"]);
+}
+
+#[test]
+fn folders_without_a_capture_are_refused() {
+    let root = tempfile::tempdir().unwrap();
+    assert_refused(&root.path().join("nowhere"), &["nowhere", "no such folder"]);
+    assert_refused(root.path(), &["no capture", "traj_w_c.txt"]);
+    let (_parent, folder) = capture();
     fs::remove_dir_all(folder.join("rgb")).unwrap();
-    assert_refused(&folder, &["rgb", "no such folder"]);
     fs::create_dir(folder.join("rgb")).unwrap();
     assert_refused(&folder, &["rgb", "no PNG or JPEG"]);
 }
 
 #[test]
-fn a_missing_image_is_a_warning_and_many_are_an_error() {
+fn unusable_depth_leaves_its_frame_without_depth_and_none_is_read_where_none_is_wanted() {
     let (_parent, folder) = capture();
-    fs::remove_file(folder.join("rgb/rgb_4.png")).unwrap();
-    assert_warned(&folder, 11, &["poses have no image", "(1 in all)", "frame 4"]);
-    fs::remove_file(folder.join("rgb/rgb_5.png")).unwrap();
-    assert_refused(&folder, &["traj_w_c.txt", "12 poses", "2 of them"]);
-}
-
-#[test]
-fn a_missing_pose_is_a_warning_and_many_are_an_error() {
-    let (_parent, folder) = capture();
-    edit_poses(&folder, |n, line| (n < 11).then(|| line.to_owned()));
-    assert_warned(&folder, 11, &["without a pose", "(1 in all)", "rgb_11.png"]);
-    edit_poses(&folder, |n, line| (n < 6).then(|| line.to_owned()));
-    assert_refused(
-        &folder,
-        &["traj_w_c.txt", "6 poses", "6 of the 12 images", "rgb_6.png"],
-    );
-}
-
-#[test]
-fn a_few_unusable_poses_are_a_warning_and_most_are_an_error() {
-    let (_parent, folder) = capture();
-    let nan = "nan 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1";
-    let scaled = "2 0 0 0 0 2 0 0 0 0 2 0 0 0 0 1";
-    edit_poses(&folder, |n, line| {
-        Some(match n {
-            1 => nan.to_owned(),
-            2 => scaled.to_owned(),
-            _ => line.to_owned(),
-        })
-    });
-    assert_warned(&folder, 10, &["(2 in all)", "line 2", "line 3", "not a rotation"]);
-    edit_poses(&folder, |_, _| Some(nan.to_owned()));
-    assert_refused(&folder, &["traj_w_c.txt", "12 of 12", "line 1", "finite"]);
-}
-
-#[test]
-fn malformed_poses_are_refused_with_their_line() {
-    let (_parent, folder) = capture();
-    let replace = |by: &'static str| {
-        edit_poses(&folder, |n, line| {
-            Some(if n == 3 { by.to_owned() } else { line.to_owned() })
-        });
-    };
-    replace("1 0 0 zero 0 1 0 0 0 0 1 0 0 0 0 1");
-    assert_refused(&folder, &["traj_w_c.txt", "line 4", "\"zero\""]);
-    replace("1 0 0 0");
-    assert_refused(&folder, &["traj_w_c.txt", "line 4", "4 numbers"]);
-    fs::write(folder.join("traj_w_c.txt"), [0xFF, 0xFE, 0x00]).unwrap();
-    assert_refused(&folder, &["traj_w_c.txt", "text"]);
-}
-
-#[test]
-fn spoilt_images_are_a_warning_and_most_are_an_error() {
-    let (_parent, folder) = capture();
-    let rgb = folder.join("rgb");
-    let whole = fs::read(rgb.join("rgb_7.png")).unwrap();
-    fs::write(rgb.join("rgb_7.png"), &whole[..whole.len() / 2]).unwrap();
-    assert_warned(&folder, 11, &["images cannot be used", "(1 in all)", "rgb_7.png"]);
-    for number in 0..12 {
-        fs::write(rgb.join(format!("rgb_{number}.png")), "spoilt").unwrap();
-    }
-    assert_refused(&folder, &["rgb_0.png", "12 of 12"]);
-}
-
-#[test]
-fn images_of_another_size_are_left_out() {
-    let (_parent, folder) = capture();
-    let square = vec![0; 3 * 16];
-    image::save_buffer(
-        folder.join("rgb/rgb_3.png"),
-        &square,
-        4,
-        4,
-        image::ColorType::Rgb8,
-    )
-    .unwrap();
-    assert_warned(&folder, 11, &["8x6", "rgb_3.png (4x4)"]);
+    change_files(&folder, "spoil depth/depth_2.png");
+    let scene = open(&folder).unwrap();
+    assert!(scene.frames[2].depth().is_none() && scene.frames[3].depth().is_some());
+    opened_without_depth(&folder);
 }
 
 #[test]
 fn images_of_half_the_size_get_half_the_intrinsics_and_the_depth_of_either_size() {
     let (_parent, folder) = capture();
     let whole = open(&folder).unwrap();
-    let half = vec![9; 3 * 12];
-    for number in [3, 4] {
-        let path = folder.join(format!("rgb/rgb_{number}.png"));
-        image::save_buffer(path, &half, 4, 3, image::ColorType::Rgb8).unwrap();
-    }
+    change_files(&folder, "rgb8 rgb/rgb_{3,4}.png 4x3");
     let steps: Vec<u16> = (1..=12).map(|n| 1000 * n).collect();
     let bytes: &[u8] = bytemuck::cast_slice(&steps);
     image::save_buffer(
@@ -324,8 +256,7 @@ fn images_of_half_the_size_get_half_the_intrinsics_and_the_depth_of_either_size(
         image::ColorType::L16,
     )
     .unwrap();
-    let scene = open(&folder).unwrap();
-    assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+    let scene = opened(&folder);
     assert_eq!(scene.notes.len(), 1, "{:?}", scene.notes);
     assert!(scene.notes[0].contains("2 images") && scene.notes[0].contains("8x6"));
     let camera = scene.frames[3].camera;
@@ -354,51 +285,12 @@ fn images_of_half_the_size_get_half_the_intrinsics_and_the_depth_of_either_size(
 }
 
 #[test]
-fn intrinsics_must_be_whole_and_fit_the_images() {
-    let (_parent, folder) = capture();
-    for (text, part) in [
-        ("7 7 4 3 16 16", "16x16 pixels, but those in rgb/ have 8x6"),
-        ("0 7 4 3 8 6", "focal length"),
-        ("nan 7 4 3 8 6", "finite"),
-        ("7 7 0 0 8 6", "principal point"),
-        ("7 7 4 3", "4 numbers"),
-        ("7 7 4 3 0 0", "image size"),
-        ("7 7 4 3 8 six", "line 1: \"six\""),
-        ("", "0 numbers"),
-    ] {
-        fs::write(folder.join("intrinsics.txt"), text).unwrap();
-        assert_refused(&folder, &["intrinsics.txt", part]);
-    }
-}
-
-#[test]
 fn intrinsics_for_another_size_of_the_same_proportions_are_scaled() {
     let (_parent, folder) = capture();
-    fs::write(folder.join("intrinsics.txt"), "14 15 8 7 16 12").unwrap();
-    let scene = open(&folder).unwrap();
+    change_files(&folder, "intrinsics.txt = 14 15 8 7 16 12");
+    let scene = opened(&folder);
     let camera = scene.frames[0].camera;
     assert_eq!((camera.fx, camera.fy, camera.cx, camera.cy), (7.0, 7.5, 4.0, 3.5));
     assert_eq!(scene.notes.len(), 1);
     assert!(scene.notes[0].contains("16x12") && scene.notes[0].contains("8x6"));
-}
-
-#[test]
-fn unusable_depth_is_a_warning_but_another_size_or_most_are_an_error() {
-    let (_parent, folder) = capture();
-    let depth = folder.join("depth");
-    fs::write(depth.join("depth_2.png"), "spoilt").unwrap();
-    fs::remove_file(depth.join("depth_5.png")).unwrap();
-    image::save_buffer(depth.join("depth_6.png"), &[9; 48], 8, 6, image::ColorType::L8).unwrap();
-    assert_warned(
-        &folder,
-        12,
-        &["(3 in all)", "depth_2.png", "rgb_5.png (no file)", "16-bit"],
-    );
-    assert!(open(&folder).unwrap().frames[2].depth().is_none());
-    image::save_buffer(depth.join("depth_6.png"), &[9; 32], 4, 4, image::ColorType::L16).unwrap();
-    assert_refused(&folder, &["depth_6.png", "4x4", "8x6"]);
-    for number in 0..12 {
-        fs::write(depth.join(format!("depth_{number}.png")), "spoilt").unwrap();
-    }
-    assert_refused(&folder, &["depth", "12 of 12"]);
 }

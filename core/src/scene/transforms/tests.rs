@@ -4,12 +4,16 @@ use std::fs;
 
 use glam::{DQuat, DVec3};
 use serde_json::{Value, json};
+use tempfile::TempDir;
 
 use super::*;
 use crate::scene::Distortion;
 #[cfg(unix)]
 use crate::scene::testing::move_out;
-use crate::scene::testing::{WITHOUT_DEPTH, open_with_outside_files, wall};
+use crate::scene::testing::{
+    assert_outside, assert_refused, change_files, check_changes, expanded, open, opened,
+    opened_without_depth, wall,
+};
 
 const WIDTH: u32 = 32;
 const HEIGHT: u32 = 24;
@@ -56,29 +60,37 @@ fn file_of_wall() -> Value {
 }
 
 /// A capture on disk with the wall's images and this file.
-fn capture(file: &Value) -> tempfile::TempDir {
+fn capture_of(file: &Value) -> (TempDir, PathBuf) {
     let root = tempfile::tempdir().unwrap();
-    fs::create_dir_all(root.path().join("images")).unwrap();
+    let folder = root.path().to_path_buf();
+    fs::create_dir(folder.join("images")).unwrap();
     for (frame, (_, name)) in wall(3, WIDTH, HEIGHT).frames.iter().zip(IMAGES) {
-        let path = root.path().join(name);
+        let path = folder.join(name);
         image::save_buffer(path, frame.color().bytes(), WIDTH, HEIGHT, image::ColorType::Rgb8).unwrap();
     }
-    fs::write(root.path().join("transforms.json"), file.to_string()).unwrap();
-    root
+    fs::write(folder.join("transforms.json"), file.to_string()).unwrap();
+    (root, folder)
 }
 
-fn open(folder: &Path) -> Result<Scene, SceneError> {
-    let source = SceneSource::Folder(folder.to_path_buf());
-    Scene::open(&source, OpenOptions::default(), &|_, _| {})
+fn capture() -> (TempDir, PathBuf) {
+    capture_of(&file_of_wall())
 }
 
-/// The file is refused in one sentence that names it and says all of `parts`.
-#[track_caller]
-fn assert_refused(file: &Value, parts: &[&str]) {
-    let message = open(capture(file).path()).unwrap_err().to_string();
-    assert!(!message.contains('\n'), "{message}");
-    for part in [&["transforms.json"], parts].concat() {
-        assert!(message.contains(part), "\"{part}\" is not in: {message}");
+/// Sets values of the file: steps `POINTER = JSON` with `; ` between them. A pointer with `{a,b}` in it is two, and
+/// what does not begin with a pointer changes other files.
+fn change_file(folder: &Path, steps: &str) {
+    let path = folder.join("transforms.json");
+    for step in steps.split("; ") {
+        let Some((pointers, value)) = step.split_once(" = ").filter(|_| step.starts_with('/')) else {
+            change_files(folder, step);
+            continue;
+        };
+        let mut file: Value = serde_json::from_str(&fs::read_to_string(&path).unwrap()).unwrap();
+        for pointer in expanded(pointers) {
+            let (parent, key) = pointer.rsplit_once('/').unwrap();
+            file.pointer_mut(parent).unwrap()[key] = serde_json::from_str(value).unwrap();
+        }
+        fs::write(&path, file.to_string()).unwrap();
     }
 }
 
@@ -89,25 +101,21 @@ fn camera_with(values: &[(&str, f64)]) -> Camera {
     for (key, value) in values {
         file[*key] = json!(value);
     }
-    open(capture(&file).path()).unwrap().frames[0].camera
+    opened(&capture_of(&file).1).frames[0].camera
 }
 
 /// Writes a depth image of one value, and says that it is that of every frame.
-fn add_depth(root: &Path, file: &mut Value, width: u32, height: u32, steps: u16) {
+fn add_depth(folder: &Path, width: u32, height: u32, steps: u16) {
     let depth = image::ImageBuffer::<image::Luma<u16>, _>::from_pixel(width, height, image::Luma([steps]));
-    depth.save(root.join("images/depth.png")).unwrap();
-    for frame in file["frames"].as_array_mut().unwrap() {
-        frame["depth_file_path"] = json!("images/depth.png");
-    }
-    fs::write(root.join("transforms.json"), file.to_string()).unwrap();
+    depth.save(folder.join("images/depth.png")).unwrap();
+    change_file(folder, r#"/frames/{0,1,2}/depth_file_path = "images/depth.png""#);
 }
 
 #[test]
 fn frames_are_posed_and_named_in_the_order_of_their_paths() {
-    let root = capture(&file_of_wall());
-    let scene = open(root.path()).unwrap();
+    let (_root, folder) = capture();
+    let scene = opened(&folder);
     assert_eq!(scene.format, "transforms.json");
-    assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
     let stems: Vec<&str> = scene.frames.iter().map(|frame| frame.stem.as_str()).collect();
     assert_eq!(stems, ["a", "b", "c"]);
 
@@ -128,7 +136,7 @@ fn frames_are_posed_and_named_in_the_order_of_their_paths() {
 
 #[test]
 fn without_depth_the_cameras_span_two_metres_and_points_come_back_to_the_file() {
-    let scene = open(capture(&file_of_wall()).path()).unwrap();
+    let scene = opened(&capture().1);
     assert!(
         scene.notes.iter().any(|note| note.contains("2 m")),
         "{:?}",
@@ -140,7 +148,7 @@ fn without_depth_the_cameras_span_two_metres_and_points_come_back_to_the_file() 
 }
 
 #[test]
-fn the_camera_is_given_by_lengths_or_angles() {
+fn the_camera_is_given_by_lengths_or_angles_and_a_frames_own_comes_first() {
     let of_wall = wall(1, WIDTH, HEIGHT).frames[0].camera;
     assert_eq!(camera_with(&[("fl_x", 16.0)]), of_wall);
     let angle_y = 2.0 * (12.0_f64 / 20.0).atan();
@@ -155,53 +163,47 @@ fn the_camera_is_given_by_lengths_or_angles() {
     ]);
     assert!((camera.fy - 20.0).abs() < 1e-4);
     assert_eq!((camera.fx, camera.cx, camera.cy), (16.0, 15.0, 13.0));
-}
 
-#[test]
-fn a_frames_own_camera_comes_before_the_shared_one() {
-    let mut file = file_of_wall();
-    file["fl_x"] = json!(16.0);
-    file["frames"][2]["camera_angle_x"] = json!(2.0 * 0.5_f64.atan());
-    let scene = open(capture(&file).path()).unwrap();
-    let focal: Vec<f32> = scene.frames.iter().map(|frame| frame.camera.fx.round()).collect();
+    let (_root, folder) = capture();
+    let own = 2.0 * 0.5_f64.atan();
+    change_file(&folder, &format!("/fl_x = 16; /frames/2/camera_angle_x = {own}"));
+    let focal: Vec<f32> = opened(&folder)
+        .frames
+        .iter()
+        .map(|frame| frame.camera.fx.round())
+        .collect();
     assert_eq!(focal, [32.0, 16.0, 16.0]);
 }
 
 #[test]
 fn distortion_is_undone() {
-    let distortion = Distortion {
+    let (_root, folder) = capture();
+    change_file(
+        &folder,
+        "/k1 = -0.12; /k2 = 0.01; /k3 = 0; /p1 = 0.001; /p2 = -0.002",
+    );
+    let frame = opened(&folder).frames.remove(0);
+    let lens = frame.lens.unwrap();
+    let expected = Distortion {
         k1: -0.12,
         k2: 0.01,
         p1: 0.001,
         p2: -0.002,
     };
-    let mut file = file_of_wall();
-    for (key, value) in [
-        ("k1", -0.12),
-        ("k2", 0.01),
-        ("k3", 0.0),
-        ("p1", 0.001),
-        ("p2", -0.002),
-    ] {
-        file[key] = json!(value);
-    }
-    let scene = open(capture(&file).path()).unwrap();
-    let lens = scene.frames[0].lens.unwrap();
-    assert_eq!(lens.distortion, distortion);
-    assert_eq!(Some(scene.frames[0].camera), lens.pinhole());
-    assert_eq!(scene.frames[0].color().width(), scene.frames[0].camera.width);
+    assert_eq!(lens.distortion, expected);
+    assert_eq!(Some(frame.camera), lens.pinhole());
+    assert_eq!(frame.color().width(), frame.camera.width);
 }
 
 #[test]
 fn depth_is_along_z_in_millimetres_unless_the_file_says_otherwise() {
-    for (factor, steps) in [(None, 2000), (Some(0.01), 200)] {
-        let mut file = file_of_wall();
-        if let Some(factor) = factor {
-            file["depth_unit_scale_factor"] = json!(factor);
+    for (scale, steps) in [("", 2000), ("/depth_unit_scale_factor = 0.01", 200)] {
+        let (_root, folder) = capture();
+        if !scale.is_empty() {
+            change_file(&folder, scale);
         }
-        let root = capture(&file);
-        add_depth(root.path(), &mut file, WIDTH, HEIGHT, steps);
-        let scene = open(root.path()).unwrap();
+        add_depth(&folder, WIDTH, HEIGHT, steps);
+        let scene = opened(&folder);
         assert_eq!(scene.unit, 1.0);
         let expected = DepthMap::from_z_depths(&scene.frames[0].camera, vec![2.0; (WIDTH * HEIGHT) as usize]);
         for index in [0, 40, 700] {
@@ -212,12 +214,11 @@ fn depth_is_along_z_in_millimetres_unless_the_file_says_otherwise() {
 }
 
 #[test]
-fn depth_follows_the_undistorted_image_and_may_be_smaller() {
-    let mut file = file_of_wall();
-    file["k1"] = json!(-0.12);
-    let root = capture(&file);
-    add_depth(root.path(), &mut file, WIDTH / 2, HEIGHT / 2, 2000);
-    let frame = open(root.path()).unwrap().frames.remove(0);
+fn depth_follows_the_undistorted_image_and_may_be_smaller_but_not_of_another_shape() {
+    let (_root, folder) = capture();
+    change_file(&folder, "/k1 = -0.12");
+    add_depth(&folder, WIDTH / 2, HEIGHT / 2, 2000);
+    let frame = opened(&folder).frames.remove(0);
     let depth = frame.depth().unwrap();
     let mut outside = 0;
     for index in 0..depth.len() {
@@ -234,61 +235,20 @@ fn depth_follows_the_undistorted_image_and_may_be_smaller() {
         }
     }
     assert!(outside > 0);
-
-    add_depth(root.path(), &mut file, WIDTH, WIDTH, 2000);
-    let message = open(root.path()).unwrap_err().to_string();
-    assert!(
-        message.contains("another shape") && message.contains("without depth"),
-        "{message}"
-    );
-    let source = SceneSource::Folder(root.path().to_path_buf());
-    let scene = Scene::open(&source, WITHOUT_DEPTH, &|_, _| {}).unwrap();
-    assert!(!scene.has_depth() && scene.unit == 1.0);
+    add_depth(&folder, WIDTH, WIDTH, 2000);
+    assert_refused(&folder, &["another shape", "without depth"]);
+    assert_eq!(opened_without_depth(&folder).unit, 1.0);
 }
-
-#[test]
-fn missing_images_are_counted_once() {
-    let mut file = file_of_wall();
-    file["frames"][0]["file_path"] = json!("images/gone.png");
-    file["frames"][1]["file_path"] = json!("images/gone_too");
-    let scene = open(capture(&file).path()).unwrap();
-    assert_eq!(scene.frames.len(), 1);
-    assert_eq!(scene.warnings.len(), 1);
-    assert!(
-        scene.warnings[0].contains("missing (2 in all)"),
-        "{:?}",
-        scene.warnings
-    );
-
-    file["frames"][2]["file_path"] = json!("images/nor_this.png");
-    assert_refused(&file, &["none of its 3 images", "gone.png"]);
-}
-
-/// The keys of a frame that name files.
-const PATH_KEYS: [&str; 3] = ["file_path", "depth_file_path", "mask_path"];
 
 #[test]
 fn what_a_mask_has_black_is_no_part_of_the_scene_and_has_no_depth() {
-    let mut file = file_of_wall();
-    let root = capture(&file);
-    let mask: Vec<u8> = (0..WIDTH * HEIGHT)
-        .map(|index| u8::from(index % WIDTH >= 5))
-        .collect();
-    image::save_buffer(
-        root.path().join("images/mask.png"),
-        &mask,
-        WIDTH,
-        HEIGHT,
-        image::ColorType::L8,
-    )
-    .unwrap();
-    file["frames"][2]["mask_path"] = json!("images/mask.png");
-    file["frames"][1]["mask_path"] = json!("images/no_mask.png");
-    add_depth(root.path(), &mut file, WIDTH, HEIGHT, 2000);
-    let scene = open(root.path()).unwrap();
-    assert_eq!(scene.frames.len(), 2);
-    assert_eq!(scene.warnings.len(), 1, "{:?}", scene.warnings);
-    assert!(scene.warnings[0].contains("b.png") && scene.warnings[0].contains("no_mask.png"));
+    let (_root, folder) = capture();
+    let mask = |x, _| image::Luma([u8::from(x >= 5)]);
+    let mask = image::GrayImage::from_fn(WIDTH, HEIGHT, mask);
+    mask.save(folder.join("images/mask.png")).unwrap();
+    change_file(&folder, r#"/frames/2/mask_path = "images/mask.png""#);
+    add_depth(&folder, WIDTH, HEIGHT, 2000);
+    let scene = opened(&folder);
     let (masked, whole) = (&scene.frames[0], &scene.frames[1]);
     assert!(whole.is_whole() && !masked.is_whole());
     for index in 0..masked.camera.pixels() {
@@ -302,197 +262,107 @@ fn what_a_mask_has_black_is_no_part_of_the_scene_and_has_no_depth() {
         .iter()
         .find(|note| note.contains("alpha or masks"))
         .unwrap();
-    assert!(note.contains("1 of 2 frames") && note.contains("7.8%"), "{note}");
-    file["frames"][2]["mask_path"] = json!("../mask.png");
-    assert_refused(&file, &["../mask.png", "inside the folder"]);
+    assert!(note.contains("1 of 3 frames") && note.contains("5.2%"), "{note}");
+}
+
+/// What opening the capture says after changes to its file.
+const CHANGES: &str = r#"
+transforms.json = {}                        | refused | transforms.json & no frames
+transforms.json = {"frames": []}            | refused | transforms.json & no frames
+transforms.json = {"frames": 3}             | refused | transforms.json & not a list
+transforms.json = {"fl_x": NaN, "frames": []} | refused | transforms.json & line 1
+/depth_unit_scale_factor = 0                | refused | transforms.json & depth_unit_scale_factor
+/camera_model = "OPENCV_FISHEYE"            | refused | transforms.json & OPENCV_FISHEYE
+/camera_model = "EQUIRECTANGULAR"           | refused | transforms.json & EQUIRECTANGULAR
+/is_fisheye = true                          | refused | transforms.json & fisheye
+/k3 = 0.01                                  | refused | transforms.json & k3
+/k1 = 1e308                                 | refused | transforms.json & distortion
+/fl_x = -3                                  | refused | transforms.json & focal length
+/fl_x = 1e300                               | refused | transforms.json & finite
+/camera_angle_x = 4                         | refused | transforms.json & finite
+/camera_angle_x = null                      | refused | transforms.json & no focal length & fl_x
+/h = 24; /w = 0.5                           | refused | transforms.json & image size
+/frames/1/file_path = "images/a"            | refused | transforms.json & "images/a.jpg" twice
+/frames/0/file_path = "images/gone.png"; /frames/1/file_path = "images/gone_too" | 1 | missing (2 in all)
+remove images/{a.jpg,b.png,c.png}           | refused | transforms.json & none of its 3 images
+/frames/1/mask_path = "images/no_mask.png"  | 2 | b.png & no_mask.png
+/w = 32; /h = 24; rgb8 images/b.png 8x8     | 2 | 8x8 instead of 32x24
+spoil images/{b.png,c.png}                  | refused | 2 of its 3 images
+/frames/0/transform_matrix = [[2,0,0,0],[0,2,0,0],[0,0,2,0],[0,0,0,1]]       | 2 | not a rotation
+/frames/{0,1}/transform_matrix = [[2,0,0,0],[0,2,0,0],[0,0,2,0],[0,0,0,1]] | refused | 2 of its 3 poses & images/c.png & not a rotation
+/frames/{0,1,2}/transform_matrix = [[1,0,0,1e300],[0,1,0,0],[0,0,1,0]] | refused | 3 of its 3 poses & too far from zero
+/frames/{0,1,2}/transform_matrix = [[1,0,0],[0,1,0],[0,0,1]]           | refused | 3 of its 3 poses & 4 x 4
+/frames/{0,1,2}/transform_matrix = [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,1,1]] | refused | 3 of its 3 poses & last row
+/frames/{0,1,2}/transform_matrix = [[1,0,0,0],[0,1,0,0],[0,0,-1,0]]    | refused | 3 of its 3 poses & not a rotation
+"#;
+
+#[test]
+fn faults_are_warned_of_where_they_are_few_and_refused_by_the_file_otherwise() {
+    check_changes(capture, change_file, CHANGES);
 }
 
 #[test]
-fn paths_that_leave_the_folder_are_refused() {
-    for key in PATH_KEYS {
-        for path in ["../a.png", "/tmp/a.png", "images/../../a.png"] {
-            let mut file = file_of_wall();
-            file["frames"][1][key] = json!(path);
-            assert_refused(
-                &file,
-                &[&format!("{path:?}"), "inside the folder", "--outside-files"],
-            );
-        }
-        for path in ["", ".", "a\0b"] {
-            let mut file = file_of_wall();
-            file["frames"][1][key] = json!(path);
-            assert_refused(&file, &[&format!("{path:?}"), "not the path of a file"]);
+fn paths_must_be_of_files_inside_the_folder() {
+    for key in ["file_path", "depth_file_path", "mask_path"] {
+        for (path, part) in [
+            ("../a.png", "--outside-files"),
+            ("/tmp/a.png", "--outside-files"),
+            ("images/../../a.png", "inside the folder"),
+            ("", "not the path of a file"),
+            (".", "not the path of a file"),
+            ("a\0b", "not the path of a file"),
+        ] {
+            let (_root, folder) = capture();
+            change_file(&folder, &format!("/frames/1/{key} = {}", json!(path)));
+            assert_refused(&folder, &["transforms.json", &format!("{path:?}"), part]);
         }
     }
 }
 
 #[test]
 fn paths_that_leave_the_folder_are_read_where_that_is_allowed() {
-    let root = capture(&file_of_wall());
+    let (_root, folder) = capture();
     let outside = tempfile::tempdir().unwrap();
-    fs::rename(root.path().join("images/b.png"), outside.path().join("b.png")).unwrap();
-    let mut file = file_of_wall();
-    file["frames"][1]["file_path"] = json!(outside.path().join("b"));
-    add_depth(root.path(), &mut file, WIDTH, HEIGHT, 2000);
-    let inner = root.path().join("inner");
-    fs::rename(root.path().join("images"), root.path().join("pictures")).unwrap();
+    fs::rename(folder.join("images/b.png"), outside.path().join("b.png")).unwrap();
+    let path = json!(outside.path().join("b"));
+    change_file(&folder, &format!("/frames/1/file_path = {path}"));
+    add_depth(&folder, WIDTH, HEIGHT, 2000);
+    let inner = folder.join("inner");
+    fs::rename(folder.join("images"), folder.join("pictures")).unwrap();
     fs::create_dir(&inner).unwrap();
-    let text = file
-        .to_string()
-        .replace("images/", "../pictures/")
-        .replace("./../", "../");
+    let text = fs::read_to_string(folder.join("transforms.json")).unwrap();
+    let text = text.replace("images/", "../pictures/").replace("./../", "../");
     fs::write(inner.join("transforms.json"), text).unwrap();
-    let scene = open_with_outside_files(&inner).unwrap();
-    assert_eq!(scene.frames.len(), 3, "{:?}", scene.warnings);
+    let scene = assert_outside(&inner, &["transforms.json"], 3);
     assert!(scene.frames.iter().all(|frame| frame.has_depth()));
     let mut stems: Vec<&str> = scene.frames.iter().map(|frame| frame.stem.as_str()).collect();
     stems.sort_unstable();
     assert_eq!(stems, ["a", "b", "c"]);
-    let message = open(&inner).unwrap_err().to_string();
-    assert!(message.contains("--outside-files"), "{message}");
 }
 
 #[cfg(unix)]
 #[test]
 fn links_that_leave_the_folder_are_refused_unless_that_is_allowed() {
     for name in ["images/b.png", "images/depth.png"] {
-        let root = capture(&file_of_wall());
-        add_depth(root.path(), &mut file_of_wall(), WIDTH, HEIGHT, 2000);
-        let outside = move_out(root.path(), name);
-        let message = open(root.path()).unwrap_err().to_string();
-        assert!(
-            message.contains(name) && message.contains("--outside-files"),
-            "{message}"
-        );
-        let scene = open_with_outside_files(root.path()).unwrap();
-        assert_eq!(scene.frames.len(), 3);
+        let (_root, folder) = capture();
+        add_depth(&folder, WIDTH, HEIGHT, 2000);
+        let _outside = move_out(&folder, name);
+        let scene = assert_outside(&folder, &[name], 3);
         assert!(scene.frames.iter().all(|frame| frame.has_depth()));
-        drop(outside);
     }
     // A link to a file of the capture stays inside.
-    let root = capture(&file_of_wall());
-    let images = root.path().join("images");
-    fs::rename(images.join("b.png"), root.path().join("moved.png")).unwrap();
-    std::os::unix::fs::symlink("../moved.png", images.join("b.png")).unwrap();
-    assert_eq!(open(root.path()).unwrap().frames.len(), 3);
-}
-
-#[test]
-fn lenses_that_cannot_be_undone_are_refused() {
-    for (key, value, part) in [
-        ("camera_model", json!("OPENCV_FISHEYE"), "OPENCV_FISHEYE"),
-        ("camera_model", json!("EQUIRECTANGULAR"), "EQUIRECTANGULAR"),
-        ("is_fisheye", json!(true), "fisheye"),
-        ("k3", json!(0.01), "k3"),
-        ("fl_x", json!(-3.0), "focal length"),
-        ("fl_x", json!(1e300), "finite"),
-        ("camera_angle_x", json!(4.0), "finite"),
-        ("w", json!(0.5), "image size"),
-        ("k1", json!(1e308), "distortion"),
-    ] {
-        let mut file = file_of_wall();
-        (file["w"], file["h"]) = (json!(WIDTH), json!(HEIGHT));
-        file[key] = value;
-        assert_refused(&file, &[part]);
-    }
-    let mut file = file_of_wall();
-    file.as_object_mut().unwrap().remove("camera_angle_x");
-    assert_refused(&file, &["no focal length", "fl_x"]);
-}
-
-#[test]
-fn unusable_poses_are_left_out_up_to_half_of_them() {
-    let rows = json!([[2, 0, 0, 0], [0, 2, 0, 0], [0, 0, 2, 0], [0, 0, 0, 1]]);
-    let mut file = file_of_wall();
-    file["frames"][0]["transform_matrix"] = rows.clone();
-    let scene = open(capture(&file).path()).unwrap();
-    assert_eq!(scene.frames.len(), 2);
-    assert!(
-        scene.warnings[0].contains("not a rotation"),
-        "{:?}",
-        scene.warnings
-    );
-    file["frames"][1]["transform_matrix"] = rows;
-    assert_refused(&file, &["2 of its 3 poses", "images/c.png", "not a rotation"]);
-
-    for (pose, problem) in [
-        (
-            json!([[1, 0, 0, 1e300], [0, 1, 0, 0], [0, 0, 1, 0]]),
-            "too far from zero",
-        ),
-        (json!([[1, 0, 0], [0, 1, 0], [0, 0, 1]]), "4 x 4"),
-        (
-            json!([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 1, 1]]),
-            "last row",
-        ),
-        (
-            json!([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, -1, 0]]),
-            "not a rotation",
-        ),
-    ] {
-        let mut file = file_of_wall();
-        for frame in file["frames"].as_array_mut().unwrap() {
-            frame["transform_matrix"] = pose.clone();
-        }
-        assert_refused(&file, &["3 of its 3 poses", problem]);
-    }
-}
-
-#[test]
-fn a_file_without_frames_or_with_other_content_is_refused() {
-    assert_refused(&json!({}), &["no frames"]);
-    assert_refused(&json!({"frames": []}), &["no frames"]);
-    assert_refused(&json!({"frames": 3}), &["not a list"]);
-    let mut file = file_of_wall();
-    file["depth_unit_scale_factor"] = json!(0.0);
-    assert_refused(&file, &["depth_unit_scale_factor"]);
-    let root = capture(&file_of_wall());
-    // What Python writes for a number that is not finite.
-    fs::write(
-        root.path().join("transforms.json"),
-        r#"{"fl_x": NaN, "frames": []}"#,
-    )
-    .unwrap();
-    let message = open(root.path()).unwrap_err().to_string();
-    assert!(
-        message.contains("transforms.json") && message.contains("line 1"),
-        "{message}"
-    );
-}
-
-#[test]
-fn images_of_another_size_or_none_at_all_are_left_out() {
-    let mut file = file_of_wall();
-    (file["w"], file["h"]) = (json!(WIDTH), json!(HEIGHT));
-    let root = capture(&file);
-    image::RgbImage::new(8, 8)
-        .save(root.path().join("images/b.png"))
-        .unwrap();
-    let scene = open(root.path()).unwrap();
-    assert_eq!(scene.frames.len(), 2);
-    assert!(
-        scene.warnings[0].contains("8x8 instead of 32x24"),
-        "{:?}",
-        scene.warnings
-    );
-    fs::write(root.path().join("images/c.png"), "no image").unwrap();
-    let message = open(root.path()).unwrap_err().to_string();
-    assert!(message.contains("2 of its 3 images"), "{message}");
-}
-
-#[test]
-fn an_image_that_is_listed_twice_is_refused() {
-    let mut file = file_of_wall();
-    file["frames"][1]["file_path"] = json!("images/a");
-    assert_refused(&file, &["\"images/a.jpg\" twice"]);
+    let (_root, folder) = capture();
+    fs::rename(folder.join("images/b.png"), folder.join("moved.png")).unwrap();
+    std::os::unix::fs::symlink("../moved.png", folder.join("images/b.png")).unwrap();
+    assert_eq!(opened(&folder).frames.len(), 3);
 }
 
 #[test]
 fn images_in_a_folder_named_rgb_do_not_make_it_a_replica() {
-    let root = capture(&file_of_wall());
-    fs::create_dir(root.path().join("rgb")).unwrap();
-    assert_eq!(open(root.path()).unwrap().format, NAME);
-    fs::write(root.path().join("traj_w_c.txt"), "").unwrap();
-    let message = open(root.path()).unwrap_err().to_string();
+    let (_root, folder) = capture();
+    fs::create_dir(folder.join("rgb")).unwrap();
+    assert_eq!(opened(&folder).format, NAME);
+    change_files(&folder, "traj_w_c.txt =");
+    let message = open(&folder).unwrap_err().to_string();
     assert!(!message.contains("transforms.json"), "{message}");
 }

@@ -4,13 +4,14 @@ use std::fmt::Write as _;
 use std::fs;
 
 use glam::Vec3;
+use tempfile::TempDir;
 
 use super::*;
-use crate::scene::SceneSource;
 #[cfg(unix)]
 use crate::scene::testing::move_out;
 use crate::scene::testing::{
-    WITHOUT_DEPTH, assert_refused, assert_warned, open, open_with_outside_files, write_color, write_depth,
+    assert_outside, assert_refused, assert_warned, change_files, check_changes, open, open_with, opened,
+    write_color, write_depth,
 };
 
 const FRAMES: usize = 6;
@@ -18,7 +19,7 @@ const FRAMES: usize = 6;
 const START: f64 = 1_305_031_102.175;
 
 /// A sequence of six images every 0.1 s, depth 5 ms and poses 1 ms later, that move along x in front of a wall.
-fn sequence(name: &str) -> (tempfile::TempDir, PathBuf) {
+fn named_sequence(name: &str) -> (TempDir, PathBuf) {
     let parent = tempfile::tempdir().unwrap();
     let folder = parent.path().join(name);
     for part in ["rgb", "depth"] {
@@ -47,24 +48,15 @@ fn sequence(name: &str) -> (tempfile::TempDir, PathBuf) {
     (parent, folder)
 }
 
-/// Replaces line `number` (from 0, without the comment) of a file, or removes it.
-fn edit(folder: &Path, file: &str, number: usize, by: Option<&str>) {
-    let path = folder.join(file);
-    let text = fs::read_to_string(&path).unwrap();
-    let lines = text
-        .lines()
-        .enumerate()
-        .filter_map(|(n, line)| if n == number + 1 { by } else { Some(line) });
-    let lines: Vec<&str> = lines.collect();
-    fs::write(path, lines.join("\n")).unwrap();
+fn sequence() -> (TempDir, PathBuf) {
+    named_sequence("capture")
 }
 
 #[test]
 fn a_sequence_is_read_with_the_poses_and_depths_of_its_times() {
-    let (_parent, folder) = sequence("capture");
-    let scene = open(&folder).unwrap();
+    let (_parent, folder) = sequence();
+    let scene = opened(&folder);
     assert_eq!(scene.format, "TUM RGB-D");
-    assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
     assert_eq!(scene.frames.len(), FRAMES);
     let frame = &scene.frames[3];
     assert_eq!(frame.stem, "1305031102.475000");
@@ -100,7 +92,7 @@ fn intrinsics_follow_the_family_in_the_name_and_a_file_goes_before_them() {
         ),
         ("office", "defaults", [525.0, 525.0, 320.0, 240.0]),
     ] {
-        let (_parent, folder) = sequence(name);
+        let (_parent, folder) = named_sequence(name);
         let scene = open(&folder).unwrap();
         let camera = scene.frames[0].camera;
         for (is, expected) in [camera.fx, camera.fy, camera.cx, camera.cy]
@@ -111,8 +103,8 @@ fn intrinsics_follow_the_family_in_the_name_and_a_file_goes_before_them() {
         }
         assert_eq!(scene.notes.len(), 1, "{:?}", scene.notes);
         assert!(scene.notes[0].contains(part), "{:?}", scene.notes);
-        fs::write(folder.join("intrinsics.txt"), "7 7.5 4.5 2.5 8 6").unwrap();
-        let scene = open(&folder).unwrap();
+        change_files(&folder, "intrinsics.txt = 7 7.5 4.5 2.5 8 6");
+        let scene = opened(&folder);
         assert_eq!(scene.frames[0].camera.fx, 7.0);
         assert!(scene.notes.is_empty(), "{:?}", scene.notes);
     }
@@ -137,113 +129,73 @@ fn what_is_nearest_in_time_belongs_together_if_it_is_within_20_ms() {
     assert_eq!(nearest::<char>(&[], 1.0), None);
 }
 
+/// What opening the sequence says after changes to its files; the first line of each list is a comment.
+const CHANGES: &str = r#"
+groundtruth.txt:4 =                                   | 5 | pose & (1 in all) & 1305031102.375000.png
+depth.txt:2 =                                         | 5 | depth image & (1 in all) & 1305031102.175000.png
+groundtruth.txt:7 = 1305031102.6760 0 0 0 0 nan 0 1   | 5 | (1 in all) & line 7
+groundtruth.txt = 5 0 0 0 0 0 0 1                     | refused | groundtruth.txt & 0.02 s & 6 images
+groundtruth.txt:3 = 1305031102.2760 nan 0 0 0 0 0 1   | 5 | (1 in all) & line 3 & finite
+groundtruth.txt:6 = 1305031102.5760 0 0 0 0 0 0 0     | 5 | (1 in all) & line 6 & not a rotation
+groundtruth.txt:4 = 1305031102 1 2 3                  | refused | groundtruth.txt & line 4 has 4 numbers
+groundtruth.txt:4 = 1305031102 1 2 3 0 0 zero 1       | refused | groundtruth.txt & line 4: "zero"
+groundtruth.txt:4 = nan 1 2 3 0 0 0 1                 | refused | groundtruth.txt & line 4 has no finite time
+remove groundtruth.txt                                | refused | groundtruth.txt & no such file
+rgb.txt:4 = 1305031102.2                              | refused | rgb.txt & line 4 is not a time
+rgb.txt:4 = soon rgb/a.png                            | refused | rgb.txt & line 4 is not a time
+rgb.txt:3 = 1305031102.275 rgb/1305031102.175000.jpg  | refused | rgb.txt & one name
+rgb.txt = # nothing                                   | refused | rgb.txt & lists no images
+depth.txt:4 = 1305031102.2 ../depth/a.png             | refused | depth.txt & line 4 names "../depth/a.png"
+"#;
+
 #[test]
-fn images_without_a_partner_in_time_are_left_out_and_counted() {
-    let (_parent, folder) = sequence("capture");
-    edit(&folder, "groundtruth.txt", 2, None);
-    assert_warned(
-        &folder,
-        FRAMES - 1,
-        &["pose", "(1 in all)", "1305031102.375000.png"],
-    );
-    edit(&folder, "groundtruth.txt", 2, None);
-    edit(&folder, "depth.txt", 0, None);
-    let scene = open(&folder).unwrap();
-    assert_eq!(scene.frames.len(), FRAMES - 3);
-    assert_eq!(scene.warnings.len(), 2, "{:?}", scene.warnings);
-    assert!(scene.warnings[1].contains("depth image"), "{:?}", scene.warnings);
-    // Without depth the frames are the same ones.
-    let source = SceneSource::Folder(folder.clone());
-    let without = Scene::open(&source, WITHOUT_DEPTH, &|_, _| {}).unwrap();
-    let stems = |scene: &Scene| scene.frames.iter().map(|f| f.stem.clone()).collect::<Vec<_>>();
-    assert!(!without.has_depth());
-    assert_eq!(stems(&scene), stems(&without));
-    fs::write(folder.join("groundtruth.txt"), "5 0 0 0 0 0 0 1").unwrap();
-    assert_refused(&folder, &["groundtruth.txt", "0.02 s", "6 images"]);
+fn faults_are_warned_of_where_they_are_few_and_refused_by_the_file_otherwise() {
+    check_changes(sequence, change_files, CHANGES);
 }
 
 #[test]
-fn a_sequence_may_have_no_depth() {
-    let (_parent, folder) = sequence("capture");
-    fs::remove_file(folder.join("depth.txt")).unwrap();
-    let scene = open(&folder).unwrap();
-    assert!(!scene.has_depth() && scene.warnings.is_empty());
-    assert_eq!(scene.frames.len(), FRAMES);
-}
-
-#[test]
-fn frames_with_an_unusable_pose_are_left_out_with_one_warning_and_most_are_an_error() {
-    let (_parent, folder) = sequence("capture");
-    let spoil = |number: usize, pose: &str| {
-        let time = START + 0.1 * number as f64;
-        edit(
+fn half_of_the_poses_must_be_usable() {
+    let (_parent, folder) = sequence();
+    let spoil = |number: usize| {
+        let (line, time) = (number + 2, START + 0.1 * number as f64);
+        change_files(
             &folder,
-            "groundtruth.txt",
-            number,
-            Some(&format!("{time:.4} {pose}")),
+            &format!("groundtruth.txt:{line} = {time:.4} 0 0 0 1 1 1 1"),
         );
     };
-    spoil(1, "nan 0 0 0 0 0 1");
-    spoil(4, "0 0 0 0 0 0 0");
-    spoil(5, "0 0 0 0 nan 0 1");
-    assert_warned(
-        &folder,
-        FRAMES - 3,
-        &["(3 in all)", "line 3", "finite", "line 6", "not a rotation"],
-    );
-    spoil(2, "0 0 0 1 1 1 1");
-    assert_refused(&folder, &["groundtruth.txt", "4 of 6 poses", "line 3"]);
+    (0..3).for_each(spoil);
+    assert_warned(&folder, FRAMES - 3, &["(3 in all)", "line 2", "line 4"]);
+    spoil(3);
+    assert_refused(&folder, &["groundtruth.txt", "4 of 6 poses", "line 2"]);
 }
 
 #[test]
-fn malformed_files_are_refused_with_their_line() {
-    for (file, line, part) in [
-        ("groundtruth.txt", "1305031102 1 2 3", "line 4 has 4 numbers"),
-        (
-            "groundtruth.txt",
-            "1305031102 1 2 3 0 0 zero 1",
-            "line 4: \"zero\"",
-        ),
-        (
-            "groundtruth.txt",
-            "nan 1 2 3 0 0 0 1",
-            "line 4 has no finite time",
-        ),
-        ("rgb.txt", "1305031102.2", "line 4 is not a time"),
-        ("rgb.txt", "soon rgb/a.png", "line 4 is not a time"),
-        (
-            "depth.txt",
-            "1305031102.2 ../depth/a.png",
-            "line 4 names \"../depth/a.png\"",
-        ),
-    ] {
-        let (_parent, folder) = sequence("capture");
-        edit(&folder, file, 2, Some(line));
-        assert_refused(&folder, &[file, part]);
-    }
-    let (_parent, folder) = sequence("capture");
-    let double = format!("{:.6} rgb/{START:.6}.jpg", START + 0.1);
-    edit(&folder, "rgb.txt", 1, Some(&double));
-    assert_refused(&folder, &["rgb.txt", "one name"]);
-    fs::write(folder.join("rgb.txt"), "# nothing\n").unwrap();
-    assert_refused(&folder, &["rgb.txt", "lists no images"]);
-    let (_parent, folder) = sequence("capture");
-    fs::remove_file(folder.join("groundtruth.txt")).unwrap();
-    assert_refused(&folder, &["groundtruth.txt", "no such file"]);
+fn the_frames_are_the_same_without_depth_which_may_be_missing() {
+    let (_parent, folder) = sequence();
+    change_files(&folder, "depth.txt:2 =");
+    let without = OpenOptions {
+        depth: false,
+        ..OpenOptions::default()
+    };
+    let without = open_with(&folder, without).unwrap();
+    let stems = |scene: &Scene| -> Vec<String> { scene.frames.iter().map(|f| f.stem.clone()).collect() };
+    assert!(!without.has_depth());
+    assert_eq!(stems(&without), stems(&open(&folder).unwrap()));
+    change_files(&folder, "remove depth.txt");
+    let scene = opened(&folder);
+    assert!(!scene.has_depth() && scene.frames.len() == FRAMES);
 }
 
 #[test]
 fn lists_that_leave_the_folder_are_refused_unless_that_is_allowed() {
     for (list, name) in [("rgb.txt", "rgb"), ("depth.txt", "depth")] {
-        let (parent, folder) = sequence("capture");
+        let (parent, folder) = sequence();
         fs::rename(folder.join(name), parent.path().join("elsewhere")).unwrap();
         let text = fs::read_to_string(folder.join(list)).unwrap();
         let moved = text.replace(&format!(" {name}/"), " ../elsewhere/");
         assert_ne!(moved, text);
         fs::write(folder.join(list), moved).unwrap();
-        assert_refused(&folder, &[list, "line 2", "../elsewhere/", "--outside-files"]);
-        let scene = open_with_outside_files(&folder).unwrap();
-        assert_eq!(scene.frames.len(), FRAMES);
+        let scene = assert_outside(&folder, &[list, "line 2", "../elsewhere/"], FRAMES);
         assert!(scene.frames.iter().all(|frame| frame.has_depth()));
     }
 }
@@ -251,17 +203,9 @@ fn lists_that_leave_the_folder_are_refused_unless_that_is_allowed() {
 #[cfg(unix)]
 #[test]
 fn links_that_leave_the_folder_are_refused_unless_that_is_allowed() {
-    for folder_of in ["rgb", "depth"] {
-        let (_parent, folder) = sequence("capture");
-        let name = fs::read_dir(folder.join(folder_of))
-            .unwrap()
-            .next()
-            .unwrap()
-            .unwrap()
-            .file_name();
-        let name = format!("{folder_of}/{}", name.to_str().unwrap());
-        let _outside = move_out(&folder, &name);
-        assert_refused(&folder, &[&name, "link", "--outside-files"]);
-        assert_eq!(open_with_outside_files(&folder).unwrap().frames.len(), FRAMES);
+    for name in ["rgb/1305031102.375000.png", "depth/1305031102.380000.png"] {
+        let (_parent, folder) = sequence();
+        let _outside = move_out(&folder, name);
+        assert_outside(&folder, &[name, "link"], FRAMES);
     }
 }
