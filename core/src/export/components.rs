@@ -197,22 +197,4 @@ mod tests {
             }
         }
     }
-
-    #[test]
-    fn a_diagonal_is_one_region_by_corners_and_many_by_sides() {
-        let labels = [1, 0, 0, 0, 1, 0, 0, 0, 1];
-        let of_one = |neighbours| {
-            let found = components(&labels, 3, neighbours);
-            found.into_iter().filter(|component| component.label == 1)
-        };
-        assert_eq!(of_one(Neighbours::Sides).count(), 3);
-        let whole: Vec<Component> = of_one(Neighbours::SidesAndCorners).collect();
-        let bounds = PixelBox {
-            x: 0,
-            y: 0,
-            width: 3,
-            height: 3,
-        };
-        assert_eq!((whole.len(), whole[0].bounds()), (1, bounds));
-    }
 }

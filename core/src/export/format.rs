@@ -135,28 +135,17 @@ pub fn export(
 #[cfg(test)]
 mod tests {
     use std::fs;
-    use std::sync::Arc;
 
     use super::*;
-    use crate::export::testing::{SIZE, labels, scene};
+    use crate::export::testing::{SIZE, classes, export_all, labels, maps, scene};
     use crate::labels::Class;
-    use crate::session::FrameMap;
 
     /// Why the maps 2 and 3 cannot be exported, and what lies in the folder then.
     fn refused(format: Format, classes: &[Class]) -> (String, usize) {
         let root = tempfile::tempdir().unwrap();
-        let map = |(frame, labels): (usize, Vec<u16>)| {
-            let entropy = vec![0; labels.len()];
-            Arc::new(FrameMap::new(frame, 1, SIZE, labels, entropy).unwrap())
-        };
-        let maps: Vec<_> = [labels(2), labels(3)].into_iter().enumerate().map(map).collect();
-        let labelled = LabelledScene {
-            scene: &scene(),
-            classes,
-            maps: &maps,
-        };
-        let go_on = |_, _| ControlFlow::Continue(());
-        let error = export(root.path(), labelled, format, &Options::default(), &go_on).unwrap_err();
+        let maps = maps(SIZE, &[labels(2), labels(3)]);
+        let options = (format, &Options::default());
+        let error = export_all(root.path(), &scene(), classes, &maps, options).unwrap_err();
         (error.to_string(), fs::read_dir(root.path()).unwrap().count())
     }
 
@@ -183,6 +172,26 @@ mod tests {
                 reason.contains("frame \"rgb_") && reason.contains("not in the list"),
                 "{reason}"
             );
+        }
+    }
+
+    #[test]
+    fn the_same_maps_give_the_same_bytes() {
+        let maps = maps(SIZE, &[labels(2), labels(3)]);
+        for format in Format::ALL.into_iter().filter(|format| format.has_frames()) {
+            let root = tempfile::tempdir().unwrap();
+            let export = || {
+                export_all(
+                    root.path(),
+                    &scene(),
+                    &classes(),
+                    &maps,
+                    (format, &Options::default()),
+                )
+            };
+            let (first, again) = (export().unwrap(), export().unwrap());
+            let written = (again.files, again.unchanged);
+            assert_eq!(written, (0, first.files), "{}", format.name());
         }
     }
 

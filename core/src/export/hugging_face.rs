@@ -76,34 +76,3 @@ impl Layout for HuggingFace {
         ])
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use serde_json::Value;
-
-    use super::*;
-    use crate::export::Format;
-    use crate::export::testing;
-
-    #[test]
-    fn every_line_leads_to_an_image_and_its_labels() {
-        let exported = testing::exported(Format::HuggingFace);
-        let names: BTreeMap<ClassId, String> =
-            serde_json::from_slice(&exported.files["id2label.json"]).unwrap();
-        assert_eq!(names.len(), testing::classes().len() + 1);
-        let metadata = std::str::from_utf8(&exported.files["metadata.jsonl"]).unwrap();
-        assert_eq!(metadata.lines().count(), 2);
-        for (line, labels) in metadata.lines().zip(&exported.labels) {
-            let row: Value = serde_json::from_str(line).unwrap();
-            let file = |column: &str| &exported.files[row[column].as_str().unwrap()];
-            assert!(image::load_from_memory(file("file_name")).is_ok());
-            assert_eq!(&png::decode_gray(file("label_file_name")).unwrap().2, labels);
-            let shown: Vec<&str> = names
-                .iter()
-                .filter(|(id, _)| **id != VOID && labels.contains(id))
-                .map(|(_, name)| name.as_str())
-                .collect();
-            assert_eq!(row["classes"], serde_json::json!(shown));
-        }
-    }
-}

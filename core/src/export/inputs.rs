@@ -133,6 +133,11 @@ mod tests {
         let is_finished = |version: &str, inputs: &Inputs| finished(folder.path(), version, inputs).is_some();
         assert!(is_finished("1", &inputs()));
         assert!(!is_finished("2", &inputs()));
+        let text = fs::read_to_string(folder.path().join("report.json")).unwrap();
+        assert!(
+            text.contains("\"depth_error_m\": null"),
+            "what was not measured: {text}"
+        );
         let changes: [fn(&mut Inputs); 6] = [
             |inputs| inputs.scene.push("other"),
             |inputs| inputs.strokes_sha256 = Some("cd".to_owned()),

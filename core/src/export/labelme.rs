@@ -185,7 +185,6 @@ mod tests {
     use serde_json::Value;
 
     use super::*;
-    use crate::export::Format;
     use crate::export::testing::{self, SIZE, WIDTH};
     use crate::labels::{ClassId, VOID, polygon_runs};
 
@@ -211,31 +210,11 @@ mod tests {
     }
 
     #[test]
-    fn shapes_painted_in_order_are_the_label_maps() {
-        let exported = testing::exported(Format::Labelme);
-        for (frame, labels) in exported.labels.iter().enumerate() {
-            let name = format!("labelme/rgb_{frame}.json");
-            let json: Value = serde_json::from_slice(&exported.files[&name]).unwrap();
-            assert_eq!(&painted(json["shapes"].as_array().unwrap()), labels);
-            let image = json["imagePath"].as_str().unwrap();
-            assert!(exported.files.contains_key(&format!("labelme/{image}")));
-            assert!(json["imageData"].is_null());
-            assert_eq!([&json["imageWidth"], &json["imageHeight"]], SIZE);
-        }
-    }
-
-    #[test]
-    fn any_map_comes_back() {
+    fn shapes_painted_in_order_are_the_label_map() {
         let scene = testing::scene();
         let classes = testing::classes();
         for number in 0..40 {
-            let frame = Labelled {
-                frame: &scene.frames[0],
-                size: SIZE,
-                entropy: Vec::new(),
-                classes: &classes,
-                labels: testing::labels(number),
-            };
+            let frame = testing::labelled(&scene, SIZE, &classes, testing::labels(number));
             let shapes = serde_json::to_value(shapes(&frame).unwrap()).unwrap();
             assert_eq!(painted(shapes.as_array().unwrap()), frame.labels, "map {number}");
         }
@@ -250,14 +229,5 @@ mod tests {
             through_centres(&[[2.0, 2.0], [3.0, 2.0], [3.0, 3.0], [2.0, 3.0]]),
             [[2, 2]]
         );
-    }
-
-    #[test]
-    fn the_name_of_void_is_refused() {
-        let error = Labelme
-            .check(&[Class::new(1, BACKGROUND)])
-            .unwrap_err()
-            .to_string();
-        assert!(error.contains(BACKGROUND), "{error}");
     }
 }

@@ -64,69 +64,9 @@ pub(super) fn compressed(counts: &[u32]) -> String {
     text
 }
 
-/// The counts of COCO's string.
-#[cfg(test)]
-pub(super) fn decompressed(text: &str) -> Vec<u32> {
-    let mut counts: Vec<i64> = Vec::new();
-    let mut bytes = text.bytes().peekable();
-    while bytes.peek().is_some() {
-        let (mut value, mut shift) = (0_i64, 0);
-        for byte in bytes.by_ref() {
-            let bits = byte - 48;
-            value |= i64::from(bits & 0x1f) << shift;
-            shift += 5;
-            if bits & 0x20 == 0 {
-                if bits & 0x10 != 0 {
-                    value |= -1 << shift;
-                }
-                break;
-            }
-        }
-        if counts.len() > 2 {
-            value += counts[counts.len() - 2];
-        }
-        counts.push(value);
-    }
-    counts
-        .into_iter()
-        .map(|count| u32::try_from(count).unwrap())
-        .collect()
-}
-
-/// The pixels of a mask, row-major `[height, width]`.
-#[cfg(test)]
-pub(super) fn decoded(counts: &[u32], [width, height]: [u32; 2]) -> Vec<bool> {
-    let columns: Vec<bool> = counts
-        .iter()
-        .enumerate()
-        .flat_map(|(index, &count)| std::iter::repeat_n(index % 2 == 1, count as usize))
-        .collect();
-    assert_eq!(columns.len(), (width * height) as usize);
-    let rows = (0..height).flat_map(|y| (0..width).map(move |x| x * height + y));
-    rows.map(|place| columns[place as usize]).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::export::components::{Neighbours, components};
-    use crate::export::testing::{HEIGHT, SIZE, WIDTH, labels};
-
-    #[test]
-    fn masks_come_back_from_their_strings() {
-        for frame in 0..8 {
-            let labels = labels(frame);
-            for component in components(&labels, WIDTH, Neighbours::SidesAndCorners) {
-                let mut mask = vec![false; (WIDTH * HEIGHT) as usize];
-                for run in &component.runs {
-                    mask[run.indices(WIDTH)].fill(true);
-                }
-                let counts = counts(&component.runs, SIZE);
-                assert_eq!(decompressed(&compressed(&counts)), counts);
-                assert_eq!(decoded(&counts, SIZE), mask);
-            }
-        }
-    }
 
     #[test]
     fn strings_are_those_of_pycocotools() {

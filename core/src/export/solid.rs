@@ -148,21 +148,21 @@ mod tests {
     use std::fs;
     use std::sync::Arc;
 
-    use glam::{DAffine3, DVec3, Mat3};
+    use glam::DVec3;
 
     use super::*;
-    use crate::export::{Format, IdMap, export};
+    use crate::export::testing::{self, export_all};
+    use crate::export::{Format, IdMap};
     use crate::labels::{History, LabelSet, Stroke};
     use crate::scene::Scene;
     use crate::scene::testing::wall;
     use crate::semantics::LabelPropagation;
     use crate::session::FrameMap;
 
-    /// A PLY file as it is read: comments, the values of each vertex by property, faces.
+    /// A PLY file without faces as it is read: comments, and the values of each vertex by property.
     struct Read {
         comments: Vec<String>,
         vertices: HashMap<String, Vec<f64>>,
-        faces: Vec<Vec<u32>>,
     }
 
     fn take<'a>(bytes: &mut &'a [u8], count: usize) -> &'a [u8] {
@@ -175,7 +175,6 @@ mod tests {
         match kind {
             "double" => f64::from_le_bytes(take(bytes, 8).try_into().unwrap()),
             "float" => f32::from_le_bytes(take(bytes, 4).try_into().unwrap()).into(),
-            "int" => i32::from_le_bytes(take(bytes, 4).try_into().unwrap()).into(),
             "ushort" => u16::from_le_bytes(take(bytes, 2).try_into().unwrap()).into(),
             "uchar" => take(bytes, 1)[0].into(),
             other => panic!("{other}"),
@@ -192,37 +191,24 @@ mod tests {
         let header = std::str::from_utf8(&file[..end]).unwrap();
         assert!(header.is_ascii() && header.starts_with("ply\nformat binary_little_endian 1.0\n"));
         let mut bytes = &file[end + 11..];
-        let (mut comments, mut properties, mut counts) = (Vec::new(), Vec::new(), HashMap::new());
+        let (mut comments, mut properties, mut count) = (Vec::new(), Vec::new(), 0);
         for line in header.lines().skip(2) {
             match line.splitn(3, ' ').collect::<Vec<_>>()[..] {
                 ["comment", ..] => comments.push(line["comment ".len()..].to_owned()),
-                ["element", name, count] => {
-                    counts.insert(name, count.parse::<usize>().unwrap());
-                }
-                ["property", "list", rest] => assert_eq!(rest, "uchar int vertex_indices"),
+                ["element", "vertex", vertices] => count = vertices.parse().unwrap(),
                 ["property", kind, name] => properties.push((kind, name)),
                 _ => panic!("{line}"),
             }
         }
         let mut vertices: HashMap<String, Vec<f64>> = HashMap::new();
-        for _ in 0..counts["vertex"] {
+        for _ in 0..count {
             for &(kind, name) in &properties {
                 let value = number(kind, &mut bytes);
                 vertices.entry(name.to_owned()).or_default().push(value);
             }
         }
-        let faces = (0..counts.get("face").copied().unwrap_or(0))
-            .map(|_| {
-                let corners = number("uchar", &mut bytes) as usize;
-                (0..corners).map(|_| number("int", &mut bytes) as u32).collect()
-            })
-            .collect();
         assert!(bytes.is_empty());
-        Read {
-            comments,
-            vertices,
-            faces,
-        }
+        Read { comments, vertices }
     }
 
     impl Read {
@@ -268,47 +254,8 @@ mod tests {
     }
 
     fn written(folder: &Path, labelled: &Labelled, format: Format, options: &Options) -> Written {
-        let scene = LabelledScene {
-            scene: &labelled.scene,
-            classes: &labelled.classes,
-            maps: &labelled.maps,
-        };
-        export(folder, scene, format, options, &|_, _| ControlFlow::Continue(())).unwrap()
-    }
-
-    /// A vertex in a frame by the capture's own pose of it: column, row and ray length in the capture's unit.
-    fn projected(scene: &Scene, frame: usize, point: DVec3) -> Option<(u32, u32, f64)> {
-        let frame = &scene.frames[frame];
-        let rotation = Mat3::from(frame.camera_to_world.matrix3).as_dmat3();
-        let pose = DAffine3::from_mat3_translation(rotation, scene.to_capture(frame.center()));
-        let local = pose.inverse().transform_point3(point);
-        let camera = &frame.camera;
-        let x = f64::from(camera.fx) * local.x / local.z + f64::from(camera.cx);
-        let y = f64::from(camera.fy) * local.y / local.z + f64::from(camera.cy);
-        let inside = local.z > 0.0 && x >= 0.0 && y >= 0.0 && x < 64.0 && y < 48.0;
-        inside.then_some((x as u32, y as u32, local.z))
-    }
-
-    /// Where vertices project to, the frames have their class, colour and depth.
-    fn assert_agrees_with_the_maps(labelled: &Labelled, read: &Read) {
-        let (mut seen, mut same, mut alike) = (0, 0, 0);
-        for vertex in 0..read.len() {
-            for (frame, map) in labelled.maps.iter().enumerate() {
-                let point = read.position(vertex);
-                let Some((x, y, depth)) = projected(&labelled.scene, frame, point) else {
-                    continue;
-                };
-                assert!((depth - 2.0 * 3.28).abs() < 0.04, "{depth}");
-                let pixel = (y * 64 + x) as usize;
-                let shown = labelled.scene.frames[frame].color().pixel(pixel)[0];
-                seen += 1;
-                same += usize::from(f64::from(map.labels()[pixel]) == read.vertices["label"][vertex]);
-                alike += usize::from((f64::from(shown) - read.vertices["red"][vertex]).abs() < 60.0);
-            }
-        }
-        assert!(seen > 4 * read.len(), "{seen} views of {} vertices", read.len());
-        assert!(same as f64 > 0.97 * seen as f64, "{same} of {seen} classes");
-        assert!(alike as f64 > 0.97 * seen as f64, "{alike} of {seen} colours");
+        let Labelled { scene, maps, classes } = labelled;
+        export_all(folder, scene, classes, maps, (format, options)).unwrap()
     }
 
     #[test]
@@ -320,9 +267,15 @@ mod tests {
         let cloud = read(&root.path().join("cloud.ply"));
         let (surface, posterior) = labelled.maps[0].surface().unwrap();
         assert_eq!(cloud.len(), surface.graph.len());
-        assert!(cloud.faces.is_empty());
-        assert_agrees_with_the_maps(&labelled, &cloud);
-        for vertex in 0..cloud.len() {
+        for (vertex, node) in surface.graph.nodes().iter().enumerate() {
+            let gap = cloud
+                .position(vertex)
+                .distance(labelled.scene.to_capture(node.position));
+            assert!(gap < 1e-6, "{gap}");
+            assert_eq!(
+                cloud.vertices["red"][vertex],
+                f64::from((255.0 * node.color.x).round())
+            );
             assert_eq!(
                 cloud.vertices["label"][vertex],
                 f64::from(posterior.labels[vertex])
@@ -342,23 +295,6 @@ mod tests {
             assert_eq!(color, own.map(f64::from));
             assert_eq!(classes.position(vertex), cloud.position(vertex));
         }
-    }
-
-    #[test]
-    fn a_mesh_has_the_vertices_that_its_faces_name_and_what_the_maps_say() {
-        let root = tempfile::tempdir().unwrap();
-        let labelled = labelled();
-        written(root.path(), &labelled, Format::Mesh, &Options::default());
-        let mesh = read(&root.path().join("mesh.ply"));
-        assert_agrees_with_the_maps(&labelled, &mesh);
-        assert!(mesh.faces.len() > mesh.len());
-        for face in &mesh.faces {
-            let [a, b, c] = face[..] else { panic!("{face:?}") };
-            let place = |vertex: u32| mesh.position(vertex as usize);
-            let normal = (place(b) - place(a)).cross(place(c) - place(a));
-            assert!(normal.z <= 0.0, "the cameras are at smaller z");
-        }
-        assert!(root.path().join("mesh_classes.ply").is_file());
     }
 
     #[test]
@@ -402,38 +338,28 @@ mod tests {
     }
 
     #[test]
-    fn maps_without_a_surface_are_refused_before_anything_is_written() {
-        let root = tempfile::tempdir().unwrap();
-        let mut labelled = labelled();
-        let pixels = 64 * 48;
-        let listed = FrameMap::new(0, 1, [64, 48], vec![3; pixels], vec![0; pixels]).unwrap();
-        labelled.maps = vec![Arc::new(listed)];
-        let scene = LabelledScene {
-            scene: &labelled.scene,
-            classes: &labelled.classes,
-            maps: &labelled.maps,
-        };
-        let (out, go_on) = (root.path().join("out"), |_, _| ControlFlow::Continue(()));
-        let error = write(Solid::Mesh, &out, scene, &Options::default(), &go_on).unwrap_err();
-        assert!(
-            error.to_string().contains("surface of the scene is not known"),
-            "{error}"
-        );
-        assert!(!out.exists());
-    }
-
-    #[test]
-    fn an_export_that_is_cancelled_writes_nothing() {
+    fn nothing_is_written_without_a_surface_or_when_it_is_cancelled() {
         let root = tempfile::tempdir().unwrap();
         let (labelled, out) = (labelled(), root.path().join("out"));
-        let scene = LabelledScene {
-            scene: &labelled.scene,
-            classes: &labelled.classes,
-            maps: &labelled.maps,
-        };
-        let stop = |_, _| ControlFlow::Break(());
-        let error = write(Solid::Cloud, &out, scene, &Options::default(), &stop).unwrap_err();
-        assert!(error.to_string().contains("cancelled after 0 of 5"), "{error}");
-        assert!(!out.exists());
+        let listed = testing::maps([64, 48], &[vec![3; 64 * 48]]);
+        for (maps, answer, reason) in [
+            (
+                &listed,
+                ControlFlow::Continue(()),
+                "surface of the scene is not known",
+            ),
+            (&labelled.maps, ControlFlow::Break(()), "cancelled after 0 of 5"),
+        ] {
+            let scene = LabelledScene {
+                scene: &labelled.scene,
+                classes: &labelled.classes,
+                maps,
+            };
+            for solid in [Solid::Cloud, Solid::Mesh] {
+                let error = write(solid, &out, scene, &Options::default(), &|_, _| answer).unwrap_err();
+                assert!(error.to_string().contains(reason), "{error}");
+                assert!(!out.exists());
+            }
+        }
     }
 }

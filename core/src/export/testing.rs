@@ -2,13 +2,15 @@
 //! specks.
 
 use std::collections::BTreeMap;
+use std::fs;
 use std::ops::ControlFlow;
+use std::path::Path;
 use std::sync::Arc;
 
-use super::tests::{files, scene as empty_scene};
-use super::{Format, LabelledScene, Options, export};
+use super::layout::Labelled;
+use super::{ExportError, Format, LabelledScene, Options, Written, export};
 use crate::labels::{Class, ClassId, VOID};
-use crate::scene::{Camera, ColorImage, Scene};
+use crate::scene::{Camera, Scene, testing};
 use crate::session::FrameMap;
 
 /// Columns of each frame.
@@ -43,17 +45,70 @@ pub(super) fn classes() -> Vec<Class> {
 
 /// Two frames with images.
 pub(super) fn scene() -> Scene {
-    let mut scene = empty_scene(&["rgb_0", "rgb_1"]);
-    for (number, frame) in scene.frames.iter_mut().enumerate() {
+    let camera = Camera::with_horizontal_fov(WIDTH, HEIGHT, 90.0);
+    let frame = |number: u32| {
         let pixel = |index: u32| {
             let (x, y) = (index % WIDTH, index / WIDTH);
             [(x * 9) as u8, (y * 11) as u8, 60 + 40 * number as u8]
         };
         let rgb = (0..WIDTH * HEIGHT).flat_map(pixel).collect();
-        frame.camera = Camera::with_horizontal_fov(WIDTH, HEIGHT, 90.0);
-        frame.set_color(ColorImage::new(WIDTH, HEIGHT, rgb).unwrap());
+        testing::frame(&format!("rgb_{number}"), camera, rgb, None)
+    };
+    testing::scene(vec![frame(0), frame(1)])
+}
+
+/// A frame of the scene with these labels, row-major, as a format gets it.
+pub(super) fn labelled<'a>(
+    scene: &'a Scene,
+    size: [u32; 2],
+    classes: &'a [Class],
+    labels: Vec<ClassId>,
+) -> Labelled<'a> {
+    Labelled {
+        frame: &scene.frames[0],
+        size,
+        entropy: Vec::new(),
+        classes,
+        labels,
     }
-    scene
+}
+
+/// All files below a folder, by their paths in it.
+pub(super) fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let mut found = BTreeMap::new();
+    for entry in fs::read_dir(folder).unwrap().map(Result::unwrap) {
+        let name = entry.file_name().into_string().unwrap();
+        if entry.path().is_dir() {
+            let inner = files(&entry.path()).into_iter();
+            found.extend(inner.map(|(file, bytes)| (format!("{name}/{file}"), bytes)));
+        } else {
+            found.insert(name, fs::read(entry.path()).unwrap());
+        }
+    }
+    found
+}
+
+/// A map for each list of labels, of frames of this size, without entropy.
+pub(super) fn maps(size: [u32; 2], labels: &[Vec<ClassId>]) -> Vec<Arc<FrameMap>> {
+    let map = |(frame, labels): (usize, &Vec<ClassId>)| {
+        let entropy = vec![0; labels.len()];
+        Arc::new(FrameMap::new(frame, 1, size, labels.clone(), entropy).unwrap())
+    };
+    labels.iter().enumerate().map(map).collect()
+}
+
+/// Exports to the end.
+pub(super) fn export_all(
+    folder: &Path,
+    scene: &Scene,
+    classes: &[Class],
+    maps: &[Arc<FrameMap>],
+    (format, options): (Format, &Options),
+) -> Result<Written, ExportError> {
+    let labelled = LabelledScene { scene, classes, maps };
+    export(folder, labelled, format, options, &|_, _| {
+        ControlFlow::Continue(())
+    })
 }
 
 /// A label map, row-major `[height, width]`, another for each number: rings and boxes in each other, diagonals, and one
@@ -98,27 +153,12 @@ pub(super) fn labels(number: usize) -> Vec<ClassId> {
 
 /// Exports the scene with the maps 2 and 3.
 pub(super) fn exported(format: Format) -> Exported {
-    let scene = scene();
     let labels = vec![labels(2), labels(3)];
-    let map = |(frame, labels): (usize, &Vec<ClassId>)| {
-        let map = FrameMap::new(frame, 1, SIZE, labels.clone(), vec![0; labels.len()]).unwrap();
-        Arc::new(map)
-    };
-    let maps: Vec<Arc<FrameMap>> = labels.iter().enumerate().map(map).collect();
-    let labelled = LabelledScene {
-        scene: &scene,
-        classes: &classes(),
-        maps: &maps,
-    };
-    let write = |folder: &std::path::Path| {
-        export(folder, labelled, format, &Options::default(), &|_, _| {
-            ControlFlow::Continue(())
-        })
-        .unwrap();
-        files(folder)
-    };
-    let (root, again) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
-    let files = write(root.path());
-    assert_eq!(files, write(again.path()), "the same maps give the same bytes");
-    Exported { files, labels }
+    let root = tempfile::tempdir().unwrap();
+    let options = (format, &Options::default());
+    export_all(root.path(), &scene(), &classes(), &maps(SIZE, &labels), options).unwrap();
+    Exported {
+        files: files(root.path()),
+        labels,
+    }
 }

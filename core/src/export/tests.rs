@@ -1,63 +1,27 @@
 //! What every format shares, and the plain one.
 
-use std::collections::BTreeMap;
 use std::fs;
 use std::ops::ControlFlow;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use glam::{Affine3A, DVec3};
-
+use super::testing::{export_all, files};
 use super::*;
 use crate::labels::{Class, ClassId, Stroke, StrokeId, png};
-use crate::scene::testing::wall;
-use crate::scene::{Camera, ColorImage, Frame, FramePixels, Scene, SceneSource};
+use crate::scene::testing::{self, wall};
+use crate::scene::{Camera, Scene};
 use crate::session::FrameMap;
 
-pub(super) fn scene(stems: &[&str]) -> Scene {
-    let frame = |stem: &&str| Frame {
-        stem: (*stem).to_owned(),
-        path: PathBuf::new(),
-        camera: Camera::with_horizontal_fov(3, 2, 90.0),
-        camera_to_world: Affine3A::IDENTITY,
-        pixels: FramePixels::new(ColorImage::new(3, 2, vec![0; 18]).unwrap(), None),
-        points: Vec::new(),
-        lens: None,
-    };
-    Scene {
-        source: SceneSource::Demo,
-        format: "test",
-        frames: stems.iter().map(frame).collect(),
-        origin: DVec3::ZERO,
-        unit: 1.0,
-        point_errors: None,
-        warnings: Vec::new(),
-        notes: Vec::new(),
-    }
+fn scene(stems: &[&str]) -> Scene {
+    let camera = Camera::with_horizontal_fov(3, 2, 90.0);
+    let frame = |stem: &&str| testing::frame(stem, camera, vec![0; 18], None);
+    testing::scene(stems.iter().map(frame).collect())
 }
 
-pub(super) fn map(frame: usize, labels: [ClassId; 6]) -> Arc<FrameMap> {
+fn map(frame: usize, labels: [ClassId; 6]) -> Arc<FrameMap> {
     let entropy = vec![0, 1, 9_999, 10_000, 27_080, 65_535];
     Arc::new(FrameMap::new(frame, 1, [3, 2], labels.to_vec(), entropy).unwrap())
-}
-
-pub(super) fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
-    let mut found = BTreeMap::new();
-    for entry in fs::read_dir(folder).unwrap().map(Result::unwrap) {
-        let name = entry.file_name().into_string().unwrap();
-        if entry.path().is_dir() {
-            let inner = files(&entry.path());
-            found.extend(
-                inner
-                    .into_iter()
-                    .map(|(file, bytes)| (format!("{name}/{file}"), bytes)),
-            );
-        } else {
-            found.insert(name, fs::read(entry.path()).unwrap());
-        }
-    }
-    found
 }
 
 fn export_pngs(
@@ -134,12 +98,13 @@ fn every_frame_comes_back_from_its_pngs_and_no_temporary_files_stay() {
 }
 
 #[test]
-fn a_cancelled_export_says_how_far_it_came_and_its_files_are_whole() {
+fn a_cancelled_export_says_how_far_it_came_and_its_files_are_whole_but_no_finished_run() {
     let root = tempfile::tempdir().unwrap();
     let stems: Vec<String> = (0..60).map(|index| format!("rgb_{index}")).collect();
     let stems: Vec<&str> = stems.iter().map(String::as_str).collect();
     let maps: Vec<_> = (0..60).map(|frame| map(frame, [1; 6])).collect();
     let progress = |_, _| ControlFlow::Break(());
+    write_report(root.path(), &Report::default()).unwrap();
     let error = export_pngs(root.path(), &scene(&stems), &[], &maps, &progress).unwrap_err();
     let ExportError::Cancelled { written, frames, .. } = error else {
         panic!("{error}");
@@ -149,9 +114,9 @@ fn a_cancelled_export_says_how_far_it_came_and_its_files_are_whole() {
         frames == 60 && (1..60).contains(&written),
         "{written} of {frames}"
     );
+    // Neither a list of classes nor the report of the run before, which would say that all is there.
     let files = files(root.path());
     assert_eq!(files.len(), 3 * written);
-    assert!(!files.contains_key("classes.json"));
     for (name, bytes) in files.iter().filter(|(name, _)| name.starts_with("labels/")) {
         assert_eq!(png::decode_gray(bytes).unwrap().2, [1; 6], "{name}");
     }
@@ -193,16 +158,11 @@ fn ids_of_a_data_set_take_the_place_of_the_own_ones() {
     let classes = [Class::new(1, "Floor"), Class::new(2, "lobster")];
     let scene = scene(&["rgb_0"]);
     let maps = [map(0, [1, 1, 2, 2, 0, 1])];
-    let labelled = LabelledScene {
-        scene: &scene,
-        classes: &classes,
-        maps: &maps,
-    };
     let options = Options {
         ids: Some(IdMap::named("nyu-40").unwrap()),
         ..Options::default()
     };
-    export(root.path(), labelled, Format::Png, &options, &go_on).unwrap();
+    export_all(root.path(), &scene, &classes, &maps, (Format::Png, &options)).unwrap();
     let written = files(root.path());
     let labels = png::decode_gray(&written["labels/rgb_0.png"]).unwrap().2;
     assert_eq!(labels, [2, 2, 0, 0, 0, 2]);
@@ -215,16 +175,18 @@ fn ids_of_a_data_set_take_the_place_of_the_own_ones() {
 fn a_threshold_needs_probabilities() {
     let root = tempfile::tempdir().unwrap();
     let scene = scene(&["rgb_0"]);
-    let labelled = LabelledScene {
-        scene: &scene,
-        classes: &[],
-        maps: &[map(0, [1; 6])],
-    };
     let options = Options {
         least_probability: Some(0.5),
         ..Options::default()
     };
-    let error = export(root.path(), labelled, Format::Png, &options, &go_on).unwrap_err();
+    let error = export_all(
+        root.path(),
+        &scene,
+        &[],
+        &[map(0, [1; 6])],
+        (Format::Png, &options),
+    )
+    .unwrap_err();
     assert!(error.to_string().contains("probabilities"), "{error}");
 }
 
@@ -251,22 +213,6 @@ fn what_a_killed_run_left_is_cleared_away() {
     prepare(root.path(), &["labels"]).unwrap();
     assert!(!left.exists());
     assert!(root.path().join("labels/mine.txt").exists());
-}
-
-#[test]
-fn the_report_comes_back_and_says_null_for_what_was_not_measured() {
-    let root = tempfile::tempdir().unwrap();
-    let report = Report {
-        scene: "demo".to_owned(),
-        frames: 3,
-        seed: 7,
-        held_out_psnr_db: Some(27.5),
-        ..Report::default()
-    };
-    write_report(root.path(), &report).unwrap();
-    let text = fs::read_to_string(root.path().join("report.json")).unwrap();
-    assert!(text.contains("\"depth_error_m\": null"), "{text}");
-    assert_eq!(serde_json::from_str::<Report>(&text).unwrap(), report);
 }
 
 #[test]

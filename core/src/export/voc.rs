@@ -161,69 +161,7 @@ fn archive(files: &[(String, &[u8])]) -> zip::result::ZipResult<Vec<u8>> {
 
 #[cfg(test)]
 mod tests {
-    use std::io::Read;
-
     use super::*;
-    use crate::export::Format;
-    use crate::export::testing::{self, classes};
-
-    /// Indices and palette of a PNG.
-    fn indexed(bytes: &[u8]) -> (Vec<u8>, Vec<u8>) {
-        let mut reader = ::png::Decoder::new(Cursor::new(bytes)).read_info().unwrap();
-        let mut indices = vec![0; reader.output_buffer_size().unwrap()];
-        let frame = reader.next_frame(&mut indices).unwrap();
-        assert_eq!(frame.color_type, ::png::ColorType::Indexed);
-        (indices, reader.info().palette.as_ref().unwrap().to_vec())
-    }
-
-    #[test]
-    fn indices_and_colours_both_lead_to_the_classes() {
-        let exported = testing::exported(Format::Voc);
-        let label_map = std::str::from_utf8(&exported.files["labelmap.txt"]).unwrap();
-        let lines: Vec<Vec<&str>> = label_map
-            .lines()
-            .filter(|line| !line.starts_with('#'))
-            .map(|line| line.split(':').collect())
-            .collect();
-        assert_eq!(lines.len(), classes().len() + 1);
-        assert_eq!(lines[0], ["background", "0,0,0", "", ""]);
-        let listed = std::str::from_utf8(&exported.files["ImageSets/Segmentation/default.txt"]).unwrap();
-        assert_eq!(listed, "rgb_0\nrgb_1\n");
-        for (frame, labels) in exported.labels.iter().enumerate() {
-            let (indices, palette) = indexed(&exported.files[&format!("SegmentationClass/rgb_{frame}.png")]);
-            let (objects, _) = indexed(&exported.files[&format!("SegmentationObject/rgb_{frame}.png")]);
-            assert_eq!(indices, objects);
-            for (&index, &label) in indices.iter().zip(labels) {
-                let name = lines[usize::from(index)][0];
-                let class = classes().into_iter().find(|class| class.id == label);
-                assert_eq!(name, class.map_or("background".to_owned(), |class| class.name));
-                let color: Vec<String> = palette[3 * usize::from(index)..][..3]
-                    .iter()
-                    .map(u8::to_string)
-                    .collect();
-                assert_eq!(color.join(","), lines[usize::from(index)][1]);
-            }
-            assert!(
-                exported
-                    .files
-                    .contains_key(&format!("JPEGImages/rgb_{frame}.png"))
-            );
-        }
-    }
-
-    #[test]
-    fn the_archive_holds_the_annotations() {
-        let exported = testing::exported(Format::Voc);
-        let mut archive = zip::ZipArchive::new(Cursor::new(&exported.files["cvat.zip"])).unwrap();
-        assert_eq!(archive.len(), 6);
-        for index in 0..archive.len() {
-            let mut file = archive.by_index(index).unwrap();
-            let mut bytes = Vec::new();
-            file.read_to_end(&mut bytes).unwrap();
-            let name = file.name().unwrap();
-            assert_eq!(bytes, exported.files[name.as_ref()], "{name}");
-        }
-    }
 
     #[test]
     fn classes_that_cannot_stand_in_the_label_map_are_named() {
