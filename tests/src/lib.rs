@@ -3,15 +3,19 @@
 #![allow(clippy::expect_used, reason = "a test ends where it fails, with the reason")]
 
 mod capture;
+mod disk;
 mod hands;
 mod parsers;
 mod process;
 mod screen;
+mod trace;
 mod window;
 
 pub use capture::{Click, Small, class_ids};
+pub use disk::{OnDisk, files_below, info, json, succeed};
 pub use hands::Hands;
 pub use parsers::Fuzzed;
 pub use process::{Outcome, Running, inplace, one_line, program, until};
-pub use screen::{Screen, changed};
+pub use screen::Screen;
+pub use trace::{TRACE, Trace};
 pub use window::{PATIENCE, Window, skip};

@@ -198,14 +198,3 @@ fn read_xwd(bytes: &[u8]) -> Option<RgbImage> {
         image::Rgb(if little_endian { [c, b, a] } else { [b, c, d] })
     }))
 }
-
-/// Share of the pixels of a rectangle (left, top, right, bottom) that clearly differ.
-pub fn changed(before: &RgbImage, after: &RgbImage, [left, top, right, bottom]: [u32; 4]) -> f64 {
-    let differs = |x: u32, y: u32| {
-        let (a, b) = (before.get_pixel(x, y).0, after.get_pixel(x, y).0);
-        a.iter().zip(b).any(|(&a, b)| a.abs_diff(b) > 12)
-    };
-    let pixels = (top..bottom).flat_map(|y| (left..right).map(move |x| (x, y)));
-    let different = pixels.filter(|&(x, y)| differs(x, y)).count();
-    different as f64 / f64::from((right - left) * (bottom - top))
-}

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test ends where it fails")]
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use inplace_core::eval::ConfusionMatrix;
 use inplace_core::field::Preset;
@@ -10,82 +10,44 @@ use inplace_core::labels::{History, read_strokes};
 use inplace_core::project::{Contents, Project, SceneRecord};
 use inplace_core::scene::{OpenOptions, Scene, SceneSource};
 use inplace_core::session::{Command, Event, ModelState, Session, SessionOptions, Size};
-use inplace_tests::{Outcome, Running, Small, class_ids, inplace};
+use inplace_tests::{OnDisk, Running, Small, class_ids, info, inplace, json, succeed};
 use serde_json::Value;
-use tempfile::TempDir;
 
 /// Seconds that a small scene may take.
-const BUDGET: &str = "6";
+const BUDGET: [&str; 2] = ["--budget", "6"];
 /// What the labels of the small scene reach at least, tiny classes included; one class everywhere gives 0.02.
 const MIOU_WITH_DEPTH: f64 = 0.3;
 const MIOU_WITHOUT_DEPTH: f64 = 0.05;
 
-/// The small capture on disk, with its strokes file.
-struct OnDisk {
-    root: TempDir,
+/// A project of the capture with the strokes, in `room.inplace`.
+fn project(disk: &OnDisk) -> Project {
+    let options = OpenOptions::default();
+    let scene = Scene::open(&SceneSource::Folder(disk.path("room")), options, &|_, _| {}).unwrap();
+    let labels = read_strokes(&disk.path("strokes.json"), &scene).unwrap();
+    let contents = Contents::new(SceneRecord::of(&scene, options), History::new(labels));
+    Project::create(&disk.path("room.inplace"), &contents).unwrap()
 }
 
-impl OnDisk {
-    fn new() -> Self {
-        let root = tempfile::tempdir().unwrap();
-        Small::get().write(&root.path().join("room"));
-        fs::write(
-            root.path().join("strokes.json"),
-            Small::get().strokes().to_string(),
-        )
-        .unwrap();
-        Self { root }
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.root.path().join(name)
-    }
-
-    /// A project of the capture with the strokes, in `room.inplace`.
-    fn project(&self) -> Project {
-        let options = OpenOptions::default();
-        let scene = Scene::open(&SceneSource::Folder(self.path("room")), options, &|_, _| {}).unwrap();
-        let labels = read_strokes(&self.path("strokes.json"), &scene).unwrap();
-        let contents = Contents::new(SceneRecord::of(&scene, options), History::new(labels));
-        Project::create(&self.path("room.inplace"), &contents).unwrap()
-    }
-
-    /// What a field has learnt of the capture after a few steps.
-    fn trained(&self) -> ModelState {
-        let options = SessionOptions {
-            source: SceneSource::Folder(self.path("room")),
-            open: OpenOptions::default(),
-            preset: Preset::Auto,
-            threads: 2,
-            seed: 0,
-            state: None,
-            size: Size::default(),
-        };
-        let session = Session::start(options, || {});
-        loop {
-            match session.events().recv().unwrap() {
-                Event::Status(status) if status.steps >= 20 => session.send(Command::Save),
-                Event::State(state) => return ModelState::clone(&state),
-                Event::Error(reason) => panic!("{reason}"),
-                _ => {}
-            }
+/// What a field has learnt of the capture after a few steps.
+fn trained(disk: &OnDisk) -> ModelState {
+    let options = SessionOptions {
+        source: SceneSource::Folder(disk.path("room")),
+        open: OpenOptions::default(),
+        preset: Preset::Auto,
+        threads: 2,
+        seed: 0,
+        state: None,
+        size: Size::default(),
+    };
+    let session = Session::start(options, || {});
+    loop {
+        match session.events().recv().unwrap() {
+            Event::Status(status) if status.steps >= 20 => session.send(Command::Save),
+            Event::State(state) => return ModelState::clone(&state),
+            Event::Error(reason) => panic!("{reason}"),
+            _ => {}
         }
     }
-
-    /// Labels the capture into `out`.
-    fn label(&self, more: &[&str]) -> Outcome {
-        let mut command = inplace();
-        command.arg("label").arg(self.path("room"));
-        command.arg("--strokes").arg(self.path("strokes.json"));
-        command.arg("--out").arg(self.path("out")).args(more);
-        let outcome = Running::to_the_end(&mut command);
-        assert_eq!(outcome.code, Some(0), "{outcome:?}");
-        outcome
-    }
-}
-
-fn json(path: &Path) -> Value {
-    serde_json::from_slice(&fs::read(path).unwrap()).unwrap()
 }
 
 /// Every frame has its three images, in size and kind as documented, and nothing else lies there.
@@ -125,14 +87,11 @@ fn assert_clicks_hold(out: &Path) -> f64 {
 }
 
 #[test]
-fn the_demo_can_be_written_and_is_recognised_as_a_capture() {
+fn the_demo_can_be_looked_at_and_written_as_a_capture() {
     let root = tempfile::tempdir().unwrap();
     let folder = root.path().join("demo");
-    let written = Running::to_the_end(inplace().arg("demo").arg("--out").arg(&folder));
-    assert_eq!(written.code, Some(0), "{written:?}");
-    let info = Running::to_the_end(inplace().arg("info").arg(&folder).arg("--json"));
-    assert_eq!(info.code, Some(0), "{info:?}");
-    let facts: Value = serde_json::from_str(&info.stdout).unwrap();
+    succeed(inplace().arg("demo").arg("--out").arg(&folder));
+    let facts = info(&folder, &[]);
     assert_eq!(facts["format"], "Replica");
     assert_eq!([&facts["width"], &facts["height"]], [320, 240]);
     for count in ["frames", "frames_with_depth", "frames_with_labels"] {
@@ -145,12 +104,24 @@ fn the_demo_can_be_written_and_is_recognised_as_a_capture() {
     assert!(corners["median_px"].as_f64().unwrap() < 1.0, "{facts}");
     let again = Running::to_the_end(inplace().arg("demo").arg("--out").arg(&folder));
     assert_eq!(again.code, Some(1), "a folder with files is not overwritten");
+
+    let shown = succeed(inplace().args(["info", "demo"]));
+    assert_eq!(shown.stderr, "");
+    for fact in [
+        "60 of 320 x 240",
+        "depth",
+        "labels",
+        "bounds",
+        "reprojection by depth",
+    ] {
+        assert!(shown.stdout.contains(fact), "{fact} is not in: {}", shown.stdout);
+    }
 }
 
 #[test]
 fn label_images_alone_label_every_frame_and_a_stroke_covers_them() {
     let small = Small::get();
-    let on_disk = OnDisk::new();
+    let on_disk = OnDisk::default();
     let images = on_disk.path("predictions");
     fs::create_dir(&images).unwrap();
     for (frame, truth) in small.scene.frames.iter().zip(&small.truth).step_by(2) {
@@ -163,13 +134,9 @@ fn label_images_alone_label_every_frame_and_a_stroke_covers_them() {
     fs::write(images.join("classes.json"), classes).unwrap();
     let out = on_disk.path("from-images");
     let mut command = inplace();
-    command
-        .arg("label")
-        .arg(on_disk.path("room"))
-        .arg("--import")
-        .arg(&images);
-    let outcome = Running::to_the_end(command.arg("--out").arg(&out).args(["--budget", BUDGET]));
-    assert_eq!(outcome.code, Some(0), "{outcome:?}");
+    command.arg("label").arg(on_disk.path("room"));
+    command.arg("--import").arg(&images).arg("--out").arg(&out);
+    succeed(command.args(BUDGET));
     assert_complete(&out);
     let report = json(&out.join("report.json"));
     let expected = small.scene.frames.len().div_ceil(2);
@@ -188,15 +155,8 @@ fn label_images_alone_label_every_frame_and_a_stroke_covers_them() {
 
     // The colours that were written are read again by the list beside them, and right under the strokes.
     let colors = out.join("color");
-    let import = [
-        "--import",
-        colors.to_str().unwrap(),
-        "--trust",
-        "1",
-        "--budget",
-        BUDGET,
-    ];
-    let trusted = on_disk.label(&import);
+    let import = ["--import", colors.to_str().unwrap(), "--trust", "1"];
+    let trusted = succeed(on_disk.label(&import).args(BUDGET));
     assert_eq!(trusted.stderr, "");
     assert_clicks_hold(&on_disk.path("out"));
     assert_eq!(json(&on_disk.path("out/report.json"))["imported_trust"], 1.0);
@@ -303,8 +263,11 @@ fn how_long_clicks_wait_is_measured_in_the_demo() {
 
 #[test]
 fn a_few_clicks_label_every_pixel_of_every_frame() {
-    let disk = OnDisk::new();
-    let outcome = disk.label(&["--budget", BUDGET, "--json", "--seed", "7", "--threads", "2"]);
+    let disk = OnDisk::default();
+    let outcome = succeed(
+        disk.label(&["--json", "--seed", "7", "--threads", "2"])
+            .args(BUDGET),
+    );
     assert_eq!(outcome.stderr, "");
     let out = disk.path("out");
     assert_complete(&out);
@@ -336,8 +299,8 @@ fn a_few_clicks_label_every_pixel_of_every_frame() {
 
 #[test]
 fn the_published_network_labels_every_frame_within_its_budget() {
-    let disk = OnDisk::new();
-    disk.label(&["--budget", BUDGET, "--preset", "reference"]);
+    let disk = OnDisk::default();
+    succeed(disk.label(&["--preset", "reference"]).args(BUDGET));
     assert_complete(&disk.path("out"));
     let report = json(&disk.path("out").join("report.json"));
     assert_eq!(report["preset"], "reference");
@@ -352,8 +315,8 @@ fn the_published_network_labels_every_frame_within_its_budget() {
 
 #[test]
 fn colour_alone_is_enough_to_finish() {
-    let disk = OnDisk::new();
-    disk.label(&["--budget", BUDGET, "--no-depth"]);
+    let disk = OnDisk::default();
+    succeed(disk.label(&["--no-depth"]).args(BUDGET));
     assert_complete(&disk.path("out"));
     let miou = assert_clicks_hold(&disk.path("out"));
     println!("mIoU without depth: {miou:.3}");
@@ -361,66 +324,48 @@ fn colour_alone_is_enough_to_finish() {
 }
 
 #[test]
-fn a_project_is_exported_twice_to_the_same_bytes() {
-    let disk = OnDisk::new();
-    disk.project().save_model(&disk.trained()).unwrap();
-    let export = |out: &str| {
+fn a_trained_project_is_exported_twice_to_the_same_bytes_and_along_a_path_as_a_capture() {
+    let disk = OnDisk::default();
+    project(&disk).save_model(&trained(&disk)).unwrap();
+    let export = |out: &str, more: &[&str]| {
         let mut command = inplace();
         command.arg("export").arg(disk.path("room.inplace"));
-        command.arg("--out").arg(disk.path(out)).args(["--ids", "NYU-40"]);
-        let outcome = Running::to_the_end(&mut command);
-        assert_eq!(outcome.code, Some(0), "{outcome:?}");
-        outcome.stdout
+        succeed(command.arg("--out").arg(disk.path(out)).args(more))
     };
-    export("first");
+    let ids = ["--ids", "NYU-40"];
+    export("first", &ids);
     assert_complete(&disk.path("first"));
-    let again = export("first");
+    let again = export("first", &ids).stdout;
     assert!(again.contains("0 files written, 31 unchanged"), "{again}");
-    assert!(export("second").contains("31 files written, 0 unchanged"));
-}
+    let second = export("second", &ids).stdout;
+    assert!(second.contains("31 files written, 0 unchanged"), "{second}");
 
-#[test]
-fn views_along_a_path_open_as_a_capture() {
-    let disk = OnDisk::new();
-    disk.project().save_model(&disk.trained()).unwrap();
-    let mut command = inplace();
-    command.arg("export").arg(disk.path("room.inplace"));
-    command.arg("--trajectory").arg(disk.path("room/traj_w_c.txt"));
-    command.arg("--out").arg(disk.path("views"));
-    let outcome = Running::to_the_end(&mut command);
-    assert_eq!(outcome.code, Some(0), "{outcome:?}");
-    assert!(outcome.stdout.contains("rendered 10 views"), "{outcome:?}");
-    assert!(outcome.stderr.contains("not taught to the end"), "{outcome:?}");
-    let info = Running::to_the_end(inplace().arg("info").arg(disk.path("views")).arg("--json"));
-    assert_eq!(info.code, Some(0), "{info:?}");
-    let facts: Value = serde_json::from_str(&info.stdout).unwrap();
-    assert_eq!(facts["format"], "Replica");
-    assert_eq!(facts["frames"], 10);
+    let path = disk.path("room/traj_w_c.txt");
+    let views = export("views", &["--trajectory", path.to_str().unwrap()]);
+    assert!(views.stdout.contains("rendered 10 views"), "{views:?}");
+    assert!(views.stderr.contains("not taught to the end"), "{views:?}");
+    let facts = info(&disk.path("views"), &[]);
+    assert_eq!(
+        (&facts["format"], &facts["frames"]),
+        (&"Replica".into(), &10.into())
+    );
     assert_eq!(facts["warnings"].as_array().unwrap().len(), 0);
-    for view in 0..10 {
-        assert!(disk.path(&format!("views/labels/view_{view}.png")).is_file());
-    }
+    assert!(disk.path("views/labels/view_9.png").is_file());
 }
 
 #[test]
 fn a_project_is_labelled_from_its_own_strokes() {
-    let disk = OnDisk::new();
-    let mut project = disk.project();
+    let disk = OnDisk::default();
     // As of another version of the program: it is left out, and the strokes count.
     let foreign = ModelState {
         steps: 5,
         tensors: vec![1, 2, 3],
     };
-    project.save_model(&foreign).unwrap();
-    drop(project);
+    project(&disk).save_model(&foreign).unwrap();
     let mut command = inplace();
     command.arg("label").arg(disk.path("room.inplace"));
-    command
-        .arg("--out")
-        .arg(disk.path("out"))
-        .args(["--budget", BUDGET]);
-    let outcome = Running::to_the_end(&mut command);
-    assert_eq!(outcome.code, Some(0), "{outcome:?}");
+    command.arg("--out").arg(disk.path("out"));
+    let outcome = succeed(command.args(BUDGET));
     assert!(outcome.stdout.contains("labelled 10 frames"), "{outcome:?}");
     assert!(outcome.stderr.contains("training starts anew"), "{outcome:?}");
     assert_complete(&disk.path("out"));

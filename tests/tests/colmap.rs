@@ -10,11 +10,9 @@ use image::RgbImage;
 use inplace_core::eval::ConfusionMatrix;
 use inplace_core::labels::ClassId;
 use inplace_core::scene::{Camera, Distortion, Frame, Lens};
-use inplace_tests::{Click, Running, Small, class_ids, inplace};
+use inplace_tests::{Click, Small, class_ids, info, inplace, succeed};
 use serde_json::{Value, json};
 
-/// Seconds that a small scene may take.
-const BUDGET: &str = "6";
 /// What the labels reach at least, tiny classes included; one class everywhere gives 0.02.
 const MIOU: f64 = 0.05;
 /// Units of the model in a metre.
@@ -141,9 +139,7 @@ fn labels_come_out_in_the_pixels_of_the_bent_images() {
     let (small, lens, clicks) = (Small::get(), lens(), clicks());
     assert!(clicks.len() > 10);
 
-    let info = Running::to_the_end(inplace().arg("info").arg(&room).arg("--json"));
-    assert_eq!(info.code, Some(0), "{info:?}");
-    let facts: Value = serde_json::from_str(&info.stdout).unwrap();
+    let facts = info(&room, &[]);
     assert_eq!(facts["format"], "COLMAP");
     assert_eq!([&facts["width"], &facts["height"]], [56, 42]);
     for count in ["frames", "frames_with_distortion", "frames_with_points"] {
@@ -166,13 +162,8 @@ fn labels_come_out_in_the_pixels_of_the_bent_images() {
     fs::write(&file, strokes.to_string()).unwrap();
     let mut command = inplace();
     command.arg("label").arg(&room).arg("--strokes").arg(&file);
-    command.arg("--out").arg(&out).args(["--budget", BUDGET]);
-    let outcome = Running::to_the_end(&mut command);
-    assert_eq!(
-        (outcome.code, outcome.stderr.as_str()),
-        (Some(0), ""),
-        "{outcome:?}"
-    );
+    command.arg("--out").arg(&out).args(["--budget", "6"]);
+    assert_eq!(succeed(&mut command).stderr, "");
 
     let mut matrix = ConfusionMatrix::default();
     for (index, frame) in small.scene.frames.iter().enumerate() {

@@ -9,8 +9,7 @@ use std::time::{Duration, Instant};
 
 use inplace_core::eval::{ConfusionMatrix, GroundTruth, LabelImage};
 use inplace_core::labels::{Class, ClassId, Pixel, VOID};
-use inplace_tests::{Running, Window, class_ids, inplace, skip};
-use serde_json::Value;
+use inplace_tests::{TRACE, Window, class_ids, inplace, skip, succeed};
 
 /// What the maps must reach.
 const GOAL: f64 = 0.8;
@@ -19,8 +18,6 @@ const FIRST_LOOK: usize = 80;
 const LOOK_EVERY: usize = 10;
 /// Answers to reach it with: of time a busy machine may need any amount.
 const MOST: u64 = 160;
-/// The record that the window writes.
-const TRACE: &str = "trace.jsonl";
 
 /// The scene's label images by frame stem, and its classes.
 struct Truth {
@@ -79,45 +76,6 @@ fn read_classes(path: &Path) -> Vec<Class> {
     serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap()
 }
 
-/// What the window's record says so far.
-struct Trace(Vec<Value>);
-
-impl Trace {
-    fn read(window: &Window) -> Self {
-        let text = fs::read_to_string(window.home.path().join(TRACE)).unwrap_or_default();
-        let whole = text.split_inclusive('\n').filter(|line| line.ends_with('\n'));
-        Self(whole.map(|line| serde_json::from_str(line).unwrap()).collect())
-    }
-
-    /// The newest event of a kind.
-    fn last(&self, event: &str) -> Option<&Value> {
-        self.0.iter().rev().find(|line| line["event"] == event)
-    }
-
-    fn count(&self, event: &str) -> usize {
-        self.0.iter().filter(|line| line["event"] == event).count()
-    }
-
-    /// The classes of the list, in its order: id and name.
-    fn classes(&self) -> Vec<(u64, String)> {
-        let classes = self.last("classes").and_then(|line| line["classes"].as_array());
-        let classes = classes.into_iter().flatten();
-        classes
-            .map(|class| {
-                (
-                    class["id"].as_u64().unwrap(),
-                    class["name"].as_str().unwrap().to_owned(),
-                )
-            })
-            .collect()
-    }
-
-    fn strokes(&self) -> u64 {
-        self.last("labels")
-            .map_or(0, |line| line["strokes"].as_u64().unwrap())
-    }
-}
-
 /// The hand on the keyboard.
 struct Hand<'a> {
     window: &'a Window,
@@ -126,16 +84,10 @@ struct Hand<'a> {
 }
 
 impl Hand<'_> {
-    /// Waits until something holds of the record.
-    #[track_caller]
-    fn until<T>(&self, what: &str, mut answer: impl FnMut(&Trace) -> Option<T>) -> T {
-        self.window.until(what, |window| answer(&Trace::read(window)))
-    }
-
     /// Goes to the first place. A window that has only just appeared may miss the key: then it is pressed again.
     fn begin(&self) {
         let mut pressed: Option<Instant> = None;
-        self.until("a place is at hand", |trace| {
+        self.window.until_told("a place is at hand", |trace| {
             if pressed.is_none_or(|at| at.elapsed() > Duration::from_secs(2)) {
                 self.window.focus()?;
                 self.window.screen.key("n");
@@ -145,23 +97,9 @@ impl Hand<'_> {
         });
     }
 
-    /// Opens a text field with a key, types into it and confirms.
-    fn fill(&self, key: &str, text: &str) {
-        self.window.screen.key(key);
-        self.until("a field has the keyboard", |trace| {
-            (trace.last("typing")?["field"] == true).then_some(())
-        });
-        self.window.screen.key("ctrl+a");
-        self.window.screen.type_text(text);
-        self.window.screen.key("Return");
-        self.until("the field is left", |trace| {
-            (trace.last("typing")?["field"] == false).then_some(())
-        });
-    }
-
     /// Waits for the next place; false when there is nothing left to suggest.
     fn next_place(&self) -> bool {
-        self.until("the next place is at hand", |trace| {
+        self.window.until_told("the next place is at hand", |trace| {
             let all_known = trace.strokes() == self.answers;
             match trace.last("place")?["mode"].as_str()? {
                 "at" if all_known => Some(true),
@@ -174,7 +112,7 @@ impl Hand<'_> {
     /// Answers the place at hand from the ground truth: by Enter where the likely class is right, by its digit where
     /// it has one, by its name otherwise.
     fn answer(&mut self) {
-        let trace = Trace::read(self.window);
+        let trace = self.window.trace();
         let place = &trace.last("place").unwrap()["suggestion"];
         let pixel: Pixel = serde_json::from_value(place["pixel"].clone()).unwrap();
         let frame = place["frame"].as_str().unwrap();
@@ -187,25 +125,21 @@ impl Hand<'_> {
                 match slot {
                     Some(slot) if likely == Some(classes[slot].0) => self.window.screen.key("Return"),
                     Some(slot @ 0..9) => self.window.screen.key(&(slot + 1).to_string()),
-                    _ => self.fill("c", name),
+                    _ => self.window.fill(|window| window.screen.key("c"), name),
                 }
             }
         }
         self.answers += 1;
         let answers = self.answers;
-        self.until("the answer is taken", |trace| {
+        self.window.until_told("the answer is taken", |trace| {
             (trace.strokes() == answers).then_some(())
         });
     }
 
     /// Exports through the dialog; returns how right the files are.
     fn export(&self) -> f64 {
-        let before = Trace::read(self.window).count("exported");
-        let folder = self.window.home.path().join(format!("labels-{before}"));
-        self.fill("ctrl+e", &folder.display().to_string());
-        self.until("the files are written", |trace| {
-            (trace.count("exported") > before).then_some(())
-        });
+        let folder = self.window.home.path().join(format!("labels-{}", self.answers));
+        self.window.export(&folder);
         self.truth.miou(&folder)
     }
 }
@@ -213,15 +147,14 @@ impl Hand<'_> {
 #[test]
 fn a_scene_is_labelled_by_answering_suggestions_with_keys() {
     let write = |folder: &Path| {
-        let outcome = Running::to_the_end(inplace().args(["demo", "--out"]).arg(folder));
-        assert_eq!(outcome.code, Some(0), "{outcome:?}");
+        succeed(inplace().args(["demo", "--out"]).arg(folder));
     };
     let window = match Window::open(write, &["--trace", TRACE]) {
         Ok(window) => window,
         Err(missing) => return skip(&missing),
     };
     let stems = window.until("there are suggestions", |window| {
-        let trace = Trace::read(window);
+        let trace = window.trace();
         let listed = trace.last("suggestions")?["suggestions"].as_array()?;
         (!listed.is_empty()).then_some(())?;
         serde_json::from_value::<Vec<String>>(trace.last("opened")?["frames"].clone()).ok()

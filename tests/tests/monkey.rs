@@ -9,17 +9,15 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
-use std::time::{Duration, Instant, SystemTime};
+use std::time::{Duration, Instant};
 
 use inplace_core::project::Project;
-use inplace_tests::{Hands, PATIENCE, Small, Window, skip};
+use inplace_tests::{Hands, PATIENCE, Small, TRACE, Window, files_below, skip};
 use serde_json::Value;
 
 const SECONDS: &str = "INPLACE_MONKEY_SECONDS";
 const SEED: &str = "INPLACE_MONKEY_SEED";
 const SCENE: &str = "INPLACE_MONKEY_SCENE";
-/// The record that the window writes.
-const TRACE: &str = "trace.jsonl";
 /// From this length on the memory has had time to settle, so that its growth means something.
 const LONG: Duration = Duration::from_secs(600);
 /// What the memory may grow by from the second to the last quarter of a long run.
@@ -33,49 +31,9 @@ const REST: Duration = Duration::from_secs(2);
 const STEP: Duration = Duration::from_millis(300);
 
 /// Keys that do something somewhere. No slash: whatever is typed as a path stays in the window's home.
-const KEYS: &[&str] = &[
-    "a",
-    "b",
-    "c",
-    "d",
-    "e",
-    "f",
-    "g",
-    "l",
-    "n",
-    "p",
-    "q",
-    "s",
-    "t",
-    "v",
-    "w",
-    "x",
-    "0",
-    "1",
-    "2",
-    "3",
-    "5",
-    "9",
-    "Tab",
-    "Tab",
-    "Escape",
-    "Escape",
-    "Return",
-    "Delete",
-    "BackSpace",
-    "space",
-    "bracketleft",
-    "bracketright",
-    "Left",
-    "Right",
-    "Up",
-    "Down",
-    "F1",
-    "question",
-    "Home",
-    "End",
-];
-const CONTROL_KEYS: &[&str] = &["z", "y", "s", "e", "o", "comma", "plus", "minus", "0", "a"];
+const KEYS: &str = "a b c d e f g l n p q s t v w x 0 1 2 3 5 9 Tab Tab Escape Escape Return Delete BackSpace space \
+                    bracketleft bracketright Left Right Up Down F1 question Home End";
+const CONTROL_KEYS: &str = "z y s e o comma plus minus 0 a";
 
 /// A sequence of numbers that follows from its seed (xorshift).
 struct Random(u64);
@@ -88,8 +46,10 @@ impl Random {
         (self.0 % limit as u64) as usize
     }
 
-    fn one_of<'a>(&mut self, among: &[&'a str]) -> &'a str {
-        among[self.below(among.len())]
+    /// One of several words.
+    fn one_of<'a>(&mut self, words: &'a str) -> &'a str {
+        let words: Vec<&str> = words.split(' ').collect();
+        words[self.below(words.len())]
     }
 
     /// A place on the screen; two of three are on the frame in view.
@@ -143,42 +103,20 @@ fn act(hands: &Hands, random: &mut Random) {
             }
         }
         5 => hands.with("Control_L", random.one_of(CONTROL_KEYS)),
-        6 => hands.with("Shift_L", random.one_of(&["z", "n", "Tab", "1"])),
+        6 => hands.with("Shift_L", random.one_of("z n Tab 1")),
         _ => hands.press(random.one_of(KEYS)),
     }
 }
 
-/// The last line of the record about an event.
-fn last(home: &Path, event: &str) -> Option<Value> {
-    let text = fs::read_to_string(home.join(TRACE)).unwrap_or_default();
-    let lines = text
-        .lines()
-        .rev()
-        .filter_map(|line| serde_json::from_str::<Value>(line).ok());
-    lines.into_iter().find(|line| line["event"] == event)
-}
-
-/// The project file under a folder that was written last.
-fn newest_project(folder: &Path) -> Option<(SystemTime, PathBuf)> {
-    let entries = fs::read_dir(folder).ok()?.flatten();
-    let found = entries.filter_map(|entry| {
-        let path = entry.path();
-        if path.is_dir() {
-            return newest_project(&path);
-        }
+/// The project file below a folder that was written last.
+fn newest_project(folder: &Path) -> Option<PathBuf> {
+    let written = |path: &Path| fs::metadata(path).and_then(|file| file.modified()).ok();
+    let mut files = files_below(folder);
+    files.retain(|path| path.extension().is_some_and(|extension| extension == "inplace"));
+    files.into_iter().max_by_key(|path| {
         let write_ahead = PathBuf::from(format!("{}-wal", path.display()));
-        let written = |path: &Path| fs::metadata(path).and_then(|file| file.modified()).ok();
-        let is_project = path.extension().is_some_and(|extension| extension == "inplace");
-        is_project.then(|| {
-            (
-                written(&path)
-                    .max(written(&write_ahead))
-                    .unwrap_or(SystemTime::UNIX_EPOCH),
-                path,
-            )
-        })
-    });
-    found.max()
+        written(path).max(written(&write_ahead))
+    })
 }
 
 /// Resident memory of a process, in megabytes.
@@ -264,13 +202,13 @@ fn random_input_breaks_and_loses_nothing() {
     hands.let_go();
     std::thread::sleep(REST);
     assert!(window.running.ended().is_none(), "{}", window.running.stderr());
-    let accepted = last(window.home.path(), "labels");
+    let accepted = window.trace().last("labels").cloned();
     window.running.kill();
     let said = window.running.stderr();
     assert!(!said.contains("panicked"), "{said}");
 
     if let Some(accepted) = accepted {
-        let (_, file) = newest_project(window.home.path()).unwrap();
+        let file = newest_project(window.home.path()).unwrap();
         let (_, contents) = Project::open(&file).unwrap();
         let labels = contents.history.labels();
         let newest = labels

@@ -1,0 +1,92 @@
+//! The small capture as files, and what commands do with them.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+use crate::{Outcome, Running, Small, inplace};
+
+/// A folder with the small capture in `room` and clicks on it in `strokes.json`.
+#[derive(Debug)]
+pub struct OnDisk {
+    root: TempDir,
+}
+
+impl Default for OnDisk {
+    fn default() -> Self {
+        let root = tempfile::tempdir().expect("a temporary folder");
+        let disk = Self { root };
+        Small::get().write(&disk.path("room"));
+        disk.write_strokes(&Small::get().strokes());
+        disk
+    }
+}
+
+impl OnDisk {
+    /// A path in the folder.
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.root.path().join(name)
+    }
+
+    /// Writes another strokes file.
+    ///
+    /// # Panics
+    /// When it cannot be written.
+    pub fn write_strokes(&self, strokes: &Value) {
+        fs::write(self.path("strokes.json"), strokes.to_string()).expect("the folder can be written");
+    }
+
+    /// The command that labels the capture by its strokes into `out`.
+    pub fn label(&self, more: &[&str]) -> Command {
+        let mut command = inplace();
+        command.arg("label").arg(self.path("room"));
+        command.arg("--strokes").arg(self.path("strokes.json"));
+        command.arg("--out").arg(self.path("out"));
+        command.args(more);
+        command
+    }
+}
+
+/// Runs a command that has to succeed.
+///
+/// # Panics
+/// When it does not.
+#[track_caller]
+pub fn succeed(command: &mut Command) -> Outcome {
+    let outcome = Running::to_the_end(command);
+    assert_eq!(outcome.code, Some(0), "{outcome:?}");
+    outcome
+}
+
+/// What `inplace info` knows about a scene.
+///
+/// # Panics
+/// When it fails.
+#[track_caller]
+pub fn info(scene: &Path, more: &[&str]) -> Value {
+    let outcome = succeed(inplace().arg("info").arg(scene).arg("--json").args(more));
+    serde_json::from_str(&outcome.stdout).expect("the facts are JSON")
+}
+
+/// A file of JSON.
+///
+/// # Panics
+/// When it is none.
+#[track_caller]
+pub fn json(path: &Path) -> Value {
+    let bytes = fs::read(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    serde_json::from_slice(&bytes).expect("the file is JSON")
+}
+
+/// All files below a folder, which may be missing.
+pub fn files_below(folder: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    let below = entries.flat_map(|entry| match entry.path() {
+        path if path.is_dir() => files_below(&path),
+        path => vec![path],
+    });
+    below.collect()
+}
