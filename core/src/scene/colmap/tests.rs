@@ -9,7 +9,7 @@ use glam::{DVec3, Vec3};
 use tempfile::TempDir;
 
 use super::*;
-use crate::scene::Distortion;
+use crate::scene::{Distortion, Lens};
 #[cfg(unix)]
 use crate::scene::testing::move_out;
 use crate::scene::testing::{
