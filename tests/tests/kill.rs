@@ -7,7 +7,9 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use inplace_core::labels::{Class, History, LabelSet, Stroke};
-use inplace_core::project::{Contents, FrameRecord, Journal, Project, SceneRecord, Step};
+use inplace_core::project::{
+    Contents, FrameRecord, Journal, Opened, Project, ProjectError, SceneRecord, Step,
+};
 use inplace_core::scene::SceneSource;
 use inplace_core::session::FrameMap;
 use inplace_tests::{Running, until};
@@ -103,7 +105,7 @@ fn kept(child: &Running) -> u64 {
 }
 
 #[test]
-fn a_stroke_that_was_kept_survives_a_kill_at_any_moment() {
+fn a_stroke_that_was_kept_survives_a_kill_at_any_moment_and_a_backup_is_whole_or_not_there() {
     let mut random = 0x2545_f491_4f6c_dd1d_u64;
     let mut next = |below: u64| {
         random ^= random << 13;
@@ -111,6 +113,7 @@ fn a_stroke_that_was_kept_survives_a_kill_at_any_moment() {
         random ^= random << 17;
         random % below
     };
+    let mut restored = 0;
     for round in 0..KILLS {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("work.inplace");
@@ -150,5 +153,22 @@ fn a_stroke_that_was_kept_survives_a_kill_at_any_moment() {
             .query_row("PRAGMA integrity_check", [], |row| row.get(0))
             .unwrap();
         assert_eq!(verdict, "ok");
+        drop(database);
+
+        std::fs::write(&path, "damaged").unwrap();
+        match Opened::open(&path) {
+            Ok(opened) => {
+                restored += 1;
+                assert!(opened.damage.is_some());
+                let strokes = opened.contents.history.labels().strokes.values();
+                let strokes: Vec<&Stroke> = strokes.map(AsRef::as_ref).collect();
+                assert!(!strokes.is_empty());
+                assert_eq!(strokes, expected.iter().take(strokes.len()).collect::<Vec<_>>());
+            }
+            // The kill came before the first backup was whole.
+            Err(error) => assert_eq!(error, ProjectError::NotAProject(path)),
+        }
     }
+    println!("opened from a backup: {restored}");
+    assert!(restored > 0);
 }

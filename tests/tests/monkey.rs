@@ -108,11 +108,14 @@ fn act(hands: &Hands, random: &mut Random) {
     }
 }
 
-/// The project file below a folder that was written last.
+/// The project file below a folder that was written last, backups aside.
 fn newest_project(folder: &Path) -> Option<PathBuf> {
     let written = |path: &Path| fs::metadata(path).and_then(|file| file.modified()).ok();
     let mut files = files_below(folder);
-    files.retain(|path| path.extension().is_some_and(|extension| extension == "inplace"));
+    files.retain(|path| {
+        let is_backup = path.components().any(|part| part.as_os_str() == ".inplace-backups");
+        !is_backup && path.extension().is_some_and(|extension| extension == "inplace")
+    });
     files.into_iter().max_by_key(|path| {
         let write_ahead = PathBuf::from(format!("{}-wal", path.display()));
         written(path).max(written(&write_ahead))

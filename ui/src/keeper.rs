@@ -136,6 +136,7 @@ impl Keeper {
                 self.failing = false;
             }
             JournalEvent::Failed(_) => self.failing = true,
+            JournalEvent::NotBackedUp(_) => {}
             JournalEvent::Recovered { .. } => self.failing = false,
         }
         Some(event)

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use inplace_core::labels::History;
-use inplace_core::project::{Contents, Journal, Opened, Owner, Project, ProjectError, SceneRecord};
+use inplace_core::project::{Contents, Journal, Opened, Project, ProjectError, SceneRecord};
 use inplace_core::scene::{OpenOptions, Scene, SceneSource};
 use inplace_core::session::MapSlots;
 
@@ -57,7 +57,7 @@ pub struct Prepared {
     file: PathBuf,
     named: bool,
     kept: Option<(Result<Project, String>, Contents)>,
-    /// What was lost with a damaged file.
+    /// A damaged file, and the backup that was opened instead.
     damage: Option<String>,
     /// Why the work cannot be kept in `file`.
     problem: Option<String>,
@@ -121,13 +121,17 @@ fn prepare_project(
         project,
         contents,
         damage,
-    } = Opened::open(&path, Owner::Person)?;
+    } = Opened::open(&path)?;
     let source = match (moved, &contents.scene.source) {
         (Some(folder), _) => SceneSource::Folder(folder),
         (None, SceneSource::Folder(missing)) if !contents.scene.is_there() => {
-            return Err(Refusal::SceneGone {
-                project: path,
-                missing: missing.clone(),
+            return Err(match damage {
+                // The backup has the file's name now: opening it again asks for the scene.
+                Some(account) => Refusal::Sentence(english::saving::damaged(account)),
+                None => Refusal::SceneGone {
+                    project: path,
+                    missing: missing.clone(),
+                },
             });
         }
         (None, source) => source.clone(),
@@ -138,7 +142,7 @@ fn prepare_project(
             depth: contents.scene.depth && open.depth,
             ..open
         },
-        file: file_of(&project, path),
+        file: path,
         named: true,
         kept: Some((project.map_err(|error| error.to_string()), contents)),
         damage: damage.map(english::saving::damaged),
@@ -155,7 +159,7 @@ fn prepare_scene(
     let file = autosave(&source);
     endings.iter().for_each(|ending| ending.wait_for(&file));
     let (mut kept, mut damage, mut problem) = (None, None, None);
-    match Opened::open(&file, Owner::Program) {
+    match Opened::open(&file) {
         Ok(opened) => {
             let project = opened.project.map_err(|error| error.to_string());
             kept = Some((project, opened.contents));
@@ -178,14 +182,6 @@ fn prepare_scene(
     })
 }
 
-/// The file in which the work goes on: another one where `path` was damaged.
-fn file_of(project: &Result<Project, ProjectError>, path: PathBuf) -> PathBuf {
-    match project {
-        Ok(project) => project.path().to_path_buf(),
-        Err(_) => path,
-    }
-}
-
 /// What a workspace starts with.
 #[derive(Debug)]
 pub struct Attached {
@@ -199,7 +195,7 @@ pub struct Attached {
     pub keeper: Keeper,
     /// What the person should know, a sentence each.
     pub notes: Vec<String>,
-    /// What was lost with a damaged file, in a sentence.
+    /// A sentence about a damaged file and the backup that was opened instead.
     pub damage: Option<String>,
     /// What went wrong; the work goes on in memory.
     pub problem: Option<String>,

@@ -12,7 +12,7 @@ use inplace_core::session::ModelState;
 
 use super::progress::Progress;
 use super::run::Run;
-use super::{Failure, cores, require_place, session_options};
+use super::{Failure, cores, session_options};
 use crate::arguments::ExportArguments;
 
 /// Labels every frame with the field as the project keeps it, and writes the data set, or the views along a path.
@@ -26,7 +26,6 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
     let trajectory = trajectory.map(|path| Trajectory::read(path, arguments.intrinsics.as_deref()));
     let trajectory = trajectory.transpose()?;
     let contents = Contents::read(&arguments.project)?;
-    require_place(&contents, &arguments.project)?;
     let mut session = session_options(&arguments.training, contents.scene.source.clone(), cores());
     session.open.depth &= contents.scene.depth;
     session.state = contents.model.clone();

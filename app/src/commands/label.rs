@@ -17,7 +17,7 @@ use serde_json::json;
 
 use super::budget::Budget;
 use super::run::{Pacing, Rehearse, Run};
-use super::{Failure, cores, refuse_endless, require_place, session_options};
+use super::{Failure, cores, refuse_endless, session_options};
 use crate::arguments::LabelArguments;
 
 /// Share of the budget kept for the last look at the surface.
@@ -274,7 +274,6 @@ fn job(arguments: &LabelArguments) -> Result<(SessionOptions, Strokes), Failure>
             return Err("a project brings its own strokes; leave --strokes away".into());
         }
         let contents = Contents::read(&arguments.scene)?;
-        require_place(&contents, &arguments.scene)?;
         let source = contents.scene.source.clone();
         let mut options = with_memory(session_options(&arguments.training, source, threads));
         options.open.depth &= contents.scene.depth;

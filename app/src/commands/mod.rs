@@ -13,11 +13,9 @@ mod simulate;
 mod window;
 
 use std::error::Error;
-use std::path::Path;
 use std::thread::available_parallelism;
 
 use inplace_core::field::{Preset, best_device};
-use inplace_core::project::Contents;
 use inplace_core::scene::demo::Shot;
 use inplace_core::scene::{OpenOptions, SceneSource};
 use inplace_core::session::{SessionOptions, Size};
@@ -76,18 +74,6 @@ fn refuse_endless(training: &TrainingArguments, budget: Option<f64>) -> Result<(
         );
     }
     Ok(())
-}
-
-/// Refuses a project that is too damaged to say where its scene is.
-fn require_place(contents: &Contents, project: &Path) -> Result<(), Failure> {
-    match &contents.scene.source {
-        SceneSource::Folder(folder) if folder.as_os_str().is_empty() => Err(format!(
-            "{}: is damaged and no longer says where its scene is; open it in the window, which asks",
-            project.display()
-        )
-        .into()),
-        SceneSource::Folder(_) | SceneSource::Demo => Ok(()),
-    }
 }
 
 fn open_options(training: &TrainingArguments) -> OpenOptions {

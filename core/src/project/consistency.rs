@@ -112,7 +112,7 @@ const WIDEST: u32 = 1 << 20;
 
 /// Whether a stroke can have been drawn. Points may lie beyond their image, which may have become smaller, but not
 /// beyond every image: following a line of four billion pixels would take minutes.
-pub(super) fn is_sane(stroke: &Stroke) -> bool {
+fn is_sane(stroke: &Stroke) -> bool {
     let near = |point: &[u32; 2]| point.iter().all(|&place| u64::from(place) <= LARGEST_SIDE);
     stroke.radius <= WIDEST && stroke.lines.iter().flatten().all(near)
 }
@@ -126,7 +126,7 @@ pub(super) fn is_id(number: u64) -> bool {
 }
 
 /// A number of a stroke or an import that an edit names and none can have.
-pub(super) fn foreign_id(edit: &Edit) -> Option<u64> {
+fn foreign_id(edit: &Edit) -> Option<u64> {
     let imports = edit
         .imported
         .iter()

@@ -134,7 +134,6 @@ impl Contents {
     /// [`ProjectError::OtherScene`] when not one frame of the project is in the scene.
     pub fn matched(mut self, scene: &Scene, options: OpenOptions) -> Result<Self, ProjectError> {
         let mut record = SceneRecord::of(scene, options);
-        self.find_lost_names(&record);
         let place: HashMap<&str, usize> = (0..scene.frames.len())
             .map(|index| (scene.frames[index].stem.as_str(), index))
             .collect();
@@ -173,36 +172,6 @@ impl Contents {
         }
         self.scene = record;
         Ok(self)
-    }
-
-    /// Frames whose names were lost with a damaged file are those of the same number, where all others are.
-    fn find_lost_names(&mut self, record: &SceneRecord) {
-        let is_lost = |frame: &&FrameRecord| frame.stem.is_empty();
-        let lost = self.scene.frames.iter().filter(is_lost).count();
-        if lost == 0 {
-            return;
-        }
-        let mut pairs = self.scene.frames.iter().zip(&record.frames);
-        let same_order = self.scene.frames.len() <= record.frames.len()
-            && pairs.all(|(old, new)| old.stem.is_empty() || old.stem == new.stem);
-        for (number, frame) in self.scene.frames.iter_mut().enumerate() {
-            if !frame.stem.is_empty() {
-                continue;
-            }
-            match record.frames.get(number).filter(|_| same_order) {
-                Some(found) => *frame = found.clone(),
-                None => frame.stem = format!("frame {number} of a lost name"),
-            }
-        }
-        // The numbers stay the same, and the names have to be written.
-        self.pending = self.pending.max(Pending::Scene);
-        if same_order {
-            self.warnings.push(format!(
-                "{}: frames whose names were lost are taken to be those of the same number: {lost}; check the labels \
-                 there",
-                record.source
-            ));
-        }
     }
 
     /// Drops imported images of frames that have another size now.

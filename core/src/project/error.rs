@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use rusqlite::{ErrorCode, ffi};
 
+use super::location::backups_folder;
 use crate::scene::in_one_line;
 
 /// A project that cannot be opened or saved; each message is one sentence that names the file and what to do.
@@ -13,12 +14,15 @@ pub enum ProjectError {
     #[error("{}: no such project file; check the name", .0.display())]
     Missing(PathBuf),
     /// The file is something else.
-    #[error("{}: is not an Inplace project; choose a file that Inplace has saved", .0.display())]
+    #[error(
+        "{}: is not an Inplace project, or too damaged to be known as one; choose a file that Inplace has saved",
+        .0.display()
+    )]
     NotAProject(PathBuf),
     /// The file has a later schema than this program knows.
     #[error(
         "{}: was saved by a newer Inplace (file version {found}, this program reads up to {}); update Inplace to open it",
-        .path.display(), super::schema::VERSION
+        .path.display(), super::VERSION
     )]
     Newer {
         /// The project file.
@@ -30,7 +34,11 @@ pub enum ProjectError {
     #[error("{}: is open in another window; close it there first, or choose another name", .0.display())]
     InUse(PathBuf),
     /// The file is ours, but what it holds cannot be right.
-    #[error("{}: is damaged ({reason}); restore it from a copy", .path.display())]
+    #[error(
+        "{}: is damaged ({reason}), and {} holds no backup of it that opens; put a copy of your own in its place, or \
+         move it away to start anew",
+        .path.display(), backups_folder(.path).display()
+    )]
     Damaged {
         /// The project file.
         path: PathBuf,

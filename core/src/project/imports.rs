@@ -7,8 +7,8 @@ use std::sync::Arc;
 use rayon::prelude::*;
 use rusqlite::{Connection, params};
 
+use super::columns::{integer, rows, unsigned};
 use super::consistency::is_id;
-use super::rows::{integer, rows, unsigned};
 use super::{ProjectError, SceneRecord, schema};
 use crate::labels::{ClassId, History, ImportId, ImportedLabels, ImportedMap, Probabilities, Trust, png};
 use crate::scene::ImageError;
@@ -166,7 +166,7 @@ pub(super) fn read(
 }
 
 /// The image of a frame of this size, from its PNGs.
-pub(super) fn decoded(
+fn decoded(
     frame: usize,
     size: [u32; 2],
     labels: &[u8],

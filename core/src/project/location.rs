@@ -123,16 +123,22 @@ pub(super) fn relative_to(file: &Path, target: &Path) -> Option<String> {
 }
 
 /// The scene's folder from what a project file says: beside the project where it is there, else the
-/// absolute place, whether or not it is there.
-pub(super) fn resolve(file: &Path, relative: Option<&str>, absolute_path: Option<&str>) -> PathBuf {
+/// absolute place, whether or not it is there. `None` where the file says neither.
+pub(super) fn resolve(file: &Path, relative: Option<&str>, absolute_path: Option<&str>) -> Option<PathBuf> {
     let beside = relative.map(|relative| tidy(&absolute(folder_of(file)).join(relative)));
     let fixed = absolute_path.map(PathBuf::from);
     match (beside, fixed) {
-        (Some(beside), _) if beside.is_dir() => beside,
-        (_, Some(fixed)) => fixed,
-        (Some(beside), None) => beside,
-        (None, None) => PathBuf::new(),
+        (Some(beside), _) if beside.is_dir() => Some(beside),
+        (beside, None) => beside,
+        (_, fixed) => fixed,
     }
+}
+
+/// The folder with the backups of a project file. It lies beside the file, so that both move together.
+pub(super) fn backups_folder(file: &Path) -> PathBuf {
+    let file = absolute(file);
+    let name = file.file_name().unwrap_or_default();
+    folder_of(&file).join(".inplace-backups").join(name)
 }
 
 /// The folder that a file is in.
@@ -174,7 +180,7 @@ mod tests {
         std::fs::create_dir(new.join("work")).unwrap();
         let gone = old.join("scene");
         let found = resolve(&new.join("work/p.inplace"), relative.as_deref(), gone.to_str());
-        assert_eq!(found, absolute(&new.join("scene")));
+        assert_eq!(found, Some(absolute(&new.join("scene"))));
     }
 
     #[test]
@@ -183,7 +189,7 @@ mod tests {
         let scene = root.path().join("scene");
         std::fs::create_dir(&scene).unwrap();
         let project = root.path().join("elsewhere/deep/p.inplace");
-        assert_eq!(resolve(&project, Some("../scene"), scene.to_str()), scene);
+        assert_eq!(resolve(&project, Some("../scene"), scene.to_str()), Some(scene));
     }
 
     #[test]

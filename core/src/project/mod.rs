@@ -2,10 +2,12 @@
 //!
 //! [`Project`] is the open file, [`Contents`] is what it holds, and a [`Journal`] is the thread that
 //! writes to it, so that nobody waits for the disk. [`Opened`] is a file as it was found: whole, read-only or
-//! damaged. The strokes and their history are the truth; the maps
+//! damaged, in which case the newest backup is opened. The strokes and their history are the truth; the maps
 //! and the model are kept so that a reopened project shows its result at once. `docs/project-file.md`
 //! describes the tables.
 
+mod backups;
+mod columns;
 mod consistency;
 mod contents;
 mod error;
@@ -15,7 +17,6 @@ mod location;
 mod opened;
 mod replace;
 mod rows;
-mod salvage;
 mod schema;
 mod writer;
 
@@ -26,12 +27,16 @@ use rusqlite::{Connection, Transaction};
 
 pub use contents::{Contents, FrameRecord, SceneRecord};
 pub use error::ProjectError;
-pub use journal::{Journal, JournalEvent};
+pub use journal::Journal;
 pub use location::{autosave_path, configuration_folder, log_path, picture_name, pictures_folder};
-pub use opened::{Opened, Owner};
+pub use opened::Opened;
+pub use writer::JournalEvent;
 
 use crate::labels::{Edit, History, ImportId, ImportedLabels};
 use crate::session::{FrameMap, ModelState};
+
+/// Schema version that this program writes, and the highest that it reads.
+const VERSION: i64 = 3;
 
 /// One step through the edit history.
 #[derive(Clone, Debug, PartialEq)]
@@ -91,8 +96,8 @@ impl Project {
     /// Opens a project file and reads all of it; decoding the maps takes a while, so do it off the UI
     /// thread.
     ///
-    /// A file that cannot be written is opened all the same: see [`Project::is_read_only`]. [`Opened::open`] also
-    /// reads what is readable in a damaged one.
+    /// A file that cannot be written is opened all the same: see [`Project::is_read_only`]. [`Opened::open`] goes
+    /// on from a backup where the file is damaged.
     ///
     /// # Errors
     /// A missing file, one that is not a project, a newer or damaged one, one that is open elsewhere.

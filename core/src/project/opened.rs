@@ -4,8 +4,8 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use super::backups::{self, Backup};
 use super::replace::with_suffix;
-use super::salvage::{Salvaged, salvage};
 use super::{Contents, Project, ProjectError, rows};
 
 /// An opened project: what the file says, and where the work on it goes on.
@@ -16,29 +16,20 @@ pub struct Opened {
     pub project: Result<Project, ProjectError>,
     /// What was read.
     pub contents: Contents,
-    /// A sentence about a file that was damaged: what was read, what is lost, where it lies now, and where the work
-    /// goes on.
+    /// A sentence about a file that was damaged: which backup was opened instead, what is missing, and where the
+    /// damaged file is now.
     pub damage: Option<String>,
 }
 
-/// Who has given a project file its name.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Owner {
-    /// A person: a damaged file keeps its name, and the work goes on in `NAME-recovered.inplace`.
-    Person,
-    /// This program, which looks for the work under that name again ([`autosave_path`](super::autosave_path)): a
-    /// damaged file becomes `NAME-damaged.inplace`.
-    Program,
-}
-
 impl Opened {
-    /// Opens a project file and reads all of it, or what is readable; takes a while, so do it off the UI thread.
+    /// Opens a project file and reads all of it; takes a while, so do it off the UI thread.
     ///
-    /// A damaged file is never written: what was read of it goes into a new one.
+    /// The newest backup takes the place of a damaged file, which is put aside as `NAME-damaged.inplace`, unchanged.
+    /// Where that cannot be written, the backup is only read.
     ///
     /// # Errors
-    /// A missing or newer file, one that is no project or in which nothing is readable, one that is open elsewhere.
-    pub fn open(path: &Path, owner: Owner) -> Result<Self, ProjectError> {
+    /// A missing or newer file, one that is no project, a damaged one without a backup, one that is open elsewhere.
+    pub fn open(path: &Path) -> Result<Self, ProjectError> {
         let error = match Project::open(path) {
             Ok((project, contents)) => {
                 let project = match project.is_read_only() {
@@ -53,32 +44,32 @@ impl Opened {
             }
             Err(error) => error,
         };
-        match read_apart(path, error)? {
-            Apart::Whole(contents) => Ok(Self {
+        let (contents, account) = read_apart(path, error)?;
+        let Some(account) = account else {
+            return Ok(Self {
                 project: Err(ProjectError::read_only(path)),
-                contents: *contents,
+                contents,
                 damage: None,
-            }),
-            Apart::Damaged { salvaged, reason } => {
-                let Salvaged { contents, account } = *salvaged;
-                let (project, place) = match go_on(path, owner, &contents) {
-                    Ok((project, place)) => (Ok(project), place),
-                    Err(error) => (Err(error), "nothing was written".to_owned()),
-                };
-                let damage = format!("{}: is damaged ({reason}); {account}; {place}", path.display());
-                Ok(Self {
-                    project,
-                    contents,
-                    damage: Some(damage),
-                })
+            });
+        };
+        let (project, place) = match put_in_place(path, &contents) {
+            Ok((project, aside)) => {
+                let place = format!("the damaged file is now {}", aside.display());
+                (Ok(project), place)
             }
-        }
+            Err(error) => (Err(error), "nothing was written".to_owned()),
+        };
+        Ok(Self {
+            project,
+            contents,
+            damage: Some(format!("{account}; {place}")),
+        })
     }
 }
 
 impl Contents {
-    /// Reads all of a project file, or what is readable, to work on it elsewhere: nothing is written to it or beside
-    /// it, except that an older one is brought up to date. What was damaged is told by a warning.
+    /// Reads all of a project file, or its newest backup where it is damaged, to work on it elsewhere: nothing is
+    /// written to it or beside it, except that an older one is brought up to date. A backup is told by a warning.
     ///
     /// # Errors
     /// Those of [`Opened::open`].
@@ -87,83 +78,45 @@ impl Contents {
             Ok((_, contents)) => return Ok(contents),
             Err(error) => error,
         };
-        match read_apart(path, error)? {
-            Apart::Whole(contents) => Ok(*contents),
-            Apart::Damaged { salvaged, reason } => {
-                let Salvaged {
-                    mut contents,
-                    account,
-                } = *salvaged;
-                let sentence = format!("{}: is damaged ({reason}); {account}", path.display());
-                contents.warnings.insert(0, sentence);
-                Ok(contents)
-            }
-        }
+        let (mut contents, account) = read_apart(path, error)?;
+        contents.warnings.splice(0..0, account);
+        Ok(contents)
     }
 }
 
-/// What could be read of a file that did not open.
-enum Apart {
-    /// All of it, from a copy.
-    Whole(Box<Contents>),
-    Damaged {
-        salvaged: Box<Salvaged>,
-        reason: String,
-    },
-}
-
-/// Reads a file that did not open with `error`, without writing to it.
-fn read_apart(path: &Path, error: ProjectError) -> Result<Apart, ProjectError> {
-    match &error {
-        ProjectError::Damaged { reason, .. } => salvaged(path, path, reason.clone(), true).ok_or(error),
-        ProjectError::NotAProject(_) => {
-            // The mark by which a project is known may be what is damaged.
-            let is_named = path.extension().is_some_and(|extension| extension == "inplace");
-            let reason = "its header is unusable".to_owned();
-            is_named
-                .then(|| salvaged(path, path, reason, false))
-                .flatten()
-                .ok_or(error)
-        }
+/// Reads a file that did not open with `error`, without writing to it: all of it from a copy, or its newest backup
+/// with the account of that.
+fn read_apart(path: &Path, error: ProjectError) -> Result<(Contents, Option<String>), ProjectError> {
+    let reason = match &error {
+        ProjectError::Damaged { reason, .. } => reason.clone(),
+        ProjectError::NotAProject(_) => "its header is unusable".to_owned(),
         // On a read-only disk SQLite can make no use of a journal that a killed process has left beside the file.
-        ProjectError::Unreadable { reason, .. } => {
-            let Ok(copy) = Copy::of(path) else {
-                // Some of its sectors may be readable.
-                return salvaged(path, path, reason.clone(), false).ok_or(error);
-            };
-            let read = Project::attach(&copy.file).and_then(|project| rows::read(&project.connection, path));
-            match read {
-                Ok(contents) => Ok(Apart::Whole(Box::new(contents))),
-                Err(ProjectError::Damaged { reason, .. } | ProjectError::Unreadable { reason, .. }) => {
-                    salvaged(&copy.file, path, reason, true).ok_or(error)
-                }
-                Err(_) => Err(error),
-            }
-        }
-        _ => Err(error),
-    }
+        ProjectError::Unreadable { reason, .. } => match read_copy(path) {
+            Ok(Ok(contents)) => return Ok((contents, None)),
+            Ok(Err(ProjectError::Damaged { reason, .. })) => reason,
+            Err(refused) if refused.kind() == io::ErrorKind::PermissionDenied => return Err(error),
+            // Some of its sectors cannot be read.
+            Ok(Err(_)) | Err(_) => reason.clone(),
+        },
+        _ => return Err(error),
+    };
+    let Some(Backup { contents, time }) = backups::newest(path) else {
+        return Err(error);
+    };
+    let account = format!(
+        "{}: is damaged ({reason}); its backup of {time} is used instead, so anything done after that is missing",
+        path.display()
+    );
+    Ok((contents, Some(account)))
 }
 
-fn salvaged(file: &Path, path: &Path, reason: String, surely_ours: bool) -> Option<Apart> {
-    let salvaged = Box::new(salvage(file, path, surely_ours)?);
-    Some(Apart::Damaged { salvaged, reason })
-}
-
-/// Writes what was read of the damaged file at `path` into a new one and opens that; returns it with the end of a
-/// sentence about the places of both.
-fn go_on(path: &Path, owner: Owner, contents: &Contents) -> Result<(Project, String), ProjectError> {
-    let recovered = unused(path, "recovered")?;
-    let project = Project::create(&recovered, contents)?;
-    if owner == Owner::Person {
-        let place = format!(
-            "the work goes on in {}, and the damaged file stays as it is",
-            recovered.display()
-        );
-        return Ok((project, place));
-    }
-    // An open database must not be renamed: its journal would get the old name.
-    drop(project);
+/// Puts the damaged file at `path` aside and a new one with these contents in its place. Returns that, opened, and
+/// where the damaged one is.
+fn put_in_place(path: &Path, contents: &Contents) -> Result<(Project, PathBuf), ProjectError> {
     let damaged = unused(path, "damaged")?;
+    let draft = unused(path, "restored")?;
+    // An open database must not be renamed: its journal would get the old name.
+    drop(Project::create(&draft, contents)?);
     let change_places = || -> io::Result<()> {
         fs::rename(path, &damaged)?;
         // A journal of the damaged file would be applied to the new one.
@@ -171,11 +124,10 @@ fn go_on(path: &Path, owner: Owner, contents: &Contents) -> Result<(Project, Str
             Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
             _ => {}
         }
-        fs::rename(&recovered, path)
+        fs::rename(&draft, path)
     };
     change_places().map_err(|error| ProjectError::writing_file(path, &error))?;
-    let place = format!("the damaged file is now {}", damaged.display());
-    Ok((Project::attach(path)?, place))
+    Ok((Project::attach(path)?, damaged))
 }
 
 /// `NAME-WORD.inplace` beside the file, with a number where that is taken.
@@ -194,30 +146,23 @@ fn unused(path: &Path, word: &str) -> Result<PathBuf, ProjectError> {
         })
 }
 
-/// A copy of a project file with what lies beside it, in a folder that goes with it.
-struct Copy {
-    _folder: tempfile::TempDir,
-    file: PathBuf,
-}
-
-impl Copy {
-    fn of(path: &Path) -> io::Result<Self> {
-        let folder = tempfile::tempdir()?;
-        let file = folder.path().join("copy.inplace");
-        // Not `fs::copy`, which would make the copy read-only as well.
-        let copy = |from: &Path, to: &Path| -> io::Result<u64> {
-            io::copy(&mut fs::File::open(from)?, &mut fs::File::create(to)?)
-        };
-        copy(path, &file)?;
-        for suffix in ["-journal", "-wal"] {
-            match copy(&with_suffix(path, suffix), &with_suffix(&file, suffix)) {
-                Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
-                _ => {}
-            }
+/// Reads a copy of a project file, made with what lies beside it in a temporary folder.
+///
+/// # Errors
+/// Outside: the file cannot be copied. Inside: the copy cannot be opened.
+fn read_copy(path: &Path) -> io::Result<Result<Contents, ProjectError>> {
+    let folder = tempfile::tempdir()?;
+    let file = folder.path().join("copy.inplace");
+    // Not `fs::copy`, which would make the copy read-only as well.
+    let copy = |from: &Path, to: &Path| -> io::Result<u64> {
+        io::copy(&mut fs::File::open(from)?, &mut fs::File::create(to)?)
+    };
+    copy(path, &file)?;
+    for suffix in ["-journal", "-wal"] {
+        match copy(&with_suffix(path, suffix), &with_suffix(&file, suffix)) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
+            _ => {}
         }
-        Ok(Self {
-            _folder: folder,
-            file,
-        })
     }
+    Ok(Project::attach(&file).and_then(|project| rows::read(&project.connection, path)))
 }

@@ -6,21 +6,13 @@ use std::sync::Arc;
 use rayon::prelude::*;
 use rusqlite::{Connection, OptionalExtension, Row, params};
 
+use super::columns::{from_json, integer, json, rows, unsigned};
 use super::consistency::{self, Doubts};
 use super::contents::Pending;
 use super::{Contents, FrameRecord, ProjectError, SceneRecord, Step, imports, location};
 use crate::labels::{Class, Edit, History, LabelSet, Stroke, StrokeId, png};
 use crate::scene::{ImageError, SceneSource};
 use crate::session::{FrameMap, ModelState};
-
-/// SQLite's integers are signed; nothing here comes near the limit.
-pub(super) fn integer(value: impl TryInto<i64>) -> i64 {
-    value.try_into().unwrap_or(i64::MAX)
-}
-
-fn json<T: serde::Serialize>(value: &T) -> rusqlite::Result<String> {
-    serde_json::to_string(value).map_err(|error| rusqlite::Error::ToSqlConversionFailure(error.into()))
-}
 
 /// Replaces scene, labels and history.
 pub(super) fn write_all(
@@ -302,36 +294,37 @@ pub(super) fn read(connection: &Connection, path: &Path) -> Result<Contents, Pro
 
 /// Reads where the scene is, as seen from a project file at `path`, and its frames.
 pub(super) fn read_scene(connection: &Connection, path: &Path) -> Result<SceneRecord, ProjectError> {
+    let reading = |error| ProjectError::reading(path, &error);
     let frames = "SELECT stem, width, height, bytes FROM frame ORDER BY number";
-    let read = || {
-        let frames = rows(connection, frames, |row| {
-            Ok(FrameRecord {
-                stem: row.get(0)?,
-                width: row.get(1)?,
-                height: row.get(2)?,
-                bytes: unsigned(row, 3)? as u64,
-            })
-        })?;
-        connection.query_row(
-            "SELECT scene, relative_path, absolute_path, depth FROM project",
-            [],
-            |row| {
-                let kind: String = row.get(0)?;
-                let (relative, absolute): (Option<String>, Option<String>) = (row.get(1)?, row.get(2)?);
-                Ok(SceneRecord {
-                    source: if kind == "demo" {
-                        SceneSource::Demo
-                    } else {
-                        let folder = location::resolve(path, relative.as_deref(), absolute.as_deref());
-                        SceneSource::Folder(folder)
-                    },
-                    depth: row.get(3)?,
-                    frames,
-                })
-            },
-        )
-    };
-    read().map_err(|error| ProjectError::reading(path, &error))
+    let frames = rows(connection, frames, |row| {
+        Ok(FrameRecord {
+            stem: row.get(0)?,
+            width: row.get(1)?,
+            height: row.get(2)?,
+            bytes: unsigned(row, 3)? as u64,
+        })
+    })
+    .map_err(reading)?;
+    let scene = "SELECT scene, relative_path, absolute_path, depth FROM project";
+    let (source, depth) = connection
+        .query_row(scene, [], |row| {
+            let kind: String = row.get(0)?;
+            let (relative, absolute): (Option<String>, Option<String>) = (row.get(1)?, row.get(2)?);
+            let source = match kind.as_str() {
+                "demo" => Some(SceneSource::Demo),
+                _ => {
+                    location::resolve(path, relative.as_deref(), absolute.as_deref()).map(SceneSource::Folder)
+                }
+            };
+            Ok((source, row.get(3)?))
+        })
+        .map_err(reading)?;
+    let source = source.ok_or_else(|| ProjectError::damaged(path, "it does not say where its scene is"))?;
+    Ok(SceneRecord {
+        source,
+        depth,
+        frames,
+    })
 }
 
 /// Maps can be made again, so one that cannot be read is a warning.
@@ -389,24 +382,4 @@ fn read_stroke(row: &Row<'_>) -> rusqlite::Result<(StrokeId, Arc<Stroke>)> {
         lines: from_json(row, 4)?,
     };
     Ok((StrokeId(unsigned(row, 0)? as u64), Arc::new(stroke)))
-}
-
-pub(super) fn rows<T>(
-    connection: &Connection,
-    sql: &str,
-    read: impl FnMut(&Row<'_>) -> rusqlite::Result<T>,
-) -> rusqlite::Result<Vec<T>> {
-    connection.prepare(sql)?.query_map([], read)?.collect()
-}
-
-pub(super) fn unsigned(row: &Row<'_>, column: usize) -> rusqlite::Result<usize> {
-    let value: i64 = row.get(column)?;
-    usize::try_from(value).map_err(|_| rusqlite::Error::IntegralValueOutOfRange(column, value))
-}
-
-fn from_json<T: serde::de::DeserializeOwned>(row: &Row<'_>, column: usize) -> rusqlite::Result<T> {
-    let text: String = row.get(column)?;
-    serde_json::from_str(&text).map_err(|error| {
-        rusqlite::Error::FromSqlConversionFailure(column, rusqlite::types::Type::Text, error.into())
-    })
 }

@@ -5,13 +5,10 @@ use std::time::Duration;
 
 use rusqlite::{Connection, ErrorCode, OpenFlags};
 
-use super::ProjectError;
+use super::{ProjectError, VERSION};
 
 /// "INPL": tells a project from any other SQLite file.
-pub(super) const APPLICATION_ID: i64 = 0x494e_504c;
-
-/// Schema version that this program writes, and the highest that it reads.
-pub(super) const VERSION: i64 = 3;
+const APPLICATION_ID: i64 = 0x494e_504c;
 
 const TABLES: &str = "
 CREATE TABLE project (
@@ -190,7 +187,7 @@ pub(super) fn check(connection: &Connection, path: &Path) -> Result<Access, Proj
         return Err(ProjectError::damaged(path, reason));
     }
     let verdict: String = connection
-        .query_row("PRAGMA integrity_check(1)", [], |row| row.get(0))
+        .query_row("PRAGMA quick_check(1)", [], |row| row.get(0))
         .map_err(reading)?;
     if verdict != "ok" {
         // SQLite tells the tree and page on a line of its own.

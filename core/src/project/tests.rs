@@ -1,7 +1,10 @@
+mod backups;
 mod damage;
-mod spoilt;
+mod journal;
+mod versions;
 
 use std::fs;
+use std::time::{Duration, Instant};
 
 use glam::{Affine3A, DVec3};
 
@@ -12,7 +15,7 @@ use crate::labels::{
 use crate::scene::{Camera, ColorImage, Frame, FramePixels, OpenOptions, Scene, SceneSource};
 
 /// A scene of tiny frames, in a folder.
-pub(super) fn scene(folder: &Path, stems: &[&str]) -> Scene {
+fn scene(folder: &Path, stems: &[&str]) -> Scene {
     let frame = |stem: &&str| Frame {
         stem: (*stem).to_owned(),
         path: folder.join(stem),
@@ -35,7 +38,7 @@ pub(super) fn scene(folder: &Path, stems: &[&str]) -> Scene {
 }
 
 /// A project on frames a, b, c with two classes, a stroke on a and on c, and one undone on b.
-pub(super) fn contents(folder: &Path) -> Contents {
+fn contents(folder: &Path) -> Contents {
     let record = SceneRecord::of(&scene(folder, &["a", "b", "c"]), OpenOptions::default());
     let mut history = History::new(LabelSet::default());
     history.add_class("wall");
@@ -47,18 +50,52 @@ pub(super) fn contents(folder: &Path) -> Contents {
     Contents::new(record, history)
 }
 
-pub(super) fn map(frame: usize, generation: u64, label: u16) -> Arc<FrameMap> {
+fn map(frame: usize, generation: u64, label: u16) -> Arc<FrameMap> {
     let entropy = (0..6).map(|i| i * 10_000).collect();
     Arc::new(FrameMap::new(frame, generation, [3, 2], vec![label; 6], entropy).unwrap())
 }
 
 /// Stem and class of every stroke.
-pub(super) fn labelled(contents: &Contents) -> Vec<(String, u16)> {
+fn labelled(contents: &Contents) -> Vec<(String, u16)> {
     let stems = contents.scene.stems();
     let strokes = contents.history.labels().strokes.values();
     strokes
         .map(|stroke| (stems[stroke.frame].clone(), stroke.class))
         .collect()
+}
+
+/// A new project at `path` and its journal.
+fn start(path: &Path) -> (Journal, History) {
+    let contents = contents(path.parent().unwrap());
+    let project = Project::create(path, &contents).unwrap();
+    let journal = Journal::start(project, &contents, || ()).unwrap();
+    (journal, contents.history)
+}
+
+fn click(history: &mut History, x: u32) -> Step {
+    Step::Do(history.add_stroke(Stroke::click(0, 1, [x, 0])))
+}
+
+fn event(journal: &Journal) -> JournalEvent {
+    journal.events().recv_timeout(Duration::from_secs(20)).unwrap()
+}
+
+fn wait_for(condition: impl Fn() -> bool) {
+    let start = Instant::now();
+    while !condition() {
+        assert!(start.elapsed() < Duration::from_secs(20), "waited too long");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+}
+
+/// What is in a folder, sorted.
+fn names(folder: &Path) -> Vec<String> {
+    let entries = fs::read_dir(folder).unwrap();
+    let mut names: Vec<String> = entries
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    names
 }
 
 fn assert_same(a: &Contents, b: &Contents) {
@@ -191,23 +228,14 @@ fn imported_images_follow_their_frames_and_are_left_out_where_a_frame_has_anothe
 }
 
 #[test]
-fn a_closed_project_is_one_file() {
+fn every_commit_is_in_the_one_file_even_while_it_is_open() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("p.inplace");
     let mut project = Project::create(&path, &contents(folder.path())).unwrap();
     project.record(&[Step::Redo]).unwrap();
+    let bytes = fs::read(&path).unwrap();
     drop(project);
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
-}
-
-#[test]
-fn a_copy_of_the_file_alone_holds_every_commit_even_while_it_is_open() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("p.inplace");
-    let contents = contents(folder.path());
-    let mut project = Project::create(&path, &contents).unwrap();
-    project.record(&[Step::Redo]).unwrap();
-    let bytes = fs::read(&path).unwrap();
     let copy = folder.path().join("copy.inplace");
     fs::write(&copy, bytes).unwrap();
     let (_project, copied) = Project::open(&copy).unwrap();
@@ -227,58 +255,6 @@ fn two_openings_are_refused() {
     assert_eq!(replaced, ProjectError::InUse(path.clone()));
     drop(project);
     assert!(Project::open(&path).is_ok());
-}
-
-#[test]
-fn files_of_others_are_refused_with_a_sentence() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("p.inplace");
-    assert_eq!(
-        Project::open(&path).unwrap_err(),
-        ProjectError::Missing(path.clone())
-    );
-    let refused = || Project::open(&path).unwrap_err();
-    for bytes in [&b""[..], b"hello", &[7; 4096]] {
-        fs::write(&path, bytes).unwrap();
-        assert_eq!(refused(), ProjectError::NotAProject(path.clone()));
-    }
-    fs::remove_file(&path).unwrap();
-    let other = Connection::open(&path).unwrap();
-    other.execute_batch("CREATE TABLE t (x)").unwrap();
-    drop(other);
-    assert_eq!(refused(), ProjectError::NotAProject(path.clone()));
-}
-
-#[test]
-fn a_newer_file_is_refused_and_a_damaged_one_does_no_harm() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("p.inplace");
-    let spoil = |sql: &str| {
-        drop(Project::create(&path, &contents(folder.path())).unwrap());
-        Connection::open(&path).unwrap().execute_batch(sql).unwrap();
-        Project::open(&path)
-    };
-    let newer = spoil("PRAGMA user_version = 4").unwrap_err().to_string();
-    assert!(
-        newer.contains("newer Inplace (file version 4, this program reads up to 3)"),
-        "{newer}"
-    );
-    for sql in [
-        "DELETE FROM project",
-        "UPDATE stroke SET frame = 9",
-        "UPDATE stroke SET lines = '[[1'",
-        "UPDATE stroke SET radius = -1",
-        "DELETE FROM edit",
-        "PRAGMA user_version = 0",
-        "UPDATE project SET imported = 5",
-        "INSERT INTO imported_map VALUES (1, 0, x'00', NULL)",
-    ] {
-        let error = spoil(sql).unwrap_err();
-        assert!(matches!(error, ProjectError::Damaged { .. }), "{sql}: {error}");
-    }
-    let (_project, left) =
-        spoil("INSERT INTO map VALUES (1, 1, x'00', x'00'), (77, 1, x'00', x'00')").unwrap();
-    assert_eq!((left.maps.len(), left.warnings.len()), (0, 1));
 }
 
 #[test]
@@ -379,69 +355,6 @@ fn changed_images_are_noticed() {
     );
 }
 
-#[test]
-fn there_is_a_file_of_every_version_and_each_opens() {
-    let fixtures = [
-        include_str!("fixtures/v1.sql"),
-        include_str!("fixtures/v2.sql"),
-        include_str!("fixtures/v3.sql"),
-    ];
-    assert_eq!(fixtures.len() as i64, schema::VERSION);
-    for (index, sql) in fixtures.iter().enumerate() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("p.inplace");
-        let old = Connection::open(&path).unwrap();
-        old.execute_batch(sql).unwrap();
-        assert_eq!(schema::version(&old).unwrap(), index as i64 + 1);
-        drop(old);
-        let opened = Opened::open(&path, Owner::Person).unwrap();
-        assert_eq!(
-            (opened.damage, opened.contents.warnings),
-            (None, Vec::<String>::new())
-        );
-        let project = opened.project.unwrap();
-        assert_eq!(schema::version(&project.connection).unwrap(), schema::VERSION);
-    }
-}
-
-#[test]
-fn files_of_version_2_still_open() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("p.inplace");
-    let old = Connection::open(&path).unwrap();
-    old.execute_batch(include_str!("fixtures/v2.sql")).unwrap();
-    drop(old);
-    let (_project, saved) = Project::open(&path).unwrap();
-    assert_eq!(saved.history.undo_name(), Some("import predictions"));
-    let images = saved.history.labels().imported.clone().unwrap();
-    assert_eq!(
-        (images.trust, images.maps.len(), images.maps[0].frame),
-        (Trust::VOTES, 1, 1)
-    );
-    let labels = images.maps[0].labels();
-    assert_eq!((labels[0], labels[320 * 240 - 1]), (1, 2));
-}
-
-#[test]
-fn a_file_of_version_2_that_cannot_be_written_is_read_as_it_is() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("p.inplace");
-    let old = Connection::open(&path).unwrap();
-    old.execute_batch(include_str!("fixtures/v2.sql")).unwrap();
-    old.execute_batch("UPDATE import SET trust = 'trusted'").unwrap();
-    drop(old);
-    let uri = format!("file:{}?immutable=1", path.display());
-    let flags = rusqlite::OpenFlags::SQLITE_OPEN_READ_ONLY | rusqlite::OpenFlags::SQLITE_OPEN_URI;
-    let connection = Connection::open_with_flags(uri, flags).unwrap();
-    schema::check(&connection, &path).unwrap();
-    let contents = rows::read(&connection, &path).unwrap();
-    let images = contents.history.labels().imported.clone().unwrap();
-    assert_eq!((images.trust, images.maps.len()), (Trust::RIGHT, 1));
-    drop(connection);
-    let (_project, upgraded) = Project::open(&path).unwrap();
-    assert_same(&upgraded, &contents);
-}
-
 /// Probabilities of the frames a and c, on a grid that is coarser than theirs.
 fn probabilities() -> LabelImages {
     let cell = |class| Likeliest::of([(class, 0.75), (300, 0.25)].into_iter());
@@ -468,73 +381,9 @@ fn probabilities_and_their_trust_come_back() {
         .record(&import(&mut contents.history, probabilities()))
         .unwrap();
     drop(project);
-    let (project, saved) = Project::open(&path).unwrap();
+    let (_project, saved) = Project::open(&path).unwrap();
     assert_same(&saved, &contents);
     let images = saved.history.labels().imported.clone().unwrap();
     assert_eq!((images.trust.value(), images.maps.len()), (0.3, 2));
     assert_eq!(images.maps[0].labels(), [1, 2, 2, 1, 2, 2]);
-    project
-        .connection
-        .execute_batch("UPDATE imported_map SET shares = labels")
-        .unwrap();
-    drop(project);
-    let error = Project::open(&path).unwrap_err().to_string();
-    assert!(error.contains("an imported label image is unusable"), "{error}");
-}
-
-#[test]
-fn files_of_version_3_still_open() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("p.inplace");
-    let old = Connection::open(&path).unwrap();
-    old.execute_batch(include_str!("fixtures/v3.sql")).unwrap();
-    drop(old);
-    let (_project, saved) = Project::open(&path).unwrap();
-    assert_eq!(saved.history.undo_name(), Some("import predictions"));
-    let images = saved.history.labels().imported.clone().unwrap();
-    assert_eq!((images.trust.value(), images.maps.len()), (0.25, 1));
-    let grid = images.maps[0].probabilities().unwrap();
-    assert_eq!((grid.size(), grid.frame_size()), ([2, 1], [320, 240]));
-    let said: Vec<Vec<(u16, f32)>> = grid.cells().iter().map(|cell| cell.iter().collect()).collect();
-    assert_eq!(
-        said,
-        [vec![(1, 204.0 / 255.0), (2, 51.0 / 255.0)], vec![(2, 1.0)]]
-    );
-}
-
-#[test]
-fn a_file_of_version_1_that_cannot_be_written_is_read_as_it_is() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("p.inplace");
-    let old = Connection::open(&path).unwrap();
-    old.execute_batch(include_str!("fixtures/v1.sql")).unwrap();
-    let uri = format!("file:{}?immutable=1", path.display());
-    drop(old);
-    let flags = rusqlite::OpenFlags::SQLITE_OPEN_READ_ONLY | rusqlite::OpenFlags::SQLITE_OPEN_URI;
-    let connection = Connection::open_with_flags(uri, flags).unwrap();
-    schema::check(&connection, &path).unwrap();
-    let contents = rows::read(&connection, &path).unwrap();
-    assert_eq!(contents.history.labels().strokes.len(), 2);
-    assert!(contents.history.imports().0.is_empty());
-}
-
-#[test]
-fn files_of_version_1_still_open() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("p.inplace");
-    let old = Connection::open(&path).unwrap();
-    old.execute_batch(include_str!("fixtures/v1.sql")).unwrap();
-    drop(old);
-    let (mut project, mut saved) = Project::open(&path).unwrap();
-    assert_eq!(
-        labelled(&saved),
-        [("rgb_0".to_owned(), 1), ("rgb_5".to_owned(), 2)]
-    );
-    assert_eq!(saved.history.undo_name(), Some("scribble floor"));
-    assert_eq!(saved.history.redo_name(), Some("erase"));
-    assert_eq!(saved.view.as_deref(), Some("{}"));
-    saved.history.redo().unwrap();
-    project.record(&[Step::Redo]).unwrap();
-    drop(project);
-    assert_same(&Project::open(&path).unwrap().1, &saved);
 }

@@ -2,15 +2,16 @@
 
 use std::collections::{BTreeMap, VecDeque};
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
-use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, TryRecvError};
+use crossbeam_channel::{Receiver, RecvTimeoutError, Sender};
 
+use super::backups::Backups;
 use super::contents::Pending;
-use super::journal::{JournalEvent, Message, SaveAs};
+use super::location::backups_folder;
 use super::{Contents, Project, ProjectError, SceneRecord, Step};
 use crate::TOLD;
 use crate::labels::History;
@@ -21,6 +22,42 @@ const RETRY: Duration = Duration::from_millis(if cfg!(test) { 20 } else { 2000 }
 
 /// Maps are written in pieces of about this many pixels, so that an edit never waits long behind them.
 const PIECE_PIXELS: usize = 1 << 20;
+
+/// What the journal tells.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum JournalEvent {
+    /// [`save_as`](super::Journal::save_as) or [`move_to`](super::Journal::move_to) is done; the journal goes on in
+    /// this file.
+    Saved {
+        /// The new file.
+        path: PathBuf,
+    },
+    /// The file could not be written. The sentence names it; the work is in memory, and the journal goes
+    /// on trying.
+    Failed(String),
+    /// No backup could be written, told once. The sentence names the project, which is itself written.
+    NotBackedUp(String),
+    /// After a failure everything is on the disk again.
+    Recovered {
+        /// The project file.
+        path: PathBuf,
+    },
+}
+
+/// What the writer is asked to keep.
+pub(super) enum Message {
+    Step(Step),
+    Maps(Vec<Arc<FrameMap>>),
+    Model(Arc<ModelState>),
+    View(String),
+    SaveAs(SaveAs),
+}
+
+/// A project that gets another name.
+pub(super) struct SaveAs {
+    pub(super) path: PathBuf,
+    pub(super) remove_old: bool,
+}
 
 /// Owns the project file and everything that is not in it yet.
 pub(super) struct Writer {
@@ -39,6 +76,7 @@ pub(super) struct Writer {
     model: Option<Arc<ModelState>>,
     maps: BTreeMap<usize, Arc<FrameMap>>,
     failing: Option<ProjectError>,
+    backups: Backups,
     events: Sender<JournalEvent>,
     committed: Arc<AtomicU64>,
     wake: Box<dyn Fn() + Send>,
@@ -65,6 +103,7 @@ impl Writer {
             model: None,
             maps: BTreeMap::new(),
             failing: None,
+            backups: Backups::default(),
             events,
             committed,
             wake,
@@ -81,25 +120,20 @@ impl Writer {
     /// Works until there is nothing left to do and nobody left to ask for more.
     pub(super) fn run(mut self, messages: &Receiver<Message>) -> Result<(), ProjectError> {
         loop {
-            let message = if self.is_idle() {
-                messages.recv().map_err(|_| TryRecvError::Disconnected)
-            } else if self.failing.is_some() {
-                messages.recv_timeout(RETRY).map_err(|error| match error {
-                    RecvTimeoutError::Timeout => TryRecvError::Empty,
-                    RecvTimeoutError::Disconnected => TryRecvError::Disconnected,
-                })
-            } else {
-                messages.try_recv()
+            let message = match self.pause() {
+                Some(pause) => messages.recv_timeout(pause),
+                None => messages.recv().map_err(RecvTimeoutError::from),
             };
             match message {
                 Ok(message) => {
                     self.take(message);
                     messages.try_iter().for_each(|message| self.take(message));
                 }
-                Err(TryRecvError::Empty) => {}
-                Err(TryRecvError::Disconnected) => break,
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => break,
             }
             self.work();
+            self.back_up(false);
         }
         while !self.is_idle() {
             self.work();
@@ -107,7 +141,37 @@ impl Writer {
                 break;
             }
         }
+        self.back_up(true);
         self.failing.map_or(Ok(()), Err)
+    }
+
+    /// How long to wait for a message before there is something else to do; `None`: for as long as it takes.
+    fn pause(&self) -> Option<Duration> {
+        if self.is_idle() {
+            return self.backups.pause();
+        }
+        Some(match self.failing {
+            Some(_) => RETRY,
+            None => Duration::ZERO,
+        })
+    }
+
+    /// Has a backup written where one is due, or, `at_the_end`, where the last one lacks something.
+    fn back_up(&mut self, at_the_end: bool) {
+        // What is not in the project file is not backed up either.
+        if self.failing.is_some() {
+            return;
+        }
+        let mut backups = std::mem::take(&mut self.backups);
+        let (path, contents) = (self.project.path(), || self.contents());
+        let failure = match at_the_end {
+            true => backups.finish(path, contents),
+            false => backups.work(path, contents),
+        };
+        self.backups = backups;
+        if let Some(sentence) = failure {
+            self.tell(JournalEvent::NotBackedUp(sentence));
+        }
     }
 
     fn take(&mut self, message: Message) {
@@ -176,6 +240,9 @@ impl Writer {
     }
 
     fn everything_is_written(&mut self) {
+        if !self.steps.is_empty() {
+            self.backups.note_edit();
+        }
         self.steps.clear();
         self.rewrite = None;
         self.committed.store(self.received, Ordering::Release);
@@ -201,8 +268,10 @@ impl Writer {
                 if let Some(copy) = copy {
                     let old_path = self.project.path().to_path_buf();
                     self.project = copy;
+                    self.backups.restart();
                     if request.remove_old {
-                        // A file that cannot be removed only takes space.
+                        // Files that cannot be removed only take space.
+                        let _ = fs::remove_dir_all(backups_folder(&old_path));
                         let _ = fs::remove_file(old_path);
                     }
                 }

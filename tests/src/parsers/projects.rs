@@ -8,12 +8,15 @@ use inplace_core::field::{Preset, Trainer};
 use inplace_core::labels::{
     History, ImportedLabels, ImportedMap, LabelImages, LabelSet, Stroke, Trust, rasterise,
 };
-use inplace_core::project::{Contents, Opened, Owner, Project, SceneRecord, Step};
+use inplace_core::project::{Contents, Journal, Opened, Project, SceneRecord, Step};
 use inplace_core::scene::OpenOptions;
 use inplace_core::session::{FrameMap, ModelState};
 use rusqlite::Connection;
 
 use super::{Parser, assert_sentence, two_frames};
+
+/// The project that is opened, in the folder of a check.
+const NAME: &str = "p.inplace";
 
 /// A project with something in every table.
 fn write_project(path: &Path) {
@@ -97,7 +100,7 @@ pub(super) const FILE: Parser = Parser {
     name: "project",
     prepare: |_| {},
     check: |folder, bytes| {
-        let path = folder.join("p.inplace");
+        let path = folder.join(NAME);
         fs::write(&path, bytes).expect("the temporary folder can be written");
         check(&path);
         // A journal of the file before would belong to this one.
@@ -105,49 +108,45 @@ pub(super) const FILE: Parser = Parser {
     },
 };
 
-/// A project file that may be damaged, of which what is readable goes into another.
+/// A project file that may be damaged, and has a backup.
 pub(super) const DAMAGED: Parser = Parser {
     name: "damaged_project",
-    prepare: |_| {},
+    prepare: |folder| {
+        let path = folder.join(NAME);
+        write_project(&path);
+        let opened = Opened::open(&path).expect("the project is there");
+        let project = opened.project.expect("it can be written");
+        let journal = Journal::start(project, &opened.contents, || ()).expect("a thread");
+        journal.record(Step::Redo);
+        let closed = journal.close();
+        closed.expect("the project and its backup can be written");
+    },
     check: |folder, bytes| {
-        let path = folder.join("p.inplace");
+        let path = folder.join(NAME);
         fs::write(&path, bytes).expect("the temporary folder can be written");
-        match Opened::open(&path, Owner::Person) {
-            Ok(opened) => check_opened(opened),
+        match Opened::open(&path) {
+            Ok(Opened {
+                damage: Some(sentence),
+                project,
+                contents,
+            }) => {
+                assert_sentence(&sentence);
+                assert_eq!(contents.history.labels().strokes.len(), 3);
+                drop(project.expect("the folder can be written"));
+                let aside = folder.join("p-damaged.inplace");
+                assert_eq!(fs::read(&aside).expect("the file was put aside"), bytes);
+                fs::remove_file(aside).expect("the temporary folder can be written");
+                check(&path);
+            }
+            Ok(_) => {}
             Err(error) => assert_sentence(&error.to_string()),
         }
-        for entry in fs::read_dir(folder).expect("the temporary folder can be read") {
-            let path = entry.expect("the temporary folder can be read").path();
-            fs::remove_file(path).expect("the temporary folder can be written");
+        // Journals of this file would belong to the next one.
+        for name in ["p.inplace-journal", "p-damaged.inplace-journal"] {
+            let _ = fs::remove_file(folder.join(name));
         }
     },
 };
-
-/// Asserts what holds of whatever was read of a file, and that it is all in the file in which the work goes on.
-fn check_opened(opened: Opened) {
-    let Opened {
-        project,
-        contents,
-        damage,
-    } = opened;
-    let sentences = damage.iter().chain(&contents.warnings);
-    sentences.for_each(|sentence| assert_sentence(sentence));
-    let mut history = contents.history.clone();
-    while history.undo().is_some() {}
-    while history.redo().is_some() {}
-    match project {
-        Ok(project) if damage.is_some() => {
-            let path = project.path().to_path_buf();
-            drop(project);
-            let (_, again) = Project::open(&path).expect("what was written anew can be opened");
-            assert_eq!(again.history.labels(), contents.history.labels());
-            assert_eq!(again.history.edits(), contents.history.edits());
-            check(&path);
-        }
-        Ok(_) => {}
-        Err(error) => assert_sentence(&error.to_string()),
-    }
-}
 
 /// The saved model of a project.
 pub(super) const MODEL: Parser = Parser {
@@ -183,7 +182,7 @@ pub(super) const ROWS: Parser = Parser {
         let (Ok(lines), Ok(edit)) = (std::str::from_utf8(lines), std::str::from_utf8(edit)) else {
             return;
         };
-        let path = folder.join("p.inplace");
+        let path = folder.join(NAME);
         fs::copy(folder.join("whole.inplace"), &path).expect("the temporary folder can be written");
         let file = Connection::open(&path).expect("the project is there");
         file.execute_batch("PRAGMA synchronous = OFF; PRAGMA journal_mode = OFF")

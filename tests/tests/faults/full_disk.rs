@@ -5,7 +5,7 @@ use std::process::Command;
 use std::time::Duration;
 
 use inplace_core::labels::Stroke;
-use inplace_core::project::{Journal, JournalEvent, Opened, Owner, Project, Step};
+use inplace_core::project::{Journal, JournalEvent, Opened, Project, Step};
 use inplace_tests::Running;
 
 use crate::{
@@ -100,7 +100,7 @@ fn work_until_the_disk_is_full() {
         assert!(journal.close().is_err());
     }
 
-    let opened = Opened::open(&path, Owner::Person).unwrap();
+    let opened = Opened::open(&path).unwrap();
     assert_eq!(
         (opened.damage, opened.contents.warnings),
         (None, Vec::<String>::new())

@@ -1,4 +1,4 @@
-//! Damaged files, read-only media and full disks: what can be read is used, and nothing is said to be saved that is not.
+//! Damaged files, read-only media and full disks: what is there is used, and nothing is said to be saved that is not.
 #![cfg(unix)]
 #![allow(clippy::unwrap_used, reason = "a test ends where it fails")]
 
@@ -14,7 +14,7 @@ use std::process::Command;
 use std::time::Duration;
 
 use inplace_core::labels::{Class, History, LabelSet, Stroke};
-use inplace_core::project::{Contents, FrameRecord, Journal, JournalEvent, Project, SceneRecord};
+use inplace_core::project::{Contents, FrameRecord, Journal, JournalEvent, Project, SceneRecord, Step};
 use inplace_core::scene::SceneSource;
 use inplace_tests::Outcome;
 
@@ -50,14 +50,15 @@ fn scribble(number: u32) -> Stroke {
     }
 }
 
-/// Makes a project with some scribbles.
-fn write_project(path: &Path) -> Contents {
+/// Makes a project with some scribbles, and a backup of it.
+fn write_project(path: &Path) {
     let mut contents = contents();
+    let project = Project::create(path, &contents).unwrap();
+    let journal = Journal::start(project, &contents, || ()).unwrap();
     for number in 0..20 {
-        contents.history.add_stroke(scribble(number));
+        journal.record(Step::Do(contents.history.add_stroke(scribble(number))));
     }
-    drop(Project::create(path, &contents).unwrap());
-    contents
+    journal.close().unwrap();
 }
 
 /// The ignored test of that name in a process of its own.

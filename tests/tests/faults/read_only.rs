@@ -4,7 +4,7 @@ use std::fs::{self, Permissions};
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 
-use inplace_core::project::{Contents, Journal, Opened, Owner, Project, ProjectError, Step};
+use inplace_core::project::{Contents, Journal, Opened, Project, ProjectError, Step};
 use inplace_tests::Running;
 
 use crate::{
@@ -82,6 +82,7 @@ fn read_a_read_only_medium() {
         let mut files: Vec<PathBuf> = fs::read_dir(&medium)
             .unwrap()
             .map(|file| file.unwrap().path())
+            .filter(|path| path.is_file())
             .collect();
         files.sort();
         let bytes = files.iter().map(|file| fs::read(file).unwrap());
@@ -94,7 +95,7 @@ fn read_a_read_only_medium() {
     }
     for name in ["whole", "hot", "log", "damaged", "old"] {
         let path = medium.join(format!("{name}.inplace"));
-        let held = Opened::open(&path, Owner::Person).unwrap();
+        let held = Opened::open(&path).unwrap();
         let refusal = held.project.as_ref().unwrap_err();
         assert!(
             matches!(refusal, ProjectError::Unwritable { .. }),
@@ -159,7 +160,7 @@ fn work_in_a_read_only_folder() {
     };
     let path = folder.join("work.inplace");
     let before = fs::read(&path).unwrap();
-    let opened = Opened::open(&path, Owner::Person).unwrap();
+    let opened = Opened::open(&path).unwrap();
     let mut history = opened.contents.history.clone();
     let journal = Journal::start(opened.project.unwrap(), &opened.contents, || ()).unwrap();
     journal.record(Step::Do(history.add_stroke(scribble(99))));

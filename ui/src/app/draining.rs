@@ -122,7 +122,9 @@ impl App {
                     self.note_named(before);
                     self.state.toasts.info(english::saving::saved_to(&path));
                 }
-                JournalEvent::Failed(sentence) => self.state.toasts.error(sentence),
+                JournalEvent::Failed(sentence) | JournalEvent::NotBackedUp(sentence) => {
+                    self.state.toasts.error(sentence);
+                }
                 JournalEvent::Recovered { path } => {
                     self.state.toasts.info(english::saving::writable_again(&path));
                 }

@@ -69,7 +69,7 @@ pub fn memory_only(error: &str) -> String {
     format!("{error}. Until then your work is in memory only.")
 }
 
-/// A file was damaged; `account` says what was read, what is lost, and where the work goes on.
+/// A file was damaged; `account` says which backup was opened instead, and what is missing.
 pub fn damaged(account: String) -> String {
     format!("{account}.")
 }

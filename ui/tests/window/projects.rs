@@ -232,7 +232,7 @@ fn what_is_dropped_is_opened_in_place_of_what_was_open() {
     });
 }
 
-/// Makes a project with one stroke, and destroys the page that all of SQLite's reading begins with.
+/// Makes a project with one stroke, and damages it.
 fn write_damaged_project(folder: &Path, project: &Path) -> Vec<u8> {
     let mut window = Window::with_demo(folder);
     label_and_save(&mut window, project);
@@ -244,35 +244,24 @@ fn write_damaged_project(folder: &Path, project: &Path) -> Vec<u8> {
 }
 
 #[test]
-fn a_damaged_project_says_what_was_read_and_goes_on_in_a_new_file() {
+fn a_damaged_project_opens_from_its_backup_and_says_so() {
     let folder = tempfile::tempdir().unwrap();
     let project = folder.path().join("work.inplace");
     let damaged = write_damaged_project(folder.path(), &project);
     let mut window = Window::new(folder.path(), Some(Target::Project(project.clone())));
-    window.until("the project is asked about or open", |app| {
-        app.state().workspace().is_some() || app.state().dialog.is_some()
-    });
+    window.until("the project is open", |app| app.state().workspace().is_some());
     assert_eq!(window.strokes(), 1);
     let told: Vec<&str> = window.harness.state().state().toasts.texts().collect();
     let sentence = told.iter().find(|text| text.contains("is damaged")).unwrap();
-    let recovered = folder.path().join("work-recovered.inplace");
-    assert!(
-        sentence.contains("1 stroke, 1 class and 2 edits were read"),
-        "{sentence}"
-    );
-    assert!(
-        sentence.contains(&format!("the work goes on in {}", recovered.display())),
-        "{sentence}"
-    );
-    assert!(
-        sentence.ends_with("the damaged file stays as it is."),
-        "{sentence}"
-    );
+    assert!(sentence.contains("its backup of"), "{sentence}");
+    let aside = folder.path().join("work-damaged.inplace");
+    let end = format!("the damaged file is now {}.", aside.display());
+    assert!(sentence.ends_with(&end), "{sentence}");
     let keeper = window.harness.state().state().keeper.as_ref().unwrap();
-    assert_eq!((keeper.path(), keeper.is_named()), (recovered.as_path(), true));
+    assert_eq!((keeper.path(), keeper.is_named()), (project.as_path(), true));
     window.harness.get_by_label("saved");
     window.close();
-    assert_eq!(std::fs::read(&project).unwrap(), damaged);
+    assert_eq!(std::fs::read(&aside).unwrap(), damaged);
 }
 
 #[test]
@@ -280,10 +269,10 @@ fn a_project_that_cannot_be_written_is_labelled_in_memory_and_saved_elsewhere() 
     let folder = tempfile::tempdir().unwrap();
     let project = folder.path().join("work.inplace");
     write_damaged_project(folder.path(), &project);
-    // All the names that a recovered file could have.
-    std::fs::write(folder.path().join("work-recovered.inplace"), "").unwrap();
+    // All the names that the damaged file could get.
+    std::fs::write(folder.path().join("work-damaged.inplace"), "").unwrap();
     for number in 2..1000 {
-        std::fs::write(folder.path().join(format!("work-recovered-{number}.inplace")), "").unwrap();
+        std::fs::write(folder.path().join(format!("work-damaged-{number}.inplace")), "").unwrap();
     }
     let mut window = Window::new(folder.path(), Some(Target::Project(project.clone())));
     window.until("the project is open", |app| app.state().workspace().is_some());

@@ -1,0 +1,154 @@
+//! Damaged files, files of other programs, and files that are projects by their tables and hold what no project does.
+
+use super::*;
+
+/// What opening says of a project that was changed by these statements: the error, or the warnings.
+fn opened(changes: &str) -> Result<Vec<String>, ProjectError> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("p.inplace");
+    let mut whole = contents(folder.path());
+    whole.history.import(images(1));
+    whole.history.import(probabilities());
+    whole.maps = vec![map(0, 1, 1)];
+    drop(Project::create(&path, &whole).unwrap());
+    let file = Connection::open(&path).unwrap();
+    file.execute_batch(changes).unwrap();
+    drop(file);
+    Project::open(&path).map(|(_, contents)| contents.warnings)
+}
+
+#[test]
+fn what_no_project_holds_is_damage() {
+    assert_eq!(opened(""), Ok(Vec::new()));
+    let edit = |id: u64, frame: usize, x: u32| {
+        format!(
+            r#"UPDATE edit SET change = '{{"name": "", "classes": null, "strokes": [{{"id": {id}, "before": null,
+            "after": {{"frame": {frame}, "class": 1, "radius": 0, "lines": [[[{x}, 0]]]}}}}]}}' WHERE number = 2"#
+        )
+    };
+    assert!(opened(&edit(1, 0, 2)).is_ok());
+    let largest = i64::MAX;
+    for (changes, reason) in [
+        ("DELETE FROM project", ""),
+        ("DELETE FROM edit", "edits are missing"),
+        ("PRAGMA user_version = 0", "there never was a file version 0"),
+        ("UPDATE stroke SET lines = '[[1'", ""),
+        ("UPDATE stroke SET radius = -1", ""),
+        (
+            "UPDATE stroke SET frame = 9",
+            "is on a frame that it does not list",
+        ),
+        (
+            "UPDATE stroke SET class = 9",
+            "is of a class that it does not list",
+        ),
+        (
+            "UPDATE stroke SET lines = '[[[0, 0], [4294967295, 0]]]'",
+            "outside of every image",
+        ),
+        (&edit(1, 0, 70_000), "a frame or a pixel that there is not"),
+        (&edit(1, 9, 0), "a frame or a pixel that there is not"),
+        // There must be numbers for new strokes and imports.
+        (&edit(u64::MAX, 0, 0), "with the number 18446744073709551615"),
+        (
+            &format!("UPDATE stroke SET id = {largest} WHERE id = 1"),
+            "no stroke has the number",
+        ),
+        (
+            &format!("UPDATE import SET id = {largest} WHERE id = 1"),
+            "no import has the number",
+        ),
+        (
+            "UPDATE project SET imported = 5",
+            "imported label images are missing",
+        ),
+        (
+            "INSERT INTO imported_map VALUES (1, 1, x'00', NULL)",
+            "an imported label image is unusable",
+        ),
+        (
+            "UPDATE imported_map SET shares = labels",
+            "an imported label image is unusable",
+        ),
+        (
+            "UPDATE project SET scene = 'folder', relative_path = NULL, absolute_path = NULL",
+            "it does not say where its scene is",
+        ),
+        // Nothing in a file is run.
+        (
+            "CREATE TRIGGER t AFTER INSERT ON edit BEGIN DELETE FROM stroke; END",
+            "views or triggers",
+        ),
+        ("CREATE VIEW v AS SELECT 1", "views or triggers"),
+    ] {
+        let error = opened(changes).unwrap_err();
+        assert!(
+            matches!(error, ProjectError::Damaged { .. }),
+            "{changes}: {error}"
+        );
+        assert!(error.to_string().contains(reason), "{changes}: {error}");
+    }
+    let newer = opened("PRAGMA user_version = 4").unwrap_err().to_string();
+    assert!(
+        newer.contains("newer Inplace (file version 4, this program reads up to 3)"),
+        "{newer}"
+    );
+}
+
+#[test]
+fn what_can_be_made_again_or_differs_from_the_history_is_a_warning() {
+    for (changes, warning) in [
+        (
+            "UPDATE frame SET stem = 'a' || char(10, 0) || 'z' WHERE number = 0;
+             UPDATE stroke SET lines = '[[[8,8]]]' WHERE frame = 0",
+            "differs from its own edit history in strokes on a z (1)",
+        ),
+        // An image may have become smaller since a stroke was drawn.
+        (
+            "UPDATE stroke SET lines = '[[[65535, 9]]]'",
+            "differs from its own edit history in strokes on a, c (2)",
+        ),
+        (
+            "UPDATE class SET name = 'roof' WHERE id = 1",
+            "edit history in the classes",
+        ),
+        (
+            "UPDATE map SET labels = x'00'",
+            "the saved map of frame 0 is left out",
+        ),
+        (
+            "UPDATE map SET entropy = (SELECT labels FROM imported_map WHERE import = 2 AND frame = 0)",
+            "the saved map of frame 0 is left out",
+        ),
+    ] {
+        let warnings = opened(changes).unwrap();
+        assert!(
+            warnings.len() == 1 && warnings[0].contains(warning),
+            "{warnings:?}"
+        );
+    }
+}
+
+#[test]
+fn files_of_others_are_refused_with_a_sentence_and_left_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("p.inplace");
+    let missing = ProjectError::Missing(path.clone());
+    assert_eq!(Opened::open(&path).unwrap_err(), missing);
+    let refused = || {
+        let before = fs::read(&path).unwrap();
+        let error = Opened::open(&path).unwrap_err();
+        assert_eq!(error, ProjectError::NotAProject(path.clone()));
+        assert_eq!(fs::read(&path).unwrap(), before);
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    };
+    for bytes in [&b""[..], b"hello", b"SQLite format 3\0", &[13; 3 * 4096]] {
+        fs::write(&path, bytes).unwrap();
+        refused();
+    }
+    fs::remove_file(&path).unwrap();
+    let other = Connection::open(&path).unwrap();
+    other.execute_batch("CREATE TABLE t (x)").unwrap();
+    drop(other);
+    refused();
+}

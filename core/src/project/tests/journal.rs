@@ -1,0 +1,118 @@
+//! What the journal was given is in the file, or it says so.
+
+use super::*;
+
+#[test]
+fn what_is_committed_is_in_the_file_and_dropping_writes_the_rest() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("p.inplace");
+    let (journal, mut history) = start(&path);
+    let mut last = 0;
+    for x in 0..40 {
+        last = journal.record(click(&mut history, x));
+    }
+    history.undo();
+    history.undo();
+    history.redo();
+    for step in [Step::Undo, Step::Undo, Step::Redo] {
+        last = journal.record(step);
+    }
+    wait_for(|| journal.committed() == last);
+    journal.record(click(&mut history, 99));
+    journal.save_maps(vec![map(0, 3, 1)]);
+    journal.save_view("{}".to_owned());
+    drop(journal);
+    let (_project, reopened) = Project::open(&path).unwrap();
+    assert_eq!(reopened.history.labels(), history.labels());
+    assert_eq!(reopened.history.edits(), history.edits());
+    assert_eq!((reopened.maps.len(), reopened.view.as_deref()), (1, Some("{}")));
+}
+
+#[test]
+fn a_failure_is_told_once_and_everything_is_written_when_the_folder_is_back() {
+    let root = tempfile::tempdir().unwrap();
+    let folder = root.path().join("folder");
+    fs::create_dir(&folder).unwrap();
+    let path = folder.join("p.inplace");
+    let (journal, mut history) = start(&path);
+    fs::remove_dir_all(&folder).unwrap();
+    journal.record(click(&mut history, 1));
+    let JournalEvent::Failed(sentence) = event(&journal) else {
+        panic!("a failure is told");
+    };
+    assert!(sentence.contains("p.inplace"), "{sentence}");
+    let last = journal.record(click(&mut history, 2));
+    fs::create_dir(&folder).unwrap();
+    wait_for(|| journal.committed() == last);
+    let told: Vec<_> = std::iter::from_fn(|| Some(event(&journal)))
+        .take_while(|event| !matches!(event, JournalEvent::Recovered { .. }))
+        .collect();
+    assert!(told.len() <= 1, "{told:?}");
+    journal.close().unwrap();
+    let (_project, reopened) = Project::open(&path).unwrap();
+    assert_eq!(reopened.history.labels(), history.labels());
+}
+
+#[test]
+fn save_as_rescues_the_work_when_the_folder_is_gone() {
+    let root = tempfile::tempdir().unwrap();
+    let folder = root.path().join("folder");
+    fs::create_dir(&folder).unwrap();
+    let (journal, mut history) = start(&folder.join("p.inplace"));
+    fs::remove_dir_all(&folder).unwrap();
+    journal.record(click(&mut history, 1));
+    assert!(matches!(event(&journal), JournalEvent::Failed(_)));
+    let path = root.path().join("rescued.inplace");
+    journal.save_as(path.clone());
+    while !matches!(event(&journal), JournalEvent::Saved { .. }) {}
+    journal.record(click(&mut history, 2));
+    journal.close().unwrap();
+    let (_project, reopened) = Project::open(&path).unwrap();
+    assert_eq!(reopened.history.labels(), history.labels());
+}
+
+#[test]
+fn move_to_goes_on_in_the_new_file_and_leaves_nothing_behind() {
+    let folder = tempfile::tempdir().unwrap();
+    let (old, new) = (
+        folder.path().join("auto.inplace"),
+        folder.path().join("new.inplace"),
+    );
+    let (journal, mut history) = start(&old);
+    journal.record(click(&mut history, 1));
+    journal.move_to(new.clone());
+    journal.record(click(&mut history, 2));
+    assert_eq!(event(&journal), JournalEvent::Saved { path: new.clone() });
+    journal.save_as(folder.path().join("no/such/folder.inplace"));
+    assert!(matches!(event(&journal), JournalEvent::Failed(_)));
+    journal.record(click(&mut history, 3));
+    journal.close().unwrap();
+    assert_eq!(names(folder.path()), [".inplace-backups", "new.inplace"]);
+    assert_eq!(names(&folder.path().join(".inplace-backups")), ["new.inplace"]);
+    let (_project, reopened) = Project::open(&new).unwrap();
+    assert_eq!(reopened.history.labels(), history.labels());
+}
+
+#[test]
+fn a_changed_scene_is_written_before_anything_else() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("p.inplace");
+    let (journal, _) = start(&path);
+    journal.save_maps(vec![map(0, 1, 1), map(1, 1, 2)]);
+    journal.close().unwrap();
+    let (project, saved) = Project::open(&path).unwrap();
+    let changed = scene(folder.path(), &["b", "new", "a"]);
+    let mut saved = saved.matched(&changed, OpenOptions::default()).unwrap();
+    let journal = Journal::start(project, &saved, || ()).unwrap();
+    journal.record(Step::Do(saved.history.add_stroke(Stroke::click(1, 1, [0, 0]))));
+    journal.close().unwrap();
+    let (_project, reopened) = Project::open(&path).unwrap();
+    assert_eq!(reopened.scene.stems(), ["b", "new", "a", "c"]);
+    assert_eq!(labelled(&reopened), labelled(&saved));
+    let labels: Vec<_> = reopened
+        .maps
+        .iter()
+        .map(|map| (map.frame, map.labels()[0]))
+        .collect();
+    assert_eq!(labels, [(0, 2), (2, 1)]);
+}

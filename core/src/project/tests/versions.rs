@@ -1,0 +1,94 @@
+//! A file of every version is kept, and opens.
+
+use std::path::PathBuf;
+
+use super::*;
+
+const FIXTURES: [&str; VERSION as usize] = [
+    include_str!("../fixtures/v1.sql"),
+    include_str!("../fixtures/v2.sql"),
+    include_str!("../fixtures/v3.sql"),
+];
+
+/// A file of this version, changed by these statements.
+fn file(folder: &Path, version: usize, changes: &str) -> PathBuf {
+    let path = folder.join("p.inplace");
+    let old = Connection::open(&path).unwrap();
+    old.execute_batch(FIXTURES[version - 1]).unwrap();
+    assert_eq!(schema::version(&old).unwrap(), version as i64);
+    old.execute_batch(changes).unwrap();
+    path
+}
+
+#[test]
+fn a_file_of_every_version_opens_and_reads_the_same_where_it_cannot_be_written() {
+    for version in 1..=FIXTURES.len() {
+        for trust in ["", "UPDATE import SET trust = 'trusted'"] {
+            let folder = tempfile::tempdir().unwrap();
+            let path = file(folder.path(), version, if version == 2 { trust } else { "" });
+            let uri = format!("file:{}?immutable=1", path.display());
+            let flags = rusqlite::OpenFlags::SQLITE_OPEN_READ_ONLY | rusqlite::OpenFlags::SQLITE_OPEN_URI;
+            let connection = Connection::open_with_flags(uri, flags).unwrap();
+            schema::check(&connection, &path).unwrap();
+            let as_it_is = rows::read(&connection, &path).unwrap();
+            drop(connection);
+            let opened = Opened::open(&path).unwrap();
+            assert_eq!(
+                (opened.damage, &opened.contents.warnings),
+                (None, &Vec::<String>::new())
+            );
+            assert_same(&opened.contents, &as_it_is);
+            let project = opened.project.unwrap();
+            assert_eq!(schema::version(&project.connection).unwrap(), VERSION);
+        }
+    }
+}
+
+#[test]
+fn files_of_version_1_come_with_their_history() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = file(folder.path(), 1, "");
+    let (mut project, mut saved) = Project::open(&path).unwrap();
+    assert_eq!(
+        labelled(&saved),
+        [("rgb_0".to_owned(), 1), ("rgb_5".to_owned(), 2)]
+    );
+    assert_eq!(saved.history.undo_name(), Some("scribble floor"));
+    assert_eq!(saved.history.redo_name(), Some("erase"));
+    assert_eq!(saved.view.as_deref(), Some("{}"));
+    assert!(saved.history.imports().0.is_empty());
+    saved.history.redo().unwrap();
+    project.record(&[Step::Redo]).unwrap();
+    drop(project);
+    assert_same(&Project::open(&path).unwrap().1, &saved);
+}
+
+#[test]
+fn files_of_later_versions_come_with_their_label_images() {
+    for (version, changes, trust) in [
+        (2, "", Trust::VOTES),
+        (2, "UPDATE import SET trust = 'trusted'", Trust::RIGHT),
+        (3, "", Trust::new(0.25).unwrap()),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let (_project, saved) = Project::open(&file(folder.path(), version, changes)).unwrap();
+        assert_eq!(saved.history.undo_name(), Some("import predictions"));
+        let images = saved.history.labels().imported.clone().unwrap();
+        assert_eq!(
+            (images.trust, images.maps.len(), images.maps[0].frame),
+            (trust, 1, 1)
+        );
+        if version == 2 {
+            let labels = images.maps[0].labels();
+            assert_eq!((labels[0], labels[320 * 240 - 1]), (1, 2));
+            continue;
+        }
+        let grid = images.maps[0].probabilities().unwrap();
+        assert_eq!((grid.size(), grid.frame_size()), ([2, 1], [320, 240]));
+        let cells: Vec<Vec<(u16, f32)>> = grid.cells().iter().map(|cell| cell.iter().collect()).collect();
+        assert_eq!(
+            cells,
+            [vec![(1, 204.0 / 255.0), (2, 51.0 / 255.0)], vec![(2, 1.0)]]
+        );
+    }
+}
