@@ -113,7 +113,9 @@ fn newest_project(folder: &Path) -> Option<PathBuf> {
     let written = |path: &Path| fs::metadata(path).and_then(|file| file.modified()).ok();
     let mut files = files_below(folder);
     files.retain(|path| {
-        let is_backup = path.components().any(|part| part.as_os_str() == ".inplace-backups");
+        let is_backup = path
+            .components()
+            .any(|part| part.as_os_str() == ".inplace-backups");
         !is_backup && path.extension().is_some_and(|extension| extension == "inplace")
     });
     files.into_iter().max_by_key(|path| {

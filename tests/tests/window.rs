@@ -59,7 +59,11 @@ fn a_scene_is_shown_labelled_with_the_pointer_exported_and_kept() {
     let outcome = running.wait(PATIENCE);
     assert_eq!(outcome.code, Some(0), "{outcome:?}");
     let mut kept = files_below(&home.path().join("data/inplace/autosave"));
-    kept.retain(|path| !path.components().any(|part| part.as_os_str() == ".inplace-backups"));
+    kept.retain(|path| {
+        !path
+            .components()
+            .any(|part| part.as_os_str() == ".inplace-backups")
+    });
     assert_eq!(kept.len(), 1, "{kept:?}");
     let (_, contents) = Project::open(&kept[0]).unwrap();
     assert_eq!(contents.maps.len(), Small::get().scene.frames.len());

@@ -232,7 +232,7 @@ mod tests {
             *file.pointer_mut(pointer).unwrap() = serde_json::from_str(value).unwrap();
             let reason = parse_strokes(&file.to_string(), &scene).unwrap_err();
             for part in parts {
-                assert!(reason.contains(part), "{pointer} = {value}: {reason}");
+                assert!(reason.to_string().contains(part), "{pointer} = {value}: {reason}");
             }
         }
     }

@@ -333,7 +333,9 @@ impl Writer {
             JournalEvent::Recovered { path } => {
                 tracing::info!(path = %path.display(), "the project can be written again");
             }
-            JournalEvent::Failed(sentence) => tracing::error!(target: TOLD, "{sentence}"),
+            JournalEvent::Failed(sentence) | JournalEvent::NotBackedUp(sentence) => {
+                tracing::error!(target: TOLD, "{sentence}");
+            }
         }
         // The owner may have gone while the rest is being written.
         let _ = self.events.send(event);

@@ -265,7 +265,8 @@ mod tests {
 
     #[test]
     fn numbers_of_every_kind_come_back_and_files_of_another_length_are_refused() {
-        let kinds: [(&str, fn(f32) -> Vec<u8>); 3] = [
+        type ToBytes = fn(f32) -> Vec<u8>;
+        let kinds: [(&str, ToBytes); 3] = [
             ("<f2", |v| half::f16::from_f32(v).to_le_bytes().to_vec()),
             ("<f4", |v| v.to_le_bytes().to_vec()),
             ("<f8", |v| f64::from(v).to_le_bytes().to_vec()),

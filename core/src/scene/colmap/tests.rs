@@ -9,12 +9,12 @@ use glam::{DVec3, Vec3};
 use tempfile::TempDir;
 
 use super::*;
-use crate::scene::{Distortion, Lens};
 #[cfg(unix)]
 use crate::scene::testing::move_out;
 use crate::scene::testing::{
     assert_outside, assert_refused, assert_warned, change_files, open, opened, opened_without_depth, wall,
 };
+use crate::scene::{Distortion, Lens};
 
 const WIDTH: u32 = 32;
 const HEIGHT: u32 = 24;
