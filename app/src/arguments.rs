@@ -1,21 +1,14 @@
 //! The command line.
 
-mod bench;
-
 use std::path::PathBuf;
 use std::str::FromStr;
 
 use clap::{Args, Parser, Subcommand};
-use inplace_core::eval::simulate::{Baseline, Policy};
 use inplace_core::export::Format;
 use inplace_core::field::Preset;
 use inplace_core::labels::Trust;
 
 use crate::commands::Failure;
-pub use bench::{
-    AllArguments, Bench, EngineArguments, FieldArguments, LatencyArguments, PaperArguments, ParetoArguments,
-    ParetoOfArguments, ScaleArguments, StabilityArguments,
-};
 
 /// Labels a whole scene from a few clicks.
 #[derive(Debug, Parser)]
@@ -110,15 +103,6 @@ pub enum Command {
     Label(LabelArguments),
     /// Write a project's labels as a data set in one of several formats.
     Export(ExportArguments),
-    /// Measure how good the maps of unseen frames become as a simulated annotator, who knows the ground truth,
-    /// clicks on the training frames.
-    Simulate(SimulateArguments),
-    /// Measure.
-    Bench {
-        /// What to measure.
-        #[command(subcommand)]
-        what: Bench,
-    },
 }
 
 /// Labelling without the window.
@@ -194,55 +178,6 @@ pub struct ExportArguments {
     pub training: TrainingArguments,
 }
 
-/// A simulated annotator.
-#[derive(Debug, Args)]
-pub struct SimulateArguments {
-    /// Folder of a capture with ground truth and split.json, or "demo".
-    pub scene: PathBuf,
-    /// Where the annotator clicks: guided (one random pixel of every class, then the program's suggestions),
-    /// random (equally many pixels of every class) or uniform (any pixels), or several of them in turn.
-    #[arg(
-        long = "policy",
-        value_name = "NAME,...",
-        value_delimiter = ',',
-        default_value = "guided"
-    )]
-    pub policies: Vec<Policy>,
-    /// Clicks a class, in the whole scene, after which the maps are measured.
-    #[arg(long, value_name = "N,...", value_delimiter = ',', default_value = "1,3,5,10", value_parser = clap::value_parser!(u16).range(1..))]
-    pub clicks: Vec<u16>,
-    /// Runs, with seeds that count up from --seed.
-    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u64).range(1..))]
-    pub seeds: u64,
-    /// Where results.csv, calibration.csv and their charts go.
-    #[arg(long, value_name = "DIR")]
-    pub out: PathBuf,
-    /// Most seconds of learning the geometry before the first click [default: until it is learnt].
-    #[arg(long, value_name = "SECONDS", value_parser = seconds_or_none)]
-    pub geometry: Option<f64>,
-    /// Most seconds after the last click of each batch before the maps are measured; 0 trains no head and
-    /// measures what the surface graph says.
-    #[arg(long, value_name = "SECONDS", default_value = "60", value_parser = seconds_or_none)]
-    pub settle: f64,
-    /// Measure other methods on the clicks of "random" too: the click nearest in a straight line (nearest), a
-    /// joint network of positions (joint-mlp) and a pixel classifier (pixels), or some of them; and, where it is
-    /// named, the published Semantic-NeRF network (reference), in the time that labelling took.
-    #[arg(
-        long,
-        value_name = "NAME,...",
-        value_delimiter = ',',
-        num_args = 0..=1,
-        require_equals = true,
-        default_missing_values = Baseline::QUICK.map(Baseline::name)
-    )]
-    pub baselines: Vec<Baseline>,
-    /// Print the results as JSON.
-    #[arg(long)]
-    pub json: bool,
-    #[command(flatten)]
-    pub training: TrainingArguments,
-}
-
 fn preset(name: &str) -> Result<Preset, Failure> {
     match name {
         "auto" => Ok(Preset::Auto),
@@ -289,14 +224,6 @@ fn seconds(text: &str) -> Result<f64, Failure> {
     number(text, fits, "give a number of seconds above zero")
 }
 
-fn seconds_or_none(text: &str) -> Result<f64, Failure> {
-    number(
-        text,
-        |seconds| (0.0..1e9).contains(seconds),
-        "give a number of seconds, zero or above",
-    )
-}
-
 fn image_size(text: &str) -> Result<(u32, u32), Failure> {
     let size = text
         .split_once('x')
@@ -315,44 +242,6 @@ mod tests {
     #[test]
     fn the_command_line_is_consistent() {
         Arguments::command().debug_assert();
-    }
-
-    #[test]
-    fn bench_takes_a_list_of_presets() {
-        let bench = [
-            "inplace",
-            "bench",
-            "engine",
-            "demo",
-            "--out",
-            "x",
-            "--preset",
-            "auto,reference",
-        ];
-        let Some(Command::Bench {
-            what: Bench::Engine(arguments),
-        }) = Arguments::try_parse_from(bench).unwrap().command
-        else {
-            panic!("not bench engine")
-        };
-        assert_eq!(arguments.presets, [Preset::Auto, Preset::Reference]);
-    }
-
-    #[test]
-    fn the_published_network_is_a_baseline_only_where_it_is_named() {
-        let baselines = |given: &[&str]| {
-            let arguments = [&["inplace", "simulate"], given, &["demo", "--out", "x"]].concat();
-            match Arguments::try_parse_from(arguments).unwrap().command {
-                Some(Command::Simulate(arguments)) => arguments.baselines,
-                other => panic!("{other:?}"),
-            }
-        };
-        assert_eq!(baselines(&[]), []);
-        assert_eq!(baselines(&["--baselines"]), Baseline::QUICK);
-        assert_eq!(
-            baselines(&["--baselines=nearest,reference"]),
-            [Baseline::Nearest, Baseline::Reference]
-        );
     }
 
     #[test]

@@ -10,10 +10,8 @@
 //! - [`session`]: the background worker that keeps all of this going
 //! - [`project`]: the project file
 //! - [`export`]: label maps on disk
-//! - [`eval`]: metrics against ground truth
 #![forbid(unsafe_code)]
 
-pub mod eval;
 pub mod export;
 pub mod field;
 pub mod guide;

@@ -15,7 +15,7 @@ pub use capture::{Click, Small, class_ids};
 pub use disk::{OnDisk, files_below, info, json, succeed};
 pub use hands::Hands;
 pub use parsers::Fuzzed;
-pub use process::{Outcome, Running, inplace, one_line, program, until};
+pub use process::{Outcome, Running, inplace, inplace_lab, one_line, program, until};
 pub use screen::Screen;
 pub use trace::{TRACE, Trace};
 pub use window::{PATIENCE, Window, skip};

@@ -7,14 +7,19 @@ use std::time::{Duration, Instant};
 
 use tempfile::TempDir;
 
-/// The program's binary, beside the folder of this test's own executable.
+/// The program's binary.
 ///
 /// # Panics
 /// When it was not built.
 pub fn program() -> PathBuf {
+    built("inplace")
+}
+
+/// A binary of the workspace, beside the folder of this test's own executable.
+fn built(name: &str) -> PathBuf {
     let own = std::env::current_exe().expect("a test has an executable");
     let profile = own.parent().and_then(Path::parent).expect("it lies in deps/");
-    let program = profile.join(format!("inplace{}", std::env::consts::EXE_SUFFIX));
+    let program = profile.join(format!("{name}{}", std::env::consts::EXE_SUFFIX));
     assert!(
         program.is_file(),
         "{}: the program is missing; run `cargo test` at the workspace root, which builds it",
@@ -25,7 +30,16 @@ pub fn program() -> PathBuf {
 
 /// A command that runs the program without a display, with backtraces on and a data folder for tests.
 pub fn inplace() -> Command {
-    let mut command = Command::new(program());
+    without_display(program())
+}
+
+/// A command that runs the laboratory in the same way.
+pub fn inplace_lab() -> Command {
+    without_display(built("inplace-lab"))
+}
+
+fn without_display(program: PathBuf) -> Command {
+    let mut command = Command::new(program);
     command.env("RUST_BACKTRACE", "1");
     // The log of a test is not the person's.
     command.env("XDG_DATA_HOME", std::env::temp_dir().join("inplace-tests"));
@@ -168,6 +182,8 @@ pub fn one_line(stderr: &str) -> &str {
     for word in ["panicked", "backtrace", "RUST_BACKTRACE", ".rs:"] {
         assert!(!line.contains(word), "\"{word}\" is in: {line}");
     }
-    line.strip_prefix("inplace: ")
+    ["inplace: ", "inplace-lab: "]
+        .iter()
+        .find_map(|name| line.strip_prefix(name))
         .expect("messages start with the program's name")
 }

@@ -4,12 +4,12 @@
 use std::fs;
 use std::path::Path;
 
-use inplace_core::eval::ConfusionMatrix;
 use inplace_core::field::Preset;
 use inplace_core::labels::{History, read_strokes};
 use inplace_core::project::{Contents, Project, SceneRecord};
 use inplace_core::scene::{OpenOptions, Scene, SceneSource};
-use inplace_core::session::{Command, Event, ModelState, Session, SessionOptions, Size};
+use inplace_core::session::{Command, Event, ModelState, Session, SessionOptions};
+use inplace_lab::ConfusionMatrix;
 use inplace_tests::{OnDisk, Running, Small, class_ids, info, inplace, json, succeed};
 use serde_json::Value;
 
@@ -37,7 +37,6 @@ fn trained(disk: &OnDisk) -> ModelState {
         threads: 2,
         seed: 0,
         state: None,
-        size: Size::default(),
     };
     let session = Session::start(options, || {});
     loop {
@@ -194,74 +193,6 @@ fn the_embedded_demo_needs_no_folder() {
 }
 
 #[test]
-fn a_simulated_annotator_labels_the_demo() {
-    let root = tempfile::tempdir().unwrap();
-    let out = root.path().join("out");
-    let graph_alone = [
-        "--policy",
-        "random",
-        "--clicks",
-        "1",
-        "--seeds",
-        "1",
-        "--geometry",
-        "0",
-        "--settle",
-        "0",
-    ];
-    let outcome = Running::to_the_end(
-        inplace()
-            .args(["simulate", "demo", "--json", "--out"])
-            .arg(&out)
-            .args(graph_alone),
-    );
-    assert_eq!((outcome.code, outcome.stderr.as_str()), (Some(0), ""));
-    let points: Value = serde_json::from_str(&outcome.stdout).unwrap();
-    let point = &points[0];
-    assert_eq!(
-        (&point["policy"], &point["clicks_per_class"]),
-        (&"random".into(), &1.into())
-    );
-    assert!(point["miou"].as_f64().unwrap() > 0.2, "{point}");
-    let table = fs::read_to_string(out.join("results.csv")).unwrap();
-    assert!(
-        table.starts_with("scene,policy,seed,clicks_per_class,strokes,miou,"),
-        "{table}"
-    );
-    assert_eq!(table.lines().count(), 2);
-    let calibration = fs::read_to_string(out.join("calibration.csv")).unwrap();
-    let error = format!("{:.4}", point["ece"].as_f64().unwrap());
-    assert!(
-        calibration.starts_with("scene,policy,seed,clicks_per_class,ece\n") && calibration.contains(&error),
-        "{calibration}"
-    );
-    for chart in ["results.svg", "calibration.svg"] {
-        assert!(out.join(chart).is_file(), "{chart}");
-    }
-}
-
-#[test]
-fn how_long_clicks_wait_is_measured_in_the_demo() {
-    let root = tempfile::tempdir().unwrap();
-    let out = root.path().join("out");
-    let mut command = inplace();
-    command.args(["bench", "latency", "demo", "--clicks", "3", "--json", "--out"]);
-    let outcome = Running::to_the_end(command.arg(&out));
-    assert_eq!((outcome.code, outcome.stderr.as_str()), (Some(0), ""));
-    let latency: Value = serde_json::from_str(&outcome.stdout).unwrap();
-    assert_eq!(latency["clicks"], 3);
-    assert!(latency["frames"].as_u64().unwrap() > 3);
-    for percentile in ["p50", "p95", "p99"] {
-        let of = |key: &str| latency[key][percentile].as_f64().unwrap();
-        let (in_view, all) = (of("in_view_ms"), of("all_frames_ms"));
-        assert!(0.0 < in_view && in_view <= all, "{latency}");
-    }
-    let written = fs::read_to_string(out.join("latency.json")).unwrap();
-    assert_eq!(serde_json::from_str::<Value>(&written).unwrap(), latency);
-    assert!(out.join("latency.svg").is_file());
-}
-
-#[test]
 fn a_few_clicks_label_every_pixel_of_every_frame() {
     let disk = OnDisk::default();
     let outcome = succeed(
@@ -370,4 +301,24 @@ fn a_project_is_labelled_from_its_own_strokes() {
     assert!(outcome.stderr.contains("training starts anew"), "{outcome:?}");
     assert_complete(&disk.path("out"));
     assert!(assert_clicks_hold(&disk.path("out")) > MIOU_WITH_DEPTH);
+}
+
+#[test]
+fn several_rooms_share_the_frames() {
+    let root = tempfile::tempdir().unwrap();
+    let length = |rooms: &str| {
+        let folder = root.path().join(rooms);
+        let mut demo = inplace();
+        demo.args([
+            "demo", "--frames", "8", "--size", "64x48", "--rooms", rooms, "--out",
+        ]);
+        let outcome = Running::to_the_end(demo.arg(&folder));
+        assert_eq!(outcome.code, Some(0), "{outcome:?}");
+        let info = Running::to_the_end(inplace().arg("info").arg(&folder).arg("--json"));
+        assert_eq!(info.code, Some(0), "{info:?}");
+        let facts: Value = serde_json::from_str(&info.stdout).unwrap();
+        assert_eq!(facts["frames"], 8);
+        facts["bounds_max_m"][0].as_f64().unwrap() - facts["bounds_min_m"][0].as_f64().unwrap()
+    };
+    assert!(length("2") > 1.5 * length("1"));
 }

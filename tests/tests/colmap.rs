@@ -7,9 +7,9 @@ use std::path::Path;
 
 use glam::Quat;
 use image::RgbImage;
-use inplace_core::eval::ConfusionMatrix;
 use inplace_core::labels::ClassId;
 use inplace_core::scene::{Camera, Distortion, Frame, Lens};
+use inplace_lab::ConfusionMatrix;
 use inplace_tests::{Click, Small, class_ids, info, inplace, succeed};
 use serde_json::{Value, json};
 

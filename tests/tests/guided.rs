@@ -7,8 +7,8 @@ use std::fs;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use inplace_core::eval::{ConfusionMatrix, GroundTruth, LabelImage};
 use inplace_core::labels::{Class, ClassId, Pixel, VOID};
+use inplace_lab::{ConfusionMatrix, GroundTruth, LabelImage};
 use inplace_tests::{TRACE, Window, class_ids, inplace, skip, succeed};
 
 /// What the maps must reach.

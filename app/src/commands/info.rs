@@ -2,10 +2,9 @@
 
 use std::path::Path;
 
-use inplace_core::eval::GroundTruth;
 use inplace_core::field::{Capacity, Preset, Volume};
 use inplace_core::scene::reprojection::{Agreement, CornerAgreement, PixelErrors};
-use inplace_core::scene::{Frame, OpenOptions, Scene, SceneSource};
+use inplace_core::scene::{Frame, OpenOptions, Scene, SceneSource, label_images};
 use serde_json::{Value, json};
 
 use super::Failure;
@@ -42,7 +41,7 @@ fn facts(scene: &Scene, agreement: &Agreement) -> Result<Value, Failure> {
     let coverage: Vec<f32> = scene.frames.iter().filter_map(Frame::depth_coverage).collect();
     let labelled = match &scene.source {
         SceneSource::Demo => scene.frames.len(),
-        SceneSource::Folder(folder) => GroundTruth::find(folder).map_or(0, |truth| truth.numbers().count()),
+        SceneSource::Folder(folder) => label_images(folder).map_or(0, |images| images.len()),
     };
     let image = scene.frames.first().map(|frame| *frame.image());
     let sparse: Vec<usize> = scene.frames.iter().map(|frame| frame.points.len()).collect();

@@ -1,15 +1,12 @@
 //! What each command does.
 
-mod bench;
 mod budget;
 mod demo;
 mod export;
 mod info;
 mod label;
-mod page;
 mod progress;
 mod run;
-mod simulate;
 mod window;
 
 use std::error::Error;
@@ -18,7 +15,7 @@ use std::thread::available_parallelism;
 use inplace_core::field::{Preset, best_device};
 use inplace_core::scene::demo::Shot;
 use inplace_core::scene::{OpenOptions, SceneSource};
-use inplace_core::session::{SessionOptions, Size};
+use inplace_core::session::SessionOptions;
 
 use crate::arguments::{Arguments, Command, TrainingArguments};
 
@@ -53,8 +50,6 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         }) => info::run(&scene, outside_files, json),
         Some(Command::Label(label)) => label::run(&label),
         Some(Command::Export(arguments)) => export::run(&arguments),
-        Some(Command::Simulate(arguments)) => simulate::run(&arguments),
-        Some(Command::Bench { what }) => bench::run(what),
         None => window::run(arguments.window),
     }
 }
@@ -92,6 +87,5 @@ fn session_options(training: &TrainingArguments, source: SceneSource, threads: u
         threads: training.threads.map_or(threads, usize::from),
         seed: training.seed,
         state: None,
-        size: Size::default(),
     }
 }

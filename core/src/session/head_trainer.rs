@@ -106,7 +106,7 @@ impl HeadTrainer {
 }
 
 /// How rays are sampled when a head is trained or evaluated; jittered where there is a seed.
-pub(crate) fn sampling(trainer: &Trainer, jitter: Option<u64>) -> Sampling {
+pub fn sampling(trainer: &Trainer, jitter: Option<u64>) -> Sampling {
     Sampling {
         step: trainer.render_step(),
         held_back: 0.0,

@@ -6,11 +6,12 @@ use std::sync::Arc;
 use candle_core::{DType, Device, Tensor};
 
 use super::RenderedFrame;
+use super::semantic_field::SemanticField;
 use crate::field::{FieldError, Preset, Trainer, Work};
 use crate::guide::Suggestion;
 use crate::labels::LabelSet;
 use crate::scene::{OpenOptions, Scene, SceneSource};
-use crate::semantics::StrokeCheck;
+use crate::semantics::{SemanticHead, StrokeCheck};
 
 /// What a session works on and how.
 #[derive(Clone, Debug)]
@@ -21,34 +22,12 @@ pub struct SessionOptions {
     pub open: OpenOptions,
     /// How large the field may grow and how long it trains.
     pub preset: Preset,
-    /// How much larger or smaller than what the scene gets.
-    pub size: Size,
     /// Threads of the worker's pool, at least 1.
     pub threads: usize,
     /// Seed of everything random.
     pub seed: u64,
     /// Model state of an earlier session on the same scene ([`Event::State`]) to continue from.
     pub state: Option<Arc<ModelState>>,
-}
-
-/// Factors on the capacity that is chosen for a scene, to measure whether the choice is right; both above zero.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Size {
-    /// On the rows of the field's table ([`Capacity::scaled`](crate::field::Capacity::scaled)); the published network
-    /// has none.
-    pub field: f32,
-    /// On the number of the surface's voxels ([`Surface::build_scaled`](crate::semantics::Surface::build_scaled)).
-    pub surface: f32,
-}
-
-impl Default for Size {
-    /// What is chosen.
-    fn default() -> Self {
-        Self {
-            field: 1.0,
-            surface: 1.0,
-        }
-    }
 }
 
 /// What the worker is asked to do.
@@ -87,9 +66,6 @@ pub enum Command {
     Settle,
     /// Answer with [`Event::State`].
     Save,
-    /// Panic, for measuring that nothing is lost by it.
-    #[doc(hidden)]
-    Panic,
     /// End the worker. It answers with [`Event::Stopped`] within 100 ms, or with [`Preset::Reference`] after its
     /// current eight rays, which take about as long on two free cores.
     Stop,
@@ -237,6 +213,14 @@ impl ModelState {
         let mut trainer = Trainer::new(Arc::clone(scene), preset, seed)?;
         trainer.restore(&self.load()?, self.steps)?;
         Ok(trainer)
+    }
+
+    /// The head of the semantic field as it was saved, on the field of the same state; `None` where it had no step yet.
+    ///
+    /// # Errors
+    /// As [`load`](Self::load).
+    pub fn semantic_head(&self, trainer: &Trainer) -> Result<Option<SemanticHead>, FieldError> {
+        Ok(SemanticField::restored(&self.load()?, trainer).into_head())
     }
 
     /// The parameters and grids by name.

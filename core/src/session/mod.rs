@@ -2,7 +2,8 @@
 //! in step with the labels. The window and the headless commands use the same one.
 
 mod checking;
-pub(crate) mod head_trainer;
+mod client;
+mod head_trainer;
 mod importing;
 mod maps;
 mod message;
@@ -10,11 +11,11 @@ mod opening;
 mod outbox;
 mod reference;
 mod rendering;
-pub(crate) mod semantic_field;
+mod semantic_field;
 mod semantic_prior;
 mod serve;
 mod status_reporter;
-pub(crate) mod surface_refiner;
+mod surface_refiner;
 mod thread;
 mod worker;
 
@@ -27,9 +28,12 @@ use crate::scene::Scene;
 pub use crate::semantics::{
     CERTAIN, ENTROPY_STEPS_PER_NAT, FrameMap, FrameSummary, PixelAnswer, StrokeCheck,
 };
+pub use client::{Client, ClientError};
+pub use head_trainer::sampling;
 pub use maps::MapSlots;
-pub use message::{Command, Event, ModelState, Phase, SessionOptions, Size, Status};
+pub use message::{Command, Event, ModelState, Phase, SessionOptions, Status};
 pub use rendering::RenderedFrame;
+pub use surface_refiner::SurfaceRefiner;
 
 /// A handle to the worker. Dropping it stops the worker and waits for it.
 #[derive(Debug)]

@@ -246,7 +246,6 @@ impl WorkerTask for ReferenceWorker<'_> {
                     self.outbox.send(Event::State(Arc::new(state)));
                 }
             }
-            Command::Panic => panic!("a panic was asked for"),
             Command::Stop => return Ok(false),
         }
         Ok(true)

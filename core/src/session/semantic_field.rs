@@ -14,8 +14,8 @@ const EVERY: u64 = 2;
 /// After a change of the labels it is the other way round: so many semantic steps per radiance step.
 const BURST: u64 = 4;
 /// Surface points, rays of any pixels and rays of labelled pixels in a step.
-pub(crate) const PLACES: usize = 2048;
-pub(crate) const RAYS: usize = 512;
+const PLACES: usize = 2048;
+const RAYS: usize = 512;
 const LABELLED_RAYS: usize = 128;
 const KIND: HeadKind = HeadKind {
     name: "semantics",
@@ -23,20 +23,20 @@ const KIND: HeadKind = HeadKind {
 };
 
 /// The semantic field.
-pub(crate) struct SemanticField {
+pub(super) struct SemanticField {
     pub(super) head_trainer: HeadTrainer,
 }
 
 impl SemanticField {
     /// The semantic field of a saved model, or a new one where `saved` has none that fits.
-    pub(crate) fn restored(saved: &HashMap<String, Tensor>, trainer: &Trainer) -> Self {
+    pub(super) fn restored(saved: &HashMap<String, Tensor>, trainer: &Trainer) -> Self {
         Self {
             head_trainer: HeadTrainer::restored(KIND, saved, trainer),
         }
     }
 
     /// The head, once it has had a step.
-    pub(crate) fn into_head(self) -> Option<SemanticHead> {
+    pub(super) fn into_head(self) -> Option<SemanticHead> {
         self.head_trainer.into_head()
     }
 

@@ -25,7 +25,7 @@ const REFINEMENT_STEPS: [u64; 4] = [300, 1000, 3000, 8000];
 const MOST_DEPTH_ERROR: f32 = 0.03;
 
 /// Renders the field's depth frame by frame, and builds the surface from it in the background.
-pub(crate) struct SurfaceRefiner {
+pub struct SurfaceRefiner {
     scene: Arc<Scene>,
     /// Threads for building; the session's own are busy training.
     threads: usize,
@@ -68,12 +68,14 @@ struct DepthRendering {
 
 impl SurfaceRefiner {
     /// Whether every pixel of every keyframe has measured depth.
-    pub(crate) fn is_complete(scene: &Scene) -> bool {
+    pub fn is_complete(scene: &Scene) -> bool {
         let mut keyframes = scene.frames.iter().filter(|frame| frame.is_keyframe());
         keyframes.all(Frame::has_complete_depth)
     }
 
-    pub(crate) fn new(scene: &Arc<Scene>, trainer: &Trainer, size: f32, threads: usize) -> Self {
+    /// Begins with the surface of measured depth, if there is any. It has `size` times as many voxels as are chosen for
+    /// the scene, and is built with `threads` threads of its own.
+    pub fn new(scene: &Arc<Scene>, trainer: &Trainer, size: f32, threads: usize) -> Self {
         let incomplete = !Self::is_complete(scene);
         let refines = incomplete && !trainer.settled();
         let mut refiner = Self {
@@ -102,22 +104,22 @@ impl SurfaceRefiner {
     }
 
     /// Whether the field's depth is being rendered.
-    pub(crate) fn is_rendering(&self) -> bool {
+    pub fn is_rendering(&self) -> bool {
         self.rendering.is_some()
     }
 
     /// Whether the surface is still missing, or a first guess of the field: training on it waits for a better one.
-    pub(crate) fn is_first_guess(&self, trainer: &Trainer) -> bool {
+    pub(super) fn is_first_guess(&self, trainer: &Trainer) -> bool {
         self.incomplete && !trainer.settled() && trainer.steps() < REFINEMENT_STEPS[1]
     }
 
     /// Whether no refinement is under way or still to come.
-    pub(crate) fn is_done(&self) -> bool {
+    pub fn is_done(&self) -> bool {
         self.marks.is_empty() && !self.last_refinement && self.rendering.is_none() && self.building.is_none()
     }
 
     /// Starts a refinement if one is due after a training step.
-    pub(crate) fn start_if_due(&mut self, trainer: &Trainer) {
+    pub(super) fn start_if_due(&mut self, trainer: &Trainer) {
         if trainer.settled() {
             if self.last_refinement {
                 self.finish(trainer);
@@ -129,7 +131,7 @@ impl SurfaceRefiner {
     }
 
     /// Starts the last refinement now, unless one is under way.
-    pub(crate) fn finish(&mut self, trainer: &Trainer) {
+    pub fn finish(&mut self, trainer: &Trainer) {
         self.marks.clear();
         self.last_refinement = false;
         if self.rendering.is_none() && self.is_useful(trainer) {
@@ -161,7 +163,7 @@ impl SurfaceRefiner {
 
     /// Renders some more rays. After the last frame's, starts to build the surface with these labels in the
     /// background: a click must not wait for it.
-    pub(crate) fn advance(&mut self, trainer: &Trainer, labels: &LabelSet) -> Result<(), FieldError> {
+    pub fn advance(&mut self, trainer: &Trainer, labels: &LabelSet) -> Result<(), FieldError> {
         let Some(rendering) = &mut self.rendering else {
             return Ok(());
         };
@@ -214,7 +216,7 @@ impl SurfaceRefiner {
 
     /// Seconds that the last refinement will take, estimated by the newest one; 0 where none is needed, `None` before
     /// the first has ended.
-    pub(crate) fn seconds_to_finish(&self) -> Option<f64> {
+    pub(super) fn seconds_to_finish(&self) -> Option<f64> {
         if self.incomplete { self.seconds } else { Some(0.0) }
     }
 
@@ -242,7 +244,7 @@ impl SurfaceRefiner {
     ///
     /// # Errors
     /// The building thread died.
-    pub(crate) fn ready(&mut self) -> Result<Option<LabelPropagation>, &'static str> {
+    pub fn ready(&mut self) -> Result<Option<LabelPropagation>, &'static str> {
         let Some(building) = &self.building else {
             return Ok(None);
         };

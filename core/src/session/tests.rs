@@ -19,7 +19,6 @@ pub(super) fn options() -> SessionOptions {
         threads: 2,
         seed: 1,
         state: None,
-        size: Size::default(),
     }
 }
 

@@ -68,12 +68,7 @@ impl<'a> Worker<'a> {
         options: &'a SessionOptions,
         outbox: &'a Outbox,
     ) -> Result<Self, WorkerError> {
-        let mut trainer = Trainer::scaled(
-            Arc::clone(&scene),
-            options.preset,
-            options.size.field,
-            options.seed,
-        )?;
+        let mut trainer = Trainer::new(Arc::clone(&scene), options.preset, options.seed)?;
         let saved = match restore(&mut trainer, options.state.as_deref()) {
             Ok(saved) => saved,
             Err(error) => {
@@ -84,7 +79,7 @@ impl<'a> Worker<'a> {
                 HashMap::new()
             }
         };
-        let refiner = SurfaceRefiner::new(&scene, &trainer, options.size.surface, options.threads.max(1));
+        let refiner = SurfaceRefiner::new(&scene, &trainer, 1.0, options.threads.max(1));
         Ok(Self {
             prior: SemanticPrior::restored(&saved, &trainer),
             semantic_field: SemanticField::restored(&saved, &trainer),
@@ -173,7 +168,6 @@ impl WorkerTask for Worker<'_> {
                 let state = self.save()?;
                 self.outbox.send(Event::State(Arc::new(state)));
             }
-            Command::Panic => panic!("a panic was asked for"),
             Command::Stop => return Ok(false),
         }
         Ok(true)

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use inplace_core::scene::Scene;
-use inplace_core::session::{SessionOptions, Size};
+use inplace_core::session::SessionOptions;
 
 use super::App;
 use crate::class_view::ClassView;
@@ -53,7 +53,6 @@ impl App {
             threads: self.threads(),
             seed: self.seed,
             state: prepared.state(),
-            size: Size::default(),
         };
         let Stage::Opening(opening) = &mut self.state.stage else {
             return;

@@ -8,7 +8,8 @@ use super::solid::{Shape, Solid};
 use crate::labels::ClassId;
 
 /// A piece of furniture's own axes: x along it, y to its front, z up, standing on the floor.
-pub(super) struct Place {
+#[derive(Clone, Copy, Debug)]
+pub struct Place {
     origin: Vec3,
     rotation: Mat3,
 }
@@ -41,11 +42,11 @@ impl Place {
     }
 }
 
-/// Collects solids and lights.
-#[derive(Default)]
-pub(super) struct Builder {
-    pub solids: Vec<Solid>,
-    pub bulbs: Vec<Bulb>,
+/// Collects the solids and lamps of a room. Corners and points are in metres, in the axes of a [`Place`].
+#[derive(Debug, Default)]
+pub struct Builder {
+    pub(super) solids: Vec<Solid>,
+    pub(super) bulbs: Vec<Bulb>,
 }
 
 impl Builder {
@@ -192,7 +193,7 @@ impl Builder {
     }
 
     /// A light inside a shade.
-    pub fn bulb(&mut self, place: &Place, center: [f32; 3], radius: f32, power: f32) {
+    pub(super) fn bulb(&mut self, place: &Place, center: [f32; 3], radius: f32, power: f32) {
         self.bulbs.push(Bulb {
             center: place.point(center).into(),
             radius,

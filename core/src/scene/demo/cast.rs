@@ -32,12 +32,14 @@ pub(super) struct Caster {
 
 /// A box in which the solids of one class are of another one.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Zone {
+pub struct Zone {
     /// The class of the solids.
     pub of: ClassId,
     /// What they are inside; void where nobody could tell.
     pub class: ClassId,
+    /// Lower corner, in metres.
     pub min: Vec3A,
+    /// Upper corner, in metres.
     pub max: Vec3A,
 }
 
@@ -50,8 +52,8 @@ struct Node {
     count: usize,
 }
 
-/// Number of solids of the shell.
-pub(super) const SHELL: usize = 6;
+/// Number of faces of a room: -x, +x, -y, +y, -z, +z.
+pub const SHELL: usize = 6;
 const LEAF: usize = 3;
 
 impl Caster {

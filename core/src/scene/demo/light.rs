@@ -18,18 +18,23 @@ const AMBIENT: Vec3A = Vec3A::new(0.155, 0.15, 0.14);
 /// Distance from a surface at which rays start, in metres.
 const LIFT: f32 = 1e-3;
 
-/// A glowing rectangle.
-pub(super) struct Pane {
+/// A glowing rectangle; lengths in metres.
+#[derive(Clone, Copy, Debug)]
+pub struct Pane {
+    /// Its middle.
     pub center: Vec3A,
-    /// Half of its sides.
+    /// Half of its width, as a vector.
     pub across: Vec3A,
+    /// Half of its height, as a vector.
     pub up: Vec3A,
     /// Unit direction into the room.
     pub facing: Vec3A,
+    /// Light that it gives off, linear red, green and blue.
     pub radiance: Vec3A,
 }
 
 /// A glowing ball.
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Bulb {
     pub center: Vec3A,
     pub radius: f32,

@@ -6,18 +6,20 @@ use glam::{Vec2, Vec3A};
 
 /// What a surface looks like.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Material {
+pub struct Material {
     /// Diffuse reflectance, linear.
     pub color: Vec3A,
+    /// What is painted on it.
     pub pattern: Pattern,
     /// Radiance that the surface gives off by itself, times its pattern; 0 for most.
     pub emission: f32,
+    /// What becomes of a ray at it.
     pub optics: Optics,
 }
 
 /// What becomes of a ray at a surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Optics {
+pub enum Optics {
     /// It ends.
     Opaque,
     /// It is reflected, tinted by the surface's colour.
@@ -28,7 +30,8 @@ pub(super) enum Optics {
 
 /// How the colour varies over a solid.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Pattern {
+pub enum Pattern {
+    /// Nothing.
     Plain,
     /// Wood grain along the longest side.
     Wood,
@@ -55,7 +58,7 @@ static LINEAR: LazyLock<[f32; 256]> =
     LazyLock::new(|| std::array::from_fn(|value| (value as f32 / 255.0).powf(2.2)));
 
 /// A linear colour from sRGB 0xRRGGBB.
-pub(super) fn srgb(hex: u32) -> Vec3A {
+pub fn srgb(hex: u32) -> Vec3A {
     let [_, r, g, b] = hex.to_be_bytes().map(|channel| LINEAR[usize::from(channel)]);
     Vec3A::new(r, g, b)
 }

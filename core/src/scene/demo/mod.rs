@@ -8,13 +8,13 @@ mod build;
 mod cast;
 mod click;
 mod furniture;
-mod hard;
 mod house;
 mod light;
 mod material;
 mod path;
 mod render;
 mod room;
+pub mod rooms;
 mod solid;
 #[cfg(test)]
 mod tests;
@@ -29,10 +29,10 @@ use rayon::prelude::*;
 use super::pixels::OnDisk;
 use super::{Cache, Camera, ColorImage, DepthMap, Frame, FramePixels, Pixels, Scene, SceneSource};
 use crate::labels::{Class, ClassId, LabelSet, Stroke};
-pub use hard::HardRoom;
 use house::House;
 use light::LightMap;
 use render::View;
+use rooms::Room;
 
 /// Horizontal field of view of the demo's camera, in degrees.
 const FIELD_OF_VIEW: f32 = 78.0;
@@ -103,6 +103,11 @@ impl Shot {
         self.around(frames)
     }
 
+    /// Renders another room in place of the demo's, with its depth; of the shot all but the number of rooms counts.
+    pub fn scene_in(&self, room: Room) -> Scene {
+        self.scene_of(&House::of(room), &|_, _| {})
+    }
+
     /// The same scene whose frames are rendered when somebody asks for their pixels: for writing more of them than
     /// fit in memory.
     pub fn unrendered(&self) -> Scene {
@@ -169,6 +174,11 @@ impl Shot {
     fn truth_of(&self, house: &House) -> Vec<Vec<ClassId>> {
         let frames = (0..self.frames).into_par_iter();
         frames.map(|frame| self.view(house, frame).labels()).collect()
+    }
+
+    /// True classes of every frame of [`scene_in`](Self::scene_in), row-major `[height, width]` each, at the pixel centres.
+    pub fn ground_truth_in(&self, room: Room) -> Vec<Vec<ClassId>> {
+        self.truth_of(&House::of(room))
     }
 
     /// Finds out the true classes of a frame, row-major `[height, width]`, at the pixel centres.

@@ -3,7 +3,7 @@
 use glam::{Vec3, Vec3A};
 
 use super::build::{Builder, Place};
-use super::cast::{Caster, SHELL};
+use super::cast::{Caster, SHELL, Zone};
 use super::furniture;
 use super::light::{Bulb, Pane};
 use super::material::{Material, Pattern, hash, srgb};
@@ -11,7 +11,8 @@ use crate::labels::ClassId;
 
 pub(super) const WALL: ClassId = 1;
 pub(super) const FLOOR: ClassId = 2;
-pub(super) const CEILING: ClassId = 3;
+/// The class of the ceiling; walls and floor come before it.
+pub const CEILING: ClassId = 3;
 pub(super) const WINDOW: ClassId = 4;
 pub(super) const DOOR: ClassId = 5;
 pub(super) const CURTAIN: ClassId = 6;
@@ -31,7 +32,7 @@ pub(super) const PICTURE: ClassId = 19;
 pub(super) const VASE: ClassId = 20;
 
 /// Names and display colours, in the order of the ids, from 1.
-pub(super) const CLASSES: [(&str, u32); 20] = [
+pub const CLASSES: [(&str, u32); 20] = [
     ("wall", 0xB8_C4CE),
     ("floor", 0xA0_6A3C),
     ("ceiling", 0xE9_E4D4),
@@ -54,15 +55,28 @@ pub(super) const CLASSES: [(&str, u32); 20] = [
     ("vase", 0x9B_E2B0),
 ];
 
-/// Inner size of the room.
-pub(super) const SIZE: Vec3 = Vec3::new(5.0, 4.0, 2.6);
+/// Inner size of a room along x, y and z, in metres.
+pub const SIZE: Vec3 = Vec3::new(5.0, 4.0, 2.6);
 const PAPER_WHITE: u32 = 0xEA_E6DE;
 
-/// The room and its lights.
-pub(super) struct Room {
-    pub caster: Caster,
-    pub panes: Vec<Pane>,
-    pub bulbs: Vec<Bulb>,
+/// A closed room of [`SIZE`] and its lights.
+pub struct Room {
+    pub(super) caster: Caster,
+    pub(super) panes: Vec<Pane>,
+    pub(super) bulbs: Vec<Bulb>,
+}
+
+impl Room {
+    /// A room of what was built, a [`shell`] first. Inside the zones, solids are of another class than elsewhere.
+    pub fn new(builder: Builder, panes: Vec<Pane>, zones: Vec<Zone>) -> Self {
+        let mut caster = Caster::new(builder.solids, Vec3A::ZERO, SIZE.into());
+        caster.zones = zones;
+        Self {
+            caster,
+            panes,
+            bulbs: builder.bulbs,
+        }
+    }
 }
 
 /// Builds the room with this number, always the same; the demo's is 0, and the others have other colours.
@@ -111,19 +125,14 @@ pub(super) fn room(number: usize) -> Room {
         [0.3, 0.38],
         Pattern::Discs,
     );
-    let bulbs = std::mem::take(&mut builder.bulbs);
     if number > 0 {
         repaint(&mut builder, number);
     }
-    Room {
-        caster: Caster::new(builder.solids, Vec3A::ZERO, SIZE.into()),
-        panes: vec![pane],
-        bulbs,
-    }
+    Room::new(builder, vec![pane], Vec::new())
 }
 
-/// Four walls, floor and ceiling of these materials, in the order that [`Caster`] expects.
-pub(super) fn shell(builder: &mut Builder, materials: [Material; SHELL]) {
+/// Four walls, floor and ceiling of these materials, in the order -x, +x, -y, +y, -z, +z.
+pub fn shell(builder: &mut Builder, materials: [Material; SHELL]) {
     const THICK: f32 = 0.1;
     const CLASSES: [ClassId; SHELL] = [WALL, WALL, WALL, WALL, FLOOR, CEILING];
     let world = Place::new(0.0, 0.0, 0.0);

@@ -257,3 +257,61 @@ fn clicks_in_several_rooms_are_in_each_of_them_and_true() {
     }
     assert!(rooms.iter().all(|&clicks| clicks > 20), "{rooms:?}");
 }
+
+#[test]
+fn depth_goes_on_beyond_glass_and_behind_a_mirror() {
+    use super::rooms::{Builder, CEILING, Material, Optics, Pane, Pattern, Place, Room, SHELL, shell, srgb};
+
+    let shot = Shot {
+        width: 160,
+        height: 120,
+        ..Shot::default()
+    };
+    for optics in [Optics::Mirror, Optics::Glass] {
+        let own = CEILING + 1;
+        let mut builder = Builder::default();
+        shell(
+            &mut builder,
+            [Material::patterned(srgb(0xB9_885A), Pattern::Planks); SHELL],
+        );
+        let (material, [min, max]) = (
+            Material::passing(glam::Vec3A::splat(0.9), optics),
+            match optics {
+                Optics::Mirror => [[0.0, 1.4, 0.4], [0.02, 2.6, 2.0]],
+                _ => [[1.7, 3.5, 0.6], [3.3, 3.508, 1.9]],
+            },
+        );
+        builder.block(own, material, &Place::new(0.0, 0.0, 0.0), min, max);
+        let light = Pane {
+            center: glam::Vec3A::new(2.5, 2.0, 2.58),
+            across: glam::Vec3A::X,
+            up: glam::Vec3A::Y,
+            facing: glam::Vec3A::NEG_Z,
+            radiance: glam::Vec3A::splat(2.0),
+        };
+        let house = House::of(Room::new(builder, vec![light], Vec::new()));
+        let scene = shot.scene_of(&house, &|_, _| {});
+        let mut pixels = 0;
+        for (index, frame) in scene.frames.iter().enumerate() {
+            let view = shot.view(&house, index);
+            for (pixel, class) in view.labels().into_iter().enumerate() {
+                let (length, surface) = (
+                    frame.depth().unwrap().ray_length(pixel).unwrap(),
+                    view.hit(pixel).distance,
+                );
+                if class != own {
+                    assert!((length - surface).abs() < 0.01, "{optics:?} {length} {surface}");
+                    continue;
+                }
+                pixels += 1;
+                assert!(length > surface, "{optics:?} {length} {surface}");
+                if optics == Optics::Mirror {
+                    // The room behind the wall is that in front of it, mirrored at x = 2 cm.
+                    let point = frame.center() + length * frame.ray_direction(pixel);
+                    assert!((-4.97..0.05).contains(&point.x), "{point}");
+                }
+            }
+        }
+        assert!(pixels > 3000, "{optics:?}: {pixels}");
+    }
+}

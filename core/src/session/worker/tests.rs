@@ -3,7 +3,6 @@ use std::time::{Duration, Instant};
 use super::*;
 use crate::scene::DepthMap;
 use crate::scene::testing::wall;
-use crate::session::Size;
 use crate::session::tests::options;
 
 /// A wall whose upper half has no depth: there is something to find out.
@@ -61,29 +60,4 @@ fn a_field_that_has_seen_next_to_nothing_does_not_fill_holes_of_measured_depth()
     advance_until(&mut worker, |worker| worker.propagation.is_some());
     worker.handle(Command::Settle).unwrap();
     assert!(!worker.refiner.is_rendering() && worker.refiner.is_done());
-}
-
-#[test]
-fn a_session_of_another_size_has_another_field_and_another_surface() {
-    let scene = Arc::new(wall(3, 64, 48));
-    let sizes = |field, surface| {
-        let (outbox, mut options) = (outbox(), options());
-        options.size = Size { field, surface };
-        let mut worker = Worker::new(Arc::clone(&scene), &options, &outbox).unwrap();
-        advance_until(&mut worker, |worker| worker.propagation.is_some());
-        let propagation = worker.propagation.as_ref().unwrap();
-        (
-            worker.trainer.field().parameters(),
-            propagation.surface().graph.len(),
-        )
-    };
-    let (chosen, smaller, coarser) = (sizes(1.0, 1.0), sizes(0.25, 1.0), sizes(1.0, 0.25));
-    assert!(
-        smaller.0 < chosen.0 && smaller.1 == chosen.1,
-        "{chosen:?} {smaller:?}"
-    );
-    assert!(
-        coarser.1 < chosen.1 && coarser.0 == chosen.0,
-        "{chosen:?} {coarser:?}"
-    );
 }

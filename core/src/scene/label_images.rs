@@ -1,0 +1,110 @@
+//! Where the label images of a capture lie; what they hold is not read here.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use super::SceneError;
+
+/// Folders of label images; the first that a capture has counts. The latter two are ScanNet's.
+const FOLDERS: [&str; 3] = ["semantic_class", "label-filt", "label"];
+
+/// The label images of a capture's folder by the number of their frame: `semantic_class/*N.png` for frame N, or in
+/// `label-filt/` or `label/`. None of them is read yet.
+///
+/// # Errors
+/// A capture without label images, or with two of one frame number.
+pub fn label_images(capture: &Path) -> Result<BTreeMap<u64, PathBuf>, SceneError> {
+    let places = FOLDERS.map(|name| capture.join(name));
+    let folder = places.iter().find(|place| place.is_dir()).unwrap_or(&places[0]);
+    let missing = |error: std::io::Error| {
+        SceneError::file(
+            folder,
+            format!("no ground truth: {error}; measure on a capture that has label images"),
+        )
+    };
+    let mut images: BTreeMap<u64, PathBuf> = BTreeMap::new();
+    for entry in fs::read_dir(folder).map_err(missing)? {
+        let path = entry.map_err(missing)?.path();
+        let is_png = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+        let Some(number) = frame_number(&stem).filter(|_| is_png) else {
+            continue;
+        };
+        if let Some(other) = images.insert(number, path.clone()) {
+            return Err(SceneError::file(
+                path,
+                format!("is for frame {number}, and so is {}; remove one", other.display()),
+            ));
+        }
+    }
+    if images.is_empty() {
+        return Err(SceneError::file(
+            folder,
+            "has no PNGs with a frame number at the end of their names; measure on a capture that has label images",
+        ));
+    }
+    Ok(images)
+}
+
+/// The number at the end of a frame's stem: 12 for `rgb_12`.
+pub fn frame_number(stem: &str) -> Option<u64> {
+    let rest = stem.trim_end_matches(|c: char| c.is_ascii_digit());
+    stem[rest.len()..].parse().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn label_images_are_found_by_the_number_at_the_end_of_the_stem() {
+        let root = tempfile::tempdir().unwrap();
+        let folder = root.path().join("semantic_class");
+        assert!(
+            label_images(root.path())
+                .unwrap_err()
+                .to_string()
+                .contains("no ground truth")
+        );
+        fs::create_dir(&folder).unwrap();
+        assert!(
+            label_images(root.path())
+                .unwrap_err()
+                .to_string()
+                .contains("has no PNGs")
+        );
+        fs::write(folder.join("semantic_class_12.png"), "an image").unwrap();
+        fs::write(folder.join("semantic_class_2.png"), "an image").unwrap();
+        fs::write(folder.join("legend.png"), "no frame").unwrap();
+        let images = label_images(root.path()).unwrap();
+        assert_eq!(images.keys().copied().collect::<Vec<_>>(), [2, 12]);
+        fs::copy(folder.join("legend.png"), folder.join("again_2.png")).unwrap();
+        assert!(
+            label_images(root.path())
+                .unwrap_err()
+                .to_string()
+                .contains("frame 2")
+        );
+    }
+
+    #[test]
+    fn the_label_images_of_scannet_count_where_there_are_no_others() {
+        let root = tempfile::tempdir().unwrap();
+        for (folder, number) in [("label", 1), ("label-filt", 20), ("semantic_class", 300)] {
+            fs::create_dir(root.path().join(folder)).unwrap();
+            fs::write(root.path().join(format!("{folder}/{number}.png")), "an image").unwrap();
+            let truth = label_images(root.path()).unwrap();
+            assert_eq!(truth.keys().copied().collect::<Vec<_>>(), [number]);
+        }
+    }
+
+    #[test]
+    fn frame_numbers_are_trailing_digits() {
+        assert_eq!(frame_number("rgb_12"), Some(12));
+        assert_eq!(frame_number("0007"), Some(7));
+        assert_eq!(frame_number("rgb"), None);
+        assert_eq!(frame_number("7_rgb"), None);
+        assert_eq!(frame_number("9999999999999999999999"), None);
+    }
+}

@@ -1,0 +1,576 @@
+//! The command line of the laboratory.
+
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use clap::{Args, Parser, Subcommand};
+use inplace_core::field::Preset;
+
+use crate::commands::Failure;
+use crate::paper::{EXPERIMENTS, FUSION};
+use crate::pareto::Method;
+use crate::scale::Sweep;
+use crate::simulate::{Baseline, Policy};
+use crate::stability::conditions;
+
+/// Measures how good the maps of Inplace are, and what they cost.
+#[derive(Debug, Parser)]
+#[command(version)]
+pub struct Arguments {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// What the laboratory does.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Measure how good the maps of unseen frames become as a simulated annotator, who knows the ground truth,
+    /// clicks on the training frames.
+    Simulate(SimulateArguments),
+    /// Measure.
+    Bench {
+        /// What to measure.
+        #[command(subcommand)]
+        what: Bench,
+    },
+}
+
+/// How a scene is read and learnt.
+#[derive(Clone, Copy, Debug, Args)]
+pub struct TrainingArguments {
+    /// How much the field may model: auto, fast, accurate or reference, the published Semantic-NeRF network.
+    #[arg(long, value_name = "NAME", default_value = "auto", value_parser = preset)]
+    pub preset: Preset,
+    /// Leave measured depth and sparse points aside.
+    #[arg(long)]
+    pub no_depth: bool,
+    /// Read images that the capture names outside its folder, or that links lead to there.
+    #[arg(long)]
+    pub outside_files: bool,
+    /// Threads to train with [default: all cores].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub threads: Option<u16>,
+    /// Seed of everything random.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u64,
+}
+
+/// A simulated annotator.
+#[derive(Debug, Args)]
+pub struct SimulateArguments {
+    /// Folder of a capture with ground truth and split.json, or "demo".
+    pub scene: PathBuf,
+    /// Where the annotator clicks: guided (one random pixel of every class, then the program's suggestions),
+    /// random (equally many pixels of every class) or uniform (any pixels), or several of them in turn.
+    #[arg(
+        long = "policy",
+        value_name = "NAME,...",
+        value_delimiter = ',',
+        default_value = "guided"
+    )]
+    pub policies: Vec<Policy>,
+    /// Clicks a class, in the whole scene, after which the maps are measured.
+    #[arg(long, value_name = "N,...", value_delimiter = ',', default_value = "1,3,5,10", value_parser = clap::value_parser!(u16).range(1..))]
+    pub clicks: Vec<u16>,
+    /// Runs, with seeds that count up from --seed.
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u64).range(1..))]
+    pub seeds: u64,
+    /// Where results.csv, calibration.csv and their charts go.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Most seconds of learning the geometry before the first click [default: until it is learnt].
+    #[arg(long, value_name = "SECONDS", value_parser = seconds_or_none)]
+    pub geometry: Option<f64>,
+    /// Most seconds after the last click of each batch before the maps are measured; 0 trains no head and
+    /// measures what the surface graph says.
+    #[arg(long, value_name = "SECONDS", default_value = "60", value_parser = seconds_or_none)]
+    pub settle: f64,
+    /// Measure other methods on the clicks of "random" too: the click nearest in a straight line (nearest), a
+    /// joint network of positions (joint-mlp) and a pixel classifier (pixels), or some of them; and, where it is
+    /// named, the published Semantic-NeRF network (reference), in the time that labelling took.
+    #[arg(
+        long,
+        value_name = "NAME,...",
+        value_delimiter = ',',
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_values = Baseline::QUICK.map(Baseline::name)
+    )]
+    pub baselines: Vec<Baseline>,
+    /// Print the results as JSON.
+    #[arg(long)]
+    pub json: bool,
+    /// How scenes are read and learnt.
+    #[command(flatten)]
+    pub training: TrainingArguments,
+}
+
+/// What can be measured.
+#[derive(Debug, Subcommand)]
+pub enum Bench {
+    /// All of the below but the semantic field, one after the other, on one page with their tables and charts; with --quick
+    /// in less than ten minutes.
+    All(AllArguments),
+    /// Samples a second of each way to compute the field; how soon a field of each scene is good.
+    Engine(EngineArguments),
+    /// The experiments of the Semantic-NeRF paper: sparse, noisy, coarse and partial label images of the
+    /// training frames, beside the paper's numbers.
+    Paper(PaperArguments),
+    /// How long a click waits for its maps while the field is being taught: for that of the frame in view and
+    /// for those of all frames.
+    Latency(LatencyArguments),
+    /// The labels that the semantic field renders, as seconds pass since the last click, and from noisy label
+    /// images, beside what the surface says.
+    Field(FieldArguments),
+    /// What such methods fail at: each condition disturbs a scene, its labels or the session, and has a line that its
+    /// figure must reach. Fails where one is missed.
+    Stability(StabilityArguments),
+    /// How time and memory grow with frames, image size, rooms, classes and strokes, and with which power: the demo room,
+    /// each capture in a process of its own.
+    Scale(ScaleArguments),
+    /// Accuracy against wall time, for the presets and other methods on the same clicks; with --capacity, against the
+    /// size of the model.
+    Pareto(ParetoArguments),
+    /// What one method comes to with one seed, as JSON: a process of its own for each, so that its peak memory is its
+    /// own.
+    #[command(hide = true)]
+    ParetoOf(ParetoOfArguments),
+    /// What one capture costs, as JSON: a process of its own for each, so that its peak memory is its own.
+    #[command(hide = true)]
+    CostOf {
+        /// Folder of a capture.
+        scene: PathBuf,
+        /// The strokes (JSON), the last of which is the one more click.
+        #[arg(long, value_name = "FILE")]
+        strokes: PathBuf,
+        /// Seconds of training.
+        #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+        seconds: f64,
+        /// How the scene is read and learnt.
+        #[command(flatten)]
+        training: TrainingArguments,
+    },
+}
+
+/// Measuring everything.
+#[derive(Debug, Args)]
+pub struct AllArguments {
+    /// Folders of captures with ground truth and split.json, or "demo" [default: demo].
+    pub scenes: Vec<PathBuf>,
+    /// Fewer seeds, shorter courses and the short form of the stability suite.
+    #[arg(long)]
+    pub quick: bool,
+    /// Measure anew what this build has measured into the folder before.
+    #[arg(long)]
+    pub force: bool,
+    /// Where benchmarks.md goes, and the folder benchmarks with the files of each measurement.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+}
+
+/// Measuring the engine.
+#[derive(Debug, Args)]
+pub struct EngineArguments {
+    /// Folders of captures, or "demo".
+    pub scenes: Vec<PathBuf>,
+    /// Seconds of training after which a field is measured.
+    #[arg(long, value_name = "SECONDS,...", value_delimiter = ',', default_value = "5,10,15,30,60", value_parser = seconds)]
+    pub marks: Vec<f64>,
+    /// What to train: auto, fast, accurate or reference, or several of them in turn.
+    #[arg(long = "preset", value_name = "NAME,...", value_delimiter = ',', default_value = "auto", value_parser = preset)]
+    pub presets: Vec<Preset>,
+    /// Train the default with all that teaches it, and without one part each, instead of presets.
+    #[arg(long, conflicts_with = "presets")]
+    pub ablate: bool,
+    /// Leave measured depth aside in training.
+    #[arg(long)]
+    pub no_depth: bool,
+    /// Seed of everything random; of the first run of each scene.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u64,
+    /// Runs of each scene, with seeds that count up from --seed.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+    pub seeds: u64,
+    /// Where engine.json and engine.svg go.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Runs of each way.
+    #[arg(long, value_name = "N", default_value_t = 15)]
+    pub rounds: usize,
+    /// Threads to compute with [default: all cores].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub threads: Option<u16>,
+    /// Print the results as JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// The paper's experiments.
+#[derive(Debug, Args)]
+pub struct PaperArguments {
+    /// Folders of captures with ground truth and split.json, or "demo".
+    #[arg(required = true)]
+    pub scenes: Vec<PathBuf>,
+    /// Runs of each scene, with seeds that count up from --seed.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+    pub seeds: u64,
+    /// Seconds of training the field where depth is missing; complete depth needs none.
+    #[arg(long, value_name = "SECONDS", default_value_t = 120.0, value_parser = seconds)]
+    pub seconds: f64,
+    /// Only these experiments, by their names in the results [default: all].
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',', value_parser = experiment)]
+    pub experiments: Vec<String>,
+    /// Captures with ground truth and classes.json, or "demo", whose label images teach the pixel classifier of the
+    /// experiment "fusion", which is left out without them. Classes are matched by name; those that a scene does not
+    /// share with these are predicted as others and not measured.
+    #[arg(long, value_name = "SCENE", num_args = 1..)]
+    pub train_on: Vec<PathBuf>,
+    /// Where paper.csv goes.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Print the results as JSON.
+    #[arg(long)]
+    pub json: bool,
+    /// How scenes are read and learnt.
+    #[command(flatten)]
+    pub training: TrainingArguments,
+}
+
+/// Measuring how long clicks wait.
+#[derive(Debug, Args)]
+pub struct LatencyArguments {
+    /// Folders of captures with ground truth and split.json, or "demo".
+    #[arg(required = true)]
+    pub scenes: Vec<PathBuf>,
+    /// Clicks in each scene.
+    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u16).range(1..))]
+    pub clicks: u16,
+    /// Where latency.json and latency.svg go.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Print the results as JSON: an object for one scene, an array of them for several.
+    #[arg(long)]
+    pub json: bool,
+    /// How scenes are read and learnt.
+    #[command(flatten)]
+    pub training: TrainingArguments,
+}
+
+/// Measuring the semantic field.
+#[derive(Debug, Args)]
+pub struct FieldArguments {
+    /// Folders of captures with ground truth and split.json, or "demo".
+    #[arg(required = true)]
+    pub scenes: Vec<PathBuf>,
+    /// Random clicks a class, given all at once.
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u16).range(1..))]
+    pub clicks: u16,
+    /// Shares of the training frames' pixels that get a random class, in per cent.
+    #[arg(long, value_name = "PER CENT,...", value_delimiter = ',', default_value = "50,90", value_parser = per_cent)]
+    pub noise: Vec<f64>,
+    /// Seconds after the labels at which the answers are measured.
+    #[arg(long, value_name = "SECONDS,...", value_delimiter = ',', default_value = "0.5,1,2,5,10,30", value_parser = seconds)]
+    pub marks: Vec<f64>,
+    /// Every so many pixels along each axis are measured.
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u16).range(1..))]
+    pub stride: u16,
+    /// Most seconds of learning the geometry before there are labels [default: until it is learnt].
+    #[arg(long, value_name = "SECONDS", value_parser = seconds_or_none)]
+    pub geometry: Option<f64>,
+    /// Runs of each scene, with seeds that count up from --seed.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+    pub seeds: u64,
+    /// Where field.csv and field.svg go.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Print the results as JSON.
+    #[arg(long)]
+    pub json: bool,
+    /// How scenes are read and learnt.
+    #[command(flatten)]
+    pub training: TrainingArguments,
+}
+
+/// Measuring how cost grows.
+#[derive(Debug, Args)]
+pub struct ScaleArguments {
+    /// What to vary, one at a time, while there are 100 frames, 20 classes, 60 strokes and one room of everything else:
+    /// frames, size, rooms, classes, strokes.
+    #[arg(
+        long = "sweep",
+        value_name = "NAME,...",
+        value_delimiter = ',',
+        default_value = "frames,size,rooms,classes,strokes"
+    )]
+    pub sweeps: Vec<Sweep>,
+    /// Numbers of frames.
+    #[arg(long, value_name = "N,...", value_delimiter = ',', default_value = "20,50,100,200,500,1000,2000", value_parser = clap::value_parser!(u16).range(8..))]
+    pub frames: Vec<u16>,
+    /// Image sizes.
+    #[arg(long, value_name = "WxH,...", value_delimiter = ',', default_value = "160x120,320x240,640x480,1280x960", value_parser = image_size)]
+    pub sizes: Vec<(u32, u32)>,
+    /// Numbers of rooms, which share the frames.
+    #[arg(long, value_name = "N,...", value_delimiter = ',', default_value = "1,2,4,10", value_parser = clap::value_parser!(u16).range(1..=50))]
+    pub rooms: Vec<u16>,
+    /// Numbers of classes, all with as many strokes as the most of them, so that each class has one.
+    #[arg(long, value_name = "N,...", value_delimiter = ',', default_value = "2,5,20,50,200", value_parser = clap::value_parser!(u16).range(1..))]
+    pub classes: Vec<u16>,
+    /// Numbers of strokes.
+    #[arg(long, value_name = "N,...", value_delimiter = ',', default_value = "1,10,100,1000,10000", value_parser = clap::value_parser!(u16).range(1..))]
+    pub strokes: Vec<u16>,
+    /// Image size where that is not varied.
+    #[arg(long, value_name = "WxH", default_value = "320x240", value_parser = image_size)]
+    pub at_size: (u32, u32),
+    /// Seconds of training of each capture.
+    #[arg(long, value_name = "SECONDS", default_value_t = 5.0, value_parser = seconds)]
+    pub seconds: f64,
+    /// Leave measured depth aside.
+    #[arg(long)]
+    pub no_depth: bool,
+    /// Threads to compute with [default: all cores].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub threads: Option<u16>,
+    /// Seed of everything random, the places of the strokes among it.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u64,
+    /// Where scale.json, scale.csv and scale.svg go.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Print the results as JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Trying what such methods fail at.
+#[derive(Debug, Args)]
+pub struct StabilityArguments {
+    /// Folders of captures with ground truth and split.json, or "demo" [default: demo].
+    pub scenes: Vec<PathBuf>,
+    /// Only these conditions, by their names in the results [default: all].
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',', value_parser = condition)]
+    pub conditions: Vec<String>,
+    /// Only the conditions of the short form, which takes minutes.
+    #[arg(long, conflicts_with = "conditions")]
+    pub quick: bool,
+    /// Runs of each condition, with seeds that count up from --seed.
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u64).range(1..))]
+    pub seeds: u64,
+    /// Most seconds of training before the maps of a scene with depth are measured.
+    #[arg(long, value_name = "SECONDS", default_value_t = 2.0, value_parser = seconds)]
+    pub seconds: f64,
+    /// The same of a scene without depth.
+    #[arg(long, value_name = "SECONDS", default_value_t = 20.0, value_parser = seconds)]
+    pub seconds_without_depth: f64,
+    /// Seconds of the long training.
+    #[arg(long, value_name = "SECONDS", default_value_t = 30.0, value_parser = seconds)]
+    pub long_seconds: f64,
+    /// Where stability.csv and stability.md go.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Print the results as JSON.
+    #[arg(long)]
+    pub json: bool,
+    /// How scenes are read and learnt.
+    #[command(flatten)]
+    pub training: TrainingArguments,
+}
+
+/// Accuracy against time and size.
+#[derive(Debug, Args)]
+pub struct ParetoArguments {
+    /// Folders of captures with ground truth and split.json, or "demo".
+    #[arg(required = true)]
+    pub scenes: Vec<PathBuf>,
+    /// What is measured in turn: fast, auto, accurate; and reference, the published network, which has maps at the
+    /// last mark alone.
+    #[arg(long = "preset", value_name = "NAME,...", value_delimiter = ',', default_value = "fast,auto,accurate", value_parser = preset)]
+    pub presets: Vec<Preset>,
+    /// Measure other methods on the same clicks too: the click nearest in a straight line (nearest), a joint network of
+    /// positions (joint-mlp) and a pixel classifier (pixels), or some of them. They answer once.
+    #[arg(
+        long,
+        value_name = "NAME,...",
+        value_delimiter = ',',
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_values = Baseline::QUICK.map(Baseline::name)
+    )]
+    pub baselines: Vec<Baseline>,
+    /// Measure "auto" also with a quarter, half, twice and four times the field's table and the surface's voxels that it
+    /// chooses, each by itself.
+    #[arg(long)]
+    pub capacity: bool,
+    /// Random clicks of every class on the training frames, given as soon as the scene is open.
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u16).range(1..))]
+    pub clicks: u16,
+    /// Wall seconds since the start at which the maps are measured; a run ends at the last, or when it has stopped by
+    /// itself.
+    #[arg(long, value_name = "SECONDS,...", value_delimiter = ',', default_value = "2,5,10,20,40,60,120", value_parser = seconds)]
+    pub marks: Vec<f64>,
+    /// Runs of each method, with seeds that count up from --seed.
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u64).range(1..))]
+    pub seeds: u64,
+    /// Where pareto.csv and pareto.svg go, and capacity.csv and capacity.svg.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Leave measured depth and sparse points aside.
+    #[arg(long)]
+    pub no_depth: bool,
+    /// Read images that the capture names outside its folder, or that links lead to there.
+    #[arg(long)]
+    pub outside_files: bool,
+    /// Threads of each method [default: all cores].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub threads: Option<u16>,
+    /// Seed of everything random; of the first run of each method.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u64,
+    /// Print the results as JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// One method with one seed.
+#[derive(Debug, Args)]
+pub struct ParetoOfArguments {
+    /// Folder of a capture with ground truth and split.json, or "demo".
+    pub scene: PathBuf,
+    /// A preset, or a baseline.
+    #[arg(long, value_name = "NAME")]
+    pub method: Method,
+    /// Random clicks of every class.
+    #[arg(long, value_name = "N")]
+    pub clicks: usize,
+    /// Wall seconds at which the maps are measured.
+    #[arg(long, value_name = "SECONDS,...", value_delimiter = ',', value_parser = seconds)]
+    pub marks: Vec<f64>,
+    /// Factor on the rows of the field's table: measures field and surface by themselves.
+    #[arg(long, value_name = "FACTOR", requires = "surface", value_parser = factor)]
+    pub field: Option<f32>,
+    /// Factor on the number of the surface's voxels.
+    #[arg(long, value_name = "FACTOR", requires = "field", value_parser = factor)]
+    pub surface: Option<f32>,
+    /// How scenes are read and learnt.
+    #[command(flatten)]
+    pub training: TrainingArguments,
+}
+
+fn preset(name: &str) -> Result<Preset, Failure> {
+    match name {
+        "auto" => Ok(Preset::Auto),
+        "fast" => Ok(Preset::Fast),
+        "accurate" => Ok(Preset::Accurate),
+        "reference" => Ok(Preset::Reference),
+        _ => Err("use auto, fast, accurate or reference".into()),
+    }
+}
+
+/// A number that fits; otherwise what is wanted instead.
+fn number<T: FromStr>(text: &str, fits: impl FnOnce(&T) -> bool, wanted: &str) -> Result<T, Failure> {
+    text.parse().ok().filter(fits).ok_or_else(|| wanted.into())
+}
+
+fn seconds(text: &str) -> Result<f64, Failure> {
+    let fits = |seconds: &f64| seconds.is_finite() && *seconds > 0.0;
+    number(text, fits, "give a number of seconds above zero")
+}
+
+fn seconds_or_none(text: &str) -> Result<f64, Failure> {
+    number(
+        text,
+        |seconds| (0.0..1e9).contains(seconds),
+        "give a number of seconds, zero or above",
+    )
+}
+
+fn image_size(text: &str) -> Result<(u32, u32), Failure> {
+    let size = text
+        .split_once('x')
+        .and_then(|(width, height)| Some((width.parse().ok()?, height.parse().ok()?)));
+    match size {
+        Some((width @ 16..=8192, height @ 16..=8192)) => Ok((width, height)),
+        _ => Err("give width and height in pixels, such as 640x480, each from 16 to 8192".into()),
+    }
+}
+
+fn factor(text: &str) -> Result<f32, Failure> {
+    let fits = |factor: &f32| (0.01..=100.0).contains(factor);
+    number(text, fits, "give a factor from 0.01 to 100")
+}
+
+fn experiment(name: &str) -> Result<String, Failure> {
+    let names: Vec<&str> = EXPERIMENTS
+        .iter()
+        .map(|experiment| experiment.name)
+        .chain([FUSION])
+        .collect();
+    if names.contains(&name) {
+        return Ok(name.to_owned());
+    }
+    Err(format!("use some of {}", names.join(", ")).into())
+}
+
+fn condition(name: &str) -> Result<String, Failure> {
+    let known = conditions();
+    let names: Vec<&str> = known.iter().map(|condition| condition.name).collect();
+    if names.contains(&name) {
+        return Ok(name.to_owned());
+    }
+    Err(format!("use some of {}", names.join(", ")).into())
+}
+
+fn per_cent(text: &str) -> Result<f64, Failure> {
+    let fits = |share: &f64| (0.0..=100.0).contains(share);
+    number(text, fits, "give per cent, from 0 to 100")
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn bench_takes_a_list_of_presets() {
+        let bench = [
+            "inplace-lab",
+            "bench",
+            "engine",
+            "demo",
+            "--out",
+            "x",
+            "--preset",
+            "auto,reference",
+        ];
+        let Command::Bench {
+            what: Bench::Engine(arguments),
+        } = Arguments::try_parse_from(bench).unwrap().command
+        else {
+            panic!("not bench engine")
+        };
+        assert_eq!(arguments.presets, [Preset::Auto, Preset::Reference]);
+    }
+
+    #[test]
+    fn the_published_network_is_a_baseline_only_where_it_is_named() {
+        let baselines = |given: &[&str]| {
+            let arguments = [&["inplace-lab", "simulate"], given, &["demo", "--out", "x"]].concat();
+            match Arguments::try_parse_from(arguments).unwrap().command {
+                Command::Simulate(arguments) => arguments.baselines,
+                other => panic!("{other:?}"),
+            }
+        };
+        assert_eq!(baselines(&[]), []);
+        assert_eq!(baselines(&["--baselines"]), Baseline::QUICK);
+        assert_eq!(
+            baselines(&["--baselines=nearest,reference"]),
+            [Baseline::Nearest, Baseline::Reference]
+        );
+    }
+}

@@ -1,0 +1,154 @@
+//! Whether the probabilities of maps are right.
+
+use super::EvalError;
+use inplace_core::labels::{ClassId, VOID};
+use inplace_core::semantics::CERTAIN;
+
+/// Number of bins, of equal width in confidence.
+const BINS: usize = 15;
+
+/// How often the most likely class is right, by how likely it is said to be (Guo et al., "On Calibration of
+/// Modern Neural Networks", ICML 2017).
+///
+/// Pixels whose truth is void are dropped.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Calibration {
+    bins: [Bin; BINS],
+}
+
+/// The pixels of similar confidence.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Bin {
+    pixels: u64,
+    right: u64,
+    /// Sum of the confidences, each times [`CERTAIN`].
+    confidence: u64,
+}
+
+impl Bin {
+    fn confidence(&self) -> f64 {
+        self.confidence as f64 / f64::from(CERTAIN)
+    }
+}
+
+impl Calibration {
+    /// Counts the pixels of one frame; `confidence` as in [`FrameMap::confidence`](inplace_core::semantics::FrameMap::confidence).
+    ///
+    /// # Errors
+    /// [`EvalError::Size`] when the three have not the same number of pixels; then nothing is counted.
+    pub fn add(
+        &mut self,
+        truth: &[ClassId],
+        predicted: &[ClassId],
+        confidence: &[u16],
+    ) -> Result<(), EvalError> {
+        for other in [predicted.len(), confidence.len()] {
+            if other != truth.len() {
+                return Err(EvalError::Size {
+                    truth: truth.len(),
+                    predicted: other,
+                });
+            }
+        }
+        for ((&truth, &predicted), &confidence) in truth.iter().zip(predicted).zip(confidence) {
+            if truth == VOID {
+                continue;
+            }
+            // The bins are open below: what is certain is in the last one.
+            let bin = (usize::from(confidence) * BINS).div_ceil(usize::from(CERTAIN));
+            let bin = &mut self.bins[bin.saturating_sub(1)];
+            bin.pixels += 1;
+            bin.right += u64::from(truth == predicted);
+            bin.confidence += u64::from(confidence);
+        }
+        Ok(())
+    }
+
+    /// Adds the pixels of another count.
+    pub fn merge(&mut self, other: &Self) {
+        for (bin, more) in self.bins.iter_mut().zip(&other.bins) {
+            bin.pixels += more.pixels;
+            bin.right += more.right;
+            bin.confidence += more.confidence;
+        }
+    }
+
+    /// The expected calibration error (Guo et al., Eq. 3), 0..=1: the mean over all pixels of how far accuracy and
+    /// mean confidence of their bin are apart. `None` without pixels.
+    pub fn error(&self) -> Option<f64> {
+        let pixels: u64 = self.bins.iter().map(|bin| bin.pixels).sum();
+        let apart = self
+            .bins
+            .iter()
+            .map(|bin| (bin.right as f64 - bin.confidence()).abs());
+        (pixels > 0).then(|| apart.sum::<f64>() / pixels as f64)
+    }
+
+    /// Mean confidence and accuracy of the bins with at least so large a share of all pixels, ascending.
+    pub fn reliability(&self, least_share: f64) -> Vec<(f64, f64)> {
+        let all: u64 = self.bins.iter().map(|bin| bin.pixels).sum();
+        let filled = self
+            .bins
+            .iter()
+            .filter(|bin| bin.pixels > 0 && bin.pixels as f64 >= least_share * all as f64);
+        filled
+            .map(|bin| {
+                let pixels = bin.pixels as f64;
+                (bin.confidence() / pixels, bin.right as f64 / pixels)
+            })
+            .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn steps(probability: f64) -> u16 {
+        (probability * f64::from(CERTAIN)).round() as u16
+    }
+
+    /// Four pixels of confidence 0.9 of which two are right, one of 0.5 that is wrong, one that is certain and
+    /// right, and a void one.
+    fn calibration() -> Calibration {
+        let mut calibration = Calibration::default();
+        let confidence = [0.9, 0.9, 0.9, 0.9, 0.5, 1.0, 0.7].map(steps);
+        calibration
+            .add(&[1, 1, 2, 2, 3, 3, 0], &[1, 2, 1, 2, 1, 3, 1], &confidence)
+            .unwrap();
+        calibration
+    }
+
+    #[test]
+    fn the_error_agrees_with_one_worked_out_by_hand() {
+        let calibration = calibration();
+        let error = (4.0 * (0.9 - 0.5) + 0.5) / 6.0;
+        assert!((calibration.error().unwrap() - error).abs() < 1e-4);
+        let expected = [(0.5, 0.0), (0.9, 0.5), (1.0, 1.0)];
+        let bins = calibration.reliability(0.0);
+        assert_eq!(bins.len(), 3);
+        for ((confidence, accuracy), (a, b)) in bins.into_iter().zip(expected) {
+            assert!((confidence - a).abs() < 1e-4 && (accuracy - b).abs() < 1e-9);
+        }
+        assert_eq!(calibration.reliability(0.5).len(), 1);
+        assert_eq!(Calibration::default().error(), None);
+    }
+
+    #[test]
+    fn merging_is_counting_together_and_unequal_sizes_are_refused() {
+        let mut merged = calibration();
+        merged.merge(&calibration());
+        assert_eq!(merged.error(), calibration().error());
+        assert_eq!(merged.reliability(0.0), calibration().reliability(0.0));
+        assert!(merged.add(&[1], &[1], &[1, 2]).is_err());
+        assert!(merged.add(&[1], &[1, 1], &[1]).is_err());
+    }
+
+    #[test]
+    fn probabilities_at_the_ends_have_a_bin() {
+        let mut calibration = Calibration::default();
+        calibration.add(&[1, 1], &[1, 0], &[CERTAIN, 0]).unwrap();
+        assert_eq!(calibration.error(), Some(0.0));
+        assert_eq!(calibration.reliability(0.0), [(0.0, 0.0), (1.0, 1.0)]);
+    }
+}

@@ -1,0 +1,212 @@
+//! Charts as SVG that need nothing around them: line and bar panels in a grid, readable on light and on
+//! dark pages, in colours that the colour-blind can tell apart.
+
+mod axis;
+mod lines;
+mod panel;
+mod svg;
+#[cfg(test)]
+mod tests;
+
+use std::path::Path;
+
+use inplace_core::export::{self, ExportError};
+use svg::Svg;
+
+/// Several panels under one title.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Figure {
+    /// What is shown.
+    pub title: String,
+    /// One line of conditions: machine, threads, seeds.
+    pub subtitle: String,
+    /// The panels, row by row; those of a row share its width.
+    pub rows: Vec<Vec<Panel>>,
+}
+
+/// One chart.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Panel {
+    /// What is shown.
+    pub title: String,
+    /// Its axes and data.
+    pub chart: Chart,
+}
+
+/// The data of a panel. Values that are not finite (or not positive, on a logarithmic axis) are left out.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Chart {
+    /// Lines with markers, named at their right end.
+    Lines {
+        /// The horizontal axis.
+        x: Axis,
+        /// The vertical axis.
+        y: Axis,
+        /// The lines.
+        series: Vec<Series>,
+    },
+    /// Horizontal bars from zero with their values written beside them, in groups.
+    Bars {
+        /// The axis of the values; always linear from zero.
+        value: Axis,
+        /// Name of each group, from the top.
+        groups: Vec<String>,
+        /// The bars of the groups, a colour each.
+        series: Vec<BarSeries>,
+    },
+}
+
+/// An axis.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Axis {
+    /// Quantity and unit, as in `PSNR, dB`.
+    pub label: String,
+    /// How values become places.
+    pub scale: Scale,
+    /// A value that is marked by a line, such as a target; with its name.
+    pub mark: Option<(f64, String)>,
+}
+
+/// How values become places on an axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scale {
+    /// Evenly, over the range of the data.
+    Linear,
+    /// Evenly, from zero.
+    FromZero,
+    /// By logarithm.
+    Logarithmic,
+}
+
+/// A line.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Series {
+    /// Its name.
+    pub name: String,
+    /// Its points, from left to right.
+    pub points: Vec<Point>,
+}
+
+/// A point of a line, with the spread around it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point {
+    /// Place along the horizontal axis.
+    pub x: f64,
+    /// Value.
+    pub y: f64,
+    /// Smallest and largest value, where there are several; equal to `y` otherwise.
+    pub range: (f64, f64),
+    /// Whether a ring is drawn around it: a point unlike the others, as the subtitle says.
+    pub ring: bool,
+}
+
+/// The bars of one colour.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BarSeries {
+    /// What the colour stands for.
+    pub name: String,
+    /// Length of the bar in each group; not a number = none.
+    pub values: Vec<f64>,
+}
+
+impl Axis {
+    /// An axis without a mark.
+    pub fn new(label: impl Into<String>, scale: Scale) -> Self {
+        Self {
+            label: label.into(),
+            scale,
+            mark: None,
+        }
+    }
+
+    /// The same axis with a line at `value`.
+    #[must_use]
+    pub fn with_mark(mut self, value: f64, name: impl Into<String>) -> Self {
+        self.mark = Some((value, name.into()));
+        self
+    }
+}
+
+impl Point {
+    /// A single measurement.
+    pub fn new(x: f64, y: f64) -> Self {
+        Self {
+            x,
+            y,
+            range: (y, y),
+            ring: false,
+        }
+    }
+
+    /// The same point with a ring around it.
+    #[must_use]
+    pub fn ringed(mut self) -> Self {
+        self.ring = true;
+        self
+    }
+
+    /// Median and range of several measurements at one place; `None` without any finite one.
+    pub fn of_values(x: f64, values: impl IntoIterator<Item = f64>) -> Option<Self> {
+        let mut values: Vec<f64> = values.into_iter().filter(|value| value.is_finite()).collect();
+        values.sort_by(f64::total_cmp);
+        let (&low, &high) = (values.first()?, values.last()?);
+        let middle = values.len() / 2;
+        let y = if values.len().is_multiple_of(2) {
+            0.5 * (values[middle - 1] + values[middle])
+        } else {
+            values[middle]
+        };
+        Some(Self {
+            x,
+            y,
+            range: (low, high),
+            ring: false,
+        })
+    }
+}
+
+impl Figure {
+    /// The figure as a whole SVG file.
+    pub fn svg(&self) -> String {
+        const MARGIN: f64 = 24.0;
+        const GAP: f64 = 28.0;
+        let columns = self.rows.iter().map(Vec::len).max().unwrap_or(0).max(1);
+        let heights: Vec<f64> = self
+            .rows
+            .iter()
+            .map(|row| row.iter().map(panel::height).fold(0.0, f64::max))
+            .collect();
+        // A single panel is no narrower than a line of conditions.
+        let narrowest = if columns == 1 { 640.0 } else { panel::WIDTH };
+        let inside = columns as f64 * (narrowest + GAP) - GAP;
+        let width = 2.0 * MARGIN + inside;
+        let subtitle = svg::wrapped(&self.subtitle, 12.0, inside);
+        let top = MARGIN + 18.0 + 16.0 * subtitle.len() as f64 + 18.0;
+        let body: f64 = heights.iter().map(|height| height + GAP).sum();
+        let height = top + (body - GAP).max(0.0) + MARGIN;
+
+        let mut out = Svg::new(width, height, &self.title, &self.subtitle);
+        out.text("title", MARGIN, MARGIN + 14.0, &self.title);
+        for (line, text) in subtitle.iter().enumerate() {
+            out.text("muted", MARGIN, MARGIN + 34.0 + 16.0 * line as f64, text);
+        }
+        let mut y = top;
+        for (row, height) in self.rows.iter().zip(&heights) {
+            let panel_width = (inside + GAP) / row.len().max(1) as f64 - GAP;
+            for (column, panel) in row.iter().enumerate() {
+                let x = MARGIN + column as f64 * (panel_width + GAP);
+                panel::draw(&mut out, panel, (x, y), (panel_width, *height));
+            }
+            y += height + GAP;
+        }
+        out.finish()
+    }
+
+    /// Writes the SVG file, under a temporary name first.
+    ///
+    /// # Errors
+    /// [`ExportError::Unwritable`].
+    pub fn write(&self, path: &Path) -> Result<(), ExportError> {
+        export::write(path, self.svg().as_bytes())
+    }
+}

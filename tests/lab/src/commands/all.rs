@@ -1,0 +1,337 @@
+//! `inplace-lab bench all`: all measurements, one after the other, on one page.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::Instant;
+
+use inplace_core::export;
+use inplace_core::scene::SceneSource;
+use serde::{Deserialize, Serialize};
+
+use super::{machine, refuse_same_names};
+use crate::arguments::AllArguments;
+use crate::commands::Failure;
+use crate::page::Page;
+
+/// The folder of the measurements' own files, beside the page.
+const FOLDER: &str = "benchmarks";
+
+/// One measurement: a command of this program.
+struct Step {
+    title: String,
+    /// Its folder.
+    folder: String,
+    /// The page that it writes, without the extension.
+    page: &'static str,
+    /// Its arguments, without `--out`.
+    arguments: Vec<String>,
+}
+
+/// What a measurement was and how it ended, `step.json` in its folder.
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
+struct Ended {
+    arguments: Vec<String>,
+    /// SHA-256 of the program.
+    build: String,
+    /// The commit that it was built from.
+    commit: String,
+    /// Wall seconds.
+    seconds: f64,
+    /// Why it failed; also where a line was missed.
+    failure: Option<String>,
+}
+
+/// Runs all measurements, writes `benchmarks.md`, and prints where it is.
+pub fn run(arguments: &AllArguments) -> Result<(), Failure> {
+    let out = &arguments.out;
+    let folder = out.join(FOLDER);
+    export::prepare(&folder, &[])?;
+    let demo = [PathBuf::from("demo")];
+    let scenes = if arguments.scenes.is_empty() {
+        &demo[..]
+    } else {
+        &arguments.scenes
+    };
+    refuse_same_names(scenes)?;
+    let steps = steps(scenes, arguments.quick);
+    let build = export::digest(&[std::env::current_exe()?])?;
+    let mut page = Page::new();
+    page.heading(1, "Benchmarks");
+    page.paragraph(&format!(
+        "Written by `inplace-lab bench all{}`, which runs the commands below. {} Every scene is in the Replica layout, \
+         with ground truth.",
+        if arguments.quick { " --quick" } else { "" },
+        machine::conditions()
+    ));
+    let mut failed = Vec::new();
+    for (number, step) in steps.iter().enumerate() {
+        eprintln!(
+            "{} of {}: inplace-lab {}",
+            number + 1,
+            steps.len(),
+            step.arguments.join(" ")
+        );
+        let own = folder.join(&step.folder);
+        let ended = step.measure(&own, &build, arguments.force)?;
+        page.heading(2, &step.title);
+        page.command(&format!("inplace-lab {} --out DIR", step.shown()));
+        if let Ok(text) = fs::read_to_string(own.join(format!("{}.md", step.page))) {
+            page.include(&below(&text), &format!("{FOLDER}/{}", step.folder));
+        }
+        if let Some(reason) = &ended.failure {
+            page.paragraph(&format!(
+                "**Failed:** {}.",
+                reason.trim_start_matches("inplace-lab: ")
+            ));
+            failed.push(step.folder.clone());
+        }
+        page.paragraph(&format!(
+            "This took {:.0} s, at commit {}.",
+            ended.seconds, ended.commit
+        ));
+        // What has been measured stays readable if a later measurement is interrupted.
+        export::write(&out.join("benchmarks.md"), page.as_str().as_bytes())?;
+    }
+    println!("{}", out.join("benchmarks.md").display());
+    if failed.is_empty() {
+        Ok(())
+    } else {
+        Err(format!("failed, or missed a line: {}", failed.join(", ")).into())
+    }
+}
+
+/// A page under a heading of level 2: its title is left out, its headings go one level down.
+fn below(page: &str) -> String {
+    let lines = page.lines().filter(|line| !line.starts_with("# "));
+    let lines = lines.map(|line| {
+        if line.starts_with("##") {
+            format!("#{line}")
+        } else {
+            line.to_owned()
+        }
+    });
+    lines.collect::<Vec<String>>().join("\n").trim_start().to_owned()
+}
+
+impl Step {
+    fn new(
+        title: impl Into<String>,
+        folder: impl Into<String>,
+        page: &'static str,
+        arguments: &[&str],
+    ) -> Self {
+        Self {
+            title: title.into(),
+            folder: folder.into(),
+            page,
+            arguments: arguments.iter().map(|&argument| argument.to_owned()).collect(),
+        }
+    }
+
+    /// Its command line, with the names of the scenes in place of their folders.
+    fn shown(&self) -> String {
+        let name = |argument: &String| {
+            let path = Path::new(argument);
+            let file = path.file_name().filter(|_| path.components().count() > 1);
+            file.map_or_else(|| argument.clone(), |name| name.to_string_lossy().into_owned())
+        };
+        self.arguments.iter().map(name).collect::<Vec<String>>().join(" ")
+    }
+
+    /// Measures in a process of its own, unless this build has done that here before.
+    fn measure(&self, out: &Path, build: &str, force: bool) -> Result<Ended, Failure> {
+        let (record, page) = (out.join("step.json"), out.join(format!("{}.md", self.page)));
+        let before = fs::read(&record).ok();
+        let before: Option<Ended> = before.and_then(|bytes| serde_json::from_slice(&bytes).ok());
+        if let Some(before) = before
+            && !force
+            && before.arguments == self.arguments
+            && before.build == build
+            && page.is_file()
+        {
+            return Ok(before);
+        }
+        export::prepare(out, &[])?;
+        // What stays without a page has not been measured.
+        match fs::remove_file(&page) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => {
+                return Err(format!("{}: cannot be replaced: {error}", page.display()).into());
+            }
+            _ => {}
+        }
+        let start = Instant::now();
+        let output = Command::new(std::env::current_exe()?)
+            .args(&self.arguments)
+            .arg("--out")
+            .arg(out)
+            .stdout(Stdio::null())
+            .output()?;
+        let failure = (!output.status.success()).then(|| {
+            let reason = String::from_utf8_lossy(&output.stderr);
+            reason
+                .lines()
+                .last()
+                .unwrap_or("it ended without a reason")
+                .to_owned()
+        });
+        let ended = Ended {
+            arguments: self.arguments.clone(),
+            build: build.to_owned(),
+            commit: env!("INPLACE_COMMIT").to_owned(),
+            seconds: start.elapsed().as_secs_f64(),
+            failure,
+        };
+        export::write_json(&record, &ended)?;
+        Ok(ended)
+    }
+}
+
+/// The measurements, in the order of the page.
+fn steps(scenes: &[PathBuf], quick: bool) -> Vec<Step> {
+    let given: Vec<String> = scenes.iter().map(|scene| scene.display().to_string()).collect();
+    let given: Vec<&str> = given.iter().map(String::as_str).collect();
+    let of_scenes = |before: &[&str], after: &str| -> Vec<String> {
+        let words = before
+            .iter()
+            .chain(&given)
+            .copied()
+            .chain(after.split_whitespace());
+        words.map(str::to_owned).collect()
+    };
+    let step = |title: &str, folder: &str, page, before: &[&str], after: &str| Step {
+        arguments: of_scenes(before, after),
+        ..Step::new(title, folder, page, &[])
+    };
+    let either = |short: &'static str, whole: &'static str| if quick { short } else { whole };
+    let mut steps = Vec::new();
+    for (scene, argument) in scenes.iter().zip(&given) {
+        let name = SceneSource::from_argument(scene).name();
+        let after = either(
+            "--policy guided,random --clicks 1,3,5 --seeds 1 --geometry 5 --settle 0",
+            "--policy guided,random,uniform --clicks 1,2,3,5,10 --seeds 3 --geometry 10 --settle 0",
+        );
+        let words: Vec<&str> = ["simulate", argument]
+            .into_iter()
+            .chain(after.split_whitespace())
+            .collect();
+        let title = format!("From a few clicks: {name}");
+        steps.push(Step::new(title, format!("clicks-{name}"), "results", &words));
+    }
+    let pareto = &["bench", "pareto"][..];
+    steps.push(step(
+        "Accuracy against time",
+        "pareto",
+        "pareto",
+        pareto,
+        either(
+            "--baselines --seeds 1 --marks 2,5,10,20",
+            "--baselines --seeds 3 --marks 2,5,10,20",
+        ),
+    ));
+    if !quick {
+        steps.push(step(
+            "Accuracy against size",
+            "capacity",
+            "pareto",
+            pareto,
+            "--preset auto --capacity --seeds 2 --marks 12",
+        ));
+        steps.push(step(
+            "Accuracy against time, without depth",
+            "pareto-no-depth",
+            "pareto",
+            pareto,
+            "--no-depth --seeds 2 --marks 10,20,40,80,160,320,640",
+        ));
+    }
+    let scale = either(
+        "--sweep frames,strokes --frames 20,50,100 --strokes 10,100,1000 --seconds 2",
+        "",
+    );
+    let scale = ["bench", "scale"].into_iter().chain(scale.split_whitespace());
+    steps.push(Step::new(
+        "How cost grows",
+        "scale",
+        "scale",
+        &scale.collect::<Vec<_>>(),
+    ));
+    steps.push(step(
+        "How long a click waits",
+        "latency",
+        "latency",
+        &["bench", "latency"],
+        either("--clicks 50", "--clicks 200"),
+    ));
+    steps.push(step(
+        "Label images: the paper's experiments",
+        "paper",
+        "paper",
+        &["bench", "paper"],
+        either(
+            "--experiments frames-10%,pixel-noise-90%,sparse-16,click,grown-1%",
+            "",
+        ),
+    ));
+    steps.push(step(
+        "The engine",
+        "engine",
+        "engine",
+        &["bench", "engine"],
+        either("--rounds 5 --marks 5", "--rounds 15 --marks 5,15"),
+    ));
+    // The demo alone: some of the conditions are rooms in its place.
+    let stability = ["bench", "stability"].into_iter();
+    let stability = stability.chain(either("--quick --seeds 1", "").split_whitespace());
+    steps.push(Step::new(
+        "Stability",
+        "stability",
+        "stability",
+        &stability.collect::<Vec<_>>(),
+    ));
+    if !quick {
+        // The first alone, since a learnt surface takes its time.
+        let of_first = ["bench", "pareto", given[0]].into_iter();
+        let options = "--no-depth --preset auto --capacity --seeds 2 --marks 30";
+        steps.push(Step::new(
+            "Accuracy against size, without depth",
+            "capacity-no-depth",
+            "pareto",
+            &of_first.chain(options.split_whitespace()).collect::<Vec<_>>(),
+        ));
+    }
+    steps
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_measurement_is_a_command_of_this_program_with_a_folder_of_its_own() {
+        use clap::Parser;
+
+        use crate::arguments::Arguments;
+
+        for quick in [false, true] {
+            let steps = steps(&[PathBuf::from("demo"), PathBuf::from("/captures/room")], quick);
+            let mut folders: Vec<&str> = steps.iter().map(|step| step.folder.as_str()).collect();
+            folders.sort_unstable();
+            folders.dedup();
+            assert_eq!(folders.len(), steps.len());
+            for step in &steps {
+                let own = step.arguments.iter().map(String::as_str);
+                let words = std::iter::once("inplace-lab").chain(own).chain(["--out", "DIR"]);
+                let parsed = Arguments::try_parse_from(words);
+                assert!(parsed.is_ok(), "{}: {parsed:?}", step.shown());
+                assert!(!step.shown().contains("/captures"), "{}", step.shown());
+            }
+        }
+    }
+
+    #[test]
+    fn headings_go_below_that_of_the_measurement() {
+        assert_eq!(below("# Stability\n\nText.\n\n## demo"), "Text.\n\n### demo");
+    }
+}

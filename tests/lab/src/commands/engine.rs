@@ -1,0 +1,230 @@
+//! `inplace-lab bench engine`: how fast the kernels are, how soon a field is good.
+
+mod figure;
+
+use std::sync::Arc;
+
+use crate::{PathSpeed, Quantity, Reached, RunPoint, TARGETS, Variant, path_speeds, training_run};
+use inplace_core::export::{self, peak_memory};
+use inplace_core::scene::{OpenOptions, Scene, SceneSource};
+use serde_json::json;
+
+use super::grouped;
+use super::machine::processor;
+use crate::arguments::EngineArguments;
+use crate::commands::{Failure, cores};
+use crate::page::Page;
+
+/// Sizes of the hash table that the engine is measured with.
+const TABLES: [u32; 2] = [17, 19];
+/// The name of the way that the others are compared with.
+const PLAIN: &str = "candle";
+
+/// Measures, writes `engine.json` and `engine.svg`, and prints.
+pub fn run(arguments: &EngineArguments) -> Result<(), Failure> {
+    let out = &arguments.out;
+    export::prepare(out, &[])?;
+    super::refuse_same_names(&arguments.scenes)?;
+    let threads = arguments.threads.map_or(cores(), usize::from);
+    let mut paths = Vec::new();
+    for table_log2 in TABLES.into_iter().filter(|_| arguments.rounds > 0) {
+        paths.extend(path_speeds(table_log2, arguments.rounds, threads)?);
+    }
+    let (runs, reached) = runs(arguments, threads)?;
+    let peak = peak_memory();
+    let result = json!({
+        "version": env!("CARGO_PKG_VERSION"),
+        "machine": processor(),
+        "threads": threads,
+        "rounds": arguments.rounds,
+        "peak_memory_bytes": peak,
+        "paths": paths,
+        "runs": runs,
+        "reached": reached,
+    });
+    export::write_json(&out.join("engine.json"), &result)?;
+    figure::engine(arguments, threads, &paths, &runs).write(&out.join("engine.svg"))?;
+    let mut page = Page::new();
+    add_paths(&mut page, &paths);
+    add_runs(&mut page, &runs);
+    add_reached(&mut page, &reached);
+    if let Some(peak) = peak {
+        page.paragraph(&format!("Peak memory: {:.2} GB.", peak as f64 / 1e9));
+    }
+    page.chart("How fast the engine is", "engine.svg");
+    page.publish(out, "engine", arguments.json, &result)
+}
+
+fn runs(arguments: &EngineArguments, threads: usize) -> Result<(Vec<RunPoint>, Vec<Reached>), Failure> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
+    let (mut runs, mut reached) = (Vec::new(), Vec::new());
+    let variants = if arguments.ablate {
+        Variant::ablations()
+    } else {
+        arguments.presets.iter().copied().map(Variant::from).collect()
+    };
+    for scene in &arguments.scenes {
+        let source = SceneSource::from_argument(scene);
+        let options = |depth| OpenOptions {
+            depth,
+            ..OpenOptions::default()
+        };
+        let open = |depth| Scene::open(&source, options(depth), &|_, _| {});
+        let truth = open(true)?;
+        let seen = Arc::new(open(!arguments.no_depth)?);
+        for run in 0..arguments.seeds {
+            let seed = arguments.seed.wrapping_add(run);
+            for variant in &variants {
+                let measured =
+                    pool.install(|| training_run(&seen, &truth, variant, seed, &arguments.marks))?;
+                runs.extend(measured.0);
+                reached.extend(measured.1);
+            }
+        }
+    }
+    Ok((runs, reached))
+}
+
+/// A row for each way, a column for each size of the table.
+fn add_paths(page: &mut Page, paths: &[PathSpeed]) {
+    if paths.is_empty() {
+        return;
+    }
+    page.paragraph(
+        "Million samples a second of each way to compute the field, forward and backward: medians, and how many times \
+         as fast as plain candle ops.",
+    );
+    let of = |name: &str, table: u32| {
+        paths
+            .iter()
+            .find(|path| path.name == name && path.table_log2 == table)
+    };
+    let rows = grouped(paths, |path| path.name.clone())
+        .into_iter()
+        .map(|(name, own)| {
+            let mut row = vec![name];
+            for path in own {
+                let plain = of(PLAIN, path.table_log2).map_or(f64::NAN, |plain| plain.samples_per_s);
+                row.push(format!("{:.2}", path.samples_per_s / 1e6));
+                row.push(format!("{:.1}", path.samples_per_s / plain));
+            }
+            row
+        });
+    let tables: Vec<String> = TABLES
+        .iter()
+        .flat_map(|table| [format!("2^{table} rows a level"), "times candle".to_owned()])
+        .collect();
+    let header = std::iter::once("way").chain(tables.iter().map(String::as_str));
+    page.table(&header.collect::<Vec<&str>>(), &rows.collect::<Vec<_>>());
+}
+
+/// Median of the finite ones among some values, and the range around it where they differ, as text.
+fn spread(values: impl IntoIterator<Item = f64>, decimals: usize) -> String {
+    use crate::chart::Point;
+
+    match Point::of_values(0.0, values) {
+        None => "-".to_owned(),
+        Some(Point {
+            y,
+            range: (low, high),
+            ..
+        }) if low < high => {
+            format!("{y:.decimals$} ({low:.decimals$} to {high:.decimals$})")
+        }
+        Some(point) => format!("{:.decimals$}", point.y),
+    }
+}
+
+/// A row for each scene and mark: medians over the seeds, with their range.
+fn add_runs(page: &mut Page, runs: &[RunPoint]) {
+    if runs.is_empty() {
+        return;
+    }
+    page.paragraph(
+        "How good the field is on frames that it was not trained on, after so many seconds of training: the median \
+         error of the ray length, the share of pixels within a tenth of it, and the PSNR of the colours; medians over \
+         the seeds, and ranges.",
+    );
+    let mut rows = Vec::new();
+    for ((scene, preset, depth), of_scene) in
+        grouped(runs, |run| (run.scene.clone(), run.preset.clone(), run.depth))
+    {
+        // The runs of a scene pass the same marks one after the other.
+        let first = of_scene[0].seed;
+        let marks = of_scene.iter().filter(|run| run.seed == first).count();
+        for mark in 0..marks {
+            let at: Vec<&RunPoint> = of_scene.iter().copied().skip(mark).step_by(marks).collect();
+            let of = |value: &dyn Fn(&RunPoint) -> f64, decimals| {
+                spread(at.iter().map(|run| value(run)), decimals)
+            };
+            let some = |value: Option<f32>| value.map_or(f64::NAN, |value| 100.0 * f64::from(value));
+            rows.push(vec![
+                scene.clone(),
+                preset.clone(),
+                if depth { "yes" } else { "no" }.to_owned(),
+                format!("{:.0}", at[0].seconds),
+                format!("{:.0}", at[0].steps_per_s),
+                format!("{:.0}", at[0].rays_per_s),
+                format!("{:.1}", at[0].samples_per_ray),
+                of(&|run| some(run.depth_error_m), 2),
+                of(&|run| some(run.depth_error_rel), 2),
+                of(&|run| some(run.within_tenth), 1),
+                of(&|run| f64::from(run.psnr_db), 1),
+            ]);
+        }
+    }
+    page.table(
+        &[
+            "scene",
+            "preset",
+            "depth",
+            "seconds",
+            "steps/s",
+            "rays/s",
+            "samples a ray",
+            "error, cm",
+            "error, %",
+            "within 10%, %",
+            "PSNR, dB",
+        ],
+        &rows,
+    );
+}
+
+/// A row for each scene and quantity: seconds until each target, medians over the seeds that met it.
+fn add_reached(page: &mut Page, reached: &[Reached]) {
+    if reached.is_empty() {
+        return;
+    }
+    page.paragraph("Seconds of training until:");
+    let mut items = Vec::new();
+    for ((scene, preset, depth), of_scene) in
+        grouped(reached, |one| (one.scene.clone(), one.preset.clone(), one.depth))
+    {
+        for quantity in [Quantity::DepthErrorM, Quantity::DepthErrorRel, Quantity::PsnrDb] {
+            let texts: Vec<String> = TARGETS
+                .iter()
+                .filter(|(own, _)| *own == quantity)
+                .map(|&(_, target)| {
+                    let own = |one: &&&Reached| one.quantity == quantity && one.target == target;
+                    let all = || of_scene.iter().filter(own);
+                    let met = all().filter_map(|one| one.seconds);
+                    let share = if all().any(|one| one.seconds.is_none()) && met.clone().next().is_some() {
+                        format!(" in {} of {} runs", met.clone().count(), all().count())
+                    } else {
+                        String::new()
+                    };
+                    let name = match quantity {
+                        Quantity::DepthErrorM => format!("{:.0} cm", 100.0 * target),
+                        Quantity::DepthErrorRel => format!("{:.1}%", 100.0 * target),
+                        Quantity::PsnrDb => format!("{target:.0} dB"),
+                    };
+                    format!("{name}: {}{share}", spread(met, 1))
+                })
+                .collect();
+            let with = if depth { "depth" } else { "no depth" };
+            items.push(format!("{scene}, {preset}, {with}: {}", texts.join("; ")));
+        }
+    }
+    page.list(&items);
+}

@@ -1,0 +1,137 @@
+//! `inplace-lab bench field`: the labels that the semantic field renders, beside those of the surface.
+
+use std::time::Duration;
+
+use crate::chart::{Axis, Chart, Figure, Panel, Point, Scale, Series};
+use crate::field::{FieldExperiment, FieldPoint, semantic_field, table};
+use inplace_core::export;
+use inplace_core::field::Preset;
+use inplace_core::scene::SceneSource;
+
+use super::grouped;
+use crate::arguments::FieldArguments;
+use crate::commands::{Failure, cores, session_options};
+use crate::page::Page;
+use crate::progress::Progress;
+
+/// Measures every scene, writes `field.csv` and `field.svg`, and prints.
+pub fn run(arguments: &FieldArguments) -> Result<(), Failure> {
+    if arguments.training.preset == Preset::Reference {
+        return Err("the published network learns labels and colours at once; leave --preset away".into());
+    }
+    let out = &arguments.out;
+    export::prepare(out, &[])?;
+    super::refuse_same_names(&arguments.scenes)?;
+    let mut marks = arguments.marks.clone();
+    marks.sort_by(f64::total_cmp);
+    let threads = arguments.training.threads.map_or(cores(), usize::from);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
+    let mut points = Vec::new();
+    for argument in &arguments.scenes {
+        for run in 0..arguments.seeds {
+            let source = SceneSource::from_argument(argument);
+            let mut session = session_options(&arguments.training, source, cores());
+            session.seed = session.seed.wrapping_add(run);
+            let seed = session.seed;
+            let experiment = FieldExperiment {
+                session,
+                geometry: arguments.geometry.map(Duration::from_secs_f64),
+                clicks: usize::from(arguments.clicks),
+                noise: arguments.noise.iter().map(|percent| percent / 100.0).collect(),
+                marks: marks.clone(),
+                stride: usize::from(arguments.stride),
+            };
+            let measured = pool.install(|| {
+                let mut progress = Progress::new();
+                semantic_field(&experiment, &mut |what| {
+                    progress.show(&format!("{}, seed {seed}: {what}", argument.display()));
+                })
+            });
+            points.extend(measured?);
+        }
+    }
+    table(&points).write(&out.join("field.csv"))?;
+    figure(arguments, threads, &marks, &points).write(&out.join("field.svg"))?;
+    page(&marks, &points).publish(out, "field", arguments.json, &points)
+}
+
+/// The points of one answer at a time; those that do not change are there at all times.
+fn at<'a>(own: &'a [&FieldPoint], answer: &'a str, mark: f64) -> impl Iterator<Item = f64> + 'a {
+    own.iter()
+        .filter(move |point| point.answer == answer && (point.seconds.is_nan() || point.seconds == mark))
+        .map(|point| point.miou)
+}
+
+/// A row for each answer, a column for each time: medians over the seeds.
+fn page(marks: &[f64], points: &[FieldPoint]) -> Page {
+    let mut page = Page::new();
+    page.paragraph("mIoU on the test frames against the seconds since the labels: medians over the seeds.");
+    let mut rows = Vec::new();
+    for ((scene, labels), own) in grouped(points, |point| (point.scene.clone(), point.labels.clone())) {
+        for (answer, _) in grouped(&own, |point| point.answer) {
+            let median = |&mark: &f64| {
+                let median = Point::of_values(mark, at(&own, answer, mark));
+                median.map_or("-".to_owned(), |point| format!("{:.3}", point.y))
+            };
+            let mut row = vec![scene.clone(), labels.clone(), answer.to_owned()];
+            row.extend(marks.iter().map(median));
+            rows.push(row);
+        }
+    }
+    let times: Vec<String> = marks.iter().map(|mark| format!("{mark} s")).collect();
+    let header = ["scene", "labels", "answer"]
+        .into_iter()
+        .chain(times.iter().map(String::as_str));
+    page.table(&header.collect::<Vec<&str>>(), &rows);
+    page.chart("What the semantic field renders", "field.svg");
+    page
+}
+
+/// A row of panels for each scene, one for each kind of labels; a line for each answer.
+fn figure(arguments: &FieldArguments, threads: usize, marks: &[f64], points: &[FieldPoint]) -> Figure {
+    let panel = |scene: &str, labels: &str, own: &[&FieldPoint]| Panel {
+        title: format!("{scene}, {labels}"),
+        chart: Chart::Lines {
+            x: Axis::new("seconds since the last label", Scale::Logarithmic),
+            y: Axis::new("mIoU on the test frames", Scale::Linear),
+            series: grouped(own, |point| point.answer)
+                .into_iter()
+                .map(|(answer, _)| Series {
+                    name: answer.to_owned(),
+                    points: marks
+                        .iter()
+                        .filter_map(|&mark| Point::of_values(mark, at(own, answer, mark)))
+                        .collect(),
+                })
+                .collect(),
+        },
+    };
+    Figure {
+        title: "What the semantic field renders, beside what the surface says".to_owned(),
+        subtitle: format!(
+            "{}{} preset, {threads} threads; median and range over {} seed{} from {}; every {} pixels along each axis",
+            if arguments.training.no_depth {
+                "without depth; "
+            } else {
+                ""
+            },
+            arguments.training.preset.name(),
+            arguments.seeds,
+            if arguments.seeds == 1 { "" } else { "s" },
+            arguments.training.seed,
+            arguments.stride,
+        ),
+        rows: grouped(points, |point| point.scene.clone())
+            .into_iter()
+            .map(|(scene, own)| {
+                grouped(&own, |point| point.labels.clone())
+                    .into_iter()
+                    .map(|(labels, own)| {
+                        let own: Vec<&FieldPoint> = own.into_iter().copied().collect();
+                        panel(&scene, &labels, &own)
+                    })
+                    .collect()
+            })
+            .collect(),
+    }
+}

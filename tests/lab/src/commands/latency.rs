@@ -1,0 +1,123 @@
+//! `inplace-lab bench latency`: how long a click waits for its maps.
+
+use crate::chart::{Axis, Chart, Figure, Panel, Point, Scale, Series};
+use crate::{Latency, Percentiles, click_latency};
+use inplace_core::export;
+use inplace_core::field::Preset;
+use inplace_core::scene::SceneSource;
+
+use super::machine::processor;
+use crate::arguments::LatencyArguments;
+use crate::commands::{Failure, cores, session_options};
+use crate::page::Page;
+use crate::progress::Progress;
+
+/// Most milliseconds that half of the clicks may wait for the map in view, and for all of them.
+const TARGETS: (f64, f64) = (100.0, 2000.0);
+
+/// Measures every scene, writes `latency.json` and `latency.svg`, and prints.
+pub fn run(arguments: &LatencyArguments) -> Result<(), Failure> {
+    let training = &arguments.training;
+    if training.preset == Preset::Reference {
+        return Err("the published network has no maps while it trains; leave --preset away".into());
+    }
+    let out = &arguments.out;
+    export::prepare(out, &[])?;
+    super::refuse_same_names(&arguments.scenes)?;
+    let mut measured = Vec::new();
+    for argument in &arguments.scenes {
+        let options = session_options(training, SceneSource::from_argument(argument), cores());
+        let mut progress = Progress::new();
+        measured.push(click_latency(&options, arguments.clicks.into(), &mut |what| {
+            progress.show(&format!("{}: {what}", argument.display()));
+        })?);
+    }
+    let result = match measured.as_slice() {
+        [one] => serde_json::to_value(one)?,
+        several => serde_json::to_value(several)?,
+    };
+    export::write_json(&out.join("latency.json"), &result)?;
+    figure(training.preset, &measured).write(&out.join("latency.svg"))?;
+    page(&measured).publish(out, "latency", arguments.json, &result)
+}
+
+fn page(measured: &[Latency]) -> Page {
+    let mut page = Page::new();
+    page.paragraph(
+        "Milliseconds from a click to the map of the frame in view, and to those of all frames, while the field is \
+         being taught: half, 95% and 99% of the clicks wait no longer.",
+    );
+    let rows = measured.iter().map(|scene| {
+        let (view, all) = (&scene.in_view_ms, &scene.all_frames_ms);
+        let times = [view.p50, view.p95, view.p99, all.p50, all.p95, all.p99];
+        let mut row = vec![scene.scene.clone(), scene.frames.to_string()];
+        row.extend(times.map(|time| format!("{time:.0}")));
+        row
+    });
+    page.table(
+        &[
+            "scene",
+            "frames",
+            "in view 50%",
+            "95%",
+            "99%",
+            "all frames 50%",
+            "95%",
+            "99%",
+        ],
+        &rows.collect::<Vec<_>>(),
+    );
+    page.chart("How long a click waits for its maps", "latency.svg");
+    page
+}
+
+/// The clicks sorted by how long they waited, a line for each scene.
+fn figure(preset: Preset, measured: &[Latency]) -> Figure {
+    let panel = |title: &str, target: f64, of: &dyn Fn(&Latency) -> Percentiles| Panel {
+        title: title.to_owned(),
+        chart: Chart::Lines {
+            x: Axis::new("% of clicks", Scale::Linear),
+            y: Axis::new("milliseconds at most", Scale::Logarithmic)
+                .with_mark(target, "target for half of them"),
+            series: measured
+                .iter()
+                .map(|scene| line(scene, &of(scene).sorted))
+                .collect(),
+        },
+    };
+    let first = measured.first();
+    Figure {
+        title: "How long a click waits for its maps while the field is being taught".to_owned(),
+        subtitle: format!(
+            "{}, {} threads, {} preset; {} clicks in each scene",
+            processor(),
+            first.map_or(0, |scene| scene.threads),
+            preset.name(),
+            first.map_or(0, |scene| scene.clicks),
+        ),
+        rows: vec![vec![
+            panel("The map of the frame in view", TARGETS.0, &|scene| {
+                scene.in_view_ms.clone()
+            }),
+            panel("The maps of all frames", TARGETS.1, &|scene| {
+                scene.all_frames_ms.clone()
+            }),
+        ]],
+    }
+}
+
+fn line(scene: &Latency, sorted: &[f64]) -> Series {
+    let share = |rank: usize| 100.0 * (rank + 1) as f64 / sorted.len() as f64;
+    let points = sorted.iter().enumerate();
+    Series {
+        name: format!(
+            "{}, {} frames{}",
+            scene.scene,
+            scene.frames,
+            if scene.depth { "" } else { ", no depth" }
+        ),
+        points: points
+            .map(|(rank, &value)| Point::new(share(rank), value))
+            .collect(),
+    }
+}

@@ -1,0 +1,122 @@
+//! What each command does: it measures, writes tables, charts and a page, and prints.
+
+mod all;
+mod engine;
+mod field;
+mod latency;
+mod machine;
+mod paper;
+mod pareto;
+mod scale;
+mod simulate;
+mod stability;
+
+use std::error::Error;
+use std::path::PathBuf;
+use std::process;
+use std::thread::available_parallelism;
+
+use inplace_core::scene::{OpenOptions, SceneSource};
+use inplace_core::session::SessionOptions;
+use serde::de::DeserializeOwned;
+
+use crate::arguments::{Arguments, Bench, Command, TrainingArguments};
+
+/// Any failure: one sentence that names the file and what to do.
+pub type Failure = Box<dyn Error + Send + Sync>;
+
+/// Does what the command line asks for.
+///
+/// # Errors
+/// Whatever cannot be measured or written, and lines that were missed.
+pub fn run(arguments: Arguments) -> Result<(), Failure> {
+    match arguments.command {
+        Command::Simulate(arguments) => simulate::run(&arguments),
+        Command::Bench { what } => bench(what),
+    }
+}
+
+/// Number of cores; 1 where it cannot be found out.
+fn cores() -> usize {
+    available_parallelism().map_or(1, usize::from)
+}
+
+fn open_options(training: &TrainingArguments) -> OpenOptions {
+    OpenOptions {
+        depth: !training.no_depth,
+        outside_files: training.outside_files,
+        ..OpenOptions::default()
+    }
+}
+
+fn session_options(training: &TrainingArguments, source: SceneSource, threads: usize) -> SessionOptions {
+    SessionOptions {
+        source,
+        open: open_options(training),
+        preset: training.preset,
+        threads: training.threads.map_or(threads, usize::from),
+        seed: training.seed,
+        state: None,
+    }
+}
+
+/// Items of `all` that belong together, in the order in which the first of each comes.
+fn grouped<T, K: PartialEq>(all: &[T], key: impl Fn(&T) -> K) -> Vec<(K, Vec<&T>)> {
+    let mut groups: Vec<(K, Vec<&T>)> = Vec::new();
+    for item in all {
+        let own = key(item);
+        match groups.iter_mut().find(|(other, _)| *other == own) {
+            Some((_, members)) => members.push(item),
+            None => groups.push((own, vec![item])),
+        }
+    }
+    groups
+}
+
+/// Refuses captures whose folders have the same name: results are told apart by it.
+fn refuse_same_names(scenes: &[PathBuf]) -> Result<(), Failure> {
+    let names = || {
+        scenes
+            .iter()
+            .map(|scene| SceneSource::from_argument(scene).name())
+    };
+    match names().enumerate().find(|(at, name)| names().take(*at).any(|other| other == *name)) {
+        Some((_, name)) => Err(format!(
+            "{name}: two captures have this name, by which results are told apart; rename one, or measure one at a time"
+        )
+        .into()),
+        None => Ok(()),
+    }
+}
+
+/// Runs this program again with these arguments, so that the peak of its memory is that of one measurement, and reads the
+/// JSON that it prints; `what` is named where it fails.
+fn in_own_process<T: DeserializeOwned>(command: &mut process::Command, what: &str) -> Result<T, Failure> {
+    let output = command.output()?;
+    if !output.status.success() {
+        let reason = String::from_utf8_lossy(&output.stderr);
+        return Err(format!("{what} was not measured: {}", reason.trim()).into());
+    }
+    Ok(serde_json::from_slice(&output.stdout)?)
+}
+
+/// Measures what is asked for.
+fn bench(what: Bench) -> Result<(), Failure> {
+    match what {
+        Bench::All(arguments) => all::run(&arguments),
+        Bench::Engine(arguments) => engine::run(&arguments),
+        Bench::Field(arguments) => field::run(&arguments),
+        Bench::Paper(arguments) => paper::run(&arguments),
+        Bench::Latency(arguments) => latency::run(&arguments),
+        Bench::Stability(arguments) => stability::run(&arguments),
+        Bench::Scale(arguments) => scale::run(&arguments),
+        Bench::Pareto(arguments) => pareto::run(&arguments),
+        Bench::ParetoOf(arguments) => pareto::of_one(&arguments),
+        Bench::CostOf {
+            scene,
+            strokes,
+            seconds,
+            training,
+        } => scale::of_one(&scene, &strokes, seconds, &training),
+    }
+}

@@ -1,0 +1,180 @@
+//! Captures of the demo room in every setting, each measured in a process of its own.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::io;
+use std::path::Path;
+use std::process::Command;
+
+use crate::scale::{Setting, scattered};
+use crate::{Cost, session_cost};
+use inplace_core::export::write_strokes;
+use inplace_core::scene::{OpenOptions, Scene, SceneSource, demo, write_replica};
+use tempfile::TempDir;
+
+use crate::arguments::{ScaleArguments, TrainingArguments};
+use crate::commands::{Failure, cores, session_options};
+
+/// Measures every setting; tells how it goes on stderr.
+pub(super) fn measure(
+    settings: &BTreeSet<Setting>,
+    arguments: &ScaleArguments,
+    threads: usize,
+) -> Result<BTreeMap<Setting, Cost>, Failure> {
+    let scratch = folder_in(&std::env::temp_dir())?;
+    let mut costs = BTreeMap::new();
+    let mut rendered: Option<Rendered> = None;
+    // The longest first: shorter captures are its first frames.
+    for &setting in settings.iter().rev() {
+        let whole = match rendered.take() {
+            Some(rendered) if rendered.begins_with(setting) => rendered,
+            previous => {
+                drop(previous);
+                Rendered::new(scratch.path(), setting)?
+            }
+        };
+        eprintln!("measuring {}", described(setting));
+        costs.insert(setting, whole.cost(setting, arguments, threads)?);
+        rendered = Some(whole);
+    }
+    Ok(costs)
+}
+
+/// A capture on disk, removed when it is dropped.
+struct Rendered {
+    shot: demo::Shot,
+    folder: TempDir,
+}
+
+impl Rendered {
+    fn new(parent: &Path, setting: Setting) -> Result<Self, Failure> {
+        let shot = demo::Shot {
+            rooms: setting.rooms,
+            frames: setting.frames,
+            width: setting.width,
+            height: setting.height,
+        };
+        let folder = folder_in(parent)?;
+        eprintln!(
+            "rendering {} frames of {}x{}",
+            shot.frames, shot.width, shot.height
+        );
+        write_replica(&shot.unrendered(), folder.path(), None)?;
+        Ok(Self { shot, folder })
+    }
+
+    /// Whether the first frames of this capture are those of the setting.
+    fn begins_with(&self, setting: Setting) -> bool {
+        let same_images = (self.shot.width, self.shot.height, self.shot.rooms)
+            == (setting.width, setting.height, setting.rooms);
+        // Several rooms share the frames: fewer are others.
+        same_images && (self.shot.frames == setting.frames || setting.rooms == 1)
+    }
+
+    /// Measures the first frames of it with the setting's strokes.
+    fn cost(&self, setting: Setting, arguments: &ScaleArguments, threads: usize) -> Result<Cost, Failure> {
+        let whole = self.folder.path();
+        let part = folder_in(whole.parent().unwrap_or(whole))?;
+        link_first(whole, part.path(), setting.frames).map_err(|error| unwritable(part.path(), &error))?;
+        // The images are read one after the other when they are clicked on: this process is no part of the measurement.
+        let options = OpenOptions {
+            image_bytes: 0,
+            ..OpenOptions::default()
+        };
+        let scene = Scene::open(
+            &SceneSource::Folder(part.path().to_path_buf()),
+            options,
+            &|_, _| {},
+        )?;
+        // One more for the click after all maps.
+        let clicks = setting.strokes + 1;
+        let labels = scattered(
+            &scene,
+            &self.shot.labels(),
+            setting.classes,
+            clicks,
+            arguments.seed,
+        )?;
+        let strokes = part.path().join("strokes.json");
+        write_strokes(&strokes, &labels, &scene.frames)?;
+        cost_of(part.path(), &strokes, arguments, threads)
+    }
+}
+
+/// A folder inside this one that is removed in the end.
+fn folder_in(parent: &Path) -> Result<TempDir, Failure> {
+    let folder = tempfile::Builder::new()
+        .prefix("inplace-scale-")
+        .tempdir_in(parent);
+    folder.map_err(|error| unwritable(parent, &error))
+}
+
+fn unwritable(path: &Path, error: &io::Error) -> Failure {
+    format!(
+        "{}: cannot be written: {error}; free some space there",
+        path.display()
+    )
+    .into()
+}
+
+fn described(setting: Setting) -> String {
+    let Setting {
+        rooms,
+        width,
+        height,
+        frames,
+        classes,
+        strokes,
+    } = setting;
+    format!("rooms: {rooms}, frames: {frames} of {width}x{height}, classes: {classes}, strokes: {strokes}")
+}
+
+/// Makes a capture of the first frames of another one.
+fn link_first(whole: &Path, part: &Path, frames: usize) -> io::Result<()> {
+    for kind in ["rgb", "depth"] {
+        fs::create_dir_all(part.join(kind))?;
+        for frame in 0..frames {
+            let file = format!("{kind}/{kind}_{frame}.png");
+            // Not every file system has links.
+            fs::hard_link(whole.join(&file), part.join(&file))
+                .or_else(|_| fs::copy(whole.join(&file), part.join(&file)).map(|_| ()))?;
+        }
+    }
+    fs::copy(whole.join("intrinsics.txt"), part.join("intrinsics.txt"))?;
+    let poses = fs::read_to_string(whole.join("traj_w_c.txt"))?;
+    let first: Vec<&str> = poses.lines().take(frames).collect();
+    fs::write(part.join("traj_w_c.txt"), first.join("\n") + "\n")
+}
+
+/// Runs this program again for one capture, so that the peak of its memory is that of this capture.
+fn cost_of(
+    scene: &Path,
+    strokes: &Path,
+    arguments: &ScaleArguments,
+    threads: usize,
+) -> Result<Cost, Failure> {
+    let mut command = Command::new(std::env::current_exe()?);
+    command.args(["bench", "cost-of"]).arg(scene);
+    command.arg("--strokes").arg(strokes);
+    command
+        .args(["--seconds", &arguments.seconds.to_string()])
+        .args(["--threads", &threads.to_string()])
+        .args(["--seed", &arguments.seed.to_string()]);
+    if arguments.no_depth {
+        command.arg("--no-depth");
+    }
+    crate::commands::in_own_process(&mut command, &format!("{}: its cost", scene.display()))
+}
+
+/// `inplace-lab bench cost-of`: measures one capture in this process and prints JSON.
+pub(crate) fn of_one(
+    scene: &Path,
+    strokes: &Path,
+    seconds: f64,
+    training: &TrainingArguments,
+) -> Result<(), Failure> {
+    let options = session_options(training, SceneSource::from_argument(scene), cores());
+    let cost = session_cost(options, seconds, strokes)?;
+    println!("{}", serde_json::to_string(&cost)?);
+    Ok(())
+}

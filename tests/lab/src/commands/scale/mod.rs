@@ -1,0 +1,175 @@
+//! `inplace-lab bench scale`: how time and memory grow with frames, pixels, rooms, classes and strokes.
+
+mod captures;
+mod figure;
+
+use std::collections::BTreeSet;
+
+use crate::scale::{Exponent, Measured, QUANTITIES, Setting, Values, exponents, table};
+use inplace_core::export;
+use serde_json::json;
+
+pub(super) use captures::of_one;
+
+use super::machine::processor;
+use crate::arguments::ScaleArguments;
+use crate::commands::{Failure, cores};
+use crate::page::Page;
+
+/// An exponent above which growth is worth a look: it is set in bold.
+const STEEP: f64 = 1.2;
+
+/// Measures, writes `scale.json`, `scale.csv` and `scale.svg`, and prints.
+pub fn run(arguments: &ScaleArguments) -> Result<(), Failure> {
+    let out = &arguments.out;
+    export::prepare(out, &[])?;
+    let threads = arguments.threads.map_or(cores(), usize::from);
+    let (width, height) = arguments.at_size;
+    let base = Setting {
+        rooms: 1,
+        width,
+        height,
+        frames: 100,
+        classes: 20,
+        strokes: 60,
+    };
+    let counts = |given: &[u16]| given.iter().copied().map(usize::from).collect();
+    let values = Values {
+        frames: counts(&arguments.frames),
+        sizes: arguments.sizes.clone(),
+        rooms: counts(&arguments.rooms),
+        classes: counts(&arguments.classes),
+        strokes: counts(&arguments.strokes),
+    };
+    let sweeps: Vec<_> = arguments
+        .sweeps
+        .iter()
+        .map(|&sweep| (sweep, sweep.settings(base, &values)))
+        .collect();
+    let settings: BTreeSet<Setting> = sweeps
+        .iter()
+        .flat_map(|(_, settings)| settings)
+        .copied()
+        .collect();
+    let costs = captures::measure(&settings, arguments, threads)?;
+    let measured: Vec<Measured> = sweeps
+        .iter()
+        .flat_map(|(sweep, settings)| settings.iter().map(|setting| (*sweep, setting)))
+        .map(|(sweep, setting)| Measured {
+            sweep,
+            rooms: setting.rooms,
+            cost: costs[setting],
+        })
+        .collect();
+    let exponents = exponents(&measured);
+    let result = json!({
+        "version": env!("CARGO_PKG_VERSION"),
+        "machine": processor(),
+        "threads": threads,
+        "training_s": arguments.seconds,
+        "seed": arguments.seed,
+        "base": base,
+        "measured": measured,
+        "exponents": exponents,
+    });
+    export::write_json(&out.join("scale.json"), &result)?;
+    table(&measured).write(&out.join("scale.csv"))?;
+    figure::scale(base, threads, &measured, &exponents).write(&out.join("scale.svg"))?;
+    page(&measured, &exponents).publish(out, "scale", arguments.json, &result)
+}
+
+fn page(measured: &[Measured], exponents: &[Exponent]) -> Page {
+    let mut page = Page::new();
+    page.paragraph(
+        "Seconds until a capture of the demo room is open, until its surface is known, from the strokes to the map of \
+         the frame in view and to those of all frames, and from one more click to all maps again.",
+    );
+    let gigabytes =
+        |bytes: Option<u64>| bytes.map_or("-".to_owned(), |bytes| format!("{:.2}", bytes as f64 / 1e9));
+    let rows = measured.iter().map(|Measured { sweep, rooms, cost }| {
+        vec![
+            sweep.name().to_owned(),
+            cost.frames.to_string(),
+            format!("{} x {}", cost.width, cost.height),
+            rooms.to_string(),
+            cost.classes.to_string(),
+            cost.strokes.to_string(),
+            format!("{:.2}", cost.opening_s),
+            format!("{:.2}", cost.surface_s),
+            format!("{:.3}", cost.map_in_view_s),
+            format!("{:.3}", cost.all_maps_s),
+            format!("{:.3}", cost.update_s),
+            // Nothing was left to train when the maps had been read.
+            if cost.steps_per_s > 0.0 {
+                format!("{:.0}", cost.steps_per_s)
+            } else {
+                "-".to_owned()
+            },
+            gigabytes(cost.peak_memory_bytes),
+            cost.surface_nodes.to_string(),
+            cost.parameters.to_string(),
+        ]
+    });
+    page.table(
+        &[
+            "varied",
+            "frames",
+            "size",
+            "rooms",
+            "classes",
+            "strokes",
+            "opening",
+            "surface",
+            "map in view",
+            "all maps",
+            "one more click",
+            "steps/s",
+            "peak, GB",
+            "voxels",
+            "parameters",
+        ],
+        &rows.collect::<Vec<_>>(),
+    );
+    add_exponents(&mut page, exponents);
+    page.chart("How cost grows", "scale.svg");
+    page
+}
+
+/// A row for each quantity, a column for each sweep; steep growth is bold.
+fn add_exponents(page: &mut Page, exponents: &[Exponent]) {
+    let sweeps = super::grouped(exponents, |one| one.sweep);
+    page.paragraph(&format!(
+        "The power that each grows with, fitted to the upper half of the values; above {STEEP} in bold."
+    ));
+    let rows = QUANTITIES.iter().map(|quantity| {
+        let mut row = vec![quantity.name.to_owned()];
+        row.extend(sweeps.iter().map(|(_, own)| {
+            let one = own.iter().find(|one| one.quantity == quantity.name);
+            one.map_or("-".to_owned(), |one| {
+                let text = one.shown();
+                if one.exponent > STEEP {
+                    format!("**{text}**")
+                } else {
+                    text
+                }
+            })
+        }));
+        row
+    });
+    let ranges = sweeps.iter().map(|(sweep, own)| {
+        let ends = own.first().map_or((0.0, 0.0), |one| (one.from, one.to));
+        format!("{}, {} to {}", sweep.name(), short(ends.0), short(ends.1))
+    });
+    let ranges: Vec<String> = ranges.collect();
+    let header = std::iter::once("").chain(ranges.iter().map(String::as_str));
+    page.table(&header.collect::<Vec<&str>>(), &rows.collect::<Vec<_>>());
+}
+
+/// A number as short as it can be told from others.
+fn short(value: f64) -> String {
+    if value.fract() == 0.0 {
+        format!("{value}")
+    } else {
+        format!("{value:.2}")
+    }
+}

@@ -1,0 +1,227 @@
+//! `inplace-lab bench stability`: what such methods fail at.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use crate::stability::{
+    Condition, Figure, Outcome, Progress as Told, Settings, conditions, stability, table,
+};
+use inplace_core::export;
+use inplace_core::field::Preset;
+use inplace_core::scene::{Scene, SceneSource};
+
+use super::grouped;
+use super::machine::processor;
+use crate::arguments::StabilityArguments;
+use crate::commands::{Failure, cores, open_options};
+use crate::page::Page;
+use crate::progress::Progress;
+
+/// Tries the conditions on every scene, writes `stability.csv` and `stability.md`, and prints.
+pub fn run(arguments: &StabilityArguments) -> Result<(), Failure> {
+    let training = &arguments.training;
+    if training.preset == Preset::Reference {
+        return Err("the published network has no maps while it trains; leave --preset away".into());
+    }
+    let out = &arguments.out;
+    export::prepare(out, &[])?;
+    super::refuse_same_names(&arguments.scenes)?;
+    let settings = Settings {
+        preset: training.preset,
+        threads: training.threads.map_or(cores(), usize::from),
+        seed: training.seed,
+        seconds: arguments.seconds,
+        seconds_without_depth: arguments.seconds_without_depth,
+        long_seconds: arguments.long_seconds,
+    };
+    let wanted = |condition: &Condition| {
+        if arguments.conditions.is_empty() {
+            condition.quick || !arguments.quick
+        } else {
+            arguments.conditions.iter().any(|name| name == condition.name)
+        }
+    };
+    let wanted: Vec<Condition> = conditions().into_iter().filter(wanted).collect();
+    let demo = [PathBuf::from("demo")];
+    let scenes = if arguments.scenes.is_empty() {
+        &demo[..]
+    } else {
+        &arguments.scenes
+    };
+    let mut outcomes = Vec::new();
+    for argument in scenes {
+        let source = SceneSource::from_argument(argument);
+        let scene = Arc::new(Scene::open(&source, open_options(training), &|_, _| {})?);
+        let mut progress = Progress::new();
+        outcomes.extend(stability(
+            &scene,
+            &wanted,
+            &settings,
+            arguments.seeds,
+            &mut |told| match told {
+                Told::Begins(name, seed) => {
+                    progress.show(&format!("{}, seed {seed}: {name}", argument.display()));
+                }
+                Told::Ended(outcome) => {
+                    if !outcome.is_met() {
+                        eprintln!("{}", missed(outcome));
+                    }
+                }
+            },
+        )?);
+    }
+    table(&outcomes).write(&out.join("stability.csv"))?;
+    page(&settings, arguments.seeds, &outcomes).publish(out, "stability", arguments.json, &outcomes)?;
+    let failed: Vec<&str> = rows(&outcomes)
+        .into_iter()
+        .filter(|row| !row.is_met)
+        .map(|row| row.condition.name)
+        .collect();
+    if failed.is_empty() {
+        Ok(())
+    } else {
+        Err(format!("conditions missed their line: {}", failed.join(", ")).into())
+    }
+}
+
+fn missed(outcome: &Outcome) -> String {
+    let figure = outcome
+        .figure
+        .map_or("failed".to_owned(), |figure| format!("{figure:.3}"));
+    format!(
+        "{}, {} with seed {}: {figure}, below its line of {:.3}{}",
+        outcome.scene,
+        outcome.condition,
+        outcome.seed,
+        outcome.line,
+        outcome
+            .told
+            .iter()
+            .map(|told| format!("; {told}"))
+            .collect::<String>()
+    )
+}
+
+/// A condition on a scene, over the seeds.
+struct Row<'a> {
+    scene: &'a str,
+    condition: Condition,
+    mean: Option<f64>,
+    worst: Option<f64>,
+    /// The mean of the lines, which differ by seed where they are shares.
+    line: f64,
+    is_met: bool,
+    told: Vec<&'a str>,
+}
+
+/// The line counts for the mean over the seeds, and every run has to end.
+fn rows(outcomes: &[Outcome]) -> Vec<Row<'_>> {
+    let known = conditions();
+    let groups = grouped(outcomes, |outcome| (outcome.scene.clone(), outcome.condition));
+    groups
+        .into_iter()
+        .filter_map(|((_, name), runs)| {
+            let condition = *known.iter().find(|condition| condition.name == name)?;
+            let figures: Option<Vec<f64>> = runs.iter().map(|run| run.figure).collect();
+            let count = runs.len() as f64;
+            let mean = figures
+                .as_ref()
+                .map(|figures| figures.iter().sum::<f64>() / count);
+            let worst = figures.map(|figures| figures.into_iter().fold(f64::INFINITY, f64::min));
+            let line = runs.iter().map(|run| run.line).sum::<f64>() / count;
+            let mut told: Vec<&str> = runs
+                .iter()
+                .flat_map(|run| &run.told)
+                .map(String::as_str)
+                .collect();
+            told.sort_unstable();
+            told.dedup();
+            Some(Row {
+                scene: &runs[0].scene,
+                condition,
+                mean,
+                worst,
+                line,
+                is_met: mean.is_some_and(|mean| mean >= line),
+                told,
+            })
+        })
+        .collect()
+}
+
+/// What is tried and what came of it: docs/stability.md.
+fn page(settings: &Settings, seeds: u64, outcomes: &[Outcome]) -> Page {
+    let mut page = Page::new();
+    page.heading(1, "Stability");
+    page.paragraph(
+        "Where methods of this kind fail. Each condition disturbs a scene, its labels or the session itself, in a way \
+         that its seed decides; then a session labels the scene from five random clicks a class, unless the condition \
+         says otherwise. Every run has to end, and to measure numbers; its figure, the mean over the seeds, has to \
+         reach the line. *mIoU* is that of the test frames; *share* is the part of what was there, or is right, that \
+         is so in the end. Lines of mIoU are shares of what the undisturbed scene gives with the same seed, or numbers \
+         where there is nothing to compare with.",
+    );
+    page.paragraph(&format!(
+        "{}, {} threads; seeds {} to {}; {} s of training at most with depth, {} s without, {} s where it is long.",
+        processor(),
+        settings.threads,
+        settings.seed,
+        settings.seed.wrapping_add(seeds - 1),
+        settings.seconds,
+        settings.seconds_without_depth,
+        settings.long_seconds
+    ));
+    let rows = rows(outcomes);
+    let missed: Vec<&Row<'_>> = rows.iter().filter(|row| !row.is_met).collect();
+    page.paragraph(&match missed.as_slice() {
+        [] => "Every line is met.".to_owned(),
+        some => format!(
+            "{} of {} lines are met; missed: {}.",
+            rows.len() - some.len(),
+            rows.len(),
+            some.iter()
+                .map(|row| format!("{} ({})", row.condition.name, row.scene))
+                .collect::<Vec<String>>()
+                .join(", ")
+        ),
+    });
+    let number = |value: Option<f64>| value.map_or("failed".to_owned(), |value| format!("{value:.3}"));
+    for (scene, rows) in grouped(&rows, |row| row.scene) {
+        page.heading(2, scene);
+        let cells = rows.iter().map(|row| {
+            let figure = match row.condition.figure {
+                Figure::Miou => "mIoU",
+                Figure::Kept => "share",
+            };
+            vec![
+                row.condition.name.to_owned(),
+                row.condition.what.to_owned(),
+                figure.to_owned(),
+                number(row.mean),
+                number(row.worst),
+                format!("{:.3}", row.line),
+                if row.is_met { "met" } else { "**missed**" }.to_owned(),
+            ]
+        });
+        let header = ["condition", "what happens", "figure", "mean", "worst", "line", ""];
+        page.table(&header, &cells.collect::<Vec<_>>());
+    }
+    page.heading(2, "What the program does");
+    let cells = grouped(&rows, |row| row.condition.name)
+        .into_iter()
+        .map(|(name, rows)| {
+            let mut told: Vec<&str> = rows.iter().flat_map(|row| row.told.iter().copied()).collect();
+            told.sort_unstable();
+            told.dedup();
+            let condition = &rows[0].condition;
+            vec![
+                name.to_owned(),
+                condition.answer.to_owned(),
+                told.join("; "),
+                condition.limit.to_owned(),
+            ]
+        });
+    let header = ["condition", "what it does", "what it tells", "what remains"];
+    page.table(&header, &cells.collect::<Vec<_>>());
+    page
+}

@@ -1,0 +1,66 @@
+//! What holds for rooms in which such methods fail.
+
+use inplace_core::scene::reprojection::Agreement;
+
+use super::*;
+
+/// One round, small.
+const SHOT: Shot = Shot {
+    rooms: 1,
+    frames: 60,
+    width: 160,
+    height: 120,
+};
+
+#[test]
+fn frames_agree_on_depth_in_every_room() {
+    for room in HardRoom::ALL {
+        let agreement = Agreement::of(&room.scene(&SHOT));
+        let depth = agreement.depth.unwrap();
+        assert!(
+            depth.pixels > 300 && depth.median_relative_difference < 0.01,
+            "{room:?}: {depth:?}"
+        );
+    }
+}
+
+#[test]
+fn every_class_of_a_room_is_seen_in_training_and_in_test_frames() {
+    for room in HardRoom::ALL {
+        let truth = room.ground_truth(&SHOT);
+        for class in room.classes() {
+            for held_out in [0, 1] {
+                let frames = truth.iter().skip(held_out).step_by(2);
+                let seen = frames
+                    .filter(|labels| labels.iter().filter(|&&own| own == class.id).count() >= 10)
+                    .count();
+                assert!(seen >= 2, "{room:?} {}: {seen}", class.name);
+            }
+        }
+    }
+}
+
+#[test]
+fn an_annotator_clicks_two_of_eight_blocks() {
+    let (truth, clickable) = (
+        HardRoom::SameClassApart.ground_truth(&SHOT),
+        HardRoom::SameClassApart.clickable(&SHOT),
+    );
+    let pairs = || truth.iter().flatten().zip(clickable.iter().flatten());
+    assert!(pairs().all(|(own, clicked)| own == clicked || (*own == FIRST && *clicked == VOID)));
+    let blocks = pairs().filter(|(own, _)| **own == FIRST).count();
+    let clicked = pairs().filter(|(_, clicked)| **clicked == FIRST).count();
+    assert!(0 < clicked && 2 * clicked < blocks, "{clicked} of {blocks}");
+}
+
+#[test]
+fn a_border_that_cannot_be_seen_is_void() {
+    let truth = HardRoom::SameColour.ground_truth(&SHOT);
+    for labels in &truth {
+        for row in labels.chunks(SHOT.width as usize) {
+            let touch = |pair: &[ClassId]| pair.contains(&FIRST) && pair.contains(&SECOND);
+            assert!(!row.windows(2).any(touch));
+        }
+    }
+    assert!(truth.iter().flatten().any(|&class| class == VOID));
+}

@@ -1,0 +1,82 @@
+//! The surface of a scene outside of a session.
+
+use std::sync::Arc;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use rayon::{ThreadPool, ThreadPoolBuilder};
+
+use super::EvalError;
+use inplace_core::field::{FieldError, Preset, Trainer};
+use inplace_core::labels::LabelSet;
+use inplace_core::scene::Scene;
+use inplace_core::semantics::Surface;
+use inplace_core::session::{Client, Command, SurfaceRefiner};
+
+/// Learns the geometry, for so long at most; then its surface is final.
+pub(super) fn learn(client: &mut Client, limit: Option<Duration>) -> Result<(), EvalError> {
+    let deadline = limit.map(|limit| Instant::now() + limit);
+    if !client.settled(0, deadline)? {
+        client.send(Command::Settle);
+        client.settled(0, None)?;
+    }
+    Ok(())
+}
+
+/// So many threads, at least one, to compute with.
+pub(super) fn pool(threads: usize) -> Result<ThreadPool, EvalError> {
+    let pool = ThreadPoolBuilder::new().num_threads(threads.max(1)).build();
+    pool.map_err(|error| EvalError::Session(error.to_string()))
+}
+
+impl From<FieldError> for EvalError {
+    fn from(error: FieldError) -> Self {
+        Self::Session(error.to_string())
+    }
+}
+
+impl From<candle_core::Error> for EvalError {
+    fn from(error: candle_core::Error) -> Self {
+        Self::Session(error.to_string())
+    }
+}
+
+/// The surface from measured depth; where that has holes or there is none, a field is trained for so long, and
+/// its depth fills them. It takes the threads that it is run in.
+pub(super) fn trained_surface(
+    scene: &Arc<Scene>,
+    preset: Preset,
+    training: Duration,
+    seed: u64,
+) -> Result<Arc<Surface>, EvalError> {
+    let mut trainer = Trainer::new(Arc::clone(scene), preset, seed)?;
+    if !SurfaceRefiner::is_complete(scene) {
+        let start = Instant::now();
+        while start.elapsed() < training && !trainer.settled() {
+            trainer.step()?;
+        }
+    }
+    surface(scene, &trainer, 1.0)
+}
+
+/// The surface that this field completes, with so many times the voxels that are chosen for the scene.
+pub(super) fn surface(scene: &Arc<Scene>, trainer: &Trainer, size: f32) -> Result<Arc<Surface>, EvalError> {
+    let mut refiner = SurfaceRefiner::new(scene, trainer, size, rayon::current_num_threads());
+    refiner.finish(trainer);
+    while refiner.is_rendering() {
+        refiner.advance(trainer, &LabelSet::default())?;
+    }
+    loop {
+        let ready = refiner.ready();
+        if let Some(spread) = ready.map_err(|reason| EvalError::Session(reason.to_owned()))? {
+            return Ok(Arc::clone(spread.surface()));
+        }
+        if refiner.is_done() {
+            return Err(EvalError::Scene {
+                scene: scene.source.to_string(),
+                reason: "no surface was found; train for longer".to_owned(),
+            });
+        }
+        thread::sleep(Duration::from_millis(5));
+    }
+}

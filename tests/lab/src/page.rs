@@ -1,0 +1,188 @@
+//! What a measurement says, as Markdown: written beside its tables and charts, and printed.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use inplace_core::export;
+use serde::Serialize;
+
+use crate::commands::Failure;
+
+/// Columns whose cells are longer are not filled up with spaces.
+const WIDEST: usize = 40;
+
+/// Paragraphs, tables and charts.
+#[derive(Debug, Default)]
+pub struct Page {
+    text: String,
+}
+
+impl Page {
+    /// An empty page.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Adds a heading of a level, 1 to 6.
+    pub fn heading(&mut self, level: usize, title: &str) {
+        self.add(&format!("{} {title}", "#".repeat(level)));
+    }
+
+    /// Adds a paragraph.
+    pub fn paragraph(&mut self, sentences: &str) {
+        self.add(sentences);
+    }
+
+    /// Adds a list, unless it is empty.
+    pub fn list(&mut self, items: &[String]) {
+        if !items.is_empty() {
+            let lines: Vec<String> = items.iter().map(|item| format!("- {item}")).collect();
+            self.add(&lines.join("\n"));
+        }
+    }
+
+    /// Adds a command line.
+    pub fn command(&mut self, line: &str) {
+        self.add(&format!("    {line}"));
+    }
+
+    /// Adds a chart that lies beside the page.
+    pub fn chart(&mut self, what: &str, file: &str) {
+        self.add(&format!("![{what}]({file})"));
+    }
+
+    /// Adds a table, unless it has no rows. Columns of numbers are set flush right.
+    pub fn table(&mut self, header: &[&str], rows: &[Vec<String>]) {
+        if rows.is_empty() {
+            return;
+        }
+        let header: Vec<String> = header.iter().map(|&name| name.to_owned()).collect();
+        let columns: Vec<Column> = (0..header.len())
+            .map(|at| Column::of(at, &header, rows))
+            .collect();
+        let line = |cells: &[String]| -> String {
+            let cells = columns
+                .iter()
+                .zip(cells)
+                .map(|(column, cell)| column.filled(cell));
+            format!("| {} |", cells.collect::<Vec<String>>().join(" | "))
+        };
+        let rule: Vec<String> = columns.iter().map(Column::rule).collect();
+        let mut lines = vec![line(&header), format!("|{}|", rule.join("|"))];
+        lines.extend(rows.iter().map(|row| line(row)));
+        self.add(&lines.join("\n"));
+    }
+
+    /// Adds what another page says, whose charts lie in `folder`.
+    pub fn include(&mut self, other: &str, folder: &str) {
+        let lines = other.lines().map(|line| match line.strip_prefix("![") {
+            Some(chart) => format!("![{}", chart.replacen("](", &format!("]({folder}/"), 1)),
+            None => line.to_owned(),
+        });
+        self.add(lines.collect::<Vec<String>>().join("\n").trim_end());
+    }
+
+    fn add(&mut self, block: &str) {
+        if !self.text.is_empty() {
+            self.text.push('\n');
+        }
+        // Writing to a string cannot fail.
+        let _ = writeln!(self.text, "{block}");
+    }
+
+    /// The whole page.
+    pub fn as_str(&self) -> &str {
+        &self.text
+    }
+
+    /// Writes `NAME.md` and prints it, or the results as JSON.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn publish(
+        &self,
+        out: &Path,
+        name: &str,
+        json: bool,
+        results: &impl Serialize,
+    ) -> Result<(), Failure> {
+        export::write(&out.join(format!("{name}.md")), self.text.as_bytes())?;
+        if json {
+            println!("{}", serde_json::to_string_pretty(results)?);
+        } else {
+            print!("{}", self.text);
+        }
+        Ok(())
+    }
+}
+
+/// How the cells of a column are set.
+struct Column {
+    width: usize,
+    is_number: bool,
+}
+
+impl Column {
+    fn of(at: usize, header: &[String], rows: &[Vec<String>]) -> Self {
+        let cells = || rows.iter().filter_map(|row| row.get(at));
+        let width = cells().chain(header.get(at)).map(|cell| cell.chars().count());
+        let is_number =
+            |cell: &String| cell.starts_with(|first: char| first.is_ascii_digit() || "-+".contains(first));
+        Self {
+            width: width.max().filter(|&width| width <= WIDEST).unwrap_or(0).max(2),
+            is_number: cells().all(|cell| cell.is_empty() || is_number(cell)),
+        }
+    }
+
+    fn filled(&self, cell: &str) -> String {
+        let width = self.width;
+        if self.is_number {
+            format!("{cell:>width$}")
+        } else {
+            format!("{cell:width$}")
+        }
+    }
+
+    fn rule(&self) -> String {
+        let dashes = "-".repeat(self.width + 1);
+        if self.is_number {
+            format!("{dashes}:")
+        } else {
+            format!("{dashes}-")
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_of_numbers_are_flush_right() {
+        let mut page = Page::new();
+        page.paragraph("Of two scenes.");
+        let row = |name: &str, value: &str| vec![name.to_owned(), value.to_owned()];
+        page.table(&["scene", "mIoU"], &[row("demo", "0.5"), row("room", "-")]);
+        assert_eq!(
+            page.as_str(),
+            "Of two scenes.\n\n\
+             | scene | mIoU |\n\
+             |-------|-----:|\n\
+             | demo  |  0.5 |\n\
+             | room  |    - |\n"
+        );
+        page.table(&["nothing"], &[]);
+        assert!(!page.as_str().contains("nothing"));
+    }
+
+    #[test]
+    fn charts_of_an_included_page_lie_in_its_folder() {
+        let mut page = Page::new();
+        page.heading(2, "Time");
+        page.include("See.\n\n![By time](time.svg)\n", "benchmarks/pareto");
+        assert_eq!(
+            page.as_str(),
+            "## Time\n\nSee.\n\n![By time](benchmarks/pareto/time.svg)\n"
+        );
+    }
+}

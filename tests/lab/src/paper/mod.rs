@@ -1,0 +1,374 @@
+//! The experiments of the Semantic-NeRF paper: imperfect label images of the training frames, made perfect
+//! by the surface that they share.
+
+mod fusion;
+mod recipe;
+mod region;
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use rand::{SeedableRng, rngs::SmallRng};
+use rayon::prelude::*;
+use serde::Serialize;
+
+pub use fusion::PixelClassifier;
+pub use recipe::{clicks, coarse, evenly, grid, grown, pixel_noise};
+pub use region::{Flipped, Objects};
+
+use super::learnt::trained_surface;
+use super::scene_truth::in_image;
+use super::{EvalError, SceneTruth, Scores, Table};
+use inplace_core::field::Preset;
+use inplace_core::labels::{self, ClassId, ImportedLabels, ImportedMap, Trust};
+use inplace_core::scene::Scene;
+use inplace_core::semantics::{NodeLabels, Surface};
+
+/// How the training frames' label images are spoilt.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Recipe {
+    /// Only this share of the frames keeps its image, evenly.
+    ShareOfFrames(f64),
+    /// Only so many frames keep their image, evenly.
+    Frames(usize),
+    /// This share of the pixels gets a random class.
+    PixelNoise(f64),
+    /// Objects get a random class in this share of the frames that show them.
+    RegionNoise(Flipped, f64),
+    /// Scaled down by this factor and up again.
+    Coarse(usize),
+    /// Every so many pixels along each axis.
+    Grid(usize),
+    /// One pixel of every class in every frame.
+    Clicks,
+    /// A region that covers this share of every class in every frame.
+    Grown(f64),
+}
+
+/// The frames whose maps are measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Evaluated {
+    /// Those that the labels are on, against their clean labels.
+    Train,
+    /// The others.
+    Test,
+}
+
+/// An experiment and what the paper reports of it (Replica, 200,000 steps).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PaperExperiment {
+    /// Its name in the results.
+    pub name: &'static str,
+    /// What is done to the labels.
+    pub recipe: Recipe,
+    /// Where the result is measured.
+    pub evaluated: Evaluated,
+    /// The paper's mIoU, where it gives a number.
+    pub paper_miou: Option<f64>,
+}
+
+const fn of(
+    name: &'static str,
+    recipe: Recipe,
+    evaluated: Evaluated,
+    paper_miou: Option<f64>,
+) -> PaperExperiment {
+    PaperExperiment {
+        name,
+        recipe,
+        evaluated,
+        paper_miou,
+    }
+}
+
+/// The experiments of Figure 4 and Tables 1 to 3; Table 4 is [`FUSION`]. The two frames are evenly spaced, the
+/// paper's chosen by hand.
+pub const EXPERIMENTS: [PaperExperiment; 20] = [
+    of("frames-100%", Recipe::ShareOfFrames(1.0), Evaluated::Test, None),
+    of("frames-50%", Recipe::ShareOfFrames(0.5), Evaluated::Test, None),
+    of("frames-10%", Recipe::ShareOfFrames(0.1), Evaluated::Test, None),
+    of("frames-2", Recipe::Frames(2), Evaluated::Test, None),
+    of(
+        "pixel-noise-50%",
+        Recipe::PixelNoise(0.5),
+        Evaluated::Train,
+        Some(0.951),
+    ),
+    of(
+        "pixel-noise-90%",
+        Recipe::PixelNoise(0.9),
+        Evaluated::Train,
+        Some(0.877),
+    ),
+    of(
+        "region-sort-30%",
+        Recipe::RegionNoise(Flipped::Smallest, 0.3),
+        Evaluated::Train,
+        Some(0.895),
+    ),
+    of(
+        "region-sort-40%",
+        Recipe::RegionNoise(Flipped::Smallest, 0.4),
+        Evaluated::Train,
+        Some(0.893),
+    ),
+    of(
+        "region-sort-50%",
+        Recipe::RegionNoise(Flipped::Smallest, 0.5),
+        Evaluated::Train,
+        Some(0.803),
+    ),
+    of(
+        "region-even-30%",
+        Recipe::RegionNoise(Flipped::Even, 0.3),
+        Evaluated::Train,
+        Some(0.796),
+    ),
+    of(
+        "region-even-40%",
+        Recipe::RegionNoise(Flipped::Even, 0.4),
+        Evaluated::Train,
+        Some(0.747),
+    ),
+    of(
+        "region-even-50%",
+        Recipe::RegionNoise(Flipped::Even, 0.5),
+        Evaluated::Train,
+        Some(0.733),
+    ),
+    of("dense-8", Recipe::Coarse(8), Evaluated::Train, Some(0.610)),
+    of("dense-16", Recipe::Coarse(16), Evaluated::Train, Some(0.433)),
+    of("sparse-8", Recipe::Grid(8), Evaluated::Train, Some(0.887)),
+    of("sparse-16", Recipe::Grid(16), Evaluated::Train, Some(0.800)),
+    of("click", Recipe::Clicks, Evaluated::Test, Some(0.602)),
+    of("grown-1%", Recipe::Grown(0.01), Evaluated::Test, Some(0.706)),
+    of("grown-5%", Recipe::Grown(0.05), Evaluated::Test, Some(0.836)),
+    of("grown-10%", Recipe::Grown(0.1), Evaluated::Test, Some(0.884)),
+];
+
+/// The name of the experiment of Table 4, which needs a [`PixelClassifier`].
+pub const FUSION: &str = "fusion";
+
+/// The result of one run of an experiment.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PaperPoint {
+    /// Name of the scene.
+    pub scene: String,
+    /// Name of the experiment.
+    pub experiment: &'static str,
+    /// Whether depth was read.
+    pub depth: bool,
+    /// Seed of the recipe and of the field.
+    pub seed: u64,
+    /// The scores of the resulting maps.
+    #[serde(flatten)]
+    pub scores: Scores,
+    /// mIoU of the spoilt images themselves on the training frames; pixels without a label are wrong.
+    pub input_miou: f64,
+    /// Wall seconds: the surface, which the experiments of a seed share, and the spreading.
+    pub wall_s: f64,
+    /// The paper's mIoU, where it gives a number.
+    pub paper_miou: Option<f64>,
+}
+
+/// What is run and how.
+#[derive(Clone, Debug)]
+pub struct PaperOptions {
+    /// How much the field may model.
+    pub preset: Preset,
+    /// Where the frames' depth has holes or there is none, a field is trained for so long, and its depth makes the
+    /// surface.
+    pub training: Duration,
+    /// Seed of the recipes and of the field.
+    pub seed: u64,
+    /// Names of the experiments; all of them where there is none here.
+    pub experiments: Vec<String>,
+    /// Makes the predictions for [`FUSION`], which is left out without one.
+    pub classifier: Option<Arc<PixelClassifier>>,
+}
+
+/// What the experiments of a scene share.
+struct Found<'a> {
+    scene: &'a Scene,
+    truth: &'a SceneTruth,
+    surface: &'a Surface,
+    /// Wall seconds that the surface took.
+    surface_s: f64,
+    seed: u64,
+}
+
+impl Found<'_> {
+    fn point(
+        &self,
+        experiment: &'static str,
+        scores: Scores,
+        input_miou: f64,
+        wall_s: f64,
+        paper_miou: Option<f64>,
+    ) -> PaperPoint {
+        PaperPoint {
+            scene: self.scene.name(),
+            experiment,
+            depth: self.scene.has_depth(),
+            seed: self.seed,
+            scores,
+            input_miou,
+            wall_s,
+            paper_miou,
+        }
+    }
+}
+
+/// Runs experiments with one seed. It takes the threads that it is run in.
+///
+/// # Errors
+/// A scene without ground truth or without a surface.
+pub fn paper_experiments(
+    scene: &Arc<Scene>,
+    options: &PaperOptions,
+    progress: &mut dyn FnMut(&str),
+) -> Result<Vec<PaperPoint>, EvalError> {
+    let truth = SceneTruth::read(scene)?;
+    let classes = truth.classes();
+    let clean: Vec<ImportedMap> = truth
+        .train
+        .iter()
+        .map(|&frame| in_frame(scene, &truth, frame))
+        .collect();
+    let start = Instant::now();
+    progress("finding the surface");
+    let seed = options.seed;
+    let surface = trained_surface(scene, options.preset, options.training, seed)?;
+    let found = Found {
+        scene,
+        truth: &truth,
+        surface: &surface,
+        surface_s: start.elapsed().as_secs_f64(),
+        seed,
+    };
+    let wanted = |name: &str| options.experiments.is_empty() || options.experiments.iter().any(|e| e == name);
+    let all = ImportedLabels {
+        maps: clean.clone(),
+        trust: Trust::RIGHT,
+    };
+    let objects = Objects::find(&surface, &classes, &all);
+    let mut points = Vec::new();
+    for experiment in EXPERIMENTS
+        .into_iter()
+        .filter(|experiment| wanted(experiment.name))
+    {
+        progress(experiment.name);
+        let labels = spoilt(&clean, scene, &classes, &objects, experiment.recipe, seed);
+        let input = |frame: usize| {
+            let own = labels.maps.iter().find(|map| map.frame == frame);
+            let size = scene.frames[frame].camera.pixels();
+            own.map_or_else(|| vec![0; size], ImportedMap::labels)
+        };
+        let in_image = |frame, labels| in_image(scene, frame, labels);
+        let input_miou = truth
+            .scores(&truth.train, |frame| in_image(frame, input(frame)))?
+            .miou;
+        let start = Instant::now();
+        let spread = NodeLabels::spread(&surface, &classes, &labels);
+        let wall_s = found.surface_s + start.elapsed().as_secs_f64();
+        let frames = match experiment.evaluated {
+            Evaluated::Train => &truth.train,
+            Evaluated::Test => &truth.test,
+        };
+        let scores = truth.scores(frames, |frame| in_image(frame, spread.of_frame(&surface, frame)))?;
+        points.push(found.point(experiment.name, scores, input_miou, wall_s, experiment.paper_miou));
+    }
+    if let Some(classifier) = options.classifier.as_ref().filter(|_| wanted(FUSION)) {
+        points.extend(fusion::run(&found, classifier, progress)?);
+    }
+    Ok(points)
+}
+
+/// The label images after a recipe.
+fn spoilt(
+    clean: &[ImportedMap],
+    scene: &Scene,
+    classes: &[ClassId],
+    objects: &Objects,
+    recipe: Recipe,
+    seed: u64,
+) -> ImportedLabels {
+    let width = |frame: usize| scene.frames[frame].camera.width as usize;
+    let each = |change: &(dyn Fn(&ImportedMap, &mut SmallRng) -> Vec<ClassId> + Sync)| -> Vec<ImportedMap> {
+        let spoil = |map: &ImportedMap| {
+            let mut rng = SmallRng::seed_from_u64(seed ^ ((map.frame as u64 + 1) << 32));
+            ImportedMap::new(map.frame, &change(map, &mut rng))
+        };
+        clean.par_iter().map(spoil).collect()
+    };
+    let kept = |count: usize| {
+        evenly(clean.len(), count)
+            .into_iter()
+            .map(|index| clean[index].clone())
+            .collect()
+    };
+    let (maps, trust) = match recipe {
+        Recipe::ShareOfFrames(share) => {
+            let count = (share * clean.len() as f64).round().max(1.0) as usize;
+            (kept(count), Trust::RIGHT)
+        }
+        Recipe::Frames(count) => (kept(count), Trust::RIGHT),
+        Recipe::PixelNoise(share) => {
+            let maps = each(&|map, rng| {
+                let mut labels = map.labels();
+                pixel_noise(&mut labels, classes, share, rng);
+                labels
+            });
+            (maps, Trust::VOTES)
+        }
+        Recipe::RegionNoise(flipped, share) => {
+            let mut maps = clean.to_vec();
+            objects.flip(&mut maps, classes, flipped, share, seed);
+            (maps, Trust::VOTES)
+        }
+        Recipe::Coarse(factor) => {
+            let maps = each(&|map, _| coarse(&map.labels(), width(map.frame), factor));
+            (maps, Trust::VOTES)
+        }
+        Recipe::Grid(factor) => {
+            let maps = each(&|map, _| grid(&map.labels(), width(map.frame), factor));
+            (maps, Trust::RIGHT)
+        }
+        Recipe::Clicks => (each(&|map, rng| clicks(&map.labels(), rng)), Trust::RIGHT),
+        Recipe::Grown(share) => {
+            let maps = each(&|map, rng| grown(&map.labels(), width(map.frame), share, rng));
+            (maps, Trust::RIGHT)
+        }
+    };
+    ImportedLabels { maps, trust }
+}
+
+/// A label image of the truth in the pixels of the frame.
+fn in_frame(scene: &Scene, truth: &SceneTruth, number: usize) -> ImportedMap {
+    let image = &truth.images[&number];
+    ImportedMap::new(number, &labels::in_frame(&scene.frames[number], &image.labels))
+}
+
+/// The points as a table, `paper.csv`.
+pub fn table(points: &[PaperPoint]) -> Table {
+    Table::of(
+        points,
+        &[
+            ("scene", &|point| point.scene.clone()),
+            ("experiment", &|point| point.experiment.to_owned()),
+            ("depth", &|point| point.depth.to_string()),
+            ("seed", &|point| point.seed.to_string()),
+            ("miou", &|point| format!("{:.4}", point.scores.miou)),
+            ("average_accuracy", &|point| {
+                format!("{:.4}", point.scores.average_accuracy)
+            }),
+            ("total_accuracy", &|point| {
+                format!("{:.4}", point.scores.total_accuracy)
+            }),
+            ("wall_s", &|point| format!("{:.2}", point.wall_s)),
+            ("paper_miou", &|point| {
+                point.paper_miou.map_or_else(String::new, |miou| miou.to_string())
+            }),
+        ],
+    )
+}

@@ -1,0 +1,182 @@
+//! Recipes that make imperfect label images of one frame from perfect ones.
+//!
+//! All are deterministic in the random numbers that they are given. Void pixels stay void.
+
+use rand::seq::IndexedRandom;
+use rand::{Rng, rngs::SmallRng};
+
+use inplace_core::labels::{ClassId, VOID};
+
+/// Each pixel gets a random one of `classes` (its own among them) with this probability.
+pub fn pixel_noise(labels: &mut [ClassId], classes: &[ClassId], share: f64, rng: &mut SmallRng) {
+    for label in labels.iter_mut().filter(|label| **label != VOID) {
+        if rng.random_bool(share)
+            && let Some(&other) = classes.choose(rng)
+        {
+            *label = other;
+        }
+    }
+}
+
+/// The image scaled down by `factor` and up again, both to the nearest pixel.
+pub fn coarse(labels: &[ClassId], width: usize, factor: usize) -> Vec<ClassId> {
+    let height = labels.len() / width.max(1);
+    let (columns, rows) = ((width / factor).max(1), (height / factor).max(1));
+    // The pixel of the small image at a place, and the one that it was taken from.
+    let through = |at: usize, size: usize, small: usize| (at * small / size) * size / small;
+    (0..height)
+        .flat_map(|y| {
+            let row = through(y, height, rows) * width;
+            (0..width).map(move |x| labels[row + through(x, width, columns)])
+        })
+        .collect()
+}
+
+/// Every `factor`-th pixel along each axis, from the first on; the others void.
+pub fn grid(labels: &[ClassId], width: usize, factor: usize) -> Vec<ClassId> {
+    let kept =
+        |index: usize| (index % width).is_multiple_of(factor) && (index / width).is_multiple_of(factor);
+    (0..labels.len())
+        .map(|index| if kept(index) { labels[index] } else { VOID })
+        .collect()
+}
+
+/// One random pixel of every class; the others void.
+pub fn clicks(labels: &[ClassId], rng: &mut SmallRng) -> Vec<ClassId> {
+    grown(labels, labels.len().max(1), 0.0, rng)
+}
+
+/// Of every class a region that grows from a random pixel, by dilation with 5x5 pixels inside the class, until
+/// it covers this share of the class; when it can grow no more, another starts. The others void.
+pub fn grown(labels: &[ClassId], width: usize, share: f64, rng: &mut SmallRng) -> Vec<ClassId> {
+    let mut classes: Vec<ClassId> = labels.to_vec();
+    classes.sort_unstable();
+    classes.dedup();
+    let mut kept = vec![VOID; labels.len()];
+    for class in classes.into_iter().filter(|&class| class != VOID) {
+        let own: Vec<usize> = (0..labels.len())
+            .filter(|&index| labels[index] == class)
+            .collect();
+        let target = (share * own.len() as f64) as usize;
+        // Dilating is not kept to the class: each start covers a square.
+        let mut squares: Vec<(usize, usize)> = own.choose(rng).map(|&start| (start, 0)).into_iter().collect();
+        let near = |index: usize, &(start, reach): &(usize, usize)| {
+            (index % width).abs_diff(start % width) <= reach
+                && (index / width).abs_diff(start / width) <= reach
+        };
+        let covered = |squares: &[(usize, usize)]| -> (Vec<usize>, Vec<usize>) {
+            own.iter()
+                .partition(|&&index| squares.iter().any(|square| near(index, square)))
+        };
+        let (mut region, _) = covered(&squares);
+        while region.len() < target {
+            squares.iter_mut().for_each(|(_, reach)| *reach += 2);
+            let before = region.len();
+            let rest;
+            (region, rest) = covered(&squares);
+            if region.len() == before
+                && let Some(&start) = rest.choose(rng)
+            {
+                squares.push((start, 0));
+                region.push(start);
+            }
+        }
+        for index in region {
+            kept[index] = class;
+        }
+    }
+    kept
+}
+
+/// Which `count` of `total` frames, evenly spaced from the first on.
+pub fn evenly(total: usize, count: usize) -> Vec<usize> {
+    let count = count.min(total);
+    let (gap, left) = (
+        total.checked_div(count).unwrap_or(0),
+        total.checked_rem(count).unwrap_or(0),
+    );
+    (0..count).map(|index| gap * index + index.min(left)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng;
+
+    use super::*;
+
+    /// 40 x 30 pixels: void in the first row, class 1 on the left, 2 on the right, and a pixel of 9.
+    fn labels() -> Vec<ClassId> {
+        let class = |index: usize| match (index % 40, index / 40) {
+            (_, 0) => VOID,
+            (7, 7) => 9,
+            (x, _) => 1 + ClassId::from(x >= 20),
+        };
+        (0..1200).map(class).collect()
+    }
+
+    fn differing(a: &[ClassId], b: &[ClassId]) -> usize {
+        a.iter().zip(b).filter(|(a, b)| a != b).count()
+    }
+
+    #[test]
+    fn pixel_noise_changes_its_share_and_the_same_seed_changes_the_same() {
+        let noisy = |seed| {
+            let mut noisy = labels();
+            pixel_noise(&mut noisy, &[1, 2, 9, 4], 0.5, &mut SmallRng::seed_from_u64(seed));
+            noisy
+        };
+        // A quarter of the random classes are the pixel's own.
+        let changed = differing(&noisy(1), &labels()) as f64 / 1160.0;
+        assert!((changed - 0.5 * 0.75).abs() < 0.05, "{changed}");
+        assert_eq!(noisy(1), noisy(1));
+        assert_ne!(noisy(1), noisy(2));
+        assert!(noisy(1)[..40].iter().all(|&label| label == VOID));
+    }
+
+    #[test]
+    fn a_coarse_image_consists_of_squares_and_a_grid_of_their_corners() {
+        let coarse = coarse(&labels(), 40, 10);
+        for (index, &label) in coarse.iter().enumerate() {
+            let corner = (index / 40 / 10 * 10) * 40 + index % 40 / 10 * 10;
+            assert_eq!(label, labels()[corner]);
+        }
+        let grid = grid(&labels(), 40, 10);
+        assert_eq!(grid.iter().filter(|&&label| label != VOID).count(), 8);
+        assert_eq!(grid[10 * 40 + 20], 2);
+        // A size that the factor does not divide.
+        assert_eq!(super::coarse(&[1, 2, 3, 4, 5], 5, 2), [1, 1, 1, 3, 3]);
+    }
+
+    #[test]
+    fn a_click_is_a_true_pixel_of_every_class() {
+        let clicked = clicks(&labels(), &mut SmallRng::seed_from_u64(1));
+        let kept: Vec<ClassId> = clicked.iter().copied().filter(|&label| label != VOID).collect();
+        assert_eq!(kept.len(), 3);
+        assert!(clicked.iter().zip(labels()).all(|(&c, l)| c == VOID || c == l));
+    }
+
+    #[test]
+    fn a_region_grows_to_its_share_of_every_class_and_starts_anew_when_it_is_stuck() {
+        let grown_to = |share| grown(&labels(), 40, share, &mut SmallRng::seed_from_u64(4));
+        let small = grown_to(0.1);
+        for (class, size) in [(1, 579), (2, 580)] {
+            let covered = small.iter().filter(|&&label| label == class).count();
+            assert!(covered >= size / 10 && covered < size / 3, "{covered}");
+        }
+        assert!(small.iter().zip(labels()).all(|(&c, l)| c == VOID || c == l));
+        assert!(small.contains(&9));
+        assert_eq!(grown_to(1.0), labels());
+        // Two far islands of one class: the second is only reached by a second start.
+        let islands: Vec<ClassId> = (0..100).map(|x| ClassId::from(!(3..97).contains(&x))).collect();
+        let all = grown(&islands, 100, 1.0, &mut SmallRng::seed_from_u64(2));
+        assert_eq!(all, islands);
+    }
+
+    #[test]
+    fn frames_are_chosen_evenly() {
+        assert_eq!(evenly(10, 3), [0, 4, 7]);
+        assert_eq!(evenly(6, 2), [0, 3]);
+        assert_eq!(evenly(3, 5), [0, 1, 2]);
+        assert!(evenly(4, 0).is_empty());
+    }
+}

@@ -1,0 +1,341 @@
+//! One method on one scene with one seed, measured as time passes.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use super::{Method, MethodRun, ParetoPoint, Reason, Size, Stop};
+use crate::learnt::{learn, pool, surface};
+use crate::scene_truth::in_image;
+use crate::simulate::baseline::{Task, reference};
+use crate::simulate::{Annotator, Baseline, Click, Policy};
+use crate::{EvalError, SceneTruth};
+use inplace_core::export::peak_memory;
+use inplace_core::field::{Capacity, Preset, Trainer, Volume};
+use inplace_core::labels::{ClassId, LabelSet};
+use inplace_core::scene::Scene;
+use inplace_core::semantics::{LabelPropagation, Surface};
+use inplace_core::session::SurfaceRefiner;
+use inplace_core::session::{Client, Command, Event, Phase, SessionOptions};
+
+const GENERATION: u64 = 1;
+
+/// What is measured. Peak memory is that of the whole process: measure each in a process of its own.
+#[derive(Clone, Debug)]
+pub struct ParetoRun {
+    /// The capture and how it is learnt; the method takes the place of its preset.
+    pub session: SessionOptions,
+    /// What labels it.
+    pub method: Method,
+    /// Random clicks of every class on the training frames, given as soon as the scene is open.
+    pub clicks: usize,
+    /// Wall seconds since the start at which the maps are measured, ascending; the last one ends the run.
+    pub marks: Vec<f64>,
+    /// Measures a preset's model of this size by itself instead of a session, once, when training has stopped or the last
+    /// mark came.
+    pub size: Option<Size>,
+}
+
+/// What is known of a scene before its run: found out beforehand, so that it takes none of the run's time.
+struct Prepared {
+    truth: SceneTruth,
+    clicks: Vec<Click>,
+    labels: LabelSet,
+    has_depth: bool,
+    /// Whether there is a surface without a field.
+    depth_is_complete: bool,
+    /// Steps of training the field at most; `None` of the published network.
+    steps: Option<u64>,
+}
+
+impl ParetoRun {
+    /// Labels the scene in this process and measures.
+    ///
+    /// # Errors
+    /// A scene that cannot be read, or without ground truth; a run without marks, and whatever stops a session.
+    pub fn measure(&self) -> Result<MethodRun, EvalError> {
+        let Some(&last) = self.marks.last() else {
+            return Err(EvalError::Session(
+                "there is no mark to measure at; give one".to_owned(),
+            ));
+        };
+        let last = Duration::from_secs_f64(last);
+        let prepared = self.prepared()?;
+        match self.method {
+            Method::Preset(Preset::Reference) | Method::Baseline(Baseline::Reference) => {
+                self.of_reference(&prepared, last)
+            }
+            Method::Preset(preset) => match self.size {
+                Some(size) => self.of_size(preset, size, &prepared, last),
+                None => self.of_session(preset, &prepared),
+            },
+            Method::Baseline(baseline) => self.of_baseline(baseline, &prepared, last),
+        }
+    }
+
+    fn prepared(&self) -> Result<Prepared, EvalError> {
+        let options = &self.session;
+        let scene = Scene::open(&options.source, options.open, &|_, _| {});
+        let scene = scene.map_err(|error| EvalError::Session(error.to_string()))?;
+        let truth = SceneTruth::read(&scene)?;
+        let annotator = Annotator::new(&scene, &truth);
+        let clicks = annotator.clicks(Policy::Random, self.clicks, options.seed);
+        let labels = annotator.labels(&clicks);
+        let steps = match self.method {
+            Method::Preset(preset) if preset != Preset::Reference => {
+                let volume = Volume::around(&scene.bounds());
+                Some(Capacity::for_scene(&scene, &volume, preset)?.steps)
+            }
+            _ => None,
+        };
+        Ok(Prepared {
+            has_depth: scene.has_depth(),
+            depth_is_complete: SurfaceRefiner::is_complete(&scene),
+            truth,
+            clicks,
+            labels,
+            steps,
+        })
+    }
+
+    /// A session that is paused while it is measured.
+    fn of_session(&self, preset: Preset, prepared: &Prepared) -> Result<MethodRun, EvalError> {
+        let start = Instant::now();
+        let mut run = Client::start(SessionOptions {
+            preset,
+            ..self.session.clone()
+        });
+        let scene = run.opened()?;
+        run.label(prepared.labels.clone(), GENERATION);
+        let (mut points, mut stop) = (Vec::new(), None);
+        let mut measuring = Duration::ZERO;
+        let mut marks = self
+            .marks
+            .iter()
+            .map(|&mark| Duration::from_secs_f64(mark))
+            .peekable();
+        while let Some(mark) = marks.next() {
+            // Marks that passed while the scene was being opened have nothing to measure.
+            if start.elapsed() - measuring > mark && marks.peek().is_some() {
+                continue;
+            }
+            let settled = run.settled(GENERATION, Some(start + measuring + mark))?;
+            if !settled {
+                run.send(Command::Pause);
+                run.wait_until(
+                    None,
+                    |event| matches!(event, Event::Status(status) if status.phase == Phase::Paused),
+                )?;
+            }
+            let begin = Instant::now();
+            let wall_s = (begin - start - measuring).as_secs_f64();
+            points.push(self.point(&scene, prepared, &run, wall_s)?);
+            if settled {
+                stop = Some(stopped(&run, prepared, wall_s));
+                break;
+            }
+            measuring += begin.elapsed();
+            run.send(Command::Resume);
+        }
+        Ok(ended(&run, points, stop))
+    }
+
+    /// A field and a surface by themselves: the field trains, and then the labels are propagated over its surface. The
+    /// head that a session trains besides takes no part.
+    fn of_size(
+        &self,
+        preset: Preset,
+        size: Size,
+        prepared: &Prepared,
+        last: Duration,
+    ) -> Result<MethodRun, EvalError> {
+        let start = Instant::now();
+        pool(self.session.threads)?.install(|| {
+            let scene = Arc::new(Scene::open(&self.session.source, self.session.open, &|_, _| {})?);
+            let mut trainer = Trainer::scaled(Arc::clone(&scene), preset, size.field, self.session.seed)?;
+            while start.elapsed() < last && !trainer.settled() {
+                trainer.step()?;
+            }
+            let surface = surface(&scene, &trainer, size.surface)?;
+            let mut propagation = LabelPropagation::new(Arc::clone(&surface));
+            propagation.set_labels(&scene, &prepared.labels);
+            let maps = prepared.truth.test.iter().map(|&frame| {
+                let map = propagation.map(&scene, frame, GENERATION);
+                (frame, map.in_image(&scene.frames[frame]).labels().into_owned())
+            });
+            let mut maps: BTreeMap<usize, Vec<ClassId>> = maps.collect();
+            let wall_s = start.elapsed().as_secs_f64();
+            let peak_mb = megabytes(peak_memory());
+            let map = |frame| maps.remove(&frame).unwrap_or_default();
+            let scores = prepared.truth.scores(&prepared.truth.test, map)?;
+            let (held_out, parameters) = (trainer.error(), trainer.field().parameters());
+            Ok(MethodRun {
+                points: vec![ParetoPoint {
+                    scene: scene.name(),
+                    method: self.method.name().to_owned(),
+                    seed: self.session.seed,
+                    wall_s,
+                    miou: scores.miou,
+                    depth_error_m: held_out.and_then(|error| error.depth_error).map(f64::from),
+                    psnr_db: held_out.map(|error| f64::from(error.psnr)),
+                    parameters: Some(parameters),
+                    peak_mb,
+                }],
+                stop: None,
+                voxels: surface.graph.len(),
+                bytes: size_of::<f32>() * parameters + surface.graph.bytes(),
+            })
+        })
+    }
+
+    /// The published network has no maps before it stops training: they are measured once, at the last mark.
+    fn of_reference(&self, prepared: &Prepared, last: Duration) -> Result<MethodRun, EvalError> {
+        let start = Instant::now();
+        let (run, scene) = reference::course(&self.session, &prepared.labels, last)?;
+        let point = self.point(&scene, prepared, &run, start.elapsed().as_secs_f64())?;
+        Ok(ended(&run, vec![point], None))
+    }
+
+    /// The other baselines answer once. Those that need a surface get that of a session: at once where depth is
+    /// measured everywhere, else when it is learnt, at the last mark at the latest.
+    fn of_baseline(
+        &self,
+        baseline: Baseline,
+        prepared: &Prepared,
+        last: Duration,
+    ) -> Result<MethodRun, EvalError> {
+        let start = Instant::now();
+        let pool = pool(self.session.threads)?;
+        let (scene, surface): (Arc<Scene>, Arc<Surface>) = if baseline == Baseline::Pixels {
+            let open = || Scene::open(&self.session.source, self.session.open, &|_, _| {});
+            let scene = pool.install(open);
+            let scene = scene.map_err(|error| EvalError::Session(error.to_string()))?;
+            (Arc::new(scene), Arc::default())
+        } else {
+            let mut run = Client::start(self.session.clone());
+            let scene = run.opened()?;
+            learn(
+                &mut run,
+                Some(if prepared.depth_is_complete {
+                    Duration::ZERO
+                } else {
+                    last.saturating_sub(start.elapsed())
+                }),
+            )?;
+            let map = run.map(0);
+            let surface = map.and_then(|map| map.surface().map(|(surface, _)| Arc::clone(surface)));
+            let surface = surface.ok_or_else(|| EvalError::Scene {
+                scene: scene.source.to_string(),
+                reason: "no surface was found in this time; give later marks".to_owned(),
+            })?;
+            (scene, surface)
+        };
+        let task = Task {
+            scene: &scene,
+            surface: &surface,
+            options: &self.session,
+            clicks: &prepared.clicks,
+            labels: prepared.labels.clone(),
+            frames: &prepared.truth.test,
+            wall: last,
+        };
+        let made = pool.install(|| baseline.maps(&task))?;
+        let wall_s = start.elapsed().as_secs_f64();
+        let peak_mb = megabytes(peak_memory());
+        let mut maps = prepared.truth.test.iter().zip(made.maps);
+        let scores = prepared.truth.scores(&prepared.truth.test, |_| {
+            let map = maps.next();
+            map.map_or_else(Vec::new, |(&frame, labels)| in_image(&scene, frame, labels))
+        })?;
+        Ok(MethodRun {
+            points: vec![ParetoPoint {
+                scene: scene.name(),
+                method: self.method.name().to_owned(),
+                seed: self.session.seed,
+                wall_s,
+                miou: scores.miou,
+                depth_error_m: None,
+                psnr_db: None,
+                parameters: None,
+                peak_mb,
+            }],
+            stop: None,
+            voxels: surface.graph.len(),
+            bytes: surface.graph.bytes(),
+        })
+    }
+
+    /// The maps of a session as they are now.
+    fn point(
+        &self,
+        scene: &Scene,
+        prepared: &Prepared,
+        run: &Client,
+        wall_s: f64,
+    ) -> Result<ParetoPoint, EvalError> {
+        // Before the maps are looked up, which takes memory of its own.
+        let peak_mb = megabytes(peak_memory());
+        let status = &run.status();
+        Ok(ParetoPoint {
+            scene: scene.name(),
+            method: self.method.name().to_owned(),
+            seed: self.session.seed,
+            wall_s,
+            miou: prepared.truth.scores_of(run, scene)?.miou,
+            depth_error_m: status.depth_error.map(f64::from),
+            psnr_db: status.held_out_psnr.map(f64::from),
+            parameters: Some(status.parameters).filter(|&count| count > 0),
+            peak_mb,
+        })
+    }
+}
+
+fn megabytes(bytes: Option<u64>) -> Option<f64> {
+    bytes.map(|bytes| bytes as f64 / 1e6)
+}
+
+fn stopped(run: &Client, prepared: &Prepared, wall_s: f64) -> Stop {
+    let steps = run.status().steps;
+    Stop {
+        wall_s,
+        steps,
+        reason: reason(steps, prepared.steps, prepared.has_depth),
+    }
+}
+
+/// Why training ended after so many of at most so many steps.
+fn reason(steps: u64, most: Option<u64>, has_depth: bool) -> Reason {
+    if most.is_some_and(|most| steps < most) {
+        Reason::ErrorNoLongerFalls
+    } else if has_depth {
+        Reason::DepthIsMeasured
+    } else {
+        Reason::StepsAreDone
+    }
+}
+
+fn ended(run: &Client, points: Vec<ParetoPoint>, stop: Option<Stop>) -> MethodRun {
+    let map = run.map(0);
+    let graph = map
+        .as_deref()
+        .and_then(|map| map.surface())
+        .map_or(0, |(surface, _)| surface.graph.bytes());
+    MethodRun {
+        points,
+        stop,
+        voxels: run.status().surface_nodes,
+        bytes: size_of::<f32>() * run.status().parameters + graph,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_session_that_stops_before_its_last_step_was_told_to_by_the_held_out_error() {
+        assert_eq!(reason(4500, Some(12_000), false), Reason::ErrorNoLongerFalls);
+        assert_eq!(reason(12_000, Some(12_000), false), Reason::StepsAreDone);
+        assert_eq!(reason(2500, Some(2500), true), Reason::DepthIsMeasured);
+    }
+}

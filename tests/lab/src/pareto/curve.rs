@@ -1,0 +1,248 @@
+//! Courses over wall time, summed up over the seeds, and which of them are ahead.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use super::ParetoPoint;
+use crate::mean_and_deviation;
+
+/// Times of different seeds that differ by less than this factor count as one.
+const SAME_TIME: f64 = 1.1;
+
+/// How a quantity of one method on one scene goes with wall time, a course for each seed.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Curve {
+    /// Seconds and values, by seed; the seconds ascend.
+    courses: BTreeMap<u64, Vec<(f64, f64)>>,
+}
+
+/// The values of all seeds at one time.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Summary {
+    /// Wall seconds.
+    pub wall_s: f64,
+    /// Mean over the seeds.
+    pub mean: f64,
+    /// Standard deviation over the seeds.
+    pub deviation: f64,
+    /// The least value.
+    pub low: f64,
+    /// The largest.
+    pub high: f64,
+}
+
+/// How much larger one quantity is than another with the same seeds, and so with the same clicks.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Difference {
+    /// Mean over the seeds.
+    pub mean: f64,
+    /// Standard deviation over the seeds; 0 of a single one.
+    pub deviation: f64,
+}
+
+impl Difference {
+    /// From the differences of each seed; `None` where there is no seed.
+    pub fn of(differences: &[f64]) -> Option<Self> {
+        let (mean, deviation) = mean_and_deviation(differences);
+        (!differences.is_empty()).then_some(Self { mean, deviation })
+    }
+
+    /// Whether it is above zero beyond its spread over the seeds.
+    pub fn is_gain(&self) -> bool {
+        self.mean > self.deviation
+    }
+
+    /// Whether it is below zero beyond its spread over the seeds.
+    pub fn is_loss(&self) -> bool {
+        -self.mean > self.deviation
+    }
+}
+
+impl Curve {
+    /// A quantity of these points, which are of one method on one scene; those where it is not known are left out.
+    pub fn of<'a>(
+        points: impl IntoIterator<Item = &'a ParetoPoint>,
+        value: impl Fn(&ParetoPoint) -> Option<f64>,
+    ) -> Self {
+        let mut courses: BTreeMap<u64, Vec<(f64, f64)>> = BTreeMap::new();
+        for point in points {
+            if let Some(value) = value(point) {
+                courses.entry(point.seed).or_default().push((point.wall_s, value));
+            }
+        }
+        for course in courses.values_mut() {
+            course.sort_by(|a, b| a.0.total_cmp(&b.0));
+        }
+        Self { courses }
+    }
+
+    /// The value of each seed after so many seconds: linear between the measurements, and the last one from then on.
+    /// A seed that has none before is left out.
+    pub fn at(&self, wall_s: f64) -> BTreeMap<u64, f64> {
+        let known = |(&seed, course): (&u64, &Vec<_>)| Some((seed, interpolated(course, wall_s)?));
+        self.courses.iter().filter_map(known).collect()
+    }
+
+    /// What all seeds come to at each of the times at which any was measured, ascending; times about the same are one.
+    pub fn summaries(&self) -> Vec<Summary> {
+        let mut times: Vec<f64> = self
+            .courses
+            .values()
+            .flatten()
+            .map(|(wall_s, _)| *wall_s)
+            .collect();
+        times.sort_by(f64::total_cmp);
+        // The last of a group, when every seed of it has been measured.
+        let is_last = |pair: &[f64]| pair[1] > SAME_TIME * pair[0];
+        let lasts = times.windows(2).filter(|pair| is_last(pair)).map(|pair| pair[0]);
+        let lasts: Vec<f64> = lasts.chain(times.last().copied()).collect();
+        lasts
+            .into_iter()
+            .filter_map(|wall_s| self.summary(wall_s))
+            .collect()
+    }
+
+    /// What all seeds come to in the end; `None` without any.
+    pub fn last(&self) -> Option<Summary> {
+        self.summaries().pop()
+    }
+
+    /// What all seeds come to after so many seconds; `None` before all of them have a value.
+    pub fn summary(&self, wall_s: f64) -> Option<Summary> {
+        let values: Vec<f64> = self.at(wall_s).into_values().collect();
+        if values.is_empty() || values.len() < self.courses.len() {
+            return None;
+        }
+        let (mean, deviation) = mean_and_deviation(&values);
+        Some(Summary {
+            wall_s,
+            mean,
+            deviation,
+            low: values.iter().copied().fold(f64::INFINITY, f64::min),
+            high: values.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+        })
+    }
+
+    /// Seconds until this share is reached of what `other` has in the end with the same seed: the mean over the seeds,
+    /// each linear between its measurements; where it is reached by the first of them, that is when. `None` unless all
+    /// seeds reach it.
+    pub fn reaches(&self, share: f64, other: &Self) -> Option<f64> {
+        let ends = other.at(f64::INFINITY);
+        let courses = self.courses.iter();
+        let times: Option<Vec<f64>> = courses
+            .map(|(seed, course)| first(course, share * ends.get(seed)?))
+            .collect();
+        let (mean, _) = mean_and_deviation(&times?);
+        mean.is_finite().then_some(mean)
+    }
+
+    /// How much more this one has after `wall_s` seconds than `other` after `others_wall_s`, seed by seed.
+    pub fn difference(&self, wall_s: f64, other: &Self, others_wall_s: f64) -> Option<Difference> {
+        let (own, others) = (self.at(wall_s), other.at(others_wall_s));
+        let both = own.iter().filter_map(|(seed, own)| Some(own - others.get(seed)?));
+        Difference::of(&both.collect::<Vec<f64>>())
+    }
+
+    /// The first time before `wall_s` at which `other` has a higher mean than this one then, beyond the spread over the
+    /// seeds: there, this one is not on the Pareto front.
+    pub fn beaten_by(&self, wall_s: f64, other: &Self) -> Option<Summary> {
+        let earlier = |summary: &Summary| summary.wall_s < wall_s;
+        let is_ahead = |summary: &Summary| {
+            let difference = other.difference(summary.wall_s, self, wall_s);
+            difference.is_some_and(|difference| difference.is_gain())
+        };
+        other.summaries().into_iter().filter(earlier).find(is_ahead)
+    }
+}
+
+fn interpolated(course: &[(f64, f64)], wall_s: f64) -> Option<f64> {
+    let after = course.partition_point(|(at, _)| *at <= wall_s);
+    let (from, value) = *course.get(after.checked_sub(1)?)?;
+    Some(match course.get(after) {
+        Some(&(to, next)) => value + (next - value) * (wall_s - from) / (to - from),
+        None => value,
+    })
+}
+
+/// The first time at which a course has a value.
+fn first(course: &[(f64, f64)], value: f64) -> Option<f64> {
+    let index = course.iter().position(|(_, own)| *own >= value)?;
+    let (to, high) = course[index];
+    let Some(&(from, low)) = index.checked_sub(1).and_then(|before| course.get(before)) else {
+        return Some(to);
+    };
+    Some(from + (to - from) * (value - low) / (high - low))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn curve(courses: &[&[(f64, f64)]]) -> Curve {
+        Curve {
+            courses: (0_u64..)
+                .zip(courses.iter().map(|course| course.to_vec()))
+                .collect(),
+        }
+    }
+
+    #[test]
+    fn values_are_linear_between_measurements_and_stay_after_the_last() {
+        let curve = curve(&[&[(2.0, 0.2), (6.0, 0.6)]]);
+        let at = |wall_s| curve.at(wall_s).get(&0).copied();
+        assert_eq!(at(1.0), None);
+        assert_eq!(at(2.0), Some(0.2));
+        assert!((at(3.0).unwrap() - 0.3).abs() < 1e-12);
+        assert_eq!(at(100.0), Some(0.6));
+    }
+
+    #[test]
+    fn seeds_are_summed_up_at_common_times_once_all_of_them_have_a_value() {
+        let curve = curve(&[&[(2.0, 0.2), (5.0, 0.5)], &[(2.1, 0.4), (10.0, 0.8)]]);
+        let summaries = curve.summaries();
+        let times: Vec<f64> = summaries.iter().map(|summary| summary.wall_s).collect();
+        assert_eq!(times, [2.1, 5.0, 10.0]);
+        let last = curve.last().unwrap();
+        assert!((last.mean - 0.65).abs() < 1e-12);
+        assert_eq!((last.low, last.high), (0.5, 0.8));
+        assert_eq!(curve.summary(2.05), None);
+        assert_eq!(Curve::default().last(), None);
+    }
+
+    #[test]
+    fn a_value_is_reached_between_measurements_by_all_seeds_or_not_at_all() {
+        let curve = curve(&[&[(2.0, 0.0), (4.0, 1.0)], &[(2.0, 0.5), (4.0, 0.9)]]);
+        // The seeds end with 1.0 and 0.8 there: half of that is 0.5 and 0.4.
+        let other = self::curve(&[&[(9.0, 1.0)], &[(9.0, 0.8)]]);
+        assert!((curve.reaches(0.5, &other).unwrap() - 2.5).abs() < 1e-12);
+        assert_eq!(curve.reaches(0.0, &other), Some(2.0));
+        assert_eq!(curve.reaches(1.05, &other), None);
+        assert_eq!(Curve::default().reaches(0.5, &other), None);
+        assert_eq!(curve.reaches(0.5, &Curve::default()), None);
+    }
+
+    #[test]
+    fn only_what_is_better_in_less_time_beyond_the_spread_takes_one_off_the_front() {
+        let own = curve(&[&[(10.0, 0.70)], &[(10.0, 0.80)]]);
+        let clearly = curve(&[&[(5.0, 0.75)], &[(5.0, 0.86)]]);
+        let beaten = own.beaten_by(10.0, &clearly).unwrap();
+        assert_eq!(beaten.wall_s, 5.0);
+        // Better with one seed and worse with the other.
+        let hardly = curve(&[&[(5.0, 0.78)], &[(5.0, 0.76)]]);
+        assert_eq!(own.beaten_by(10.0, &hardly), None);
+        let later = curve(&[&[(12.0, 0.9)], &[(12.0, 0.9)]]);
+        assert_eq!(own.beaten_by(10.0, &later), None);
+        assert_eq!(own.beaten_by(10.0, &own), None);
+    }
+
+    #[test]
+    fn a_difference_counts_beyond_its_spread_over_the_seeds() {
+        let clear = Difference::of(&[0.04, 0.06]).unwrap();
+        assert!(clear.is_gain() && !clear.is_loss());
+        let unclear = Difference::of(&[-0.05, 0.06]).unwrap();
+        assert!(!unclear.is_gain() && !unclear.is_loss());
+        assert!(Difference::of(&[-0.01]).unwrap().is_loss());
+        assert_eq!(Difference::of(&[]), None);
+    }
+}

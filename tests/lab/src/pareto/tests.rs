@@ -1,0 +1,144 @@
+use super::*;
+use crate::testing::{capture, options};
+use inplace_core::scene::SceneSource;
+
+fn run(folder: &std::path::Path, method: Method, marks: &[f64], size: Option<Size>) -> MethodRun {
+    let run = ParetoRun {
+        session: options(SceneSource::Folder(folder.to_path_buf())),
+        method,
+        clicks: 2,
+        marks: marks.to_vec(),
+        size,
+    };
+    run.measure().unwrap()
+}
+
+#[test]
+fn a_session_is_measured_at_the_marks_and_a_baseline_once() {
+    let root = tempfile::tempdir().unwrap();
+    let folder = root.path().join("wall");
+    capture(&folder);
+    // Maps come within half a second, also on slow machines within five.
+    let own = run(&folder, Method::Preset(Preset::Fast), &[4.0, 5.0], None);
+    let last = own.points.last().unwrap();
+    assert!((1..=2).contains(&own.points.len()) && last.miou > 0.9, "{own:?}");
+    let mut times = own.points.iter().map(|point| point.wall_s);
+    assert!(times.all(|wall_s| own.stop.is_some() || wall_s >= 4.0), "{own:?}");
+    assert!(
+        own.points
+            .iter()
+            .all(|point| point.method == "fast" && point.seed == 4)
+    );
+    assert!(own.voxels > 0 && own.bytes > 4 * last.parameters.unwrap());
+
+    let nearest = run(&folder, Method::Baseline(Baseline::Nearest), &[10.0], None);
+    assert_eq!(
+        (nearest.points.len(), nearest.stop, nearest.voxels),
+        (1, None, own.voxels)
+    );
+    assert!(nearest.points[0].miou > 0.5 && nearest.points[0].parameters.is_none());
+}
+
+#[test]
+fn a_model_of_another_size_has_another_field_or_another_surface() {
+    let root = tempfile::tempdir().unwrap();
+    let folder = root.path().join("wall");
+    capture(&folder);
+    let sized = |field, surface| {
+        let size = Some(Size { field, surface });
+        let own = run(&folder, Method::Preset(Preset::Fast), &[0.2], size);
+        assert_eq!(own.points.len(), 1);
+        assert!(own.points[0].miou > 0.5, "{own:?}");
+        (own.points[0].parameters, own.voxels)
+    };
+    let (chosen, smaller, coarser) = (sized(1.0, 1.0), sized(0.25, 1.0), sized(1.0, 0.25));
+    assert!(
+        smaller.0 < chosen.0 && smaller.1 == chosen.1,
+        "{chosen:?} {smaller:?}"
+    );
+    assert!(
+        coarser.1 < chosen.1 && coarser.0 == chosen.0,
+        "{chosen:?} {coarser:?}"
+    );
+}
+
+#[test]
+fn methods_are_found_by_the_names_that_they_have_in_the_results() {
+    for name in [
+        "auto",
+        "fast",
+        "accurate",
+        "reference",
+        "nearest",
+        "joint-mlp",
+        "pixels",
+    ] {
+        assert_eq!(name.parse::<Method>().unwrap().name(), name);
+    }
+    assert_eq!("reference".parse(), Ok(Method::Preset(Preset::Reference)));
+    assert!("best".parse::<Method>().unwrap_err().contains("joint-mlp"));
+}
+
+#[test]
+fn the_tables_have_a_row_for_each_point_and_nothing_where_nothing_is_known() {
+    let point = ParetoPoint {
+        scene: "wall".to_owned(),
+        method: "nearest".to_owned(),
+        seed: 3,
+        wall_s: 1.234,
+        miou: 0.5,
+        depth_error_m: None,
+        psnr_db: Some(28.456),
+        parameters: None,
+        peak_mb: Some(123.4),
+    };
+    assert_eq!(
+        table(std::slice::from_ref(&point)).as_str(),
+        "scene,method,seed,wall_s,miou,depth_error_m,psnr_db,parameters,peak_mb\n\
+         wall,nearest,3,1.23,0.5000,,28.46,,123\n"
+    );
+    let run = MethodRun {
+        points: vec![ParetoPoint {
+            parameters: Some(100),
+            ..point
+        }],
+        stop: None,
+        voxels: 7,
+        bytes: 500,
+    };
+    let scaled = CapacityPoint::of(&run, Part::Surface, 0.25).unwrap();
+    assert_eq!(
+        capacity_table(&[scaled]).as_str(),
+        "scene,part,factor,seed,parameters,bytes,voxels,miou,depth_error_m,psnr_db,wall_s\n\
+         wall,surface,0.25,3,100,500,7,0.5000,,28.46,1.23\n"
+    );
+}
+
+#[test]
+fn sizes_are_compared_with_the_chosen_one_seed_by_seed() {
+    let point = |factor, seed, miou| CapacityPoint {
+        scene: "wall".to_owned(),
+        part: Part::Field,
+        factor,
+        seed,
+        parameters: 1,
+        bytes: 4,
+        voxels: 1,
+        miou,
+        depth_error_m: None,
+        psnr_db: None,
+        wall_s: 1.0,
+    };
+    // The seeds are far apart, the sizes of a seed are not.
+    let points = [
+        point(1.0, 0, 0.5),
+        point(1.0, 1, 0.9),
+        point(0.5, 0, 0.4),
+        point(0.5, 1, 0.82),
+    ];
+    let points: Vec<&CapacityPoint> = points.iter().collect();
+    let half = difference_to_chosen(&points, 0.5, |point| Some(point.miou)).unwrap();
+    assert!((half.mean + 0.09).abs() < 1e-12 && half.is_loss());
+    assert_eq!(difference_to_chosen(&points, 2.0, |point| Some(point.miou)), None);
+    assert_eq!(difference_to_chosen(&points, 0.5, |point| point.psnr_db), None);
+}

@@ -1,0 +1,160 @@
+//! A random forest (Breiman 2001).
+
+use std::collections::BTreeMap;
+
+use rand::seq::IteratorRandom;
+use rand::{Rng, SeedableRng, rngs::SmallRng};
+use rayon::prelude::*;
+
+use inplace_core::labels::{ClassId, VOID};
+
+const TREES: usize = 50;
+/// Features tried at each split: about the root of their number.
+const TRIED: usize = 5;
+
+/// Features with their class.
+pub type Sample<const N: usize> = ([f32; N], ClassId);
+
+/// A random forest over N features.
+#[derive(Clone, Debug)]
+pub struct Forest<const N: usize> {
+    trees: Vec<Tree>,
+}
+
+impl<const N: usize> Forest<N> {
+    /// Learns from samples; void answers everything where there are none.
+    pub fn grown(samples: &[Sample<N>], seed: u64) -> Self {
+        let trees = (0..TREES as u64).into_par_iter();
+        Self {
+            trees: trees
+                .map(|tree| Tree::grown(samples, seed ^ (tree << 32)))
+                .collect(),
+        }
+    }
+
+    /// The classes that the trees say, ascending, with the share of the trees that say each.
+    pub fn shares(&self, features: &[f32; N]) -> Vec<(ClassId, f32)> {
+        let mut said: Vec<ClassId> = self.trees.iter().map(|tree| tree.class(features)).collect();
+        said.sort_unstable();
+        let runs = said.chunk_by(|a, b| a == b);
+        runs.map(|run| (run[0], run.len() as f32 / TREES as f32))
+            .collect()
+    }
+
+    /// The class that most trees say, the smallest id of those with as many.
+    pub fn class(&self, features: &[f32; N]) -> ClassId {
+        let shares = self.shares(features);
+        let most = shares.iter().rev().max_by(|a, b| a.1.total_cmp(&b.1));
+        most.map_or(VOID, |&(class, _)| class)
+    }
+}
+
+/// A decision tree, grown until its leaves are pure (CART with Gini impurity).
+#[derive(Clone, Debug)]
+enum Tree {
+    Leaf(ClassId),
+    Split {
+        feature: usize,
+        threshold: f32,
+        /// Not above the threshold, and above it.
+        sides: [Box<Tree>; 2],
+    },
+}
+
+impl Tree {
+    /// From as many samples as there are, drawn with repetition.
+    fn grown<const N: usize>(samples: &[Sample<N>], seed: u64) -> Self {
+        let mut rng = SmallRng::seed_from_u64(seed);
+        let drawn = (0..samples.len()).map(|_| &samples[rng.random_range(0..samples.len())]);
+        let drawn: Vec<&Sample<N>> = drawn.collect();
+        Self::on(drawn, &mut rng)
+    }
+
+    fn on<const N: usize>(mut samples: Vec<&Sample<N>>, rng: &mut SmallRng) -> Self {
+        let Some(first) = samples.first() else {
+            return Self::Leaf(VOID);
+        };
+        let class = first.1;
+        let mut best: Option<(f32, usize, f32)> = None;
+        if samples.iter().any(|sample| sample.1 != class) {
+            for feature in (0..N).choose_multiple(rng, TRIED) {
+                samples.sort_by(|a, b| a.0[feature].total_cmp(&b.0[feature]));
+                if let Some((impurity, threshold)) = cut(&samples, feature)
+                    && best.is_none_or(|(least, ..)| impurity < least)
+                {
+                    best = Some((impurity, feature, threshold));
+                }
+            }
+        }
+        let Some((_, feature, threshold)) = best else {
+            return Self::Leaf(most_common(&samples));
+        };
+        let (low, high) = samples
+            .into_iter()
+            .partition(|sample| sample.0[feature] <= threshold);
+        Self::Split {
+            feature,
+            threshold,
+            sides: [Self::on(low, rng).into(), Self::on(high, rng).into()],
+        }
+    }
+
+    fn class(&self, features: &[f32]) -> ClassId {
+        let mut tree = self;
+        loop {
+            match tree {
+                Self::Leaf(class) => return *class,
+                Self::Split {
+                    feature,
+                    threshold,
+                    sides,
+                } => tree = &sides[usize::from(features[*feature] > *threshold)],
+            }
+        }
+    }
+}
+
+/// The class of most samples, the smallest id of those with as many.
+fn most_common<const N: usize>(samples: &[&Sample<N>]) -> ClassId {
+    let mut counts: BTreeMap<ClassId, usize> = BTreeMap::new();
+    samples
+        .iter()
+        .for_each(|sample| *counts.entry(sample.1).or_default() += 1);
+    counts
+        .into_iter()
+        .rev()
+        .max_by_key(|&(_, count)| count)
+        .map_or(VOID, |(class, _)| class)
+}
+
+/// The threshold that separates sorted samples best with the impurity that is left; `None` where all are equal.
+fn cut<const N: usize>(samples: &[&Sample<N>], feature: usize) -> Option<(f32, f32)> {
+    let mut above: BTreeMap<ClassId, f32> = BTreeMap::new();
+    samples
+        .iter()
+        .for_each(|sample| *above.entry(sample.1).or_default() += 1.0);
+    let mut below: BTreeMap<ClassId, f32> = BTreeMap::new();
+    let total = samples.len() as f32;
+    // Sum of squares of the counts: Gini impurity is 1 - squares / count^2.
+    let (mut squares_below, mut squares_above) = (0.0, above.values().map(|n| n * n).sum::<f32>());
+    let mut best: Option<(f32, f32)> = None;
+    for (index, pair) in samples.windows(2).enumerate() {
+        let class = pair[0].1;
+        let (n, m) = (below.entry(class).or_default(), above.entry(class).or_default());
+        squares_below += 2.0 * *n + 1.0;
+        squares_above -= 2.0 * *m - 1.0;
+        *n += 1.0;
+        *m -= 1.0;
+        let (low, high) = (pair[0].0[feature], pair[1].0[feature]);
+        if low < high {
+            let count = (index + 1) as f32;
+            let impurity = total - squares_below / count - squares_above / (total - count);
+            if best.is_none_or(|(least, _)| impurity < least) {
+                // Between the two, and never rounded up to the higher.
+                let middle = low + 0.5 * (high - low);
+                best = Some((impurity, if middle < high { middle } else { low }));
+            }
+        }
+    }
+    best
+}

@@ -1,0 +1,197 @@
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::*;
+use crate::EvalError;
+use inplace_core::scene::demo::Shot;
+
+/// What a capture of so many frames costs where opening takes `seconds`.
+fn cost(frames: usize, seconds: f64) -> Cost {
+    Cost {
+        frames,
+        width: 320,
+        height: 240,
+        classes: 20,
+        strokes: 60,
+        depth: true,
+        threads: 2,
+        opening_s: seconds,
+        surface_s: 1.0,
+        map_in_view_s: 0.1,
+        all_maps_s: 0.2,
+        update_s: 0.1,
+        surface_nodes: 1000,
+        parameters: 5000,
+        training_s: 5.0,
+        steps_per_s: 50.0,
+        rays_per_s: 1e5,
+        samples_per_s: 1e6,
+        peak_opening_bytes: None,
+        peak_memory_bytes: None,
+    }
+}
+
+fn base() -> Setting {
+    Setting {
+        rooms: 1,
+        width: 320,
+        height: 240,
+        frames: 100,
+        classes: 20,
+        strokes: 60,
+    }
+}
+
+#[test]
+fn an_exponent_is_that_of_the_upper_half_whatever_is_fixed_below() {
+    let powers = |floor: f64| -> Vec<(f64, f64)> {
+        [10.0, 100.0, 1e3, 1e4, 1e5]
+            .map(|x: f64| (x, (2.0 * x.powf(1.5)).max(floor)))
+            .to_vec()
+    };
+    let fitted = fit(powers(0.0)).unwrap();
+    assert!((fitted.slope - 1.5).abs() < 1e-12, "{fitted:?}");
+    assert_eq!((fitted.from, fitted.to, fitted.points), (1e3, 1e5, 3));
+    assert_eq!(fit(powers(2.0 * 1e3_f64.powf(1.5))), Some(fitted));
+}
+
+#[test]
+fn what_has_no_logarithm_or_does_not_vary_has_no_exponent() {
+    assert_eq!(fit(vec![]), None);
+    assert_eq!(fit(vec![(2.0, 1.0), (2.0, 3.0)]), None);
+    let odd = vec![(1.0, 2.0), (0.0, 5.0), (4.0, f64::NAN), (4.0, 8.0), (9.0, 0.0)];
+    let fitted = fit(odd).unwrap();
+    assert!((fitted.slope - 1.0).abs() < 1e-12, "{fitted:?}");
+    assert_eq!(fitted.points, 2);
+}
+
+#[test]
+fn each_sweep_has_the_exponents_of_its_own_measurements() {
+    let frames = [10, 20, 40].map(|frames| Measured {
+        sweep: Sweep::Frames,
+        rooms: 1,
+        cost: cost(frames, (frames as f64).powi(2)),
+    });
+    let rooms = [1, 2].map(|rooms| Measured {
+        sweep: Sweep::Rooms,
+        rooms,
+        cost: cost(10, 3.0),
+    });
+    let all = exponents(&[&frames[..], &rooms[..]].concat());
+    let opening = |sweep: Sweep| {
+        let own = |one: &&Exponent| one.sweep == sweep && one.quantity == "opening";
+        all.iter().find(own).unwrap().exponent
+    };
+    assert!((opening(Sweep::Frames) - 2.0).abs() < 1e-12);
+    assert!(opening(Sweep::Rooms).abs() < 1e-12);
+    // Nobody told how much memory there was.
+    assert!(all.iter().all(|one| one.quantity != "peak memory"));
+    assert!(
+        all.iter()
+            .all(|one| [Sweep::Frames, Sweep::Rooms].contains(&one.sweep))
+    );
+    let rows = table(&frames);
+    assert_eq!(rows.as_str().lines().count(), 4);
+    assert!(
+        rows.as_str().contains("frames,40,320,240,1,20,60,1600.000,"),
+        "{}",
+        rows.as_str()
+    );
+}
+
+#[test]
+fn a_sweep_changes_one_thing() {
+    let values = Values {
+        frames: vec![200, 100, 200],
+        sizes: vec![(160, 120)],
+        rooms: vec![1, 4],
+        classes: vec![2, 200],
+        strokes: vec![1],
+    };
+    let settings = |sweep: Sweep| sweep.settings(base(), &values);
+    assert_eq!(
+        settings(Sweep::Frames),
+        [
+            base(),
+            Setting {
+                frames: 200,
+                ..base()
+            }
+        ]
+    );
+    assert_eq!(
+        settings(Sweep::Size),
+        [Setting {
+            width: 160,
+            height: 120,
+            ..base()
+        }]
+    );
+    assert_eq!(settings(Sweep::Rooms), [base(), Setting { rooms: 4, ..base() }]);
+    assert_eq!(settings(Sweep::Strokes), [Setting { strokes: 1, ..base() }]);
+    // Each of the most classes has a stroke, with the fewest classes too.
+    let strokes = settings(Sweep::Classes)
+        .into_iter()
+        .map(|one| (one.classes, one.strokes));
+    assert_eq!(strokes.collect::<Vec<_>>(), [(2, 200), (200, 200)]);
+    assert_eq!("rooms".parse(), Ok(Sweep::Rooms));
+    assert!(
+        "walls"
+            .parse::<Sweep>()
+            .unwrap_err()
+            .contains("frames, size, rooms, classes, strokes")
+    );
+}
+
+#[test]
+fn strokes_are_random_true_pixels_with_one_of_every_class_first() {
+    let shot = Shot {
+        frames: 6,
+        width: 64,
+        height: 48,
+        ..Shot::default()
+    };
+    let scene = shot.scene(&|_, _| {});
+    let truth = shot.labels();
+    let labels = scattered(&scene, &truth, 12, 40, 3).unwrap();
+    assert_eq!((labels.classes.len(), labels.strokes.len()), (12, 40));
+    let clicks: Vec<_> = labels.strokes.values().collect();
+    let first: BTreeSet<_> = clicks[..12].iter().map(|stroke| stroke.class).collect();
+    assert_eq!(first, (1..=12).collect());
+    let places: BTreeSet<_> = clicks
+        .iter()
+        .map(|stroke| (stroke.frame, stroke.first_point()))
+        .collect();
+    assert_eq!(places.len(), 40, "no pixel twice");
+
+    // Whatever is in one cell and of one true class is of one class.
+    let mut class_of = BTreeMap::new();
+    for stroke in scattered(&scene, &truth, 12, 4000, 4).unwrap().strokes.values() {
+        let frame = &scene.frames[stroke.frame];
+        let [x, y] = stroke.first_point().unwrap();
+        let at = (y * 64 + x) as usize;
+        let place = frame.center() + frame.ray_length(at).unwrap() * frame.ray_direction(at);
+        let cell = ((place + 0.17) / 0.5).floor().to_array().map(|cell| cell as i32);
+        let class = class_of
+            .entry((truth(stroke.frame)[at], cell))
+            .or_insert(stroke.class);
+        assert_eq!(*class, stroke.class, "{cell:?}");
+    }
+    assert!(class_of.len() > 100);
+    assert_eq!(scattered(&scene, &truth, 12, 40, 3).unwrap(), labels);
+    assert_ne!(scattered(&scene, &truth, 12, 40, 4).unwrap(), labels);
+}
+
+#[test]
+fn a_scene_that_shows_too_little_is_refused_with_a_sentence() {
+    let shot = Shot {
+        frames: 2,
+        width: 16,
+        height: 16,
+        ..Shot::default()
+    };
+    let scene = shot.scene(&|_, _| {});
+    for (classes, strokes) in [(5000, 10), (2, 100_000)] {
+        let refused = scattered(&scene, &shot.labels(), classes, strokes, 0);
+        assert!(matches!(refused, Err(EvalError::Scene { .. })), "{refused:?}");
+    }
+}

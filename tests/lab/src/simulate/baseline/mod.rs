@@ -1,0 +1,216 @@
+//! Other ways to make maps of the same clicks, to compare with.
+
+mod joint;
+mod pixels;
+pub(crate) mod reference;
+
+use std::str::FromStr;
+use std::time::{Duration, Instant};
+
+use glam::Vec3;
+
+use super::Click;
+use crate::EvalError;
+use inplace_core::labels::{ClassId, LabelSet, VOID};
+use inplace_core::scene::Scene;
+use inplace_core::semantics::{NodeLabels, Surface};
+use inplace_core::session::SessionOptions;
+
+/// How long the joint network trains on each batch of clicks.
+const JOINT_TRAINING: Duration = Duration::from_secs(20);
+
+/// A way to make maps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Baseline {
+    /// Each place of the surface has the class of the click that is nearest in a straight line.
+    Nearest,
+    /// One network of positions for distance to the surface, colour and class, in the way of iLabel (Zhi et al.,
+    /// arXiv 2111.14637): 4 layers of 256 on a positional encoding, a linear head each. It is told the surface,
+    /// where iLabel learns it from rays.
+    JointMlp,
+    /// A random forest on filter responses of the image alone, in the way of ilastik (Berg et al. 2019).
+    Pixels,
+    /// The published Semantic-NeRF network ([`Preset::Reference`](inplace_core::field::Preset)) in a session of its
+    /// own, for as long as our own labelling took from opening the scene on.
+    Reference,
+}
+
+/// What maps are made of.
+pub(crate) struct Task<'a> {
+    pub scene: &'a Scene,
+    pub surface: &'a Surface,
+    /// Of our own session.
+    pub options: &'a SessionOptions,
+    pub clicks: &'a [Click],
+    /// The clicks as strokes.
+    pub labels: LabelSet,
+    /// Frames whose maps are wanted.
+    pub frames: &'a [usize],
+    /// How long our own way took.
+    pub wall: Duration,
+}
+
+/// The maps of some frames.
+pub struct BaselineMaps {
+    /// The class of every pixel of each frame asked for, in the order of the question.
+    pub maps: Vec<Vec<ClassId>>,
+    /// Seconds that it took.
+    pub seconds: f64,
+}
+
+impl Baseline {
+    /// Those that take seconds: all but the published network.
+    pub const QUICK: [Self; 3] = [Self::Nearest, Self::JointMlp, Self::Pixels];
+
+    /// Its name in the results.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Nearest => "nearest",
+            Self::JointMlp => "joint-mlp",
+            Self::Pixels => "pixels",
+            Self::Reference => "reference",
+        }
+    }
+
+    /// Makes the maps of a task's frames; void clicks say nothing. It takes the threads that it is run in;
+    /// the published network, those of the task's options.
+    ///
+    /// # Errors
+    /// Whatever stops the session of the published network; of the others none on the CPU.
+    pub(crate) fn maps(self, task: &Task<'_>) -> Result<BaselineMaps, EvalError> {
+        let start = Instant::now();
+        let (scene, surface, frames, seed) = (task.scene, task.surface, task.frames, task.options.seed);
+        let clicks: Vec<Click> = task
+            .clicks
+            .iter()
+            .copied()
+            .filter(|click| click.class != VOID)
+            .collect();
+        let maps = match self {
+            Self::Nearest => on_surface(
+                surface,
+                frames,
+                nearest(surface, &placed(scene, surface, &clicks)),
+            ),
+            Self::JointMlp => {
+                let placed = placed(scene, surface, &clicks);
+                on_surface(
+                    surface,
+                    frames,
+                    joint::classes(surface, &placed, JOINT_TRAINING, seed)?,
+                )
+            }
+            Self::Pixels => pixels::maps(scene, &clicks, frames, seed),
+            Self::Reference => reference::maps(task)?,
+        };
+        Ok(BaselineMaps {
+            maps,
+            seconds: start.elapsed().as_secs_f64(),
+        })
+    }
+}
+
+impl FromStr for Baseline {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Self, String> {
+        let all = Self::QUICK.into_iter().chain([Self::Reference]);
+        let named = all.into_iter().find(|baseline| baseline.name() == name);
+        named.ok_or_else(|| "use nearest, joint-mlp, pixels or reference".to_owned())
+    }
+}
+
+/// The clicks as places of the surface with a class; those on pixels that show none are left out.
+fn placed(scene: &Scene, surface: &Surface, clicks: &[Click]) -> Vec<(Vec3, ClassId)> {
+    let place = |click: &Click| {
+        let [x, y] = click.pixel;
+        let index = (y * scene.frames[click.frame].camera.width + x) as usize;
+        let node = surface.nodes_of(click.frame).node(index)?;
+        Some((surface.graph.nodes()[node as usize].position, click.class))
+    };
+    clicks.iter().filter_map(place).collect()
+}
+
+/// The class of the nearest click, for every node.
+fn nearest(surface: &Surface, clicks: &[(Vec3, ClassId)]) -> NodeLabels {
+    let of = |place: Vec3| {
+        let distance = |click: &&(Vec3, ClassId)| click.0.distance_squared(place);
+        let nearest = clicks.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        nearest.map_or(VOID, |click| click.1)
+    };
+    let nodes = surface.graph.nodes().iter();
+    NodeLabels(nodes.map(|node| of(node.position)).collect())
+}
+
+/// Maps of frames whose pixels have the classes of their nodes.
+fn on_surface(surface: &Surface, frames: &[usize], classes: NodeLabels) -> Vec<Vec<ClassId>> {
+    frames
+        .iter()
+        .map(|&frame| classes.of_frame(surface, frame))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{options, wall};
+    use inplace_core::scene::SceneSource;
+
+    fn right(scene: &Scene, frame: usize, labels: &[ClassId]) -> f32 {
+        let color = scene.frames[frame].color();
+        let same = |pixel: &usize| (labels[*pixel] == 2) == (color.pixel(*pixel)[0] > 128);
+        (0..labels.len()).filter(same).count() as f32 / labels.len() as f32
+    }
+
+    fn clicks() -> [Click; 2] {
+        let click = |x, class| Click {
+            frame: 0,
+            pixel: [x, 24],
+            class,
+        };
+        // The middle of frame 0 is at x = -0.2 m; the straight line between the clicks is halved at x = 0.
+        [click(16, 1), click(54, 2)]
+    }
+
+    /// The map of frame 2.
+    fn made(baseline: Baseline, scene: &Scene, surface: &Surface) -> BaselineMaps {
+        let options = options(SceneSource::Demo);
+        let task = Task {
+            scene,
+            surface,
+            options: &options,
+            clicks: &clicks(),
+            labels: LabelSet::default(),
+            frames: &[2],
+            wall: Duration::ZERO,
+        };
+        baseline.maps(&task).unwrap()
+    }
+
+    #[test]
+    fn the_nearest_click_halves_the_straight_line() {
+        let scene = wall(3, 64, 48);
+        let surface = Surface::build(&scene, &[], 5.0).unwrap();
+        let made = made(Baseline::Nearest, &scene, &surface);
+        let share = right(&scene, 2, &made.maps[0]);
+        assert!(share > 0.93, "{share}");
+    }
+
+    #[test]
+    fn a_forest_tells_dark_pixels_from_bright_ones() {
+        let scene = wall(3, 64, 48);
+        let surface = Surface::default();
+        let made = made(Baseline::Pixels, &scene, &surface);
+        assert!(right(&scene, 2, &made.maps[0]) > 0.9);
+    }
+
+    #[test]
+    fn the_joint_network_learns_its_clicks() {
+        let scene = wall(3, 64, 48);
+        let surface = Surface::build(&scene, &[], 5.0).unwrap();
+        let placed = placed(&scene, &surface, &clicks());
+        let classes = joint::classes(&surface, &placed, Duration::from_secs(1), 1).unwrap();
+        let made = on_surface(&surface, &[0], classes);
+        assert_eq!([made[0][24 * 64 + 16], made[0][24 * 64 + 54]], [1, 2]);
+    }
+}

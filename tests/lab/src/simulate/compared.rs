@@ -1,0 +1,97 @@
+//! The baselines beside our own way.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use super::baseline::Task;
+use super::{Annotator, Baseline, Experiment, Policy, SimulatedPoint};
+use crate::learnt::{pool, surface};
+use crate::scene_truth::in_image;
+use crate::{EvalError, SceneTruth};
+use inplace_core::scene::Scene;
+use inplace_core::session::SessionOptions;
+
+/// What the baselines of one seed are given.
+pub(super) struct Comparison<'a> {
+    pub(super) experiment: &'a Experiment,
+    /// With the learnt field.
+    pub(super) options: &'a SessionOptions,
+    pub(super) scene: &'a Arc<Scene>,
+    pub(super) annotator: &'a Annotator<'a>,
+    pub(super) truth: &'a SceneTruth,
+    /// Seconds until the scene was open.
+    pub(super) opening_s: f64,
+    /// Seconds until it was open and learnt.
+    pub(super) learnt_s: f64,
+}
+
+impl Comparison<'_> {
+    /// The baselines on the clicks of [`Policy::Random`]; `own` are our points, this seed's among them.
+    pub(super) fn measured(
+        &self,
+        own: &[SimulatedPoint],
+        progress: &mut dyn FnMut(&str),
+    ) -> Result<Vec<SimulatedPoint>, EvalError> {
+        let (options, scene, test) = (self.options, self.scene, &self.truth.test);
+        let Some(state) = &options.state else {
+            return Ok(Vec::new());
+        };
+        let pool = pool(options.threads)?;
+        let surface = pool.install(|| {
+            let trainer = state.field(scene, options.preset, options.seed)?;
+            surface(scene, &trainer, 1.0)
+        })?;
+        let batches = self.experiment.batches();
+        let most = batches.last().copied().unwrap_or(0);
+        let planned = self.annotator.clicks(Policy::Random, most, options.seed);
+        let mut points = Vec::new();
+        for &baseline in &self.experiment.baselines {
+            let before = match baseline {
+                Baseline::Nearest | Baseline::JointMlp => self.learnt_s,
+                Baseline::Pixels => self.opening_s,
+                // It opens the scene itself.
+                Baseline::Reference => 0.0,
+            };
+            for &clicks_per_class in &batches {
+                let name = format!("{}/{}", Policy::Random, baseline.name());
+                progress(&format!(
+                    "seed {}, {name}: {clicks_per_class} clicks a class",
+                    options.seed
+                ));
+                let given = planned
+                    .len()
+                    .min(clicks_per_class * self.annotator.classes().len());
+                let same = |point: &&SimulatedPoint| {
+                    (point.policy.as_str(), point.seed, point.clicks_per_class)
+                        == (Policy::Random.name(), options.seed, clicks_per_class)
+                };
+                let wall_s = own.iter().find(same).map_or(0.0, |point| point.wall_s);
+                let task = Task {
+                    scene,
+                    surface: &surface,
+                    options,
+                    clicks: &planned[..given],
+                    labels: self.annotator.labels(&planned[..given]),
+                    frames: test,
+                    wall: Duration::from_secs_f64(wall_s),
+                };
+                let made = pool.install(|| baseline.maps(&task))?;
+                let mut maps = test.iter().zip(made.maps);
+                points.push(SimulatedPoint {
+                    scene: scene.name(),
+                    policy: name,
+                    seed: options.seed,
+                    clicks_per_class,
+                    strokes: given,
+                    scores: self.truth.scores(test, |_| {
+                        let map = maps.next();
+                        map.map_or_else(Vec::new, |(&frame, labels)| in_image(scene, frame, labels))
+                    })?,
+                    calibration: None,
+                    wall_s: before + made.seconds,
+                });
+            }
+        }
+        Ok(points)
+    }
+}

@@ -1,0 +1,356 @@
+//! The experiment: sessions that a simulated annotator labels.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use super::compared::Comparison;
+use super::{Annotator, Baseline, Click, Policy, SimulatedPoint};
+use crate::learnt::learn;
+use crate::{Calibration, EvalError, SceneTruth, Scores};
+use inplace_core::guide::Suggestion;
+use inplace_core::scene::Scene;
+use inplace_core::semantics::FrameMap;
+use inplace_core::session::{Client, Command, Event, SessionOptions};
+
+/// What is simulated.
+#[derive(Clone, Debug)]
+pub struct Experiment {
+    /// The capture and how it is learnt; its seed is that of the first run.
+    pub session: SessionOptions,
+    /// Where the annotator clicks, in turn; each policy starts from the same learnt field.
+    pub policies: Vec<Policy>,
+    /// Clicks a class after which the maps are measured.
+    pub clicks: Vec<usize>,
+    /// Number of runs, with seeds that count up.
+    pub seeds: u64,
+    /// Most seconds of learning the geometry before the first click; without, until it is learnt.
+    pub geometry: Option<Duration>,
+    /// Most time after the last click of each batch before the maps are measured; less when they are final.
+    /// Zero trains no head: the maps are what the surface graph says.
+    pub settle: Duration,
+    /// What is measured on the clicks of [`Policy::Random`] too.
+    pub baselines: Vec<Baseline>,
+}
+
+impl Experiment {
+    /// Clicks a class of the batches, ascending.
+    pub(super) fn batches(&self) -> Vec<usize> {
+        let mut batches = self.clicks.clone();
+        batches.sort_unstable();
+        batches.dedup();
+        batches
+    }
+}
+
+/// Runs the experiment; `progress` is told what is being done.
+///
+/// # Errors
+/// A scene without ground truth, [`Baseline::Reference`] without [`Policy::Random`], and whatever stops a session.
+pub fn simulate(
+    experiment: &Experiment,
+    progress: &mut dyn FnMut(&str),
+) -> Result<Vec<SimulatedPoint>, EvalError> {
+    if experiment.baselines.contains(&Baseline::Reference) && !experiment.policies.contains(&Policy::Random) {
+        return Err(EvalError::Session(
+            "the published network gets the time that labelling took with the policy random; simulate that, too"
+                .to_owned(),
+        ));
+    }
+    let mut truth = None;
+    let mut points = Vec::new();
+    for run in 0..experiment.seeds {
+        let mut options = experiment.session.clone();
+        options.seed = options.seed.wrapping_add(run);
+        let seed = options.seed;
+        let start = Instant::now();
+        let (mut open, scene) = opened(options.clone())?;
+        let opening = start.elapsed();
+        if truth.is_none() {
+            truth = Some(SceneTruth::read(&scene)?);
+        }
+        let Some(truth) = &truth else { continue };
+        let learning = Instant::now();
+        progress(&format!("seed {seed}: learning the scene"));
+        learn(&mut open.run, experiment.geometry)?;
+        let learnt = opening + learning.elapsed();
+        if experiment.policies.len() > 1 || !experiment.baselines.is_empty() {
+            options.state = Some(open.run.saved()?);
+        }
+        let annotator = Annotator::new(&scene, truth);
+        let mut first = Some(open);
+        for &policy in &experiment.policies {
+            let mut open = match first.take() {
+                Some(open) => open,
+                // The head of the policy before has seen other labels: start again from the learnt field.
+                None => {
+                    let (mut open, _) = opened(options.clone())?;
+                    learn(&mut open.run, Some(Duration::ZERO))?;
+                    open
+                }
+            };
+            let measured = open.label(experiment, policy, seed, &annotator, truth, progress)?;
+            points.extend(measured.into_iter().map(|mut point| {
+                point.wall_s += learnt.as_secs_f64();
+                point
+            }));
+        }
+        drop(first);
+        if !experiment.baselines.is_empty() {
+            let comparison = Comparison {
+                experiment,
+                options: &options,
+                scene: &scene,
+                annotator: &annotator,
+                truth,
+                opening_s: opening.as_secs_f64(),
+                learnt_s: learnt.as_secs_f64(),
+            };
+            let compared = comparison.measured(&points, progress)?;
+            points.extend(compared);
+        }
+    }
+    Ok(points)
+}
+
+fn opened(options: SessionOptions) -> Result<(Open, Arc<Scene>), EvalError> {
+    let mut run = Client::start(options);
+    let scene = run.opened()?;
+    let open = Open {
+        run,
+        scene: Arc::clone(&scene),
+        generation: 0,
+        suggestions: None,
+    };
+    Ok((open, scene))
+}
+
+/// An open session with the newest suggestions.
+struct Open {
+    run: Client,
+    scene: Arc<Scene>,
+    generation: u64,
+    /// Those of the newest labels.
+    suggestions: Option<Vec<Suggestion>>,
+}
+
+impl Open {
+    /// Lets the annotator label and measures the maps after each batch of clicks; the wall seconds are those
+    /// from the first click on.
+    fn label(
+        &mut self,
+        experiment: &Experiment,
+        policy: Policy,
+        seed: u64,
+        annotator: &Annotator<'_>,
+        truth: &SceneTruth,
+        progress: &mut dyn FnMut(&str),
+    ) -> Result<Vec<SimulatedPoint>, EvalError> {
+        let resting = if experiment.settle.is_zero() {
+            Command::Pause
+        } else {
+            Command::Resume
+        };
+        self.run.send(resting);
+        let frames = truth.train.iter().copied().collect();
+        self.run.send(Command::SuggestOn { frames });
+        let batches = experiment.batches();
+        let most = batches.last().copied().unwrap_or(0);
+        let planned = annotator.clicks(policy, most, seed);
+        let mut given: Vec<Click> = Vec::new();
+        let mut points = Vec::new();
+        let mut labelling = Duration::ZERO;
+        for clicks_per_class in batches {
+            progress(&format!(
+                "seed {seed}, {policy}: {clicks_per_class} clicks a class"
+            ));
+            let start = Instant::now();
+            let wanted = clicks_per_class * annotator.classes().len();
+            let from_plan = wanted.min(planned.len()).saturating_sub(given.len());
+            given.extend(planned.iter().skip(given.len()).take(from_plan));
+            self.send(annotator, &given);
+            while policy == Policy::Guided && given.len() < wanted {
+                let Some(click) = self.suggested(annotator)? else {
+                    break;
+                };
+                given.push(click);
+                self.send(annotator, &given);
+            }
+            self.settle(experiment.settle)?;
+            labelling += start.elapsed();
+            let (scores, calibration) = self.measured(truth)?;
+            points.push(SimulatedPoint {
+                scene: self.scene.name(),
+                policy: policy.to_string(),
+                seed,
+                clicks_per_class,
+                strokes: given.len(),
+                scores,
+                calibration: Some(calibration),
+                wall_s: labelling.as_secs_f64(),
+            });
+        }
+        Ok(points)
+    }
+
+    fn send(&mut self, annotator: &Annotator<'_>, clicks: &[Click]) {
+        self.generation += 1;
+        self.suggestions = None;
+        self.run.label(annotator.labels(clicks), self.generation);
+    }
+
+    /// The best of the program's suggestions, answered with the truth; `None` when it has none.
+    fn suggested(&mut self, annotator: &Annotator<'_>) -> Result<Option<Click>, EvalError> {
+        if self.suggestions.is_none() {
+            self.follow(None, |event| matches!(event, Event::Suggestions { .. }))?;
+        }
+        let suggestions = self.suggestions.iter().flatten();
+        Ok(suggestions
+            .filter_map(|suggestion| annotator.answer(suggestion.frame, suggestion.pixel))
+            .next())
+    }
+
+    /// Waits for the maps of the newest labels, and then until they are final or the time is over.
+    fn settle(&mut self, limit: Duration) -> Result<(), EvalError> {
+        let (deadline, generation) = (Instant::now() + limit, self.generation);
+        // Suggestions come after all maps: the newest are known when some have come.
+        if self.suggestions.is_none() {
+            self.follow(None, |event| matches!(event, Event::Suggestions { .. }))?;
+        }
+        if !limit.is_zero() {
+            self.follow(
+                Some(deadline),
+                |event| matches!(event, Event::Status(status) if status.is_final(generation)),
+            )?;
+        }
+        Ok(())
+    }
+
+    /// Follows the events of the newest labels and keeps their suggestions.
+    fn follow(
+        &mut self,
+        deadline: Option<Instant>,
+        is_it: impl Fn(&Event) -> bool,
+    ) -> Result<bool, EvalError> {
+        let (newest, kept) = (self.generation, &mut self.suggestions);
+        Ok(self.run.wait_until(deadline, |event| {
+            if let Event::Suggestions {
+                generation,
+                suggestions,
+            } = event
+            {
+                if *generation != newest {
+                    return false;
+                }
+                *kept = Some(suggestions.clone());
+            }
+            is_it(event)
+        })?)
+    }
+
+    /// How good the maps of the test frames are, and their probabilities.
+    fn measured(&self, truth: &SceneTruth) -> Result<(Scores, Calibration), EvalError> {
+        let mut calibration = Calibration::default();
+        // Suggestions came, so all maps had been made.
+        let in_image = |&frame: &usize| {
+            let map = self.run.map(frame)?;
+            Some((frame, map.in_image(&self.scene.frames[frame]).into_owned()))
+        };
+        let maps: BTreeMap<usize, FrameMap> = truth.test.iter().filter_map(in_image).collect();
+        for (frame, map) in &maps {
+            if let Some(confidence) = map.confidence() {
+                calibration.add(&truth.images[frame].labels, &map.labels(), &confidence)?;
+            }
+        }
+        let scores = truth.scores(&truth.test, |frame| {
+            maps.get(&frame)
+                .map_or_else(Vec::new, |map| map.labels().into_owned())
+        })?;
+        Ok((scores, calibration))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simulate::{calibration_table, table};
+    use crate::testing::{capture, options};
+    use inplace_core::scene::SceneSource;
+
+    #[test]
+    fn the_graph_alone_labels_two_halves_from_a_click_each() {
+        let root = tempfile::tempdir().unwrap();
+        let folder = root.path().join("wall");
+        capture(&folder);
+        let experiment = Experiment {
+            session: options(SceneSource::Folder(folder)),
+            policies: vec![Policy::Guided, Policy::Random],
+            clicks: vec![2, 1],
+            seeds: 2,
+            geometry: Some(Duration::ZERO),
+            settle: Duration::ZERO,
+            baselines: vec![Baseline::Reference],
+        };
+        let points = simulate(&experiment, &mut |_| {}).unwrap();
+        let (compared, points): (Vec<_>, Vec<_>) = points
+            .into_iter()
+            .partition(|point| point.policy == "random/reference");
+        let told: Vec<(&str, u64, usize, usize)> = points
+            .iter()
+            .map(|p| (p.policy.as_str(), p.seed, p.clicks_per_class, p.strokes))
+            .collect();
+        let expected = [
+            ("guided", 4, 1, 2),
+            ("guided", 4, 2, 4),
+            ("random", 4, 1, 2),
+            ("random", 4, 2, 4),
+            ("guided", 5, 1, 2),
+            ("guided", 5, 2, 4),
+            ("random", 5, 1, 2),
+            ("random", 5, 2, 4),
+        ];
+        assert_eq!(told, expected);
+        // Both policies begin with the same clicks, and the graph's answer depends on nothing else.
+        assert_eq!(points[0].scores, points[2].scores);
+        assert!(points.iter().all(|point| point.scores.miou > 0.9), "{points:?}");
+        assert_eq!(table(&points).as_str().lines().count(), 9);
+        let calibration = calibration_table(&points);
+        assert!(
+            calibration
+                .as_str()
+                .starts_with("scene,policy,seed,clicks_per_class,ece\nwall,guided,4,1,0.")
+        );
+        assert_eq!(calibration.as_str().lines().count(), 9);
+        let json = serde_json::to_value(&points[0]).unwrap();
+        assert!(
+            json["ece"]
+                .as_f64()
+                .is_some_and(|error| (0.0..0.2).contains(&error)),
+            "{json}"
+        );
+
+        // The published network had hardly begun, and says nothing of how sure it is.
+        assert_eq!(compared.len(), 4);
+        assert!(
+            compared
+                .iter()
+                .all(|point| point.strokes > 0 && point.wall_s > 0.0)
+        );
+        assert_eq!(calibration_table(&compared).as_str().lines().count(), 1);
+    }
+
+    #[test]
+    fn the_published_network_needs_a_time_to_compare_with() {
+        let experiment = Experiment {
+            session: options(SceneSource::Demo),
+            policies: vec![Policy::Guided],
+            clicks: vec![1],
+            seeds: 1,
+            geometry: Some(Duration::ZERO),
+            settle: Duration::ZERO,
+            baselines: vec![Baseline::Nearest, Baseline::Reference],
+        };
+        let error = simulate(&experiment, &mut |_| {}).unwrap_err();
+        assert!(error.to_string().contains("random"), "{error}");
+    }
+}

@@ -1,0 +1,132 @@
+//! How the capture was made: few frames, frames twice or out of order, frames that show nothing.
+
+use std::collections::BTreeMap;
+
+use rand::Rng;
+use rand::rngs::SmallRng;
+use rand::seq::SliceRandom;
+
+use super::trial::Trial;
+use super::{Condition, Line, disturbed};
+use crate::LabelImage;
+use crate::paper::evenly;
+use inplace_core::labels::Stroke;
+use inplace_core::scene::ColorImage;
+
+pub(super) fn conditions() -> Vec<Condition> {
+    vec![
+        disturbed(
+            "frames-2",
+            "two frames in all, measured on both",
+            "makes the surface from their depth, whatever the field can learn from so few",
+            Line::Least(0.5),
+            |trial, rng| {
+                only(trial, 2, rng);
+            },
+        )
+        .in_short(),
+        disturbed(
+            "frames-5",
+            "five frames in all, measured on all",
+            "makes the surface from their depth, whatever the field can learn from so few",
+            Line::Least(0.5),
+            |trial, rng| {
+                only(trial, 5, rng);
+            },
+        ),
+        disturbed(
+            "frames-10",
+            "ten frames in all, measured on all",
+            "makes the surface from their depth, whatever the field can learn from so few",
+            Line::Least(0.5),
+            |trial, rng| {
+                only(trial, 10, rng);
+            },
+        ),
+        disturbed(
+            "frames-shuffled",
+            "frames out of order",
+            "knows frames by their poses, never by their order",
+            Line::OfClean(0.98),
+            |trial, rng| {
+                let mut order: Vec<usize> = (0..trial.scene.frames.len()).collect();
+                order.shuffle(rng);
+                keep(trial, &order);
+            },
+        ),
+        disturbed(
+            "frames-twice",
+            "every frame twice",
+            "averages equal views; nothing else changes",
+            Line::OfClean(0.98),
+            |trial, _| {
+                let count = trial.scene.frames.len();
+                let order: Vec<usize> = (0..2 * count).map(|at| at / 2).collect();
+                keep(trial, &order);
+                for (number, frame) in trial.scene.frames.iter_mut().enumerate() {
+                    if number % 2 == 1 {
+                        frame.stem += "_again";
+                    }
+                }
+            },
+        ),
+        disturbed(
+            "frame-black",
+            "one frame is black",
+            "averages a voxel's colour over all views of it",
+            Line::OfClean(0.95),
+            |trial, _| {
+                let middle = trial.truth.train[trial.truth.train.len() / 2];
+                let camera = trial.scene.frames[middle].camera;
+                if let Some(black) =
+                    ColorImage::new(camera.width, camera.height, vec![0; 3 * camera.pixels()])
+                {
+                    trial.scene.frames[middle].set_color(black);
+                }
+            },
+        )
+        .in_short(),
+    ]
+}
+
+/// Keeps so many frames, evenly, and clicks anew: on all of them, as few frames leave none to measure on.
+fn only(trial: &mut Trial, count: usize, rng: &mut SmallRng) {
+    let order = evenly(trial.scene.frames.len(), count);
+    keep(trial, &order);
+    let all: Vec<usize> = (0..trial.scene.frames.len()).collect();
+    (trial.truth.train, trial.truth.test) = (all.clone(), all);
+    trial.click_anew(rng.random());
+}
+
+/// Takes these frames in this order; strokes and truth go with them, strokes with the first of equal ones.
+fn keep(trial: &mut Trial, order: &[usize]) {
+    let frames = &trial.scene.frames;
+    trial.scene.frames = order.iter().map(|&frame| frames[frame].clone()).collect();
+    let place = |frame: usize| order.iter().position(|&own| own == frame);
+    trial.labels.strokes = trial
+        .labels
+        .strokes
+        .iter()
+        .filter_map(|(&id, stroke)| {
+            let frame = place(stroke.frame)?;
+            let moved = Stroke {
+                frame,
+                ..stroke.as_ref().clone()
+            };
+            Some((id, moved.into()))
+        })
+        .collect();
+    let images = &trial.truth.images;
+    let moved: BTreeMap<usize, LabelImage> = order
+        .iter()
+        .enumerate()
+        .filter_map(|(to, from)| Some((to, images.get(from)?.clone())))
+        .collect();
+    let among = |chosen: &[usize]| -> Vec<usize> {
+        let numbered = order.iter().enumerate();
+        let kept = numbered.filter(|(_, from)| chosen.contains(from));
+        kept.map(|(to, _)| to).collect()
+    };
+    (trial.truth.train, trial.truth.test) = (among(&trial.truth.train), among(&trial.truth.test));
+    trial.truth.images = moved;
+}

@@ -1,0 +1,273 @@
+//! Labels that are few, wrong or lopsided.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use rand::rngs::SmallRng;
+use rand::seq::IndexedRandom;
+use rand::{Rng, SeedableRng};
+
+use super::trial::{Measured, Settings, Trial};
+use super::{Condition, Figure, Line, disturbed};
+use crate::paper::{Flipped, Objects, pixel_noise};
+use crate::simulate::{Annotator, Policy};
+use crate::{EvalError, learnt};
+use inplace_core::labels::{ClassId, ImportedLabels, ImportedMap, LabelSet, Stroke, Trust, VOID};
+
+/// Pixels of the longest stroke that meets no border, and of its end beyond one.
+const LONGEST_STROKE: u32 = 40;
+const BEYOND: u32 = 3;
+
+pub(super) fn conditions() -> Vec<Condition> {
+    let course = |name, what, answer, line, course| Condition {
+        figure: Figure::Miou,
+        ..Condition::course(name, what, answer, line, course)
+    };
+    vec![
+        disturbed(
+            "labels-one-frame",
+            "five clicks a class on the one frame that shows most classes; the others do not count",
+            "follows the surface from that frame to all that it does not show",
+            Line::Least(0.5),
+            one_frame,
+        ),
+        Condition::course(
+            "labels-one-click",
+            "one click in all: every pixel has its class, and nothing else happens",
+            "gives every pixel the only class that there is",
+            Line::Least(0.999),
+            one_click,
+        )
+        .in_short(),
+        course(
+            "labels-pixel-noise",
+            "label images of the training frames, 90% of whose pixels have a random class, and no click",
+            "takes the pixels as votes, finds out how many are random, and diffuses the more the noisier they are",
+            Line::Least(0.8),
+            |trial, settings, rng| imported(trial, settings, rng, Spoilt::Pixels),
+        ),
+        course(
+            "labels-region-noise",
+            "label images of the training frames, with the objects of one class under a random one in half of them, and no click",
+            "takes the pixels as votes; the frames that are right outvote the others",
+            Line::Least(0.8),
+            |trial, settings, rng| imported(trial, settings, rng, Spoilt::Objects),
+        ),
+        disturbed(
+            "labels-contradictory",
+            "one click in five is of a wrong class",
+            "believes every stroke, and marks those that the others contradict in the list of strokes and on the image",
+            Line::OfClean(0.5),
+            contradictory,
+        )
+        .in_short(),
+        disturbed(
+            "labels-across-borders",
+            "every click is a brush 3 pixels wide and 40 long at most, which ends 3 pixels beyond the first border",
+            "spreads nothing from small parts of a scribble beyond an edge of the surface; the painted pixels stay",
+            Line::OfClean(0.7),
+            across_borders,
+        )
+        .limited_by(
+            "on things a few pixels wide most of such a scribble lies beyond the border; edges that neither colour nor \
+             shape shows let the end pass",
+        ),
+        disturbed(
+            "labels-imbalance",
+            "a thousand clicks of the largest class for one of each other",
+            "lets the nearest label along the surface decide, not the number of labels",
+            Line::Least(0.3),
+            imbalance,
+        ),
+    ]
+}
+
+fn one_frame(trial: &mut Trial, rng: &mut SmallRng) {
+    let shown = |frame: &usize| {
+        let mut classes = trial.truth.images[frame].labels.clone();
+        classes.sort_unstable();
+        classes.dedup();
+        classes.retain(|&class| class != VOID);
+        classes
+    };
+    let Some(best) = trial
+        .truth
+        .train
+        .iter()
+        .copied()
+        .max_by_key(|frame| shown(frame).len())
+    else {
+        return;
+    };
+    let known = shown(&best);
+    trial.truth.train = vec![best];
+    for image in trial.truth.images.values_mut() {
+        for class in &mut image.labels {
+            if !known.contains(class) {
+                *class = VOID;
+            }
+        }
+    }
+    trial.click_anew(rng.random());
+}
+
+fn one_click(trial: &Trial, settings: &Settings, _: &mut SmallRng) -> Result<Measured, EvalError> {
+    let mut labels = trial.labels.clone();
+    labels.strokes = labels.strokes.into_iter().take(1).collect();
+    let class = labels.strokes.values().next().map_or(VOID, |stroke| stroke.class);
+    let one = Trial {
+        scene: trial.scene.clone(),
+        truth: trial.truth.clone(),
+        labels,
+    };
+    let mut course = one.session(settings);
+    course.settle(trial.seconds(settings))?;
+    let (mut own, mut all) = (0, 0);
+    for frame in 0..one.scene.frames.len() {
+        if let Some(map) = course.run.map(frame) {
+            own += map.labels().iter().filter(|&&label| label == class).count();
+        }
+        all += one.scene.frames[frame].camera.pixels();
+    }
+    Ok(Measured {
+        figure: own as f64 / all as f64,
+        told: course.told(),
+    })
+}
+
+/// How label images are spoilt.
+#[derive(Clone, Copy)]
+enum Spoilt {
+    Pixels,
+    Objects,
+}
+
+fn imported(
+    trial: &Trial,
+    settings: &Settings,
+    rng: &mut SmallRng,
+    spoilt: Spoilt,
+) -> Result<Measured, EvalError> {
+    let classes = trial.classes();
+    let train = trial.truth.train.iter();
+    let mut maps: Vec<ImportedMap> = train
+        .map(|&frame| ImportedMap::new(frame, &trial.labels_of(frame)))
+        .collect();
+    match spoilt {
+        Spoilt::Pixels => {
+            for map in &mut maps {
+                let mut labels = map.labels();
+                pixel_noise(&mut labels, &classes, 0.9, rng);
+                *map = ImportedMap::new(map.frame, &labels);
+            }
+        }
+        Spoilt::Objects => {
+            let scene = Arc::new(trial.scene.clone());
+            let training = std::time::Duration::from_secs_f64(trial.seconds(settings));
+            let surface = learnt::trained_surface(&scene, settings.preset, training, settings.seed)?;
+            let clean = ImportedLabels {
+                maps: maps.clone(),
+                trust: Trust::RIGHT,
+            };
+            let objects = Objects::find(&surface, &classes, &clean);
+            objects.flip(&mut maps, &classes, Flipped::Even, 0.5, rng.random());
+        }
+    }
+    let labels = LabelSet {
+        classes: trial.labels.classes.clone(),
+        strokes: BTreeMap::new(),
+        imported: Some(Arc::new(ImportedLabels {
+            maps,
+            trust: Trust::VOTES,
+        })),
+    };
+    let spoilt = Trial {
+        scene: trial.scene.clone(),
+        truth: trial.truth.clone(),
+        labels,
+    };
+    spoilt.labelled(settings)
+}
+
+fn contradictory(trial: &mut Trial, rng: &mut SmallRng) {
+    let classes = trial.classes();
+    for (number, stroke) in trial.labels.strokes.values_mut().enumerate() {
+        // One of each class, not one class in five.
+        if (number / classes.len() + number).is_multiple_of(5) {
+            let others: Vec<ClassId> = classes
+                .iter()
+                .copied()
+                .filter(|&class| class != stroke.class)
+                .collect();
+            let mut wrong = stroke.as_ref().clone();
+            wrong.class = others.choose(rng).copied().unwrap_or(VOID);
+            *stroke = wrong.into();
+        }
+    }
+}
+
+fn across_borders(trial: &mut Trial, rng: &mut SmallRng) {
+    let mut truths: BTreeMap<usize, Vec<ClassId>> = BTreeMap::new();
+    for frame in trial.labels.strokes.values().map(|stroke| stroke.frame) {
+        truths.entry(frame).or_insert_with(|| trial.labels_of(frame));
+    }
+    for stroke in trial.labels.strokes.values_mut() {
+        let camera = &trial.scene.frames[stroke.frame].camera;
+        let truth = &truths[&stroke.frame];
+        let start = stroke.first_point().unwrap_or_default();
+        let angle = rng.random_range(0.0..std::f32::consts::TAU);
+        let at = |step: f32| -> [u32; 2] {
+            let inside = |from: u32, along: f32, size: u32| {
+                (from as f32 + along).round().clamp(0.0, (size - 1) as f32) as u32
+            };
+            [
+                inside(start[0], step * angle.cos(), camera.width),
+                inside(start[1], step * angle.sin(), camera.height),
+            ]
+        };
+        let is_own = |[x, y]: [u32; 2]| truth[(y * camera.width + x) as usize] == stroke.class;
+        let border = (1..LONGEST_STROKE).find(|&step| !is_own(at(step as f32)));
+        let end = at((border.unwrap_or(LONGEST_STROKE) + BEYOND) as f32);
+        *stroke = Arc::new(Stroke {
+            radius: 1,
+            lines: vec![vec![start, end]],
+            ..stroke.as_ref().clone()
+        });
+    }
+}
+
+fn imbalance(trial: &mut Trial, rng: &mut SmallRng) {
+    let annotator = Annotator::new(&trial.scene, &trial.truth);
+    let mut clicks = annotator.clicks(Policy::Random, 1, rng.random());
+    let mut counts: BTreeMap<ClassId, usize> = BTreeMap::new();
+    for frame in &trial.truth.train {
+        for &class in &trial.truth.images[frame].labels {
+            *counts.entry(class).or_default() += 1;
+        }
+    }
+    counts.remove(&VOID);
+    let largest = counts
+        .into_iter()
+        .max_by_key(|&(_, count)| count)
+        .map(|(class, _)| class);
+    let mut own = SmallRng::seed_from_u64(rng.random());
+    let mut added = 0;
+    while added < 999 {
+        let Some(&frame) = trial.truth.train.choose(&mut own) else {
+            break;
+        };
+        let camera = &trial.scene.frames[frame].camera;
+        let pixel = [
+            own.random_range(0..camera.width),
+            own.random_range(0..camera.height),
+        ];
+        if let Some(click) = annotator
+            .answer(frame, pixel)
+            .filter(|click| Some(click.class) == largest)
+        {
+            clicks.insert(0, click);
+            added += 1;
+        }
+    }
+    trial.labels = annotator.labels(&clicks);
+}

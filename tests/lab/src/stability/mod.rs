@@ -1,0 +1,344 @@
+//! The places where methods of this kind fail: each condition disturbs a scene, its labels or the session itself, and
+//! has a line that its figure must reach.
+
+mod capture;
+mod depth;
+mod edits;
+mod images;
+mod labels;
+mod poses;
+mod rooms;
+mod session;
+mod trial;
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use rand::{SeedableRng, rngs::SmallRng};
+use serde::Serialize;
+
+pub use trial::Settings;
+use trial::{Measured, Trial};
+
+use super::{EvalError, SceneTruth, Table};
+use inplace_core::scene::{Scene, SceneSource};
+
+/// What a figure must be, at least.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Line {
+    /// This.
+    Least(f64),
+    /// This share of what the undisturbed scene gives with the same seed.
+    OfClean(f64),
+    /// This share of what the undisturbed scene gives without depth, with the same seed.
+    OfCleanWithoutDepth(f64),
+}
+
+/// What a condition's figure is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Figure {
+    /// mIoU of the label maps of the test frames.
+    Miou,
+    /// Share of what was there, or is right, that is so in the end.
+    Kept,
+}
+
+/// How a condition is tried.
+#[derive(Clone, Copy)]
+enum Way {
+    /// Something is disturbed, and the scene is labelled as ever.
+    Disturb(fn(&mut Trial, &mut SmallRng)),
+    /// A course of its own.
+    Course(fn(&Trial, &Settings, &mut SmallRng) -> Result<Measured, EvalError>),
+}
+
+/// One place where such methods fail.
+#[derive(Clone, Copy)]
+pub struct Condition {
+    /// Its name in the results.
+    pub name: &'static str,
+    /// What is disturbed, and how, for people.
+    pub what: &'static str,
+    /// What the program does about it, for people.
+    pub answer: &'static str,
+    /// What its figure is.
+    pub figure: Figure,
+    /// What the figure must be.
+    pub line: Line,
+    /// What is still wrong, and why, for people; empty where there is nothing to say.
+    pub limit: &'static str,
+    /// Whether it belongs to the short form of the suite.
+    pub quick: bool,
+    /// Whether it is tried with the demo alone: a room of its own takes the demo's place.
+    pub demo_only: bool,
+    way: Way,
+}
+
+/// The figure of a condition with one seed.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Outcome {
+    /// Name of the scene.
+    pub scene: String,
+    /// Name of the condition.
+    pub condition: &'static str,
+    /// Seed of the disturbance, the clicks and the field.
+    pub seed: u64,
+    /// The figure; `None` where the run failed.
+    pub figure: Option<f64>,
+    /// What it must be at least.
+    pub line: f64,
+    /// What the program told the person meanwhile, sentences; or why the run failed.
+    pub told: Vec<String>,
+    /// Wall seconds.
+    pub wall_s: f64,
+}
+
+impl Outcome {
+    /// Whether the figure reaches its line.
+    pub fn is_met(&self) -> bool {
+        self.figure.is_some_and(|figure| figure >= self.line)
+    }
+}
+
+/// Names of the undisturbed conditions, which others are compared with.
+const CLEAN: &str = "clean";
+const CLEAN_WITHOUT_DEPTH: &str = "clean-no-depth";
+
+/// A condition in which the scene is disturbed, and the line is a share of the mIoU of the undisturbed one.
+const fn disturbed(
+    name: &'static str,
+    what: &'static str,
+    answer: &'static str,
+    line: Line,
+    disturb: fn(&mut Trial, &mut SmallRng),
+) -> Condition {
+    Condition {
+        name,
+        what,
+        answer,
+        figure: Figure::Miou,
+        line,
+        limit: "",
+        quick: false,
+        demo_only: false,
+        way: Way::Disturb(disturb),
+    }
+}
+
+impl Condition {
+    const fn limited_by(self, limit: &'static str) -> Self {
+        Self { limit, ..self }
+    }
+
+    const fn in_short(self) -> Self {
+        Self { quick: true, ..self }
+    }
+
+    const fn of_the_demo(self) -> Self {
+        Self {
+            demo_only: true,
+            ..self
+        }
+    }
+
+    const fn course(
+        name: &'static str,
+        what: &'static str,
+        answer: &'static str,
+        line: Line,
+        course: fn(&Trial, &Settings, &mut SmallRng) -> Result<Measured, EvalError>,
+    ) -> Self {
+        Self {
+            name,
+            what,
+            answer,
+            figure: Figure::Kept,
+            line,
+            limit: "",
+            quick: false,
+            demo_only: false,
+            way: Way::Course(course),
+        }
+    }
+}
+
+/// All conditions, the undisturbed ones first.
+pub fn conditions() -> Vec<Condition> {
+    let mut all = vec![
+        disturbed(
+            CLEAN,
+            "nothing is disturbed",
+            "makes the surface from the depth at once, and spreads the labels along it",
+            Line::Least(0.6),
+            |_, _| {},
+        )
+        .in_short(),
+        disturbed(
+            CLEAN_WITHOUT_DEPTH,
+            "nothing is disturbed, colours alone",
+            "learns the surface with the field, and moves the labels to each better one",
+            Line::Least(0.4),
+            |trial, _| trial.without_depth(),
+        ),
+    ];
+    for more in [
+        capture::conditions(),
+        images::conditions(),
+        poses::conditions(),
+        depth::conditions(),
+        labels::conditions(),
+        edits::conditions(),
+        session::conditions(),
+        rooms::conditions(),
+    ] {
+        all.extend(more);
+    }
+    all
+}
+
+/// Tries conditions on a scene with seeds that count up, those of the demo alone on that only; `progress` is told what is being done and, after each run, its
+/// outcome.
+///
+/// # Errors
+/// A scene without ground truth, or with nothing to try on it. A run that fails is an outcome without a figure.
+pub fn stability(
+    scene: &Arc<Scene>,
+    conditions: &[Condition],
+    settings: &Settings,
+    seeds: u64,
+    progress: &mut dyn FnMut(Progress<'_>),
+) -> Result<Vec<Outcome>, EvalError> {
+    let truth = SceneTruth::read(scene)?;
+    let mut outcomes: Vec<Outcome> = Vec::new();
+    let conditions = tried_on(scene, conditions)?;
+    for condition in needed(&conditions) {
+        for run in 0..seeds {
+            let settings = Settings {
+                seed: settings.seed.wrapping_add(run),
+                ..*settings
+            };
+            progress(Progress::Begins(condition.name, settings.seed));
+            let outcome = tried(scene, &truth, &condition, &settings, &outcomes);
+            progress(Progress::Ended(&outcome));
+            outcomes.push(outcome);
+        }
+    }
+    Ok(outcomes)
+}
+
+/// Those of the conditions that are tried on this scene.
+fn tried_on(scene: &Scene, conditions: &[Condition]) -> Result<Vec<Condition>, EvalError> {
+    let is_demo = scene.source == SceneSource::Demo;
+    let all = conditions.iter().copied();
+    let tried: Vec<Condition> = all.filter(|condition| is_demo || !condition.demo_only).collect();
+    if tried.is_empty() && !conditions.is_empty() {
+        return Err(EvalError::Scene {
+            scene: scene.source.to_string(),
+            reason: "these conditions are rooms of their own in place of the demo; try them on \"demo\""
+                .to_owned(),
+        });
+    }
+    Ok(tried)
+}
+
+/// What [`stability`] tells.
+#[derive(Clone, Copy, Debug)]
+pub enum Progress<'a> {
+    /// This condition with this seed begins.
+    Begins(&'static str, u64),
+    /// It ended so.
+    Ended(&'a Outcome),
+}
+
+/// These conditions, and before them the undisturbed ones that their lines need.
+fn needed(conditions: &[Condition]) -> Vec<Condition> {
+    let chosen = |name: &str| conditions.iter().any(|condition| condition.name == name);
+    let needs = |name: &str| {
+        conditions.iter().any(|condition| match condition.line {
+            Line::Least(_) => false,
+            Line::OfClean(_) => name == CLEAN,
+            Line::OfCleanWithoutDepth(_) => name == CLEAN_WITHOUT_DEPTH,
+        })
+    };
+    let all = self::conditions().into_iter();
+    all.filter(|condition| chosen(condition.name) || needs(condition.name))
+        .collect()
+}
+
+fn tried(
+    scene: &Arc<Scene>,
+    truth: &SceneTruth,
+    condition: &Condition,
+    settings: &Settings,
+    before: &[Outcome],
+) -> Outcome {
+    let start = Instant::now();
+    // Every condition has random numbers of its own, whichever others are tried.
+    let own = condition.name.bytes().fold(settings.seed, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+    });
+    let mut rng = SmallRng::seed_from_u64(own);
+    let mut trial = Trial::new(scene, truth, settings.seed);
+    let measured = match condition.way {
+        Way::Disturb(disturb) => {
+            disturb(&mut trial, &mut rng);
+            trial.labelled(settings)
+        }
+        Way::Course(course) => course(&trial, settings, &mut rng),
+    };
+    let (figure, told) = match measured {
+        Ok(measured) => (Some(measured.figure), measured.told),
+        Err(error) => (None, vec![error.to_string()]),
+    };
+    Outcome {
+        scene: scene.name(),
+        condition: condition.name,
+        seed: settings.seed,
+        figure,
+        line: least(condition.line, settings.seed, before),
+        told,
+        wall_s: start.elapsed().as_secs_f64(),
+    }
+}
+
+/// The least figure by a line; infinite where what it is compared with failed.
+fn least(line: Line, seed: u64, before: &[Outcome]) -> f64 {
+    let clean = |name: &str, share: f64| {
+        let same = before
+            .iter()
+            .find(|outcome| outcome.condition == name && outcome.seed == seed);
+        let figure = same.and_then(|outcome| outcome.figure);
+        figure.map_or(f64::INFINITY, |figure| share * figure)
+    };
+    match line {
+        Line::Least(least) => least,
+        Line::OfClean(share) => clean(CLEAN, share),
+        Line::OfCleanWithoutDepth(share) => clean(CLEAN_WITHOUT_DEPTH, share),
+    }
+}
+
+/// The outcomes as a table, `stability.csv`.
+pub fn table(outcomes: &[Outcome]) -> Table {
+    Table::of(
+        outcomes,
+        &[
+            ("scene", &|outcome| outcome.scene.clone()),
+            ("condition", &|outcome| outcome.condition.to_owned()),
+            ("seed", &|outcome| outcome.seed.to_string()),
+            ("figure", &|outcome| {
+                outcome
+                    .figure
+                    .map_or_else(String::new, |figure| format!("{figure:.4}"))
+            }),
+            ("line", &|outcome| format!("{:.4}", outcome.line)),
+            ("met", &|outcome| outcome.is_met().to_string()),
+            ("wall_s", &|outcome| format!("{:.2}", outcome.wall_s)),
+            ("told", &|outcome| outcome.told.join(" | ")),
+        ],
+    )
+}
+
+#[cfg(test)]
+mod tests;

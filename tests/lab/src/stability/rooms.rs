@@ -1,0 +1,93 @@
+//! Rooms that are hard by themselves: each is generated, with its truth, in place of the demo's.
+
+use rand::{Rng, rngs::SmallRng};
+
+use super::trial::Trial;
+use super::{Condition, Line, disturbed};
+use crate::hard::HardRoom;
+use crate::{LabelImage, SceneTruth};
+use inplace_core::labels::ClassId;
+use inplace_core::scene::demo::Shot;
+
+pub(super) fn conditions() -> Vec<Condition> {
+    let of = |name, what, answer, line, enter| disturbed(name, what, answer, line, enter).of_the_demo();
+    vec![
+        of(
+            "thin",
+            "a room of poles, rods, wire chairs and cables, 1 to 2 cm thick",
+            "keeps voxels of a few pixels' width, and lets single pixels choose at borders",
+            Line::Least(0.5),
+            |trial, rng| enter(trial, rng, HardRoom::Thin),
+        ),
+        of(
+            "plain",
+            "walls, floor, ceiling and blocks of one white, without texture",
+            "takes bends of the surface for borders where colours say nothing",
+            Line::Least(0.7),
+            |trial, rng| enter(trial, rng, HardRoom::Plain),
+        )
+        .limited_by("shallow bends between white and white are no border")
+        .in_short(),
+        of(
+            "same-colour",
+            "two classes of one material, flush, without a seam; the 20 cm around it are not measured",
+            "finds no border where there is none, and shares the surface half way between the labels",
+            Line::Least(0.6),
+            |trial, rng| enter(trial, rng, HardRoom::SameColour),
+        ),
+        of(
+            "same-class-apart",
+            "eight blocks of one class in eight colours, far apart; two of them are clicked",
+            "knows the blocks without clicks only by what the head has learnt of the clicked ones, and points at them as unsure",
+            Line::Least(0.5),
+            |trial, rng| enter(trial, rng, HardRoom::SameClassApart),
+        )
+        .limited_by("nothing says that things of a colour that no click has shown belong together: each colour needs a click"),
+        of(
+            "mirror",
+            "a mirror of 1.2 x 1.6 m: its pixels have the colours and the depth of the room that it shows",
+            "labels what is seen in it as what it looks like, unless clicked",
+            Line::Least(0.4),
+            |trial, rng| enter(trial, rng, HardRoom::Mirror),
+        )
+        .limited_by("its pixels have the depth of the room that it shows, so nothing says where it is"),
+        of(
+            "glass",
+            "a glazed cabinet: its panes have the colours, slightly tinted, and the depth of what is behind them",
+            "labels what is seen through it by the pixels' own depth",
+            Line::Least(0.5),
+            |trial, rng| enter(trial, rng, HardRoom::Glass),
+        ),
+    ]
+}
+
+/// Goes into another room, with as many frames of the same size, and clicks there.
+fn enter(trial: &mut Trial, rng: &mut SmallRng, room: HardRoom) {
+    let camera = &trial.scene.frames[0].camera;
+    let shot = Shot {
+        rooms: 1,
+        frames: trial.scene.frames.len(),
+        width: camera.width,
+        height: camera.height,
+    };
+    let scene = room.scene(&shot);
+    let clickable = truth(&shot, room.clickable(&shot));
+    *trial = Trial::new(&scene, &clickable, rng.random());
+    trial.truth = truth(&shot, room.ground_truth(&shot));
+    trial.labels.classes = room.classes();
+}
+
+/// Every second frame is held out, as the demo's.
+fn truth(shot: &Shot, labels: Vec<Vec<ClassId>>) -> SceneTruth {
+    let images = labels.into_iter().map(|labels| LabelImage {
+        width: shot.width,
+        height: shot.height,
+        labels,
+    });
+    let (test, train) = (0..shot.frames).partition(|frame| frame % 2 == 1);
+    SceneTruth {
+        images: images.enumerate().collect(),
+        train,
+        test,
+    }
+}

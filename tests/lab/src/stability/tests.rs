@@ -1,0 +1,160 @@
+use super::*;
+use crate::LabelImage;
+use crate::testing::capture;
+use inplace_core::field::Preset;
+use inplace_core::scene::demo::Shot;
+use inplace_core::scene::{OpenOptions, SceneSource};
+
+fn settings() -> Settings {
+    Settings {
+        preset: Preset::Fast,
+        threads: 2,
+        seed: 3,
+        seconds: 0.2,
+        seconds_without_depth: 0.2,
+        long_seconds: 0.2,
+    }
+}
+
+/// The wall of two halves, as a capture with its truth.
+fn wall() -> (tempfile::TempDir, Arc<Scene>) {
+    let root = tempfile::tempdir().unwrap();
+    let folder = root.path().join("wall");
+    capture(&folder);
+    let source = SceneSource::Folder(folder);
+    let scene = Scene::open(&source, OpenOptions::default(), &|_, _| {}).unwrap();
+    (root, Arc::new(scene))
+}
+
+#[test]
+fn names_are_unlike_and_every_line_can_be_missed_and_met() {
+    let all = conditions();
+    let mut names: Vec<&str> = all.iter().map(|condition| condition.name).collect();
+    names.sort_unstable();
+    names.dedup();
+    assert_eq!(names.len(), all.len());
+    for condition in &all {
+        let (Line::Least(share) | Line::OfClean(share) | Line::OfCleanWithoutDepth(share)) = condition.line;
+        assert!(share > 0.0 && share <= 1.0, "{}", condition.name);
+    }
+}
+
+#[test]
+fn a_condition_brings_the_undisturbed_one_that_its_line_needs() {
+    let of = |name: &str| -> Vec<&str> {
+        let chosen: Vec<Condition> = conditions().into_iter().filter(|own| own.name == name).collect();
+        needed(&chosen).iter().map(|condition| condition.name).collect()
+    };
+    assert_eq!(of("frames-shuffled"), [CLEAN, "frames-shuffled"]);
+    assert_eq!(of("millimetres"), [CLEAN_WITHOUT_DEPTH, "millimetres"]);
+    assert_eq!(of("frames-2"), ["frames-2"]);
+}
+
+#[test]
+fn a_wall_of_two_halves_stands_what_keeps_it_whole() {
+    let (_root, scene) = wall();
+    let chosen: Vec<Condition> = conditions()
+        .into_iter()
+        .filter(|condition| {
+            [
+                "frames-shuffled",
+                "frame-black",
+                "edits-classes",
+                "worker-dies",
+                "far-origin",
+            ]
+            .contains(&condition.name)
+        })
+        .collect();
+    assert_eq!(chosen.len(), 5);
+    let outcomes = stability(&scene, &chosen, &settings(), 1, &mut |_| {}).unwrap();
+    assert_eq!(outcomes.len(), 6, "the undisturbed scene is the first");
+    for outcome in &outcomes {
+        assert!(outcome.is_met(), "{outcome:?}");
+    }
+    assert!(
+        outcomes
+            .iter()
+            .any(|outcome| outcome.told.iter().any(|told| told.contains("labels are safe")))
+    );
+    let table = table(&outcomes);
+    assert_eq!(table.as_str().lines().count(), 7);
+}
+
+#[test]
+fn hard_rooms_take_the_place_of_the_demo_alone() {
+    let rooms: Vec<Condition> = conditions().into_iter().filter(|own| own.demo_only).collect();
+    assert_eq!(rooms.len(), 6);
+    let (_root, scene) = wall();
+    let error = stability(&scene, &rooms, &settings(), 1, &mut |_| {}).unwrap_err();
+    assert!(error.to_string().contains("try them on \"demo\""), "{error}");
+    let with_others = [&rooms[..], &conditions()[..1]].concat();
+    assert_eq!(tried_on(&scene, &with_others).unwrap().len(), 1);
+
+    // Six small frames of the plain room: its own truth, classes and clicks.
+    let demo = Shot {
+        rooms: 1,
+        frames: 6,
+        width: 80,
+        height: 60,
+    }
+    .scene(&|_, _| {});
+    let truth = SceneTruth {
+        images: (0..6)
+            .map(|frame| {
+                let labels = vec![9; 80 * 60];
+                (
+                    frame,
+                    LabelImage {
+                        width: 80,
+                        height: 60,
+                        labels,
+                    },
+                )
+            })
+            .collect(),
+        train: vec![0, 2, 4],
+        test: vec![1, 3, 5],
+    };
+    let mut trial = Trial::new(&demo, &truth, 0);
+    let plain = rooms.iter().find(|own| own.name == "plain").unwrap();
+    let Way::Disturb(enter) = plain.way else {
+        panic!("a room is entered");
+    };
+    enter(&mut trial, &mut SmallRng::seed_from_u64(1));
+    assert_eq!(trial.classes(), [1, 2, 3, 4]);
+    assert_eq!(trial.labels.classes.len(), 4);
+    assert_eq!(
+        (trial.scene.frames.len(), trial.scene.frames[0].camera.width),
+        (6, 80)
+    );
+    for stroke in trial.labels.strokes.values() {
+        let [x, y] = stroke.first_point().unwrap();
+        assert!(stroke.frame % 2 == 0);
+        assert_eq!(
+            trial.truth.images[&stroke.frame].labels[(y * 80 + x) as usize],
+            stroke.class
+        );
+    }
+}
+
+#[test]
+fn wrong_labels_miss_the_line() {
+    let (_root, scene) = wall();
+    let wrong = disturbed(
+        "wrong",
+        "every label is wrong",
+        "",
+        Line::Least(0.5),
+        |trial, _| {
+            for stroke in trial.labels.strokes.values_mut() {
+                let mut other = stroke.as_ref().clone();
+                other.class = 3 - other.class;
+                *stroke = other.into();
+            }
+        },
+    );
+    let truth = SceneTruth::read(&scene).unwrap();
+    let outcome = tried(&scene, &truth, &wrong, &settings(), &[]);
+    assert!(outcome.figure.unwrap() < 0.1 && !outcome.is_met(), "{outcome:?}");
+}

@@ -1,0 +1,202 @@
+//! A scene with its truth and an annotator's labels, to be disturbed and then labelled by a session.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use crate::simulate::{Annotator, Policy};
+use crate::{EvalError, SceneTruth};
+use crossbeam_channel::{Receiver, unbounded};
+use inplace_core::field::Preset;
+use inplace_core::labels::{ClassId, LabelSet};
+use inplace_core::scene::{OpenOptions, Scene};
+use inplace_core::session::{Client, Command, Event, ModelState, Session, SessionOptions};
+
+/// Random clicks for each class.
+const CLICKS: usize = 5;
+
+/// How conditions are tried.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// How much the field may model.
+    pub preset: Preset,
+    /// Threads of the sessions.
+    pub threads: usize,
+    /// Seed of the disturbances, the clicks and the field; of the first run of a condition.
+    pub seed: u64,
+    /// Most seconds of training before the maps of a scene with depth are measured.
+    pub seconds: f64,
+    /// The same of a scene without depth, whose surface comes from the field alone.
+    pub seconds_without_depth: f64,
+    /// Seconds of the long training.
+    pub long_seconds: f64,
+}
+
+/// A scene to be disturbed; pixels are shared with the undisturbed one until they change.
+#[derive(Clone)]
+pub(super) struct Trial {
+    pub scene: Scene,
+    pub truth: SceneTruth,
+    /// Some random clicks of every class on the training frames.
+    pub labels: LabelSet,
+}
+
+/// What came of a trial.
+pub(super) struct Measured {
+    pub figure: f64,
+    /// What the program told the person, sentences.
+    pub told: Vec<String>,
+}
+
+impl Trial {
+    pub fn new(scene: &Scene, truth: &SceneTruth, seed: u64) -> Self {
+        let mut trial = Self {
+            labels: LabelSet::default(),
+            scene: scene.clone(),
+            truth: truth.clone(),
+        };
+        trial.click_anew(seed);
+        trial
+    }
+
+    /// Replaces the labels by random clicks of every class on the training frames as they are now.
+    pub fn click_anew(&mut self, seed: u64) {
+        let annotator = Annotator::new(&self.scene, &self.truth);
+        let clicks = annotator.clicks(Policy::Random, CLICKS, seed);
+        self.labels = annotator.labels(&clicks);
+    }
+
+    /// Leaves measured depth aside.
+    pub fn without_depth(&mut self) {
+        for frame in &mut self.scene.frames {
+            frame.set_depth(None);
+        }
+    }
+
+    /// The classes of the training frames.
+    pub fn classes(&self) -> Vec<ClassId> {
+        self.truth.classes()
+    }
+
+    /// Truth of a frame in its own pixels, row-major.
+    pub fn labels_of(&self, frame: usize) -> Vec<ClassId> {
+        inplace_core::labels::in_frame(&self.scene.frames[frame], &self.truth.images[&frame].labels)
+    }
+
+    /// A session on the scene as it is, with the labels.
+    pub fn session(&self, settings: &Settings) -> Course {
+        self.session_from(settings, None)
+    }
+
+    /// The same from an earlier session's model.
+    pub fn session_from(&self, settings: &Settings, state: Option<Arc<ModelState>>) -> Course {
+        self.session_woken(settings, state, || {})
+    }
+
+    /// The same; `wake` is called on the worker's thread after every event.
+    pub fn session_woken(
+        &self,
+        settings: &Settings,
+        state: Option<Arc<ModelState>>,
+        wake: impl Fn() + Send + Sync + 'static,
+    ) -> Course {
+        let options = SessionOptions {
+            source: self.scene.source.clone(),
+            open: OpenOptions::default(),
+            preset: settings.preset,
+            threads: settings.threads,
+            seed: settings.seed,
+            state,
+        };
+        let scene = Arc::new(self.scene.clone());
+        let (sender, told) = unbounded();
+        for warning in &scene.warnings {
+            // The receiver is in the same function.
+            let _ = sender.send(warning.clone());
+        }
+        let session = Session::on(scene, options, wake);
+        let mut course = Course {
+            run: Client::observing(session, move |event| {
+                if let Event::Warning(sentence) = event {
+                    // Nobody asks any more when the course is being dropped.
+                    let _ = sender.send(sentence.clone());
+                }
+            }),
+            told,
+            generation: 0,
+        };
+        course.say(&self.labels);
+        course
+    }
+
+    /// Labels the scene with a session and measures the maps of the test frames.
+    pub fn labelled(&self, settings: &Settings) -> Result<Measured, EvalError> {
+        let mut course = self.session(settings);
+        course.settle(self.seconds(settings))?;
+        self.measured(course)
+    }
+
+    /// Most seconds of training.
+    pub fn seconds(&self, settings: &Settings) -> f64 {
+        if self.scene.has_depth() {
+            settings.seconds
+        } else {
+            settings.seconds_without_depth
+        }
+    }
+
+    /// The mIoU of the test frames' maps.
+    pub fn measured(&self, course: Course) -> Result<Measured, EvalError> {
+        Ok(Measured {
+            figure: self.miou(&course)?,
+            told: course.told(),
+        })
+    }
+
+    /// The same, while the session goes on.
+    pub fn miou(&self, course: &Course) -> Result<f64, EvalError> {
+        let scores = self.truth.scores_of(&course.run, &self.scene)?;
+        Ok(scores.miou)
+    }
+}
+
+/// A session that is followed, and what it told.
+pub(super) struct Course {
+    pub run: Client,
+    told: Receiver<String>,
+    generation: u64,
+}
+
+impl Course {
+    /// Gives newer labels.
+    pub fn say(&mut self, labels: &LabelSet) {
+        self.generation += 1;
+        self.run.label(labels.clone(), self.generation);
+    }
+
+    /// Trains for so long at most, then waits for the last surface and the last maps.
+    pub fn settle(&mut self, seconds: f64) -> Result<(), EvalError> {
+        let deadline = Instant::now() + Duration::from_secs_f64(seconds);
+        if !self.run.settled(self.generation, Some(deadline))? {
+            self.run.send(Command::Settle);
+            self.run.settled(self.generation, None)?;
+        }
+        let status = self.run.status();
+        let numbers = [status.held_out_psnr, status.depth_error, status.mean_entropy];
+        if numbers.into_iter().flatten().any(f32::is_nan) {
+            return Err(EvalError::Session(
+                "a measured quantity is not a number".to_owned(),
+            ));
+        }
+        Ok(())
+    }
+
+    /// Waits for the newest labels' maps of all frames.
+    pub fn all_maps(&mut self) -> Result<(), EvalError> {
+        Ok(self.run.mapped(self.generation)?)
+    }
+
+    /// What the program told the person so far.
+    pub fn told(&self) -> Vec<String> {
+        self.told.try_iter().collect()
+    }
+}

@@ -1,0 +1,74 @@
+//! Results as comma-separated values.
+
+use std::path::Path;
+
+use inplace_core::export::{self, ExportError};
+
+/// Rows of text under a header.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Table {
+    text: String,
+}
+
+/// A column: its name, and its cell in the row of an item.
+pub type Column<'a, T> = (&'a str, &'a dyn Fn(&T) -> String);
+
+impl Table {
+    /// A row for each item.
+    pub fn of<T>(items: &[T], columns: &[Column<'_, T>]) -> Self {
+        let names: Vec<&str> = columns.iter().map(|(name, _)| *name).collect();
+        let mut table = Self::new(&names);
+        for item in items {
+            let cells: Vec<String> = columns.iter().map(|(_, cell)| cell(item)).collect();
+            table.push(&cells);
+        }
+        table
+    }
+
+    /// A table without rows.
+    pub fn new(header: &[&str]) -> Self {
+        let mut table = Self { text: String::new() };
+        table.push(header);
+        table
+    }
+
+    /// Adds a row; cells that need it are quoted (RFC 4180).
+    pub fn push(&mut self, cells: &[impl AsRef<str>]) {
+        let cells: Vec<String> = cells.iter().map(|cell| quoted(cell.as_ref())).collect();
+        self.text += &cells.join(",");
+        self.text.push('\n');
+    }
+
+    /// The whole table.
+    pub fn as_str(&self) -> &str {
+        &self.text
+    }
+
+    /// Writes the table, under a temporary name first.
+    ///
+    /// # Errors
+    /// [`ExportError::Unwritable`].
+    pub fn write(&self, path: &Path) -> Result<(), ExportError> {
+        export::write(path, self.text.as_bytes())
+    }
+}
+
+fn quoted(cell: &str) -> String {
+    if cell.contains([',', '"', '\n', '\r']) {
+        format!("\"{}\"", cell.replace('"', "\"\""))
+    } else {
+        cell.to_owned()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cells_with_commas_and_quotes_are_quoted() {
+        let mut table = Table::new(&["scene", "miou"]);
+        table.push(&["a, \"b\"".to_owned(), 0.5.to_string()]);
+        assert_eq!(table.as_str(), "scene,miou\n\"a, \"\"b\"\"\",0.5\n");
+    }
+}

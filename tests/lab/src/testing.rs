@@ -1,0 +1,79 @@
+//! A small capture with ground truth for the tests of measurements.
+
+use std::path::PathBuf;
+
+use glam::{Affine3A, DVec3, Vec3};
+use inplace_core::field::Preset;
+use inplace_core::labels::{Class, ClassId};
+use inplace_core::scene::{
+    Camera, ColorImage, DepthMap, Frame, FramePixels, GroundTruth, OpenOptions, Scene, SceneSource,
+    write_replica,
+};
+use inplace_core::session::SessionOptions;
+
+/// A quick session on a capture.
+pub fn options(source: SceneSource) -> SessionOptions {
+    SessionOptions {
+        source,
+        open: OpenOptions::default(),
+        preset: Preset::Fast,
+        threads: 2,
+        seed: 4,
+        state: None,
+    }
+}
+
+/// A wall two metres away, dark where x < 0 and bright elsewhere, seen by cameras side by side, the
+/// first at x = -0.2 m and the last at x = 0.2 m, with depth and a horizontal field of view of 90 degrees.
+pub fn wall(frames: usize, width: u32, height: u32) -> Scene {
+    let camera = Camera::with_horizontal_fov(width, height, 90.0);
+    let frames = (0..frames).map(|number| {
+        let x = -0.2 + 0.4 * number as f32 / (frames - 1).max(1) as f32;
+        let gray = |index| {
+            let direction = camera.pixel_direction(index % width, index / width);
+            if x + 2.0 * direction.x > 0.0 { 220 } else { 40 }
+        };
+        let rgb = (0..camera.pixels() as u32).flat_map(|index| [gray(index); 3]);
+        let color = ColorImage::new(width, height, rgb.collect()).unwrap();
+        let depth = DepthMap::from_z_depths(&camera, vec![2.0; camera.pixels()]);
+        Frame {
+            stem: format!("rgb_{number}"),
+            path: PathBuf::new(),
+            camera,
+            camera_to_world: Affine3A::from_translation(Vec3::new(x, 0.0, 0.0)),
+            pixels: FramePixels::new(color, Some(depth)),
+            points: Vec::new(),
+            lens: None,
+        }
+    });
+    Scene {
+        source: SceneSource::Demo,
+        format: "test",
+        frames: frames.collect(),
+        origin: DVec3::ZERO,
+        unit: 1.0,
+        point_errors: None,
+        warnings: Vec::new(),
+        notes: Vec::new(),
+    }
+}
+
+/// Writes six frames of a wall that is dark on the left and bright on the right, each a class of its own; every
+/// other frame is held out.
+pub fn capture(folder: &std::path::Path) {
+    let scene = wall(6, 64, 48);
+    let labels: Vec<Vec<ClassId>> = scene
+        .frames
+        .iter()
+        .map(|frame| {
+            let class = |pixel| 1 + ClassId::from(frame.color().pixel(pixel)[0] > 128);
+            (0..frame.camera.pixels()).map(class).collect()
+        })
+        .collect();
+    let truth = GroundTruth {
+        classes: &[Class::new(1, "dark"), Class::new(2, "bright")],
+        labels: &|frame| labels[frame].clone(),
+        held_out: &[1, 3, 5],
+    };
+    write_replica(&scene, folder, Some(&truth)).unwrap();
+}

@@ -1,0 +1,142 @@
+//! Measurements tell what they are of, and are fit to be read.
+#![allow(clippy::unwrap_used, reason = "a test ends where it fails")]
+
+use std::fs;
+use std::path::Path;
+
+use inplace_tests::{Running, inplace, inplace_lab, one_line};
+use serde_json::Value;
+
+/// Writes the demo, photographed in a small way.
+fn small_demo(folder: &Path) {
+    let mut command = inplace();
+    command.args(["demo", "--frames", "8", "--size", "64x48"]);
+    let outcome = Running::to_the_end(command.arg("--out").arg(folder));
+    assert_eq!(outcome.code, Some(0), "{outcome:?}");
+}
+
+#[test]
+fn the_program_says_what_it_is_and_refuses_wrong_arguments() {
+    let version = Running::to_the_end(inplace_lab().arg("--version"));
+    let expected = concat!("inplace-lab ", env!("CARGO_PKG_VERSION"), "\n");
+    assert_eq!((version.code, version.stdout.as_str()), (Some(0), expected));
+    let wrong = Running::to_the_end(inplace_lab().args(["bench", "nothing"]));
+    assert_eq!(wrong.code, Some(2), "{wrong:?}");
+}
+
+#[test]
+fn captures_of_one_name_are_not_measured_together() {
+    let root = tempfile::tempdir().unwrap();
+    let folders = ["a/room", "b/room"].map(|name| root.path().join(name));
+    for folder in &folders {
+        fs::create_dir_all(folder.parent().unwrap()).unwrap();
+        small_demo(folder);
+    }
+    for protocol in ["all", "latency", "pareto", "paper"] {
+        let mut command = inplace_lab();
+        command.args(["bench", protocol]).args(&folders);
+        let outcome = Running::to_the_end(command.arg("--out").arg(root.path().join("out")));
+        assert_eq!(outcome.code, Some(1), "{outcome:?}");
+        assert!(
+            one_line(&outcome.stderr).contains("room: two captures have this name"),
+            "{outcome:?}"
+        );
+    }
+}
+
+#[test]
+fn a_condition_is_tried_and_its_page_says_how_it_went() {
+    let root = tempfile::tempdir().unwrap();
+    let (scene, out) = (root.path().join("scene"), root.path().join("out"));
+    small_demo(&scene);
+    let mut command = inplace_lab();
+    command.args(["bench", "stability"]).arg(&scene);
+    command.args([
+        "--conditions",
+        "labels-one-click",
+        "--seeds",
+        "2",
+        "--seconds",
+        "0.2",
+    ]);
+    let outcome = Running::to_the_end(command.arg("--out").arg(&out));
+    assert_eq!(
+        (outcome.code, outcome.stderr.as_str()),
+        (Some(0), ""),
+        "{outcome:?}"
+    );
+    let page = fs::read_to_string(out.join("stability.md")).unwrap();
+    assert_eq!(page, outcome.stdout);
+    assert!(page.contains("Every line is met."), "{page}");
+    assert!(page.contains("| labels-one-click |"), "{page}");
+    let table = fs::read_to_string(out.join("stability.csv")).unwrap();
+    assert_eq!(table.lines().count(), 3, "{table}");
+}
+
+#[test]
+fn a_simulated_annotator_labels_the_demo() {
+    let root = tempfile::tempdir().unwrap();
+    let out = root.path().join("out");
+    let graph_alone = [
+        "--policy",
+        "random",
+        "--clicks",
+        "1",
+        "--seeds",
+        "1",
+        "--geometry",
+        "0",
+        "--settle",
+        "0",
+    ];
+    let outcome = Running::to_the_end(
+        inplace_lab()
+            .args(["simulate", "demo", "--json", "--out"])
+            .arg(&out)
+            .args(graph_alone),
+    );
+    assert_eq!((outcome.code, outcome.stderr.as_str()), (Some(0), ""));
+    let points: Value = serde_json::from_str(&outcome.stdout).unwrap();
+    let point = &points[0];
+    assert_eq!(
+        (&point["policy"], &point["clicks_per_class"]),
+        (&"random".into(), &1.into())
+    );
+    assert!(point["miou"].as_f64().unwrap() > 0.2, "{point}");
+    let table = fs::read_to_string(out.join("results.csv")).unwrap();
+    assert!(
+        table.starts_with("scene,policy,seed,clicks_per_class,strokes,miou,"),
+        "{table}"
+    );
+    assert_eq!(table.lines().count(), 2);
+    let calibration = fs::read_to_string(out.join("calibration.csv")).unwrap();
+    let error = format!("{:.4}", point["ece"].as_f64().unwrap());
+    assert!(
+        calibration.starts_with("scene,policy,seed,clicks_per_class,ece\n") && calibration.contains(&error),
+        "{calibration}"
+    );
+    for chart in ["results.svg", "calibration.svg"] {
+        assert!(out.join(chart).is_file(), "{chart}");
+    }
+}
+
+#[test]
+fn how_long_clicks_wait_is_measured_in_the_demo() {
+    let root = tempfile::tempdir().unwrap();
+    let out = root.path().join("out");
+    let mut command = inplace_lab();
+    command.args(["bench", "latency", "demo", "--clicks", "3", "--json", "--out"]);
+    let outcome = Running::to_the_end(command.arg(&out));
+    assert_eq!((outcome.code, outcome.stderr.as_str()), (Some(0), ""));
+    let latency: Value = serde_json::from_str(&outcome.stdout).unwrap();
+    assert_eq!(latency["clicks"], 3);
+    assert!(latency["frames"].as_u64().unwrap() > 3);
+    for percentile in ["p50", "p95", "p99"] {
+        let of = |key: &str| latency[key][percentile].as_f64().unwrap();
+        let (in_view, all) = (of("in_view_ms"), of("all_frames_ms"));
+        assert!(0.0 < in_view && in_view <= all, "{latency}");
+    }
+    let written = fs::read_to_string(out.join("latency.json")).unwrap();
+    assert_eq!(serde_json::from_str::<Value>(&written).unwrap(), latency);
+    assert!(out.join("latency.svg").is_file());
+}
