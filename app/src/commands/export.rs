@@ -11,7 +11,7 @@ use inplace_core::semantics::NovelViews;
 use inplace_core::session::ModelState;
 
 use super::progress::Progress;
-use super::run::Run;
+use super::run::{self, GENERATION};
 use super::{Failure, cores, session_options};
 use crate::arguments::ExportArguments;
 
@@ -31,11 +31,9 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
     session.state = contents.model.clone();
     let open = session.open;
     export::prepare(&arguments.out, &[])?;
-    let mut run = Run::start(session, start);
-    if let Some(model) = &contents.model {
-        run.train_to(model.steps);
-    }
-    let scene = run.opened()?;
+    let mut client = run::start(session);
+    let enough = contents.model.as_ref().map(|model| model.steps);
+    let scene = client.opened()?;
     let contents = contents.matched(&scene, open)?;
     for warning in contents.warnings.iter().chain(&scene.warnings) {
         eprintln!("inplace: {warning}");
@@ -53,23 +51,23 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
             );
         }
     }
-    run.label(labels.clone());
-    let maps = run.maps(&scene, None)?;
+    client.label(labels.clone(), GENERATION);
+    let maps = run::maps(&mut client, enough)?;
     let labelled = LabelledScene {
         scene: &scene,
         classes: &labels.classes,
         maps: &maps,
     };
     if let Some(trajectory) = trajectory {
-        let model = run.saved()?;
-        if !run.status().field_settled {
+        let model = client.saved()?;
+        if !client.status().field_settled {
             eprintln!(
                 "inplace: the field is not taught to the end, after {} steps; views are better when it is",
                 model.steps
             );
         }
         // Its worker would keep the memory.
-        drop(run);
+        drop(client);
         let written = render(arguments, &scene, labelled, &trajectory, &model, &options)?;
         println!(
             "rendered {} views in {:.1} s: {} files written, {} unchanged: {}",

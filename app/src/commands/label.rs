@@ -2,8 +2,7 @@
 
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf, absolute};
-use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use inplace_core::export::{
     self, Format, Inputs, LabelledScene, Options, PNG_FOLDERS, PhaseSeconds, Report, peak_memory,
@@ -12,11 +11,11 @@ use inplace_core::field::Preset;
 use inplace_core::labels::{History, LabelSet, Trust, label_image_files, read_label_images, read_strokes};
 use inplace_core::project::Contents;
 use inplace_core::scene::{OpenOptions, Scene, SceneSource, demo};
-use inplace_core::session::{FrameMap, SessionOptions};
+use inplace_core::session::{Command, SessionOptions};
 use serde_json::json;
 
 use super::budget::Budget;
-use super::run::{Pacing, Rehearse, Run};
+use super::run::{self, GENERATION};
 use super::{Failure, cores, refuse_endless, session_options};
 use crate::arguments::LabelArguments;
 
@@ -133,8 +132,8 @@ fn label(
     strokes: Strokes,
     start: Instant,
 ) -> Result<(), Failure> {
-    let mut run = Run::start(options.clone(), start);
-    let scene = run.opened()?;
+    let mut client = run::start(options.clone());
+    let scene = client.opened()?;
     let load = start.elapsed().as_secs_f64();
     for warning in &scene.warnings {
         eprintln!("inplace: {warning}");
@@ -151,28 +150,18 @@ fn label(
         .into());
     }
     export::prepare(&arguments.out, &PNG_FOLDERS)?;
-    run.label(labels.clone());
+    client.label(labels.clone(), GENERATION);
     let kept = match options.preset {
         Preset::Reference => REFERENCE_RENDERING,
         Preset::Auto | Preset::Fast | Preset::Accurate => LAST_LOOK,
     };
-    let rehearse = |maps: &[Arc<FrameMap>]| -> Result<Duration, Failure> {
-        Ok(export::rehearse_pngs(
-            &arguments.out,
-            &scene,
-            &labels.classes,
-            maps,
-        )?)
+    let mut budget = arguments.budget.map(|seconds| Budget::new(seconds, kept, &scene));
+    let maps = match &mut budget {
+        Some(budget) => run::maps_within(&mut client, &scene, options.preset, budget, start)?,
+        None => run::maps(&mut client, None)?,
     };
-    let budget = arguments.budget.map(|seconds| Budget::new(seconds, kept, &scene));
-    let pacing = budget.map(|budget| Pacing {
-        budget,
-        opening: load,
-        // The published network has maps at the end alone.
-        rehearse: (options.preset != Preset::Reference).then_some(&rehearse as &Rehearse<'_>),
-    });
-    let maps = run.maps(&scene, pacing)?;
-    run.stop();
+    // Writing has the machine for itself; how training went stays known.
+    client.send(Command::Stop);
 
     let writing = Instant::now();
     let labelled = LabelledScene {
@@ -187,7 +176,7 @@ fn label(
         &Options::default(),
         &|_, _| ControlFlow::Continue(()),
     )?;
-    let status = run.status();
+    let status = client.status();
     let write = writing.elapsed().as_secs_f64();
     let total = start.elapsed().as_secs_f64();
     let over_budget = budget.and_then(|budget| budget.exceeded(total, load, write));
@@ -221,7 +210,7 @@ fn label(
         map_stride: status.map_stride,
     };
     export::write_report(&arguments.out, &report)?;
-    drop(run);
+    drop(client);
     if arguments.json {
         println!("{}", serde_json::to_string_pretty(&report)?);
     } else {

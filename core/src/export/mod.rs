@@ -37,7 +37,7 @@ use inputs::withdraw_report;
 pub use inputs::{Inputs, digest, finished};
 pub use layout::{LabelledScene, Written};
 pub use memory::{peak_memory, resident_memory, total_memory};
-pub use pngs::{PNG_FOLDERS, rehearse_pngs};
+pub use pngs::PNG_FOLDERS;
 pub use report::{PhaseSeconds, Report};
 pub use views::{Views, export_views};
 

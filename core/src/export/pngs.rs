@@ -1,18 +1,10 @@
 //! Label, entropy and colour PNGs of every frame: the plain format, which loses nothing.
 
 use std::collections::HashMap;
-use std::path::Path;
-use std::sync::Arc;
-use std::time::{Duration, Instant};
-
-use rayon::prelude::*;
 
 use super::Refusal;
-use super::layout::{Labelled, Layout, OutputFile, exported, image_file, json_file};
-use super::{ExportError, Options};
+use super::layout::{Labelled, Layout, OutputFile, image_file, json_file};
 use crate::labels::{Class, ClassId, png};
-use crate::scene::Scene;
-use crate::session::FrameMap;
 
 /// `labels/<stem>.png`, `entropy/<stem>.png` and `color/<stem>.png` for every frame, and `classes.json`.
 ///
@@ -47,34 +39,6 @@ impl Layout for Pngs {
     fn index(&self, classes: &[Class], _: Vec<()>) -> Result<Vec<OutputFile>, Refusal> {
         Ok(vec![json_file("classes.json", classes)?])
     }
-}
-
-/// Makes the files that [`Format::Png`](super::Format::Png) has for the frames of these maps as an export to `folder` would,
-/// on as many threads, and keeps none of them: how long that takes, reading the images of frames that are no keyframes
-/// included.
-///
-/// # Errors
-/// [`ExportError::Frame`], or [`ExportError::Incomplete`] where a frame cannot be written.
-pub fn rehearse_pngs(
-    folder: &Path,
-    scene: &Scene,
-    classes: &[Class],
-    maps: &[Arc<FrameMap>],
-) -> Result<Duration, ExportError> {
-    let start = Instant::now();
-    let options = Options::default();
-    let ids = options.ids_of(classes);
-    maps.par_iter().try_for_each(|map| {
-        let frame = &scene.frames[map.frame];
-        frame.pixels()?;
-        let files =
-            exported(frame, map, &ids, options.least_probability).and_then(|labelled| Pngs.frame(&labelled));
-        let refused = |reason: Refusal| reason.of(format!("frame \"{}\"", frame.stem));
-        files
-            .map(|_| ())
-            .map_err(|reason| ExportError::incomplete(folder, refused(reason)))
-    })?;
-    Ok(start.elapsed())
 }
 
 /// The colour of each class, by its id.

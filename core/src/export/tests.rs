@@ -232,14 +232,3 @@ fn strokes_on_vanished_frames_are_not_exported() {
     assert_eq!(json["strokes"].as_array().unwrap().len(), 1);
     assert_eq!(json["strokes"][0]["frame"], "rgb_0");
 }
-
-#[test]
-fn a_rehearsal_makes_the_files_of_its_frames_and_keeps_none() {
-    let root = tempfile::tempdir().unwrap();
-    let scene = scene(&["a", "b", "c"]);
-    let classes = [Class::new(1, "wall")];
-    let maps = [map(2, [1; 6]), map(0, [0; 6])];
-    let took = rehearse_pngs(root.path(), &scene, &classes, &maps).unwrap();
-    assert!(!took.is_zero());
-    assert!(files(root.path()).is_empty());
-}
