@@ -1,36 +1,50 @@
-//! The window's program: drains what others tell, draws the panels, carries out the actions.
+//! The window's program: it collects input for the model, carries out the model's effects, and draws the views.
 
-mod draining;
-mod ending;
+mod effects;
 mod frame;
-mod opening;
 
-use std::collections::HashMap;
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-use inplace_core::scene::SceneSource;
+use inplace_core::field::Preset;
+use inplace_core::scene::OpenOptions;
+use inplace_model::jobs::AutosavePath;
+use inplace_model::model::Start;
+use inplace_model::opening::Target;
+use inplace_model::preferences::Store;
+use inplace_model::project_session::Ending;
+use inplace_model::session_link::SessionStarter;
+use inplace_model::{Command, Model};
 
-use crate::UiOptions;
 use crate::canvas::Canvas;
-use crate::dialogs::ExportChoice;
+use crate::dialogs::Dialogs;
 use crate::jobs::Jobs;
-use crate::keeper::Ending;
 use crate::panels::Panels;
-use crate::preferences::Store;
-use crate::session_link::SessionStarter;
-use crate::state::{AppState, Settings, Stage};
 use crate::stats::Stats;
-use crate::toasts::Toasts;
+use crate::theme;
 use crate::trace::Trace;
 
-/// Where the work on a scene that has no project file yet is kept.
-pub type AutosavePath = Arc<dyn Fn(&SceneSource) -> PathBuf + Send + Sync>;
+/// What the window starts with.
+#[derive(Clone, Debug, Default)]
+pub struct UiOptions {
+    /// What is opened first; `None` = the start page.
+    pub open: Option<Target>,
+    /// What is read of captures.
+    pub read: OpenOptions,
+    /// How much the field may model.
+    pub preset: Preset,
+    /// Threads of the worker's pool; `None` = as the person prefers, or all cores but one.
+    pub threads: Option<usize>,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// Measure the window, show the measurements and print them at exit.
+    pub stats: bool,
+    /// File that a record of what happens is written to.
+    pub trace: Option<PathBuf>,
+}
 
 /// What the window needs from outside; tests bring their own.
-pub struct Surroundings {
+pub struct Environment {
     /// Starts sessions.
     pub sessions: SessionStarter,
     /// Where unnamed work is kept.
@@ -45,100 +59,79 @@ pub struct Surroundings {
 
 /// The window's program.
 pub struct App {
-    pub(crate) state: AppState,
-    pub(crate) canvas: Canvas,
-    pub(crate) jobs: Jobs,
-    pub(crate) ctx: egui::Context,
+    model: Model,
+    canvas: Canvas,
     panels: Panels,
+    dialogs: Dialogs,
+    jobs: Jobs,
+    ctx: egui::Context,
     sessions: SessionStarter,
-    pub(crate) autosave: AutosavePath,
-    pub(crate) store: Store,
-    pub(crate) pictures: PathBuf,
-    /// The settings as they were when the preferences were last compared with them.
-    pub(crate) settings_seen: Settings,
+    autosave: AutosavePath,
+    store: Store,
     /// Files that were closed and are still being written.
     endings: Vec<Ending>,
-    threads: Option<usize>,
-    seed: u64,
-    pub(crate) last_ticket: u64,
-    /// Set to stop the export that is under way.
-    pub(crate) export_stop: Arc<AtomicBool>,
-    /// The window was to be closed during an export.
-    pub(crate) closes_after_export: bool,
     title: String,
+    /// Measurements, where asked for.
+    stats: Option<Stats>,
     frame_started: Option<Instant>,
     trace: Option<Trace>,
 }
 
 impl App {
     /// A window's program with nothing open yet, or opening what the options name.
-    pub fn new(ctx: &egui::Context, options: UiOptions, around: Surroundings) -> Self {
-        crate::theme::install(ctx);
-        let canvas = Canvas::new(around.target);
-        let stats = options.stats.then(|| Stats::new(Arc::clone(canvas.clock())));
-        let mut app = Self {
-            state: AppState {
-                stage: Stage::Start,
-                keeper: None,
-                settings: Settings::default(),
-                preferences: around.preferences.preferences().clone(),
-                found: HashMap::new(),
-                open: options.read,
-                read: options.read,
-                preset: options.preset,
-                export_choice: ExportChoice::new(),
-                dialog: None,
-                export: None,
-                stopping_export: false,
-                importing: None,
-                side: crate::state::Side::default(),
-                toasts: Toasts::default(),
-                stats,
-                overlay_hidden: false,
-            },
-            canvas,
-            jobs: Jobs::new(ctx.clone()),
-            ctx: ctx.clone(),
-            panels: Panels::new(ctx),
-            sessions: around.sessions,
-            autosave: around.autosave,
-            store: around.preferences,
-            pictures: around.pictures,
-            settings_seen: Settings::default(),
-            endings: Vec::new(),
+    pub fn new(ctx: &egui::Context, options: UiOptions, environment: Environment) -> Self {
+        theme::install(ctx);
+        // The scale has limits here, and is kept.
+        ctx.options_mut(|options| options.zoom_with_keyboard = false);
+        let canvas = Canvas::new(environment.target);
+        let stats = options.stats.then(|| Stats::new(canvas.clock().clone()));
+        let model = Model::new(Start {
+            read: options.read,
+            preset: options.preset,
             threads: options.threads,
             seed: options.seed,
-            last_ticket: 0,
-            export_stop: Arc::default(),
-            closes_after_export: false,
+            preferences: environment.preferences.preferences().clone(),
+        });
+        let mut app = Self {
+            model,
+            canvas,
+            panels: Panels::new(ctx),
+            dialogs: Dialogs::default(),
+            jobs: Jobs::new(ctx.clone(), environment.pictures),
+            ctx: ctx.clone(),
+            sessions: environment.sessions,
+            autosave: environment.autosave,
+            store: environment.preferences,
+            endings: Vec::new(),
             title: String::new(),
+            stats,
             frame_started: None,
             trace: options.trace.map(Trace::new),
         };
-        // The scale has limits here, and is kept.
-        ctx.options_mut(|options| options.zoom_with_keyboard = false);
         app.wear_preferences();
-        let settings = app.preferred_settings();
-        app.take_settings(settings);
-        app.look_at_recents();
+        let recents = &app.model.preferences.recents;
+        if !recents.is_empty() {
+            app.jobs
+                .look_at(recents.iter().map(|recent| recent.place.clone()).collect());
+        }
         if let Some(target) = options.open {
-            app.open(target);
+            app.act(Command::Open(target));
         }
         app
     }
 
-    /// What the panels read.
-    pub fn state(&self) -> &AppState {
-        &self.state
-    }
-
-    /// Does something as a panel or a key would.
-    pub fn act(&mut self, action: crate::action::Action) {
-        self.apply(action);
+    /// What the views read.
+    pub fn model(&self) -> &Model {
+        &self.model
     }
 
     /// The canvas.
     pub fn canvas(&self) -> &Canvas {
         &self.canvas
+    }
+
+    /// The panels.
+    pub fn panels(&self) -> &Panels {
+        &self.panels
     }
 }

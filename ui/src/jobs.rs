@@ -1,97 +1,83 @@
-//! Work that would make the window wait, each on its own thread.
+//! Work that would make the window wait, each on its own thread: the model's jobs, the system's dialogs, pictures.
 
 use std::path::PathBuf;
-use std::sync::Arc;
 
 use crossbeam_channel::{Receiver, Sender, unbounded};
 use inplace_core::TOLD;
-use inplace_core::labels::{Class, LabelImages};
-use inplace_core::scene::Scene;
+use inplace_model::dialogs::Purpose;
+use inplace_model::jobs::{Done, Job, JobTools};
+use inplace_model::preferences::RecentPlace;
+use inplace_model::workspace::source::FrameSource;
 
-use crate::dialogs::Purpose;
-use crate::english::{dialogs, work};
-use crate::exporting::Progress;
-use crate::keeper::Keeper;
-use crate::opening::{Attached, Prepared, Refusal};
-use crate::overview::Summarised;
-use crate::pictures::Seen;
+use crate::pictures::{self, Seen};
 
-/// What a job led to.
+/// What came of work on a thread.
 #[derive(Debug)]
-pub enum Done {
-    /// The system's dialog was answered; `None` = cancelled, or there is no such dialog here.
-    Picked(Purpose, Option<PathBuf>),
-    /// What is kept about a scene was found; the number tells attempts apart.
-    Prepared(u64, Box<Result<Prepared, Refusal>>),
-    /// A scene was fitted to what is kept about it; or a sentence about why it is not the scene of its
-    /// project.
-    Attached(u64, Arc<Scene>, Box<Result<Attached, String>>),
-    /// A project file was made for the scene with this serial number.
-    Kept(u64, Box<Keeper>),
-    /// How an export goes.
-    Exported(Progress),
+pub enum Outcome {
+    /// Something for the model.
+    Done(Done),
     /// What was opened lately was looked at.
     Seen(Vec<Seen>),
-    /// The label images of the import with this number were read, or a sentence says what failed.
-    Imported(u64, Box<Result<LabelImages, String>>),
-    /// Maps of the scene with this serial number were summed up.
-    Summarised(u64, Vec<Summarised>),
-    /// A class list was read, or a sentence says why not.
-    ClassesRead(Result<Vec<Class>, String>),
-    /// So many classes were written to this file.
-    ClassesSaved(usize, PathBuf),
-    /// A sentence about what failed.
-    Failed(String),
 }
 
 /// Runs jobs and collects their results.
 #[derive(Debug)]
 pub struct Jobs {
-    sender: Sender<Done>,
-    receiver: Receiver<Done>,
+    sender: Sender<Outcome>,
+    receiver: Receiver<Outcome>,
     ctx: egui::Context,
+    /// Folder of the pictures of what was opened lately.
+    pictures: PathBuf,
 }
 
 impl Jobs {
-    /// Wakes this window when a job is done.
-    pub fn new(ctx: egui::Context) -> Self {
+    /// Wakes this window when a job is done; `pictures` is the folder of the pictures of what was opened lately.
+    pub fn new(ctx: egui::Context, pictures: PathBuf) -> Self {
         let (sender, receiver) = unbounded();
         Self {
             sender,
             receiver,
             ctx,
-        }
-    }
-
-    /// Runs a job on its own thread.
-    pub fn spawn(&self, name: &str, job: impl FnOnce(&(dyn Fn(Done) + Sync)) + Send + 'static) {
-        let (sender, ctx) = (self.sender.clone(), self.ctx.clone());
-        let tell = move |done| {
-            // Nobody listens any more when the window is closing.
-            let _ = sender.send(done);
-            ctx.request_repaint();
-        };
-        let thread = std::thread::Builder::new().name(format!("inplace-{name}"));
-        if let Err(error) = thread.spawn(move || job(&tell)) {
-            let _ = self.sender.send(Done::Failed(work::no_thread(&error)));
+            pictures,
         }
     }
 
     /// The next result, if any.
-    pub fn next(&self) -> Option<Done> {
-        let done = self.receiver.try_recv().ok()?;
-        if let Done::Failed(sentence) = &done {
+    pub fn next(&self) -> Option<Outcome> {
+        let outcome = self.receiver.try_recv().ok()?;
+        if let Outcome::Done(Done::Failed(sentence)) = &outcome {
             tracing::warn!(target: TOLD, "{sentence}");
         }
-        Some(done)
+        Some(outcome)
+    }
+
+    fn spawn(&self, name: &str, job: impl FnOnce(&(dyn Fn(Outcome) + Sync)) + Send + 'static) {
+        let (sender, ctx) = (self.sender.clone(), self.ctx.clone());
+        let tell = move |outcome| {
+            // Nobody listens any more when the window is closing.
+            let _ = sender.send(outcome);
+            ctx.request_repaint();
+        };
+        let thread = std::thread::Builder::new().name(format!("inplace-{name}"));
+        if let Err(error) = thread.spawn(move || job(&tell)) {
+            let sentence = format!("A background thread could not be started: {error}.");
+            let _ = self.sender.send(Outcome::Done(Done::Failed(sentence)));
+        }
+    }
+
+    /// Runs a job of the model.
+    pub fn start(&self, job: Job, tools: JobTools) {
+        self.spawn(job.name(), move |tell| {
+            job.run(&tools, &|done| tell(Outcome::Done(done)));
+        });
     }
 
     /// Asks for a path with the system's dialog.
     pub fn browse(&self, purpose: Purpose) {
         self.spawn("dialog", move |tell| {
-            let dialog = rfd::FileDialog::new().set_title(purpose.title());
-            let project = |dialog: rfd::FileDialog| dialog.add_filter(dialogs::PROJECT_FILES, &["inplace"]);
-            let classes = |dialog: rfd::FileDialog| dialog.add_filter(dialogs::CLASS_LISTS, &["json"]);
+            let dialog = rfd::FileDialog::new().set_title(title(purpose));
+            let project = |dialog: rfd::FileDialog| dialog.add_filter("Inplace project", &["inplace"]);
+            let classes = |dialog: rfd::FileDialog| dialog.add_filter("Class list", &["json"]);
             let path = match purpose {
                 Purpose::Scene | Purpose::Moved | Purpose::Export | Purpose::Import => dialog.pick_folder(),
                 Purpose::Project => project(dialog).pick_file(),
@@ -99,7 +85,7 @@ impl Jobs {
                 Purpose::Classes => classes(dialog).pick_file(),
                 Purpose::SaveClasses => classes(dialog).save_file(),
             };
-            tell(Done::Picked(purpose, path));
+            tell(Outcome::Done(Done::Picked(purpose, path)));
         });
     }
 
@@ -114,8 +100,58 @@ impl Jobs {
                 "xdg-open"
             };
             if let Err(error) = std::process::Command::new(program).arg(&folder).spawn() {
-                tell(Done::Failed(work::no_file_manager(&folder, program, &error)));
+                let folder = folder.display();
+                tell(Outcome::Done(Done::Failed(format!(
+                    "{folder} cannot be shown: {program} did not start ({error}); copy the path instead."
+                ))));
             }
         });
+    }
+
+    /// Looks at what was opened lately.
+    pub fn look_at(&self, places: Vec<RecentPlace>) {
+        let folder = self.pictures.clone();
+        self.spawn("recent", move |tell| {
+            let places = places.into_iter();
+            tell(Outcome::Seen(
+                places.map(|place| pictures::look_at(place, &folder)).collect(),
+            ));
+        });
+    }
+
+    /// Takes a picture of what is open.
+    pub fn take_picture(&self, place: RecentPlace, source: FrameSource) {
+        let folder = self.pictures.clone();
+        self.spawn("picture", move |tell| {
+            // A picture that cannot be kept is only missing from the start page.
+            let _ = pictures::write(&place, &source, &folder);
+            tell(Outcome::Seen(vec![pictures::look_at(place, &folder)]));
+        });
+    }
+
+    /// Takes a picture like [`Jobs::take_picture`] at the end of the program: on this thread.
+    pub fn take_last_picture(&self, place: &RecentPlace, source: &FrameSource) {
+        // As above.
+        let _ = pictures::write(place, source, &self.pictures);
+    }
+
+    /// Removes the picture of something that was opened lately.
+    pub fn forget_picture(&self, place: RecentPlace) {
+        let folder = self.pictures.clone();
+        self.spawn("forget", move |_| pictures::remove(&place, &folder));
+    }
+}
+
+/// Title of the system's dialog.
+fn title(purpose: Purpose) -> &'static str {
+    match purpose {
+        Purpose::Scene => "Open the folder of a scene",
+        Purpose::Project => "Open a project",
+        Purpose::SaveAs => "Save the project as",
+        Purpose::Export => "Export into a folder",
+        Purpose::Import => "Import the label images of a folder",
+        Purpose::Moved => "The folder of the scene",
+        Purpose::Classes => "Read a class list",
+        Purpose::SaveClasses => "Save the classes as a file",
     }
 }

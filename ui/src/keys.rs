@@ -1,82 +1,75 @@
-//! The keys: one table for the dispatcher and for the help window.
+//! The keys: what they do by default stands in [`table`], and the person may move them.
 
-mod table;
+pub mod table;
 
-use std::borrow::Cow;
+use std::sync::Arc;
 
 use egui::{Event, Key, Modifiers};
+use inplace_model::keymap::{KeyMap, Shortcut};
+use inplace_model::{Command, Commands};
 
-pub use table::{AT_A_SUGGESTION, TABLE};
+use table::{AT_A_SUGGESTION, Line, TABLE, UiCommand};
 
-use crate::action::{Action, Actions};
-use crate::english::keys::Line;
-use crate::keymap::{KeyMap, Shortcut};
-
-/// A key and what it does.
-#[derive(Debug)]
-pub struct Binding {
-    modifiers: Modifiers,
-    key: Key,
-    action: Action,
+/// Makes this the key map of a window: [`map_of`] finds it.
+pub fn install(ctx: &egui::Context, map: KeyMap) {
+    ctx.data_mut(|data| data.insert_temp(egui::Id::NULL, Arc::new(map)));
 }
 
-/// A line of the help window with its keys; gestures of the mouse and keys to hold have no bindings.
-#[derive(Debug)]
-pub struct Row {
-    /// The keys by default and what they do, for people.
-    pub words: Line,
-    bindings: &'static [Binding],
+/// The key map of a window.
+pub fn map_of(ctx: &egui::Context) -> Arc<KeyMap> {
+    ctx.data(|data| data.get_temp(egui::Id::NULL)).unwrap_or_default()
 }
 
-impl Binding {
-    /// The key that it has unless the person chose another.
-    pub fn default_key(&self) -> Shortcut {
-        Shortcut::new(self.modifiers, self.key)
+/// A key as it was pressed; `None` of one that has no name here.
+pub fn shortcut(modifiers: Modifiers, key: Key) -> Option<Shortcut> {
+    let name = match key {
+        Key::ArrowLeft | Key::ArrowRight | Key::ArrowUp | Key::ArrowDown => key.name(),
+        Key::Minus => "-",
+        key => key.symbol_or_name(),
+    };
+    Some(Shortcut {
+        command: modifiers.command,
+        shift: modifiers.shift,
+        key: inplace_model::keymap::Key::named(name)?,
+    })
+}
+
+impl UiCommand {
+    /// The key that is shown for it now, for people; empty where it has none.
+    pub fn key(&self, ctx: &egui::Context) -> String {
+        let map = map_of(ctx);
+        let first = self.keys.first().and_then(|&default| map.present(default));
+        first.map_or_else(String::new, |key| key.to_string())
     }
-}
 
-impl Row {
-    /// The keys of this line that a person may choose.
-    pub fn choices(&self) -> impl Iterator<Item = Shortcut> + use<> {
-        let bindings = self.bindings.iter().map(Binding::default_key);
-        bindings.filter(|default| !default.is_fixed())
+    /// Its name with its key: "Erase (E)".
+    pub fn named(&self, ctx: &egui::Context) -> String {
+        self.named_as(ctx, self.name)
     }
 
-    /// The keys as they are now, for people.
+    /// Another name with its key: "Undo scribble wall (Ctrl+Z)".
+    pub fn named_as(&self, ctx: &egui::Context, name: &str) -> String {
+        match self.key(ctx) {
+            key if key.is_empty() => name.to_owned(),
+            key => format!("{name} ({key})"),
+        }
+    }
+
+    /// All its keys as they are now, for people.
     pub fn present(&self, map: &KeyMap) -> String {
-        if !self
-            .bindings
-            .iter()
-            .any(|binding| map.is_moved(binding.default_key()))
-        {
-            return self.words.keys.to_owned();
-        }
-        let mut parts: Vec<String> = Vec::new();
-        let mut named = Vec::new();
-        for part in self.words.keys.split(", ").flat_map(|part| part.split(" and ")) {
-            let bound = self.bindings.iter().map(Binding::default_key);
-            match bound.into_iter().find(|default| default.to_string() == part) {
-                Some(default) => {
-                    named.push(default);
-                    parts.extend(map.present(default).map(|present| present.to_string()));
-                }
-                None => parts.push(part.to_owned()),
-            }
-        }
-        let others = self.bindings.iter().map(Binding::default_key);
-        let moved = others.filter(|default| map.is_moved(*default) && !named.contains(default));
-        parts.extend(moved.filter_map(|default| Some(map.present(default)?.to_string())));
-        parts.join(", ")
+        let keys = self.keys.iter().filter_map(|&default| map.present(default));
+        let keys: Vec<String> = keys.map(|key| key.to_string()).collect();
+        keys.join(", ")
     }
 }
 
-/// Pushes the actions of the keys pressed in this frame; `guided` tells whether keys answer suggestions. A focused text
+/// Pushes the commands of the keys pressed in this frame; `guided` tells whether keys answer suggestions. A focused text
 /// field keeps all keys but those with Ctrl that mean nothing in a text; a focused control keeps the arrow keys and
 /// Enter.
-pub fn dispatch(ctx: &egui::Context, guided: bool, actions: &mut Actions) {
+pub fn dispatch(ctx: &egui::Context, guided: bool, commands: &mut Commands) {
     let typing = ctx.text_edit_focused();
     let focused = ctx.egui_wants_keyboard_input();
-    let (map, fixed) = (KeyMap::of(ctx), KeyMap::default());
+    let map = map_of(ctx);
     ctx.input(|input| {
         for event in &input.events {
             let Event::Key {
@@ -93,155 +86,158 @@ pub fn dispatch(ctx: &egui::Context, guided: bool, actions: &mut Actions) {
             if focused && of_controls || typing && of_texts {
                 continue;
             }
-            let pressed = Shortcut::new(*modifiers, *key);
-            let answer = guided.then(|| action_of(AT_A_SUGGESTION, &fixed, pressed));
-            let action = answer.flatten().or_else(|| action_of(TABLE, &map, pressed));
-            if let Some(action) = action {
-                actions.push(action);
+            let pressed = shortcut(*modifiers, *key);
+            if let Some(command) = pressed.and_then(|pressed| command_of(&map, pressed, guided)) {
+                commands.push(command);
             }
         }
     });
 }
 
+/// What a key does with this map.
+fn command_of(map: &KeyMap, pressed: Shortcut, guided: bool) -> Option<Command> {
+    let answer = || in_table(AT_A_SUGGESTION, &KeyMap::default(), pressed);
+    let bound = guided.then(answer).flatten();
+    if bound.is_none()
+        && let Some(slot) = pressed.digit()
+    {
+        return Some(if guided {
+            Command::AnswerSlot(slot)
+        } else {
+            Command::ChooseSlot(slot)
+        });
+    }
+    let bound = bound.or_else(|| in_table(TABLE, map, pressed));
+    bound.map(|(command, _)| command.command.clone())
+}
+
 /// What a key does in a table with this map. Shift only counts together with Ctrl, or where something is bound to
 /// it: layouts differ in what needs Shift.
-fn action_of(table: &'static [Row], map: &KeyMap, pressed: Shortcut) -> Option<Action> {
+fn in_table(
+    table: &'static [Line],
+    map: &KeyMap,
+    pressed: Shortcut,
+) -> Option<(&'static UiCommand, Shortcut)> {
     let with_shift = bound_to(table, map, pressed);
-    let found = if pressed.shift && !pressed.command {
+    if pressed.shift && !pressed.command {
         with_shift.or_else(|| bound_to(table, map, pressed.without_shift()))
     } else {
         with_shift
-    };
-    Some(found?.1.action.clone())
+    }
 }
 
-/// What a key is bound to in a table with this map, and the line of the help window that it belongs to.
+/// The command that a key is bound to in a table with this map, and the default key by which it is.
 fn bound_to(
-    table: &'static [Row],
+    table: &'static [Line],
     map: &KeyMap,
     pressed: Shortcut,
-) -> Option<(&'static Row, &'static Binding)> {
-    let all = table
-        .iter()
-        .flat_map(|row| row.bindings.iter().map(move |binding| (row, binding)));
-    let mut all = all.filter(|(_, binding)| map.present(binding.default_key()) == Some(pressed));
-    all.next()
+) -> Option<(&'static UiCommand, Shortcut)> {
+    let mut all = bindings(table);
+    all.find(|&(_, default)| map.present(default) == Some(pressed))
+}
+
+fn bindings(table: &'static [Line]) -> impl Iterator<Item = (&'static UiCommand, Shortcut)> {
+    table.iter().flat_map(|line| {
+        let command = match line {
+            Line::Command(command) => Some(*command),
+            Line::Gesture(..) => None,
+        };
+        let keys = command.into_iter();
+        keys.flat_map(|command| command.keys.iter().map(move |&key| (command, key)))
+    })
 }
 
 /// What a key does with this map, in words, and the default key of that.
 pub fn meaning(map: &KeyMap, pressed: Shortcut) -> Option<(&'static str, Shortcut)> {
-    bound_to(TABLE, map, pressed).map(|(row, binding)| (row.words.does, binding.default_key()))
-}
-
-/// The present key of what `default` ("Ctrl+S") does by default; empty where it has none.
-pub fn text(map: &KeyMap, default: &str) -> String {
-    let Ok(shortcut) = default.parse() else {
-        return default.to_owned();
-    };
-    map.present(shortcut)
-        .map_or_else(String::new, |present| present.to_string())
-}
-
-/// A control's name that ends with a default key in brackets, "Erase (E)", with the present key instead.
-pub fn named<'a>(ctx: &egui::Context, name: &'a str) -> Cow<'a, str> {
-    let map = KeyMap::of(ctx);
-    let parts = name.strip_suffix(')').and_then(|name| name.rsplit_once(" ("));
-    match parts {
-        Some((does, default)) if default.parse().is_ok_and(|default| map.is_moved(default)) => {
-            match text(&map, default) {
-                key if key.is_empty() => Cow::Borrowed(does),
-                key => Cow::Owned(format!("{does} ({key})")),
-            }
-        }
-        _ => Cow::Borrowed(name),
-    }
+    bound_to(TABLE, map, pressed).map(|(command, default)| (command.does, default))
 }
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use crate::dialogs::Dialog;
     use std::collections::HashSet;
+
+    use super::*;
+    use crate::keys::table::{ERASE, HELP, NEXT_SUGGESTION, REDO};
+    use inplace_model::dialogs::Dialog;
+
+    fn parsed(text: &str) -> Shortcut {
+        text.parse().unwrap()
+    }
+
+    fn pressed(text: &str) -> Option<Command> {
+        command_of(&KeyMap::default(), parsed(text), false)
+    }
+
+    #[test]
+    fn every_key_of_the_window_has_a_name_and_every_default_is_a_key() {
+        for &key in Key::ALL {
+            assert!(shortcut(Modifiers::NONE, key).is_some(), "{key:?}");
+        }
+        for (command, default) in bindings(TABLE).chain(bindings(AT_A_SUGGESTION)) {
+            assert_eq!(default.to_string().parse(), Ok(default), "{}", command.does);
+        }
+    }
 
     #[test]
     fn no_key_is_bound_twice() {
         for table in [TABLE, AT_A_SUGGESTION] {
             let mut seen = HashSet::new();
-            for binding in table.iter().flat_map(|row| row.bindings) {
-                let pressed = (binding.key, binding.modifiers.command, binding.modifiers.shift);
-                assert!(seen.insert(pressed), "{binding:?} is bound twice");
+            for (command, default) in bindings(table) {
+                assert!(seen.insert(default), "{default} is bound twice: {command:?}");
+                assert!(default.digit().is_none(), "{default} chooses a class");
             }
         }
     }
 
-    fn pressed(text: &str) -> Option<Action> {
-        action_of(TABLE, &KeyMap::default(), text.parse().unwrap())
-    }
-
     #[test]
-    fn shift_tells_undo_from_redo() {
-        assert_eq!(pressed("Ctrl+Z"), Some(Action::Undo));
-        assert_eq!(pressed("Ctrl+Shift+Z"), Some(Action::Redo));
-        assert_eq!(pressed("Z"), None);
-        assert_eq!(pressed("Shift+N"), Some(Action::PreviousSuggestion));
-        assert_eq!(pressed("N"), Some(Action::NextSuggestion));
-    }
-
-    #[test]
-    fn a_question_mark_is_found_with_and_without_shift() {
-        let help = Some(Action::Show(Some(Dialog::Help)));
-        assert_eq!(pressed("Shift+?"), help);
-        assert_eq!(pressed("?"), help);
+    fn shift_counts_where_something_is_bound_to_it() {
+        let help = Some(Command::Show(Some(Dialog::Help)));
+        for (key, command) in [
+            ("Ctrl+Z", Some(Command::Undo)),
+            ("Ctrl+Shift+Z", Some(Command::Redo)),
+            ("Z", None),
+            ("N", Some(Command::NextSuggestion)),
+            ("Shift+N", Some(Command::PreviousSuggestion)),
+            ("?", help.clone()),
+            ("Shift+?", help),
+            ("3", Some(Command::ChooseSlot(3))),
+        ] {
+            assert_eq!(pressed(key), command, "{key}");
+        }
+        let answer = |key| command_of(&KeyMap::default(), parsed(key), true);
+        assert_eq!(answer("3"), Some(Command::AnswerSlot(3)));
+        assert_eq!(answer("Delete"), Some(Command::SkipSuggestion));
+        assert_eq!(answer("Ctrl+Z"), Some(Command::Undo));
     }
 
     #[test]
     fn a_key_that_was_given_to_something_else_does_only_that() {
         let mut map = KeyMap::default();
-        let shortcut = |text: &str| text.parse::<Shortcut>().unwrap();
-        map.set(shortcut("N"), Some(shortcut("E")));
-        map.set(shortcut("E"), None);
+        map.set(parsed("N"), Some(parsed("E")));
+        map.set(parsed("E"), None);
+        let command = |key| command_of(&map, parsed(key), false);
+        assert_eq!(command("E"), Some(Command::NextSuggestion));
+        assert_eq!(command("N"), None);
         assert_eq!(
-            action_of(TABLE, &map, shortcut("E")),
-            Some(Action::NextSuggestion)
-        );
-        assert_eq!(action_of(TABLE, &map, shortcut("N")), None);
-        assert_eq!(
-            (text(&map, "N"), text(&map, "E")),
-            ("E".to_owned(), String::new())
-        );
-        assert_eq!(
-            meaning(&map, shortcut("E")).map(|(_, default)| default),
-            Some(shortcut("N"))
+            meaning(&map, parsed("E")),
+            Some((NEXT_SUGGESTION.does, parsed("N")))
         );
     }
 
     #[test]
-    fn the_help_window_shows_the_present_keys_and_keeps_the_gestures() {
-        let mut map = KeyMap::default();
-        let shortcut = |text: &str| text.parse::<Shortcut>().unwrap();
-        let row = |key: &str| {
-            let row = TABLE
-                .iter()
-                .find(|row| row.choices().any(|default| default == shortcut(key)));
-            row.unwrap()
-        };
-        assert_eq!(row("[").present(&map), row("[").words.keys);
-        map.set(shortcut("["), Some(shortcut("J")));
-        map.set(shortcut("]"), None);
-        assert_eq!(row("[").present(&map), "J, Ctrl+wheel");
-        map.set(shortcut("F1"), Some(shortcut("F2")));
-        assert_eq!(row("?").present(&map), "?, F2");
-    }
-
-    #[test]
-    fn names_of_controls_follow_their_keys() {
+    fn help_and_names_show_the_present_keys() {
         let ctx = egui::Context::default();
-        assert_eq!(named(&ctx, "Erase (E)"), "Erase (E)");
+        assert_eq!(ERASE.named(&ctx), "Erase (E)");
         let mut map = KeyMap::default();
-        map.set("E".parse().unwrap(), Some("K".parse().unwrap()));
-        map.install(&ctx);
-        assert_eq!(named(&ctx, "Erase (E)"), "Erase (K)");
-        assert_eq!(named(&ctx, "Redo (Ctrl+Y)"), "Redo (Ctrl+Y)");
-        assert_eq!(named(&ctx, "Erase"), "Erase");
+        map.set(parsed("E"), Some(parsed("K")));
+        map.set(parsed("F1"), Some(parsed("F2")));
+        map.set(parsed("Ctrl+Shift+Z"), None);
+        assert_eq!(
+            (HELP.present(&map), REDO.present(&map)),
+            ("?, F2".to_owned(), "Ctrl+Y".to_owned())
+        );
+        install(&ctx, map);
+        assert_eq!(ERASE.named(&ctx), "Erase (K)");
+        assert_eq!(REDO.named_as(&ctx, "Redo scribble"), "Redo scribble");
     }
 }

@@ -1,18 +1,56 @@
 //! The small pictures of what was opened lately: made and read off the UI thread, kept in the data folder.
 
+use std::collections::HashMap;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
 use inplace_core::project::picture_name;
 use inplace_core::session::FrameMap;
+use inplace_model::preferences::RecentPlace;
+use inplace_model::workspace::source::FrameSource;
 
 use crate::canvas::composite;
-use crate::preferences::Place;
-use crate::thumbnails::Source;
 
 /// Most pixels along each axis: twice of what the start page shows in points.
 const SIZE: [f32; 2] = [176.0, 132.0];
+
+/// What is known about what was opened lately, once it was looked at.
+#[derive(Default)]
+pub struct Pictures {
+    found: HashMap<RecentPlace, Found>,
+}
+
+impl Pictures {
+    /// What was found of something opened lately; `None` before it was looked at.
+    pub fn of(&self, place: &RecentPlace) -> Option<&Found> {
+        self.found.get(place)
+    }
+
+    /// All that was found.
+    pub fn found(&self) -> impl Iterator<Item = &Found> {
+        self.found.values()
+    }
+
+    /// A job has looked at what was opened lately.
+    pub fn take(&mut self, ctx: &egui::Context, seen: Vec<Seen>) {
+        for Seen {
+            place,
+            there,
+            picture,
+        } in seen
+        {
+            let options = egui::TextureOptions::LINEAR;
+            let picture = picture.map(|picture| ctx.load_texture("picture", picture, options));
+            self.found.insert(place, Found { there, picture });
+        }
+    }
+
+    /// Something was taken off the list.
+    pub fn forget(&mut self, place: &RecentPlace) {
+        self.found.remove(place);
+    }
+}
 
 /// What a look at something opened lately found.
 #[derive(Clone)]
@@ -27,7 +65,7 @@ pub struct Found {
 #[derive(Debug)]
 pub struct Seen {
     /// What was looked at.
-    pub place: Place,
+    pub place: RecentPlace,
     /// Whether it is where it was.
     pub there: bool,
     /// Its picture, if there is one.
@@ -35,7 +73,7 @@ pub struct Seen {
 }
 
 /// Looks at something opened lately and reads its picture from this folder. Touches the disk.
-pub fn look_at(place: Place, folder: &Path) -> Seen {
+pub fn look_at(place: RecentPlace, folder: &Path) -> Seen {
     Seen {
         there: place.is_there(),
         picture: read(&file_of(&place, folder)),
@@ -44,12 +82,12 @@ pub fn look_at(place: Place, folder: &Path) -> Seen {
 }
 
 /// Removes the picture of a place from this folder. Touches the disk.
-pub fn remove(place: &Place, folder: &Path) {
+pub fn remove(place: &RecentPlace, folder: &Path) {
     // Most often there is one; one that cannot be removed only takes space.
     let _ = fs::remove_file(file_of(place, folder));
 }
 
-fn file_of(place: &Place, folder: &Path) -> PathBuf {
+fn file_of(place: &RecentPlace, folder: &Path) -> PathBuf {
     folder.join(picture_name(place.path()))
 }
 
@@ -59,47 +97,30 @@ fn read(file: &Path) -> Option<egui::ColorImage> {
     Some(egui::ColorImage::from_rgba_unmultiplied(size, image.as_raw()))
 }
 
-/// What a picture is made from: a frame with its labels over it.
-#[derive(Debug)]
-pub struct Portrait {
-    /// Index of the frame.
-    pub frame: usize,
-    /// The scene, and what is shown of it.
-    pub source: Source,
-}
-
-impl Portrait {
-    /// Writes the picture of a place into a folder, whole or not at all. Touches the disk.
-    ///
-    /// # Errors
-    /// Why it cannot be written.
-    pub fn write(&self, place: &Place, folder: &Path) -> io::Result<()> {
-        let Source {
-            scene,
-            map,
-            palette,
-            look,
-        } = &self.source;
-        let Some(frame) = scene.frames.get(self.frame) else {
-            return Ok(());
-        };
-        let (width, height) = (frame.camera.width as f32, frame.camera.height as f32);
-        let scale = (SIZE[0] / width).min(SIZE[1] / height).min(1.0);
-        let size = [width, height].map(|side| ((scale * side).round() as usize).max(1));
-        let map = map.as_deref().map(FrameMap::looked_up);
-        let picture = composite(&frame.color(), map.as_deref(), palette, *look, size);
-        let rgb: Vec<u8> = picture
-            .pixels
-            .iter()
-            .flat_map(|pixel| [pixel.r(), pixel.g(), pixel.b()])
-            .collect();
-        let file = file_of(place, folder);
-        let temporary = file.with_extension(format!("{}.tmp", std::process::id()));
-        fs::create_dir_all(folder)?;
-        let (width, height) = (size[0] as u32, size[1] as u32);
-        let format = image::ImageFormat::Png;
-        image::save_buffer_with_format(&temporary, &rgb, width, height, image::ColorType::Rgb8, format)
-            .map_err(io::Error::other)?;
-        fs::rename(&temporary, &file)
-    }
+/// Writes the picture of a place into a folder, whole or not at all. Touches the disk.
+///
+/// # Errors
+/// Why it cannot be written.
+pub fn write(place: &RecentPlace, source: &FrameSource, folder: &Path) -> io::Result<()> {
+    let Some(frame) = source.scene.frames.get(source.frame) else {
+        return Ok(());
+    };
+    let (width, height) = (frame.camera.width as f32, frame.camera.height as f32);
+    let scale = (SIZE[0] / width).min(SIZE[1] / height).min(1.0);
+    let size = [width, height].map(|side| ((scale * side).round() as usize).max(1));
+    let map = source.map.as_deref().map(FrameMap::looked_up);
+    let picture = composite(&frame.color(), map.as_deref(), &source.palette, source.look, size);
+    let rgb: Vec<u8> = picture
+        .pixels
+        .iter()
+        .flat_map(|pixel| [pixel.r(), pixel.g(), pixel.b()])
+        .collect();
+    let file = file_of(place, folder);
+    let temporary = file.with_extension(format!("{}.tmp", std::process::id()));
+    fs::create_dir_all(folder)?;
+    let (width, height) = (size[0] as u32, size[1] as u32);
+    let format = image::ImageFormat::Png;
+    image::save_buffer_with_format(&temporary, &rgb, width, height, image::ColorType::Rgb8, format)
+        .map_err(io::Error::other)?;
+    fs::rename(&temporary, &file)
 }

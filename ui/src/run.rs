@@ -2,53 +2,21 @@
 
 use std::cell::RefCell;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::PathBuf;
 use std::rc::Rc;
 use std::sync::Arc;
 
-use inplace_core::field::Preset;
 use inplace_core::project::{autosave_path, configuration_folder, pictures_folder};
-use inplace_core::scene::OpenOptions;
+use inplace_model::preferences::Store;
+use inplace_model::session_link::real_sessions;
+use inplace_model::text::PROGRAM;
 
-use crate::app::{App, Surroundings};
-use crate::opening::Target;
-use crate::preferences::Store;
-use crate::session_link::real_sessions;
+use crate::app::{App, Environment, UiOptions};
 
 /// Width and height of a window that was never resized, in points.
 const USUAL_SIZE: [f32; 2] = [1280.0, 800.0];
 
 /// The least that the panels need, in points.
 const LEAST_SIZE: [f32; 2] = [960.0, 600.0];
-
-/// What the window starts with.
-#[derive(Clone, Debug, Default)]
-pub struct UiOptions {
-    /// What is opened first; `None` = the start page.
-    pub open: Option<Target>,
-    /// What is read of captures.
-    pub read: OpenOptions,
-    /// How much the field may model.
-    pub preset: Preset,
-    /// Threads of the worker's pool; `None` = as the person prefers, or all cores but one.
-    pub threads: Option<usize>,
-    /// Seed of everything random.
-    pub seed: u64,
-    /// Measure the window, show the measurements and print them at exit.
-    pub stats: bool,
-    /// File that a record of what happens is written to.
-    pub trace: Option<PathBuf>,
-}
-
-/// Threads of the worker's pool unless somebody chose otherwise: one core is the window's.
-pub(crate) fn usual_threads() -> usize {
-    cores().saturating_sub(1).max(1)
-}
-
-/// Number of cores.
-pub(crate) fn cores() -> usize {
-    std::thread::available_parallelism().map_or(1, usize::from)
-}
 
 /// Why there is no window; a sentence each.
 #[derive(Debug, thiserror::Error)]
@@ -109,7 +77,7 @@ fn start(
         renderer,
         viewport: egui::ViewportBuilder::default()
             .with_app_id("inplace")
-            .with_title(crate::english::PROGRAM)
+            .with_title(PROGRAM)
             .with_inner_size(window.unwrap_or(USUAL_SIZE))
             .with_min_inner_size(LEAST_SIZE)
             .with_drag_and_drop(true),
@@ -125,7 +93,7 @@ fn start(
             crate::canvas::make_ready(render);
             crate::view3d::make_ready(render);
         }
-        let around = Surroundings {
+        let environment = Environment {
             sessions: real_sessions(),
             autosave: Arc::new(autosave_path),
             preferences,
@@ -135,7 +103,7 @@ fn start(
                 .as_ref()
                 .map(|render| render.target_format),
         };
-        Ok(Box::new(App::new(&creation.egui_ctx, options, around)))
+        Ok(Box::new(App::new(&creation.egui_ctx, options, environment)))
     });
     // winit panics where a library is missing.
     let quiet = QuietPanics::new();

@@ -2,18 +2,19 @@
 
 use std::collections::HashMap;
 use std::hash::Hash;
-use std::sync::Arc;
 
 use egui::Rect;
 use inplace_core::guide::Suggestion;
 use inplace_core::labels::Pixel;
-use inplace_core::scene::Scene;
 use inplace_core::session::FrameMap;
+use inplace_model::layer::{Layer, Look};
+use inplace_model::versioned::Version;
+use inplace_model::view::{ImagePart, crossings};
+use inplace_model::workspace::Workspace;
+use inplace_model::workspace::source::FrameSource;
 
 use crate::background::{Background, Desk};
-use crate::canvas::{Layer, Look, Palette, composite};
-use crate::surroundings::{crossings, surroundings};
-use crate::workspace::Workspace;
+use crate::canvas::{composite, rect_of};
 
 /// Most textures kept.
 const MOST: usize = 300;
@@ -27,31 +28,14 @@ pub enum Subject {
     Place(usize, Pixel),
 }
 
-/// What a thumbnail is made from.
-#[derive(Clone, Debug)]
-pub struct Source {
-    /// The scene.
-    pub scene: Arc<Scene>,
-    /// The frame's newest map.
-    pub map: Option<Arc<FrameMap>>,
-    /// The classes' colours.
-    pub palette: Arc<Palette>,
-    /// How it is composed.
-    pub look: Look,
-}
-
-impl Source {
-    /// A frame of the open scene as it is known now.
-    pub fn of_frame(workspace: &Workspace, frame: usize, look: Look) -> Self {
-        let maps = workspace.session().maps();
-        let maps = maps.filter(|_| look.layer != Layer::Color);
-        Self {
-            scene: Arc::clone(workspace.scene()),
-            map: maps.and_then(|maps| maps.get(frame)),
-            palette: Arc::clone(workspace.document().palette().0),
-            look,
-        }
-    }
+/// All that a thumbnail depends on, but for its subject: when this changes, it is made anew.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Shown {
+    layer: Layer,
+    /// Number of the frame's map, or of the list that a suggestion is from.
+    number: u64,
+    /// Version of the classes' colours, where they are shown.
+    palette: Option<Version>,
 }
 
 /// A finished thumbnail.
@@ -74,24 +58,24 @@ impl Thumbnail {
 
 struct Request {
     subject: Subject,
-    version: u64,
-    source: Source,
+    shown: Shown,
+    source: FrameSource,
     /// Of a place: the outline of its region; empty where it has none.
     outline: Vec<[f32; 2]>,
 }
 
 struct Made {
     subject: Subject,
-    version: u64,
+    shown: Shown,
     image: egui::ColorImage,
 }
 
 #[derive(Default)]
 struct Slot {
-    /// Version asked for last.
-    asked: Option<u64>,
-    /// Version that arrived last.
-    arrived: Option<u64>,
+    /// What was asked for last.
+    asked: Option<Shown>,
+    /// What arrived last.
+    arrived: Option<Shown>,
     thumbnail: Option<Thumbnail>,
     /// When it was last wanted.
     wanted: u64,
@@ -130,7 +114,7 @@ impl Thumbnails {
         self.clock += 1;
         while let Some(made) = self.thread.next() {
             let slot = self.slots.entry(made.subject).or_default();
-            slot.arrived = Some(made.version);
+            slot.arrived = Some(made.shown);
             let options = egui::TextureOptions::LINEAR;
             match &mut slot.thumbnail {
                 Some(thumbnail) => thumbnail.texture.set(made.image, options),
@@ -147,43 +131,62 @@ impl Thumbnails {
         }
     }
 
-    /// The newest thumbnail of a subject; asks for `version` of it if that is not there yet.
-    pub fn get(
-        &mut self,
-        subject: Subject,
-        version: u64,
-        source: impl FnOnce() -> Source,
-    ) -> Option<Thumbnail> {
-        self.get_with(subject, version, || (source(), Vec::new()))
+    /// The newest thumbnail of a frame in this look; asks for a newer one if it shows something else by now.
+    pub fn frame(&mut self, workspace: &Workspace, frame: usize, look: Look) -> Option<Thumbnail> {
+        let has_map = look.layer != Layer::Color;
+        let shown = Shown {
+            layer: look.layer,
+            number: if has_map { workspace.map_version(frame) } else { 0 },
+            palette: has_map.then(|| workspace.document().palette().version()),
+        };
+        self.get(Subject::Frame(frame), shown, || {
+            (FrameSource::new(workspace, frame, look), Vec::new())
+        })
     }
 
-    /// The newest thumbnail of a suggested place: its [`surroundings`], with what the layer of the source shows in its
-    /// region alone.
-    pub fn get_place(
-        &mut self,
-        place: &Suggestion,
-        version: u64,
-        source: impl FnOnce() -> Source,
-    ) -> Option<Thumbnail> {
-        let subject = Subject::Place(place.frame, place.pixel);
-        self.get_with(subject, version, || (source(), place.outline.clone()))
+    /// The thumbnail of the surroundings of a pixel, the image alone.
+    pub fn place(&mut self, workspace: &Workspace, frame: usize, pixel: Pixel) -> Option<Thumbnail> {
+        let shown = Shown {
+            layer: Layer::Color,
+            number: 0,
+            palette: None,
+        };
+        self.get(Subject::Place(frame, pixel), shown, || {
+            (FrameSource::new(workspace, frame, Look::PLAIN), Vec::new())
+        })
     }
 
-    fn get_with(
+    /// The newest thumbnail of a suggested place: as much of its region as there is room for, and the layer in that region
+    /// alone.
+    pub fn suggestion(&mut self, workspace: &Workspace, place: &Suggestion, look: Look) -> Option<Thumbnail> {
+        let shown = Shown {
+            layer: look.layer,
+            number: workspace.suggestions().version(),
+            palette: None,
+        };
+        self.get(Subject::Place(place.frame, place.pixel), shown, || {
+            (
+                FrameSource::new(workspace, place.frame, look),
+                place.outline.clone(),
+            )
+        })
+    }
+
+    fn get(
         &mut self,
         subject: Subject,
-        version: u64,
-        source: impl FnOnce() -> (Source, Vec<[f32; 2]>),
+        shown: Shown,
+        source: impl FnOnce() -> (FrameSource, Vec<[f32; 2]>),
     ) -> Option<Thumbnail> {
         let slot = self.slots.entry(subject).or_default();
         slot.wanted = self.clock;
         let idle = slot.asked == slot.arrived;
-        if idle && slot.arrived != Some(version) {
-            slot.asked = Some(version);
+        if idle && slot.arrived != Some(shown) {
+            slot.asked = Some(shown);
             let (source, outline) = source();
             self.thread.ask(Request {
                 subject,
-                version,
+                shown,
                 source,
                 outline,
             });
@@ -213,15 +216,15 @@ fn started(ctx: &egui::Context, size: [usize; 2]) -> Background<Request, Made> {
 
 impl Request {
     fn make(self, [width, height]: [usize; 2]) -> Option<Made> {
-        let Source {
+        let FrameSource {
             scene,
+            frame,
             map,
             palette,
             look,
         } = self.source;
         let map = map.as_deref().map(FrameMap::looked_up);
         let map = map.as_deref();
-        let (Subject::Frame(frame) | Subject::Place(frame, _)) = self.subject;
         let color = &scene.frames.get(frame)?.color();
         let image = match self.subject {
             Subject::Frame(_) => {
@@ -239,7 +242,7 @@ impl Request {
         };
         Some(Made {
             subject: self.subject,
-            version: self.version,
+            shown: self.shown,
             image,
         })
     }
@@ -253,7 +256,8 @@ fn place_picture(
     largest: [usize; 2],
 ) -> egui::ColorImage {
     let full = plain.size;
-    let part = surroundings(egui::vec2(full[0] as f32, full[1] as f32), pixel, outline);
+    let size = glam::vec2(full[0] as f32, full[1] as f32);
+    let part = rect_of(ImagePart::around(size, pixel, outline));
     let scale = (egui::vec2(largest[0] as f32, largest[1] as f32) / part.size())
         .min_elem()
         .min(1.0);
@@ -280,6 +284,10 @@ fn place_picture(
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
+    use inplace_model::palette::Palette;
+
     use super::*;
     use inplace_core::scene::ColorImage;
 
@@ -287,31 +295,38 @@ mod tests {
     fn what_was_asked_for_in_another_scene_is_not_shown() {
         let source = |[width, height]: [u32; 2]| {
             let color = ColorImage::new(width, height, vec![9; (3 * width * height) as usize]).unwrap();
-            Source {
+            let source = FrameSource {
                 scene: Arc::new(crate::testing::scene([color])),
+                frame: 0,
                 map: None,
                 palette: Palette::new(&[]),
                 look: Look::PLAIN,
-            }
+            };
+            (source, Vec::new())
+        };
+        let shown = Shown {
+            layer: Layer::Color,
+            number: 0,
+            palette: None,
         };
         let ctx = egui::Context::default();
         let mut thumbnails = Thumbnails::new(ctx, [48, 48]);
         thumbnails.collect(1);
         assert!(
             thumbnails
-                .get(Subject::Frame(0), 1, || source([60, 40]))
+                .get(Subject::Frame(0), shown, || source([60, 40]))
                 .is_none()
         );
         let start = std::time::Instant::now();
-        let shown = loop {
+        let size = loop {
             thumbnails.collect(2);
-            if let Some(shown) = thumbnails.get(Subject::Frame(0), 1, || source([40, 60])) {
-                break shown.texture.size();
+            if let Some(thumbnail) = thumbnails.get(Subject::Frame(0), shown, || source([40, 60])) {
+                break thumbnail.texture.size();
             }
             assert!(start.elapsed().as_secs() < 20, "nothing was made");
             std::thread::sleep(std::time::Duration::from_millis(1));
         };
-        assert_eq!(shown, [32, 48]);
+        assert_eq!(size, [32, 48]);
     }
 
     #[test]
@@ -321,7 +336,7 @@ mod tests {
         let outline = [[26.0, 16.0], [26.0, 24.0], [34.0, 24.0], [34.0, 16.0]];
         let place = ([30, 20], &outline[..]);
         let picture = place_picture(&shown, &plain, place, [300, 300]);
-        let part = surroundings(egui::vec2(60.0, 40.0), place.0, place.1);
+        let part = rect_of(ImagePart::around(glam::vec2(60.0, 40.0), place.0, place.1));
         assert_eq!(
             picture.size,
             [part.width().round() as usize, part.height().round() as usize]

@@ -1,6 +1,6 @@
 //! A record of what happened in the window, for bug reports, studies and scripts: a line of JSON for each event.
 //!
-//! The events are found by comparing the state after each frame of the window with that of before, so that nothing
+//! The events are found by comparing the model after each frame of the window with that of before, so that nothing
 //! else has to know of the record. `docs/formats.md` describes them.
 
 use std::fs::File;
@@ -11,12 +11,12 @@ use std::time::Instant;
 use crossbeam_channel::{Sender, unbounded};
 use inplace_core::guide::Suggestion;
 use inplace_core::labels::Stroke;
+use inplace_model::Model;
+use inplace_model::exporting::ExportProgress;
+use inplace_model::suggestions::Mode;
+use inplace_model::versioned::Version;
+use inplace_model::workspace::Workspace;
 use serde_json::{Value, json};
-
-use crate::exporting::Progress;
-use crate::guidance::Mode;
-use crate::state::AppState;
-use crate::workspace::Workspace;
 
 /// The record; another thread writes it.
 #[derive(Debug)]
@@ -33,15 +33,15 @@ struct Seen {
     exported: Option<PathBuf>,
     scene: Option<u64>,
     labels: Option<u64>,
-    classes: Option<u64>,
+    classes: Option<Version>,
     maps: Option<u64>,
     list: Option<u64>,
-    place: Place,
+    place: Whereabouts,
 }
 
 /// Where the person is among the suggestions.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-enum Place {
+enum Whereabouts {
     #[default]
     Away,
     Looking,
@@ -60,7 +60,9 @@ impl Trace {
             }
             file.flush()
         };
-        let failed = |error: std::io::Error| eprintln!("{}", crate::english::measurements::no_trace(&error));
+        let failed = |error: std::io::Error| {
+            eprintln!("inplace: the trace cannot be written ({error}); give a file in a folder that can be");
+        };
         let thread = std::thread::Builder::new().name("inplace-trace".to_owned());
         // Without the thread there is no record, and nothing else is lost.
         if let Err(error) = thread.spawn(move || write().unwrap_or_else(failed)) {
@@ -74,25 +76,25 @@ impl Trace {
     }
 
     /// Tells what has changed; `typing` = a text field has the keyboard.
-    pub fn observe(&mut self, state: &AppState, typing: bool) {
-        let exported = match &state.export {
-            Some(Progress::Finished(folder, ..)) => Some(folder),
+    pub fn observe(&mut self, model: &Model, typing: bool) {
+        let exported = match &model.export {
+            Some(ExportProgress::Finished(folder, ..)) => Some(folder),
             _ => None,
         };
-        let workspace = state.workspace();
-        let guidance = workspace.map(Workspace::guidance);
+        let workspace = model.workspace();
+        let suggestions = workspace.map(Workspace::suggestions);
         let now = Seen {
             typing,
             exported: exported.cloned(),
             scene: workspace.map(Workspace::serial),
             labels: workspace.map(|workspace| workspace.document().generation()),
-            classes: workspace.map(|workspace| workspace.document().palette().1),
+            classes: workspace.map(|workspace| workspace.document().palette().version()),
             maps: workspace.and_then(Workspace::followed),
-            list: guidance.map(|guidance| guidance.version()),
-            place: guidance.map_or(Place::Away, |guidance| match guidance.mode() {
-                Mode::Away => Place::Away,
-                Mode::Looking(_) => Place::Looking,
-                Mode::At(index) => Place::At(index, guidance.version()),
+            list: suggestions.map(|suggestions| suggestions.version()),
+            place: suggestions.map_or(Whereabouts::Away, |suggestions| match suggestions.mode() {
+                Mode::Away => Whereabouts::Away,
+                Mode::Looking(_) => Whereabouts::Looking,
+                Mode::At(index) => Whereabouts::At(index, suggestions.version()),
             }),
         };
         if now == self.seen {
@@ -127,10 +129,11 @@ impl Trace {
             if other_scene || before.list != self.seen.list {
                 let listed = workspace
                     .suggestions()
+                    .listed()
                     .iter()
                     .map(|place| suggestion(workspace, place));
                 let list = listed.collect::<Vec<_>>();
-                let generation = workspace.guidance().generation();
+                let generation = workspace.suggestions().generation();
                 self.tell(
                     "suggestions",
                     json!({ "generation": generation, "suggestions": list }),
@@ -202,12 +205,12 @@ fn suggestion(workspace: &Workspace, suggestion: &Suggestion) -> Value {
     })
 }
 
-fn place(workspace: &Workspace, place: Place) -> Value {
+fn place(workspace: &Workspace, place: Whereabouts) -> Value {
     match place {
-        Place::Away => json!({ "mode": "away" }),
-        Place::Looking => json!({ "mode": "looking" }),
-        Place::At(index, _) => {
-            let at = workspace.suggestions().get(index);
+        Whereabouts::Away => json!({ "mode": "away" }),
+        Whereabouts::Looking => json!({ "mode": "looking" }),
+        Whereabouts::At(index, _) => {
+            let at = workspace.suggestions().listed().get(index);
             json!({
                 "mode": "at",
                 "number": index + 1,

@@ -59,16 +59,13 @@ pub enum Icon {
     Compare,
 }
 
-/// A square button with an icon; `name` is its tooltip and its name for screen readers. Where it ends with
-/// the default key of what the button does, "Erase (E)", the present key is shown.
+/// A square button with an icon; `name` is its tooltip and its name for screen readers.
 pub fn icon_button(ui: &mut Ui, icon: Icon, name: &str) -> Response {
     icon_button_with(ui, icon, name, false)
 }
 
 /// An icon button that can be chosen.
 pub fn icon_button_with(ui: &mut Ui, icon: Icon, name: &str, chosen: bool) -> Response {
-    let name = crate::keys::named(ui.ctx(), name);
-    let name = name.as_ref();
     let side = ui.spacing().interact_size.y;
     let (rect, response) = ui.allocate_exact_size(Vec2::splat(side), Sense::click());
     let enabled = ui.is_enabled();
@@ -376,7 +373,7 @@ pub fn long_work(
     // Not on the bar: no colour is readable on both of its halves.
     ui.add(egui::Label::new(egui::RichText::new(words).weak()).truncate());
     cancel.is_some_and(|name| {
-        let button = ui.button(crate::english::dialogs::CANCEL);
+        let button = ui.button("Cancel");
         button.accessible_name(name).clicked()
     })
 }

@@ -3,81 +3,88 @@
 use std::time::Instant;
 
 use egui::{Event, Key};
+use inplace_model::model::Stage;
+use inplace_model::opening::Target;
+use inplace_model::project_session::ProjectSession;
+use inplace_model::{Command, Commands, Input};
 
 use super::App;
-use crate::action::Actions;
-use crate::english;
-use crate::keeper::Keeper;
-use crate::state::Stage;
+use crate::{keys, panels};
 
 impl eframe::App for App {
     fn logic(&mut self, _ctx: &egui::Context, _frame: &mut eframe::Frame) {
-        self.frame_started = Some(Instant::now());
-        if let Some(stats) = &mut self.state.stats {
+        let now = Instant::now();
+        self.frame_started = Some(now);
+        if let Some(stats) = &mut self.stats {
             stats.frame_begins();
         }
-        self.drain_jobs();
-        self.drain_session();
-        self.drain_keeper();
-        self.look_over();
-        self.hold_open_while_exporting();
-        self.prepare_layers();
-        let ctx = self.ctx.clone();
-        self.state.toasts.expire(&ctx);
+        self.drain();
+        let window = self.window_size();
+        self.update(Input::FrameBegins { now, window });
+        let asked = self.ctx.input(|input| input.viewport().close_requested());
+        // A discarded pass is run again with the same request.
+        if asked && self.ctx.current_pass_index() == 0 {
+            self.update(Command::CloseWindow);
+        }
+        self.prepare();
         self.set_title();
     }
 
     fn ui(&mut self, ui: &mut egui::Ui, frame: &mut eframe::Frame) {
-        let mut actions = Actions::default();
+        let mut commands = Commands::default();
         let ctx = self.ctx.clone();
         if ctx.current_pass_index() == 0 {
-            self.take_dropped_files(&mut actions);
-            if self.state.dialog.is_none() {
-                let workspace = self.state.workspace();
-                let guided = workspace.is_some_and(|workspace| workspace.guidance().is_active());
-                self.canvas.take_keys(&ctx, &self.state, &mut actions);
-                crate::keys::dispatch(&ctx, guided, &mut actions);
+            self.take_dropped_files(&mut commands);
+            if self.model.dialog.is_none() {
+                let workspace = self.model.workspace();
+                let guided = workspace.is_some_and(|workspace| workspace.suggestions().is_active());
+                self.canvas.take_keys(&ctx, &self.model, &mut commands);
+                keys::dispatch(&ctx, guided, &mut commands);
             }
         }
         // What an open dialog or a text field does with Escape comes before the messages.
-        let escape = self.state.dialog.is_none() && !ctx.text_edit_focused();
-        self.panels.show(ui, &self.state, &mut self.canvas, &mut actions);
-        let mut dialog = self.state.dialog.take();
-        if let Some(dialog) = &mut dialog {
-            dialog.show(&ctx, &self.state, &mut actions);
-        }
-        self.state.dialog = dialog;
-        let area = match self.state.stage {
-            Stage::Open(_) => self.canvas.rect(),
-            Stage::Start | Stage::Opening(_) => ctx.content_rect(),
+        let escape = self.model.dialog.is_none() && !ctx.text_edit_focused();
+        self.panels.show(ui, &self.model, &mut self.canvas, &mut commands);
+        let edited = self
+            .dialogs
+            .show(&ctx, &self.model, self.canvas.rect(), &mut commands);
+        let open = matches!(self.model.stage, Stage::Open(_));
+        let area = if open {
+            self.canvas.rect()
+        } else {
+            ctx.content_rect()
         };
-        crate::panels::work(&ctx, &self.state, area, &mut actions);
-        crate::panels::drop_area(&ctx);
-        self.state.toasts.show(&ctx, area, escape, &mut actions);
-        for action in actions.take() {
-            self.apply(action);
+        panels::work(&ctx, &self.model, area, &mut commands);
+        panels::drop_area(&ctx);
+        if let Some(stats) = self.stats.as_ref().filter(|_| open) {
+            panels::stats(&ctx, stats, area);
+        }
+        panels::messages(&ctx, &self.model.messages, area, escape, &mut commands);
+        // What was typed is known to whatever was pressed after it.
+        for command in edited.into_iter().chain(commands.take()) {
+            self.update(command);
             ctx.request_repaint();
         }
-        // What an action asks for is under way before the next frame.
-        self.prepare_layers();
-        self.keep_preferences();
+        // What a command asks for is under way before the next frame.
+        self.prepare();
+        self.store.keep(&self.model.preferences);
         if let Some(trace) = &mut self.trace {
-            trace.observe(&self.state, ctx.text_edit_focused());
+            trace.observe(&self.model, ctx.text_edit_focused());
         }
-        if let (Some(stats), Some(started)) = (&mut self.state.stats, self.frame_started) {
+        if let (Some(stats), Some(started)) = (&mut self.stats, self.frame_started) {
             stats.frame_done(started.elapsed(), frame.info().cpu_usage);
         }
     }
 
     /// Over the canvas the Tab key hides the overlay; elsewhere it moves the focus as usual.
     fn raw_input_hook(&mut self, ctx: &egui::Context, input: &mut egui::RawInput) {
-        let over_canvas = self.state.dialog.is_none()
-            && self.state.workspace().is_some()
+        let over_canvas = self.model.dialog.is_none()
+            && self.model.workspace().is_some()
             && !ctx.text_edit_focused()
             && ctx
                 .pointer_hover_pos()
                 .is_some_and(|position| self.canvas.rect().contains(position));
-        let mut hidden = self.state.overlay_hidden;
+        let mut hidden = self.model.overlay_hidden;
         input.events.retain(|event| match event {
             Event::Key {
                 key: Key::Tab,
@@ -93,34 +100,57 @@ impl eframe::App for App {
             }
             _ => true,
         });
-        self.state.overlay_hidden = hidden;
+        if hidden != self.model.overlay_hidden {
+            self.update(Command::HideOverlay(hidden));
+        }
     }
 
     fn on_exit(&mut self, _gl: Option<&eframe::glow::Context>) {
         self.end();
-        if let Some(stats) = &self.state.stats {
+        if let Some(stats) = &self.stats {
             eprintln!("{}", stats.json());
         }
     }
 }
 
 impl App {
+    /// Has what the canvas shows made ready.
+    fn prepare(&mut self) {
+        let mut commands = Commands::default();
+        self.canvas.prepare(&self.ctx, &self.model, &mut commands);
+        for command in commands.take() {
+            self.update(command);
+        }
+    }
+
+    /// Width and height of the window in points of the screen, whatever the scale; `None` while it fills the screen.
+    fn window_size(&self) -> Option<[f32; 2]> {
+        let scale = self.ctx.zoom_factor();
+        self.ctx.input(|input| {
+            let viewport = input.viewport();
+            let whole = viewport.maximized == Some(true) || viewport.fullscreen == Some(true);
+            let inner = viewport.inner_rect.filter(|_| !whole)?;
+            let size = inner.size() * scale;
+            Some([size.x.round(), size.y.round()])
+        })
+    }
+
     fn set_title(&mut self) {
-        let saved = self.state.keeper.as_ref().map(Keeper::saved_state);
-        let title = english::saving::title(self.state.document_name().as_deref(), saved);
+        let saved = self.model.project.as_ref().map(ProjectSession::saved_state);
+        let title = panels::window_title(self.model.document_name().as_deref(), saved);
         if title != self.title {
             self.title.clone_from(&title);
             self.ctx.send_viewport_cmd(egui::ViewportCommand::Title(title));
         }
     }
 
-    fn take_dropped_files(&self, actions: &mut Actions) {
+    fn take_dropped_files(&self, commands: &mut Commands) {
         let dropped = self.ctx.input(|input| {
             let first = input.raw.dropped_files.first();
             first.map(|file| file.path().to_path_buf())
         });
         if let Some(path) = dropped {
-            actions.push(crate::action::Action::OpenPath(path));
+            commands.push(Command::Open(Target::Path(path)));
         }
     }
 }

@@ -1,30 +1,38 @@
-//! What the canvas shows, with a serial number for each part so that only changes are uploaded.
+//! What the canvas shows, with a version of each part so that only changes are uploaded.
 
 use std::sync::Arc;
 
 use inplace_core::scene::{ColorImage, Scene};
-use inplace_core::session::{ENTROPY_STEPS_PER_NAT, FrameMap};
+use inplace_core::session::FrameMap;
+use inplace_model::palette::{Palette, Table};
+use inplace_model::versioned::{Version, Versioned};
 
-use super::palette::{Palette, Table};
 use super::plane::{Over, Reading, Texels};
 
-/// A map that is looked up, with a number that no other map has.
+/// A map that is looked up.
 #[derive(Clone, Debug)]
 pub struct ShownMap {
-    /// The map.
-    pub map: Arc<FrameMap>,
-    /// Never 0, and different for every map.
-    pub serial: u64,
+    /// The map, with the version that it came with.
+    pub map: Versioned<Arc<FrameMap>>,
+    /// Version of its entropies as what lies over the image.
+    entropy: Version,
 }
 
 impl ShownMap {
+    /// A map that is looked up.
+    pub fn new(map: Versioned<Arc<FrameMap>>) -> Self {
+        Self {
+            map,
+            entropy: Version::new(),
+        }
+    }
+
     /// The map's classes as what lies over the image.
     pub fn labels(&self) -> Over {
         Over {
             size: [self.map.width, self.map.height],
             texels: Texels::Labels(Arc::clone(&self.map)),
-            // Numbers of maps are multiples of four: the next one is free for the entropy.
-            serial: self.serial,
+            version: self.map.version(),
             reading: Reading::Classes,
             greyed: false,
         }
@@ -35,7 +43,7 @@ impl ShownMap {
         Over {
             size: [self.map.width, self.map.height],
             texels: Texels::Entropy(Arc::clone(&self.map)),
-            serial: self.serial + 1,
+            version: self.entropy,
             reading: entropy_reading(palette),
             greyed: false,
         }
@@ -51,13 +59,6 @@ pub fn entropy_reading(palette: &Palette) -> Reading {
     }
 }
 
-/// The largest entropy that has a colour of its own, in nats.
-pub fn most_entropy(palette: &Palette) -> f32 {
-    palette
-        .most_entropy()
-        .min(f32::from(u16::MAX) / ENTROPY_STEPS_PER_NAT)
-}
-
 /// An image as the renderer wants it: RGBA, row-major `[height, width, 4]`.
 #[derive(Debug)]
 pub struct Picture {
@@ -65,13 +66,13 @@ pub struct Picture {
     pub size: [u32; 2],
     /// The bytes.
     pub rgba: Vec<u8>,
-    /// Never 0, and different for every picture of this canvas.
-    pub serial: u64,
+    /// Different for every picture.
+    pub version: Version,
 }
 
 impl Picture {
     /// The bytes of an RGB image with the opacity that renderers want beside them.
-    pub fn new(color: &ColorImage, serial: u64) -> Self {
+    pub fn new(color: &ColorImage) -> Self {
         let mut rgba = vec![255; color.bytes().len() / 3 * 4];
         for (rgba, rgb) in rgba.chunks_exact_mut(4).zip(color.bytes().chunks_exact(3)) {
             rgba[..3].copy_from_slice(rgb);
@@ -79,7 +80,7 @@ impl Picture {
         Self {
             size: [color.width(), color.height()],
             rgba,
-            serial,
+            version: Version::new(),
         }
     }
 }
@@ -119,18 +120,16 @@ impl Image {
 pub struct Content {
     /// The image.
     pub image: Image,
-    /// Never 0, and different for all images of this canvas.
-    pub image_serial: u64,
+    /// Different for all images.
+    pub image_version: Version,
     /// The image for the renderer; `None` while it is being made.
     pub picture: Option<Arc<Picture>>,
     /// What lies over it.
     pub over: Option<Over>,
-    /// The frame's newest map, shown or not: its generation, frame and serial number.
-    pub map: Option<(u64, usize, u64)>,
+    /// The frame's newest map, shown or not.
+    pub map: Option<Versioned<Arc<FrameMap>>>,
     /// The classes' colours.
-    pub palette: Arc<Palette>,
-    /// Changes with the palette.
-    pub palette_serial: u64,
+    pub palette: Versioned<Arc<Palette>>,
 }
 
 #[cfg(test)]
@@ -140,8 +139,8 @@ mod tests {
     #[test]
     fn a_picture_is_the_image_with_full_opacity() {
         let color = ColorImage::new(2, 1, vec![1, 2, 3, 4, 5, 6]).unwrap();
-        let picture = Picture::new(&color, 9);
+        let picture = Picture::new(&color);
         assert_eq!(picture.rgba, [1, 2, 3, 255, 4, 5, 6, 255]);
-        assert_eq!((picture.size, picture.serial), ([2, 1], 9));
+        assert_eq!(picture.size, [2, 1]);
     }
 }

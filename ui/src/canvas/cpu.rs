@@ -3,10 +3,10 @@
 use egui::Color32;
 use inplace_core::scene;
 use inplace_core::session::FrameMap;
+use inplace_model::layer::{Layer, Look};
+use inplace_model::palette::Palette;
 
 use super::content::{Content, entropy_reading};
-use super::layer::Layer;
-use super::palette::Palette;
 use super::plane::{Over, Reading};
 
 /// How much of the colour of a class border is the outline's.
@@ -17,41 +17,21 @@ pub(super) const HATCHING: f32 = 0.4;
 pub(super) const DIMMED_BLACK: f32 = 22.0;
 pub(super) const DIMMED_SHARE: f32 = 0.5;
 
-/// How a frame is composed.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Look {
-    /// What lies over the colour image.
-    pub layer: Layer,
-    /// How much it covers, 0..=1.
-    pub opacity: f32,
-    /// Whether borders between classes are drawn.
-    pub outlines: bool,
+/// How much of the layer's own colour there is, 0..=1.
+pub(super) fn strength(look: &Look) -> f32 {
+    match look.layer {
+        // What is marked stays marked.
+        Layer::Disagreement => 0.5 + 0.5 * look.opacity,
+        _ => look.opacity,
+    }
 }
 
-impl Look {
-    /// The colour image alone.
-    pub const PLAIN: Self = Self {
-        layer: Layer::Color,
-        opacity: 0.0,
-        outlines: false,
-    };
-
-    /// How much of the layer's own colour there is, 0..=1.
-    pub(super) fn strength(&self) -> f32 {
-        match self.layer {
-            // What is marked stays marked.
-            Layer::Disagreement => 0.5 + 0.5 * self.opacity,
-            _ => self.opacity,
-        }
-    }
-
-    /// How much of the colour of a border between classes is the outline's.
-    pub(super) fn outline(&self) -> f32 {
-        if self.outlines && self.opacity > 0.0 {
-            OUTLINE_STRENGTH * self.opacity.max(0.5)
-        } else {
-            0.0
-        }
+/// How much of the colour of a border between classes is the outline's.
+pub(super) fn outline(look: &Look) -> f32 {
+    if look.outlines && look.opacity > 0.0 {
+        OUTLINE_STRENGTH * look.opacity.max(0.5)
+    } else {
+        0.0
     }
 }
 
@@ -140,13 +120,13 @@ impl Plane<'_> {
     fn over(&self, image: [u8; 3], palette: &Palette, look: Look, column: usize, row: usize) -> [u8; 3] {
         let index = row * self.size[0] + column;
         let value = self.values[index];
-        let strength = look.strength();
+        let strength = strength(&look);
         let base = if self.greyed { dimmed(image) } else { image };
         match self.reading {
             Reading::Classes => {
                 let filled = mix(base, palette.class(value), strength);
                 if self.is_border(index, column, row) {
-                    mix(filled, [255; 4], look.outline())
+                    mix(filled, [255; 4], outline(&look))
                 } else {
                     filled
                 }
@@ -201,8 +181,10 @@ pub(super) fn texture(ctx: &egui::Context, content: &Content, look: Look) -> Opt
 
 #[cfg(test)]
 mod tests {
-    use super::super::palette::{Table, Verdict};
-    use super::super::plane::{DepthPlane, Texels, VERDICTS};
+    use super::super::plane::{AGREEMENT, DepthPlane, Texels};
+    use inplace_model::palette::{Agreement, Table};
+    use inplace_model::versioned::Version;
+
     use super::*;
     use inplace_core::labels::Class;
 
@@ -261,7 +243,7 @@ mod tests {
         let over = Over {
             size: [values.len() as u32, 1],
             texels: Texels::Made(values.into()),
-            serial: 1,
+            version: Version::new(),
             reading,
             greyed,
         };
@@ -282,13 +264,13 @@ mod tests {
 
     #[test]
     fn disagreement_marks_what_is_contradicted_on_a_grey_image() {
-        let numbers = Verdict::ALL.map(|verdict| verdict as u16);
-        let pixels = over(Layer::Disagreement, VERDICTS, &numbers, true);
+        let numbers = Agreement::ALL.map(|agreement| agreement as u16);
+        let pixels = over(Layer::Disagreement, AGREEMENT, &numbers, true);
         let grey = Color32::from_gray(72);
-        let [r, g, b, _] = Verdict::ImportContradicted.color();
+        let [r, g, b, _] = Agreement::ImportContradicted.color();
         assert_eq!((pixels[0], pixels[2]), (grey, Color32::from_rgb(r, g, b)));
         let agreed = pixels[1];
-        assert!(agreed.b() > agreed.r() && agreed.b() < Verdict::Agreed.color()[2]);
+        assert!(agreed.b() > agreed.r() && agreed.b() < Agreement::Agreed.color()[2]);
         assert_ne!(pixels[2], pixels[3]);
     }
 

@@ -5,10 +5,12 @@ use std::time::Instant;
 
 use bytemuck::{Pod, Zeroable};
 use egui_wgpu::{CallbackResources, CallbackTrait, ScreenDescriptor};
+use inplace_model::layer::Look;
+use inplace_model::palette::PALETTE_COLUMNS;
+use inplace_model::versioned::Version;
 
 use super::content::Content;
-use super::cpu::{DIMMED_BLACK, DIMMED_SHARE, HATCHING, Look};
-use super::palette::PALETTE_COLUMNS;
+use super::cpu::{DIMMED_BLACK, DIMMED_SHARE, HATCHING, outline, strength};
 use super::plane::Reading;
 use super::view::Placement;
 
@@ -62,8 +64,8 @@ struct Resources {
     sampler: wgpu::Sampler,
     palette: Plane,
     sides: [Side; SIDES],
-    /// Serial number of the newest map that arrived here.
-    map_serial: u64,
+    /// The newest map that arrived here.
+    map: Option<Version>,
 }
 
 /// What one side of the canvas shows.
@@ -74,12 +76,12 @@ struct Side {
     bind_group: Option<wgpu::BindGroup>,
 }
 
-/// A texture and the serial number of what it holds.
+/// A texture and the version of what it holds.
 struct Plane {
     name: &'static str,
     format: wgpu::TextureFormat,
     texture: Option<wgpu::Texture>,
-    serial: Option<u64>,
+    version: Option<Version>,
 }
 
 impl Plane {
@@ -88,7 +90,7 @@ impl Plane {
             name,
             format,
             texture: None,
-            serial: None,
+            version: None,
         }
     }
 
@@ -97,11 +99,11 @@ impl Plane {
         &mut self,
         device: &wgpu::Device,
         queue: &wgpu::Queue,
-        serial: u64,
+        version: Option<Version>,
         [width, height]: [u32; 2],
         texels: &[u8],
     ) -> bool {
-        if self.serial == Some(serial) {
+        if self.texture.is_some() && self.version == version {
             return false;
         }
         let size = wgpu::Extent3d {
@@ -125,7 +127,7 @@ impl Plane {
                 view_formats: &[],
             }));
         }
-        self.serial = Some(serial);
+        self.version = version;
         let row = self.format.block_copy_size(None).unwrap_or(4) * size.width;
         if let Some(texture) = &self.texture
             && texels.len() == row as usize * size.height as usize
@@ -207,18 +209,18 @@ impl Resources {
             sampler,
             palette: Plane::new("canvas palette", wgpu::TextureFormat::Rgba8Unorm),
             sides: std::array::from_fn(|_| Side::new(device)),
-            map_serial: 0,
+            map: None,
         }
     }
 
     fn upload(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, draw: &Draw) {
         let content = &draw.content;
         let palette = &content.palette;
-        if self.palette.serial != Some(content.palette_serial) {
+        let version = Some(palette.version());
+        if self.palette.version != version {
             let size = [PALETTE_COLUMNS as u32, palette.rows() as u32];
             let texels = palette.texels();
-            let serial = content.palette_serial;
-            if self.palette.hold(device, queue, serial, size, &texels) {
+            if self.palette.hold(device, queue, version, size, &texels) {
                 for side in &mut self.sides {
                     side.bind_group = None;
                 }
@@ -229,11 +231,11 @@ impl Resources {
         if side.bind_group.is_none() {
             side.bind_group = side.bind(device, &self.layout, &self.sampler, &self.palette);
         }
-        if let Some((generation, frame, serial)) = content.map
-            && serial != self.map_serial
+        if let Some(map) = &content.map
+            && self.map != Some(map.version())
         {
-            self.map_serial = serial;
-            note_upload(&draw.clock, generation, frame);
+            self.map = Some(map.version());
+            note_upload(&draw.clock, map.generation, map.frame);
         }
     }
 }
@@ -258,19 +260,21 @@ impl Side {
     fn upload(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, content: &Content) {
         let mut renewed = false;
         if let Some(picture) = &content.picture {
+            let version = Some(picture.version);
             renewed |= self
                 .image
-                .hold(device, queue, picture.serial, picture.size, &picture.rgba);
+                .hold(device, queue, version, picture.size, &picture.rgba);
         }
         match &content.over {
-            Some(over) if self.over.serial != Some(over.serial) => {
+            Some(over) if self.over.version != Some(over.version) => {
                 let values = over.texels.values();
                 let texels = bytemuck::cast_slice(&values);
-                renewed |= self.over.hold(device, queue, over.serial, over.size, texels);
+                let version = Some(over.version);
+                renewed |= self.over.hold(device, queue, version, over.size, texels);
             }
             // There has to be a texture, whatever is in it.
             None if self.over.texture.is_none() => {
-                renewed |= self.over.hold(device, queue, 0, [1, 1], &[0; 2]);
+                renewed |= self.over.hold(device, queue, None, [1, 1], &[0; 2]);
             }
             _ => {}
         }
@@ -342,13 +346,13 @@ impl Draw {
         let rect = self.placement.rect();
         let (over, palette) = (self.content.over.as_ref(), &self.content.palette);
         let [width, height] = self.content.image.size();
-        let strength = self.look.strength();
+        let strength = strength(&self.look);
         let mut uniforms = Uniforms {
             image: [rect.left(), rect.top(), rect.width(), rect.height()].map(|v| v * pixels_per_point),
             color_size: [width as f32, height as f32],
             plane_size: over.map_or([1.0; 2], |over| over.size.map(|side| side as f32)),
             strength,
-            outline_strength: self.look.outline(),
+            outline_strength: outline(&self.look),
             hatching: HATCHING * strength,
             class_rows: palette.class_rows() as u32,
             hole: u32::MAX,

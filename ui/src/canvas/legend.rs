@@ -1,15 +1,15 @@
 //! What the colours of a layer mean, in the lower left corner of its part of the canvas.
 
 use egui::{Color32, FontId, Mesh, Painter, Pos2, Rect, Role, Sense, Shape, Ui, WidgetInfo, pos2, vec2};
+use inplace_model::layer::Layer;
+use inplace_model::palette::{Agreement, PALETTE_COLUMNS, Table};
+use inplace_model::workspace::Workspace;
 
-use super::content::most_entropy;
-use super::layer::Layer;
-use super::palette::{PALETTE_COLUMNS, Table, Verdict};
+use super::frame_view::FrameView;
 use super::split::Part;
-use crate::english::layers;
+use crate::numbers;
 use crate::theme;
 use crate::widgets::{painted_line, swatch};
-use crate::workspace::Workspace;
 
 /// Most classes listed.
 const MOST_CLASSES: usize = 12;
@@ -41,11 +41,11 @@ enum Row {
 }
 
 /// Draws the legend of a part of the canvas.
-pub fn show(ui: &Ui, workspace: &Workspace, side: usize, part: Part) {
+pub fn show(ui: &Ui, known: (&Workspace, &FrameView), side: usize, part: Part) {
     let room = part.clip.height() - 2.0 * theme::GAP - 2.0 * PADDING;
     let lines = (room / LINE).floor().max(0.0) as usize;
     // On a small canvas the image matters more.
-    let rows = rows(workspace, part.layer, (lines / 2).min(MOST_CLASSES));
+    let rows = rows(known, part.layer, (lines / 2).min(MOST_CLASSES));
     if rows.is_empty() || rows.len() > lines {
         return;
     }
@@ -77,38 +77,38 @@ pub fn show(ui: &Ui, workspace: &Workspace, side: usize, part: Part) {
 }
 
 /// The lines of a layer's legend, with at most so many classes.
-fn rows(workspace: &Workspace, layer: Layer, most: usize) -> Vec<Row> {
-    let shown = workspace.shown();
+fn rows((workspace, shown): (&Workspace, &FrameView), layer: Layer, most: usize) -> Vec<Row> {
     let note = |text: &str| vec![Row::Note(text.to_owned())];
     let no_view = || {
         if workspace.has_ended() {
             workspace.phase_in_words()
         } else {
-            shown.no_view().unwrap_or(layers::RENDERING)
+            workspace.not_rendered().unwrap_or("The view is being rendered")
         }
     };
     match layer {
         Layer::Color => Vec::new(),
-        Layer::Labels | Layer::Entropy | Layer::Disagreement if shown.map().is_none() => note(layers::NO_MAP),
-        Layer::Labels => class_rows(workspace, most),
+        Layer::Labels | Layer::Entropy | Layer::Disagreement if shown.map().is_none() => {
+            note("No labels to show yet")
+        }
+        Layer::Labels => class_rows(workspace, shown, most),
         Layer::Entropy => {
-            let most = most_entropy(workspace.document().palette().0);
             vec![
                 Row::Title(layer.name().to_owned()),
-                Row::Bar(Table::Entropy, [layers::nats(0.0), layers::nats(most)]),
+                Row::Bar(Table::Entropy, ["sure", "unsure"].map(str::to_owned)),
             ]
         }
-        Layer::Disagreement => verdict_rows(workspace),
-        Layer::Depth => depth_rows(workspace).unwrap_or_else(|| match shown.no_view() {
-            None if workspace.frame().is_some_and(|frame| frame.has_depth()) => note(layers::PREPARING),
-            None if !workspace.has_ended() => note(layers::RENDERING_DEPTH),
+        Layer::Disagreement => agreement_rows(workspace, shown),
+        Layer::Depth => depth_rows(shown).unwrap_or_else(|| match workspace.not_rendered() {
+            None if workspace.frame().is_some_and(|frame| frame.has_depth()) => note("One moment"),
+            None if !workspace.has_ended() => note("No measured depth: it is being rendered"),
             _ => note(no_view()),
         }),
         Layer::Rendered => match shown.view() {
             None => note(no_view()),
             Some(view) => vec![
                 Row::Title(layer.name().to_owned()),
-                Row::Note(layers::after_steps(view.rendered.steps)),
+                Row::Note(after_steps(view.rendered.steps)),
             ],
         },
     }
@@ -116,8 +116,8 @@ fn rows(workspace: &Workspace, layer: Layer, most: usize) -> Vec<Row> {
 
 /// The classes that are visible, in the order of the class list; where there are more than fit, those with the
 /// most pixels.
-fn class_rows(workspace: &Workspace, most: usize) -> Vec<Row> {
-    let Some(visible) = workspace.shown().visible() else {
+fn class_rows(workspace: &Workspace, shown: &FrameView, most: usize) -> Vec<Row> {
+    let Some(visible) = shown.visible() else {
         return Vec::new();
     };
     let largest = &visible[..visible.len().min(most)];
@@ -128,52 +128,60 @@ fn class_rows(workspace: &Workspace, most: usize) -> Vec<Row> {
         .map(|class| Row::Swatch(class.color, class.name.clone()))
         .collect();
     if visible.len() > largest.len() {
-        rows.push(Row::Note(layers::and_more(visible.len() - largest.len())));
+        rows.push(Row::Note(and_more(visible.len() - largest.len())));
     }
     if rows.is_empty() {
-        rows.push(Row::Note(layers::ALL_VOID.to_owned()));
+        rows.push(Row::Note("Nothing has a class here yet".to_owned()));
     }
     rows
 }
 
-fn verdict_rows(workspace: &Workspace) -> Vec<Row> {
+fn agreement_rows(workspace: &Workspace, shown: &FrameView) -> Vec<Row> {
     let labels = workspace.document().labels();
     let frame = workspace.frame_index();
     let imported = labels.imported.as_deref();
     let is_imported = imported.is_some_and(|images| images.of_frame(frame).is_some());
     let is_drawn_on = workspace.document().strokes_of_frame(frame) > 0;
     if !is_imported && !is_drawn_on {
-        return vec![Row::Note(layers::NOTHING_SAID.to_owned())];
+        return vec![Row::Note(
+            "Nothing is labelled in this frame: no strokes, no imported image".to_owned(),
+        )];
     }
-    if !workspace.shown().has_verdicts() {
-        return vec![Row::Note(layers::PREPARING.to_owned())];
+    if shown.agreement().is_none() {
+        return vec![Row::Note("One moment".to_owned())];
     }
-    let mark = |verdict: Verdict, words: &str| {
-        let [r, g, b, _] = verdict.color();
+    let mark = |agreement: Agreement, words: &str| {
+        let [r, g, b, _] = agreement.color();
         Row::Swatch([r, g, b], words.to_owned())
     };
     let mut rows = Vec::new();
     if is_imported {
-        rows.push(mark(Verdict::ImportContradicted, layers::IMPORT_CONTRADICTED));
+        rows.push(mark(
+            Agreement::ImportContradicted,
+            "Imported label, and the map says otherwise",
+        ));
     }
     if is_drawn_on {
-        rows.push(mark(Verdict::StrokeContradicted, layers::STROKE_CONTRADICTED));
+        rows.push(mark(
+            Agreement::StrokeContradicted,
+            "Your stroke, and the others say otherwise",
+        ));
     }
-    rows.push(mark(Verdict::Agreed, layers::AGREED));
-    rows.push(Row::Swatch([86; 3], layers::UNSAID.to_owned()));
+    rows.push(mark(Agreement::Agreed, "Labelled, and undisputed"));
+    rows.push(Row::Swatch([86; 3], "Not labelled by hand or import".to_owned()));
     rows
 }
 
-fn depth_rows(workspace: &Workspace) -> Option<Vec<Row>> {
-    let (plane, measured) = workspace.shown().depth()?;
+fn depth_rows(shown: &FrameView) -> Option<Vec<Row>> {
+    let (plane, measured) = shown.depth()?;
     let (title, hole) = if measured {
-        (layers::MEASURED_DEPTH, layers::NO_DEPTH)
+        ("Measured depth", "not measured")
     } else {
-        (layers::RENDERED_DEPTH, layers::NO_RENDERED_DEPTH)
+        ("Rendered depth", "nothing met")
     };
     let bar = plane
         .range
-        .map(|range| Row::Bar(Table::Depth, range.map(layers::metres)));
+        .map(|range| Row::Bar(Table::Depth, range.map(numbers::metres)));
     let title = [Row::Title(title.to_owned())].into_iter();
     Some(title.chain(bar).chain([Row::Hatched(hole)]).collect())
 }
@@ -271,4 +279,14 @@ fn hatched(painter: &Painter, square: Rect) {
         let to = from + vec2(-square.height(), square.height());
         painter.line_segment([from, to], egui::Stroke::new(1.5, Color32::from_gray(200)));
     }
+}
+
+/// A rendered view, by the training that it shows.
+fn after_steps(steps: u64) -> String {
+    format!("after {steps} training steps")
+}
+
+/// Classes that found no place in the legend.
+fn and_more(count: usize) -> String {
+    format!("and {count} more")
 }

@@ -2,46 +2,50 @@
 
 mod content;
 mod cpu;
+mod frame_view;
 mod gpu;
-mod layer;
 mod legend;
 mod missing;
 mod overlay;
-mod palette;
 mod pick;
 mod plane;
 mod preparing;
+mod shapes;
 mod split;
 mod strokes;
 mod tools;
 mod view;
 
 use std::collections::BTreeMap;
+use std::time::Instant;
 
 use egui::{Align2, CursorIcon, Event, Key, Pos2, Rect, Role, Sense, Ui, WidgetInfo, vec2};
 use inplace_core::labels::Pixel;
+use inplace_model::layer::{Layer, Look};
+use inplace_model::settings::Settings;
+use inplace_model::tool::{Tool, stepped_brush};
+use inplace_model::versioned::Version;
+use inplace_model::view::View;
+use inplace_model::workspace::Workspace;
+use inplace_model::{Command, Commands, Model};
 
-pub use content::{Content, Image, Picture, ShownMap};
-pub use cpu::{Look, composite};
+pub use cpu::composite;
+pub use frame_view::FrameView;
 pub use gpu::{UploadClock, make_ready};
-pub use layer::Layer;
-pub use overlay::{marker, region, stroke_color};
-pub use palette::{PALETTE_COLUMNS, Palette, Table, VOID_COLOR, Verdict};
-pub use plane::{DepthPlane, Over, Reading, Texels, VERDICTS, disagreement, measured_depth};
-pub use preparing::{FieldView, Made, Part, Preparer, Request, STEP as SERIAL_STEP, Said, preparer};
+pub use overlay::{marker, region};
+pub use shapes::stroke_color;
 pub use split::{below_menus, layer_menu};
 pub use strokes::StrokeLayer;
-pub use tools::{Draft, Gesture, Line, Outcome, Surroundings, Tool};
-pub use view::{Placement, View};
+pub use view::rect_of;
 
-use crate::action::{Action, Actions};
-use crate::english::tools as english;
-use crate::state::{AppState, Settings};
 use crate::theme;
-use crate::workspace::Workspace;
+use content::Content;
+use inplace_model::text::counted;
+use tools::{CanvasPlace, Draft, Gesture, Outcome};
+use view::Placement;
 
 /// Name of the canvas for screen readers and tests.
-pub const CANVAS_NAME: &str = crate::english::layers::CANVAS;
+pub const CANVAS_NAME: &str = "Frame canvas";
 
 /// How frames get onto the screen.
 enum Renderer {
@@ -54,13 +58,15 @@ enum Renderer {
 /// A composed texture and what it was made of.
 struct Composed {
     texture: egui::TextureHandle,
-    /// Serial numbers of the image, of what lies over it and of the palette, and the look.
-    made_of: (u64, u64, u64, Look),
+    /// Versions of the image, of what lies over it and of the palette, and the look.
+    made_of: (Version, Option<Version>, Version, Look),
 }
 
 /// The canvas.
 pub struct Canvas {
     renderer: Renderer,
+    /// What is known of the frame in view, while a scene is open.
+    frame: Option<FrameView>,
     gesture: Gesture,
     /// The strokes over the main layer, and over the one beside it.
     strokes: [StrokeLayer; 2],
@@ -86,6 +92,7 @@ impl Canvas {
     pub fn new(target: Option<wgpu::TextureFormat>) -> Self {
         Self {
             renderer: target.map_or(Renderer::Cpu([None, None]), Renderer::Gpu),
+            frame: None,
             gesture: Gesture::default(),
             strokes: Default::default(),
             place: (0, 0),
@@ -113,10 +120,33 @@ impl Canvas {
         &self.strokes[0]
     }
 
+    /// What is known of the frame in view of the open scene.
+    pub fn frame(&self) -> Option<&FrameView> {
+        self.frame.as_ref()
+    }
+
+    /// Follows the open scene: takes over what is new, and has whatever the layers that are shown need made, off this
+    /// thread.
+    pub fn prepare(&mut self, ctx: &egui::Context, model: &Model, commands: &mut Commands) {
+        let Some(workspace) = model.workspace() else {
+            self.frame = None;
+            return;
+        };
+        if self.frame.as_ref().is_none_or(|frame| !frame.is_of(workspace)) {
+            self.frame = Some(FrameView::new(workspace, ctx));
+        }
+        let settings = &model.settings;
+        let other = settings.compare.then_some(settings.other_layer);
+        let layers: Vec<Layer> = [Some(settings.layer), other].into_iter().flatten().collect();
+        if let Some(frame) = &mut self.frame {
+            frame.follow(workspace, &layers, Instant::now(), commands);
+        }
+    }
+
     /// Takes the keys out of the input that belong to what is being drawn: Escape drops it, Enter ends it, Backspace
     /// and undo take its last corner back. Without anything being drawn, Escape lets go of the selected stroke.
-    pub fn take_keys(&mut self, ctx: &egui::Context, state: &AppState, actions: &mut Actions) {
-        let Some(workspace) = state.workspace() else {
+    pub fn take_keys(&mut self, ctx: &egui::Context, model: &Model, commands: &mut Commands) {
+        let Some(workspace) = model.workspace() else {
             return;
         };
         self.turn_to(workspace);
@@ -132,7 +162,7 @@ impl Canvas {
                     pressed: true,
                     modifiers,
                     ..
-                } => !self.take_key(*key, modifiers, focused, workspace, actions),
+                } => !self.take_key(*key, modifiers, focused, workspace, commands),
                 _ => true,
             });
         });
@@ -145,15 +175,15 @@ impl Canvas {
         modifiers: &egui::Modifiers,
         focused: bool,
         workspace: &Workspace,
-        actions: &mut Actions,
+        commands: &mut Commands,
     ) -> bool {
         let drafted = self.gesture.draft().is_some();
         match key {
             Key::Escape if self.gesture.is_drawing() => self.gesture.cancel(),
-            Key::Escape if workspace.selected().is_some() => actions.push(Action::SelectStroke(None)),
+            Key::Escape if workspace.selected().is_some() => commands.push(Command::SelectStroke(None)),
             Key::Enter if drafted && !focused => {
                 if let Some(line) = self.gesture.finish() {
-                    actions.push(Action::Draw(line));
+                    commands.push(Command::Draw(line));
                 }
             }
             Key::Backspace if drafted => self.gesture.take_back(),
@@ -200,7 +230,7 @@ impl Canvas {
     }
 
     /// Draws the frame in view and follows the pointer.
-    pub fn show(&mut self, ui: &mut Ui, state: &AppState, workspace: &Workspace, actions: &mut Actions) {
+    pub fn show(&mut self, ui: &mut Ui, model: &Model, workspace: &Workspace, commands: &mut Commands) {
         let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
         self.rect = rect;
         response.widget_info(|| WidgetInfo::labeled(Role::Canvas, true, CANVAS_NAME));
@@ -216,34 +246,37 @@ impl Canvas {
             .contains_pointer()
             .then(|| ui.ctx().pointer_latest_pos())
             .flatten();
-        let around = Surroundings {
+        let around = CanvasPlace {
             canvas: rect,
             size,
-            tool: state.settings.tool,
+            tool: model.settings.tool,
             pan_key: ui.input(|input| input.key_down(Key::Space)) && !ui.ctx().text_edit_focused(),
             cursor: hover,
             line_end: workspace.line_end(),
             time: ui.input(|input| input.time),
         };
-        let view = self.follow(ui, workspace, &around, &state.settings, actions);
-        if self.gesture.is_drawing() && workspace.guidance().is_active() {
+        let view = self.follow(ui, workspace, &around, &model.settings, commands);
+        if self.gesture.is_drawing() && workspace.suggestions().is_active() {
             // Whoever draws has turned to something else, also before the line is finished.
-            actions.push(Action::LeaveSuggestions);
+            commands.push(Command::LeaveSuggestions);
         }
-        let placement = view.place(rect, size);
-        let parts = split::parts(rect, &state.settings);
+        let placement = Placement::new(view, rect, size);
+        let parts = split::parts(rect, &model.settings);
         let mut ready = true;
         for (side, part) in parts.iter().enumerate() {
-            let mut look = state.settings.look();
-            look.layer = if state.overlay_hidden {
+            let mut look = model.settings.look();
+            look.layer = if model.overlay_hidden {
                 Layer::Color
             } else {
                 part.layer
             };
-            let Some(content) = workspace.content(look.layer) else {
+            let Some(known) = &self.frame else {
                 continue;
             };
-            let missing = workspace.shown().unreadable();
+            let Some(content) = known.content(look.layer, workspace.document().palette()) else {
+                continue;
+            };
+            let missing = known.unreadable();
             if let Some(sentence) = missing.filter(|_| content.picture.is_none()) {
                 missing::show(ui, part.clip, side, sentence);
                 ready = false;
@@ -252,7 +285,7 @@ impl Canvas {
             ready &= self.paint_frame(&painter.with_clip_rect(part.clip), side, content, placement, look);
         }
         // For the instant in which the image of the frame before is still there.
-        if ready && !state.overlay_hidden {
+        if ready && !model.overlay_hidden {
             for (part, strokes) in parts.iter().zip(&mut self.strokes) {
                 let painter = painter.with_clip_rect(part.clip);
                 strokes.paint(&painter, workspace, placement, part.layer == Layer::Disagreement);
@@ -260,25 +293,28 @@ impl Canvas {
             overlay::suggestions(&painter, workspace, placement);
         }
         if let Some(line) = self.gesture.line() {
-            overlay::line(&painter, workspace, placement, line, state.settings.brush);
+            overlay::line(&painter, workspace, placement, line, model.settings.brush);
         }
         if let Some(draft) = self.gesture.draft() {
-            let next = hover.filter(|_| state.settings.tool == draft.tool() && !self.gesture.is_panning());
-            overlay::draft(&painter, workspace, placement, draft, next, state.settings.brush);
+            let next = hover.filter(|_| model.settings.tool == draft.tool() && !self.gesture.is_panning());
+            overlay::draft(&painter, workspace, placement, draft, next, model.settings.brush);
             draft_note(ui, &painter, draft);
         }
-        if state.settings.legend && !state.overlay_hidden {
+        if let Some(known) = &self.frame
+            && model.settings.legend
+            && !model.overlay_hidden
+        {
             for (side, &part) in parts.iter().enumerate() {
-                legend::show(ui, workspace, side, part);
+                legend::show(ui, (workspace, known), side, part);
             }
         }
-        self.covered = split::show(ui, rect, &state.settings, actions);
+        self.covered = split::show(ui, rect, &model.settings, commands);
         let on_image = |position: &Pos2| !self.covered.iter().any(|rect| rect.contains(*position));
         if let Some(position) = hover.filter(on_image) {
             self.pointed_at = placement.pixel_at(position);
-            self.show_cursor(ui, &painter, state, workspace, placement, position, &around);
+            self.show_cursor(ui, &painter, model, workspace, placement, position, &around);
         }
-        self.show_brush_size(ui, &painter, &state.settings, placement, hover);
+        self.show_brush_size(ui, &painter, &model.settings, placement, hover);
     }
 
     /// Shows the size of the brush for a moment when it changes.
@@ -304,16 +340,11 @@ impl Canvas {
         let center = hover.unwrap_or_else(|| painter.clip_rect().center());
         let half = ((settings.brush as f32 + 0.5) * placement.zoom).max(3.0);
         if hover.is_none() {
-            painter.circle_stroke(center, half + 1.0, egui::Stroke::new(1.0, overlay::HALO));
+            painter.circle_stroke(center, half + 1.0, egui::Stroke::new(1.0, shapes::HALO));
             painter.circle_stroke(center, half, egui::Stroke::new(1.5, egui::Color32::WHITE));
         }
         let below = center + vec2(0.0, half + 10.0);
-        overlay::note(
-            painter,
-            below,
-            Align2::CENTER_TOP,
-            &english::brush_size(settings.brush),
-        );
+        overlay::note(painter, below, Align2::CENTER_TOP, &brush_size(settings.brush));
     }
 
     /// Follows the pointer events of this frame; returns the view after them.
@@ -321,9 +352,9 @@ impl Canvas {
         &mut self,
         ui: &Ui,
         workspace: &Workspace,
-        around: &Surroundings,
+        around: &CanvasPlace,
         settings: &Settings,
-        actions: &mut Actions,
+        commands: &mut Commands,
     ) -> View {
         let mut view = workspace.view;
         // A discarded pass is run again with the same events.
@@ -351,23 +382,23 @@ impl Canvas {
                 ui.memory_mut(|memory| memory.surrender_focus(focused));
             }
             match self.gesture.follow(event, view, around, reachable) {
-                Some(Outcome::Finished(line)) => actions.push(Action::Draw(line)),
+                Some(Outcome::Finished(line)) => commands.push(Command::Draw(line)),
                 Some(Outcome::Moved(moved)) => view = moved,
                 Some(Outcome::Picked(position)) => {
-                    let zoom = view.place(around.canvas, around.size).zoom;
+                    let zoom = Placement::new(view, around.canvas, around.size).zoom;
                     let (document, frame) = (workspace.document(), workspace.frame_index());
                     let picked = pick::stroke_at(document, frame, position, zoom);
-                    actions.push(Action::SelectStroke(picked));
+                    commands.push(Command::SelectStroke(picked));
                 }
                 Some(Outcome::Brush(steps)) => {
                     brush = stepped_brush(brush, steps);
-                    actions.push(Action::SetBrush(brush));
+                    commands.push(Command::SetBrush(brush));
                 }
                 None => {}
             }
         }
         if view != before {
-            actions.push(Action::SetView(view));
+            commands.push(Command::SetView(view));
         }
         view
     }
@@ -402,16 +433,16 @@ impl Canvas {
             }
             Renderer::Cpu(sides) => {
                 let composed = &mut sides[side];
-                let over = content.over.as_ref().map_or(0, |over| over.serial);
-                let made_of = (content.image_serial, over, content.palette_serial, look);
+                let over = content.over.as_ref().map(|over| over.version);
+                let made_of = (content.image_version, over, content.palette.version(), look);
                 if composed
                     .as_ref()
                     .is_none_or(|composed| composed.made_of != made_of)
                 {
                     let texture = cpu::texture(painter.ctx(), &content, look);
                     *composed = texture.map(|texture| Composed { texture, made_of });
-                    if let Some((generation, frame, _)) = content.map.filter(|_| composed.is_some()) {
-                        gpu::note_upload(&clock, generation, frame);
+                    if let Some(map) = content.map.filter(|_| composed.is_some()) {
+                        gpu::note_upload(&clock, map.generation, map.frame);
                     }
                 }
                 if let Some(composed) = composed {
@@ -432,18 +463,18 @@ impl Canvas {
         &self,
         ui: &Ui,
         painter: &egui::Painter,
-        state: &AppState,
+        model: &Model,
         workspace: &Workspace,
         placement: Placement,
         position: Pos2,
-        around: &Surroundings,
+        around: &CanvasPlace,
     ) {
         if self.gesture.is_panning() {
             ui.ctx().set_cursor_icon(CursorIcon::Grabbing);
         } else if around.pan_key {
             ui.ctx().set_cursor_icon(CursorIcon::Grab);
         } else if placement.pixel_at(position).is_some() || self.gesture.draft().is_some() {
-            let tool = self.gesture.line().map_or(state.settings.tool, |line| line.tool);
+            let tool = self.gesture.line().map_or(model.settings.tool, |line| line.tool);
             ui.ctx().set_cursor_icon(match tool {
                 Tool::Select => CursorIcon::Default,
                 _ => CursorIcon::Crosshair,
@@ -454,7 +485,7 @@ impl Canvas {
             if let Some(from) = straight {
                 overlay::straight_line(painter, placement, from, position);
             }
-            let radius = state.settings.brush;
+            let radius = model.settings.brush;
             overlay::cursor(painter, workspace, placement, position, tool, radius);
         }
     }
@@ -462,7 +493,7 @@ impl Canvas {
 
 /// Says at the lower edge how what is being drawn ends.
 fn draft_note(ui: &Ui, painter: &egui::Painter, draft: &Draft) {
-    let text = english::draft_note(draft.tool(), draft.corners().count());
+    let text = draft_note_text(draft.tool(), draft.corners().count());
     let canvas = painter.clip_rect();
     let place = canvas.center_bottom() - vec2(0.0, 12.0);
     overlay::note(painter, place, Align2::CENTER_BOTTOM, &text);
@@ -471,18 +502,25 @@ fn draft_note(ui: &Ui, painter: &egui::Painter, draft: &Draft) {
     response.widget_info(|| WidgetInfo::labeled(Role::Label, true, &text));
 }
 
-/// The next brush size: single pixels first, then coarser steps.
-pub fn stepped_brush(radius: u32, steps: i32) -> u32 {
-    let mut radius = radius;
-    for _ in 0..steps.unsigned_abs() {
-        let step = 1 + radius / 8;
-        radius = if steps > 0 {
-            radius + step
-        } else {
-            radius.saturating_sub(step)
-        };
-    }
-    radius.min(crate::state::LARGEST_BRUSH)
+/// The brush's radius in image pixels, while it changes.
+fn brush_size(radius: u32) -> String {
+    format!("Brush {}", pixels(radius))
+}
+
+/// How what is being drawn ends.
+fn draft_note_text(tool: Tool, corners: usize) -> String {
+    let what = if tool == Tool::Polygon {
+        "Polygon"
+    } else {
+        "Polyline"
+    };
+    let corners = counted(corners, "corner", "corners");
+    format!("{what}, {corners}: Enter ends it, Backspace takes a corner back, Escape drops it")
+}
+
+/// A radius in image pixels.
+fn pixels(radius: u32) -> String {
+    format!("{radius} px")
 }
 
 #[cfg(test)]

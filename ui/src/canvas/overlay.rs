@@ -2,25 +2,17 @@
 
 use egui::{Align2, Color32, FontId, Painter, Pos2, Shape, Stroke, vec2};
 use inplace_core::guide::Suggestion;
-use inplace_core::labels::{ClassId, Pixel, polygon_runs};
+use inplace_core::labels::{Pixel, polygon_runs};
+use inplace_model::tool::{DrawnLine, Tool};
+use inplace_model::workspace::Workspace;
 
-use super::strokes::paint_runs;
-use super::tools::{Draft, Line, Tool};
+use super::shapes::{HALO, line_shapes, paint_runs, stroke_color};
+use super::tools::Draft;
 use super::view::Placement;
 use crate::theme;
-use crate::workspace::Workspace;
 
 /// Corners of a region that are nearer to each other on screen are drawn as one, in points.
 const FINEST_STEP: f32 = 1.5;
-/// What lies around bright lines, so that they are seen on bright images.
-pub const HALO: Color32 = Color32::from_black_alpha(150);
-
-/// The colour that strokes of a class have.
-pub fn stroke_color(workspace: &Workspace, class: ClassId) -> Color32 {
-    let (_, [r, g, b]) = workspace.document().name_and_color(class);
-    Color32::from_rgb(r, g, b)
-}
-
 /// The colour of what is drawn with a tool now.
 fn tool_color(workspace: &Workspace, tool: Tool) -> Color32 {
     match workspace.class() {
@@ -30,7 +22,7 @@ fn tool_color(workspace: &Workspace, tool: Tool) -> Color32 {
 }
 
 /// The line being drawn with the button held.
-pub fn line(painter: &Painter, workspace: &Workspace, placement: Placement, line: &Line, radius: u32) {
+pub fn line(painter: &Painter, workspace: &Workspace, placement: Placement, line: &DrawnLine, radius: u32) {
     let color = if line.tool == Tool::Erase {
         Color32::from_white_alpha(120)
     } else {
@@ -93,43 +85,6 @@ pub fn straight_line(painter: &Painter, placement: Placement, from: Pixel, to: P
     ));
 }
 
-/// A brushed line, its ends and joints round.
-pub fn line_shapes(placement: Placement, pixels: &[Pixel], radius: u32, color: Color32) -> Vec<Shape> {
-    let points: Vec<Pos2> = pixels
-        .iter()
-        .map(|&pixel| placement.pixel_center(pixel))
-        .collect();
-    let half = ((radius as f32 + 0.5) * placement.zoom).max(1.5);
-    let mut shapes = Vec::new();
-    match points.as_slice() {
-        [] => {}
-        [point] => {
-            let half = half.max(4.0);
-            let filled = Shape::circle_filled(*point, half, color);
-            let ring = |radius, width, color| Shape::circle_stroke(*point, radius, Stroke::new(width, color));
-            shapes.extend([
-                filled,
-                ring(half, 1.5, Color32::WHITE),
-                ring(half + 1.5, 1.0, HALO),
-            ]);
-        }
-        [first, .., last] => {
-            for (half, color) in [(half + 1.5, HALO), (half, color)] {
-                // Round ends and joints, which lines lack.
-                if half > 2.5 && color.is_opaque() {
-                    let joints = points.iter();
-                    shapes.extend(joints.map(|&point| Shape::circle_filled(point, half, color)));
-                } else if color.is_opaque() {
-                    let ends = [*first, *last];
-                    shapes.extend(ends.map(|point| Shape::circle_filled(point, half, color)));
-                }
-                shapes.push(Shape::line(points.clone(), Stroke::new(2.0 * half, color)));
-            }
-        }
-    }
-    shapes
-}
-
 /// The tool under the pointer: the brush's disc, or a cross where there is none.
 pub fn cursor(
     painter: &Painter,
@@ -177,11 +132,16 @@ pub fn note(painter: &Painter, position: Pos2, align: Align2, text: &str) {
 /// Suggested regions on the frame in view: their outline, and a numbered marker where to click. While one is at hand,
 /// the others step back.
 pub fn suggestions(painter: &Painter, workspace: &Workspace, placement: Placement) {
-    let guidance = workspace.guidance();
-    let at = guidance.at();
+    let list = workspace.suggestions();
+    let at = list.at();
     let in_view = |&(_, suggestion): &(usize, &Suggestion)| suggestion.frame == workspace.frame_index();
-    let shown = workspace.suggestions().iter().enumerate().filter(in_view);
-    for (index, suggestion) in shown.filter(|&(index, _)| guidance.answer_of(index).is_none()) {
+    let shown = workspace
+        .suggestions()
+        .listed()
+        .iter()
+        .enumerate()
+        .filter(in_view);
+    for (index, suggestion) in shown.filter(|&(index, _)| list.answer_of(index).is_none()) {
         let current = at == Some(index);
         let in_front = current || at.is_none();
         if in_front {

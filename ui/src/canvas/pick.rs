@@ -2,8 +2,7 @@
 
 use egui::{Pos2, Vec2};
 use inplace_core::labels::{Pixel, Stroke, StrokeId};
-
-use crate::document::Document;
+use inplace_model::document::Document;
 
 /// How near, in points, a click has to be to a stroke that is thinner than that.
 const REACH: f32 = 5.0;

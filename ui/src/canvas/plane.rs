@@ -6,9 +6,9 @@ use std::sync::Arc;
 use inplace_core::labels::{ImportedMap, LabelSet, VOID, rasterise};
 use inplace_core::scene::{DepthMap, Frame};
 use inplace_core::session::{FrameMap, RenderedFrame};
-
-use super::palette::{PALETTE_COLUMNS, Table, Verdict};
-use crate::overview::Contradicted;
+use inplace_model::overview::Contradicted;
+use inplace_model::palette::{Agreement, PALETTE_COLUMNS, Table};
+use inplace_model::versioned::Version;
 
 /// Value of a [`DepthPlane`] where there is no depth.
 const HOLE: u16 = 0;
@@ -60,8 +60,8 @@ pub struct Over {
     pub size: [u32; 2],
     /// Its numbers.
     pub texels: Texels,
-    /// Never 0, and different for all numbers of this canvas.
-    pub serial: u64,
+    /// Different for all numbers.
+    pub version: Version,
     /// What they mean.
     pub reading: Reading,
     /// Whether the image under it is dimmed to grey, so that the colours jump out.
@@ -153,13 +153,13 @@ pub fn measured_depth(frame: &Frame, depth: &DepthMap, index: usize) -> Option<f
 }
 
 /// How a plane of [`disagreement`] is read.
-pub const VERDICTS: Reading = Reading::Values {
+pub const AGREEMENT: Reading = Reading::Values {
     table: Table::Disagreement,
     scale: 1.0,
     hole: None,
 };
 
-/// The [`Verdict`] on every pixel of a map, as its number, row-major.
+/// The [`Agreement`] on every pixel of a map, as its number, row-major.
 ///
 /// A pixel of an imported image is contradicted where the map has another class. A pixel of a stroke counts as
 /// the stroke says, whatever the image says there; it is contradicted where `contradicted` has the stroke with
@@ -171,27 +171,27 @@ pub fn disagreement(
     contradicted: &Contradicted,
 ) -> Vec<u16> {
     let shown = map.labels();
-    let mut verdicts = vec![Verdict::Unsaid as u16; shown.len()];
+    let mut agreement = vec![Agreement::Unlabelled as u16; shown.len()];
     if let Some(image) = imported.filter(|image| image.pixels() == shown.len()) {
-        for ((verdict, &label), class) in verdicts.iter_mut().zip(shown.iter()).zip(image.labels()) {
+        for ((pixel_agreement, &label), class) in agreement.iter_mut().zip(shown.iter()).zip(image.labels()) {
             if class != VOID {
-                *verdict = if label == class {
-                    Verdict::Agreed as u16
+                *pixel_agreement = if label == class {
+                    Agreement::Agreed as u16
                 } else {
-                    Verdict::ImportContradicted as u16
+                    Agreement::ImportContradicted as u16
                 };
             }
         }
     }
     for (pixel, (class, stroke)) in rasterise(labels, map.frame, map.width, map.height) {
         let disputed = contradicted.get(&stroke).is_some_and(|&others| others != class);
-        verdicts[pixel as usize] = if disputed {
-            Verdict::StrokeContradicted as u16
+        agreement[pixel as usize] = if disputed {
+            Agreement::StrokeContradicted as u16
         } else {
-            Verdict::Agreed as u16
+            Agreement::Agreed as u16
         };
     }
-    verdicts
+    agreement
 }
 
 #[cfg(test)]
@@ -230,16 +230,16 @@ mod tests {
     #[test]
     fn imported_pixels_are_compared_with_the_map_and_the_rest_is_left_out() {
         let imported = ImportedMap::new(0, &[1, 2, VOID, 2]);
-        let verdicts = disagreement(
+        let agreement = disagreement(
             &map(),
             Some(&imported),
             &LabelSet::default(),
             &Contradicted::new(),
         );
-        let [agreed, contradicted] = [Verdict::Agreed as u16, Verdict::ImportContradicted as u16];
+        let [agreed, contradicted] = [Agreement::Agreed as u16, Agreement::ImportContradicted as u16];
         assert_eq!(
-            verdicts,
-            [agreed, contradicted, Verdict::Unsaid as u16, contradicted]
+            agreement,
+            [agreed, contradicted, Agreement::Unlabelled as u16, contradicted]
         );
     }
 
@@ -254,8 +254,8 @@ mod tests {
         let ids: Vec<StrokeId> = history.labels().strokes.keys().copied().collect();
         let imported = ImportedMap::new(0, &[1; 4]);
         let contradicted = Contradicted::from([(ids[0], 1), (ids[1], 2)]);
-        let verdicts = disagreement(&map(), Some(&imported), history.labels(), &contradicted);
-        let [agreed, stroke] = [Verdict::Agreed as u16, Verdict::StrokeContradicted as u16];
-        assert_eq!(verdicts, [stroke, agreed, agreed, agreed]);
+        let agreement = disagreement(&map(), Some(&imported), history.labels(), &contradicted);
+        let [agreed, stroke] = [Agreement::Agreed as u16, Agreement::StrokeContradicted as u16];
+        assert_eq!(agreement, [stroke, agreed, agreed, agreed]);
     }
 }

@@ -5,11 +5,12 @@ use std::sync::Arc;
 use inplace_core::labels::{ClassId, LabelSet, VOID};
 use inplace_core::scene::{ColorImage, Scene};
 use inplace_core::session::{FrameMap, RenderedFrame};
+use inplace_model::overview::Contradicted;
+use inplace_model::versioned::{Version, Versioned};
 
 use super::content::Picture;
 use super::plane::{DepthPlane, disagreement};
 use crate::background::{Background, Desk, Gone};
-use crate::overview::Contradicted;
 
 /// Everything about a frame that is wanted and not there yet.
 #[derive(Clone, Debug)]
@@ -20,8 +21,8 @@ pub struct Request {
     pub frame: usize,
     /// Frames whose images are wanted for the renderer, the first first.
     pub pictures: Vec<usize>,
-    /// The newest map of the frame, with its number, to be looked up.
-    pub map: Option<(Arc<FrameMap>, u64)>,
+    /// The newest map of the frame, to be looked up.
+    pub map: Option<Versioned<Arc<FrameMap>>>,
     /// Whether the classes that the map shows are wanted.
     pub visible: bool,
     /// What was said, to be compared with the map.
@@ -38,9 +39,9 @@ pub struct Said {
     /// Strokes and imported images.
     pub labels: LabelSet,
     /// What the strokes say of each other.
-    pub contradicted: Arc<Contradicted>,
-    /// Generation of the labels, and a number that changes with the contradicted strokes.
-    pub version: (u64, u64),
+    pub contradicted: Versioned<Arc<Contradicted>>,
+    /// Generation of the labels.
+    pub generation: u64,
 }
 
 /// A view of the field at the size of its frame.
@@ -53,9 +54,7 @@ pub struct FieldView {
     /// The same for the renderer.
     pub picture: Arc<Picture>,
     /// Its depths.
-    pub depth: DepthPlane,
-    /// Serial number of the depths.
-    pub depth_serial: u64,
+    pub depth: Versioned<DepthPlane>,
 }
 
 /// Something that is ready now.
@@ -63,57 +62,53 @@ pub struct FieldView {
 pub enum Part {
     /// The image of a frame, or a sentence that says why its file cannot be read any more.
     Picture(usize, Result<Arc<Picture>, String>),
-    /// The map with this number, looked up.
-    Map(Arc<FrameMap>, u64),
-    /// The classes that the map with this number shows, with their pixels; void is not among them.
-    Visible(u64, Vec<(ClassId, u32)>),
-    /// The verdicts on the pixels, by the number of the map and the version of what was said.
-    Verdicts(u64, (u64, u64), Made),
+    /// A map, looked up.
+    Map(Versioned<Arc<FrameMap>>),
+    /// The classes that the map with this version shows, with their pixels; void is not among them.
+    Visible(Version, Vec<(ClassId, u32)>),
+    /// How the labels agree with a map.
+    Agreement(AgreementPlane),
     /// The measured depth of a frame; `None` where it has none.
-    Depth(usize, Option<DepthPlane>, u64),
+    Depth(usize, Option<Versioned<DepthPlane>>),
     /// A view of the field.
     View(Box<FieldView>),
 }
 
-/// Values of a plane with their serial number.
+/// How the labels agree with a map, pixel for pixel.
 #[derive(Clone, Debug)]
-pub struct Made {
+pub struct AgreementPlane {
     /// Width and height.
     pub size: [u32; 2],
-    /// Row-major.
-    pub values: Arc<[u16]>,
-    /// Never 0, and different for everything made by this thread.
-    pub serial: u64,
+    /// Numbers of [`Agreement`](inplace_model::palette::Agreement), row-major.
+    pub values: Versioned<Arc<[u16]>>,
+    /// Version of the map.
+    pub map: Version,
+    /// Generation of the labels, and version of the contradicted strokes.
+    pub said: (u64, Version),
 }
 
 /// The window's end of the thread: what is asked takes the place of what was asked before.
 pub type Preparer = Background<Request, Part>;
 
-/// Starts the thread. The serial numbers that it gives are `first` and every fourth after it.
-pub fn preparer(ctx: egui::Context, first: u64) -> Preparer {
-    Background::new(ctx, "canvas", move |desk| Worker::new(desk, first).run())
+/// Starts the thread.
+pub fn preparer(ctx: egui::Context) -> Preparer {
+    Background::new(ctx, "canvas", move |desk| {
+        let worker = Worker {
+            desk,
+            looked_up: None,
+        };
+        worker.run()
+    })
 }
-
-/// From one serial number to the next; those between are given by the window.
-pub const STEP: u64 = 4;
 
 /// The thread's end.
 struct Worker<'a> {
     desk: &'a Desk<Request, Part>,
-    serial: u64,
     /// The map that was looked up last.
-    looked_up: Option<(Arc<FrameMap>, u64)>,
+    looked_up: Option<Versioned<Arc<FrameMap>>>,
 }
 
-impl<'a> Worker<'a> {
-    fn new(desk: &'a Desk<Request, Part>, first: u64) -> Self {
-        Self {
-            desk,
-            serial: first,
-            looked_up: None,
-        }
-    }
-
+impl Worker<'_> {
     fn run(mut self) -> Result<(), Gone> {
         let mut next = self.desk.newest()?;
         loop {
@@ -129,7 +124,7 @@ impl<'a> Worker<'a> {
         let steps = [
             Self::picture,
             Self::look_up,
-            Self::verdicts,
+            Self::agreement,
             Self::depth,
             Self::view,
             Self::visible,
@@ -149,12 +144,6 @@ impl<'a> Worker<'a> {
         Ok(None)
     }
 
-    fn next_serial(&mut self) -> u64 {
-        let serial = self.serial;
-        self.serial += STEP;
-        serial
-    }
-
     fn picture(&mut self, request: &mut Request) -> Result<(), Gone> {
         if request.pictures.is_empty() {
             return Ok(());
@@ -164,74 +153,70 @@ impl<'a> Worker<'a> {
             return Ok(());
         };
         let picture = match frame.pixels() {
-            Ok(pixels) => Ok(Arc::new(Picture::new(&pixels.color, self.next_serial()))),
+            Ok(pixels) => Ok(Arc::new(Picture::new(&pixels.color))),
             Err(error) => Err(error.to_string()),
         };
         self.desk.tell(Part::Picture(index, picture))
     }
 
     fn look_up(&mut self, request: &mut Request) -> Result<(), Gone> {
-        let Some((map, number)) = &request.map else {
+        let Some(map) = &request.map else {
             return Ok(());
         };
-        if self.looked_up.as_ref().is_some_and(|(_, last)| last == number) {
+        if self
+            .looked_up
+            .as_ref()
+            .is_some_and(|last| last.version() == map.version())
+        {
             return Ok(());
         }
         let new = !map.is_looked_up();
         let map = if new {
-            Arc::new(map.looked_up().into_owned())
+            Versioned::with(Arc::new(map.looked_up().into_owned()), map.version())
         } else {
-            Arc::clone(map)
+            map.clone()
         };
-        self.looked_up = Some((Arc::clone(&map), *number));
+        self.looked_up = Some(map.clone());
         if new {
-            self.desk.tell(Part::Map(map, *number))?;
+            self.desk.tell(Part::Map(map))?;
         }
         Ok(())
     }
 
     fn visible(&mut self, request: &mut Request) -> Result<(), Gone> {
         match &self.looked_up {
-            Some((map, number)) if request.visible && request.map.is_some() => {
-                self.desk.tell(Part::Visible(*number, classes_of(map)))
+            Some(map) if request.visible && request.map.is_some() => {
+                self.desk.tell(Part::Visible(map.version(), classes_of(map)))
             }
             _ => Ok(()),
         }
     }
 
-    fn verdicts(&mut self, request: &mut Request) -> Result<(), Gone> {
-        let serial = self.next_serial();
-        let (Some(said), Some((map, number))) = (&request.said, &self.looked_up) else {
+    fn agreement(&mut self, request: &mut Request) -> Result<(), Gone> {
+        let (Some(said), Some(map), Some(_)) = (&request.said, &self.looked_up, &request.map) else {
             return Ok(());
         };
-        if request.map.is_none() {
-            return Ok(());
-        }
         let imported = said.labels.imported.as_deref();
         let image = imported.and_then(|images| images.of_frame(map.frame));
-        let made = Made {
+        let values = disagreement(map, image, &said.labels, &said.contradicted);
+        self.desk.tell(Part::Agreement(AgreementPlane {
             size: [map.width, map.height],
-            values: disagreement(map, image, &said.labels, &said.contradicted).into(),
-            serial,
-        };
-        self.desk.tell(Part::Verdicts(*number, said.version, made))
+            values: Versioned::new(values.into()),
+            map: map.version(),
+            said: (said.generation, said.contradicted.version()),
+        }))
     }
 
     fn depth(&mut self, request: &mut Request) -> Result<(), Gone> {
         if !request.depth {
             return Ok(());
         }
-        let plane = request
-            .scene
-            .frames
-            .get(request.frame)
-            .and_then(DepthPlane::measured);
-        let serial = self.next_serial();
-        self.desk.tell(Part::Depth(request.frame, plane, serial))
+        let frame = request.scene.frames.get(request.frame);
+        let plane = frame.and_then(DepthPlane::measured).map(Versioned::new);
+        self.desk.tell(Part::Depth(request.frame, plane))
     }
 
     fn view(&mut self, request: &mut Request) -> Result<(), Gone> {
-        let (picture_serial, depth_serial) = (self.next_serial(), self.next_serial());
         let Some(rendered) = request.view.take() else {
             return Ok(());
         };
@@ -243,10 +228,9 @@ impl<'a> Worker<'a> {
             return Ok(());
         };
         let view = FieldView {
-            picture: Arc::new(Picture::new(&color, picture_serial)),
+            picture: Arc::new(Picture::new(&color)),
             color: Arc::new(color),
-            depth: DepthPlane::rendered(frame, &rendered),
-            depth_serial,
+            depth: Versioned::new(DepthPlane::rendered(frame, &rendered)),
             rendered,
         };
         self.desk.tell(Part::View(Box::new(view)))

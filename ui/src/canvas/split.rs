@@ -3,12 +3,11 @@
 use egui::{
     Color32, CursorIcon, EventFilter, Key, Rect, Sense, Stroke, Ui, UiBuilder, WidgetInfo, pos2, vec2,
 };
+use inplace_model::layer::Layer;
+use inplace_model::settings::Settings;
+use inplace_model::{Command, Commands};
 
-use super::layer::Layer;
-use crate::action::{Action, Actions};
-use crate::english::layers;
-use crate::keys;
-use crate::state::Settings;
+use crate::keys::table::NEXT_LAYER;
 use crate::theme;
 
 /// How far the border stays from the canvas's own, as a share of its width.
@@ -69,12 +68,12 @@ pub fn below_menus(canvas: Rect, settings: &Settings) -> Rect {
 
 /// Draws the border with its handle and the menus of both sides; returns where nothing is to be drawn on the
 /// image.
-pub fn show(ui: &mut Ui, canvas: Rect, settings: &Settings, actions: &mut Actions) -> Vec<Rect> {
+pub fn show(ui: &mut Ui, canvas: Rect, settings: &Settings, commands: &mut Commands) -> Vec<Rect> {
     if !settings.compare {
         return Vec::new();
     }
     let x = border(canvas, settings);
-    let mut covered = vec![handle(ui, canvas, x, settings, actions)];
+    let mut covered = vec![handle(ui, canvas, x, settings, commands)];
     let top = canvas.top() + theme::GAP;
     let corners = [
         (canvas.left() + theme::GAP, x - canvas.left()),
@@ -83,23 +82,23 @@ pub fn show(ui: &mut Ui, canvas: Rect, settings: &Settings, actions: &mut Action
     let menus = [
         (
             settings.other_layer,
-            layers::LEFT_LAYER,
-            Action::ChooseOtherLayer as fn(Layer) -> Action,
+            "Layer on the left",
+            Command::ChooseOtherLayer as fn(Layer) -> Command,
         ),
         (
             settings.layer,
-            layers::RIGHT_LAYER,
-            Action::ChooseLayer as fn(Layer) -> Action,
+            "Layer on the right",
+            Command::ChooseLayer as fn(Layer) -> Command,
         ),
     ];
-    for ((left, room), (layer, name, action)) in corners.into_iter().zip(menus) {
+    for ((left, room), (layer, name, command)) in corners.into_iter().zip(menus) {
         let rect = Rect::from_min_size(pos2(left, top), MENU);
         if room < MENU.x + 2.0 * theme::GAP {
             continue;
         }
         ui.scope_builder(UiBuilder::new().max_rect(rect), |ui| {
             if let Some(layer) = layer_menu(ui, name, layer, MENU.x) {
-                actions.push(action(layer));
+                commands.push(command(layer));
             }
         });
         covered.push(rect);
@@ -107,17 +106,17 @@ pub fn show(ui: &mut Ui, canvas: Rect, settings: &Settings, actions: &mut Action
     covered
 }
 
-fn handle(ui: &Ui, canvas: Rect, x: f32, settings: &Settings, actions: &mut Actions) -> Rect {
+fn handle(ui: &Ui, canvas: Rect, x: f32, settings: &Settings, commands: &mut Commands) -> Rect {
     let rect = Rect::from_x_y_ranges(x - REACH..=x + REACH, canvas.y_range());
     let id = ui.scope_id().with("split");
     let response = ui.interact(rect, id, Sense::drag());
     let share = settings.split.clamp(MARGIN, 1.0 - MARGIN);
-    response.widget_info(|| WidgetInfo::slider(true, f64::from(share), layers::HANDLE));
+    response.widget_info(|| WidgetInfo::slider(true, f64::from(share), "Border between the layers"));
     if response.dragged()
         && let Some(position) = response.interact_pointer_pos()
     {
         let share = (position.x - canvas.left()) / canvas.width().max(1.0);
-        actions.push(Action::SetSplit(share.clamp(MARGIN, 1.0 - MARGIN)));
+        commands.push(Command::SetSplit(share.clamp(MARGIN, 1.0 - MARGIN)));
     }
     if response.has_focus() {
         ui.memory_mut(|memory| {
@@ -133,7 +132,7 @@ fn handle(ui: &Ui, canvas: Rect, x: f32, settings: &Settings, actions: &mut Acti
         });
         if steps != 0.0 {
             let share = share + steps * KEY_STEP;
-            actions.push(Action::SetSplit(share.clamp(MARGIN, 1.0 - MARGIN)));
+            commands.push(Command::SetSplit(share.clamp(MARGIN, 1.0 - MARGIN)));
         }
     }
     if response.hovered() || response.dragged() {
@@ -183,11 +182,7 @@ pub fn layer_menu(ui: &mut Ui, name: &str, layer: Layer, width: f32) -> Option<L
                 }
             }
         });
-    let explanation = format!(
-        "{}. {}",
-        layer.explanation(),
-        keys::named(ui.ctx(), layers::NEXT_LAYER)
-    );
+    let explanation = format!("{}. {}", layer.explanation(), NEXT_LAYER.named(ui.ctx()));
     menu.response.accessible_name(name).on_hover_text(explanation);
     chosen
 }

@@ -4,17 +4,15 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use egui::epaint::{TessellationOptions, Tessellator};
-use egui::{Color32, Mesh, Painter, Pos2, Rect, Shape, Stroke as Pen, pos2, vec2};
+use egui::{Color32, Mesh, Painter, Pos2, Rect, Shape, Stroke as Pen, pos2};
 use inplace_core::labels::{ClassId, Run, Stroke, StrokeId, StrokeKind, runs_of};
+use inplace_model::palette::Agreement;
+use inplace_model::versioned::Version;
+use inplace_model::workspace::Workspace;
 
-use super::overlay::{HALO, line_shapes, stroke_color};
-use super::palette::Verdict;
+use super::shapes::{FILL, HALO, fill, line_shapes, stroke_color};
 use super::view::Placement;
 use crate::theme;
-use crate::workspace::Workspace;
-
-/// How much a filled polygon covers of what is under it.
-const FILL: f32 = 0.3;
 
 /// The meshes of a frame's strokes.
 #[derive(Debug, Default)]
@@ -41,9 +39,9 @@ struct Key {
     frame: usize,
     generation: u64,
     /// Changes with the classes that are hidden.
-    palette: u64,
-    /// Version of the verdicts, where their colours are shown instead of the classes'.
-    verdicts: Option<u64>,
+    palette: Version,
+    /// Version of the contradicted strokes, where their colours are shown instead of the classes'.
+    agreement: Option<Version>,
     zoom: f32,
     pixels_per_point: f32,
     selected: Option<StrokeId>,
@@ -53,13 +51,13 @@ struct Key {
 impl StrokeLayer {
     /// Paints the strokes of the frame in view, the selected one marked: in the colours of their classes, or in those of
     /// what the others say of them.
-    pub fn paint(&mut self, painter: &Painter, workspace: &Workspace, placement: Placement, verdicts: bool) {
+    pub fn paint(&mut self, painter: &Painter, workspace: &Workspace, placement: Placement, agreement: bool) {
         let of = Key {
             scene: workspace.serial(),
             frame: workspace.frame_index(),
             generation: workspace.document().generation(),
-            palette: workspace.document().palette().1,
-            verdicts: verdicts.then(|| workspace.overview().contradicted().1),
+            palette: workspace.document().palette().version(),
+            agreement: agreement.then(|| workspace.overview().contradicted().version()),
             zoom: placement.zoom,
             pixels_per_point: painter.pixels_per_point(),
             selected: workspace.selected(),
@@ -100,8 +98,8 @@ impl StrokeLayer {
         let mut pen = MeshPen::new(of.pixels_per_point);
         let mut marked = None;
         for (id, stroke) in workspace.document().strokes_on(of.frame) {
-            let color = if of.verdicts.is_some() {
-                verdict_color(workspace, id, stroke.class)
+            let color = if of.agreement.is_some() {
+                agreement_color(workspace, id, stroke.class)
             } else {
                 stroke_color(workspace, stroke.class)
             };
@@ -135,14 +133,14 @@ impl StrokeLayer {
 }
 
 /// The colour of what the other strokes say of a stroke.
-fn verdict_color(workspace: &Workspace, id: StrokeId, class: ClassId) -> Color32 {
-    let others = workspace.overview().contradicted().0.get(&id).copied();
-    let verdict = if others.is_some_and(|others| others != class) {
-        Verdict::StrokeContradicted
+fn agreement_color(workspace: &Workspace, id: StrokeId, class: ClassId) -> Color32 {
+    let others = workspace.overview().contradicted().get(&id).copied();
+    let agreement = if others.is_some_and(|others| others != class) {
+        Agreement::StrokeContradicted
     } else {
-        Verdict::Agreed
+        Agreement::Agreed
     };
-    let [r, g, b, _] = verdict.color();
+    let [r, g, b, _] = agreement.color();
     Color32::from_rgb(r, g, b)
 }
 
@@ -201,24 +199,6 @@ fn border_of(runs: &[Run]) -> Vec<Rect> {
     // What lies beyond a run to its right is no part of this run's border.
     border.retain(|side| side.max.x >= side.min.x);
     border
-}
-
-/// Paints the pixels of runs, evenly.
-pub fn paint_runs(painter: &Painter, runs: &[Run], placement: Placement, color: Color32) {
-    let mut mesh = Mesh::default();
-    fill(&mut mesh, runs, placement, color.gamma_multiply(FILL));
-    if !mesh.is_empty() {
-        painter.add(mesh);
-    }
-}
-
-fn fill(mesh: &mut Mesh, runs: &[Run], placement: Placement, color: Color32) {
-    mesh.reserve_vertices(4 * runs.len());
-    for run in runs {
-        let corner = placement.to_screen(pos2(run.first as f32, run.row as f32));
-        let size = placement.zoom * vec2(run.pixels() as f32, 1.0);
-        mesh.add_colored_rect(Rect::from_min_size(corner, size), color);
-    }
 }
 
 /// Draws into a mesh.

@@ -6,10 +6,15 @@ use egui::{Rect, pos2, vec2};
 use inplace_core::labels::Class;
 use inplace_core::scene::{ColorImage, Scene};
 use inplace_core::session::FrameMap;
+use inplace_model::layer::{Layer, Look};
+use inplace_model::palette::Palette;
+use inplace_model::versioned::{Version, Versioned};
+use inplace_model::view::View;
 
 use super::content::{Content, Image, Picture, ShownMap};
-use super::plane::{DepthPlane, Over, Texels, VERDICTS};
-use super::{Layer, Look, Palette, UploadClock, View, cpu, gpu};
+use super::plane::{AGREEMENT, DepthPlane, Over, Texels};
+use super::view::Placement;
+use super::{UploadClock, cpu, gpu};
 
 const SIZE: [u32; 2] = [24, 16];
 
@@ -30,25 +35,25 @@ fn overs(palette: &Palette) -> Vec<(Layer, Option<Over>)> {
     let labels = (0..pixels).map(|index| (index / 24 % 4) as u16).collect();
     let entropy = (0..pixels).map(|index| (index * 29) as u16).collect();
     let map = Arc::new(FrameMap::new(0, 1, SIZE, labels, entropy).unwrap());
-    let shown = ShownMap { map, serial: 4 };
+    let shown = ShownMap::new(Versioned::new(map));
     let depths: Vec<f32> = (0..pixels).map(|index| (index % 50) as f32 * 0.1).collect();
     let depth = DepthPlane::new(SIZE, &depths);
-    let made = |values: Arc<[u16]>, serial, reading, greyed| {
+    let made = |values: Arc<[u16]>, reading, greyed| {
         Some(Over {
             size: SIZE,
             texels: Texels::Made(values),
-            serial,
+            version: Version::new(),
             reading,
             greyed,
         })
     };
-    let verdicts = (0..pixels).map(|index| (index % 4) as u16).collect();
+    let agreement = (0..pixels).map(|index| (index % 4) as u16).collect();
     vec![
         (Layer::Color, None),
         (Layer::Labels, Some(shown.labels())),
         (Layer::Entropy, Some(shown.entropy(palette))),
-        (Layer::Disagreement, made(verdicts, 10, VERDICTS, true)),
-        (Layer::Depth, made(depth.values, 14, DepthPlane::READING, false)),
+        (Layer::Disagreement, made(agreement, AGREEMENT, true)),
+        (Layer::Depth, made(depth.values, DepthPlane::READING, false)),
     ]
 }
 
@@ -60,11 +65,11 @@ fn the_shader_shows_every_layer_as_the_composite_of_the_cpu_does() {
         Class::new(2, "floor"),
         Class::new(300, "lamp"),
     ]);
-    let picture = Arc::new(Picture::new(&scene.frames[0].color(), 2));
+    let picture = Arc::new(Picture::new(&scene.frames[0].color()));
     let size = vec2(SIZE[0] as f32, SIZE[1] as f32);
     // One point for every pixel of the image, beside the margin of a fitted one.
     let canvas = Rect::from_min_size(pos2(0.0, 0.0), size + vec2(32.0, 32.0));
-    let placement = View::FITTED.place(canvas, size);
+    let placement = Placement::new(View::Whole, canvas, size);
     assert_eq!(placement.zoom, 1.0);
     for (layer, over) in overs(&palette) {
         let look = Look {
@@ -81,12 +86,11 @@ fn the_shader_shows_every_layer_as_the_composite_of_the_cpu_does() {
         );
         let content = Content {
             image: Image::OfFrame(Arc::clone(&scene), 0),
-            image_serial: 1,
+            image_version: Version::new(),
             picture: Some(Arc::clone(&picture)),
             over,
             map: None,
-            palette: Arc::clone(&palette),
-            palette_serial: 1,
+            palette: Versioned::new(Arc::clone(&palette)),
         };
         let mut harness = egui_kittest::Harness::builder()
             .with_size(canvas.size())

@@ -1,129 +1,130 @@
 //! Asking what is exported, and where to.
 
-use std::path::PathBuf;
-
 use egui::{ComboBox, Label, RichText, Slider, Ui};
-use inplace_core::export::{Format, IdMap, Options};
-use inplace_core::labels::{ClassPalette, PALETTES};
+use inplace_core::export::Format;
+use inplace_core::labels::PALETTES;
+use inplace_model::dialogs::{ExportChoice, Purpose};
+use inplace_model::{Command, Commands};
 
-use super::{Purpose, confirm, path_field};
-use crate::action::{Action, Actions};
-use crate::english::{dialogs, export as words};
+use super::form::{confirm, path_field};
 
 /// Per cent below which a class is left away where that is asked for first: it is no better than a guess.
 const FIRST_THRESHOLD: u8 = 50;
 
-/// What is exported, and where to, as chosen so far.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ExportChoice {
-    /// The folder typed so far.
-    pub path: String,
-    /// The kind of data set.
-    pub format: Format,
-    /// The data set whose class numbers are taken, by name.
-    pub ids: Option<&'static ClassPalette>,
-    /// Pixels whose class is less probable become void, per cent.
-    pub least_percent: Option<u8>,
+/// Draws the question.
+pub fn show(ui: &mut Ui, choice: &mut ExportChoice, commands: &mut Commands) {
+    let entered = path_field(ui, &mut choice.path, "Export folder");
+    if ui.button("Browse...").clicked() {
+        commands.push(Command::Browse(Purpose::Export));
+    }
+    ui.add_space(4.0);
+    egui::Grid::new("export")
+        .num_columns(2)
+        .spacing([16.0, 8.0])
+        .show(ui, |ui| {
+            ui.label("Format");
+            format(ui, choice);
+            ui.end_row();
+            ui.label("Class numbers");
+            numbers(ui, choice);
+            ui.end_row();
+            ui.label("Uncertain pixels");
+            threshold(ui, choice);
+            ui.end_row();
+        });
+    ui.add(Label::new(RichText::new(description(choice.format)).weak()).wrap());
+    if choice.ids.is_some() {
+        ui.add(Label::new(RichText::new("Classes take the numbers, names and colours of that list by name; classes that are not in it become void.").weak()).wrap());
+    }
+    let possible = !choice.path.trim().is_empty();
+    confirm(ui, "Export", possible, entered, commands, || {
+        Command::Export(choice.clone())
+    });
 }
 
-impl Default for ExportChoice {
-    fn default() -> Self {
-        Self::new()
+fn format(ui: &mut Ui, choice: &mut ExportChoice) {
+    // High enough for all of them at once.
+    let shown = ComboBox::from_id_salt("format")
+        .width(220.0)
+        .height(400.0)
+        .selected_text(title(choice.format))
+        .show_ui(ui, |ui| {
+            for format in Format::ALL {
+                ui.selectable_value(&mut choice.format, format, title(format));
+            }
+        });
+    shown.response.accessible_name("Format");
+}
+
+fn numbers(ui: &mut Ui, choice: &mut ExportChoice) {
+    let shown = ComboBox::from_id_salt("numbers")
+        .width(220.0)
+        .selected_text(choice.ids.map_or("As in this project", |palette| palette.name))
+        .show_ui(ui, |ui| {
+            ui.selectable_value(&mut choice.ids, None, "As in this project");
+            for palette in &PALETTES {
+                ui.selectable_value(&mut choice.ids, Some(palette), palette.name);
+            }
+        });
+    shown.response.accessible_name("Class numbers");
+}
+
+fn threshold(ui: &mut Ui, choice: &mut ExportChoice) {
+    ui.horizontal(|ui| {
+        let mut is_set = choice.least_percent.is_some();
+        if ui.checkbox(&mut is_set, "Void below a probability of").changed() {
+            choice.least_percent = is_set.then_some(FIRST_THRESHOLD);
+        }
+        if let Some(percent) = &mut choice.least_percent {
+            let slider = Slider::new(percent, 1..=99).suffix(" %");
+            ui.add(slider).accessible_name("Least probability");
+        }
+    });
+}
+
+/// What a format is for, in a sentence or two.
+fn description(format: Format) -> &'static str {
+    match format {
+        Format::Png => {
+            "A PNG of class numbers, one of entropies and one of colours for every frame, and the list of classes."
+        }
+        Format::Overlay => "Every frame with the class colours half over it, as a JPEG, to look at.",
+        Format::Voc => {
+            "Images, class masks and object masks as Pascal VOC has them, and cvat.zip to upload to CVAT as \
+             \"Segmentation mask 1.1\"."
+        }
+        Format::Cityscapes => "Label, instance and colour images as in the ground truth of Cityscapes.",
+        Format::CocoPanoptic => {
+            "panoptic.json and a PNG of segments for every frame: one segment for each class."
+        }
+        Format::CocoInstances => "instances.json with a mask for each connected region of a class.",
+        Format::Labelme => "The images, and beside each a JSON of polygons to go on with in labelme.",
+        Format::HuggingFace => {
+            "Images, label images and metadata.jsonl, as load_dataset(\"imagefolder\") reads them."
+        }
+        Format::PointCloud => {
+            "The surface as PLY, a point for each voxel with its class, in the capture's own coordinates: once in the \
+             images' colours and once in the classes'."
+        }
+        Format::Mesh => {
+            "The surface as PLY, triangles whose corners have classes, in the capture's own coordinates: once in the \
+             images' colours and once in the classes'."
+        }
     }
 }
 
-impl ExportChoice {
-    /// Everything as in the project; the path is filled in when it is shown.
-    pub const fn new() -> Self {
-        Self {
-            path: String::new(),
-            format: Format::Png,
-            ids: None,
-            least_percent: None,
-        }
-    }
-
-    /// The folder.
-    pub fn folder(&self) -> PathBuf {
-        PathBuf::from(self.path.trim())
-    }
-
-    /// What is exported of each map.
-    pub fn options(&self) -> Options {
-        Options {
-            least_probability: self.least_percent.map(|percent| f32::from(percent) / 100.0),
-            ids: self.ids.map(IdMap::of),
-        }
-    }
-
-    /// Draws the question.
-    pub(super) fn show(&mut self, ui: &mut Ui, actions: &mut Actions) {
-        let entered = path_field(ui, &mut self.path, dialogs::EXPORT_FOLDER);
-        if ui.button(dialogs::BROWSE).clicked() {
-            actions.push(Action::Browse(Purpose::Export));
-        }
-        ui.add_space(4.0);
-        egui::Grid::new("export")
-            .num_columns(2)
-            .spacing([16.0, 8.0])
-            .show(ui, |ui| {
-                ui.label(words::FORMAT);
-                self.format(ui);
-                ui.end_row();
-                ui.label(words::NUMBERS);
-                self.numbers(ui);
-                ui.end_row();
-                ui.label(words::UNCERTAIN);
-                self.threshold(ui);
-                ui.end_row();
-            });
-        ui.add(Label::new(RichText::new(words::description(self.format)).weak()).wrap());
-        if self.ids.is_some() {
-            ui.add(Label::new(RichText::new(words::NUMBERS_EXPLAINED).weak()).wrap());
-        }
-        let possible = !self.path.trim().is_empty();
-        confirm(ui, dialogs::EXPORT, possible, entered, actions, || {
-            Action::Export(self.clone())
-        });
-    }
-
-    fn format(&mut self, ui: &mut Ui) {
-        // High enough for all of them at once.
-        let shown = ComboBox::from_id_salt("format")
-            .width(220.0)
-            .height(400.0)
-            .selected_text(words::title(self.format))
-            .show_ui(ui, |ui| {
-                for format in Format::ALL {
-                    ui.selectable_value(&mut self.format, format, words::title(format));
-                }
-            });
-        shown.response.accessible_name(words::FORMAT);
-    }
-
-    fn numbers(&mut self, ui: &mut Ui) {
-        let shown = ComboBox::from_id_salt("numbers")
-            .width(220.0)
-            .selected_text(self.ids.map_or(words::OWN_NUMBERS, |palette| palette.name))
-            .show_ui(ui, |ui| {
-                ui.selectable_value(&mut self.ids, None, words::OWN_NUMBERS);
-                for palette in &PALETTES {
-                    ui.selectable_value(&mut self.ids, Some(palette), palette.name);
-                }
-            });
-        shown.response.accessible_name(words::NUMBERS);
-    }
-
-    fn threshold(&mut self, ui: &mut Ui) {
-        ui.horizontal(|ui| {
-            let mut is_set = self.least_percent.is_some();
-            if ui.checkbox(&mut is_set, words::LEAVE_VOID).changed() {
-                self.least_percent = is_set.then_some(FIRST_THRESHOLD);
-            }
-            if let Some(percent) = &mut self.least_percent {
-                let slider = Slider::new(percent, 1..=99).suffix(" %");
-                ui.add(slider).accessible_name(words::LEAST_PROBABILITY);
-            }
-        });
+/// A format's name.
+fn title(format: Format) -> &'static str {
+    match format {
+        Format::Png => "Label images",
+        Format::Overlay => "Overlays",
+        Format::Voc => "Pascal VOC, CVAT",
+        Format::Cityscapes => "Cityscapes",
+        Format::CocoPanoptic => "COCO panoptic",
+        Format::CocoInstances => "COCO instances",
+        Format::Labelme => "labelme",
+        Format::HuggingFace => "Hugging Face",
+        Format::PointCloud => "Point cloud",
+        Format::Mesh => "Mesh",
     }
 }

@@ -1,54 +1,47 @@
 //! Asking where the scene of a project is now.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use egui::Ui;
+use inplace_model::dialogs::{MovedScene, Purpose};
+use inplace_model::opening::Target;
+use inplace_model::{Command, Commands};
 
-use crate::action::{Action, Actions};
-use crate::dialogs::{Purpose, confirm, path_field};
-use crate::english::opening as words;
+use super::form::{confirm, path_field};
 
-/// The question where the scene of a project is now, with the answer so far.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct MovedScene {
-    project: PathBuf,
-    /// Where it is not.
-    missing: PathBuf,
-    /// The folder typed so far.
-    pub path: String,
-    /// What was wrong with the last answer.
-    problem: Option<String>,
+/// Draws the question.
+pub fn show(ui: &mut Ui, moved: &mut MovedScene, commands: &mut Commands) {
+    match &moved.problem {
+        Some(problem) => ui.colored_label(ui.visuals().error_fg_color, problem),
+        None => ui.label(question(&moved.project, &moved.missing)),
+    };
+    ui.label(
+        "Choose the folder where it is now. The project remembers it, and all of your work is there again.",
+    );
+    let entered = path_field(ui, &mut moved.path, "Folder of the scene");
+    if ui.button("Browse...").clicked() {
+        commands.push(Command::Browse(Purpose::Moved));
+    }
+    let path = moved.path.trim().to_owned();
+    confirm(ui, "Open from there", !path.is_empty(), entered, commands, || {
+        Command::Open(Target::Moved {
+            project: moved.project.clone(),
+            folder: PathBuf::from(path),
+        })
+    });
 }
 
-impl MovedScene {
-    /// The scene is not at `missing`; `problem` says what was wrong with that as an answer.
-    pub fn new(project: PathBuf, missing: PathBuf, problem: Option<String>) -> Self {
-        let path = match &problem {
-            Some(_) => missing.display().to_string(),
-            None => String::new(),
-        };
-        Self {
-            project,
-            missing,
-            path,
-            problem,
-        }
+/// What is missing.
+fn question(project: &Path, missing: &Path) -> String {
+    let name = project
+        .file_name()
+        .unwrap_or(project.as_os_str())
+        .to_string_lossy();
+    if missing.as_os_str().is_empty() {
+        return format!("{name} no longer says where the scene is that it labels.");
     }
-
-    /// Draws the question.
-    pub(super) fn show(&mut self, ui: &mut Ui, actions: &mut Actions) {
-        match &self.problem {
-            Some(problem) => ui.colored_label(ui.visuals().error_fg_color, problem),
-            None => ui.label(words::moved(&self.project, &self.missing)),
-        };
-        ui.label(words::MOVED_EXPLANATION);
-        let entered = path_field(ui, &mut self.path, words::MOVED_FIELD);
-        if ui.button(crate::english::dialogs::BROWSE).clicked() {
-            actions.push(Action::Browse(Purpose::Moved));
-        }
-        let path = self.path.trim();
-        confirm(ui, words::MOVED_OPEN, !path.is_empty(), entered, actions, || {
-            Action::OpenMoved(self.project.clone(), PathBuf::from(path))
-        });
-    }
+    format!(
+        "{name} labels a scene that is no longer at {}.",
+        missing.display()
+    )
 }

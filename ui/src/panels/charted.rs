@@ -3,8 +3,7 @@
 use std::ops::RangeInclusive;
 
 use egui_plot::PlotPoint;
-
-use crate::progress::{Log, Sample};
+use inplace_model::progress_log::{ProgressLog, ProgressSample};
 
 /// Most marks drawn: nearer to each other than this share of the axis, they are one.
 const MARKS: f64 = 100.0;
@@ -22,8 +21,8 @@ pub enum Axis {
 /// What is charted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Number {
-    /// Mean entropy, in nats.
-    Entropy,
+    /// Mean entropy, as a share of that of an even guess among all classes.
+    Unsure,
     /// Cross-validated accuracy, 0..=1.
     Accuracy,
     /// Image quality, in dB.
@@ -31,12 +30,13 @@ pub enum Number {
 }
 
 /// All of them, in the order shown.
-pub const NUMBERS: [Number; 3] = [Number::Entropy, Number::Accuracy, Number::Psnr];
+pub const NUMBERS: [Number; 3] = [Number::Unsure, Number::Accuracy, Number::Psnr];
 
 impl Number {
-    fn of(self, sample: &Sample) -> Option<f64> {
+    /// The number at one time; `most` is the entropy of an even guess among all classes, in nats.
+    fn of(self, sample: &ProgressSample, most: f32) -> Option<f64> {
         let value = match self {
-            Self::Entropy => sample.entropy,
+            Self::Unsure => sample.entropy.map(|entropy| entropy / most),
             Self::Accuracy => sample.accuracy,
             Self::Psnr => sample.psnr,
         };
@@ -48,22 +48,23 @@ impl Number {
 #[derive(Clone, Debug, Default)]
 pub struct Charted {
     /// The log and the axis that they were made from: scene, version, axis.
-    from: Option<(u64, u64, Axis)>,
+    from: Option<(u64, u64, Axis, f32)>,
     lines: [Vec<PlotPoint>; NUMBERS.len()],
     marks: Vec<f64>,
     last: f64,
 }
 
 impl Charted {
-    /// Follows a scene's log; costs nothing where it has not grown.
-    pub fn follow(&mut self, scene: u64, log: &Log, axis: Axis) {
-        let from = Some((scene, log.version(), axis));
+    /// Follows a scene's log, where `most` is the entropy of an even guess among all classes, in nats; costs nothing where
+    /// nothing has changed.
+    pub fn follow(&mut self, scene: u64, log: &ProgressLog, axis: Axis, most: f32) {
+        let from = Some((scene, log.version(), axis, most));
         if self.from == from {
             return;
         }
         self.from = from;
         let samples = log.samples();
-        let x = |sample: &Sample| match axis {
+        let x = |sample: &ProgressSample| match axis {
             Axis::Time => sample.seconds / 60.0,
             Axis::Strokes => sample.strokes as f64,
         };
@@ -71,7 +72,7 @@ impl Charted {
         for (line, number) in self.lines.iter_mut().zip(NUMBERS) {
             let points = samples
                 .iter()
-                .filter_map(|sample| Some((sample, number.of(sample)?)));
+                .filter_map(|sample| Some((sample, number.of(sample, most)?)));
             *line = match axis {
                 Axis::Time => points.map(|(sample, y)| PlotPoint::new(x(sample), y)).collect(),
                 Axis::Strokes => {
@@ -127,7 +128,7 @@ mod tests {
     #[test]
     fn the_log_is_charted_over_time_and_over_strokes() {
         let start = Instant::now();
-        let mut log = Log::new(start);
+        let mut log = ProgressLog::new(start);
         for (seconds, strokes, entropy, accuracy) in [
             (0, 1, 0.9, None),
             (60, 1, 0.8, None),
@@ -141,16 +142,16 @@ mod tests {
             log.note(start + Duration::from_secs(seconds), strokes, accuracy, &status);
         }
         let mut charted = Charted::default();
-        charted.follow(1, &log, Axis::Time);
+        charted.follow(1, &log, Axis::Time, 2.0);
         let minutes = |number: Number| -> Vec<f64> { charted.line(number).iter().map(|p| p.x).collect() };
-        assert_eq!(minutes(Number::Entropy), [0.0, 1.0, 2.0, 3.0]);
+        assert_eq!(minutes(Number::Unsure), [0.0, 1.0, 2.0, 3.0]);
         assert_eq!(minutes(Number::Accuracy), [2.0, 3.0]);
         assert!(charted.line(Number::Psnr).is_empty());
         assert_eq!(charted.marks(), [0.0, 2.0]);
-        charted.follow(1, &log, Axis::Strokes);
-        let points: Vec<f64> = charted.line(Number::Entropy).iter().map(|p| p.x).collect();
+        charted.follow(1, &log, Axis::Strokes, 2.0);
+        let points: Vec<f64> = charted.line(Number::Unsure).iter().map(|p| p.x).collect();
         assert_eq!(points, [1.0, 2.0]);
-        let last = charted.line(Number::Entropy)[1].y;
-        assert!((last - 0.4).abs() < 1e-6 && charted.marks().is_empty());
+        let last = charted.line(Number::Unsure)[1].y;
+        assert!((last - 0.2).abs() < 1e-6 && charted.marks().is_empty());
     }
 }

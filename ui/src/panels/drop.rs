@@ -2,11 +2,10 @@
 
 use egui::{Align2, Area, Color32, FontId, Id, Order, Role, Sense, Stroke, StrokeKind, WidgetInfo};
 
-use crate::english::opening::{DROP, DROP_EXPLANATION};
 use crate::theme;
 
 /// Covers the window while files are held above it.
-pub(crate) fn drop_area(ctx: &egui::Context) {
+pub fn drop_area(ctx: &egui::Context) {
     if ctx.input(|input| input.raw.hovered_files.is_empty()) {
         return;
     }
@@ -17,7 +16,7 @@ pub(crate) fn drop_area(ctx: &egui::Context) {
         .interactable(false)
         .show(ctx, |ui| {
             let (_, response) = ui.allocate_exact_size(window.size(), Sense::hover());
-            response.widget_info(|| WidgetInfo::labeled(Role::Label, true, DROP));
+            response.widget_info(|| WidgetInfo::labeled(Role::Label, true, "Drop to open"));
             paint(ui, window);
         });
 }
@@ -35,8 +34,18 @@ fn paint(ui: &egui::Ui, window: egui::Rect) {
     painter.rect_stroke(inner, 12, accent, StrokeKind::Inside);
     let center = inner.center();
     for (align, text, size, color) in [
-        (Align2::CENTER_BOTTOM, DROP, 28.0, visuals.strong_text_color()),
-        (Align2::CENTER_TOP, DROP_EXPLANATION, 14.0, visuals.text_color()),
+        (
+            Align2::CENTER_BOTTOM,
+            "Drop to open",
+            28.0,
+            visuals.strong_text_color(),
+        ),
+        (
+            Align2::CENTER_TOP,
+            "The folder of a scene, or a project file (.inplace)",
+            14.0,
+            visuals.text_color(),
+        ),
     ] {
         painter.text(center, align, text, FontId::proportional(size), color);
     }

@@ -1,19 +1,19 @@
-//! The frames of the scene in a row, with the state of each. Only what is visible is built.
+//! The frames of the scene in a row, with the model of each. Only what is visible is built.
 
 use egui::{
     Align2, Color32, FontId, Rect, Role, ScrollArea, Sense, Stroke, StrokeKind, Ui, WidgetInfo, pos2, vec2,
 };
+use inplace_model::frames::{FrameFacts, FrameFilter};
+use inplace_model::layer::Look;
+use inplace_model::text::counted;
+use inplace_model::workspace::Workspace;
+use inplace_model::{Command, Commands, Model};
 
 use super::frame_filter::FrameFilterRow;
-use crate::action::{Action, Actions};
-use crate::canvas::Look;
-use crate::english::frames as words;
-use crate::frames::FrameFacts;
-use crate::state::AppState;
+use crate::numbers;
 use crate::theme;
-use crate::thumbnails::{Source, Subject, Thumbnail, Thumbnails};
+use crate::thumbnails::{Thumbnail, Thumbnails};
 use crate::widgets::{empty_state, focus_ring, line_of_text, scroll_to};
-use crate::workspace::Workspace;
 
 /// Height of the panel in points.
 pub const HEIGHT: f32 = 168.0;
@@ -50,17 +50,17 @@ impl Filmstrip {
     }
 
     /// Draws the strip.
-    pub fn show(&mut self, ui: &mut Ui, state: &AppState, workspace: &Workspace, actions: &mut Actions) {
+    pub fn show(&mut self, ui: &mut Ui, model: &Model, workspace: &Workspace, commands: &mut Commands) {
         if self.scene != workspace.serial() {
             self.scene = workspace.serial();
             self.followed = None;
         }
         self.thumbnails.collect(workspace.serial());
-        self.filters.show(ui, workspace, actions);
+        self.filters.show(ui, workspace, commands);
         let list = workspace.overview().frames();
         let frames = list.shown();
         if frames.is_empty() {
-            empty_state(ui, words::none(list.filter()));
+            empty_state(ui, none(list.filter()));
             self.followed = None;
             return;
         }
@@ -84,7 +84,7 @@ impl Filmstrip {
                 let last = (viewport.right() / STEP).ceil().max(0.0) as usize;
                 let visible = frames.iter().enumerate().take(last).skip(first);
                 for (index, &frame) in visible {
-                    self.cell(ui, state, workspace, frame, cell(index), actions);
+                    self.cell(ui, model, workspace, frame, cell(index), commands);
                 }
             });
     }
@@ -92,28 +92,28 @@ impl Filmstrip {
     fn cell(
         &mut self,
         ui: &Ui,
-        state: &AppState,
+        model: &Model,
         workspace: &Workspace,
         index: usize,
         rect: Rect,
-        actions: &mut Actions,
+        commands: &mut Commands,
     ) {
         let Some(frame) = workspace.scene().frames.get(index) else {
             return;
         };
-        let thumbnail = self.thumbnail(state, workspace, index);
+        let thumbnail = self.thumbnail(model, workspace, index);
         let facts = workspace.overview().frames().facts(index);
-        let words = words::frame(&frame.stem, &facts);
+        let most = workspace.document().palette().most_entropy();
+        let words = in_words(&frame.stem, &facts, most);
         let current = index == workspace.frame_index();
         let response = ui.interact(rect, ui.scope_id().with(("frame", index)), Sense::click());
         response.widget_info(|| WidgetInfo::selected(Role::ListBoxOption, true, current, &words));
         if response.clicked() {
-            actions.push(Action::GoToFrame(index));
+            commands.push(Command::GoToFrame(index));
         }
         let image = Rect::from_min_size(rect.min, IMAGE);
         paint_image(ui, image, thumbnail.as_ref());
-        let classes = workspace.document().classes().len();
-        paint_bars(ui, image, facts, classes);
+        paint_bars(ui, image, facts, most);
         if facts.strokes > 0 {
             let (fill, color) = (theme::accent(ui.visuals()), theme::on_accent(ui.visuals()));
             paint_count(ui, image, Align2::LEFT_TOP, (facts.strokes, fill, color));
@@ -144,19 +144,13 @@ impl Filmstrip {
         response.on_hover_text(words);
     }
 
-    fn thumbnail(&mut self, state: &AppState, workspace: &Workspace, index: usize) -> Option<Thumbnail> {
-        let (_, palette_serial) = workspace.document().palette();
-        let layer = state.settings.layer.in_small();
-        // Different whenever anything that the thumbnail shows is.
-        let version = (workspace.map_version(index) << 24) ^ (palette_serial << 3) ^ layer.number() as u64;
+    fn thumbnail(&mut self, model: &Model, workspace: &Workspace, index: usize) -> Option<Thumbnail> {
         let look = Look {
-            layer,
+            layer: model.settings.layer.in_small(),
             opacity: 0.55,
             outlines: false,
         };
-        self.thumbnails.get(Subject::Frame(index), version, || {
-            Source::of_frame(workspace, index, look)
-        })
+        self.thumbnails.frame(workspace, index, look)
     }
 }
 
@@ -169,11 +163,10 @@ fn paint_image(ui: &Ui, rect: Rect, thumbnail: Option<&Thumbnail>) {
 }
 
 /// Two bars along the lower edge: the longer the upper one, the more is labelled; the longer the lower, the less sure.
-fn paint_bars(ui: &Ui, image: Rect, facts: FrameFacts, classes: usize) {
+fn paint_bars(ui: &Ui, image: Rect, facts: FrameFacts, most: f32) {
     let Some(summary) = facts.summary else {
         return;
     };
-    let most = (classes.max(2) as f32).ln();
     let unsure = (summary.mean_entropy / most).clamp(0.0, 1.0);
     let height = 3.0;
     for (line, share, color) in [(2.0, summary.coverage, LABELLED), (1.0, unsure, UNCERTAIN)] {
@@ -198,4 +191,82 @@ fn paint_count(ui: &Ui, image: Rect, corner: Align2, (count, fill, color): (usiz
     let font = FontId::proportional(12.0);
     ui.painter()
         .text(badge.center(), Align2::CENTER_CENTER, text, font, color);
+}
+
+/// What stands where no frame passes a filter.
+fn none(filter: FrameFilter) -> &'static str {
+    match filter {
+        FrameFilter::All => "This scene has no frames.",
+        FrameFilter::Unlabelled => "No frame is unlabelled: there are strokes on all of them.",
+        FrameFilter::Uncertain => "No frame is uncertain.",
+        FrameFilter::Disagreeing => "No frame is disagreeing: nothing contradicts your strokes.",
+    }
+}
+
+/// The state of a frame; `most` is the entropy of an even guess among all classes, in nats.
+fn in_words(stem: &str, facts: &FrameFacts, most: f32) -> String {
+    let mut words = match facts.strokes {
+        0 => "no strokes".to_owned(),
+        some => counted(some, "stroke", "strokes"),
+    };
+    if facts.contradicted > 0 {
+        words += &format!(", {} contradicted", facts.contradicted);
+    }
+    let without = if facts.has_no_summary {
+        "labelled from the keyframes"
+    } else {
+        "no labels yet"
+    };
+    let map = facts.summary.map_or_else(
+        || without.to_owned(),
+        |summary| {
+            format!(
+                "{:.0}% labelled, {}",
+                100.0 * summary.coverage,
+                numbers::unsure(summary.mean_entropy, most)
+            )
+        },
+    );
+    format!("Frame {stem}: {words}, {map}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use inplace_core::session::FrameSummary;
+
+    #[test]
+    fn a_frames_state_is_a_sentence() {
+        let summary = FrameSummary {
+            mean_entropy: 0.25,
+            coverage: 0.871,
+            ..FrameSummary::default()
+        };
+        let facts = |strokes, contradicted, summary| FrameFacts {
+            strokes,
+            contradicted,
+            summary,
+            has_no_summary: false,
+        };
+        assert_eq!(
+            in_words("rgb_3", &facts(1, 0, Some(summary)), 1.0),
+            "Frame rgb_3: 1 stroke, 87% labelled, 25% unsure"
+        );
+        assert_eq!(
+            in_words("rgb_3", &facts(4, 2, None), 1.0),
+            "Frame rgb_3: 4 strokes, 2 contradicted, no labels yet"
+        );
+        let other = FrameFacts {
+            has_no_summary: true,
+            ..facts(0, 0, None)
+        };
+        assert_eq!(
+            in_words("a", &facts(0, 0, None), 1.0),
+            "Frame a: no strokes, no labels yet"
+        );
+        assert_eq!(
+            in_words("a", &other, 1.0),
+            "Frame a: no strokes, labelled from the keyframes"
+        );
+    }
 }

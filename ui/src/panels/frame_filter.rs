@@ -1,11 +1,9 @@
 //! The row above the filmstrip: which frames, in which order, and going to one by its number or name.
 
 use egui::{Align, ComboBox, Key, Layout, TextEdit, Ui};
-
-use crate::action::{Action, Actions};
-use crate::english::frames as words;
-use crate::frames::{FrameFilter, FrameOrder};
-use crate::workspace::Workspace;
+use inplace_model::frames::{FrameFilter, FrameOrder};
+use inplace_model::workspace::Workspace;
+use inplace_model::{Command, Commands};
 
 /// Below this width the filters are a list to choose from.
 const ROOMY: f32 = 620.0;
@@ -18,76 +16,103 @@ pub struct FrameFilterRow {
 
 impl FrameFilterRow {
     /// Draws the row.
-    pub fn show(&mut self, ui: &mut Ui, workspace: &Workspace, actions: &mut Actions) {
+    pub fn show(&mut self, ui: &mut Ui, workspace: &Workspace, commands: &mut Commands) {
         // Where there is little room, each of the three has a third of it.
         let third = (ui.available_width() - 2.0 * crate::theme::GAP) / 3.0;
         let frames = workspace.overview().frames();
         ui.horizontal(|ui| {
             ui.spacing_mut().item_spacing.x = 4.0;
-            let filters = |ui: &mut Ui, actions: &mut Actions| {
+            let filters = |ui: &mut Ui, commands: &mut Commands| {
                 for filter in FrameFilter::ALL {
                     let name = named(filter, frames.count(filter));
                     let choice = ui.selectable_label(frames.filter() == filter, name);
-                    if choice.on_hover_text(words::filter_means(filter)).clicked() {
-                        actions.push(Action::FilterFrames(filter));
+                    if choice.on_hover_text(filter_means(filter)).clicked() {
+                        commands.push(Command::FilterFrames(filter));
                     }
                 }
             };
             if ui.available_width() >= ROOMY {
-                filters(ui, actions);
+                filters(ui, commands);
             } else {
                 let chosen = frames.filter();
                 ComboBox::from_id_salt("filter")
                     .selected_text(named(chosen, frames.count(chosen)))
                     .width(third.min(132.0))
                     .truncate()
-                    .show_ui(ui, |ui| filters(ui, actions))
+                    .show_ui(ui, |ui| filters(ui, commands))
                     .response
-                    .accessible_name(words::FILTER);
+                    .accessible_name("Frames shown");
             }
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 ui.spacing_mut().item_spacing.x = crate::theme::GAP;
-                self.seek(ui, third, actions);
-                order(ui, third, frames.order(), actions);
+                self.seek(ui, third, commands);
+                order(ui, third, frames.order(), commands);
             });
         });
     }
 
-    fn seek(&mut self, ui: &mut Ui, most: f32, actions: &mut Actions) {
+    fn seek(&mut self, ui: &mut Ui, most: f32, commands: &mut Commands) {
         let field = TextEdit::singleline(&mut self.sought)
-            .hint_text(words::GO_TO)
+            .hint_text("Go to frame")
             .align(egui::Align2::LEFT_CENTER)
             .min_size(egui::vec2(0.0, ui.spacing().interact_size.y))
             .desired_width(most.min(136.0));
-        let response = ui.add(field).accessible_name(words::GO_TO);
+        let response = ui.add(field).accessible_name("Go to frame");
         let entered = response.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
-        response.on_hover_text(words::GO_TO_MEANS);
+        response.on_hover_text("A frame's number or name, or a part of the name; Enter goes there");
         if entered {
-            actions.push(Action::FindFrame(std::mem::take(&mut self.sought)));
+            commands.push(Command::FindFrame(std::mem::take(&mut self.sought)));
         }
     }
 }
 
-fn order(ui: &mut Ui, most: f32, chosen: FrameOrder, actions: &mut Actions) {
+fn order(ui: &mut Ui, most: f32, chosen: FrameOrder, commands: &mut Commands) {
     ComboBox::from_id_salt("order")
-        .selected_text(words::order(chosen))
+        .selected_text(order_text(chosen))
         .width(most.min(148.0))
         .truncate()
         .show_ui(ui, |ui| {
             for order in FrameOrder::ALL {
                 // The one in force, too: by uncertainty, that sorts anew.
-                if ui
-                    .selectable_label(order == chosen, words::order(order))
-                    .clicked()
-                {
-                    actions.push(Action::OrderFrames(order));
+                if ui.selectable_label(order == chosen, order_text(order)).clicked() {
+                    commands.push(Command::OrderFrames(order));
                 }
             }
         })
         .response
-        .accessible_name(words::ORDER);
+        .accessible_name("Order of the frames");
 }
 
 fn named(filter: FrameFilter, count: usize) -> String {
-    format!("{} {count}", words::filter(filter))
+    format!("{} {count}", filter_name(filter))
+}
+
+/// What a filter lets through.
+fn filter_means(filter: FrameFilter) -> &'static str {
+    match filter {
+        FrameFilter::All => "All frames",
+        FrameFilter::Unlabelled => "Frames without strokes",
+        FrameFilter::Uncertain => "Frames with more than 5% of unclear pixels",
+        FrameFilter::Disagreeing => {
+            "Frames with strokes that the others contradict, or whose imported labels differ from the map on more than 10% of the pixels"
+        }
+    }
+}
+
+/// An order's name.
+fn order_text(order: FrameOrder) -> &'static str {
+    match order {
+        FrameOrder::Capture => "In order",
+        FrameOrder::Uncertainty => "Most uncertain first",
+    }
+}
+
+/// A filter's name.
+fn filter_name(filter: FrameFilter) -> &'static str {
+    match filter {
+        FrameFilter::All => "All",
+        FrameFilter::Unlabelled => "Unlabelled",
+        FrameFilter::Uncertain => "Uncertain",
+        FrameFilter::Disagreeing => "Disagreeing",
+    }
 }

@@ -1,15 +1,14 @@
 //! The callout over the canvas: hints for first use, and what is being waited for.
 
 use egui::{Align2, Area, Id, Order, Pos2, Rect, Shape, Stroke, Ui, vec2};
+use inplace_model::model::Side;
+use inplace_model::preferences::{Hint, Pane, PreferenceChange};
+use inplace_model::workspace::Workspace;
+use inplace_model::{Command, Commands, Model, waits_for_surface};
 
-use crate::action::{Action, Actions};
-use crate::english::hint::DISMISS;
-use crate::hints::{Callout, Hint, Side, due, followed};
-use crate::preferences::{Change, Pane};
-use crate::state::AppState;
+use crate::keys::table::{EXPORT, NEXT_SUGGESTION};
 use crate::theme;
 use crate::widgets::{Icon, icon_button};
-use crate::workspace::Workspace;
 
 /// Distance from the edge of the canvas.
 const INSET: f32 = 12.0;
@@ -18,6 +17,28 @@ const POINTER: f32 = 7.0;
 
 /// On a smaller canvas a callout would be in the way.
 const LEAST_CANVAS: egui::Vec2 = vec2(320.0, 200.0);
+
+/// Which part of the window a hint speaks of, as seen from the canvas.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Beside {
+    /// The canvas itself.
+    Here,
+    /// The panel at the right.
+    Right,
+    /// The buttons above.
+    Above,
+}
+
+/// What is said over the canvas.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Callout {
+    /// The hint, remembered once it is dismissed or followed; `None` = what is going on, said every time.
+    hint: Option<Hint>,
+    /// The sentence.
+    text: String,
+    /// What it speaks of.
+    beside: Beside,
+}
 
 /// The callout, and which hint it showed last.
 #[derive(Debug, Default)]
@@ -30,50 +51,75 @@ impl Hints {
     pub fn show(
         &mut self,
         ui: &Ui,
-        state: &AppState,
+        model: &Model,
         workspace: &Workspace,
         canvas: Rect,
-        actions: &mut Actions,
+        commands: &mut Commands,
     ) {
         if let Some((scene, hint)) = self.shown {
             let same = scene == workspace.serial();
-            let followed = followed(hint, state, workspace);
+            let followed = !hint.applies(model, workspace);
             if same && followed {
-                actions.push(Action::Prefer(Change::HintSeen(hint)));
+                commands.push(Command::Prefer(PreferenceChange::HintSeen(hint)));
             }
             if !same || followed {
                 self.shown = None;
             }
         }
-        let Some(callout) = due(state, workspace) else {
+        let Some(callout) = due(ui.ctx(), model, workspace) else {
             return;
         };
         // What is hidden cannot be pointed at.
         let window = ui.ctx().content_rect().size();
-        let guidance = state.preferences.layout.shows(Pane::Guidance, window);
-        let listed = guidance && state.side == crate::state::Side::LabelNext;
-        let hidden = callout.side == Side::Right && !listed;
+        let right = model.preferences.layout.shows(Pane::Suggestions, window);
+        let listed = right && model.side == Side::LabelNext;
+        let hidden = callout.beside == Beside::Right && !listed;
         let room = canvas.width() >= LEAST_CANVAS.x && canvas.height() >= LEAST_CANVAS.y;
-        if state.dialog.is_none() && room && !hidden {
+        if model.dialog.is_none() && room && !hidden {
             if let Some(hint) = callout.hint {
                 self.shown = Some((workspace.serial(), hint));
             }
-            draw(ui, &callout, canvas, actions);
+            draw(ui, &callout, canvas, commands);
         }
     }
 
     /// Someone who goes through the suggestions need not be told of them.
-    pub fn follow_suggestions(state: &AppState, actions: &mut Actions) {
-        if !state.preferences.hints_seen.contains(&Hint::Suggestions) {
-            actions.push(Action::Prefer(Change::HintSeen(Hint::Suggestions)));
+    pub fn follow_suggestions(model: &Model, commands: &mut Commands) {
+        if !model.preferences.hints_seen.contains(&Hint::Suggestions) {
+            commands.push(Command::Prefer(PreferenceChange::HintSeen(Hint::Suggestions)));
         }
     }
 }
 
-fn draw(ui: &Ui, callout: &Callout, canvas: Rect, actions: &mut Actions) {
-    let (pivot, corner) = match callout.side {
-        Side::Here => (Align2::CENTER_TOP, canvas.center_top() + vec2(0.0, INSET)),
-        Side::Right | Side::Above => (Align2::RIGHT_TOP, canvas.right_top() + vec2(-INSET, INSET)),
+/// What to say now: the first hint that is due, or what is being waited for.
+fn due(ctx: &egui::Context, model: &Model, workspace: &Workspace) -> Option<Callout> {
+    if let Some(hint) = Hint::due(model, workspace) {
+        let (text, beside) = match hint {
+            Hint::FirstClass => (first_class(&NEXT_SUGGESTION.key(ctx)), Beside::Here),
+            Hint::FirstStroke => (
+                "No strokes yet: choose a class, then click or scribble on the image".to_owned(),
+                Beside::Here,
+            ),
+            Hint::Suggestions => (suggestions(&NEXT_SUGGESTION.key(ctx)), Beside::Right),
+            Hint::Export => (export(&EXPORT.key(ctx)), Beside::Above),
+        };
+        return Some(Callout {
+            hint: Some(hint),
+            text,
+            beside,
+        });
+    }
+    waits_for_surface(workspace).then(|| Callout {
+        hint: None,
+        text: "Finding the surface of the scene; your labels spread as soon as it is there".to_owned(),
+        beside: Beside::Here,
+    })
+}
+
+fn draw(ui: &Ui, callout: &Callout, canvas: Rect, commands: &mut Commands) {
+    let (pivot, corner) = match callout.beside {
+        Beside::Here => (Align2::CENTER_TOP, canvas.center_top() + vec2(0.0, INSET)),
+        Beside::Right | Beside::Above => (Align2::RIGHT_TOP, canvas.right_top() + vec2(-INSET, INSET)),
     };
     let shown = Area::new(Id::unique("callout"))
         .order(Order::Middle)
@@ -93,22 +139,22 @@ fn draw(ui: &Ui, callout: &Callout, canvas: Rect, actions: &mut Actions) {
                         ui.add(egui::Label::new(&callout.text).wrap().selectable(false));
                     });
                     if let Some(hint) = callout.hint
-                        && icon_button(ui, Icon::Close, DISMISS).clicked()
+                        && icon_button(ui, Icon::Close, "Dismiss hint").clicked()
                     {
-                        actions.push(Action::Prefer(Change::HintSeen(hint)));
+                        commands.push(Command::Prefer(PreferenceChange::HintSeen(hint)));
                     }
                 });
             });
         });
     let box_ = shown.response.rect;
-    let tip = match callout.side {
-        Side::Here => return,
-        Side::Right => [
+    let tip = match callout.beside {
+        Beside::Here => return,
+        Beside::Right => [
             box_.right_center() + vec2(0.0, -POINTER),
             box_.right_center() + vec2(POINTER, 0.0),
             box_.right_center() + vec2(0.0, POINTER),
         ],
-        Side::Above => {
+        Beside::Above => {
             let foot: Pos2 = box_.right_top() - vec2(24.0, 0.0);
             [
                 foot + vec2(-POINTER, 0.0),
@@ -120,4 +166,31 @@ fn draw(ui: &Ui, callout: &Callout, canvas: Rect, actions: &mut Actions) {
     let color = theme::accent(ui.visuals());
     let painter = ui.ctx().layer_painter(shown.response.layer_id);
     painter.add(Shape::convex_polygon(tip.to_vec(), color, Stroke::NONE));
+}
+
+/// There is no class yet; `key` goes to the first suggestion.
+fn first_class(key: &str) -> String {
+    let click = "Click on something in the image and name its class";
+    match key {
+        "" => click.to_owned(),
+        key => format!("{click}, or press {key} to be shown a place"),
+    }
+}
+
+/// There are places to label next; `key` goes through them.
+fn suggestions(key: &str) -> String {
+    let these = "These are the places whose label would settle most: click on one";
+    match key {
+        "" => format!("{these} to go there"),
+        key => format!("{these}, or press {key}"),
+    }
+}
+
+/// There is something worth exporting; `key` does that.
+fn export(key: &str) -> String {
+    let key = match key {
+        "" => String::new(),
+        key => format!(" ({key})"),
+    };
+    format!("When the frames look right: Export{key} writes the labels of every frame")
 }

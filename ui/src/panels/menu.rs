@@ -1,18 +1,19 @@
 //! The menu bar with the document's name and whether it is saved.
 
-use egui::{Align, Button, Layout, Ui};
+use std::path::Path;
 
-use crate::action::{Action, Actions};
-use crate::canvas::Layer;
-use crate::dialogs::{Dialog, Purpose};
-use crate::english;
-use crate::english::{dialogs, layers, menu as words, saving, work};
-use crate::exporting::Progress;
-use crate::keeper::{Keeper, SavedState};
-use crate::keymap::KeyMap;
-use crate::keys;
-use crate::preferences::{Change, Pane};
-use crate::state::AppState;
+use egui::{Align, Button, Layout, Ui};
+use inplace_model::dialogs::{Dialog, Purpose};
+use inplace_model::exporting::ExportProgress;
+use inplace_model::layer::Layer;
+use inplace_model::preferences::{Pane, PreferenceChange, Theme};
+use inplace_model::project_session::{ProjectSession, SavedState};
+use inplace_model::text::PROGRAM;
+use inplace_model::{Command, Commands, Model};
+
+use super::parts::not_found;
+use crate::keys::table::{self, UiCommand};
+use crate::pictures::Pictures;
 use crate::widgets::main_button_enabled;
 
 /// Below this width of what is left beside the menus, the Save button gives way: it is in the File menu.
@@ -22,36 +23,32 @@ const BELOW_THE_BAR: f32 = 72.0;
 /// Room for the words about saving.
 const STATE_WIDTH: f32 = 80.0;
 
+/// On the button while an export runs.
+const EXPORT_RUNS: &str = "An export is under way: wait for its end, or cancel it.";
+
 /// Draws the menu bar.
-pub fn show(ui: &mut Ui, state: &AppState, actions: &mut Actions) {
+pub fn show(ui: &mut Ui, model: &Model, pictures: &Pictures, commands: &mut Commands) {
     egui::MenuBar::new().ui(ui, |ui| {
-        ui.menu_button(words::FILE, |ui| scrolled(ui, |ui| file(ui, state, actions)));
-        ui.menu_button(words::EDIT, |ui| edit(ui, state, actions));
-        ui.menu_button(words::VIEW, |ui| scrolled(ui, |ui| view(ui, state, actions)));
-        ui.menu_button(words::HELP, |ui| {
-            entry(
-                ui,
-                true,
-                dialogs::KEYS,
-                "?",
-                actions,
-                Action::Show(Some(Dialog::Help)),
-            );
+        ui.menu_button("File", |ui| {
+            scrolled(ui, |ui| file(ui, model, pictures, commands));
         });
+        ui.menu_button("Edit", |ui| edit(ui, model, commands));
+        ui.menu_button("View", |ui| scrolled(ui, |ui| view(ui, model, commands)));
+        ui.menu_button("Help", |ui| entry(ui, true, &table::HELP, commands));
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             let wide = ui.available_width() >= ROOMY;
-            if state.workspace().is_some() {
+            if model.workspace().is_some() {
                 ui.scope(|ui| {
                     // The menu bar's own buttons have no frames; these do.
                     ui.reset_style();
-                    export_button(ui, state, actions);
-                    let keys = keys::text(&state.preferences.keys, "Ctrl+S");
-                    if wide && ui.button(dialogs::SAVE).on_hover_text(keys).clicked() {
-                        actions.push(Action::Save);
+                    export_button(ui, model, commands);
+                    let save = &table::SAVE;
+                    if wide && ui.button(save.name).on_hover_text(save.key(ui.ctx())).clicked() {
+                        commands.push(save.command.clone());
                     }
                 });
             }
-            ui.with_layout(Layout::left_to_right(Align::Center), |ui| document(ui, state));
+            ui.with_layout(Layout::left_to_right(Align::Center), |ui| document(ui, model));
         });
     });
 }
@@ -66,8 +63,8 @@ fn scrolled(ui: &mut Ui, entries: impl FnOnce(&mut Ui)) {
 }
 
 /// The name of what is open, cut to the room there is, and whether it is saved.
-fn document(ui: &mut Ui, state: &AppState) {
-    let Some(name) = state.document_name() else {
+fn document(ui: &mut Ui, model: &Model) {
+    let Some(name) = model.document_name() else {
         return;
     };
     ui.separator();
@@ -78,121 +75,85 @@ fn document(ui: &mut Ui, state: &AppState) {
             ui.add(egui::Label::new(egui::RichText::new(name).strong()).truncate());
         });
     }
-    if let Some(keeper) = &state.keeper {
-        saved(ui, keeper);
+    if let Some(project) = &model.project {
+        saved(ui, project);
     }
 }
 
 /// Whether the work is on the disk, in two words and in a sentence.
-fn saved(ui: &mut Ui, keeper: &Keeper) {
-    let (saved, named) = (keeper.saved_state(), keeper.is_named());
-    let text = egui::RichText::new(saving::state(saved, named));
+fn saved(ui: &mut Ui, project: &ProjectSession) {
+    let (saved, named) = (project.saved_state(), project.is_named());
+    let text = egui::RichText::new(state(saved, named));
     let text = match saved {
         SavedState::Failing | SavedState::MemoryOnly => text.color(ui.visuals().warn_fg_color),
         SavedState::Saved | SavedState::Writing => text.weak(),
     };
     ui.add(egui::Label::new(text).truncate())
-        .on_hover_text(saving::explanation(saved, named, keeper.path()));
+        .on_hover_text(explanation(saved, named, project.path()));
 }
 
-fn export_button(ui: &mut Ui, state: &AppState, actions: &mut Actions) {
-    let runs = matches!(state.export, Some(Progress::Writing(..)));
-    let button = main_button_enabled(ui, !runs, words::EXPORT)
-        .on_hover_text(keys::text(&state.preferences.keys, "Ctrl+E"));
-    if button.on_disabled_hover_text(work::EXPORT_RUNS).clicked() {
-        actions.push(Action::Show(Some(Dialog::export())));
+fn export_button(ui: &mut Ui, model: &Model, commands: &mut Commands) {
+    let runs = matches!(model.export, Some(ExportProgress::Writing(..)));
+    let export = &table::EXPORT;
+    let button = main_button_enabled(ui, !runs, export.name).on_hover_text(export.key(ui.ctx()));
+    if button.on_disabled_hover_text(EXPORT_RUNS).clicked() {
+        commands.push(export.command.clone());
     }
 }
 
-fn file(ui: &mut Ui, state: &AppState, actions: &mut Actions) {
-    let open = state.workspace().is_some();
-    entry(
+fn file(ui: &mut Ui, model: &Model, pictures: &Pictures, commands: &mut Commands) {
+    let open = model.workspace().is_some();
+    entry(ui, true, &table::OPEN, commands);
+    item(
         ui,
         true,
-        words::OPEN,
-        "Ctrl+O",
-        actions,
-        Action::Show(Some(Dialog::open())),
+        "Open folder...",
+        commands,
+        Command::Browse(Purpose::Scene),
     );
-    entry(
+    item(
         ui,
         true,
-        words::OPEN_FOLDER,
-        "",
-        actions,
-        Action::Browse(Purpose::Scene),
+        "Open project...",
+        commands,
+        Command::Browse(Purpose::Project),
     );
-    entry(
-        ui,
-        true,
-        words::OPEN_PROJECT,
-        "",
-        actions,
-        Action::Browse(Purpose::Project),
-    );
-    ui.menu_button(english::start::OPEN_RECENT, |ui| recents(ui, state, actions));
+    ui.menu_button("Open recent", |ui| recents(ui, model, pictures, commands));
     ui.separator();
-    entry(ui, open, dialogs::SAVE, "Ctrl+S", actions, Action::Save);
+    entry(ui, open, &table::SAVE, commands);
     let path = String::new();
-    entry(
-        ui,
-        open,
-        words::SAVE_AS,
-        "",
-        actions,
-        Action::Show(Some(Dialog::SaveAs { path })),
-    );
-    entry(
-        ui,
-        open,
-        words::EXPORT,
-        "Ctrl+E",
-        actions,
-        Action::Show(Some(Dialog::export())),
-    );
-    entry(
-        ui,
-        open,
-        words::IMPORT,
-        "",
-        actions,
-        Action::Show(Some(Dialog::import())),
-    );
-    let labels = state.workspace().map(|workspace| workspace.document().labels());
+    let save_as = Command::Show(Some(Dialog::SaveAs { path }));
+    item(ui, open, "Save as...", commands, save_as);
+    entry(ui, open, &table::EXPORT, commands);
+    let import = Command::Show(Some(Dialog::import()));
+    item(ui, open, "Import labels...", commands, import);
+    let labels = model.workspace().map(|workspace| workspace.document().labels());
     let imported = labels.is_some_and(|labels| labels.imported.is_some());
-    entry(
+    item(
         ui,
         imported,
-        words::REMOVE_IMPORTED,
-        "",
-        actions,
-        Action::RemoveImported,
+        "Remove imported labels",
+        commands,
+        Command::RemoveImported,
     );
     ui.separator();
-    entry(
-        ui,
-        true,
-        words::SETTINGS,
-        "Ctrl+,",
-        actions,
-        Action::Show(Some(Dialog::settings())),
-    );
+    entry(ui, true, &table::SETTINGS, commands);
     ui.separator();
-    entry(ui, open, words::CLOSE_SCENE, "", actions, Action::CloseScene);
-    entry(ui, true, words::QUIT, "", actions, Action::Quit);
+    item(ui, open, "Close scene", commands, Command::CloseScene);
+    item(ui, true, "Quit", commands, Command::Quit);
 }
 
-fn recents(ui: &mut Ui, state: &AppState, actions: &mut Actions) {
-    let recents = &state.preferences.recents;
+fn recents(ui: &mut Ui, model: &Model, pictures: &Pictures, commands: &mut Commands) {
+    let recents = &model.preferences.recents;
     if recents.is_empty() {
-        ui.weak(english::start::NO_RECENTS);
+        ui.weak("Nothing was opened yet");
     }
     for recent in recents.iter() {
-        let there = state.found.get(&recent.place).is_none_or(|found| found.there);
+        let there = pictures.of(&recent.place).is_none_or(|found| found.there);
         let text = if there {
             recent.name.clone()
         } else {
-            english::start::not_found(&recent.name)
+            not_found(&recent.name)
         };
         let button = ui.add_enabled(there, Button::new(text).truncate());
         let path = recent.place.path().display().to_string();
@@ -201,79 +162,134 @@ fn recents(ui: &mut Ui, state: &AppState, actions: &mut Actions) {
             .on_disabled_hover_text(&path)
             .clicked()
         {
-            actions.push(recent.place.open());
+            commands.push(Command::open_again(&recent.place));
             ui.close();
         }
     }
 }
 
-fn edit(ui: &mut Ui, state: &AppState, actions: &mut Actions) {
-    let history = state.workspace().map(|workspace| workspace.document().history());
-    let named = |verb: &str, name: Option<&str>| match name {
-        Some(name) => (true, words::history(verb, name)),
-        None => (false, verb.to_owned()),
-    };
-    let (can_undo, undo) = named(words::UNDO, history.and_then(|history| history.undo_name()));
-    let (can_redo, redo) = named(words::REDO, history.and_then(|history| history.redo_name()));
-    entry(ui, can_undo, &undo, "Ctrl+Z", actions, Action::Undo);
-    entry(ui, can_redo, &redo, "Ctrl+Shift+Z", actions, Action::Redo);
+fn edit(ui: &mut Ui, model: &Model, commands: &mut Commands) {
+    let history = model.workspace().map(|workspace| workspace.document().history());
+    for (command, edit) in [
+        (&table::UNDO, history.and_then(|history| history.undo_name())),
+        (&table::REDO, history.and_then(|history| history.redo_name())),
+    ] {
+        let name = match edit {
+            Some(edit) => format!("{} {edit}", command.name),
+            None => command.name.to_owned(),
+        };
+        entry_named(ui, edit.is_some(), command, &name, commands);
+    }
 }
 
-fn view(ui: &mut Ui, state: &AppState, actions: &mut Actions) {
+fn view(ui: &mut Ui, model: &Model, commands: &mut Commands) {
     for layer in Layer::ALL {
-        let chosen = state.settings.layer == layer;
+        let chosen = model.settings.layer == layer;
         if ui.radio(chosen, layer.name()).clicked() {
-            actions.push(Action::ChooseLayer(layer));
+            commands.push(Command::ChooseLayer(layer));
             ui.close();
         }
     }
-    let mut outlines = state.settings.outlines;
-    if ui.checkbox(&mut outlines, layers::BORDERS).changed() {
-        actions.push(Action::SetOutlines(outlines));
+    let mut outlines = model.settings.outlines;
+    if ui.checkbox(&mut outlines, "Borders between classes").changed() {
+        commands.push(Command::SetOutlines(outlines));
     }
-    let mut legend = state.settings.legend;
-    if ui.checkbox(&mut legend, layers::LEGEND).changed() {
-        actions.push(Action::SetLegend(legend));
+    let mut legend = model.settings.legend;
+    if ui.checkbox(&mut legend, "Legend").changed() {
+        commands.push(Command::SetLegend(legend));
     }
-    let mut compare = state.settings.compare;
-    if ui.checkbox(&mut compare, layers::COMPARE_IN_MENU).changed() {
-        actions.push(Action::ToggleCompare);
+    let mut compare = model.settings.compare;
+    if ui.checkbox(&mut compare, "Compare two layers").changed() {
+        commands.push(Command::ToggleCompare);
     }
     ui.separator();
-    let open = state.workspace().is_some();
-    entry(ui, open, words::FIT, "F", actions, Action::Fit);
-    entry(ui, open, words::SPACE, "V", actions, Action::ToggleSpace);
+    let open = model.workspace().is_some();
+    entry(ui, open, &table::FIT, commands);
+    entry(ui, open, &table::SPACE, commands);
     ui.separator();
     let window = ui.ctx().content_rect().size();
     for pane in Pane::ALL {
-        let mut shown = state.preferences.layout.shows(pane, window);
-        if ui.checkbox(&mut shown, english::layout::pane(pane)).changed() {
+        let mut shown = model.preferences.layout.shows(pane, window);
+        if ui.checkbox(&mut shown, pane.title()).changed() {
             let usual = pane.fits(window) == shown;
-            actions.push(Action::Prefer(Change::Pane(pane, (!usual).then_some(shown))));
+            commands.push(Command::Prefer(PreferenceChange::Pane(
+                pane,
+                (!usual).then_some(shown),
+            )));
         }
     }
     ui.separator();
-    let current = ui.ctx().options(|options| options.theme_preference);
-    for (preference, name) in [
-        (egui::ThemePreference::Dark, words::DARK_THEME),
-        (egui::ThemePreference::Light, words::LIGHT_THEME),
-        (egui::ThemePreference::System, english::settings::AS_THE_SYSTEM),
+    for (theme, name) in [
+        (Theme::Dark, "Dark theme"),
+        (Theme::Light, "Light theme"),
+        (Theme::System, "As the system"),
     ] {
-        if ui.radio(current == preference, name).clicked() {
-            actions.push(Action::SetTheme(preference));
+        if ui.radio(model.preferences.theme == theme, name).clicked() {
+            commands.push(Command::Prefer(PreferenceChange::Theme(theme)));
             ui.close();
         }
     }
 }
 
-/// An entry of a menu; `keys` is the default key of its action, and the present one is shown.
-fn entry(ui: &mut Ui, enabled: bool, text: &str, keys: &str, actions: &mut Actions, action: Action) {
-    let mut button = Button::new(text);
-    if !keys.is_empty() {
-        button = button.shortcut_text(keys::text(&KeyMap::of(ui.ctx()), keys));
-    }
+/// An entry of a menu that has a key.
+fn entry(ui: &mut Ui, enabled: bool, command: &UiCommand, commands: &mut Commands) {
+    entry_named(ui, enabled, command, command.name, commands);
+}
+
+/// An entry of a menu that has a key, with another name.
+fn entry_named(ui: &mut Ui, enabled: bool, command: &UiCommand, name: &str, commands: &mut Commands) {
+    let button = Button::new(name).shortcut_text(command.key(ui.ctx()));
     if ui.add_enabled(enabled, button).clicked() {
-        actions.push(action);
+        commands.push(command.command.clone());
         ui.close();
+    }
+}
+
+/// An entry of a menu that has no key.
+fn item(ui: &mut Ui, enabled: bool, text: &str, commands: &mut Commands, command: Command) {
+    if ui.add_enabled(enabled, Button::new(text)).clicked() {
+        commands.push(command);
+        ui.close();
+    }
+}
+
+/// In two words, beside the name of what is open.
+fn state(state: SavedState, named: bool) -> &'static str {
+    match (state, named) {
+        (SavedState::Saved, true) => "saved",
+        (SavedState::Saved, false) => "autosaved",
+        (SavedState::Writing, _) => "saving",
+        (SavedState::Failing | SavedState::MemoryOnly, _) => "not saved",
+    }
+}
+
+/// The same in a sentence.
+fn explanation(state: SavedState, named: bool, path: &Path) -> String {
+    let path = path.display();
+    match (state, named) {
+        (SavedState::Saved, true) => format!("Every edit is in {path}"),
+        (SavedState::Saved, false) => {
+            format!("Every edit is kept in {path}; save to give it a name of its own")
+        }
+        (SavedState::Writing, _) => format!("Writing to {path}"),
+        (SavedState::Failing, _) => {
+            format!("{path} cannot be written; your work is in memory, and writing is tried again")
+        }
+        (SavedState::MemoryOnly, _) => {
+            format!("{path} cannot be written, and your work is in memory only; save it somewhere else")
+        }
+    }
+}
+
+/// Title of the window; `state` is `None` while nothing is kept.
+pub fn window_title(document: Option<&str>, state: Option<SavedState>) -> String {
+    let mark = match state {
+        None | Some(SavedState::Saved) => "",
+        Some(SavedState::Writing) => " (saving)",
+        Some(SavedState::Failing | SavedState::MemoryOnly) => " (not saved)",
+    };
+    match document {
+        Some(name) => format!("{name}{mark} - {PROGRAM}"),
+        None => PROGRAM.to_owned(),
     }
 }

@@ -1,41 +1,44 @@
-//! The panels around the canvas, a file for each. A panel reads the state and pushes actions.
+//! The panels around the canvas, a file for each. A panel reads the model and pushes commands.
 
 mod charted;
 mod classes;
 mod drop;
 mod filmstrip;
 mod frame_filter;
-mod guidance_bar;
 mod hints;
 mod menu;
+mod messages;
 mod opening;
+mod parts;
 mod probe;
 mod progress;
 mod start;
 mod stats;
 mod status;
 mod strokes;
+mod suggestion_bar;
 mod suggestions;
 mod tools;
 mod work;
 
 use egui::{Role, Ui, WidgetInfo};
+use inplace_model::model::{Side, Stage};
+use inplace_model::preferences::{Pane, PreferenceChange};
+use inplace_model::workspace::Workspace;
+use inplace_model::{Command, Commands, Model};
 
+pub use drop::drop_area;
+pub use menu::window_title;
+pub use messages::show as messages;
+pub use stats::show as stats;
 pub use work::show as work;
 
-pub(crate) use drop::drop_area;
-
-use crate::action::{Action, Actions};
 use crate::canvas::{Canvas, below_menus};
-use crate::english;
-use crate::keys;
-use crate::preferences::{Change, Pane};
-use crate::state::{AppState, Side, Stage};
-use crate::theme;
+use crate::keys::table::OTHER_SIDE;
+use crate::pictures::Pictures;
 use crate::thumbnails::Thumbnails;
 use crate::view3d::View3d;
-use crate::widgets::{Icon, icon_button};
-use crate::workspace::Workspace;
+use parts::panel_frame;
 
 /// All panels with what each remembers between frames.
 pub struct Panels {
@@ -47,6 +50,8 @@ pub struct Panels {
     hints: hints::Hints,
     progress: progress::ProgressPanel,
     view3d: View3d,
+    /// Pictures of what was opened lately.
+    pub(crate) pictures: Pictures,
 }
 
 impl Panels {
@@ -63,59 +68,66 @@ impl Panels {
             hints: hints::Hints::default(),
             progress: progress::ProgressPanel::default(),
             view3d: View3d::new(ctx),
+            pictures: Pictures::default(),
         }
     }
 
+    /// What is known about what was opened lately, once it was looked at.
+    pub fn pictures(&self) -> &Pictures {
+        &self.pictures
+    }
+
     /// Draws the whole window.
-    pub fn show(&mut self, ui: &mut Ui, state: &AppState, canvas: &mut Canvas, actions: &mut Actions) {
+    pub fn show(&mut self, ui: &mut Ui, model: &Model, canvas: &mut Canvas, commands: &mut Commands) {
         egui::Panel::top("menu")
             .frame(panel_frame(ui, 8, 4))
-            .show(ui, |ui| menu::show(ui, state, actions));
-        if !matches!(state.stage, Stage::Open(_)) {
+            .show(ui, |ui| menu::show(ui, model, &self.pictures, commands));
+        if !matches!(model.stage, Stage::Open(_)) {
             self.view3d.forget();
         }
-        match &state.stage {
+        match &model.stage {
             Stage::Start => {
-                egui::CentralPanel::default().show(ui, |ui| self.start.show(ui, state, actions));
+                egui::CentralPanel::default()
+                    .show(ui, |ui| self.start.show(ui, model, &self.pictures, commands));
             }
             Stage::Opening(opening) => {
-                egui::CentralPanel::default().show(ui, |ui| opening::show(ui, opening, actions));
+                egui::CentralPanel::default().show(ui, |ui| opening::show(ui, opening, commands));
             }
-            Stage::Open(workspace) => self.show_workspace(ui, state, workspace, canvas, actions),
+            Stage::Open(workspace) => self.show_workspace(ui, model, workspace, canvas, commands),
         }
     }
 
     fn show_workspace(
         &mut self,
         ui: &mut Ui,
-        state: &AppState,
+        model: &Model,
         workspace: &Workspace,
         canvas: &mut Canvas,
-        actions: &mut Actions,
+        commands: &mut Commands,
     ) {
         let shown = |pane| {
-            state
+            model
                 .preferences
                 .layout
                 .shows(pane, ui.ctx().content_rect().size())
         };
         let before = Pane::ALL.map(shown);
-        let [mut classes, mut guidance, mut frames, training, strokes] = before;
+        let [mut classes, mut side, mut frames, training, strokes] = before;
         egui::Panel::left("classes")
             .frame(panel_frame(ui, 0, 0))
             .default_size(232.0)
             .size_range(184.0..=360.0)
             .show_collapsible(ui, &mut classes, |ui| {
-                self.strokes.show_below(ui, workspace, strokes, actions);
+                self.strokes.show_below(ui, workspace, strokes, commands);
                 egui::CentralPanel::default()
                     .frame(panel_frame(ui, 12, 12))
-                    .show(ui, |ui| self.classes.show(ui, workspace, actions));
+                    .show(ui, |ui| self.classes.show(ui, workspace, commands));
             });
-        egui::Panel::right("guidance")
+        egui::Panel::right("side")
             .frame(panel_frame(ui, 0, 0))
             .default_size(280.0)
             .size_range(240.0..=400.0)
-            .show_collapsible(ui, &mut guidance, |ui| {
+            .show_collapsible(ui, &mut side, |ui| {
                 // Each remembers its own height.
                 let (id, margin) = if training {
                     ("status", 12)
@@ -125,16 +137,16 @@ impl Panels {
                 egui::Panel::bottom(id)
                     .frame(panel_frame(ui, 12, margin))
                     .resizable(false)
-                    .show(ui, |ui| status::show(ui, workspace, training, actions));
+                    .show(ui, |ui| status::show(ui, workspace, training, commands));
                 egui::Panel::top("sides")
                     .frame(panel_frame(ui, 12, 8))
                     .resizable(false)
-                    .show(ui, |ui| sides(ui, state, actions));
+                    .show(ui, |ui| sides(ui, model, commands));
                 egui::CentralPanel::default()
                     .frame(panel_frame(ui, 12, 12))
-                    .show(ui, |ui| match state.side {
-                        Side::LabelNext => self.suggestions.show(ui, workspace, actions),
-                        Side::Progress => self.progress.show(ui, workspace, actions),
+                    .show(ui, |ui| match model.side {
+                        Side::LabelNext => self.suggestions.show(ui, workspace, commands),
+                        Side::Progress => self.progress.show(ui, workspace, commands),
                     });
             });
         egui::Panel::bottom("filmstrip")
@@ -142,7 +154,7 @@ impl Panels {
             .resizable(false)
             .exact_size(filmstrip::HEIGHT)
             .show_collapsible(ui, &mut frames, |ui| {
-                self.filmstrip.show(ui, state, workspace, actions);
+                self.filmstrip.show(ui, model, workspace, commands);
             });
         egui::Panel::top("tools")
             .frame(panel_frame(ui, 12, 4))
@@ -151,22 +163,22 @@ impl Panels {
                 // Where there is little room, the tools scroll.
                 egui::ScrollArea::horizontal().show(ui, |ui| {
                     ui.set_min_width(tools::LEAST_WIDTH);
-                    tools::show(ui, state, workspace, actions);
+                    tools::show(ui, model, workspace, commands);
                 });
             });
         // A panel that was dragged shut stays so.
-        for (index, shown) in [classes, guidance, frames, training, strokes]
-            .into_iter()
-            .enumerate()
-        {
+        for (index, shown) in [classes, side, frames, training, strokes].into_iter().enumerate() {
             if shown != before[index] {
-                actions.push(Action::Prefer(Change::Pane(Pane::ALL[index], Some(shown))));
+                commands.push(Command::Prefer(PreferenceChange::Pane(
+                    Pane::ALL[index],
+                    Some(shown),
+                )));
             }
         }
         egui::CentralPanel::no_frame().show(ui, |ui| {
             let over;
             if workspace.space.shown {
-                let rect = self.view3d.show(ui, state, workspace, canvas.target(), actions);
+                let rect = self.view3d.show(ui, model, workspace, canvas.target(), commands);
                 canvas.stand_aside(rect);
                 over = canvas.rect();
             } else {
@@ -174,65 +186,37 @@ impl Panels {
                 let room = ui.available_rect_before_wrap();
                 let (image, strip) = room.split_top_bottom_at_y(room.bottom() - probe::HEIGHT);
                 let within = |rect| egui::UiBuilder::new().max_rect(rect);
-                ui.scope_builder(within(image), |ui| canvas.show(ui, state, workspace, actions));
+                ui.scope_builder(within(image), |ui| canvas.show(ui, model, workspace, commands));
                 ui.scope_builder(within(strip), |ui| {
-                    probe::show(ui, workspace, canvas.pointed_at());
+                    probe::show(ui, workspace, canvas.frame(), canvas.pointed_at());
                 });
-                over = below_menus(canvas.rect(), &state.settings);
-                if workspace.guidance().is_active() {
-                    hints::Hints::follow_suggestions(state, actions);
+                over = below_menus(canvas.rect(), &model.settings);
+                if workspace.suggestions().is_active() {
+                    hints::Hints::follow_suggestions(model, commands);
                 } else {
-                    self.hints.show(ui, state, workspace, over, actions);
+                    self.hints.show(ui, model, workspace, over, commands);
                 }
             }
-            guidance_bar::show(ui, workspace, over);
-            stats::show(ui.ctx(), state, canvas.rect());
+            suggestion_bar::show(ui, workspace, over);
         });
     }
 }
 
 /// The tabs of the right side.
-fn sides(ui: &mut Ui, state: &AppState, actions: &mut Actions) {
+fn sides(ui: &mut Ui, model: &Model, commands: &mut Commands) {
     ui.columns(2, |columns| {
-        for (ui, (side, name)) in columns.iter_mut().zip([
-            (Side::LabelNext, english::progress::LABEL_NEXT),
-            (Side::Progress, english::progress::PROGRESS),
-        ]) {
-            let chosen = state.side == side;
+        for (ui, (side, name)) in columns
+            .iter_mut()
+            .zip([(Side::LabelNext, "Label next"), (Side::Progress, "Progress")])
+        {
+            let chosen = model.side == side;
             ui.vertical_centered_justified(|ui| {
                 let tab = ui.selectable_label(chosen, name);
                 tab.widget_info(|| WidgetInfo::selected(Role::Tab, true, chosen, name));
-                if tab
-                    .on_hover_text(keys::named(ui.ctx(), english::progress::SWITCH))
-                    .clicked()
-                {
-                    actions.push(Action::ShowSide(side));
+                if tab.on_hover_text(OTHER_SIDE.named(ui.ctx())).clicked() {
+                    commands.push(Command::ShowSide(side));
                 }
             });
         }
     });
-}
-
-fn panel_frame(ui: &Ui, horizontal: i8, vertical: i8) -> egui::Frame {
-    egui::Frame::new()
-        .fill(ui.visuals().panel_fill)
-        .inner_margin(egui::Margin::symmetric(horizontal, vertical))
-}
-
-/// Folds a panel that is shown in full to its first line, or unfolds it; `name` says which.
-fn fold_button(ui: &mut Ui, pane: Pane, full: bool, name: &str, actions: &mut Actions) {
-    let icon = if full { Icon::Down } else { Icon::Up };
-    if icon_button(ui, icon, name).clicked() {
-        let usual = pane.fits(ui.ctx().content_rect().size()) != full;
-        actions.push(Action::Prefer(Change::Pane(pane, (!usual).then_some(!full))));
-    }
-}
-
-/// A card on a panel.
-fn card(ui: &Ui) -> egui::Frame {
-    egui::Frame::new()
-        .fill(theme::raised(ui.visuals()))
-        .stroke(egui::Stroke::new(1.0, theme::line(ui.visuals())))
-        .corner_radius(6)
-        .inner_margin(8)
 }

@@ -3,12 +3,16 @@
 use egui::{Rect, Role, Sense, Ui, WidgetInfo, pos2, vec2};
 use inplace_core::labels::{ClassId, Pixel, VOID};
 use inplace_core::session::PixelAnswer;
+use inplace_model::palette::VOID_COLOR;
+use inplace_model::workspace::Workspace;
 
-use crate::canvas::VOID_COLOR;
-use crate::english::layers;
+use crate::canvas::FrameView;
+use crate::numbers;
 use crate::theme;
 use crate::widgets::{line_of_text, swatch};
-use crate::workspace::Workspace;
+
+/// Name of the strip for screen readers while nothing is pointed at.
+const POINT: &str = "Point at the image to read its pixels";
 
 /// Height of the strip in points.
 pub const HEIGHT: f32 = 26.0;
@@ -25,7 +29,8 @@ struct Reading {
     pixel: Pixel,
     class: Option<Named>,
     runner_up: Option<Named>,
-    entropy: Option<f32>,
+    /// Entropy, as a share of that of an even guess among all classes.
+    unsure: Option<f32>,
     /// In metres, and whether it is measured.
     depth: Option<(f32, bool)>,
 }
@@ -39,7 +44,7 @@ struct Named {
 }
 
 /// Draws the strip; its cells stay where they are, whatever is in them.
-pub fn show(ui: &mut Ui, workspace: &Workspace, pixel: Option<Pixel>) {
+pub fn show(ui: &mut Ui, workspace: &Workspace, frame: Option<&FrameView>, pixel: Option<Pixel>) {
     let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::hover());
     let visuals = ui.visuals();
     let (weak, text) = (visuals.weak_text_color(), visuals.text_color());
@@ -47,12 +52,13 @@ pub fn show(ui: &mut Ui, workspace: &Workspace, pixel: Option<Pixel>) {
     let line = egui::Stroke::new(1.0, theme::line(visuals));
     ui.painter().hline(rect.x_range(), rect.top() + 0.5, line);
     let inside = rect.shrink2(vec2(12.0, 0.0));
-    let reading = pixel.map(|pixel| Reading::of(workspace, pixel));
+    let reading = frame
+        .zip(pixel)
+        .map(|(frame, pixel)| Reading::of(workspace, frame, pixel));
     let words = reading.as_ref().map(Reading::words);
-    response
-        .widget_info(|| WidgetInfo::labeled(Role::Status, true, words.as_deref().unwrap_or(layers::POINT)));
+    response.widget_info(|| WidgetInfo::labeled(Role::Status, true, words.as_deref().unwrap_or(POINT)));
     let Some(reading) = reading else {
-        line_of_text(ui, inside, layers::POINT, 12.0, weak);
+        line_of_text(ui, inside, POINT, 12.0, weak);
         return;
     };
     for (index, cell) in cells(inside).into_iter().enumerate() {
@@ -105,8 +111,9 @@ fn cells(inside: Rect) -> [Rect; 5] {
 }
 
 impl Reading {
-    fn of(workspace: &Workspace, pixel: Pixel) -> Self {
-        let answer = workspace.shown_map().and_then(|shown| shown.map.at(pixel));
+    fn of(workspace: &Workspace, frame: &FrameView, pixel: Pixel) -> Self {
+        let most = workspace.document().palette().most_entropy();
+        let answer = frame.map().and_then(|shown| shown.map.at(pixel));
         let named = |id: ClassId, probability| {
             let class = workspace.document().labels().class(id)?;
             Some(Named {
@@ -116,7 +123,7 @@ impl Reading {
             })
         };
         let void = Named {
-            name: layers::VOID.to_owned(),
+            name: "no class".to_owned(),
             color: VOID_COLOR,
             probability: None,
         };
@@ -132,8 +139,8 @@ impl Reading {
                 class => named(class, likely(answer)),
             }),
             runner_up: answer.and_then(|answer| named(answer.runner_up?, None)),
-            entropy: answer.map(|answer| answer.entropy),
-            depth: workspace.shown().depth_at(pixel),
+            unsure: answer.map(|answer| answer.entropy / most),
+            depth: frame.depth_at(pixel),
         }
     }
 
@@ -142,13 +149,13 @@ impl Reading {
         match index {
             0 => Some(format!("{}, {}", self.pixel[0], self.pixel[1])),
             1 => self.class.as_ref().map(Named::words),
-            2 => self.runner_up.as_ref().map(|class| layers::or(&class.name)),
-            3 => self.entropy.map(layers::nats),
+            2 => self.runner_up.as_ref().map(|class| or(&class.name)),
+            3 => self.unsure.map(|unsure| numbers::unsure(unsure, 1.0)),
             _ => self.depth.map(|(depth, measured)| {
                 if measured {
-                    layers::metres(depth)
+                    numbers::metres(depth)
                 } else {
-                    layers::about(depth)
+                    about(depth)
                 }
             }),
         }
@@ -164,10 +171,20 @@ impl Named {
     fn words(&self) -> String {
         // The number first: a long name is cut at its end.
         match self.probability {
-            Some(probability) => format!("{} {}", layers::percent(probability), self.name),
+            Some(probability) => format!("{} {}", numbers::probability(probability), self.name),
             None => self.name.clone(),
         }
     }
+}
+
+/// The second most likely class.
+fn or(name: &str) -> String {
+    format!("or {name}")
+}
+
+/// A depth that was rendered.
+fn about(length: f32) -> String {
+    format!("about {}", numbers::metres(length))
 }
 
 #[cfg(test)]
@@ -185,14 +202,14 @@ mod tests {
             pixel: [12, 30],
             class: Some(named("wall", Some(0.874))),
             runner_up: Some(named("floor", None)),
-            entropy: Some(0.312),
+            unsure: Some(0.312),
             depth: Some((2.306, true)),
         };
-        assert_eq!(reading.words(), "12, 30; 87% wall; or floor; 0.31 nats; 2.31 m");
+        assert_eq!(reading.words(), "12, 30; 87% wall; or floor; 31% unsure; 2.31 m");
         reading.class = Some(named("wall", Some(1.0)));
         reading.runner_up = None;
         reading.depth = Some((2.306, false));
-        assert_eq!(reading.words(), "12, 30; 100% wall; 0.31 nats; about 2.31 m");
+        assert_eq!(reading.words(), "12, 30; 100% wall; 31% unsure; about 2.31 m");
         reading.class = Some(named("wall", Some(0.999)));
         assert!(reading.words().contains("99% wall"));
     }

@@ -3,16 +3,20 @@
 use egui::{Align, Button, Color32, Grid, Label, Layout, RichText, ScrollArea, Ui};
 use egui_plot::{AxisHints, GridInput, GridMark, HoverPosition, Line, Plot, PlotPoint, PlotPoints, VLine};
 use inplace_core::labels::{ClassId, StrokeId, VOID};
+use inplace_model::readiness::{Readiness, Reason, readiness};
+use inplace_model::workspace::Workspace;
+use inplace_model::{Command, Commands};
 
 use super::charted::{Axis, Charted, NUMBERS, Number};
-use crate::action::{Action, Actions};
-use crate::english::progress as words;
-use crate::readiness::{Answer, readiness};
+use super::parts::{UNCERTAINTY_MEANS, card};
+use crate::numbers;
 use crate::theme;
 use crate::widgets::heading;
-use crate::workspace::Workspace;
 
-/// Suggestions whose worth is summed up.
+/// What it means.
+const AGREEMENT_MEANS: &str = "Each stroke is left out once, and the others say what is there: the share of strokes that get their own class so, averaged over the classes. It shows contradictions, not how right the maps are";
+
+/// Suggestions of which it is summed up what they settle.
 const NEXT: usize = 5;
 /// Height of a chart, without the names of its axis.
 const CHART: f32 = 76.0;
@@ -30,11 +34,11 @@ pub struct ProgressPanel {
 
 impl ProgressPanel {
     /// Draws the panel.
-    pub fn show(&mut self, ui: &mut Ui, workspace: &Workspace, actions: &mut Actions) {
+    pub fn show(&mut self, ui: &mut Ui, workspace: &Workspace, commands: &mut Commands) {
         ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
             answer(ui, workspace);
             numbers(ui, workspace);
-            contradicted(ui, workspace, actions);
+            contradicted(ui, workspace, commands);
             ui.add_space(theme::GAP);
             self.charts(ui, workspace);
         });
@@ -43,23 +47,27 @@ impl ProgressPanel {
     fn charts(&mut self, ui: &mut Ui, workspace: &Workspace) {
         let log = workspace.overview().log();
         if log.samples().is_empty() {
-            crate::widgets::empty_state(ui, words::NO_CHARTS);
+            crate::widgets::empty_state(
+                ui,
+                "Charts of uncertainty, agreement and image quality begin with your first stroke.",
+            );
             return;
         }
         ui.horizontal(|ui| {
             ui.spacing_mut().item_spacing.x = 4.0;
-            ui.label(words::CHARTS_OVER);
+            ui.label("Charts over");
             for axis in [Axis::Time, Axis::Strokes] {
                 let name = match axis {
-                    Axis::Time => words::OVER_TIME,
-                    Axis::Strokes => words::OVER_STROKES,
+                    Axis::Time => "time",
+                    Axis::Strokes => "strokes",
                 };
                 if ui.selectable_label(self.axis == axis, name).clicked() {
                     self.axis = axis;
                 }
             }
         });
-        self.charted.follow(workspace.serial(), log, self.axis);
+        let most = workspace.document().palette().most_entropy();
+        self.charted.follow(workspace.serial(), log, self.axis, most);
         let shown: Vec<Number> = NUMBERS
             .into_iter()
             .filter(|&number| !self.charted.line(number).is_empty())
@@ -68,10 +76,10 @@ impl ProgressPanel {
             self.chart(ui, number, shown.last() == Some(&number));
         }
         let axis = match self.axis {
-            Axis::Time => words::MINUTES,
-            Axis::Strokes => words::STROKES,
+            Axis::Time => "Across: minutes open.",
+            Axis::Strokes => "Across: strokes.",
         };
-        let marks = (!self.charted.marks().is_empty()).then_some(words::MARKS);
+        let marks = (!self.charted.marks().is_empty()).then_some("Upright lines: strokes were made.");
         let meaning: Vec<&str> = [axis].into_iter().chain(marks).collect();
         let meaning = RichText::new(meaning.join(" ")).weak().size(12.0);
         ui.add(Label::new(meaning).wrap());
@@ -94,8 +102,8 @@ impl ProgressPanel {
                 return None;
             };
             let x = match axis {
-                Axis::Time => words::at_minute(position.x),
-                Axis::Strokes => words::at_stroke(position.x),
+                Axis::Time => at_minute(position.x),
+                Axis::Strokes => at_stroke(position.x),
             };
             Some(format!("{x}: {}", in_unit(number, position.y)))
         };
@@ -128,7 +136,7 @@ impl ProgressPanel {
         plot = plot.include_x(*range.start()).include_x(*range.end());
         if number == Number::Accuracy {
             plot = plot.include_y(0.0).include_y(1.0);
-        } else if number == Number::Entropy {
+        } else if number == Number::Unsure {
             plot = plot.include_y(0.0);
         }
         let (color, mark) = (theme::accent(ui.visuals()), faint(ui));
@@ -147,24 +155,24 @@ impl ProgressPanel {
     }
 }
 
-/// Whether the labels are good enough, and what the next ones are worth.
+/// Whether the labels are good enough, and what the next ones would settle.
 fn answer(ui: &mut Ui, workspace: &Workspace) {
     let (answer, reason) = readiness(workspace.overview().evidence());
-    let sentence = words::readiness(answer, &reason);
+    let sentence = readiness_text(answer, &reason);
     let color = match answer {
-        Answer::NotYet => ui.visuals().warn_fg_color,
-        Answer::Nearly => theme::accent(ui.visuals()),
-        Answer::Yes => theme::good(ui.visuals()),
+        Readiness::NotYet => ui.visuals().warn_fg_color,
+        Readiness::Nearly => theme::accent(ui.visuals()),
+        Readiness::Yes => theme::good(ui.visuals()),
     };
-    let card = super::card(ui).show(ui, |ui| {
+    let card = card(ui).show(ui, |ui| {
         ui.set_width(ui.available_width());
         ui.spacing_mut().item_spacing.y = 4.0;
-        ui.label(RichText::new(words::GOOD_ENOUGH).strong());
+        ui.label(RichText::new("Good enough to export?").strong());
         ui.add(Label::new(RichText::new(sentence).color(color)).wrap());
-        let next = workspace.suggestions().iter().take(NEXT);
+        let next = workspace.suggestions().listed().iter().take(NEXT);
         let shares: Vec<f32> = next.map(|suggestion| suggestion.share).collect();
-        if let Some(worth) = words::next_labels(&shares) {
-            ui.add(Label::new(worth).wrap());
+        if let Some(settled) = next_labels(&shares) {
+            ui.add(Label::new(settled).wrap());
         }
     });
     // A bar in the answer's colour along the card's edge.
@@ -175,38 +183,34 @@ fn answer(ui: &mut Ui, workspace: &Workspace) {
 
 fn numbers(ui: &mut Ui, workspace: &Workspace) {
     let (overview, document) = (workspace.overview(), workspace.document());
-    let share = |share: Option<f32>| share.map_or_else(|| words::UNKNOWN.to_owned(), words::percent);
+    let share = |share: Option<f32>| share.map_or_else(|| "not known yet".to_owned(), numbers::share);
     let evidence = overview.evidence();
     let checked = match evidence.checked {
-        0 => words::UNKNOWN.to_owned(),
-        checked => words::agreeing(checked.saturating_sub(evidence.contradicted), checked),
+        0 => "not known yet".to_owned(),
+        checked => agreeing(checked.saturating_sub(evidence.contradicted), checked),
     };
     let rows = [
+        ("Strokes", document.labels().strokes.len().to_string(), ""),
         (
-            words::ROW_STROKES,
-            document.labels().strokes.len().to_string(),
-            "",
+            "Drawn on",
+            frames(document.labelled_frames(), workspace.scene().frames.len()),
+            "Frames that have strokes; labels spread to all the others",
         ),
+        ("Agreeing strokes", checked, AGREEMENT_MEANS),
         (
-            words::ROW_LABELLED,
-            words::frames(document.labelled_frames(), workspace.scene().frames.len()),
-            words::ROW_LABELLED_MEANS,
-        ),
-        (words::ROW_CHECKED, checked, words::AGREEMENT_MEANS),
-        (
-            words::ROW_COVERED,
+            "Covered",
             share(overview.mean(|summary| summary.coverage)),
-            words::ROW_COVERED_MEANS,
+            "Share of the pixels of all frames that have a class",
         ),
         (
-            words::ROW_CLEAR,
+            "Clear",
             share(overview.mean(|summary| 1.0 - summary.unclear)),
-            words::ROW_CLEAR_MEANS,
+            "Share of the pixels of all frames whose class is more likely right than wrong",
         ),
         (
-            words::ROW_TIME,
-            words::duration(overview.log().labelling().as_secs_f64()),
-            words::ROW_TIME_MEANS,
+            "Labelling time",
+            numbers::duration(overview.log().labelling().as_secs_f64()),
+            "Time with something done at least once a minute; breaks do not count",
         ),
     ];
     Grid::new("progress numbers")
@@ -227,12 +231,12 @@ fn numbers(ui: &mut Ui, workspace: &Workspace) {
 }
 
 /// The strokes that the others contradict; a click goes there.
-fn contradicted(ui: &mut Ui, workspace: &Workspace, actions: &mut Actions) {
-    let (strokes, _) = workspace.overview().contradicted();
+fn contradicted(ui: &mut Ui, workspace: &Workspace, commands: &mut Commands) {
+    let strokes = workspace.overview().contradicted();
     if strokes.is_empty() {
         return;
     }
-    heading(ui, words::CONTRADICTED, |ui| {
+    heading(ui, "Contradicted strokes", |ui| {
         ui.weak(strokes.len().to_string());
     });
     let height = ui.spacing().interact_size.y;
@@ -250,8 +254,8 @@ fn contradicted(ui: &mut Ui, workspace: &Workspace, actions: &mut Actions) {
                     Layout::top_down_justified(Align::LEFT),
                     |ui| {
                         let button = ui.add(Button::new(&text).truncate());
-                        if button.on_hover_text(words::CONTRADICTED_MEANS).clicked() {
-                            actions.push(Action::GoToStroke(id));
+                        if button.on_hover_text("Without such a stroke, the others would give most of its pixels another class: one of them may be wrong, or there are too few strokes around it").clicked() {
+                            commands.push(Command::GoToStroke(id));
                         }
                     },
                 );
@@ -266,36 +270,35 @@ fn row(workspace: &Workspace, id: StrokeId, others: ClassId) -> Option<String> {
     let frame = workspace.scene().frames.get(stroke.frame)?;
     let name = |class: ClassId| match labels.class(class) {
         Some(class) => class.name.clone(),
-        None => crate::english::classes::nameless(class),
+        None => nameless(class),
     };
     debug_assert_ne!(stroke.class, VOID);
-    Some(words::contradicted(
-        &name(stroke.class),
-        &frame.stem,
-        &name(others),
-    ))
+    Some(contradicted_text(&name(stroke.class), &frame.stem, &name(others)))
 }
 
 fn named(number: Number) -> (&'static str, &'static str) {
     match number {
-        Number::Entropy => (words::UNCERTAINTY, words::UNCERTAINTY_MEANS),
-        Number::Accuracy => (words::AGREEMENT, words::AGREEMENT_MEANS),
-        Number::Psnr => (words::QUALITY, words::QUALITY_MEANS),
+        Number::Unsure => ("Uncertainty", UNCERTAINTY_MEANS),
+        Number::Accuracy => ("Agreement of strokes", AGREEMENT_MEANS),
+        Number::Psnr => (
+            "Image quality",
+            "How well the field predicts frames that it was not trained on (PSNR); more is better",
+        ),
     }
 }
 
 fn in_unit(number: Number, value: f64) -> String {
     match number {
-        Number::Entropy => crate::english::layers::nats(value as f32),
-        Number::Accuracy => words::percent(value as f32),
-        Number::Psnr => words::decibels(value),
+        Number::Unsure => numbers::unsure(value as f32, 1.0),
+        Number::Accuracy => numbers::share(value as f32),
+        Number::Psnr => numbers::decibels(value),
     }
 }
 
 fn ticked(number: Number, value: f64) -> String {
     match number {
-        Number::Accuracy => format!("{:.0}%", 100.0 * value),
-        Number::Entropy | Number::Psnr => round(value),
+        Number::Accuracy | Number::Unsure => format!("{:.0}%", 100.0 * value),
+        Number::Psnr => round(value),
     }
 }
 
@@ -333,6 +336,103 @@ fn faint(ui: &Ui) -> Color32 {
     ui.visuals().weak_text_color().gamma_multiply(0.35)
 }
 
+/// A class that is not in the list any more.
+fn nameless(id: ClassId) -> String {
+    format!("class {id}")
+}
+
+/// A place on the axis of time.
+fn at_minute(minutes: f64) -> String {
+    format!("{minutes:.1} min")
+}
+
+/// A place on the axis of strokes.
+fn at_stroke(strokes: f64) -> String {
+    format!("{strokes:.0} strokes")
+}
+
+/// Whether the labels are good enough, with the reason.
+fn readiness_text(answer: Readiness, reason: &Reason) -> String {
+    let answer = match answer {
+        Readiness::NotYet => "Not yet",
+        Readiness::Nearly => "Nearly",
+        Readiness::Yes => "Yes",
+    };
+    format!("{answer}: {}", why(reason))
+}
+
+/// What the next labels would settle; `None` when that is next to nothing.
+fn next_labels(shares: &[f32]) -> Option<String> {
+    let share: f32 = shares.iter().sum();
+    let labels = match shares.len() {
+        0 => return None,
+        1 => "label".to_owned(),
+        many => format!("{many} labels"),
+    };
+    (share >= 0.005).then(|| {
+        let much = if share < 0.01 {
+            "less than 1%".to_owned()
+        } else {
+            format!("about {}", numbers::share(share))
+        };
+        format!("The next {labels} would settle {much} of the scene.")
+    })
+}
+
+/// Strokes that agree with the others, of those that could be checked.
+fn agreeing(agreeing: usize, checked: usize) -> String {
+    format!("{agreeing} of {checked} checked")
+}
+
+/// So many frames of all.
+fn frames(some: usize, all: usize) -> String {
+    format!("{some} of {all} frames")
+}
+
+/// A stroke that the others contradict.
+fn contradicted_text(class: &str, frame: &str, others: &str) -> String {
+    format!("{class} at {frame}: the others say {others}")
+}
+
+fn why(reason: &Reason) -> String {
+    match reason {
+        Reason::NothingSaid => "nothing is labelled.".to_owned(),
+        Reason::NoMaps => "the labels have not spread over the frames so far.".to_owned(),
+        Reason::OneClass => "with one class alone, everything is that class.".to_owned(),
+        Reason::Contradicted {
+            contradicted,
+            checked,
+        } => {
+            let are = if *contradicted == 1 { "is" } else { "are" };
+            format!("{contradicted} of {checked} strokes {are} contradicted by the others.")
+        }
+        Reason::Unclear { share, frame } => {
+            format!(
+                "{} of the pixels are unclear, most in {frame}.",
+                numbers::share(*share)
+            )
+        }
+        Reason::Unchecked { checked, strokes } => format!(
+            "only {checked} of {strokes} strokes can be checked; label each class in at least two places."
+        ),
+        Reason::Clear {
+            share,
+            checked,
+            contradicted,
+        } => {
+            let strokes = match (checked, contradicted) {
+                (0, _) => String::new(),
+                (1, 0) => ", and the stroke that could be checked agrees with the others".to_owned(),
+                (many, 0) => format!(", and all {many} strokes that could be checked agree"),
+                (many, some) => format!(
+                    "; look whether the {some} of {many} strokes that the others contradict are right"
+                ),
+            };
+            format!("{} of the pixels are clear{strokes}.", numbers::share(*share))
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -359,12 +459,112 @@ mod tests {
 
     #[test]
     fn numbers_have_their_units_and_no_needless_digits() {
-        assert_eq!(in_unit(Number::Entropy, 0.254), "0.25 nats");
+        assert_eq!(in_unit(Number::Unsure, 0.254), "25% unsure");
         assert_eq!(in_unit(Number::Accuracy, 0.75), "75%");
         assert_eq!(in_unit(Number::Psnr, 24.31), "24.3 dB");
         assert_eq!(
             (round(0.5), round(20.0), round(1.0 / 3.0)),
             ("0.5".into(), "20".into(), "0.333".into())
         );
+    }
+
+    #[test]
+    fn what_the_next_labels_settle_is_said_only_when_there_is_some() {
+        assert_eq!(
+            next_labels(&[0.05, 0.04, 0.03]).as_deref(),
+            Some("The next 3 labels would settle about 12% of the scene.")
+        );
+        assert_eq!(
+            next_labels(&[0.2]).as_deref(),
+            Some("The next label would settle about 20% of the scene.")
+        );
+        assert_eq!(
+            next_labels(&[0.004, 0.003]).as_deref(),
+            Some("The next 2 labels would settle less than 1% of the scene.")
+        );
+        assert_eq!(next_labels(&[0.001, 0.001]), None);
+        assert_eq!(next_labels(&[]), None);
+    }
+
+    #[test]
+    fn every_answer_names_its_reason() {
+        for (answer, reason, sentence) in [
+            (
+                Readiness::NotYet,
+                Reason::NothingSaid,
+                "Not yet: nothing is labelled.",
+            ),
+            (
+                Readiness::NotYet,
+                Reason::NoMaps,
+                "Not yet: the labels have not spread over the frames so far.",
+            ),
+            (
+                Readiness::NotYet,
+                Reason::OneClass,
+                "Not yet: with one class alone, everything is that class.",
+            ),
+            (
+                Readiness::Nearly,
+                Reason::Contradicted {
+                    contradicted: 8,
+                    checked: 12,
+                },
+                "Nearly: 8 of 12 strokes are contradicted by the others.",
+            ),
+            (
+                Readiness::Nearly,
+                Reason::Contradicted {
+                    contradicted: 1,
+                    checked: 1,
+                },
+                "Nearly: 1 of 1 strokes is contradicted by the others.",
+            ),
+            (
+                Readiness::Nearly,
+                Reason::Unclear {
+                    share: 0.08,
+                    frame: "rgb_12".to_owned(),
+                },
+                "Nearly: 8% of the pixels are unclear, most in rgb_12.",
+            ),
+            (
+                Readiness::Nearly,
+                Reason::Unchecked {
+                    checked: 2,
+                    strokes: 9,
+                },
+                "Nearly: only 2 of 9 strokes can be checked; label each class in at least two places.",
+            ),
+            (
+                Readiness::Yes,
+                Reason::Clear {
+                    share: 0.97,
+                    checked: 14,
+                    contradicted: 0,
+                },
+                "Yes: 97% of the pixels are clear, and all 14 strokes that could be checked agree.",
+            ),
+            (
+                Readiness::Yes,
+                Reason::Clear {
+                    share: 0.97,
+                    checked: 14,
+                    contradicted: 5,
+                },
+                "Yes: 97% of the pixels are clear; look whether the 5 of 14 strokes that the others contradict are right.",
+            ),
+            (
+                Readiness::Yes,
+                Reason::Clear {
+                    share: 0.97,
+                    checked: 0,
+                    contradicted: 0,
+                },
+                "Yes: 97% of the pixels are clear.",
+            ),
+        ] {
+            assert_eq!(readiness_text(answer, &reason), sentence);
+        }
     }
 }

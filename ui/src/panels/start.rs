@@ -7,15 +7,49 @@ use egui::{
     WidgetInfo, pos2, vec2,
 };
 use inplace_core::scene::SceneSource;
+use inplace_model::dialogs::Purpose;
+use inplace_model::opening::Target;
+use inplace_model::preferences::{PreferenceChange, Recent, now};
+use inplace_model::text::{PROGRAM, counted};
+use inplace_model::{Command, Commands, Model};
 
-use crate::action::{Action, Actions};
-use crate::dialogs::Purpose;
-use crate::english::start as words;
-use crate::keys;
-use crate::preferences::{Change, Recent, now};
-use crate::state::AppState;
+use super::parts::{card, not_found};
+use crate::keys::table::{HELP, OPEN, SETTINGS};
+use crate::pictures::Pictures;
 use crate::theme;
 use crate::widgets::{Icon, focus_ring, icon_button, line_of_text, main_button, main_button_enabled};
+
+/// That things can be dropped.
+const DROP: &str = "Drop a folder or a project file anywhere on this window";
+/// Formats by name, and what to look for.
+const FORMAT_LIST: [(&str, &str); 5] = [
+    (
+        "Replica, Semantic-NeRF",
+        "rgb/, traj_w_c.txt, and depth/ where there is depth",
+    ),
+    ("COLMAP", "images/ and sparse/"),
+    (
+        "7-Scenes, TUM RGB-D, ScanNet",
+        "frame-000000.color.png, rgb.txt, or color/ and pose/",
+    ),
+    (
+        "nerfstudio, instant-ngp",
+        "transforms.json and the images it lists",
+    ),
+    ("Inplace project", "a file .inplace that was saved here"),
+];
+/// What to do in the first minutes.
+const STEPS: [(&str, &str); 3] = [
+    ("Open a scene", "The demo is a small room that needs no files."),
+    (
+        "Click on things",
+        "Click on something and name its class. All frames follow.",
+    ),
+    (
+        "Go where it is unclear",
+        "The list on the right shows what to label next; then export.",
+    ),
+];
 
 /// Widest the page gets, and from which width on it has two columns.
 const WIDEST: f32 = 1000.0;
@@ -34,7 +68,7 @@ pub struct StartPage {
 
 impl StartPage {
     /// Draws the page in the middle of the window.
-    pub fn show(&mut self, ui: &mut Ui, state: &AppState, actions: &mut Actions) {
+    pub fn show(&mut self, ui: &mut Ui, model: &Model, pictures: &Pictures, commands: &mut Commands) {
         let window = ui.available_size();
         ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
             let width = (window.x - 32.0).min(WIDEST);
@@ -44,14 +78,17 @@ impl StartPage {
             let page = Rect::from_min_size(corner, vec2(width, 0.0));
             let page = ui.scope_builder(egui::UiBuilder::new().max_rect(page), |ui| {
                 ui.set_width(width);
-                ui.label(RichText::new(crate::english::PROGRAM).size(36.0).strong());
-                ui.label(RichText::new(words::CLAIM).size(16.0).weak());
+                ui.label(RichText::new(PROGRAM).size(36.0).strong());
+                ui.label(
+                    RichText::new("Label a whole scene from a few clicks")
+                        .size(16.0)
+                        .weak(),
+                );
                 ui.add_space(16.0);
-                self.columns(ui, state, actions);
+                self.columns(ui, model, pictures, commands);
                 ui.add_space(16.0);
-                let map = &state.preferences.keys;
-                let [help, open, settings] = ["?", "Ctrl+O", "Ctrl+,"].map(|key| keys::text(map, key));
-                ui.add(egui::Label::new(RichText::new(words::keys(&help, &open, &settings)).weak()).wrap());
+                let [help, open, settings] = [&HELP, &OPEN, &SETTINGS].map(|command| command.key(ui.ctx()));
+                ui.add(egui::Label::new(RichText::new(keys(&help, &open, &settings)).weak()).wrap());
                 ui.add_space(8.0);
             });
             let height = page.response.rect.height();
@@ -62,7 +99,7 @@ impl StartPage {
         });
     }
 
-    fn columns(&mut self, ui: &mut Ui, state: &AppState, actions: &mut Actions) {
+    fn columns(&mut self, ui: &mut Ui, model: &Model, pictures: &Pictures, commands: &mut Commands) {
         let width = ui.available_width();
         let one = |ui: &mut Ui, width: f32, add: &mut dyn FnMut(&mut Ui)| {
             ui.allocate_ui_with_layout(vec2(width, 0.0), Layout::top_down(Align::Min), |ui| {
@@ -70,17 +107,17 @@ impl StartPage {
                 add(ui);
             });
         };
-        let recent = |ui: &mut Ui, actions: &mut Actions| {
-            if state.preferences.recents.is_empty() {
+        let recent = |ui: &mut Ui, commands: &mut Commands| {
+            if model.preferences.recents.is_empty() {
                 first_steps(ui);
             } else {
-                recents(ui, state, actions);
+                recents(ui, model, pictures, commands);
             }
         };
         if width < TWO_COLUMNS {
-            self.opening(ui, actions);
+            self.opening(ui, commands);
             ui.add_space(GUTTER);
-            recent(ui, actions);
+            recent(ui, commands);
             return;
         }
         ui.horizontal_top(|ui| {
@@ -88,46 +125,46 @@ impl StartPage {
             let half = 0.5 * (width - GUTTER);
             one(ui, half, &mut |ui| {
                 ui.spacing_mut().item_spacing.x = theme::GAP;
-                self.opening(ui, actions);
+                self.opening(ui, commands);
             });
             one(ui, half, &mut |ui| {
                 ui.spacing_mut().item_spacing.x = theme::GAP;
-                recent(ui, actions);
+                recent(ui, commands);
             });
         });
     }
 
-    fn opening(&mut self, ui: &mut Ui, actions: &mut Actions) {
-        super::card(ui).inner_margin(20).show(ui, |ui| {
+    fn opening(&mut self, ui: &mut Ui, commands: &mut Commands) {
+        card(ui).inner_margin(20).show(ui, |ui| {
             ui.set_width(ui.available_width());
             ui.horizontal_wrapped(|ui| {
-                if main_button(ui, words::OPEN_FOLDER).clicked() {
-                    actions.push(Action::Browse(Purpose::Scene));
+                if main_button(ui, "Open a folder...").clicked() {
+                    commands.push(Command::Browse(Purpose::Scene));
                 }
-                if ui.button(words::OPEN_PROJECT).clicked() {
-                    actions.push(Action::Browse(Purpose::Project));
+                if ui.button("Open a project...").clicked() {
+                    commands.push(Command::Browse(Purpose::Project));
                 }
-                if ui.button(words::DEMO).clicked() {
-                    actions.push(Action::OpenScene(SceneSource::Demo));
+                if ui.button("Try the demo").clicked() {
+                    commands.push(Command::open_scene(SceneSource::Demo));
                 }
             });
-            self.path_field(ui, actions);
+            self.path_field(ui, commands);
             ui.add_space(4.0);
             drop_here(ui);
             ui.add_space(8.0);
-            ui.strong(words::FORMATS);
-            for (name, files) in words::FORMAT_LIST {
+            ui.strong("What can be opened");
+            for (name, files) in FORMAT_LIST {
                 ui.vertical(|ui| {
                     ui.spacing_mut().item_spacing.y = 0.0;
                     ui.label(name);
                     ui.add(egui::Label::new(RichText::new(files).weak()).wrap());
                 });
             }
-            ui.add(egui::Label::new(RichText::new(words::FORMATS_MORE).weak().small()).wrap());
+            ui.add(egui::Label::new(RichText::new("docs/formats.md describes them; \"inplace info FOLDER\" says what is found in a folder.").weak().small()).wrap());
         });
     }
 
-    fn path_field(&mut self, ui: &mut Ui, actions: &mut Actions) {
+    fn path_field(&mut self, ui: &mut Ui, commands: &mut Commands) {
         let mut open = false;
         let typed = !self.path.trim().is_empty();
         let height = ui.spacing().interact_size.y;
@@ -135,17 +172,17 @@ impl StartPage {
             vec2(ui.available_width(), height),
             Layout::right_to_left(Align::Center),
             |ui| {
-                open = main_button_enabled(ui, typed, words::OPEN).clicked();
+                open = main_button_enabled(ui, typed, "Open").clicked();
                 let field = egui::TextEdit::singleline(&mut self.path)
-                    .hint_text(words::PATH_HINT)
+                    .hint_text("or type a path: /data/room, /work/room.inplace")
                     .margin(vec2(8.0, 6.0))
                     .desired_width(ui.available_width());
-                let response = ui.add(field).accessible_name(words::PATH);
+                let response = ui.add(field).accessible_name("Path to open");
                 open |= response.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
             },
         );
         if open && !self.path.trim().is_empty() {
-            actions.push(Action::OpenPath(PathBuf::from(self.path.trim())));
+            commands.push(Command::Open(Target::Path(PathBuf::from(self.path.trim()))));
         }
     }
 }
@@ -153,7 +190,7 @@ impl StartPage {
 /// Says that things can be dropped, in a frame that looks like it.
 fn drop_here(ui: &mut Ui) {
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), 56.0), Sense::hover());
-    response.widget_info(|| WidgetInfo::labeled(Role::Label, true, words::DROP));
+    response.widget_info(|| WidgetInfo::labeled(Role::Label, true, DROP));
     let stroke = Stroke::new(1.0, ui.visuals().weak_text_color());
     let inner = rect.shrink(1.0);
     let corners = [
@@ -166,7 +203,7 @@ fn drop_here(ui: &mut Ui) {
     ui.painter()
         .extend(egui::Shape::dashed_line(&corners, stroke, 6.0, 5.0));
     let job = egui::text::LayoutJob::simple(
-        words::DROP.to_owned(),
+        DROP.to_owned(),
         FontId::proportional(14.0),
         ui.visuals().weak_text_color(),
         rect.width() - 24.0,
@@ -177,11 +214,11 @@ fn drop_here(ui: &mut Ui) {
 }
 
 fn first_steps(ui: &mut Ui) {
-    super::card(ui).inner_margin(20).show(ui, |ui| {
+    card(ui).inner_margin(20).show(ui, |ui| {
         ui.set_width(ui.available_width());
-        ui.strong(words::FIRST_STEPS);
+        ui.strong("First steps");
         ui.add_space(4.0);
-        for (index, (title, text)) in words::STEPS.into_iter().enumerate() {
+        for (index, (title, text)) in STEPS.into_iter().enumerate() {
             ui.horizontal_top(|ui| {
                 let (rect, _) = ui.allocate_exact_size(vec2(28.0, 28.0), Sense::hover());
                 let (fill, color) = (theme::accent(ui.visuals()), theme::on_accent(ui.visuals()));
@@ -201,29 +238,29 @@ fn first_steps(ui: &mut Ui) {
     });
 }
 
-fn recents(ui: &mut Ui, state: &AppState, actions: &mut Actions) {
-    super::card(ui).inner_margin(12).show(ui, |ui| {
+fn recents(ui: &mut Ui, model: &Model, pictures: &Pictures, commands: &mut Commands) {
+    card(ui).inner_margin(12).show(ui, |ui| {
         ui.set_width(ui.available_width());
         ui.horizontal(|ui| {
             ui.add_space(8.0);
-            ui.strong(words::RECENT);
+            ui.strong("Recent");
         });
         ui.spacing_mut().item_spacing.y = 2.0;
         let now = now();
-        for recent in state.preferences.recents.iter() {
-            ui.push_id(&recent.place, |ui| row(ui, state, recent, now, actions));
+        for recent in model.preferences.recents.iter() {
+            ui.push_id(&recent.place, |ui| row(ui, pictures, recent, now, commands));
         }
     });
 }
 
-fn row(ui: &mut Ui, state: &AppState, recent: &Recent, now: u64, actions: &mut Actions) {
-    let found = state.found.get(&recent.place);
+fn row(ui: &mut Ui, pictures: &Pictures, recent: &Recent, now: u64, commands: &mut Commands) {
+    let found = pictures.of(&recent.place);
     let there = found.is_none_or(|found| found.there);
     let size = vec2(ui.available_width(), PICTURE.y + 2.0 * theme::GAP);
     let (rect, response) = ui.allocate_exact_size(size, Sense::click());
-    response.widget_info(|| WidgetInfo::labeled(Role::Button, there, words::open_recent(recent, there)));
+    response.widget_info(|| WidgetInfo::labeled(Role::Button, there, open_recent(recent, there)));
     if there && response.clicked() {
-        actions.push(recent.place.open());
+        commands.push(Command::open_again(&recent.place));
     }
     let visuals = ui.visuals().clone();
     if there && response.hovered() {
@@ -244,16 +281,16 @@ fn row(ui: &mut Ui, state: &AppState, recent: &Recent, now: u64, actions: &mut A
     let (strong, weak) = (visuals.strong_text_color(), visuals.weak_text_color());
     if there {
         line_of_text(ui, lines(0.0), &recent.name, 15.0, strong);
-        line_of_text(ui, lines(2.0), &words::details(recent, now), 12.0, weak);
+        line_of_text(ui, lines(2.0), &details(recent, now), 12.0, weak);
     } else {
-        line_of_text(ui, lines(0.0), &words::not_found(&recent.name), 15.0, weak);
+        line_of_text(ui, lines(0.0), &not_found(&recent.name), 15.0, weak);
     }
     let path = recent.place.path().display().to_string();
     line_of_text(ui, lines(1.0), &path, 12.0, weak);
     let corner = Rect::from_center_size(pos2(rect.right() - 22.0, rect.center().y), vec2(28.0, 28.0));
     let mut child = ui.new_child(egui::UiBuilder::new().max_rect(corner));
-    if icon_button(&mut child, Icon::Close, &words::forget(&recent.name)).clicked() {
-        actions.push(Action::Prefer(Change::Forget(recent.place.clone())));
+    if icon_button(&mut child, Icon::Close, &forget(&recent.name)).clicked() {
+        commands.push(Command::Prefer(PreferenceChange::Forget(recent.place.clone())));
     }
     response.on_hover_text(path);
 }
@@ -279,4 +316,63 @@ fn paint_picture(ui: &Ui, rect: Rect, picture: Option<&egui::TextureHandle>, the
     }
     let line = Stroke::new(1.0, theme::line(visuals));
     ui.painter().rect_stroke(rect, 4, line, StrokeKind::Inside);
+}
+
+/// The keys that help at the start.
+fn keys(help: &str, open: &str, settings: &str) -> String {
+    format!("{help} shows all keys    {open} opens    {settings} settings")
+}
+
+/// Name of an entry for screen readers.
+fn open_recent(recent: &Recent, there: bool) -> String {
+    if there {
+        format!("Open {}", recent.name)
+    } else {
+        not_found(&recent.name)
+    }
+}
+
+/// How much there is, and when it was last open; `now` in seconds since 1970.
+fn details(recent: &Recent, now: u64) -> String {
+    format!(
+        "{}, {}, {}  -  {}",
+        counted(recent.frames, "frame", "frames"),
+        counted(recent.classes, "class", "classes"),
+        counted(recent.strokes, "stroke", "strokes"),
+        ago(now.saturating_sub(recent.opened)),
+    )
+}
+
+/// Name of the button that takes an entry off the list.
+fn forget(name: &str) -> String {
+    format!("Remove {name} from the list")
+}
+
+fn ago(seconds: u64) -> String {
+    let of = |count: u64, unit: &str| format!("{count} {unit}{} ago", if count == 1 { "" } else { "s" });
+    match seconds {
+        0..60 => "just now".to_owned(),
+        60..3600 => of(seconds / 60, "minute"),
+        3600..86_400 => of(seconds / 3600, "hour"),
+        86_400..5_184_000 => of(seconds / 86_400, "day"),
+        _ => of(seconds / 2_592_000, "month"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_are_told_roughly() {
+        for (seconds, words) in [
+            (5, "just now"),
+            (60, "1 minute ago"),
+            (7200, "2 hours ago"),
+            (86_400 * 3, "3 days ago"),
+            (86_400 * 90, "3 months ago"),
+        ] {
+            assert_eq!(ago(seconds), words);
+        }
+    }
 }

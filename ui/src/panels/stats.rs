@@ -2,15 +2,13 @@
 
 use egui::{Align2, Area, Id, Rect, TextStyle, Ui, vec2};
 
-use crate::english::measurements as words;
-use crate::state::AppState;
 use crate::stats::Stats;
 
+/// Heads of the table's columns.
+const HEADS: [&str; 5] = ["milliseconds", "p50", "p95", "max", "n"];
+
 /// Draws the measurements over the lower right corner of the canvas.
-pub fn show(ctx: &egui::Context, state: &AppState, canvas: Rect) {
-    let Some(stats) = &state.stats else {
-        return;
-    };
+pub fn show(ctx: &egui::Context, stats: &Stats, canvas: Rect) {
     Area::new(Id::unique("measurements"))
         .pivot(Align2::RIGHT_BOTTOM)
         .fixed_pos(canvas.right_bottom() + vec2(-12.0, -12.0))
@@ -27,15 +25,15 @@ fn table(ui: &mut Ui, stats: &Stats) {
         .spacing([12.0, 2.0])
         .min_row_height(16.0)
         .show(ui, |ui| {
-            for head in words::HEADS {
+            for head in HEADS {
                 ui.weak(head);
             }
             ui.end_row();
             for (name, samples) in [
-                (words::FRAME, &stats.frame),
-                (words::THREAD, &stats.thread),
-                (words::REPORTED, &stats.reported),
-                (words::CLICK, &stats.click_to_overlay),
+                ("own frame", &stats.frame),
+                ("window's thread", &stats.thread),
+                ("eframe frame", &stats.reported),
+                ("click to overlay", &stats.click_to_overlay),
             ] {
                 let summary = samples.summary();
                 ui.label(name);

@@ -2,16 +2,18 @@
 
 use egui::Ui;
 use inplace_core::session::Status;
+use inplace_model::preferences::Pane;
+use inplace_model::workspace::Workspace;
+use inplace_model::{Command, Commands};
 
-use crate::action::{Action, Actions};
-use crate::english::{layers, layout, progress, status as words};
-use crate::preferences::Pane;
+use super::parts::{UNCERTAINTY_MEANS, fold_button};
+use crate::keys::table::PAUSE;
+use crate::numbers;
 use crate::theme;
 use crate::widgets::{Icon, heading, icon_button};
-use crate::workspace::Workspace;
 
 /// Draws the status: in full, or in one line.
-pub fn show(ui: &mut Ui, workspace: &Workspace, full: bool, actions: &mut Actions) {
+pub fn show(ui: &mut Ui, workspace: &Workspace, full: bool, commands: &mut Commands) {
     let running = !workspace.is_paused() && !workspace.has_ended();
     let accent = theme::accent(ui.visuals());
     let phase = egui::RichText::new(workspace.phase_in_words());
@@ -20,13 +22,14 @@ pub fn show(ui: &mut Ui, workspace: &Workspace, full: bool, actions: &mut Action
     } else {
         phase.weak()
     };
+    let most = workspace.document().palette().most_entropy();
     if !full {
         ui.horizontal(|ui| {
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-                controls(ui, workspace, full, actions);
+                controls(ui, workspace, full, commands);
                 ui.with_layout(egui::Layout::left_to_right(egui::Align::Center), |ui| {
                     ui.label(phase);
-                    let summary = summary(workspace.status());
+                    let summary = summary(workspace.status(), most);
                     if !summary.is_empty() {
                         ui.add(egui::Label::new(egui::RichText::new(summary).weak()).truncate());
                     }
@@ -35,8 +38,8 @@ pub fn show(ui: &mut Ui, workspace: &Workspace, full: bool, actions: &mut Action
         });
         return;
     }
-    heading(ui, words::HEADING, |ui| {
-        controls(ui, workspace, full, actions);
+    heading(ui, "Training", |ui| {
+        controls(ui, workspace, full, commands);
         ui.label(phase);
     });
     egui::Grid::new("status")
@@ -45,7 +48,7 @@ pub fn show(ui: &mut Ui, workspace: &Workspace, full: bool, actions: &mut Action
         .min_col_width(112.0)
         .min_row_height(20.0)
         .show(ui, |ui| {
-            for (name, value, explanation) in rows(workspace.status()) {
+            for (name, value, explanation) in rows(workspace.status(), most) {
                 ui.weak(name).on_hover_text(explanation);
                 ui.add(egui::Label::new(value).truncate());
                 ui.end_row();
@@ -54,29 +57,29 @@ pub fn show(ui: &mut Ui, workspace: &Workspace, full: bool, actions: &mut Action
 }
 
 /// The buttons at the right end of the first line.
-fn controls(ui: &mut Ui, workspace: &Workspace, full: bool, actions: &mut Actions) {
+fn controls(ui: &mut Ui, workspace: &Workspace, full: bool, commands: &mut Commands) {
     let name = if full {
-        layout::FOLD_TRAINING
+        "Fold the training"
     } else {
-        layout::UNFOLD_TRAINING
+        "Show the training in full"
     };
-    super::fold_button(ui, Pane::Training, full, name, actions);
+    fold_button(ui, Pane::Training, full, name, commands);
     let (icon, name) = if workspace.is_paused() {
-        (Icon::Play, words::RESUME)
+        (Icon::Play, "Resume training")
     } else {
-        (Icon::Pause, words::PAUSE)
+        (Icon::Pause, "Pause training")
     };
     ui.add_enabled_ui(!workspace.has_ended(), |ui| {
-        if icon_button(ui, icon, name).clicked() {
-            actions.push(Action::TogglePause);
+        if icon_button(ui, icon, &PAUSE.named_as(ui.ctx(), name)).clicked() {
+            commands.push(Command::TogglePause);
         }
     });
 }
 
 /// What matters most of the rows, as far as it is known.
-fn summary(status: &Status) -> String {
-    let quality = status.held_out_psnr.map(|db| progress::decibels(db.into()));
-    let uncertainty = status.mean_entropy.map(layers::nats);
+fn summary(status: &Status, most: f32) -> String {
+    let quality = status.held_out_psnr.map(|db| numbers::decibels(db.into()));
+    let uncertainty = status.mean_entropy.map(|entropy| numbers::unsure(entropy, most));
     quality
         .into_iter()
         .chain(uncertainty)
@@ -84,53 +87,59 @@ fn summary(status: &Status) -> String {
         .join(", ")
 }
 
-fn rows(status: &Status) -> [(&'static str, String, &'static str); 7] {
-    let unknown = || progress::UNKNOWN.to_owned();
+fn rows(status: &Status, most: f32) -> [(&'static str, String, &'static str); 7] {
+    let unknown = || "not known yet".to_owned();
     [
-        (words::STEPS, grouped(status.steps), words::STEPS_MEAN),
         (
-            words::TIME,
-            progress::duration(status.geometry_seconds),
-            words::TIME_MEANS,
+            "Steps",
+            grouped(status.steps),
+            "Training steps of the field that learns the scene's shape and colour",
         ),
         (
-            progress::QUALITY,
+            "Time",
+            numbers::duration(status.geometry_seconds),
+            "Time spent training",
+        ),
+        (
+            "Image quality",
             status
                 .held_out_psnr
-                .map_or_else(unknown, |db| progress::decibels(db.into())),
-            progress::QUALITY_MEANS,
+                .map_or_else(unknown, |db| numbers::decibels(db.into())),
+            "How well the field predicts frames that it was not trained on (PSNR); more is better",
         ),
         (
-            words::DEPTH_ERROR,
-            status.depth_error.map_or_else(unknown, words::centimetres),
-            words::DEPTH_ERROR_MEANS,
+            "Depth error",
+            status.depth_error.map_or_else(unknown, centimetres),
+            "Median error of the field's depth where the capture has measured depth",
         ),
         (
-            progress::UNCERTAINTY,
-            status.mean_entropy.map_or_else(unknown, layers::nats),
-            progress::UNCERTAINTY_MEANS,
+            "Uncertainty",
+            status
+                .mean_entropy
+                .map_or_else(unknown, |entropy| numbers::unsure(entropy, most)),
+            UNCERTAINTY_MEANS,
         ),
         (
-            words::MODEL,
+            "Model",
             if status.capacity.is_empty() {
                 unknown()
             } else {
                 status.capacity.clone()
             },
-            words::MODEL_MEANS,
+            "The size that was chosen for this scene",
         ),
         (
-            words::MISHAPS,
+            "Mishaps",
             mishaps(status.skipped_steps, status.undone),
-            words::MISHAPS_MEAN,
+            "Steps that were left out because a number in them was not finite, and returns to an earlier state of the model, at half the learning rate",
         ),
     ]
 }
 
 fn mishaps(skipped: u64, undone: u64) -> String {
     match (skipped, undone) {
-        (0, 0) => words::NO_MISHAPS.to_owned(),
-        _ => words::mishaps(&grouped(skipped), undone),
+        (0, 0) => "none".to_owned(),
+        _ => mishaps_text(&grouped(skipped), undone),
     }
 }
 
@@ -145,6 +154,16 @@ fn grouped(number: u64) -> String {
         text.push(digit);
     }
     text
+}
+
+/// A length in metres that is small.
+fn centimetres(metres: f32) -> String {
+    format!("{:.1} cm", 100.0 * metres)
+}
+
+/// How many there were; `left_out` with its thousands apart.
+fn mishaps_text(left_out: &str, undone: u64) -> String {
+    format!("{left_out} steps left out, {undone} returns")
 }
 
 #[cfg(test)]

@@ -7,15 +7,16 @@ use egui::{
     ComboBox, EventFilter, Id, Key, Modifiers, Rect, Role, ScrollArea, Sense, TextEdit, Ui, WidgetInfo, pos2,
     vec2,
 };
-use inplace_core::labels::{ClassId, Stroke, StrokeId, VOID};
+use inplace_core::labels::{ClassId, Stroke, StrokeId, StrokeKind, VOID};
+use inplace_model::palette::VOID_NAME;
+use inplace_model::preferences::Pane;
+use inplace_model::workspace::Workspace;
+use inplace_model::{Command, Commands};
 
-use super::panel_frame;
-use crate::action::{Action, Actions};
-use crate::english::strokes as english;
-use crate::preferences::Pane;
+use super::parts::{fold_button, panel_frame};
+use crate::keys::table::DELETE;
 use crate::theme;
 use crate::widgets::{Icon, empty_state, focus_ring, heading, icon_button, line_of_text, swatch};
-use crate::workspace::Workspace;
 
 const ROW: f32 = 42.0;
 /// Height of the heading alone.
@@ -105,7 +106,7 @@ fn found(workspace: &Workspace, filter: &Filter, frame: Option<usize>) -> Vec<St
 
 impl StrokePanel {
     /// Draws the list at the lower end of a panel, as high as it was dragged, or folded to its heading.
-    pub fn show_below(&mut self, ui: &mut Ui, workspace: &Workspace, full: bool, actions: &mut Actions) {
+    pub fn show_below(&mut self, ui: &mut Ui, workspace: &Workspace, full: bool, commands: &mut Commands) {
         let room = ui.available_height();
         let panel = if !full {
             egui::Panel::bottom("strokes folded")
@@ -120,23 +121,30 @@ impl StrokePanel {
         let frame = panel_frame(ui, 12, 8);
         panel
             .frame(frame)
-            .show(ui, |ui| self.show(ui, workspace, full, actions));
+            .show(ui, |ui| self.show(ui, workspace, full, commands));
     }
 
-    fn show(&mut self, ui: &mut Ui, workspace: &Workspace, full: bool, actions: &mut Actions) {
+    fn show(&mut self, ui: &mut Ui, workspace: &Workspace, full: bool, commands: &mut Commands) {
         // As high as it was dragged, also while there is little to show.
         ui.take_available_height();
         let document = workspace.document();
         let strokes = document.labels().strokes.len();
-        heading(ui, &english::heading(strokes), |ui| {
-            let name = if full { english::FOLD } else { english::UNFOLD };
-            super::fold_button(ui, Pane::Strokes, full, name, actions);
+        heading(ui, &format!("Strokes ({strokes})"), |ui| {
+            let name = if full {
+                "Hide the list of strokes"
+            } else {
+                "Show the list of strokes"
+            };
+            fold_button(ui, Pane::Strokes, full, name, commands);
         });
         if !full {
             return;
         }
         if strokes == 0 {
-            empty_state(ui, english::NONE);
+            empty_state(
+                ui,
+                "No strokes yet. What you draw on the frames is listed here, to be found and changed.",
+            );
             return;
         }
         // A class that is gone has no strokes to look for.
@@ -147,26 +155,26 @@ impl StrokePanel {
         self.show_filter(ui, workspace);
         self.rows.update(workspace, &self.filter);
         if self.rows.ids.is_empty() {
-            empty_state(ui, english::NONE_FOUND);
-            if ui.button(english::SHOW_ALL).clicked() {
+            empty_state(ui, "No stroke is like that.");
+            if ui.button("Show all strokes").clicked() {
                 self.filter = Filter::default();
             }
             return;
         }
         let below = ui.spacing().interact_size.y + theme::GAP;
         let height = (ui.available_height() - below).max(ROW);
-        self.list(ui, workspace, height, actions);
-        selected_line(ui, workspace, actions);
+        self.list(ui, workspace, height, commands);
+        selected_line(ui, workspace, commands);
     }
 
     fn show_filter(&mut self, ui: &mut Ui, workspace: &Workspace) {
         let field = TextEdit::singleline(&mut self.filter.text)
-            .hint_text(english::FIND)
+            .hint_text("Find strokes")
             .margin(vec2(8.0, 5.0))
             .desired_width(f32::INFINITY);
         ui.add(field)
-            .accessible_name(english::FIND)
-            .on_hover_text(english::FIND_HINT);
+            .accessible_name("Find strokes")
+            .on_hover_text("Part of a class's or frame's name, or click, scribble, polygon");
         ui.horizontal(|ui| {
             let chosen = self
                 .filter
@@ -174,27 +182,27 @@ impl StrokePanel {
                 .map(|class| workspace.document().name_and_color(class).0);
             let check = 96.0;
             ComboBox::from_id_salt("class filter")
-                .selected_text(chosen.unwrap_or(english::ALL_CLASSES))
+                .selected_text(chosen.unwrap_or("All classes"))
                 .truncate()
                 .width((ui.available_width() - check - theme::GAP).max(56.0))
                 .show_ui(ui, |ui| {
-                    ui.selectable_value(&mut self.filter.class, None, english::ALL_CLASSES);
+                    ui.selectable_value(&mut self.filter.class, None, "All classes");
                     class_choices(ui, workspace, |ui, class, name| {
                         ui.selectable_value(&mut self.filter.class, Some(class), name);
                     });
                 })
                 .response
-                .accessible_name(english::CLASS_FILTER);
-            ui.checkbox(&mut self.filter.this_frame, english::THIS_FRAME);
+                .accessible_name("Strokes of class");
+            ui.checkbox(&mut self.filter.this_frame, "This frame");
         });
     }
 
-    fn list(&mut self, ui: &mut Ui, workspace: &Workspace, height: f32, actions: &mut Actions) {
+    fn list(&mut self, ui: &mut Ui, workspace: &Workspace, height: f32, commands: &mut Commands) {
         let id = ui.scope_id().with("list");
         let count = self.rows.ids.len();
         let selected = workspace.selected();
         let place = selected.and_then(|stroke| self.rows.place(stroke));
-        self.take_keys(ui, workspace, id, place, actions);
+        self.take_keys(ui, workspace, id, place, commands);
         let moved = self.followed.map(|(stroke, _)| stroke) != selected;
         let mut clicked = false;
         let area = ScrollArea::vertical()
@@ -213,7 +221,7 @@ impl StrokePanel {
             let first = (viewport.top() / ROW).floor().max(0.0) as usize;
             let last = ((viewport.bottom() / ROW).ceil().max(0.0) as usize).min(count);
             for index in first..last {
-                clicked |= self.row(ui, workspace, self.rows.ids[index], row(index), actions);
+                clicked |= self.row(ui, workspace, self.rows.ids[index], row(index), commands);
             }
             // Only what is in view is kept.
             if self.pixels.len() > 64 + 4 * (last - first.min(last)) {
@@ -224,7 +232,7 @@ impl StrokePanel {
             .zip(place)
             .or(self.followed.filter(|_| selected.is_none()));
         let list = ui.interact(area.inner_rect, id, Sense::focusable_noninteractive());
-        list.widget_info(|| WidgetInfo::labeled(Role::ListBox, true, english::LIST));
+        list.widget_info(|| WidgetInfo::labeled(Role::ListBox, true, "List of strokes"));
         // Only now: to the list, the click was one elsewhere.
         if clicked {
             list.request_focus();
@@ -241,7 +249,7 @@ impl StrokePanel {
         workspace: &Workspace,
         list: Id,
         place: Option<usize>,
-        actions: &mut Actions,
+        commands: &mut Commands,
     ) {
         if !ui.memory(|memory| memory.has_focus(list)) || ui.ctx().current_pass_index() > 0 {
             return;
@@ -276,7 +284,7 @@ impl StrokePanel {
             wanted = wanted.or(Some(at.min(last)));
         }
         if let Some(index) = wanted.filter(|index| Some(*index) != place) {
-            actions.push(Action::GoToStroke(self.rows.ids[index]));
+            commands.push(Command::GoToStroke(self.rows.ids[index]));
         }
     }
 
@@ -287,7 +295,7 @@ impl StrokePanel {
         workspace: &Workspace,
         id: StrokeId,
         rect: Rect,
-        actions: &mut Actions,
+        commands: &mut Commands,
     ) -> bool {
         let Some(stroke) = workspace.document().labels().strokes.get(&id) else {
             return false;
@@ -296,12 +304,12 @@ impl StrokePanel {
         let (class, color) = workspace.document().name_and_color(stroke.class);
         let frame = workspace.scene().frames.get(stroke.frame);
         let frame = frame.map_or("", |frame| &frame.stem);
-        let words = english::in_words(class, stroke.kind(), pixels, frame);
+        let words = in_words(class, stroke.kind(), pixels, frame);
         let chosen = workspace.selected() == Some(id);
         let response = ui.interact(rect, ui.scope_id().with(("stroke", id)), Sense::CLICK);
         response.widget_info(|| WidgetInfo::selected(Role::ListBoxOption, true, chosen, &words));
         if response.clicked() {
-            actions.push(Action::GoToStroke(id));
+            commands.push(Command::GoToStroke(id));
         }
         let visuals = ui.visuals();
         if chosen || response.hovered() {
@@ -332,7 +340,7 @@ impl StrokePanel {
             visuals.text_color()
         };
         line_of_text(ui, line(4.0, 22.0), class, 14.0, strong);
-        let details = english::details(stroke.kind(), pixels, frame);
+        let details = details_text(stroke.kind(), pixels, frame);
         line_of_text(ui, line(22.0, 38.0), &details, 12.0, visuals.weak_text_color());
         let clicked = response.clicked();
         response.on_hover_text(words);
@@ -355,13 +363,13 @@ impl StrokePanel {
 }
 
 /// What can be done with the selected stroke.
-fn selected_line(ui: &mut Ui, workspace: &Workspace, actions: &mut Actions) {
+fn selected_line(ui: &mut Ui, workspace: &Workspace, commands: &mut Commands) {
     let selected = workspace.selected();
     let stroke = selected.and_then(|id| Some((id, workspace.document().labels().strokes.get(&id)?)));
     ui.add_enabled_ui(stroke.is_some(), |ui| {
         ui.horizontal(|ui| {
             let side = ui.spacing().interact_size.y;
-            let text = stroke.map_or(english::NONE_SELECTED, |(_, stroke)| {
+            let text = stroke.map_or("No stroke selected", |(_, stroke)| {
                 workspace.document().name_and_color(stroke.class).0
             });
             ComboBox::from_id_salt("class of the stroke")
@@ -374,18 +382,19 @@ fn selected_line(ui: &mut Ui, workspace: &Workspace, actions: &mut Actions) {
                     };
                     class_choices(ui, workspace, |ui, class, name| {
                         if ui.selectable_label(stroke.class == class, name).clicked() {
-                            actions.push(Action::ChangeStrokeClass(id, class));
+                            commands.push(Command::ChangeStrokeClass(id, class));
                         }
                     });
                 })
                 .response
-                .accessible_name(english::CLASS_OF_SELECTED);
+                .accessible_name("Class of the stroke");
+            let delete = DELETE.named(ui.ctx());
             if let Some((id, _)) = stroke {
-                if icon_button(ui, Icon::Delete, english::DELETE).clicked() {
-                    actions.push(Action::DeleteStroke(id));
+                if icon_button(ui, Icon::Delete, &delete).clicked() {
+                    commands.push(Command::DeleteStroke(id));
                 }
             } else {
-                icon_button(ui, Icon::Delete, english::DELETE);
+                icon_button(ui, Icon::Delete, &delete);
             }
         });
     });
@@ -395,5 +404,16 @@ fn class_choices(ui: &mut Ui, workspace: &Workspace, mut choice: impl FnMut(&mut
     for class in workspace.document().classes() {
         choice(ui, class.id, &class.name);
     }
-    choice(ui, VOID, crate::english::classes::VOID_NAME);
+    choice(ui, VOID, VOID_NAME);
+}
+
+/// A stroke in words, for screen readers and tooltips.
+fn in_words(class: &str, kind: StrokeKind, pixels: u64, frame: &str) -> String {
+    let plural = if pixels == 1 { "" } else { "s" };
+    format!("{class}, {}, {pixels} pixel{plural}, frame {frame}", kind.name())
+}
+
+/// A stroke without its class: "scribble, 120 px, rgb_3".
+fn details_text(kind: StrokeKind, pixels: u64, frame: &str) -> String {
+    format!("{}, {pixels} px, {frame}", kind.name())
 }

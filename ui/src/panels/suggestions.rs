@@ -2,19 +2,19 @@
 
 use egui::{Button, Color32, Rect, RichText, Role, ScrollArea, Sense, Stroke, Ui, WidgetInfo, pos2, vec2};
 use inplace_core::guide::{Likely, Suggestion};
-use inplace_core::labels::{ClassId, VOID};
+use inplace_model::layer::{Layer, Look};
+use inplace_model::text::counted;
+use inplace_model::view::ImagePart;
+use inplace_model::workspace::Workspace;
+use inplace_model::{Command, Commands};
 
-use crate::action::{Action, Actions};
-use crate::canvas::{Layer, Look, marker, region};
-use crate::dialogs::ClassUse;
-use crate::english::{guidance as words, layers};
-use crate::keymap::KeyMap;
-use crate::keys;
-use crate::surroundings::surroundings;
+use super::parts::{card, digit_of};
+use crate::canvas::{marker, rect_of, region};
+use crate::keys::table::{ANSWER_BY_NAME, NEXT_SUGGESTION, PREVIOUS_SUGGESTION, SKIP, UNDO};
+use crate::numbers;
 use crate::theme;
-use crate::thumbnails::{Source, Thumbnails};
+use crate::thumbnails::Thumbnails;
 use crate::widgets::{empty_state, focus_ring, heading, key_cap_of, line_of_text, swatch};
-use crate::workspace::Workspace;
 
 /// Size of the picture of a place that is not at hand.
 const SMALL: egui::Vec2 = vec2(96.0, 72.0);
@@ -42,39 +42,39 @@ impl SuggestionPanel {
     }
 
     /// Draws the list.
-    pub fn show(&mut self, ui: &mut Ui, workspace: &Workspace, actions: &mut Actions) {
+    pub fn show(&mut self, ui: &mut Ui, workspace: &Workspace, commands: &mut Commands) {
         self.thumbnails.collect(workspace.serial());
         let hovered = ui.rect_contains_pointer(ui.max_rect());
         if hovered != self.held {
             self.held = hovered;
-            actions.push(Action::HoldSuggestions(hovered));
+            commands.push(Command::HoldSuggestions(hovered));
         }
-        let count = workspace.suggestions().len();
-        heading(ui, &words::listed(count), |ui| {
-            let next = keys::named(ui.ctx(), words::NEXT);
+        let count = workspace.suggestions().listed().len();
+        heading(ui, &listed(count), |ui| {
+            let next = NEXT_SUGGESTION.named(ui.ctx());
             let button = ui.add_enabled(count > 0, Button::new(next));
-            let back = keys::text(&KeyMap::of(ui.ctx()), "Shift+N");
-            if button.on_hover_text(words::next_hint(&back)).clicked() {
-                actions.push(Action::NextSuggestion);
+            let back = PREVIOUS_SUGGESTION.key(ui.ctx());
+            if button.on_hover_text(next_hint(&back)).clicked() {
+                commands.push(Command::NextSuggestion);
             }
         });
-        footer(ui, workspace, actions);
-        if workspace.suggestions().is_empty() {
-            empty_state(ui, words::why_empty(workspace));
+        footer(ui, workspace, commands);
+        if workspace.suggestions().listed().is_empty() {
+            empty_state(ui, workspace.why_no_suggestion());
             return;
         }
-        let guidance = workspace.guidance();
-        let at = guidance.at().map(|index| (index, guidance.version()));
+        let suggestions = workspace.suggestions();
+        let at = suggestions.at().map(|index| (index, suggestions.version()));
         let moved = self.at != at;
         self.at = at;
         ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
-            for (index, suggestion) in workspace.suggestions().iter().enumerate() {
-                let current = guidance.at() == Some(index);
+            for (index, suggestion) in workspace.suggestions().listed().iter().enumerate() {
+                let current = suggestions.at() == Some(index);
                 let card = ui.push_id(index, |ui| {
                     if current {
-                        self.large_card(ui, workspace, index, suggestion, actions);
+                        self.large_card(ui, workspace, index, suggestion, commands);
                     } else {
-                        self.small_card(ui, workspace, index, suggestion, actions);
+                        self.small_card(ui, workspace, index, suggestion, commands);
                     }
                 });
                 if current && moved {
@@ -91,18 +91,18 @@ impl SuggestionPanel {
         workspace: &Workspace,
         index: usize,
         suggestion: &Suggestion,
-        actions: &mut Actions,
+        commands: &mut Commands,
     ) {
         let Some(frame) = workspace.scene().frames.get(suggestion.frame) else {
             return;
         };
         let accent = Stroke::new(1.5, theme::accent(ui.visuals()));
-        super::card(ui).stroke(accent).show(ui, |ui| {
+        card(ui).stroke(accent).show(ui, |ui| {
             let width = ui.available_width();
             ui.set_width(width);
             let aspect = frame.camera.height as f32 / frame.camera.width.max(1) as f32;
             let size = vec2(width, (width * aspect).min(TALLEST));
-            self.picture(ui, workspace, index, suggestion, size, actions);
+            self.picture(ui, workspace, index, suggestion, size, commands);
             ui.spacing_mut().item_spacing.y = 6.0;
             title(ui, workspace, index, suggestion, &frame.stem);
             for (rank, likely) in suggestion.classes.iter().take(2).enumerate() {
@@ -111,17 +111,16 @@ impl SuggestionPanel {
                 } else {
                     digit_of(workspace, likely.class).unwrap_or_else(|| "Shift+Enter".to_owned())
                 };
-                let action = || Action::AnswerSuggestion(index, likely.class);
-                class_button(ui, workspace, None, *likely, Some(&key), width, actions, action);
+                let command = || Command::AnswerSuggestion(index, likely.class);
+                class_button(ui, workspace, None, *likely, Some(&key), width, commands, command);
             }
             ui.horizontal(|ui| {
                 ui.spacing_mut().item_spacing.x = 6.0;
-                for (text, action) in [
-                    (words::BY_NAME, Action::FindClass(ClassUse::Answer)),
-                    (words::SKIP, Action::SkipSuggestion),
-                ] {
-                    if ui.button(text).clicked() {
-                        actions.push(action);
+                for command in [&ANSWER_BY_NAME, &SKIP] {
+                    // Nobody can move these keys.
+                    let name = format!("{} ({})", command.name, command.keys[0]);
+                    if ui.button(name).clicked() {
+                        commands.push(command.command.clone());
                     }
                 }
             });
@@ -134,33 +133,42 @@ impl SuggestionPanel {
         workspace: &Workspace,
         index: usize,
         suggestion: &Suggestion,
-        actions: &mut Actions,
+        commands: &mut Commands,
     ) {
         let Some(frame) = workspace.scene().frames.get(suggestion.frame) else {
             return;
         };
-        super::card(ui).show(ui, |ui| {
+        card(ui).show(ui, |ui| {
             ui.set_width(ui.available_width());
             ui.horizontal_top(|ui| {
-                self.picture(ui, workspace, index, suggestion, SMALL, actions);
+                self.picture(ui, workspace, index, suggestion, SMALL, commands);
                 ui.vertical(|ui| {
                     ui.spacing_mut().item_spacing.y = 4.0;
                     title(ui, workspace, index, suggestion, &frame.stem);
-                    if let Some(class) = workspace.guidance().answer_of(index) {
+                    if let Some(class) = workspace.suggestions().answer_of(index) {
                         let (name, _) = workspace.document().name_and_color(class);
-                        ui.add(egui::Label::new(words::labelled(name)).truncate());
+                        ui.add(egui::Label::new(labelled(name)).truncate());
                     }
                 });
             });
-            if workspace.guidance().answer_of(index).is_some() || suggestion.classes.is_empty() {
+            if workspace.suggestions().answer_of(index).is_some() || suggestion.classes.is_empty() {
                 return;
             }
             let width = 0.5 * (ui.available_width() - 4.0);
             ui.horizontal(|ui| {
                 ui.spacing_mut().item_spacing.x = 4.0;
                 for likely in suggestion.classes.iter().take(2) {
-                    let action = || Action::AnswerSuggestion(index, likely.class);
-                    class_button(ui, workspace, Some(index), *likely, None, width, actions, action);
+                    let command = || Command::AnswerSuggestion(index, likely.class);
+                    class_button(
+                        ui,
+                        workspace,
+                        Some(index),
+                        *likely,
+                        None,
+                        width,
+                        commands,
+                        command,
+                    );
                 }
             });
         });
@@ -173,13 +181,13 @@ impl SuggestionPanel {
         index: usize,
         suggestion: &Suggestion,
         size: egui::Vec2,
-        actions: &mut Actions,
+        commands: &mut Commands,
     ) {
         let (rect, response) = ui.allocate_exact_size(size, Sense::click());
-        let name = words::go_there(index);
+        let name = go_there(index);
         response.widget_info(|| WidgetInfo::labeled(Role::Button, true, &name));
         if response.clicked() {
-            actions.push(Action::GoToSuggestion(index));
+            commands.push(Command::GoToSuggestion(index));
         }
         if response.has_focus() {
             focus_ring(ui, rect);
@@ -193,20 +201,18 @@ impl SuggestionPanel {
         }
         let painter = ui.painter_at(rect);
         painter.rect_filled(rect, 4, theme::canvas(ui.visuals()));
-        let version = workspace.guidance().version();
         let look = Look {
             layer: Layer::Labels,
             opacity: FAINT,
             outlines: false,
         };
-        let thumbnail = self.thumbnails.get_place(suggestion, version, || {
-            Source::of_frame(workspace, suggestion.frame, look)
-        });
+        let thumbnail = self.thumbnails.suggestion(workspace, suggestion, look);
         let Some(thumbnail) = thumbnail else {
             return;
         };
-        let full = vec2(frame.camera.width as f32, frame.camera.height as f32);
-        let part = surroundings(full, suggestion.pixel, &suggestion.outline);
+        let full = glam::vec2(frame.camera.width as f32, frame.camera.height as f32);
+        let part = ImagePart::around(full, suggestion.pixel, &suggestion.outline);
+        let part = rect_of(part);
         let shown = part.size() * (rect.size() / part.size()).min_elem();
         let fitted = Rect::from_center_size(rect.center(), shown);
         let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
@@ -216,7 +222,7 @@ impl SuggestionPanel {
         let outline = suggestion.outline.iter().map(|&[x, y]| to_screen(x, y));
         region(&painter, outline.collect(), 1.0);
         let [x, y] = suggestion.pixel;
-        let current = workspace.at_suggestion() == Some(index);
+        let current = workspace.suggestions().at() == Some(index);
         let place = to_screen(x as f32 + 0.5, y as f32 + 0.5);
         marker(&painter, place, index, current, true);
     }
@@ -226,31 +232,22 @@ impl SuggestionPanel {
 fn title(ui: &mut Ui, workspace: &Workspace, index: usize, suggestion: &Suggestion, stem: &str) {
     let name = RichText::new(format!("{}.  {stem}", index + 1)).strong();
     ui.add(egui::Label::new(name).truncate());
-    let settled = workspace.at_suggestion() == Some(index) && workspace.guidance().is_settled();
+    let settled = workspace.suggestions().at() == Some(index) && workspace.suggestions().is_settled();
     let text = if settled {
-        words::SETTLED.to_owned()
+        "settled meanwhile".to_owned()
     } else {
-        words::settles(suggestion.share)
+        settles(suggestion.share)
     };
     let label = egui::Label::new(RichText::new(text).weak()).wrap();
-    ui.add(label).on_hover_text(words::SETTLES_HINT);
-}
-
-/// The digit that chooses a class, where it has one.
-pub(super) fn digit_of(workspace: &Workspace, id: ClassId) -> Option<String> {
-    if id == VOID {
-        return Some("0".to_owned());
-    }
-    let mut classes = workspace.document().classes().iter().take(9);
-    let index = classes.position(|class| class.id == id)?;
-    Some((index + 1).to_string())
+    ui.add(label)
+        .on_hover_text("The share of all pixels that a label there would settle");
 }
 
 /// What was answered last, and how many places are left out: below the list, where it moves nothing.
-fn footer(ui: &mut Ui, workspace: &Workspace, actions: &mut Actions) {
-    let guidance = workspace.guidance();
-    let answer = guidance.last_answer().filter(|_| guidance.is_active());
-    if answer.is_none() && guidance.skipped() == 0 {
+fn footer(ui: &mut Ui, workspace: &Workspace, commands: &mut Commands) {
+    let suggestions = workspace.suggestions();
+    let answer = suggestions.last_answer().filter(|_| suggestions.is_active());
+    if answer.is_none() && suggestions.skipped() == 0 {
         return;
     }
     egui::Panel::bottom("suggestions-footer")
@@ -263,20 +260,14 @@ fn footer(ui: &mut Ui, workspace: &Workspace, actions: &mut Actions) {
         .show(ui, |ui| {
             if let Some((_, class)) = answer {
                 let (name, color) = workspace.document().name_and_color(class);
-                row(
-                    ui,
-                    Some(color),
-                    &words::last_answer(name),
-                    &keys::named(ui.ctx(), words::TAKE_BACK),
-                    || {
-                        actions.push(Action::Undo);
-                    },
-                );
+                row(ui, Some(color), &last_answer(name), &UNDO.named(ui.ctx()), || {
+                    commands.push(Command::Undo);
+                });
             }
-            if guidance.skipped() > 0 {
-                let text = words::skipped(guidance.skipped());
-                row(ui, None, &text, words::LIST_SKIPPED, || {
-                    actions.push(Action::ListSkipped);
+            if suggestions.skipped() > 0 {
+                let text = skipped(suggestions.skipped());
+                row(ui, None, &text, "List them again", || {
+                    commands.push(Command::ListSkipped);
                 });
             }
         });
@@ -309,8 +300,8 @@ fn class_button(
     likely: Likely,
     key: Option<&str>,
     width: f32,
-    actions: &mut Actions,
-    action: impl FnOnce() -> Action,
+    commands: &mut Commands,
+    command: impl FnOnce() -> Command,
 ) {
     if workspace.document().labels().class(likely.class).is_none() {
         return;
@@ -318,7 +309,7 @@ fn class_button(
     let (name, color) = workspace.document().name_and_color(likely.class);
     let size = vec2(width, ui.spacing().interact_size.y);
     let (rect, response) = ui.allocate_exact_size(size, Sense::click());
-    let accessible = words::label_as(index, name);
+    let accessible = label_as(index, name);
     response.widget_info(|| WidgetInfo::labeled(Role::Button, true, &accessible));
     if ui.is_rect_visible(rect) {
         let visuals = ui.style().interact(&response);
@@ -334,7 +325,7 @@ fn class_button(
         let font = egui::FontId::proportional(12.0);
         let percent = ui
             .painter()
-            .layout_no_wrap(layers::percent(likely.probability), font, weak);
+            .layout_no_wrap(numbers::probability(likely.probability), font, weak);
         right -= percent.size().x;
         let top = rect.center().y - 0.5 * percent.size().y;
         ui.painter().galley(pos2(right, top), percent, weak);
@@ -345,8 +336,72 @@ fn class_button(
     if response.has_focus() {
         focus_ring(ui, rect);
     }
-    let hint = words::label_as_hint(name, likely.probability, key);
+    let hint = label_as_hint(name, likely.probability, key);
     if response.on_hover_text(hint).clicked() {
-        actions.push(action());
+        commands.push(command());
     }
+}
+
+/// Heading of the list.
+fn listed(count: usize) -> String {
+    match count {
+        0 => "No suggestions".to_owned(),
+        some => counted(some, "suggestion", "suggestions"),
+    }
+}
+
+/// Tooltip of the button that goes on; `back` is the key that goes back, empty where there is none.
+fn next_hint(back: &str) -> String {
+    let goes_on = "Goes to the next suggestion; the keys then answer it";
+    match back {
+        "" => goes_on.to_owned(),
+        back => format!("{goes_on}. {back} goes back"),
+    }
+}
+
+/// What a place was labelled with.
+fn labelled(class: &str) -> String {
+    format!("Labelled {class}")
+}
+
+/// Name of the picture that goes there.
+fn go_there(index: usize) -> String {
+    format!("Go to suggestion {}", index + 1)
+}
+
+/// What a label would settle, as a share of all pixels.
+fn settles(share: f32) -> String {
+    let percent = 100.0 * share;
+    if percent < 0.1 {
+        "settles less than 0.1% of the scene".to_owned()
+    } else {
+        format!("settles {percent:.1}% of the scene")
+    }
+}
+
+/// What was answered last.
+fn last_answer(class: &str) -> String {
+    format!("Last answer: {class}")
+}
+
+/// How many places are left out.
+fn skipped(count: usize) -> String {
+    format!("{count} skipped")
+}
+
+/// Name of the button that gives a place a class; the place at hand needs no number.
+fn label_as(index: Option<usize>, class: &str) -> String {
+    match index {
+        None => format!("Label as {class}"),
+        Some(index) => format!("Label suggestion {} as {class}", index + 1),
+    }
+}
+
+/// Tooltip of that button.
+fn label_as_hint(class: &str, probability: f32, key: Option<&str>) -> String {
+    let likely = format!(
+        "Labels this place as {class}, which is {} likely",
+        numbers::probability(probability)
+    );
+    key.map_or(likely.clone(), |key| format!("{likely}: {key}"))
 }

@@ -1,15 +1,16 @@
 //! The tool bar over the canvas, and the hint about what to do next.
 
 use egui::{Align, Layout, Slider, Ui};
+use inplace_model::settings::Settings;
+use inplace_model::tool::{LARGEST_BRUSH, Tool};
+use inplace_model::workspace::Workspace;
+use inplace_model::{Command, Commands, Model};
 
-use crate::action::{Action, Actions};
-use crate::canvas::{Tool, layer_menu};
-use crate::english::{layers, menu, tools as english};
-use crate::keymap::KeyMap;
-use crate::keys;
-use crate::state::{AppState, LARGEST_BRUSH, Settings};
+use crate::canvas::layer_menu;
+use crate::keys::table::{
+    BRUSH, COMPARE, ERASE, FIT, LARGER_BRUSH, POLYGON, POLYLINE, REDO, SELECT, SMALLER_BRUSH, UNDO, UiCommand,
+};
 use crate::widgets::{Icon, icon_button, icon_button_with};
-use crate::workspace::Workspace;
 
 /// Below this width words give way to tooltips, and below the other the layers' names to a list.
 const WORDY: f32 = 760.0;
@@ -21,8 +22,8 @@ const SPACIOUS: f32 = 784.0;
 pub const LEAST_WIDTH: f32 = 440.0;
 
 /// Draws the tool bar.
-pub fn show(ui: &mut Ui, state: &AppState, workspace: &Workspace, actions: &mut Actions) {
-    let settings = &state.settings;
+pub fn show(ui: &mut Ui, model: &Model, workspace: &Workspace, commands: &mut Commands) {
+    let settings = &model.settings;
     let width = ui.available_width();
     let (wordy, roomy) = (width >= WORDY, width >= ROOMY);
     ui.horizontal(|ui| {
@@ -30,25 +31,35 @@ pub fn show(ui: &mut Ui, state: &AppState, workspace: &Workspace, actions: &mut 
         if width < SPACIOUS {
             ui.spacing_mut().slider_width = 56.0;
         }
-        crate::view3d::switch(ui, workspace, actions);
+        crate::view3d::switch(ui, workspace, commands);
         ui.separator();
         for tool in Tool::ALL {
             let chosen = settings.tool == tool;
-            if icon_button_with(ui, icon_of(tool), english::tool(tool), chosen).clicked() {
-                actions.push(Action::ChooseTool(tool));
+            if icon_button_with(ui, icon_of(tool), &command_of(tool).named(ui.ctx()), chosen).clicked() {
+                commands.push(Command::ChooseTool(tool));
             }
         }
-        brush(ui, settings.brush, wordy, actions);
+        brush(ui, settings.brush, wordy, commands);
         ui.separator();
-        layers(ui, settings, (wordy, roomy), actions);
+        layers(ui, settings, (wordy, roomy), commands);
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             ui.spacing_mut().item_spacing.x = 4.0;
-            if icon_button(ui, Icon::Fit, english::FIT).clicked() {
-                actions.push(Action::Fit);
+            if icon_button(ui, Icon::Fit, &FIT.named(ui.ctx())).clicked() {
+                commands.push(Command::Fit);
             }
-            history(ui, workspace, actions);
+            history(ui, workspace, commands);
         });
     });
+}
+
+fn command_of(tool: Tool) -> &'static UiCommand {
+    match tool {
+        Tool::Brush => &BRUSH,
+        Tool::Polyline => &POLYLINE,
+        Tool::Polygon => &POLYGON,
+        Tool::Erase => &ERASE,
+        Tool::Select => &SELECT,
+    }
 }
 
 fn icon_of(tool: Tool) -> Icon {
@@ -61,69 +72,60 @@ fn icon_of(tool: Tool) -> Icon {
     }
 }
 
-fn brush(ui: &mut Ui, mut radius: u32, wordy: bool, actions: &mut Actions) {
+fn brush(ui: &mut Ui, mut radius: u32, wordy: bool, commands: &mut Commands) {
     ui.add_space(4.0);
     if wordy {
-        ui.label(english::BRUSH);
+        ui.label("Brush");
     }
     let slider = Slider::new(&mut radius, 0..=LARGEST_BRUSH)
         .logarithmic(true)
         .show_value(false);
-    let response = small_slider(ui, slider).accessible_name(english::BRUSH_NAME);
-    let [smaller, larger] = ["[", "]"].map(|key| keys::text(&KeyMap::of(ui.ctx()), key));
-    let response = response.on_hover_text(english::brush_hint(&smaller, &larger));
+    let response = small_slider(ui, slider).accessible_name("Brush size");
+    let [smaller, larger] = [&SMALLER_BRUSH, &LARGER_BRUSH].map(|command| command.key(ui.ctx()));
+    let response = response.on_hover_text(brush_hint(&smaller, &larger));
     if response.changed() {
-        actions.push(Action::SetBrush(radius));
+        commands.push(Command::SetBrush(radius));
     }
-    ui.add_sized([40.0, 20.0], egui::Label::new(english::pixels(radius)));
+    ui.add_sized([40.0, 20.0], egui::Label::new(pixels(radius)));
 }
 
-fn layers(ui: &mut Ui, settings: &Settings, (wordy, roomy): (bool, bool), actions: &mut Actions) {
+fn layers(ui: &mut Ui, settings: &Settings, (wordy, roomy): (bool, bool), commands: &mut Commands) {
     let width = if roomy { 152.0 } else { 88.0 };
-    if let Some(layer) = layer_menu(ui, layers::LAYER, settings.layer, width) {
-        actions.push(Action::ChooseLayer(layer));
+    if let Some(layer) = layer_menu(ui, "Layer", settings.layer, width) {
+        commands.push(Command::ChooseLayer(layer));
     }
-    if icon_button_with(ui, Icon::Compare, layers::COMPARE, settings.compare).clicked() {
-        actions.push(Action::ToggleCompare);
+    if icon_button_with(ui, Icon::Compare, &COMPARE.named(ui.ctx()), settings.compare).clicked() {
+        commands.push(Command::ToggleCompare);
     }
     ui.add_space(4.0);
     if wordy {
-        ui.label(layers::OPACITY);
+        ui.label("Opacity");
     }
     let mut percent = settings.opacity * 100.0;
     let other = settings.compare && settings.other_layer.covers();
     ui.add_enabled_ui(settings.layer.covers() || other, |ui| {
         let slider = Slider::new(&mut percent, 0.0..=100.0).integer().show_value(false);
-        let response = small_slider(ui, slider).accessible_name(layers::OPACITY);
-        let response = response.on_disabled_hover_text(layers::NO_OPACITY);
-        if response.on_hover_text(layers::OPACITY_EXPLAINED).changed() {
-            actions.push(Action::SetOpacity(percent / 100.0));
+        let response = small_slider(ui, slider).accessible_name("Opacity");
+        let response = response.on_disabled_hover_text("This layer does not lie over the image");
+        if response.on_hover_text("Opacity of the layer").changed() {
+            commands.push(Command::SetOpacity(percent / 100.0));
         }
     });
 }
 
-fn history(ui: &mut Ui, workspace: &Workspace, actions: &mut Actions) {
+fn history(ui: &mut Ui, workspace: &Workspace, commands: &mut Commands) {
     let history = workspace.document().history();
-    for (name, verb, keys, icon, action) in [
-        (
-            history.redo_name(),
-            menu::REDO,
-            "Ctrl+Shift+Z",
-            Icon::Redo,
-            Action::Redo,
-        ),
-        (
-            history.undo_name(),
-            menu::UNDO,
-            "Ctrl+Z",
-            Icon::Undo,
-            Action::Undo,
-        ),
+    for (edit, command, icon) in [
+        (history.redo_name(), &REDO, Icon::Redo),
+        (history.undo_name(), &UNDO, Icon::Undo),
     ] {
-        let text = english::history(verb, name, keys);
-        ui.add_enabled_ui(name.is_some(), |ui| {
+        let text = match edit {
+            Some(edit) => command.named_as(ui.ctx(), &format!("{} {edit}", command.name)),
+            None => command.name.to_owned(),
+        };
+        ui.add_enabled_ui(edit.is_some(), |ui| {
             if icon_button(ui, icon, &text).clicked() {
-                actions.push(action);
+                commands.push(command.command.clone());
             }
         });
     }
@@ -136,4 +138,18 @@ fn small_slider(ui: &mut Ui, slider: Slider<'_>) -> egui::Response {
         ui.add(slider)
     })
     .inner
+}
+
+/// What that slider sets, and the keys that do too; a key may be empty.
+fn brush_hint(smaller: &str, larger: &str) -> String {
+    let keys: Vec<&str> = [smaller, larger, "Ctrl+wheel"]
+        .into_iter()
+        .filter(|key| !key.is_empty())
+        .collect();
+    format!("Brush radius in image pixels: {}", keys.join(", "))
+}
+
+/// A radius in image pixels.
+fn pixels(radius: u32) -> String {
+    format!("{radius} px")
 }

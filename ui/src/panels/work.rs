@@ -1,20 +1,21 @@
 //! Work in the background that takes a while, and what came of it: exporting and importing.
 
 use egui::{Align2, Area, Id, Order, Ui, vec2};
+use inplace_core::export::Format;
+use inplace_model::exporting::ExportProgress;
+use inplace_model::text::counted;
+use inplace_model::{Command, Commands, Model};
 
-use crate::action::{Action, Actions};
-use crate::english::{dialogs, work};
-use crate::exporting::Progress;
-use crate::state::AppState;
+use super::parts::frames_done;
 use crate::widgets::long_work;
 
 /// Draws what is under way, and where the last export went, over the upper right corner of `area`.
-pub fn show(ctx: &egui::Context, state: &AppState, area: egui::Rect, actions: &mut Actions) {
-    let spreading = state
+pub fn show(ctx: &egui::Context, model: &Model, area: egui::Rect, commands: &mut Commands) {
+    let spreading = model
         .workspace()
         .is_some_and(|workspace| workspace.status().spreading_import);
-    let importing = state.importing.is_some() || spreading;
-    if state.export.is_none() && !importing {
+    let importing = model.importing.is_some() || spreading;
+    if model.export.is_none() && !importing {
         return;
     }
     Area::new(Id::unique("work"))
@@ -23,11 +24,11 @@ pub fn show(ctx: &egui::Context, state: &AppState, area: egui::Rect, actions: &m
         .fixed_pos(area.right_top() + vec2(-16.0, 16.0))
         .show(ctx, |ui| {
             let width = (area.width() - 64.0).clamp(160.0, 360.0);
-            if let Some(progress) = &state.export {
-                note(ui, width, |ui| export(ui, state, progress, actions));
+            if let Some(progress) = &model.export {
+                note(ui, width, |ui| export(ui, model, progress, commands));
             }
             if importing {
-                note(ui, width, |ui| import(ui, state.importing.is_some(), actions));
+                note(ui, width, |ui| import(ui, model.importing.is_some(), commands));
             }
         });
 }
@@ -39,48 +40,77 @@ fn note(ui: &mut Ui, width: f32, content: impl FnOnce(&mut Ui)) {
     });
 }
 
-fn export(ui: &mut Ui, state: &AppState, progress: &Progress, actions: &mut Actions) {
+fn export(ui: &mut Ui, model: &Model, progress: &ExportProgress, commands: &mut Commands) {
     match progress {
-        Progress::Writing(done, total) => {
+        ExportProgress::Writing(done, total) => {
             let share = *done as f32 / (*total).max(1) as f32;
             let (share, words) = match done {
-                _ if state.stopping_export => (Some(share), work::STOPPING.to_owned()),
-                0 if state.export_choice.format.has_frames() => (None, work::WAITING_FOR_MAPS.to_owned()),
-                0 => (None, work::MAKING_SURFACE.to_owned()),
-                _ => (Some(share), work::frames(*done, *total)),
+                _ if model.stopping_export => (Some(share), "Stopping".to_owned()),
+                0 if model.export_choice.format.has_frames() => (None, "Getting the newest maps".to_owned()),
+                0 => (None, "Making the surface from the newest maps".to_owned()),
+                _ => (Some(share), frames_done(*done, *total)),
             };
-            let cancel = (!state.stopping_export).then_some(work::CANCEL_EXPORT);
-            if long_work(ui, work::EXPORTING, (share, &words), cancel) {
-                actions.push(Action::CancelExport);
+            let cancel = (!model.stopping_export).then_some("Cancel export");
+            if long_work(ui, "Exporting", (share, &words), cancel) {
+                commands.push(Command::CancelExport);
             }
         }
-        Progress::Finished(folder, frames, format) => {
-            ui.strong(work::exported(*frames, *format));
+        ExportProgress::Finished(folder, frames, format) => {
+            ui.strong(exported(*frames, *format));
             let path = folder.display().to_string();
             ui.add(egui::Label::new(egui::RichText::new(&path).monospace()).wrap());
-            ui.weak(crate::english::export::files(*format));
+            ui.weak(files(*format));
             ui.horizontal_wrapped(|ui| {
-                if ui.button(work::OPEN_FOLDER).clicked() {
-                    actions.push(Action::ShowFolder(folder.clone()));
+                if ui.button("Open folder").clicked() {
+                    commands.push(Command::ShowFolder(folder.clone()));
                 }
-                if ui.button(work::COPY_PATH).clicked() {
-                    actions.push(Action::Copy(path));
+                if ui.button("Copy path").clicked() {
+                    commands.push(Command::Copy(path));
                 }
-                if ui.button(dialogs::CLOSE).clicked() {
-                    actions.push(Action::DismissExport);
+                if ui.button("Close").clicked() {
+                    commands.push(Command::DismissExport);
                 }
             });
         }
         // The messages say these.
-        Progress::Cancelled(..) | Progress::Failed(_) => {}
+        ExportProgress::Cancelled(..) | ExportProgress::Failed(_) => {}
     }
 }
 
 /// The images are being read, or else spread.
-fn import(ui: &mut Ui, reading: bool, actions: &mut Actions) {
-    let words = if reading { work::READING } else { work::SPREADING };
-    let cancel = reading.then_some(work::CANCEL_IMPORT);
-    if long_work(ui, work::IMPORTING, (None, words), cancel) {
-        actions.push(Action::CancelImport);
+fn import(ui: &mut Ui, reading: bool, commands: &mut Commands) {
+    let words = if reading {
+        "Reading the label images"
+    } else {
+        "Spreading them over the scene"
+    };
+    let cancel = reading.then_some("Cancel import");
+    if long_work(ui, "Importing labels", (None, words), cancel) {
+        commands.push(Command::CancelImport);
+    }
+}
+
+/// What is in the folder of an export, beside the strokes.
+fn files(format: Format) -> &'static str {
+    match format {
+        Format::Png => "labels, entropy and color as PNGs; classes.json; strokes.json",
+        Format::Overlay => "overlay as JPEGs; strokes.json",
+        Format::Voc => "the data set; cvat.zip; strokes.json",
+        Format::Cityscapes
+        | Format::CocoPanoptic
+        | Format::CocoInstances
+        | Format::Labelme
+        | Format::HuggingFace => "the data set; strokes.json",
+        Format::PointCloud => "cloud.ply, cloud_classes.ply; classes.json; strokes.json",
+        Format::Mesh => "mesh.ply, mesh_classes.ply; classes.json; strokes.json",
+    }
+}
+
+/// An export has ended.
+fn exported(frames: usize, format: Format) -> String {
+    if format.has_frames() {
+        format!("Exported {}", counted(frames, "frame", "frames"))
+    } else {
+        "Exported the surface".to_owned()
     }
 }

@@ -1,22 +1,15 @@
-//! The camera of the 3D view: it orbits a pivot with a level horizon.
+//! The camera of the 3D view with its area of the screen.
 //!
 //! Camera axes are OpenCV's (x right, y down, z forward), lengths are metres, screen positions and focal
 //! lengths are in points.
 
 use egui::{Pos2, Rect, Vec2, pos2};
 use glam::{Mat3, Mat4, Quat, Vec3, Vec4};
-use inplace_core::scene::{Frame, Scene};
+use inplace_core::scene::Scene;
+use inplace_model::space::{HALF_FIELD_OF_VIEW, OrbitCamera};
 
-/// Half of the angle that the shorter side of the view spans, in radians.
-const HALF_FIELD_OF_VIEW: f32 = 0.48;
 /// Nothing nearer to the eye is drawn, in metres.
 pub const NEAR: f32 = 0.02;
-/// Nearest and farthest distance from the eye to the pivot, in metres.
-const DISTANCES: (f32, f32) = (0.1, 500.0);
-/// The camera never looks straight up or down, where left and right would swap.
-const STEEPEST: f32 = 1.55;
-/// Radians that a drag over a point of the screen turns the scene by.
-const TURN_PER_POINT: f32 = 0.006;
 
 /// A rotation from level axes, whose y axis points down as gravity does, to the world.
 ///
@@ -30,151 +23,15 @@ pub fn level_axes(scene: &Scene) -> Quat {
     Quat::from_rotation_arc(Vec3::Y, down)
 }
 
-/// A ball around what is to be seen.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ball {
-    /// Its centre, in metres.
-    pub center: Vec3,
-    /// Its radius, in metres.
-    pub radius: f32,
+/// Moves the camera sideways so that its pivot follows a drag over so many points.
+pub fn pan(camera: &mut OrbitCamera, drag: Vec2, area: Rect) {
+    camera.pan(glam::vec2(drag.x, drag.y), focal_length(area));
 }
 
-/// Which way the camera looks, relative to level axes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Direction {
-    /// Turn to the right, in radians.
-    pub yaw: f32,
-    /// Turn upwards, in radians.
-    pub pitch: f32,
-}
-
-impl Default for Direction {
-    /// From above, over the corner of a room.
-    fn default() -> Self {
-        Self {
-            yaw: 0.6,
-            pitch: -0.75,
-        }
-    }
-}
-
-impl Direction {
-    /// That of a unit vector of the world.
-    fn along(level: Quat, forward: Vec3) -> Self {
-        let forward = level.inverse() * forward;
-        Self {
-            yaw: forward.x.atan2(forward.z),
-            pitch: (-forward.y).clamp(-1.0, 1.0).asin().clamp(-STEEPEST, STEEPEST),
-        }
-    }
-
-    fn rotation(self, level: Quat) -> Quat {
-        level * Quat::from_rotation_y(self.yaw) * Quat::from_rotation_x(self.pitch)
-    }
-}
-
-/// A camera that looks at a pivot from a distance.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct OrbitCamera {
-    /// What it looks at and turns around, in metres.
-    pub pivot: Vec3,
-    /// From the eye to the pivot, in metres.
-    pub distance: f32,
-    /// Which way it looks.
-    pub direction: Direction,
-    /// Level axes to world.
-    pub level: Quat,
-}
-
-impl OrbitCamera {
-    /// Looks at all of a ball.
-    pub fn fitted(ball: Ball, direction: Direction, level: Quat) -> Self {
-        let distance = ball.radius / HALF_FIELD_OF_VIEW.sin();
-        Self {
-            pivot: ball.center,
-            distance: distance.clamp(DISTANCES.0, DISTANCES.1),
-            direction,
-            level,
-        }
-    }
-
-    /// Stands where a frame was taken and looks the same way, at what is this far away; the horizon stays level.
-    pub fn at_frame(frame: &Frame, level: Quat, distance: f32) -> Self {
-        let forward = Vec3::from(frame.camera_to_world.matrix3.z_axis).normalize_or(Vec3::Z);
-        let direction = Direction::along(level, forward);
-        let distance = distance.clamp(DISTANCES.0, DISTANCES.1);
-        let forward = direction.rotation(level) * Vec3::Z;
-        Self {
-            pivot: frame.center() + distance * forward,
-            distance,
-            direction,
-            level,
-        }
-    }
-
-    /// Camera axes to world.
-    pub fn rotation(&self) -> Quat {
-        self.direction.rotation(self.level)
-    }
-
-    /// Where the camera is.
-    pub fn eye(&self) -> Vec3 {
-        self.pivot - self.distance * (self.rotation() * Vec3::Z)
-    }
-
-    /// Turns around the pivot, as a drag over so many points asks for.
-    pub fn orbit(&mut self, drag: Vec2) {
-        let yaw = self.direction.yaw + TURN_PER_POINT * drag.x;
-        self.direction.yaw = yaw.rem_euclid(std::f32::consts::TAU);
-        let pitch = self.direction.pitch - TURN_PER_POINT * drag.y;
-        self.direction.pitch = pitch.clamp(-STEEPEST, STEEPEST);
-    }
-
-    /// Moves sideways so that the pivot follows a drag over so many points.
-    pub fn pan(&mut self, drag: Vec2, area: Rect) {
-        let metres = self.distance / focal_length(area);
-        self.pivot -= self.rotation() * (metres * Vec3::new(drag.x, drag.y, 0.0));
-    }
-
-    /// Comes `factor` times as near; what is at the pivot's depth under a screen position stays there.
-    pub fn zoom_at(&mut self, area: Rect, cursor: Pos2, factor: f32) {
-        let distance = (self.distance / factor).clamp(DISTANCES.0, DISTANCES.1);
-        let moved = 1.0 - distance / self.distance;
-        let aside = (cursor - area.center()) * (self.distance / focal_length(area));
-        self.pivot += self.rotation() * (moved * Vec3::new(aside.x, aside.y, 0.0));
-        self.distance = distance;
-    }
-
-    /// A camera on the way to another: `share` 0 is this one and 1 the other. The eye moves along a straight line.
-    pub fn towards(&self, other: &Self, share: f32) -> Self {
-        let mix = |a: f32, b: f32| a + share * (b - a);
-        let turn = (other.direction.yaw - self.direction.yaw + std::f32::consts::PI)
-            .rem_euclid(std::f32::consts::TAU)
-            - std::f32::consts::PI;
-        let direction = Direction {
-            yaw: self.direction.yaw + share * turn,
-            pitch: mix(self.direction.pitch, other.direction.pitch),
-        };
-        let distance = mix(self.distance, other.distance);
-        let eye = self.eye().lerp(other.eye(), share);
-        let pivot = eye + distance * (direction.rotation(other.level) * Vec3::Z);
-        Self {
-            pivot,
-            distance,
-            direction,
-            level: other.level,
-        }
-    }
-
-    /// What it sees in an area of the screen.
-    pub fn sight(&self, area: Rect) -> Sight {
-        Sight {
-            eye: self.eye(),
-            rotation: Mat3::from_quat(self.rotation()),
-            focal: focal_length(area),
-            area,
-        }
-    }
+/// Comes `factor` times as near; what is at the pivot's depth under a screen position stays there.
+pub fn zoom_at(camera: &mut OrbitCamera, area: Rect, cursor: Pos2, factor: f32) {
+    let aside = cursor - area.center();
+    camera.zoom(glam::vec2(aside.x, aside.y), focal_length(area), factor);
 }
 
 fn focal_length(area: Rect) -> f32 {
@@ -204,6 +61,16 @@ pub struct Sight {
 }
 
 impl Sight {
+    /// What a camera sees in an area of the screen.
+    pub fn new(camera: &OrbitCamera, area: Rect) -> Self {
+        Self {
+            eye: camera.eye(),
+            rotation: Mat3::from_quat(camera.rotation()),
+            focal: focal_length(area),
+            area,
+        }
+    }
+
     /// Screen position of a point of the world, and its depth in metres; `None` behind the near plane.
     pub fn project(&self, point: Vec3) -> Option<(Pos2, f32)> {
         let local = self.rotation.transpose() * (point - self.eye);
@@ -245,6 +112,7 @@ impl Sight {
 mod tests {
     use super::*;
     use egui::vec2;
+    use inplace_model::space::{Ball, Direction};
 
     const AREA: Rect = Rect {
         min: pos2(200.0, 80.0),
@@ -264,8 +132,8 @@ mod tests {
     fn orbiting_keeps_pivot_and_distance_and_a_level_horizon() {
         let mut camera = camera();
         let down = camera.level * Vec3::Y;
-        for drag in [vec2(40.0, 10.0), vec2(-300.0, 900.0), vec2(5.0, -4000.0)] {
-            camera.orbit(drag);
+        for drag in [[40.0, 10.0], [-300.0, 900.0], [5.0, -4000.0]] {
+            camera.orbit(drag.into());
             assert_eq!(camera.pivot, BALL.center);
             assert!((camera.eye().distance(camera.pivot) - camera.distance).abs() < 1e-3);
             assert!((camera.rotation() * Vec3::X).dot(down).abs() < 1e-5);
@@ -277,15 +145,15 @@ mod tests {
     fn dragging_to_the_right_and_down_takes_what_is_near_along() {
         let mut camera = camera();
         let near = camera.pivot - 0.5 * (camera.rotation() * Vec3::Z);
-        let (before, _) = camera.sight(AREA).project(near).unwrap();
-        camera.orbit(vec2(20.0, 20.0));
-        let (after, _) = camera.sight(AREA).project(near).unwrap();
+        let (before, _) = Sight::new(&camera, AREA).project(near).unwrap();
+        camera.orbit(glam::vec2(20.0, 20.0));
+        let (after, _) = Sight::new(&camera, AREA).project(near).unwrap();
         assert!(after.x > before.x && after.y > before.y);
     }
 
     #[test]
     fn a_fitted_view_shows_the_whole_ball_and_not_much_else() {
-        let sight = camera().sight(AREA);
+        let sight = Sight::new(&camera(), AREA);
         let mut farthest: f32 = 0.0;
         for step in 0..200 {
             let (a, b) = (step as f32 * 0.7, step as f32 * 0.11);
@@ -299,7 +167,7 @@ mod tests {
 
     #[test]
     fn a_screen_position_survives_the_way_into_the_world_and_back() {
-        let sight = camera().sight(AREA);
+        let sight = Sight::new(&camera(), AREA);
         for position in [AREA.center(), pos2(210.0, 90.0), pos2(700.0, 555.0)] {
             let ray = sight.ray(position);
             let (back, _) = sight.project(ray.origin + 3.0 * ray.direction).unwrap();
@@ -310,7 +178,7 @@ mod tests {
 
     #[test]
     fn clip_space_is_the_screen_and_nearer_is_greater() {
-        let sight = camera().sight(AREA);
+        let sight = Sight::new(&camera(), AREA);
         let matrix = sight.clip_from_world();
         let point = BALL.center + Vec3::new(0.4, -0.3, 0.2);
         let (position, depth) = sight.project(point).unwrap();
@@ -324,12 +192,12 @@ mod tests {
     fn zooming_keeps_what_is_under_the_cursor_at_the_pivots_depth() {
         let mut camera = camera();
         let cursor = pos2(800.0, 200.0);
-        let ray = camera.sight(AREA).ray(cursor);
+        let ray = Sight::new(&camera, AREA).ray(cursor);
         let forward = camera.rotation() * Vec3::Z;
         let point = ray.origin + ray.direction * (camera.distance / ray.direction.dot(forward));
         let before = camera.distance;
-        camera.zoom_at(AREA, cursor, 1.5);
-        let (after, _) = camera.sight(AREA).project(point).unwrap();
+        zoom_at(&mut camera, AREA, cursor, 1.5);
+        let (after, _) = Sight::new(&camera, AREA).project(point).unwrap();
         assert!((after - cursor).length() < 0.05);
         assert!(camera.distance < before);
     }
@@ -338,15 +206,15 @@ mod tests {
     fn panning_takes_the_pivot_along() {
         let mut camera = camera();
         let pivot = camera.pivot;
-        camera.pan(vec2(60.0, -25.0), AREA);
-        let (position, _) = camera.sight(AREA).project(pivot).unwrap();
+        pan(&mut camera, vec2(60.0, -25.0), AREA);
+        let (position, _) = Sight::new(&camera, AREA).project(pivot).unwrap();
         assert!((position - (AREA.center() + vec2(60.0, -25.0))).length() < 0.05);
     }
 
     #[test]
     fn a_flight_starts_here_and_ends_there_by_the_shorter_turn() {
         let (from, mut to) = (camera(), camera());
-        to.orbit(vec2(-900.0, 100.0));
+        to.orbit(glam::vec2(-900.0, 100.0));
         to.pivot += Vec3::ONE;
         for (share, end) in [(0.0, &from), (1.0, &to)] {
             let camera = from.towards(&to, share);

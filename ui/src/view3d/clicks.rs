@@ -2,32 +2,22 @@
 
 use std::sync::Arc;
 
-use egui::{PointerButton, Pos2, Response, Ui};
+use egui::{PointerButton, Response, Ui};
 
 use inplace_core::labels::{ClassId, Stroke};
+use inplace_model::space::OrbitCamera;
+use inplace_model::workspace::Workspace;
+use inplace_model::{Command, Commands};
 
-use super::View3d;
-use super::camera::{OrbitCamera, Ray, Sight};
+use super::camera::Sight;
 use super::cloud::Prepared;
 use super::controls::Notice;
 use super::overlay::Mark;
 use super::pick::{Hit, Purpose, Question};
-use crate::action::{Action, Actions};
-use crate::english::view3d as english;
-use crate::workspace::Workspace;
+use super::{Click, View3d};
 
 /// How far beside a splat a click may be, in points.
 const SLACK: f32 = 3.0;
-
-/// A click that may yet be the first of a double click.
-pub struct Click {
-    /// Where it was.
-    pub position: Pos2,
-    ray: Ray,
-    slack: f32,
-    /// When it is a click of its own.
-    due: f64,
-}
 
 impl View3d {
     /// A click on a mark goes there, one on the surface labels it, a double click turns around that place.
@@ -44,7 +34,7 @@ impl View3d {
             .ctx()
             .options(|options| options.input_options.max_double_click_delay);
         let slack = SLACK / sight.focal;
-        let ask = |ray: Ray, slack: f32, purpose: Purpose| Question {
+        let ask = |ray, slack, purpose| Question {
             serial: workspace.serial(),
             scene: Arc::clone(workspace.scene()),
             cloud: Arc::clone(&prepared.cloud),
@@ -61,7 +51,7 @@ impl View3d {
                 if let Some(mark) = pointed {
                     let frame = match mark {
                         Mark::Frame(frame) => frame,
-                        Mark::Suggestion(index) => workspace.suggestions()[index].frame,
+                        Mark::Suggestion(index) => workspace.suggestions().listed()[index].frame,
                     };
                     self.fly_to(frame, (workspace, prepared), camera, now, Some(mark));
                     ui.ctx().request_repaint();
@@ -92,7 +82,7 @@ impl View3d {
         camera: &OrbitCamera,
         workspace: &Workspace,
         now: f64,
-        actions: &mut Actions,
+        commands: &mut Commands,
     ) {
         while let Some(picked) = self.picker.next() {
             if picked.scene != workspace.serial() {
@@ -105,16 +95,16 @@ impl View3d {
                 (Purpose::Pivot, None) => {}
                 (Purpose::Label, hit) => {
                     self.asked = None;
-                    self.label(hit, workspace, now, actions);
+                    self.label(hit, workspace, now, commands);
                 }
             }
         }
     }
 
-    fn label(&mut self, hit: Option<Hit>, workspace: &Workspace, now: f64, actions: &mut Actions) {
+    fn label(&mut self, hit: Option<Hit>, workspace: &Workspace, now: f64, commands: &mut Commands) {
         let seen = hit.map(|hit| hit.seen);
         if let Some(Some((frame, pixel))) = seen {
-            actions.push(Action::LabelSeen { frame, pixel });
+            commands.push(Command::LabelSeen { frame, pixel });
             // Without a class the name of the first one is asked for; a lock's refusal is told elsewhere.
             let taken = |class: &ClassId| {
                 let click = Stroke::click(frame, *class, pixel);
@@ -125,9 +115,9 @@ impl View3d {
             }
         } else {
             let words = if seen.is_some() {
-                english::NOT_SEEN
+                "No frame shows this place well enough to label it"
             } else {
-                english::NOTHING_THERE
+                "There is no surface under the pointer"
             };
             self.notice = Some(Notice::words(words, now));
         }

@@ -5,30 +5,14 @@ use std::sync::{Arc, Weak};
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use inplace_core::semantics::{Node, Posterior, Surface};
+use inplace_model::space::Ball;
+use inplace_model::versioned::Version;
+use inplace_model::workspace::LabelledSurface;
 
-use super::camera::Ball;
 use crate::background::{Background, Desk, Gone};
 
 /// Share of the nodes on each side of each axis that the ball around the surface may leave out.
 const OUTLIERS: f32 = 0.005;
-
-/// A surface and what is known of its nodes.
-#[derive(Clone, Debug)]
-pub struct Answer {
-    /// Tells scenes apart.
-    pub scene: u64,
-    /// The surface.
-    pub surface: Arc<Surface>,
-    /// Class and entropy of each node.
-    pub posterior: Arc<Posterior>,
-}
-
-impl Answer {
-    /// Whether both are the very same as those of another.
-    pub fn is(&self, other: &Self) -> bool {
-        Arc::ptr_eq(&self.surface, &other.surface) && Arc::ptr_eq(&self.posterior, &other.posterior)
-    }
-}
 
 /// One splat as the renderer reads it.
 #[repr(C)]
@@ -55,8 +39,8 @@ impl Splat {
 /// The splats of a surface, in an order of which every beginning is spread over all of it.
 #[derive(Debug)]
 pub struct Cloud {
-    /// No other cloud of this window has it.
-    pub serial: u64,
+    /// No other cloud has it.
+    pub version: Version,
     /// What it was made of.
     pub surface: Arc<Surface>,
     /// The splats.
@@ -71,7 +55,7 @@ pub struct Cloud {
 #[derive(Debug)]
 pub struct Values {
     /// No others of this window have it.
-    pub serial: u64,
+    pub version: Version,
     /// Class in the lower 16 bits, entropy in the upper ones, as in
     /// [`FrameMap`](inplace_core::session::FrameMap); in the order of the splats.
     pub values: Vec<u32>,
@@ -85,19 +69,19 @@ pub struct Prepared {
     /// What is known of them.
     pub values: Arc<Values>,
     /// What both were made of.
-    pub answer: Answer,
+    pub surface: LabelledSurface,
 }
 
 impl Cloud {
     /// The splats of a surface; what meets nothing, far around it, is left out.
-    pub fn new(surface: &Arc<Surface>, serial: u64) -> Self {
+    pub fn new(surface: &Arc<Surface>) -> Self {
         let nodes = surface.graph.nodes();
         let is_near = |&node: &u32| !surface.is_on_shell(&nodes[node as usize]);
         let mut order: Vec<u32> = (0..nodes.len() as u32).filter(is_near).collect();
         order.sort_unstable_by_key(|&node| scrambled(node));
         let splats: Vec<Splat> = order.iter().map(|&node| splat(&nodes[node as usize])).collect();
         Self {
-            serial,
+            version: Version::new(),
             surface: Arc::clone(surface),
             ball: ball(&splats),
             splats,
@@ -108,13 +92,13 @@ impl Cloud {
 
 impl Values {
     /// What a posterior of the cloud's surface says.
-    pub fn new(cloud: &Cloud, posterior: &Posterior, serial: u64) -> Self {
+    pub fn new(cloud: &Cloud, posterior: &Posterior) -> Self {
         let value = |&node: &u32| {
             let of = |values: &[u16]| u32::from(values.get(node as usize).copied().unwrap_or(0));
             of(&posterior.labels) | of(&posterior.entropy) << 16
         };
         Self {
-            serial,
+            version: Version::new(),
             values: cloud.nodes.iter().map(value).collect(),
         }
     }
@@ -159,10 +143,10 @@ fn ball(splats: &[Splat]) -> Ball {
     }
 }
 
-/// Prepares answers on a thread; the newest wins.
+/// Prepares surfaces on a thread; the newest wins.
 pub struct Preparer {
-    thread: Background<Answer, Prepared>,
-    asked: Option<Answer>,
+    thread: Background<LabelledSurface, Prepared>,
+    asked: Option<LabelledSurface>,
     newest: Option<Prepared>,
 }
 
@@ -176,10 +160,10 @@ impl Preparer {
         }
     }
 
-    /// The newest that is ready; asks for this answer if it has not been asked for. Keeps nothing without one.
-    pub fn get(&mut self, answer: Option<&Answer>) -> Option<&Prepared> {
+    /// The newest that is ready; asks for this surface if it has not been asked for. Keeps nothing without one.
+    pub fn get(&mut self, surface: Option<&LabelledSurface>) -> Option<&Prepared> {
         let made = self.thread.newest();
-        let Some(answer) = answer else {
+        let Some(surface) = surface else {
             self.asked = None;
             self.newest = None;
             return None;
@@ -187,31 +171,29 @@ impl Preparer {
         if made.is_some() {
             self.newest = made;
         }
-        if !self.asked.as_ref().is_some_and(|asked| asked.is(answer)) {
-            self.asked = Some(answer.clone());
-            self.thread.ask(answer.clone());
+        if !self.asked.as_ref().is_some_and(|asked| asked.is(surface)) {
+            self.asked = Some(surface.clone());
+            self.thread.ask(surface.clone());
         }
         self.newest.as_ref()
     }
 }
 
-fn prepare(desk: &Desk<Answer, Prepared>) -> Result<(), Gone> {
+fn prepare(desk: &Desk<LabelledSurface, Prepared>) -> Result<(), Gone> {
     // Only the window holds it: a scene that is closed takes no memory.
     let mut last: Weak<Cloud> = Weak::new();
-    let mut serial = 0;
     loop {
-        let answer = desk.newest()?;
-        serial += 1;
+        let labelled = desk.newest()?;
         let cloud = match last.upgrade() {
-            Some(cloud) if Arc::ptr_eq(&cloud.surface, &answer.surface) => cloud,
-            _ => Arc::new(Cloud::new(&answer.surface, serial)),
+            Some(cloud) if Arc::ptr_eq(&cloud.surface, &labelled.surface) => cloud,
+            _ => Arc::new(Cloud::new(&labelled.surface)),
         };
         last = Arc::downgrade(&cloud);
-        let values = Arc::new(Values::new(&cloud, &answer.posterior, serial));
+        let values = Arc::new(Values::new(&cloud, &labelled.posterior));
         desk.tell(Prepared {
             cloud,
             values,
-            answer,
+            surface: labelled,
         })?;
     }
 }
@@ -248,7 +230,7 @@ pub(super) mod tests {
 
     #[test]
     fn every_beginning_of_the_splats_is_spread_over_the_surface() {
-        let cloud = Cloud::new(&floor(40), 1);
+        let cloud = Cloud::new(&floor(40));
         assert_eq!(cloud.splats.len(), 1600, "the shell is left out");
         let begun = &cloud.splats[..160];
         for quarter in 0..4 {
@@ -265,23 +247,23 @@ pub(super) mod tests {
 
     #[test]
     fn values_stand_beside_their_splats() {
-        let cloud = Cloud::new(&floor(3), 1);
+        let cloud = Cloud::new(&floor(3));
         let posterior = Posterior {
             labels: (0..10).collect(),
             entropy: (0..10).map(|node| 100 * node).collect(),
             ..Posterior::default()
         };
-        let values = Values::new(&cloud, &posterior, 2);
+        let values = Values::new(&cloud, &posterior);
         for (value, &node) in values.values.iter().zip(&cloud.nodes) {
             assert_eq!((value & 0xffff, value >> 16), (node, 100 * node));
         }
     }
 
     #[test]
-    fn the_newest_answer_is_prepared_and_an_older_surface_is_not_made_again() {
+    fn the_newest_surface_is_prepared_and_an_older_surface_is_not_made_again() {
         let mut preparer = Preparer::new(egui::Context::default());
         let surface = floor(5);
-        let answer = |class: u16| Answer {
+        let labelled = |class: u16| LabelledSurface {
             scene: 1,
             surface: Arc::clone(&surface),
             posterior: Arc::new(Posterior {
@@ -290,23 +272,26 @@ pub(super) mod tests {
                 ..Posterior::default()
             }),
         };
-        let until_ready = |preparer: &mut Preparer, answer: &Answer| {
+        let until_ready = |preparer: &mut Preparer, wanted: &LabelledSurface| {
             let start = std::time::Instant::now();
             loop {
-                if let Some(ready) = preparer.get(Some(answer)).filter(|ready| ready.answer.is(answer)) {
+                if let Some(ready) = preparer
+                    .get(Some(wanted))
+                    .filter(|ready| ready.surface.is(wanted))
+                {
                     return ready.clone();
                 }
                 assert!(start.elapsed().as_secs() < 20, "nothing was prepared");
                 std::thread::sleep(std::time::Duration::from_millis(1));
             }
         };
-        let first = until_ready(&mut preparer, &answer(1));
-        let (second, third) = (answer(2), answer(3));
+        let first = until_ready(&mut preparer, &labelled(1));
+        let (second, third) = (labelled(2), labelled(3));
         preparer.get(Some(&second));
         let last = until_ready(&mut preparer, &third);
         assert!(Arc::ptr_eq(&first.cloud, &last.cloud));
         assert_eq!(last.values.values, [3; 25]);
-        assert_ne!(first.values.serial, last.values.serial);
+        assert_ne!(first.values.version, last.values.version);
         assert!(preparer.get(None).is_none());
     }
 }

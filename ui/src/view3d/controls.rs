@@ -2,32 +2,41 @@
 
 use egui::{Color32, FontId, Layout, Rect, Sense, Stroke, Ui, UiBuilder, WidgetInfo, pos2, vec2};
 use inplace_core::labels::{ClassId, Pixel};
+use inplace_model::space::Space;
+use inplace_model::view::ImagePart;
+use inplace_model::workspace::Workspace;
+use inplace_model::{Command, Commands};
 
-use super::Space;
-use crate::action::{Action, Actions};
-use crate::canvas::{Look, stroke_color};
-use crate::english::view3d as english;
-use crate::keys;
-use crate::surroundings::surroundings;
+use crate::canvas::{rect_of, stroke_color};
+use crate::keys::table::SPACE;
 use crate::theme;
-use crate::thumbnails::{Source, Subject, Thumbnails};
-use crate::workspace::Workspace;
+use crate::thumbnails::Thumbnails;
+
+/// What the pointer does, a gesture and what it does each.
+const GESTURES: [(&str, &str); 6] = [
+    ("Click", "label"),
+    ("Drag", "turn"),
+    ("Middle drag", "move"),
+    ("Wheel", "zoom"),
+    ("Double-click", "turn around that place"),
+    ("F", "fit"),
+];
 
 /// Seconds that a notice is shown.
 const NOTICE_SECONDS: f64 = 5.0;
 const MARGIN: f32 = 12.0;
 
 /// The two buttons that choose what is in the middle of the window.
-pub fn switch(ui: &mut Ui, workspace: &Workspace, actions: &mut Actions) {
-    for (space, name) in [(false, english::SHOW_FRAME), (true, english::SHOW_SPACE)] {
+pub fn switch(ui: &mut Ui, workspace: &Workspace, commands: &mut Commands) {
+    for (space, name) in [(false, "Frame"), (true, "3D")] {
         let chosen = workspace.space.shown == space;
         let choice = ui.selectable_label(chosen, name);
         if choice
-            .on_hover_text(keys::named(ui.ctx(), english::SWITCH_HINT))
+            .on_hover_text(SPACE.named_as(ui.ctx(), SPACE.does))
             .clicked()
             && !chosen
         {
-            actions.push(Action::ToggleSpace);
+            commands.push(Command::ToggleSpace);
         }
     }
 }
@@ -41,11 +50,11 @@ pub fn show(ui: &mut Ui, area: Rect, space: &mut Space) -> bool {
     ui.scope_builder(place, |ui| {
         plate(ui).show(ui, |ui| {
             ui.horizontal(|ui| {
-                fly = ui.button(english::FLY).on_hover_text(english::FLY_HINT).clicked();
-                ui.checkbox(&mut space.see_through, english::SEE_THROUGH)
-                    .on_hover_text(english::SEE_THROUGH_HINT);
-                ui.checkbox(&mut space.cameras, english::CAMERAS)
-                    .on_hover_text(english::CAMERAS_HINT);
+                fly = ui.button("Fly to this frame").on_hover_text("Looks from where the frame in view was taken").clicked();
+                ui.checkbox(&mut space.see_through, "See into rooms")
+                    .on_hover_text("Leaves out walls and ceilings that are seen from behind, so that you look into the room from outside");
+                ui.checkbox(&mut space.cameras, "Cameras")
+                    .on_hover_text("Shows where the frames were taken; click on one to go to its frame");
             });
         });
     });
@@ -77,14 +86,14 @@ pub fn gestures(ui: &Ui, area: Rect) {
     let visuals = ui.visuals();
     let font = FontId::proportional(12.0);
     let mut job = egui::text::LayoutJob::default();
-    for (index, (gesture, does)) in english::GESTURES.into_iter().enumerate() {
+    for (index, (gesture, does)) in GESTURES.into_iter().enumerate() {
         let gap = if index == 0 { 0.0 } else { 14.0 };
         let format = |color| egui::TextFormat::simple(font.clone(), color);
         job.append(gesture, gap, format(visuals.strong_text_color()));
         job.append(does, 5.0, format(visuals.weak_text_color()));
     }
     job.wrap.max_width = area.width() - 2.0 * MARGIN - 16.0;
-    let words: Vec<String> = english::GESTURES
+    let words: Vec<String> = GESTURES
         .iter()
         .map(|(gesture, does)| format!("{gesture}: {does}"))
         .collect();
@@ -127,7 +136,7 @@ impl Notice {
             .map(|frame| frame.stem.as_str());
         let (name, _) = workspace.document().name_and_color(class);
         Self {
-            words: english::labelled(name, stem.unwrap_or_default()),
+            words: labelled(name, stem.unwrap_or_default()),
             label: Some((frame, pixel, class)),
             until: now + NOTICE_SECONDS,
         }
@@ -166,18 +175,23 @@ fn picture(
     workspace: &Workspace,
     thumbnails: &mut Thumbnails,
 ) {
-    let subject = Subject::Place(frame, pixel);
-    let thumbnail = thumbnails.get(subject, 1, || Source::of_frame(workspace, frame, Look::PLAIN));
+    let thumbnail = thumbnails.place(workspace, frame, pixel);
     let Some(thumbnail) = thumbnail else {
         return;
     };
     let fitted = thumbnail.paint(ui.painter(), rect);
     if let Some(camera) = workspace.scene().frames.get(frame).map(|frame| frame.camera) {
-        let part = surroundings(vec2(camera.width as f32, camera.height as f32), pixel, &[]);
+        let size = glam::vec2(camera.width as f32, camera.height as f32);
+        let part = rect_of(ImagePart::around(size, pixel, &[]));
         let place = pos2(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5);
         let center = fitted.min + (place - part.min) / part.size() * fitted.size();
         let color = stroke_color(workspace, class);
         ui.painter()
             .circle(center, 4.0, color, Stroke::new(1.5, Color32::WHITE));
     }
+}
+
+/// A click became a stroke on a frame.
+fn labelled(class: &str, frame: &str) -> String {
+    format!("{class}, on frame {frame}")
 }

@@ -3,12 +3,13 @@
 use egui::epaint::{Mesh, Vertex, WHITE_UV};
 use egui::{Color32, Painter, Pos2, Shape, vec2};
 use glam::Vec3;
+use inplace_model::layer::Layer;
+use inplace_model::palette::{Palette, Table};
 
 use super::camera::Sight;
 use super::cloud::{Prepared, Splat};
-use super::gpu::SplatLook;
+use super::look::SplatLook;
 use super::pick::SPLAT_RADIUS;
-use crate::canvas::{Layer, Palette, Table};
 
 /// Most splats drawn: egui cuts them into triangles anew in every frame.
 const MOST: usize = 6_000;

@@ -1,6 +1,7 @@
 //! A smooth movement of the camera to another place.
 
-use super::camera::OrbitCamera;
+use inplace_model::space::OrbitCamera;
+
 use super::overlay::Mark;
 
 /// Seconds that it takes.

@@ -1,7 +1,7 @@
 //! The splats drawn by wgpu into a picture of their own, which has depth, and that picture in the window.
 //!
 //! The picture is drawn anew only when it would differ. While the camera moves, the beginning of the splats is drawn
-//! larger, as many as the pace of the window allows; at rest all of them are drawn, over several frames where they are
+//! larger, as many as the budget allows; at rest all of them are drawn, over several frames where they are
 //! too many for one, into a second picture that takes the place of the first when it is complete.
 
 mod pipelines;
@@ -11,17 +11,20 @@ use std::sync::Arc;
 use bytemuck::{Pod, Zeroable};
 use egui_wgpu::{CallbackResources, CallbackTrait, ScreenDescriptor};
 use glam::Mat4;
+use inplace_model::layer::Layer;
+use inplace_model::palette::{PALETTE_COLUMNS, Palette, Table};
+use inplace_model::versioned::Versioned;
 use wgpu::util::DeviceExt;
 
-pub use pipelines::bind;
 use pipelines::{layout, show_pipeline, splat_pipeline};
 
+use super::budget::DrawnSplats;
 use super::camera::Sight;
-use super::cloud::{Prepared, Splat};
-use super::pace::Progress;
+use super::cloud::Prepared;
+use super::formats::bind;
+use super::look::SplatLook;
 use super::pick::SPLAT_RADIUS;
 use super::targets::{Picture, Target};
-use crate::canvas::{Layer, PALETTE_COLUMNS, Palette, Table};
 
 /// Least radius of a splat in physical pixels.
 const LEAST_PIXELS: f32 = 0.8;
@@ -29,19 +32,6 @@ const LEAST_PIXELS: f32 = 0.8;
 const MOST_GROWTH: f32 = 4.0;
 /// More than their number asks for: a random part of the splats leaves holes between clumps.
 const CLUMPS: f32 = 1.3;
-
-/// How the splats are coloured, and which of them are drawn.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SplatLook {
-    /// What lies over their colour.
-    pub layer: Layer,
-    /// How much it covers, 0..=1.
-    pub opacity: f32,
-    /// Whether splats that face away are left out.
-    pub see_through: bool,
-    /// What is behind them.
-    pub background: egui::Color32,
-}
 
 /// One view of the splats.
 pub struct Draw {
@@ -51,8 +41,8 @@ pub struct Draw {
     pub sight: Sight,
     /// How they are coloured.
     pub look: SplatLook,
-    /// The classes' colours, and a number that changes with them.
-    pub palette: (Arc<Palette>, u64),
+    /// The classes' colours.
+    pub palette: Versioned<Arc<Palette>>,
     /// Whether the camera is moving.
     pub moving: bool,
     /// Splats that may be drawn in this frame.
@@ -60,7 +50,7 @@ pub struct Draw {
     /// The window's pixel format.
     pub target: wgpu::TextureFormat,
     /// Learns how many were drawn.
-    pub progress: Arc<Progress>,
+    pub drawn: Arc<DrawnSplats>,
     /// To go on in the next frame.
     pub ctx: egui::Context,
 }
@@ -89,12 +79,6 @@ struct PlaceUniforms {
     padding: u32,
 }
 
-/// A buffer or texture and the serial number of what it holds.
-struct Held<T> {
-    serial: u64,
-    held: T,
-}
-
 /// What stays with the renderer between frames.
 pub struct Renderer {
     splat_pipeline: wgpu::RenderPipeline,
@@ -103,10 +87,10 @@ pub struct Renderer {
     show_pipeline: wgpu::RenderPipeline,
     show_layout: wgpu::BindGroupLayout,
     place_uniforms: wgpu::Buffer,
-    splats: Option<Held<wgpu::Buffer>>,
-    values: Option<Held<wgpu::Buffer>>,
+    splats: Option<Versioned<wgpu::Buffer>>,
+    values: Option<Versioned<wgpu::Buffer>>,
     /// Binds the uniforms and the palette.
-    palette: Option<Held<wgpu::BindGroup>>,
+    palette: Option<Versioned<wgpu::BindGroup>>,
     /// What is shown, and what is being drawn to take its place.
     targets: Option<[Target; 2]>,
 }
@@ -171,7 +155,7 @@ impl Renderer {
             return;
         };
         if shown.holds(&wanted, total) || draw.moving && shown.picture.as_ref() == Some(&wanted) {
-            draw.progress.tell(0);
+            draw.drawn.tell(0);
             return;
         }
         let same_view = |target: &Target| target.picture.as_ref().is_some_and(|own| own.same_view(&wanted));
@@ -202,9 +186,9 @@ impl Renderer {
         let mut pass = target.pass(encoder, draw.look.background);
         if let (Some(splats), Some(values), Some(palette)) = (&self.splats, &self.values, &self.palette) {
             pass.set_pipeline(&self.splat_pipeline);
-            pass.set_bind_group(0, &palette.held, &[]);
-            pass.set_vertex_buffer(0, splats.held.slice(..));
-            pass.set_vertex_buffer(1, values.held.slice(..));
+            pass.set_bind_group(0, &**palette, &[]);
+            pass.set_vertex_buffer(0, splats.slice(..));
+            pass.set_vertex_buffer(1, values.slice(..));
             pass.draw(0..4, range.start as u32..range.end as u32);
         }
         drop(pass);
@@ -216,7 +200,7 @@ impl Renderer {
                 .into_iter()
                 .for_each(|targets| targets.swap(0, 1));
         }
-        draw.progress.tell(range.len());
+        draw.drawn.tell(range.len());
         // Newer values may have come while this picture was drawn.
         draw.ctx.request_repaint();
     }
@@ -233,25 +217,22 @@ impl Renderer {
         if self
             .splats
             .as_ref()
-            .is_none_or(|held| held.serial != cloud.serial)
+            .is_none_or(|held| held.version() != cloud.version)
         {
-            self.splats = Some(Held {
-                serial: cloud.serial,
-                held: vertices(bytemuck::cast_slice(&cloud.splats)),
-            });
+            let buffer = vertices(bytemuck::cast_slice(&cloud.splats));
+            self.splats = Some(Versioned::with(buffer, cloud.version));
         }
         if self
             .values
             .as_ref()
-            .is_none_or(|held| held.serial != values.serial)
+            .is_none_or(|held| held.version() != values.version)
         {
-            self.values = Some(Held {
-                serial: values.serial,
-                held: vertices(bytemuck::cast_slice(&values.values)),
-            });
+            let buffer = vertices(bytemuck::cast_slice(&values.values));
+            self.values = Some(Versioned::with(buffer, values.version));
         }
-        let (palette, serial) = &draw.palette;
-        if self.palette.as_ref().is_none_or(|held| held.serial != *serial) {
+        let palette = &draw.palette;
+        let version = palette.version();
+        if self.palette.as_ref().is_none_or(|held| held.version() != version) {
             let texture = device.create_texture_with_data(
                 queue,
                 &wgpu::TextureDescriptor {
@@ -273,10 +254,7 @@ impl Renderer {
             );
             let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
             let held = bind(device, &self.splat_layout, 0, &self.splat_uniforms, &view);
-            self.palette = Some(Held {
-                serial: *serial,
-                held,
-            });
+            self.palette = Some(Versioned::with(held, version));
         }
     }
 }
@@ -291,15 +269,15 @@ impl Draw {
     fn picture(&self) -> Picture {
         Picture {
             clip_from_world: self.sight.clip_from_world(),
-            cloud: self.prepared.cloud.serial,
-            values: self.prepared.values.serial,
-            palette: self.palette.1,
+            cloud: self.prepared.cloud.version,
+            values: self.prepared.values.version,
+            palette: self.palette.version(),
             look: self.look,
         }
     }
 
     fn uniforms(&self, growth: f32, pixels_per_point: f32) -> SplatUniforms {
-        let palette = &self.palette.0;
+        let palette = &self.palette;
         let clip_from_world: Mat4 = self.sight.clip_from_world();
         SplatUniforms {
             clip_from_world: clip_from_world.to_cols_array(),

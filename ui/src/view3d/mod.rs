@@ -2,17 +2,18 @@
 //!
 //! A click on it becomes a click on the frame that shows that place best.
 
+mod budget;
 mod camera;
 mod clicks;
 mod cloud;
 mod controls;
 mod cpu;
 mod flight;
+mod formats;
 mod gpu;
+mod look;
 mod overlay;
-mod pace;
 mod pick;
-mod space;
 mod steering;
 mod targets;
 
@@ -20,28 +21,22 @@ use std::sync::Arc;
 
 use egui::{CursorIcon, Pos2, Rect, Response, Role, Sense, Ui, WidgetInfo};
 use glam::Quat;
+use inplace_model::layer::{Layer, Look};
+use inplace_model::workspace::Workspace;
+use inplace_model::{Command, Commands, Model};
 
-pub use camera::{Direction, OrbitCamera};
-pub use cloud::Answer;
 pub use controls::switch;
 pub use gpu::make_ready;
-pub use space::Space;
 
-use crate::action::{Action, Actions};
-use crate::canvas::{Layer, Look};
-use crate::english::view3d as english;
-use crate::state::AppState;
 use crate::theme;
-use crate::thumbnails::{Source, Subject, Thumbnails};
-use crate::workspace::Workspace;
-use camera::{Sight, level_axes};
-use clicks::Click;
+use crate::thumbnails::Thumbnails;
+use budget::{DrawnSplats, SplatBudget};
+use camera::{Ray, Sight, level_axes};
 use cloud::{Prepared, Preparer};
 use controls::Notice;
 use flight::Flight;
-use gpu::SplatLook;
+use look::SplatLook;
 use overlay::Mark;
-use pace::{Pace, Progress};
 use pick::{Picker, picker};
 
 /// Seconds without a movement after which the picture is refined.
@@ -49,13 +44,23 @@ const REST: f64 = 0.15;
 /// Depth of the frames' cameras as they are drawn, in radii of the scene.
 const CAMERA_SIZE: f32 = 0.035;
 
+/// A click that may yet be the first of a double click.
+struct Click {
+    /// Where it was.
+    position: Pos2,
+    ray: Ray,
+    slack: f32,
+    /// When it is a click of its own.
+    due: f64,
+}
+
 /// The 3D view with what it remembers between frames of the window.
 pub struct View3d {
     preparer: Preparer,
     picker: Picker,
     thumbnails: Thumbnails,
-    pace: Pace,
-    progress: Arc<Progress>,
+    budget: SplatBudget,
+    drawn: Arc<DrawnSplats>,
     /// The scene shown last, and its level axes.
     scene: Option<(u64, Quat)>,
     /// Whether it was shown in the last frame of the window.
@@ -78,8 +83,8 @@ impl View3d {
             preparer: Preparer::new(ctx.clone()),
             picker: picker(ctx.clone()),
             thumbnails: Thumbnails::new(ctx.clone(), [192, 144]),
-            pace: Pace::default(),
-            progress: Arc::default(),
+            budget: SplatBudget::default(),
+            drawn: Arc::default(),
             scene: None,
             was_shown: false,
             last_sight: None,
@@ -115,31 +120,31 @@ impl View3d {
     pub fn show(
         &mut self,
         ui: &mut Ui,
-        state: &AppState,
+        model: &Model,
         workspace: &Workspace,
         target: Option<wgpu::TextureFormat>,
-        actions: &mut Actions,
+        commands: &mut Commands,
     ) -> Rect {
         let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
-        response.widget_info(|| WidgetInfo::labeled(Role::Canvas, true, english::NAME));
+        response.widget_info(|| WidgetInfo::labeled(Role::Canvas, true, "3D view"));
         self.take_focus(ui, &response, workspace);
         let painter = ui.painter_at(rect);
         let background = theme::canvas(ui.visuals());
         painter.rect_filled(rect, 0, background);
         self.thumbnails.collect(workspace.serial());
         let level = self.level(workspace);
-        let prepared = self.preparer.get(workspace.answer()).cloned();
+        let prepared = self.preparer.get(workspace.surface()).cloned();
         // Another scene's splats may still come.
-        let own = |prepared: &Prepared| prepared.answer.scene == workspace.serial();
+        let own = |prepared: &Prepared| prepared.surface.scene == workspace.serial();
         let Some(prepared) = prepared.filter(own) else {
-            let waits = workspace.answer().is_none();
+            let waits = workspace.surface().is_none();
             controls::empty(
                 ui,
                 rect,
                 if waits {
-                    english::NO_SURFACE
+                    "The surface of the scene is shown here as soon as it is found; until then you can label the frames"
                 } else {
-                    english::PREPARING
+                    "Preparing the surface"
                 },
             );
             return rect;
@@ -147,16 +152,16 @@ impl View3d {
         let now = ui.input(|input| input.time);
         let before = workspace.space.camera_or_fitted(prepared.cloud.ball, level);
         let mut camera = before;
-        let arrived = self.fly(ui, &mut camera, now, actions);
+        let arrived = self.fly(ui, &mut camera, now, commands);
         self.follow(ui, &response, &mut camera, rect, workspace);
-        let sight = camera.sight(rect);
-        self.take_answers(ui, &camera, workspace, now, actions);
+        let sight = Sight::new(&camera, rect);
+        self.take_answers(ui, &camera, workspace, now, commands);
         self.follow_suggestion(ui, &camera, (workspace, &prepared), now);
         let pointer = response.hover_pos();
         let pointed = pointer.and_then(|pointer| {
             overlay::mark_at(
                 workspace,
-                &prepared.answer,
+                &prepared.surface,
                 &sight,
                 workspace.space.cameras,
                 pointer,
@@ -164,13 +169,13 @@ impl View3d {
         });
         self.follow_clicks(ui, &response, (workspace, &prepared), (camera, sight), pointed);
 
-        self.paint(ui, &painter, state, (workspace, &prepared), sight, target);
-        if !state.overlay_hidden {
+        self.paint(ui, &painter, model, (workspace, &prepared), sight, target);
+        if !model.overlay_hidden {
             if workspace.space.cameras {
                 let depth = CAMERA_SIZE * prepared.cloud.ball.radius;
                 overlay::cameras(&painter, workspace, &sight, depth, pointed);
             }
-            overlay::suggestions(&painter, workspace, &prepared.answer, &sight);
+            overlay::suggestions(&painter, workspace, &prepared.surface, &sight);
         }
         if let Some(position) = self.click.as_ref().map(|click| click.position).or(self.asked) {
             overlay::ring(&painter, position, theme::accent(ui.visuals()));
@@ -202,7 +207,7 @@ impl View3d {
             }
         }
         if space != workspace.space {
-            actions.push(Action::SetSpace(space));
+            commands.push(Command::SetSpace(space));
         }
         rect
     }
@@ -224,19 +229,19 @@ impl View3d {
         &mut self,
         ui: &Ui,
         painter: &egui::Painter,
-        state: &AppState,
+        model: &Model,
         (workspace, prepared): (&Workspace, &Prepared),
         sight: Sight,
         target: Option<wgpu::TextureFormat>,
     ) {
-        let (palette, palette_serial) = workspace.document().palette();
+        let palette = workspace.document().palette();
         let look = SplatLook {
-            layer: if state.overlay_hidden {
+            layer: if model.overlay_hidden {
                 Layer::Color
             } else {
-                state.settings.layer
+                model.settings.layer
             },
-            opacity: state.settings.opacity,
+            opacity: model.settings.opacity,
             see_through: workspace.space.see_through,
             background: theme::canvas(ui.visuals()),
         };
@@ -254,11 +259,11 @@ impl View3d {
             prepared: prepared.clone(),
             sight,
             look,
-            palette: (Arc::clone(palette), (workspace.serial() << 32) | palette_serial),
+            palette: palette.clone(),
             moving,
-            budget: self.pace.budget(self.progress.drawn(), since),
+            budget: self.budget.next(self.drawn.count(), since),
             target,
-            progress: Arc::clone(&self.progress),
+            drawn: Arc::clone(&self.drawn),
             ctx: ui.ctx().clone(),
         };
         painter.add(egui_wgpu::Callback::new_paint_callback(sight.area, draw));
@@ -279,9 +284,7 @@ impl View3d {
             ui.ctx().set_cursor_icon(CursorIcon::Crosshair);
         }
         if let Some(Mark::Frame(frame)) = pointed.filter(|_| !response.dragged()) {
-            let thumbnail = self.thumbnails.get(Subject::Frame(frame), 1, || {
-                Source::of_frame(workspace, frame, Look::PLAIN)
-            });
+            let thumbnail = self.thumbnails.frame(workspace, frame, Look::PLAIN);
             let stem = workspace.scene().frames.get(frame).map(|frame| &frame.stem);
             response.clone().on_hover_ui_at_pointer(|ui| {
                 if let Some(thumbnail) = &thumbnail {

@@ -3,12 +3,11 @@
 use egui::{Color32, Painter, Pos2, Stroke};
 use glam::{Vec3, Vec3A};
 use inplace_core::scene::Frame;
+use inplace_model::workspace::{LabelledSurface, Workspace};
 
 use super::camera::Sight;
-use super::cloud::Answer;
 use crate::canvas::marker;
 use crate::theme;
-use crate::workspace::Workspace;
 
 /// About how many cameras are drawn.
 const CAMERAS: usize = 120;
@@ -34,7 +33,7 @@ fn drawn_frames(frames: usize, in_view: usize) -> impl Iterator<Item = usize> {
 /// The mark under the pointer: the nearest, suggestions first.
 pub fn mark_at(
     workspace: &Workspace,
-    answer: &Answer,
+    surface: &LabelledSurface,
     sight: &Sight,
     cameras: bool,
     pointer: Pos2,
@@ -46,7 +45,7 @@ pub fn mark_at(
     let nearest = |found: &mut dyn Iterator<Item = (f32, Mark)>| {
         found.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, mark)| mark)
     };
-    let mut suggestions = suggestion_places(workspace, answer)
+    let mut suggestions = suggestion_places(workspace, surface)
         .filter_map(|(index, place)| near(place).map(|gap| (gap, Mark::Suggestion(index))));
     nearest(&mut suggestions).or_else(|| {
         let frames = &workspace.scene().frames;
@@ -109,26 +108,29 @@ fn pyramid(painter: &Painter, frame: &Frame, sight: &Sight, depth: f32, stroke: 
 }
 
 /// Where the suggestions lie in the world, in metres, with their ranks.
-pub fn suggestion_places(workspace: &Workspace, answer: &Answer) -> impl Iterator<Item = (usize, Vec3)> {
-    let suggestions = workspace.suggestions().iter().enumerate();
+pub fn suggestion_places(
+    workspace: &Workspace,
+    surface: &LabelledSurface,
+) -> impl Iterator<Item = (usize, Vec3)> {
+    let suggestions = workspace.suggestions().listed().iter().enumerate();
     suggestions.filter_map(|(index, suggestion)| {
         let width = workspace.scene().frames.get(suggestion.frame)?.camera.width;
         let [x, y] = suggestion.pixel;
-        let pixels = answer.surface.pixels.get(suggestion.frame)?;
+        let pixels = surface.surface.pixels.get(suggestion.frame)?;
         let node = pixels.node((y * width + x) as usize)?;
-        Some((index, answer.surface.graph.nodes().get(node as usize)?.position))
+        Some((index, surface.surface.graph.nodes().get(node as usize)?.position))
     })
 }
 
 /// The suggestions as numbered markers.
-pub fn suggestions(painter: &Painter, workspace: &Workspace, answer: &Answer, sight: &Sight) {
-    for (index, place) in suggestion_places(workspace, answer) {
+pub fn suggestions(painter: &Painter, workspace: &Workspace, surface: &LabelledSurface, sight: &Sight) {
+    for (index, place) in suggestion_places(workspace, surface) {
         if let Some((center, _)) = sight.project(place) {
             marker(
                 painter,
                 center,
                 index,
-                workspace.at_suggestion() == Some(index),
+                workspace.suggestions().at() == Some(index),
                 true,
             );
         }

@@ -135,7 +135,7 @@ mod tests {
     #[test]
     fn the_splat_that_the_ray_meets_is_found() {
         let surface = floor(20);
-        let cloud = Cloud::new(&surface, 1);
+        let cloud = Cloud::new(&surface);
         for node in [0, 57, 399] {
             let position = surface.graph.nodes()[node as usize].position;
             let from = Vec3::new(1.0, -2.0, -1.0);
@@ -151,7 +151,7 @@ mod tests {
 
     #[test]
     fn what_faces_away_is_looked_through_where_it_is_not_drawn() {
-        let cloud = Cloud::new(&floor(20), 1);
+        let cloud = Cloud::new(&floor(20));
         let below = ray(Vec3::new(1.0, 2.0, 1.0), Vec3::new(1.0, 0.0, 1.0));
         assert_eq!(pick(&cloud, below, 0.001, true), None);
         assert_eq!(pick(&cloud, below, 0.001, false), Some(10 * 20 + 10));

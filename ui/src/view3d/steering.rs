@@ -1,15 +1,16 @@
 //! Moving the 3D view's camera: by pointer and keys, and in flights to frames and suggestions.
 
-use egui::{EventFilter, Key, PointerButton, Rect, Response, Ui, vec2};
+use egui::{EventFilter, Key, PointerButton, Rect, Response, Ui};
 use glam::Vec3;
+use inplace_model::space::OrbitCamera;
+use inplace_model::workspace::Workspace;
+use inplace_model::{Command, Commands};
 
 use super::View3d;
-use super::camera::OrbitCamera;
+use super::camera::{pan, zoom_at};
 use super::cloud::Prepared;
 use super::flight::Flight;
 use super::overlay::{self, Mark};
-use crate::action::{Action, Actions};
-use crate::workspace::Workspace;
 
 /// Points of a drag that an arrow key stands for, and how much nearer + comes.
 const KEY_DRAG: f32 = 30.0;
@@ -21,7 +22,7 @@ impl View3d {
     /// The view has the keyboard from when it is shown or pressed on, so that the arrow keys turn it.
     pub(super) fn take_focus(&mut self, ui: &Ui, response: &Response, workspace: &Workspace) {
         if !self.was_shown {
-            self.at_suggestion = workspace.at_suggestion();
+            self.at_suggestion = workspace.suggestions().at();
         }
         let pressed = response.contains_pointer() && ui.input(|input| input.pointer.any_pressed());
         if !self.was_shown || pressed {
@@ -38,7 +39,13 @@ impl View3d {
 
     /// Moves the camera as far as its flight has come; goes where it leads at the end, and returns whether that is to
     /// be seen in a frame.
-    pub(super) fn fly(&mut self, ui: &Ui, camera: &mut OrbitCamera, now: f64, actions: &mut Actions) -> bool {
+    pub(super) fn fly(
+        &mut self,
+        ui: &Ui,
+        camera: &mut OrbitCamera,
+        now: f64,
+        commands: &mut Commands,
+    ) -> bool {
         let Some(flight) = &self.flight else {
             return false;
         };
@@ -51,9 +58,9 @@ impl View3d {
         let then = flight.then;
         self.flight = None;
         if let Some(mark) = then {
-            actions.push(match mark {
-                Mark::Frame(frame) => Action::GoToFrame(frame),
-                Mark::Suggestion(index) => Action::GoToSuggestion(index),
+            commands.push(match mark {
+                Mark::Frame(frame) => Command::GoToFrame(frame),
+                Mark::Suggestion(index) => Command::GoToSuggestion(index),
             });
         }
         then.is_some()
@@ -73,7 +80,7 @@ impl View3d {
         };
         let camera = &shown.camera;
         let middle = (camera.height / 2 * camera.width + camera.width / 2) as usize;
-        let surface = &prepared.answer.surface;
+        let surface = &prepared.surface.surface;
         let node = surface.pixels.get(frame).and_then(|pixels| pixels.node(middle));
         let ball = prepared.cloud.ball;
         let distance = node
@@ -101,15 +108,15 @@ impl View3d {
         if response.dragged_by(PointerButton::Middle)
             || pan_key && response.dragged_by(PointerButton::Primary)
         {
-            camera.pan(drag, rect);
+            pan(camera, drag, rect);
         } else if response.dragged_by(PointerButton::Primary) {
-            camera.orbit(drag);
+            camera.orbit(glam::vec2(drag.x, drag.y));
         }
         if let Some(pointer) = response.hover_pos() {
             let (wheel, pinch) = ui.input(|input| (input.smooth_scroll_delta().y, input.zoom_delta()));
             let factor = (wheel / WHEEL_POINTS).exp() * pinch;
             if factor != 1.0 {
-                camera.zoom_at(rect, pointer, factor);
+                zoom_at(camera, rect, pointer, factor);
             }
         }
         if !typing {
@@ -122,15 +129,15 @@ impl View3d {
                     (Key::ArrowDown, 0.0, -1.0),
                 ] {
                     if pressed(key) {
-                        camera.orbit(KEY_DRAG * vec2(x, y));
+                        camera.orbit(KEY_DRAG * glam::vec2(x, y));
                     }
                 }
             }
             if pressed(Key::Plus) || pressed(Key::Equals) {
-                camera.zoom_at(rect, rect.center(), KEY_ZOOM);
+                zoom_at(camera, rect, rect.center(), KEY_ZOOM);
             }
             if pressed(Key::Minus) {
-                camera.zoom_at(rect, rect.center(), 1.0 / KEY_ZOOM);
+                zoom_at(camera, rect, rect.center(), 1.0 / KEY_ZOOM);
             }
         }
         // Whoever takes the wheel ends a flight.
@@ -147,12 +154,12 @@ impl View3d {
         (workspace, prepared): (&Workspace, &Prepared),
         now: f64,
     ) {
-        let at = workspace.at_suggestion();
+        let at = workspace.suggestions().at();
         if at == self.at_suggestion {
             return;
         }
         self.at_suggestion = at;
-        let mut places = overlay::suggestion_places(workspace, &prepared.answer);
+        let mut places = overlay::suggestion_places(workspace, &prepared.surface);
         if let Some((_, place)) = places.find(|&(index, _)| Some(index) == at) {
             self.turn_to(ui, camera, place, now);
         }

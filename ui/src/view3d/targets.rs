@@ -1,23 +1,22 @@
 //! A picture that splats are drawn into, and what it shows.
 
 use glam::Mat4;
+use inplace_model::versioned::Version;
 
-use super::gpu::{SplatLook, bind};
-
-/// Of the picture's colours.
-pub const COLOR_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
-/// Of the picture's depths.
-pub const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
+use super::formats::{COLOR_FORMAT, DEPTH_FORMAT, bind};
+use super::look::SplatLook;
 
 /// All that a picture depends on, but for its size.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
     /// The camera.
     pub clip_from_world: Mat4,
-    /// Serial numbers of the splats, of what is known of them, and of the classes' colours.
-    pub cloud: u64,
-    pub values: u64,
-    pub palette: u64,
+    /// Version of the splats.
+    pub cloud: Version,
+    /// Version of what is known of them.
+    pub values: Version,
+    /// Version of the classes' colours.
+    pub palette: Version,
     /// How they are coloured.
     pub look: SplatLook,
 }

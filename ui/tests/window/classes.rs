@@ -3,7 +3,7 @@
 use egui::{Key, Modifiers, PointerButton};
 use egui_kittest::kittest::Queryable;
 use inplace_core::labels::{Class, PALETTES, read_class_list};
-use inplace_ui::action::Action;
+use inplace_model::Command;
 
 use crate::stand::*;
 
@@ -18,7 +18,7 @@ fn ids(window: &Window) -> Vec<u16> {
 }
 
 fn messages(window: &Window) -> String {
-    let texts: Vec<&str> = window.harness.state().state().toasts.texts().collect();
+    let texts: Vec<&str> = window.harness.state().model().messages.texts().collect();
     texts.join("\n")
 }
 
@@ -128,7 +128,7 @@ fn a_list_of_ones_own_is_written_and_read_and_a_bad_one_is_refused_by_name() {
         window.click("Save classes as a file...");
         window.replace_text("Class list file", file.to_str().unwrap());
         window.until("the file is written", |app| {
-            app.state().toasts.texts().count() > 0
+            app.model().messages.texts().count() > 0
         });
         assert!(messages(&window).contains("mine.json"), "{}", messages(&window));
         let written = read_class_list(&file).unwrap();
@@ -162,50 +162,6 @@ fn a_list_of_ones_own_is_written_and_read_and_a_bad_one_is_refused_by_name() {
 }
 
 #[test]
-fn a_locked_class_is_neither_drawn_nor_covered_nor_erased_nor_changed() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = Window::with_demo(folder.path());
-    window.add_class("wall");
-    window.add_class("floor");
-    // High up, where no message lies over the canvas.
-    let (here, there) = (window.canvas(0.0, -120.0), window.canvas(120.0, -120.0));
-    window.drag(PointerButton::Primary, &[here]);
-    window.harness.get_by_label("floor, 1 stroke");
-    window.click("Lock floor");
-    window.harness.get_by_label("floor, 1 stroke, locked");
-
-    window.drag(PointerButton::Primary, &[there]);
-    assert_eq!(window.strokes(), 1);
-    assert!(messages(&window).contains("unlock it in the class list to label with it"));
-    window.press(Modifiers::NONE, Key::Num1);
-    window.drag(PointerButton::Primary, &[here]);
-    assert_eq!(window.strokes(), 1);
-    assert!(messages(&window).contains("would cover what is labelled \"floor\""));
-    window.drag(PointerButton::Primary, &[there]);
-    assert_eq!(window.strokes(), 2, "beside it one may draw");
-
-    window.drag(PointerButton::Secondary, &[here, there]);
-    window.harness.get_by_label("floor, 1 stroke, locked");
-    window.harness.get_by_label("wall, 0 strokes");
-    assert!(messages(&window).contains("so its strokes stay"));
-
-    for action in ["Delete with its stroke", "Rename"] {
-        window.click("Actions for floor");
-        window.click(action);
-        assert_eq!(names(&window), ["wall", "floor"]);
-    }
-    window.click("Actions for wall");
-    window.click("Merge into");
-    window.click("floor");
-    assert_eq!(names(&window), ["wall", "floor"]);
-    assert!(messages(&window).contains("to rename, merge or delete it"));
-
-    window.click("Unlock floor");
-    window.drag(PointerButton::Secondary, &[here]);
-    assert_eq!(window.strokes(), 0);
-}
-
-#[test]
 fn locks_and_hidden_classes_are_kept_in_the_project() {
     let folder = tempfile::tempdir().unwrap();
     {
@@ -215,7 +171,7 @@ fn locks_and_hidden_classes_are_kept_in_the_project() {
         window.click("Lock wall");
         window.click("Actions for floor");
         window.click("Hide in the overlay");
-        let (palette, _) = window.workspace().document().palette();
+        let palette = window.workspace().document().palette();
         assert_eq!((palette.class(1)[3], palette.class(2)[3]), (255, 0));
         eframe::App::on_exit(window.harness.state_mut(), None);
     }
@@ -228,7 +184,7 @@ fn locks_and_hidden_classes_are_kept_in_the_project() {
     window.click("Unlock all classes");
     window.harness.get_by_label("wall, 0 strokes");
     window.harness.get_by_label("floor, 0 strokes");
-    let (palette, _) = window.workspace().document().palette();
+    let palette = window.workspace().document().palette();
     assert_eq!(palette.class(2)[3], 255);
 }
 
@@ -374,12 +330,12 @@ fn a_class_that_is_chosen_elsewhere_comes_into_view_in_the_list() {
     let last = window.workspace().document().classes()[12].clone();
     let line = format!("{}, 0 strokes", last.name);
     assert!(window.harness.query_by_label(&line).is_none());
-    window.act(Action::ChooseClass(last.id));
+    window.act(Command::ChooseClass(last.id));
     window.harness.run_steps(4);
     window.harness.get_by_label(&line);
     let first = window.workspace().document().classes()[0].id;
     for class in [first, last.id, first] {
-        window.act(Action::ChooseClass(class));
+        window.act(Command::ChooseClass(class));
     }
     window.harness.run_steps(60);
     window.harness.get_by_label("wall, 0 strokes");

@@ -4,10 +4,10 @@ use egui::accesskit::Role;
 use egui::{Key, Modifiers, PointerButton};
 use egui_kittest::kittest::Queryable;
 use inplace_core::labels::Trust;
-use inplace_core::session::{Command, Event, Status};
+use inplace_core::session::{self, Event, Status};
+use inplace_model::Command;
+use inplace_model::dialogs::Dialog;
 use inplace_ui::Target;
-use inplace_ui::action::Action;
-use inplace_ui::dialogs::Dialog;
 use std::path::Path;
 
 use crate::stand::*;
@@ -28,16 +28,16 @@ fn a_saved_project_opens_again_with_its_strokes_and_its_maps() {
         window.replace_text("Project file", file.to_str().unwrap());
         let named = file.clone();
         window.until("the project is saved", |app| {
-            let keeper = app.state().keeper.as_ref();
-            keeper.is_some_and(|keeper| keeper.is_named() && keeper.path() == named)
+            let project = app.model().project.as_ref();
+            project.is_some_and(|project| project.is_named() && project.path() == named)
         });
         assert!(!folder.path().join("autosave.inplace").exists());
         eframe::App::on_exit(window.harness.state_mut(), None);
     }
     let mut window = Window::new(folder.path(), Some(Target::Path(file)));
-    window.until("the project is open", |app| app.state().workspace().is_some());
+    window.until("the project is open", |app| app.model().workspace().is_some());
     window.harness.get_by_label("wall, 1 stroke");
-    assert_eq!(window.workspace().shown_map().unwrap().map.labels()[0], 1);
+    assert_eq!(window.frame().map().unwrap().map.labels()[0], 1);
 }
 
 #[test]
@@ -74,8 +74,8 @@ fn an_export_says_where_its_files_are() {
     window.replace_text("Export folder", out.to_str().unwrap());
     window.until("the export has ended", |app| {
         !matches!(
-            app.state().export,
-            Some(inplace_ui::exporting::Progress::Writing(..))
+            app.model().export,
+            Some(inplace_model::exporting::ExportProgress::Writing(..))
         )
     });
     window.harness.get_by_label(&format!("Exported {FRAMES} frames"));
@@ -104,14 +104,14 @@ fn what_is_exported_is_chosen_and_kept_for_the_next_time() {
     window.replace_text("Export folder", out.to_str().unwrap());
     window.until("the export has ended", |app| {
         !matches!(
-            app.state().export,
-            Some(inplace_ui::exporting::Progress::Writing(..))
+            app.model().export,
+            Some(inplace_model::exporting::ExportProgress::Writing(..))
         )
     });
     let classes = std::fs::read_to_string(out.join("classes.json")).unwrap();
     assert!(classes.contains("174"), "the colour of NYU-40's wall: {classes}");
     window.press(Modifiers::COMMAND, Key::E);
-    let state = window.harness.state().state();
+    let state = window.harness.state().model();
     let Some(Dialog::Export(choice)) = &state.dialog else {
         panic!("{:?}", state.dialog);
     };
@@ -126,8 +126,11 @@ fn export(window: &mut Window, folder: &Path) {
 }
 
 fn is_exporting(window: &Window) -> bool {
-    let export = &window.harness.state().state().export;
-    matches!(export, Some(inplace_ui::exporting::Progress::Writing(..)))
+    let export = &window.harness.state().model().export;
+    matches!(
+        export,
+        Some(inplace_model::exporting::ExportProgress::Writing(..))
+    )
 }
 
 /// What the window was told in the last frame.
@@ -153,7 +156,7 @@ fn an_export_is_started_once_and_can_be_cancelled() {
         .harness
         .get_by_label("An export is under way: wait for its end, or cancel it.");
     window.click("Cancel export");
-    window.until("the export has ended", |app| app.state().export.is_none());
+    window.until("the export has ended", |app| app.model().export.is_none());
     window.harness.get_by_label(&format!(
         "The export was cancelled; nothing was written to {}.",
         out.display()
@@ -166,8 +169,8 @@ fn an_export_is_started_once_and_can_be_cancelled() {
     export(&mut window, &other);
     window.until("the export has ended", |app| {
         matches!(
-            app.state().export,
-            Some(inplace_ui::exporting::Progress::Finished(..))
+            app.model().export,
+            Some(inplace_model::exporting::ExportProgress::Finished(..))
         )
     });
     assert!(other.join("classes.json").is_file());
@@ -219,7 +222,7 @@ fn an_import_that_is_cancelled_changes_nothing() {
     image.save(images.join("rgb_1.png")).unwrap();
     let mut window = Window::with_demo(folder.path());
     // Both before the window can look at what was read.
-    for action in [Action::ImportFrom(images, Trust::VOTES), Action::CancelImport] {
+    for action in [Command::ImportFrom(images, Trust::VOTES), Command::CancelImport] {
         window.harness.state_mut().act(action);
     }
     window.harness.run_steps(3);
@@ -258,7 +261,9 @@ fn label_images_are_imported_undone_removed_and_kept_in_the_project() {
     {
         let mut window = Window::with_demo(folder.path());
         import(&mut window, &images);
-        window.until("the error is shown", |app| app.state().toasts.texts().count() > 0);
+        window.until("the error is shown", |app| {
+            app.model().messages.texts().count() > 0
+        });
         assert!(imported(&window).is_none());
 
         let image = image::GrayImage::from_pixel(WIDTH, HEIGHT, image::Luma([7]));
@@ -280,13 +285,13 @@ fn label_images_are_imported_undone_removed_and_kept_in_the_project() {
             .get_by_label("Every labelled pixel is right, as your strokes are.");
         window.type_into("Folder of label images", images.to_str().unwrap());
         window.until("the images are imported", |app| {
-            let workspace = app.state().workspace().unwrap();
+            let workspace = app.model().workspace().unwrap();
             workspace.document().labels().imported.is_some()
         });
         window.harness.get_by_label("class 7, 0 strokes");
         assert!(window.worker().received().iter().any(|command| matches!(
             command,
-            Command::Labels { labels, .. } if labels.imported.is_some()
+            session::Command::Labels { labels, .. } if labels.imported.is_some()
         )));
         window.press(Modifiers::COMMAND, Key::Z);
         assert!(imported(&window).is_none());

@@ -2,8 +2,9 @@
 
 use egui::{Key, Modifiers, PointerButton};
 use egui_kittest::kittest::Queryable;
-use inplace_core::session::Command;
+use inplace_core::session;
 use inplace_core::session::Event;
+use inplace_ui::canvas::FrameView;
 
 use crate::stand::*;
 
@@ -20,14 +21,11 @@ fn a_click_becomes_a_stroke_and_its_map_is_shown_and_undo_takes_it_back() {
     let generation = window.workspace().document().generation();
     assert!(window.worker().received().iter().any(|command| matches!(
         command,
-        Command::Labels { generation: sent, labels } if *sent == generation && labels.strokes.len() == 1
+        session::Command::Labels { generation: sent, labels } if *sent == generation && labels.strokes.len() == 1
     )));
     window.worker().publish(0, generation, 1);
     window.until("the map is shown", |app| {
-        let shown = app
-            .state()
-            .workspace()
-            .and_then(|workspace| workspace.shown_map());
+        let shown = app.canvas().frame().and_then(FrameView::map);
         shown.is_some_and(|shown| shown.map.generation == generation)
     });
     window.press(Modifiers::COMMAND, Key::Z);
@@ -67,20 +65,6 @@ fn a_scribble_keeps_every_position_and_the_right_button_erases_it() {
 }
 
 #[test]
-fn undo_shows_the_frame_of_the_stroke() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = Window::with_demo(folder.path());
-    window.add_class("wall");
-    let place = window.canvas(0.0, 0.0);
-    window.drag(PointerButton::Primary, &[place]);
-    window.press(Modifiers::NONE, Key::D);
-    window.press(Modifiers::NONE, Key::D);
-    assert_eq!(window.workspace().frame_index(), 2);
-    window.press(Modifiers::COMMAND, Key::Z);
-    assert_eq!(window.workspace().frame_index(), 0);
-}
-
-#[test]
 fn keys_typed_into_a_text_field_do_nothing_else() {
     let folder = tempfile::tempdir().unwrap();
     let mut window = Window::with_demo(folder.path());
@@ -98,7 +82,7 @@ fn an_older_map_never_covers_a_newer_one() {
     window.worker().publish(0, 5, 1);
     window.worker().publish(0, 4, 2);
     window.harness.run_steps(3);
-    assert_eq!(window.workspace().shown_map().unwrap().map.labels()[0], 1);
+    assert_eq!(window.frame().map().unwrap().map.labels()[0], 1);
 }
 
 #[test]

@@ -5,25 +5,25 @@ use std::sync::Arc;
 use egui::{Key, Modifiers, PointerButton};
 use egui_kittest::kittest::Queryable;
 use inplace_core::scene::{ColorImage, SceneSource, write_replica};
-use inplace_core::session::{Command, Event, FrameMap, RenderedFrame};
+use inplace_core::session::{self, Event, FrameMap, RenderedFrame};
+use inplace_model::Command;
+use inplace_model::layer::Layer;
+use inplace_model::settings::Settings;
 use inplace_ui::Target;
-use inplace_ui::action::Action;
 use inplace_ui::app::App;
-use inplace_ui::canvas::Layer;
-use inplace_ui::english::layers;
-use inplace_ui::state::Settings;
+use inplace_ui::canvas::FrameView;
 
 use crate::stand::*;
 
 fn settings(window: &Window) -> Settings {
-    window.harness.state().state().settings
+    window.harness.state().model().settings
 }
 
 /// The views that the worker was asked for.
 fn asked_views(window: &Window) -> Vec<usize> {
     let received = window.worker().received();
-    let frame = |command: &Command| match command {
-        Command::Render { frame } => Some(*frame),
+    let frame = |command: &session::Command| match command {
+        session::Command::Render { frame } => Some(*frame),
         _ => None,
     };
     received.iter().filter_map(frame).collect()
@@ -47,7 +47,7 @@ fn view(frame: usize, steps: u64) -> Event {
 fn layers_change_by_menu_and_by_key() {
     let folder = tempfile::tempdir().unwrap();
     let mut window = Window::with_demo(folder.path());
-    window.click(layers::LAYER);
+    window.click("Layer");
     window.click(Layer::Depth.name());
     assert_eq!(settings(&window).layer, Layer::Depth);
     window.press(Modifiers::NONE, Key::Q);
@@ -64,16 +64,16 @@ fn the_legend_names_the_classes_in_view_and_can_be_switched_off() {
     window.add_class("floor");
     window
         .harness
-        .get_by_label(&format!("Labels: {}", layers::NO_MAP));
+        .get_by_label(&format!("Labels: {}", "No labels to show yet"));
     let generation = window.workspace().document().generation();
     window.worker().publish(0, generation, 2);
     window.until("the classes are counted", |app| {
-        let visible = app.state().workspace().and_then(|open| open.shown().visible());
+        let visible = app.canvas().frame().and_then(FrameView::visible);
         visible.is_some_and(|classes| classes == [(2, WIDTH * HEIGHT)])
     });
     window.harness.get_by_label("Labels: floor");
     window.click("View");
-    window.click(layers::LEGEND);
+    window.click("Legend");
     assert!(window.harness.query_by_label("Labels: floor").is_none());
 }
 
@@ -84,16 +84,24 @@ fn two_layers_are_compared_and_their_border_follows_the_drag() {
     window.press(Modifiers::NONE, Key::W);
     assert!(settings(&window).compare);
     window.add_class("wall");
-    window.click(layers::LEFT_LAYER);
+    window.click("Layer on the left");
     window.click(Layer::Entropy.name());
     assert_eq!(
         (settings(&window).other_layer, settings(&window).layer),
         (Layer::Entropy, Layer::Labels)
     );
-    let from = window.harness.get_by_label(layers::HANDLE).rect().center();
+    let from = window
+        .harness
+        .get_by_label("Border between the layers")
+        .rect()
+        .center();
     let to = from + egui::vec2(-100.0, 0.0);
     window.drag(PointerButton::Primary, &[from, from + egui::vec2(-30.0, 5.0), to]);
-    let at = window.harness.get_by_label(layers::HANDLE).rect().center();
+    let at = window
+        .harness
+        .get_by_label("Border between the layers")
+        .rect()
+        .center();
     assert!((at.x - to.x).abs() < 1.0, "{at} for {to}");
     assert_eq!(window.strokes(), 0);
     // Beside the handle both sides are drawn on.
@@ -102,20 +110,27 @@ fn two_layers_are_compared_and_their_border_follows_the_drag() {
     }
     assert_eq!(window.strokes(), 2);
     let before = settings(&window).split;
-    window.harness.get_by_label(layers::HANDLE).focus();
+    window.harness.get_by_label("Border between the layers").focus();
     window.harness.run_steps(2);
     window.press(Modifiers::NONE, Key::ArrowRight);
     assert!(settings(&window).split > before + 0.01);
     assert_eq!(window.workspace().frame_index(), 0);
-    window.click(layers::COMPARE);
-    assert!(window.harness.query_by_label(layers::HANDLE).is_none());
+    window.click("Compare two layers (W)");
+    assert!(
+        window
+            .harness
+            .query_by_label("Border between the layers")
+            .is_none()
+    );
 }
 
 #[test]
 fn the_readout_says_what_is_known_of_the_pixel_under_the_pointer() {
     let folder = tempfile::tempdir().unwrap();
     let mut window = Window::with_demo(folder.path());
-    window.harness.get_by_label(layers::POINT);
+    window
+        .harness
+        .get_by_label("Point at the image to read its pixels");
     window.add_class("wall");
     let generation = window.workspace().document().generation();
     window.worker().publish(0, generation, 1);
@@ -124,10 +139,12 @@ fn the_readout_says_what_is_known_of_the_pixel_under_the_pointer() {
     window.harness.run_steps(3);
     // The map of the stand-in has 500 steps of entropy everywhere, and no probabilities.
     let pixel = format!("{}, {}", WIDTH / 2, HEIGHT / 2);
-    window.harness.get_by_label(&format!("{pixel}; wall; 0.05 nats"));
+    window.harness.get_by_label(&format!("{pixel}; wall; 7% unsure"));
     window.harness.event(egui::Event::PointerGone);
     window.harness.run_steps(3);
-    window.harness.get_by_label(layers::POINT);
+    window
+        .harness
+        .get_by_label("Point at the image to read its pixels");
 }
 
 #[test]
@@ -135,30 +152,27 @@ fn the_field_is_rendered_only_while_it_is_shown_and_once_for_a_frame() {
     let folder = tempfile::tempdir().unwrap();
     let mut window = Window::with_demo(folder.path());
     assert!(asked_views(&window).is_empty());
-    window.click(layers::LAYER);
+    window.click("Layer");
     window.click(Layer::Rendered.name());
     assert_eq!(asked_views(&window), [0]);
     window
         .harness
-        .get_by_label(&format!("Rendered colour: {}", layers::RENDERING));
+        .get_by_label(&format!("Rendered colour: {}", "The view is being rendered"));
     window.worker().events.send(view(0, 300)).unwrap();
     window.until("the view is shown", |app| {
-        app.state()
-            .workspace()
-            .is_some_and(|open| open.shown().view().is_some())
+        app.canvas().frame().is_some_and(|frame| frame.view().is_some())
     });
-    let steps = layers::after_steps(300);
     window
         .harness
-        .get_by_label(&format!("Rendered colour: Rendered colour, {steps}"));
-    assert_eq!(window.workspace().shown().depth_at([9, 9]), Some((2.0, false)));
+        .get_by_label("Rendered colour: Rendered colour, after 300 training steps");
+    assert_eq!(window.frame().depth_at([9, 9]), Some((2.0, false)));
     window.press(Modifiers::NONE, Key::D);
-    assert!(window.workspace().shown().view().is_none());
+    assert!(window.frame().view().is_none());
     assert_eq!(asked_views(&window), [1]);
     // One that comes late is of another frame.
     window.worker().events.send(view(0, 400)).unwrap();
     window.harness.run_steps(5);
-    assert!(window.workspace().shown().view().is_none());
+    assert!(window.frame().view().is_none());
     let reason = "This network cannot be shown.".to_owned();
     window.worker().events.send(Event::NotRendered(reason)).unwrap();
     window.harness.run_steps(3);
@@ -173,17 +187,14 @@ fn a_frame_never_has_the_overlay_of_another_one() {
     let mut window = Window::with_demo(folder.path());
     window.worker().publish(0, 3, 1);
     window.harness.run_steps(3);
-    assert!(window.workspace().shown_map().is_some());
+    assert!(window.frame().map().is_some());
     window.press(Modifiers::NONE, Key::D);
-    assert!(window.workspace().shown_map().is_none());
-    let (palette, serial) = window.workspace().document().palette();
-    let content = window
-        .workspace()
-        .shown()
-        .content(Layer::Labels, (palette, serial));
+    assert!(window.frame().map().is_none());
+    let palette = window.workspace().document().palette();
+    let content = window.frame().content(Layer::Labels, palette);
     assert!(content.unwrap().over.is_none());
     window.press(Modifiers::NONE, Key::A);
-    assert_eq!(window.workspace().shown_map().unwrap().map.frame, 0);
+    assert_eq!(window.frame().map().unwrap().map.frame, 0);
 }
 
 #[test]
@@ -191,7 +202,7 @@ fn strokes_are_marked_where_they_are_undisputed() {
     let folder = tempfile::tempdir().unwrap();
     let mut window = Window::with_demo(folder.path());
     window.add_class("wall");
-    window.click(layers::LAYER);
+    window.click("Layer");
     window.click(Layer::Disagreement.name());
     let size = [WIDTH, HEIGHT];
     let pixels = (WIDTH * HEIGHT) as usize;
@@ -203,22 +214,26 @@ fn strokes_are_marked_where_they_are_undisputed() {
     };
     window.worker().events.send(event).unwrap();
     window.harness.run_steps(3);
-    window
-        .harness
-        .get_by_label(&format!("Disagreement: {}", layers::NOTHING_SAID));
+    window.harness.get_by_label(&format!(
+        "Disagreement: {}",
+        "Nothing is labelled in this frame: no strokes, no imported image"
+    ));
     let place = window.canvas(0.0, 0.0);
     window.drag(PointerButton::Primary, &[place]);
     window.until("the strokes are judged", |app| {
-        let Some(open) = app.state().workspace() else {
+        let (Some(open), Some(frame)) = (app.model().workspace(), app.canvas().frame()) else {
             return false;
         };
-        let content = open
-            .shown()
-            .content(Layer::Disagreement, open.document().palette());
+        let content = frame.content(Layer::Disagreement, open.document().palette());
         let over = content.and_then(|content| content.over);
         over.is_some_and(|over| over.greyed && over.texels.values().contains(&1))
     });
-    let words = [layers::STROKE_CONTRADICTED, layers::AGREED, layers::UNSAID].join(", ");
+    let words = [
+        "Your stroke, and the others say otherwise",
+        "Labelled, and undisputed",
+        "Not labelled by hand or import",
+    ]
+    .join(", ");
     window.harness.get_by_label(&format!("Disagreement: {words}"));
 }
 
@@ -230,19 +245,17 @@ fn a_frame_whose_image_vanished_says_so_in_a_sentence_until_it_is_there_again() 
     let image = folder.join(format!("rgb/rgb_{VANISHING}.png"));
     let bytes = std::fs::read(&image).unwrap();
     let mut window = Window::new(root.path(), Some(Target::Scene(SceneSource::Folder(folder))));
-    window.until("the scene is open", |app| app.state().workspace().is_some());
-    let unreadable = |app: &App| {
-        let open = app.state().workspace()?;
-        open.shown().unreadable().map(str::to_owned)
+    window.until("the scene is open", |app| app.model().workspace().is_some());
+    let unreadable = |app: &App| app.canvas().frame()?.unreadable().map(str::to_owned);
+    let has_image = |app: &App| {
+        let palette = app.model().workspace().unwrap().document().palette();
+        let content = app.canvas().frame().unwrap().content(Layer::Color, palette);
+        content.is_some_and(|content| content.picture.is_some())
     };
-    window.until("the first image is shown", |app| {
-        let open = app.state().workspace().unwrap();
-        open.content(Layer::Color)
-            .is_some_and(|shown| shown.picture.is_some())
-    });
+    window.until("the first image is shown", has_image);
     assert_eq!(unreadable(window.harness.state()), None);
 
-    window.act(Action::GoToFrame(VANISHING));
+    window.act(Command::GoToFrame(VANISHING));
     window.until("the image is missed", |app| unreadable(app).is_some());
     let sentence = unreadable(window.harness.state()).unwrap();
     for part in [
@@ -255,13 +268,9 @@ fn a_frame_whose_image_vanished_says_so_in_a_sentence_until_it_is_there_again() 
     window.harness.get_by_label(&sentence);
 
     std::fs::write(&image, bytes).unwrap();
-    window.act(Action::GoToFrame(0));
-    window.act(Action::GoToFrame(VANISHING));
-    window.until("the image is back", |app| {
-        let open = app.state().workspace().unwrap();
-        open.content(Layer::Color)
-            .is_some_and(|shown| shown.picture.is_some())
-    });
+    window.act(Command::GoToFrame(0));
+    window.act(Command::GoToFrame(VANISHING));
+    window.until("the image is back", has_image);
     assert_eq!(unreadable(window.harness.state()), None);
     assert!(window.harness.query_by_label(&sentence).is_none());
 }

@@ -7,7 +7,6 @@
 
 mod classes;
 mod files;
-mod guidance;
 mod labelling;
 mod layers;
 mod names;
@@ -19,3 +18,4 @@ mod space;
 mod stand;
 mod start;
 mod strokes;
+mod suggestions;

@@ -7,10 +7,9 @@ use egui::{Key, Modifiers, PointerButton};
 use egui_kittest::kittest::{NodeT, Queryable};
 use inplace_core::guide::{Likely, Suggestion};
 use inplace_core::session::Event;
-use inplace_ui::action::Action;
-use inplace_ui::canvas::Layer;
-use inplace_ui::dialogs::{AddClasses, ClassUse, Dialog};
-use inplace_ui::english;
+use inplace_model::Command;
+use inplace_model::dialogs::{AddClasses, ClassUse, Dialog};
+use inplace_model::layer::Layer;
 
 use crate::stand::*;
 
@@ -82,8 +81,8 @@ fn labelled(folder: &std::path::Path) -> Window {
     };
     worker.events.send(told).unwrap();
     window.until("the suggestions are listed", |app| {
-        let workspace = app.state().workspace();
-        workspace.is_some_and(|workspace| workspace.suggestions().len() == 2)
+        let workspace = app.model().workspace();
+        workspace.is_some_and(|workspace| workspace.suggestions().listed().len() == 2)
     });
     window
 }
@@ -104,7 +103,7 @@ fn every_control_of_an_open_scene_has_a_name() {
     window.close();
     let mut window = labelled(folder.path());
     assert_named(&mut window, "in a scene with labels");
-    window.act(Action::NextSuggestion);
+    window.act(Command::NextSuggestion);
     assert_named(&mut window, "at a suggestion");
     let stroke = *window
         .workspace()
@@ -114,14 +113,14 @@ fn every_control_of_an_open_scene_has_a_name() {
         .keys()
         .next()
         .unwrap();
-    window.act(Action::GoToStroke(stroke));
+    window.act(Command::GoToStroke(stroke));
     assert_named(&mut window, "with a stroke selected");
     window.press(Modifiers::NONE, Key::T);
     assert_named(&mut window, "with the progress shown");
     window.press(Modifiers::NONE, Key::W);
     assert_named(&mut window, "with two layers compared");
     for layer in Layer::ALL {
-        window.act(Action::ChooseLayer(layer));
+        window.act(Command::ChooseLayer(layer));
         assert_named(&mut window, layer.name());
     }
     window.press(Modifiers::NONE, Key::V);
@@ -144,14 +143,14 @@ fn every_control_of_a_dialog_has_a_name() {
         Dialog::Help,
     ] {
         let state = format!("in {dialog:?}");
-        window.act(Action::Show(Some(dialog)));
-        assert!(window.harness.state().state().dialog.is_some(), "{state}");
+        window.act(Command::Show(Some(dialog)));
+        assert!(window.harness.state().model().dialog.is_some(), "{state}");
         assert_named(&mut window, &state);
-        window.act(Action::Show(None));
+        window.act(Command::Show(None));
     }
-    window.act(Action::FindClass(ClassUse::Choose));
+    window.act(Command::FindClass(ClassUse::Choose));
     assert_named(&mut window, "in the class finder");
-    window.act(Action::Show(None));
-    window.harness.get_by_label(english::menu::FILE).click();
+    window.act(Command::Show(None));
+    window.harness.get_by_label("File").click();
     assert_named(&mut window, "in the File menu");
 }

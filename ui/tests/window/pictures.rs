@@ -6,9 +6,11 @@ use std::pin::pin;
 use std::task::{Context, Poll, Waker};
 use std::time::{Duration, Instant};
 
-use egui::{Key, Modifiers, PointerButton, ThemePreference};
+use egui::{Key, Modifiers, PointerButton};
 use egui_kittest::SnapshotOptions;
-use inplace_ui::action::Action;
+use inplace_model::Command;
+use inplace_model::preferences::{PreferenceChange, Theme};
+use inplace_ui::canvas::FrameView;
 
 use crate::stand::*;
 
@@ -69,10 +71,12 @@ fn labelled(folder: &std::path::Path) -> Window {
         window.worker().publish(frame, generation, 1 + (frame % 2) as u16);
     }
     window.until("the maps are shown", |app| {
-        let workspace = app.state().workspace().unwrap();
+        let workspace = app.model().workspace().unwrap();
         workspace.map_version(FRAMES - 1) > 0
-            && workspace
-                .shown_map()
+            && app
+                .canvas()
+                .frame()
+                .and_then(FrameView::map)
                 .is_some_and(|shown| shown.map.generation == generation)
     });
     window
@@ -92,7 +96,7 @@ fn a_labelled_scene_looks_as_it_should_in_the_dark_and_in_the_light() {
         let folder = tempfile::tempdir().unwrap();
         let mut window = labelled(folder.path());
         compare(&mut window, "labelled");
-        window.act(Action::SetTheme(ThemePreference::Light));
+        window.act(Command::Prefer(PreferenceChange::Theme(Theme::Light)));
         compare(&mut window, "labelled-light");
     }
 }

@@ -2,17 +2,15 @@
 
 use egui::{Key, Modifiers, PointerButton};
 use egui_kittest::kittest::Queryable;
+use inplace_model::Command;
+use inplace_model::preferences::{Hint, PreferenceChange, Preferences, Theme};
+use inplace_model::settings::Settings;
 use inplace_ui::Target;
-use inplace_ui::action::Action;
-use inplace_ui::english;
-use inplace_ui::hints::Hint;
-use inplace_ui::preferences::{Change, Preferences};
-use inplace_ui::state::Settings;
 
 use crate::stand::*;
 
 fn preferences(window: &Window) -> &Preferences {
-    &window.harness.state().state().preferences
+    &window.harness.state().model().preferences
 }
 
 #[test]
@@ -26,12 +24,12 @@ fn preferences_survive_a_restart() {
     window.choose("Close");
     window.click("View");
     window.click("Borders between classes");
-    assert!(!window.harness.state().state().settings.outlines);
+    assert!(!window.harness.state().model().settings.outlines);
     window.close();
     let window = Window::new(folder.path(), None);
     assert_eq!(preferences(&window).scale, 110);
-    assert_eq!(preferences(&window).theme, egui::ThemePreference::Light);
-    assert!(!window.harness.state().state().settings.outlines);
+    assert_eq!(preferences(&window).theme, Theme::Light);
+    assert!(!window.harness.state().model().settings.outlines);
 }
 
 #[test]
@@ -45,13 +43,13 @@ fn the_settings_of_a_project_win_and_change_no_preference() {
     }
     std::fs::remove_file(preferences_file(folder.path())).unwrap();
     let mut window = Window::new(folder.path(), None);
-    assert!(window.harness.state().state().settings.outlines);
+    assert!(window.harness.state().model().settings.outlines);
     window.click("Try the demo");
-    window.until("the demo is open", |app| app.state().workspace().is_some());
-    assert!(!window.harness.state().state().settings.outlines);
+    window.until("the demo is open", |app| app.model().workspace().is_some());
+    assert!(!window.harness.state().model().settings.outlines);
     window.close();
     let window = Window::new(folder.path(), None);
-    assert_eq!(window.harness.state().state().settings, Settings::default());
+    assert_eq!(window.harness.state().model().settings, Settings::default());
 }
 
 #[test]
@@ -61,7 +59,7 @@ fn damaged_preferences_are_set_aside_and_stop_nothing() {
     std::fs::create_dir_all(file.parent().unwrap()).unwrap();
     std::fs::write(&file, "{ damaged").unwrap();
     let window = Window::with_demo(folder.path());
-    let texts: Vec<&str> = window.harness.state().state().toasts.texts().collect();
+    let texts: Vec<&str> = window.harness.state().model().messages.texts().collect();
     assert!(texts.iter().any(|text| text.contains("set aside")), "{texts:?}");
     assert_eq!(preferences(&window).scale, 100);
     assert!(file.with_extension("set-aside.json").exists());
@@ -136,7 +134,7 @@ fn escape_leaves_the_key_as_it_was_and_the_settings_open() {
     window.press(Modifiers::NONE, Key::Escape);
     window.harness.get_by_label("Pause or resume training: P");
     window.press(Modifiers::NONE, Key::Escape);
-    assert!(window.harness.state().state().dialog.is_none());
+    assert!(window.harness.state().model().dialog.is_none());
 }
 
 #[test]
@@ -156,8 +154,8 @@ fn the_scale_has_keys_and_limits() {
 #[test]
 fn each_hint_is_shown_once_and_all_of_them_again_when_asked_for() {
     let folder = tempfile::tempdir().unwrap();
-    let first = &english::hint::first_class("N");
-    let second = english::hint::FIRST_STROKE;
+    let first = "Click on something in the image and name its class, or press N to be shown a place";
+    let second = "No strokes yet: choose a class, then click or scribble on the image";
     {
         let mut window = Window::with_demo(folder.path());
         window.harness.get_by_label(first);
@@ -186,17 +184,19 @@ fn escape_dismisses_the_newest_message() {
     let file = folder.path().join("broken.inplace");
     std::fs::write(&file, "not a project").unwrap();
     let mut window = Window::new(folder.path(), Some(Target::Path(file)));
-    window.until("the error is shown", |app| app.state().toasts.texts().count() > 0);
+    window.until("the error is shown", |app| {
+        app.model().messages.texts().count() > 0
+    });
     window.harness.get_by_label("Error");
     window.press(Modifiers::NONE, Key::Escape);
-    assert_eq!(window.harness.state().state().toasts.texts().count(), 0);
+    assert_eq!(window.harness.state().model().messages.texts().count(), 0);
 }
 
 #[test]
 fn a_menu_that_is_higher_than_the_window_begins_below_the_bar() {
     let folder = tempfile::tempdir().unwrap();
     let mut window = Window::with_demo(folder.path());
-    window.act(Action::Prefer(Change::Scale(200)));
+    window.act(Command::Prefer(PreferenceChange::Scale(200)));
     window.harness.run_steps(4);
     let bar = window.harness.get_by_label("View").rect();
     window.click("View");

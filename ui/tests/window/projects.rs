@@ -6,16 +6,16 @@ use std::sync::Arc;
 use egui::{Key, Modifiers, PointerButton};
 use egui_kittest::kittest::Queryable;
 use inplace_core::scene::SceneSource;
+use inplace_model::dialogs::Dialog;
+use inplace_model::project_session::SavedState;
 use inplace_ui::Target;
-use inplace_ui::dialogs::Dialog;
-use inplace_ui::keeper::SavedState;
 
 use crate::stand::*;
 
 fn open_scene(folder: &Path, scene: &Path) -> Window {
     let target = Target::Scene(SceneSource::Folder(scene.to_path_buf()));
     let mut window = Window::new(folder, Some(target));
-    window.until("the scene is open", |app| app.state().workspace().is_some());
+    window.until("the scene is open", |app| app.model().workspace().is_some());
     window
 }
 
@@ -27,8 +27,8 @@ fn label_and_save(window: &mut Window, project: &Path) {
     window.replace_text("Project file", project.to_str().unwrap());
     let named = project.to_path_buf();
     window.until("the project is saved", |app| {
-        let keeper = app.state().keeper.as_ref();
-        keeper.is_some_and(|keeper| keeper.is_named() && keeper.path() == named)
+        let project = app.model().project.as_ref();
+        project.is_some_and(|project| project.is_named() && project.path() == named)
     });
 }
 
@@ -43,20 +43,20 @@ fn a_scene_that_was_opened_is_on_the_start_page_with_its_picture() {
         window.click("File");
         window.click("Close scene");
         window.until("the picture is there", |app| {
-            app.state()
-                .found
-                .values()
+            app.panels()
+                .pictures()
+                .found()
                 .any(|found| found.there && found.picture.is_some())
         });
         window.click("Open kitchen");
-        window.until("the scene is open again", |app| app.state().workspace().is_some());
+        window.until("the scene is open again", |app| app.model().workspace().is_some());
         assert_eq!(window.workspace().document().classes().len(), 1);
         window.close();
     }
     std::fs::remove_dir(&scene).unwrap();
     let mut window = Window::new(folder.path(), None);
     window.until("the scene is missed", |app| {
-        app.state().found.values().any(|found| !found.there)
+        app.panels().pictures().found().any(|found| !found.there)
     });
     window.harness.get_by_label("kitchen (not found)");
     window.click("Remove kitchen from the list");
@@ -75,7 +75,7 @@ fn saving_puts_the_project_in_the_place_of_its_scene() {
     std::fs::create_dir(&scene).unwrap();
     let mut window = open_scene(folder.path(), &scene);
     label_and_save(&mut window, &folder.path().join("work.inplace"));
-    let recents = &window.harness.state().state().preferences.recents;
+    let recents = &window.harness.state().model().preferences.recents;
     let names: Vec<&str> = recents.iter().map(|recent| recent.name.as_str()).collect();
     assert_eq!(names, ["work"]);
     assert_eq!(recents.iter().next().unwrap().strokes, 1);
@@ -102,7 +102,7 @@ fn a_scene_that_has_moved_is_asked_for_checked_and_remembered() {
     {
         let mut window = Window::new(folder.path(), Some(Target::Project(project.clone())));
         window.until("it is asked", |app| {
-            matches!(app.state().dialog, Some(Dialog::Moved(_)))
+            matches!(app.model().dialog, Some(Dialog::Moved(_)))
         });
         let missing = format!(
             "work.inplace labels a scene that is no longer at {}.",
@@ -111,7 +111,7 @@ fn a_scene_that_has_moved_is_asked_for_checked_and_remembered() {
         window.harness.get_by_label(&missing);
         window.type_into("Folder of the scene", other.to_str().unwrap());
         window.until("it is asked again", |app| {
-            matches!(app.state().dialog, Some(Dialog::Moved(_)))
+            matches!(app.model().dialog, Some(Dialog::Moved(_)))
         });
         let refused =
             "has none of the 5 frames of this project; choose the folder of the scene that was labelled.";
@@ -119,12 +119,12 @@ fn a_scene_that_has_moved_is_asked_for_checked_and_remembered() {
             .harness
             .get_by_label(&format!("{}: {refused}", other.display()));
         window.replace_text("Folder of the scene", new.to_str().unwrap());
-        window.until("the scene is open", |app| app.state().workspace().is_some());
+        window.until("the scene is open", |app| app.model().workspace().is_some());
         assert_eq!(window.strokes(), 1);
         window.close();
     }
     let mut window = Window::new(folder.path(), Some(Target::Project(project)));
-    window.until("the scene is open", |app| app.state().workspace().is_some());
+    window.until("the scene is open", |app| app.model().workspace().is_some());
     assert_eq!(window.workspace().scene().source, SceneSource::Folder(new));
     assert_eq!(window.strokes(), 1);
 }
@@ -136,10 +136,10 @@ fn what_is_open_in_one_window_is_refused_in_another() {
     let mut first = Window::with_demo(folder.path());
     let refusal = |target: Target| {
         let mut second = Window::new(folder.path(), Some(target));
-        second.until("it is refused", |app| app.state().toasts.texts().count() > 0);
-        assert!(second.harness.state().state().workspace().is_none());
-        let state = second.harness.state().state();
-        state.toasts.texts().next().unwrap().to_owned()
+        second.until("it is refused", |app| app.model().messages.texts().count() > 0);
+        assert!(second.harness.state().model().workspace().is_none());
+        let state = second.harness.state().model();
+        state.messages.texts().next().unwrap().to_owned()
     };
     let unnamed = refusal(Target::Scene(SceneSource::Demo));
     assert!(
@@ -166,7 +166,7 @@ fn a_scene_can_be_opened_again_right_after_it_was_closed() {
     window.click("File");
     window.click("Close scene");
     window.click("Try the demo");
-    window.until("the demo is open again", |app| app.state().workspace().is_some());
+    window.until("the demo is open again", |app| app.model().workspace().is_some());
     assert_eq!(window.workspace().document().classes().len(), 1);
 }
 
@@ -196,8 +196,8 @@ fn work_that_has_no_file_says_so_until_it_is_saved_under_a_name() {
     window.harness.get_by_label("not saved");
     label_and_save(&mut window, &folder.path().join("work.inplace"));
     window.until("all of it is written", |app| {
-        let keeper = app.state().keeper.as_ref();
-        keeper.is_some_and(|keeper| keeper.saved_state() == SavedState::Saved)
+        let project = app.model().project.as_ref();
+        project.is_some_and(|project| project.saved_state() == SavedState::Saved)
     });
     window.harness.get_by_label("saved");
     window.close();
@@ -227,7 +227,7 @@ fn what_is_dropped_is_opened_in_place_of_what_was_open() {
     window.harness.input_mut().dropped_files = vec![dropped];
     window.harness.step();
     window.until("the scene is open", |app| {
-        let source = app.state().workspace().map(|workspace| &workspace.scene().source);
+        let source = app.model().workspace().map(|workspace| &workspace.scene().source);
         matches!(source, Some(SceneSource::Folder(folder)) if *folder == scene)
     });
 }
@@ -249,16 +249,16 @@ fn a_damaged_project_opens_from_its_backup_and_says_so() {
     let project = folder.path().join("work.inplace");
     let damaged = write_damaged_project(folder.path(), &project);
     let mut window = Window::new(folder.path(), Some(Target::Project(project.clone())));
-    window.until("the project is open", |app| app.state().workspace().is_some());
+    window.until("the project is open", |app| app.model().workspace().is_some());
     assert_eq!(window.strokes(), 1);
-    let told: Vec<&str> = window.harness.state().state().toasts.texts().collect();
+    let told: Vec<&str> = window.harness.state().model().messages.texts().collect();
     let sentence = told.iter().find(|text| text.contains("is damaged")).unwrap();
     assert!(sentence.contains("its backup of"), "{sentence}");
     let aside = folder.path().join("work-damaged.inplace");
     let end = format!("the damaged file is now {}.", aside.display());
     assert!(sentence.ends_with(&end), "{sentence}");
-    let keeper = window.harness.state().state().keeper.as_ref().unwrap();
-    assert_eq!((keeper.path(), keeper.is_named()), (project.as_path(), true));
+    let kept = window.harness.state().model().project.as_ref().unwrap();
+    assert_eq!((kept.path(), kept.is_named()), (project.as_path(), true));
     window.harness.get_by_label("saved");
     window.close();
     assert_eq!(std::fs::read(&aside).unwrap(), damaged);
@@ -275,9 +275,9 @@ fn a_project_that_cannot_be_written_is_labelled_in_memory_and_saved_elsewhere() 
         std::fs::write(folder.path().join(format!("work-damaged-{number}.inplace")), "").unwrap();
     }
     let mut window = Window::new(folder.path(), Some(Target::Project(project.clone())));
-    window.until("the project is open", |app| app.state().workspace().is_some());
+    window.until("the project is open", |app| app.model().workspace().is_some());
     window.harness.get_by_label("not saved");
-    let told: Vec<&str> = window.harness.state().state().toasts.texts().collect();
+    let told: Vec<&str> = window.harness.state().model().messages.texts().collect();
     assert!(
         told.iter()
             .any(|text| text.ends_with("Until then your work is in memory only.")),
@@ -290,8 +290,9 @@ fn a_project_that_cannot_be_written_is_labelled_in_memory_and_saved_elsewhere() 
     let elsewhere = folder.path().join("elsewhere.inplace");
     window.replace_text("Project file", elsewhere.to_str().unwrap());
     window.until("the project is saved", |app| {
-        let keeper = app.state().keeper.as_ref();
-        keeper.is_some_and(|keeper| keeper.path() == elsewhere && keeper.saved_state() == SavedState::Saved)
+        let project = app.model().project.as_ref();
+        project
+            .is_some_and(|project| project.path() == elsewhere && project.saved_state() == SavedState::Saved)
     });
     window.close();
     let reopened = inplace_core::project::Contents::read(&folder.path().join("elsewhere.inplace")).unwrap();

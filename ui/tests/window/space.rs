@@ -9,8 +9,7 @@ use inplace_core::guide::Suggestion;
 use inplace_core::scene::SceneSource;
 use inplace_core::semantics::{LabelPropagation, Node, NodeMap, Surface, SurfaceGraph};
 use inplace_core::session::Event;
-use inplace_ui::english::view3d as english;
-use inplace_ui::exporting::Progress;
+use inplace_model::exporting::ExportProgress;
 
 use crate::stand::*;
 
@@ -67,7 +66,7 @@ fn shown(folder: &std::path::Path) -> Window {
     worker.events.send(event).unwrap();
     window.press(Modifiers::NONE, Key::V);
     let start = std::time::Instant::now();
-    while window.harness.query_by_label(english::FLY).is_none() {
+    while window.harness.query_by_label("Fly to this frame").is_none() {
         assert!(start.elapsed().as_secs() < 20, "the wall is not shown");
         window.harness.step();
         std::thread::sleep(std::time::Duration::from_millis(2));
@@ -77,7 +76,7 @@ fn shown(folder: &std::path::Path) -> Window {
 }
 
 fn middle(window: &Window) -> Pos2 {
-    window.harness.get_by_label(english::NAME).rect().center()
+    window.harness.get_by_label("3D view").rect().center()
 }
 
 #[test]
@@ -85,12 +84,14 @@ fn v_and_the_buttons_switch_and_say_what_is_missing() {
     let folder = tempfile::tempdir().unwrap();
     let mut window = Window::with_demo(folder.path());
     window.press(Modifiers::NONE, Key::V);
-    window.harness.get_by_label(english::NAME);
-    window.harness.get_by_label(english::NO_SURFACE);
-    window.click(english::SHOW_FRAME);
+    window.harness.get_by_label("3D view");
+    window.harness.get_by_label(
+        "The surface of the scene is shown here as soon as it is found; until then you can label the frames",
+    );
+    window.click("Frame");
     assert!(!window.workspace().space.shown);
     window.harness.get_by_label(inplace_ui::canvas::CANVAS_NAME);
-    window.click(english::SHOW_SPACE);
+    window.click("3D");
     assert!(window.workspace().space.shown);
 }
 
@@ -114,7 +115,7 @@ fn the_surface_is_exported_as_the_dialog_says() {
         let out = folder.path().join(stem);
         window.replace_text("Export folder", out.to_str().unwrap());
         window.until("the export has ended", |app| {
-            !matches!(app.state().export, Some(Progress::Writing(..)))
+            !matches!(app.model().export, Some(ExportProgress::Writing(..)))
         });
         window.harness.get_by_label("Exported the surface");
         for file in [format!("{stem}.ply"), format!("{stem}_classes.ply")] {
@@ -133,7 +134,7 @@ fn a_click_on_the_surface_labels_the_frame_that_shows_it_and_stays() {
     let place = middle(&window);
     window.drag(PointerButton::Primary, &[place]);
     window.until("the wall is labelled", |app| {
-        let workspace = app.state().workspace().unwrap();
+        let workspace = app.model().workspace().unwrap();
         !workspace.document().labels().strokes.is_empty()
     });
     assert!(window.workspace().space.shown);
@@ -143,7 +144,7 @@ fn a_click_on_the_surface_labels_the_frame_that_shows_it_and_stays() {
     let [x, y] = stroke.first_point().unwrap();
     assert_eq!((stroke.class, stroke.radius), (1, 0));
     assert!(x.abs_diff(32) <= 2 && y.abs_diff(24) <= 2, "{x} {y}");
-    window.harness.get_by_label(&english::labelled("wall", "rgb_0"));
+    window.harness.get_by_label("wall, on frame rgb_0");
     window.press(Modifiers::COMMAND, Key::Z);
     assert_eq!(window.strokes(), 0);
 }
@@ -157,11 +158,11 @@ fn a_click_that_a_lock_refuses_is_not_said_to_have_labelled() {
     let place = middle(&window);
     window.drag(PointerButton::Primary, &[place]);
     window.until("the refusal is told", |app| {
-        let mut messages = app.state().toasts.texts();
+        let mut messages = app.model().messages.texts();
         messages.any(|message| message.contains("unlock it"))
     });
     window.harness.run_steps(2);
-    let said = english::labelled("wall", "rgb_0");
+    let said = "wall, on frame rgb_0";
     assert!(window.harness.query_by_label(&said).is_none());
     assert_eq!(window.strokes(), 0);
 }
@@ -172,13 +173,17 @@ fn a_click_beside_the_surface_says_so() {
     let mut window = shown(folder.path());
     window.add_class("wall");
     // What is between the surface and the edge of a fitted view.
-    let area = window.harness.get_by_label(english::NAME).rect();
+    let area = window.harness.get_by_label("3D view").rect();
     window.drag(
         PointerButton::Primary,
         &[area.right_center() - egui::vec2(12.0, 0.0)],
     );
     let start = std::time::Instant::now();
-    while window.harness.query_by_label(english::NOTHING_THERE).is_none() {
+    while window
+        .harness
+        .query_by_label("There is no surface under the pointer")
+        .is_none()
+    {
         assert!(start.elapsed().as_secs() < 20, "nothing is said");
         window.harness.step();
         std::thread::sleep(std::time::Duration::from_millis(2));
@@ -190,7 +195,7 @@ fn a_click_beside_the_surface_says_so() {
 fn drags_and_arrows_turn_the_view_and_fitting_keeps_its_side() {
     let folder = tempfile::tempdir().unwrap();
     let mut window = shown(folder.path());
-    let camera = |window: &Window| window.workspace().space.camera().copied();
+    let camera = |window: &Window| window.workspace().space.camera;
     assert_eq!(camera(&window), None);
     window.press(Modifiers::NONE, Key::ArrowLeft);
     let turned = camera(&window).unwrap();
@@ -233,7 +238,7 @@ fn a_double_click_turns_around_that_place_and_labels_nothing() {
         });
     }
     window.until("the pivot is set", |app| {
-        let camera = app.state().workspace().unwrap().space.camera();
+        let camera = app.model().workspace().unwrap().space.camera;
         camera.is_some_and(|camera| (camera.pivot.z - AWAY).abs() < 1e-3 && camera.pivot.x.abs() > 0.05)
     });
     window.harness.run_steps(20);
@@ -244,10 +249,10 @@ fn a_double_click_turns_around_that_place_and_labels_nothing() {
 fn the_camera_flies_to_the_frame_in_view_and_the_view_is_kept() {
     let folder = tempfile::tempdir().unwrap();
     let mut window = shown(folder.path());
-    window.click(english::FLY);
+    window.click("Fly to this frame");
     // All frames were taken at the origin.
     window.until("the camera has arrived", |app| {
-        let camera = app.state().workspace().unwrap().space.camera();
+        let camera = app.model().workspace().unwrap().space.camera;
         camera.is_some_and(|camera| camera.eye().length() < 1e-3)
     });
     let arrived = window.workspace().space;
@@ -275,22 +280,22 @@ fn a_click_on_a_suggestion_leads_to_it_in_its_frame() {
         suggestions: vec![suggestion],
     };
     window.worker().events.send(suggestions).unwrap();
-    window.click(english::FLY);
+    window.click("Fly to this frame");
     window.until("the camera has arrived", |app| {
-        let camera = app.state().workspace().unwrap().space.camera();
+        let camera = app.model().workspace().unwrap().space.camera;
         camera.is_some_and(|camera| camera.eye().length() < 1e-3)
     });
     // The node of that pixel is at (-0.7, 0.4, 2) metres, seen from the origin.
-    let area = window.harness.get_by_label(english::NAME).rect();
+    let area = window.harness.get_by_label("3D view").rect();
     let focal = 0.5 * area.size().min_elem() / 0.48_f32.tan();
     let place = area.center() + focal * egui::vec2(-0.35, 0.2);
     window.harness.hover_at(place);
     window.harness.run_steps(2);
     window.drag(PointerButton::Primary, &[place]);
     window.until("the frame is shown", |app| {
-        !app.state().workspace().unwrap().space.shown
+        !app.model().workspace().unwrap().space.shown
     });
     assert_eq!(window.workspace().frame_index(), 3);
-    assert_eq!(window.workspace().at_suggestion(), Some(0));
+    assert_eq!(window.workspace().suggestions().at(), Some(0));
     assert_eq!(window.strokes(), 0);
 }

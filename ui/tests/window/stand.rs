@@ -10,13 +10,13 @@ use egui::accesskit::Role;
 use egui::{Key, Modifiers, PointerButton, Pos2, vec2};
 use egui_kittest::{Harness, kittest::Queryable};
 use inplace_core::scene::{Camera, ColorImage, Frame, FramePixels, OpenOptions, Scene, SceneSource};
-use inplace_core::session::{Command, Event, FrameMap, MapSlots};
-use inplace_ui::action::Action;
-use inplace_ui::app::{App, Surroundings};
-use inplace_ui::canvas::CANVAS_NAME;
-use inplace_ui::preferences::Store;
-use inplace_ui::session_link::SessionLink;
-use inplace_ui::workspace::Workspace;
+use inplace_core::session::{self, Event, FrameMap, MapSlots};
+use inplace_model::Command;
+use inplace_model::preferences::Store;
+use inplace_model::session_link::SessionLink;
+use inplace_model::workspace::Workspace;
+use inplace_ui::app::{App, Environment};
+use inplace_ui::canvas::{CANVAS_NAME, FrameView};
 use inplace_ui::{Target, UiOptions};
 
 pub const WIDTH: u32 = 64;
@@ -27,7 +27,7 @@ pub const FRAMES: usize = 5;
 #[derive(Clone)]
 pub struct Worker {
     pub events: Sender<Event>,
-    pub commands: Receiver<Command>,
+    pub commands: Receiver<session::Command>,
     pub maps: Arc<MapSlots>,
 }
 
@@ -42,19 +42,19 @@ impl Worker {
     }
 
     /// The commands since the last call.
-    pub fn received(&self) -> Vec<Command> {
+    pub fn received(&self) -> Vec<session::Command> {
         self.commands.try_iter().collect()
     }
 }
 
 pub struct Link {
-    pub commands: Sender<Command>,
+    pub commands: Sender<session::Command>,
     pub events: Receiver<Event>,
     pub maps: Arc<MapSlots>,
 }
 
 impl SessionLink for Link {
-    fn send(&self, command: Command) {
+    fn send(&self, command: session::Command) {
         let _ = self.commands.send(command);
     }
     fn next_event(&self) -> Option<Event> {
@@ -137,7 +137,7 @@ impl Window {
             ..UiOptions::default()
         };
         let mut window = Self::with_options(folder, options);
-        window.until("the scene is open", |app| app.state().workspace().is_some());
+        window.until("the scene is open", |app| app.model().workspace().is_some());
         window
     }
 
@@ -148,7 +148,7 @@ impl Window {
         let mut harness = Harness::builder()
             .with_size(vec2(1280.0, 720.0))
             .build_eframe(move |creation| {
-                let around = Surroundings {
+                let around = Environment {
                     sessions: Box::new(move |options, _wake| {
                         let (commands, command_inbox) = unbounded();
                         let (event_outbox, events) = unbounded();
@@ -180,7 +180,7 @@ impl Window {
 
     pub fn with_demo(folder: &Path) -> Self {
         let mut window = Self::new(folder, Some(Target::Scene(SceneSource::Demo)));
-        window.until("the scene is open", |app| app.state().workspace().is_some());
+        window.until("the scene is open", |app| app.model().workspace().is_some());
         window
     }
 
@@ -206,9 +206,14 @@ impl Window {
     pub fn workspace(&self) -> &Workspace {
         self.harness
             .state()
-            .state()
+            .model()
             .workspace()
             .expect("no scene is open")
+    }
+
+    /// What is known of the frame in view.
+    pub fn frame(&self) -> &FrameView {
+        self.harness.state().canvas().frame().expect("no scene is open")
     }
 
     pub fn worker(&self) -> Worker {
@@ -233,7 +238,7 @@ impl Window {
     }
 
     /// Does something as a panel or a key would.
-    pub fn act(&mut self, action: Action) {
+    pub fn act(&mut self, action: Command) {
         self.harness.state_mut().act(action);
         self.harness.run_steps(3);
     }

@@ -13,7 +13,7 @@ fn the_start_page_opens_the_demo() {
     let mut window = Window::new(folder.path(), None);
     window.harness.get_by_label("Open a folder...");
     window.click("Try the demo");
-    window.until("the demo is open", |app| app.state().workspace().is_some());
+    window.until("the demo is open", |app| app.model().workspace().is_some());
     window.harness.get_by_label(CANVAS_NAME);
     assert_eq!(window.workspace().scene().frames.len(), FRAMES);
 }
@@ -40,9 +40,11 @@ fn a_path_that_cannot_be_opened_is_one_sentence_on_the_start_page() {
     let file = folder.path().join("broken.inplace");
     std::fs::write(&file, "not a project").unwrap();
     let mut window = Window::new(folder.path(), Some(Target::Path(file)));
-    window.until("the error is shown", |app| app.state().toasts.texts().count() > 0);
+    window.until("the error is shown", |app| {
+        app.model().messages.texts().count() > 0
+    });
     window.harness.get_by_label("Try the demo");
-    let state = window.harness.state().state();
-    let text = state.toasts.texts().next().unwrap();
+    let state = window.harness.state().model();
+    let text = state.messages.texts().next().unwrap();
     assert!(text.contains("broken.inplace"), "{text}");
 }

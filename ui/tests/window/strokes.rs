@@ -5,9 +5,9 @@ use egui_kittest::kittest::Queryable;
 use inplace_core::labels::{History, LabelSet, Stroke, StrokeId, StrokeKind, VOID};
 use inplace_core::project::{Contents, Project, SceneRecord};
 use inplace_core::scene::{OpenOptions, SceneSource};
+use inplace_model::settings::Settings;
+use inplace_model::tool::Tool;
 use inplace_ui::Target;
-use inplace_ui::canvas::Tool;
-use inplace_ui::state::Settings;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 use crate::stand::*;
 
 fn settings(window: &Window) -> Settings {
-    window.harness.state().state().settings
+    window.harness.state().model().settings
 }
 
 fn newest(window: &Window) -> Stroke {
@@ -71,7 +71,7 @@ fn project(folder: &Path, strokes: impl IntoIterator<Item = Stroke>) -> Target {
 fn opened(folder: &Path, strokes: impl IntoIterator<Item = Stroke>) -> Window {
     let target = project(folder, strokes);
     let mut window = Window::new(folder, Some(target));
-    window.until("the project is open", |app| app.state().workspace().is_some());
+    window.until("the project is open", |app| app.model().workspace().is_some());
     window
 }
 

@@ -2,8 +2,7 @@
 
 use egui::Pos2;
 use inplace_core::labels::Pixel;
-
-use super::{Line, Tool};
+use inplace_model::tool::{DrawnLine, Tool};
 
 /// How far the pointer moves, in points, before a held button draws freely.
 const FREEHAND: f32 = 4.0;
@@ -68,8 +67,8 @@ impl Draft {
     }
 
     /// What it is when it ends now.
-    pub fn line(&self) -> Line {
-        Line {
+    pub fn line(&self) -> DrawnLine {
+        DrawnLine {
             tool: self.tool,
             points: self.points.clone(),
         }

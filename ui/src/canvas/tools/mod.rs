@@ -6,81 +6,22 @@
 mod draft;
 
 use egui::{Event, Modifiers, MouseWheelUnit, PointerButton, Pos2, Rect, Vec2};
-use inplace_core::labels::{ClassId, Pixel, Stroke};
+use inplace_core::labels::Pixel;
+use inplace_model::tool::{DrawnLine, Tool};
+use inplace_model::view::View;
 
 pub use draft::Draft;
 
-use super::view::View;
+use super::view::{Placement, panned, zoomed_at};
 
 /// Two presses are a double-click within this many seconds and points.
 const DOUBLE_CLICK: (f64, f32) = (0.35, 6.0);
-
-/// What the left button does.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Tool {
-    /// Labels a point or along a line with the current class.
-    #[default]
-    Brush,
-    /// Labels along a line from corner to corner.
-    Polyline,
-    /// Labels the inside of an outline.
-    Polygon,
-    /// Erases strokes.
-    Erase,
-    /// Selects strokes.
-    Select,
-}
-
-impl Tool {
-    /// All tools, in the order of the tool bar.
-    pub const ALL: [Self; 5] = [
-        Self::Brush,
-        Self::Polyline,
-        Self::Polygon,
-        Self::Erase,
-        Self::Select,
-    ];
-
-    /// Whether it labels with the current class.
-    pub fn labels(self) -> bool {
-        matches!(self, Self::Brush | Self::Polyline | Self::Polygon)
-    }
-
-    /// Whether it draws with the brush's radius.
-    pub fn has_radius(self) -> bool {
-        matches!(self, Self::Brush | Self::Polyline | Self::Erase)
-    }
-}
-
-/// A line or an outline being drawn, or just finished.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Line {
-    /// What it does.
-    pub tool: Tool,
-    /// Its pixels, in the order drawn; of a polygon the corners.
-    pub points: Vec<Pixel>,
-}
-
-impl Line {
-    /// What it says: a filled polygon, or a line of this radius in pixels.
-    pub fn into_stroke(self, frame: usize, class: ClassId, radius: u32) -> Stroke {
-        if self.tool == Tool::Polygon {
-            return Stroke::polygon(frame, class, &self.points);
-        }
-        Stroke {
-            frame,
-            class,
-            radius,
-            lines: vec![self.points],
-        }
-    }
-}
 
 /// What a pointer event led to.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Outcome {
     /// This line is complete.
-    Finished(Line),
+    Finished(DrawnLine),
     /// A stroke was pointed at, or no stroke: the image position (the centre of pixel 0 is 0.5), which may be
     /// outside the image.
     Picked(Pos2),
@@ -92,7 +33,7 @@ pub enum Outcome {
 
 /// Where gestures happen.
 #[derive(Clone, Copy, Debug)]
-pub struct Surroundings {
+pub struct CanvasPlace {
     /// The canvas on screen.
     pub canvas: Rect,
     /// Image size in pixels.
@@ -112,7 +53,7 @@ pub struct Surroundings {
 /// The gesture in progress.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Gesture {
-    line: Option<(PointerButton, Line)>,
+    line: Option<(PointerButton, DrawnLine)>,
     /// The panning button and where the pointer was last.
     pan: Option<(PointerButton, Pos2)>,
     draft: Option<Draft>,
@@ -122,7 +63,7 @@ pub struct Gesture {
 
 impl Gesture {
     /// The line being drawn with a button held.
-    pub fn line(&self) -> Option<&Line> {
+    pub fn line(&self) -> Option<&DrawnLine> {
         self.line.as_ref().map(|(_, line)| line)
     }
 
@@ -160,7 +101,7 @@ impl Gesture {
     }
 
     /// Ends the polyline or polygon being drawn.
-    pub fn finish(&mut self) -> Option<Line> {
+    pub fn finish(&mut self) -> Option<DrawnLine> {
         self.corner_added = None;
         self.draft.take().map(|draft| draft.line())
     }
@@ -178,7 +119,7 @@ impl Gesture {
         &mut self,
         event: &Event,
         view: View,
-        around: &Surroundings,
+        around: &CanvasPlace,
         reachable: impl Fn(Pos2) -> bool,
     ) -> Option<Outcome> {
         match *event {
@@ -217,7 +158,7 @@ impl Gesture {
         button: PointerButton,
         modifiers: Modifiers,
         view: View,
-        around: &Surroundings,
+        around: &CanvasPlace,
     ) -> Option<Outcome> {
         let tool = match button {
             PointerButton::Middle => None,
@@ -230,7 +171,7 @@ impl Gesture {
             self.pan = Some((button, pos));
             return None;
         };
-        let placement = view.place(around.canvas, around.size);
+        let placement = Placement::new(view, around.canvas, around.size);
         match tool {
             Tool::Select => return Some(Outcome::Picked(placement.to_image(pos))),
             Tool::Polyline | Tool::Polygon => return self.add_corner(tool, pos, view, around),
@@ -242,13 +183,13 @@ impl Gesture {
             if points.last() != Some(&pixel) {
                 points.push(pixel);
             }
-            self.line = Some((button, Line { tool, points }));
+            self.line = Some((button, DrawnLine { tool, points }));
         }
         None
     }
 
-    fn add_corner(&mut self, tool: Tool, pos: Pos2, view: View, around: &Surroundings) -> Option<Outcome> {
-        let placement = view.place(around.canvas, around.size);
+    fn add_corner(&mut self, tool: Tool, pos: Pos2, view: View, around: &CanvasPlace) -> Option<Outcome> {
+        let placement = Placement::new(view, around.canvas, around.size);
         let Some(draft) = self.draft.as_mut().filter(|draft| draft.tool() == tool) else {
             // What the other tool began stays only until this one begins.
             let pixel = placement.pixel_at(pos)?;
@@ -272,16 +213,16 @@ impl Gesture {
         None
     }
 
-    fn drag(&mut self, pos: Pos2, mut view: View, around: &Surroundings) -> Option<Outcome> {
+    fn drag(&mut self, pos: Pos2, view: View, around: &CanvasPlace) -> Option<Outcome> {
         if let Some((_, last)) = &mut self.pan {
-            view.pan(around.canvas, around.size, pos - *last);
+            let moved = panned(view, around.canvas, around.size, pos - *last);
             *last = pos;
-            return Some(Outcome::Moved(view));
+            return Some(Outcome::Moved(moved));
         }
         if let Some((_, line)) = &mut self.line {
             extend(line, view, around, pos);
         } else if let Some(draft) = &mut self.draft {
-            let pixel = view.place(around.canvas, around.size).nearest_pixel(pos);
+            let pixel = Placement::new(view, around.canvas, around.size).nearest_pixel(pos);
             draft.drag(pixel, pos);
         }
         None
@@ -292,7 +233,7 @@ impl Gesture {
         pos: Pos2,
         button: PointerButton,
         view: View,
-        around: &Surroundings,
+        around: &CanvasPlace,
     ) -> Option<Outcome> {
         if self.pan.is_some_and(|(panning, _)| panning == button) {
             self.pan = None;
@@ -306,7 +247,7 @@ impl Gesture {
             && let Some(draft) = &mut self.draft
             && draft.release()
         {
-            let placement = view.place(around.canvas, around.size);
+            let placement = Placement::new(view, around.canvas, around.size);
             let first = placement.pixel_center(*draft.points().first()?);
             if draft.closes_at(pos, first) {
                 return self.finish().map(Outcome::Finished);
@@ -316,7 +257,7 @@ impl Gesture {
     }
 }
 
-fn wheel(steps: f32, brush: bool, mut view: View, around: &Surroundings) -> Option<Outcome> {
+fn wheel(steps: f32, brush: bool, view: View, around: &CanvasPlace) -> Option<Outcome> {
     if steps == 0.0 {
         return None;
     }
@@ -324,12 +265,18 @@ fn wheel(steps: f32, brush: bool, mut view: View, around: &Surroundings) -> Opti
         return Some(Outcome::Brush(steps.signum() as i32));
     }
     let cursor = around.cursor.unwrap_or_else(|| around.canvas.center());
-    view.zoom_at(around.canvas, around.size, cursor, 1.2_f32.powf(steps));
-    Some(Outcome::Moved(view))
+    let factor = 1.2_f32.powf(steps);
+    Some(Outcome::Moved(zoomed_at(
+        view,
+        around.canvas,
+        around.size,
+        cursor,
+        factor,
+    )))
 }
 
-fn extend(line: &mut Line, view: View, around: &Surroundings, pos: Pos2) {
-    let pixel = view.place(around.canvas, around.size).nearest_pixel(pos);
+fn extend(line: &mut DrawnLine, view: View, around: &CanvasPlace, pos: Pos2) {
+    let pixel = Placement::new(view, around.canvas, around.size).nearest_pixel(pos);
     if line.points.last() != Some(&pixel) {
         line.points.push(pixel);
     }

@@ -4,7 +4,7 @@ use egui::{MouseWheelSource, TouchPhase, pos2, vec2};
 
 use super::*;
 
-const AROUND: Surroundings = Surroundings {
+const AROUND: CanvasPlace = CanvasPlace {
     canvas: Rect {
         min: pos2(0.0, 0.0),
         max: pos2(352.0, 272.0),
@@ -26,8 +26,8 @@ fn button(x: f32, y: f32, button: PointerButton, pressed: bool) -> Event {
     }
 }
 
-fn follow(gesture: &mut Gesture, around: &Surroundings, events: &[Event]) -> Vec<Outcome> {
-    let follow = |event| gesture.follow(event, View::FITTED, around, |_| true);
+fn follow(gesture: &mut Gesture, around: &CanvasPlace, events: &[Event]) -> Vec<Outcome> {
+    let follow = |event| gesture.follow(event, View::Whole, around, |_| true);
     events.iter().filter_map(follow).collect()
 }
 
@@ -37,7 +37,7 @@ fn a_click_is_a_line_of_one_pixel() {
         button(26.5, 36.5, PointerButton::Primary, true),
         button(26.5, 36.5, PointerButton::Primary, false),
     ];
-    let line = Line {
+    let line = DrawnLine {
         tool: Tool::Brush,
         points: vec![[10, 20]],
     };
@@ -75,7 +75,7 @@ fn the_right_button_erases_whatever_the_tool() {
 
 #[test]
 fn dragging_with_the_pan_key_moves_the_view_and_draws_nothing() {
-    let around = Surroundings {
+    let around = CanvasPlace {
         pan_key: true,
         ..AROUND
     };
@@ -101,7 +101,7 @@ fn a_press_outside_the_image_or_under_a_window_starts_nothing() {
     assert!(!gesture.is_active());
     gesture.follow(
         &button(40.0, 40.0, PointerButton::Primary, true),
-        View::FITTED,
+        View::Whole,
         &AROUND,
         |_| false,
     );
@@ -119,17 +119,17 @@ fn the_wheel_zooms_and_with_ctrl_changes_the_brush() {
     };
     let mut gesture = Gesture::default();
     let plain = follow(&mut gesture, &AROUND, &[wheel(Modifiers::NONE)]);
-    assert!(matches!(plain[0], Outcome::Moved(view) if !view.is_fitted()));
+    assert!(matches!(plain[0], Outcome::Moved(View::Free { .. })));
     let ctrl = follow(&mut gesture, &AROUND, &[wheel(Modifiers::COMMAND)]);
     assert_eq!(ctrl, [Outcome::Brush(1)]);
 }
 
-fn with(tool: Tool) -> Surroundings {
-    Surroundings { tool, ..AROUND }
+fn with(tool: Tool) -> CanvasPlace {
+    CanvasPlace { tool, ..AROUND }
 }
 
 /// A click on the centre of a pixel of the fitted image, long after the one before.
-fn click(gesture: &mut Gesture, around: &mut Surroundings, [x, y]: Pixel) -> Vec<Outcome> {
+fn click(gesture: &mut Gesture, around: &mut CanvasPlace, [x, y]: Pixel) -> Vec<Outcome> {
     around.time += 1.0;
     let (x, y) = (x as f32 + 16.5, y as f32 + 16.5);
     let events = [
@@ -147,7 +147,7 @@ fn corners_become_a_polygon_by_a_click_on_the_first() {
     for corner in CORNERS {
         assert_eq!(click(&mut gesture, &mut around, corner), []);
     }
-    let line = Line {
+    let line = DrawnLine {
         tool: Tool::Polygon,
         points: CORNERS.to_vec(),
     };
@@ -171,7 +171,7 @@ fn a_double_click_ends_and_two_quick_clicks_apart_do_not() {
         let points = CORNERS.to_vec();
         assert_eq!(
             click(&mut gesture, &mut around, [61, 50]),
-            [Outcome::Finished(Line { tool, points })]
+            [Outcome::Finished(DrawnLine { tool, points })]
         );
     }
 }
@@ -237,7 +237,7 @@ fn the_view_moves_in_the_middle_of_a_polygon() {
 
 #[test]
 fn shift_draws_a_straight_line_from_where_the_last_one_ended() {
-    let around = Surroundings {
+    let around = CanvasPlace {
         line_end: Some([3, 4]),
         ..AROUND
     };
@@ -255,7 +255,7 @@ fn shift_draws_a_straight_line_from_where_the_last_one_ended() {
     ] {
         let outcomes = follow(&mut Gesture::default(), &around, &events(modifiers));
         let tool = Tool::Brush;
-        assert_eq!(outcomes, [Outcome::Finished(Line { tool, points })]);
+        assert_eq!(outcomes, [Outcome::Finished(DrawnLine { tool, points })]);
     }
 }
 

@@ -2,15 +2,14 @@
 
 use egui::{Color32, Key, Popup, PopupCloseBehavior, Rect, Role, Sense, Ui, WidgetInfo, vec2};
 use inplace_core::labels::{Class, default_color};
+use inplace_model::{Command, Commands};
 
-use crate::action::{Action, Actions};
-use crate::english::classes as english;
 use crate::widgets::{focus_ring, swatch};
 
 /// The swatch as a button that opens the colours to choose from.
-pub(super) fn recolor_popup(ui: &Ui, class: &Class, rect: Rect, actions: &mut Actions) {
+pub(super) fn recolor_popup(ui: &Ui, class: &Class, rect: Rect, commands: &mut Commands) {
     let response = ui.interact(rect, ui.scope_id().with("colour"), Sense::click());
-    let name = english::color_of(&class.name);
+    let name = color_of(&class.name);
     response.widget_info(|| WidgetInfo::labeled(Role::Button, true, &name));
     if response.has_focus() {
         focus_ring(ui, rect);
@@ -26,7 +25,7 @@ pub(super) fn recolor_popup(ui: &Ui, class: &Class, rect: Rect, actions: &mut Ac
                     for id in 1..=24 {
                         let color = default_color(id);
                         let (cell, choice) = ui.allocate_exact_size(vec2(24.0, 24.0), Sense::click());
-                        let words = english::color(id);
+                        let words = color_text(id);
                         choice.widget_info(|| WidgetInfo::labeled(Role::Button, true, &words));
                         let side = if choice.hovered() { 24.0 } else { 20.0 };
                         swatch(ui.painter(), cell.center(), color, side);
@@ -34,7 +33,7 @@ pub(super) fn recolor_popup(ui: &Ui, class: &Class, rect: Rect, actions: &mut Ac
                             focus_ring(ui, cell);
                         }
                         if choice.clicked() {
-                            actions.push(Action::RecolorClass(class.id, color));
+                            commands.push(Command::RecolorClass(class.id, color));
                             ui.close();
                         }
                         if id % 6 == 0 {
@@ -42,13 +41,13 @@ pub(super) fn recolor_popup(ui: &Ui, class: &Class, rect: Rect, actions: &mut Ac
                         }
                     }
                 });
-            custom_color(ui, class, actions);
+            custom_color(ui, class, commands);
         });
     response.on_hover_text(name);
 }
 
 /// Any colour as hexadecimal digits.
-fn custom_color(ui: &mut Ui, class: &Class, actions: &mut Actions) {
+fn custom_color(ui: &mut Ui, class: &Class, commands: &mut Commands) {
     let id = ui.scope_id().with("custom colour");
     let [r, g, b] = class.color;
     let mut text = ui
@@ -58,18 +57,28 @@ fn custom_color(ui: &mut Ui, class: &Class, actions: &mut Actions) {
         let field = egui::TextEdit::singleline(&mut text)
             .margin(vec2(8.0, 5.0))
             .desired_width(96.0);
-        let response = ui.add(field).accessible_name(english::COLOR_DIGITS);
+        let response = ui.add(field).accessible_name("Colour as hexadecimal digits");
         let entered = response.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
         let parsed = Color32::from_hex(text.trim()).ok();
         let clicked = ui
-            .add_enabled(parsed.is_some(), egui::Button::new(english::USE_COLOR))
+            .add_enabled(parsed.is_some(), egui::Button::new("Use"))
             .clicked();
         if let Some(color) = parsed
             && (entered || clicked)
         {
-            actions.push(Action::RecolorClass(class.id, [color.r(), color.g(), color.b()]));
+            commands.push(Command::RecolorClass(class.id, [color.r(), color.g(), color.b()]));
             ui.close();
         }
     });
     ui.data_mut(|data| data.insert_temp(id, text));
+}
+
+/// Name of the swatch of a class.
+fn color_of(name: &str) -> String {
+    format!("Colour of {name}")
+}
+
+/// Name of a colour to choose.
+fn color_text(number: u16) -> String {
+    format!("Colour {number}")
 }

@@ -1,39 +1,38 @@
 //! The menu of the class list, and that of each class.
 
 use egui::{Popup, Rect, ScrollArea, Ui};
+use inplace_model::dialogs::{AddClasses, ClassUse, Dialog};
+use inplace_model::workspace::Workspace;
+use inplace_model::{Command, Commands};
 
-use crate::action::{Action, Actions};
-use crate::dialogs::{AddClasses, ClassUse, Dialog};
-use crate::english::classes as english;
 use crate::widgets::{Icon, icon_button};
-use crate::workspace::Workspace;
 
 /// The button at the head of the list with what concerns all classes.
-pub(super) fn of_list(ui: &mut Ui, workspace: &Workspace, actions: &mut Actions) {
-    let button = icon_button(ui, Icon::More, english::LIST_MENU);
+pub(super) fn of_list(ui: &mut Ui, workspace: &Workspace, commands: &mut Commands) {
+    let button = icon_button(ui, Icon::More, "Class list");
     let view = workspace.class_view();
     let some = !workspace.document().classes().is_empty();
     Popup::menu(&button).show(|ui| {
-        entry(ui, true, english::ADD_MANY, || {
-            actions.push(Action::Show(Some(Dialog::AddClasses(Box::new(AddClasses::new(
-                0,
-            ))))));
+        entry(ui, true, "Add classes...", || {
+            commands.push(Command::Show(Some(Dialog::AddClasses(Box::new(
+                AddClasses::new(0),
+            )))));
         });
         let path = String::new();
-        entry(ui, some, english::SAVE_AS_FILE, || {
-            actions.push(Action::Show(Some(Dialog::SaveClasses { path })));
+        entry(ui, some, "Save classes as a file...", || {
+            commands.push(Command::Show(Some(Dialog::SaveClasses { path })));
         });
         ui.separator();
-        let find = egui::Button::new(english::FIND).shortcut_text("C");
+        let find = egui::Button::new("Find a class").shortcut_text("C");
         if ui.add(find).clicked() {
-            actions.push(Action::FindClass(ClassUse::Choose));
+            commands.push(Command::FindClass(ClassUse::Choose));
             ui.close();
         }
-        entry(ui, !view.hidden().is_empty(), english::SHOW_ALL, || {
-            actions.push(Action::ShowClasses);
+        entry(ui, !view.hidden().is_empty(), "Show all classes", || {
+            commands.push(Command::ShowClasses);
         });
-        entry(ui, !view.locked().is_empty(), english::UNLOCK_ALL, || {
-            actions.push(Action::UnlockClasses);
+        entry(ui, !view.locked().is_empty(), "Unlock all classes", || {
+            commands.push(Command::UnlockClasses);
         });
     });
 }
@@ -46,56 +45,60 @@ pub(super) fn of_class(
     workspace: &Workspace,
     index: usize,
     rect: Rect,
-    actions: &mut Actions,
+    commands: &mut Commands,
 ) -> bool {
     let Some(class) = workspace.document().classes().get(index) else {
         return false;
     };
     let mut child = ui.new_child(egui::UiBuilder::new().max_rect(rect));
-    let button = icon_button(&mut child, Icon::More, &english::actions_for(&class.name));
+    let button = icon_button(&mut child, Icon::More, &actions_for(&class.name));
     let mut rename = false;
-    let mut contents = |ui: &mut Ui| entries(ui, workspace, index, &mut rename, actions);
+    let mut contents = |ui: &mut Ui| entries(ui, workspace, index, &mut rename, commands);
     Popup::menu(&button).show(&mut contents);
     Popup::context_menu(row).show(&mut contents);
     rename
 }
 
-fn entries(ui: &mut Ui, workspace: &Workspace, index: usize, rename: &mut bool, actions: &mut Actions) {
+fn entries(ui: &mut Ui, workspace: &Workspace, index: usize, rename: &mut bool, commands: &mut Commands) {
     let classes = workspace.document().classes();
     let class = &classes[index];
     let (locked, hidden) = (workspace.is_locked(class.id), workspace.is_hidden(class.id));
-    entry(ui, true, english::RENAME, || *rename = true);
+    entry(ui, true, "Rename", || *rename = true);
     ui.add_enabled_ui(classes.len() > 1, |ui| {
-        ui.menu_button(english::MERGE, |ui| {
+        ui.menu_button("Merge into", |ui| {
             ScrollArea::vertical().max_height(320.0).show(ui, |ui| {
                 for other in classes.iter().filter(|other| other.id != class.id) {
                     entry(ui, true, &other.name, || {
-                        actions.push(Action::MergeClass(class.id, other.id));
+                        commands.push(Command::MergeClass(class.id, other.id));
                     });
                 }
             });
         });
     });
     ui.separator();
-    entry(ui, index > 0, english::UP, || {
-        actions.push(Action::MoveClass(class.id, index - 1));
+    entry(ui, index > 0, "Move up", || {
+        commands.push(Command::MoveClass(class.id, index - 1));
     });
-    entry(ui, index + 1 < classes.len(), english::DOWN, || {
-        actions.push(Action::MoveClass(class.id, index + 1));
+    entry(ui, index + 1 < classes.len(), "Move down", || {
+        commands.push(Command::MoveClass(class.id, index + 1));
     });
     ui.separator();
-    let lock = if locked { english::UNLOCK } else { english::LOCK };
+    let lock = if locked { "Unlock" } else { "Lock" };
     entry(ui, true, lock, || {
-        actions.push(Action::SetClassLocked(class.id, !locked));
+        commands.push(Command::SetClassLocked(class.id, !locked));
     });
-    let hide = if hidden { english::UNHIDE } else { english::HIDE };
+    let hide = if hidden {
+        "Show in the overlay"
+    } else {
+        "Hide in the overlay"
+    };
     entry(ui, true, hide, || {
-        actions.push(Action::SetClassHidden(class.id, !hidden));
+        commands.push(Command::SetClassHidden(class.id, !hidden));
     });
     ui.separator();
     let strokes = workspace.document().strokes_of_class(class.id);
-    entry(ui, true, &english::delete(strokes), || {
-        actions.push(Action::DeleteClass(class.id));
+    entry(ui, true, &delete(strokes), || {
+        commands.push(Command::DeleteClass(class.id));
     });
 }
 
@@ -103,5 +106,19 @@ fn entry(ui: &mut Ui, enabled: bool, text: &str, chosen: impl FnOnce()) {
     if ui.add_enabled(enabled, egui::Button::new(text)).clicked() {
         chosen();
         ui.close();
+    }
+}
+
+/// Name of the menu of a class.
+fn actions_for(name: &str) -> String {
+    format!("Actions for {name}")
+}
+
+/// Deletes a class with its strokes.
+fn delete(strokes: usize) -> String {
+    match strokes {
+        0 => "Delete".to_owned(),
+        1 => "Delete with its stroke".to_owned(),
+        many => format!("Delete with its {many} strokes"),
     }
 }

@@ -6,14 +6,13 @@ mod row;
 
 use egui::{Key, Rect, ScrollArea, Ui, vec2};
 use inplace_core::labels::{Class, ClassId, PALETTES, VOID};
+use inplace_model::dialogs::{AddClasses, Dialog};
+use inplace_model::palette::VOID_COLOR;
+use inplace_model::workspace::Workspace;
+use inplace_model::{Command, Commands};
 
-use crate::action::{Action, Actions};
-use crate::canvas::VOID_COLOR;
-use crate::dialogs::{AddClasses, Dialog};
-use crate::english::classes as english;
 use crate::theme;
 use crate::widgets::{Icon, empty_state, heading, icon_button, scroll_to};
-use crate::workspace::Workspace;
 use row::{ROW, Row};
 
 /// So many classes have a field to search in them.
@@ -31,12 +30,12 @@ pub struct ClassPanel {
 
 impl ClassPanel {
     /// Draws the list.
-    pub fn show(&mut self, ui: &mut Ui, workspace: &Workspace, actions: &mut Actions) {
-        heading(ui, english::HEADING, |ui| menu::of_list(ui, workspace, actions));
-        self.add_field(ui, workspace, actions);
+    pub fn show(&mut self, ui: &mut Ui, workspace: &Workspace, commands: &mut Commands) {
+        heading(ui, "Classes", |ui| menu::of_list(ui, workspace, commands));
+        self.add_field(ui, workspace, commands);
         let classes = workspace.document().classes();
         if classes.is_empty() {
-            palettes(ui, actions);
+            palettes(ui, commands);
         }
         if classes.len() >= SEARCH_FROM {
             self.search_field(ui);
@@ -45,7 +44,7 @@ impl ClassPanel {
         }
         let found = self.found(classes);
         if found.is_empty() && !classes.is_empty() {
-            empty_state(ui, english::NOT_FOUND);
+            empty_state(ui, "No class has this in its name.");
         }
         ui.spacing_mut().item_spacing.y = 2.0;
         let chosen = workspace.class();
@@ -68,9 +67,9 @@ impl ClassPanel {
                     match found.get(line) {
                         Some(&index) => {
                             let class = &classes[index];
-                            ui.push_id(class.id, |ui| self.row(ui, workspace, index, class, actions));
+                            ui.push_id(class.id, |ui| self.row(ui, workspace, index, class, commands));
                         }
-                        None => void_row(ui, workspace, actions),
+                        None => void_row(ui, workspace, commands),
                     }
                 }
             });
@@ -86,10 +85,10 @@ impl ClassPanel {
 
     fn search_field(&mut self, ui: &mut Ui) {
         let field = egui::TextEdit::singleline(&mut self.search)
-            .hint_text(english::SEARCH)
+            .hint_text("Search classes")
             .margin(vec2(8.0, 5.0))
             .desired_width(f32::INFINITY);
-        let response = ui.add(field).accessible_name(english::SEARCH);
+        let response = ui.add(field).accessible_name("Search classes");
         if response.has_focus() && self.search.is_empty() && pointer_left(ui) {
             response.surrender_focus();
         }
@@ -98,29 +97,29 @@ impl ClassPanel {
         }
     }
 
-    fn add_field(&mut self, ui: &mut Ui, workspace: &Workspace, actions: &mut Actions) {
+    fn add_field(&mut self, ui: &mut Ui, workspace: &Workspace, commands: &mut Commands) {
         ui.horizontal(|ui| {
             let side = ui.spacing().interact_size.y;
             let field = egui::TextEdit::singleline(&mut self.new_name)
-                .hint_text(english::NEW)
+                .hint_text("New class")
                 .margin(vec2(8.0, 5.0))
                 .desired_width(ui.available_width() - side - theme::GAP);
-            let response = ui.add(field).accessible_name(english::NEW);
+            let response = ui.add(field).accessible_name("New class");
             let entered = response.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
             let name = self.new_name.trim();
             let mut classes = workspace.document().classes().iter();
             let known = classes.find(|class| class.is_named(name)).map(|class| class.id);
             let possible = !name.is_empty() && known.is_none();
             let clicked = ui
-                .add_enabled_ui(possible, |ui| icon_button(ui, Icon::Add, english::ADD).clicked())
+                .add_enabled_ui(possible, |ui| icon_button(ui, Icon::Add, "Add class").clicked())
                 .inner;
             if possible && (entered || clicked) {
-                actions.push(Action::AddClass(name.to_owned()));
+                commands.push(Command::AddClass(name.to_owned()));
                 self.new_name.clear();
                 // Ready for the next name.
                 response.request_focus();
             } else if let (Some(known), true) = (known, entered) {
-                actions.push(Action::ChooseClass(known));
+                commands.push(Command::ChooseClass(known));
                 self.new_name.clear();
             } else if response.has_focus() && self.new_name.is_empty() && pointer_left(ui) {
                 response.surrender_focus();
@@ -134,12 +133,12 @@ impl ClassPanel {
         workspace: &Workspace,
         index: usize,
         class: &Class,
-        actions: &mut Actions,
+        commands: &mut Commands,
     ) {
         if let Some((id, name)) = &mut self.renaming
             && *id == class.id
         {
-            if rename_field(ui, class, name, actions) {
+            if rename_field(ui, class, name, commands) {
                 self.renaming = None;
             }
             return;
@@ -154,18 +153,18 @@ impl ClassPanel {
             locked: workspace.is_locked(class.id),
             hidden: workspace.is_hidden(class.id),
         };
-        let (response, parts) = row.show(ui, actions);
+        let (response, parts) = row.show(ui, commands);
         let mut rename = response.double_clicked();
         if self.search.trim().is_empty() {
             let count = workspace.document().classes().len();
-            row::reorder(ui, &response, class.id, index, count, actions);
+            row::reorder(ui, &response, class.id, index, count, commands);
         }
-        color::recolor_popup(ui, class, parts.swatch, actions);
-        row.buttons(ui, &response, &parts, actions);
-        rename |= menu::of_class(ui, &response, workspace, index, parts.menu, actions);
+        color::recolor_popup(ui, class, parts.swatch, commands);
+        row.buttons(ui, &response, &parts, commands);
+        rename |= menu::of_class(ui, &response, workspace, index, parts.menu, commands);
         if rename && row.locked {
             // Refused with the reason.
-            actions.push(Action::RenameClass(class.id, class.name.clone()));
+            commands.push(Command::RenameClass(class.id, class.name.clone()));
         } else if rename {
             self.renaming = Some((class.id, class.name.clone()));
         }
@@ -173,16 +172,19 @@ impl ClassPanel {
 }
 
 /// What to start from where there is no class yet.
-fn palettes(ui: &mut Ui, actions: &mut Actions) {
+fn palettes(ui: &mut Ui, commands: &mut Commands) {
     ui.add_space(0.5 * theme::GAP);
-    empty_state(ui, english::EMPTY);
+    empty_state(
+        ui,
+        "No classes yet. Type a name and press Enter, click on something in the image, or start from the classes of a data set:",
+    );
     ui.horizontal_wrapped(|ui| {
         for (index, palette) in PALETTES.iter().enumerate() {
             let button = ui.button(palette.name).on_hover_text(palette.scenes);
             if button.clicked() {
-                actions.push(Action::Show(Some(Dialog::AddClasses(Box::new(AddClasses::new(
-                    index,
-                ))))));
+                commands.push(Command::Show(Some(Dialog::AddClasses(Box::new(
+                    AddClasses::new(index),
+                )))));
             }
         }
     });
@@ -201,10 +203,10 @@ fn pointer_left(ui: &Ui) -> bool {
     })
 }
 
-fn void_row(ui: &mut Ui, workspace: &Workspace, actions: &mut Actions) {
+fn void_row(ui: &mut Ui, workspace: &Workspace, commands: &mut Commands) {
     let row = Row {
         id: VOID,
-        name: english::VOID_NAME,
+        name: "void",
         color: VOID_COLOR,
         strokes: workspace.document().strokes_of_class(VOID),
         slot: Some(0),
@@ -212,22 +214,22 @@ fn void_row(ui: &mut Ui, workspace: &Workspace, actions: &mut Actions) {
         locked: false,
         hidden: false,
     };
-    let (response, _) = row.show(ui, actions);
-    response.on_hover_text(english::VOID);
+    let (response, _) = row.show(ui, commands);
+    response.on_hover_text("Nothing here: not trained on, and exported as 0");
 }
 
 /// A text field in place of the row; returns whether renaming is over.
-fn rename_field(ui: &mut Ui, class: &Class, name: &mut String, actions: &mut Actions) -> bool {
+fn rename_field(ui: &mut Ui, class: &Class, name: &mut String, commands: &mut Commands) -> bool {
     let field = egui::TextEdit::singleline(name)
         .margin(vec2(8.0, 6.0))
         .min_size(vec2(0.0, ROW))
         .desired_width(f32::INFINITY);
-    let response = ui.add(field).accessible_name(english::rename(&class.name));
+    let response = ui.add(field).accessible_name(rename_text(&class.name));
     if response.lost_focus() {
         let cancelled = ui.input(|input| input.key_pressed(Key::Escape));
         let trimmed = name.trim();
         if !cancelled && !trimmed.is_empty() && trimmed != class.name {
-            actions.push(Action::RenameClass(class.id, trimmed.to_owned()));
+            commands.push(Command::RenameClass(class.id, trimmed.to_owned()));
         }
         return true;
     }
@@ -235,4 +237,9 @@ fn rename_field(ui: &mut Ui, class: &Class, name: &mut String, actions: &mut Act
         response.request_focus();
     }
     false
+}
+
+/// Name of the field that renames a class.
+fn rename_text(name: &str) -> String {
+    format!("Rename {name}")
 }

@@ -2,9 +2,9 @@
 
 use egui::{Key, Modifiers, Rect, Role, Sense, Stroke, Ui, WidgetInfo, pos2, vec2};
 use inplace_core::labels::{ClassId, VOID};
+use inplace_model::text::counted;
+use inplace_model::{Command, Commands};
 
-use crate::action::{Action, Actions};
-use crate::english::classes as english;
 use crate::theme;
 use crate::widgets::{Icon, focus_ring, key_cap, line_of_text, swatch};
 
@@ -38,15 +38,15 @@ pub(super) struct Parts {
 
 impl Row<'_> {
     /// Draws the line; a click chooses the class.
-    pub(super) fn show(&self, ui: &mut Ui, actions: &mut Actions) -> (egui::Response, Parts) {
+    pub(super) fn show(&self, ui: &mut Ui, commands: &mut Commands) -> (egui::Response, Parts) {
         let size = vec2(ui.available_width(), ROW);
         let (_, rect) = ui.allocate_space(size);
         // By class and not by place, so that a line that moves keeps the keyboard.
         let response = ui.interact(rect, ui.scope_id().with("line"), Sense::click_and_drag());
-        let words = english::line(self.name, self.strokes, self.locked, self.hidden);
+        let words = line_text(self.name, self.strokes, self.locked, self.hidden);
         response.widget_info(|| WidgetInfo::selected(Role::ListBoxOption, true, self.chosen, &words));
         if response.clicked() {
-            actions.push(Action::ChooseClass(self.id));
+            commands.push(Command::ChooseClass(self.id));
         }
         let parts = self.parts(ui, rect);
         let cut = self.paint(ui, rect, &response, &parts);
@@ -120,16 +120,16 @@ impl Row<'_> {
     }
 
     /// The padlock, and the eye of a hidden class.
-    pub(super) fn buttons(&self, ui: &Ui, row: &egui::Response, parts: &Parts, actions: &mut Actions) {
+    pub(super) fn buttons(&self, ui: &Ui, row: &egui::Response, parts: &Parts, commands: &mut Commands) {
         let icon = if self.locked { Icon::Locked } else { Icon::Unlocked };
-        let name = english::padlock(self.name, self.locked);
+        let name = padlock(self.name, self.locked);
         let near = self.locked || row.contains_pointer() || row.has_focus();
         if mark(ui, parts.lock, icon, &name, near) {
-            actions.push(Action::SetClassLocked(self.id, !self.locked));
+            commands.push(Command::SetClassLocked(self.id, !self.locked));
         }
-        let name = english::show_again(self.name);
+        let name = show_again(self.name);
         if self.hidden && mark(ui, parts.eye, Icon::Hidden, &name, true) {
-            actions.push(Action::SetClassHidden(self.id, false));
+            commands.push(Command::SetClassHidden(self.id, false));
         }
     }
 }
@@ -159,7 +159,7 @@ pub(super) fn reorder(
     id: ClassId,
     index: usize,
     count: usize,
-    actions: &mut Actions,
+    commands: &mut Commands,
 ) {
     row.dnd_set_drag_payload(Dragged(id));
     if row.dragged() {
@@ -178,7 +178,7 @@ pub(super) fn reorder(
         let line = Stroke::new(2.0, theme::accent(ui.visuals()));
         ui.painter().hline(row.rect.x_range(), y, line);
         if dragged.0 != id && row.dnd_release_payload::<Dragged>().is_some() {
-            actions.push(Action::MoveClassBeside {
+            commands.push(Command::MoveClassBeside {
                 class: dragged.0,
                 neighbour: id,
                 below,
@@ -193,9 +193,31 @@ pub(super) fn reorder(
             )
         });
         if up && index > 0 {
-            actions.push(Action::MoveClass(id, index - 1));
+            commands.push(Command::MoveClass(id, index - 1));
         } else if down && index + 1 < count {
-            actions.push(Action::MoveClass(id, index + 1));
+            commands.push(Command::MoveClass(id, index + 1));
         }
     }
+}
+
+/// A class as a line of the list.
+fn line_text(name: &str, strokes: usize, locked: bool, hidden: bool) -> String {
+    let mut words = format!("{name}, {}", counted(strokes, "stroke", "strokes"));
+    if locked {
+        words += ", locked";
+    }
+    if hidden {
+        words += ", hidden";
+    }
+    words
+}
+
+/// Name of the padlock of a class.
+fn padlock(name: &str, locked: bool) -> String {
+    format!("{} {name}", if locked { "Unlock" } else { "Lock" })
+}
+
+/// Name of the eye of a hidden class.
+fn show_again(name: &str) -> String {
+    format!("Show {name} in the overlay")
 }

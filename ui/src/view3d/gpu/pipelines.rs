@@ -1,7 +1,7 @@
 //! The two pipelines of the splats: into their picture, and from there into the window.
 
-use super::Splat;
-use crate::view3d::targets::{COLOR_FORMAT, DEPTH_FORMAT};
+use crate::view3d::cloud::Splat;
+use crate::view3d::formats::{COLOR_FORMAT, DEPTH_FORMAT};
 
 /// Uniforms and a texture, bound at two consecutive numbers.
 pub(super) fn layout(
@@ -28,30 +28,6 @@ pub(super) fn layout(
     device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
         label: Some("splats"),
         entries: &[entry(first, uniforms), entry(first + 1, texture)],
-    })
-}
-
-/// Binds uniforms and a texture to a [`layout`].
-pub fn bind(
-    device: &wgpu::Device,
-    layout: &wgpu::BindGroupLayout,
-    first: u32,
-    uniforms: &wgpu::Buffer,
-    texture: &wgpu::TextureView,
-) -> wgpu::BindGroup {
-    device.create_bind_group(&wgpu::BindGroupDescriptor {
-        label: Some("splats"),
-        layout,
-        entries: &[
-            wgpu::BindGroupEntry {
-                binding: first,
-                resource: uniforms.as_entire_binding(),
-            },
-            wgpu::BindGroupEntry {
-                binding: first + 1,
-                resource: wgpu::BindingResource::TextureView(texture),
-            },
-        ],
     })
 }
 

@@ -6,10 +6,11 @@ use egui::{Rect, pos2, vec2};
 use glam::Quat;
 use inplace_core::labels::Class;
 use inplace_core::semantics::Posterior;
+use inplace_model::space::{Direction, OrbitCamera};
+use inplace_model::workspace::LabelledSurface;
 
-use super::super::camera::{Direction, OrbitCamera};
 use super::super::cloud::tests::floor;
-use super::super::cloud::{Answer, Cloud, Values};
+use super::super::cloud::{Cloud, Splat, Values};
 use super::*;
 
 /// Side of the pictures: their rows are as long as a copy into a buffer asks for.
@@ -44,13 +45,13 @@ fn device() -> Option<(wgpu::Device, wgpu::Queue)> {
 /// A floor of one class, seen from straight above or straight below.
 fn draw(above: bool, budget: usize, moving: bool) -> Draw {
     let surface = floor(40);
-    let cloud = Arc::new(Cloud::new(&surface, 1));
+    let cloud = Arc::new(Cloud::new(&surface));
     let posterior = Arc::new(Posterior {
         labels: vec![3; surface.graph.len()],
         entropy: vec![0; surface.graph.len()],
         ..Posterior::default()
     });
-    let values = Arc::new(Values::new(&cloud, &posterior, 1));
+    let values = Arc::new(Values::new(&cloud, &posterior));
     let pitch = if above { -1.5 } else { 1.5 };
     let direction = Direction { yaw: 0.0, pitch };
     let camera = OrbitCamera::fitted(cloud.ball, direction, Quat::IDENTITY);
@@ -61,27 +62,27 @@ fn draw(above: bool, budget: usize, moving: bool) -> Draw {
         prepared: Prepared {
             cloud,
             values,
-            answer: Answer {
+            surface: LabelledSurface {
                 scene: 1,
                 surface,
                 posterior,
             },
         },
-        sight: camera.sight(Rect::from_min_size(
-            pos2(7.0, 5.0),
-            vec2(SIDE as f32, SIDE as f32),
-        )),
+        sight: Sight::new(
+            &camera,
+            Rect::from_min_size(pos2(7.0, 5.0), vec2(SIDE as f32, SIDE as f32)),
+        ),
         look: SplatLook {
             layer: Layer::Labels,
             opacity: 1.0,
             see_through: true,
             background: egui::Color32::from_rgb(r, g, b),
         },
-        palette: (Palette::new(&[class]), 1),
+        palette: Versioned::new(Palette::new(&[class])),
         moving,
         budget,
         target: wgpu::TextureFormat::Rgba8Unorm,
-        progress: Arc::default(),
+        drawn: Arc::default(),
         ctx: egui::Context::default(),
     }
 }
@@ -170,16 +171,16 @@ fn a_picture_drawn_over_several_frames_is_the_one_drawn_at_once() {
     let at_once = stand.frame(&draw(true, usize::MAX, false));
     let moving = draw(true, 500, true);
     let coarse = other.frame(&moving);
-    assert_eq!(moving.progress.drawn(), 500);
+    assert_eq!(moving.drawn.count(), 500);
     // Fewer splats are larger, so that they still cover the surface.
     assert!(covered(&coarse) as f32 > 0.9 * covered(&at_once) as f32);
     let resting = draw(true, 500, false);
     for _ in 0..3 {
         assert_eq!(other.frame(&resting), coarse);
-        assert_eq!(resting.progress.drawn(), 500);
+        assert_eq!(resting.drawn.count(), 500);
     }
     assert_eq!(other.frame(&resting), at_once);
     // Nothing is left to do.
     assert_eq!(other.frame(&resting), at_once);
-    assert_eq!(resting.progress.drawn(), 0);
+    assert_eq!(resting.drawn.count(), 0);
 }

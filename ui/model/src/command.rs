@@ -1,0 +1,235 @@
+//! What a person can ask for. Views push commands; [`crate::Model::update`] carries them out.
+
+use std::path::PathBuf;
+
+use inplace_core::labels::{Class, ClassId, Pixel, StrokeId, Trust};
+use inplace_core::scene::SceneSource;
+
+use crate::dialogs::{ClassUse, Dialog, ExportChoice, Purpose};
+use crate::frames::{FrameFilter, FrameOrder};
+use crate::layer::Layer;
+use crate::model::Side;
+use crate::opening::Target;
+use crate::preferences::{PreferenceChange, RecentPlace};
+use crate::space::Space;
+use crate::tool::{DrawnLine, Tool};
+use crate::view::View;
+
+/// One thing to do.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Command {
+    /// Opens a capture or a project.
+    Open(Target),
+    /// Saves to the project file; asks where if there is none yet.
+    Save,
+    /// Saves to another project file.
+    SaveTo(PathBuf),
+    /// Writes a data set into a folder.
+    Export(ExportChoice),
+    /// Stops the export that is under way.
+    CancelExport,
+    /// Takes over the label images of a folder, believed so far.
+    ImportFrom(PathBuf, Trust),
+    /// Drops the import whose images are being read.
+    CancelImport,
+    /// Removes the label images that were imported.
+    RemoveImported,
+    /// Shows a folder in the file manager.
+    ShowFolder(PathBuf),
+    /// Puts a text on the clipboard.
+    Copy(String),
+    /// Asks for a path with the system's dialog.
+    Browse(Purpose),
+    /// Shows a dialog, or closes the one shown.
+    Show(Option<Dialog>),
+    /// The person typed or chose something in the dialog shown; one of another kind is left alone.
+    Edit(Dialog),
+    /// Goes back to the start page.
+    CloseScene,
+    /// Closes the window.
+    Quit,
+    /// The system asks to close the window.
+    CloseWindow,
+
+    /// A line was drawn on the frame in view.
+    Draw(DrawnLine),
+    /// Selects a stroke where it is, or none.
+    SelectStroke(Option<StrokeId>),
+    /// Shows a stroke and selects it.
+    GoToStroke(StrokeId),
+    /// Deletes a stroke.
+    DeleteStroke(StrokeId),
+    /// Deletes the selected stroke.
+    DeleteSelected,
+    /// Gives a stroke another class, which may be void.
+    ChangeStrokeClass(StrokeId, ClassId),
+    /// Labels the place of the surface that a pixel of a frame shows with the current class, and stays where one is.
+    LabelSeen {
+        /// Index of the frame.
+        frame: usize,
+        /// The pixel.
+        pixel: Pixel,
+    },
+    /// Takes the last edit back.
+    Undo,
+    /// Does the last undone edit again.
+    Redo,
+
+    /// Adds a class, makes it current and applies the click that waited for it.
+    AddClass(String),
+    /// Makes a class current; void is a class here.
+    ChooseClass(ClassId),
+    /// Makes the n-th class of the list current; 0 is void.
+    ChooseSlot(usize),
+    /// Gives a class another name.
+    RenameClass(ClassId, String),
+    /// Gives a class another colour.
+    RecolorClass(ClassId, [u8; 3]),
+    /// Deletes a class and its strokes.
+    DeleteClass(ClassId),
+    /// Gives all strokes of the first class to the second.
+    MergeClass(ClassId, ClassId),
+
+    /// Adds classes of a data set or a file, those of them that are not there yet.
+    AddClasses(Vec<Class>),
+    /// Moves a class to a place of the list, counted without it.
+    MoveClass(ClassId, usize),
+    /// Moves a class in front of another one of the list, or behind it.
+    MoveClassBeside {
+        /// The class that moves.
+        class: ClassId,
+        /// The class that stays.
+        neighbour: ClassId,
+        /// Whether it goes behind.
+        below: bool,
+    },
+    /// Locks a class, or unlocks it.
+    SetClassLocked(ClassId, bool),
+    /// Hides a class in the overlay, or shows it again.
+    SetClassHidden(ClassId, bool),
+    /// Unlocks all classes.
+    UnlockClasses,
+    /// Shows all classes in the overlay.
+    ShowClasses,
+    /// Lets the person find a class by typing.
+    FindClass(ClassUse),
+    /// Does something with the class that was found.
+    UseClass(ClassUse, ClassId),
+    /// The same with a new class of this name.
+    UseNewClass(ClassUse, String),
+    /// Reads a class list for the dialog that adds classes.
+    ReadClasses(PathBuf),
+    /// Writes the classes to a file.
+    SaveClassesTo(PathBuf),
+
+    /// Shows a frame.
+    GoToFrame(usize),
+    /// Shows the frame so many places from the one in view, among those that the filmstrip shows.
+    StepFrame(isize),
+    /// Shows the frame with this number or name.
+    FindFrame(String),
+    /// Chooses which frames the filmstrip shows.
+    FilterFrames(FrameFilter),
+    /// Chooses the order of the filmstrip.
+    OrderFrames(FrameOrder),
+    /// Chooses what the right side shows.
+    ShowSide(Side),
+    /// Shows the other tab of the right side.
+    SwitchSide,
+    /// Goes to the suggestion with this index: from now on, keys answer it.
+    GoToSuggestion(usize),
+    /// Goes to the next suggestion.
+    NextSuggestion,
+    /// Goes to the suggestion before.
+    PreviousSuggestion,
+    /// Labels the suggestion with this index.
+    AnswerSuggestion(usize, ClassId),
+    /// Labels the suggestion at hand with its most likely class (0), or its second (1).
+    AnswerLikely(usize),
+    /// Labels the suggestion at hand with the n-th class of the list; 0 is void.
+    AnswerSlot(usize),
+    /// Leaves the suggestion at hand out and goes to the next one.
+    SkipSuggestion,
+    /// Lists the skipped suggestions again.
+    ListSkipped,
+    /// Keys do what they always do again.
+    LeaveSuggestions,
+    /// Whether the list of suggestions must stay as it is, since the pointer is on it.
+    HoldSuggestions(bool),
+
+    /// Shows a layer.
+    ChooseLayer(Layer),
+    /// Shows the next layer.
+    CycleLayer,
+    /// How much the layer covers, 0..=1.
+    SetOpacity(f32),
+    /// Whether borders between classes are drawn.
+    SetOutlines(bool),
+    /// Whether the canvas has legends.
+    SetLegend(bool),
+    /// Splits the canvas between two layers, or shows one again.
+    ToggleCompare,
+    /// Shows a layer on the left of the split canvas.
+    ChooseOtherLayer(Layer),
+    /// Where the canvas is split, as a share of its width, 0..=1.
+    SetSplit(f32),
+    /// Radius of the brush in image pixels.
+    SetBrush(u32),
+    /// Makes the brush larger (positive) or smaller by so many steps.
+    StepBrush(i32),
+    /// Chooses what the left button does.
+    ChooseTool(Tool),
+    /// Switches between erasing and what the left button did before.
+    ToggleTool,
+    /// Has the field rendered as seen from the frame in view; no person asks for it.
+    Render,
+    /// Zooms and pans.
+    SetView(View),
+    /// Fits the frame, or the scene in the 3D view.
+    Fit,
+    /// Switches between the frame and the 3D view.
+    ToggleSpace,
+    /// Changes what the 3D view shows.
+    SetSpace(Space),
+    /// Pauses or resumes training.
+    TogglePause,
+    /// Changes what the person prefers in every scene.
+    Prefer(PreferenceChange),
+    /// Shows the image without what lies over it, or with it again.
+    HideOverlay(bool),
+    /// Removes a message.
+    Dismiss(u64),
+    /// Removes the note about where the export went.
+    DismissExport,
+}
+
+impl Command {
+    /// Opens a capture.
+    pub fn open_scene(source: SceneSource) -> Self {
+        Self::Open(Target::Scene(source))
+    }
+
+    /// Opens something again.
+    pub fn open_again(place: &RecentPlace) -> Self {
+        match place {
+            RecentPlace::Scene(path) => Self::open_scene(SceneSource::Folder(path.clone())),
+            RecentPlace::Project(path) => Self::Open(Target::Project(path.clone())),
+        }
+    }
+}
+
+/// Commands of one frame, in order.
+#[derive(Debug, Default)]
+pub struct Commands(Vec<Command>);
+
+impl Commands {
+    /// Adds a command.
+    pub fn push(&mut self, action: Command) {
+        self.0.push(action);
+    }
+
+    /// Takes all commands.
+    pub fn take(&mut self) -> Vec<Command> {
+        std::mem::take(&mut self.0)
+    }
+}

@@ -1,0 +1,65 @@
+//! What has to be done outside of the model.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Duration;
+
+use inplace_core::project::Step;
+use inplace_core::session::{self, ModelState, SessionOptions};
+
+use crate::dialogs::Purpose;
+use crate::jobs::Job;
+use crate::preferences::RecentPlace;
+use crate::project_session::{ProjectSession, Results};
+use crate::workspace::source::FrameSource;
+
+/// Something to do outside of the model. The window carries effects out in order, right after the update that
+/// returned them.
+#[derive(Debug)]
+pub enum Effect {
+    /// Starts a session for what is being opened; the answer is `Input::SessionStarted`.
+    StartSession(Box<SessionOptions>),
+    /// Asks the session's worker to do something.
+    Session(session::Command),
+    /// Keeps a step through the history in the project file.
+    Record(Step),
+    /// Keeps the newest results in the project file.
+    KeepResults(Results),
+    /// Keeps how the scene is looked at in the project file.
+    KeepView(String),
+    /// Keeps the model state that the worker handed over in the project file.
+    KeepModel(Arc<ModelState>),
+    /// Goes on in another project file.
+    SaveTo(PathBuf),
+    /// Keeps these results and ends the project session.
+    CloseProject(Box<ProjectSession>, Results),
+    /// Runs a job on a thread.
+    Start(Job),
+    /// Asks for a path with the system's dialog.
+    Browse(Purpose),
+    /// Shows a folder in the file manager.
+    ShowFolder(PathBuf),
+    /// Puts a text on the clipboard.
+    Copy(String),
+    /// Takes a picture of what is open, for the list of what was opened lately.
+    TakePicture(RecentPlace, FrameSource),
+    /// Removes the picture of something that was opened lately.
+    ForgetPicture(RecentPlace),
+    /// Takes the keyboard from the control that has it.
+    GiveUpFocus,
+    /// Closes the window.
+    CloseWindow,
+    /// The window was to be closed, and stays open.
+    KeepWindowOpen,
+    /// Draws the window again after a while.
+    WakeIn(Duration),
+    /// A click led to labels of this generation, on this frame.
+    Labelled {
+        /// Generation of the labels.
+        generation: u64,
+        /// Index of the frame.
+        frame: usize,
+    },
+    /// Another frame came into view.
+    LookedAway,
+}

@@ -1,0 +1,121 @@
+//! Exporting: the writing off the UI thread.
+
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use inplace_core::export::{ExportError, Format, LabelledScene, Options, export, write_strokes};
+use inplace_core::labels::LabelSet;
+use inplace_core::scene::Scene;
+use inplace_core::session::{FrameMap, MapSlots};
+
+/// What is exported.
+#[derive(Debug)]
+pub struct Export {
+    /// The scene.
+    pub scene: Arc<Scene>,
+    /// Classes and strokes.
+    pub labels: LabelSet,
+    /// Generation of the labels: older maps are waited out.
+    pub generation: u64,
+    /// The kind of data set.
+    pub format: Format,
+    /// What is exported of each map.
+    pub options: Options,
+    /// The newest maps.
+    pub maps: Arc<MapSlots>,
+    /// Set to stop it between two frames.
+    pub stop: Arc<AtomicBool>,
+}
+
+/// How long an export waits for maps that follow the last stroke.
+const PATIENCE: Duration = Duration::from_secs(30);
+
+/// How an export goes.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ExportProgress {
+    /// Frames written, frames in all.
+    Writing(usize, usize),
+    /// Everything is in this folder: so many frames, in this format.
+    Finished(PathBuf, usize, Format),
+    /// It was stopped: so many frames are in this folder, of so many.
+    Cancelled(PathBuf, usize, usize),
+    /// A sentence about what failed.
+    Failed(String),
+}
+
+impl Export {
+    /// Writes the maps of every frame, the classes and the strokes; `tell` is called along the way and at
+    /// the end.
+    pub fn run(&self, folder: &Path, tell: &(dyn Fn(ExportProgress) + Sync)) {
+        let folder = std::path::absolute(folder).unwrap_or_else(|_| folder.to_path_buf());
+        let Some(maps) = self.newest_maps() else {
+            if self.is_stopped() {
+                tell(ExportProgress::Cancelled(folder, 0, self.scene.frames.len()));
+                return;
+            }
+            tell(ExportProgress::Failed(maps_behind(&folder)));
+            return;
+        };
+        let progress = |done, total| {
+            tell(ExportProgress::Writing(done, total));
+            if self.is_stopped() {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
+            }
+        };
+        let labelled = LabelledScene {
+            scene: &self.scene,
+            classes: &self.labels.classes,
+            maps: &maps,
+        };
+        let written = export(&folder, labelled, self.format, &self.options, &progress)
+            .and_then(|_| write_strokes(&folder.join("strokes.json"), &self.labels, &self.scene.frames));
+        tell(match written {
+            Ok(()) => ExportProgress::Finished(folder, maps.len(), self.format),
+            Err(ExportError::Cancelled {
+                folder,
+                written,
+                frames,
+            }) => ExportProgress::Cancelled(folder, written, frames),
+            Err(error) => ExportProgress::Failed(format!("{error}.")),
+        });
+    }
+
+    fn is_stopped(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+
+    /// A map of every frame that was made from these labels; waits for them a while, unless it is
+    /// stopped.
+    fn newest_maps(&self) -> Option<Vec<Arc<FrameMap>>> {
+        let end = Instant::now() + PATIENCE;
+        loop {
+            let maps: Option<Vec<_>> = (0..self.scene.frames.len())
+                .map(|frame| {
+                    self.maps
+                        .get(frame)
+                        .filter(|map| map.generation >= self.generation)
+                })
+                .collect();
+            if self.is_stopped() {
+                return None;
+            }
+            if maps.is_some() || Instant::now() >= end {
+                return maps;
+            }
+            std::thread::sleep(Duration::from_millis(50));
+        }
+    }
+}
+
+/// The maps of the last stroke did not come in time.
+fn maps_behind(folder: &Path) -> String {
+    format!(
+        "{}: nothing was exported, because the maps do not follow the last stroke yet; try again in a moment.",
+        folder.display()
+    )
+}

@@ -1,0 +1,42 @@
+//! What to say when to somebody who is new here: each hint once, and then never again.
+
+use inplace_core::session::Phase;
+
+use crate::model::State;
+use crate::preferences::Hint;
+use crate::workspace::Workspace;
+
+/// Strokes after which somebody may wonder what comes of them.
+const ENOUGH_TO_EXPORT: usize = 8;
+
+impl Hint {
+    /// Whether there is a reason to say it now.
+    pub fn applies(self, state: &State, workspace: &Workspace) -> bool {
+        let document = workspace.document();
+        let classes = !document.classes().is_empty();
+        let said = document.labels().says_anything();
+        match self {
+            Self::FirstClass => !classes,
+            Self::FirstStroke => classes && !said,
+            Self::Suggestions => {
+                let suggestions = workspace.suggestions();
+                said && !suggestions.listed().is_empty() && suggestions.at().is_none()
+            }
+            Self::Export => document.labels().strokes.len() >= ENOUGH_TO_EXPORT && state.export.is_none(),
+        }
+    }
+
+    /// The first hint that is due and new to this person.
+    pub fn due(state: &State, workspace: &Workspace) -> Option<Self> {
+        let seen = &state.preferences.hints_seen;
+        let mut all = Self::ALL.into_iter();
+        all.find(|hint| !seen.contains(hint) && hint.applies(state, workspace))
+    }
+}
+
+/// Whether labels wait for the surface that they spread over.
+pub fn waits_for_surface(workspace: &Workspace) -> bool {
+    workspace.status().phase == Phase::FindingSurface
+        && workspace.newest_map(workspace.frame_index()).is_none()
+        && workspace.document().labels().says_anything()
+}

@@ -1,0 +1,119 @@
+//! What the canvas can show of a frame.
+
+/// What the canvas shows of a frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Layer {
+    /// The image alone.
+    Color,
+    /// The class of every pixel.
+    #[default]
+    Labels,
+    /// How unsure the class of every pixel is.
+    Entropy,
+    /// Where the labels and the map made from them are of different classes.
+    Disagreement,
+    /// How far away every pixel is.
+    Depth,
+    /// The field as seen from the frame.
+    Rendered,
+}
+
+impl Layer {
+    /// All layers, in the order in which the key cycles through them and in which projects number them.
+    pub const ALL: [Self; 6] = [
+        Self::Color,
+        Self::Labels,
+        Self::Entropy,
+        Self::Disagreement,
+        Self::Depth,
+        Self::Rendered,
+    ];
+
+    /// Name for people.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Color => "Colour",
+            Self::Labels => "Labels",
+            Self::Entropy => "Entropy",
+            Self::Disagreement => "Disagreement",
+            Self::Depth => "Depth",
+            Self::Rendered => "Rendered colour",
+        }
+    }
+
+    /// What it shows, in a sentence.
+    pub fn explanation(self) -> &'static str {
+        match self {
+            Self::Color => "The image alone",
+            Self::Labels => "The class of every pixel",
+            Self::Entropy => "How unsure the class of every pixel is",
+            Self::Disagreement => {
+                "Where what you or an imported image said is another class than what became of it"
+            }
+            Self::Depth => {
+                "How far away every pixel is: as measured, or as rendered where the capture has no depth"
+            }
+            Self::Rendered => "The learnt scene as seen from this frame",
+        }
+    }
+
+    /// Its place in [`Layer::ALL`].
+    pub fn number(self) -> usize {
+        self as usize
+    }
+
+    /// The next layer.
+    #[must_use]
+    pub fn next(self) -> Self {
+        Self::ALL[(self.number() + 1) % Self::ALL.len()]
+    }
+
+    /// Whether it lies over the image, so that it can be more or less opaque.
+    pub fn covers(self) -> bool {
+        !matches!(self, Self::Color | Self::Rendered)
+    }
+
+    /// What a small picture of a frame shows instead: its map, where this needs more than that.
+    #[must_use]
+    pub fn in_small(self) -> Self {
+        match self {
+            Self::Color | Self::Labels | Self::Entropy => self,
+            Self::Disagreement | Self::Depth | Self::Rendered => Self::Labels,
+        }
+    }
+}
+
+/// How a frame is composed with what lies over it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Look {
+    /// What lies over the image.
+    pub layer: Layer,
+    /// How much it covers, 0..=1.
+    pub opacity: f32,
+    /// Whether borders between classes are drawn.
+    pub outlines: bool,
+}
+
+impl Look {
+    /// The image alone.
+    pub const PLAIN: Self = Self {
+        layer: Layer::Color,
+        opacity: 0.0,
+        outlines: false,
+    };
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_key_shows_every_layer_before_it_comes_back() {
+        let mut layer = Layer::Color;
+        for expected in Layer::ALL {
+            assert_eq!((layer, layer.number()), (expected, expected as usize));
+            layer = layer.next();
+        }
+        assert_eq!(layer, Layer::Color);
+    }
+}

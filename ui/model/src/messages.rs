@@ -1,0 +1,96 @@
+//! Short messages at the bottom of the canvas: the one place where errors are shown.
+
+use std::time::{Duration, Instant};
+
+/// How serious a message is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Level {
+    /// Something worth knowing.
+    Info,
+    /// Something failed.
+    Error,
+}
+
+/// A message.
+#[derive(Clone, Debug)]
+pub struct Message {
+    /// What it is dismissed by.
+    pub id: u64,
+    /// How serious it is.
+    pub level: Level,
+    /// A sentence.
+    pub text: String,
+    until: Option<Instant>,
+}
+
+/// The messages shown, oldest first.
+#[derive(Debug, Default)]
+pub struct Messages {
+    shown: Vec<Message>,
+    last: u64,
+}
+
+/// How many messages are shown at once.
+const MOST: usize = 4;
+
+impl Messages {
+    /// Shows something worth knowing for a while.
+    pub fn info(&mut self, text: impl Into<String>) {
+        self.add(Level::Info, text.into(), Some(Duration::from_secs(8)));
+    }
+
+    /// Shows what failed until it is dismissed.
+    pub fn error(&mut self, text: impl Into<String>) {
+        self.add(Level::Error, text.into(), None);
+    }
+
+    /// Removes a message.
+    pub fn dismiss(&mut self, id: u64) {
+        self.shown.retain(|message| message.id != id);
+    }
+
+    /// The messages shown, oldest first.
+    pub fn shown(&self) -> &[Message] {
+        &self.shown
+    }
+
+    /// The texts shown, oldest first.
+    pub fn texts(&self) -> impl Iterator<Item = &str> {
+        self.shown.iter().map(|message| message.text.as_str())
+    }
+
+    /// Removes messages whose time is over; returns how long the next one lasts.
+    pub fn expire(&mut self, now: Instant) -> Option<Duration> {
+        self.shown
+            .retain(|message| message.until.is_none_or(|until| until > now));
+        let next = self.shown.iter().filter_map(|message| message.until).min()?;
+        Some(next.saturating_duration_since(now))
+    }
+
+    fn add(&mut self, level: Level, text: String, lasting: Option<Duration>) {
+        self.shown.retain(|message| message.text != text);
+        self.last += 1;
+        self.shown.push(Message {
+            id: self.last,
+            level,
+            text,
+            until: lasting.map(|lasting| Instant::now() + lasting),
+        });
+        let surplus = self.shown.len().saturating_sub(MOST);
+        self.shown.drain(..surplus);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_same_message_is_shown_once_and_old_ones_make_room() {
+        let mut messages = Messages::default();
+        for text in ["a", "b", "a", "c", "d", "e"] {
+            messages.error(text);
+        }
+        assert_eq!(messages.texts().collect::<Vec<_>>(), ["a", "c", "d", "e"]);
+    }
+}

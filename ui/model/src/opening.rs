@@ -1,0 +1,325 @@
+//! From a path to an open workspace: what is kept about the scene, the session, the journal.
+//!
+//! Reading and writing files happens on job threads; the window only passes the pieces on.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use inplace_core::labels::{History, LabelSet};
+use inplace_core::project::{Contents, Journal, Opened, Project, ProjectError, SceneRecord};
+use inplace_core::scene::{OpenOptions, Scene, SceneSource};
+use inplace_core::session::MapSlots;
+
+use crate::project_session::{Ending, ProjectSession};
+use crate::text::counted;
+
+/// What is to be opened.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Target {
+    /// A capture; earlier work on it is taken up again.
+    Scene(SceneSource),
+    /// A project file.
+    Project(PathBuf),
+    /// A project file or the folder of a capture, found out by looking.
+    Path(PathBuf),
+    /// A project file whose scene has moved into this folder.
+    Moved {
+        /// The project file.
+        project: PathBuf,
+        /// The scene's folder.
+        folder: PathBuf,
+    },
+}
+
+impl Target {
+    /// Name for people.
+    pub fn name(&self) -> String {
+        match self {
+            Self::Scene(SceneSource::Demo) => "the demo scene".to_owned(),
+            Self::Scene(SceneSource::Folder(path))
+            | Self::Project(path)
+            | Self::Path(path)
+            | Self::Moved { project: path, .. } => path.file_name().map_or_else(
+                || path.display().to_string(),
+                |name| name.to_string_lossy().into_owned(),
+            ),
+        }
+    }
+}
+
+/// A scene to open with what is kept about it.
+#[derive(Debug)]
+pub struct Prepared {
+    /// The capture.
+    pub source: SceneSource,
+    /// What to read of it.
+    pub open: OpenOptions,
+    file: PathBuf,
+    named: bool,
+    kept: Option<(Result<Project, String>, Contents)>,
+    /// A damaged file, and the backup that was opened instead.
+    damage: Option<String>,
+    /// Why the work cannot be kept in `file`.
+    problem: Option<String>,
+}
+
+impl Prepared {
+    /// The model state to go on from.
+    pub fn state(&self) -> Option<Arc<inplace_core::session::ModelState>> {
+        self.kept.as_ref()?.1.model.clone()
+    }
+}
+
+/// Why something is not opened.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Refusal {
+    /// A sentence that says so.
+    Sentence(String),
+    /// The scene of a project is not where it was.
+    SceneGone {
+        /// The project file.
+        project: PathBuf,
+        /// Where its scene was.
+        missing: PathBuf,
+    },
+}
+
+impl From<ProjectError> for Refusal {
+    fn from(error: ProjectError) -> Self {
+        Self::Sentence(format!("{error}."))
+    }
+}
+
+/// Finds what is kept about a target. Files among `endings` are waited for.
+///
+/// # Errors
+/// About a project file that cannot be opened, whose scene is gone, or that another window has open.
+pub fn prepare(
+    target: Target,
+    open: OpenOptions,
+    autosave: &dyn Fn(&SceneSource) -> PathBuf,
+    endings: &[Ending],
+) -> Result<Prepared, Refusal> {
+    match target {
+        Target::Project(path) => prepare_project(path, None, open, endings),
+        Target::Path(path) if path.is_file() => prepare_project(path, None, open, endings),
+        Target::Moved { project, folder } => prepare_project(project, Some(folder), open, endings),
+        Target::Path(path) => prepare_scene(SceneSource::from_argument(&path), open, autosave, endings),
+        Target::Scene(source) => prepare_scene(source, open, autosave, endings),
+    }
+}
+
+/// `moved` is where the scene is now, if that is not where the project says.
+fn prepare_project(
+    path: PathBuf,
+    moved: Option<PathBuf>,
+    open: OpenOptions,
+    endings: &[Ending],
+) -> Result<Prepared, Refusal> {
+    endings.iter().for_each(|ending| ending.wait_for(&path));
+    let Opened {
+        project,
+        contents,
+        damage,
+    } = Opened::open(&path)?;
+    let source = match (moved, &contents.scene.source) {
+        (Some(folder), _) => SceneSource::Folder(folder),
+        (None, SceneSource::Folder(missing)) if !contents.scene.is_there() => {
+            return Err(match damage {
+                // The backup has the file's name now: opening it again asks for the scene.
+                Some(account) => Refusal::Sentence(format!("{account}.")),
+                None => Refusal::SceneGone {
+                    project: path,
+                    missing: missing.clone(),
+                },
+            });
+        }
+        (None, source) => source.clone(),
+    };
+    Ok(Prepared {
+        source,
+        open: OpenOptions {
+            depth: contents.scene.depth && open.depth,
+            ..open
+        },
+        file: path,
+        named: true,
+        kept: Some((project.map_err(|error| error.to_string()), contents)),
+        damage: damage.map(|account| format!("{account}.")),
+        problem: None,
+    })
+}
+
+fn prepare_scene(
+    source: SceneSource,
+    open: OpenOptions,
+    autosave: &dyn Fn(&SceneSource) -> PathBuf,
+    endings: &[Ending],
+) -> Result<Prepared, Refusal> {
+    let file = autosave(&source);
+    endings.iter().for_each(|ending| ending.wait_for(&file));
+    let (mut kept, mut damage, mut problem) = (None, None, None);
+    match Opened::open(&file) {
+        Ok(opened) => {
+            let project = opened.project.map_err(|error| error.to_string());
+            kept = Some((project, opened.contents));
+            damage = opened.damage.map(|account| format!("{account}."));
+        }
+        Err(ProjectError::Missing(_)) => {}
+        Err(ProjectError::InUse(_)) => {
+            return Err(Refusal::Sentence(scene_in_use(&source)));
+        }
+        Err(error) => problem = Some(error.to_string()),
+    }
+    Ok(Prepared {
+        source,
+        open,
+        file,
+        named: false,
+        kept,
+        damage,
+        problem,
+    })
+}
+
+/// What a workspace starts with.
+#[derive(Debug)]
+pub struct Attached {
+    /// Labels and edits.
+    pub history: History,
+    /// Generation to count from.
+    pub generation: u64,
+    /// View settings, as the window wrote them.
+    pub view: Option<String>,
+    /// Where the work is kept.
+    pub project: ProjectSession,
+    /// What the person should know, a sentence each.
+    pub notes: Vec<String>,
+    /// A sentence about a damaged file and the backup that was opened instead.
+    pub damage: Option<String>,
+    /// What went wrong; the work goes on in memory.
+    pub problem: Option<String>,
+}
+
+/// Fits what is kept to the opened scene, shows the kept maps, and starts the journal.
+///
+/// # Errors
+/// A sentence about a scene that is not the one of its project.
+pub fn attach(
+    prepared: Prepared,
+    scene: &Scene,
+    maps: Option<&Arc<MapSlots>>,
+    wake: impl Fn() + Send + 'static,
+) -> Result<Attached, String> {
+    let Prepared {
+        open,
+        file,
+        named,
+        kept,
+        damage,
+        mut problem,
+        ..
+    } = prepared;
+    let mut notes = Vec::new();
+    let matched = match kept {
+        Some((project, contents)) => match contents.matched(scene, open) {
+            Ok(contents) => Some((project, contents)),
+            Err(error) if named => return Err(format!("{error}.")),
+            Err(error) => {
+                problem = Some(error.to_string());
+                None
+            }
+        },
+        None => None,
+    };
+    let (project, contents) = matched.unwrap_or_else(|| {
+        let contents = Contents::new(SceneRecord::of(scene, open), History::default());
+        let project = match &problem {
+            Some(problem) => Err(problem.clone()),
+            None => create(&file, &contents),
+        };
+        (project, contents)
+    });
+    let journal = project
+        .and_then(|project| Journal::start(project, &contents, wake).map_err(|error| error.to_string()));
+    let labels = contents.history.labels();
+    if !named && labels.says_anything() {
+        notes.push(recovered(labels));
+    }
+    notes.extend(contents.warnings.iter().cloned());
+    if let Some(maps) = maps {
+        for map in &contents.maps {
+            maps.publish(Arc::clone(map));
+        }
+    }
+    let (journal, problem) = match journal {
+        Ok(journal) => (Some(journal), None),
+        Err(error) => {
+            let sentence = format!("{error}. Until then your work is in memory only.");
+            (None, Some(sentence))
+        }
+    };
+    Ok(Attached {
+        generation: contents.next_generation(),
+        view: contents.view.clone(),
+        history: contents.history,
+        project: ProjectSession::new(journal, file, named),
+        notes,
+        damage,
+        problem,
+    })
+}
+
+/// A project file with labels, and the session that goes on in it.
+///
+/// # Errors
+/// A sentence about a file that cannot be written.
+pub fn new_project(
+    path: PathBuf,
+    scene: &Scene,
+    open: OpenOptions,
+    history: History,
+    wake: impl Fn() + Send + 'static,
+) -> Result<ProjectSession, String> {
+    let contents = Contents::new(SceneRecord::of(scene, open), history);
+    let project = create(&path, &contents)?;
+    let journal = Journal::start(project, &contents, wake).map_err(|error| error.to_string())?;
+    Ok(ProjectSession::new(Some(journal), path, true))
+}
+
+fn create(file: &Path, contents: &Contents) -> Result<Project, String> {
+    if let Some(folder) = file.parent() {
+        // A folder that cannot be made is told by the file that cannot be made in it.
+        let _ = std::fs::create_dir_all(folder);
+    }
+    Project::create(file, contents).map_err(|error| error.to_string())
+}
+
+/// Another window keeps the work on this scene.
+fn scene_in_use(source: &SceneSource) -> String {
+    let scene = match source {
+        SceneSource::Demo => "The demo scene".to_owned(),
+        SceneSource::Folder(folder) => folder.display().to_string(),
+    };
+    format!(
+        "{scene}: is open in another window, which keeps the work on it; go on there, or close it there first."
+    )
+}
+
+/// Work without a name of its own is there again.
+fn recovered(labels: &LabelSet) -> String {
+    let strokes = labels.strokes.len();
+    let frames: std::collections::BTreeSet<usize> =
+        labels.strokes.values().map(|stroke| stroke.frame).collect();
+    let on = match frames.len() {
+        0 => String::new(),
+        some => format!(" on {}", counted(some, "frame", "frames")),
+    };
+    let strokes = counted(strokes, "stroke", "strokes");
+    let imported = if labels.imported.is_some() {
+        " and imported labels"
+    } else {
+        ""
+    };
+    format!("Your earlier work on this scene was recovered: {strokes}{on}{imported}.")
+}

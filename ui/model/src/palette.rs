@@ -1,0 +1,243 @@
+//! Colours of classes and of values: one table for the shader and for the CPU composite.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use inplace_core::labels::{Class, ClassId, VOID};
+use inplace_core::session::ENTROPY_STEPS_PER_NAT;
+
+/// Name of class 0.
+pub const VOID_NAME: &str = "void";
+/// Colour of class 0.
+pub const VOID_COLOR: [u8; 3] = [96, 100, 108];
+
+/// Columns of the palette as a texture.
+pub const PALETTE_COLUMNS: usize = 256;
+
+/// A row of colours for values.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Table {
+    /// Dark violet over red and orange to light yellow, evenly brighter.
+    Entropy,
+    /// Light yellow over green to dark blue, evenly darker: near is light.
+    Depth,
+    /// One colour for each [`Agreement`].
+    Disagreement,
+}
+
+impl Table {
+    const ALL: [Self; 3] = [Self::Entropy, Self::Depth, Self::Disagreement];
+
+    /// RGBA of a column.
+    pub fn color(self, column: usize) -> [u8; 4] {
+        match self {
+            Self::Entropy => between(&ENTROPY_STOPS, column),
+            Self::Depth => between(&DEPTH_STOPS, column),
+            Self::Disagreement => Agreement::ALL
+                .get(column)
+                .map_or([0; 4], |agreement| agreement.color()),
+        }
+    }
+}
+
+/// Whether a labelled pixel agrees with what came of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Agreement {
+    /// It is not labelled by hand or import.
+    Unlabelled,
+    /// It is as it was labelled.
+    Agreed,
+    /// An imported image says another class than the map.
+    ImportContradicted,
+    /// A stroke says another class than the others would.
+    StrokeContradicted,
+}
+
+impl Agreement {
+    /// All of them, in the order of their numbers.
+    pub const ALL: [Self; 4] = [
+        Self::Unlabelled,
+        Self::Agreed,
+        Self::ImportContradicted,
+        Self::StrokeContradicted,
+    ];
+
+    /// RGBA over the dimmed image: blue, amber and magenta are told apart by colour-blind people too, and by
+    /// their brightness.
+    pub fn color(self) -> [u8; 4] {
+        match self {
+            Self::Unlabelled => [0; 4],
+            Self::Agreed => [100, 143, 255, 90],
+            Self::ImportContradicted => [255, 176, 0, 255],
+            Self::StrokeContradicted => [230, 30, 130, 255],
+        }
+    }
+}
+
+/// RGBA of every class id, and of values.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Palette {
+    /// Indexed by class id; a multiple of [`PALETTE_COLUMNS`] long; transparent where there is no class.
+    classes: Vec<[u8; 4]>,
+    /// The rows of [`Table::ALL`].
+    tables: Vec<[u8; 4]>,
+    /// Number of classes.
+    count: usize,
+}
+
+impl Palette {
+    /// The colours of these classes.
+    pub fn new(classes: &[Class]) -> Arc<Self> {
+        Self::hiding(classes, &BTreeSet::new())
+    }
+
+    /// The colours of these classes; the hidden ones are transparent.
+    pub fn hiding(classes: &[Class], hidden: &BTreeSet<ClassId>) -> Arc<Self> {
+        let highest = classes.iter().map(|class| class.id).max().unwrap_or(VOID);
+        let length = (usize::from(highest) + 1).next_multiple_of(PALETTE_COLUMNS);
+        let mut table = vec![[0; 4]; length];
+        for class in classes.iter().filter(|class| !hidden.contains(&class.id)) {
+            let [r, g, b] = class.color;
+            table[usize::from(class.id)] = [r, g, b, 255];
+        }
+        let row = |table: Table| (0..PALETTE_COLUMNS).map(move |column| table.color(column));
+        Arc::new(Self {
+            classes: table,
+            tables: Table::ALL.into_iter().flat_map(row).collect(),
+            count: classes.len(),
+        })
+    }
+
+    /// RGBA of a class; transparent for void and for unknown classes.
+    pub fn class(&self, id: ClassId) -> [u8; 4] {
+        self.classes.get(usize::from(id)).copied().unwrap_or_default()
+    }
+
+    /// RGBA of a column of a table; that of the last column beyond it.
+    pub fn value(&self, table: Table, column: usize) -> [u8; 4] {
+        self.tables[table as usize * PALETTE_COLUMNS + column.min(PALETTE_COLUMNS - 1)]
+    }
+
+    /// The largest entropy that there can be, in nats: an even guess among all classes.
+    pub fn most_entropy(&self) -> f32 {
+        (self.count.max(2) as f32).ln()
+    }
+
+    /// Steps of [`FrameMap::entropy`](inplace_core::session::FrameMap::entropy) to a column of their table: the
+    /// last stands for an even guess among all classes.
+    pub fn entropy_scale(&self) -> f32 {
+        (PALETTE_COLUMNS - 1) as f32 / (self.most_entropy() * ENTROPY_STEPS_PER_NAT)
+    }
+
+    /// Rows of the texture that hold classes.
+    pub fn class_rows(&self) -> usize {
+        self.classes.len() / PALETTE_COLUMNS
+    }
+
+    /// Row of the texture that holds a table.
+    pub fn row(&self, table: Table) -> usize {
+        self.class_rows() + table as usize
+    }
+
+    /// Rows of the texture.
+    pub fn rows(&self) -> usize {
+        self.class_rows() + Table::ALL.len()
+    }
+
+    /// RGBA texels, row-major, `PALETTE_COLUMNS` wide and [`Palette::rows`] high.
+    pub fn texels(&self) -> Vec<u8> {
+        let rows = self.classes.iter().chain(&self.tables);
+        rows.flatten().copied().collect()
+    }
+}
+
+const ENTROPY_STOPS: [[f32; 3]; 6] = [
+    [11.0, 8.0, 35.0],
+    [67.0, 16.0, 104.0],
+    [140.0, 41.0, 99.0],
+    [212.0, 72.0, 66.0],
+    [251.0, 155.0, 38.0],
+    [252.0, 250.0, 170.0],
+];
+
+const DEPTH_STOPS: [[f32; 3]; 6] = [
+    [253.0, 231.0, 84.0],
+    [160.0, 206.0, 92.0],
+    [74.0, 168.0, 124.0],
+    [44.0, 121.0, 142.0],
+    [52.0, 74.0, 134.0],
+    [40.0, 22.0, 70.0],
+];
+
+/// The colour of a column between evenly spaced stops.
+fn between(stops: &[[f32; 3]; 6], column: usize) -> [u8; 4] {
+    let place = column as f32 / (PALETTE_COLUMNS - 1) as f32 * (stops.len() - 1) as f32;
+    let below = (place as usize).min(stops.len() - 2);
+    let t = place - below as f32;
+    let channel = |c: usize| (stops[below][c] + t * (stops[below + 1][c] - stops[below][c])).round() as u8;
+    [channel(0), channel(1), channel(2), 255]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn void_and_unknown_classes_are_transparent() {
+        let palette = Palette::new(&[Class::new(3, "wall")]);
+        assert_eq!(palette.class(VOID)[3], 0);
+        assert_eq!(palette.class(2)[3], 0);
+        assert_eq!(palette.class(3)[3], 255);
+        assert_eq!(palette.class(60_000)[3], 0);
+    }
+
+    #[test]
+    fn hidden_classes_are_transparent_and_change_nothing_else() {
+        let classes = [Class::new(1, "wall"), Class::new(2, "lamp")];
+        let palette = Palette::hiding(&classes, &BTreeSet::from([2]));
+        assert_eq!((palette.class(1)[3], palette.class(2)[3]), (255, 0));
+        assert_eq!(palette.entropy_scale(), Palette::new(&classes).entropy_scale());
+    }
+
+    #[test]
+    fn the_texture_holds_classes_above_the_tables() {
+        let palette = Palette::new(&[Class::new(300, "lamp")]);
+        assert_eq!(
+            (palette.class_rows(), palette.row(Table::Depth), palette.rows()),
+            (2, 3, 5)
+        );
+        let texels = palette.texels();
+        assert_eq!(texels.len(), palette.rows() * PALETTE_COLUMNS * 4);
+        assert_eq!(texels[300 * 4..300 * 4 + 4], palette.class(300));
+        let depth = palette.row(Table::Depth) * PALETTE_COLUMNS * 4;
+        assert_eq!(texels[depth..depth + 4], palette.value(Table::Depth, 0));
+    }
+
+    #[test]
+    fn an_even_guess_among_all_classes_has_the_last_colour_of_entropy() {
+        let palette = Palette::new(&[Class::new(1, "a"), Class::new(2, "b")]);
+        let even_guess = (2.0_f32.ln() * ENTROPY_STEPS_PER_NAT).ceil();
+        assert_eq!(
+            (even_guess * palette.entropy_scale()) as usize,
+            PALETTE_COLUMNS - 1
+        );
+        let last = palette.value(Table::Entropy, PALETTE_COLUMNS - 1);
+        assert_eq!(palette.value(Table::Entropy, 100_000), last);
+    }
+
+    /// Lightness of a colour as everybody sees it, colour-blind people included.
+    fn brightness([r, g, b, _]: [u8; 4]) -> f32 {
+        0.2126 * f32::from(r) + 0.7152 * f32::from(g) + 0.0722 * f32::from(b)
+    }
+
+    #[test]
+    fn values_are_told_apart_by_brightness_alone() {
+        let rows = |table: Table| (0..PALETTE_COLUMNS).map(move |column| brightness(table.color(column)));
+        let steps = rows(Table::Entropy).zip(rows(Table::Entropy).skip(8));
+        assert!(steps.into_iter().all(|(dark, light)| light > dark));
+        let steps = rows(Table::Depth).zip(rows(Table::Depth).skip(8));
+        assert!(steps.into_iter().all(|(light, dark)| light > dark));
+        let [import, stroke] = [Agreement::ImportContradicted, Agreement::StrokeContradicted];
+        assert!(brightness(import.color()) > brightness(stroke.color()) + 60.0);
+    }
+}

@@ -1,0 +1,250 @@
+//! What a person prefers, in every scene: looks, keys, and what was opened lately.
+//!
+//! [`Preferences`] is the value, [`Store`] the file that it is kept in.
+
+mod hint;
+mod layout;
+mod recent;
+mod store;
+
+use std::collections::BTreeSet;
+
+use serde_json::{Map, Value, json};
+
+pub use hint::Hint;
+pub use layout::{Layout, Pane};
+pub use recent::{MOST, Recent, RecentPlace, Recents, now};
+pub use store::Store;
+
+use crate::keymap::{KeyMap, Shortcut};
+use crate::settings::Settings;
+
+/// Smallest and largest scale of the window, in percent.
+pub const SCALES: std::ops::RangeInclusive<u16> = 100..=300;
+/// How far a key changes the scale, in percentage points.
+const SCALE_STEP: u16 = 10;
+
+/// The colours of the window.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Theme {
+    /// Light on dark.
+    #[default]
+    Dark,
+    /// Dark on light.
+    Light,
+    /// Whichever the system has.
+    System,
+}
+
+/// What a person prefers, in every scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Preferences {
+    /// Dark, light, or as the system.
+    pub theme: Theme,
+    /// Size of everything in the window, in percent, within [`SCALES`].
+    pub scale: u16,
+    /// Threads of the worker's pool; `None` leaves one core to the window.
+    pub threads: Option<usize>,
+    /// How frames are shown and drawn on in scenes that have no settings of their own yet: some of the
+    /// keys of [`Settings::to_json`](Settings::to_json).
+    pub look: Map<String, Value>,
+    /// Which key does what.
+    pub keys: KeyMap,
+    /// What was opened lately.
+    pub recents: Recents,
+    /// Hints that need not be shown again.
+    pub hints_seen: BTreeSet<Hint>,
+    /// Which panels are shown.
+    pub layout: Layout,
+    /// Width and height of the window in points of the screen, whatever the scale.
+    pub window: Option<[f32; 2]>,
+}
+
+impl Default for Preferences {
+    fn default() -> Self {
+        Self {
+            theme: Theme::Dark,
+            scale: 100,
+            threads: None,
+            look: Map::new(),
+            keys: KeyMap::default(),
+            recents: Recents::default(),
+            hints_seen: BTreeSet::new(),
+            layout: Layout::default(),
+            window: None,
+        }
+    }
+}
+
+/// A change of the preferences.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum PreferenceChange {
+    /// The colours of the window.
+    Theme(Theme),
+    /// The size of everything, in percent.
+    Scale(u16),
+    /// Larger (positive) or smaller by so many steps.
+    StepScale(i8),
+    /// Threads of the worker's pool from the next opening on; `None` leaves one core to the window.
+    Threads(Option<usize>),
+    /// What the first key does by default gets the second one, or none.
+    Key(Shortcut, Option<Shortcut>),
+    /// All keys as they come.
+    ResetKeys,
+    /// Takes something off the list of what was opened lately.
+    Forget(RecentPlace),
+    /// A hint need not be shown again.
+    HintSeen(Hint),
+    /// All hints are shown again.
+    ResetHints,
+    /// Shows or hides a panel, or (`None`) leaves that to the room that there is.
+    Pane(Pane, Option<bool>),
+}
+
+impl Preferences {
+    /// Carries out a change.
+    pub fn change(&mut self, change: PreferenceChange) {
+        match change {
+            PreferenceChange::Theme(theme) => self.theme = theme,
+            PreferenceChange::Scale(percent) => self.scale = percent.clamp(*SCALES.start(), *SCALES.end()),
+            PreferenceChange::StepScale(steps) => {
+                let percent = i32::from(self.scale) + i32::from(steps) * i32::from(SCALE_STEP);
+                let percent = percent.clamp(i32::from(*SCALES.start()), i32::from(*SCALES.end()));
+                self.scale = u16::try_from(percent).unwrap_or(*SCALES.start());
+            }
+            PreferenceChange::Threads(threads) => self.threads = threads,
+            PreferenceChange::Key(default, present) => self.keys.set(default, present),
+            PreferenceChange::ResetKeys => self.keys.reset(),
+            PreferenceChange::Forget(place) => self.recents.forget(&place),
+            PreferenceChange::HintSeen(hint) => {
+                self.hints_seen.insert(hint);
+            }
+            PreferenceChange::ResetHints => self.hints_seen.clear(),
+            PreferenceChange::Pane(pane, shown) => self.layout.set(pane, shown),
+        }
+    }
+
+    /// The settings that a scene without settings of its own starts with.
+    pub fn settings(&self) -> Settings {
+        let mut settings = Settings::default();
+        settings.take_json(&Value::Object(self.look.clone()).to_string());
+        settings
+    }
+
+    /// Notes which settings differ from those of before.
+    pub(crate) fn note_settings(&mut self, before: Settings, now: Settings) {
+        let before = entries(before);
+        let changed = entries(now).into_iter();
+        self.look
+            .extend(changed.filter(|(key, value)| before.get(key) != Some(value)));
+    }
+
+    /// As kept in the file.
+    fn to_json(&self) -> Map<String, Value> {
+        let theme = match self.theme {
+            Theme::Dark => "dark",
+            Theme::Light => "light",
+            Theme::System => "system",
+        };
+        let hints: Vec<&str> = self.hints_seen.iter().map(|hint| hint.name()).collect();
+        let entries = [
+            ("theme", json!(theme)),
+            ("scale", json!(self.scale)),
+            ("threads", json!(self.threads)),
+            ("look", Value::Object(self.look.clone())),
+            ("keys", self.keys.to_json()),
+            ("recents", self.recents.to_json()),
+            ("hints", json!(hints)),
+            ("layout", self.layout.to_json()),
+            ("window", json!(self.window)),
+        ];
+        entries
+            .map(|(key, value)| (key.to_owned(), value))
+            .into_iter()
+            .collect()
+    }
+
+    /// Reads what [`Preferences::to_json`] wrote; what is missing or makes no sense is as it comes.
+    fn from_json(json: &Map<String, Value>) -> Self {
+        let mut read = Self::default();
+        let value = |key: &str| json.get(key).unwrap_or(&Value::Null);
+        match value("theme").as_str() {
+            Some("light") => read.theme = Theme::Light,
+            Some("system") => read.theme = Theme::System,
+            _ => {}
+        }
+        if let Some(Ok(scale)) = value("scale").as_u64().map(u16::try_from) {
+            read.change(PreferenceChange::Scale(scale));
+        }
+        read.threads = value("threads")
+            .as_u64()
+            .and_then(|threads| threads.try_into().ok());
+        read.threads = read.threads.filter(|&threads| threads > 0);
+        read.look = value("look").as_object().cloned().unwrap_or_default();
+        read.keys = KeyMap::from_json(value("keys"));
+        read.recents = Recents::from_json(value("recents"));
+        let hints = value("hints").as_array().into_iter().flatten();
+        read.hints_seen = hints.filter_map(Value::as_str).filter_map(Hint::named).collect();
+        read.layout = Layout::from_json(value("layout"));
+        if let Some([width, height]) = value("window").as_array().map(Vec::as_slice)
+            && let (Some(width), Some(height)) = (width.as_f64(), height.as_f64())
+            && width >= 1.0
+            && height >= 1.0
+        {
+            read.window = Some([width as f32, height as f32]);
+        }
+        read
+    }
+}
+
+fn entries(settings: Settings) -> Map<String, Value> {
+    // What is not an object has no entries.
+    serde_json::from_str(&settings.to_json()).unwrap_or_default()
+}
+
+/// Number of cores.
+pub fn cores() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
+}
+
+/// Threads of the worker's pool unless somebody chose otherwise: one core is the window's.
+pub fn usual_threads() -> usize {
+    cores().saturating_sub(1).max(1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_scale_stays_within_its_limits() {
+        let mut preferences = Preferences::default();
+        preferences.change(PreferenceChange::StepScale(-1));
+        assert_eq!(preferences.scale, 100);
+        preferences.change(PreferenceChange::StepScale(2));
+        assert_eq!(preferences.scale, 120);
+        preferences.change(PreferenceChange::StepScale(100));
+        assert_eq!(preferences.scale, 300);
+        preferences.change(PreferenceChange::Scale(7));
+        assert_eq!(preferences.scale, 100);
+    }
+
+    #[test]
+    fn values_that_make_no_sense_are_as_they_come() {
+        let json = json!({
+            "theme": 3, "scale": "x", "threads": 0, "look": [], "keys": 1, "recents": {}, "hints": [1, "?"],
+            "window": [0, "x"],
+        });
+        assert_eq!(
+            Preferences::from_json(json.as_object().unwrap()),
+            Preferences::default()
+        );
+    }
+
+    #[test]
+    fn every_hint_has_a_name_of_its_own() {
+        for hint in Hint::ALL {
+            assert_eq!(Hint::named(hint.name()), Some(hint));
+        }
+    }
+}

@@ -1,0 +1,119 @@
+//! Which panels are shown around the canvas.
+
+use serde_json::{Map, Value};
+
+/// A panel that can be hidden.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pane {
+    /// The classes, at the left.
+    Classes,
+    /// What to label next and the training, at the right.
+    Suggestions,
+    /// All frames, at the bottom.
+    Frames,
+    /// The training in full, at the lower end of the right panel, which otherwise has a line for it.
+    Training,
+    /// The list of strokes, at the lower end of the left panel, which otherwise has its heading.
+    Strokes,
+}
+
+impl Pane {
+    /// All of them.
+    pub const ALL: [Self; 5] = [
+        Self::Classes,
+        Self::Suggestions,
+        Self::Frames,
+        Self::Training,
+        Self::Strokes,
+    ];
+
+    /// Whether a window of this size, in points, has room for it beside the canvas.
+    pub fn fits(self, window: impl Into<[f32; 2]>) -> bool {
+        let [width, height] = window.into();
+        match self {
+            Self::Classes => width >= 400.0,
+            Self::Suggestions => width >= 800.0,
+            Self::Frames => height >= 420.0,
+            Self::Training => height >= 1000.0,
+            Self::Strokes => height >= 600.0,
+        }
+    }
+
+    /// Its name in the View menu.
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Classes => "Classes",
+            Self::Suggestions => "Label next and training",
+            Self::Frames => "Frames",
+            Self::Training => "Training in full",
+            Self::Strokes => "List of strokes",
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Classes => "classes",
+            Self::Suggestions => "guidance",
+            Self::Frames => "frames",
+            Self::Training => "training",
+            Self::Strokes => "strokes",
+        }
+    }
+}
+
+/// Which panels the person shows or hides; the others are shown where they fit.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Layout {
+    chosen: [Option<bool>; Pane::ALL.len()],
+}
+
+impl Layout {
+    /// Whether a panel is shown in a window of this size, in points.
+    pub fn shows(&self, pane: Pane, window: impl Into<[f32; 2]>) -> bool {
+        self.chosen[pane as usize].unwrap_or_else(|| pane.fits(window))
+    }
+
+    /// Shows or hides a panel, or leaves that to its size.
+    pub fn set(&mut self, pane: Pane, shown: Option<bool>) {
+        self.chosen[pane as usize] = shown;
+    }
+
+    /// As kept in the preferences: `{"frames": false}`.
+    pub(super) fn to_json(&self) -> Value {
+        let chosen = |pane: Pane| Some((pane.name().to_owned(), self.chosen[pane as usize]?.into()));
+        Value::Object(Pane::ALL.into_iter().filter_map(chosen).collect::<Map<_, _>>())
+    }
+
+    /// Reads what [`Layout::to_json`] wrote.
+    pub(super) fn from_json(json: &Value) -> Self {
+        let chosen = Pane::ALL.map(|pane| json.get(pane.name()).and_then(Value::as_bool));
+        Self { chosen }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn panels_give_way_to_the_canvas_unless_the_person_says_otherwise() {
+        let (wide, low, small) = ([1920.0, 1080.0], [1280.0, 720.0], [427.0, 240.0]);
+        let mut layout = Layout::default();
+        assert!(Pane::ALL.iter().all(|&pane| layout.shows(pane, wide)));
+        assert_eq!(
+            Pane::ALL.map(|pane| layout.shows(pane, low)),
+            [true, true, true, false, true]
+        );
+        assert_eq!(
+            Pane::ALL.map(|pane| layout.shows(pane, small)),
+            [true, false, false, false, false]
+        );
+        layout.set(Pane::Suggestions, Some(true));
+        layout.set(Pane::Classes, Some(false));
+        assert_eq!(Layout::from_json(&layout.to_json()), layout);
+        assert_eq!(
+            Pane::ALL.map(|pane| layout.shows(pane, small)),
+            [false, true, false, false, false]
+        );
+    }
+}

@@ -1,0 +1,275 @@
+//! How the labelling went: a log of a few numbers over time and strokes, and the time spent labelling.
+
+use std::time::{Duration, Instant};
+
+use inplace_core::session::Status;
+use serde_json::{Value, json};
+
+/// Most samples kept; beyond it every second one is dropped, and they are taken half as often from then on.
+const MOST: usize = 2000;
+/// Time between samples while there are no new strokes, at first.
+const INTERVAL: f64 = 1.0;
+/// Without anything done for so long, one is not labelling.
+const IDLE: Duration = Duration::from_secs(60);
+/// The place of the log in the view that a project keeps.
+const KEY: &str = "progress";
+
+/// The numbers at one time.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ProgressSample {
+    /// Seconds that the scene had been open by then, earlier sessions included.
+    pub seconds: f64,
+    /// Number of strokes.
+    pub strokes: usize,
+    /// Mean entropy over all pixels, in nats.
+    pub entropy: Option<f32>,
+    /// Cross-validated accuracy, 0..=1.
+    pub accuracy: Option<f32>,
+    /// Peak signal-to-noise ratio on held-out frames, in dB.
+    pub psnr: Option<f32>,
+}
+
+impl ProgressSample {
+    fn to_json(self) -> Value {
+        // Milliseconds and four digits are more than a chart shows.
+        let short = |value: Option<f32>| value.map(|value| (f64::from(value) * 1e4).round() / 1e4);
+        json!([
+            (self.seconds * 1e3).round() / 1e3,
+            self.strokes,
+            short(self.entropy),
+            short(self.accuracy),
+            short(self.psnr),
+        ])
+    }
+
+    fn from_json(json: &Value) -> Option<Self> {
+        let number = |index: usize| json[index].as_f64().map(|value| value as f32);
+        Some(Self {
+            seconds: json[0].as_f64()?,
+            strokes: usize::try_from(json[1].as_u64()?).ok()?,
+            entropy: number(2),
+            accuracy: number(3),
+            psnr: number(4),
+        })
+    }
+
+    /// Whether nothing but the time is different.
+    fn says_the_same(&self, other: &Self) -> bool {
+        Self {
+            seconds: 0.0,
+            ..*self
+        } == Self {
+            seconds: 0.0,
+            ..*other
+        }
+    }
+}
+
+/// The samples of a scene, oldest first.
+#[derive(Clone, Debug)]
+pub struct ProgressLog {
+    samples: Vec<ProgressSample>,
+    interval: f64,
+    /// When this session's first second began, and the seconds of earlier ones.
+    started: Instant,
+    before: f64,
+    labelling: Duration,
+    last_act: Option<Instant>,
+    version: u64,
+}
+
+impl ProgressLog {
+    /// An empty log.
+    pub fn new(now: Instant) -> Self {
+        Self {
+            samples: Vec::new(),
+            interval: INTERVAL,
+            started: now,
+            before: 0.0,
+            labelling: Duration::ZERO,
+            last_act: None,
+            version: 0,
+        }
+    }
+
+    /// The samples.
+    pub fn samples(&self) -> &[ProgressSample] {
+        &self.samples
+    }
+
+    /// Changes with every sample.
+    pub fn version(&self) -> u64 {
+        self.version
+    }
+
+    /// Time spent labelling, without breaks.
+    pub fn labelling(&self) -> Duration {
+        self.labelling
+    }
+
+    /// The person did something.
+    pub fn acted(&mut self, now: Instant) {
+        if let Some(last) = self.last_act {
+            let gap = now.saturating_duration_since(last);
+            if gap <= IDLE {
+                self.labelling += gap;
+            }
+        }
+        self.last_act = Some(now);
+    }
+
+    /// Takes a sample if there are other strokes than at the last one, or other numbers and it is time. The log
+    /// begins with the first stroke.
+    pub fn note(&mut self, now: Instant, strokes: usize, accuracy: Option<f32>, status: &Status) {
+        let sample = ProgressSample {
+            seconds: self.before + now.saturating_duration_since(self.started).as_secs_f64(),
+            strokes,
+            entropy: status.mean_entropy,
+            accuracy,
+            psnr: status.held_out_psnr,
+        };
+        let wanted = match self.samples.last() {
+            None => strokes > 0,
+            Some(last) if last.strokes != strokes => true,
+            Some(last) => !last.says_the_same(&sample) && sample.seconds - last.seconds >= self.interval,
+        };
+        if wanted {
+            self.samples.push(sample);
+            self.thin();
+            self.version += 1;
+        }
+    }
+
+    fn thin(&mut self) {
+        if self.samples.len() > MOST {
+            let mut index = 0;
+            // Of an odd number; the first and the last stay.
+            self.samples.retain(|_| {
+                index += 1;
+                index % 2 == 1
+            });
+            self.interval *= 2.0;
+        }
+    }
+
+    /// The view that a project keeps, with this log in it.
+    pub fn kept_in(&self, view: &str) -> String {
+        let Ok(Value::Object(mut view)) = serde_json::from_str::<Value>(view) else {
+            return view.to_owned();
+        };
+        let samples: Vec<Value> = self.samples.iter().map(|sample| sample.to_json()).collect();
+        let log = json!({"labelling_s": self.labelling.as_secs_f64(), "samples": samples});
+        view.insert(KEY.to_owned(), log);
+        Value::Object(view).to_string()
+    }
+
+    /// Goes on from the log in a kept view; one that says nothing sensible is left out.
+    pub fn take_view(&mut self, view: &str) {
+        let Ok(view) = serde_json::from_str::<Value>(view) else {
+            return;
+        };
+        let kept = view[KEY]["samples"].as_array();
+        let samples: Vec<ProgressSample> = kept
+            .into_iter()
+            .flatten()
+            .take(MOST)
+            .filter_map(ProgressSample::from_json)
+            .collect();
+        if !samples.is_sorted_by(|a, b| a.seconds <= b.seconds) {
+            return;
+        }
+        self.before = samples.last().map_or(0.0, |sample| sample.seconds);
+        self.samples = samples;
+        let labelling = view[KEY]["labelling_s"].as_f64().unwrap_or(0.0);
+        self.labelling = Duration::try_from_secs_f64(labelling).unwrap_or_default();
+        self.version += 1;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn status(entropy: f32) -> Status {
+        Status {
+            mean_entropy: Some(entropy),
+            held_out_psnr: Some(21.5),
+            ..Status::default()
+        }
+    }
+
+    #[test]
+    fn a_log_begins_with_the_first_stroke_and_takes_every_new_one() {
+        let start = Instant::now();
+        let mut log = ProgressLog::new(start);
+        let after = |seconds: f64| start + Duration::from_secs_f64(seconds);
+        log.note(after(1.0), 0, None, &status(1.0));
+        assert!(log.samples().is_empty());
+        log.note(after(2.0), 1, None, &status(0.9));
+        log.note(after(2.1), 2, None, &status(0.9));
+        log.note(after(2.2), 2, None, &status(0.8));
+        log.note(after(9.0), 2, None, &status(0.9));
+        log.note(after(9.5), 2, Some(0.5), &status(0.7));
+        let strokes: Vec<(usize, Option<f32>)> = log
+            .samples()
+            .iter()
+            .map(|sample| (sample.strokes, sample.entropy))
+            .collect();
+        assert_eq!(strokes, [(1, Some(0.9)), (2, Some(0.9)), (2, Some(0.7))]);
+    }
+
+    #[test]
+    fn a_long_log_is_thinned_out_and_keeps_its_beginning() {
+        let start = Instant::now();
+        let mut log = ProgressLog::new(start);
+        for index in 0..20_000 {
+            let now = start + Duration::from_secs(2 * index);
+            log.note(now, 1 + index as usize / 100, None, &status(index as f32));
+        }
+        assert!(log.samples().len() <= MOST && log.samples().len() > MOST / 3);
+        assert_eq!(log.samples()[0].strokes, 1);
+        assert_eq!(log.samples().last().map(|sample| sample.strokes), Some(200));
+    }
+
+    #[test]
+    fn breaks_do_not_count_as_labelling() {
+        let start = Instant::now();
+        let mut log = ProgressLog::new(start);
+        for seconds in [0, 20, 50, 500, 510] {
+            log.acted(start + Duration::from_secs(seconds));
+        }
+        assert_eq!(log.labelling(), Duration::from_secs(60));
+    }
+
+    #[test]
+    fn a_log_goes_on_after_reopening_and_leaves_the_rest_of_the_view_alone() {
+        let start = Instant::now();
+        let mut log = ProgressLog::new(start);
+        log.note(start + Duration::from_secs(8), 3, Some(0.75), &status(0.5));
+        log.acted(start);
+        log.acted(start + Duration::from_secs(30));
+        let kept = log.kept_in(r#"{"opacity": 0.5}"#);
+        assert_eq!(serde_json::from_str::<Value>(&kept).unwrap()["opacity"], 0.5);
+        let later = Instant::now();
+        let mut again = ProgressLog::new(later);
+        again.take_view(&kept);
+        assert_eq!(
+            (again.samples(), again.labelling()),
+            (log.samples(), log.labelling())
+        );
+        again.note(later + Duration::from_secs(4), 4, None, &status(0.4));
+        assert_eq!(again.samples()[1].seconds, 12.0);
+        for view in [
+            "",
+            "[]",
+            r#"{"progress": 3}"#,
+            r#"{"progress": {"samples": [[5, 1], [2, 1]], "labelling_s": -1}}"#,
+        ] {
+            let mut log = ProgressLog::new(later);
+            log.take_view(view);
+            assert!(log.samples().is_empty(), "{view}");
+            assert_eq!(log.labelling(), Duration::ZERO);
+        }
+        assert_eq!(log.kept_in("no json"), "no json");
+    }
+}

@@ -1,0 +1,213 @@
+//! Where the work on a scene is kept: the journal of its project file, named or not.
+
+use std::convert::Infallible;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use crossbeam_channel::{Receiver, Sender, TryRecvError, bounded};
+use inplace_core::drop_on_thread;
+use inplace_core::project::{Journal, JournalEvent, Step};
+use inplace_core::session::{FrameMap, ModelState};
+
+/// The project file behind a workspace. Nothing here ever waits.
+#[derive(Debug)]
+pub struct ProjectSession {
+    /// `None` when no file could be opened or made: the work is in memory only.
+    journal: Option<Journal>,
+    path: PathBuf,
+    named: bool,
+    failing: bool,
+    /// Without a journal: the steps since the last snapshot.
+    unrecorded: Vec<Step>,
+}
+
+/// The newest results of a session.
+#[derive(Clone, Debug, Default)]
+pub struct Results {
+    /// The newest maps of the keyframes.
+    pub maps: Vec<Arc<FrameMap>>,
+    /// The newest model state.
+    pub state: Option<Arc<ModelState>>,
+    /// How the scene is looked at.
+    pub view: String,
+}
+
+/// Whether the work is on the disk.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SavedState {
+    /// All of it.
+    Saved,
+    /// The last edits are being written.
+    Writing,
+    /// It cannot be written; the journal goes on trying.
+    Failing,
+    /// There is no file.
+    MemoryOnly,
+}
+
+impl ProjectSession {
+    /// Keeps the work in this journal's file; `named` when the person chose the name.
+    pub fn new(journal: Option<Journal>, path: PathBuf, named: bool) -> Self {
+        Self {
+            journal,
+            path,
+            named,
+            failing: false,
+            unrecorded: Vec::new(),
+        }
+    }
+
+    /// Without a journal: a file with all of the history so far is about to be made.
+    pub(crate) fn begin_snapshot(&mut self) {
+        self.unrecorded.clear();
+    }
+
+    /// The steps since the snapshot that another file was made from.
+    pub(crate) fn take_unrecorded(&mut self) -> Vec<Step> {
+        std::mem::take(&mut self.unrecorded)
+    }
+
+    /// The project file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Whether the person has chosen a name.
+    pub fn is_named(&self) -> bool {
+        self.named
+    }
+
+    /// Whether the work is on the disk.
+    pub fn saved_state(&self) -> SavedState {
+        match &self.journal {
+            None => SavedState::MemoryOnly,
+            Some(_) if self.failing => SavedState::Failing,
+            Some(journal) if journal.committed() < journal.recorded() => SavedState::Writing,
+            Some(_) => SavedState::Saved,
+        }
+    }
+
+    /// Keeps a step in memory where there is no journal; gives it back where there is one.
+    pub(crate) fn remember(&mut self, step: Step) -> Option<Step> {
+        if self.journal.is_some() {
+            return Some(step);
+        }
+        self.unrecorded.push(step);
+        None
+    }
+
+    /// Keeps a step through the history.
+    pub fn record(&self, step: Step) {
+        if let Some(journal) = &self.journal {
+            journal.record(step);
+        }
+    }
+
+    /// Keeps the newest results, so that the project shows them at once when it is opened again.
+    pub fn keep_results(&self, results: Results) {
+        if let Some(journal) = &self.journal {
+            journal.save_view(results.view);
+            journal.save_maps(results.maps);
+            if let Some(state) = results.state {
+                journal.save_model(state);
+            }
+        }
+    }
+
+    /// Keeps how the scene is looked at.
+    pub fn keep_view(&self, view: String) {
+        if let Some(journal) = &self.journal {
+            journal.save_view(view);
+        }
+    }
+
+    /// Keeps the model state that the worker handed over.
+    pub fn keep_model(&self, state: &Arc<ModelState>) {
+        if let Some(journal) = &self.journal {
+            journal.save_model(Arc::clone(state));
+        }
+    }
+
+    /// Goes on in another file, where there is a journal that can.
+    pub fn save_to(&self, path: PathBuf) {
+        match &self.journal {
+            Some(journal) if self.named => journal.save_as(path),
+            Some(journal) => journal.move_to(path),
+            None => {}
+        }
+    }
+
+    /// The next thing that the journal tells, if any.
+    pub fn next_event(&self) -> Option<JournalEvent> {
+        self.journal.as_ref()?.events().try_recv().ok()
+    }
+
+    /// Takes what the journal told into account.
+    pub(crate) fn on_event(&mut self, event: &JournalEvent) {
+        match event {
+            JournalEvent::Saved { path } => {
+                self.path.clone_from(path);
+                self.named = true;
+                self.failing = false;
+            }
+            JournalEvent::Failed(_) => self.failing = true,
+            JournalEvent::NotBackedUp(_) => {}
+            JournalEvent::Recovered { .. } => self.failing = false,
+        }
+    }
+
+    /// Writes what is queued and ends; waits for the disk, so only at the end of the program.
+    pub fn close(mut self) {
+        drop(self.journal.take());
+    }
+
+    /// Writes what is queued and ends, on a thread; the file cannot be opened again before that is done.
+    pub fn end(mut self) -> Option<Ending> {
+        let journal = self.journal.take()?;
+        let (hold, done) = bounded(0);
+        end_on_thread(journal, Some(hold));
+        Some(Ending {
+            path: self.path.clone(),
+            done,
+        })
+    }
+}
+
+impl Drop for ProjectSession {
+    fn drop(&mut self) {
+        if let Some(journal) = self.journal.take() {
+            end_on_thread(journal, None);
+        }
+    }
+}
+
+/// Ending a journal waits for the disk; `hold` is dropped after that.
+fn end_on_thread(journal: Journal, hold: Option<Sender<Infallible>>) {
+    // In this order.
+    drop_on_thread("inplace-journal-end", (journal, hold));
+}
+
+/// A project file that is still being written, though it was closed.
+#[derive(Clone, Debug)]
+pub struct Ending {
+    path: PathBuf,
+    done: Receiver<Infallible>,
+}
+
+impl Ending {
+    /// Whether all of it is written.
+    pub fn is_done(&self) -> bool {
+        matches!(self.done.try_recv(), Err(TryRecvError::Disconnected))
+    }
+
+    /// Waits until all of it is written, if it is this file; touches the disk.
+    pub fn wait_for(&self, file: &Path) {
+        let same = |a: &Path, b: &Path| {
+            a == b || matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
+        };
+        if same(&self.path, file) {
+            // Nothing is ever sent: the end of the other side is the news.
+            let _ = self.done.recv();
+        }
+    }
+}

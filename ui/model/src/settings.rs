@@ -1,0 +1,144 @@
+//! How the frame is shown and drawn on.
+
+use crate::layer::{Layer, Look};
+use crate::tool::{LARGEST_BRUSH, Tool};
+
+/// How the frame is shown and drawn on; kept between scenes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// What lies over the colour image.
+    pub layer: Layer,
+    /// How much it covers, 0..=1.
+    pub opacity: f32,
+    /// Whether borders between classes are drawn.
+    pub outlines: bool,
+    /// Whether the canvas has legends.
+    pub legend: bool,
+    /// Whether the canvas is split between two layers.
+    pub compare: bool,
+    /// What the left side of the split canvas shows.
+    pub other_layer: Layer,
+    /// Where the canvas is split, as a share of its width, 0..=1.
+    pub split: f32,
+    /// What the left button does.
+    pub tool: Tool,
+    /// The tool that labels, while another one is chosen.
+    pub labelling: Tool,
+    /// Brush radius in image pixels.
+    pub brush: u32,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            layer: Layer::Labels,
+            opacity: 0.55,
+            outlines: true,
+            legend: true,
+            compare: false,
+            other_layer: Layer::Color,
+            split: 0.5,
+            tool: Tool::Brush,
+            labelling: Tool::Brush,
+            brush: 2,
+        }
+    }
+}
+
+impl Settings {
+    /// Chooses what the left button does.
+    pub fn choose_tool(&mut self, tool: Tool) {
+        if tool.labels() {
+            self.labelling = tool;
+        }
+        self.tool = tool;
+    }
+
+    /// How frames are composed.
+    pub fn look(&self) -> Look {
+        Look {
+            layer: self.layer,
+            opacity: self.opacity,
+            outlines: self.outlines,
+        }
+    }
+
+    /// As kept in the project file.
+    pub fn to_json(self) -> String {
+        serde_json::json!({
+            "layer": self.layer.number(),
+            "opacity": self.opacity,
+            "outlines": self.outlines,
+            "legend": self.legend,
+            "compare": self.compare,
+            "other_layer": self.other_layer.number(),
+            "split": self.split,
+            "brush": self.brush,
+        })
+        .to_string()
+    }
+
+    /// Takes over what an earlier window kept; what it did not keep stays.
+    pub fn take_json(&mut self, json: &str) {
+        let Ok(kept) = serde_json::from_str::<serde_json::Value>(json) else {
+            return;
+        };
+        for (layer, name) in [(&mut self.layer, "layer"), (&mut self.other_layer, "other_layer")] {
+            let number = kept[name].as_u64();
+            if let Some(&known) = number.and_then(|number| Layer::ALL.get(number as usize)) {
+                *layer = known;
+            }
+        }
+        if let Some(legend) = kept["legend"].as_bool() {
+            self.legend = legend;
+        }
+        if let Some(compare) = kept["compare"].as_bool() {
+            self.compare = compare;
+        }
+        if let Some(split) = kept["split"].as_f64() {
+            self.split = (split as f32).clamp(0.0, 1.0);
+        }
+        if let Some(opacity) = kept["opacity"].as_f64() {
+            self.opacity = (opacity as f32).clamp(0.0, 1.0);
+        }
+        if let Some(outlines) = kept["outlines"].as_bool() {
+            self.outlines = outlines;
+        }
+        if let Some(brush) = kept["brush"].as_u64() {
+            self.brush = (brush as u32).min(LARGEST_BRUSH);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn settings_survive_the_project_file() {
+        let settings = Settings {
+            layer: Layer::Entropy,
+            opacity: 0.25,
+            outlines: false,
+            legend: false,
+            compare: true,
+            other_layer: Layer::Rendered,
+            split: 0.75,
+            brush: 9,
+            ..Settings::default()
+        };
+        let mut read = Settings::default();
+        read.take_json(&settings.to_json());
+        assert_eq!(read, settings);
+    }
+
+    #[test]
+    fn settings_of_another_version_do_no_harm() {
+        let mut settings = Settings::default();
+        for json in ["", "[]", r#"{"layer": 99, "opacity": "x", "brush": 1000000}"#] {
+            settings.take_json(json);
+        }
+        assert_eq!(settings.layer, Layer::Labels);
+        assert_eq!(settings.brush, LARGEST_BRUSH);
+    }
+}

@@ -1,0 +1,250 @@
+//! The one place where the state changes: commands of the person, and what session, project file and jobs tell.
+
+mod classes;
+mod closing;
+mod events;
+mod files;
+mod labels;
+mod opening;
+mod preferences;
+mod strokes;
+mod suggestions;
+mod view;
+mod work;
+
+use std::time::Instant;
+
+use inplace_core::labels::History;
+use inplace_core::project::{JournalEvent, Step};
+use inplace_core::session::Event;
+
+use crate::class_view::ClassView;
+use crate::command::Command;
+use crate::dialogs::Dialog;
+use crate::effect::Effect;
+use crate::jobs::Done;
+use crate::model::Model;
+use crate::session_link::Running;
+use crate::tool::{LARGEST_BRUSH, Tool, stepped_brush};
+use crate::workspace::Workspace;
+
+/// What the model is told.
+#[derive(Debug)]
+pub enum Input {
+    /// A person asks for something.
+    Command(Command),
+    /// A job has come further, or has ended.
+    Done(Done),
+    /// A session for what is being opened has started.
+    SessionStarted(Running),
+    /// The worker told something.
+    Session(Event),
+    /// The project file's journal told something.
+    Journal(JournalEvent),
+    /// A frame of the window begins.
+    FrameBegins {
+        /// Now.
+        now: Instant,
+        /// Width and height of the window in points of the screen, unless it fills the screen.
+        window: Option<[f32; 2]>,
+    },
+}
+
+impl From<Command> for Input {
+    fn from(command: Command) -> Self {
+        Self::Command(command)
+    }
+}
+
+impl Model {
+    /// Takes something into account; returns what is to be done outside, in order.
+    pub fn update(&mut self, input: impl Into<Input>) -> Vec<Effect> {
+        match input.into() {
+            Input::Command(command) => self.command(command),
+            Input::Done(done) => self.job_done(done),
+            Input::SessionStarted(session) => self.session_started(session),
+            Input::Session(event) => self.session_event(event),
+            Input::Journal(event) => self.journal_event(event),
+            Input::FrameBegins { now, window } => self.frame_begins(now, window),
+        }
+        self.note_settings();
+        let asked = self.state.workspace_mut().map(Workspace::take_outbox);
+        let asked = asked.into_iter().flatten().map(Effect::Session);
+        self.effects.extend(asked);
+        std::mem::take(&mut self.effects)
+    }
+
+    fn command(&mut self, command: Command) {
+        if command != Command::Render {
+            self.with_workspace(|workspace| workspace.overview_mut().log_mut().acted(Instant::now()));
+        }
+        match command {
+            Command::Open(target) => self.open(target),
+            Command::Save => self.save(),
+            Command::SaveTo(path) => self.save_to(path),
+            Command::Export(choice) => self.export(choice),
+            Command::CancelExport => self.cancel_export(),
+            Command::CancelImport => self.cancel_import(),
+            Command::ImportFrom(folder, trust) => self.import_from(folder, trust),
+            Command::RemoveImported => self.edit(History::remove_imported),
+            Command::ShowFolder(folder) => self.effects.push(Effect::ShowFolder(folder)),
+            Command::Copy(text) => self.effects.push(Effect::Copy(text)),
+            Command::Browse(purpose) => self.effects.push(Effect::Browse(purpose)),
+            Command::Show(dialog) => self.show(dialog),
+            Command::Edit(dialog) => self.edit_dialog(dialog),
+            Command::CloseScene => self.close(),
+            Command::Quit => self.effects.push(Effect::CloseWindow),
+            Command::CloseWindow => self.close_window(),
+            Command::Dismiss(id) => self.state.messages.dismiss(id),
+            Command::DismissExport => self.state.export = None,
+
+            Command::Draw(line) => {
+                self.leave_suggestions();
+                self.draw(line);
+            }
+            Command::SelectStroke(stroke) => self.with_workspace(|workspace| workspace.select(stroke)),
+            Command::GoToStroke(stroke) => self.go_to_stroke(stroke),
+            Command::DeleteStroke(stroke) => self.delete_stroke(stroke),
+            Command::DeleteSelected => self.delete_selected(),
+            Command::ChangeStrokeClass(stroke, class) => self.change_stroke_class(stroke, class),
+            Command::LabelSeen { frame, pixel } => self.label_seen(frame, pixel),
+            Command::Undo => self.step(History::undo, Step::Undo),
+            Command::Redo => self.step(History::redo, Step::Redo),
+
+            Command::AddClass(name) => self.add_class(&name),
+            Command::ChooseClass(class) => self.choose_class(class),
+            Command::ChooseSlot(slot) => self.choose_slot(slot),
+            Command::RenameClass(id, name) => self.rename_class(id, name),
+            Command::RecolorClass(id, color) => self.change_class(id, |class| class.color = color),
+            Command::DeleteClass(id) => self.delete_class(id),
+            Command::MergeClass(from, into) => self.merge_class(from, into),
+            Command::AddClasses(classes) => self.add_classes(&classes),
+            Command::MoveClass(id, place) => self.edit(|history| history.move_class(id, place)),
+            Command::MoveClassBeside {
+                class,
+                neighbour,
+                below,
+            } => self.move_class_beside(class, neighbour, below),
+            Command::SetClassLocked(id, locked) => self.change_class_view(|view| view.set_locked(id, locked)),
+            Command::SetClassHidden(id, hidden) => self.change_class_view(|view| view.set_hidden(id, hidden)),
+            Command::UnlockClasses => self.change_class_view(ClassView::unlock_all),
+            Command::ShowClasses => self.change_class_view(ClassView::show_all),
+            Command::FindClass(purpose) => self.find_class(purpose),
+            Command::UseClass(purpose, class) => self.use_class(purpose, class),
+            Command::UseNewClass(purpose, name) => self.use_new_class(purpose, &name),
+            Command::ReadClasses(path) => self.read_classes(path),
+            Command::SaveClassesTo(path) => self.save_classes_to(path),
+
+            Command::GoToFrame(frame) => self.go_to(|_| Some(frame)),
+            Command::StepFrame(step) => self.go_to(|workspace| workspace.stepped(step)),
+            Command::FindFrame(text) => self.find_frame(&text),
+            Command::FilterFrames(filter) => {
+                self.with_workspace(|workspace| workspace.overview_mut().frames_mut().set_filter(filter));
+            }
+            Command::OrderFrames(order) => {
+                self.with_workspace(|workspace| workspace.overview_mut().frames_mut().set_order(order));
+            }
+            Command::ShowSide(side) => self.state.side = side,
+            Command::SwitchSide => self.state.side = self.state.side.other(),
+            Command::GoToSuggestion(index) => self.go_to_suggestion(index),
+            Command::NextSuggestion => self.step_suggestion(false),
+            Command::PreviousSuggestion => self.step_suggestion(true),
+            Command::AnswerSuggestion(index, class) => self.answer_suggestion(index, class),
+            Command::AnswerLikely(rank) => self.answer_likely(rank),
+            Command::AnswerSlot(slot) => self.answer_slot(slot),
+            Command::SkipSuggestion => self.skip_suggestion(),
+            Command::ListSkipped => {
+                self.with_workspace(|workspace| workspace.suggestions_mut().list_skipped())
+            }
+            Command::LeaveSuggestions => self.leave_suggestions(),
+            Command::HoldSuggestions(held) => {
+                self.with_workspace(|workspace| workspace.suggestions_mut().hold(held));
+            }
+
+            Command::ChooseLayer(layer) => self.state.settings.layer = layer,
+            Command::CycleLayer => self.state.settings.layer = self.state.settings.layer.next(),
+            Command::SetOpacity(opacity) => self.state.settings.opacity = opacity.clamp(0.0, 1.0),
+            Command::SetOutlines(outlines) => self.state.settings.outlines = outlines,
+            Command::SetLegend(legend) => self.state.settings.legend = legend,
+            Command::ToggleCompare => self.state.settings.compare = !self.state.settings.compare,
+            Command::ChooseOtherLayer(layer) => self.state.settings.other_layer = layer,
+            Command::SetSplit(split) => self.state.settings.split = split.clamp(0.0, 1.0),
+            Command::SetBrush(radius) => self.state.settings.brush = radius.min(LARGEST_BRUSH),
+            Command::StepBrush(steps) => {
+                self.state.settings.brush = stepped_brush(self.state.settings.brush, steps);
+            }
+            Command::ChooseTool(tool) => self.choose_tool(tool),
+            Command::ToggleTool => self.choose_tool(match self.state.settings.tool {
+                Tool::Erase => self.state.settings.labelling,
+                _ => Tool::Erase,
+            }),
+            Command::Render => self.with_workspace(Workspace::render),
+            Command::SetView(view) => self.with_workspace(|workspace| workspace.view = view),
+            Command::Fit => self.with_workspace(Workspace::fit),
+            Command::ToggleSpace => {
+                self.with_workspace(|workspace| workspace.space.shown = !workspace.space.shown);
+            }
+            Command::SetSpace(space) => self.with_workspace(|workspace| workspace.space = space),
+            Command::TogglePause => self.with_workspace(Workspace::toggle_pause),
+            Command::Prefer(change) => self.prefer(change),
+            Command::HideOverlay(hidden) => self.state.overlay_hidden = hidden,
+        }
+    }
+
+    pub(crate) fn with_workspace(&mut self, change: impl FnOnce(&mut Workspace)) {
+        if let Some(workspace) = self.state.workspace_mut() {
+            change(workspace);
+        }
+    }
+
+    pub(crate) fn show(&mut self, dialog: Option<Dialog>) {
+        let needs_scene = matches!(
+            dialog,
+            Some(
+                Dialog::SaveAs { .. }
+                    | Dialog::Export(_)
+                    | Dialog::Import { .. }
+                    | Dialog::AddClasses(_)
+                    | Dialog::SaveClasses { .. }
+            )
+        );
+        if needs_scene && self.state.workspace().is_none() {
+            return;
+        }
+        self.give_up_focus();
+        self.state.dialog = match dialog {
+            Some(Dialog::SaveAs { path }) if path.is_empty() => Some(Dialog::SaveAs {
+                path: self.state.suggested_path(".inplace"),
+            }),
+            Some(Dialog::Export(choice)) if choice.path.is_empty() => {
+                let mut last = self.state.export_choice.clone();
+                if last.path.is_empty() {
+                    last.path = self.state.suggested_path("-labels");
+                }
+                Some(Dialog::Export(last))
+            }
+            Some(Dialog::SaveClasses { path }) if path.is_empty() => Some(Dialog::SaveClasses {
+                path: self.state.suggested_path("-classes.json"),
+            }),
+            Some(Dialog::AddClasses(mut dialog)) => {
+                dialog.begin(self.present_classes());
+                Some(Dialog::AddClasses(dialog))
+            }
+            dialog => dialog,
+        };
+    }
+
+    /// Takes over what was typed or chosen in the dialog shown; it may have been closed meanwhile.
+    fn edit_dialog(&mut self, edited: Dialog) {
+        if let Some(dialog) = &mut self.state.dialog
+            && std::mem::discriminant(dialog) == std::mem::discriminant(&edited)
+        {
+            *dialog = edited;
+        }
+    }
+
+    /// So that the first field of a dialog can have the keyboard.
+    fn give_up_focus(&mut self) {
+        self.effects.push(Effect::GiveUpFocus);
+    }
+}

@@ -1,0 +1,239 @@
+//! Actions on the class list: many classes at once, locks, files, the finder.
+
+use std::path::{Path, PathBuf};
+
+use inplace_core::labels::{AddedClasses, Class, ClassId, Stroke};
+
+use crate::class_view::ClassView;
+use crate::dialogs::{ClassFinder, ClassUse, Dialog};
+use crate::effect::Effect;
+use crate::jobs::Job;
+use crate::model::Model;
+use crate::text::counted;
+use crate::tool::DrawnLine;
+use crate::workspace::classes::Lock;
+
+impl Model {
+    pub(crate) fn present_classes(&self) -> Vec<Class> {
+        let workspace = self.state.workspace();
+        workspace.map_or_else(Vec::new, |workspace| workspace.document().classes().to_vec())
+    }
+
+    pub(crate) fn add_classes(&mut self, classes: &[Class]) {
+        self.state.dialog = None;
+        let mut outcome = AddedClasses::default();
+        self.edit(|history| {
+            let edit;
+            (edit, outcome) = history.add_classes(classes);
+            edit
+        });
+        self.state.messages.info(added(&outcome));
+    }
+
+    pub(crate) fn move_class_beside(&mut self, class: ClassId, neighbour: ClassId, below: bool) {
+        self.edit(|history| {
+            let mut others = history.labels().classes.iter().filter(|other| other.id != class);
+            let place = others.position(|other| other.id == neighbour)?;
+            history.move_class(class, place + usize::from(below))
+        });
+    }
+
+    pub(crate) fn rename_class(&mut self, id: ClassId, name: String) {
+        if !self.locked_refuses_change(id) {
+            self.change_class(id, |class| class.name = name);
+        }
+    }
+
+    pub(crate) fn delete_class(&mut self, id: ClassId) {
+        if !self.locked_refuses_change(id) {
+            self.edit(|history| history.delete_class(id));
+        }
+    }
+
+    pub(crate) fn merge_class(&mut self, from: ClassId, into: ClassId) {
+        if !self.locked_refuses_change(from) && !self.locked_refuses_change(into) {
+            self.edit(|history| history.merge_class(from, into));
+        }
+    }
+
+    /// Whether a lock keeps a stroke from being added; then a message says so.
+    pub(crate) fn lock_refuses(&mut self, stroke: &Stroke) -> bool {
+        let workspace = self.state.workspace();
+        let lock = workspace.and_then(|workspace| workspace.lock_on(stroke));
+        let sentence = lock.map(|lock| match lock {
+            Lock::Own(class) => no_label(class),
+            Lock::Covered(class) => no_cover(class),
+        });
+        self.refuse(sentence)
+    }
+
+    /// A message where an eraser passes over strokes of a locked class.
+    pub(crate) fn say_what_stays(&mut self, line: &DrawnLine, radius: u32) {
+        let workspace = self.state.workspace();
+        let locked = workspace.and_then(|workspace| workspace.locked_under_eraser(&line.points, radius));
+        let sentence = locked.map(no_erase);
+        self.refuse(sentence);
+    }
+
+    pub(crate) fn locked_refuses_change(&mut self, id: ClassId) -> bool {
+        let sentence = self.state.workspace().and_then(|workspace| {
+            let class = workspace.document().labels().class(id)?;
+            workspace.is_locked(id).then(|| no_change(class))
+        });
+        self.refuse(sentence)
+    }
+
+    fn refuse(&mut self, sentence: Option<String>) -> bool {
+        let refused = sentence.is_some();
+        if let Some(sentence) = sentence {
+            self.state.messages.info(sentence);
+        }
+        refused
+    }
+
+    /// Locks, hides and shows classes, and keeps that in the project.
+    pub(crate) fn change_class_view(&mut self, change: impl FnOnce(&mut ClassView)) {
+        self.with_workspace(|workspace| workspace.change_class_view(change));
+        if let Some(workspace) = self.state.workspace() {
+            let view = workspace.kept_view(&self.state.settings);
+            self.effects.push(Effect::KeepView(view));
+        }
+    }
+
+    /// Opens the finder.
+    pub(crate) fn find_class(&mut self, purpose: ClassUse) {
+        if self.state.workspace().is_none() {
+            return;
+        }
+        let finder = ClassFinder::new(purpose, self.present_classes());
+        self.show(Some(Dialog::FindClass(Box::new(finder))));
+    }
+
+    /// Does something with a class that was found.
+    pub(crate) fn use_class(&mut self, purpose: ClassUse, class: ClassId) {
+        self.state.dialog = None;
+        match purpose {
+            ClassUse::Choose => self.choose_class(class),
+            ClassUse::Answer => self.answer_with(class),
+        }
+    }
+
+    /// Makes a class of this name and does something with it.
+    pub(crate) fn use_new_class(&mut self, purpose: ClassUse, name: &str) {
+        let class = self.new_class(name);
+        self.use_class(purpose, class);
+    }
+
+    pub(crate) fn read_classes(&mut self, path: PathBuf) {
+        self.effects.push(Effect::Start(Job::ReadClasses(path)));
+    }
+
+    /// A class list was read for the dialog that adds classes.
+    pub(crate) fn classes_read(&mut self, read: Result<Vec<Class>, String>) {
+        if let Some(Dialog::AddClasses(dialog)) = &mut self.state.dialog {
+            dialog.take_file(read);
+        }
+    }
+
+    pub(crate) fn save_classes_to(&mut self, path: PathBuf) {
+        self.state.dialog = None;
+        let classes = self.present_classes();
+        self.effects.push(Effect::Start(Job::SaveClasses(path, classes)));
+    }
+
+    /// The classes were written to a file.
+    pub(crate) fn classes_saved(&mut self, count: usize, path: &Path) {
+        let classes = counted(count, "class", "classes");
+        let sentence = format!("Saved {classes} to {}", path.display());
+        self.state.messages.info(sentence);
+    }
+}
+
+/// What became of the classes that were to be added.
+fn added(outcome: &AddedClasses) -> String {
+    let mut sentence = match outcome.added.len() {
+        0 => "No class was added.".to_owned(),
+        some => format!("Added {}.", counted(some, "class", "classes")),
+    };
+    if !outcome.known.is_empty() {
+        let names = outcome.known.iter().map(|class| class.name.clone());
+        sentence += &format!(" Already there: {}.", some_of(names.collect()));
+    }
+    if !outcome.renumbered.is_empty() {
+        let numbers = outcome.renumbered.iter();
+        let numbers = numbers.map(|(asked, class)| format!("{} ({asked} is now {})", class.name, class.id));
+        sentence += &format!(
+            " With another number, because theirs is taken: {}.",
+            some_of(numbers.collect())
+        );
+    }
+    sentence
+}
+
+/// The first of many names, and how many more there are.
+fn some_of(names: Vec<String>) -> String {
+    const FEW: usize = 4;
+    let shown = names[..names.len().min(FEW)].join(", ");
+    match names.len().saturating_sub(FEW) {
+        0 => shown,
+        more => format!("{shown} and {more} more"),
+    }
+}
+
+/// Labelling with a locked class is refused.
+fn no_label(class: &Class) -> String {
+    format!(
+        "\"{}\" is locked: unlock it in the class list to label with it.",
+        class.name
+    )
+}
+
+/// Covering a locked class is refused.
+fn no_cover(class: &Class) -> String {
+    format!(
+        "This would cover what is labelled \"{}\", which is locked: unlock it, or draw beside it.",
+        class.name
+    )
+}
+
+/// Erasing a locked class is refused.
+fn no_erase(class: &Class) -> String {
+    format!(
+        "\"{}\" is locked, so its strokes stay: unlock it in the class list to erase them.",
+        class.name
+    )
+}
+
+/// Renaming, merging and deleting a locked class are refused.
+fn no_change(class: &Class) -> String {
+    format!(
+        "\"{}\" is locked: unlock it in the class list to rename, merge or delete it.",
+        class.name
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_added_is_said_without_endless_lists() {
+        let classes = |count| {
+            (1..=count)
+                .map(|id| Class::new(id, format!("c{id}")))
+                .collect::<Vec<_>>()
+        };
+        let mut outcome = AddedClasses {
+            added: classes(2),
+            ..AddedClasses::default()
+        };
+        assert_eq!(added(&outcome), "Added 2 classes.");
+        outcome.known = classes(6);
+        outcome.renumbered = vec![(3, Class::new(9, "lamp"))];
+        assert_eq!(
+            added(&outcome),
+            "Added 2 classes. Already there: c1, c2, c3, c4 and 2 more. With another number, because theirs is taken: \
+             lamp (3 is now 9)."
+        );
+    }
+}

@@ -1,0 +1,91 @@
+//! Taking over what jobs, the session and the project file have told.
+
+use inplace_core::project::JournalEvent;
+use inplace_core::session::Event;
+
+use crate::effect::Effect;
+use crate::jobs::Done;
+use crate::model::{Model, Stage};
+use crate::opening::Refusal;
+
+impl Model {
+    /// A job has come further, or has ended.
+    pub(crate) fn job_done(&mut self, done: Done) {
+        match done {
+            Done::Picked(purpose, path) => self.picked(purpose, path),
+            Done::Prepared(ticket, prepared) => match *prepared {
+                Ok(prepared) => self.start_session(ticket, prepared),
+                Err(Refusal::Sentence(sentence)) => self.opening_failed(ticket, sentence),
+                Err(Refusal::SceneGone { project, missing }) => self.scene_gone(ticket, project, missing),
+            },
+            Done::Attached(ticket, scene, attached) => match *attached {
+                Ok(attached) => self.show_workspace(ticket, scene, attached),
+                Err(sentence) => self.other_scene(ticket, &scene.source, sentence),
+            },
+            Done::Kept(serial, project) => self.project_made(serial, *project),
+            Done::Exported(progress) => self.exported(progress),
+            Done::Imported(ticket, images) => self.imported(ticket, *images),
+            Done::Summarised(serial, made) => self.summarised(serial, made),
+            Done::ClassesRead(read) => self.classes_read(read),
+            Done::ClassesSaved(count, path) => self.classes_saved(count, &path),
+            Done::Failed(sentence) => self.state.messages.error(sentence),
+        }
+    }
+
+    /// The worker told something.
+    pub(crate) fn session_event(&mut self, event: Event) {
+        match &mut self.state.stage {
+            Stage::Open(workspace) => {
+                if let Event::State(state) = &event {
+                    self.effects.push(Effect::KeepModel(state.clone()));
+                }
+                let (frame, guided) = (workspace.frame_index(), workspace.suggestions().is_active());
+                let told = workspace.on_event(event);
+                let moved = workspace.frame_index() != frame;
+                let ended = guided && !workspace.suggestions().is_active();
+                if let Some(sentence) = told {
+                    self.state.messages.error(sentence);
+                }
+                if moved {
+                    self.looked_away();
+                }
+                if ended {
+                    self.state.messages.info("There is nothing left to suggest.");
+                }
+            }
+            Stage::Opening(opening) => match event {
+                Event::Opening { done, total } => opening.progress = (done, total),
+                Event::Opened(scene) => self.attach(scene),
+                Event::Error(sentence) => {
+                    let ticket = opening.ticket;
+                    self.opening_failed(ticket, sentence);
+                }
+                _ => {}
+            },
+            Stage::Start => {}
+        }
+    }
+
+    /// The project file's journal told something.
+    pub(crate) fn journal_event(&mut self, event: JournalEvent) {
+        let unnamed = self
+            .state
+            .project
+            .as_ref()
+            .is_some_and(|project| !project.is_named());
+        let before = unnamed.then(|| self.state.place()).flatten();
+        if let Some(project) = &mut self.state.project {
+            project.on_event(&event);
+        }
+        match event {
+            JournalEvent::Saved { path } => self.saved_to(&path, before),
+            JournalEvent::Failed(sentence) | JournalEvent::NotBackedUp(sentence) => {
+                self.state.messages.error(sentence);
+            }
+            JournalEvent::Recovered { path } => {
+                let sentence = format!("{} can be written again.", path.display());
+                self.state.messages.info(sentence);
+            }
+        }
+    }
+}

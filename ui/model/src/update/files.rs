@@ -1,0 +1,128 @@
+//! Actions that read and write files.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use crate::dialogs::{Dialog, Purpose};
+use crate::effect::Effect;
+use crate::jobs::Job;
+use crate::model::Model;
+use crate::opening::Target;
+use crate::preferences::RecentPlace;
+use crate::project_session::{ProjectSession, SavedState};
+use crate::workspace::Workspace;
+
+impl Model {
+    /// The system's dialog was answered. Without an answer the path fields are the way.
+    pub(crate) fn picked(&mut self, purpose: Purpose, path: Option<PathBuf>) {
+        let Some(path) = path else {
+            return;
+        };
+        match (&mut self.state.dialog, purpose) {
+            (
+                Some(
+                    dialog @ (Dialog::SaveAs { .. }
+                    | Dialog::Export(_)
+                    | Dialog::Import { .. }
+                    | Dialog::Moved(_)),
+                ),
+                _,
+            )
+            | (Some(dialog @ Dialog::SaveClasses { .. }), Purpose::SaveClasses) => {
+                dialog.take_path(&path);
+            }
+            (Some(dialog @ Dialog::AddClasses(_)), Purpose::Classes) => {
+                dialog.take_path(&path);
+                self.read_classes(path);
+            }
+            (_, Purpose::Scene) => {
+                self.open(Target::Scene(inplace_core::scene::SceneSource::Folder(path)));
+            }
+            (_, Purpose::Project) => self.open(Target::Project(path)),
+            (
+                _,
+                Purpose::SaveAs
+                | Purpose::Export
+                | Purpose::Import
+                | Purpose::Moved
+                | Purpose::Classes
+                | Purpose::SaveClasses,
+            ) => {}
+        }
+    }
+
+    pub(crate) fn save(&mut self) {
+        let (Some(_), Some(project)) = (self.state.workspace(), &self.state.project) else {
+            return;
+        };
+        if !project.is_named() || project.saved_state() == SavedState::MemoryOnly {
+            self.show(Some(Dialog::SaveAs { path: String::new() }));
+            return;
+        }
+        let path = project.path().display().to_string();
+        let failing = project.saved_state() == SavedState::Failing;
+        self.with_workspace(Workspace::save);
+        self.keep_results();
+        if failing {
+            let sentence =
+                format!("{path} still cannot be written; save under another name with \"Save as\".");
+            self.state.messages.error(sentence);
+        } else {
+            self.state.messages.info(format!("Saved to {path}"));
+        }
+    }
+
+    pub(crate) fn save_to(&mut self, path: PathBuf) {
+        self.state.dialog = None;
+        let (Some(_), Some(project)) = (self.state.workspace(), &self.state.project) else {
+            return;
+        };
+        let has_file = project.saved_state() != SavedState::MemoryOnly;
+        self.with_workspace(Workspace::save);
+        if has_file {
+            self.effects.push(Effect::SaveTo(path));
+        } else {
+            self.make_project(path);
+        }
+    }
+
+    /// There was no file to keep the work in so far: make one.
+    fn make_project(&mut self, path: PathBuf) {
+        if let Some(project) = &mut self.state.project {
+            project.begin_snapshot();
+        }
+        let Some(workspace) = self.state.workspace() else {
+            return;
+        };
+        let job = Job::MakeProject {
+            serial: workspace.serial(),
+            path,
+            scene: Arc::clone(workspace.scene()),
+            open: self.read,
+            history: Box::new(workspace.document().history().clone()),
+        };
+        self.effects.push(Effect::Start(job));
+    }
+
+    /// The work in memory has a file from now on.
+    pub(crate) fn project_made(&mut self, serial: u64, project: ProjectSession) {
+        if let Some(workspace) = self.state.workspace()
+            && workspace.serial() == serial
+        {
+            let before = self.state.place();
+            let path = project.path().to_path_buf();
+            let memory_only = self.state.project.replace(project);
+            let since = memory_only.map(|mut project| project.take_unrecorded());
+            self.effects
+                .extend(since.into_iter().flatten().map(Effect::Record));
+            self.saved_to(&path, before);
+        }
+    }
+
+    /// The work is in this file now; `before` is where it was opened from.
+    pub(crate) fn saved_to(&mut self, path: &Path, before: Option<RecentPlace>) {
+        self.keep_results();
+        self.note_named(before);
+        self.state.messages.info(format!("Saved to {}", path.display()));
+    }
+}

@@ -1,0 +1,184 @@
+//! Opening a scene or a project: find what is kept, start a session, fit what is kept to the scene, show it. What does
+//! not open leads back to the start page, or to the question where the scene of a project is now.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use inplace_core::scene::{Scene, SceneSource};
+use inplace_core::session::SessionOptions;
+
+use crate::class_view::ClassView;
+use crate::dialogs::{Dialog, MovedScene};
+use crate::document::Document;
+use crate::effect::Effect;
+use crate::jobs::Job;
+use crate::model::{Model, Opening, Stage};
+use crate::opening::{Attached, Prepared, Target};
+use crate::preferences::{cores, usual_threads};
+use crate::session_link::Running;
+use crate::workspace::Workspace;
+
+impl Model {
+    /// Starts opening something; what was open is kept and closed.
+    pub(crate) fn open(&mut self, target: Target) {
+        self.close();
+        self.last_ticket += 1;
+        let ticket = self.last_ticket;
+        self.state.stage = Stage::Opening(Box::new(Opening {
+            ticket,
+            target: target.clone(),
+            progress: (0, 0),
+            session: None,
+            prepared: None,
+        }));
+        let job = Job::Prepare(ticket, target, self.read_next);
+        self.effects.push(Effect::Start(job));
+    }
+
+    /// Threads of the worker's pool: as the command line says, as preferred, or all cores but one.
+    fn threads(&self) -> usize {
+        let preferred = self.state.preferences.threads;
+        let chosen = self.threads.or(preferred.map(|threads| threads.min(cores())));
+        chosen.unwrap_or_else(usual_threads).max(1)
+    }
+
+    pub(crate) fn start_session(&mut self, ticket: u64, prepared: Prepared) {
+        let options = SessionOptions {
+            source: prepared.source.clone(),
+            open: prepared.open,
+            preset: self.preset,
+            threads: self.threads(),
+            seed: self.seed,
+            state: prepared.state(),
+        };
+        let Stage::Opening(opening) = &mut self.state.stage else {
+            return;
+        };
+        if opening.ticket != ticket {
+            return;
+        }
+        self.read = prepared.open;
+        opening.prepared = Some(prepared);
+        self.effects.push(Effect::StartSession(Box::new(options)));
+    }
+
+    /// The session of what is being opened runs.
+    pub(crate) fn session_started(&mut self, session: Running) {
+        if let Stage::Opening(opening) = &mut self.state.stage {
+            opening.session = Some(session);
+        }
+    }
+
+    /// The scene is read: fit what is kept to it, on a thread.
+    pub(crate) fn attach(&mut self, scene: Arc<Scene>) {
+        let Stage::Opening(opening) = &mut self.state.stage else {
+            return;
+        };
+        let Some(prepared) = opening.prepared.take() else {
+            return;
+        };
+        let maps = opening
+            .session
+            .as_ref()
+            .and_then(|session| session.maps().cloned());
+        let job = Job::Attach {
+            ticket: opening.ticket,
+            prepared: Box::new(prepared),
+            scene,
+            maps,
+        };
+        self.effects.push(Effect::Start(job));
+    }
+
+    pub(crate) fn show_workspace(&mut self, ticket: u64, scene: Arc<Scene>, attached: Attached) {
+        let Stage::Opening(opening) = &mut self.state.stage else {
+            return;
+        };
+        if opening.ticket != ticket {
+            return;
+        }
+        let Some(session) = opening.session.take() else {
+            return;
+        };
+        for warning in &scene.warnings {
+            self.state.messages.info(warning);
+        }
+        for note in attached.notes {
+            self.state.messages.info(note);
+        }
+        if let Some(damage) = attached.damage {
+            self.state.messages.error(damage);
+        }
+        if let Some(problem) = attached.problem {
+            self.state.messages.error(problem);
+        }
+        let mut settings = self.state.preferences.settings();
+        if let Some(view) = &attached.view {
+            settings.take_json(view);
+        }
+        // That is no change of what is preferred.
+        (self.state.settings, self.settings_seen) = (settings, settings);
+        let document = Document::new(attached.history, attached.generation);
+        let mut workspace = Workspace::new(scene, ticket, session, document);
+        if let Some(view) = &attached.view {
+            workspace.overview_mut().log_mut().take_view(view);
+        }
+        self.state.project = Some(attached.project);
+        if let Some(view) = &attached.view {
+            workspace.change_class_view(|classes| *classes = ClassView::of_json(view));
+        }
+        self.state.stage = Stage::Open(Box::new(workspace));
+        // Another scene is exported elsewhere, in the same way.
+        self.state.export_choice.path.clear();
+        self.note_recent();
+    }
+
+    /// Opening failed for this reason; a scene that has moved is asked for again.
+    pub(crate) fn opening_failed(&mut self, ticket: u64, sentence: String) {
+        let Some(target) = self.stop_opening(ticket) else {
+            self.state.messages.error(sentence);
+            return;
+        };
+        match target {
+            Target::Moved { project, folder } => self.ask_where(project, folder, Some(sentence)),
+            _ => self.state.messages.error(sentence),
+        }
+    }
+
+    /// Goes back to the start page if this is what is being opened; returns what it was.
+    fn stop_opening(&mut self, ticket: u64) -> Option<Target> {
+        match &self.state.stage {
+            Stage::Opening(opening) if opening.ticket == ticket => {
+                let target = opening.target.clone();
+                self.state.stage = Stage::Start;
+                Some(target)
+            }
+            _ => None,
+        }
+    }
+
+    /// The scene of a project is not where it was.
+    pub(crate) fn scene_gone(&mut self, ticket: u64, project: PathBuf, missing: PathBuf) {
+        if self.stop_opening(ticket).is_some() {
+            self.ask_where(project, missing, None);
+        }
+    }
+
+    /// A folder was opened that is not the scene of the project.
+    pub(crate) fn other_scene(&mut self, ticket: u64, source: &SceneSource, sentence: String) {
+        match (self.stop_opening(ticket), source) {
+            (
+                Some(Target::Moved { project, .. } | Target::Project(project) | Target::Path(project)),
+                SceneSource::Folder(folder),
+            ) => self.ask_where(project, folder.clone(), Some(sentence)),
+            (Some(_), _) => self.state.messages.error(sentence),
+            (None, _) => {}
+        }
+    }
+
+    /// Asks where the scene of a project is now; `last` is where it is not.
+    fn ask_where(&mut self, project: PathBuf, last: PathBuf, problem: Option<String>) {
+        self.give_up_focus();
+        self.state.dialog = Some(Dialog::Moved(MovedScene::new(project, last, problem)));
+    }
+}

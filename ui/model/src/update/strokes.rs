@@ -1,0 +1,63 @@
+//! Actions on single strokes, and the tools.
+
+use inplace_core::labels::{ClassId, StrokeId};
+
+use crate::model::Model;
+use crate::tool::Tool;
+
+impl Model {
+    pub(crate) fn choose_tool(&mut self, tool: Tool) {
+        self.state.settings.choose_tool(tool);
+        if tool != Tool::Select {
+            self.with_workspace(|workspace| workspace.select(None));
+        }
+    }
+
+    pub(crate) fn go_to_stroke(&mut self, stroke: StrokeId) {
+        let mut moved = false;
+        self.with_workspace(|workspace| moved = workspace.go_to_stroke(stroke));
+        if moved {
+            self.looked_away();
+        }
+    }
+
+    pub(crate) fn delete_selected(&mut self) {
+        if let Some(stroke) = self.selected() {
+            self.delete_stroke(stroke);
+        }
+    }
+
+    pub(crate) fn change_stroke_class(&mut self, stroke: StrokeId, class: ClassId) {
+        if !self.locked_refuses_stroke(stroke) && !self.locked_refuses_change(class) {
+            self.edit(|history| history.change_stroke_class(stroke, class));
+        }
+    }
+
+    pub(crate) fn delete_stroke(&mut self, stroke: StrokeId) {
+        if !self.locked_refuses_stroke(stroke) {
+            self.edit(|history| history.delete_stroke(stroke));
+        }
+    }
+
+    /// Whether the lock of a stroke's class keeps it as it is; then a message says so.
+    fn locked_refuses_stroke(&mut self, stroke: StrokeId) -> bool {
+        let strokes = self
+            .state
+            .workspace()
+            .map(|workspace| &workspace.document().labels().strokes);
+        let class = strokes
+            .and_then(|strokes| strokes.get(&stroke))
+            .map(|stroke| stroke.class);
+        class.is_some_and(|class| self.locked_refuses_change(class))
+    }
+
+    /// The stroke that a choice of a class is about: the selected one, while the tool is the one that selects.
+    pub(crate) fn stroke_to_change(&self) -> Option<StrokeId> {
+        self.selected()
+            .filter(|_| self.state.settings.tool == Tool::Select)
+    }
+
+    fn selected(&self) -> Option<StrokeId> {
+        self.state.workspace().and_then(|workspace| workspace.selected())
+    }
+}

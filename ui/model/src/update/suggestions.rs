@@ -1,0 +1,102 @@
+//! Actions on the suggestions.
+
+use inplace_core::labels::ClassId;
+use inplace_core::project::Step;
+
+use crate::model::Model;
+
+/// Every listed place was skipped.
+const ALL_SKIPPED: &str = "All suggested places are skipped.";
+
+impl Model {
+    pub(crate) fn go_to_suggestion(&mut self, index: usize) {
+        let mut gone = false;
+        self.with_workspace(|workspace| gone = workspace.go_to_suggestion(index));
+        if gone {
+            self.arrived();
+        }
+    }
+
+    pub(crate) fn step_suggestion(&mut self, backwards: bool) {
+        let Some(workspace) = self.state.workspace_mut() else {
+            return;
+        };
+        if workspace.step_suggestion(backwards) {
+            self.arrived();
+        } else {
+            let why = workspace.why_no_suggestion();
+            self.state.messages.info(why);
+        }
+    }
+
+    /// Another place is in view: keys belong to it, not to the control that was used last.
+    fn arrived(&mut self) {
+        self.give_up_focus();
+        self.looked_away();
+    }
+
+    /// The suggestion that keys answer.
+    fn suggestion_at_hand(&self) -> Option<usize> {
+        self.state.workspace()?.suggestions().at()
+    }
+
+    pub(crate) fn answer_suggestion(&mut self, index: usize, class: ClassId) {
+        let mut edit = None;
+        self.with_workspace(|workspace| {
+            // So that it is seen what the answer does.
+            if workspace.suggestions().at() != Some(index) {
+                workspace.show_suggestion(index);
+            }
+            edit = workspace.answer_suggestion(index, class);
+        });
+        if edit.is_some() {
+            self.give_up_focus();
+            self.note_click();
+        }
+        self.keep(edit.map(Step::Do));
+    }
+
+    pub(crate) fn answer_likely(&mut self, rank: usize) {
+        let answer = self.state.workspace().and_then(|workspace| {
+            let index = workspace.suggestions().at()?;
+            let likely = workspace.suggestions().listed()[index].classes.get(rank)?;
+            Some((index, likely.class))
+        });
+        if let Some((index, class)) = answer {
+            self.answer_suggestion(index, class);
+        }
+    }
+
+    pub(crate) fn answer_slot(&mut self, slot: usize) {
+        if let (Some(index), Some(class)) = (self.suggestion_at_hand(), self.class_of_slot(slot)) {
+            self.answer_suggestion(index, class);
+        }
+    }
+
+    /// Labels the suggestion at hand with a class that was found.
+    pub(crate) fn answer_with(&mut self, class: ClassId) {
+        if let Some(index) = self.suggestion_at_hand() {
+            self.answer_suggestion(index, class);
+        }
+    }
+
+    pub(crate) fn skip_suggestion(&mut self) {
+        let Some(workspace) = self.state.workspace_mut() else {
+            return;
+        };
+        if workspace.suggestions().at().is_none() {
+            return;
+        }
+        match workspace.suggestions_mut().skip() {
+            Some(index) => {
+                workspace.show_suggestion(index);
+                self.arrived();
+            }
+            None => self.state.messages.info(ALL_SKIPPED),
+        }
+    }
+
+    pub(crate) fn leave_suggestions(&mut self) {
+        self.with_workspace(|workspace| workspace.suggestions_mut().leave());
+    }
+}

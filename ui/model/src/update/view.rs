@@ -1,0 +1,39 @@
+//! Actions that change what is looked at.
+
+use crate::effect::Effect;
+use crate::model::Model;
+use crate::workspace::Workspace;
+
+impl Model {
+    /// Another frame came into view.
+    pub(crate) fn looked_away(&mut self) {
+        self.effects.push(Effect::LookedAway);
+    }
+
+    pub(crate) fn go_to(&mut self, frame: impl FnOnce(&Workspace) -> Option<usize>) {
+        let mut moved = false;
+        self.with_workspace(|workspace| {
+            if let Some(frame) = frame(workspace) {
+                moved = workspace.go_to(frame);
+            }
+        });
+        if moved {
+            self.leave_suggestions();
+            self.looked_away();
+        }
+    }
+
+    pub(crate) fn find_frame(&mut self, text: &str) {
+        let found = self
+            .state
+            .workspace()
+            .and_then(|workspace| workspace.frame_named(text));
+        if found.is_some() {
+            self.go_to(|_| found);
+        } else if !text.trim().is_empty() {
+            let text = text.trim();
+            let sentence = format!("No frame has this number, or a name with \"{text}\" in it.");
+            self.state.messages.info(sentence);
+        }
+    }
+}

@@ -1,0 +1,202 @@
+//! Work that takes a while: exporting, importing, summing up the maps.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use inplace_core::labels::{LabelImages, Trust};
+
+use crate::dialogs::ExportChoice;
+use crate::effect::Effect;
+use crate::exporting::{Export, ExportProgress};
+use crate::jobs::Job;
+use crate::model::Model;
+use crate::overview::Summarised;
+use crate::text::counted;
+
+/// An export was asked for beside another.
+const EXPORT_RUNS: &str = "An export is under way: wait for its end, or cancel it.";
+/// An import was asked for beside another.
+const IMPORT_RUNS: &str = "An import is under way: wait for its end, or cancel it.";
+/// The window was to be closed during an export.
+const CLOSES_AFTER_EXPORT: &str =
+    "The window closes when the export has ended; close it again to cancel the export.";
+/// An import was stopped.
+const IMPORT_CANCELLED: &str = "Nothing was imported.";
+
+impl Model {
+    /// Whether files are being written.
+    pub(crate) fn is_exporting(&self) -> bool {
+        matches!(self.state.export, Some(ExportProgress::Writing(..)))
+    }
+
+    pub(crate) fn export(&mut self, choice: ExportChoice) {
+        self.state.dialog = None;
+        if self.is_exporting() {
+            self.state.messages.info(EXPORT_RUNS);
+            return;
+        }
+        let Some(workspace) = self.state.workspace() else {
+            return;
+        };
+        let Some(maps) = workspace.session().maps().cloned() else {
+            return;
+        };
+        let stop = Arc::new(AtomicBool::new(false));
+        let export = Export {
+            scene: Arc::clone(workspace.scene()),
+            labels: workspace.document().labels().clone(),
+            generation: workspace.document().generation(),
+            format: choice.format,
+            options: choice.options(),
+            maps,
+            stop: Arc::clone(&stop),
+        };
+        let folder = choice.folder();
+        self.state.export = Some(ExportProgress::Writing(0, workspace.scene().frames.len()));
+        self.state.export_choice = choice;
+        self.state.stopping_export = false;
+        self.export_stop = stop;
+        let job = Job::Export(Box::new(export), folder);
+        self.effects.push(Effect::Start(job));
+    }
+
+    pub(crate) fn cancel_export(&mut self) {
+        self.state.stopping_export = self.is_exporting();
+        self.export_stop.store(true, Ordering::Relaxed);
+    }
+
+    /// The export has come further, or has ended.
+    pub(crate) fn exported(&mut self, progress: ExportProgress) {
+        self.state.export = match progress {
+            ExportProgress::Failed(sentence) => {
+                self.state.messages.error(sentence);
+                None
+            }
+            ExportProgress::Cancelled(folder, written, frames) => {
+                let folder = folder.display().to_string();
+                let sentence = export_cancelled(&folder, written, frames);
+                self.state.messages.info(sentence);
+                None
+            }
+            progress => Some(progress),
+        };
+        if !self.is_exporting() && self.closes_after_export {
+            self.effects.push(Effect::CloseWindow);
+        }
+    }
+
+    /// The system asks to close the window. During an export it closes after its end; asked once more, it stops the
+    /// export first.
+    pub(crate) fn close_window(&mut self) {
+        if !self.is_exporting() {
+            return;
+        }
+        self.effects.push(Effect::KeepWindowOpen);
+        if std::mem::replace(&mut self.closes_after_export, true) {
+            self.cancel_export();
+        } else {
+            self.state.messages.info(CLOSES_AFTER_EXPORT);
+        }
+    }
+
+    pub(crate) fn import_from(&mut self, folder: PathBuf, trust: Trust) {
+        self.state.dialog = None;
+        if self.state.importing.is_some() {
+            self.state.messages.info(IMPORT_RUNS);
+            return;
+        }
+        let Some(workspace) = self.state.workspace() else {
+            return;
+        };
+        let scene = Arc::clone(workspace.scene());
+        let classes = workspace.document().classes().to_vec();
+        self.last_ticket += 1;
+        let ticket = self.last_ticket;
+        self.state.importing = Some(ticket);
+        let job = Job::Import {
+            ticket,
+            folder,
+            scene,
+            classes,
+            trust,
+        };
+        self.effects.push(Effect::Start(job));
+    }
+
+    pub(crate) fn cancel_import(&mut self) {
+        if self.state.importing.take().is_some() {
+            self.state.messages.info(IMPORT_CANCELLED);
+        }
+    }
+
+    /// Label images were read, or could not be; those of an import that was cancelled are dropped.
+    pub(crate) fn imported(&mut self, ticket: u64, images: Result<LabelImages, String>) {
+        if self.state.importing != Some(ticket) {
+            return;
+        }
+        self.state.importing = None;
+        let images = match images {
+            Ok(images) => images,
+            Err(sentence) => {
+                self.state.messages.error(sentence);
+                return;
+            }
+        };
+        let (count, unmatched) = (images.labels.maps.len(), images.unmatched);
+        self.edit(|history| Some(history.import(images)));
+        self.state.messages.info(imported_sentence(count, unmatched));
+    }
+
+    /// A frame of the window begins: brings what is known of the scene as a whole up to date, has new maps summed up, and
+    /// removes old messages.
+    pub(crate) fn frame_begins(&mut self, now: Instant, window: Option<[f32; 2]>) {
+        if window.is_some() {
+            self.state.preferences.window = window;
+        }
+        let mut wake = self.state.messages.expire(now);
+        if let Some(workspace) = self.state.workspace_mut() {
+            let due = workspace.refresh_overview(now);
+            wake = wake.into_iter().chain(workspace.overview().wake_in(now)).min();
+            let maps = workspace.session().maps().cloned();
+            if let (Some(due), Some(maps)) = (due, maps) {
+                self.effects.push(Effect::Start(Job::Summarise {
+                    serial: workspace.serial(),
+                    maps,
+                    imported: workspace.document().labels().imported.clone(),
+                    due,
+                }));
+            }
+        }
+        self.effects.extend(wake.map(Effect::WakeIn));
+    }
+
+    /// Maps were summed up.
+    pub(crate) fn summarised(&mut self, serial: u64, made: Vec<Summarised>) {
+        if let Some(workspace) = self.state.workspace_mut()
+            && workspace.serial() == serial
+        {
+            workspace.overview_mut().take_summaries(made, Instant::now());
+        }
+    }
+}
+
+/// An export was stopped.
+fn export_cancelled(folder: &str, written: usize, frames: usize) -> String {
+    if written == 0 {
+        return format!("The export was cancelled; nothing was written to {folder}.");
+    }
+    format!(
+        "The export was cancelled: {folder} has {written} of {frames} frames, and each of those files is whole."
+    )
+}
+
+/// Label images were taken over; some may be named like no frame.
+fn imported_sentence(count: usize, unmatched: usize) -> String {
+    let mut sentence = format!("Imported {}.", counted(count, "label image", "label images"));
+    if unmatched > 0 {
+        sentence += &format!(" Left out, because they are named like no frame: {unmatched}.");
+    }
+    sentence
+}

@@ -1,0 +1,305 @@
+//! An open scene: what is looked at, what was said about it, and what the worker answered.
+
+mod answers;
+pub mod classes;
+pub mod source;
+mod strokes;
+mod suggestions;
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use inplace_core::labels::{ClassId, Pixel, StrokeId};
+use inplace_core::scene::{Frame, Scene};
+use inplace_core::semantics::{Posterior, Surface};
+use inplace_core::session::{Command, FrameMap, ModelState, Phase, RenderedFrame, Status};
+
+use crate::class_view::ClassView;
+use crate::document::Document;
+use crate::frames;
+use crate::overview::Overview;
+use crate::session_link::Running;
+use crate::settings::Settings;
+use crate::space::Space;
+use crate::suggestions::Suggestions;
+use crate::versioned::Versioned;
+use crate::view::View;
+
+/// The surface that labels spread over, with what is known of each of its nodes.
+#[derive(Clone, Debug)]
+pub struct LabelledSurface {
+    /// Serial number of the scene.
+    pub scene: u64,
+    /// The surface.
+    pub surface: Arc<Surface>,
+    /// What is known of its nodes.
+    pub posterior: Arc<Posterior>,
+}
+
+impl LabelledSurface {
+    /// Whether both are the very same as those of another.
+    pub fn is(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.surface, &other.surface) && Arc::ptr_eq(&self.posterior, &other.posterior)
+    }
+}
+
+/// An open scene.
+#[derive(Debug)]
+pub struct Workspace {
+    scene: Arc<Scene>,
+    serial: u64,
+    session: Running,
+    /// What the worker has yet to be asked.
+    outbox: Vec<Command>,
+    document: Document,
+    class_view: ClassView,
+    frame: usize,
+    class: Option<ClassId>,
+    selected: Option<StrokeId>,
+    /// Counts up with every new map of a frame.
+    map_versions: Vec<u64>,
+    status: Status,
+    paused: bool,
+    suggestions: Suggestions,
+    /// Generation of the labels that all maps follow.
+    followed: Option<u64>,
+    state: Option<Arc<ModelState>>,
+    ended: bool,
+    overview: Overview,
+    /// The surface and what is known of it, since there is one.
+    surface: Option<LabelledSurface>,
+    /// Generation of the labels that it follows from.
+    surface_generation: u64,
+    /// The newest view of the field from the frame in view.
+    rendered: Option<Versioned<Arc<RenderedFrame>>>,
+    /// Why there is no view of the field, if there will be none.
+    not_rendered: Option<String>,
+    /// Zoom and pan.
+    pub view: View,
+    /// The 3D view.
+    pub space: Space,
+}
+
+impl Workspace {
+    /// A scene that a session has just opened; `serial` tells scenes apart.
+    pub fn new(scene: Arc<Scene>, serial: u64, session: Running, document: Document) -> Self {
+        let maps = session.maps().cloned();
+        let has_map = |frame| maps.as_ref().is_some_and(|maps| maps.get(frame).is_some());
+        let mut workspace = Self {
+            overview: Overview::new(scene.frames.len(), Instant::now()),
+            map_versions: (0..scene.frames.len())
+                .map(|frame| u64::from(has_map(frame)))
+                .collect(),
+            scene,
+            serial,
+            session,
+            outbox: vec![Command::CheckStrokes, Command::View { frame: 0 }],
+            class: document.classes().first().map(|class| class.id),
+            document,
+            class_view: ClassView::default(),
+            frame: 0,
+            selected: None,
+            status: Status::default(),
+            paused: false,
+            suggestions: Suggestions::default(),
+            followed: None,
+            state: None,
+            ended: false,
+            surface: None,
+            surface_generation: 0,
+            rendered: None,
+            not_rendered: None,
+            view: View::Whole,
+            space: Space::default(),
+        };
+        // So that the worker counts on from there: what it makes of older labels is not taken.
+        if workspace.document.generation() > 0 || workspace.document.labels().says_anything() {
+            workspace.send_labels();
+        }
+        workspace
+    }
+
+    /// The scene.
+    pub fn scene(&self) -> &Arc<Scene> {
+        &self.scene
+    }
+
+    /// A number that no other open scene of this window had.
+    pub fn serial(&self) -> u64 {
+        self.serial
+    }
+
+    /// The labels.
+    pub fn document(&self) -> &Document {
+        &self.document
+    }
+
+    /// Index of the frame in view.
+    pub fn frame_index(&self) -> usize {
+        self.frame
+    }
+
+    /// The frame in view; `None` in a scene without frames.
+    pub fn frame(&self) -> Option<&Frame> {
+        self.scene.frames.get(self.frame)
+    }
+
+    /// How training goes.
+    pub fn status(&self) -> &Status {
+        &self.status
+    }
+
+    /// Whether the person paused training.
+    pub fn is_paused(&self) -> bool {
+        self.paused
+    }
+
+    /// Whether the worker has ended.
+    pub fn has_ended(&self) -> bool {
+        self.ended
+    }
+
+    /// Generation of the newest labels that the maps of all frames follow; `None` before there are any.
+    pub fn followed(&self) -> Option<u64> {
+        self.followed
+    }
+
+    /// The surface that the labels spread over, and what is known of each of its nodes.
+    pub fn surface(&self) -> Option<&LabelledSurface> {
+        self.surface.as_ref()
+    }
+
+    /// The newest view of the field from the frame in view.
+    pub fn rendered(&self) -> Option<&Versioned<Arc<RenderedFrame>>> {
+        self.rendered.as_ref()
+    }
+
+    /// Why there is no view of the field, a sentence, if there will be none.
+    pub fn not_rendered(&self) -> Option<&str> {
+        self.not_rendered.as_deref()
+    }
+
+    /// The newest map of a frame.
+    pub fn newest_map(&self, frame: usize) -> Option<Arc<FrameMap>> {
+        self.session.maps().and_then(|maps| maps.get(frame))
+    }
+
+    /// What the worker has to be asked since the last call.
+    pub(crate) fn take_outbox(&mut self) -> Vec<Command> {
+        std::mem::take(&mut self.outbox)
+    }
+
+    /// Has the field rendered as seen from the frame in view.
+    pub(crate) fn render(&mut self) {
+        self.outbox.push(Command::Render { frame: self.frame });
+    }
+
+    /// Has the worker hand over its model state.
+    pub(crate) fn save(&mut self) {
+        self.outbox.push(Command::Save);
+    }
+
+    /// The newest model state that the worker handed over.
+    pub fn state(&self) -> Option<&Arc<ModelState>> {
+        self.state.as_ref()
+    }
+
+    /// The running session.
+    pub fn session(&self) -> &Running {
+        &self.session
+    }
+
+    /// The state of the scene as a whole.
+    pub fn overview(&self) -> &Overview {
+        &self.overview
+    }
+
+    /// The state of the scene as a whole.
+    pub fn overview_mut(&mut self) -> &mut Overview {
+        &mut self.overview
+    }
+
+    /// Brings the overview up to date; returns the frames whose maps are to be summed up now, if any.
+    pub fn refresh_overview(&mut self, now: Instant) -> Option<Vec<(usize, u64)>> {
+        self.overview.refresh(&self.scene, &self.document);
+        self.overview.due(&self.map_versions, now)
+    }
+
+    /// Changes with every new map of a frame; 0 = none yet.
+    pub fn map_version(&self, frame: usize) -> u64 {
+        self.map_versions.get(frame).copied().unwrap_or(0)
+    }
+
+    /// Shows a frame; returns whether another one was shown before.
+    pub fn go_to(&mut self, frame: usize) -> bool {
+        let frame = frame.min(self.scene.frames.len().saturating_sub(1));
+        if frame == self.frame {
+            return false;
+        }
+        self.frame = frame;
+        self.selected = None;
+        self.rendered = None;
+        self.outbox.push(Command::View { frame });
+        true
+    }
+
+    /// The frame so many places from the one in view, among those that the filmstrip shows.
+    pub fn stepped(&self, by: isize) -> Option<usize> {
+        self.overview.frames().step(self.frame, by)
+    }
+
+    /// The frame that a number or a name means.
+    pub fn frame_named(&self, text: &str) -> Option<usize> {
+        let stems: Vec<&str> = self
+            .scene
+            .frames
+            .iter()
+            .map(|frame| frame.stem.as_str())
+            .collect();
+        frames::find(&stems, text, self.frame)
+    }
+
+    /// Shows a place of a frame.
+    pub fn go_to_place(&mut self, frame: usize, pixel: Pixel) {
+        self.go_to(frame);
+        self.view.center_on(pixel);
+    }
+
+    /// Shows all of the frame, or all of the scene in the 3D view.
+    pub fn fit(&mut self) {
+        if self.space.shown {
+            self.space.fit();
+        } else {
+            self.view = View::Whole;
+        }
+    }
+
+    /// What a project keeps of how it is looked at: settings, locked and hidden classes, and the log.
+    pub fn kept_view(&self, settings: &Settings) -> String {
+        let view = self.class_view.with_settings(&settings.to_json());
+        self.overview.log().kept_in(&view)
+    }
+
+    /// Pauses or resumes training.
+    pub fn toggle_pause(&mut self) {
+        self.paused = !self.paused;
+        let command = if self.paused {
+            Command::Pause
+        } else {
+            Command::Resume
+        };
+        self.outbox.push(command);
+    }
+
+    /// What the worker is doing, in words.
+    pub fn phase_in_words(&self) -> &'static str {
+        match (self.ended, self.paused, self.status.phase) {
+            (true, ..) => "Training has stopped",
+            (_, true, _) | (.., Phase::Paused) => "Paused",
+            (.., Phase::Training) if self.status.settled => "Settled",
+            (.., Phase::Training) => "Running",
+            (.., Phase::Opening) => "Getting ready",
+            (.., Phase::FindingSurface) => "Finding the surface",
+        }
+    }
+}

@@ -1,0 +1,80 @@
+//! What is told to the worker, and what becomes of its answers.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use inplace_core::session::{Command, Event};
+
+use super::{LabelledSurface, Workspace};
+use crate::suggestions::Arrival;
+use crate::versioned::Versioned;
+
+impl Workspace {
+    /// Takes what the worker told into account; returns a sentence about what failed.
+    pub fn on_event(&mut self, event: Event) -> Option<String> {
+        match event {
+            Event::Map { frame, .. } => {
+                if let Some(version) = self.map_versions.get_mut(frame) {
+                    *version += 1;
+                }
+                self.take_surface(frame);
+            }
+            Event::Suggestions {
+                generation,
+                mut suggestions,
+            } => {
+                let frames = self.scene.frames.len();
+                suggestions.retain(|suggestion| suggestion.frame < frames);
+                let newest = self.document.generation();
+                match self.suggestions.take_list(generation, suggestions, newest) {
+                    Arrival::Next(index) => self.show_suggestion(index),
+                    Arrival::Quiet | Arrival::NothingLeft => {}
+                }
+            }
+            Event::AllMaps { generation } => self.followed = Some(generation),
+            Event::Status(status) => {
+                let strokes = self.document.labels().strokes.len();
+                self.overview.note(&status, strokes, Instant::now());
+                self.status = status;
+            }
+            Event::StrokeChecks { checks, accuracy, .. } => {
+                self.overview.take_stroke_checks(checks, accuracy);
+            }
+            Event::Rendered(view) => {
+                if view.frame == self.frame {
+                    self.not_rendered = None;
+                    self.rendered = Some(Versioned::new(view));
+                }
+            }
+            Event::NotRendered(reason) => self.not_rendered = Some(reason),
+            Event::State(state) => self.state = Some(state),
+            Event::Warning(sentence) | Event::Error(sentence) => return Some(sentence),
+            Event::Stopped => self.ended = true,
+            Event::Opening { .. } | Event::Opened(_) => {}
+        }
+        None
+    }
+
+    /// All maps follow from one surface: the newest of any frame tells the newest of it.
+    fn take_surface(&mut self, frame: usize) {
+        let map = self.newest_map(frame);
+        let Some(map) = map.filter(|map| map.generation >= self.surface_generation) else {
+            return;
+        };
+        if let Some((surface, posterior)) = map.surface() {
+            self.surface_generation = map.generation;
+            self.surface = Some(LabelledSurface {
+                scene: self.serial,
+                surface: Arc::clone(surface),
+                posterior: Arc::clone(posterior),
+            });
+        }
+    }
+
+    pub(super) fn send_labels(&mut self) {
+        self.outbox.push(Command::Labels {
+            labels: self.document.labels().clone(),
+            generation: self.document.generation(),
+        });
+    }
+}

@@ -1,0 +1,96 @@
+//! Drawing, erasing, selecting, and the edits that are taken back.
+
+use inplace_core::labels::{Edit, History, Pixel, StrokeId, StrokeKind, VOID};
+
+use super::Workspace;
+use crate::document::frame_of;
+use crate::tool::{DrawnLine, Tool};
+
+impl Workspace {
+    /// The selected stroke, which is on the frame in view.
+    pub fn selected(&self) -> Option<StrokeId> {
+        self.selected
+    }
+
+    /// Where the newest line of the frame in view ends.
+    pub fn line_end(&self) -> Option<Pixel> {
+        let mut newest_first = self.document.strokes_on(self.frame).rev();
+        let (_, newest) = newest_first.find(|(_, stroke)| stroke.kind() != StrokeKind::Polygon)?;
+        newest.lines.last()?.last().copied()
+    }
+
+    /// Selects a stroke of the frame in view, or none.
+    pub fn select(&mut self, stroke: Option<StrokeId>) {
+        let strokes = &self.document.labels().strokes;
+        let here = |id: &StrokeId| strokes.get(id).is_some_and(|stroke| stroke.frame == self.frame);
+        self.selected = stroke.filter(here);
+    }
+
+    /// Shows a stroke and selects it; returns whether another frame was shown before.
+    pub fn go_to_stroke(&mut self, id: StrokeId) -> bool {
+        let Some(stroke) = self.document.labels().strokes.get(&id).cloned() else {
+            return false;
+        };
+        let before = self.frame;
+        // The middle of a scribble is on it; that of a polygon's rows is inside.
+        let line = stroke.lines.get(stroke.lines.len() / 2);
+        let middle = match line.map(Vec::as_slice) {
+            Some(&[[from, y], [to, row]]) if y == row => Some([from.midpoint(to), y]),
+            line => line.and_then(|line| line.get(line.len() / 2)).copied(),
+        };
+        match middle {
+            Some(pixel) => self.go_to_place(stroke.frame, pixel),
+            None => {
+                self.go_to(stroke.frame);
+            }
+        }
+        self.select(Some(id));
+        self.frame != before
+    }
+
+    /// Labels or erases along a line on the frame in view; `None` when nothing changed.
+    pub fn draw(&mut self, line: DrawnLine, radius: u32) -> Option<Edit> {
+        self.selected = None;
+        match line.tool {
+            Tool::Brush | Tool::Polyline | Tool::Polygon => {
+                let stroke = line.into_stroke(self.frame, self.class?, radius);
+                self.edit(|history| Some(history.add_stroke(stroke)))
+            }
+            Tool::Erase => self.erase(&line.points, radius),
+            Tool::Select => None,
+        }
+    }
+
+    /// Erases along a path on the frame in view: every eraser of the window does it here.
+    fn erase(&mut self, path: &[Pixel], radius: u32) -> Option<Edit> {
+        let frame = self.frame;
+        let locked = self.class_view.locked().clone();
+        let may_erase = |class| !locked.contains(&class);
+        self.edit(|history| history.erase_where(frame, path, radius, may_erase))
+    }
+
+    /// Changes the labels and tells the worker; `None` when nothing changed.
+    pub fn edit(&mut self, change: impl FnOnce(&mut History) -> Option<Edit>) -> Option<Edit> {
+        let edit = self.document.edit(change)?;
+        self.overview.changed();
+        let exists = |class| class == VOID || self.document.labels().class(class).is_some();
+        if !self.class.is_some_and(exists) {
+            self.class = self.document.classes().first().map(|class| class.id);
+        }
+        self.select(self.selected);
+        self.send_labels();
+        Some(edit)
+    }
+
+    /// Undoes or redoes, and shows the frame where it happened.
+    pub fn step_history(&mut self, step: fn(&mut History) -> Option<Edit>) -> Option<Edit> {
+        let edit = self.edit(step)?;
+        if let Some(frame) = frame_of(&edit) {
+            self.go_to(frame);
+        }
+        if let Some(index) = self.suggestions.history_stepped(&edit) {
+            self.show_suggestion(index);
+        }
+        Some(edit)
+    }
+}

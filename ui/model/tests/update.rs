@@ -1,0 +1,323 @@
+//! What the model does with commands and answers, without a window.
+
+use std::path::Path;
+use std::sync::{Arc, Mutex};
+use std::time::Instant;
+
+use inplace_core::labels::{Stroke, StrokeId};
+use inplace_core::project::Step;
+use inplace_core::scene::{Camera, ColorImage, Frame, FramePixels, Scene, SceneSource};
+use inplace_core::session::{self, Event, MapSlots, StrokeCheck};
+use inplace_model::jobs::{Done, JobTools};
+use inplace_model::model::Start;
+use inplace_model::opening::Target;
+use inplace_model::preferences::{PreferenceChange, Theme};
+use inplace_model::session_link::{Running, SessionLink};
+use inplace_model::tool::{DrawnLine, Tool};
+use inplace_model::workspace::Workspace;
+use inplace_model::{Command, Effect, Input, Model};
+
+const SIDE: u32 = 32;
+
+/// A worker that never answers.
+struct Silent(Arc<MapSlots>);
+
+impl SessionLink for Silent {
+    fn send(&self, _: session::Command) {}
+
+    fn next_event(&self) -> Option<Event> {
+        None
+    }
+
+    fn maps(&self) -> &Arc<MapSlots> {
+        &self.0
+    }
+}
+
+fn scene() -> Arc<Scene> {
+    let frame = |index: usize| Frame {
+        stem: format!("rgb_{index}"),
+        path: Default::default(),
+        camera: Camera::with_horizontal_fov(SIDE, SIDE, 90.0),
+        camera_to_world: Default::default(),
+        pixels: FramePixels::new(
+            ColorImage::new(SIDE, SIDE, vec![90; (3 * SIDE * SIDE) as usize]).unwrap(),
+            None,
+        ),
+        points: Vec::new(),
+        lens: None,
+    };
+    Arc::new(Scene {
+        source: SceneSource::Demo,
+        format: "test",
+        frames: (0..4).map(frame).collect(),
+        origin: Default::default(),
+        unit: 1.0,
+        point_errors: None,
+        warnings: Vec::new(),
+        notes: Vec::new(),
+    })
+}
+
+/// The model, and what it wanted done since it was looked at last.
+struct Stand {
+    model: Model,
+    effects: Vec<Effect>,
+    tools: JobTools,
+}
+
+impl Stand {
+    /// The demo is open, with two classes of which the second is current.
+    fn new(folder: &Path) -> Self {
+        let autosave = folder.join("autosave.inplace");
+        let mut stand = Self {
+            model: Model::new(Start::default()),
+            effects: Vec::new(),
+            tools: JobTools {
+                autosave: Arc::new(move |_| autosave.clone()),
+                wake: Arc::new(|| ()),
+                endings: Vec::new(),
+            },
+        };
+        stand.act(Command::Open(Target::Scene(SceneSource::Demo)));
+        stand.tell(Input::Session(Event::Opened(scene())));
+        for class in ["wall", "floor"] {
+            stand.act(Command::AddClass(class.to_owned()));
+        }
+        stand.effects.clear();
+        stand
+    }
+
+    fn act(&mut self, command: Command) {
+        self.tell(Input::Command(command));
+    }
+
+    /// Tells the model something; jobs but exports and imports are done at once.
+    fn tell(&mut self, input: Input) {
+        for effect in self.model.update(input) {
+            match effect {
+                Effect::StartSession(_) => {
+                    let maps = Arc::new(MapSlots::default());
+                    maps.reset(4);
+                    let session = Running::new(Box::new(Silent(maps)));
+                    self.tell(Input::SessionStarted(session));
+                }
+                Effect::Start(job) if !matches!(job.name(), "export" | "import") => {
+                    let done = Mutex::new(Vec::new());
+                    job.run(&self.tools, &|each: Done| done.lock().unwrap().push(each));
+                    for done in done.into_inner().unwrap() {
+                        self.tell(Input::Done(done));
+                    }
+                }
+                effect => self.effects.push(effect),
+            }
+        }
+    }
+
+    /// Draws or erases a point of the frame in view.
+    fn point(&mut self, tool: Tool, x: u32) {
+        let points = vec![[x, 8]];
+        self.act(Command::Draw(DrawnLine { tool, points }));
+    }
+
+    fn workspace(&self) -> &Workspace {
+        self.model.workspace().unwrap()
+    }
+
+    fn strokes(&self) -> usize {
+        self.workspace().document().labels().strokes.len()
+    }
+
+    /// Whether a message that is shown has these words.
+    fn says(&self, words: &str) -> bool {
+        self.model.messages.texts().any(|text| text.contains(words))
+    }
+}
+
+#[test]
+fn an_edit_is_sent_to_the_worker_as_the_next_generation_and_kept_in_the_project() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut stand = Stand::new(folder.path());
+    let before = stand.workspace().document().generation();
+    stand.point(Tool::Brush, 8);
+    assert!(stand.effects.iter().any(|effect| matches!(
+        effect,
+        Effect::Session(session::Command::Labels { generation, .. }) if *generation == before + 1
+    )));
+    let kept = |effect: &Effect| matches!(effect, Effect::Record(Step::Do(_)));
+    assert_eq!(stand.effects.iter().filter(|effect| kept(effect)).count(), 1);
+    stand.effects.clear();
+    stand.act(Command::Redo);
+    assert!(
+        stand.effects.is_empty(),
+        "there is nothing to redo: {:?}",
+        stand.effects
+    );
+}
+
+#[test]
+fn undo_shows_the_frame_of_the_stroke() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut stand = Stand::new(folder.path());
+    stand.point(Tool::Brush, 8);
+    stand.act(Command::StepFrame(1));
+    stand.act(Command::StepFrame(1));
+    assert_eq!(stand.workspace().frame_index(), 2);
+    stand.act(Command::Undo);
+    assert_eq!((stand.workspace().frame_index(), stand.strokes()), (0, 0));
+}
+
+#[test]
+fn a_locked_class_is_neither_drawn_nor_covered_nor_erased_nor_changed() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut stand = Stand::new(folder.path());
+    stand.act(Command::ChooseClass(2));
+    stand.point(Tool::Brush, 8);
+    stand.act(Command::SetClassLocked(2, true));
+    stand.point(Tool::Brush, 20);
+    assert!(stand.strokes() == 1 && stand.says("unlock it in the class list to label with it"));
+    stand.act(Command::ChooseSlot(1));
+    stand.point(Tool::Brush, 8);
+    assert!(stand.strokes() == 1 && stand.says("would cover what is labelled \"floor\""));
+    stand.point(Tool::Brush, 20);
+    assert_eq!(stand.strokes(), 2, "beside it one may draw");
+    stand.point(Tool::Erase, 8);
+    assert!(stand.strokes() == 2 && stand.says("so its strokes stay"));
+    for change in [
+        Command::RenameClass(2, "roof".to_owned()),
+        Command::DeleteClass(2),
+        Command::MergeClass(1, 2),
+        Command::DeleteStroke(StrokeId(1)),
+    ] {
+        stand.act(change);
+    }
+    let names = |stand: &Stand| {
+        let classes = stand.workspace().document().classes().iter();
+        classes.map(|class| class.name.clone()).collect::<Vec<_>>()
+    };
+    assert_eq!(
+        (names(&stand), stand.strokes()),
+        (vec!["wall".to_owned(), "floor".to_owned()], 2)
+    );
+    assert!(stand.says("to rename, merge or delete it"));
+    stand.act(Command::UnlockClasses);
+    stand.point(Tool::Erase, 8);
+    assert_eq!(stand.strokes(), 1);
+}
+
+#[test]
+fn a_frame_is_found_by_its_number_or_its_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut stand = Stand::new(folder.path());
+    for (text, frame) in [("4", 3), ("rgb_1", 1), ("RGB_2", 2), ("hall", 2)] {
+        stand.act(Command::FindFrame(text.to_owned()));
+        assert_eq!(stand.workspace().frame_index(), frame, "{text}");
+    }
+    assert!(stand.says("No frame has this number, or a name with \"hall\" in it."));
+}
+
+#[test]
+fn strokes_that_have_gone_since_they_were_checked_are_not_contradicted() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut stand = Stand::new(folder.path());
+    stand.act(Command::ChooseClass(1));
+    stand.point(Tool::Brush, 8);
+    let (&stroke, _) = stand
+        .workspace()
+        .document()
+        .labels()
+        .strokes
+        .first_key_value()
+        .unwrap();
+    let checks = vec![StrokeCheck {
+        stroke,
+        class: 2,
+        contradicting: 1.0,
+    }];
+    let generation = stand.workspace().document().generation();
+    stand.tell(Input::Session(Event::StrokeChecks {
+        generation,
+        checks,
+        accuracy: None,
+    }));
+    let contradicted = |stand: &mut Stand| {
+        let now = Instant::now();
+        stand.tell(Input::FrameBegins { now, window: None });
+        stand.workspace().overview().contradicted().len()
+    };
+    assert_eq!(contradicted(&mut stand), 1);
+    stand.act(Command::MergeClass(1, 2));
+    assert_eq!(contradicted(&mut stand), 0);
+}
+
+#[test]
+fn one_export_runs_at_a_time_and_the_window_closes_after_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut stand = Stand::new(folder.path());
+    let exports = |stand: &Stand| {
+        let started = |effect: &&Effect| matches!(effect, Effect::Start(job) if job.name() == "export");
+        stand.effects.iter().filter(started).count()
+    };
+    stand.act(Command::CloseWindow);
+    assert!(stand.effects.is_empty(), "nothing holds the window open");
+    for _ in 0..2 {
+        let mut choice = stand.model.export_choice.clone();
+        choice.path = folder.path().join("out").display().to_string();
+        stand.act(Command::Export(choice));
+    }
+    assert!(exports(&stand) == 1 && stand.says("An export is under way"));
+    stand.act(Command::CloseWindow);
+    let held = |effect: &Effect| matches!(effect, Effect::KeepWindowOpen);
+    assert!(stand.effects.iter().any(held) && !stand.model.stopping_export);
+    stand.act(Command::CloseWindow);
+    assert!(
+        stand.model.stopping_export,
+        "closed once more, it stops the export"
+    );
+}
+
+#[test]
+fn what_an_import_that_was_cancelled_read_is_dropped() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut stand = Stand::new(folder.path());
+    let trust = inplace_core::labels::Trust::VOTES;
+    stand.act(Command::ImportFrom(folder.path().to_path_buf(), trust));
+    let ticket = stand.model.importing.unwrap();
+    stand.act(Command::CancelImport);
+    assert!(stand.says("Nothing was imported."));
+    let late = Done::Imported(ticket, Box::new(Err("It came too late.".to_owned())));
+    stand.tell(Input::Done(late));
+    assert!(!stand.says("too late"));
+}
+
+#[test]
+fn settings_that_a_person_changes_are_preferred_in_other_scenes_and_those_of_a_project_are_not() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut stand = Stand::new(folder.path());
+    assert!(stand.model.preferences.look.is_empty());
+    stand.act(Command::SetBrush(7));
+    stand.act(Command::Prefer(PreferenceChange::Theme(Theme::Light)));
+    let look = &stand.model.preferences.look;
+    assert_eq!((look.len(), &look["brush"]), (1, &7.into()));
+    assert_eq!(stand.model.preferences.theme, Theme::Light);
+}
+
+#[test]
+fn a_first_stroke_waits_for_the_name_of_its_class() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut stand = Stand::new(folder.path());
+    for class in [1, 2] {
+        stand.act(Command::DeleteClass(class));
+    }
+    stand.point(Tool::Brush, 8);
+    assert_eq!(stand.strokes(), 0);
+    stand.act(Command::AddClass("door".to_owned()));
+    let stroke: Vec<&Stroke> = stand
+        .workspace()
+        .document()
+        .strokes_on(0)
+        .map(|(_, stroke)| stroke.as_ref())
+        .collect();
+    assert_eq!(stroke.len(), 1);
+    assert_eq!(Some(stroke[0].class), stand.workspace().class());
+}

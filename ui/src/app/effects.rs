@@ -1,0 +1,195 @@
+//! What goes into the model, and what it wants done outside: threads, the session, the project file, the window.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use egui::{ThemePreference, ViewportCommand};
+use inplace_core::session;
+use inplace_model::jobs::{Done, JobTools};
+use inplace_model::model::Stage;
+use inplace_model::preferences::Theme;
+use inplace_model::project_session::ProjectSession;
+use inplace_model::session_link::Running;
+use inplace_model::workspace::Workspace;
+use inplace_model::{Command, Effect, Input};
+
+use super::App;
+use crate::jobs::Outcome;
+use crate::keys;
+
+/// Most worker events looked at in one frame.
+const EVENTS_A_FRAME: usize = 256;
+/// How long the end of the program waits for the worker's model state.
+const LAST_STATE: Duration = Duration::from_secs(2);
+
+impl App {
+    /// Does something as a view or a key would.
+    pub fn act(&mut self, command: Command) {
+        self.update(command);
+    }
+
+    /// Tells the model something, and carries out what it wants done.
+    pub(super) fn update(&mut self, input: impl Into<Input>) {
+        for effect in self.model.update(input) {
+            self.carry_out(effect);
+        }
+        self.wear_preferences();
+    }
+
+    fn carry_out(&mut self, effect: Effect) {
+        let project = self.model.project.as_ref();
+        match effect {
+            Effect::StartSession(options) => {
+                let ctx = self.ctx.clone();
+                let session = (self.sessions)(*options, Box::new(move || ctx.request_repaint()));
+                self.update(Input::SessionStarted(Running::new(session)));
+            }
+            Effect::Session(command) => {
+                if let Some(session) = self.session() {
+                    session.send(command);
+                }
+            }
+            Effect::Record(step) => with(project, |project| project.record(step)),
+            Effect::KeepResults(results) => with(project, |project| project.keep_results(results)),
+            Effect::KeepView(view) => with(project, |project| project.keep_view(view)),
+            Effect::KeepModel(state) => with(project, |project| project.keep_model(&state)),
+            Effect::SaveTo(path) => with(project, |project| project.save_to(path)),
+            Effect::CloseProject(project, results) => {
+                project.keep_results(results);
+                self.endings.retain(|ending| !ending.is_done());
+                self.endings.extend(project.end());
+            }
+            Effect::Start(job) => self.jobs.start(job, self.job_tools()),
+            Effect::Browse(purpose) => self.jobs.browse(purpose),
+            Effect::ShowFolder(folder) => self.jobs.show_folder(folder),
+            Effect::Copy(text) => self.ctx.copy_text(text),
+            Effect::TakePicture(place, source) => self.jobs.take_picture(place, source),
+            Effect::ForgetPicture(place) => {
+                self.panels.pictures.forget(&place);
+                self.jobs.forget_picture(place);
+            }
+            Effect::GiveUpFocus => self.ctx.memory_mut(|memory| {
+                if let Some(focused) = memory.focused() {
+                    memory.surrender_focus(focused);
+                }
+            }),
+            Effect::CloseWindow => self.ctx.send_viewport_cmd(ViewportCommand::Close),
+            Effect::KeepWindowOpen => self.ctx.send_viewport_cmd(ViewportCommand::CancelClose),
+            Effect::WakeIn(wait) => self.ctx.request_repaint_after(wait),
+            Effect::Labelled { generation, frame } => {
+                if let Some(stats) = &mut self.stats {
+                    stats.clicked(generation, frame);
+                }
+            }
+            Effect::LookedAway => {
+                if let Some(stats) = &mut self.stats {
+                    stats.looked_away();
+                }
+            }
+        }
+    }
+
+    fn job_tools(&self) -> JobTools {
+        let ctx = self.ctx.clone();
+        JobTools {
+            autosave: Arc::clone(&self.autosave),
+            wake: Arc::new(move || ctx.request_repaint()),
+            endings: self.endings.clone(),
+        }
+    }
+
+    fn session(&self) -> Option<&Running> {
+        match &self.model.stage {
+            Stage::Start => None,
+            Stage::Opening(opening) => opening.session.as_ref(),
+            Stage::Open(workspace) => Some(workspace.session()),
+        }
+    }
+
+    /// Tells the model what jobs, the session and the project file have told since the last frame.
+    pub(super) fn drain(&mut self) {
+        while let Some(outcome) = self.jobs.next() {
+            match outcome {
+                Outcome::Done(done) => self.update(Input::Done(done)),
+                Outcome::Seen(seen) => self.panels.pictures.take(&self.ctx, seen),
+            }
+        }
+        for drained in 0.. {
+            let Some(event) = self.session().and_then(Running::next_event) else {
+                break;
+            };
+            self.update(Input::Session(event));
+            if drained == EVENTS_A_FRAME {
+                self.ctx.request_repaint();
+                break;
+            }
+        }
+        while let Some(event) = self.model.project.as_ref().and_then(ProjectSession::next_event) {
+            self.update(Input::Journal(event));
+        }
+        while let Some(problem) = self.store.problem() {
+            self.update(Input::Done(Done::Failed(problem)));
+        }
+    }
+
+    /// Makes the window look and work as preferred.
+    pub(super) fn wear_preferences(&self) {
+        let preferences = &self.model.preferences;
+        let theme = match preferences.theme {
+            Theme::Dark => ThemePreference::Dark,
+            Theme::Light => ThemePreference::Light,
+            Theme::System => ThemePreference::System,
+        };
+        if self.ctx.options(|options| options.theme_preference) != theme {
+            self.ctx.set_theme(theme);
+        }
+        self.ctx.set_zoom_factor(f32::from(preferences.scale) / 100.0);
+        if *keys::map_of(&self.ctx) != preferences.keys {
+            keys::install(&self.ctx, preferences.keys.clone());
+        }
+    }
+
+    /// Waits for the model state and for the disk: the window is gone.
+    pub(super) fn end(&mut self) {
+        let before = self.model.workspace().and_then(Workspace::state).cloned();
+        let waits = |workspace: &Workspace| {
+            let is_new = match (workspace.state(), &before) {
+                (Some(now), Some(before)) => !Arc::ptr_eq(now, before),
+                (now, _) => now.is_some(),
+            };
+            !is_new && !workspace.has_ended()
+        };
+        if self
+            .model
+            .workspace()
+            .is_some_and(|workspace| !workspace.has_ended())
+        {
+            self.carry_out(Effect::Session(session::Command::Save));
+        }
+        let until = Instant::now() + LAST_STATE;
+        while Instant::now() < until && self.model.workspace().is_some_and(waits) {
+            match self.session().and_then(Running::next_event) {
+                Some(event) => self.update(Input::Session(event)),
+                None => std::thread::sleep(Duration::from_millis(5)),
+            }
+        }
+        for effect in self.model.update(Command::CloseScene) {
+            match effect {
+                Effect::CloseProject(project, results) => {
+                    project.keep_results(results);
+                    project.close();
+                }
+                Effect::TakePicture(place, source) => self.jobs.take_last_picture(&place, &source),
+                effect => self.carry_out(effect),
+            }
+        }
+        self.store.keep(&self.model.preferences);
+        self.store.finish();
+    }
+}
+
+fn with(project: Option<&ProjectSession>, change: impl FnOnce(&ProjectSession)) {
+    if let Some(project) = project {
+        change(project);
+    }
+}

@@ -1,0 +1,62 @@
+//! What panels are made of.
+
+use egui::Ui;
+use inplace_core::labels::{ClassId, VOID};
+use inplace_model::preferences::{Pane, PreferenceChange};
+use inplace_model::workspace::Workspace;
+use inplace_model::{Command, Commands};
+
+use crate::theme;
+use crate::widgets::{Icon, icon_button};
+
+/// What the uncertainty of a scene is.
+pub const UNCERTAINTY_MEANS: &str =
+    "Mean over all pixels of all frames: 0% is sure, 100% is a guess among all classes";
+
+/// The frame of a panel with these margins.
+pub fn panel_frame(ui: &Ui, horizontal: i8, vertical: i8) -> egui::Frame {
+    egui::Frame::new()
+        .fill(ui.visuals().panel_fill)
+        .inner_margin(egui::Margin::symmetric(horizontal, vertical))
+}
+
+/// Folds a panel that is shown in full to its first line, or unfolds it; `name` says which.
+pub fn fold_button(ui: &mut Ui, pane: Pane, full: bool, name: &str, commands: &mut Commands) {
+    let icon = if full { Icon::Down } else { Icon::Up };
+    if icon_button(ui, icon, name).clicked() {
+        let usual = pane.fits(ui.ctx().content_rect().size()) != full;
+        commands.push(Command::Prefer(PreferenceChange::Pane(
+            pane,
+            (!usual).then_some(!full),
+        )));
+    }
+}
+
+/// A card on a panel.
+pub fn card(ui: &Ui) -> egui::Frame {
+    egui::Frame::new()
+        .fill(theme::raised(ui.visuals()))
+        .stroke(egui::Stroke::new(1.0, theme::line(ui.visuals())))
+        .corner_radius(6)
+        .inner_margin(8)
+}
+
+/// The digit that chooses a class, where it has one.
+pub fn digit_of(workspace: &Workspace, id: ClassId) -> Option<String> {
+    if id == VOID {
+        return Some("0".to_owned());
+    }
+    let mut classes = workspace.document().classes().iter().take(9);
+    let index = classes.position(|class| class.id == id)?;
+    Some((index + 1).to_string())
+}
+
+/// How many frames are done.
+pub fn frames_done(done: usize, total: usize) -> String {
+    format!("{done} of {total} frames")
+}
+
+/// Something opened lately that is not where it was.
+pub fn not_found(name: &str) -> String {
+    format!("{name} (not found)")
+}

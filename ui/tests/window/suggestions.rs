@@ -1,0 +1,390 @@
+//! Suggestions: going from one to the next and answering them, by keys and by buttons.
+
+use egui::{Key, Modifiers, PointerButton};
+use egui_kittest::kittest::Queryable;
+use inplace_core::guide::{Likely, Suggestion};
+use inplace_core::labels::{ClassId, Pixel};
+use inplace_core::session::{Event, Phase, Status};
+use inplace_model::suggestions::Mode;
+use inplace_model::view::View;
+
+use crate::stand::*;
+
+const WALL: ClassId = 1;
+const FLOOR: ClassId = 2;
+
+/// A place on a frame; frames are a metre apart.
+fn place(frame: usize, pixel: Pixel, classes: &[ClassId]) -> Suggestion {
+    let [x, y] = pixel.map(|at| at as f32);
+    let likely = |(rank, &class): (usize, &ClassId)| Likely {
+        class,
+        probability: 0.6 / (rank + 1) as f32,
+    };
+    Suggestion {
+        frame,
+        pixel,
+        position: [frame as f32, 0.0, 0.0].into(),
+        outline: vec![[x - 8.0, y - 8.0], [x + 8.0, y - 8.0], [x, y + 8.0]],
+        score: 1.0,
+        entropy: 0.6,
+        share: 0.04,
+        classes: classes.iter().enumerate().map(likely).collect(),
+    }
+}
+
+/// A window with the classes wall and floor.
+fn window(folder: &std::path::Path) -> Window {
+    let mut window = Window::with_demo(folder);
+    window.add_class("wall");
+    window.add_class("floor");
+    // The field for new classes keeps the keyboard until something else is clicked.
+    let outside = window.canvas(0.0, -200.0);
+    window.drag(PointerButton::Middle, &[outside]);
+    window
+}
+
+fn newest(window: &Window) -> u64 {
+    window.workspace().document().generation()
+}
+
+fn suggest(window: &mut Window, generation: u64, suggestions: Vec<Suggestion>) {
+    let event = Event::Suggestions {
+        generation,
+        suggestions,
+    };
+    window.worker().events.send(event).unwrap();
+    window.harness.run_steps(3);
+}
+
+/// Frames of the listed places.
+fn listed(window: &Window) -> Vec<usize> {
+    let suggestions = window.workspace().suggestions().listed();
+    suggestions.iter().map(|suggestion| suggestion.frame).collect()
+}
+
+fn press(window: &mut Window, key: Key) {
+    window.press(Modifiers::NONE, key);
+}
+
+/// Class and place of the newest stroke.
+fn last_stroke(window: &Window) -> (usize, ClassId, Pixel) {
+    let labels = window.workspace().document().labels();
+    let (_, stroke) = labels.strokes.last_key_value().unwrap();
+    (stroke.frame, stroke.class, stroke.first_point().unwrap())
+}
+
+#[test]
+fn n_goes_through_the_places_and_shift_n_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = window(folder.path());
+    let generation = newest(&window);
+    let list = vec![place(3, [20, 30], &[WALL]), place(1, [40, 10], &[WALL])];
+    suggest(&mut window, generation, list);
+    press(&mut window, Key::N);
+    assert_eq!(window.workspace().frame_index(), 3);
+    assert!(
+        window.workspace().view != View::Whole,
+        "a small place is shown from near"
+    );
+    window.harness.get_by_label_contains("Suggestion 1 of 2");
+    press(&mut window, Key::N);
+    assert_eq!(window.workspace().frame_index(), 1);
+    window.press(Modifiers::SHIFT, Key::N);
+    assert_eq!((window.workspace().frame_index(), window.strokes()), (3, 0));
+}
+
+#[test]
+fn enter_accepts_and_the_list_that_knows_it_leads_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = window(folder.path());
+    let before = newest(&window);
+    suggest(&mut window, before, vec![place(3, [20, 30], &[FLOOR, WALL])]);
+    press(&mut window, Key::N);
+    window.harness.get_by_label_contains("Enter: floor, 1: wall");
+    press(&mut window, Key::Enter);
+    assert_eq!(last_stroke(&window), (3, FLOOR, [20, 30]));
+    window.harness.get_by_label_contains("Looking for the next place");
+    window.harness.get_by_label("Labelled floor");
+    window.harness.get_by_label("Last answer: floor");
+    press(&mut window, Key::Enter);
+    assert_eq!(window.strokes(), 1, "there is nothing to accept meanwhile");
+
+    suggest(&mut window, before, vec![place(4, [9, 9], &[WALL])]);
+    assert_eq!(
+        window.workspace().frame_index(),
+        3,
+        "that list is older than the answer"
+    );
+    let generation = newest(&window);
+    suggest(&mut window, generation, vec![place(2, [8, 8], &[WALL])]);
+    assert_eq!(window.workspace().frame_index(), 2);
+    window.press(Modifiers::SHIFT, Key::Enter);
+    assert_eq!(window.strokes(), 1, "no second class is likely there");
+    window.harness.get_by_label_contains("Suggestion 1 of 1");
+    press(&mut window, Key::Enter);
+    let generation = newest(&window);
+    suggest(&mut window, generation, Vec::new());
+    window.harness.get_by_label("There is nothing left to suggest.");
+    assert!(!window.workspace().suggestions().is_active());
+}
+
+#[test]
+fn digits_answer_the_place_at_hand_and_choose_classes_otherwise() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = window(folder.path());
+    let generation = newest(&window);
+    let list = vec![
+        place(3, [20, 30], &[WALL]),
+        place(1, [40, 10], &[WALL]),
+        place(2, [8, 8], &[]),
+    ];
+    suggest(&mut window, generation, list);
+    press(&mut window, Key::Num1);
+    assert_eq!((window.workspace().class(), window.strokes()), (Some(WALL), 0));
+    press(&mut window, Key::N);
+    press(&mut window, Key::Num2);
+    assert_eq!(last_stroke(&window), (3, FLOOR, [20, 30]));
+    assert_eq!(
+        window.workspace().class(),
+        Some(WALL),
+        "the brush keeps its class"
+    );
+    // Whoever does not want to wait goes on with the list that is there.
+    press(&mut window, Key::N);
+    press(&mut window, Key::Num0);
+    assert_eq!(last_stroke(&window), (1, 0, [40, 10]));
+    press(&mut window, Key::N);
+    press(&mut window, Key::Num9);
+    assert_eq!(window.strokes(), 2, "there is no ninth class");
+    assert_eq!(window.workspace().suggestions().at(), Some(2));
+}
+
+#[test]
+fn a_name_labels_the_place_and_adds_the_class_where_it_is_new() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = window(folder.path());
+    let generation = newest(&window);
+    let list = vec![place(3, [20, 30], &[]), place(1, [40, 10], &[])];
+    suggest(&mut window, generation, list);
+    press(&mut window, Key::N);
+    press(&mut window, Key::C);
+    window.type_into("Find class", "Floor");
+    assert_eq!(last_stroke(&window), (3, FLOOR, [20, 30]));
+    press(&mut window, Key::N);
+    press(&mut window, Key::C);
+    window.type_into("Find class", "lamp");
+    assert_eq!(last_stroke(&window), (1, 3, [40, 10]));
+    window.harness.get_by_label("lamp, 1 stroke");
+    let newest_list = newest(&window);
+    suggest(&mut window, newest_list, vec![place(0, [9, 9], &[3])]);
+    assert_eq!(window.workspace().suggestions().at(), Some(0));
+}
+
+#[test]
+fn a_skipped_place_is_not_suggested_again_until_it_is_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = window(folder.path());
+    let generation = newest(&window);
+    let list = || vec![place(3, [20, 30], &[WALL]), place(1, [40, 10], &[WALL])];
+    suggest(&mut window, generation, list());
+    press(&mut window, Key::N);
+    press(&mut window, Key::X);
+    assert_eq!((listed(&window), window.workspace().frame_index()), (vec![1], 1));
+    suggest(&mut window, generation, list());
+    assert_eq!(listed(&window), [1]);
+    press(&mut window, Key::Delete);
+    assert!(listed(&window).is_empty() && !window.workspace().suggestions().is_active());
+    assert_eq!(window.strokes(), 0);
+    window.click("List them again");
+    assert_eq!(listed(&window).len(), 2);
+}
+
+#[test]
+fn undo_shows_the_answered_place_again_and_redo_goes_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = window(folder.path());
+    let generation = newest(&window);
+    suggest(&mut window, generation, vec![place(3, [20, 30], &[WALL])]);
+    press(&mut window, Key::N);
+    press(&mut window, Key::Enter);
+    let generation = newest(&window);
+    suggest(&mut window, generation, vec![place(2, [8, 8], &[WALL])]);
+    assert_eq!(window.workspace().frame_index(), 2);
+    window.press(Modifiers::COMMAND, Key::Z);
+    assert_eq!((window.strokes(), window.workspace().frame_index()), (0, 3));
+    assert_eq!(window.workspace().suggestions().at(), Some(0));
+    assert_eq!(listed(&window), [3, 2]);
+    // The list made after the undo has the place at another rank, which changes nothing.
+    let generation = newest(&window);
+    let list = vec![place(2, [8, 8], &[WALL]), place(3, [21, 30], &[FLOOR])];
+    suggest(&mut window, generation, list);
+    assert_eq!(window.workspace().suggestions().listed()[0].pixel, [20, 30]);
+    press(&mut window, Key::Num2);
+    assert_eq!(last_stroke(&window), (3, FLOOR, [20, 30]));
+
+    window.press(Modifiers::COMMAND, Key::Z);
+    assert_eq!(window.workspace().suggestions().at(), Some(0));
+    window.press(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z);
+    assert_eq!(window.strokes(), 1);
+    assert!(matches!(
+        window.workspace().suggestions().mode(),
+        Mode::Looking(_)
+    ));
+}
+
+#[test]
+fn the_place_at_hand_stays_as_it_is_while_lists_come() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = window(folder.path());
+    let generation = newest(&window);
+    let list = vec![place(3, [20, 30], &[WALL]), place(1, [40, 10], &[WALL])];
+    suggest(&mut window, generation, list);
+    press(&mut window, Key::N);
+    press(&mut window, Key::N);
+    let view = window.workspace().view;
+    let list = vec![place(4, [8, 8], &[WALL]), place(2, [9, 9], &[WALL])];
+    suggest(&mut window, generation, list);
+    assert_eq!(listed(&window), [4, 1, 2]);
+    window.harness.get_by_label_contains("Suggestion 2 of 3");
+    assert_eq!(
+        (window.workspace().frame_index(), window.workspace().view),
+        (1, view)
+    );
+    press(&mut window, Key::Enter);
+    assert_eq!(last_stroke(&window), (1, WALL, [40, 10]));
+}
+
+#[test]
+fn escape_a_click_and_another_frame_leave() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = window(folder.path());
+    let generation = newest(&window);
+    suggest(&mut window, generation, vec![place(3, [20, 30], &[WALL])]);
+    let is_active = |window: &Window| window.workspace().suggestions().is_active();
+
+    press(&mut window, Key::N);
+    assert!(is_active(&window));
+    press(&mut window, Key::Escape);
+    assert!(!is_active(&window));
+    press(&mut window, Key::Num2);
+    assert_eq!((window.workspace().class(), window.strokes()), (Some(FLOOR), 0));
+
+    press(&mut window, Key::N);
+    press(&mut window, Key::A);
+    assert!(!is_active(&window) && window.workspace().frame_index() == 2);
+
+    press(&mut window, Key::N);
+    let click = window.canvas(40.0, 40.0);
+    window.drag(PointerButton::Primary, &[click]);
+    assert!(!is_active(&window));
+    let (frame, class, pixel) = last_stroke(&window);
+    assert_eq!((frame, class), (3, FLOOR));
+    assert_ne!(pixel, [20, 30]);
+}
+
+#[test]
+fn cards_are_answered_by_their_buttons() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = window(folder.path());
+    let generation = newest(&window);
+    let list = vec![place(3, [20, 30], &[WALL, FLOOR]), place(1, [40, 10], &[FLOOR])];
+    suggest(&mut window, generation, list);
+    window.click("Label suggestion 2 as floor");
+    assert_eq!(last_stroke(&window), (1, FLOOR, [40, 10]));
+    assert_eq!(
+        window.workspace().frame_index(),
+        1,
+        "what the answer does is seen"
+    );
+    window.harness.get_by_label("Labelled floor");
+    window.click("Go to suggestion 1");
+    assert_eq!(window.workspace().frame_index(), 3);
+    window.click("Label as floor");
+    assert_eq!(last_stroke(&window), (3, FLOOR, [20, 30]));
+}
+
+#[test]
+fn cards_do_not_move_under_the_pointer() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = window(folder.path());
+    let generation = newest(&window);
+    suggest(&mut window, generation, vec![place(3, [20, 30], &[WALL])]);
+    let card = window.harness.get_by_label("Go to suggestion 1").rect().center();
+    for x in [0.0, 3.0] {
+        window.harness.hover_at(card + egui::vec2(x, 0.0));
+        window.harness.run_steps(2);
+    }
+    suggest(&mut window, generation, vec![place(2, [8, 8], &[WALL])]);
+    assert_eq!(listed(&window), [3]);
+    let canvas = window.canvas(0.0, 0.0);
+    window.harness.hover_at(canvas);
+    window.harness.run_steps(3);
+    assert_eq!(listed(&window), [2]);
+}
+
+#[test]
+fn without_places_it_is_said_what_to_wait_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = window(folder.path());
+    let status = Status {
+        phase: Phase::FindingSurface,
+        ..Status::default()
+    };
+    window.worker().events.send(Event::Status(status)).unwrap();
+    window.harness.run_steps(2);
+    press(&mut window, Key::N);
+    let texts = window
+        .harness
+        .state()
+        .model()
+        .messages
+        .texts()
+        .collect::<Vec<_>>();
+    assert!(texts[0].contains("as soon as the surface"), "{texts:?}");
+}
+
+#[test]
+fn a_trace_tells_what_is_suggested_and_what_was_answered() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("trace.jsonl");
+    let mut window = Window::traced(folder.path(), &file);
+    window.add_class("wall");
+    let generation = newest(&window);
+    suggest(&mut window, generation, vec![place(3, [20, 30], &[WALL])]);
+    window.harness.hover_at(window.canvas(0.0, 0.0));
+    let outside = window.canvas(0.0, -200.0);
+    window.drag(PointerButton::Middle, &[outside]);
+    press(&mut window, Key::N);
+    press(&mut window, Key::Enter);
+    let lines = || -> Vec<serde_json::Value> {
+        let text = std::fs::read_to_string(&file).unwrap_or_default();
+        text.lines()
+            .filter_map(|line| serde_json::from_str(line).ok())
+            .collect()
+    };
+    window.until("the answer is traced", |_| {
+        lines().last().is_some_and(|line| line["strokes"] == 1)
+    });
+    let lines = lines();
+    let of_event = |event: &str| {
+        lines
+            .iter()
+            .filter(|line| line["event"] == event)
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(of_event("opened")[0]["frames"][3], "rgb_3");
+    assert_eq!(of_event("classes").last().unwrap()["classes"][0]["name"], "wall");
+    let at = of_event("place")[0];
+    assert_eq!(
+        (at["mode"].as_str(), at["number"].as_u64()),
+        (Some("at"), Some(1))
+    );
+    assert_eq!(at["suggestion"]["pixel"], serde_json::json!([20, 30]));
+    assert_eq!(of_event("place")[1]["mode"], "looking");
+    let newest = of_event("labels").last().unwrap()["newest"].clone();
+    assert_eq!(
+        (newest["frame"].as_str(), newest["class"].as_u64()),
+        (Some("rgb_3"), Some(1))
+    );
+    assert_eq!(newest["lines"], serde_json::json!([[[20, 30]]]));
+}
