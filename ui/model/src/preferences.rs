@@ -46,7 +46,7 @@ pub struct Preferences {
     /// Threads of the worker's pool; `None` leaves one core to the window.
     pub threads: Option<usize>,
     /// How frames are shown and drawn on in scenes that have no settings of their own yet: some of the
-    /// keys of [`Settings::to_json`](Settings::to_json).
+    /// keys of [`Settings::to_json`].
     pub look: Map<String, Value>,
     /// Which key does what.
     pub keys: KeyMap,

@@ -153,9 +153,9 @@ impl Model {
             Command::AnswerLikely(rank) => self.answer_likely(rank),
             Command::AnswerSlot(slot) => self.answer_slot(slot),
             Command::SkipSuggestion => self.skip_suggestion(),
-            Command::ListSkipped => {
-                self.with_workspace(|workspace| workspace.suggestions_mut().list_skipped())
-            }
+            Command::ListSkipped => self.with_workspace(|workspace| {
+                workspace.suggestions_mut().list_skipped();
+            }),
             Command::LeaveSuggestions => self.leave_suggestions(),
             Command::HoldSuggestions(held) => {
                 self.with_workspace(|workspace| workspace.suggestions_mut().hold(held));

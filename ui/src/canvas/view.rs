@@ -98,12 +98,12 @@ impl Placement {
     }
 
     /// Image position (pixels; the centre of pixel 0 is 0.5) of a screen position.
-    pub fn to_image(&self, screen: Pos2) -> Pos2 {
+    pub fn to_image(self, screen: Pos2) -> Pos2 {
         ((screen - self.origin) / self.zoom).to_pos2()
     }
 
     /// Screen position of an image position.
-    pub fn to_screen(&self, image: Pos2) -> Pos2 {
+    pub fn to_screen(self, image: Pos2) -> Pos2 {
         self.origin + self.zoom * image.to_vec2()
     }
 

@@ -5,7 +5,7 @@ pub const COLOR_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 /// Of a picture's depths.
 pub const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
-/// Binds uniforms and a texture to a [`layout`].
+/// Binds uniforms and a texture to a layout of the pipelines.
 pub fn bind(
     device: &wgpu::Device,
     layout: &wgpu::BindGroupLayout,

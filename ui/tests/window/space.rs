@@ -163,7 +163,7 @@ fn a_click_that_a_lock_refuses_is_not_said_to_have_labelled() {
     });
     window.harness.run_steps(2);
     let said = "wall, on frame rgb_0";
-    assert!(window.harness.query_by_label(&said).is_none());
+    assert!(window.harness.query_by_label(said).is_none());
     assert_eq!(window.strokes(), 0);
 }
 

@@ -168,13 +168,20 @@ fn a_picture_drawn_over_several_frames_is_the_one_drawn_at_once() {
     let (Some(mut stand), Some(mut other)) = (Stand::new(), Stand::new()) else {
         return;
     };
-    let at_once = stand.frame(&draw(true, usize::MAX, false));
-    let moving = draw(true, 500, true);
+    let whole = draw(true, usize::MAX, false);
+    let at_once = stand.frame(&whole);
+    // The same splats, so that the picture that was begun goes on.
+    let part = |moving| Draw {
+        prepared: whole.prepared.clone(),
+        palette: whole.palette.clone(),
+        ..draw(true, 500, moving)
+    };
+    let moving = part(true);
     let coarse = other.frame(&moving);
     assert_eq!(moving.drawn.count(), 500);
     // Fewer splats are larger, so that they still cover the surface.
     assert!(covered(&coarse) as f32 > 0.9 * covered(&at_once) as f32);
-    let resting = draw(true, 500, false);
+    let resting = part(false);
     for _ in 0..3 {
         assert_eq!(other.frame(&resting), coarse);
         assert_eq!(resting.drawn.count(), 500);
