@@ -18,6 +18,7 @@ use inplace_model::{Command, Model};
 
 use crate::canvas::Canvas;
 use crate::dialogs::Dialogs;
+use crate::input_order::InputOrder;
 use crate::jobs::Jobs;
 use crate::panels::Panels;
 use crate::stats::Stats;
@@ -81,6 +82,7 @@ impl App {
     /// A window's program with nothing open yet, or opening what the options name.
     pub fn new(ctx: &egui::Context, options: UiOptions, environment: Environment) -> Self {
         theme::install(ctx);
+        ctx.add_plugin(InputOrder::default());
         // The scale has limits here, and is kept.
         ctx.options_mut(|options| options.zoom_with_keyboard = false);
         let canvas = Canvas::new(environment.target);

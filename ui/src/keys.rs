@@ -94,6 +94,13 @@ pub fn dispatch(ctx: &egui::Context, guided: bool, commands: &mut Commands) {
     });
 }
 
+/// Whether a key opens something that takes the keyboard, so that what is typed next is meant for that.
+pub fn moves_focus(ctx: &egui::Context, modifiers: Modifiers, key: Key) -> bool {
+    let pressed = shortcut(modifiers, key);
+    let command = pressed.and_then(|pressed| command_of(&map_of(ctx), pressed, false));
+    matches!(command, Some(Command::Show(Some(_)) | Command::FindClass(_)))
+}
+
 /// What a key does with this map.
 fn command_of(map: &KeyMap, pressed: Shortcut, guided: bool) -> Option<Command> {
     let answer = || in_table(AT_A_SUGGESTION, &KeyMap::default(), pressed);

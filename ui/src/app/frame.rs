@@ -42,6 +42,8 @@ impl eframe::App for App {
                 keys::dispatch(&ctx, guided, &mut commands);
             }
         }
+        // Keys come before the clicks of the same frame, which they may be about.
+        self.update_all(commands.take());
         // What an open dialog or a text field does with Escape comes before the messages.
         let escape = self.model.dialog.is_none() && !ctx.text_edit_focused();
         self.panels.show(ui, &self.model, &mut self.canvas, &mut commands);
@@ -61,10 +63,7 @@ impl eframe::App for App {
         }
         panels::messages(&ctx, &self.model.messages, area, escape, &mut commands);
         // What was typed is known to whatever was pressed after it.
-        for command in edited.into_iter().chain(commands.take()) {
-            self.update(command);
-            ctx.request_repaint();
-        }
+        self.update_all(edited.into_iter().chain(commands.take()));
         // What a command asks for is under way before the next frame.
         self.prepare();
         self.store.keep(&self.model.preferences);
@@ -114,6 +113,14 @@ impl eframe::App for App {
 }
 
 impl App {
+    /// Carries out what was asked for, and has the window drawn again where anything was.
+    fn update_all(&mut self, commands: impl IntoIterator<Item = Command>) {
+        for command in commands {
+            self.update(command);
+            self.ctx.request_repaint();
+        }
+    }
+
     /// Has what the canvas shows made ready.
     fn prepare(&mut self) {
         let mut commands = Commands::default();

@@ -10,6 +10,7 @@ mod files;
 mod labelling;
 mod layers;
 mod names;
+mod order;
 mod pictures;
 mod preferences;
 mod progress;

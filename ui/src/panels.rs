@@ -34,6 +34,7 @@ pub use stats::show as stats;
 pub use work::show as work;
 
 use crate::canvas::{Canvas, below_menus};
+use crate::input_order::InputOrder;
 use crate::keys::table::OTHER_SIDE;
 use crate::pictures::Pictures;
 use crate::thumbnails::Thumbnails;
@@ -84,6 +85,7 @@ impl Panels {
             .show(ui, |ui| menu::show(ui, model, &self.pictures, commands));
         if !matches!(model.stage, Stage::Open(_)) {
             self.view3d.forget();
+            InputOrder::set_canvas(ui.ctx(), None, &[]);
         }
         match &model.stage {
             Stage::Start => {
@@ -179,7 +181,7 @@ impl Panels {
             let over;
             if workspace.space.shown {
                 let rect = self.view3d.show(ui, model, workspace, canvas.target(), commands);
-                canvas.stand_aside(rect);
+                canvas.stand_aside(ui.ctx(), rect);
                 over = canvas.rect();
             } else {
                 self.view3d.rest();

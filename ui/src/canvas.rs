@@ -38,6 +38,7 @@ pub use split::{below_menus, layer_menu};
 pub use strokes::StrokeLayer;
 pub use view::rect_of;
 
+use crate::input_order::InputOrder;
 use crate::theme;
 use content::Content;
 use inplace_model::text::counted;
@@ -224,7 +225,8 @@ impl Canvas {
     }
 
     /// Another view has taken the canvas's place.
-    pub fn stand_aside(&mut self, rect: Rect) {
+    pub fn stand_aside(&mut self, ctx: &egui::Context, rect: Rect) {
+        InputOrder::set_canvas(ctx, None, &[]);
         self.rect = rect;
         self.gesture.cancel();
     }
@@ -309,6 +311,7 @@ impl Canvas {
             }
         }
         self.covered = split::show(ui, rect, &model.settings, commands);
+        InputOrder::set_canvas(ui.ctx(), Some(rect), &self.covered);
         let on_image = |position: &Pos2| !self.covered.iter().any(|rect| rect.contains(*position));
         if let Some(position) = hover.filter(on_image) {
             self.pointed_at = placement.pixel_at(position);
