@@ -7,6 +7,7 @@ use inplace_core::export::write_json;
 use inplace_core::labels::{
     Class, History, ImportedLabels, LabelImages, Trust, read_class_list, read_label_images,
 };
+use inplace_core::scene::reprojection::Agreement;
 use inplace_core::scene::{OpenOptions, Scene, SceneSource};
 use inplace_core::session::MapSlots;
 
@@ -74,6 +75,8 @@ pub enum Job {
         /// Frames with the versions of their maps.
         due: Vec<(usize, u64)>,
     },
+    /// Checks whether the poses and cameras of the scene with this serial number fit its images.
+    CheckPoses(u64, Arc<Scene>),
     /// Reads a class list.
     ReadClasses(PathBuf),
     /// Writes a class list.
@@ -98,6 +101,8 @@ pub enum Done {
     Imported(u64, Box<Result<LabelImages, String>>),
     /// Maps of the scene with this serial number were summed up.
     Summarised(u64, Vec<Summarised>),
+    /// What is probably wrong with the poses or cameras of the scene with this serial number, a sentence each.
+    PosesChecked(u64, Vec<String>),
     /// A class list was read, or a sentence says why not.
     ClassesRead(Result<Vec<Class>, String>),
     /// So many classes were written to this file.
@@ -127,6 +132,7 @@ impl Job {
             Self::Export(..) => "export",
             Self::Import { .. } => "import",
             Self::Summarise { .. } => "summaries",
+            Self::CheckPoses(..) => "poses",
             Self::ReadClasses(_) | Self::SaveClasses(..) => "classes",
         }
     }
@@ -179,6 +185,7 @@ impl Job {
                 imported,
                 due,
             } => Done::Summarised(serial, summarise(&maps, imported.as_ref(), due)),
+            Self::CheckPoses(serial, scene) => Done::PosesChecked(serial, Agreement::of(&scene).warnings),
             Self::ReadClasses(path) => {
                 Done::ClassesRead(read_class_list(&path).map_err(|error| error.to_string()))
             }

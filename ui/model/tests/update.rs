@@ -291,6 +291,20 @@ fn what_an_import_that_was_cancelled_read_is_dropped() {
 }
 
 #[test]
+fn what_is_wrong_with_the_poses_of_the_open_scene_is_said_and_of_one_before_it_is_not() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut stand = Stand::new(folder.path());
+    let serial = stand.workspace().serial();
+    for (of, problem) in [
+        (serial, "These poses are inverted."),
+        (serial + 1, "Another scene's are."),
+    ] {
+        stand.tell(Input::Done(Done::PosesChecked(of, vec![problem.to_owned()])));
+    }
+    assert!(stand.says("These poses are inverted.") && !stand.says("Another scene's"));
+}
+
+#[test]
 fn settings_that_a_person_changes_are_preferred_in_other_scenes_and_those_of_a_project_are_not() {
     let folder = tempfile::tempdir().unwrap();
     let mut stand = Stand::new(folder.path());

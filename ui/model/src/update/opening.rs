@@ -118,6 +118,10 @@ impl Model {
         }
         // That is no change of what is preferred.
         (self.state.settings, self.settings_seen) = (settings, settings);
+        if scene.source != SceneSource::Demo {
+            self.effects
+                .push(Effect::Start(Job::CheckPoses(ticket, Arc::clone(&scene))));
+        }
         let document = Document::new(attached.history, attached.generation);
         let mut workspace = Workspace::new(scene, ticket, session, document);
         if let Some(view) = &attached.view {
@@ -131,6 +135,16 @@ impl Model {
         // Another scene is exported elsewhere, in the same way.
         self.state.export_choice.path.clear();
         self.note_recent();
+    }
+
+    /// The poses of a scene were held against its images; what does not fit stays on the screen until it is dismissed.
+    pub(crate) fn poses_checked(&mut self, serial: u64, problems: Vec<String>) {
+        let workspace = self.state.workspace();
+        if workspace.is_some_and(|workspace| workspace.serial() == serial) {
+            for problem in problems {
+                self.state.messages.error(problem);
+            }
+        }
     }
 
     /// Opening failed for this reason; a scene that has moved is asked for again.
