@@ -10,7 +10,7 @@ use std::process::Command;
 use inplace_tests::program;
 
 /// The programs whose help is in docs/commands.md; all lie beside the first.
-const PROGRAMS: [&str; 1] = ["inplace"];
+const PROGRAMS: [&str; 2] = ["inplace", "inplace-lab"];
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap()
