@@ -15,6 +15,8 @@ use crate::keys;
 #[derive(Debug, Default)]
 pub struct InputOrder {
     waiting: VecDeque<Event>,
+    /// Whether nothing is handed over in the next frame.
+    waits: bool,
     canvas: CanvasArea,
 }
 
@@ -37,6 +39,13 @@ impl InputOrder {
             };
         });
     }
+
+    /// Hands nothing over in the next frame: a dialog that was opened gets the keyboard then, and one that was closed
+    /// no longer covers what is under it.
+    pub fn wait_a_frame(ctx: &Context) {
+        ctx.with_plugin(|order: &mut Self| order.waits = true);
+        ctx.request_repaint();
+    }
 }
 
 impl egui::Plugin for InputOrder {
@@ -50,6 +59,10 @@ impl egui::Plugin for InputOrder {
             return;
         }
         self.waiting.extend(input.events.drain(..));
+        if std::mem::take(&mut self.waits) {
+            ctx.request_repaint();
+            return;
+        }
         let canvas = &self.canvas;
         let on_canvas = |pos: Pos2| {
             let layer = ctx.layer_id_at(pos);

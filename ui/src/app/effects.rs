@@ -14,6 +14,7 @@ use inplace_model::workspace::Workspace;
 use inplace_model::{Command, Effect, Input};
 
 use super::App;
+use crate::input_order::InputOrder;
 use crate::jobs::Outcome;
 use crate::keys;
 
@@ -30,8 +31,12 @@ impl App {
 
     /// Tells the model something, and carries out what it wants done.
     pub(super) fn update(&mut self, input: impl Into<Input>) {
+        let had_dialog = self.model.dialog.is_some();
         for effect in self.model.update(input) {
             self.carry_out(effect);
+        }
+        if self.model.dialog.is_some() != had_dialog {
+            InputOrder::wait_a_frame(&self.ctx);
         }
         self.wear_preferences();
     }

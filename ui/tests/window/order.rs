@@ -93,3 +93,20 @@ fn letters_after_the_key_of_the_finder_are_looked_for() {
     assert_eq!(window.workspace().frame_index(), 0);
     window.harness.get_by_label("door, 1 stroke");
 }
+
+#[test]
+fn letters_after_a_click_without_any_class_name_the_class_of_that_click() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = Window::with_demo(folder.path());
+    let places = [window.canvas(-60.0, 0.0), window.canvas(60.0, 0.0)];
+    let enter = typed(Key::Enter, "")[0].clone();
+    let letters = [typed(Key::D, "d"), typed(Key::A, "a")].concat();
+    let events = [
+        click(places[0]).to_vec(),
+        letters,
+        vec![enter],
+        click(places[1]).to_vec(),
+    ];
+    in_one_frame(&mut window, &events);
+    window.harness.get_by_label("da, 2 strokes");
+}
