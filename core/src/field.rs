@@ -16,6 +16,7 @@ mod visibility;
 mod volume;
 
 pub use backend::{Backend, best_device};
+pub(crate) use capacity::median;
 pub use capacity::{Capacity, Preset};
 pub use encoding::{FEATURES_PER_LEVEL, GridLevel, GridShape};
 pub use model::RadianceField;

@@ -132,13 +132,15 @@ impl fmt::Display for Capacity {
     }
 }
 
+/// The median of values, the upper one of two in the middle; `None` of no values.
+pub(crate) fn median(mut values: Vec<f32>) -> Option<f32> {
+    let middle = values.len() / 2;
+    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f32::total_cmp).1)
+}
+
 /// Size of a pixel at a typical surface, in metres: at the median measured depth, else at that of the sparse
 /// points, else half way from the centre to a side of the volume.
 fn pixel_footprint(scene: &Scene, volume: &Volume) -> f32 {
-    let median = |mut values: Vec<f32>| {
-        values.sort_by(f32::total_cmp);
-        values.get(values.len() / 2).copied()
-    };
     let lengths = scene
         .frames
         .iter()

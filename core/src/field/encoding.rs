@@ -188,7 +188,6 @@ impl GridLevel {
 }
 
 #[cfg(test)]
-#[allow(clippy::needless_range_loop)]
 mod tests {
     use super::*;
 
@@ -210,27 +209,6 @@ mod tests {
                 assert!((weights.iter().sum::<f32>() - 1.0).abs() < 1e-5);
                 let range = level.first_row..level.first_row + level.rows;
                 assert!(rows.iter().all(|&row| range.contains(&(row as usize))));
-            }
-        }
-    }
-
-    #[test]
-    fn sixteen_positions_at_once_have_the_same_corners_as_one() {
-        let shape = GridShape::new(6, 4, 200, 12);
-        let mut group = [F32x16::ZERO; 3];
-        for lane in 0..LANES {
-            for (axis, values) in group.iter_mut().enumerate() {
-                values.0[lane] = 0.083 * lane as f32 + 0.1 * axis as f32 - 0.15;
-            }
-        }
-        for level in shape.levels() {
-            let (rows, weights) = level.corners_of_group(&group);
-            for lane in 0..LANES {
-                let (one_rows, one_weights) = level.corners([0, 1, 2].map(|axis| group[axis].0[lane]));
-                for corner in 0..8 {
-                    assert_eq!(rows[corner][lane] + level.first_row as u32, one_rows[corner]);
-                    assert!((weights[corner].0[lane] - one_weights[corner]).abs() < 1e-6);
-                }
             }
         }
     }

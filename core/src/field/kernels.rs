@@ -33,3 +33,10 @@ fn values<'a>(storage: &'a CpuStorage, layout: &Layout, op: &str) -> Result<&'a 
     };
     Ok(&storage.as_slice::<f32>()?[start..end])
 }
+
+/// Takes the first `count` elements off a slice.
+pub(super) fn split_off<'a, T>(rest: &mut &'a mut [T], count: usize) -> &'a mut [T] {
+    let (own, others) = std::mem::take(rest).split_at_mut(count);
+    *rest = others;
+    own
+}

@@ -199,23 +199,31 @@ impl RadianceField {
     /// # Errors
     /// A parameter that is missing or has another shape; nothing is changed then.
     pub fn restore(&self, tensors: &HashMap<String, Tensor>) -> Result<()> {
-        for (name, var) in self.named() {
-            match tensors.get(name) {
-                Some(tensor) if is_alike(tensor, var) => {}
-                _ => bail!(
-                    "the saved model has no {name} of {:?} and shape {:?}",
-                    var.dtype(),
-                    var.dims()
-                ),
-            }
-        }
-        for (name, var) in self.named() {
-            if let Some(tensor) = tensors.get(name) {
-                var.set(&tensor.to_device(var.device())?)?;
-            }
-        }
-        Ok(())
+        restore(&self.named(), tensors)
     }
+}
+
+/// Takes over saved parameters by name.
+///
+/// # Errors
+/// As [`RadianceField::restore`].
+pub(super) fn restore(named: &[(impl AsRef<str>, &Var)], tensors: &HashMap<String, Tensor>) -> Result<()> {
+    let mut found = Vec::with_capacity(named.len());
+    for (name, var) in named {
+        match tensors.get(name.as_ref()) {
+            Some(tensor) if is_alike(tensor, var) => found.push(tensor),
+            _ => bail!(
+                "the saved model has no {} of {:?} and shape {:?}",
+                name.as_ref(),
+                var.dtype(),
+                var.dims()
+            ),
+        }
+    }
+    for ((_, var), tensor) in named.iter().zip(found) {
+        var.set(&tensor.to_device(var.device())?)?;
+    }
+    Ok(())
 }
 
 /// Whether a saved tensor has the shape and the kind of numbers of a parameter.

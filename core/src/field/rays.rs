@@ -6,8 +6,7 @@ use glam::Vec3;
 use rand::{Rng, SeedableRng, rngs::SmallRng};
 use rayon::prelude::*;
 
-use super::kernels::DIRECTION_FEATURES;
-use super::kernels::RayPacking;
+use super::kernels::{DIRECTION_FEATURES, RayPacking, split_off};
 use super::{OccupancyGrid, Volume};
 use crate::scene::Frame;
 
@@ -138,10 +137,9 @@ impl Samples {
             .iter()
             .map(|portion| {
                 let length = portion.intervals.len();
-                let (t, later_t) = std::mem::take(&mut rest.0).split_at_mut(length);
-                let (dt, later_dt) = std::mem::take(&mut rest.1).split_at_mut(length);
-                let (positions, later_positions) = std::mem::take(&mut rest.2).split_at_mut(3 * length);
-                rest = (later_t, later_dt, later_positions);
+                let t = split_off(&mut rest.0, length);
+                let dt = split_off(&mut rest.1, length);
+                let positions = split_off(&mut rest.2, 3 * length);
                 (portion, t, dt, positions)
             })
             .collect();

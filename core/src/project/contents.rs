@@ -263,8 +263,9 @@ pub(super) fn some_names<'a>(names: impl ExactSizeIterator<Item = &'a str>) -> S
 
 /// The history with `new_index[frame]` for every frame.
 fn renumbered(history: &History, new_index: &[usize]) -> History {
+    let place = |frame: usize| new_index.get(frame).copied().unwrap_or(frame);
     let stroke = |stroke: &Stroke| Stroke {
-        frame: new_index.get(stroke.frame).copied().unwrap_or(stroke.frame),
+        frame: place(stroke.frame),
         ..stroke.clone()
     };
     let labels = history.labels();
@@ -286,7 +287,6 @@ fn renumbered(history: &History, new_index: &[usize]) -> History {
         }
         edit
     };
-    let place = |frame: usize| new_index.get(frame).copied().unwrap_or(frame);
     let (imports, in_force) = history.imports();
     let imports = imports.iter().map(|(&id, images)| {
         let mut images = images.as_ref().clone();

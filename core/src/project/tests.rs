@@ -14,6 +14,13 @@ use crate::labels::{
 };
 use crate::scene::{Camera, ColorImage, Frame, FramePixels, OpenOptions, Scene, SceneSource};
 
+/// A folder, and the path of a project in it.
+fn place() -> (tempfile::TempDir, PathBuf) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("p.inplace");
+    (folder, path)
+}
+
 /// A scene of tiny frames, in a folder.
 fn scene(folder: &Path, stems: &[&str]) -> Scene {
     let frame = |stem: &&str| Frame {
@@ -98,6 +105,12 @@ fn names(folder: &Path) -> Vec<String> {
     names
 }
 
+/// Asserts that the project at a path has the labels of a history.
+fn assert_saved(path: &Path, history: &History) {
+    let (_project, saved) = Project::open(path).unwrap();
+    assert_eq!(saved.history.labels(), history.labels());
+}
+
 fn assert_same(a: &Contents, b: &Contents) {
     assert_eq!(a.scene, b.scene);
     assert_eq!(a.history.labels(), b.history.labels());
@@ -108,8 +121,7 @@ fn assert_same(a: &Contents, b: &Contents) {
 
 #[test]
 fn a_project_comes_back_as_it_was_and_undo_and_redo_go_on() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("p.inplace");
+    let (folder, path) = place();
     let mut contents = contents(folder.path());
     contents.view = Some(r#"{"frame":2}"#.to_owned());
     contents.maps = vec![map(0, 7, 1), map(2, 6, 300)];
@@ -145,11 +157,12 @@ fn images(class: u16) -> LabelImages {
         ImportedMap::new(0, &[class; 6]),
         ImportedMap::new(2, &[0, 1, 2, 300, 2, 1]),
     ];
+    label_images(maps, Trust::VOTES)
+}
+
+fn label_images(maps: Vec<ImportedMap>, trust: Trust) -> LabelImages {
     LabelImages {
-        labels: ImportedLabels {
-            maps,
-            trust: Trust::VOTES,
-        },
+        labels: ImportedLabels { maps, trust },
         classes: Vec::new(),
         unmatched: 0,
     }
@@ -163,12 +176,11 @@ fn import(history: &mut History, images: LabelImages) -> [Step; 2] {
 
 #[test]
 fn imported_images_come_back_with_their_history_and_forgotten_ones_leave_the_file() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("p.inplace");
+    let (folder, path) = place();
     let mut contents = contents(folder.path());
     let mut project = Project::create(&path, &contents).unwrap();
-    for class in [1, 2] {
-        let steps = import(&mut contents.history, images(class));
+    for images in [images(1), probabilities()] {
+        let steps = import(&mut contents.history, images);
         project.record(&steps).unwrap();
     }
     contents.history.undo().unwrap();
@@ -229,8 +241,7 @@ fn imported_images_follow_their_frames_and_are_left_out_where_a_frame_has_anothe
 
 #[test]
 fn every_commit_is_in_the_one_file_even_while_it_is_open() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("p.inplace");
+    let (folder, path) = place();
     let mut project = Project::create(&path, &contents(folder.path())).unwrap();
     project.record(&[Step::Redo]).unwrap();
     let bytes = fs::read(&path).unwrap();
@@ -244,8 +255,7 @@ fn every_commit_is_in_the_one_file_even_while_it_is_open() {
 
 #[test]
 fn two_openings_are_refused() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("p.inplace");
+    let (folder, path) = place();
     let contents = contents(folder.path());
     let project = Project::create(&path, &contents).unwrap();
     let error = Project::open(&path).unwrap_err();
@@ -259,8 +269,7 @@ fn two_openings_are_refused() {
 
 #[test]
 fn a_full_disk_is_a_sentence_and_leaves_the_file_as_it_was() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("p.inplace");
+    let (folder, path) = place();
     let mut contents = contents(folder.path());
     let mut project = Project::create(&path, &contents).unwrap();
     let limit = |project: &Project, pages: i64| {
@@ -363,27 +372,5 @@ fn probabilities() -> LabelImages {
         ImportedMap::of_probabilities(0, grid([1, 2])),
         ImportedMap::of_probabilities(2, grid([0, 1])),
     ];
-    let trust = Trust::new(0.3).unwrap();
-    LabelImages {
-        labels: ImportedLabels { maps, trust },
-        classes: Vec::new(),
-        unmatched: 0,
-    }
-}
-
-#[test]
-fn probabilities_and_their_trust_come_back() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("p.inplace");
-    let mut contents = contents(folder.path());
-    let mut project = Project::create(&path, &contents).unwrap();
-    project
-        .record(&import(&mut contents.history, probabilities()))
-        .unwrap();
-    drop(project);
-    let (_project, saved) = Project::open(&path).unwrap();
-    assert_same(&saved, &contents);
-    let images = saved.history.labels().imported.clone().unwrap();
-    assert_eq!((images.trust.value(), images.maps.len()), (0.3, 2));
-    assert_eq!(images.maps[0].labels(), [1, 2, 2, 1, 2, 2]);
+    label_images(maps, Trust::new(0.3).unwrap())
 }

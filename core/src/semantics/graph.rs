@@ -57,44 +57,38 @@ impl SurfaceGraph {
         let mut directed: Vec<(u32, u32)> = pairs.iter().flat_map(|&(a, b)| [(a, b), (b, a)]).collect();
         directed.par_sort_unstable();
         directed.dedup();
+        let costs = directed
+            .par_iter()
+            .map(|&(a, b)| edge_cost(&nodes[a as usize], &nodes[b as usize]))
+            .collect();
+        Self::of_directed(nodes, directed, costs)
+    }
+
+    /// A graph with these edges and costs; each edge goes both ways.
+    pub fn from_edges(nodes: Vec<Node>, edges: &[(u32, u32, f32)]) -> Self {
+        let both_ways = edges
+            .iter()
+            .flat_map(|&(a, b, cost)| [(a, b, cost), (b, a, cost)]);
+        let mut directed: Vec<(u32, u32, f32)> = both_ways.collect();
+        directed.sort_by_key(|edge| (edge.0, edge.1));
+        let (edges, costs) = directed.into_iter().map(|(a, b, cost)| ((a, b), cost)).unzip();
+        Self::of_directed(nodes, edges, costs)
+    }
+
+    /// A graph with these edges in ascending order, each in both directions, and their costs.
+    fn of_directed(nodes: Vec<Node>, edges: Vec<(u32, u32)>, costs: Vec<f32>) -> Self {
         let mut starts = vec![0_u32; nodes.len() + 1];
-        for &(from, _) in &directed {
+        for &(from, _) in &edges {
             starts[from as usize + 1] += 1;
         }
         for node in 0..nodes.len() {
             starts[node + 1] += starts[node];
         }
-        let costs = directed
-            .par_iter()
-            .map(|&(a, b)| edge_cost(&nodes[a as usize], &nodes[b as usize]))
-            .collect();
         Self {
             nodes,
             starts,
-            targets: directed.into_iter().map(|(_, to)| to).collect(),
+            targets: edges.into_iter().map(|(_, to)| to).collect(),
             costs,
-        }
-    }
-
-    /// A graph with these edges and costs; each edge goes both ways.
-    pub fn from_edges(nodes: Vec<Node>, edges: &[(u32, u32, f32)]) -> Self {
-        let mut directed: Vec<(u32, u32, f32)> = edges
-            .iter()
-            .flat_map(|&(a, b, cost)| [(a, b, cost), (b, a, cost)])
-            .collect();
-        directed.sort_by_key(|edge| (edge.0, edge.1));
-        let mut starts = vec![0_u32; nodes.len() + 1];
-        for edge in &directed {
-            starts[edge.0 as usize + 1] += 1;
-        }
-        for node in 0..nodes.len() {
-            starts[node + 1] += starts[node];
-        }
-        Self {
-            nodes,
-            starts,
-            targets: directed.iter().map(|edge| edge.1).collect(),
-            costs: directed.iter().map(|edge| edge.2).collect(),
         }
     }
 

@@ -133,18 +133,24 @@ impl SemanticHead {
                 }
             }
         }
-        let hidden = Var::from_tensor(&hidden)?;
-        let output = Var::from_tensor(&Tensor::from_vec(output, (HIDDEN, count), &Device::Cpu)?)?;
-        let bias = Var::from_tensor(&Tensor::from_vec(bias, count, &Device::Cpu)?)?;
+        let output = Tensor::from_vec(output, (HIDDEN, count), &Device::Cpu)?;
+        let bias = Tensor::from_vec(bias, count, &Device::Cpu)?;
+        Self::of(classes.to_vec(), own, [&hidden, &output, &bias], 0)
+    }
+
+    /// A head of these parameters: the hidden layer, the output layer and its bias.
+    fn of(classes: Vec<ClassId>, own: Option<OwnGrid>, network: [&Tensor; 3], steps: u64) -> Result<Self> {
+        let [hidden, output, bias] = network.map(Var::from_tensor);
+        let (hidden, output, bias) = (hidden?, output?, bias?);
         let optimisers = [Adam::new(&hidden), Adam::new(&output), Adam::new(&bias)];
         Ok(Self {
-            classes: classes.to_vec(),
+            classes,
             own,
             hidden,
             output,
             bias,
             optimisers,
-            steps: 0,
+            steps,
         })
     }
 
@@ -401,21 +407,15 @@ impl SemanticHead {
                 Some(OwnGrid::new(shape, table.copy().ok()?).ok()?)
             }
         };
-        let [hidden, output, bias] = [hidden, output, bias].map(Var::from_tensor);
-        let (hidden, output, bias) = (hidden.ok()?, output.ok()?, bias.ok()?);
-        let optimisers = [Adam::new(&hidden), Adam::new(&output), Adam::new(&bias)];
-        Some(Self {
-            classes: ids
-                .into_iter()
-                .map(|id| ClassId::try_from(id).ok())
-                .collect::<Option<_>>()?,
+        let classes = ids.into_iter().map(|id| ClassId::try_from(id).ok());
+        let steps = u64::from(*steps.first()?);
+        Self::of(
+            classes.collect::<Option<_>>()?,
             own,
-            hidden,
-            output,
-            bias,
-            optimisers,
-            steps: u64::from(*steps.first()?),
-        })
+            [hidden, output, bias],
+            steps,
+        )
+        .ok()
     }
 }
 

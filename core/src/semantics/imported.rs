@@ -151,16 +151,8 @@ mod tests {
 
     use super::*;
     use crate::labels::{ImportedMap, Likeliest, Probabilities, Trust};
-    use crate::scene::Scene;
     use crate::scene::testing::wall;
-    use crate::semantics::testing::surface;
-
-    fn truth(scene: &Scene, frame: usize) -> Vec<ClassId> {
-        let color = scene.frames[frame].color();
-        (0..64 * 48)
-            .map(|pixel| 1 + ClassId::from(color.pixel(pixel)[0] > 128))
-            .collect()
-    }
+    use crate::semantics::testing::{surface, truth};
 
     fn images(maps: Vec<ImportedMap>, trust: Trust) -> ImportedLabels {
         ImportedLabels { maps, trust }

@@ -46,36 +46,3 @@ impl DistanceQueue {
 fn bucket(key: u32, last: u32) -> usize {
     (u32::BITS - (key ^ last).leading_zeros()) as usize
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use rand::{Rng, SeedableRng, rngs::SmallRng};
-
-    #[test]
-    fn nodes_come_by_distance_whatever_is_pushed_in_between() {
-        let mut rng = SmallRng::seed_from_u64(5);
-        let mut queue = DistanceQueue::new();
-        let (mut last, mut pushed, mut popped) = (0.0, Vec::new(), Vec::new());
-        for node in 0..2000 {
-            // Equal ones, tiny ones and large ones.
-            let step = [0.0, 1e-4, 0.3, 700.0][rng.random_range(0..4)];
-            let distance = last + step * rng.random_range(0.5..1.0_f32);
-            queue.push(distance, node);
-            pushed.push((distance, node));
-            if rng.random_bool(0.4) {
-                let next = queue.pop().unwrap();
-                assert!(next.0 >= last);
-                last = next.0;
-                popped.push(next);
-            }
-        }
-        while let Some(next) = queue.pop() {
-            assert!(next.0 >= last);
-            last = next.0;
-            popped.push(next);
-        }
-        popped.sort_by_key(|&(_, node)| node);
-        assert_eq!(popped, pushed);
-    }
-}

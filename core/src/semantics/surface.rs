@@ -9,6 +9,7 @@ use rustc_hash::FxHashMap;
 use super::graph::{Node, SurfaceGraph};
 use super::voxels::{OtherFrames, Points, Voxel, VoxelNodes, Voxels};
 use super::{FieldDepth, NO_NODE, NodeMap, pixel_length};
+use crate::field::median;
 use crate::scene::{Pixels, Scene};
 
 /// Side of a voxel in footprints of a pixel at the median depth.
@@ -299,9 +300,4 @@ fn depth_noise(scene: &Scene) -> f32 {
         }
     }
     median(gaps).unwrap_or(0.0)
-}
-
-fn median(mut values: Vec<f32>) -> Option<f32> {
-    let middle = values.len() / 2;
-    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f32::total_cmp).1)
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use super::{LabelPropagation, Node, Surface, SurfaceGraph};
-use crate::labels::LabelSet;
+use crate::labels::{ClassId, LabelSet};
 use crate::scene::Scene;
 
 /// A grey node that one pixel shows, facing along z, with voxels of 5 cm.
@@ -44,4 +44,12 @@ pub fn propagated(scene: &Scene, labels: &LabelSet) -> LabelPropagation {
     let mut propagation = LabelPropagation::new(surface(scene));
     propagation.set_labels(scene, labels);
     propagation
+}
+
+/// The class of every pixel of a frame of a wall: 1 where it is dark, 2 where it is bright.
+pub fn truth(scene: &Scene, frame: usize) -> Vec<ClassId> {
+    let frame = &scene.frames[frame];
+    let color = frame.color();
+    let class = |pixel: usize| 1 + ClassId::from(color.pixel(pixel)[0] > 128);
+    (0..frame.camera.pixels()).map(class).collect()
 }

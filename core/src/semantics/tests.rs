@@ -3,7 +3,7 @@ use std::sync::Arc;
 use glam::{Affine3A, Quat, Vec3};
 use rand::{Rng, SeedableRng, rngs::SmallRng};
 
-use super::testing::{propagated, surface};
+use super::testing::{propagated, surface, truth};
 use super::*;
 use crate::field::{Preset, Sampling, Trainer, frame_rays};
 use crate::labels::testing::{clicked, import_plain};
@@ -21,13 +21,6 @@ fn halves() -> History {
 /// One click on each half of a wall.
 fn two_clicks() -> History {
     clicked(&["dark", "bright"], &[(0, 1, [10, 20]), (4, 2, [50, 30])])
-}
-
-/// The class of every pixel of a frame of a wall.
-fn truth(scene: &Scene, frame: usize) -> Vec<ClassId> {
-    let color = scene.frames[frame].color();
-    let class = |pixel: usize| 1 + ClassId::from(color.pixel(pixel)[0] > 128);
-    (0..64 * 48).map(class).collect()
 }
 
 #[test]

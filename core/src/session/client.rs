@@ -186,28 +186,24 @@ impl Client {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::field::Preset;
+    use crate::scene::SceneSource;
     use crate::scene::testing::wall;
-    use crate::scene::{OpenOptions, SceneSource};
-
-    fn options(source: SceneSource) -> SessionOptions {
-        SessionOptions {
-            source,
-            open: OpenOptions::default(),
-            preset: Preset::Fast,
-            threads: 1,
-            seed: 0,
-            state: None,
-        }
-    }
+    use crate::session::tests::options;
 
     #[test]
     fn what_stops_a_session_is_an_error_of_whoever_waits_for_it() {
-        let mut client = Client::start(options(SceneSource::Folder("no/such/capture".into())));
+        let mut client = Client::start(SessionOptions {
+            source: SceneSource::Folder("no/such/capture".into()),
+            ..options()
+        });
         let failed = client.opened().unwrap_err();
-        assert!(matches!(&failed, ClientError::Failed(reason) if reason.contains("no/such/capture")));
+        assert!(
+            matches!(&failed, ClientError::Failed(reason)
+                if reason.contains("no/such/capture") && reason.contains("no such folder")),
+            "{failed}"
+        );
 
-        let session = Session::on(Arc::new(wall(3, 32, 24)), options(SceneSource::Demo), || {});
+        let session = Session::on(Arc::new(wall(3, 32, 24)), options(), || {});
         let mut client = Client::observing(session, |_| {});
         assert_eq!(client.opened().unwrap().frames.len(), 3);
         assert!(!client.settled(7, Some(Instant::now())).unwrap());

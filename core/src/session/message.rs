@@ -220,7 +220,9 @@ impl ModelState {
     /// # Errors
     /// As [`load`](Self::load).
     pub fn semantic_head(&self, trainer: &Trainer) -> Result<Option<SemanticHead>, FieldError> {
-        Ok(SemanticField::restored(&self.load()?, trainer).into_head())
+        Ok(SemanticField::restored(&self.load()?, trainer)
+            .head_trainer
+            .into_head())
     }
 
     /// The parameters and grids by name.

@@ -7,7 +7,7 @@ use candle_core::{Result, Tensor};
 use super::head_trainer::{HeadKind, HeadTrainer, sampling};
 use crate::field::Trainer;
 use crate::scene::Scene;
-use crate::semantics::{LabelPropagation, SemanticHead};
+use crate::semantics::LabelPropagation;
 
 /// Steps of the radiance field per step of the semantic field.
 const EVERY: u64 = 2;
@@ -33,11 +33,6 @@ impl SemanticField {
         Self {
             head_trainer: HeadTrainer::restored(KIND, saved, trainer),
         }
-    }
-
-    /// The head, once it has had a step.
-    pub(super) fn into_head(self) -> Option<SemanticHead> {
-        self.head_trainer.into_head()
     }
 
     /// Whether its next step comes before the radiance field's.

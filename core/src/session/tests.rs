@@ -185,24 +185,6 @@ fn every_undo_restores_its_maps_when_the_head_was_evaluated_before_the_pause() {
 }
 
 #[test]
-fn painted_pixels_show_their_stroke_and_void_is_void() {
-    let session = start();
-    session.send(Command::Pause);
-    let mut history = two_clicks();
-    // Against all evidence, one bright pixel is painted dark, and a patch void.
-    history.add_stroke(Stroke::click(3, 1, [61, 40]));
-    history.add_stroke(Stroke {
-        radius: 3,
-        ..Stroke::click(3, VOID, [20, 20])
-    });
-    send_labels(&session, &history, 1);
-    let maps = all_maps(&session, 1);
-    let labels = maps[3].labels();
-    let shown = [[61, 40], [20, 20], [26, 20]].map(|[x, y]| labels[y * 64 + x]);
-    assert_eq!(shown, [1, VOID, 1]);
-}
-
-#[test]
 fn pausing_stops_the_steps_and_resuming_goes_on() {
     let session = start();
     wait_for_status(&session, |status| status.phase == Phase::Training);
@@ -235,35 +217,6 @@ fn a_saved_state_goes_on_where_it_stopped() {
     });
     let first = wait_for_status(&session, |_| true);
     assert!(first.steps >= state.steps);
-}
-
-#[test]
-fn a_foreign_state_is_left_out_with_a_warning() {
-    let foreign = ModelState {
-        steps: 5,
-        tensors: vec![1, 2, 3],
-    };
-    let session = start_with(SessionOptions {
-        state: Some(Arc::new(foreign)),
-        ..options()
-    });
-    let warning = wait(&session, |event| match event {
-        Event::Warning(warning) => Some(warning.clone()),
-        _ => None,
-    });
-    assert!(warning.contains("training starts anew"), "{warning}");
-    wait_for_status(&session, |status| status.steps > 0);
-}
-
-#[test]
-fn a_missing_scene_is_an_error_and_the_end() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut options = options();
-    options.source = SceneSource::Folder(folder.path().join("wall"));
-    let session = Session::start(options, || {});
-    let mut events = session.events().iter();
-    assert!(matches!(events.next(), Some(Event::Error(reason)) if reason.contains("no such folder")));
-    assert!(matches!(events.next(), Some(Event::Stopped)));
 }
 
 #[test]

@@ -230,19 +230,7 @@ mod tests {
     use candle_core::Device;
 
     #[test]
-    fn the_first_step_has_the_size_of_the_learning_rate() {
-        let parameter = Var::from_tensor(&Tensor::new(&[1.0_f32, 2.0, 3.0], &Device::Cpu).unwrap()).unwrap();
-        let adam = Adam::new(&parameter);
-        let gradient = Tensor::new(&[0.5_f32, 0.0, -2.0], &Device::Cpu).unwrap();
-        adam.step(&gradient, 0.1).unwrap();
-        let values = parameter.to_vec1::<f32>().unwrap();
-        for (value, expected) in values.iter().zip([0.9, 2.0, 3.1]) {
-            assert!((value - expected).abs() < 1e-5);
-        }
-    }
-
-    #[test]
-    fn plain_tensor_ops_step_as_the_kernel_does() {
+    fn plain_tensor_ops_step_as_the_kernel_does_and_first_by_the_learning_rate() {
         let start = Tensor::new(&[1.0_f32, 2.0, 3.0, -4.0], &Device::Cpu).unwrap();
         let [by_kernel, by_ops] = [0, 1].map(|_| Var::from_tensor(&start.copy().unwrap()).unwrap());
         let (kernel, ops) = (Adam::new(&by_kernel), Adam::plain(&by_ops).unwrap());
@@ -252,6 +240,12 @@ mod tests {
             let gradient = Tensor::new(&[0.1 * step as f32, sometimes, -2.0, 0.0], &Device::Cpu).unwrap();
             kernel.step(&gradient, 0.1).unwrap();
             ops.step(&gradient, 0.1).unwrap();
+            if step == 0 {
+                let values = by_kernel.to_vec1::<f32>().unwrap();
+                for (value, expected) in values.iter().zip([1.0, 1.9, 3.1, -4.0]) {
+                    assert!((value - expected).abs() < 1e-5, "{value} {expected}");
+                }
+            }
         }
         let [by_kernel, by_ops] = [by_kernel, by_ops].map(|var| var.to_vec1::<f32>().unwrap());
         for (a, b) in by_kernel.iter().zip(&by_ops) {
@@ -280,23 +274,5 @@ mod tests {
             let expected = grown(&parameter).to_vec2::<f32>().unwrap();
             assert_eq!(larger.to_vec2::<f32>().unwrap(), expected);
         }
-    }
-
-    #[test]
-    fn it_finds_the_minimum_of_a_parabola() {
-        let parameter = Var::from_tensor(&Tensor::new(&[4.0_f32], &Device::Cpu).unwrap()).unwrap();
-        let adam = Adam::new(&parameter);
-        for _ in 0..500 {
-            let loss = parameter
-                .affine(1.0, -1.5)
-                .unwrap()
-                .sqr()
-                .unwrap()
-                .sum_all()
-                .unwrap();
-            let gradients = loss.backward().unwrap();
-            adam.step(gradients.get(&parameter).unwrap(), 0.05).unwrap();
-        }
-        assert!((parameter.to_vec1::<f32>().unwrap()[0] - 1.5).abs() < 1e-2);
     }
 }

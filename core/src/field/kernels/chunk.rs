@@ -6,6 +6,7 @@ use std::ops::Range;
 use super::grid::interpolate;
 use super::lanes::{Dispatch, F32x16, LANES};
 use super::network::{Activations, Gradients, NetworkShape, forward};
+use super::split_off;
 use crate::field::encoding::{FEATURES_PER_LEVEL, GridShape};
 use crate::field::rays::Samples;
 
@@ -67,13 +68,8 @@ impl Plan {
         mut values: &'a mut [F32x16],
         width: usize,
     ) -> Vec<(&'a Chunk, &'a mut [F32x16])> {
-        let mut parts = Vec::with_capacity(self.chunks.len());
-        for chunk in &self.chunks {
-            let (own, rest) = values.split_at_mut(chunk.groups() * width);
-            values = rest;
-            parts.push((chunk, own));
-        }
-        parts
+        let own = |chunk: &'a Chunk| (chunk, split_off(&mut values, chunk.groups() * width));
+        self.chunks.iter().map(own).collect()
     }
 }
 

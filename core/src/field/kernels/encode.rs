@@ -94,7 +94,7 @@ mod tests {
     use crate::field::plain;
     use crate::field::rays::Samples;
 
-    /// A grid with dense and hashed levels, its table, and positions that fill no group whole.
+    /// A grid with dense and hashed levels, its table, and positions that fill no group whole, some outside of the grid.
     fn case() -> (GridShape, Var, Samples) {
         let grid = GridShape::new(4, 3, 40, 9);
         let mut rng = SmallRng::seed_from_u64(4);
@@ -103,7 +103,7 @@ mod tests {
             .collect();
         let table = Tensor::from_vec(table, (grid.rows(), 2), &Device::Cpu).unwrap();
         let positions: Vec<_> = (0..333)
-            .map(|_| glam::Vec3::from([(); 3].map(|()| rng.random_range(0.0..1.0))))
+            .map(|_| glam::Vec3::from([(); 3].map(|()| rng.random_range(-0.05..1.05))))
             .collect();
         let samples = Samples::at_points(&positions);
         (grid, Var::from_tensor(&table).unwrap(), samples)

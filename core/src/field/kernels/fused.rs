@@ -13,7 +13,7 @@ use super::composite::{EXTRA, composite_ray, gradient_of_ray};
 use super::grid::scatter_levels;
 use super::lanes::{Dispatch, F32x16, LANES};
 use super::network::{NetworkShape, backward};
-use super::values;
+use super::{split_off, values};
 use crate::field::encoding::{FEATURES_PER_LEVEL, GridShape};
 use crate::field::rays::Samples;
 
@@ -219,13 +219,6 @@ pub fn evaluate(
     Ok(())
 }
 
-/// Takes the first `count` elements off a slice.
-fn split_off<'a>(rest: &mut &'a mut [f32], count: usize) -> &'a mut [f32] {
-    let (own, others) = std::mem::take(rest).split_at_mut(count);
-    *rest = others;
-    own
-}
-
 struct Fused {
     grid: GridShape,
     shape: NetworkShape,
@@ -287,8 +280,7 @@ impl CustomOp2 for Fused {
             .into_iter()
             .zip(encodings)
             .map(|((chunk, positions), (_, encoding))| {
-                let (own, others) = std::mem::take(&mut rest).split_at_mut(chunk.rays.len() * width);
-                rest = others;
+                let own = split_off(&mut rest, chunk.rays.len() * width);
                 (chunk, positions, encoding, own)
             })
             .collect();

@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::lanes::{Dispatch, F32x16, LANES, VectorUnit, dispatched};
+use super::split_off;
 use crate::field::encoding::{FEATURES_PER_LEVEL, GridLevel, GridShape};
 
 dispatched! {
@@ -45,8 +46,7 @@ pub fn scatter_levels(
     let mut rest = gradient;
     let mut tasks = Vec::with_capacity(grid.levels().len());
     for (index, level) in grid.levels().iter().enumerate() {
-        let (own, others) = rest.split_at_mut(level.rows);
-        rest = others;
+        let own = split_off(&mut rest, level.rows);
         tasks.push((index * FEATURES_PER_LEVEL, level, own));
     }
     // The finest levels take the longest, so they come first.

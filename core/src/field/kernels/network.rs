@@ -4,6 +4,7 @@
 //! colour: `geometry features, direction -> hidden (ReLU) -> red, green, blue (logistic)`.
 
 use super::lanes::{F32x16, LANES, VectorUnit, dispatched};
+use super::split_off;
 
 /// Geometry features beside the density.
 pub const GEOMETRY_FEATURES: usize = 15;
@@ -239,11 +240,6 @@ fn backward_on<U: VectorUnit>(
         gate(unit, hidden, &activations.hidden[range]);
     }
     let mut rest: &mut [f32] = &mut gradients.weights;
-    let mut next = |length: usize| {
-        let (own, others) = std::mem::take(&mut rest).split_at_mut(length);
-        rest = others;
-        own
-    };
     let pairs: [(&[F32x16], &[F32x16]); 4] = [
         (encoding, &gradients.hidden),
         (&activations.hidden, &gradients.out),
@@ -251,7 +247,8 @@ fn backward_on<U: VectorUnit>(
         (&activations.color_hidden, &gradients.color_out),
     ];
     for ((inputs, outputs), (x, g)) in shape.layers().into_iter().zip(pairs) {
-        outer(unit, x, inputs, g, outputs, groups, next(inputs * outputs));
+        let own = split_off(&mut rest, inputs * outputs);
+        outer(unit, x, inputs, g, outputs, groups, own);
     }
     for (encoding, hidden) in encoding
         .chunks_exact_mut(shape.features)

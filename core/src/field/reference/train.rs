@@ -11,7 +11,8 @@ use rayon::prelude::*;
 
 use super::render::generator;
 use super::{PixelLabels, ReferenceField, ReferenceSettings, photometric, semantic};
-use crate::field::{HeldOutPixels, Ray, Work, is_alike};
+use crate::field::model::restore;
+use crate::field::{HeldOutPixels, Ray, Work};
 use crate::scene::Scene;
 
 /// Trains the networks, a slice of a step at a time, on colours wherever there are pixels and on labels
@@ -227,17 +228,7 @@ impl ReferenceTrainer {
     /// # Errors
     /// A state of other networks; nothing is changed then.
     pub fn restore(&mut self, tensors: &HashMap<String, Tensor>, steps: u64) -> Result<()> {
-        let named = self.field.named();
-        let mut found = Vec::with_capacity(named.len());
-        for (name, var) in &named {
-            match tensors.get(name) {
-                Some(tensor) if is_alike(tensor, var) => found.push(tensor),
-                _ => bail!("the state has no {name} of shape {:?}", var.shape()),
-            }
-        }
-        for ((_, var), tensor) in named.iter().zip(found) {
-            var.set(&tensor.to_device(self.field.device())?)?;
-        }
+        restore(&self.field.named(), tensors)?;
         self.steps = steps;
         self.batch = None;
         Ok(())

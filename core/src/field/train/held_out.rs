@@ -5,7 +5,7 @@ use glam::Vec3;
 use rand::{Rng, SeedableRng, rngs::SmallRng};
 
 use super::super::exposure::corrected_error;
-use super::super::{OccupancyGrid, RadianceField, Ray, RenderedRay, render_rays};
+use super::super::{OccupancyGrid, RadianceField, Ray, RenderedRay, median, render_rays};
 use crate::scene::Scene;
 
 /// Number of pixels that the held-out error is measured on.
@@ -121,11 +121,7 @@ impl HeldOutPixels {
                 }
             }
         }
-        let median = |part: fn(&(f32, f32)) -> f32| {
-            let mut values: Vec<f32> = errors.iter().map(part).collect();
-            values.sort_by(f32::total_cmp);
-            values.get(values.len() / 2).copied()
-        };
+        let median = |part: fn(&(f32, f32)) -> f32| median(errors.iter().map(part).collect());
         let close = errors.iter().filter(|(_, relative)| *relative <= 0.1).count();
         (!rendered.is_empty()).then(|| HeldOut {
             psnr: -10.0 * (squared / rendered.len() as f32).max(1e-10).log10(),

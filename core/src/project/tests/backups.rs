@@ -74,8 +74,7 @@ fn spoil(bytes: &mut Vec<u8>, round: usize, random: &mut Random) {
 
 #[test]
 fn after_any_damage_a_project_is_whole_or_from_its_backup_or_refused_and_says_so() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("p.inplace");
+    let (folder, path) = place();
     let mut contents = grown(folder.path());
     let backed_up = contents.history.labels().clone();
     write(&path, &contents).unwrap();
@@ -143,8 +142,7 @@ fn after_any_damage_a_project_is_whole_or_from_its_backup_or_refused_and_says_so
 
 #[test]
 fn reading_alone_writes_nothing_and_an_older_backup_stands_in_for_a_damaged_one() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("p.inplace");
+    let (folder, path) = place();
     let mut contents = contents(folder.path());
     let mut states: Vec<LabelSet> = Vec::new();
     for x in 0..5 {
@@ -191,8 +189,7 @@ fn a_backup_holds_what_was_said_and_finds_the_scene_where_the_folder_has_moved()
 
 #[test]
 fn backups_follow_the_edits_and_the_last_one_has_them_all() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("p.inplace");
+    let (folder, path) = place();
     let backups = folder.path().join(".inplace-backups/p.inplace");
     // As a killed process leaves it.
     fs::create_dir_all(&backups).unwrap();
@@ -218,8 +215,7 @@ fn backups_follow_the_edits_and_the_last_one_has_them_all() {
 
 #[test]
 fn a_backup_that_cannot_be_written_is_told_once_and_stops_nothing() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("p.inplace");
+    let (folder, path) = place();
     let hidden = folder.path().join(".inplace-backups");
     fs::write(&hidden, "in the way").unwrap();
     let (journal, mut history) = start(&path);
@@ -236,6 +232,5 @@ fn a_backup_that_cannot_be_written_is_told_once_and_stops_nothing() {
     wait_for(|| hidden.join("p.inplace/1.inplace").exists());
     assert!(journal.events().is_empty());
     journal.close().unwrap();
-    let (_project, reopened) = Project::open(&path).unwrap();
-    assert_eq!(reopened.history.labels(), history.labels());
+    assert_saved(&path, &history);
 }

@@ -4,8 +4,7 @@ use super::*;
 
 /// What opening says of a project that was changed by these statements: the error, or the warnings.
 fn opened(changes: &str) -> Result<Vec<String>, ProjectError> {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("p.inplace");
+    let (folder, path) = place();
     let mut whole = contents(folder.path());
     whole.history.import(images(1));
     whole.history.import(probabilities());
@@ -131,8 +130,7 @@ fn what_can_be_made_again_or_differs_from_the_history_is_a_warning() {
 
 #[test]
 fn files_of_others_are_refused_with_a_sentence_and_left_alone() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("p.inplace");
+    let (folder, path) = place();
     let missing = ProjectError::Missing(path.clone());
     assert_eq!(Opened::open(&path).unwrap_err(), missing);
     let refused = || {

@@ -4,8 +4,7 @@ use super::*;
 
 #[test]
 fn what_is_committed_is_in_the_file_and_dropping_writes_the_rest() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("p.inplace");
+    let (_folder, path) = place();
     let (journal, mut history) = start(&path);
     let mut last = 0;
     for x in 0..40 {
@@ -28,19 +27,24 @@ fn what_is_committed_is_in_the_file_and_dropping_writes_the_rest() {
     assert_eq!((reopened.maps.len(), reopened.view.as_deref()), (1, Some("{}")));
 }
 
-#[test]
-fn a_failure_is_told_once_and_everything_is_written_when_the_folder_is_back() {
-    let root = tempfile::tempdir().unwrap();
-    let folder = root.path().join("folder");
-    fs::create_dir(&folder).unwrap();
-    let path = folder.join("p.inplace");
-    let (journal, mut history) = start(&path);
-    fs::remove_dir_all(&folder).unwrap();
+/// The journal of a project whose folder is gone, and a history with a click that it could not write.
+fn without_folder(folder: &Path) -> (Journal, History) {
+    fs::create_dir(folder).unwrap();
+    let (journal, mut history) = start(&folder.join("p.inplace"));
+    fs::remove_dir_all(folder).unwrap();
     journal.record(click(&mut history, 1));
     let JournalEvent::Failed(sentence) = event(&journal) else {
         panic!("a failure is told");
     };
     assert!(sentence.contains("p.inplace"), "{sentence}");
+    (journal, history)
+}
+
+#[test]
+fn a_failure_is_told_once_and_everything_is_written_when_the_folder_is_back() {
+    let root = tempfile::tempdir().unwrap();
+    let folder = root.path().join("folder");
+    let (journal, mut history) = without_folder(&folder);
     let last = journal.record(click(&mut history, 2));
     fs::create_dir(&folder).unwrap();
     wait_for(|| journal.committed() == last);
@@ -49,26 +53,19 @@ fn a_failure_is_told_once_and_everything_is_written_when_the_folder_is_back() {
         .collect();
     assert!(told.len() <= 1, "{told:?}");
     journal.close().unwrap();
-    let (_project, reopened) = Project::open(&path).unwrap();
-    assert_eq!(reopened.history.labels(), history.labels());
+    assert_saved(&folder.join("p.inplace"), &history);
 }
 
 #[test]
 fn save_as_rescues_the_work_when_the_folder_is_gone() {
     let root = tempfile::tempdir().unwrap();
-    let folder = root.path().join("folder");
-    fs::create_dir(&folder).unwrap();
-    let (journal, mut history) = start(&folder.join("p.inplace"));
-    fs::remove_dir_all(&folder).unwrap();
-    journal.record(click(&mut history, 1));
-    assert!(matches!(event(&journal), JournalEvent::Failed(_)));
+    let (journal, mut history) = without_folder(&root.path().join("folder"));
     let path = root.path().join("rescued.inplace");
     journal.save_as(path.clone());
     while !matches!(event(&journal), JournalEvent::Saved { .. }) {}
     journal.record(click(&mut history, 2));
     journal.close().unwrap();
-    let (_project, reopened) = Project::open(&path).unwrap();
-    assert_eq!(reopened.history.labels(), history.labels());
+    assert_saved(&path, &history);
 }
 
 #[test]
@@ -89,14 +86,12 @@ fn move_to_goes_on_in_the_new_file_and_leaves_nothing_behind() {
     journal.close().unwrap();
     assert_eq!(names(folder.path()), [".inplace-backups", "new.inplace"]);
     assert_eq!(names(&folder.path().join(".inplace-backups")), ["new.inplace"]);
-    let (_project, reopened) = Project::open(&new).unwrap();
-    assert_eq!(reopened.history.labels(), history.labels());
+    assert_saved(&new, &history);
 }
 
 #[test]
 fn a_changed_scene_is_written_before_anything_else() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("p.inplace");
+    let (folder, path) = place();
     let (journal, _) = start(&path);
     journal.save_maps(vec![map(0, 1, 1), map(1, 1, 2)]);
     journal.close().unwrap();

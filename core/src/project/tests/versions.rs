@@ -1,7 +1,5 @@
 //! A file of every version is kept, and opens.
 
-use std::path::PathBuf;
-
 use super::*;
 
 const FIXTURES: [&str; VERSION as usize] = [
