@@ -42,6 +42,48 @@ impl Place {
     }
 }
 
+/// What solids of a piece of furniture share: class, material, and the axes that their corners and points are in.
+#[derive(Clone, Copy)]
+pub(super) struct Part<'a>(pub ClassId, pub Material, pub &'a Place);
+
+impl Part<'_> {
+    /// A [`Builder::block`].
+    pub fn block(&self, builder: &mut Builder, min: [f32; 3], max: [f32; 3]) {
+        builder.block(self.0, self.1, self.2, min, max);
+    }
+
+    /// A block with rounded edges between two corners.
+    pub fn soft(&self, builder: &mut Builder, min: [f32; 3], max: [f32; 3], radius: f32) {
+        builder.between(self.0, self.1, self.2, Shape::Rounded(radius), min, max);
+    }
+
+    /// A [`Builder::column`].
+    pub fn column(&self, builder: &mut Builder, base: [f32; 3], radii: [f32; 2], height: f32) {
+        builder.column(self.0, self.1, self.2, base, radii, height);
+    }
+
+    /// A [`Builder::rod`].
+    pub fn rod(&self, builder: &mut Builder, from: [f32; 3], to: [f32; 3], radius: f32) {
+        builder.rod(self.0, self.1, self.2, from, to, radius);
+    }
+
+    /// A cushion around `center`, leaning back by `lean` degrees and turned by `turn`.
+    pub fn cushion(&self, builder: &mut Builder, center: [f32; 3], half: [f32; 3], (lean, turn): (f32, f32)) {
+        let rotation = self.2.rotation
+            * Mat3::from_rotation_z(turn.to_radians())
+            * Mat3::from_rotation_x(lean.to_radians());
+        let half = Vec3::from(half);
+        let shape = Shape::Rounded(0.94 * half.min_element());
+        builder.push(self.0, self.1, shape, half, self.2.point(center), rotation);
+    }
+
+    /// An ellipsoid, rotated in its place.
+    pub fn ball(&self, builder: &mut Builder, center: [f32; 3], half: [f32; 3], rotation: Mat3) {
+        let (center, rotation) = (self.2.point(center), self.2.rotation * rotation);
+        builder.push(self.0, self.1, Shape::Ellipsoid, half.into(), center, rotation);
+    }
+}
+
 /// Collects the solids and lamps of a room. Corners and points are in metres, in the axes of a [`Place`].
 #[derive(Debug, Default)]
 pub struct Builder {
@@ -74,19 +116,6 @@ impl Builder {
         self.between(class, material, place, Shape::Block, min, max);
     }
 
-    /// A block with rounded edges between two corners.
-    pub fn soft(
-        &mut self,
-        class: ClassId,
-        material: Material,
-        place: &Place,
-        min: [f32; 3],
-        max: [f32; 3],
-        radius: f32,
-    ) {
-        self.between(class, material, place, Shape::Rounded(radius), min, max);
-    }
-
     fn between(
         &mut self,
         class: ClassId,
@@ -99,30 +128,6 @@ impl Builder {
         let (min, max) = (Vec3::from(min), Vec3::from(max));
         let center = place.point((0.5 * (min + max)).to_array());
         self.push(class, material, shape, 0.5 * (max - min), center, place.rotation);
-    }
-
-    /// A cushion around `center`, leaning back by `lean` degrees and turned by `turn`.
-    pub fn cushion(
-        &mut self,
-        class: ClassId,
-        material: Material,
-        place: &Place,
-        center: [f32; 3],
-        half: [f32; 3],
-        (lean, turn): (f32, f32),
-    ) {
-        let rotation = place.rotation
-            * Mat3::from_rotation_z(turn.to_radians())
-            * Mat3::from_rotation_x(lean.to_radians());
-        let half = Vec3::from(half);
-        self.push(
-            class,
-            material,
-            Shape::Rounded(0.94 * half.min_element()),
-            half,
-            place.point(center),
-            rotation,
-        );
     }
 
     /// An upright cylinder or cone with the middle of its lower end at `base`; radii at its lower and upper end.
@@ -169,26 +174,6 @@ impl Builder {
             Vec3::new(radius, radius, 0.5 * from.distance(to)),
             0.5 * (from + to),
             rotation,
-        );
-    }
-
-    /// An ellipsoid, rotated in its place.
-    pub fn ball(
-        &mut self,
-        class: ClassId,
-        material: Material,
-        place: &Place,
-        center: [f32; 3],
-        half: [f32; 3],
-        rotation: Mat3,
-    ) {
-        self.push(
-            class,
-            material,
-            Shape::Ellipsoid,
-            half.into(),
-            place.point(center),
-            place.rotation * rotation,
         );
     }
 

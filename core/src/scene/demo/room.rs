@@ -2,7 +2,7 @@
 
 use glam::{Vec3, Vec3A};
 
-use super::build::{Builder, Place};
+use super::build::{Builder, Part, Place};
 use super::cast::{Caster, SHELL, Zone};
 use super::furniture;
 use super::light::{Bulb, Pane};
@@ -101,30 +101,14 @@ pub(super) fn room(number: usize) -> Room {
     furniture::plant(&mut builder, &Place::new(4.55, 3.6, 0.0));
     furniture::floor_lamp(&mut builder, &Place::new(3.42, 0.38, 0.0));
     furniture::pendant(&mut builder, &Place::new(4.12, 2.6, 0.0), SIZE.z);
-    furniture::picture(
-        &mut builder,
-        &Place::new(1.55, 0.0, 0.0),
-        [0.42, 0.3],
-        Pattern::Sunset,
-    );
-    furniture::picture(
-        &mut builder,
-        &Place::new(2.6, 0.0, 0.0),
-        [0.27, 0.33],
-        Pattern::Discs,
-    );
-    furniture::picture(
-        &mut builder,
-        &Place::new(0.0, 2.66, -90.0),
-        [0.45, 0.28],
-        Pattern::Fields,
-    );
-    furniture::picture(
-        &mut builder,
-        &Place::new(5.0, 2.6, 90.0),
-        [0.3, 0.38],
-        Pattern::Discs,
-    );
+    for (place, half, pattern) in [
+        (Place::new(1.55, 0.0, 0.0), [0.42, 0.3], Pattern::Sunset),
+        (Place::new(2.6, 0.0, 0.0), [0.27, 0.33], Pattern::Discs),
+        (Place::new(0.0, 2.66, -90.0), [0.45, 0.28], Pattern::Fields),
+        (Place::new(5.0, 2.6, 90.0), [0.3, 0.38], Pattern::Discs),
+    ] {
+        furniture::picture(&mut builder, &place, half, pattern);
+    }
     if number > 0 {
         repaint(&mut builder, number);
     }
@@ -175,30 +159,19 @@ fn repaint(builder: &mut Builder, number: usize) {
 
 /// A window of two casements with curtains; returns its light.
 fn window(builder: &mut Builder, place: &Place) -> Pane {
-    let frame = Material::plain(srgb(0xF3_F1EC));
+    let frame = Part(WINDOW, Material::plain(srgb(0xF3_F1EC)), place);
     let glass = Material::glowing(srgb(0xFF_FFFF), Pattern::Outside, 0.95);
     let (half, low, high) = (0.85, 0.92, 2.18);
     builder.block(WINDOW, glass, place, [-half, 0.0, low], [half, 0.015, high]);
     let bar = 0.03;
     for x in [-half, 0.0, half] {
-        builder.block(WINDOW, frame, place, [x - bar, 0.0, low], [x + bar, 0.05, high]);
+        frame.block(builder, [x - bar, 0.0, low], [x + bar, 0.05, high]);
     }
     for z in [low, 1.76, high] {
-        builder.block(
-            WINDOW,
-            frame,
-            place,
-            [-half - bar, 0.0, z - bar],
-            [half + bar, 0.045, z + bar],
-        );
+        frame.block(builder, [-half - bar, 0.0, z - bar], [half + bar, 0.045, z + bar]);
     }
-    builder.block(
-        WINDOW,
-        frame,
-        place,
-        [-half - 0.1, 0.0, low - 0.06],
-        [half + 0.1, 0.14, low - 0.03],
-    );
+    let (sill, edge) = ([-half - 0.1, 0.0, low - 0.06], [half + 0.1, 0.14, low - 0.03]);
+    frame.block(builder, sill, edge);
     let cloth = Material::plain(srgb(0xC2_8F86));
     for side in [-1.0_f32, 1.0] {
         for fold in 0..7 {
@@ -207,16 +180,9 @@ fn window(builder: &mut Builder, place: &Place) -> Pane {
             builder.column(CURTAIN, cloth, place, [x, depth, 0.06], [0.044, 0.036], 2.25);
         }
     }
-    let rail = Material::plain(srgb(0x4A_4038));
-    let rail_end = half + 0.55;
-    builder.rod(
-        CURTAIN,
-        rail,
-        place,
-        [-rail_end, 0.105, 2.33],
-        [rail_end, 0.105, 2.33],
-        0.013,
-    );
+    let rail = Part(CURTAIN, Material::plain(srgb(0x4A_4038)), place);
+    let end = half + 0.55;
+    rail.rod(builder, [-end, 0.105, 2.33], [end, 0.105, 2.33], 0.013);
     Pane {
         center: place.point([0.0, 0.06, 0.5 * (low + high)]).into(),
         across: place.direction([half, 0.0, 0.0]).into(),
@@ -230,7 +196,7 @@ fn window(builder: &mut Builder, place: &Place) -> Pane {
 fn door(builder: &mut Builder, place: &Place) {
     let frame = Material::plain(srgb(PAPER_WHITE));
     let leaf = Material::plain(srgb(0xD5_CFC2));
-    let panel = Material::plain(srgb(0xC8_C1B2));
+    let panel = Part(DOOR, Material::plain(srgb(0xC8_C1B2)), place);
     let steel = Material::plain(srgb(0x6A_6660));
     let (half, high) = (0.42, 2.02);
     builder.block(DOOR, leaf, place, [-half, 0.0, 0.01], [half, 0.035, high]);
@@ -240,13 +206,7 @@ fn door(builder: &mut Builder, place: &Place) {
         builder.block(DOOR, frame, place, [left, 0.0, 0.0], [right, 0.05, high + 0.08]);
         for (low, high) in [(0.2, 0.85), (1.05, 1.85)] {
             let (a, b) = (0.06 * side, 0.35 * side);
-            builder.block(
-                DOOR,
-                panel,
-                place,
-                [a.min(b), 0.035, low],
-                [a.max(b), 0.042, high],
-            );
+            panel.block(builder, [a.min(b), 0.035, low], [a.max(b), 0.042, high]);
         }
     }
     builder.block(DOOR, frame, place, [-half, 0.0, high], [half, 0.05, high + 0.08]);
