@@ -83,6 +83,11 @@ impl Camera {
         self.direction(column as f32 + 0.5, row as f32 + 0.5)
     }
 
+    /// The same of the pixel with this row-major index.
+    pub fn direction_at(&self, index: usize) -> Vec3 {
+        self.pixel_direction(index as u32 % self.width, index as u32 / self.width)
+    }
+
     /// Image position of a point in camera axes; `None` behind the camera.
     pub fn project(&self, point: Vec3) -> Option<(f32, f32)> {
         (point.z > 1e-6).then(|| {

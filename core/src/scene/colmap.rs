@@ -23,18 +23,20 @@ use glam::{DAffine3, DMat3, DQuat};
 use super::camera::{FARTHEST, median_position, rigid, unit_of_cameras};
 use super::error::{PoseError, refuse};
 use super::files::{Reach, frame_names, refuse_most, warn};
+use super::formats::Format;
 use super::pixel_errors::{PixelErrors, median};
 use super::reading::{Listed, Placing, Progress};
 use super::{OpenOptions, Scene, SceneError, SceneSource};
 use model::{Model, ModelImage, Observation};
 
-/// Name of the format.
-pub(super) const NAME: &str = "COLMAP";
-/// What a folder in this format holds.
-pub(super) const EXPECTED: &str =
-    "colour images in images/ with cameras.bin, images.bin and points3D.bin (or .txt) in sparse/0";
-/// The file that has the poses.
-pub(super) const POSES: &str = "images.bin (or .txt)";
+/// The format.
+pub(super) const FORMAT: Format = Format {
+    name: "COLMAP",
+    expected: "colour images in images/ with cameras.bin, images.bin and points3D.bin (or .txt) in sparse/0",
+    poses: "images.bin (or .txt)",
+    recognise,
+    read,
+};
 
 /// Where the model may lie below the capture's folder; the first that holds one counts.
 const PLACES: [&str; 3] = ["sparse/0", "sparse", "colmap/sparse/0"];
@@ -45,7 +47,7 @@ const FEWEST_VIEWS: u64 = 3;
 const MOST_ERROR: f64 = 2.0;
 
 /// Whether a folder looks like this format, complete or not.
-pub(super) fn recognise(folder: &Path) -> bool {
+fn recognise(folder: &Path) -> bool {
     find_model(folder).is_some()
 }
 
@@ -67,7 +69,7 @@ fn find_model(folder: &Path) -> Option<(PathBuf, &'static str)> {
 type Images = (Vec<Listed>, Vec<Vec<Observation>>);
 
 /// Reads a folder in this format.
-pub(super) fn read(folder: &Path, options: OpenOptions, progress: Progress) -> Result<Scene, SceneError> {
+fn read(folder: &Path, options: OpenOptions, progress: Progress) -> Result<Scene, SceneError> {
     let Some((place, extension)) = find_model(folder) else {
         refuse!(
             folder.join(PLACES[0]),
@@ -132,7 +134,7 @@ pub(super) fn read(folder: &Path, options: OpenOptions, progress: Progress) -> R
     ));
     Ok(Scene {
         source: SceneSource::Folder(folder.to_path_buf()),
-        format: NAME,
+        format: FORMAT.name,
         frames: read.frames,
         origin,
         unit,

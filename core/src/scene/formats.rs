@@ -7,64 +7,28 @@ use super::{
     OpenOptions, Scene, SceneError, colmap, images, replica, scannet, seven_scenes, transforms, tum,
 };
 
-/// One format: its module has a constant or a function for each field.
-struct Format {
+/// One format.
+pub(super) struct Format {
     /// Name for people.
-    name: &'static str,
+    pub name: &'static str,
     /// What a folder in this format holds.
-    expected: &'static str,
+    pub expected: &'static str,
     /// The file that has the poses.
-    poses: &'static str,
+    pub poses: &'static str,
     /// Whether a folder looks like this format, complete or not.
-    recognise: fn(&Path) -> bool,
+    pub recognise: fn(&Path) -> bool,
     /// Reads a folder in this format.
-    read: fn(&Path, OpenOptions, Progress) -> Result<Scene, SceneError>,
+    pub read: fn(&Path, OpenOptions, Progress) -> Result<Scene, SceneError>,
 }
 
 /// All formats; the first that recognises a folder reads it.
 const FORMATS: [Format; 6] = [
-    Format {
-        name: replica::NAME,
-        expected: replica::EXPECTED,
-        poses: replica::POSES,
-        recognise: replica::recognise,
-        read: replica::read,
-    },
-    Format {
-        name: colmap::NAME,
-        expected: colmap::EXPECTED,
-        poses: colmap::POSES,
-        recognise: colmap::recognise,
-        read: colmap::read,
-    },
-    Format {
-        name: transforms::NAME,
-        expected: transforms::EXPECTED,
-        poses: transforms::POSES,
-        recognise: transforms::recognise,
-        read: transforms::read,
-    },
-    Format {
-        name: seven_scenes::NAME,
-        expected: seven_scenes::EXPECTED,
-        poses: seven_scenes::POSES,
-        recognise: seven_scenes::recognise,
-        read: seven_scenes::read,
-    },
-    Format {
-        name: tum::NAME,
-        expected: tum::EXPECTED,
-        poses: tum::POSES,
-        recognise: tum::recognise,
-        read: tum::read,
-    },
-    Format {
-        name: scannet::NAME,
-        expected: scannet::EXPECTED,
-        poses: scannet::POSES,
-        recognise: scannet::recognise,
-        read: scannet::read,
-    },
+    replica::FORMAT,
+    colmap::FORMAT,
+    transforms::FORMAT,
+    seven_scenes::FORMAT,
+    tum::FORMAT,
+    scannet::FORMAT,
 ];
 
 /// The file that has the poses of a scene of this format, for people.

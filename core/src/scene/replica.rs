@@ -12,6 +12,7 @@ mod write;
 
 use super::error::refuse;
 use super::files::{file_name, numbered_files, refuse_most, warn};
+use super::formats::Format;
 use super::reading::Progress;
 use super::rgbd::text::{Pose, parse_numbers, read_text};
 use super::rgbd::{self, DepthCode, Found, Layout};
@@ -21,33 +22,34 @@ use std::path::{Path, PathBuf};
 pub use write::{GroundTruth, write};
 pub(crate) use write::{intrinsics_line, pose_line, z_millimetres};
 
-/// Name of the format.
-pub(super) const NAME: &str = "Replica";
-/// What a folder in this layout holds.
-pub(super) const EXPECTED: &str =
-    "colour images rgb/rgb_N.png with one camera-to-world matrix a line in traj_w_c.txt";
-/// The file that has the poses.
-pub(super) const POSES: &str = "traj_w_c.txt";
+/// The format.
+pub(super) const FORMAT: Format = Format {
+    name: "Replica",
+    expected: "colour images rgb/rgb_N.png with one camera-to-world matrix a line in traj_w_c.txt",
+    poses: "traj_w_c.txt",
+    recognise,
+    read,
+};
 
 /// Horizontal field of view of captures without `intrinsics.txt`, in degrees.
 const DEFAULT_FIELD_OF_VIEW: f32 = 90.0;
 
 /// Whether a folder looks like this layout, complete or not; TUM RGB-D lists the images of its `rgb/` in a
 /// file beside it.
-pub(super) fn recognise(folder: &Path) -> bool {
+fn recognise(folder: &Path) -> bool {
     // A folder named rgb is also what a transforms.json may list images in, or the rgb.txt of TUM RGB-D.
     let listed_elsewhere = || transforms::recognise(folder) || folder.join("rgb.txt").is_file();
     folder.join("traj_w_c.txt").is_file() || (folder.join("rgb").is_dir() && !listed_elsewhere())
 }
 
 /// Reads a folder in this layout.
-pub(super) fn read(folder: &Path, options: OpenOptions, progress: Progress) -> Result<Scene, SceneError> {
+fn read(folder: &Path, options: OpenOptions, progress: Progress) -> Result<Scene, SceneError> {
     let mut warnings = Vec::new();
     let images = list_images(&folder.join("rgb"), &mut warnings)?;
     let depths = list_depths(folder, options)?;
     let listed = with_poses(folder, images, &depths, &mut warnings)?;
     let layout = Layout {
-        format: NAME,
+        format: FORMAT.name,
         folder,
         images: &folder.join("rgb"),
         depths: &folder.join("depth"),

@@ -16,20 +16,21 @@ use std::sync::Arc;
 
 use super::error::{CameraError, refuse};
 use super::files::numbered_files;
+use super::formats::Format;
 use super::reading::Progress;
 use super::rgbd::pose_files::{self, FrameFiles, Places};
 use super::rgbd::text::{parse_numbers, read_text};
 use super::rgbd::{self, DepthCamera, DepthCode, Layout};
 use super::{Camera, OpenOptions, Scene, SceneError};
 
-/// Name of the format.
-pub(super) const NAME: &str = "ScanNet";
-/// What a folder in this format holds.
-pub(super) const EXPECTED: &str =
-    "color/0.jpg, depth/0.png and pose/0.txt, ... with intrinsic/intrinsic_color.txt";
-
-/// The files that have the poses.
-pub(super) const POSES: &str = "pose/";
+/// The format.
+pub(super) const FORMAT: Format = Format {
+    name: "ScanNet",
+    expected: "color/0.jpg, depth/0.png and pose/0.txt, ... with intrinsic/intrinsic_color.txt",
+    poses: "pose/",
+    recognise,
+    read,
+};
 
 /// Sizes that the data set was calibrated at: the colour camera's images and the depth camera's.
 const COLOR_SIZE: (u32, u32) = (1296, 968);
@@ -41,13 +42,13 @@ const MOST_OFF_CENTER: f32 = 0.15;
 const MOST_STRETCHED: f32 = 0.02;
 
 /// Whether a folder looks like this format, complete or not.
-pub(super) fn recognise(folder: &Path) -> bool {
+fn recognise(folder: &Path) -> bool {
     let has = |name: &str| folder.join(name).is_dir();
     has("color") && (has("pose") || has("intrinsic"))
 }
 
 /// Reads a folder in this format.
-pub(super) fn read(folder: &Path, options: OpenOptions, progress: Progress) -> Result<Scene, SceneError> {
+fn read(folder: &Path, options: OpenOptions, progress: Progress) -> Result<Scene, SceneError> {
     let (mut warnings, mut notes) = (Vec::new(), Vec::new());
     let places = Places {
         folder,
@@ -68,7 +69,7 @@ pub(super) fn read(folder: &Path, options: OpenOptions, progress: Progress) -> R
     let depth_camera =
         depth.map(|depth| -> Arc<DepthCamera> { Arc::new(move |width, height| depth.camera(width, height)) });
     let layout = Layout {
-        format: NAME,
+        format: FORMAT.name,
         folder,
         images: &folder.join("color"),
         depths: &folder.join("depth"),

@@ -13,18 +13,20 @@ use std::path::Path;
 
 use super::error::refuse;
 use super::files::file_name;
+use super::formats::Format;
 use super::reading::Progress;
 use super::rgbd::pose_files::{self, FrameFiles, Places};
 use super::rgbd::{self, DepthCode, Layout};
 use super::{OpenOptions, Scene, SceneError};
 
-/// Name of the format.
-pub(super) const NAME: &str = "7-Scenes";
-/// What a folder in this format holds.
-pub(super) const EXPECTED: &str =
-    "frame-000000.color.png, frame-000000.depth.png and frame-000000.pose.txt, ... of one sequence";
-/// The file that has the poses.
-pub(super) const POSES: &str = "frame-N.pose.txt";
+/// The format.
+pub(super) const FORMAT: Format = Format {
+    name: "7-Scenes",
+    expected: "frame-000000.color.png, frame-000000.depth.png and frame-000000.pose.txt, ... of one sequence",
+    poses: "frame-N.pose.txt",
+    recognise,
+    read,
+};
 
 /// The intrinsics that the data set gives for its depth camera, pixels at 640 x 480.
 const FOCAL: [f32; 2] = [585.0, 585.0];
@@ -51,7 +53,7 @@ fn parse_name(name: &str) -> Option<(u64, Kind)> {
 }
 
 /// Whether a folder looks like this format, complete or not.
-pub(super) fn recognise(folder: &Path) -> bool {
+fn recognise(folder: &Path) -> bool {
     // A folder that cannot be listed is no sequence; opening it says so.
     std::fs::read_dir(folder).is_ok_and(|mut entries| {
         entries.any(|entry| {
@@ -64,7 +66,7 @@ pub(super) fn recognise(folder: &Path) -> bool {
 }
 
 /// Reads a folder in this format.
-pub(super) fn read(folder: &Path, options: OpenOptions, progress: Progress) -> Result<Scene, SceneError> {
+fn read(folder: &Path, options: OpenOptions, progress: Progress) -> Result<Scene, SceneError> {
     let mut warnings = Vec::new();
     let places = Places {
         folder,
@@ -77,7 +79,7 @@ pub(super) fn read(folder: &Path, options: OpenOptions, progress: Progress) -> R
     let frames = find_files(folder)?.into_values();
     let listed = pose_files::list(&places, frames, options, &mut warnings)?;
     let layout = Layout {
-        format: NAME,
+        format: FORMAT.name,
         folder,
         images: folder,
         depths: folder,

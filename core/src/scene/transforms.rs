@@ -17,6 +17,7 @@ use image::DynamicImage;
 use super::camera::{median_position, unit_of_cameras};
 use super::error::{ImageError, refuse};
 use super::files::{Reach, decode_image, dimensions, frame_names, refuse_most, warn};
+use super::formats::Format;
 use super::frame::to_image;
 use super::images::warn_of_turns;
 use super::reading::{Listed, Placing, Progress, ReadDepth, SortedOut, read_frames};
@@ -24,12 +25,14 @@ use super::{Camera, ColorImage, DepthMap, Frame, Lens, OpenOptions, Scene, Scene
 use file::Entry;
 pub(super) use file::{Transforms, pose_of_open_gl};
 
-/// Name of the format.
-pub(super) const NAME: &str = "transforms.json";
-/// What a folder in this format holds.
-pub(super) const EXPECTED: &str = "colour images with their poses in transforms.json";
-/// The file that has the poses.
-pub(super) const POSES: &str = "transforms.json";
+/// The format.
+pub(super) const FORMAT: Format = Format {
+    name: "transforms.json",
+    expected: "colour images with their poses in transforms.json",
+    poses: "transforms.json",
+    recognise,
+    read,
+};
 
 /// What is tried at the end of an image's path that has no file.
 const EXTENSIONS: [&str; 4] = ["", ".png", ".jpg", ".jpeg"];
@@ -40,7 +43,7 @@ pub(super) fn recognise(folder: &Path) -> bool {
 }
 
 /// Reads a folder in this format.
-pub(super) fn read(folder: &Path, options: OpenOptions, progress: Progress) -> Result<Scene, SceneError> {
+fn read(folder: &Path, options: OpenOptions, progress: Progress) -> Result<Scene, SceneError> {
     let file = folder.join("transforms.json");
     let transforms = Transforms::read(&file)?;
     let (mut warnings, mut notes) = (Vec::new(), Vec::new());
@@ -78,7 +81,7 @@ pub(super) fn read(folder: &Path, options: OpenOptions, progress: Progress) -> R
     let frames = keep_usable(folder, SortedOut::of(&listed, read), &mut warnings)?;
     Ok(Scene {
         source: SceneSource::Folder(folder.to_path_buf()),
-        format: NAME,
+        format: FORMAT.name,
         frames,
         origin: placing.origin,
         unit: placing.unit,

@@ -19,17 +19,20 @@ use glam::{DAffine3, DMat3, DQuat, DVec3};
 use super::camera::rigid;
 use super::error::{PoseError, refuse};
 use super::files::{Reach, file_name, stem, warn};
+use super::formats::Format;
 use super::reading::Progress;
 use super::rgbd::text::{parse_numbers, read_text};
 use super::rgbd::{self, DepthCode, Found, Layout};
 use super::{OpenOptions, Scene, SceneError};
 
-/// Name of the format.
-pub(super) const NAME: &str = "TUM RGB-D";
-/// What a folder in this format holds.
-pub(super) const EXPECTED: &str = "rgb.txt, depth.txt and groundtruth.txt";
-/// The file that has the poses.
-pub(super) const POSES: &str = "groundtruth.txt";
+/// The format.
+pub(super) const FORMAT: Format = Format {
+    name: "TUM RGB-D",
+    expected: "rgb.txt, depth.txt and groundtruth.txt",
+    poses: "groundtruth.txt",
+    recognise,
+    read,
+};
 
 /// Largest difference in time of what belongs together, in seconds, as in the benchmark's own tools.
 const MOST_APART: f64 = 0.02;
@@ -109,17 +112,17 @@ impl Family {
 }
 
 /// Whether a folder looks like this format, complete or not.
-pub(super) fn recognise(folder: &Path) -> bool {
+fn recognise(folder: &Path) -> bool {
     folder.join("rgb.txt").is_file()
 }
 
 /// Reads a folder in this format.
-pub(super) fn read(folder: &Path, options: OpenOptions, progress: Progress) -> Result<Scene, SceneError> {
+fn read(folder: &Path, options: OpenOptions, progress: Progress) -> Result<Scene, SceneError> {
     let mut warnings = Vec::new();
     let listed = list(folder, options, &mut warnings)?;
     let family = Family::of(folder);
     let layout = Layout {
-        format: NAME,
+        format: FORMAT.name,
         folder,
         images: &folder.join("rgb"),
         depths: &folder.join("depth"),

@@ -54,12 +54,9 @@ fn assert_warned(scene: &Scene, parts: &[&str]) {
     assert!(corners.errors.is_suspicious(), "{corners:?}");
     assert!(corners.within_2_px < 0.4, "{corners:?}");
     assert_eq!(found.warnings.len(), 1);
+    let said = &found.warnings[0];
     for part in parts {
-        assert!(
-            found.warnings[0].contains(part),
-            "\"{part}\" is not in: {}",
-            found.warnings[0]
-        );
+        assert!(said.contains(part), "\"{part}\" is not in: {said}");
     }
 }
 
@@ -111,7 +108,7 @@ fn poses_that_have_nothing_to_do_with_the_images_fit_no_better_than_chance() {
             translation: Vec3A::new(y, 0.0, x),
         }
     });
-    scene.format = crate::scene::tum::NAME;
+    scene.format = crate::scene::tum::FORMAT.name;
     assert_warned(&scene, &["other frames' poses fit as well", "groundtruth.txt"]);
 }
 
@@ -120,10 +117,8 @@ fn the_scale_of_intrinsics_and_of_depth_is_named() {
     let mut scene = ROOM.clone();
     for frame in &mut scene.frames {
         let depth = frame.depth().unwrap();
-        let z = |index: usize| {
-            let (column, row) = (index as u32 % 320, index as u32 / 320);
-            depth.ray_length(index).unwrap_or(0.0) / frame.camera.pixel_direction(column, row).length()
-        };
+        let z =
+            |index: usize| depth.ray_length(index).unwrap_or(0.0) / frame.camera.direction_at(index).length();
         let z: Vec<f32> = (0..depth.len()).map(z).collect();
         (frame.camera.fx, frame.camera.fy) = (2.0 * frame.camera.fx, 2.0 * frame.camera.fy);
         frame.set_depth(Some(DepthMap::from_z_depths(&frame.camera, z)));

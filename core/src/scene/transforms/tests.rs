@@ -41,14 +41,8 @@ fn file_of_wall() -> Value {
     let frames = wall(3, WIDTH, HEIGHT).frames.into_iter().zip(IMAGES);
     let frames = frames.map(|(frame, (path, _))| {
         let centre = turn * frame.center().as_dvec3() + shift;
-        let row = |i: usize| {
-            json!([
-                rotation.x_axis[i],
-                rotation.y_axis[i],
-                rotation.z_axis[i],
-                centre[i]
-            ])
-        };
+        let [x, y, z] = [rotation.x_axis, rotation.y_axis, rotation.z_axis];
+        let row = |i: usize| json!([x[i], y[i], z[i], centre[i]]);
         json!({"file_path": path, "transform_matrix": [row(0), row(1), row(2), [0, 0, 0, 1]]})
     });
     json!({
@@ -137,11 +131,8 @@ fn frames_are_posed_and_named_in_the_order_of_their_paths() {
 #[test]
 fn without_depth_the_cameras_span_two_metres_and_points_come_back_to_the_file() {
     let scene = opened(&capture().1);
-    assert!(
-        scene.notes.iter().any(|note| note.contains("2 m")),
-        "{:?}",
-        scene.notes
-    );
+    let said = scene.notes.join(" ");
+    assert!(said.contains("2 m"), "{said}");
     let (turn, _) = placed();
     let span = (turn * DVec3::new(0.4, 0.0, 0.0)).abs().max_element();
     assert!((scene.unit - 0.5 * span).abs() < 1e-6, "{}", scene.unit);
@@ -167,21 +158,16 @@ fn the_camera_is_given_by_lengths_or_angles_and_a_frames_own_comes_first() {
     let (_root, folder) = capture();
     let own = 2.0 * 0.5_f64.atan();
     change_file(&folder, &format!("/fl_x = 16; /frames/2/camera_angle_x = {own}"));
-    let focal: Vec<f32> = opened(&folder)
-        .frames
-        .iter()
-        .map(|frame| frame.camera.fx.round())
-        .collect();
+    let frames = opened(&folder).frames;
+    let focal: Vec<f32> = frames.iter().map(|frame| frame.camera.fx.round()).collect();
     assert_eq!(focal, [32.0, 16.0, 16.0]);
 }
 
 #[test]
 fn distortion_is_undone() {
     let (_root, folder) = capture();
-    change_file(
-        &folder,
-        "/k1 = -0.12; /k2 = 0.01; /k3 = 0; /p1 = 0.001; /p2 = -0.002",
-    );
+    let steps = "/k1 = -0.12; /k2 = 0.01; /k3 = 0; /p1 = 0.001; /p2 = -0.002";
+    change_file(&folder, steps);
     let frame = opened(&folder).frames.remove(0);
     let lens = frame.lens.unwrap();
     let expected = Distortion {
@@ -226,12 +212,7 @@ fn depth_follows_the_undistorted_image_and_may_be_smaller_but_not_of_another_sha
         assert_eq!(known.is_some(), frame.is_valid(index));
         outside += usize::from(known.is_none());
         if let Some(length) = known {
-            let (column, row) = (
-                index as u32 % frame.camera.width,
-                index as u32 / frame.camera.width,
-            );
-            let direction = frame.camera.pixel_direction(column, row);
-            assert!((length / direction.length() - 2.0).abs() < 1e-3);
+            assert!((length / frame.camera.direction_at(index).length() - 2.0).abs() < 1e-3);
         }
     }
     assert!(outside > 0);
@@ -257,11 +238,8 @@ fn what_a_mask_has_black_is_no_part_of_the_scene_and_has_no_depth() {
         assert_eq!(masked.depth().unwrap().ray_length(index).is_some(), shown);
         assert!(whole.is_valid(index));
     }
-    let note = scene
-        .notes
-        .iter()
-        .find(|note| note.contains("alpha or masks"))
-        .unwrap();
+    let mut notes = scene.notes.iter();
+    let note = notes.find(|note| note.contains("alpha or masks")).unwrap();
     assert!(note.contains("1 of 3 frames") && note.contains("5.2%"), "{note}");
 }
 
@@ -361,7 +339,7 @@ fn links_that_leave_the_folder_are_refused_unless_that_is_allowed() {
 fn images_in_a_folder_named_rgb_do_not_make_it_a_replica() {
     let (_root, folder) = capture();
     fs::create_dir(folder.join("rgb")).unwrap();
-    assert_eq!(opened(&folder).format, NAME);
+    assert_eq!(opened(&folder).format, FORMAT.name);
     change_files(&folder, "traj_w_c.txt =");
     let message = open(&folder).unwrap_err().to_string();
     assert!(!message.contains("transforms.json"), "{message}");
