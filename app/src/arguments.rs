@@ -199,11 +199,8 @@ fn number<T: FromStr>(text: &str, fits: impl FnOnce(&T) -> bool, wanted: &str) -
 }
 
 fn share(text: &str) -> Result<f32, Failure> {
-    number(
-        text,
-        |share| (0.0..=1.0).contains(share),
-        "give a probability, from 0 to 1",
-    )
+    let fits = |share: &f32| (0.0..=1.0).contains(share);
+    number(text, fits, "give a probability, from 0 to 1")
 }
 
 fn trust(text: &str) -> Result<Trust, Failure> {
@@ -212,11 +209,8 @@ fn trust(text: &str) -> Result<Trust, Failure> {
 }
 
 fn gigabytes(text: &str) -> Result<f64, Failure> {
-    number(
-        text,
-        |&size| size > 0.0 && size < 1e6,
-        "give a number of gigabytes above zero",
-    )
+    let fits = |&size: &f64| size > 0.0 && size < 1e6;
+    number(text, fits, "give a number of gigabytes above zero")
 }
 
 fn seconds(text: &str) -> Result<f64, Failure> {

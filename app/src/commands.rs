@@ -31,16 +31,13 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
             frames,
             size: (width, height),
         }) => {
-            let (rooms, frames) = (usize::from(rooms), usize::from(frames));
-            demo::run(
-                &out,
-                Shot {
-                    rooms,
-                    frames,
-                    width,
-                    height,
-                },
-            )
+            let shot = Shot {
+                rooms: rooms.into(),
+                frames: frames.into(),
+                width,
+                height,
+            };
+            demo::run(&out, shot)
         }
         Some(Command::Demo { out: None, .. }) => window::run(arguments.window),
         Some(Command::Info {

@@ -2,7 +2,7 @@
 
 use super::Refusal;
 use super::components::{Neighbours, components};
-use super::layout::{Labelled, Layout, OutputFile, image_file, json_file};
+use super::layout::{Labelled, Layout, OutputFile, json_file};
 use super::pngs::class_colors;
 use crate::labels::{Class, ClassId, VOID, png};
 
@@ -49,9 +49,10 @@ impl Layout for Cityscapes {
             ),
             ("color", png::encode_rgb(width, height, &class_colors(frame))),
         ];
-        let files = images
-            .into_iter()
-            .map(|(kind, image)| image_file(format!("gtFine/{}_gtFine_{kind}.png", frame.stem()), image));
+        let files = images.into_iter().map(|(kind, image)| {
+            let path = format!("gtFine/{}_gtFine_{kind}.png", frame.stem());
+            Ok(OutputFile::new(path, image?))
+        });
         Ok((files.collect::<Result<_, Refusal>>()?, ()))
     }
 

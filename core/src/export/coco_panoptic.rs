@@ -108,7 +108,7 @@ mod tests {
         let labels = vec![300; testing::labels(0).len()];
         let frame = testing::labelled(&scene, testing::SIZE, &classes, labels);
         let (files, (_, _, segments)) = CocoPanoptic.frame(&frame).unwrap();
-        let pixel = image::load_from_memory(files[0].bytes()).unwrap().into_rgb8();
+        let pixel = image::load_from_memory(&files[0].bytes).unwrap().into_rgb8();
         assert_eq!(pixel.get_pixel(0, 0).0, [44, 1, 0]);
         assert_eq!(segments[0].bbox, [0, 0, testing::WIDTH, testing::HEIGHT]);
     }

@@ -180,16 +180,9 @@ mod tests {
         let maps = maps(SIZE, &[labels(2), labels(3)]);
         for format in Format::ALL.into_iter().filter(|format| format.has_frames()) {
             let root = tempfile::tempdir().unwrap();
-            let export = || {
-                export_all(
-                    root.path(),
-                    &scene(),
-                    &classes(),
-                    &maps,
-                    (format, &Options::default()),
-                )
-            };
-            let (first, again) = (export().unwrap(), export().unwrap());
+            let options = (format, &Options::default());
+            let export = || export_all(root.path(), &scene(), &classes(), &maps, options).unwrap();
+            let (first, again) = (export(), export());
             let written = (again.files, again.unchanged);
             assert_eq!(written, (0, first.files), "{}", format.name());
         }

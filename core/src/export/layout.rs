@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-use image::ImageResult;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
@@ -83,8 +82,8 @@ impl Labelled<'_> {
 /// A file of an export.
 pub(super) struct OutputFile {
     /// Below the export's folder.
-    path: PathBuf,
-    bytes: Vec<u8>,
+    pub(super) path: PathBuf,
+    pub(super) bytes: Vec<u8>,
 }
 
 impl OutputFile {
@@ -100,25 +99,6 @@ impl OutputFile {
         let path = folder.join(&self.path);
         atomic::write(&path, &self.bytes).map_err(|error| ExportError::unwritable(&path, error))
     }
-
-    /// Its path below the export's folder.
-    #[cfg(test)]
-    pub(super) fn name(&self) -> String {
-        self.path.to_string_lossy().into_owned()
-    }
-
-    #[cfg(test)]
-    pub(super) fn bytes(&self) -> &[u8] {
-        &self.bytes
-    }
-}
-
-/// An encoded image as a file.
-pub(super) fn image_file(
-    path: impl Into<PathBuf>,
-    image: ImageResult<Vec<u8>>,
-) -> Result<OutputFile, Refusal> {
-    Ok(OutputFile::new(path, image?))
 }
 
 /// A value as a JSON file on one line, for lists too long to be looked at.

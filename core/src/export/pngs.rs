@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::Refusal;
-use super::layout::{Labelled, Layout, OutputFile, image_file, json_file};
+use super::layout::{Labelled, Layout, OutputFile, json_file};
 use crate::labels::{Class, ClassId, png};
 
 /// `labels/<stem>.png`, `entropy/<stem>.png` and `color/<stem>.png` for every frame, and `classes.json`.
@@ -32,7 +32,7 @@ impl Layout for Pngs {
         ];
         let files = images
             .into_iter()
-            .map(|(folder, image)| image_file(format!("{folder}/{}.png", frame.stem()), image));
+            .map(|(folder, image)| Ok(OutputFile::new(format!("{folder}/{}.png", frame.stem()), image?)));
         Ok((files.collect::<Result<_, Refusal>>()?, ()))
     }
 

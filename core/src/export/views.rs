@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use super::layout::{Labelled, Layout, OutputFile, Written, exported, image_file};
+use super::layout::{Labelled, Layout, OutputFile, Written, exported};
 use super::pngs::Pngs;
 use super::{ExportError, Options, Refusal};
 use crate::labels::{Class, png};
@@ -93,7 +93,7 @@ fn files(frame: &Frame, labelled: &Labelled<'_>) -> Result<Vec<OutputFile>, Refu
         ("depth", png::encode_steps(width, height, &depth)),
     ];
     for (folder, image) in images {
-        files.push(image_file(format!("{folder}/{}.png", frame.stem), image)?);
+        files.push(OutputFile::new(format!("{folder}/{}.png", frame.stem), image?));
     }
     Ok(files)
 }

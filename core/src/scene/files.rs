@@ -8,6 +8,7 @@ use std::path::{Component, Path, PathBuf};
 use image::{DynamicImage, ImageDecoder, ImageReader};
 
 use super::error::{ImageError, refuse};
+use super::label_images::frame_number;
 use super::lens::LARGEST_SIDE;
 use super::{OpenOptions, SceneError};
 
@@ -139,7 +140,8 @@ pub(super) fn numbered_files(
         if !wanted || name.starts_with('.') {
             continue;
         }
-        let Some(number) = trailing_number(&stem(&path)) else {
+        let number = frame_number(&stem(&path)).and_then(|number| usize::try_from(number).ok());
+        let Some(number) = number else {
             unnumbered.push(name);
             continue;
         };
@@ -149,12 +151,6 @@ pub(super) fn numbered_files(
     }
     unnumbered.sort();
     Ok(files)
-}
-
-/// The number that a name ends in.
-fn trailing_number(name: &str) -> Option<usize> {
-    let digits = name.len() - name.trim_end_matches(|c: char| c.is_ascii_digit()).len();
-    name[name.len() - digits..].parse().ok()
 }
 
 /// Which image files a capture may consist of: those inside its folder, or any where the person allows it.

@@ -144,9 +144,7 @@ impl DepthMap {
     /// Converts z-depths in metres (0 = unknown) of the given camera to ray lengths.
     pub fn from_z_depths(camera: &Camera, mut z: Vec<f32>) -> Self {
         for (index, value) in z.iter_mut().enumerate() {
-            let column = index as u32 % camera.width;
-            let row = index as u32 / camera.width;
-            *value *= camera.pixel_direction(column, row).length();
+            *value *= camera.direction_at(index).length();
         }
         Self::from_ray_lengths(camera.width, &z)
     }
@@ -367,9 +365,7 @@ impl Frame {
 
     /// Unit direction, in the world, of the ray through the centre of the pixel with this row-major index.
     pub fn ray_direction(&self, index: usize) -> Vec3 {
-        let column = index as u32 % self.camera.width;
-        let row = index as u32 / self.camera.width;
-        let direction = self.camera.pixel_direction(column, row);
+        let direction = self.camera.direction_at(index);
         Vec3::from(self.camera_to_world.matrix3 * Vec3A::from(direction)).normalize()
     }
 

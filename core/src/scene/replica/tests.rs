@@ -141,12 +141,8 @@ fn any_numbered_image_is_a_frame_and_frames_are_in_numerical_order() {
     let (_parent, folder) = capture();
     let rgb = folder.join("rgb");
     fs::rename(rgb.join("rgb_2.png"), rgb.join("frame-0002.PNG")).unwrap();
-    let stems: Vec<String> = open(&folder)
-        .unwrap()
-        .frames
-        .into_iter()
-        .map(|f| f.stem)
-        .collect();
+    let scene = open(&folder).unwrap();
+    let stems: Vec<&str> = scene.frames.iter().map(|frame| frame.stem.as_str()).collect();
     assert_eq!(stems[1..4], ["rgb_1", "frame-0002", "rgb_3"]);
     assert_eq!(stems[10], "rgb_10");
 }
@@ -248,14 +244,8 @@ fn images_of_half_the_size_get_half_the_intrinsics_and_the_depth_of_either_size(
     change_files(&folder, "rgb8 rgb/rgb_{3,4}.png 4x3");
     let steps: Vec<u16> = (1..=12).map(|n| 1000 * n).collect();
     let bytes: &[u8] = bytemuck::cast_slice(&steps);
-    image::save_buffer(
-        folder.join("depth/depth_3.png"),
-        bytes,
-        4,
-        3,
-        image::ColorType::L16,
-    )
-    .unwrap();
+    let path = folder.join("depth/depth_3.png");
+    image::save_buffer(path, bytes, 4, 3, image::ColorType::L16).unwrap();
     let scene = opened(&folder);
     assert_eq!(scene.notes.len(), 1, "{:?}", scene.notes);
     assert!(scene.notes[0].contains("2 images") && scene.notes[0].contains("8x6"));
@@ -266,12 +256,8 @@ fn images_of_half_the_size_get_half_the_intrinsics_and_the_depth_of_either_size(
         (3.75, 3.625, 2.0625, 1.4375)
     );
     let z = |frame: &Frame, index: usize| {
-        let (column, row) = (
-            index as u32 % frame.camera.width,
-            index as u32 / frame.camera.width,
-        );
         let length = frame.depth().unwrap().ray_length(index);
-        length.map(|length| length / frame.camera.pixel_direction(column, row).length())
+        length.map(|length| length / frame.camera.direction_at(index).length())
     };
     for index in 0..12 {
         assert!((z(&scene.frames[3], index).unwrap() - (1 + index) as f32).abs() < 1e-3);

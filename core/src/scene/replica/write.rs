@@ -152,15 +152,11 @@ fn write_files(scene: &Scene, folder: &Path, truth: Option<&GroundTruth<'_>>) ->
 
 /// Depth along z in millimetres, row-major; 0 where it is unknown or beyond what 16 bits hold.
 pub(crate) fn z_millimetres(frame: &Frame, depth: &DepthMap) -> Vec<u16> {
-    let width = frame.camera.width;
     let millimetres = (0..depth.len()).map(|index| {
         let Some(length) = depth.ray_length(index) else {
             return 0;
         };
-        let direction = frame
-            .camera
-            .pixel_direction(index as u32 % width, index as u32 / width);
-        let z = (1000.0 * length / direction.length()).round();
+        let z = (1000.0 * length / frame.camera.direction_at(index).length()).round();
         if z <= f32::from(u16::MAX) { z as u16 } else { 0 }
     });
     millimetres.collect()
