@@ -19,16 +19,6 @@ fn the_version_is_that_of_the_package() {
 }
 
 #[test]
-fn the_help_lists_the_commands() {
-    let output = inplace(&["--help"]);
-    let text = String::from_utf8_lossy(&output.stdout);
-    for command in ["demo", "info", "label"] {
-        assert!(text.contains(command), "{command} is not in: {text}");
-    }
-    assert!(output.status.success());
-}
-
-#[test]
 fn wrong_arguments_exit_with_2_and_do_nothing() {
     for arguments in [
         &["--no-such-option"][..],

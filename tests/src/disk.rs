@@ -4,6 +4,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use inplace_core::labels::{Class, History, LabelSet};
+use inplace_core::project::{Contents, FrameRecord, SceneRecord};
+use inplace_core::scene::SceneSource;
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -48,6 +51,26 @@ impl OnDisk {
         command.args(more);
         command
     }
+}
+
+/// What a project without strokes holds: two classes, and four frames of this width and height.
+pub fn contents([width, height]: [u32; 2]) -> Contents {
+    let frame = |number: usize| FrameRecord {
+        stem: format!("rgb_{number}"),
+        width,
+        height,
+        bytes: 0,
+    };
+    let scene = SceneRecord {
+        source: SceneSource::Demo,
+        depth: true,
+        frames: (0..4).map(frame).collect(),
+    };
+    let labels = LabelSet {
+        classes: vec![Class::new(1, "wall"), Class::new(2, "floor")],
+        ..LabelSet::default()
+    };
+    Contents::new(scene, History::new(labels))
 }
 
 /// Runs a command that has to succeed.

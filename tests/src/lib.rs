@@ -12,7 +12,7 @@ mod trace;
 mod window;
 
 pub use capture::{Click, Small, class_ids};
-pub use disk::{OnDisk, files_below, info, json, succeed};
+pub use disk::{OnDisk, contents, files_below, info, json, succeed};
 pub use hands::Hands;
 pub use parsers::Fuzzed;
 pub use process::{Outcome, Running, inplace, inplace_lab, one_line, program, until};

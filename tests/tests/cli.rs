@@ -178,27 +178,10 @@ fn label_images_alone_label_every_frame_and_a_stroke_covers_them() {
 }
 
 #[test]
-fn the_embedded_demo_needs_no_folder() {
-    let info = Running::to_the_end(inplace().args(["info", "demo"]));
-    assert_eq!((info.code, info.stderr.as_str()), (Some(0), ""));
-    for fact in [
-        "60 of 320 x 240",
-        "depth",
-        "labels",
-        "bounds",
-        "reprojection by depth",
-    ] {
-        assert!(info.stdout.contains(fact), "{fact} is not in: {}", info.stdout);
-    }
-}
-
-#[test]
 fn a_few_clicks_label_every_pixel_of_every_frame() {
     let disk = OnDisk::default();
-    let outcome = succeed(
-        disk.label(&["--json", "--seed", "7", "--threads", "2"])
-            .args(BUDGET),
-    );
+    let options = ["--json", "--seed", "7", "--threads", "2"];
+    let outcome = succeed(disk.label(&options).args(BUDGET));
     assert_eq!(outcome.stderr, "");
     let out = disk.path("out");
     assert_complete(&out);
@@ -312,11 +295,8 @@ fn several_rooms_share_the_frames() {
         demo.args([
             "demo", "--frames", "8", "--size", "64x48", "--rooms", rooms, "--out",
         ]);
-        let outcome = Running::to_the_end(demo.arg(&folder));
-        assert_eq!(outcome.code, Some(0), "{outcome:?}");
-        let info = Running::to_the_end(inplace().arg("info").arg(&folder).arg("--json"));
-        assert_eq!(info.code, Some(0), "{info:?}");
-        let facts: Value = serde_json::from_str(&info.stdout).unwrap();
+        succeed(demo.arg(&folder));
+        let facts = info(&folder, &[]);
         assert_eq!(facts["frames"], 8);
         facts["bounds_max_m"][0].as_f64().unwrap() - facts["bounds_min_m"][0].as_f64().unwrap()
     };

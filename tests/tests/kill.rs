@@ -1,18 +1,15 @@
 //! Killing the program at any moment loses nothing that was reported as kept.
 #![allow(clippy::unwrap_used, reason = "a test ends where it fails")]
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::Command;
 use std::sync::Arc;
 use std::time::Duration;
 
-use inplace_core::labels::{Class, History, LabelSet, Stroke};
-use inplace_core::project::{
-    Contents, FrameRecord, Journal, Opened, Project, ProjectError, SceneRecord, Step,
-};
-use inplace_core::scene::SceneSource;
+use inplace_core::labels::Stroke;
+use inplace_core::project::{Journal, Opened, Project, ProjectError, Step};
 use inplace_core::session::FrameMap;
-use inplace_tests::{Running, until};
+use inplace_tests::{Running, contents, until};
 
 /// Names the project to the child process.
 const PROJECT: &str = "INPLACE_TEST_PROJECT";
@@ -22,25 +19,6 @@ const SIZE: [u32; 2] = [64, 48];
 const BURST: &str = "INPLACE_TEST_BURST";
 /// How often the child is killed.
 const KILLS: u64 = 200;
-
-fn contents(folder: &Path) -> Contents {
-    let frame = |number: usize| FrameRecord {
-        stem: format!("rgb_{number}"),
-        width: SIZE[0],
-        height: SIZE[1],
-        bytes: 0,
-    };
-    let scene = SceneRecord {
-        source: SceneSource::Folder(folder.to_path_buf()),
-        depth: true,
-        frames: (0..FRAMES).map(frame).collect(),
-    };
-    let labels = LabelSet {
-        classes: vec![Class::new(1, "wall"), Class::new(2, "floor")],
-        ..LabelSet::default()
-    };
-    Contents::new(scene, History::new(labels))
-}
 
 /// The stroke with this sequence number, from 1.
 fn stroke(sequence: u64) -> Stroke {
@@ -69,7 +47,7 @@ fn record_until_killed() {
         return;
     };
     let burst: u64 = std::env::var(BURST).unwrap().parse().unwrap();
-    let contents = contents(path.parent().unwrap());
+    let contents = contents(SIZE);
     let project = Project::create(&path, &contents).unwrap();
     let journal = Journal::start(project, &contents, || ()).unwrap();
     let mut history = contents.history;
@@ -134,13 +112,8 @@ fn a_stroke_that_was_kept_survives_a_kill_at_any_moment_and_a_backup_is_whole_or
 
         let (mut project, contents) = Project::open(&path).unwrap();
         assert_eq!(contents.warnings, Vec::<String>::new());
-        let strokes: Vec<Stroke> = contents
-            .history
-            .labels()
-            .strokes
-            .values()
-            .map(|stroke| stroke.as_ref().clone())
-            .collect();
+        let strokes = contents.history.labels().strokes.values();
+        let strokes: Vec<Stroke> = strokes.map(|stroke| stroke.as_ref().clone()).collect();
         println!("round {round}: {kept} kept, {} found", strokes.len());
         assert!(strokes.len() as u64 >= kept);
         let expected: Vec<Stroke> = (1..=strokes.len() as u64).map(stroke).collect();

@@ -36,12 +36,8 @@ fn a_scene_is_shown_labelled_with_the_pointer_exported_and_kept() {
     std::thread::sleep(Duration::from_millis(500));
     window.screen.click(PLACES[1]);
     window.until_told("the second stroke", |trace| (trace.strokes() == 2).then_some(()));
-    let names: Vec<String> = window
-        .trace()
-        .classes()
-        .into_iter()
-        .map(|(_, name)| name)
-        .collect();
+    let classes = window.trace().classes();
+    let names: Vec<&str> = classes.iter().map(|(_, name)| name.as_str()).collect();
     assert_eq!(names, ["wall", "floor"]);
     window.until_told("the maps of all frames follow", |trace| {
         (trace.last("maps")?["generation"] == trace.last("labels")?["generation"]).then_some(())
@@ -67,17 +63,10 @@ fn a_scene_is_shown_labelled_with_the_pointer_exported_and_kept() {
     assert_eq!(kept.len(), 1, "{kept:?}");
     let (_, contents) = Project::open(&kept[0]).unwrap();
     assert_eq!(contents.maps.len(), Small::get().scene.frames.len());
-    let strokes: Vec<&Stroke> = contents
-        .history
-        .labels()
-        .strokes
-        .values()
-        .map(AsRef::as_ref)
-        .collect();
-    assert_eq!(
-        strokes.iter().map(|stroke| stroke.class).collect::<Vec<_>>(),
-        [1, 2]
-    );
+    let strokes = contents.history.labels().strokes.values();
+    let strokes: Vec<&Stroke> = strokes.map(AsRef::as_ref).collect();
+    let said: Vec<u16> = strokes.iter().map(|stroke| stroke.class).collect();
+    assert_eq!(said, [1, 2]);
     for (index, frame) in Small::get().scene.frames.iter().enumerate() {
         let (width, height, labels) = class_ids(&folder.join(format!("labels/{}.png", frame.stem)));
         assert_eq!((width, height), (frame.camera.width, frame.camera.height));

@@ -152,12 +152,8 @@ mod tests {
         assert!(decode_gray(b"hello").is_err());
         let small = encode_labels(3, 2, &[7; 6]).unwrap();
         assert_eq!(decode_gray_sized(&small, 3, 2).unwrap(), [7; 6]);
-        assert!(
-            decode_gray_sized(&small, 2, 3)
-                .unwrap_err()
-                .to_string()
-                .contains("3x2")
-        );
+        let reason = decode_gray_sized(&small, 2, 3).unwrap_err().to_string();
+        assert!(reason.contains("3x2"), "{reason}");
         assert!(decode_gray_sized(&small[..20], 3, 2).is_err());
     }
 

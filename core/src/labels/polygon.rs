@@ -99,22 +99,6 @@ mod tests {
     }
 
     #[test]
-    fn a_rectangle_has_its_border() {
-        assert_eq!(
-            drawn(&[[1, 1], [4, 1], [4, 3], [1, 3]], 6, 5),
-            ["......", ".####.", ".####.", ".####.", "......"]
-        );
-    }
-
-    #[test]
-    fn a_hole_of_an_outline_that_crosses_itself_is_outside() {
-        let star = [[6, 0], [10, 12], [0, 4], [12, 4], [2, 12]];
-        let picture = drawn(&star, 13, 13);
-        assert_eq!(&picture[6][6..7], ".");
-        assert_eq!(&picture[2][6..7], "#");
-    }
-
-    #[test]
     fn every_pixel_is_as_its_centre() {
         // A fixed sequence of corners, crossing and repeating themselves as they like.
         let mut state = 7_u32;

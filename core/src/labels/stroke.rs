@@ -110,32 +110,21 @@ mod tests {
 
     #[test]
     fn clicks_scribbles_and_polygons_are_told_apart() {
-        let scribble = |radius, lines: &[&[Pixel]]| Stroke {
+        use StrokeKind::{Click, Polygon, Scribble};
+        let drawn = |radius, lines: &[&[Pixel]]| Stroke {
             frame: 0,
             class: 1,
             radius,
             lines: lines.iter().map(|line| line.to_vec()).collect(),
         };
         for (stroke, kind) in [
-            (Stroke::click(0, 1, [3, 4]), StrokeKind::Click),
-            (scribble(5, &[&[[3, 4]]]), StrokeKind::Click),
-            (scribble(0, &[&[[3, 4], [9, 4]]]), StrokeKind::Scribble),
-            (
-                scribble(0, &[&[[3, 4], [9, 4]], &[[12, 4], [20, 4]]]),
-                StrokeKind::Scribble,
-            ),
-            (
-                scribble(2, &[&[[3, 4], [9, 4]], &[[3, 5], [9, 5]]]),
-                StrokeKind::Scribble,
-            ),
-            (
-                scribble(0, &[&[[3, 4], [9, 4]], &[[3, 5], [9, 7]]]),
-                StrokeKind::Scribble,
-            ),
-            (
-                Stroke::polygon(0, 1, &[[3, 4], [9, 4], [6, 9]]),
-                StrokeKind::Polygon,
-            ),
+            (Stroke::click(0, 1, [3, 4]), Click),
+            (drawn(5, &[&[[3, 4]]]), Click),
+            (drawn(0, &[&[[3, 4], [9, 4]]]), Scribble),
+            (drawn(0, &[&[[3, 4], [9, 4]], &[[12, 4], [20, 4]]]), Scribble),
+            (drawn(2, &[&[[3, 4], [9, 4]], &[[3, 5], [9, 5]]]), Scribble),
+            (drawn(0, &[&[[3, 4], [9, 4]], &[[3, 5], [9, 7]]]), Scribble),
+            (Stroke::polygon(0, 1, &[[3, 4], [9, 4], [6, 9]]), Polygon),
         ] {
             assert_eq!(stroke.kind(), kind, "{stroke:?}");
         }

@@ -61,31 +61,17 @@ mod tests {
     fn label_images_are_found_by_the_number_at_the_end_of_the_stem() {
         let root = tempfile::tempdir().unwrap();
         let folder = root.path().join("semantic_class");
-        assert!(
-            label_images(root.path())
-                .unwrap_err()
-                .to_string()
-                .contains("no ground truth")
-        );
+        let refusal = || label_images(root.path()).unwrap_err().to_string();
+        assert!(refusal().contains("no ground truth"));
         fs::create_dir(&folder).unwrap();
-        assert!(
-            label_images(root.path())
-                .unwrap_err()
-                .to_string()
-                .contains("has no PNGs")
-        );
+        assert!(refusal().contains("has no PNGs"));
         fs::write(folder.join("semantic_class_12.png"), "an image").unwrap();
         fs::write(folder.join("semantic_class_2.png"), "an image").unwrap();
         fs::write(folder.join("legend.png"), "no frame").unwrap();
         let images = label_images(root.path()).unwrap();
         assert_eq!(images.keys().copied().collect::<Vec<_>>(), [2, 12]);
         fs::copy(folder.join("legend.png"), folder.join("again_2.png")).unwrap();
-        assert!(
-            label_images(root.path())
-                .unwrap_err()
-                .to_string()
-                .contains("frame 2")
-        );
+        assert!(refusal().contains("frame 2"));
     }
 
     #[test]

@@ -3,8 +3,6 @@
 
 mod depth;
 pub(super) mod pose_files;
-#[cfg(test)]
-mod tests;
 pub(super) mod text;
 
 use std::collections::BTreeMap;

@@ -47,8 +47,8 @@ pub fn wall(frames: usize, width: u32, height: u32) -> Scene {
         .map(|number| {
             let x = -0.2 + 0.4 * number as f32 / (frames - 1).max(1) as f32;
             let mut rgb = Vec::new();
-            for index in 0..camera.pixels() as u32 {
-                let direction = camera.pixel_direction(index % width, index / width);
+            for index in 0..camera.pixels() {
+                let direction = camera.direction_at(index);
                 let bright = x + 2.0 * direction.x > 0.0;
                 rgb.extend([if bright { 220 } else { 40 }; 3]);
             }

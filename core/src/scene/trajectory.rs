@@ -308,13 +308,11 @@ mod tests {
             let own = format!("{side} {side} {center} {center} {side} {side}");
             let own = folder.file("own.txt", &own);
             let poses = folder.file("poses.txt", &words(&pose));
+            let transforms = folder.file("transforms.json", &transforms.to_string());
+            let path = folder.file("path.json", &path.to_string());
             for (file, intrinsics, named) in [
-                (
-                    folder.file("transforms.json", &transforms.to_string()),
-                    None,
-                    "transforms.json",
-                ),
-                (folder.file("path.json", &path.to_string()), None, "path.json"),
+                (transforms, None, "transforms.json"),
+                (path, None, "path.json"),
                 (poses, Some(own.as_path()), "own.txt"),
             ] {
                 let read = Trajectory::read(&file, intrinsics);
@@ -338,6 +336,8 @@ mod tests {
             json!({"camera_type": kind, "render_width": 8, "render_height": 6, "camera_path": views})
                 .to_string()
         };
+        let views = |views: Vec<serde_json::Value>| path("perspective", views);
+        let flat = json!({"camera_to_world": [1.0], "fov": 50.0});
         let mut stretched = rows(&DAffine3::IDENTITY);
         stretched[0] = 2.0;
         let cases = [
@@ -346,20 +346,14 @@ mod tests {
             (String::new(), "holds no poses"),
             ("{".to_owned(), "is no list of poses"),
             (json!({"frames": []}).to_string(), "lists no frames"),
-            (path("perspective", Vec::new()), "no poses"),
+            (views(Vec::new()), "no poses"),
             (path("fisheye", vec![view(50.0)]), "camera_type is fisheye"),
+            (views(vec![view(50.0), view(60.0)]), "several cameras"),
+            (views(vec![view(180.0)]), "180 degrees"),
+            (views(vec![view(1e-50)]), "not a finite number"),
+            (views(vec![view(179.999_999)]), "farther to a side"),
             (
-                path("perspective", vec![view(50.0), view(60.0)]),
-                "several cameras",
-            ),
-            (path("perspective", vec![view(180.0)]), "180 degrees"),
-            (path("perspective", vec![view(1e-50)]), "not a finite number"),
-            (path("perspective", vec![view(179.999_999)]), "farther to a side"),
-            (
-                path(
-                    "perspective",
-                    vec![json!({"camera_to_world": [1.0], "fov": 50.0})],
-                ),
+                views(vec![flat]),
                 "pose 0 cannot be used: it is not a matrix of 4 x 4 numbers",
             ),
         ];

@@ -6,11 +6,9 @@ use std::time::Duration;
 
 use inplace_core::labels::Stroke;
 use inplace_core::project::{Journal, JournalEvent, Opened, Project, Step};
-use inplace_tests::Running;
+use inplace_tests::{Running, contents};
 
-use crate::{
-    FOLDER, assert_done, child, contents, copy_environment, folder_of_child, save_elsewhere, scribble,
-};
+use crate::{FOLDER, SIZE, assert_done, child, copy_environment, folder_of_child, save_elsewhere, scribble};
 
 /// Tells a child process on a full disk of a folder on another one.
 const ELSEWHERE: &str = "INPLACE_TEST_ELSEWHERE";
@@ -71,7 +69,7 @@ fn work_until_the_disk_is_full() {
         return;
     };
     let path = folder.join("work.inplace");
-    let contents = contents();
+    let contents = contents(SIZE);
     let project = Project::create(&path, &contents).unwrap();
     let journal = Journal::start(project, &contents, || ()).unwrap();
     let mut history = contents.history;

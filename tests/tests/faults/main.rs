@@ -13,34 +13,16 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
 
-use inplace_core::labels::{Class, History, LabelSet, Stroke};
-use inplace_core::project::{Contents, FrameRecord, Journal, JournalEvent, Project, SceneRecord, Step};
-use inplace_core::scene::SceneSource;
-use inplace_tests::Outcome;
+use inplace_core::labels::{History, Stroke};
+use inplace_core::project::{Contents, Journal, JournalEvent, Project, Step};
+use inplace_tests::{Outcome, contents};
 
 /// Tells a child process which folder it works in.
 const FOLDER: &str = "INPLACE_TEST_FOLDER";
+/// Width and height of the frames of projects.
+const SIZE: [u32; 2] = [640, 480];
 /// A user who owns nothing.
 const NOBODY: u32 = 65534;
-
-fn contents() -> Contents {
-    let frame = |number: usize| FrameRecord {
-        stem: format!("rgb_{number}"),
-        width: 640,
-        height: 480,
-        bytes: 0,
-    };
-    let scene = SceneRecord {
-        source: SceneSource::Demo,
-        depth: true,
-        frames: (0..4).map(frame).collect(),
-    };
-    let labels = LabelSet {
-        classes: vec![Class::new(1, "wall"), Class::new(2, "floor")],
-        ..LabelSet::default()
-    };
-    Contents::new(scene, History::new(labels))
-}
 
 /// A scribble that takes about five kilobytes in a file.
 fn scribble(number: u32) -> Stroke {
@@ -52,7 +34,7 @@ fn scribble(number: u32) -> Stroke {
 
 /// Makes a project with some scribbles, and a backup of it.
 fn write_project(path: &Path) {
-    let mut contents = contents();
+    let mut contents = contents(SIZE);
     let project = Project::create(path, &contents).unwrap();
     let journal = Journal::start(project, &contents, || ()).unwrap();
     for number in 0..20 {
@@ -109,17 +91,17 @@ impl Drop for WriteProtected {
 
 /// A command whose executable anybody can read, run by a user whom permissions bind.
 fn bound(command: &Command, root: &Path) -> Command {
-    if !is_root(root) {
-        let mut same = Command::new(command.get_program());
-        same.args(command.get_args());
-        copy_environment(command, &mut same);
-        return same;
-    }
-    let executable = root.join("executable");
-    fs::copy(command.get_program(), &executable).unwrap();
-    fs::set_permissions(&executable, Permissions::from_mode(0o755)).unwrap();
-    let mut other = Command::new(executable);
-    other.args(command.get_args()).uid(NOBODY).gid(NOBODY);
+    let mut other = if is_root(root) {
+        let executable = root.join("executable");
+        fs::copy(command.get_program(), &executable).unwrap();
+        fs::set_permissions(&executable, Permissions::from_mode(0o755)).unwrap();
+        let mut other = Command::new(executable);
+        other.uid(NOBODY).gid(NOBODY);
+        other
+    } else {
+        Command::new(command.get_program())
+    };
+    other.args(command.get_args());
     copy_environment(command, &mut other);
     other
 }

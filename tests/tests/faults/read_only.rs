@@ -5,11 +5,11 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 
 use inplace_core::project::{Contents, Journal, Opened, Project, ProjectError, Step};
-use inplace_tests::Running;
+use inplace_tests::{Running, contents};
 
 use crate::{
-    WriteProtected, assert_done, bound, child, contents, failure, folder_of_child, open_folder,
-    save_elsewhere, scribble, write_project,
+    SIZE, WriteProtected, assert_done, bound, child, failure, folder_of_child, open_folder, save_elsewhere,
+    scribble, write_project,
 };
 
 /// The state of a killed program in the middle of a commit: the file half written, and the journal beside it.
@@ -89,7 +89,7 @@ fn read_a_read_only_medium() {
         files.iter().cloned().zip(bytes).collect()
     };
     let before = state();
-    let mut expected = contents();
+    let mut expected = contents(SIZE);
     for number in 0..20 {
         expected.history.add_stroke(scribble(number));
     }
@@ -101,27 +101,16 @@ fn read_a_read_only_medium() {
             matches!(refusal, ProjectError::Unwritable { .. }),
             "{name}: {refusal}"
         );
-        assert_eq!(
-            held.damage.is_some(),
-            name == "damaged",
-            "{name}: {:?}",
-            held.damage
-        );
+        let (damage, labels) = (&held.damage, held.contents.history.labels());
+        assert_eq!(damage.is_some(), name == "damaged", "{name}: {damage:?}");
         if name != "old" {
-            assert_eq!(
-                held.contents.history.labels(),
-                expected.history.labels(),
-                "{name}"
-            );
+            assert_eq!(labels, expected.history.labels(), "{name}");
         }
         // Others can read it meanwhile.
         let again = Contents::read(&path).unwrap();
-        assert_eq!(again.history.labels(), held.contents.history.labels(), "{name}");
-        assert_eq!(
-            again.view.as_deref() == Some("in the log"),
-            name == "log",
-            "{name}"
-        );
+        assert_eq!(again.history.labels(), labels, "{name}");
+        let is_of_log = again.view.as_deref() == Some("in the log");
+        assert_eq!(is_of_log, name == "log", "{name}");
 
         let elsewhere = tempfile::tempdir().unwrap();
         let saved = elsewhere.path().join("saved.inplace");

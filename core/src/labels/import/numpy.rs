@@ -277,20 +277,9 @@ mod tests {
             let read = |data: &[u8]| values(&npy(&header(kind, "(3,)"), data));
             assert_eq!(read(&data).unwrap(), expected, "{kind}");
             assert!(read(&data[1..]).unwrap_err().contains("less data"));
-            assert!(
-                read(&[&data[..], &[0]].concat())
-                    .unwrap_err()
-                    .contains("more data")
-            );
+            let longer = [&data[..], &[0]].concat();
+            assert!(read(&longer).unwrap_err().contains("more data"));
         }
-    }
-
-    #[test]
-    fn strides_follow_the_order_of_the_axes() {
-        let row_major = header("<f4", "(2, 3, 4)");
-        assert_eq!(parse_header(&row_major).unwrap().strides(), [12, 4, 1]);
-        let column_major = row_major.replace("False", "True");
-        assert_eq!(parse_header(&column_major).unwrap().strides(), [1, 2, 6]);
     }
 
     #[test]
@@ -320,11 +309,8 @@ mod tests {
             "no values",
         );
         refused(&header("<f4", &format!("({})", "1, ".repeat(65))), "not NumPy's");
-        assert!(values(b"PK").unwrap_err().contains("no NumPy array"));
-        assert!(
-            values(b"\x93NUMPY\x02\x00\xff\xff\xff\xff")
-                .unwrap_err()
-                .contains("no NumPy array")
-        );
+        for bytes in [&b"PK"[..], b"\x93NUMPY\x02\x00\xff\xff\xff\xff"] {
+            assert!(values(bytes).unwrap_err().contains("no NumPy array"));
+        }
     }
 }

@@ -78,11 +78,8 @@ fn what_cannot_be_used_is_one_sentence_that_names_it() {
         assert!(error.contains(part) && error.contains(word), "{error}");
         assert!(!error.contains('\n'), "{error}");
     };
-    assert!(
-        read(&root.path().join("nowhere"), &scene)
-            .unwrap_err()
-            .contains("nowhere")
-    );
+    let error = read(&root.path().join("nowhere"), &scene).unwrap_err();
+    assert!(error.contains("nowhere"), "{error}");
     refused("", "has no label images");
     write(root.path(), "other.png", 8, &[1; 48]);
     refused("", "named like a frame");
@@ -146,9 +143,14 @@ fn images_of_bent_frames_are_straightened() {
     assert_eq!(at(frame.of_image([50, 5]).unwrap()), 2);
 }
 
-/// Files that NumPy 2.4 and Pillow 13 wrote; `fixtures/README.md` has the lines that did.
-fn put(folder: &Path, name: &str, fixture: &[u8]) {
-    fs::write(folder.join(name), fixture).unwrap();
+/// A file that NumPy 2.4 or Pillow 13 wrote; `fixtures/README.md` has the lines that did.
+fn fixture(name: &str) -> Vec<u8> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/labels/import/fixtures");
+    fs::read(folder.join(name)).unwrap()
+}
+
+fn put(folder: &Path, name: &str, bytes: &[u8]) {
+    fs::write(folder.join(name), bytes).unwrap();
 }
 
 const LISTED: &str = r#"[{"id": 0, "name": "void", "color": [0, 0, 0]}, {"id": 4, "name": "floor", "color": [10, 20, 30]},
@@ -165,21 +167,14 @@ fn halves() -> Vec<ClassId> {
 fn indices_of_a_palette_are_ids_and_the_border_of_voc_says_nothing() {
     let scene = wall(1, 8, 6);
     let root = tempfile::tempdir().unwrap();
-    for palette in [
-        &include_bytes!("fixtures/palette.png")[..],
-        include_bytes!("fixtures/palette-4-bits.png"),
-    ] {
-        put(root.path(), "rgb_0.png", palette);
+    for palette in ["palette.png", "palette-4-bits.png"] {
+        put(root.path(), "rgb_0.png", &fixture(palette));
         assert_eq!(
             read(root.path(), &scene).unwrap().labels.maps[0].labels(),
             halves()
         );
     }
-    put(
-        root.path(),
-        "rgb_0.png",
-        include_bytes!("fixtures/palette-border.png"),
-    );
+    put(root.path(), "rgb_0.png", &fixture("palette-border.png"));
     let border = read(root.path(), &scene).unwrap().labels.maps[0].labels();
     assert_eq!(border, halves());
     // Where a class has that id, it is that class.
@@ -193,36 +188,26 @@ fn colours_are_those_of_the_classes_listed_or_else_known() {
     let scene = wall(1, 8, 6);
     let root = tempfile::tempdir().unwrap();
     let listed = parse_class_list(LISTED).unwrap();
-    for (what, colours) in [
-        ("8 bit", &include_bytes!("fixtures/colours-8.png")[..]),
-        ("transparent", include_bytes!("fixtures/colours-transparent.png")),
-        ("16 bit", include_bytes!("fixtures/colours-16.png")),
-    ] {
+    for what in ["8", "transparent", "16"] {
         let labels = |known: &[Class]| {
             let images = read_label_images(root.path(), &scene, known, Trust::VOTES);
             images
                 .map(|images| images.labels.maps[0].labels())
                 .map_err(|error| error.to_string())
         };
-        put(root.path(), "rgb_0.png", colours);
+        put(root.path(), "rgb_0.png", &fixture(&format!("colours-{what}.png")));
         assert_eq!(labels(&listed).unwrap(), halves(), "{what}");
         let unknown = labels(&listed[1..]).unwrap_err();
         assert!(
             unknown.contains("rgb_0.png: has the colour (10, 20, 30) at column 0, row 1,"),
             "{unknown}"
         );
-        let twice: Vec<Class> = listed
-            .iter()
-            .map(|class| Class {
-                color: [200, 0, 0],
-                ..class.clone()
-            })
-            .collect();
-        assert!(
-            labels(&[listed[0].clone(), twice[0].clone(), twice[1].clone()])
-                .unwrap_err()
-                .contains("several classes")
-        );
+        let red = Class {
+            color: [200, 0, 0],
+            ..listed[0].clone()
+        };
+        let twice = labels(&[listed[0].clone(), red, listed[1].clone()]).unwrap_err();
+        assert!(twice.contains("several classes"), "{twice}");
         // The list of the folder comes first.
         put(root.path(), "classes.json", LISTED.as_bytes());
         assert_eq!(labels(&listed[1..]).unwrap(), halves(), "{what}");
@@ -264,13 +249,13 @@ fn cells(images: &LabelImages) -> (Vec<Vec<(ClassId, u32)>>, [u32; 2]) {
 #[test]
 fn probabilities_of_every_kind_and_order_that_numpy_writes_are_the_same() {
     let scene = wall(1, 8, 6);
-    let of = |name: &str, fixture: &[u8]| {
+    let of = |name: &str, file: &str| {
         let root = tempfile::tempdir().unwrap();
-        put(root.path(), name, fixture);
+        put(root.path(), name, &fixture(file));
         put(root.path(), "classes.json", LISTED.as_bytes());
         read(root.path(), &scene).unwrap()
     };
-    let expected = of("rgb_0.npy", include_bytes!("fixtures/classes-first-f32.npy"));
+    let expected = of("rgb_0.npy", "classes-first-f32.npy");
     let (found, size) = cells(&expected);
     assert_eq!(size, [4, 3]);
     // Void is the likeliest of the first, and takes a part of the second.
@@ -279,16 +264,13 @@ fn probabilities_of_every_kind_and_order_that_numpy_writes_are_the_same() {
         [vec![], vec![(4, 50), (9, 12)], vec![(9, 75), (4, 25)]]
     );
     assert_eq!(expected.labels.maps[0].labels()[..8], [0, 0, 4, 4, 9, 9, 9, 9]);
-    for (name, fixture) in [
-        ("rgb_0.npy", &include_bytes!("fixtures/classes-last-f16.npy")[..]),
-        (
-            "rgb_0.npy",
-            include_bytes!("fixtures/classes-first-fortran-f64.npy"),
-        ),
-        ("rgb_0.npz", include_bytes!("fixtures/batch-f16.npz")),
-        ("rgb_0.NPZ", include_bytes!("fixtures/compressed-f32.npz")),
+    for (name, file) in [
+        ("rgb_0.npy", "classes-last-f16.npy"),
+        ("rgb_0.npy", "classes-first-fortran-f64.npy"),
+        ("rgb_0.npz", "batch-f16.npz"),
+        ("rgb_0.NPZ", "compressed-f32.npz"),
     ] {
-        assert_eq!(of(name, fixture), expected, "{name} of {} bytes", fixture.len());
+        assert_eq!(of(name, file), expected, "{file}");
     }
 }
 
@@ -296,7 +278,7 @@ fn probabilities_of_every_kind_and_order_that_numpy_writes_are_the_same() {
 fn probabilities_without_a_list_are_of_the_ids_from_1_on_and_trusted_ones_are_labels() {
     let scene = wall(1, 8, 6);
     let root = tempfile::tempdir().unwrap();
-    put(root.path(), "rgb_0.npy", include_bytes!("fixtures/five.npy"));
+    put(root.path(), "rgb_0.npy", &fixture("five.npy"));
     let (found, _) = cells(&read(root.path(), &scene).unwrap());
     assert_eq!(
         found[..2],
@@ -312,7 +294,7 @@ fn probabilities_without_a_list_are_of_the_ids_from_1_on_and_trusted_ones_are_la
 fn classes_that_are_nowhere_the_likeliest_are_left_out() {
     let scene = wall(1, 8, 6);
     let root = tempfile::tempdir().unwrap();
-    put(root.path(), "rgb_0.npy", include_bytes!("fixtures/unlikely.npy"));
+    put(root.path(), "rgb_0.npy", &fixture("unlikely.npy"));
     let images = read(root.path(), &scene).unwrap();
     assert_eq!(images.labels.classes(), [2].into());
     assert_eq!(cells(&images).0[0], [(2, 70)]);
@@ -322,8 +304,8 @@ fn classes_that_are_nowhere_the_likeliest_are_left_out() {
 fn arrays_that_cannot_be_used_are_refused_in_one_sentence() {
     let scene = wall(1, 8, 6);
     let root = tempfile::tempdir().unwrap();
-    let refused = |name: &str, fixture: &[u8], part: &str| {
-        put(root.path(), name, fixture);
+    let refused = |name: &str, bytes: &[u8], part: &str| {
+        put(root.path(), name, bytes);
         let error = read(root.path(), &scene).unwrap_err();
         assert!(
             error.contains(&format!("{name}: ")) && error.contains(part),
@@ -332,43 +314,25 @@ fn arrays_that_cannot_be_used_are_refused_in_one_sentence() {
         assert!(!error.contains('\n'), "{error}");
         fs::remove_file(root.path().join(name)).unwrap();
     };
-    let good = include_bytes!("fixtures/five.npy");
-    refused(
-        "rgb_0.npy",
-        &good[..good.len() - 1],
-        "less data than its shape (5, 3, 4) says",
-    );
-    refused(
-        "rgb_0.npy",
-        include_bytes!("fixtures/both-ways.npy"),
-        "both the first and the last axis",
-    );
-    refused(
-        "rgb_0.npy",
-        include_bytes!("fixtures/square.npy"),
-        "(3, 7, 7), which is not that of classes",
-    );
-    refused(
-        "rgb_0.npy",
-        include_bytes!("fixtures/flat.npy"),
-        "of the shape (3, 4)",
-    );
-    refused(
-        "rgb_0.npy",
-        include_bytes!("fixtures/scores.npy"),
-        "which is no probability",
-    );
-    refused("rgb_0.npy", include_bytes!("fixtures/sums.npy"), "add up to 1.80");
-    refused("rgb_0.npy", include_bytes!("fixtures/ids.npy"), "of the kind <i8");
-    refused("rgb_0.npz", include_bytes!("fixtures/two.npz"), "holds 2 arrays");
+    let good = &fixture("five.npy");
+    let short = &good[..good.len() - 1];
+    refused("rgb_0.npy", short, "less data than its shape (5, 3, 4) says");
+    for (file, part) in [
+        ("both-ways.npy", "both the first and the last axis"),
+        ("square.npy", "(3, 7, 7), which is not that of classes"),
+        ("flat.npy", "of the shape (3, 4)"),
+        ("scores.npy", "which is no probability"),
+        ("sums.npy", "add up to 1.80"),
+        ("ids.npy", "of the kind <i8"),
+    ] {
+        refused("rgb_0.npy", &fixture(file), part);
+    }
+    refused("rgb_0.npz", &fixture("two.npz"), "holds 2 arrays");
     refused("rgb_0.npz", b"PK", "is no NPZ file");
-    put(
-        root.path(),
-        "classes.json",
-        br#"[{"id": 1, "name": "one"}, {"id": 2, "name": "two"}]"#,
-    );
+    let two = br#"[{"id": 1, "name": "one"}, {"id": 2, "name": "two"}]"#;
+    put(root.path(), "classes.json", two);
     refused("rgb_0.npy", good, "not that of 2 classes");
-    put(root.path(), "rgb_0.png", include_bytes!("fixtures/palette.png"));
+    put(root.path(), "rgb_0.png", &fixture("palette.png"));
     refused("rgb_0.npy", good, "beside rgb_0.png");
 }
 
@@ -376,7 +340,7 @@ fn arrays_that_cannot_be_used_are_refused_in_one_sentence() {
 fn fine_probabilities_are_thinned_out_to_what_memory_allows() {
     let scene = wall(1, 8, 6);
     let root = tempfile::tempdir().unwrap();
-    put(root.path(), "rgb_0.npy", include_bytes!("fixtures/fine.npy"));
+    put(root.path(), "rgb_0.npy", &fixture("fine.npy"));
     let path = root.path().join("rgb_0.npy");
     let array = probabilities::Array::read(&path, &scene.frames[0], None).unwrap();
     assert_eq!(array.size(), [16, 12]);

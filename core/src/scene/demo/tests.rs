@@ -82,16 +82,6 @@ fn a_larger_shot_shows_the_same_places_and_is_clicked_there() {
     assert_eq!(Shot::default().clicks(), super::clicks());
 }
 
-#[test]
-fn neighbouring_frames_see_the_same_surface() {
-    for (a, b) in [(0, 2), (14, 17), (31, 30), (58, 3)] {
-        let seen = SeenTwice::of((&SCENE.frames[a], &TRUTH[a]), (&SCENE.frames[b], &TRUTH[b]));
-        assert!(seen.shared > 2000, "{a} {b}: {seen:?}");
-        assert!(seen.depth() > 0.97, "{a} {b}: {seen:?}");
-        assert!(seen.class() > 0.97, "{a} {b}: {seen:?}");
-    }
-}
-
 /// How many pixels of one frame are seen in another one, and what they are there.
 #[derive(Debug)]
 pub(super) struct SeenTwice {

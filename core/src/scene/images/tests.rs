@@ -109,11 +109,8 @@ fn masks_hide_where_they_are_black_and_add_to_alpha() {
     let reason = read(&path, Some(&files.write("spoilt.png", b"spoilt")), 2, 2).unwrap_err();
     assert!(reason.contains("spoilt.png cannot be read"), "{reason}");
     let black = files.save("black.png", &[0; 4], ColorType::L8);
-    assert!(
-        read(&path, Some(&black), 2, 2)
-            .unwrap_err()
-            .contains("nothing of it")
-    );
+    let reason = read(&path, Some(&black), 2, 2).unwrap_err();
+    assert!(reason.contains("nothing of it"), "{reason}");
 }
 
 #[test]

@@ -116,11 +116,8 @@ fn depth_without_a_camera_of_its_own_must_have_the_colour_images_proportions() {
     }
     let scene = opened(&folder);
     assert!((z(&scene.frames[0], 3, 3).unwrap() - 2.0).abs() < 1e-3);
-    assert!(
-        scene.notes[0].contains("intrinsic_depth.txt"),
-        "{:?}",
-        scene.notes
-    );
+    let note = &scene.notes[0];
+    assert!(note.contains("intrinsic_depth.txt"), "{note}");
 }
 
 /// What opening the scan says after changes to its files. INF is a pose of four such rows: tracking was lost.

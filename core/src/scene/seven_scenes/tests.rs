@@ -75,6 +75,7 @@ frame-00000{0,1,2,3,4}.pose.txt = inf 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1 | refused
 frame-000003.pose.txt = 1 0 0 0\n0 1 0\n0 0 1 0\n0 0 0 1 | refused | frame-000003.pose.txt & line 2 has 3 numbers
 frame-000003.pose.txt = 1 0 0 0\n0 one 0 0\n0 0 1 0\n0 0 0 1 | refused | frame-000003.pose.txt & line 2: "one"
 frame-000003.pose.txt = 1 0 0 0\n0 1 0 0\n0 0 1 0\n | refused | frame-000003.pose.txt & has 3 lines
+rgb8 frame-00000{0,1,2,3,4,5}.color.png 8x4 | refused | intrinsics.txt & 640x480 pixels, not for images of 8x4 & fx fy cx cy
 frame-000003.pose.txt =                    | refused | frame-000003.pose.txt & has 0 lines
 "#;
 

@@ -74,32 +74,18 @@ fn a_sequence_is_read_with_the_poses_and_depths_of_its_times() {
 #[test]
 fn intrinsics_follow_the_family_in_the_name_and_a_file_goes_before_them() {
     // Published for pixel centres at whole numbers; here they are at +0.5.
-    for (name, part, [fx, fy, cx, cy]) in [
-        (
-            "rgbd_dataset_freiburg1_desk",
-            "distortion",
-            [517.3, 516.5, 319.1, 255.8],
-        ),
-        (
-            "rgbd_dataset_freiburg2_xyz",
-            "distortion",
-            [520.9, 521.0, 325.6, 250.2],
-        ),
-        (
-            "rgbd_dataset_freiburg3_office",
-            "freiburg3",
-            [535.4, 539.2, 320.6, 248.1],
-        ),
+    for (name, part, expected) in [
+        ("freiburg1_desk", "distortion", [517.3, 516.5, 319.1, 255.8]),
+        ("freiburg2_xyz", "distortion", [520.9, 521.0, 325.6, 250.2]),
+        ("freiburg3_office", "freiburg3", [535.4, 539.2, 320.6, 248.1]),
         ("office", "defaults", [525.0, 525.0, 320.0, 240.0]),
     ] {
         let (_parent, folder) = named_sequence(name);
         let scene = open(&folder).unwrap();
         let camera = scene.frames[0].camera;
-        for (is, expected) in [camera.fx, camera.fy, camera.cx, camera.cy]
-            .into_iter()
-            .zip([fx, fy, cx, cy])
-        {
-            assert!((80.0 * is - expected).abs() < 1e-3, "{name}: {camera:?}");
+        let published = [camera.fx, camera.fy, camera.cx, camera.cy].map(|value| 80.0 * value);
+        for (is, expected) in published.into_iter().zip(expected) {
+            assert!((is - expected).abs() < 1e-3, "{name}: {camera:?}");
         }
         assert_eq!(scene.notes.len(), 1, "{:?}", scene.notes);
         assert!(scene.notes[0].contains(part), "{:?}", scene.notes);
