@@ -170,6 +170,20 @@ pub struct Scene {
 }
 
 impl Scene {
+    /// Of frames in metres around the zero of their capture, with nothing to say about how they were read.
+    pub fn new(source: SceneSource, format: &'static str, frames: Vec<Frame>) -> Self {
+        Self {
+            source,
+            format,
+            frames,
+            origin: DVec3::ZERO,
+            unit: 1.0,
+            point_errors: None,
+            warnings: Vec::new(),
+            notes: Vec::new(),
+        }
+    }
+
     /// Opens a capture; `progress` is called with (frames decoded, frames in all), from any thread.
     ///
     /// # Errors

@@ -133,14 +133,6 @@ fn two_frames([width, height]: [u32; 2]) -> Scene {
         points: Vec::new(),
         lens,
     };
-    Scene {
-        source: SceneSource::Demo,
-        format: "test",
-        frames: vec![frame(0, camera, None), frame(1, pinhole, Some(lens))],
-        origin: glam::DVec3::ZERO,
-        unit: 1.0,
-        point_errors: None,
-        warnings: Vec::new(),
-        notes: Vec::new(),
-    }
+    let frames = vec![frame(0, camera, None), frame(1, pinhole, Some(lens))];
+    Scene::new(SceneSource::Demo, "test", frames)
 }

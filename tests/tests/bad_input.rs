@@ -5,7 +5,6 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use image::{GrayImage, RgbImage};
 use inplace_core::labels::{History, LabelSet};
 use inplace_core::project::{Contents, Project, SceneRecord};
 use inplace_core::scene::{OpenOptions, Scene, SceneSource};
@@ -171,14 +170,6 @@ fn label_images_that_cannot_be_used_are_refused_in_one_sentence() {
     refused("no folder", &["predictions", "is no folder"]);
     fs::create_dir(&images).unwrap();
     refused("empty folder", &["predictions", "has no label images"]);
-    GrayImage::new(64, 48).save(images.join("other.png")).unwrap();
-    refused("other names", &["predictions", "rgb_0.png"]);
-    let brown = RgbImage::from_pixel(64, 48, image::Rgb([90, 60, 30]));
-    brown.save(images.join("rgb_3.png")).unwrap();
-    refused(
-        "no class's colour",
-        &["rgb_3.png", "(90, 60, 30)", "classes.json"],
-    );
 }
 
 /// The same capture with an image that is a link to a place outside of it.

@@ -2,7 +2,6 @@
 
 use serde::Serialize;
 
-use super::components::PixelBox;
 use super::layout::Labelled;
 use super::original::Original;
 use crate::labels::{Class, ClassId};
@@ -61,9 +60,4 @@ pub(super) fn categories(classes: &[Class], isthing: bool) -> Vec<Category<'_>> 
             isthing: u8::from(isthing),
         })
         .collect()
-}
-
-/// A box as COCO has it: x, y, width, height.
-pub(super) fn bbox(bounds: PixelBox) -> [u32; 4] {
-    [bounds.x, bounds.y, bounds.width, bounds.height]
 }

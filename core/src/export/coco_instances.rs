@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::Refusal;
 use super::coco::{self, Category, IMAGES, Image};
-use super::components::{Neighbours, components};
+use super::components::{Neighbours, box_around, components};
 use super::layout::{Labelled, Layout, OutputFile, dense_json_file};
 use super::original::Original;
 use super::run_length;
@@ -66,7 +66,7 @@ impl Layout for CocoInstances {
                 Some(Region {
                     category_id: class.id,
                     area: component.area(),
-                    bbox: coco::bbox(component.bounds()),
+                    bbox: box_around(&component.runs),
                     counts: run_length::compressed(&run_length::counts(&component.runs, frame.size)),
                 })
             });

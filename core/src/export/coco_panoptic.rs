@@ -57,7 +57,7 @@ impl Layout for CocoPanoptic {
             id: class.id,
             category_id: class.id,
             area: runs.iter().map(Run::pixels).sum(),
-            bbox: coco::bbox(box_around(runs)),
+            bbox: box_around(runs),
             iscrowd: 0,
         };
         let shown = frame.classes.iter().zip(&runs[1..]);

@@ -20,50 +20,22 @@ pub(super) struct Component {
     pub(super) runs: Vec<Run>,
 }
 
-/// An upright box of pixels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct PixelBox {
-    /// First column.
-    pub(super) x: u32,
-    /// First row.
-    pub(super) y: u32,
-    /// Columns.
-    pub(super) width: u32,
-    /// Rows.
-    pub(super) height: u32,
-}
-
 impl Component {
     /// Number of pixels.
     pub(super) fn area(&self) -> u64 {
         self.runs.iter().map(Run::pixels).sum()
     }
-
-    /// The smallest box around it.
-    pub(super) fn bounds(&self) -> PixelBox {
-        box_around(&self.runs)
-    }
 }
 
-/// The smallest box around some runs that are ordered by row; empty around none.
-pub(super) fn box_around(runs: &[Run]) -> PixelBox {
+/// The smallest box around some runs that are ordered by row, as COCO has it: x, y, width, height; empty around none.
+pub(super) fn box_around(runs: &[Run]) -> [u32; 4] {
     let rows = runs.first().zip(runs.last());
     let first = runs.iter().map(|run| run.first).min();
     let last = runs.iter().map(|run| run.last).max();
     let (Some((top, bottom)), Some(x), Some(last)) = (rows, first, last) else {
-        return PixelBox {
-            x: 0,
-            y: 0,
-            width: 0,
-            height: 0,
-        };
+        return [0; 4];
     };
-    PixelBox {
-        x,
-        y: top.row,
-        width: last - x + 1,
-        height: bottom.row - top.row + 1,
-    }
+    [x, top.row, last - x + 1, bottom.row - top.row + 1]
 }
 
 /// The rows of a label map, row-major `[height, width]`, as runs of equal labels from the top left on.

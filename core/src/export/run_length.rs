@@ -7,19 +7,19 @@ use crate::labels::Run;
 /// Run lengths of the mask of some pixels in an image of this width and height. `runs` are ordered by row and do not
 /// overlap.
 pub(super) fn counts(runs: &[Run], [width, height]: [u32; 2]) -> Vec<u32> {
-    let bounds = box_around(runs);
-    let (columns, rows) = (bounds.width as usize, bounds.height as usize);
+    let [left, top, columns, rows] = box_around(runs);
+    let (columns, rows) = (columns as usize, rows as usize);
     let mut inside = vec![false; columns * rows];
     for run in runs {
         for x in run.first..=run.last {
-            inside[(x - bounds.x) as usize * rows + (run.row - bounds.y) as usize] = true;
+            inside[(x - left) as usize * rows + (run.row - top) as usize] = true;
         }
     }
     let mut counts = Vec::new();
     // The run of ones that may go on: where it starts, and its length so far.
     let (mut start, mut ones) = (0, 0);
-    for (x, column) in (bounds.x..).zip(inside.chunks_exact(rows.max(1))) {
-        for (y, _) in (bounds.y..).zip(column).filter(|(_, inside)| **inside) {
+    for (x, column) in (left..).zip(inside.chunks_exact(rows.max(1))) {
+        for (y, _) in (top..).zip(column).filter(|(_, inside)| **inside) {
             let place = x * height + y;
             if ones > 0 && place == start + ones {
                 ones += 1;

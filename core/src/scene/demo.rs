@@ -23,7 +23,6 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use glam::DVec3;
 use rayon::prelude::*;
 
 use super::pixels::OnDisk;
@@ -100,7 +99,7 @@ impl Shot {
                 frame
             })
             .collect();
-        self.around(frames)
+        Scene::new(SceneSource::Demo, "demo", frames)
     }
 
     /// Renders another room in place of the demo's, with its depth; of the shot all but the number of rooms counts.
@@ -126,20 +125,8 @@ impl Shot {
             };
             self.frame(&house, index, FramePixels::on_disk(pixels))
         };
-        self.around((0..self.frames).map(frame).collect())
-    }
-
-    fn around(&self, frames: Vec<Frame>) -> Scene {
-        Scene {
-            source: SceneSource::Demo,
-            format: "demo",
-            frames,
-            origin: DVec3::ZERO,
-            unit: 1.0,
-            point_errors: None,
-            warnings: Vec::new(),
-            notes: Vec::new(),
-        }
+        let frames = (0..self.frames).map(frame).collect();
+        Scene::new(SceneSource::Demo, "demo", frames)
     }
 
     fn pixels(&self, house: &House, light: &[LightMap], index: usize) -> Pixels {

@@ -38,9 +38,20 @@ pub(super) struct ImageFile {
 }
 
 impl ImageFile {
-    /// The frame's colour image ([`decode_color`]).
+    /// The colour image, taken with the lens, as the camera of the frame would have taken it; without the pixels whose
+    /// alpha is 0, and without those that the mask, an image of the same size, has black.
+    ///
+    /// Pixels are taken as they are stored, whatever orientation the metadata ask for: that is how COLMAP and nerfstudio
+    /// read the images that they find poses and intrinsics for. Only where the image has the lens's width and height when
+    /// it is turned, and not as it is stored, it is turned.
     pub fn decode(&self) -> Result<(ColorImage, Turn), ImageError> {
-        decode_color(&self.path, self.mask.as_deref(), &self.lens, &self.pinhole)
+        let size = (self.lens.image.width, self.lens.image.height);
+        let (image, turn) = decode_turned(&self.path, size)?;
+        let hidden = hidden_pixels(&image, self.mask.as_deref())?;
+        let color = ColorImage::new(size.0, size.1, image.into_rgb8().into_raw());
+        let color = color.and_then(|color| place(color, hidden.as_deref(), &self.lens, &self.pinhole));
+        let color = color.ok_or(ImageError::Size(size, size));
+        Ok((color?, turn))
     }
 
     /// The same once more, while the capture is open.
@@ -53,27 +64,6 @@ impl ImageFile {
             Err(error) => Err(unreadable(&self.path, error)),
         }
     }
-}
-
-/// The colour image at a path, taken with `lens`, as `pinhole` would have taken it; without the pixels whose alpha is
-/// 0, and without those that `mask`, an image of the same size, has black.
-///
-/// Pixels are taken as they are stored, whatever orientation the metadata ask for: that is how COLMAP and nerfstudio
-/// read the images that they find poses and intrinsics for. Only where the image has the lens's width and height when
-/// it is turned, and not as it is stored, it is turned.
-pub(super) fn decode_color(
-    path: &Path,
-    mask: Option<&Path>,
-    lens: &Lens,
-    pinhole: &Camera,
-) -> Result<(ColorImage, Turn), ImageError> {
-    let size = (lens.image.width, lens.image.height);
-    let (image, turn) = decode_turned(path, size)?;
-    let hidden = hidden_pixels(&image, mask)?;
-    let color = ColorImage::new(size.0, size.1, image.into_rgb8().into_raw());
-    let color = color.and_then(|color| place(color, hidden.as_deref(), lens, pinhole));
-    let color = color.ok_or(ImageError::Size(size, size));
-    Ok((color?, turn))
 }
 
 /// The colours of a frame's image on disk, turned as the frame's are, distortion included: row-major

@@ -95,15 +95,12 @@ pub(super) fn read(
         }
     }
     let frames = keep_usable(layout, SortedOut::of(&listed, read), &mut warnings)?;
+    let source = SceneSource::Folder(layout.folder.to_path_buf());
     Ok(Scene {
-        source: SceneSource::Folder(layout.folder.to_path_buf()),
-        format: layout.format,
-        frames,
         origin,
-        unit: 1.0,
-        point_errors: None,
         warnings,
         notes,
+        ..Scene::new(source, layout.format, frames)
     })
 }
 

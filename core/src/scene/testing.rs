@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use glam::{Affine3A, DVec3, Vec3};
+use glam::{Affine3A, Vec3};
 use tempfile::TempDir;
 
 use super::{
@@ -13,16 +13,7 @@ use super::{
 
 /// A scene of these frames that was read from nowhere.
 pub fn scene(frames: Vec<Frame>) -> Scene {
-    Scene {
-        source: SceneSource::Demo,
-        format: "test",
-        frames,
-        origin: DVec3::ZERO,
-        unit: 1.0,
-        point_errors: None,
-        warnings: Vec::new(),
-        notes: Vec::new(),
-    }
+    Scene::new(SceneSource::Demo, "test", frames)
 }
 
 /// A frame at the origin without a file, with these colours (row-major, three bytes a pixel) and this depth.

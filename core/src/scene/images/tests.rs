@@ -42,16 +42,18 @@ impl Files {
     }
 }
 
-fn straight(width: u32, height: u32) -> Lens {
-    Lens {
-        image: Camera::with_horizontal_fov(width, height, 90.0),
-        distortion: Distortion::default(),
-    }
-}
-
 fn read(path: &Path, mask: Option<&Path>, width: u32, height: u32) -> Result<(ColorImage, Turn), String> {
-    let lens = straight(width, height);
-    decode_color(path, mask, &lens, &lens.image).map_err(|error| error.to_string())
+    let camera = Camera::with_horizontal_fov(width, height, 90.0);
+    let file = ImageFile {
+        path: path.to_path_buf(),
+        mask: mask.map(Path::to_path_buf),
+        lens: Lens {
+            image: camera,
+            distortion: Distortion::default(),
+        },
+        pinhole: camera,
+    };
+    file.decode().map_err(|error| error.to_string())
 }
 
 #[test]
