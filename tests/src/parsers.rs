@@ -102,10 +102,8 @@ impl Fuzzed {
 
 /// Asserts that a message is one sentence for people.
 fn assert_sentence(message: &str) {
-    assert!(
-        !message.is_empty() && !message.contains(['\n', '\r', '\0']),
-        "{message:?}"
-    );
+    assert!(!message.is_empty(), "{message:?}");
+    assert!(!message.contains(['\n', '\r', '\0']), "{message:?}");
 }
 
 /// Two frames of this width and height, the second through a lens.

@@ -152,10 +152,8 @@ fn a_small_fault_is_counted_in_a_warning_and_the_rest_is_labelled() {
     disk.write_strokes(&strokes);
     let outcome = succeed(&mut disk.label(&["--budget", "2"]));
     let warning = one_line(&outcome.stderr);
-    assert!(
-        warning.contains("(1 in all)") && warning.contains("rgb/"),
-        "{warning}"
-    );
+    assert!(warning.contains("(1 in all)"), "{warning}");
+    assert!(warning.contains("rgb/"), "{warning}");
     assert_eq!(files_below(&disk.path("out/labels")).len(), 9);
 }
 

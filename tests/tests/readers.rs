@@ -186,10 +186,8 @@ fn every_format_is_read_by_others_as_the_labels_that_were_exported() {
     // Read again, so that its images are files.
     let scene = Scene::open(&SceneSource::Folder(room), OpenOptions::default(), &|_, _| {}).unwrap();
     let said = scene.warnings.join(" ");
-    assert!(
-        said.contains("EXIF orientation asks to turn them") && said.contains("2 in all"),
-        "{said}"
-    );
+    assert!(said.contains("EXIF orientation asks to turn them"), "{said}");
+    assert!(said.contains("2 in all"), "{said}");
     let map = |(frame, labels): (usize, &Vec<ClassId>)| {
         let camera = &scene.frames[frame].camera;
         let size = [camera.width, camera.height];

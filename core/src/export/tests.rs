@@ -101,10 +101,8 @@ fn a_cancelled_export_says_how_far_it_came_and_its_files_are_whole_but_no_finish
         panic!("{error}");
     };
     // One for each thread at most.
-    assert!(
-        frames == 60 && (1..60).contains(&written),
-        "{written} of {frames}"
-    );
+    assert_eq!(frames, 60, "{written} of {frames}");
+    assert!((1..60).contains(&written), "{written} of {frames}");
     // Neither a list of classes nor the report of the run before, which would say that all is there.
     let files = files(root.path());
     assert_eq!(files.len(), 3 * written);
@@ -181,10 +179,8 @@ fn an_unwritable_folder_is_one_sentence_before_any_work() {
     let file = root.path().join("file");
     fs::write(&file, "x").unwrap();
     let error = prepare(&file.join("out"), &[]).unwrap_err().to_string();
-    assert!(
-        error.contains("file") && error.contains("cannot be written"),
-        "{error}"
-    );
+    assert!(error.contains("file"), "{error}");
+    assert!(error.contains("cannot be written"), "{error}");
     assert_eq!(fs::read(&file).unwrap(), b"x");
 }
 

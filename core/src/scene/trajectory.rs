@@ -360,10 +360,8 @@ mod tests {
         for (text, part) in cases {
             let file = folder.file("path", &text);
             let message = Trajectory::read(&file, None).unwrap_err().to_string();
-            assert!(
-                message.contains(part) && message.contains("path"),
-                "{part}: {message}"
-            );
+            assert!(message.contains(part), "{part}: {message}");
+            assert!(message.contains("path"), "{part}: {message}");
         }
         let message = Trajectory::read(&folder.0.path().join("none"), None)
             .unwrap_err()

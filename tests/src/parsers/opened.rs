@@ -39,10 +39,8 @@ fn check_frame(frame: &Frame) {
     let camera = &frame.camera;
     assert_eq!(camera.problem(), None);
     let pixels = frame.pixels().expect("the files are as they were");
-    assert_eq!(
-        (pixels.color.width(), pixels.color.height()),
-        (camera.width, camera.height)
-    );
+    assert_eq!(pixels.color.width(), camera.width);
+    assert_eq!(pixels.color.height(), camera.height);
     let pose = &frame.camera_to_world;
     assert!(pose.is_finite(), "{pose:?}");
     let corners = [0, camera.pixels() - 1];

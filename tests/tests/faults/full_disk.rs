@@ -99,10 +99,8 @@ fn work_until_the_disk_is_full() {
     }
 
     let opened = Opened::open(&path).unwrap();
-    assert_eq!(
-        (opened.damage, opened.contents.warnings),
-        (None, Vec::<String>::new())
-    );
+    assert_eq!(opened.damage, None);
+    assert_eq!(opened.contents.warnings, Vec::<String>::new());
     let strokes = opened.contents.history.labels().strokes.values();
     let strokes: Vec<Stroke> = strokes.map(|stroke| stroke.as_ref().clone()).collect();
     let expected: Vec<Stroke> = (0..kept as u32).map(scribble).collect();

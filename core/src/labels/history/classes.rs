@@ -287,10 +287,8 @@ mod tests {
         assert!(history.move_class(3, 2).is_none() && history.move_class(9, 0).is_none());
         history.undo().unwrap();
         history.undo().unwrap();
-        assert_eq!(
-            (order(&history), history.labels().strokes.len()),
-            (vec![1, 2, 3], 1)
-        );
+        assert_eq!(order(&history), [1, 2, 3]);
+        assert_eq!(history.labels().strokes.len(), 1);
     }
 
     #[test]

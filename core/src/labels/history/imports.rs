@@ -139,10 +139,8 @@ mod tests {
         mirror.adopt(edit);
         assert_eq!(mirror.labels(), history.labels());
         let imported = history.labels().clone();
-        assert_eq!(
-            (imported.imported.as_deref(), &imported.classes),
-            (Some(&images), &classes)
-        );
+        assert_eq!(imported.imported.as_deref(), Some(&images));
+        assert_eq!(imported.classes, classes);
         history.undo().unwrap();
         assert_eq!(history.labels().classes.len(), 2);
         assert!(!history.labels().says_anything());

@@ -307,10 +307,8 @@ fn arrays_that_cannot_be_used_are_refused_in_one_sentence() {
     let refused = |name: &str, bytes: &[u8], part: &str| {
         put(root.path(), name, bytes);
         let error = read(root.path(), &scene).unwrap_err();
-        assert!(
-            error.contains(&format!("{name}: ")) && error.contains(part),
-            "{error}"
-        );
+        assert!(error.contains(&format!("{name}: ")), "{error}");
+        assert!(error.contains(part), "{error}");
         assert!(!error.contains('\n'), "{error}");
         fs::remove_file(root.path().join(name)).unwrap();
     };

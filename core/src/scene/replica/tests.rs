@@ -111,10 +111,8 @@ fn ground_truth_is_written_beside_the_frames() {
 fn nothing_is_written_over_a_folder_in_use_and_no_rest_is_left() {
     let (parent, folder) = capture();
     let message = write(&tiny_scene(1), &folder, None).unwrap_err().to_string();
-    assert!(
-        message.contains("capture") && message.contains("empty"),
-        "{message}"
-    );
+    assert!(message.contains("capture"), "{message}");
+    assert!(message.contains("empty"), "{message}");
     let truth = GroundTruth {
         classes: &[],
         labels: &|_| Vec::new(),
