@@ -499,25 +499,22 @@ fn factor(text: &str) -> Result<f32, Failure> {
     number(text, fits, "give a factor from 0.01 to 100")
 }
 
-fn experiment(name: &str) -> Result<String, Failure> {
-    let names: Vec<&str> = EXPERIMENTS
-        .iter()
-        .map(|experiment| experiment.name)
-        .chain([FUSION])
-        .collect();
+/// One of these names; otherwise all of them.
+fn among<'a>(name: &str, names: impl Iterator<Item = &'a str>) -> Result<String, Failure> {
+    let names: Vec<&str> = names.collect();
     if names.contains(&name) {
         return Ok(name.to_owned());
     }
     Err(format!("use some of {}", names.join(", ")).into())
 }
 
+fn experiment(name: &str) -> Result<String, Failure> {
+    let names = EXPERIMENTS.iter().map(|experiment| experiment.name);
+    among(name, names.chain([FUSION]))
+}
+
 fn condition(name: &str) -> Result<String, Failure> {
-    let known = conditions();
-    let names: Vec<&str> = known.iter().map(|condition| condition.name).collect();
-    if names.contains(&name) {
-        return Ok(name.to_owned());
-    }
-    Err(format!("use some of {}", names.join(", ")).into())
+    among(name, conditions().iter().map(|condition| condition.name))
 }
 
 fn per_cent(text: &str) -> Result<f64, Failure> {
@@ -538,16 +535,7 @@ mod tests {
 
     #[test]
     fn bench_takes_a_list_of_presets() {
-        let bench = [
-            "inplace-lab",
-            "bench",
-            "engine",
-            "demo",
-            "--out",
-            "x",
-            "--preset",
-            "auto,reference",
-        ];
+        let bench = "inplace-lab bench engine demo --out x --preset auto,reference".split(' ');
         let Command::Bench {
             what: Bench::Engine(arguments),
         } = Arguments::try_parse_from(bench).unwrap().command

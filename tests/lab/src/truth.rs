@@ -37,11 +37,6 @@ impl GroundTruth {
         Ok(Self { images })
     }
 
-    /// The frame numbers that have a label image, ascending.
-    pub fn numbers(&self) -> impl Iterator<Item = u64> {
-        self.images.keys().copied()
-    }
-
     /// Reads the label image of the frame with this stem; `None` when it has none.
     ///
     /// # Errors
@@ -104,7 +99,6 @@ mod tests {
         let folder = root.path().join("semantic_class");
         fs::write(folder.join("semantic_class_2.png"), "no image").unwrap();
         let truth = GroundTruth::find(root.path()).unwrap();
-        assert_eq!(truth.numbers().collect::<Vec<_>>(), [0, 1, 2, 3, 4, 5]);
         let image = truth.read("rgb_0005").unwrap().unwrap();
         assert_eq!((image.width, image.height), (64, 48));
         assert_eq!((image.labels[0], image.labels[63]), (1, 2));

@@ -116,20 +116,6 @@ fn below(page: &str) -> String {
 }
 
 impl Step {
-    fn new(
-        title: impl Into<String>,
-        folder: impl Into<String>,
-        page: &'static str,
-        arguments: &[&str],
-    ) -> Self {
-        Self {
-            title: title.into(),
-            folder: folder.into(),
-            page,
-            arguments: arguments.iter().map(|&argument| argument.to_owned()).collect(),
-        }
-    }
-
     /// Its command line, with the names of the scenes in place of their folders.
     fn shown(&self) -> String {
         let name = |argument: &String| {
@@ -191,117 +177,125 @@ impl Step {
 /// The measurements, in the order of the page.
 fn steps(scenes: &[PathBuf], quick: bool) -> Vec<Step> {
     let given: Vec<String> = scenes.iter().map(|scene| scene.display().to_string()).collect();
-    let given: Vec<&str> = given.iter().map(String::as_str).collect();
-    let of_scenes = |before: &[&str], after: &str| -> Vec<String> {
-        let words = before
-            .iter()
-            .chain(&given)
-            .copied()
-            .chain(after.split_whitespace());
-        words.map(str::to_owned).collect()
+    let step = |title: &str, folder: &str, page, command: &str, scenes: &[String], options: &str| {
+        let words = |text: &str| -> Vec<String> { text.split_whitespace().map(str::to_owned).collect() };
+        Step {
+            title: title.to_owned(),
+            folder: folder.to_owned(),
+            page,
+            arguments: [words(command), scenes.to_vec(), words(options)].concat(),
+        }
     };
-    let step = |title: &str, folder: &str, page, before: &[&str], after: &str| Step {
-        arguments: of_scenes(before, after),
-        ..Step::new(title, folder, page, &[])
-    };
-    let either = |short: &'static str, whole: &'static str| if quick { short } else { whole };
-    let mut steps = Vec::new();
-    for (scene, argument) in scenes.iter().zip(&given) {
+    let clicks = |(scene, own): (&PathBuf, &[String])| {
         let name = SceneSource::from_argument(scene).name();
-        let after = either(
-            "--policy guided,random --clicks 1,3,5 --seeds 1 --geometry 5 --settle 0",
-            "--policy guided,random,uniform --clicks 1,2,3,5,10 --seeds 3 --geometry 10 --settle 0",
-        );
-        let words: Vec<&str> = ["simulate", argument]
-            .into_iter()
-            .chain(after.split_whitespace())
-            .collect();
         let title = format!("From a few clicks: {name}");
-        steps.push(Step::new(title, format!("clicks-{name}"), "results", &words));
-    }
-    let pareto = &["bench", "pareto"][..];
-    steps.push(step(
-        "Accuracy against time",
-        "pareto",
-        "pareto",
-        pareto,
-        either(
-            "--baselines --seeds 1 --marks 2,5,10,20",
+        let options = if quick {
+            "--policy guided,random --clicks 1,3,5 --seeds 1 --geometry 5 --settle 0"
+        } else {
+            "--policy guided,random,uniform --clicks 1,2,3,5,10 --seeds 3 --geometry 10 --settle 0"
+        };
+        step(
+            &title,
+            &format!("clicks-{name}"),
+            "results",
+            "simulate",
+            own,
+            options,
+        )
+    };
+    let clicks = scenes.iter().zip(given.chunks(1)).map(clicks);
+    let (all, first, none) = (&given[..], &given[..1], &given[..0]);
+    // Title, folder, page and command, scenes, options of the short form where it has this, and of the whole one.
+    let benches = [
+        (
+            "Accuracy against time",
+            "pareto",
+            "pareto",
+            all,
+            Some("--baselines --seeds 1 --marks 2,5,10,20"),
             "--baselines --seeds 3 --marks 2,5,10,20",
         ),
-    ));
-    if !quick {
-        steps.push(step(
+        (
             "Accuracy against size",
             "capacity",
             "pareto",
-            pareto,
+            all,
+            None,
             "--preset auto --capacity --seeds 2 --marks 12",
-        ));
-        steps.push(step(
+        ),
+        (
             "Accuracy against time, without depth",
             "pareto-no-depth",
             "pareto",
-            pareto,
+            all,
+            None,
             "--no-depth --seeds 2 --marks 10,20,40,80,160,320,640",
-        ));
-    }
-    let scale = either(
-        "--sweep frames,strokes --frames 20,50,100 --strokes 10,100,1000 --seconds 2",
-        "",
-    );
-    let scale = ["bench", "scale"].into_iter().chain(scale.split_whitespace());
-    steps.push(Step::new(
-        "How cost grows",
-        "scale",
-        "scale",
-        &scale.collect::<Vec<_>>(),
-    ));
-    steps.push(step(
-        "How long a click waits",
-        "latency",
-        "latency",
-        &["bench", "latency"],
-        either("--clicks 50", "--clicks 200"),
-    ));
-    steps.push(step(
-        "Label images: the paper's experiments",
-        "paper",
-        "paper",
-        &["bench", "paper"],
-        either(
-            "--experiments frames-10%,pixel-noise-90%,sparse-16,click,grown-1%",
+        ),
+        (
+            "How cost grows",
+            "scale",
+            "scale",
+            none,
+            Some("--sweep frames,strokes --frames 20,50,100 --strokes 10,100,1000 --seconds 2"),
             "",
         ),
-    ));
-    steps.push(step(
-        "The engine",
-        "engine",
-        "engine",
-        &["bench", "engine"],
-        either("--rounds 5 --marks 5", "--rounds 15 --marks 5,15"),
-    ));
-    // The demo alone: some of the conditions are rooms in its place.
-    let stability = ["bench", "stability"].into_iter();
-    let stability = stability.chain(either("--quick --seeds 1", "").split_whitespace());
-    steps.push(Step::new(
-        "Stability",
-        "stability",
-        "stability",
-        &stability.collect::<Vec<_>>(),
-    ));
-    if !quick {
+        (
+            "How long a click waits",
+            "latency",
+            "latency",
+            all,
+            Some("--clicks 50"),
+            "--clicks 200",
+        ),
+        (
+            "Label images: the paper's experiments",
+            "paper",
+            "paper",
+            all,
+            Some("--experiments frames-10%,pixel-noise-90%,sparse-16,click,grown-1%"),
+            "",
+        ),
+        (
+            "The engine",
+            "engine",
+            "engine",
+            all,
+            Some("--rounds 5 --marks 5"),
+            "--rounds 15 --marks 5,15",
+        ),
+        // The demo alone: some of the conditions are rooms in its place.
+        (
+            "Stability",
+            "stability",
+            "stability",
+            none,
+            Some("--quick --seeds 1"),
+            "",
+        ),
         // The first alone, since a learnt surface takes its time.
-        let of_first = ["bench", "pareto", given[0]].into_iter();
-        let options = "--no-depth --preset auto --capacity --seeds 2 --marks 30";
-        steps.push(Step::new(
+        (
             "Accuracy against size, without depth",
             "capacity-no-depth",
             "pareto",
-            &of_first.chain(options.split_whitespace()).collect::<Vec<_>>(),
-        ));
-    }
-    steps
+            first,
+            None,
+            "--no-depth --preset auto --capacity --seeds 2 --marks 30",
+        ),
+    ];
+    let benches = benches
+        .into_iter()
+        .filter_map(|(title, folder, page, scenes, short, whole)| {
+            let options = if quick { short? } else { whole };
+            Some(step(
+                title,
+                folder,
+                page,
+                &format!("bench {page}"),
+                scenes,
+                options,
+            ))
+        });
+    clicks.chain(benches).collect()
 }
 
 #[cfg(test)]

@@ -20,9 +20,7 @@ pub(super) fn conditions() -> Vec<Condition> {
             "two frames in all, measured on both",
             "makes the surface from their depth, whatever the field can learn from so few",
             Line::Least(0.5),
-            |trial, rng| {
-                only(trial, 2, rng);
-            },
+            |trial, rng| only(trial, 2, rng),
         )
         .in_short(),
         disturbed(
@@ -30,18 +28,14 @@ pub(super) fn conditions() -> Vec<Condition> {
             "five frames in all, measured on all",
             "makes the surface from their depth, whatever the field can learn from so few",
             Line::Least(0.5),
-            |trial, rng| {
-                only(trial, 5, rng);
-            },
+            |trial, rng| only(trial, 5, rng),
         ),
         disturbed(
             "frames-10",
             "ten frames in all, measured on all",
             "makes the surface from their depth, whatever the field can learn from so few",
             Line::Least(0.5),
-            |trial, rng| {
-                only(trial, 10, rng);
-            },
+            |trial, rng| only(trial, 10, rng),
         ),
         disturbed(
             "frames-shuffled",

@@ -32,9 +32,7 @@ pub(super) fn conditions() -> Vec<Condition> {
             "all depth is 5% too long",
             "fuses what the views agree on; layers that do not meet are joined where they are nearest",
             Line::OfClean(0.8),
-            |trial, _| {
-                each(trial, |_, length| 1.05 * length);
-            },
+            |trial, _| each(trial, |_, length| 1.05 * length),
         )
         .in_short(),
         disturbed(

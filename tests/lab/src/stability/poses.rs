@@ -20,54 +20,42 @@ pub(super) fn conditions() -> Vec<Condition> {
             noisy,
             "averages over views in voxels larger than the error",
             Line::OfClean(0.95),
-            |trial, rng| {
-                shake(trial, rng, 0.005, 0.0);
-            },
+            |trial, rng| shake(trial, rng, 0.005, 0.0),
         ),
         disturbed(
             "pose-1cm",
             noisy,
             "averages over views in voxels larger than the error",
             Line::OfClean(0.9),
-            |trial, rng| {
-                shake(trial, rng, 0.01, 0.0);
-            },
+            |trial, rng| shake(trial, rng, 0.01, 0.0),
         ),
         disturbed(
             "pose-2cm",
             noisy,
             "averages over views in voxels about as large as the error",
             Line::OfClean(0.8),
-            |trial, rng| {
-                shake(trial, rng, 0.02, 0.0);
-            },
+            |trial, rng| shake(trial, rng, 0.02, 0.0),
         ),
         disturbed(
             "pose-0.2deg",
             noisy,
             "averages over views in voxels larger than the error",
             Line::OfClean(0.95),
-            |trial, rng| {
-                shake(trial, rng, 0.0, 0.2);
-            },
+            |trial, rng| shake(trial, rng, 0.0, 0.2),
         ),
         disturbed(
             "pose-0.5deg",
             noisy,
             "averages over views in voxels larger than the error",
             Line::OfClean(0.9),
-            |trial, rng| {
-                shake(trial, rng, 0.0, 0.5);
-            },
+            |trial, rng| shake(trial, rng, 0.0, 0.5),
         ),
         disturbed(
             "pose-1deg",
             noisy,
             "averages over views; surfaces that come apart into layers are joined where they are nearest",
             Line::OfClean(0.75),
-            |trial, rng| {
-                shake(trial, rng, 0.0, 1.0);
-            },
+            |trial, rng| shake(trial, rng, 0.0, 1.0),
         )
         .in_short(),
         placed(
