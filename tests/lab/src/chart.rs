@@ -33,6 +33,16 @@ pub struct Panel {
     pub chart: Chart,
 }
 
+impl Panel {
+    /// A chart of lines.
+    pub fn of_lines(title: impl Into<String>, x: Axis, y: Axis, series: Vec<Series>) -> Self {
+        Self {
+            title: title.into(),
+            chart: Chart::Lines { x, y, series },
+        }
+    }
+}
+
 /// The data of a panel. Values that are not finite (or not positive, on a logarithmic axis) are left out.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Chart {
@@ -47,8 +57,8 @@ pub enum Chart {
     },
     /// Horizontal bars from zero with their values written beside them, in groups.
     Bars {
-        /// The axis of the values; always linear from zero.
-        value: Axis,
+        /// Quantity and unit of the values.
+        label: String,
         /// Name of each group, from the top.
         groups: Vec<String>,
         /// The bars of the groups, a colour each.

@@ -108,24 +108,21 @@ pub struct FieldPoint {
 
 /// The points as a table, `field.csv`.
 pub fn table(points: &[FieldPoint]) -> Table {
-    let mut table = Table::new(&["scene", "depth", "labels", "answer", "seed", "seconds", "miou"]);
-    for point in points {
-        let seconds = point.seconds;
-        table.push(&[
-            point.scene.clone(),
-            point.depth.to_string(),
-            point.labels.clone(),
-            point.answer.to_owned(),
-            point.seed.to_string(),
-            if seconds.is_finite() {
-                seconds.to_string()
-            } else {
-                String::new()
-            },
-            format!("{:.4}", point.miou),
-        ]);
-    }
-    table
+    let known = |seconds: f64| Some(seconds).filter(|seconds| seconds.is_finite());
+    Table::of(
+        points,
+        &[
+            ("scene", &|point| point.scene.clone()),
+            ("depth", &|point| point.depth.to_string()),
+            ("labels", &|point| point.labels.clone()),
+            ("answer", &|point| point.answer.to_owned()),
+            ("seed", &|point| point.seed.to_string()),
+            ("seconds", &|point| {
+                known(point.seconds).map_or_else(String::new, |seconds| seconds.to_string())
+            }),
+            ("miou", &|point| format!("{:.4}", point.miou)),
+        ],
+    )
 }
 
 /// The pixels of the test frames that answers are measured on, and what the points have in common.
@@ -240,26 +237,19 @@ impl<'a> Measured<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::{options, wall};
+    use crate::testing::{capture_of, options};
     use inplace_core::labels::Class;
-    use inplace_core::scene::{GroundTruth, SceneSource, write_replica};
+    use inplace_core::scene::SceneSource;
 
     #[test]
     fn every_answer_is_measured_at_every_time() {
         let root = tempfile::tempdir().unwrap();
         let folder = root.path().join("wall");
-        let scene = wall(6, 48, 36);
-        let truth = |frame: usize| {
-            let color = scene.frames[frame].color();
-            let class = |pixel| 1 + ClassId::from(color.pixel(pixel)[0] > 128);
-            (0..48 * 36).map(class).collect()
-        };
-        let written = GroundTruth {
-            classes: &[Class::new(1, "dark"), Class::new(2, "bright")],
-            labels: &truth,
-            held_out: &[1, 3, 5],
-        };
-        write_replica(&scene, &folder, Some(&written)).unwrap();
+        capture_of(
+            &folder,
+            (48, 36),
+            [Class::new(1, "dark"), Class::new(2, "bright")],
+        );
         let experiment = FieldExperiment {
             session: options(SceneSource::Folder(folder)),
             geometry: Some(Duration::from_millis(500)),

@@ -51,12 +51,13 @@ impl Page {
         self.add(&format!("![{what}]({file})"));
     }
 
-    /// Adds a table, unless it has no rows. Columns of numbers are set flush right.
-    pub fn table(&mut self, header: &[&str], rows: &[Vec<String>]) {
+    /// Adds a table, unless it has no rows; ` | ` is between the names of its columns. Columns of numbers are set flush
+    /// right.
+    pub fn table(&mut self, header: &str, rows: &[Vec<String>]) {
         if rows.is_empty() {
             return;
         }
-        let header: Vec<String> = header.iter().map(|&name| name.to_owned()).collect();
+        let header: Vec<String> = header.split(" | ").map(str::to_owned).collect();
         let columns: Vec<Column> = (0..header.len())
             .map(|at| Column::of(at, &header, rows))
             .collect();
@@ -162,7 +163,7 @@ mod tests {
         let mut page = Page::new();
         page.paragraph("Of two scenes.");
         let row = |name: &str, value: &str| vec![name.to_owned(), value.to_owned()];
-        page.table(&["scene", "mIoU"], &[row("demo", "0.5"), row("room", "-")]);
+        page.table("scene | mIoU", &[row("demo", "0.5"), row("room", "-")]);
         assert_eq!(
             page.as_str(),
             "Of two scenes.\n\n\
@@ -171,7 +172,7 @@ mod tests {
              | demo  |  0.5 |\n\
              | room  |    - |\n"
         );
-        page.table(&["nothing"], &[]);
+        page.table("nothing", &[]);
         assert!(!page.as_str().contains("nothing"));
     }
 

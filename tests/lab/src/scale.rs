@@ -72,53 +72,22 @@ pub struct Measured {
     pub cost: Cost,
 }
 
-/// Something that may grow.
-#[derive(Clone, Copy)]
-pub struct Quantity {
-    /// Its name in the results.
-    pub name: &'static str,
-    /// Its value; not a number where the system does not tell.
-    pub of: fn(&Cost) -> f64,
-}
+/// Something that may grow: its name in the results, and its value; not a number where the system does not tell.
+pub type Quantity = (&'static str, fn(&Cost) -> f64);
 
 /// What is fitted: seconds, bytes, and the sizes of surface and model.
 pub const QUANTITIES: [Quantity; 9] = [
-    Quantity {
-        name: "opening",
-        of: |cost| cost.opening_s,
-    },
-    Quantity {
-        name: "surface",
-        of: |cost| cost.surface_s,
-    },
-    Quantity {
-        name: "map in view",
-        of: |cost| cost.map_in_view_s,
-    },
-    Quantity {
-        name: "all maps",
-        of: |cost| cost.all_maps_s,
-    },
-    Quantity {
-        name: "one more click",
-        of: |cost| cost.update_s,
-    },
-    Quantity {
-        name: "a step",
-        of: |cost| cost.steps_per_s.recip(),
-    },
-    Quantity {
-        name: "peak memory",
-        of: |cost| cost.peak_memory_bytes.map_or(f64::NAN, |bytes| bytes as f64),
-    },
-    Quantity {
-        name: "voxels",
-        of: |cost| cost.surface_nodes as f64,
-    },
-    Quantity {
-        name: "parameters",
-        of: |cost| cost.parameters as f64,
-    },
+    ("opening", |cost| cost.opening_s),
+    ("surface", |cost| cost.surface_s),
+    ("map in view", |cost| cost.map_in_view_s),
+    ("all maps", |cost| cost.all_maps_s),
+    ("one more click", |cost| cost.update_s),
+    ("a step", |cost| cost.steps_per_s.recip()),
+    ("peak memory", |cost| {
+        cost.peak_memory_bytes.map_or(f64::NAN, |bytes| bytes as f64)
+    }),
+    ("voxels", |cost| cost.surface_nodes as f64),
+    ("parameters", |cost| cost.parameters as f64),
 ];
 
 /// How many of [`QUANTITIES`], from the first on, are seconds.
@@ -226,13 +195,13 @@ impl Measured {
 /// The exponent of each quantity in each sweep, where two values or more were measured.
 pub fn exponents(measured: &[Measured]) -> Vec<Exponent> {
     let of_sweep = |sweep: Sweep| {
-        QUANTITIES.iter().filter_map(move |quantity| {
+        QUANTITIES.into_iter().filter_map(move |(quantity, of)| {
             let own = measured.iter().filter(|one| one.sweep == sweep);
-            let points = own.map(|one| (one.value(), (quantity.of)(&one.cost)));
+            let points = own.map(|one| (one.value(), of(&one.cost)));
             let fitted = fit(points.collect())?;
             Some(Exponent {
                 sweep,
-                quantity: quantity.name,
+                quantity,
                 exponent: fitted.slope,
                 from: fitted.from,
                 to: fitted.to,
@@ -281,47 +250,28 @@ fn fit(mut points: Vec<(f64, f64)>) -> Option<Fit> {
 
 /// `scale.csv`: a row for each setting of each sweep.
 pub fn table(measured: &[Measured]) -> Table {
-    let mut table = Table::new(&[
-        "sweep",
-        "frames",
-        "width",
-        "height",
-        "rooms",
-        "classes",
-        "strokes",
-        "opening_s",
-        "surface_s",
-        "map_in_view_s",
-        "all_maps_s",
-        "update_s",
-        "steps_per_s",
-        "peak_opening_mb",
-        "peak_mb",
-        "voxels",
-        "parameters",
-    ]);
     let megabytes =
         |bytes: Option<u64>| bytes.map_or(String::new(), |bytes| format!("{:.1}", bytes as f64 / 1e6));
-    for Measured { sweep, rooms, cost } in measured {
-        table.push(&[
-            sweep.name().to_owned(),
-            cost.frames.to_string(),
-            cost.width.to_string(),
-            cost.height.to_string(),
-            rooms.to_string(),
-            cost.classes.to_string(),
-            cost.strokes.to_string(),
-            format!("{:.3}", cost.opening_s),
-            format!("{:.3}", cost.surface_s),
-            format!("{:.4}", cost.map_in_view_s),
-            format!("{:.4}", cost.all_maps_s),
-            format!("{:.4}", cost.update_s),
-            format!("{:.2}", cost.steps_per_s),
-            megabytes(cost.peak_opening_bytes),
-            megabytes(cost.peak_memory_bytes),
-            cost.surface_nodes.to_string(),
-            cost.parameters.to_string(),
-        ]);
-    }
-    table
+    Table::of(
+        measured,
+        &[
+            ("sweep", &|one| one.sweep.name().to_owned()),
+            ("frames", &|one| one.cost.frames.to_string()),
+            ("width", &|one| one.cost.width.to_string()),
+            ("height", &|one| one.cost.height.to_string()),
+            ("rooms", &|one| one.rooms.to_string()),
+            ("classes", &|one| one.cost.classes.to_string()),
+            ("strokes", &|one| one.cost.strokes.to_string()),
+            ("opening_s", &|one| format!("{:.3}", one.cost.opening_s)),
+            ("surface_s", &|one| format!("{:.3}", one.cost.surface_s)),
+            ("map_in_view_s", &|one| format!("{:.4}", one.cost.map_in_view_s)),
+            ("all_maps_s", &|one| format!("{:.4}", one.cost.all_maps_s)),
+            ("update_s", &|one| format!("{:.4}", one.cost.update_s)),
+            ("steps_per_s", &|one| format!("{:.2}", one.cost.steps_per_s)),
+            ("peak_opening_mb", &|one| megabytes(one.cost.peak_opening_bytes)),
+            ("peak_mb", &|one| megabytes(one.cost.peak_memory_bytes)),
+            ("voxels", &|one| one.cost.surface_nodes.to_string()),
+            ("parameters", &|one| one.cost.parameters.to_string()),
+        ],
+    )
 }

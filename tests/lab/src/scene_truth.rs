@@ -144,9 +144,9 @@ pub(super) fn in_image(scene: &Scene, number: usize, labels: Vec<ClassId>) -> Ve
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::wall;
+    use crate::testing::{opened, wall};
     use inplace_core::labels::Class;
-    use inplace_core::scene::{GroundTruth as Written, OpenOptions, write_replica};
+    use inplace_core::scene::{GroundTruth as Written, write_replica};
 
     #[test]
     fn labels_are_taken_from_training_frames_and_measured_on_the_others() {
@@ -161,14 +161,8 @@ mod tests {
             held_out: &[1, 3],
         };
         write_replica(&scene, &folder, Some(&written)).unwrap();
-        let open = || {
-            Scene::open(
-                &SceneSource::Folder(folder.clone()),
-                OpenOptions::default(),
-                &|_, _| {},
-            )
-        };
-        let truth = SceneTruth::read(&open().unwrap()).unwrap();
+        let read = || SceneTruth::read(&opened(&folder));
+        let truth = read().unwrap();
         assert_eq!(
             (truth.train.clone(), truth.test.clone()),
             (vec![0, 2], vec![1, 3])
@@ -180,10 +174,10 @@ mod tests {
         for frame in [0, 2] {
             std::fs::remove_file(folder.join(format!("semantic_class/semantic_class_{frame}.png"))).unwrap();
         }
-        let error = SceneTruth::read(&open().unwrap()).unwrap_err().to_string();
+        let error = read().unwrap_err().to_string();
         assert!(error.contains("\"train\"") && error.contains("wall"), "{error}");
         std::fs::remove_dir_all(folder.join("semantic_class")).unwrap();
-        let error = SceneTruth::read(&open().unwrap()).unwrap_err().to_string();
+        let error = read().unwrap_err().to_string();
         assert!(error.contains("no ground truth"), "{error}");
     }
 }

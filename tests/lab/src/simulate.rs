@@ -78,18 +78,18 @@ pub fn table(points: &[SimulatedPoint]) -> Table {
 
 /// The expected calibration errors of the points that have one, `calibration.csv`.
 pub fn calibration_table(points: &[SimulatedPoint]) -> Table {
-    let mut table = Table::new(&["scene", "policy", "seed", "clicks_per_class", "ece"]);
-    for point in points {
-        let Some(error) = point.calibration_error() else {
-            continue;
-        };
-        table.push(&[
-            point.scene.clone(),
-            point.policy.clone(),
-            point.seed.to_string(),
-            point.clicks_per_class.to_string(),
-            format!("{error:.4}"),
-        ]);
-    }
-    table
+    let known = |point| Some((point, SimulatedPoint::calibration_error(point)?));
+    let known: Vec<(&SimulatedPoint, f64)> = points.iter().filter_map(known).collect();
+    Table::of(
+        &known,
+        &[
+            ("scene", &|(point, _)| point.scene.clone()),
+            ("policy", &|(point, _)| point.policy.clone()),
+            ("seed", &|(point, _)| point.seed.to_string()),
+            ("clicks_per_class", &|(point, _)| {
+                point.clicks_per_class.to_string()
+            }),
+            ("ece", &|(_, error)| format!("{error:.4}")),
+        ],
+    )
 }

@@ -14,29 +14,16 @@ pub struct Table {
 pub type Column<'a, T> = (&'a str, &'a dyn Fn(&T) -> String);
 
 impl Table {
-    /// A row for each item.
+    /// A row for each item; cells that need it are quoted (RFC 4180).
     pub fn of<T>(items: &[T], columns: &[Column<'_, T>]) -> Self {
         let names: Vec<&str> = columns.iter().map(|(name, _)| *name).collect();
-        let mut table = Self::new(&names);
+        let mut text = names.join(",") + "\n";
         for item in items {
-            let cells: Vec<String> = columns.iter().map(|(_, cell)| cell(item)).collect();
-            table.push(&cells);
+            let cells: Vec<String> = columns.iter().map(|(_, cell)| quoted(&cell(item))).collect();
+            text += &cells.join(",");
+            text.push('\n');
         }
-        table
-    }
-
-    /// A table without rows.
-    pub fn new(header: &[&str]) -> Self {
-        let mut table = Self { text: String::new() };
-        table.push(header);
-        table
-    }
-
-    /// Adds a row; cells that need it are quoted (RFC 4180).
-    pub fn push(&mut self, cells: &[impl AsRef<str>]) {
-        let cells: Vec<String> = cells.iter().map(|cell| quoted(cell.as_ref())).collect();
-        self.text += &cells.join(",");
-        self.text.push('\n');
+        Self { text }
     }
 
     /// The whole table.
@@ -67,8 +54,11 @@ mod tests {
 
     #[test]
     fn cells_with_commas_and_quotes_are_quoted() {
-        let mut table = Table::new(&["scene", "miou"]);
-        table.push(&["a, \"b\"".to_owned(), 0.5.to_string()]);
+        let columns: [Column<'_, f64>; 2] = [
+            ("scene", &|_| "a, \"b\"".to_owned()),
+            ("miou", &|miou| miou.to_string()),
+        ];
+        let table = Table::of(&[0.5], &columns);
         assert_eq!(table.as_str(), "scene,miou\n\"a, \"\"b\"\"\",0.5\n");
     }
 }

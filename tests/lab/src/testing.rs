@@ -1,6 +1,7 @@
 //! A small capture with ground truth for the tests of measurements.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use glam::{Affine3A, DVec3, Vec3};
 use inplace_core::field::Preset;
@@ -21,6 +22,12 @@ pub fn options(source: SceneSource) -> SessionOptions {
         seed: 4,
         state: None,
     }
+}
+
+/// Opens a capture.
+pub fn opened(folder: &Path) -> Arc<Scene> {
+    let source = SceneSource::Folder(folder.to_path_buf());
+    Arc::new(Scene::open(&source, OpenOptions::default(), &|_, _| {}).unwrap())
 }
 
 /// A wall two metres away, dark where x < 0 and bright elsewhere, seen by cameras side by side, the
@@ -58,20 +65,25 @@ pub fn wall(frames: usize, width: u32, height: u32) -> Scene {
     }
 }
 
-/// Writes six frames of a wall that is dark on the left and bright on the right, each a class of its own; every
-/// other frame is held out.
-pub fn capture(folder: &std::path::Path) {
-    let scene = wall(6, 64, 48);
+/// Writes six frames of a wall that is dark on the left and bright on the right, classes 1 and 2; every other frame is
+/// held out.
+pub fn capture(folder: &Path) {
+    capture_of(folder, (64, 48), [Class::new(1, "dark"), Class::new(2, "bright")]);
+}
+
+/// The same with frames of this size and other classes.
+pub fn capture_of(folder: &Path, (width, height): (u32, u32), classes: [Class; 2]) {
+    let scene = wall(6, width, height);
     let labels: Vec<Vec<ClassId>> = scene
         .frames
         .iter()
         .map(|frame| {
-            let class = |pixel| 1 + ClassId::from(frame.color().pixel(pixel)[0] > 128);
+            let class = |pixel| classes[usize::from(frame.color().pixel(pixel)[0] > 128)].id;
             (0..frame.camera.pixels()).map(class).collect()
         })
         .collect();
     let truth = GroundTruth {
-        classes: &[Class::new(1, "dark"), Class::new(2, "bright")],
+        classes: &classes,
         labels: &|frame| labels[frame].clone(),
         held_out: &[1, 3, 5],
     };

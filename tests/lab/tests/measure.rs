@@ -51,14 +51,7 @@ fn a_condition_is_tried_and_its_page_says_how_it_went() {
     small_demo(&scene);
     let mut command = inplace_lab();
     command.args(["bench", "stability"]).arg(&scene);
-    command.args([
-        "--conditions",
-        "labels-one-click",
-        "--seeds",
-        "2",
-        "--seconds",
-        "0.2",
-    ]);
+    command.args("--conditions labels-one-click --seeds 2 --seconds 0.2".split(' '));
     let outcome = Running::to_the_end(command.arg("--out").arg(&out));
     assert_eq!(
         (outcome.code, outcome.stderr.as_str()),
@@ -77,24 +70,11 @@ fn a_condition_is_tried_and_its_page_says_how_it_went() {
 fn a_simulated_annotator_labels_the_demo() {
     let root = tempfile::tempdir().unwrap();
     let out = root.path().join("out");
-    let graph_alone = [
-        "--policy",
-        "random",
-        "--clicks",
-        "1",
-        "--seeds",
-        "1",
-        "--geometry",
-        "0",
-        "--settle",
-        "0",
-    ];
-    let outcome = Running::to_the_end(
-        inplace_lab()
-            .args(["simulate", "demo", "--json", "--out"])
-            .arg(&out)
-            .args(graph_alone),
-    );
+    let graph_alone = "--policy random --clicks 1 --seeds 1 --geometry 0 --settle 0";
+    let mut command = inplace_lab();
+    command.args(["simulate", "demo", "--json"]);
+    command.args(graph_alone.split(' '));
+    let outcome = Running::to_the_end(command.arg("--out").arg(&out));
     assert_eq!((outcome.code, outcome.stderr.as_str()), (Some(0), ""));
     let points: Value = serde_json::from_str(&outcome.stdout).unwrap();
     let point = &points[0];

@@ -11,19 +11,9 @@ fn how_cost_grows_with_frames_is_measured_and_fitted() {
     let root = tempfile::tempdir().unwrap();
     let out = root.path().join("out");
     let mut command = inplace_lab();
-    command.args([
-        "bench", "scale", "--sweep", "frames", "--frames", "8,24", "--json",
-    ]);
-    command.args([
-        "--at-size",
-        "64x48",
-        "--seconds",
-        "0.5",
-        "--threads",
-        "2",
-        "--out",
-    ]);
-    let outcome = Running::to_the_end(command.arg(&out));
+    command.args("bench scale --sweep frames --frames 8,24 --json".split(' '));
+    command.args("--at-size 64x48 --seconds 0.5 --threads 2".split(' '));
+    let outcome = Running::to_the_end(command.arg("--out").arg(&out));
     assert_eq!(outcome.code, Some(0), "{outcome:?}");
     let result: Value = serde_json::from_str(&outcome.stdout).unwrap();
     let written = fs::read_to_string(out.join("scale.json")).unwrap();

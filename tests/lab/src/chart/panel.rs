@@ -3,7 +3,7 @@
 use super::axis::{Range, number, tick_texts};
 use super::lines;
 use super::svg::{COLORS, Svg, shortened, text_width};
-use super::{Axis, BarSeries, Chart, Panel, Scale};
+use super::{BarSeries, Chart, Panel, Scale};
 
 /// Width of a panel in the fullest row, in pixels.
 pub(super) const WIDTH: f64 = 440.0;
@@ -37,10 +37,10 @@ pub(super) fn draw(out: &mut Svg, panel: &Panel, (x, y): (f64, f64), size: (f64,
             series,
         } => lines::draw(out, (across, up), series, (x, y), size),
         Chart::Bars {
-            value,
+            label,
             groups,
             series,
-        } => bars(out, value, groups, series, (x, y), size),
+        } => bars(out, label, groups, series, (x, y), size),
     };
     if !drawn {
         out.text("muted middle", x + size.0 / 2.0, y + size.1 / 2.0, "no data");
@@ -54,7 +54,7 @@ fn legend_height(series: &[BarSeries]) -> f64 {
 /// Draws bars; `false` when there is nothing to draw.
 fn bars(
     out: &mut Svg,
-    value: &Axis,
+    label: &str,
     groups: &[String],
     series: &[BarSeries],
     (x, y): (f64, f64),
@@ -73,13 +73,9 @@ fn bars(
     let left = (widest(&mut groups.iter().cloned()) + 10.0).min(0.45 * width);
     let right = widest(&mut finite().map(number)) + 8.0;
     let length = width - left - right;
-    let mark = value.mark.iter().map(|(at, _)| *at);
-    let Some(range) = Range::of(Scale::FromZero, finite().chain(mark), length, 64.0) else {
+    let Some(range) = Range::of(Scale::FromZero, finite(), length, 64.0) else {
         return false;
     };
-    if finite().next().is_none() {
-        return false;
-    }
     let mut legend = x;
     if series.len() > 1 {
         for (index, own) in series.iter().enumerate() {
@@ -96,7 +92,7 @@ fn bars(
         out.line("grid", (place(tick), top), (place(tick), bottom));
         out.text("tick middle", place(tick), bottom + 16.0, &text);
     }
-    out.text("muted label end", x + left + length, bottom + 33.0, &value.label);
+    out.text("muted label end", x + left + length, bottom + 33.0, label);
     let group_height = (bottom - top) / groups.len() as f64;
     let thickness = ((group_height - GROUP_GAP) / series.len() as f64).clamp(4.0, 24.0);
     for (row, group) in groups.iter().enumerate() {
@@ -117,9 +113,5 @@ fn bars(
         }
     }
     out.line("axis", (place(0.0), top), (place(0.0), bottom));
-    if let Some((at, name)) = &value.mark {
-        out.line("mark", (place(*at), top), (place(*at), bottom));
-        out.text("tick end", place(*at) - 4.0, top - 4.0, name);
-    }
     true
 }

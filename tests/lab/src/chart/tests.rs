@@ -6,14 +6,12 @@ fn lines(series: Vec<Series>, scale: Scale) -> Figure {
     Figure {
         title: "Error & <time>".to_owned(),
         subtitle: "2 threads, seeds 0 to 2".to_owned(),
-        rows: vec![vec![Panel {
-            title: "Depth".to_owned(),
-            chart: Chart::Lines {
-                x: Axis::new("seconds", scale),
-                y: Axis::new("error, cm", scale).with_mark(2.0, "target"),
-                series,
-            },
-        }]],
+        rows: vec![vec![Panel::of_lines(
+            "Depth",
+            Axis::new("seconds", scale),
+            Axis::new("error, cm", scale).with_mark(2.0, "target"),
+            series,
+        )]],
     }
 }
 
@@ -214,7 +212,7 @@ fn bars_show_every_value_but_those_that_are_none() {
         values: values.to_vec(),
     };
     let chart = |series| Chart::Bars {
-        value: Axis::new("samples/s", Scale::FromZero),
+        label: "samples/s".to_owned(),
         groups: vec!["fused".to_owned(), "candle".to_owned()],
         series,
     };

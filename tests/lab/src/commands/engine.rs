@@ -110,12 +110,8 @@ fn add_paths(page: &mut Page, paths: &[PathSpeed]) {
             }
             row
         });
-    let tables: Vec<String> = TABLES
-        .iter()
-        .flat_map(|table| [format!("2^{table} rows a level"), "times candle".to_owned()])
-        .collect();
-    let header = std::iter::once("way").chain(tables.iter().map(String::as_str));
-    page.table(&header.collect::<Vec<&str>>(), &rows.collect::<Vec<_>>());
+    let tables = TABLES.map(|table| format!(" | 2^{table} rows a level | times candle"));
+    page.table(&format!("way{}", tables.concat()), &rows.collect::<Vec<_>>());
 }
 
 /// Median of the finite ones among some values, and the range around it where they differ, as text.
@@ -174,19 +170,8 @@ fn add_runs(page: &mut Page, runs: &[RunPoint]) {
         }
     }
     page.table(
-        &[
-            "scene",
-            "preset",
-            "depth",
-            "seconds",
-            "steps/s",
-            "rays/s",
-            "samples a ray",
-            "error, cm",
-            "error, %",
-            "within 10%, %",
-            "PSNR, dB",
-        ],
+        "scene | preset | depth | seconds | steps/s | rays/s | samples a ray | error, cm \
+         | error, % | within 10%, % | PSNR, dB",
         &rows,
     );
 }

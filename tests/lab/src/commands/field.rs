@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use crate::chart::{Axis, Chart, Figure, Panel, Point, Scale, Series};
+use crate::chart::{Axis, Figure, Panel, Point, Scale, Series};
 use crate::field::{FieldExperiment, FieldPoint, semantic_field, table};
 use inplace_core::export;
 use inplace_core::field::Preset;
@@ -78,33 +78,29 @@ fn page(marks: &[f64], points: &[FieldPoint]) -> Page {
             rows.push(row);
         }
     }
-    let times: Vec<String> = marks.iter().map(|mark| format!("{mark} s")).collect();
-    let header = ["scene", "labels", "answer"]
-        .into_iter()
-        .chain(times.iter().map(String::as_str));
-    page.table(&header.collect::<Vec<&str>>(), &rows);
+    let times: String = marks.iter().map(|mark| format!(" | {mark} s")).collect();
+    page.table(&format!("scene | labels | answer{times}"), &rows);
     page.chart("What the semantic field renders", "field.svg");
     page
 }
 
 /// A row of panels for each scene, one for each kind of labels; a line for each answer.
 fn figure(arguments: &FieldArguments, threads: usize, marks: &[f64], points: &[FieldPoint]) -> Figure {
-    let panel = |scene: &str, labels: &str, own: &[&FieldPoint]| Panel {
-        title: format!("{scene}, {labels}"),
-        chart: Chart::Lines {
-            x: Axis::new("seconds since the last label", Scale::Logarithmic),
-            y: Axis::new("mIoU on the test frames", Scale::Linear),
-            series: grouped(own, |point| point.answer)
-                .into_iter()
-                .map(|(answer, _)| Series {
-                    name: answer.to_owned(),
-                    points: marks
-                        .iter()
-                        .filter_map(|&mark| Point::of_values(mark, at(own, answer, mark)))
-                        .collect(),
-                })
+    let panel = |scene: &str, labels: &str, own: &[&FieldPoint]| {
+        let series = grouped(own, |point| point.answer).into_iter();
+        let series = series.map(|(answer, _)| Series {
+            name: answer.to_owned(),
+            points: marks
+                .iter()
+                .filter_map(|&mark| Point::of_values(mark, at(own, answer, mark)))
                 .collect(),
-        },
+        });
+        Panel::of_lines(
+            format!("{scene}, {labels}"),
+            Axis::new("seconds since the last label", Scale::Logarithmic),
+            Axis::new("mIoU on the test frames", Scale::Linear),
+            series.collect(),
+        )
     };
     Figure {
         title: "What the semantic field renders, beside what the surface says".to_owned(),

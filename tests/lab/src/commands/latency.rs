@@ -1,6 +1,6 @@
 //! `inplace-lab bench latency`: how long a click waits for its maps.
 
-use crate::chart::{Axis, Chart, Figure, Panel, Point, Scale, Series};
+use crate::chart::{Axis, Figure, Panel, Point, Scale, Series};
 use crate::{Latency, Percentiles, click_latency};
 use inplace_core::export;
 use inplace_core::field::Preset;
@@ -55,16 +55,7 @@ fn page(measured: &[Latency]) -> Page {
         row
     });
     page.table(
-        &[
-            "scene",
-            "frames",
-            "in view 50%",
-            "95%",
-            "99%",
-            "all frames 50%",
-            "95%",
-            "99%",
-        ],
+        "scene | frames | in view 50% | 95% | 99% | all frames 50% | 95% | 99%",
         &rows.collect::<Vec<_>>(),
     );
     page.chart("How long a click waits for its maps", "latency.svg");
@@ -73,17 +64,15 @@ fn page(measured: &[Latency]) -> Page {
 
 /// The clicks sorted by how long they waited, a line for each scene.
 fn figure(preset: Preset, measured: &[Latency]) -> Figure {
-    let panel = |title: &str, target: f64, of: &dyn Fn(&Latency) -> Percentiles| Panel {
-        title: title.to_owned(),
-        chart: Chart::Lines {
-            x: Axis::new("% of clicks", Scale::Linear),
-            y: Axis::new("milliseconds at most", Scale::Logarithmic)
-                .with_mark(target, "target for half of them"),
-            series: measured
-                .iter()
-                .map(|scene| line(scene, &of(scene).sorted))
-                .collect(),
-        },
+    let panel = |title: &str, target: f64, of: fn(&Latency) -> &Percentiles| {
+        let series = measured.iter().map(|scene| line(scene, &of(scene).sorted));
+        let milliseconds = Axis::new("milliseconds at most", Scale::Logarithmic);
+        Panel::of_lines(
+            title,
+            Axis::new("% of clicks", Scale::Linear),
+            milliseconds.with_mark(target, "target for half of them"),
+            series.collect(),
+        )
     };
     let first = measured.first();
     Figure {
@@ -96,12 +85,10 @@ fn figure(preset: Preset, measured: &[Latency]) -> Figure {
             first.map_or(0, |scene| scene.clicks),
         ),
         rows: vec![vec![
-            panel("The map of the frame in view", TARGETS.0, &|scene| {
-                scene.in_view_ms.clone()
+            panel("The map of the frame in view", TARGETS.0, |scene| {
+                &scene.in_view_ms
             }),
-            panel("The maps of all frames", TARGETS.1, &|scene| {
-                scene.all_frames_ms.clone()
-            }),
+            panel("The maps of all frames", TARGETS.1, |scene| &scene.all_frames_ms),
         ]],
     }
 }

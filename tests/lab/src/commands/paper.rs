@@ -137,17 +137,8 @@ fn page(points: &[PaperPoint]) -> Page {
             row
         });
     page.table(
-        &[
-            "scene",
-            "experiment",
-            "depth",
-            "input",
-            "mIoU",
-            "average accuracy",
-            "total accuracy",
-            "seconds",
-            "paper",
-        ],
+        "scene | experiment | depth | input | mIoU | average accuracy | total accuracy | \
+         seconds | paper",
         &rows.collect::<Vec<_>>(),
     );
     page

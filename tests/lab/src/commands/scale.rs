@@ -111,23 +111,8 @@ fn page(measured: &[Measured], exponents: &[Exponent]) -> Page {
         ]
     });
     page.table(
-        &[
-            "varied",
-            "frames",
-            "size",
-            "rooms",
-            "classes",
-            "strokes",
-            "opening",
-            "surface",
-            "map in view",
-            "all maps",
-            "one more click",
-            "steps/s",
-            "peak, GB",
-            "voxels",
-            "parameters",
-        ],
+        "varied | frames | size | rooms | classes | strokes | opening | surface | map in \
+         view | all maps | one more click | steps/s | peak, GB | voxels | parameters",
         &rows.collect::<Vec<_>>(),
     );
     add_exponents(&mut page, exponents);
@@ -141,10 +126,10 @@ fn add_exponents(page: &mut Page, exponents: &[Exponent]) {
     page.paragraph(&format!(
         "The power that each grows with, fitted to the upper half of the values; above {STEEP} in bold."
     ));
-    let rows = QUANTITIES.iter().map(|quantity| {
-        let mut row = vec![quantity.name.to_owned()];
+    let rows = QUANTITIES.iter().map(|(quantity, _)| {
+        let mut row = vec![(*quantity).to_owned()];
         row.extend(sweeps.iter().map(|(_, own)| {
-            let one = own.iter().find(|one| one.quantity == quantity.name);
+            let one = own.iter().find(|one| one.quantity == *quantity);
             one.map_or("-".to_owned(), |one| {
                 let text = one.shown();
                 if one.exponent > STEEP {
@@ -158,11 +143,9 @@ fn add_exponents(page: &mut Page, exponents: &[Exponent]) {
     });
     let ranges = sweeps.iter().map(|(sweep, own)| {
         let ends = own.first().map_or((0.0, 0.0), |one| (one.from, one.to));
-        format!("{}, {} to {}", sweep.name(), short(ends.0), short(ends.1))
+        format!(" | {}, {} to {}", sweep.name(), short(ends.0), short(ends.1))
     });
-    let ranges: Vec<String> = ranges.collect();
-    let header = std::iter::once("").chain(ranges.iter().map(String::as_str));
-    page.table(&header.collect::<Vec<&str>>(), &rows.collect::<Vec<_>>());
+    page.table(&ranges.collect::<String>(), &rows.collect::<Vec<_>>());
 }
 
 /// A number as short as it can be told from others.

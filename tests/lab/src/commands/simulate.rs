@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use crate::chart::{Axis, Chart, Figure, Panel, Point, Scale, Series};
+use crate::chart::{Axis, Figure, Panel, Point, Scale, Series};
 use crate::simulate::{Experiment, SimulatedPoint, calibration_table, simulate, table};
 use crate::{Calibration, mean_and_deviation};
 use inplace_core::export;
@@ -78,16 +78,8 @@ fn page(arguments: &SimulateArguments, threads: usize, points: &[SimulatedPoint]
         ]);
     }
     page.table(
-        &[
-            "policy",
-            "clicks a class",
-            "strokes",
-            "mIoU",
-            "average accuracy",
-            "total accuracy",
-            "calibration error",
-            "seconds",
-        ],
+        "policy | clicks a class | strokes | mIoU | average accuracy | total accuracy | \
+         calibration error | seconds",
         &rows,
     );
     page.chart("mIoU against clicks and time", "results.svg");
@@ -111,13 +103,13 @@ fn figure(arguments: &SimulateArguments, threads: usize, points: &[SimulatedPoin
             })
             .collect()
     };
-    let panel = |title: &str, x: Axis, series: Vec<Series>| Panel {
-        title: title.to_owned(),
-        chart: Chart::Lines {
+    let panel = |title: &str, x: Axis, series: Vec<Series>| {
+        Panel::of_lines(
+            title,
             x,
-            y: Axis::new("mIoU on the test frames", Scale::Linear),
+            Axis::new("mIoU on the test frames", Scale::Linear),
             series,
-        },
+        )
     };
     let clicks = Axis::new("clicks a class in the whole scene", Scale::Linear);
     let seconds = Axis::new("seconds since the scene was opened", Scale::Linear);
@@ -161,14 +153,12 @@ fn reliability(arguments: &SimulateArguments, threads: usize, points: &[Simulate
                     }
                 }),
         );
-        Panel {
-            title: policy,
-            chart: Chart::Lines {
-                x: Axis::new("probability of the most likely class", Scale::FromZero),
-                y: Axis::new("share that is right", Scale::FromZero),
-                series,
-            },
-        }
+        Panel::of_lines(
+            policy,
+            Axis::new("probability of the most likely class", Scale::FromZero),
+            Axis::new("share that is right", Scale::FromZero),
+            series,
+        )
     });
     Figure {
         title: "How right the probabilities of the maps are".to_owned(),

@@ -203,8 +203,8 @@ fn page(settings: &Settings, seeds: u64, outcomes: &[Outcome]) -> Page {
                 if row.is_met { "met" } else { "**missed**" }.to_owned(),
             ]
         });
-        let header = ["condition", "what happens", "figure", "mean", "worst", "line", ""];
-        page.table(&header, &cells.collect::<Vec<_>>());
+        let header = "condition | what happens | figure | mean | worst | line | ";
+        page.table(header, &cells.collect::<Vec<_>>());
     }
     page.heading(2, "What the program does");
     let cells = grouped(&rows, |row| row.condition.name)
@@ -221,7 +221,7 @@ fn page(settings: &Settings, seeds: u64, outcomes: &[Outcome]) -> Page {
                 condition.limit.to_owned(),
             ]
         });
-    let header = ["condition", "what it does", "what it tells", "what remains"];
-    page.table(&header, &cells.collect::<Vec<_>>());
+    let header = "condition | what it does | what it tells | what remains";
+    page.table(header, &cells.collect::<Vec<_>>());
     page
 }

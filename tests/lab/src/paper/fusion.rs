@@ -314,36 +314,16 @@ pub(super) fn run(
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use super::*;
-    use crate::testing::wall;
+    use crate::testing::{capture_of, opened};
     use inplace_core::labels::Class;
-    use inplace_core::scene::{GroundTruth, OpenOptions, write_replica};
 
     /// A wall that is dark on the left and bright on the right, with classes of these ids.
-    fn capture(folder: &std::path::Path, dark: Class, bright: Class) -> Arc<Scene> {
-        let scene = wall(6, 64, 48);
-        let labels: Vec<Vec<ClassId>> = scene
-            .frames
-            .iter()
-            .map(|frame| {
-                let class = |pixel| {
-                    if frame.color().pixel(pixel)[0] > 128 {
-                        bright.id
-                    } else {
-                        dark.id
-                    }
-                };
-                (0..frame.camera.pixels()).map(class).collect()
-            })
-            .collect();
-        let truth = GroundTruth {
-            classes: &[dark, bright],
-            labels: &|frame| labels[frame].clone(),
-            held_out: &[1, 3, 5],
-        };
-        write_replica(&scene, folder, Some(&truth)).unwrap();
-        let source = SceneSource::Folder(folder.to_path_buf());
-        Arc::new(Scene::open(&source, OpenOptions::default(), &|_, _| {}).unwrap())
+    fn capture(folder: &Path, dark: Class, bright: Class) -> Arc<Scene> {
+        capture_of(folder, (64, 48), [dark, bright]);
+        opened(folder)
     }
 
     #[test]

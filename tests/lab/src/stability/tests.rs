@@ -1,9 +1,8 @@
 use super::*;
 use crate::LabelImage;
-use crate::testing::capture;
+use crate::testing::{capture, opened};
 use inplace_core::field::Preset;
 use inplace_core::scene::demo::Shot;
-use inplace_core::scene::{OpenOptions, SceneSource};
 
 fn settings() -> Settings {
     Settings {
@@ -21,9 +20,8 @@ fn wall() -> (tempfile::TempDir, Arc<Scene>) {
     let root = tempfile::tempdir().unwrap();
     let folder = root.path().join("wall");
     capture(&folder);
-    let source = SceneSource::Folder(folder);
-    let scene = Scene::open(&source, OpenOptions::default(), &|_, _| {}).unwrap();
-    (root, Arc::new(scene))
+    let scene = opened(&folder);
+    (root, scene)
 }
 
 #[test]

@@ -55,7 +55,7 @@ fn speeds(paths: &[PathSpeed]) -> Panel {
     Panel {
         title: "Speed of each way to compute the field".to_owned(),
         chart: Chart::Bars {
-            value: Axis::new("samples/s, forward and backward", Scale::FromZero),
+            label: "samples/s, forward and backward".to_owned(),
             series: series.collect(),
             groups: names.iter().map(|(name, _)| name.clone()).collect(),
         },
@@ -86,26 +86,21 @@ fn progress(runs: &[RunPoint]) -> Vec<Panel> {
             })
             .collect()
     };
-    let panel = |title: &str, axis: Axis, series: Vec<Series>| Panel {
-        title: title.to_owned(),
-        chart: Chart::Lines {
-            x: Axis::new("seconds of training", Scale::Logarithmic),
-            y: axis,
-            series,
-        },
-    };
+    let seconds = Axis::new("seconds of training", Scale::Logarithmic);
     let centimetres = |run: &RunPoint| {
         run.depth_error_m
             .map_or(f64::NAN, |error| 100.0 * f64::from(error))
     };
     vec![
-        panel(
+        Panel::of_lines(
             "Depth on held-out frames",
+            seconds.clone(),
             Axis::new("median error, cm", Scale::Logarithmic),
             lines(&centimetres),
         ),
-        panel(
+        Panel::of_lines(
             "Colour on held-out frames",
+            seconds,
             Axis::new("PSNR, dB", Scale::Linear),
             lines(&|run| f64::from(run.psnr_db)),
         ),

@@ -1,6 +1,6 @@
 //! The charts of `inplace-lab bench pareto`.
 
-use crate::chart::{Axis, Chart, Figure, Panel, Point, Scale, Series};
+use crate::chart::{Axis, Figure, Panel, Point, Scale, Series};
 use crate::mean_and_deviation;
 use crate::pareto::{CapacityPoint, Curve, ParetoPoint, Part};
 
@@ -18,16 +18,15 @@ pub(super) fn pareto(arguments: &ParetoArguments, threads: usize, results: &Resu
     let scenes = grouped(&results.points, |point| point.scene.clone());
     let panels: Vec<Panel> = scenes
         .into_iter()
-        .map(|(scene, points)| Panel {
-            chart: Chart::Lines {
-                x: Axis::new("wall seconds since the start", Scale::Logarithmic),
-                y: Axis::new("mIoU on the test frames", Scale::Linear),
-                series: grouped(&points, |point| point.method.clone())
-                    .into_iter()
-                    .map(|(method, own)| line(results, &scene, method, &own))
-                    .collect(),
-            },
-            title: titled(arguments, scene),
+        .map(|(scene, points)| {
+            let series = grouped(&points, |point| point.method.clone()).into_iter();
+            let series = series.map(|(method, own)| line(results, &scene, method, &own));
+            Panel::of_lines(
+                titled(arguments, &scene),
+                Axis::new("wall seconds since the start", Scale::Logarithmic),
+                Axis::new("mIoU on the test frames", Scale::Linear),
+                series.collect(),
+            )
         })
         .collect();
     Figure {
@@ -72,13 +71,13 @@ pub(super) fn capacity(arguments: &ParetoArguments, threads: usize, points: &[Ca
     let psnr = |point: &CapacityPoint| point.psnr_db.unwrap_or(f64::NAN);
     let mut rows = Vec::new();
     for (scene, of_scene) in grouped(points, |point| point.scene.clone()) {
-        let panel = |what: &str, x: &str, y: &str, parts: &[Part], values: [&Value; 2]| Panel {
-            title: format!("{}: {what}", titled(arguments, scene.clone())),
-            chart: Chart::Lines {
-                x: Axis::new(x, Scale::Logarithmic),
-                y: Axis::new(y, Scale::Linear),
-                series: parts.iter().map(|&part| sizes(&of_scene, part, values)).collect(),
-            },
+        let panel = |what: &str, x: &str, y: &str, parts: &[Part], values: [&Value; 2]| {
+            Panel::of_lines(
+                format!("{}: {what}", titled(arguments, &scene)),
+                Axis::new(x, Scale::Logarithmic),
+                Axis::new(y, Scale::Linear),
+                parts.iter().map(|&part| sizes(&of_scene, part, values)).collect(),
+            )
         };
         let accuracy = "mIoU on the test frames";
         rows.push(vec![
@@ -153,12 +152,9 @@ fn sizes(points: &[&CapacityPoint], part: Part, [x, y]: [&Value; 2]) -> Series {
     }
 }
 
-fn titled(arguments: &ParetoArguments, scene: String) -> String {
-    if arguments.no_depth {
-        format!("{scene}, no depth")
-    } else {
-        scene
-    }
+fn titled(arguments: &ParetoArguments, scene: &str) -> String {
+    let depth = if arguments.no_depth { ", no depth" } else { "" };
+    format!("{scene}{depth}")
 }
 
 fn conditions(arguments: &ParetoArguments, threads: usize) -> String {

@@ -239,16 +239,7 @@ pub(super) fn page(results: &Results, verdicts: &[Verdict]) -> Page {
         }
     }
     page.table(
-        &[
-            "scene",
-            "method",
-            "seconds",
-            "mIoU",
-            "error, cm",
-            "PSNR, dB",
-            "parameters",
-            "peak, MB",
-        ],
+        "scene | method | seconds | mIoU | error, cm | PSNR, dB | parameters | peak, MB",
         &rows,
     );
     let said = verdicts.iter().flat_map(|verdict| {
@@ -300,18 +291,8 @@ fn add_capacity(page: &mut Page, points: &[CapacityPoint]) {
         }
     }
     page.table(
-        &[
-            "scene",
-            "part",
-            "times",
-            "parameters",
-            "MB",
-            "voxels",
-            "mIoU",
-            "error, cm",
-            "PSNR, dB",
-            "seconds",
-        ],
+        "scene | part | times | parameters | MB | voxels | mIoU | error, cm | PSNR, dB | \
+         seconds",
         &rows,
     );
     let said = capacity_verdicts(points).into_iter();

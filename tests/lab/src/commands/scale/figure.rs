@@ -1,6 +1,6 @@
 //! `scale.svg`.
 
-use crate::chart::{Axis, Chart, Figure, Panel, Point, Scale, Series};
+use crate::chart::{Axis, Figure, Panel, Point, Scale, Series};
 use crate::scale::{Exponent, Measured, QUANTITIES, SECONDS, Setting, Sweep};
 
 use crate::commands::machine::processor;
@@ -40,11 +40,11 @@ pub(super) fn scale(base: Setting, threads: usize, measured: &[Measured], expone
 }
 
 fn seconds(sweep: Sweep, measured: &[Measured], exponents: &[Exponent]) -> Panel {
-    let series = QUANTITIES[..SECONDS].iter().map(|quantity| {
+    let series = QUANTITIES[..SECONDS].iter().map(|(quantity, of)| {
         let own = measured.iter().filter(|one| one.sweep == sweep);
         Series {
-            name: named(quantity.name, sweep, quantity.name, exponents),
-            points: ascending(own.map(|one| Point::new(one.value(), (quantity.of)(&one.cost)))),
+            name: named(quantity, sweep, quantity, exponents),
+            points: ascending(own.map(|one| Point::new(one.value(), of(&one.cost)))),
         }
     });
     let strokes = measured.iter().find(|one| one.sweep == sweep);
@@ -57,21 +57,19 @@ fn seconds(sweep: Sweep, measured: &[Measured], exponents: &[Exponent]) -> Panel
         }),
         Sweep::Strokes => "strokes".to_owned(),
     };
-    Panel {
-        title: match sweep {
-            Sweep::Frames => "By frames",
-            Sweep::Size => "By image size",
-            Sweep::Rooms => "By rooms",
-            Sweep::Classes => "By classes",
-            Sweep::Strokes => "By strokes",
-        }
-        .to_owned(),
-        chart: Chart::Lines {
-            x: Axis::new(label, Scale::Logarithmic),
-            y: Axis::new("seconds", Scale::Logarithmic),
-            series: series.collect(),
-        },
-    }
+    let title = match sweep {
+        Sweep::Frames => "By frames",
+        Sweep::Size => "By image size",
+        Sweep::Rooms => "By rooms",
+        Sweep::Classes => "By classes",
+        Sweep::Strokes => "By strokes",
+    };
+    Panel::of_lines(
+        title,
+        Axis::new(label, Scale::Logarithmic),
+        Axis::new("seconds", Scale::Logarithmic),
+        series.collect(),
+    )
 }
 
 /// Peak memory over multiples of what there is of everything where nothing is varied.
@@ -94,14 +92,12 @@ fn memory(sweeps: &[Sweep], base: Setting, measured: &[Measured], exponents: &[E
             points: ascending(own.map(|one| Point::new(one.value() / usual(sweep), gigabytes(one)))),
         }
     });
-    Panel {
-        title: "Peak memory".to_owned(),
-        chart: Chart::Lines {
-            x: Axis::new("times the usual number", Scale::Logarithmic),
-            y: Axis::new("GB", Scale::Logarithmic),
-            series: series.collect(),
-        },
-    }
+    Panel::of_lines(
+        "Peak memory",
+        Axis::new("times the usual number", Scale::Logarithmic),
+        Axis::new("GB", Scale::Logarithmic),
+        series.collect(),
+    )
 }
 
 /// A line's name with its exponent, where there is one.
