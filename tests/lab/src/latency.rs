@@ -192,9 +192,7 @@ mod tests {
 
     #[test]
     fn every_click_waits_for_its_own_maps() {
-        let root = tempfile::tempdir().unwrap();
-        let folder = root.path().join("wall");
-        capture(&folder);
+        let (_root, folder) = capture();
         let options = options(SceneSource::Folder(folder));
         let latency = click_latency(&options, 5, &mut |_| {}).unwrap();
         assert_eq!((latency.clicks, latency.frames, latency.classes), (5, 6, 2));

@@ -11,6 +11,7 @@ use inplace_core::scene::{
     write_replica,
 };
 use inplace_core::session::SessionOptions;
+use tempfile::TempDir;
 
 /// A quick session on a capture.
 pub fn options(source: SceneSource) -> SessionOptions {
@@ -65,13 +66,20 @@ pub fn wall(frames: usize, width: u32, height: u32) -> Scene {
     }
 }
 
-/// Writes six frames of a wall that is dark on the left and bright on the right, classes 1 and 2; every other frame is
-/// held out.
-pub fn capture(folder: &Path) {
-    capture_of(folder, (64, 48), [Class::new(1, "dark"), Class::new(2, "bright")]);
+/// Writes a capture named "wall" with the classes 1 and 2, in a folder that is removed in the end.
+pub fn capture() -> (TempDir, PathBuf) {
+    let root = tempfile::tempdir().unwrap();
+    let folder = root.path().join("wall");
+    capture_of(
+        &folder,
+        (64, 48),
+        [Class::new(1, "dark"), Class::new(2, "bright")],
+    );
+    (root, folder)
 }
 
-/// The same with frames of this size and other classes.
+/// Writes six frames of a wall that is dark on the left and bright on the right, each a class of its own; every other
+/// frame is held out.
 pub fn capture_of(folder: &Path, (width, height): (u32, u32), classes: [Class; 2]) {
     let scene = wall(6, width, height);
     let labels: Vec<Vec<ClassId>> = scene

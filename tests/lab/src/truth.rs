@@ -94,11 +94,9 @@ mod tests {
 
     #[test]
     fn label_images_are_read_by_the_number_of_their_frame() {
-        let root = tempfile::tempdir().unwrap();
-        capture(root.path());
-        let folder = root.path().join("semantic_class");
-        fs::write(folder.join("semantic_class_2.png"), "no image").unwrap();
-        let truth = GroundTruth::find(root.path()).unwrap();
+        let (_root, folder) = capture();
+        fs::write(folder.join("semantic_class/semantic_class_2.png"), "no image").unwrap();
+        let truth = GroundTruth::find(&folder).unwrap();
         let image = truth.read("rgb_0005").unwrap().unwrap();
         assert_eq!((image.width, image.height), (64, 48));
         assert_eq!((image.labels[0], image.labels[63]), (1, 2));

@@ -75,8 +75,7 @@ impl ParetoRun {
 
     fn prepared(&self) -> Result<Prepared, EvalError> {
         let options = &self.session;
-        let scene = Scene::open(&options.source, options.open, &|_, _| {});
-        let scene = scene.map_err(|error| EvalError::Session(error.to_string()))?;
+        let scene = Scene::open(&options.source, options.open, &|_, _| {})?;
         let truth = SceneTruth::read(&scene)?;
         let annotator = Annotator::new(&scene, &truth);
         let clicks = annotator.clicks(Policy::Random, self.clicks, options.seed);
@@ -208,9 +207,7 @@ impl ParetoRun {
         let pool = pool(self.session.threads)?;
         let (scene, surface): (Arc<Scene>, Arc<Surface>) = if baseline == Baseline::Pixels {
             let open = || Scene::open(&self.session.source, self.session.open, &|_, _| {});
-            let scene = pool.install(open);
-            let scene = scene.map_err(|error| EvalError::Session(error.to_string()))?;
-            (Arc::new(scene), Arc::default())
+            (Arc::new(pool.install(open)?), Arc::default())
         } else {
             let mut run = Client::start(self.session.clone());
             let scene = run.opened()?;

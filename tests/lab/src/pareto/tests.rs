@@ -15,9 +15,7 @@ fn run(folder: &std::path::Path, method: Method, marks: &[f64], size: Option<Siz
 
 #[test]
 fn a_session_is_measured_at_the_marks_and_a_baseline_once() {
-    let root = tempfile::tempdir().unwrap();
-    let folder = root.path().join("wall");
-    capture(&folder);
+    let (_root, folder) = capture();
     // Maps come within half a second, also on slow machines within five.
     let own = run(&folder, Method::Preset(Preset::Fast), &[4.0, 5.0], None);
     let last = own.points.last().unwrap();
@@ -41,9 +39,7 @@ fn a_session_is_measured_at_the_marks_and_a_baseline_once() {
 
 #[test]
 fn a_model_of_another_size_has_another_field_or_another_surface() {
-    let root = tempfile::tempdir().unwrap();
-    let folder = root.path().join("wall");
-    capture(&folder);
+    let (_root, folder) = capture();
     let sized = |field, surface| {
         let size = Some(Size { field, surface });
         let own = run(&folder, Method::Preset(Preset::Fast), &[0.2], size);

@@ -279,9 +279,7 @@ mod tests {
 
     #[test]
     fn the_graph_alone_labels_two_halves_from_a_click_each() {
-        let root = tempfile::tempdir().unwrap();
-        let folder = root.path().join("wall");
-        capture(&folder);
+        let (_root, folder) = capture();
         let experiment = Experiment {
             session: options(SceneSource::Folder(folder)),
             policies: vec![Policy::Guided, Policy::Random],

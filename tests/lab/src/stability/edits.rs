@@ -69,7 +69,7 @@ fn resting(trial: &Trial, settings: &Settings, labels: &LabelSet) -> Result<Cour
 fn classes_change(trial: &Trial, settings: &Settings, rng: &mut SmallRng) -> Result<Measured, EvalError> {
     let mut course = resting(trial, settings, &trial.labels)?;
     let mut history = History::new(trial.labels.clone());
-    let classes = trial.classes();
+    let classes = trial.truth.classes();
     let strokes: Vec<_> = trial.labels.strokes.values().cloned().collect();
     for round in 0..5 {
         let (added, _) = history.add_class(&format!("added {round}"));
@@ -107,7 +107,7 @@ fn storm(trial: &Trial, settings: &Settings, rng: &mut SmallRng) -> Result<Measu
     let mut course = resting(trial, settings, &trial.labels)?;
     let before = maps(&mut course, frames)?;
     let mut history = History::new(trial.labels.clone());
-    let classes = trial.classes();
+    let classes = trial.truth.classes();
     for edit in 0..EDITS {
         let frame = rng.random_range(0..frames);
         let camera = &trial.scene.frames[frame].camera;

@@ -116,9 +116,8 @@ fn one_click(trial: &Trial, settings: &Settings, _: &mut SmallRng) -> Result<Mea
     labels.strokes = labels.strokes.into_iter().take(1).collect();
     let class = labels.strokes.values().next().map_or(VOID, |stroke| stroke.class);
     let one = Trial {
-        scene: trial.scene.clone(),
-        truth: trial.truth.clone(),
         labels,
+        ..trial.clone()
     };
     let mut course = one.session(settings);
     course.settle(trial.seconds(settings))?;
@@ -148,7 +147,7 @@ fn imported(
     rng: &mut SmallRng,
     spoilt: Spoilt,
 ) -> Result<Measured, EvalError> {
-    let classes = trial.classes();
+    let classes = trial.truth.classes();
     let train = trial.truth.train.iter();
     let mut maps: Vec<ImportedMap> = train
         .map(|&frame| ImportedMap::new(frame, &trial.labels_of(frame)))
@@ -182,15 +181,14 @@ fn imported(
         })),
     };
     let spoilt = Trial {
-        scene: trial.scene.clone(),
-        truth: trial.truth.clone(),
         labels,
+        ..trial.clone()
     };
     spoilt.labelled(settings)
 }
 
 fn contradictory(trial: &mut Trial, rng: &mut SmallRng) {
-    let classes = trial.classes();
+    let classes = trial.truth.classes();
     for (number, stroke) in trial.labels.strokes.values_mut().enumerate() {
         // One of each class, not one class in five.
         if (number / classes.len() + number).is_multiple_of(5) {

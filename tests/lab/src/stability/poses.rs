@@ -133,12 +133,9 @@ fn elsewhere(
         ..OpenOptions::default()
     };
     let source = SceneSource::Folder(folder);
-    let scene =
-        Scene::open(&source, options, &|_, _| {}).map_err(|error| EvalError::Session(error.to_string()))?;
     let placed = Trial {
-        scene,
-        truth: trial.truth.clone(),
-        labels: trial.labels.clone(),
+        scene: Scene::open(&source, options, &|_, _| {})?,
+        ..trial.clone()
     };
     placed.labelled(settings)
 }

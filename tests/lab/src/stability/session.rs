@@ -81,7 +81,7 @@ fn worker_dies(trial: &Trial, settings: &Settings, _: &mut SmallRng) -> Result<M
         return Err(EvalError::Session("the worker's death was not told".to_owned()));
     };
     drop(course);
-    let mut next = trial.session_from(settings, Some(state));
+    let mut next = trial.session_woken(settings, Some(state), || {});
     next.run.send(Command::Pause);
     next.say(&trial.labels);
     let after = maps(&mut next, frames)?;

@@ -17,11 +17,8 @@ fn settings() -> Settings {
 
 /// The wall of two halves, as a capture with its truth.
 fn wall() -> (tempfile::TempDir, Arc<Scene>) {
-    let root = tempfile::tempdir().unwrap();
-    let folder = root.path().join("wall");
-    capture(&folder);
-    let scene = opened(&folder);
-    (root, scene)
+    let (root, folder) = capture();
+    (root, opened(&folder))
 }
 
 #[test]
@@ -120,7 +117,7 @@ fn hard_rooms_take_the_place_of_the_demo_alone() {
         panic!("a room is entered");
     };
     enter(&mut trial, &mut SmallRng::seed_from_u64(1));
-    assert_eq!(trial.classes(), [1, 2, 3, 4]);
+    assert_eq!(trial.truth.classes(), [1, 2, 3, 4]);
     assert_eq!(trial.labels.classes.len(), 4);
     assert_eq!(
         (trial.scene.frames.len(), trial.scene.frames[0].camera.width),

@@ -72,11 +72,6 @@ impl Trial {
         }
     }
 
-    /// The classes of the training frames.
-    pub fn classes(&self) -> Vec<ClassId> {
-        self.truth.classes()
-    }
-
     /// Truth of a frame in its own pixels, row-major.
     pub fn labels_of(&self, frame: usize) -> Vec<ClassId> {
         inplace_core::labels::in_frame(&self.scene.frames[frame], &self.truth.images[&frame].labels)
@@ -84,15 +79,10 @@ impl Trial {
 
     /// A session on the scene as it is, with the labels.
     pub fn session(&self, settings: &Settings) -> Course {
-        self.session_from(settings, None)
+        self.session_woken(settings, None, || {})
     }
 
-    /// The same from an earlier session's model.
-    pub fn session_from(&self, settings: &Settings, state: Option<Arc<ModelState>>) -> Course {
-        self.session_woken(settings, state, || {})
-    }
-
-    /// The same; `wake` is called on the worker's thread after every event.
+    /// The same, from an earlier session's model where there is one; `wake` is called on the worker's thread after every event.
     pub fn session_woken(
         &self,
         settings: &Settings,
@@ -132,7 +122,10 @@ impl Trial {
     pub fn labelled(&self, settings: &Settings) -> Result<Measured, EvalError> {
         let mut course = self.session(settings);
         course.settle(self.seconds(settings))?;
-        self.measured(course)
+        Ok(Measured {
+            figure: self.miou(&course)?,
+            told: course.told(),
+        })
     }
 
     /// Most seconds of training.
@@ -144,15 +137,7 @@ impl Trial {
         }
     }
 
-    /// The mIoU of the test frames' maps.
-    pub fn measured(&self, course: Course) -> Result<Measured, EvalError> {
-        Ok(Measured {
-            figure: self.miou(&course)?,
-            told: course.told(),
-        })
-    }
-
-    /// The same, while the session goes on.
+    /// The mIoU of the test frames' maps, while the session goes on.
     pub fn miou(&self, course: &Course) -> Result<f64, EvalError> {
         let scores = self.truth.scores_of(&course.run, &self.scene)?;
         Ok(scores.miou)

@@ -17,12 +17,11 @@ const GENERATION: u64 = 1;
 /// The maps of the task's frames when its time is over; the coarsest ones always come.
 pub(super) fn maps(task: &Task<'_>) -> Result<Vec<Vec<ClassId>>, EvalError> {
     let (run, _) = course(task.options, &task.labels, task.wall)?;
-    let map = |&frame: &usize| run.map(frame);
-    Ok(task
-        .frames
-        .iter()
-        .map(|frame| map(frame).map_or_else(Vec::new, |map| map.labels().into_owned()))
-        .collect())
+    let map = |&frame: &usize| {
+        let map = run.map(frame);
+        map.map_or_else(Vec::new, |map| map.labels().into_owned())
+    };
+    Ok(task.frames.iter().map(map).collect())
 }
 
 /// Its session when so much wall time is over, with the scene that it opened; later where the coarsest maps take longer.
