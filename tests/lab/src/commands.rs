@@ -61,7 +61,10 @@ fn session_options(training: &TrainingArguments, source: SceneSource, threads: u
 }
 
 /// Items of `all` that belong together, in the order in which the first of each comes.
-fn grouped<T, K: PartialEq>(all: &[T], key: impl Fn(&T) -> K) -> Vec<(K, Vec<&T>)> {
+fn grouped<'a, T, K: PartialEq>(
+    all: impl IntoIterator<Item = &'a T>,
+    key: impl Fn(&T) -> K,
+) -> Vec<(K, Vec<&'a T>)> {
     let mut groups: Vec<(K, Vec<&T>)> = Vec::new();
     for item in all {
         let own = key(item);

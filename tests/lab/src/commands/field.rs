@@ -87,7 +87,7 @@ fn page(marks: &[f64], points: &[FieldPoint]) -> Page {
 /// A row of panels for each scene, one for each kind of labels; a line for each answer.
 fn figure(arguments: &FieldArguments, threads: usize, marks: &[f64], points: &[FieldPoint]) -> Figure {
     let panel = |scene: &str, labels: &str, own: &[&FieldPoint]| {
-        let series = grouped(own, |point| point.answer).into_iter();
+        let series = grouped(own.iter().copied(), |point| point.answer).into_iter();
         let series = series.map(|(answer, _)| Series {
             name: answer.to_owned(),
             points: marks
@@ -120,13 +120,8 @@ fn figure(arguments: &FieldArguments, threads: usize, marks: &[f64], points: &[F
         rows: grouped(points, |point| point.scene.clone())
             .into_iter()
             .map(|(scene, own)| {
-                grouped(&own, |point| point.labels.clone())
-                    .into_iter()
-                    .map(|(labels, own)| {
-                        let own: Vec<&FieldPoint> = own.into_iter().copied().collect();
-                        panel(&scene, &labels, &own)
-                    })
-                    .collect()
+                let labels = grouped(own, |point| point.labels.clone()).into_iter();
+                labels.map(|(labels, own)| panel(&scene, &labels, &own)).collect()
             })
             .collect(),
     }

@@ -33,9 +33,8 @@ pub fn run(arguments: &PaperArguments) -> Result<(), Failure> {
             &|_, _| {},
         )?))
     };
-    let taught_by: Result<Vec<Arc<Scene>>, Failure> =
-        arguments.train_on.iter().map(|argument| open(argument)).collect();
-    let taught_by = taught_by?;
+    let taught_by = arguments.train_on.iter().map(|argument| open(argument));
+    let taught_by = taught_by.collect::<Result<Vec<Arc<Scene>>, Failure>>()?;
     let mut points = Vec::new();
     for argument in &arguments.scenes {
         let scene = open(argument)?;

@@ -94,8 +94,7 @@ fn figure(arguments: &SimulateArguments, threads: usize, points: &[SimulatedPoin
         grouped(points, |point| point.policy.clone())
             .into_iter()
             .map(|(policy, own)| {
-                let own: Vec<SimulatedPoint> = own.into_iter().cloned().collect();
-                let of_batch = grouped(&own, |point| point.clicks_per_class).into_iter();
+                let of_batch = grouped(own, |point| point.clicks_per_class).into_iter();
                 Series {
                     name: policy,
                     points: of_batch.map(|(_, runs)| mean(&runs, across)).collect(),
@@ -125,20 +124,15 @@ fn figure(arguments: &SimulateArguments, threads: usize, points: &[SimulatedPoin
 
 /// Accuracy against confidence, a panel for each policy and a line for each number of clicks.
 fn reliability(arguments: &SimulateArguments, threads: usize, points: &[SimulatedPoint]) -> Figure {
-    let known: Vec<SimulatedPoint> = points
-        .iter()
-        .filter(|point| point.calibration.is_some())
-        .cloned()
-        .collect();
-    let panels = grouped(&known, |point| point.policy.clone());
+    let known = points.iter().filter(|point| point.calibration.is_some());
+    let panels = grouped(known, |point| point.policy.clone());
     let panels = panels.into_iter().map(|(policy, own)| {
-        let own: Vec<SimulatedPoint> = own.into_iter().cloned().collect();
         let mut series = vec![Series {
             name: "as likely as said".to_owned(),
             points: vec![Point::new(0.0, 0.0), Point::new(1.0, 1.0)],
         }];
         series.extend(
-            grouped(&own, |point| point.clicks_per_class)
+            grouped(own, |point| point.clicks_per_class)
                 .into_iter()
                 .map(|(clicks, runs)| {
                     let mut all = Calibration::default();

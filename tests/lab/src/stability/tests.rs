@@ -94,20 +94,13 @@ fn hard_rooms_take_the_place_of_the_demo_alone() {
         height: 60,
     }
     .scene(&|_, _| {});
+    let image = LabelImage {
+        width: 80,
+        height: 60,
+        labels: vec![9; 80 * 60],
+    };
     let truth = SceneTruth {
-        images: (0..6)
-            .map(|frame| {
-                let labels = vec![9; 80 * 60];
-                (
-                    frame,
-                    LabelImage {
-                        width: 80,
-                        height: 60,
-                        labels,
-                    },
-                )
-            })
-            .collect(),
+        images: (0..6).map(|frame| (frame, image.clone())).collect(),
         train: vec![0, 2, 4],
         test: vec![1, 3, 5],
     };

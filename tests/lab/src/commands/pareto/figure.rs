@@ -19,7 +19,7 @@ pub(super) fn pareto(arguments: &ParetoArguments, threads: usize, results: &Resu
     let panels: Vec<Panel> = scenes
         .into_iter()
         .map(|(scene, points)| {
-            let series = grouped(&points, |point| point.method.clone()).into_iter();
+            let series = grouped(points, |point| point.method.clone()).into_iter();
             let series = series.map(|(method, own)| line(results, &scene, method, &own));
             Panel::of_lines(
                 titled(arguments, &scene),
@@ -40,8 +40,8 @@ pub(super) fn pareto(arguments: &ParetoArguments, threads: usize, results: &Resu
 }
 
 /// The mean over the seeds, with a band from the lowest to the highest; a ring at the end where all of them stopped.
-fn line(results: &Results, scene: &str, method: String, own: &[&&ParetoPoint]) -> Series {
-    let curve = Curve::of(own.iter().map(|point| **point), miou);
+fn line(results: &Results, scene: &str, method: String, own: &[&ParetoPoint]) -> Series {
+    let curve = Curve::of(own.iter().copied(), miou);
     let mut points: Vec<Point> = curve
         .summaries()
         .iter()
@@ -127,14 +127,10 @@ type Value<'a> = dyn Fn(&CapacityPoint) -> f64 + 'a;
 
 /// The mean over the seeds for each size of a part, with their range.
 fn sizes(points: &[&CapacityPoint], part: Part, [x, y]: [&Value; 2]) -> Series {
-    let own: Vec<&CapacityPoint> = points
-        .iter()
-        .copied()
-        .filter(|point| point.part == part)
-        .collect();
-    let mut groups = grouped(&own, |point| point.factor);
+    let own = points.iter().copied().filter(|point| point.part == part);
+    let mut groups = grouped(own, |point| point.factor);
     groups.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let point = |(factor, runs): (f32, Vec<&&CapacityPoint>)| {
+    let point = |(factor, runs): (f32, Vec<&CapacityPoint>)| {
         let across: Vec<f64> = runs.iter().map(|run| x(run)).collect();
         let values = runs.iter().map(|run| y(run)).filter(|value| value.is_finite());
         let values: Vec<f64> = values.collect();

@@ -51,9 +51,9 @@ pub(super) fn miou(point: &ParetoPoint) -> Option<f64> {
 pub(super) fn verdicts(results: &Results) -> Vec<Verdict> {
     let scenes = grouped(&results.points, |point| point.scene.clone());
     let of_scene = |(scene, points): (String, Vec<&ParetoPoint>)| {
-        let curves: Vec<(String, Curve)> = grouped(&points, |point| point.method.clone())
+        let curves: Vec<(String, Curve)> = grouped(points, |point| point.method.clone())
             .into_iter()
-            .map(|(method, own)| (method, Curve::of(own.into_iter().copied(), miou)))
+            .map(|(method, own)| (method, Curve::of(own, miou)))
             .collect();
         let of = |preset: Preset| {
             let own = |(method, _): &&(String, Curve)| method == preset.name();
@@ -262,7 +262,7 @@ fn add_capacity(page: &mut Page, points: &[CapacityPoint]) {
     );
     let mut rows = Vec::new();
     for ((scene, part), of_part) in grouped(points, |point| (point.scene.clone(), point.part)) {
-        let mut sizes = grouped(&of_part, |point| point.factor);
+        let mut sizes = grouped(of_part, |point| point.factor);
         sizes.sort_by(|a, b| a.0.total_cmp(&b.0));
         for (factor, runs) in sizes {
             let of = |value: &dyn Fn(&CapacityPoint) -> Option<f64>| {
