@@ -167,10 +167,8 @@ impl Point {
             values[middle]
         };
         Some(Self {
-            x,
-            y,
             range: (low, high),
-            ring: false,
+            ..Self::new(x, y)
         })
     }
 }

@@ -18,11 +18,6 @@ pub struct Page {
 }
 
 impl Page {
-    /// An empty page.
-    pub fn new() -> Self {
-        Self::default()
-    }
-
     /// Adds a heading of a level, 1 to 6.
     pub fn heading(&mut self, level: usize, title: &str) {
         self.add(&format!("{} {title}", "#".repeat(level)));
@@ -160,7 +155,7 @@ mod tests {
 
     #[test]
     fn columns_of_numbers_are_flush_right() {
-        let mut page = Page::new();
+        let mut page = Page::default();
         page.paragraph("Of two scenes.");
         let row = |name: &str, value: &str| vec![name.to_owned(), value.to_owned()];
         page.table("scene | mIoU", &[row("demo", "0.5"), row("room", "-")]);
@@ -178,7 +173,7 @@ mod tests {
 
     #[test]
     fn charts_of_an_included_page_lie_in_its_folder() {
-        let mut page = Page::new();
+        let mut page = Page::default();
         page.heading(2, "Time");
         page.include("See.\n\n![By time](time.svg)\n", "benchmarks/pareto");
         assert_eq!(

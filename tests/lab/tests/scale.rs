@@ -27,17 +27,9 @@ fn how_cost_grows_with_frames_is_measured_and_fitted() {
     assert_eq!(counts, [8, 24]);
     for one in measured {
         assert_eq!((&one["classes"], &one["strokes"]), (&20.into(), &60.into()));
-        for figure in [
-            "opening_s",
-            "surface_s",
-            "map_in_view_s",
-            "all_maps_s",
-            "update_s",
-            "steps_per_s",
-            "surface_nodes",
-            "parameters",
-            "peak_memory_bytes",
-        ] {
+        let figures = "opening_s surface_s map_in_view_s all_maps_s update_s steps_per_s surface_nodes \
+                       parameters peak_memory_bytes";
+        for figure in figures.split(' ') {
             assert!(one[figure].as_f64().unwrap() > 0.0, "{figure} in {one}");
         }
         let of = |figure: &str| one[figure].as_f64().unwrap();

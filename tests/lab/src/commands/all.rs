@@ -57,7 +57,7 @@ pub fn run(arguments: &AllArguments) -> Result<(), Failure> {
     refuse_same_names(scenes)?;
     let steps = steps(scenes, arguments.quick);
     let build = export::digest(&[std::env::current_exe()?])?;
-    let mut page = Page::new();
+    let mut page = Page::default();
     page.heading(1, "Benchmarks");
     page.paragraph(&format!(
         "Written by `inplace-lab bench all{}`, which runs the commands below. {} Every scene is in the Replica layout, \

@@ -44,7 +44,7 @@ pub fn run(arguments: &EngineArguments) -> Result<(), Failure> {
     });
     export::write_json(&out.join("engine.json"), &result)?;
     figure::engine(arguments, threads, &paths, &runs).write(&out.join("engine.svg"))?;
-    let mut page = Page::new();
+    let mut page = Page::default();
     add_paths(&mut page, &paths);
     add_runs(&mut page, &runs);
     add_reached(&mut page, &reached);

@@ -64,7 +64,7 @@ fn at<'a>(own: &'a [&FieldPoint], answer: &'a str, mark: f64) -> impl Iterator<I
 
 /// A row for each answer, a column for each time: medians over the seeds.
 fn page(marks: &[f64], points: &[FieldPoint]) -> Page {
-    let mut page = Page::new();
+    let mut page = Page::default();
     page.paragraph("mIoU on the test frames against the seconds since the labels: medians over the seeds.");
     let mut rows = Vec::new();
     for ((scene, labels), own) in grouped(points, |point| (point.scene.clone(), point.labels.clone())) {

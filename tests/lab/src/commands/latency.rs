@@ -42,7 +42,7 @@ pub fn run(arguments: &LatencyArguments) -> Result<(), Failure> {
 }
 
 fn page(measured: &[Latency]) -> Page {
-    let mut page = Page::new();
+    let mut page = Page::default();
     page.paragraph(
         "Milliseconds from a click to the map of the frame in view, and to those of all frames, while the field is \
          being taught: half, 95% and 99% of the clicks wait no longer.",

@@ -95,7 +95,7 @@ fn describe(classifier: &PixelClassifier, scene: &Scene) -> Result<String, Failu
 
 /// A row for each scene and experiment: means over the seeds.
 fn page(points: &[PaperPoint]) -> Page {
-    let mut page = Page::new();
+    let mut page = Page::default();
     page.paragraph(
         "The experiments of the Semantic-NeRF paper. *Input* is the mIoU of the label images that were given; *paper* \
          the published mIoU, of Replica rooms, without depth, after 200,000 steps on a GPU.",

@@ -79,7 +79,7 @@ pub fn run(arguments: &ScaleArguments) -> Result<(), Failure> {
 }
 
 fn page(measured: &[Measured], exponents: &[Exponent]) -> Page {
-    let mut page = Page::new();
+    let mut page = Page::default();
     page.paragraph(
         "Seconds until a capture of the demo room is open, until its surface is known, from the strokes to the map of \
          the frame in view and to those of all frames, and from one more click to all maps again.",

@@ -53,7 +53,7 @@ pub fn run(arguments: &SimulateArguments) -> Result<(), Failure> {
 
 /// A row for each policy and number of clicks: means over the seeds, and ranges.
 fn page(arguments: &SimulateArguments, threads: usize, points: &[SimulatedPoint]) -> Page {
-    let mut page = Page::new();
+    let mut page = Page::default();
     page.paragraph(&format!(
         "mIoU on the test frames after so many clicks a class in the whole scene. {}.",
         conditions(arguments, threads, points, "mean and range")
@@ -197,9 +197,7 @@ fn mean(runs: &[&SimulatedPoint], across: &dyn Fn(&SimulatedPoint) -> f64) -> Po
     let low = y.iter().copied().fold(f64::INFINITY, f64::min);
     let high = y.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     Point {
-        x: mean_and_deviation(&x).0,
-        y: mean_and_deviation(&y).0,
         range: (low, high),
-        ring: false,
+        ..Point::new(mean_and_deviation(&x).0, mean_and_deviation(&y).0)
     }
 }

@@ -151,7 +151,7 @@ fn rows(outcomes: &[Outcome]) -> Vec<Row<'_>> {
 
 /// What is tried and what came of it: docs/stability.md.
 fn page(settings: &Settings, seeds: u64, outcomes: &[Outcome]) -> Page {
-    let mut page = Page::new();
+    let mut page = Page::default();
     page.heading(1, "Stability");
     page.paragraph(
         "Where methods of this kind fail. Each condition disturbs a scene, its labels or the session itself, in a way \

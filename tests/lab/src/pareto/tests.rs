@@ -60,15 +60,7 @@ fn a_model_of_another_size_has_another_field_or_another_surface() {
 
 #[test]
 fn methods_are_found_by_the_names_that_they_have_in_the_results() {
-    for name in [
-        "auto",
-        "fast",
-        "accurate",
-        "reference",
-        "nearest",
-        "joint-mlp",
-        "pixels",
-    ] {
+    for name in "auto fast accurate reference nearest joint-mlp pixels".split(' ') {
         assert_eq!(name.parse::<Method>().unwrap().name(), name);
     }
     assert_eq!("reference".parse(), Ok(Method::Preset(Preset::Reference)));

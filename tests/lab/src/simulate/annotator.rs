@@ -1,6 +1,5 @@
 //! Where a simulated annotator clicks.
 
-use std::fmt;
 use std::str::FromStr;
 
 use rand::seq::IndexedRandom;
@@ -29,12 +28,6 @@ impl Policy {
             Self::Random => "random",
             Self::Uniform => "uniform",
         }
-    }
-}
-
-impl fmt::Display for Policy {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(self.name())
     }
 }
 

@@ -53,7 +53,7 @@ impl Comparison<'_> {
                 Baseline::Reference => 0.0,
             };
             for &clicks_per_class in &batches {
-                let name = format!("{}/{}", Policy::Random, baseline.name());
+                let name = format!("{}/{}", Policy::Random.name(), baseline.name());
                 progress(&format!(
                     "seed {}, {name}: {clicks_per_class} clicks a class",
                     options.seed

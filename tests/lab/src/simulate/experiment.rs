@@ -162,7 +162,8 @@ impl Open {
         let mut labelling = Duration::ZERO;
         for clicks_per_class in batches {
             progress(&format!(
-                "seed {seed}, {policy}: {clicks_per_class} clicks a class"
+                "seed {seed}, {}: {clicks_per_class} clicks a class",
+                policy.name()
             ));
             let start = Instant::now();
             let wanted = clicks_per_class * annotator.classes().len();
@@ -181,7 +182,7 @@ impl Open {
             let (scores, calibration) = self.measured(truth)?;
             points.push(SimulatedPoint {
                 scene: self.scene.name(),
-                policy: policy.to_string(),
+                policy: policy.name().to_owned(),
                 seed,
                 clicks_per_class,
                 strokes: given.len(),

@@ -204,7 +204,7 @@ impl CapacityVerdict {
 
 /// The tables, the sentences and the charts.
 pub(super) fn page(results: &Results, verdicts: &[Verdict]) -> Page {
-    let mut page = Page::new();
+    let mut page = Page::default();
     page.paragraph(
         "Accuracy against wall time: the mIoU on the test frames, with its standard deviation over the seeds, and the \
          field's error and PSNR on held-out frames as of its newest look at them. The clock starts with the program \
