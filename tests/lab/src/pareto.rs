@@ -18,6 +18,7 @@ pub use curve::{Curve, Difference, Summary};
 
 use super::Table;
 use super::simulate::Baseline;
+use super::table::known;
 use inplace_core::field::Preset;
 
 /// A way to label a scene from clicks.
@@ -135,15 +136,9 @@ pub fn table(points: &[ParetoPoint]) -> Table {
             ("depth_error_m", &|point| known(point.depth_error_m, 5)),
             ("psnr_db", &|point| known(point.psnr_db, 2)),
             ("parameters", &|point| {
-                point
-                    .parameters
-                    .map_or_else(String::new, |count| count.to_string())
+                known(point.parameters.map(|count| count as f64), 0)
             }),
             ("peak_mb", &|point| known(point.peak_mb, 0)),
         ],
     )
-}
-
-fn known(value: Option<f64>, decimals: usize) -> String {
-    value.map_or_else(String::new, |value| format!("{value:.decimals$}"))
 }

@@ -8,6 +8,7 @@ use std::str::FromStr;
 
 use serde::Serialize;
 
+use super::table::known;
 use super::{Cost, Table};
 
 pub use strokes::scattered;
@@ -250,8 +251,7 @@ fn fit(mut points: Vec<(f64, f64)>) -> Option<Fit> {
 
 /// `scale.csv`: a row for each setting of each sweep.
 pub fn table(measured: &[Measured]) -> Table {
-    let megabytes =
-        |bytes: Option<u64>| bytes.map_or(String::new(), |bytes| format!("{:.1}", bytes as f64 / 1e6));
+    let megabytes = |bytes: Option<u64>| known(bytes.map(|bytes| bytes as f64 / 1e6), 1);
     Table::of(
         measured,
         &[

@@ -20,6 +20,7 @@ use serde::Serialize;
 pub use trial::Settings;
 use trial::{Measured, Trial};
 
+use super::table::known;
 use super::{EvalError, SceneTruth, Table};
 use inplace_core::scene::{Scene, SceneSource};
 
@@ -327,11 +328,7 @@ pub fn table(outcomes: &[Outcome]) -> Table {
             ("scene", &|outcome| outcome.scene.clone()),
             ("condition", &|outcome| outcome.condition.to_owned()),
             ("seed", &|outcome| outcome.seed.to_string()),
-            ("figure", &|outcome| {
-                outcome
-                    .figure
-                    .map_or_else(String::new, |figure| format!("{figure:.4}"))
-            }),
+            ("figure", &|outcome| known(outcome.figure, 4)),
             ("line", &|outcome| format!("{:.4}", outcome.line)),
             ("met", &|outcome| outcome.is_met().to_string()),
             ("wall_s", &|outcome| format!("{:.2}", outcome.wall_s)),

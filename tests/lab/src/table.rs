@@ -40,6 +40,11 @@ impl Table {
     }
 }
 
+/// A cell with so many decimals, empty where nothing is known.
+pub fn known(value: Option<f64>, decimals: usize) -> String {
+    value.map_or_else(String::new, |value| format!("{value:.decimals$}"))
+}
+
 fn quoted(cell: &str) -> String {
     if cell.contains([',', '"', '\n', '\r']) {
         format!("\"{}\"", cell.replace('"', "\"\""))

@@ -4,8 +4,9 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Difference, MethodRun, known};
+use super::{Difference, MethodRun};
 use crate::Table;
+use crate::table::known;
 
 /// Factors on what is chosen for a scene; both above zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
