@@ -155,27 +155,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn counts_and_colours_follow_the_edits() {
-        let mut document = Document::new(History::default(), 0);
-        let mut wall = 0;
-        document.edit(|history| {
-            let (id, edit) = history.add_class("wall");
-            wall = id;
-            Some(edit)
-        });
-        document.edit(|history| Some(history.add_stroke(Stroke::click(4, wall, [1, 1]))));
-        assert_eq!(document.generation(), 2);
-        assert_eq!(document.palette().class(wall)[3], 255);
-        assert_eq!(
-            (document.strokes_of_frame(4), document.strokes_of_class(wall)),
-            (1, 1)
-        );
-        let undone = document.edit(History::undo).unwrap();
-        assert_eq!(frame_of(&undone), Some(4));
-        assert_eq!(document.strokes_of_frame(4), 0);
-    }
-
-    #[test]
     fn after_every_edit_the_index_is_that_of_the_labels() {
         let mut history = History::default();
         let (wall, _) = history.add_class("wall");

@@ -420,20 +420,6 @@ mod tests {
     }
 
     #[test]
-    fn after_an_answer_only_a_list_that_knows_it_leads_on() {
-        let mut suggestions = at_the_second_of(&[1.0, 2.0]);
-        suggestions.answered(1, 1, StrokeId(7));
-        assert!(matches!(suggestions.mode(), Mode::Looking(_)));
-        assert_eq!(suggestions.answer_of(1), Some(1));
-        suggestions.take_list(1, vec![place(2.0, 1)], 2);
-        assert_eq!(suggestions.at(), None, "that list is older than the answer");
-        assert_eq!(suggestions.take_list(2, vec![place(3.0, 1)], 2), Arrival::Next(0));
-        suggestions.answered(0, 1, StrokeId(8));
-        assert_eq!(suggestions.take_list(3, Vec::new(), 3), Arrival::NothingLeft);
-        assert!(!suggestions.is_active());
-    }
-
-    #[test]
     fn stepping_goes_round_and_leaves_answered_places_out() {
         let mut suggestions = at_the_second_of(&[1.0, 2.0, 3.0]);
         assert_eq!(suggestions.step(false), Some(2));

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
-use inplace_core::labels::{Stroke, StrokeId};
+use inplace_core::labels::StrokeId;
 use inplace_core::project::Step;
 use inplace_core::scene::{Camera, ColorImage, Frame, FramePixels, Scene, SceneSource};
 use inplace_core::session::{self, Event, MapSlots, StrokeCheck};
@@ -93,7 +93,7 @@ impl Stand {
         self.tell(Input::Command(command));
     }
 
-    /// Tells the model something; jobs but exports and imports are done at once.
+    /// Tells the model something; jobs but imports are done at once.
     fn tell(&mut self, input: Input) {
         for effect in self.model.update(input) {
             match effect {
@@ -103,7 +103,7 @@ impl Stand {
                     let session = Running::new(Box::new(Silent(maps)));
                     self.tell(Input::SessionStarted(session));
                 }
-                Effect::Start(job) if !matches!(job.name(), "export" | "import") => {
+                Effect::Start(job) if job.name() != "import" => {
                     let done = Mutex::new(Vec::new());
                     job.run(&self.tools, &|each: Done| done.lock().unwrap().push(each));
                     for done in done.into_inner().unwrap() {
@@ -157,7 +157,7 @@ fn an_edit_is_sent_to_the_worker_as_the_next_generation_and_kept_in_the_project(
 }
 
 #[test]
-fn undo_shows_the_frame_of_the_stroke() {
+fn undo_and_redo_show_the_frame_of_the_stroke() {
     let folder = tempfile::tempdir().unwrap();
     let mut stand = Stand::new(folder.path());
     stand.point(Tool::Brush, 8);
@@ -165,6 +165,9 @@ fn undo_shows_the_frame_of_the_stroke() {
     assert_eq!(stand.workspace().frame_index(), 2);
     stand.act(Command::Undo);
     assert_eq!((stand.workspace().frame_index(), stand.strokes()), (0, 0));
+    stand.act(Command::GoToFrame(2));
+    stand.act(Command::Redo);
+    assert_eq!((stand.workspace().frame_index(), stand.strokes()), (0, 1));
 }
 
 #[test]
@@ -206,17 +209,6 @@ fn a_locked_class_is_neither_drawn_nor_covered_nor_erased_nor_changed() {
 }
 
 #[test]
-fn a_frame_is_found_by_its_number_or_its_name() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut stand = Stand::new(folder.path());
-    for (text, frame) in [("4", 3), ("rgb_1", 1), ("RGB_2", 2), ("hall", 2)] {
-        stand.act(Command::FindFrame(text.to_owned()));
-        assert_eq!(stand.workspace().frame_index(), frame, "{text}");
-    }
-    assert!(stand.says("No frame has this number, or a name with \"hall\" in it."));
-}
-
-#[test]
 fn strokes_that_have_gone_since_they_were_checked_are_not_contradicted() {
     let folder = tempfile::tempdir().unwrap();
     let mut stand = Stand::new(folder.path());
@@ -248,32 +240,6 @@ fn strokes_that_have_gone_since_they_were_checked_are_not_contradicted() {
     assert_eq!(contradicted(&mut stand), 1);
     stand.act(Command::MergeClass(1, 2));
     assert_eq!(contradicted(&mut stand), 0);
-}
-
-#[test]
-fn one_export_runs_at_a_time_and_the_window_closes_after_it() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut stand = Stand::new(folder.path());
-    let exports = |stand: &Stand| {
-        let started = |effect: &&Effect| matches!(effect, Effect::Start(job) if job.name() == "export");
-        stand.effects.iter().filter(started).count()
-    };
-    stand.act(Command::CloseWindow);
-    assert!(stand.effects.is_empty(), "nothing holds the window open");
-    for _ in 0..2 {
-        let mut choice = stand.model.export_choice.clone();
-        choice.path = folder.path().join("out").display().to_string();
-        stand.act(Command::Export(choice));
-    }
-    assert!(exports(&stand) == 1 && stand.says("An export is under way"));
-    stand.act(Command::CloseWindow);
-    let held = |effect: &Effect| matches!(effect, Effect::KeepWindowOpen);
-    assert!(stand.effects.iter().any(held) && !stand.model.stopping_export);
-    stand.act(Command::CloseWindow);
-    assert!(
-        stand.model.stopping_export,
-        "closed once more, it stops the export"
-    );
 }
 
 #[test]
@@ -314,24 +280,4 @@ fn settings_that_a_person_changes_are_preferred_in_other_scenes_and_those_of_a_p
     let look = &stand.model.preferences.look;
     assert_eq!((look.len(), &look["brush"]), (1, &7.into()));
     assert_eq!(stand.model.preferences.theme, Theme::Light);
-}
-
-#[test]
-fn a_first_stroke_waits_for_the_name_of_its_class() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut stand = Stand::new(folder.path());
-    for class in [1, 2] {
-        stand.act(Command::DeleteClass(class));
-    }
-    stand.point(Tool::Brush, 8);
-    assert_eq!(stand.strokes(), 0);
-    stand.act(Command::AddClass("door".to_owned()));
-    let stroke: Vec<&Stroke> = stand
-        .workspace()
-        .document()
-        .strokes_on(0)
-        .map(|(_, stroke)| stroke.as_ref())
-        .collect();
-    assert_eq!(stroke.len(), 1);
-    assert_eq!(Some(stroke[0].class), stand.workspace().class());
 }

@@ -131,16 +131,3 @@ pub struct Content {
     /// The classes' colours.
     pub palette: Versioned<Arc<Palette>>,
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_picture_is_the_image_with_full_opacity() {
-        let color = ColorImage::new(2, 1, vec![1, 2, 3, 4, 5, 6]).unwrap();
-        let picture = Picture::new(&color);
-        assert_eq!(picture.rgba, [1, 2, 3, 255, 4, 5, 6, 255]);
-        assert_eq!(picture.size, [2, 1]);
-    }
-}

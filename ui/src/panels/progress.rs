@@ -488,83 +488,70 @@ mod tests {
 
     #[test]
     fn every_answer_names_its_reason() {
+        use Readiness::{Nearly, NotYet, Yes};
+        let contradicted = |contradicted, checked| Reason::Contradicted {
+            contradicted,
+            checked,
+        };
+        let unclear = Reason::Unclear {
+            share: 0.08,
+            frame: "rgb_12".to_owned(),
+        };
+        let unchecked = Reason::Unchecked {
+            checked: 2,
+            strokes: 9,
+        };
+        let clear = |contradicted, checked| Reason::Clear {
+            share: 0.97,
+            checked,
+            contradicted,
+        };
         for (answer, reason, sentence) in [
+            (NotYet, Reason::NothingSaid, "nothing is labelled."),
             (
-                Readiness::NotYet,
-                Reason::NothingSaid,
-                "Not yet: nothing is labelled.",
-            ),
-            (
-                Readiness::NotYet,
+                NotYet,
                 Reason::NoMaps,
-                "Not yet: the labels have not spread over the frames so far.",
+                "the labels have not spread over the frames so far.",
             ),
             (
-                Readiness::NotYet,
+                NotYet,
                 Reason::OneClass,
-                "Not yet: with one class alone, everything is that class.",
+                "with one class alone, everything is that class.",
             ),
             (
-                Readiness::Nearly,
-                Reason::Contradicted {
-                    contradicted: 8,
-                    checked: 12,
-                },
-                "Nearly: 8 of 12 strokes are contradicted by the others.",
+                Nearly,
+                contradicted(8, 12),
+                "8 of 12 strokes are contradicted by the others.",
             ),
             (
-                Readiness::Nearly,
-                Reason::Contradicted {
-                    contradicted: 1,
-                    checked: 1,
-                },
-                "Nearly: 1 of 1 strokes is contradicted by the others.",
+                Nearly,
+                contradicted(1, 1),
+                "1 of 1 strokes is contradicted by the others.",
+            ),
+            (Nearly, unclear, "8% of the pixels are unclear, most in rgb_12."),
+            (
+                Nearly,
+                unchecked,
+                "only 2 of 9 strokes can be checked; label each class in at least two places.",
             ),
             (
-                Readiness::Nearly,
-                Reason::Unclear {
-                    share: 0.08,
-                    frame: "rgb_12".to_owned(),
-                },
-                "Nearly: 8% of the pixels are unclear, most in rgb_12.",
+                Yes,
+                clear(0, 14),
+                "97% of the pixels are clear, and all 14 strokes that could be checked agree.",
             ),
             (
-                Readiness::Nearly,
-                Reason::Unchecked {
-                    checked: 2,
-                    strokes: 9,
-                },
-                "Nearly: only 2 of 9 strokes can be checked; label each class in at least two places.",
+                Yes,
+                clear(5, 14),
+                "97% of the pixels are clear; look whether the 5 of 14 strokes that the others contradict are right.",
             ),
-            (
-                Readiness::Yes,
-                Reason::Clear {
-                    share: 0.97,
-                    checked: 14,
-                    contradicted: 0,
-                },
-                "Yes: 97% of the pixels are clear, and all 14 strokes that could be checked agree.",
-            ),
-            (
-                Readiness::Yes,
-                Reason::Clear {
-                    share: 0.97,
-                    checked: 14,
-                    contradicted: 5,
-                },
-                "Yes: 97% of the pixels are clear; look whether the 5 of 14 strokes that the others contradict are right.",
-            ),
-            (
-                Readiness::Yes,
-                Reason::Clear {
-                    share: 0.97,
-                    checked: 0,
-                    contradicted: 0,
-                },
-                "Yes: 97% of the pixels are clear.",
-            ),
+            (Yes, clear(0, 0), "97% of the pixels are clear."),
         ] {
-            assert_eq!(readiness_text(answer, &reason), sentence);
+            let word = match answer {
+                NotYet => "Not yet",
+                Nearly => "Nearly",
+                Yes => "Yes",
+            };
+            assert_eq!(readiness_text(answer, &reason), format!("{word}: {sentence}"));
         }
     }
 }

@@ -3,9 +3,7 @@
 use egui::accesskit::Role;
 use egui::{Key, Modifiers, PointerButton};
 use egui_kittest::kittest::Queryable;
-use inplace_core::labels::Trust;
 use inplace_core::session::{self, Event, Status};
-use inplace_model::Command;
 use inplace_model::dialogs::Dialog;
 use inplace_ui::Target;
 use std::path::Path;
@@ -24,18 +22,11 @@ fn a_saved_project_opens_again_with_its_strokes_and_its_maps() {
         let generation = window.workspace().document().generation();
         window.worker().publish(0, generation, 1);
         window.harness.run_steps(3);
-        window.press(Modifiers::COMMAND, Key::S);
-        window.replace_text("Project file", file.to_str().unwrap());
-        let named = file.clone();
-        window.until("the project is saved", |app| {
-            let project = app.model().project.as_ref();
-            project.is_some_and(|project| project.is_named() && project.path() == named)
-        });
+        window.save_as(&file);
         assert!(!folder.path().join("autosave.inplace").exists());
         eframe::App::on_exit(window.harness.state_mut(), None);
     }
-    let mut window = Window::new(folder.path(), Some(Target::Path(file)));
-    window.until("the project is open", |app| app.model().workspace().is_some());
+    let window = Window::opened(folder.path(), Target::Path(file));
     window.harness.get_by_label("wall, 1 stroke");
     assert_eq!(window.frame().map().unwrap().map.labels()[0], 1);
 }
@@ -58,7 +49,7 @@ fn work_that_was_never_saved_is_recovered_and_says_so() {
 }
 
 #[test]
-fn an_export_says_where_its_files_are() {
+fn an_export_says_where_its_files_are_and_what_was_chosen_is_kept_for_the_next_time() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
     let mut window = Window::with_demo(folder.path());
@@ -71,13 +62,9 @@ fn an_export_says_where_its_files_are() {
         .harness
         .get_by_role_and_label(Role::TextInput, "Export folder");
     assert!(field.is_focused(), "it can be typed into at once");
+    window.pick("Class numbers", "NYU-40");
     window.replace_text("Export folder", out.to_str().unwrap());
-    window.until("the export has ended", |app| {
-        !matches!(
-            app.model().export,
-            Some(inplace_model::exporting::ExportProgress::Writing(..))
-        )
-    });
+    window.until_window("the export has ended", |window| !is_exporting(window));
     window.harness.get_by_label(&format!("Exported {FRAMES} frames"));
     window.harness.get_by_label(out.to_str().unwrap());
     for file in [
@@ -88,26 +75,6 @@ fn an_export_says_where_its_files_are() {
     ] {
         assert!(out.join(file).is_file(), "{file} is missing");
     }
-}
-
-#[test]
-fn what_is_exported_is_chosen_and_kept_for_the_next_time() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = Window::with_demo(folder.path());
-    window.add_class("wall");
-    for frame in 0..FRAMES {
-        window.worker().publish(frame, 1, 1);
-    }
-    window.press(Modifiers::COMMAND, Key::E);
-    window.pick("Class numbers", "NYU-40");
-    let out = folder.path().join("nyu");
-    window.replace_text("Export folder", out.to_str().unwrap());
-    window.until("the export has ended", |app| {
-        !matches!(
-            app.model().export,
-            Some(inplace_model::exporting::ExportProgress::Writing(..))
-        )
-    });
     let classes = std::fs::read_to_string(out.join("classes.json")).unwrap();
     assert!(classes.contains("174"), "the colour of NYU-40's wall: {classes}");
     window.press(Modifiers::COMMAND, Key::E);
@@ -203,34 +170,17 @@ fn a_window_that_is_closed_during_an_export_closes_after_it() {
         .harness
         .get_by_label("The window closes when the export has ended; close it again to cancel the export.");
     assert!(close(&mut window));
-    let end = std::time::Instant::now() + std::time::Duration::from_secs(20);
-    while !told(&window, &egui::ViewportCommand::Close) {
-        assert!(std::time::Instant::now() < end, "the window stayed open");
-        window.harness.step();
-        std::thread::sleep(std::time::Duration::from_millis(2));
-    }
+    window.until_window("the window closes", |window| {
+        told(window, &egui::ViewportCommand::Close)
+    });
     assert!(!is_exporting(&window));
     assert!(!close(&mut window));
 }
 
 #[test]
-fn an_import_that_is_cancelled_changes_nothing() {
+fn while_the_worker_spreads_imported_labels_the_window_says_so() {
     let folder = tempfile::tempdir().unwrap();
-    let images = folder.path().join("predictions");
-    std::fs::create_dir(&images).unwrap();
-    let image = image::GrayImage::from_pixel(WIDTH, HEIGHT, image::Luma([7]));
-    image.save(images.join("rgb_1.png")).unwrap();
     let mut window = Window::with_demo(folder.path());
-    // Both before the window can look at what was read.
-    for action in [Command::ImportFrom(images, Trust::VOTES), Command::CancelImport] {
-        window.harness.state_mut().act(action);
-    }
-    window.harness.run_steps(3);
-    window.harness.get_by_label("Nothing was imported.");
-    std::thread::sleep(std::time::Duration::from_millis(200));
-    window.harness.run_steps(3);
-    assert!(window.workspace().document().labels().imported.is_none());
-    // While the worker spreads imported labels, the window says so.
     let status = Status {
         spreading_import: true,
         ..Status::default()

@@ -244,8 +244,7 @@ fn a_frame_whose_image_vanished_says_so_in_a_sentence_until_it_is_there_again() 
     write_replica(&scene(SceneSource::Demo), &folder, None).unwrap();
     let image = folder.join(format!("rgb/rgb_{VANISHING}.png"));
     let bytes = std::fs::read(&image).unwrap();
-    let mut window = Window::new(root.path(), Some(Target::Scene(SceneSource::Folder(folder))));
-    window.until("the scene is open", |app| app.model().workspace().is_some());
+    let mut window = Window::opened(root.path(), Target::Scene(SceneSource::Folder(folder)));
     let unreadable = |app: &App| app.canvas().frame()?.unreadable().map(str::to_owned);
     let has_image = |app: &App| {
         let palette = app.model().workspace().unwrap().document().palette();

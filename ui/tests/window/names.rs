@@ -45,19 +45,16 @@ fn assert_named(window: &mut Window, state: &str) {
     assert!(found.is_empty(), "without a name, {state}: {found:#?}");
 }
 
-fn suggestion(frame: usize) -> Suggestion {
+/// A place that is likely a wall.
+fn place(frame: usize) -> Suggestion {
     Suggestion {
-        frame,
         pixel: [20, 20],
-        position: [0.0, 0.0, 0.0].into(),
         outline: vec![[12.0, 12.0], [28.0, 12.0], [20.0, 28.0]],
-        score: 1.0,
-        entropy: 0.6,
-        share: 0.04,
         classes: vec![Likely {
             class: 1,
             probability: 0.6,
         }],
+        ..suggestion(frame)
     }
 }
 
@@ -74,7 +71,7 @@ fn labelled(folder: &std::path::Path) -> Window {
     for frame in 0..FRAMES {
         worker.publish(frame, generation, 1);
     }
-    let suggestions = vec![suggestion(0), suggestion(1)];
+    let suggestions = vec![place(0), place(1)];
     let told = Event::Suggestions {
         generation,
         suggestions,

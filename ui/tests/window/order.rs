@@ -1,6 +1,6 @@
 //! Everything that a person did within one frame is applied in the order in which it was done.
 
-use egui::{Event, Key, Modifiers, PointerButton, Pos2, accesskit::Role};
+use egui::{Event, Key, Modifiers, Pos2, accesskit::Role};
 use egui_kittest::kittest::Queryable;
 
 use crate::stand::*;
@@ -17,13 +17,7 @@ fn typed(key: Key, text: &str) -> [Event; 2] {
 }
 
 fn click(pos: Pos2) -> [Event; 3] {
-    let button = |pressed| Event::PointerButton {
-        pos,
-        button: PointerButton::Primary,
-        pressed,
-        modifiers: Modifiers::NONE,
-    };
-    [Event::PointerMoved(pos), button(true), button(false)]
+    [Event::PointerMoved(pos), button(pos, true), button(pos, false)]
 }
 
 /// Feeds everything to one frame of the window, and lets it draw as often as it asks for.

@@ -1,11 +1,10 @@
-//! What a person prefers: kept, taken back when damaged, keys, scale, hints, messages.
+//! What a person prefers: kept, taken back when damaged, keys, scale, hints.
 
 use egui::{Key, Modifiers, PointerButton};
 use egui_kittest::kittest::Queryable;
 use inplace_model::Command;
 use inplace_model::preferences::{Hint, PreferenceChange, Preferences, Theme};
 use inplace_model::settings::Settings;
-use inplace_ui::Target;
 
 use crate::stand::*;
 
@@ -176,20 +175,6 @@ fn each_hint_is_shown_once_and_all_of_them_again_when_asked_for() {
     let place = window.canvas(0.0, 0.0);
     window.drag(PointerButton::Primary, &[place]);
     assert!(window.harness.query_by_label(second).is_none());
-}
-
-#[test]
-fn escape_dismisses_the_newest_message() {
-    let folder = tempfile::tempdir().unwrap();
-    let file = folder.path().join("broken.inplace");
-    std::fs::write(&file, "not a project").unwrap();
-    let mut window = Window::new(folder.path(), Some(Target::Path(file)));
-    window.until("the error is shown", |app| {
-        app.model().messages.texts().count() > 0
-    });
-    window.harness.get_by_label("Error");
-    window.press(Modifiers::NONE, Key::Escape);
-    assert_eq!(window.harness.state().model().messages.texts().count(), 0);
 }
 
 #[test]

@@ -135,21 +135,15 @@ fn the_next_labels_settle_what_the_suggestions_say() {
     let folder = tempfile::tempdir().unwrap();
     let mut window = labelled(folder.path());
     window.press(Modifiers::NONE, Key::T);
-    let suggestion = |share: f32| Suggestion {
-        frame: 0,
-        pixel: [1, 1],
-        position: Default::default(),
-        outline: Vec::new(),
-        score: 1.0,
-        entropy: 0.5,
+    let with_share = |&share: &f32| Suggestion {
         share,
-        classes: Vec::new(),
+        ..suggestion(0)
     };
     let generation = window.workspace().document().generation();
     let mut suggest = |shares: &[f32]| {
         let event = Event::Suggestions {
             generation,
-            suggestions: shares.iter().map(|&share| suggestion(share)).collect(),
+            suggestions: shares.iter().map(with_share).collect(),
         };
         window.worker().events.send(event).unwrap();
         window.harness.run_steps(3);

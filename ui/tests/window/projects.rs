@@ -13,23 +13,14 @@ use inplace_ui::Target;
 use crate::stand::*;
 
 fn open_scene(folder: &Path, scene: &Path) -> Window {
-    let target = Target::Scene(SceneSource::Folder(scene.to_path_buf()));
-    let mut window = Window::new(folder, Some(target));
-    window.until("the scene is open", |app| app.model().workspace().is_some());
-    window
+    Window::opened(folder, Target::Scene(SceneSource::Folder(scene.to_path_buf())))
 }
 
 fn label_and_save(window: &mut Window, project: &Path) {
     window.add_class("wall");
     let place = window.canvas(0.0, 0.0);
     window.drag(PointerButton::Primary, &[place]);
-    window.press(Modifiers::COMMAND, Key::S);
-    window.replace_text("Project file", project.to_str().unwrap());
-    let named = project.to_path_buf();
-    window.until("the project is saved", |app| {
-        let project = app.model().project.as_ref();
-        project.is_some_and(|project| project.is_named() && project.path() == named)
-    });
+    window.save_as(project);
 }
 
 #[test]
@@ -123,8 +114,7 @@ fn a_scene_that_has_moved_is_asked_for_checked_and_remembered() {
         assert_eq!(window.strokes(), 1);
         window.close();
     }
-    let mut window = Window::new(folder.path(), Some(Target::Project(project)));
-    window.until("the scene is open", |app| app.model().workspace().is_some());
+    let window = Window::opened(folder.path(), Target::Project(project));
     assert_eq!(window.workspace().scene().source, SceneSource::Folder(new));
     assert_eq!(window.strokes(), 1);
 }
@@ -248,8 +238,7 @@ fn a_damaged_project_opens_from_its_backup_and_says_so() {
     let folder = tempfile::tempdir().unwrap();
     let project = folder.path().join("work.inplace");
     let damaged = write_damaged_project(folder.path(), &project);
-    let mut window = Window::new(folder.path(), Some(Target::Project(project.clone())));
-    window.until("the project is open", |app| app.model().workspace().is_some());
+    let window = Window::opened(folder.path(), Target::Project(project.clone()));
     assert_eq!(window.strokes(), 1);
     let told: Vec<&str> = window.harness.state().model().messages.texts().collect();
     let sentence = told.iter().find(|text| text.contains("is damaged")).unwrap();
@@ -274,8 +263,7 @@ fn a_project_that_cannot_be_written_is_labelled_in_memory_and_saved_elsewhere() 
     for number in 2..1000 {
         std::fs::write(folder.path().join(format!("work-damaged-{number}.inplace")), "").unwrap();
     }
-    let mut window = Window::new(folder.path(), Some(Target::Project(project.clone())));
-    window.until("the project is open", |app| app.model().workspace().is_some());
+    let mut window = Window::opened(folder.path(), Target::Project(project.clone()));
     window.harness.get_by_label("not saved");
     let told: Vec<&str> = window.harness.state().model().messages.texts().collect();
     assert!(

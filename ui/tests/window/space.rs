@@ -5,7 +5,6 @@ use std::sync::Arc;
 use egui::{Key, Modifiers, PointerButton, Pos2};
 use egui_kittest::kittest::Queryable;
 use glam::Vec3;
-use inplace_core::guide::Suggestion;
 use inplace_core::scene::SceneSource;
 use inplace_core::semantics::{LabelPropagation, Node, NodeMap, Surface, SurfaceGraph};
 use inplace_core::session::Event;
@@ -65,13 +64,9 @@ fn shown(folder: &std::path::Path) -> Window {
     };
     worker.events.send(event).unwrap();
     window.press(Modifiers::NONE, Key::V);
-    let start = std::time::Instant::now();
-    while window.harness.query_by_label("Fly to this frame").is_none() {
-        assert!(start.elapsed().as_secs() < 20, "the wall is not shown");
-        window.harness.step();
-        std::thread::sleep(std::time::Duration::from_millis(2));
-    }
-    window.harness.run_steps(2);
+    window.until_window("the wall is shown", |window| {
+        window.harness.query_by_label("Fly to this frame").is_some()
+    });
     window
 }
 
@@ -178,16 +173,10 @@ fn a_click_beside_the_surface_says_so() {
         PointerButton::Primary,
         &[area.right_center() - egui::vec2(12.0, 0.0)],
     );
-    let start = std::time::Instant::now();
-    while window
-        .harness
-        .query_by_label("There is no surface under the pointer")
-        .is_none()
-    {
-        assert!(start.elapsed().as_secs() < 20, "nothing is said");
-        window.harness.step();
-        std::thread::sleep(std::time::Duration::from_millis(2));
-    }
+    window.until_window("it is said", |window| {
+        let said = "There is no surface under the pointer";
+        window.harness.query_by_label(said).is_some()
+    });
     assert_eq!(window.strokes(), 0);
 }
 
@@ -230,12 +219,7 @@ fn a_double_click_turns_around_that_place_and_labels_nothing() {
     let place = middle(&window) + egui::vec2(-40.0, 20.0);
     for pressed in [true, false, true, false] {
         window.harness.event(egui::Event::PointerMoved(place));
-        window.harness.event(egui::Event::PointerButton {
-            pos: place,
-            button: PointerButton::Primary,
-            pressed,
-            modifiers: Modifiers::NONE,
-        });
+        window.harness.event(button(place, pressed));
     }
     window.until("the pivot is set", |app| {
         let camera = app.model().workspace().unwrap().space.camera;
@@ -265,19 +249,9 @@ fn the_camera_flies_to_the_frame_in_view_and_the_view_is_kept() {
 fn a_click_on_a_suggestion_leads_to_it_in_its_frame() {
     let folder = tempfile::tempdir().unwrap();
     let mut window = shown(folder.path());
-    let suggestion = Suggestion {
-        frame: 3,
-        pixel: [20, 30],
-        position: Default::default(),
-        outline: Vec::new(),
-        score: 1.0,
-        entropy: 0.6,
-        share: 0.04,
-        classes: Vec::new(),
-    };
     let suggestions = Event::Suggestions {
         generation: 1,
-        suggestions: vec![suggestion],
+        suggestions: vec![suggestion(3)],
     };
     window.worker().events.send(suggestions).unwrap();
     window.click("Fly to this frame");

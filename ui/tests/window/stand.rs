@@ -9,6 +9,7 @@ use crossbeam_channel::{Receiver, Sender, unbounded};
 use egui::accesskit::Role;
 use egui::{Key, Modifiers, PointerButton, Pos2, vec2};
 use egui_kittest::{Harness, kittest::Queryable};
+use inplace_core::guide::Suggestion;
 use inplace_core::scene::{Camera, ColorImage, Frame, FramePixels, OpenOptions, Scene, SceneSource};
 use inplace_core::session::{self, Event, FrameMap, MapSlots};
 use inplace_model::Command;
@@ -109,6 +110,30 @@ pub fn scene(source: SceneSource) -> Arc<Scene> {
     })
 }
 
+/// The primary button goes down or up here.
+pub fn button(pos: Pos2, pressed: bool) -> egui::Event {
+    egui::Event::PointerButton {
+        pos,
+        button: PointerButton::Primary,
+        pressed,
+        modifiers: Modifiers::NONE,
+    }
+}
+
+/// A place that is suggested on a frame.
+pub fn suggestion(frame: usize) -> Suggestion {
+    Suggestion {
+        frame,
+        pixel: [20, 30],
+        position: Default::default(),
+        outline: Vec::new(),
+        score: 1.0,
+        entropy: 0.6,
+        share: 0.04,
+        classes: Vec::new(),
+    }
+}
+
 /// Where a window in a test keeps its preferences.
 pub fn preferences_file(folder: &Path) -> PathBuf {
     folder.join("configuration/preferences.json")
@@ -179,15 +204,25 @@ impl Window {
     }
 
     pub fn with_demo(folder: &Path) -> Self {
-        let mut window = Self::new(folder, Some(Target::Scene(SceneSource::Demo)));
-        window.until("the scene is open", |app| app.model().workspace().is_some());
+        Self::opened(folder, Target::Scene(SceneSource::Demo))
+    }
+
+    /// A window in which this opens.
+    pub fn opened(folder: &Path, target: Target) -> Self {
+        let mut window = Self::new(folder, Some(target));
+        window.until("it is open", |app| app.model().workspace().is_some());
         window
     }
 
     /// Steps until something holds; it may depend on other threads.
     pub fn until(&mut self, what: &str, holds: impl Fn(&App) -> bool) {
+        self.until_window(what, |window| holds(window.harness.state()));
+    }
+
+    /// Steps until something holds of what is shown, too.
+    pub fn until_window(&mut self, what: &str, holds: impl Fn(&Self) -> bool) {
         let start = Instant::now();
-        while !holds(self.harness.state()) {
+        while !holds(self) {
             assert!(
                 start.elapsed() < Duration::from_secs(20),
                 "waited in vain: {what}"
@@ -271,6 +306,17 @@ impl Window {
             .type_text(text);
         self.harness.run_steps(2);
         self.press(Modifiers::NONE, Key::Enter);
+    }
+
+    /// Saves the project under this name.
+    pub fn save_as(&mut self, project: &Path) {
+        self.press(Modifiers::COMMAND, Key::S);
+        self.replace_text("Project file", project.to_str().unwrap());
+        let named = project.to_path_buf();
+        self.until("the project is saved", |app| {
+            let project = app.model().project.as_ref();
+            project.is_some_and(|project| project.is_named() && project.path() == named)
+        });
     }
 
     pub fn add_class(&mut self, name: &str) {

@@ -3,20 +3,8 @@
 use egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable;
 use inplace_ui::Target;
-use inplace_ui::canvas::CANVAS_NAME;
 
 use crate::stand::*;
-
-#[test]
-fn the_start_page_opens_the_demo() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = Window::new(folder.path(), None);
-    window.harness.get_by_label("Open a folder...");
-    window.click("Try the demo");
-    window.until("the demo is open", |app| app.model().workspace().is_some());
-    window.harness.get_by_label(CANVAS_NAME);
-    assert_eq!(window.workspace().scene().frames.len(), FRAMES);
-}
 
 #[test]
 fn the_question_mark_shows_every_key() {
@@ -35,7 +23,7 @@ fn the_question_mark_shows_every_key() {
 }
 
 #[test]
-fn a_path_that_cannot_be_opened_is_one_sentence_on_the_start_page() {
+fn a_path_that_cannot_be_opened_is_one_sentence_on_the_start_page_until_escape() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("broken.inplace");
     std::fs::write(&file, "not a project").unwrap();
@@ -43,8 +31,11 @@ fn a_path_that_cannot_be_opened_is_one_sentence_on_the_start_page() {
     window.until("the error is shown", |app| {
         app.model().messages.texts().count() > 0
     });
-    window.harness.get_by_label("Try the demo");
+    window.harness.get_by_label("Open a folder...");
+    window.harness.get_by_label("Error");
     let state = window.harness.state().model();
     let text = state.messages.texts().next().unwrap();
     assert!(text.contains("broken.inplace"), "{text}");
+    window.press(Modifiers::NONE, Key::Escape);
+    assert_eq!(window.harness.state().model().messages.texts().count(), 0);
 }

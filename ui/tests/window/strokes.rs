@@ -1,6 +1,6 @@
 //! The tools that draw, and strokes as things to find, change and delete.
 
-use egui::{Key, Modifiers, PointerButton, Pos2};
+use egui::{Key, Modifiers, PointerButton};
 use egui_kittest::kittest::Queryable;
 use inplace_core::labels::{History, LabelSet, Stroke, StrokeId, StrokeKind, VOID};
 use inplace_core::project::{Contents, Project, SceneRecord};
@@ -69,30 +69,7 @@ fn project(folder: &Path, strokes: impl IntoIterator<Item = Stroke>) -> Target {
 }
 
 fn opened(folder: &Path, strokes: impl IntoIterator<Item = Stroke>) -> Window {
-    let target = project(folder, strokes);
-    let mut window = Window::new(folder, Some(target));
-    window.until("the project is open", |app| app.model().workspace().is_some());
-    window
-}
-
-#[test]
-fn a_polygon_is_filled_and_undone_and_redone_from_another_frame() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = two_classes(folder.path());
-    draw_triangle(&mut window);
-    let stroke = newest(&window);
-    assert_eq!(
-        (stroke.kind(), stroke.class, stroke.radius),
-        (StrokeKind::Polygon, 2, 0)
-    );
-    assert!(stroke.pixel_count(WIDTH, HEIGHT) > 50);
-    window.press(Modifiers::NONE, Key::D);
-    window.press(Modifiers::COMMAND, Key::Z);
-    assert_eq!((window.strokes(), window.workspace().frame_index()), (0, 0));
-    window.press(Modifiers::NONE, Key::D);
-    window.press(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z);
-    assert_eq!((window.strokes(), window.workspace().frame_index()), (1, 0));
-    assert_eq!(newest(&window), stroke);
+    Window::opened(folder, project(folder, strokes))
 }
 
 #[test]
@@ -115,22 +92,14 @@ fn escape_drops_a_polygon_and_backspace_and_undo_take_back_corners() {
     // A scribble is dropped while its button is still held.
     window.press(Modifiers::NONE, Key::B);
     let [from, to] = [window.canvas(-50.0, 0.0), window.canvas(50.0, 0.0)];
-    button(&mut window, from, true);
+    window.harness.event(egui::Event::PointerMoved(from));
+    window.harness.event(button(from, true));
+    window.harness.run_steps(2);
     window.harness.event(egui::Event::PointerMoved(to));
     window.press(Modifiers::NONE, Key::Escape);
-    button(&mut window, to, false);
-    assert_eq!(window.strokes(), 1);
-}
-
-fn button(window: &mut Window, pos: Pos2, pressed: bool) {
-    window.harness.event(egui::Event::PointerMoved(pos));
-    window.harness.event(egui::Event::PointerButton {
-        pos,
-        button: PointerButton::Primary,
-        pressed,
-        modifiers: Modifiers::NONE,
-    });
+    window.harness.event(button(to, false));
     window.harness.run_steps(2);
+    assert_eq!(window.strokes(), 1);
 }
 
 #[test]
@@ -161,12 +130,7 @@ fn a_polyline_has_the_brushs_radius_and_ends_by_a_double_click() {
     click_at(&mut window, &[[-100.0, 0.0], [0.0, 50.0]]);
     let pos = window.canvas(100.0, 0.0);
     // All within one frame: a step of the window takes longer than a double-click.
-    let events = [true, false, true, false].map(|pressed| egui::Event::PointerButton {
-        pos,
-        button: PointerButton::Primary,
-        pressed,
-        modifiers: Modifiers::NONE,
-    });
+    let events = [true, false, true, false].map(|pressed| button(pos, pressed));
     window.harness.input_mut().events.extend(events);
     window.harness.run_steps(3);
     let stroke = newest(&window);

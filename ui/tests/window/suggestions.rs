@@ -21,14 +21,11 @@ fn place(frame: usize, pixel: Pixel, classes: &[ClassId]) -> Suggestion {
         probability: 0.6 / (rank + 1) as f32,
     };
     Suggestion {
-        frame,
         pixel,
         position: [frame as f32, 0.0, 0.0].into(),
         outline: vec![[x - 8.0, y - 8.0], [x + 8.0, y - 8.0], [x, y + 8.0]],
-        score: 1.0,
-        entropy: 0.6,
-        share: 0.04,
         classes: classes.iter().enumerate().map(likely).collect(),
+        ..suggestion(frame)
     }
 }
 
@@ -230,28 +227,6 @@ fn undo_shows_the_answered_place_again_and_redo_goes_on() {
         window.workspace().suggestions().mode(),
         Mode::Looking(_)
     ));
-}
-
-#[test]
-fn the_place_at_hand_stays_as_it_is_while_lists_come() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = window(folder.path());
-    let generation = newest(&window);
-    let list = vec![place(3, [20, 30], &[WALL]), place(1, [40, 10], &[WALL])];
-    suggest(&mut window, generation, list);
-    press(&mut window, Key::N);
-    press(&mut window, Key::N);
-    let view = window.workspace().view;
-    let list = vec![place(4, [8, 8], &[WALL]), place(2, [9, 9], &[WALL])];
-    suggest(&mut window, generation, list);
-    assert_eq!(listed(&window), [4, 1, 2]);
-    window.harness.get_by_label_contains("Suggestion 2 of 3");
-    assert_eq!(
-        (window.workspace().frame_index(), window.workspace().view),
-        (1, view)
-    );
-    press(&mut window, Key::Enter);
-    assert_eq!(last_stroke(&window), (1, WALL, [40, 10]));
 }
 
 #[test]

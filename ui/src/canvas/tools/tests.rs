@@ -32,22 +32,6 @@ fn follow(gesture: &mut Gesture, around: &CanvasPlace, events: &[Event]) -> Vec<
 }
 
 #[test]
-fn a_click_is_a_line_of_one_pixel() {
-    let events = [
-        button(26.5, 36.5, PointerButton::Primary, true),
-        button(26.5, 36.5, PointerButton::Primary, false),
-    ];
-    let line = DrawnLine {
-        tool: Tool::Brush,
-        points: vec![[10, 20]],
-    };
-    assert_eq!(
-        follow(&mut Gesture::default(), &AROUND, &events),
-        [Outcome::Finished(line)]
-    );
-}
-
-#[test]
 fn a_fast_drag_keeps_every_position_and_stays_in_the_image() {
     let events = [
         button(16.5, 16.5, PointerButton::Primary, true),
@@ -61,16 +45,6 @@ fn a_fast_drag_keeps_every_position_and_stays_in_the_image() {
         panic!("not finished: {outcomes:?}")
     };
     assert_eq!(line.points, [[0, 0], [10, 0], [10, 30], [0, 30]]);
-}
-
-#[test]
-fn the_right_button_erases_whatever_the_tool() {
-    let events = [
-        button(30.0, 30.0, PointerButton::Secondary, true),
-        button(30.0, 30.0, PointerButton::Secondary, false),
-    ];
-    let outcomes = follow(&mut Gesture::default(), &AROUND, &events);
-    assert!(matches!(&outcomes[0], Outcome::Finished(line) if line.tool == Tool::Erase));
 }
 
 #[test]
@@ -177,20 +151,6 @@ fn a_double_click_ends_and_two_quick_clicks_apart_do_not() {
 }
 
 #[test]
-fn corners_are_taken_back_one_by_one() {
-    let (mut gesture, mut around) = (Gesture::default(), with(Tool::Polyline));
-    for corner in CORNERS {
-        click(&mut gesture, &mut around, corner);
-    }
-    gesture.take_back();
-    assert_eq!(gesture.draft().unwrap().points(), &CORNERS[..2]);
-    gesture.take_back();
-    gesture.take_back();
-    assert!(!gesture.is_drawing());
-    gesture.take_back();
-}
-
-#[test]
 fn a_drag_draws_an_outline_that_closes_near_its_beginning() {
     let mut gesture = Gesture::default();
     let around = with(Tool::Polygon);
@@ -257,12 +217,4 @@ fn shift_draws_a_straight_line_from_where_the_last_one_ended() {
         let tool = Tool::Brush;
         assert_eq!(outcomes, [Outcome::Finished(DrawnLine { tool, points })]);
     }
-}
-
-#[test]
-fn the_select_tool_points_and_draws_nothing() {
-    let (mut gesture, mut around) = (Gesture::default(), with(Tool::Select));
-    let picked = click(&mut gesture, &mut around, [10, 20]);
-    assert_eq!(picked, [Outcome::Picked(pos2(10.5, 20.5))]);
-    assert!(!gesture.is_active());
 }
