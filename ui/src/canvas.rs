@@ -347,7 +347,8 @@ impl Canvas {
             painter.circle_stroke(center, half, egui::Stroke::new(1.5, egui::Color32::WHITE));
         }
         let below = center + vec2(0.0, half + 10.0);
-        overlay::note(painter, below, Align2::CENTER_TOP, &brush_size(settings.brush));
+        let size = format!("Brush {}", pixels(settings.brush));
+        overlay::note(painter, below, Align2::CENTER_TOP, &size);
     }
 
     /// Follows the pointer events of this frame; returns the view after them.
@@ -503,11 +504,6 @@ fn draft_note(ui: &Ui, painter: &egui::Painter, draft: &Draft) {
     let id = ui.scope_id().with("draft");
     let response = ui.interact(Rect::from_center_size(place, vec2(1.0, 1.0)), id, Sense::hover());
     response.widget_info(|| WidgetInfo::labeled(Role::Label, true, &text));
-}
-
-/// The brush's radius in image pixels, while it changes.
-fn brush_size(radius: u32) -> String {
-    format!("Brush {}", pixels(radius))
 }
 
 /// How what is being drawn ends.

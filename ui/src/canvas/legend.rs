@@ -108,7 +108,7 @@ fn rows((workspace, shown): (&Workspace, &FrameView), layer: Layer, most: usize)
             None => note(no_view()),
             Some(view) => vec![
                 Row::Title(layer.name().to_owned()),
-                Row::Note(after_steps(view.rendered.steps)),
+                Row::Note(format!("after {} training steps", view.rendered.steps)),
             ],
         },
     }
@@ -128,7 +128,8 @@ fn class_rows(workspace: &Workspace, shown: &FrameView, most: usize) -> Vec<Row>
         .map(|class| Row::Swatch(class.color, class.name.clone()))
         .collect();
     if visible.len() > largest.len() {
-        rows.push(Row::Note(and_more(visible.len() - largest.len())));
+        let more = visible.len() - largest.len();
+        rows.push(Row::Note(format!("and {more} more")));
     }
     if rows.is_empty() {
         rows.push(Row::Note("Nothing has a class here yet".to_owned()));
@@ -279,14 +280,4 @@ fn hatched(painter: &Painter, square: Rect) {
         let to = from + vec2(-square.height(), square.height());
         painter.line_segment([from, to], egui::Stroke::new(1.5, Color32::from_gray(200)));
     }
-}
-
-/// A rendered view, by the training that it shows.
-fn after_steps(steps: u64) -> String {
-    format!("after {steps} training steps")
-}
-
-/// Classes that found no place in the legend.
-fn and_more(count: usize) -> String {
-    format!("and {count} more")
 }

@@ -34,7 +34,7 @@ pub fn show(ui: &mut Ui, dialog: &mut AddClasses, commands: &mut Commands) {
     }
     lines(dialog, ui, &found);
     let count = dialog.ticked().count();
-    let verb = add_ticked(count);
+    let verb = format!("Add {}", counted(count, "class", "classes"));
     confirm(ui, &verb, count > 0, false, commands, || {
         Command::AddClasses(dialog.ticked().cloned().collect())
     });
@@ -175,9 +175,4 @@ pub fn save_classes(ui: &mut Ui, path: &mut String, commands: &mut Commands) {
 /// How many classes a palette has, and for what.
 fn about(scenes: &str, count: usize) -> String {
     format!("{count} classes: {scenes}")
-}
-
-/// The button that adds the ticked classes.
-fn add_ticked(count: usize) -> String {
-    format!("Add {}", counted(count, "class", "classes"))
 }

@@ -169,8 +169,11 @@ fn key_button(
         ui.memory_mut(|memory| memory.set_focus_lock_filter(response.id, filter));
     }
     if map.is_moved(default) {
-        let reset = ui.small_button("Reset").on_hover_text(reset_tip(default));
-        if reset.accessible_name(reset_name(row.does, default)).clicked() {
+        let reset = ui
+            .small_button("Reset")
+            .on_hover_text(format!("Back to {default}"));
+        let name = format!("Reset {} to {default}", row.does);
+        if reset.accessible_name(name).clicked() {
             page.choosing = None;
             // Whatever has that key now has to give it back.
             if let Some((_, other)) = keys::meaning(map, default)
@@ -194,14 +197,15 @@ fn conflict(
         let color = ui.visuals().warn_fg_color;
         match taken {
             TakenKey::Fixed(pressed) => {
-                ui.colored_label(color, fixed(*pressed));
+                let fixed = format!("{pressed} cannot be given away: the window needs it.");
+                ui.colored_label(color, fixed);
             }
             TakenKey::By {
                 pressed,
                 does,
                 default: other,
             } => {
-                ui.colored_label(color, taken_text(*pressed, does));
+                ui.colored_label(color, format!("{pressed} is taken: {does}."));
                 if ui.button("Use it here").clicked() {
                     commands.push(Command::Prefer(PreferenceChange::Key(*other, None)));
                     commands.push(Command::Prefer(PreferenceChange::Key(default, Some(*pressed))));
@@ -264,7 +268,7 @@ fn appearance(ui: &mut Ui, model: &Model, commands: &mut Commands) {
             });
         shown.response.accessible_name("Scale");
         let keys = [&LARGER, &SMALLER, &USUAL_SIZE].map(|command| command.key(ui.ctx()));
-        ui.add(egui::Label::new(RichText::new(scale_keys(&keys)).weak()).truncate());
+        ui.add(egui::Label::new(RichText::new(keys.join("  ")).weak()).truncate());
     });
     line(ui, "Overlay opacity", |ui| {
         let mut percent = 100.0 * model.settings.opacity;
@@ -308,7 +312,7 @@ fn hints(ui: &mut Ui, model: &Model, commands: &mut Commands) {
         {
             commands.push(Command::Prefer(PreferenceChange::ResetHints));
         }
-        ui.weak(hints_seen(seen, Hint::ALL.len()));
+        ui.weak(format!("{seen} of {} seen", Hint::ALL.len()));
     });
 }
 
@@ -320,42 +324,12 @@ fn key_name(does: &str, present: Option<&str>, default: Shortcut) -> String {
     }
 }
 
-/// What that button does.
-fn reset_tip(default: Shortcut) -> String {
-    format!("Back to {default}")
-}
-
-/// Name of the button that gives a key back.
-fn reset_name(does: &str, default: Shortcut) -> String {
-    format!("Reset {does} to {default}")
-}
-
-/// A key that cannot be chosen.
-fn fixed(pressed: Shortcut) -> String {
-    format!("{pressed} cannot be given away: the window needs it.")
-}
-
-/// A key that does something else.
-fn taken_text(pressed: Shortcut, does: &str) -> String {
-    format!("{pressed} is taken: {does}.")
-}
-
 /// A scale.
 fn percent_text(percent: u16) -> String {
     format!("{percent}%")
 }
 
-/// The keys for the scale: larger, smaller, as it comes.
-fn scale_keys([larger, smaller, usual]: &[String; 3]) -> String {
-    format!("{larger}  {smaller}  {usual}")
-}
-
 /// As many threads as leave a core to the window.
 fn automatic(threads: usize) -> String {
     format!("Automatic ({threads})")
-}
-
-/// How many hints are not shown any more.
-fn hints_seen(seen: usize, all: usize) -> String {
-    format!("{seen} of {all} seen")
 }

@@ -224,7 +224,7 @@ fn rename_field(ui: &mut Ui, class: &Class, name: &mut String, commands: &mut Co
         .margin(vec2(8.0, 6.0))
         .min_size(vec2(0.0, ROW))
         .desired_width(f32::INFINITY);
-    let response = ui.add(field).accessible_name(rename_text(&class.name));
+    let response = ui.add(field).accessible_name(format!("Rename {}", class.name));
     if response.lost_focus() {
         let cancelled = ui.input(|input| input.key_pressed(Key::Escape));
         let trimmed = name.trim();
@@ -237,9 +237,4 @@ fn rename_field(ui: &mut Ui, class: &Class, name: &mut String, commands: &mut Co
         response.request_focus();
     }
     false
-}
-
-/// Name of the field that renames a class.
-fn rename_text(name: &str) -> String {
-    format!("Rename {name}")
 }

@@ -1,6 +1,6 @@
 //! How far the labelling has come: whether it is good enough, what contradicts itself, and charts.
 
-use egui::{Align, Button, Color32, Grid, Label, Layout, RichText, ScrollArea, Ui};
+use egui::{Align, Button, Grid, Label, Layout, RichText, ScrollArea, Ui};
 use egui_plot::{AxisHints, GridInput, GridMark, HoverPosition, Line, Plot, PlotPoint, PlotPoints, VLine};
 use inplace_core::labels::{ClassId, StrokeId, VOID};
 use inplace_model::readiness::{Readiness, Reason, readiness};
@@ -8,7 +8,7 @@ use inplace_model::workspace::Workspace;
 use inplace_model::{Command, Commands};
 
 use super::charted::{Axis, Charted, NUMBERS, Number};
-use super::parts::{UNCERTAINTY_MEANS, card};
+use super::parts::{UNCERTAINTY_MEANS, card, frames_done};
 use crate::numbers;
 use crate::theme;
 use crate::widgets::heading;
@@ -102,8 +102,8 @@ impl ProgressPanel {
                 return None;
             };
             let x = match axis {
-                Axis::Time => at_minute(position.x),
-                Axis::Strokes => at_stroke(position.x),
+                Axis::Time => format!("{:.1} min", position.x),
+                Axis::Strokes => format!("{:.0} strokes", position.x),
             };
             Some(format!("{x}: {}", in_unit(number, position.y)))
         };
@@ -139,7 +139,10 @@ impl ProgressPanel {
         } else if number == Number::Unsure {
             plot = plot.include_y(0.0);
         }
-        let (color, mark) = (theme::accent(ui.visuals()), faint(ui));
+        let (color, mark) = (
+            theme::accent(ui.visuals()),
+            ui.visuals().weak_text_color().gamma_multiply(0.35),
+        );
         plot.show(ui, |plot| {
             for (index, &x) in self.charted.marks().iter().enumerate() {
                 let line = VLine::new("", x).color(mark).width(1.0);
@@ -187,13 +190,16 @@ fn numbers(ui: &mut Ui, workspace: &Workspace) {
     let evidence = overview.evidence();
     let checked = match evidence.checked {
         0 => "not known yet".to_owned(),
-        checked => agreeing(checked.saturating_sub(evidence.contradicted), checked),
+        checked => {
+            let agreeing = checked.saturating_sub(evidence.contradicted);
+            format!("{agreeing} of {checked} checked")
+        }
     };
     let rows = [
         ("Strokes", document.labels().strokes.len().to_string(), ""),
         (
             "Drawn on",
-            frames(document.labelled_frames(), workspace.scene().frames.len()),
+            frames_done(document.labelled_frames(), workspace.scene().frames.len()),
             "Frames that have strokes; labels spread to all the others",
         ),
         ("Agreeing strokes", checked, AGREEMENT_MEANS),
@@ -270,10 +276,11 @@ fn row(workspace: &Workspace, id: StrokeId, others: ClassId) -> Option<String> {
     let frame = workspace.scene().frames.get(stroke.frame)?;
     let name = |class: ClassId| match labels.class(class) {
         Some(class) => class.name.clone(),
-        None => nameless(class),
+        None => format!("class {class}"),
     };
     debug_assert_ne!(stroke.class, VOID);
-    Some(contradicted_text(&name(stroke.class), &frame.stem, &name(others)))
+    let (class, others) = (name(stroke.class), name(others));
+    Some(format!("{class} at {}: the others say {others}", frame.stem))
 }
 
 fn named(number: Number) -> (&'static str, &'static str) {
@@ -331,26 +338,6 @@ fn round(value: f64) -> String {
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
-/// The colour of lines behind a chart.
-fn faint(ui: &Ui) -> Color32 {
-    ui.visuals().weak_text_color().gamma_multiply(0.35)
-}
-
-/// A class that is not in the list any more.
-fn nameless(id: ClassId) -> String {
-    format!("class {id}")
-}
-
-/// A place on the axis of time.
-fn at_minute(minutes: f64) -> String {
-    format!("{minutes:.1} min")
-}
-
-/// A place on the axis of strokes.
-fn at_stroke(strokes: f64) -> String {
-    format!("{strokes:.0} strokes")
-}
-
 /// Whether the labels are good enough, with the reason.
 fn readiness_text(answer: Readiness, reason: &Reason) -> String {
     let answer = match answer {
@@ -377,21 +364,6 @@ fn next_labels(shares: &[f32]) -> Option<String> {
         };
         format!("The next {labels} would settle {much} of the scene.")
     })
-}
-
-/// Strokes that agree with the others, of those that could be checked.
-fn agreeing(agreeing: usize, checked: usize) -> String {
-    format!("{agreeing} of {checked} checked")
-}
-
-/// So many frames of all.
-fn frames(some: usize, all: usize) -> String {
-    format!("{some} of {all} frames")
-}
-
-/// A stroke that the others contradict.
-fn contradicted_text(class: &str, frame: &str, others: &str) -> String {
-    format!("{class} at {frame}: the others say {others}")
 }
 
 fn why(reason: &Reason) -> String {

@@ -139,7 +139,7 @@ fn rows(status: &Status, most: f32) -> [(&'static str, String, &'static str); 7]
 fn mishaps(skipped: u64, undone: u64) -> String {
     match (skipped, undone) {
         (0, 0) => "none".to_owned(),
-        _ => mishaps_text(&grouped(skipped), undone),
+        _ => format!("{} steps left out, {undone} returns", grouped(skipped)),
     }
 }
 
@@ -159,11 +159,6 @@ fn grouped(number: u64) -> String {
 /// A length in metres that is small.
 fn centimetres(metres: f32) -> String {
     format!("{:.1} cm", 100.0 * metres)
-}
-
-/// How many there were; `left_out` with its thousands apart.
-fn mishaps_text(left_out: &str, undone: u64) -> String {
-    format!("{left_out} steps left out, {undone} returns")
 }
 
 #[cfg(test)]

@@ -340,7 +340,7 @@ impl StrokePanel {
             visuals.text_color()
         };
         line_of_text(ui, line(4.0, 22.0), class, 14.0, strong);
-        let details = details_text(stroke.kind(), pixels, frame);
+        let details = format!("{}, {pixels} px, {frame}", stroke.kind().name());
         line_of_text(ui, line(22.0, 38.0), &details, 12.0, visuals.weak_text_color());
         let clicked = response.clicked();
         response.on_hover_text(words);
@@ -411,9 +411,4 @@ fn class_choices(ui: &mut Ui, workspace: &Workspace, mut choice: impl FnMut(&mut
 fn in_words(class: &str, kind: StrokeKind, pixels: u64, frame: &str) -> String {
     let plural = if pixels == 1 { "" } else { "s" };
     format!("{class}, {}, {pixels} pixel{plural}, frame {frame}", kind.name())
-}
-
-/// A stroke without its class: "scribble, 120 px, rgb_3".
-fn details_text(kind: StrokeKind, pixels: u64, frame: &str) -> String {
-    format!("{}, {pixels} px, {frame}", kind.name())
 }

@@ -92,7 +92,8 @@ pub fn show(ui: &Ui, workspace: &Workspace, canvas: Rect) {
 }
 
 fn at(workspace: &Workspace, index: usize) -> String {
-    let number = number_text(index, workspace.suggestions().listed().len());
+    let count = workspace.suggestions().listed().len();
+    let number = format!("Suggestion {} of {count}", index + 1);
     if workspace.suggestions().is_settled() {
         format!("{number}, {}", "settled meanwhile")
     } else {
@@ -220,9 +221,4 @@ impl Laid {
             piece.paint(painter, rect.min + *offset, colors);
         }
     }
-}
-
-/// Which of how many.
-fn number_text(index: usize, count: usize) -> String {
-    format!("Suggestion {} of {count}", index + 1)
 }

@@ -184,7 +184,7 @@ impl SuggestionPanel {
         commands: &mut Commands,
     ) {
         let (rect, response) = ui.allocate_exact_size(size, Sense::click());
-        let name = go_there(index);
+        let name = format!("Go to suggestion {}", index + 1);
         response.widget_info(|| WidgetInfo::labeled(Role::Button, true, &name));
         if response.clicked() {
             commands.push(Command::GoToSuggestion(index));
@@ -362,11 +362,6 @@ fn next_hint(back: &str) -> String {
 /// What a place was labelled with.
 fn labelled(class: &str) -> String {
     format!("Labelled {class}")
-}
-
-/// Name of the picture that goes there.
-fn go_there(index: usize) -> String {
-    format!("Go to suggestion {}", index + 1)
 }
 
 /// What a label would settle, as a share of all pixels.

@@ -9,7 +9,7 @@ use crate::widgets::{focus_ring, swatch};
 /// The swatch as a button that opens the colours to choose from.
 pub(super) fn recolor_popup(ui: &Ui, class: &Class, rect: Rect, commands: &mut Commands) {
     let response = ui.interact(rect, ui.scope_id().with("colour"), Sense::click());
-    let name = color_of(&class.name);
+    let name = format!("Colour of {}", class.name);
     response.widget_info(|| WidgetInfo::labeled(Role::Button, true, &name));
     if response.has_focus() {
         focus_ring(ui, rect);
@@ -25,7 +25,7 @@ pub(super) fn recolor_popup(ui: &Ui, class: &Class, rect: Rect, commands: &mut C
                     for id in 1..=24 {
                         let color = default_color(id);
                         let (cell, choice) = ui.allocate_exact_size(vec2(24.0, 24.0), Sense::click());
-                        let words = color_text(id);
+                        let words = format!("Colour {id}");
                         choice.widget_info(|| WidgetInfo::labeled(Role::Button, true, &words));
                         let side = if choice.hovered() { 24.0 } else { 20.0 };
                         swatch(ui.painter(), cell.center(), color, side);
@@ -71,14 +71,4 @@ fn custom_color(ui: &mut Ui, class: &Class, commands: &mut Commands) {
         }
     });
     ui.data_mut(|data| data.insert_temp(id, text));
-}
-
-/// Name of the swatch of a class.
-fn color_of(name: &str) -> String {
-    format!("Colour of {name}")
-}
-
-/// Name of a colour to choose.
-fn color_text(number: u16) -> String {
-    format!("Colour {number}")
 }

@@ -51,7 +51,7 @@ pub(super) fn of_class(
         return false;
     };
     let mut child = ui.new_child(egui::UiBuilder::new().max_rect(rect));
-    let button = icon_button(&mut child, Icon::More, &actions_for(&class.name));
+    let button = icon_button(&mut child, Icon::More, &format!("Actions for {}", class.name));
     let mut rename = false;
     let mut contents = |ui: &mut Ui| entries(ui, workspace, index, &mut rename, commands);
     Popup::menu(&button).show(&mut contents);
@@ -107,11 +107,6 @@ fn entry(ui: &mut Ui, enabled: bool, text: &str, chosen: impl FnOnce()) {
         chosen();
         ui.close();
     }
-}
-
-/// Name of the menu of a class.
-fn actions_for(name: &str) -> String {
-    format!("Actions for {name}")
 }
 
 /// Deletes a class with its strokes.

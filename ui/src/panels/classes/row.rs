@@ -122,12 +122,12 @@ impl Row<'_> {
     /// The padlock, and the eye of a hidden class.
     pub(super) fn buttons(&self, ui: &Ui, row: &egui::Response, parts: &Parts, commands: &mut Commands) {
         let icon = if self.locked { Icon::Locked } else { Icon::Unlocked };
-        let name = padlock(self.name, self.locked);
+        let name = format!("{} {}", if self.locked { "Unlock" } else { "Lock" }, self.name);
         let near = self.locked || row.contains_pointer() || row.has_focus();
         if mark(ui, parts.lock, icon, &name, near) {
             commands.push(Command::SetClassLocked(self.id, !self.locked));
         }
-        let name = show_again(self.name);
+        let name = format!("Show {} in the overlay", self.name);
         if self.hidden && mark(ui, parts.eye, Icon::Hidden, &name, true) {
             commands.push(Command::SetClassHidden(self.id, false));
         }
@@ -210,14 +210,4 @@ fn line_text(name: &str, strokes: usize, locked: bool, hidden: bool) -> String {
         words += ", hidden";
     }
     words
-}
-
-/// Name of the padlock of a class.
-fn padlock(name: &str, locked: bool) -> String {
-    format!("{} {name}", if locked { "Unlock" } else { "Lock" })
-}
-
-/// Name of the eye of a hidden class.
-fn show_again(name: &str) -> String {
-    format!("Show {name} in the overlay")
 }
