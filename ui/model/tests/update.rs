@@ -1,7 +1,6 @@
 //! What the model does with commands and answers, without a window.
 #![allow(clippy::unwrap_used, reason = "a test ends where it fails")]
 
-use std::path::Path;
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
@@ -17,6 +16,7 @@ use inplace_model::session_link::{Running, SessionLink};
 use inplace_model::tool::{DrawnLine, Tool};
 use inplace_model::workspace::Workspace;
 use inplace_model::{Command, Effect, Input, Model};
+use tempfile::TempDir;
 
 const SIDE: u32 = 32;
 
@@ -65,12 +65,14 @@ struct Stand {
     model: Model,
     effects: Vec<Effect>,
     tools: JobTools,
+    folder: TempDir,
 }
 
 impl Stand {
     /// The demo is open, with two classes of which the second is current.
-    fn new(folder: &Path) -> Self {
-        let autosave = folder.join("autosave.inplace");
+    fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let autosave = folder.path().join("autosave.inplace");
         let mut stand = Self {
             model: Model::new(Start::default()),
             effects: Vec::new(),
@@ -79,6 +81,7 @@ impl Stand {
                 wake: Arc::new(|| ()),
                 endings: Vec::new(),
             },
+            folder,
         };
         stand.act(Command::Open(Target::Scene(SceneSource::Demo)));
         stand.tell(Input::Session(Event::Opened(scene())));
@@ -137,8 +140,7 @@ impl Stand {
 
 #[test]
 fn an_edit_is_sent_to_the_worker_as_the_next_generation_and_kept_in_the_project() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut stand = Stand::new(folder.path());
+    let mut stand = Stand::new();
     let before = stand.workspace().document().generation();
     stand.point(Tool::Brush, 8);
     assert!(stand.effects.iter().any(|effect| matches!(
@@ -158,8 +160,7 @@ fn an_edit_is_sent_to_the_worker_as_the_next_generation_and_kept_in_the_project(
 
 #[test]
 fn undo_and_redo_show_the_frame_of_the_stroke() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut stand = Stand::new(folder.path());
+    let mut stand = Stand::new();
     stand.point(Tool::Brush, 8);
     stand.act(Command::GoToFrame(2));
     assert_eq!(stand.workspace().frame_index(), 2);
@@ -172,8 +173,7 @@ fn undo_and_redo_show_the_frame_of_the_stroke() {
 
 #[test]
 fn a_locked_class_is_neither_drawn_nor_covered_nor_erased_nor_changed() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut stand = Stand::new(folder.path());
+    let mut stand = Stand::new();
     stand.act(Command::ChooseClass(2));
     stand.point(Tool::Brush, 8);
     stand.act(Command::SetClassLocked(2, true));
@@ -210,8 +210,7 @@ fn a_locked_class_is_neither_drawn_nor_covered_nor_erased_nor_changed() {
 
 #[test]
 fn strokes_that_have_gone_since_they_were_checked_are_not_contradicted() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut stand = Stand::new(folder.path());
+    let mut stand = Stand::new();
     stand.act(Command::ChooseClass(1));
     stand.point(Tool::Brush, 8);
     let (&stroke, _) = stand
@@ -244,10 +243,9 @@ fn strokes_that_have_gone_since_they_were_checked_are_not_contradicted() {
 
 #[test]
 fn what_an_import_that_was_cancelled_read_is_dropped() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut stand = Stand::new(folder.path());
+    let mut stand = Stand::new();
     let trust = inplace_core::labels::Trust::VOTES;
-    stand.act(Command::ImportFrom(folder.path().to_path_buf(), trust));
+    stand.act(Command::ImportFrom(stand.folder.path().to_path_buf(), trust));
     let ticket = stand.model.importing.unwrap();
     stand.act(Command::CancelImport);
     assert!(stand.says("Nothing was imported."));
@@ -258,8 +256,7 @@ fn what_an_import_that_was_cancelled_read_is_dropped() {
 
 #[test]
 fn what_is_wrong_with_the_poses_of_the_open_scene_is_said_and_of_one_before_it_is_not() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut stand = Stand::new(folder.path());
+    let mut stand = Stand::new();
     let serial = stand.workspace().serial();
     for (of, problem) in [
         (serial, "These poses are inverted."),
@@ -272,8 +269,7 @@ fn what_is_wrong_with_the_poses_of_the_open_scene_is_said_and_of_one_before_it_i
 
 #[test]
 fn settings_that_a_person_changes_are_preferred_in_other_scenes_and_those_of_a_project_are_not() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut stand = Stand::new(folder.path());
+    let mut stand = Stand::new();
     assert!(stand.model.preferences.look.is_empty());
     stand.act(Command::SetBrush(7));
     stand.act(Command::Prefer(PreferenceChange::Theme(Theme::Light)));

@@ -31,8 +31,7 @@ fn type_text(window: &mut Window, field: &str, text: &str) {
 
 #[test]
 fn classes_are_renamed_merged_and_deleted_and_all_of_it_is_undone() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = Window::with_demo(folder.path());
+    let mut window = Window::demo();
     window.add_class("wall");
     window.add_class("floor");
     let place = window.canvas(0.0, 0.0);
@@ -67,8 +66,7 @@ fn classes_are_renamed_merged_and_deleted_and_all_of_it_is_undone() {
 
 #[test]
 fn an_empty_list_offers_the_classes_of_data_sets_and_adds_them_in_one_edit() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = Window::with_demo(folder.path());
+    let mut window = Window::demo();
     window.click("NYU-13");
     window.click("Add 13 classes");
     assert_eq!(window.workspace().document().classes(), PALETTES[0].classes());
@@ -85,8 +83,7 @@ fn an_empty_list_offers_the_classes_of_data_sets_and_adds_them_in_one_edit() {
 
 #[test]
 fn a_long_list_is_searched_and_ticked_and_taken_numbers_are_said() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = Window::with_demo(folder.path());
+    let mut window = Window::demo();
     window.add_class("Chair");
     window.click("Class list");
     window.click("Add classes...");
@@ -187,8 +184,7 @@ fn locks_hidden_classes_and_their_order_are_kept_in_the_project() {
 
 #[test]
 fn the_order_decides_which_digit_chooses_a_class() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = Window::with_demo(folder.path());
+    let mut window = Window::demo();
     for name in ["wall", "floor", "door"] {
         window.add_class(name);
     }
@@ -230,8 +226,7 @@ fn the_order_decides_which_digit_chooses_a_class() {
 
 #[test]
 fn the_finder_chooses_and_makes_classes_by_keyboard() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = Window::with_demo(folder.path());
+    let mut window = Window::demo();
     window.click("NYU-13");
     window.click("Add 13 classes");
     let chosen = |window: &Window| {
@@ -280,8 +275,7 @@ fn the_finder_chooses_and_makes_classes_by_keyboard() {
 
 #[test]
 fn ten_classes_have_a_search_field() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = Window::with_demo(folder.path());
+    let mut window = Window::demo();
     window.add_class("wall");
     assert!(window.harness.query_by_label("Search classes").is_none());
     window.click("Class list");
@@ -297,8 +291,7 @@ fn ten_classes_have_a_search_field() {
 
 #[test]
 fn a_class_that_is_chosen_elsewhere_comes_into_view_in_the_list() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = Window::with_demo(folder.path());
+    let mut window = Window::demo();
     window.add_class("wall");
     window.click("Class list");
     window.click("Add classes...");

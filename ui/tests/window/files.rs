@@ -179,8 +179,7 @@ fn a_window_that_is_closed_during_an_export_closes_after_it() {
 
 #[test]
 fn while_the_worker_spreads_imported_labels_the_window_says_so() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = Window::with_demo(folder.path());
+    let mut window = Window::demo();
     let status = Status {
         spreading_import: true,
         ..Status::default()

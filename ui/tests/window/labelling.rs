@@ -10,8 +10,7 @@ use crate::stand::*;
 
 #[test]
 fn a_click_becomes_a_stroke_and_its_map_is_shown_and_undo_takes_it_back() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = Window::with_demo(folder.path());
+    let mut window = Window::demo();
     window.add_class("wall");
     window.harness.get_by_label("wall, 0 strokes");
     window.worker().received();
@@ -36,8 +35,7 @@ fn a_click_becomes_a_stroke_and_its_map_is_shown_and_undo_takes_it_back() {
 
 #[test]
 fn a_click_without_any_class_asks_for_its_name_and_is_kept() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = Window::with_demo(folder.path());
+    let mut window = Window::demo();
     let place = window.canvas(10.0, 5.0);
     window.drag(PointerButton::Primary, &[place]);
     assert_eq!(window.strokes(), 0);
@@ -48,8 +46,7 @@ fn a_click_without_any_class_asks_for_its_name_and_is_kept() {
 
 #[test]
 fn a_scribble_keeps_every_position_and_the_right_button_erases_it() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = Window::with_demo(folder.path());
+    let mut window = Window::demo();
     window.add_class("wall");
     let path = [
         window.canvas(-60.0, 0.0),
@@ -66,8 +63,7 @@ fn a_scribble_keeps_every_position_and_the_right_button_erases_it() {
 
 #[test]
 fn keys_typed_into_a_text_field_do_nothing_else() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = Window::with_demo(folder.path());
+    let mut window = Window::demo();
     window.type_into("New class", "desk pane");
     assert_eq!(window.workspace().frame_index(), 0);
     assert!(!window.workspace().is_paused());
@@ -77,8 +73,7 @@ fn keys_typed_into_a_text_field_do_nothing_else() {
 
 #[test]
 fn an_older_map_never_covers_a_newer_one() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = Window::with_demo(folder.path());
+    let mut window = Window::demo();
     window.worker().publish(0, 5, 1);
     window.worker().publish(0, 4, 2);
     window.harness.run_steps(3);
@@ -87,8 +82,7 @@ fn an_older_map_never_covers_a_newer_one() {
 
 #[test]
 fn what_the_worker_reports_as_failed_is_shown_in_one_sentence() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = Window::with_demo(folder.path());
+    let mut window = Window::demo();
     let sentence = "The surface could not be found.";
     window
         .worker()

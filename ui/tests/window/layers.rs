@@ -45,8 +45,7 @@ fn view(frame: usize, steps: u64) -> Event {
 
 #[test]
 fn layers_change_by_menu_and_by_key() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = Window::with_demo(folder.path());
+    let mut window = Window::demo();
     window.click("Layer");
     window.click(Layer::Depth.name());
     assert_eq!(settings(&window).layer, Layer::Depth);
@@ -58,8 +57,7 @@ fn layers_change_by_menu_and_by_key() {
 
 #[test]
 fn the_legend_names_the_classes_in_view_and_can_be_switched_off() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = Window::with_demo(folder.path());
+    let mut window = Window::demo();
     window.add_class("wall");
     window.add_class("floor");
     window
@@ -79,8 +77,7 @@ fn the_legend_names_the_classes_in_view_and_can_be_switched_off() {
 
 #[test]
 fn two_layers_are_compared_and_their_border_follows_the_drag() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = Window::with_demo(folder.path());
+    let mut window = Window::demo();
     window.press(Modifiers::NONE, Key::W);
     assert!(settings(&window).compare);
     window.add_class("wall");
@@ -126,8 +123,7 @@ fn two_layers_are_compared_and_their_border_follows_the_drag() {
 
 #[test]
 fn the_readout_says_what_is_known_of_the_pixel_under_the_pointer() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = Window::with_demo(folder.path());
+    let mut window = Window::demo();
     window
         .harness
         .get_by_label("Point at the image to read its pixels");
@@ -149,8 +145,7 @@ fn the_readout_says_what_is_known_of_the_pixel_under_the_pointer() {
 
 #[test]
 fn the_field_is_rendered_only_while_it_is_shown_and_once_for_a_frame() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = Window::with_demo(folder.path());
+    let mut window = Window::demo();
     assert!(asked_views(&window).is_empty());
     window.click("Layer");
     window.click(Layer::Rendered.name());
@@ -183,8 +178,7 @@ fn the_field_is_rendered_only_while_it_is_shown_and_once_for_a_frame() {
 
 #[test]
 fn a_frame_never_has_the_overlay_of_another_one() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = Window::with_demo(folder.path());
+    let mut window = Window::demo();
     window.worker().publish(0, 3, 1);
     window.harness.run_steps(3);
     assert!(window.frame().map().is_some());
@@ -199,8 +193,7 @@ fn a_frame_never_has_the_overlay_of_another_one() {
 
 #[test]
 fn strokes_are_marked_where_they_are_undisputed() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = Window::with_demo(folder.path());
+    let mut window = Window::demo();
     window.add_class("wall");
     window.click("Layer");
     window.click(Layer::Disagreement.name());

@@ -59,8 +59,7 @@ fn place(frame: usize) -> Suggestion {
 }
 
 /// A window with two classes, strokes, maps and suggestions.
-fn labelled(folder: &std::path::Path) -> Window {
-    let mut window = Window::with_demo(folder);
+fn labelled(mut window: Window) -> Window {
     for class in ["wall", "floor"] {
         window.add_class(class);
         let at = window.canvas(if class == "wall" { -40.0 } else { 40.0 }, 0.0);
@@ -98,7 +97,7 @@ fn every_control_of_an_open_scene_has_a_name() {
     let mut window = Window::with_demo(folder.path());
     assert_named(&mut window, "in a scene without labels");
     window.close();
-    let mut window = labelled(folder.path());
+    let mut window = labelled(Window::with_demo(folder.path()));
     assert_named(&mut window, "in a scene with labels");
     window.act(Command::NextSuggestion);
     assert_named(&mut window, "at a suggestion");
@@ -126,8 +125,7 @@ fn every_control_of_an_open_scene_has_a_name() {
 
 #[test]
 fn every_control_of_a_dialog_has_a_name() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = labelled(folder.path());
+    let mut window = labelled(Window::demo());
     let path = String::new();
     for dialog in [
         Dialog::open(),

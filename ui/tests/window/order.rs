@@ -30,8 +30,7 @@ fn in_one_frame(window: &mut Window, events: &[Vec<Event>]) {
 
 #[test]
 fn keys_clicks_and_letters_of_one_frame_find_their_class_and_their_field() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = Window::with_demo(folder.path());
+    let mut window = Window::demo();
     for class in ["wall", "floor", "sofa"] {
         window.add_class(class);
     }
@@ -70,8 +69,7 @@ fn keys_clicks_and_letters_of_one_frame_find_their_class_and_their_field() {
 
 #[test]
 fn letters_after_the_key_of_the_finder_are_looked_for() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = Window::with_demo(folder.path());
+    let mut window = Window::demo();
     for class in ["wall", "door"] {
         window.add_class(class);
     }

@@ -93,8 +93,7 @@ fn a_key_can_be_changed_and_help_shows_the_new_one() {
 
 #[test]
 fn a_key_that_does_something_else_is_shown_and_can_be_taken() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = Window::with_demo(folder.path());
+    let mut window = Window::demo();
     window.press(Modifiers::COMMAND, Key::Comma);
     window.choose("Pause or resume training: P");
     window.press(Modifiers::NONE, Key::Num1);
@@ -126,8 +125,7 @@ fn a_key_that_does_something_else_is_shown_and_can_be_taken() {
 
 #[test]
 fn escape_leaves_the_key_as_it_was_and_the_settings_open() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = Window::with_demo(folder.path());
+    let mut window = Window::demo();
     window.press(Modifiers::COMMAND, Key::Comma);
     window.choose("Pause or resume training: P");
     window.press(Modifiers::NONE, Key::Escape);
@@ -138,8 +136,7 @@ fn escape_leaves_the_key_as_it_was_and_the_settings_open() {
 
 #[test]
 fn the_scale_has_keys_and_limits() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = Window::with_demo(folder.path());
+    let mut window = Window::demo();
     window.press(Modifiers::COMMAND, Key::Minus);
     assert_eq!(preferences(&window).scale, 100);
     window.press(Modifiers::COMMAND, Key::Equals);
@@ -179,8 +176,7 @@ fn each_hint_is_shown_once_and_all_of_them_again_when_asked_for() {
 
 #[test]
 fn a_menu_that_is_higher_than_the_window_begins_below_the_bar() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = Window::with_demo(folder.path());
+    let mut window = Window::demo();
     window.act(Command::Prefer(PreferenceChange::Scale(200)));
     window.harness.run_steps(4);
     let bar = window.harness.get_by_label("View").rect();

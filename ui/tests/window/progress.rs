@@ -13,8 +13,7 @@ use inplace_model::tool::{DrawnLine, Tool};
 use crate::stand::*;
 
 /// A window with two classes and four clicks: three of the first class, one of the second.
-fn labelled(folder: &std::path::Path) -> Window {
-    let mut window = Window::with_demo(folder);
+fn labelled(mut window: Window) -> Window {
     for name in ["wall", "door"] {
         window.add_class(name);
     }
@@ -90,8 +89,7 @@ fn answer(window: &mut Window, entropy: [u16; FRAMES], contradicted: &[(u64, u16
 
 #[test]
 fn the_progress_says_what_is_missing_and_leads_to_contradicted_strokes() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = labelled(folder.path());
+    let mut window = labelled(Window::demo());
     assert!(
         window
             .worker()
@@ -132,8 +130,7 @@ fn the_progress_says_what_is_missing_and_leads_to_contradicted_strokes() {
 
 #[test]
 fn the_next_labels_settle_what_the_suggestions_say() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = labelled(folder.path());
+    let mut window = labelled(Window::demo());
     window.press(Modifiers::NONE, Key::T);
     let with_share = |&share: &f32| Suggestion {
         share,
@@ -161,7 +158,7 @@ fn the_next_labels_settle_what_the_suggestions_say() {
 fn the_log_survives_reopening_the_project() {
     let folder = tempfile::tempdir().unwrap();
     {
-        let mut window = labelled(folder.path());
+        let mut window = labelled(Window::with_demo(folder.path()));
         let status = Status {
             mean_entropy: Some(0.2),
             held_out_psnr: Some(22.0),
@@ -197,8 +194,7 @@ fn the_log_survives_reopening_the_project() {
 
 #[test]
 fn the_filmstrip_shows_the_frames_one_is_after_and_a_and_d_go_through_them() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = labelled(folder.path());
+    let mut window = labelled(Window::demo());
     answer(&mut window, [1000, 7000, 1000, 1000, 8000], &[(3, 2)]);
     let frame = |window: &Window, stem: &str| {
         let name = format!("Frame {stem}:");
@@ -235,8 +231,7 @@ fn the_filmstrip_shows_the_frames_one_is_after_and_a_and_d_go_through_them() {
 
 #[test]
 fn a_frame_is_gone_to_by_its_number_or_its_name() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = Window::with_demo(folder.path());
+    let mut window = Window::demo();
     for (text, frame) in [("4", 3), ("rgb_1", 1), ("RGB_2", 2)] {
         window.type_into("Go to frame", text);
         assert_eq!(window.workspace().frame_index(), frame, "{text}");

@@ -147,8 +147,7 @@ fn what_is_open_in_one_window_is_refused_in_another() {
 
 #[test]
 fn a_scene_can_be_opened_again_right_after_it_was_closed() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = Window::with_demo(folder.path());
+    let mut window = Window::demo();
     window.add_class("wall");
     for frame in 0..FRAMES {
         window.worker().publish(frame, 1, 1);

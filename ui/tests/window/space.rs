@@ -52,8 +52,8 @@ fn wall() -> Arc<Surface> {
 }
 
 /// A window with the 3D view of a wall, ready to be clicked on.
-fn shown(folder: &std::path::Path) -> Window {
-    let mut window = Window::with_demo(folder);
+fn shown() -> Window {
+    let mut window = Window::demo();
     let spread = LabelPropagation::new(wall());
     let scene = Arc::clone(window.workspace().scene());
     let worker = window.worker();
@@ -76,8 +76,7 @@ fn middle(window: &Window) -> Pos2 {
 
 #[test]
 fn v_and_the_buttons_switch_and_say_what_is_missing() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = Window::with_demo(folder.path());
+    let mut window = Window::demo();
     window.press(Modifiers::NONE, Key::V);
     window.harness.get_by_label("3D view");
     window.harness.get_by_label(
@@ -123,8 +122,7 @@ fn the_surface_is_exported_as_the_dialog_says() {
 
 #[test]
 fn a_click_on_the_surface_labels_the_frame_that_shows_it_and_stays() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = shown(folder.path());
+    let mut window = shown();
     window.add_class("wall");
     let place = middle(&window);
     window.drag(PointerButton::Primary, &[place]);
@@ -146,8 +144,7 @@ fn a_click_on_the_surface_labels_the_frame_that_shows_it_and_stays() {
 
 #[test]
 fn a_click_that_a_lock_refuses_is_not_said_to_have_labelled() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = shown(folder.path());
+    let mut window = shown();
     window.add_class("wall");
     window.click("Lock wall");
     let place = middle(&window);
@@ -164,8 +161,7 @@ fn a_click_that_a_lock_refuses_is_not_said_to_have_labelled() {
 
 #[test]
 fn a_click_beside_the_surface_says_so() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = shown(folder.path());
+    let mut window = shown();
     window.add_class("wall");
     // What is between the surface and the edge of a fitted view.
     let area = window.harness.get_by_label("3D view").rect();
@@ -182,8 +178,7 @@ fn a_click_beside_the_surface_says_so() {
 
 #[test]
 fn drags_and_arrows_turn_the_view_and_fitting_keeps_its_side() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = shown(folder.path());
+    let mut window = shown();
     let camera = |window: &Window| window.workspace().space.camera;
     assert_eq!(camera(&window), None);
     window.press(Modifiers::NONE, Key::ArrowLeft);
@@ -210,8 +205,7 @@ fn drags_and_arrows_turn_the_view_and_fitting_keeps_its_side() {
 
 #[test]
 fn a_double_click_turns_around_that_place_and_labels_nothing() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = shown(folder.path());
+    let mut window = shown();
     window.add_class("wall");
     // A step of the test takes longer than a person takes from click to click.
     let patience = |options: &mut egui::Options| options.input_options.max_double_click_delay = 2.0;
@@ -231,8 +225,7 @@ fn a_double_click_turns_around_that_place_and_labels_nothing() {
 
 #[test]
 fn the_camera_flies_to_the_frame_in_view_and_the_view_is_kept() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = shown(folder.path());
+    let mut window = shown();
     window.click("Fly to this frame");
     // All frames were taken at the origin.
     window.until("the camera has arrived", |app| {
@@ -247,8 +240,7 @@ fn the_camera_flies_to_the_frame_in_view_and_the_view_is_kept() {
 
 #[test]
 fn a_click_on_a_suggestion_leads_to_it_in_its_frame() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = shown(folder.path());
+    let mut window = shown();
     let suggestions = Event::Suggestions {
         generation: 1,
         suggestions: vec![suggestion(3)],

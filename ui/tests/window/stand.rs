@@ -19,6 +19,7 @@ use inplace_model::workspace::Workspace;
 use inplace_ui::app::{App, Environment};
 use inplace_ui::canvas::{CANVAS_NAME, FrameView};
 use inplace_ui::{Target, UiOptions};
+use tempfile::TempDir;
 
 pub const WIDTH: u32 = 64;
 pub const HEIGHT: u32 = 48;
@@ -143,6 +144,8 @@ pub fn preferences_file(folder: &Path) -> PathBuf {
 pub struct Window {
     pub harness: Harness<'static, App>,
     pub workers: Arc<Mutex<Vec<Worker>>>,
+    /// Where its files are, unless the test has them; goes last.
+    pub folder: Option<TempDir>,
 }
 
 impl Window {
@@ -200,7 +203,19 @@ impl Window {
                 App::new(&creation.egui_ctx, options, around)
             });
         harness.run_steps(2);
-        Self { harness, workers }
+        Self {
+            harness,
+            workers,
+            folder: None,
+        }
+    }
+
+    /// A window with the demo and a folder of its own.
+    pub fn demo() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let mut window = Self::with_demo(folder.path());
+        window.folder = Some(folder);
+        window
     }
 
     pub fn with_demo(folder: &Path) -> Self {

@@ -8,8 +8,7 @@ use crate::stand::*;
 
 #[test]
 fn the_question_mark_shows_every_key() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = Window::with_demo(folder.path());
+    let mut window = Window::demo();
     window.press(Modifiers::SHIFT, Key::Questionmark);
     window.harness.get_by_label("Pause or resume training");
     window.harness.run_steps(5);

@@ -41,8 +41,8 @@ fn draw_triangle(window: &mut Window) {
 }
 
 /// A window with the demo and two classes, of which the second is current.
-fn two_classes(folder: &Path) -> Window {
-    let mut window = Window::with_demo(folder);
+fn two_classes() -> Window {
+    let mut window = Window::demo();
     window.add_class("wall");
     window.add_class("floor");
     // Out of the text field.
@@ -68,14 +68,17 @@ fn project(folder: &Path, strokes: impl IntoIterator<Item = Stroke>) -> Target {
     Target::Project(path)
 }
 
-fn opened(folder: &Path, strokes: impl IntoIterator<Item = Stroke>) -> Window {
-    Window::opened(folder, project(folder, strokes))
+/// A window with these strokes.
+fn opened(strokes: impl IntoIterator<Item = Stroke>) -> Window {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = Window::opened(folder.path(), project(folder.path(), strokes));
+    window.folder = Some(folder);
+    window
 }
 
 #[test]
 fn escape_drops_a_polygon_and_backspace_and_undo_take_back_corners() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = two_classes(folder.path());
+    let mut window = two_classes();
     click_at(&mut window, &[[0.0, 0.0]]);
     window.press(Modifiers::NONE, Key::G);
     click_at(&mut window, &TRIANGLE);
@@ -104,8 +107,7 @@ fn escape_drops_a_polygon_and_backspace_and_undo_take_back_corners() {
 
 #[test]
 fn a_polygon_waits_on_its_frame() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = two_classes(folder.path());
+    let mut window = two_classes();
     window.press(Modifiers::NONE, Key::G);
     click_at(&mut window, &TRIANGLE[..2]);
     window.press(Modifiers::NONE, Key::D);
@@ -123,8 +125,7 @@ fn a_polygon_waits_on_its_frame() {
 
 #[test]
 fn a_polyline_has_the_brushs_radius_and_ends_by_a_double_click() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = two_classes(folder.path());
+    let mut window = two_classes();
     window.press(Modifiers::NONE, Key::CloseBracket);
     window.press(Modifiers::NONE, Key::L);
     click_at(&mut window, &[[-100.0, 0.0], [0.0, 50.0]]);
@@ -145,8 +146,7 @@ fn a_polyline_has_the_brushs_radius_and_ends_by_a_double_click() {
 
 #[test]
 fn shift_draws_from_the_end_of_the_last_line() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = two_classes(folder.path());
+    let mut window = two_classes();
     click_at(&mut window, &[[-100.0, 0.0]]);
     let from = newest(&window).lines[0][0];
     let pos = window.canvas(100.0, 50.0);
@@ -169,8 +169,7 @@ fn shift_draws_from_the_end_of_the_last_line() {
 
 #[test]
 fn void_is_drawn_with_every_tool_and_the_eraser_cuts_polygons() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = two_classes(folder.path());
+    let mut window = two_classes();
     window.press(Modifiers::NONE, Key::G);
     window.press(Modifiers::NONE, Key::Num0);
     assert_eq!(
@@ -199,8 +198,7 @@ fn void_is_drawn_with_every_tool_and_the_eraser_cuts_polygons() {
 
 #[test]
 fn a_stroke_is_picked_on_the_frame_changed_by_a_digit_and_deleted() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = two_classes(folder.path());
+    let mut window = two_classes();
     draw_triangle(&mut window);
     click_at(&mut window, &[[200.0, 150.0]]);
     window.press(Modifiers::NONE, Key::Escape);
@@ -234,14 +232,10 @@ fn a_stroke_is_picked_on_the_frame_changed_by_a_digit_and_deleted() {
 
 #[test]
 fn the_list_goes_to_strokes_changes_and_deletes_them() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = opened(
-        folder.path(),
-        [
-            Stroke::click(0, 1, [5, 5]),
-            Stroke::polygon(3, 2, &[[10, 10], [19, 10], [19, 14], [10, 14]]),
-        ],
-    );
+    let mut window = opened([
+        Stroke::click(0, 1, [5, 5]),
+        Stroke::polygon(3, 2, &[[10, 10], [19, 10], [19, 14], [10, 14]]),
+    ]);
     window.click("floor, polygon, 50 pixels, frame rgb_3");
     assert_eq!(window.workspace().frame_index(), 3);
     assert_eq!(window.workspace().selected(), Some(StrokeId(2)));
@@ -258,10 +252,9 @@ fn the_list_goes_to_strokes_changes_and_deletes_them() {
 
 #[test]
 fn a_stroke_picked_on_the_frame_is_in_view_in_the_list() {
-    let folder = tempfile::tempdir().unwrap();
     let polygon = Stroke::polygon(0, 2, &[[25, 20], [39, 20], [39, 29], [25, 29]]);
     let clicks = (0..60).map(|index| Stroke::click(0, 1, [index, 2]));
-    let mut window = opened(folder.path(), std::iter::once(polygon).chain(clicks));
+    let mut window = opened(std::iter::once(polygon).chain(clicks));
     let row = "floor, polygon, 150 pixels, frame rgb_0";
     assert!(
         window.harness.query_by_label(row).is_none(),
@@ -275,9 +268,8 @@ fn a_stroke_picked_on_the_frame_is_in_view_in_the_list() {
 
 #[test]
 fn the_list_is_worked_through_with_the_keyboard_alone() {
-    let folder = tempfile::tempdir().unwrap();
     let strokes = (0..4).map(|frame| Stroke::click(frame, 1, [5, 5]));
-    let mut window = opened(folder.path(), strokes);
+    let mut window = opened(strokes);
     let row = window.harness.get_by_label("wall, click, 1 pixel, frame rgb_2");
     let place = row.rect().center();
     window.drag(PointerButton::Primary, &[place]);
@@ -314,20 +306,16 @@ fn the_list_is_worked_through_with_the_keyboard_alone() {
 
 #[test]
 fn the_list_is_filtered_and_says_when_nothing_is_left() {
-    let folder = tempfile::tempdir().unwrap();
-    let window = Window::with_demo(folder.path());
+    let window = Window::demo();
     window
         .harness
         .get_by_label_contains("No strokes yet. What you draw");
     drop(window);
-    let mut window = opened(
-        folder.path(),
-        [
-            Stroke::click(0, 1, [5, 5]),
-            Stroke::click(2, 2, [6, 6]),
-            Stroke::polygon(2, 1, &[[10, 10], [19, 10], [19, 14], [10, 14]]),
-        ],
-    );
+    let mut window = opened([
+        Stroke::click(0, 1, [5, 5]),
+        Stroke::click(2, 2, [6, 6]),
+        Stroke::polygon(2, 1, &[[10, 10], [19, 10], [19, 14], [10, 14]]),
+    ]);
     let listed = |window: &Window| {
         let frame = |text: &&str| window.harness.query_by_label(text).is_some();
         [
@@ -357,7 +345,6 @@ fn the_list_is_filtered_and_says_when_nothing_is_left() {
 
 #[test]
 fn ten_thousand_strokes_leave_the_window_quick() {
-    let folder = tempfile::tempdir().unwrap();
     let stroke = |index: u32| {
         let (x, y) = (index % WIDTH, index / WIDTH % HEIGHT);
         let line = vec![[x, y], [WIDTH - 1 - x, y], [x, HEIGHT - 1 - y]];
@@ -368,7 +355,7 @@ fn ten_thousand_strokes_leave_the_window_quick() {
             lines: vec![line],
         }
     };
-    let mut window = opened(folder.path(), (0..10_000).map(stroke));
+    let mut window = opened((0..10_000).map(stroke));
     window.harness.run_steps(5);
     let builds = |window: &Window| window.harness.state().canvas().strokes().builds();
     let before = builds(&window);

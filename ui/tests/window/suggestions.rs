@@ -30,8 +30,8 @@ fn place(frame: usize, pixel: Pixel, classes: &[ClassId]) -> Suggestion {
 }
 
 /// A window with the classes wall and floor.
-fn window(folder: &std::path::Path) -> Window {
-    let mut window = Window::with_demo(folder);
+fn window() -> Window {
+    let mut window = Window::demo();
     window.add_class("wall");
     window.add_class("floor");
     // The field for new classes keeps the keyboard until something else is clicked.
@@ -72,8 +72,7 @@ fn last_stroke(window: &Window) -> (usize, ClassId, Pixel) {
 
 #[test]
 fn n_goes_through_the_places_and_shift_n_back() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = window(folder.path());
+    let mut window = window();
     let generation = newest(&window);
     let list = vec![place(3, [20, 30], &[WALL]), place(1, [40, 10], &[WALL])];
     suggest(&mut window, generation, list);
@@ -92,8 +91,7 @@ fn n_goes_through_the_places_and_shift_n_back() {
 
 #[test]
 fn enter_accepts_and_the_list_that_knows_it_leads_on() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = window(folder.path());
+    let mut window = window();
     let before = newest(&window);
     suggest(&mut window, before, vec![place(3, [20, 30], &[FLOOR, WALL])]);
     press(&mut window, Key::N);
@@ -127,8 +125,7 @@ fn enter_accepts_and_the_list_that_knows_it_leads_on() {
 
 #[test]
 fn digits_answer_the_place_at_hand_and_choose_classes_otherwise() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = window(folder.path());
+    let mut window = window();
     let generation = newest(&window);
     let list = vec![
         place(3, [20, 30], &[WALL]),
@@ -158,8 +155,7 @@ fn digits_answer_the_place_at_hand_and_choose_classes_otherwise() {
 
 #[test]
 fn a_name_labels_the_place_and_adds_the_class_where_it_is_new() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = window(folder.path());
+    let mut window = window();
     let generation = newest(&window);
     let list = vec![place(3, [20, 30], &[]), place(1, [40, 10], &[])];
     suggest(&mut window, generation, list);
@@ -179,8 +175,7 @@ fn a_name_labels_the_place_and_adds_the_class_where_it_is_new() {
 
 #[test]
 fn a_skipped_place_is_not_suggested_again_until_it_is_asked_for() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = window(folder.path());
+    let mut window = window();
     let generation = newest(&window);
     let list = || vec![place(3, [20, 30], &[WALL]), place(1, [40, 10], &[WALL])];
     suggest(&mut window, generation, list());
@@ -198,8 +193,7 @@ fn a_skipped_place_is_not_suggested_again_until_it_is_asked_for() {
 
 #[test]
 fn undo_shows_the_answered_place_again_and_redo_goes_on() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = window(folder.path());
+    let mut window = window();
     let generation = newest(&window);
     suggest(&mut window, generation, vec![place(3, [20, 30], &[WALL])]);
     press(&mut window, Key::N);
@@ -231,8 +225,7 @@ fn undo_shows_the_answered_place_again_and_redo_goes_on() {
 
 #[test]
 fn escape_a_click_and_another_frame_leave() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = window(folder.path());
+    let mut window = window();
     let generation = newest(&window);
     suggest(&mut window, generation, vec![place(3, [20, 30], &[WALL])]);
     let is_active = |window: &Window| window.workspace().suggestions().is_active();
@@ -259,8 +252,7 @@ fn escape_a_click_and_another_frame_leave() {
 
 #[test]
 fn cards_are_answered_by_their_buttons() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = window(folder.path());
+    let mut window = window();
     let generation = newest(&window);
     let list = vec![place(3, [20, 30], &[WALL, FLOOR]), place(1, [40, 10], &[FLOOR])];
     suggest(&mut window, generation, list);
@@ -280,8 +272,7 @@ fn cards_are_answered_by_their_buttons() {
 
 #[test]
 fn cards_do_not_move_under_the_pointer() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = window(folder.path());
+    let mut window = window();
     let generation = newest(&window);
     suggest(&mut window, generation, vec![place(3, [20, 30], &[WALL])]);
     let card = window.harness.get_by_label("Go to suggestion 1").rect().center();
@@ -299,8 +290,7 @@ fn cards_do_not_move_under_the_pointer() {
 
 #[test]
 fn without_places_it_is_said_what_to_wait_for() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = window(folder.path());
+    let mut window = window();
     let status = Status {
         phase: Phase::FindingSurface,
         ..Status::default()
