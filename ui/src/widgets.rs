@@ -347,11 +347,6 @@ pub fn key_cap_of(ui: &Ui, right_center: Pos2, text: &str) -> f32 {
     size.x
 }
 
-/// The button that a person most likely wants.
-pub fn main_button(ui: &mut Ui, text: &str) -> Response {
-    main_button_enabled(ui, true, text)
-}
-
 /// The button that a person most likely wants, where it may not be possible yet.
 pub fn main_button_enabled(ui: &mut Ui, enabled: bool, text: &str) -> Response {
     let visuals = ui.visuals();

@@ -17,7 +17,7 @@ use super::parts::{card, not_found};
 use crate::keys::table::{HELP, OPEN, SETTINGS};
 use crate::pictures::Pictures;
 use crate::theme;
-use crate::widgets::{Icon, focus_ring, icon_button, line_of_text, main_button, main_button_enabled};
+use crate::widgets::{Icon, focus_ring, icon_button, line_of_text, main_button_enabled};
 
 /// That things can be dropped.
 const DROP: &str = "Drop a folder or a project file anywhere on this window";
@@ -138,7 +138,7 @@ impl StartPage {
         card(ui).inner_margin(20).show(ui, |ui| {
             ui.set_width(ui.available_width());
             ui.horizontal_wrapped(|ui| {
-                if main_button(ui, "Open a folder...").clicked() {
+                if main_button_enabled(ui, true, "Open a folder...").clicked() {
                     commands.push(Command::Browse(Purpose::Scene));
                 }
                 if ui.button("Open a project...").clicked() {

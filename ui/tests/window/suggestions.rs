@@ -53,6 +53,12 @@ fn suggest(window: &mut Window, generation: u64, suggestions: Vec<Suggestion>) {
     window.harness.run_steps(3);
 }
 
+/// The list that belongs to the present labels.
+fn suggest_now(window: &mut Window, suggestions: Vec<Suggestion>) {
+    let generation = newest(window);
+    suggest(window, generation, suggestions);
+}
+
 /// Frames of the listed places.
 fn listed(window: &Window) -> Vec<usize> {
     let suggestions = window.workspace().suggestions().listed();
@@ -73,9 +79,8 @@ fn last_stroke(window: &Window) -> (usize, ClassId, Pixel) {
 #[test]
 fn n_goes_through_the_places_and_shift_n_back() {
     let mut window = window();
-    let generation = newest(&window);
     let list = vec![place(3, [20, 30], &[WALL]), place(1, [40, 10], &[WALL])];
-    suggest(&mut window, generation, list);
+    suggest_now(&mut window, list);
     press(&mut window, Key::N);
     assert_eq!(window.workspace().frame_index(), 3);
     assert!(
@@ -110,15 +115,13 @@ fn enter_accepts_and_the_list_that_knows_it_leads_on() {
         3,
         "that list is older than the answer"
     );
-    let generation = newest(&window);
-    suggest(&mut window, generation, vec![place(2, [8, 8], &[WALL])]);
+    suggest_now(&mut window, vec![place(2, [8, 8], &[WALL])]);
     assert_eq!(window.workspace().frame_index(), 2);
     window.press(Modifiers::SHIFT, Key::Enter);
     assert_eq!(window.strokes(), 1, "no second class is likely there");
     window.harness.get_by_label_contains("Suggestion 1 of 1");
     press(&mut window, Key::Enter);
-    let generation = newest(&window);
-    suggest(&mut window, generation, Vec::new());
+    suggest_now(&mut window, Vec::new());
     window.harness.get_by_label("There is nothing left to suggest.");
     assert!(!window.workspace().suggestions().is_active());
 }
@@ -126,13 +129,12 @@ fn enter_accepts_and_the_list_that_knows_it_leads_on() {
 #[test]
 fn digits_answer_the_place_at_hand_and_choose_classes_otherwise() {
     let mut window = window();
-    let generation = newest(&window);
     let list = vec![
         place(3, [20, 30], &[WALL]),
         place(1, [40, 10], &[WALL]),
         place(2, [8, 8], &[]),
     ];
-    suggest(&mut window, generation, list);
+    suggest_now(&mut window, list);
     press(&mut window, Key::Num1);
     assert_eq!((window.workspace().class(), window.strokes()), (Some(WALL), 0));
     press(&mut window, Key::N);
@@ -156,9 +158,8 @@ fn digits_answer_the_place_at_hand_and_choose_classes_otherwise() {
 #[test]
 fn a_name_labels_the_place_and_adds_the_class_where_it_is_new() {
     let mut window = window();
-    let generation = newest(&window);
     let list = vec![place(3, [20, 30], &[]), place(1, [40, 10], &[])];
-    suggest(&mut window, generation, list);
+    suggest_now(&mut window, list);
     press(&mut window, Key::N);
     press(&mut window, Key::C);
     window.type_into("Find class", "Floor");
@@ -168,8 +169,7 @@ fn a_name_labels_the_place_and_adds_the_class_where_it_is_new() {
     window.type_into("Find class", "lamp");
     assert_eq!(last_stroke(&window), (1, 3, [40, 10]));
     window.harness.get_by_label("lamp, 1 stroke");
-    let newest_list = newest(&window);
-    suggest(&mut window, newest_list, vec![place(0, [9, 9], &[3])]);
+    suggest_now(&mut window, vec![place(0, [9, 9], &[3])]);
     assert_eq!(window.workspace().suggestions().at(), Some(0));
 }
 
@@ -194,21 +194,18 @@ fn a_skipped_place_is_not_suggested_again_until_it_is_asked_for() {
 #[test]
 fn undo_shows_the_answered_place_again_and_redo_goes_on() {
     let mut window = window();
-    let generation = newest(&window);
-    suggest(&mut window, generation, vec![place(3, [20, 30], &[WALL])]);
+    suggest_now(&mut window, vec![place(3, [20, 30], &[WALL])]);
     press(&mut window, Key::N);
     press(&mut window, Key::Enter);
-    let generation = newest(&window);
-    suggest(&mut window, generation, vec![place(2, [8, 8], &[WALL])]);
+    suggest_now(&mut window, vec![place(2, [8, 8], &[WALL])]);
     assert_eq!(window.workspace().frame_index(), 2);
     window.press(Modifiers::COMMAND, Key::Z);
     assert_eq!((window.strokes(), window.workspace().frame_index()), (0, 3));
     assert_eq!(window.workspace().suggestions().at(), Some(0));
     assert_eq!(listed(&window), [3, 2]);
     // The list made after the undo has the place at another rank, which changes nothing.
-    let generation = newest(&window);
     let list = vec![place(2, [8, 8], &[WALL]), place(3, [21, 30], &[FLOOR])];
-    suggest(&mut window, generation, list);
+    suggest_now(&mut window, list);
     assert_eq!(window.workspace().suggestions().listed()[0].pixel, [20, 30]);
     press(&mut window, Key::Num2);
     assert_eq!(last_stroke(&window), (3, FLOOR, [20, 30]));
@@ -226,8 +223,7 @@ fn undo_shows_the_answered_place_again_and_redo_goes_on() {
 #[test]
 fn escape_a_click_and_another_frame_leave() {
     let mut window = window();
-    let generation = newest(&window);
-    suggest(&mut window, generation, vec![place(3, [20, 30], &[WALL])]);
+    suggest_now(&mut window, vec![place(3, [20, 30], &[WALL])]);
     let is_active = |window: &Window| window.workspace().suggestions().is_active();
 
     press(&mut window, Key::N);
@@ -253,9 +249,8 @@ fn escape_a_click_and_another_frame_leave() {
 #[test]
 fn cards_are_answered_by_their_buttons() {
     let mut window = window();
-    let generation = newest(&window);
     let list = vec![place(3, [20, 30], &[WALL, FLOOR]), place(1, [40, 10], &[FLOOR])];
-    suggest(&mut window, generation, list);
+    suggest_now(&mut window, list);
     window.click("Label suggestion 2 as floor");
     assert_eq!(last_stroke(&window), (1, FLOOR, [40, 10]));
     assert_eq!(
@@ -314,8 +309,7 @@ fn a_trace_tells_what_is_suggested_and_what_was_answered() {
     let file = folder.path().join("trace.jsonl");
     let mut window = Window::traced(folder.path(), &file);
     window.add_class("wall");
-    let generation = newest(&window);
-    suggest(&mut window, generation, vec![place(3, [20, 30], &[WALL])]);
+    suggest_now(&mut window, vec![place(3, [20, 30], &[WALL])]);
     window.harness.hover_at(window.canvas(0.0, 0.0));
     let outside = window.canvas(0.0, -200.0);
     window.drag(PointerButton::Middle, &[outside]);
