@@ -111,8 +111,9 @@ impl SuggestionPanel {
                 } else {
                     digit_of(workspace, likely.class).unwrap_or_else(|| "Shift+Enter".to_owned())
                 };
-                let command = || Command::AnswerSuggestion(index, likely.class);
-                class_button(ui, workspace, None, *likely, Some(&key), width, commands, command);
+                if class_button(ui, workspace, None, *likely, Some(&key), width) {
+                    commands.push(Command::AnswerSuggestion(index, likely.class));
+                }
             }
             ui.horizontal(|ui| {
                 ui.spacing_mut().item_spacing.x = 6.0;
@@ -158,17 +159,9 @@ impl SuggestionPanel {
             ui.horizontal(|ui| {
                 ui.spacing_mut().item_spacing.x = 4.0;
                 for likely in suggestion.classes.iter().take(2) {
-                    let command = || Command::AnswerSuggestion(index, likely.class);
-                    class_button(
-                        ui,
-                        workspace,
-                        Some(index),
-                        *likely,
-                        None,
-                        width,
-                        commands,
-                        command,
-                    );
+                    if class_button(ui, workspace, Some(index), *likely, None, width) {
+                        commands.push(Command::AnswerSuggestion(index, likely.class));
+                    }
                 }
             });
         });
@@ -291,8 +284,8 @@ fn row(ui: &mut Ui, color: Option<[u8; 3]>, text: &str, button: &str, mut clicke
     });
 }
 
-/// A button that gives a place a class: its colour, its name, how likely it is, and the key that does it.
-#[expect(clippy::too_many_arguments, reason = "all of it is what the button says")]
+/// A button that gives a place a class: its colour, its name, how likely it is, and the key that does it. Returns
+/// whether it was pressed.
 fn class_button(
     ui: &mut Ui,
     workspace: &Workspace,
@@ -300,11 +293,9 @@ fn class_button(
     likely: Likely,
     key: Option<&str>,
     width: f32,
-    commands: &mut Commands,
-    command: impl FnOnce() -> Command,
-) {
+) -> bool {
     if workspace.document().labels().class(likely.class).is_none() {
-        return;
+        return false;
     }
     let (name, color) = workspace.document().name_and_color(likely.class);
     let size = vec2(width, ui.spacing().interact_size.y);
@@ -337,9 +328,7 @@ fn class_button(
         focus_ring(ui, rect);
     }
     let hint = label_as_hint(name, likely.probability, key);
-    if response.on_hover_text(hint).clicked() {
-        commands.push(command());
-    }
+    response.on_hover_text(hint).clicked()
 }
 
 /// Heading of the list.

@@ -54,9 +54,7 @@ fn an_export_says_where_its_files_are_and_what_was_chosen_is_kept_for_the_next_t
     let out = folder.path().join("out");
     let mut window = Window::with_demo(folder.path());
     window.add_class("wall");
-    for frame in 0..FRAMES {
-        window.worker().publish(frame, 1, 1);
-    }
+    window.worker().publish_all(1, 1);
     window.press(Modifiers::COMMAND, Key::E);
     let field = window
         .harness
@@ -130,9 +128,7 @@ fn an_export_is_started_once_and_can_be_cancelled() {
     ));
     assert!(!out.exists() && !other.exists());
     // The next one is not cancelled.
-    for frame in 0..FRAMES {
-        window.worker().publish(frame, 1, 1);
-    }
+    window.worker().publish_all(1, 1);
     export(&mut window, &other);
     window.until("the export has ended", |app| {
         matches!(

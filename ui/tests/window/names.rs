@@ -67,9 +67,7 @@ fn labelled(mut window: Window) -> Window {
     }
     assert_eq!(window.strokes(), 2);
     let (worker, generation) = (window.worker(), window.workspace().document().generation());
-    for frame in 0..FRAMES {
-        worker.publish(frame, generation, 1);
-    }
+    worker.publish_all(generation, 1);
     let suggestions = vec![place(0), place(1)];
     let told = Event::Suggestions {
         generation,

@@ -149,9 +149,7 @@ fn what_is_open_in_one_window_is_refused_in_another() {
 fn a_scene_can_be_opened_again_right_after_it_was_closed() {
     let mut window = Window::demo();
     window.add_class("wall");
-    for frame in 0..FRAMES {
-        window.worker().publish(frame, 1, 1);
-    }
+    window.worker().publish_all(1, 1);
     window.click("File");
     window.click("Close scene");
     window.click("Try the demo");

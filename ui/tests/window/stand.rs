@@ -43,6 +43,13 @@ impl Worker {
         self.events.send(Event::Map { frame, generation }).unwrap();
     }
 
+    /// Answers so for every frame.
+    pub fn publish_all(&self, generation: u64, class: u16) {
+        for frame in 0..FRAMES {
+            self.publish(frame, generation, class);
+        }
+    }
+
     /// The commands since the last call.
     pub fn received(&self) -> Vec<session::Command> {
         self.commands.try_iter().collect()
