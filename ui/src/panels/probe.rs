@@ -139,7 +139,9 @@ impl Reading {
                 class => named(class, likely(answer)),
             }),
             runner_up: answer.and_then(|answer| named(answer.runner_up?, None)),
-            unsure: answer.map(|answer| answer.entropy / most),
+            unsure: answer
+                .filter(|answer| answer.class != VOID)
+                .map(|answer| answer.entropy / most),
             depth: frame.depth_at(pixel),
         }
     }

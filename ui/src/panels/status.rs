@@ -79,7 +79,9 @@ fn controls(ui: &mut Ui, workspace: &Workspace, full: bool, commands: &mut Comma
 /// What matters most of the rows, as far as it is known.
 fn summary(status: &Status, most: f32) -> String {
     let quality = status.held_out_psnr.map(|db| numbers::decibels(db.into()));
-    let uncertainty = status.mean_entropy.map(|entropy| numbers::unsure(entropy, most));
+    // Without any labels nothing is unsure.
+    let uncertainty = status.mean_entropy.filter(|&entropy| entropy > 0.0);
+    let uncertainty = uncertainty.map(|entropy| numbers::unsure(entropy, most));
     quality
         .into_iter()
         .chain(uncertainty)
