@@ -253,7 +253,7 @@ fn a_trained_project_is_exported_twice_to_the_same_bytes_and_along_a_path_as_a_c
     let path = disk.path("room/traj_w_c.txt");
     let views = export("views", &["--trajectory", path.to_str().unwrap()]);
     assert!(views.stdout.contains("rendered 10 views"), "{views:?}");
-    assert!(views.stderr.contains("not taught to the end"), "{views:?}");
+    assert!(views.stderr.contains("not trained to the end"), "{views:?}");
     let facts = info(&disk.path("views"), &[]);
     assert_eq!(facts["format"], "Replica");
     assert_eq!(facts["frames"], 10);

@@ -62,7 +62,7 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
         let model = client.saved()?;
         if !client.status().field_settled {
             eprintln!(
-                "inplace: the field is not taught to the end, after {} steps; views are better when it is",
+                "inplace: the field is not trained to the end, after {} steps; views are better when it is",
                 model.steps
             );
         }

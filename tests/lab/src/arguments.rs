@@ -117,7 +117,7 @@ pub enum Bench {
     /// The experiments of the Semantic-NeRF paper: sparse, noisy, coarse and partial label images of the
     /// training frames, beside the paper's numbers.
     Paper(PaperArguments),
-    /// How long a click waits for its maps while the field is being taught: for that of the frame in view and
+    /// How long a click waits for its maps while the field is being trained: for that of the frame in view and
     /// for those of all frames.
     Latency(LatencyArguments),
     /// The labels that the semantic field renders, as seconds pass since the last click, and from noisy label

@@ -109,7 +109,7 @@ pub struct Variant {
     pub name: String,
     /// How much the field may model.
     pub preset: Preset,
-    /// What it is taught by.
+    /// What it is trained by.
     pub recipe: Recipe,
 }
 

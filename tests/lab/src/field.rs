@@ -65,7 +65,7 @@ impl Learnt {
     }
 }
 
-/// Measures the semantic field of a scene: taught by clicks in a session that goes on training, and by noisy
+/// Measures the semantic field of a scene: trained by clicks in a session that goes on training, and by noisy
 /// label images. It takes the threads that it is run in; the session has its own.
 ///
 /// # Errors
@@ -271,8 +271,8 @@ mod tests {
             assert!(only.seconds.is_nan() && only.miou > 0.9, "{only:?}");
         }
         for answer in ["field", "field, known depth"] {
-            let taught = of(noise, answer);
-            let seconds: Vec<f64> = taught.iter().map(|point| point.seconds).collect();
+            let trained = of(noise, answer);
+            let seconds: Vec<f64> = trained.iter().map(|point| point.seconds).collect();
             assert_eq!(seconds, [0.5, 1.0]);
         }
         assert_eq!(of(clicks, "maps").len(), 2);

@@ -36,7 +36,7 @@ pub struct Latency {
     pub threads: usize,
     /// Seed of the clicks and of the session.
     pub seed: u64,
-    /// Sessions that it took: when a field was taught, a new one went on from the same labels.
+    /// Sessions that it took: when a field was trained, a new one went on from the same labels.
     pub sessions: usize,
 }
 
@@ -70,7 +70,7 @@ impl Percentiles {
 }
 
 /// Lets an annotator who knows the truth click so many random pixels, equally many of every class, each on
-/// another frame than the one before, in a session whose field is being taught; waits for all maps of each click.
+/// another frame than the one before, in a session whose field is being trained; waits for all maps of each click.
 ///
 /// # Errors
 /// A scene without ground truth or with a single frame to label, and whatever stops a session.

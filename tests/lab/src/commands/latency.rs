@@ -45,7 +45,7 @@ fn page(measured: &[Latency]) -> Page {
     let mut page = Page::default();
     page.paragraph(
         "Milliseconds from a click to the map of the frame in view, and to those of all frames, while the field is \
-         being taught: half, 95% and 99% of the clicks wait no longer.",
+         being trained: half, 95% and 99% of the clicks wait no longer.",
     );
     let rows = measured.iter().map(|scene| {
         let (view, all) = (&scene.in_view_ms, &scene.all_frames_ms);
@@ -76,7 +76,7 @@ fn figure(preset: Preset, measured: &[Latency]) -> Figure {
     };
     let first = measured.first();
     Figure {
-        title: "How long a click waits for its maps while the field is being taught".to_owned(),
+        title: "How long a click waits for its maps while the field is being trained".to_owned(),
         subtitle: format!(
             "{}, {} threads, {} preset; {} clicks in each scene",
             processor(),

@@ -84,7 +84,7 @@ fn describe(classifier: &PixelClassifier, scene: &Scene) -> Result<String, Failu
     let known = classifier.known(scene)?;
     let names: Vec<&str> = known.iter().map(|(_, name, _)| name.as_str()).collect();
     Ok(format!(
-        "{}: predictions of a pixel classifier taught on {}; measured on the {} classes of both: {}; pixels of \
+        "{}: predictions of a pixel classifier trained on {}; measured on the {} classes of both: {}; pixels of \
          other classes are wrong votes",
         scene.name(),
         classifier.scenes.join(", "),

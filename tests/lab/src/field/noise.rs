@@ -1,4 +1,4 @@
-//! The semantic field taught by label images of which most pixels are wrong.
+//! The semantic field trained by label images of which most pixels are wrong.
 
 use std::time::Instant;
 

@@ -1,6 +1,6 @@
 //! Table 4: the fusion of imperfect predictions of single images.
 //!
-//! The network is a random forest on filter responses and the height in the image, taught by other scenes' label
+//! The network is a random forest on filter responses and the height in the image, trained by other scenes' label
 //! images, whose classes are matched by name.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -31,13 +31,13 @@ const LEAST_PROBABILITY: f32 = 0.01;
 /// Filter responses and the height in the image.
 const FEATURES: usize = RESPONSES + 1;
 
-/// A classifier of single images that was taught on some scenes.
+/// A classifier of single images that was trained on some scenes.
 #[derive(Clone, Debug)]
 pub struct PixelClassifier {
     /// The forest's class k + 1 is the k-th name.
     forest: Forest<FEATURES>,
     names: Vec<String>,
-    /// The scenes that it was taught on.
+    /// The scenes that it was trained on.
     pub scenes: Vec<String>,
 }
 
@@ -329,7 +329,7 @@ mod tests {
     #[test]
     fn classes_of_another_scene_are_matched_by_name_and_what_it_lacks_is_not_measured() {
         let root = tempfile::tempdir().unwrap();
-        let taught = capture(
+        let trained = capture(
             &root.path().join("a"),
             Class::new(1, "Night"),
             Class::new(2, "day"),
@@ -339,7 +339,7 @@ mod tests {
             Class::new(9, "night"),
             Class::new(4, "moon"),
         );
-        let classifier = PixelClassifier::learn(&[taught], 1).unwrap();
+        let classifier = PixelClassifier::learn(&[trained], 1).unwrap();
         assert_eq!(classifier.known(&scene).unwrap(), [(9, "night".to_owned(), 1)]);
         let surface = Surface::build(&scene, &[], 5.0).unwrap();
         let truth = SceneTruth::read(&scene).unwrap();
@@ -372,11 +372,11 @@ mod tests {
     fn every_way_of_fusing_tells_the_halves_of_a_wall_apart() {
         let root = tempfile::tempdir().unwrap();
         let (night, day) = (Class::new(1, "night"), Class::new(2, "day"));
-        let taught = capture(&root.path().join("a"), day.clone(), night.clone());
+        let trained = capture(&root.path().join("a"), day.clone(), night.clone());
         // The other way round, so that the classifier is wrong about everything; and once right.
         let wrong = capture(&root.path().join("b"), night.clone(), day.clone());
-        let classifier = PixelClassifier::learn(&[Arc::clone(&taught)], 1).unwrap();
-        for (scene, right) in [(&taught, true), (&wrong, false)] {
+        let classifier = PixelClassifier::learn(&[Arc::clone(&trained)], 1).unwrap();
+        for (scene, right) in [(&trained, true), (&wrong, false)] {
             let surface = Surface::build(scene, &[], 5.0).unwrap();
             let truth = SceneTruth::read(scene).unwrap();
             let found = Found {

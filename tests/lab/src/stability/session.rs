@@ -37,7 +37,7 @@ pub(super) fn conditions() -> Vec<Condition> {
         Condition::course(
             "long-training",
             "training goes on long after it has settled: the lesser of mIoU and free memory as shares of those before",
-            "stops by itself; settled parts are not taught on",
+            "stops by itself; settled parts are not trained on",
             Line::Least(0.9),
             long_training,
         ),

@@ -20,7 +20,7 @@ const LEARNING_RATE: f64 = 1e-3;
 /// Places of the surface, and clicks, in a step.
 const PLACES: usize = 1024;
 const CLICKS: usize = 256;
-/// Farthest from the surface that the distance is taught, in metres.
+/// Farthest from the surface that the distance is trained, in metres.
 const BAND: f32 = 0.1;
 /// Nodes asked about at a time.
 const CHUNK: usize = 4096;
