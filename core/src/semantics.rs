@@ -1,12 +1,10 @@
-//! Propagation of labels: over the scene's surface by shortest paths and diffusion, and by semantic heads on the field.
+//! Propagation of labels: over the scene's surface by shortest paths and diffusion, and by a semantic field.
 
 mod borders;
 mod depth;
 mod diffusion;
 mod geodesic;
 mod graph;
-mod head;
-mod head_evaluation;
 mod imported;
 mod leave_one_out;
 mod map;
@@ -16,8 +14,10 @@ mod node_map;
 mod novel_view;
 mod places;
 mod posterior;
+mod prior_evaluation;
 mod propagation;
 mod queue;
+mod semantic_field;
 mod strays;
 mod summary;
 mod surface;
@@ -32,8 +32,6 @@ pub use depth::{FieldDepth, pixel_length, pixel_lengths};
 pub use diffusion::diffuse;
 pub use geodesic::{ClassGeodesics, Geodesics};
 pub use graph::{Node, SurfaceGraph};
-pub use head::SemanticHead;
-pub use head_evaluation::HeadEvaluation;
 pub use imported::{NodeLabels, SurfaceImport};
 pub use leave_one_out::{CrossValidation, LeaveOneOut, StrokeCheck};
 pub use map::{FrameMap, PixelAnswer};
@@ -43,8 +41,10 @@ pub use node_map::{NO_NODE, NodeMap};
 pub use novel_view::NovelViews;
 pub use places::{RayTargets, SoftTargets};
 pub use posterior::{CERTAIN, ENTROPY_STEPS_PER_NAT, Posterior};
+pub use prior_evaluation::PriorEvaluation;
 pub use propagation::LabelPropagation;
 pub(crate) use queue::DistanceQueue;
+pub use semantic_field::{SemanticField, SemanticPart};
 pub use summary::FrameSummary;
 pub use surface::Surface;
 pub use views::best_view;

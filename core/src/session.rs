@@ -3,7 +3,7 @@
 
 mod checking;
 mod client;
-mod head_trainer;
+mod demand;
 mod importing;
 mod maps;
 mod message;
@@ -11,8 +11,7 @@ mod opening;
 mod outbox;
 mod reference;
 mod rendering;
-mod semantic_field;
-mod semantic_prior;
+mod semantic_trainer;
 mod serve;
 mod status_reporter;
 mod surface_refiner;
@@ -29,10 +28,11 @@ pub use crate::semantics::{
     CERTAIN, ENTROPY_STEPS_PER_NAT, FrameMap, FrameSummary, PixelAnswer, StrokeCheck,
 };
 pub use client::{Client, ClientError};
-pub use head_trainer::sampling;
+pub use demand::TrainingEnd;
 pub use maps::MapSlots;
 pub use message::{Command, Event, ModelState, Phase, SessionOptions, Status};
-pub use rendering::RenderedFrame;
+pub use rendering::{RenderedFrame, RenderedSemantics};
+pub use semantic_trainer::sampling;
 pub use surface_refiner::SurfaceRefiner;
 
 /// A handle to the worker. Dropping it stops the worker and waits for it.

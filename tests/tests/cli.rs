@@ -36,6 +36,7 @@ fn trained(disk: &OnDisk) -> ModelState {
         preset: Preset::Auto,
         threads: 2,
         seed: 0,
+        views: false,
         state: None,
     };
     let session = Session::start(options, || {});

@@ -28,11 +28,14 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
     let contents = Contents::read(&arguments.project)?;
     let mut session = session_options(&arguments.training, contents.scene.source.clone(), cores());
     session.open.depth &= contents.scene.depth;
+    session.views = trajectory.is_some();
     session.state = contents.model.clone();
     let open = session.open;
     export::prepare(&arguments.out, &[])?;
     let mut client = run::start(session);
-    let enough = contents.model.as_ref().map(|model| model.steps);
+    // Views are rendered from a field that has learnt all it can.
+    let saved = contents.model.as_ref().filter(|_| trajectory.is_none());
+    let enough = saved.map(|model| model.steps);
     let scene = client.opened()?;
     let contents = contents.matched(&scene, open)?;
     for warning in contents.warnings.iter().chain(&scene.warnings) {
@@ -60,12 +63,6 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
     };
     if let Some(trajectory) = trajectory {
         let model = client.saved()?;
-        if !client.status().field_settled {
-            eprintln!(
-                "inplace: the field is not trained to the end, after {} steps; views are better when it is",
-                model.steps
-            );
-        }
         // Its worker would keep the memory.
         drop(client);
         let written = render(arguments, &scene, labelled, &trajectory, &model, &options)?;

@@ -160,6 +160,7 @@ fn label(
         Some(budget) => run::maps_within(&mut client, &scene, options.preset, budget, start)?,
         None => run::maps(&mut client, None)?,
     };
+    let final_maps_s = start.elapsed().as_secs_f64();
     // Writing has the machine for itself; how training went stays known.
     client.send(Command::Stop);
 
@@ -199,6 +200,9 @@ fn label(
             write,
         },
         total_s: total,
+        training_end: status.training_end,
+        training_steps: status.steps,
+        final_maps_s,
         budget_s: arguments.budget,
         over_budget,
         peak_memory_bytes: peak_memory(),
@@ -225,6 +229,13 @@ fn label(
             start.elapsed().as_secs_f64(),
             arguments.out.display()
         );
+        if let Some(end) = report.training_end {
+            println!(
+                "training ended after {} steps: {}",
+                report.training_steps,
+                end.sentence()
+            );
+        }
         if let Some(sentence) = &report.over_budget {
             println!("{sentence}");
         }

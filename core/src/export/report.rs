@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Inputs;
 use crate::field::Preset;
+use crate::session::TrainingEnd;
 
 /// `report.json`. A figure that was not measured is `null`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -36,6 +37,15 @@ pub struct Report {
     /// Wall time from the start to the last label image, waiting included, in seconds.
     #[serde(default)]
     pub total_s: f64,
+    /// Why training ended by itself, if it did.
+    #[serde(default)]
+    pub training_end: Option<TrainingEnd>,
+    /// Training steps done.
+    #[serde(default)]
+    pub training_steps: u64,
+    /// Wall time from the start to the maps that were written, in seconds.
+    #[serde(default)]
+    pub final_maps_s: f64,
     /// What that was to be at most, in seconds.
     #[serde(default)]
     pub budget_s: Option<f64>,

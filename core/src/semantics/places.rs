@@ -1,4 +1,4 @@
-//! Where a semantic head is trained and evaluated: points of the surface, and rays.
+//! Where the semantic field is trained and evaluated: points of the surface, and rays.
 
 use std::ops::Range;
 

@@ -54,7 +54,7 @@ impl Posterior {
         classes: &[ClassId],
         nodes: usize,
         votes: Option<&[f32]>,
-        head: Option<&[f32]>,
+        prior: Option<&[f32]>,
     ) -> Self {
         let mut posterior = Self {
             labels: vec![VOID; nodes],
@@ -64,7 +64,7 @@ impl Posterior {
             distances: vec![[f32::INFINITY; 2]; nodes],
         };
         let all: Vec<u32> = (0..nodes as u32).collect();
-        posterior.update(geodesics, classes, &all, votes, head);
+        posterior.update(geodesics, classes, &all, votes, prior);
         posterior
     }
 
@@ -75,7 +75,7 @@ impl Posterior {
         classes: &[ClassId],
         nodes: &[u32],
         votes: Option<&[f32]>,
-        head: Option<&[f32]>,
+        prior: Option<&[f32]>,
     ) {
         let fields = distance_fields(geodesics, classes);
         let rows: Vec<NodeSummary> = nodes
@@ -86,8 +86,8 @@ impl Posterior {
                 |weights, &node| {
                     let node = node as usize;
                     let nearest = fill_weights(&fields, node, votes, weights);
-                    if let Some(head) = head {
-                        let own = &head[node * classes.len()..(node + 1) * classes.len()];
+                    if let Some(prior) = prior {
+                        let own = &prior[node * classes.len()..(node + 1) * classes.len()];
                         weights.iter_mut().zip(own).for_each(|(w, p)| *w *= p);
                     }
                     summarise(classes, weights, nearest)

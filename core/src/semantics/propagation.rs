@@ -29,7 +29,7 @@ pub struct LabelPropagation {
     sources: BTreeMap<usize, Vec<(u32, StrokeId, ClassId)>>,
     /// The newest weights by the semantic prior. They are kept when the classes change, so that an undo restores the
     /// maps of before.
-    head: Option<HeadWeights>,
+    prior: Option<PriorWeights>,
     /// The imported images, and the class weights that they give the nodes where they count as votes.
     import: Option<SurfaceImport>,
     votes: Option<Vec<f32>>,
@@ -37,14 +37,14 @@ pub struct LabelPropagation {
 
 /// Weights of the classes at each node by the semantic prior.
 #[derive(Clone, Debug)]
-struct HeadWeights {
-    /// The classes that the head was trained on.
+struct PriorWeights {
+    /// The classes that it was trained on.
     classes: Vec<ClassId>,
     /// Positive weights `[nodes, classes]`.
     weights: Vec<f32>,
 }
 
-impl HeadWeights {
+impl PriorWeights {
     /// The weights, if these are their classes.
     fn on(&self, classes: &[ClassId]) -> Option<&[f32]> {
         (self.classes == classes).then_some(self.weights.as_slice())
@@ -63,7 +63,7 @@ impl LabelPropagation {
             strokes: BTreeMap::new(),
             painted: BTreeMap::new(),
             sources: BTreeMap::new(),
-            head: None,
+            prior: None,
             import: None,
             votes: None,
         }
@@ -125,10 +125,10 @@ impl LabelPropagation {
         let changed = self.geodesics.update(&self.surface.graph, seeds);
         if same_votes {
             let votes = self.votes.as_deref();
-            let head = self.head.as_ref().and_then(|head| head.on(&self.classes));
+            let prior = self.prior.as_ref().and_then(|prior| prior.on(&self.classes));
             // Earlier maps may still share the posterior: then it is copied, which costs little.
             let posterior = Arc::make_mut(&mut self.posterior);
-            posterior.update(&self.geodesics, &self.classes, &changed, votes, head);
+            posterior.update(&self.geodesics, &self.classes, &changed, votes, prior);
         } else {
             self.refresh();
         }
@@ -150,9 +150,9 @@ impl LabelPropagation {
 
     /// Takes over the weights of the classes at each node by the semantic prior, positive, `[nodes, classes]`; weights
     /// of another number are ignored. They count as long as the classes stay as they are now.
-    pub fn set_head(&mut self, weights: Vec<f32>) {
+    pub fn set_prior(&mut self, weights: Vec<f32>) {
         if weights.len() == self.surface.graph.len() * self.classes.len() {
-            self.head = Some(HeadWeights {
+            self.prior = Some(PriorWeights {
                 classes: self.classes.clone(),
                 weights,
             });
@@ -163,8 +163,8 @@ impl LabelPropagation {
     fn refresh(&mut self) {
         let nodes = self.surface.graph.len();
         let votes = self.votes.as_deref();
-        let head = self.head.as_ref().and_then(|head| head.on(&self.classes));
-        let posterior = Posterior::new(&self.geodesics, &self.classes, nodes, votes, head);
+        let prior = self.prior.as_ref().and_then(|prior| prior.on(&self.classes));
+        let posterior = Posterior::new(&self.geodesics, &self.classes, nodes, votes, prior);
         self.posterior = Arc::new(posterior);
     }
 
@@ -217,9 +217,9 @@ impl LabelPropagation {
     /// Class probabilities of a node as in the maps, in the order of the classes: by graph, votes and semantic prior.
     pub(crate) fn probabilities(&self, node: usize) -> Vec<f32> {
         let mut probabilities = self.graph_probabilities(node);
-        if let Some(head) = self.head.as_ref().and_then(|head| head.on(&self.classes)) {
+        if let Some(prior) = self.prior.as_ref().and_then(|prior| prior.on(&self.classes)) {
             let count = probabilities.len();
-            let own = &head[node * count..(node + 1) * count];
+            let own = &prior[node * count..(node + 1) * count];
             probabilities.iter_mut().zip(own).for_each(|(p, say)| *p *= say);
             let sum: f32 = probabilities.iter().sum();
             probabilities

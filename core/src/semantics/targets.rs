@@ -1,4 +1,4 @@
-//! Training targets for the semantic heads: random points of the surface, and rays of random pixels.
+//! Training targets for the semantic field: random points of the surface, and rays of random pixels.
 
 use glam::Vec3;
 use rand::seq::{IndexedRandom, IteratorRandom};

@@ -30,7 +30,7 @@ fn labels_that_follow_others_spread_like_new_ones() {
     let mut propagation = propagated(&scene, history.labels());
     let weigh = |propagation: &mut LabelPropagation| {
         let weights = (0..2 * propagation.surface().graph.len()).map(|index| 0.1 + (index % 7) as f32);
-        propagation.set_head(weights.collect());
+        propagation.set_prior(weights.collect());
     };
     weigh(&mut propagation);
     let mut follow = |labels: &LabelSet| {
@@ -93,15 +93,15 @@ fn sampling(trainer: &Trainer) -> Sampling {
     }
 }
 
-/// Asserts that a head labels a view that no frame shows.
-fn labels_an_unseen_view(scene: &Scene, trainer: &Trainer, head: &SemanticHead) {
+/// Asserts that a semantic field labels a view that no frame shows.
+fn labels_an_unseen_view(scene: &Scene, trainer: &Trainer, semantics: &SemanticField) {
     let (field, occupancy) = (trainer.field(), trainer.occupancy());
     // Nearer than any frame, above their line, and turned.
     let mut view = scene.frames[4].clone();
     let turn = Quat::from_rotation_y(0.1);
     view.camera_to_world = Affine3A::from_rotation_translation(turn, Vec3::new(-0.1, 0.15, 0.3));
     let (camera, rays) = frame_rays(&view, 1);
-    let probabilities = head
+    let probabilities = semantics
         .along_rays(field, occupancy, &rays, sampling(trainer))
         .unwrap();
     let (mut right, mut counted) = (0, 0);
@@ -246,24 +246,24 @@ fn trusted_images_are_as_they_say_under_later_strokes() {
 }
 
 #[test]
-fn a_head_trained_on_points_or_on_rays_labels_a_view_that_no_frame_shows() {
+fn both_parts_of_a_semantic_field_label_a_view_that_no_frame_shows() {
     let (scene, trainer, propagation) = trained();
-    let field = trainer.field();
-    let grid = trainer.capacity().semantic_grid();
-    for (own, on_rays) in [(None, false), (Some(grid), true)] {
+    let (field, occupancy) = (trainer.field(), trainer.occupancy());
+    for part in [SemanticPart::Appearance, SemanticPart::Residual] {
         let (classes, width) = (propagation.classes(), field.feature_width());
-        let mut head = SemanticHead::new(classes, width, own, None, 1).unwrap();
+        let grid = trainer.capacity().semantic_grid();
+        let mut semantics = SemanticField::new(classes, width, grid, None, 1).unwrap();
         for step in 0..150 {
-            let (soft, rays) = if on_rays {
-                (SoftTargets::default(), propagation.map_rays(&scene, 256, step))
-            } else {
-                (propagation.soft_targets(256, step), RayTargets::default())
+            let (soft, rays) = match part {
+                SemanticPart::Appearance => (propagation.soft_targets(256, step), RayTargets::default()),
+                SemanticPart::Residual => (SoftTargets::default(), propagation.map_rays(&scene, 256, step)),
             };
             assert!(rays.rays.iter().all(|ray| ray.length.is_none()));
-            head.step(field, trainer.occupancy(), &soft, &rays, sampling(&trainer))
+            semantics
+                .step(part, (field, occupancy), &soft, &rays, sampling(&trainer))
                 .unwrap();
         }
-        labels_an_unseen_view(&scene, &trainer, &head);
+        labels_an_unseen_view(&scene, &trainer, &semantics);
     }
 }
 
@@ -287,18 +287,22 @@ fn votes_of_which_most_are_wrong_teach_a_semantic_field_the_truth() {
     };
     let votes = NodeVotes::count(propagation.surface(), &classes, &labels);
     let field = trainer.field();
-    let own = Some(trainer.capacity().semantic_grid());
-    let mut head = SemanticHead::new(&classes, field.feature_width(), own, None, 1).unwrap();
+    let grid = trainer.capacity().semantic_grid();
+    let mut semantics = SemanticField::new(&classes, field.feature_width(), grid, None, 1).unwrap();
     let frames: Vec<usize> = (0..scene.frames.len()).collect();
     for step in 0..60 {
         let soft = votes.targets(propagation.surface(), 512, step);
         let rays = votes.rays(propagation.surface(), &scene, &frames, 64, step);
-        head.step(field, trainer.occupancy(), &soft, &rays, sampling(&trainer))
+        let (radiance, sampling) = ((field, trainer.occupancy()), sampling(&trainer));
+        semantics
+            .step(SemanticPart::Residual, radiance, &soft, &rays, sampling)
             .unwrap();
     }
     let nodes = propagation.surface().graph.nodes();
     let positions: Vec<Vec3> = nodes.iter().map(|node| node.position).collect();
-    let probabilities = head.at_points(field, &positions).unwrap();
+    let probabilities = semantics
+        .at_points(SemanticPart::Residual, field, &positions)
+        .unwrap();
     let truth = &propagation.posterior().labels;
     let right = probabilities.chunks_exact(4).zip(truth).filter(|(p, truth)| {
         let best = (0..4).max_by(|&a, &b| p[a].total_cmp(&p[b])).unwrap();

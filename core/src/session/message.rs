@@ -5,13 +5,13 @@ use std::sync::Arc;
 
 use candle_core::{DType, Device, Tensor};
 
-use super::RenderedFrame;
-use super::semantic_field::SemanticField;
+use super::semantic_trainer::restored;
+use super::{RenderedFrame, TrainingEnd};
 use crate::field::{FieldError, Preset, Trainer, Work};
 use crate::guide::Suggestion;
 use crate::labels::LabelSet;
 use crate::scene::{OpenOptions, Scene, SceneSource};
-use crate::semantics::{SemanticHead, StrokeCheck};
+use crate::semantics::{SemanticField, StrokeCheck};
 
 /// What a session works on and how.
 #[derive(Clone, Debug)]
@@ -26,6 +26,9 @@ pub struct SessionOptions {
     pub threads: usize,
     /// Seed of everything random.
     pub seed: u64,
+    /// Whether views of the field will be wanted: then it is trained until it has learnt the scene, whatever the labels
+    /// need. A view that is asked for by [`Command::Render`] trains it, too.
+    pub views: bool,
     /// Model state of an earlier session on the same scene ([`Event::State`]) to continue from.
     pub state: Option<Arc<ModelState>>,
 }
@@ -134,15 +137,15 @@ pub struct Status {
     pub phase: Phase,
     /// Training steps done, those before a saved state included.
     pub steps: u64,
-    /// Whether training of the radiance field has ended; the semantic heads still follow the labels.
-    pub field_settled: bool,
+    /// Why the radiance field is trained no further, if it is not; the semantic field still follows the labels.
+    pub training_end: Option<TrainingEnd>,
     /// Training steps, rays and samples of this session.
     pub work: Work,
     /// Seconds spent training the field and refining its surface.
     pub geometry_seconds: f64,
     /// Estimated seconds from [`Command::Settle`] to the last surface; `None` where that is not known yet.
     pub seconds_to_settle: Option<f64>,
-    /// Seconds spent propagating the labels and training the heads.
+    /// Seconds spent propagating the labels and training the semantic field.
     pub semantics_seconds: f64,
     /// Seconds spent making maps.
     pub render_seconds: f64,
@@ -215,14 +218,12 @@ impl ModelState {
         Ok(trainer)
     }
 
-    /// The head of the semantic field as it was saved, on the field of the same state; `None` where it had no step yet.
+    /// The semantic field as it was saved, on the radiance field of the same state; `None` where it had no step yet.
     ///
     /// # Errors
     /// As [`load`](Self::load).
-    pub fn semantic_head(&self, trainer: &Trainer) -> Result<Option<SemanticHead>, FieldError> {
-        Ok(SemanticField::restored(&self.load()?, trainer)
-            .head_trainer
-            .into_head())
+    pub fn semantic_field(&self, trainer: &Trainer) -> Result<Option<SemanticField>, FieldError> {
+        Ok(restored(&self.load()?, trainer))
     }
 
     /// The parameters and grids by name.

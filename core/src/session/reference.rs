@@ -12,7 +12,7 @@ use candle_core::Device;
 use super::outbox::Outbox;
 use super::serve::{WorkerError, WorkerTask, saved, timed};
 use super::status_reporter::StatusReporter;
-use super::{Command, Event, FrameMap, Phase, SessionOptions, Status};
+use super::{Command, Event, FrameMap, Phase, SessionOptions, Status, TrainingEnd};
 use crate::field::reference::{PixelLabels, ReferenceRay, ReferenceSettings, ReferenceTrainer};
 use crate::field::{HeldOut, Ray, RenderedRay, Work, best_device};
 use crate::labels::{ClassId, LabelSet, VOID, rasterise};
@@ -260,7 +260,9 @@ impl WorkerTask for ReferenceWorker<'_> {
                 Phase::Training
             },
             steps: trainer.map_or(0, ReferenceTrainer::steps),
-            field_settled: trainer.is_some_and(ReferenceTrainer::settled),
+            training_end: trainer
+                .is_some_and(ReferenceTrainer::settled)
+                .then_some(TrainingEnd::Learnt),
             work: trainer.map_or(Work::default(), ReferenceTrainer::work),
             geometry_seconds: self.training_seconds,
             seconds_to_settle: None,

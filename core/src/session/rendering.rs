@@ -1,7 +1,10 @@
 //! The field as seen from a frame, rendered in slices.
 
+use super::sampling;
 use crate::field::{FieldError, Ray, RenderedRay, Trainer, frame_rays, render_rays};
+use crate::labels::ClassId;
 use crate::scene::{Camera, ColorImage, Scene};
+use crate::semantics::{ENTROPY_STEPS_PER_NAT, SemanticField};
 
 /// Rays rendered between two looks at the commands.
 const RAYS_AT_A_TIME: usize = 1024;
@@ -26,6 +29,31 @@ pub struct RenderedFrame {
     pub color: ColorImage,
     /// Depth along the camera's axis (z) of every pixel, in metres, row-major; 0 where the ray meets nothing.
     pub depth: Vec<f32>,
+    /// Class and entropy of every pixel by the semantic field; `None` before it has learnt anything.
+    pub semantics: Option<RenderedSemantics>,
+}
+
+/// What the semantic field renders, row-major.
+#[derive(Clone, Debug, Default)]
+pub struct RenderedSemantics {
+    /// Most likely class of every pixel.
+    pub labels: Vec<ClassId>,
+    /// Entropy of every pixel, in nats times [`ENTROPY_STEPS_PER_NAT`].
+    pub entropy: Vec<u16>,
+}
+
+impl RenderedSemantics {
+    /// Adds pixels with these class probabilities, `[pixels, classes]`.
+    fn add(&mut self, classes: &[ClassId], probabilities: &[f32]) {
+        for row in probabilities.chunks_exact(classes.len().max(1)) {
+            let best =
+                (1..row.len()).fold(0, |best, index| if row[index] > row[best] { index } else { best });
+            let entropy: f32 = row.iter().filter(|&&p| p > 0.0).map(|p| -p * p.ln()).sum();
+            self.labels.push(classes[best]);
+            self.entropy
+                .push((entropy * ENTROPY_STEPS_PER_NAT).round() as u16);
+        }
+    }
 }
 
 impl RenderedFrame {
@@ -48,6 +76,7 @@ pub(super) struct FrameRendering {
     /// Camera and rays of the pass under way, once it has been begun.
     begun: Option<(Camera, Vec<Ray>)>,
     done: Vec<RenderedRay>,
+    semantics: RenderedSemantics,
     is_done: bool,
 }
 
@@ -63,6 +92,7 @@ impl FrameRendering {
             finest,
             begun: None,
             done: Vec::new(),
+            semantics: RenderedSemantics::default(),
             is_done: false,
         })
     }
@@ -80,6 +110,7 @@ impl FrameRendering {
         &mut self,
         scene: &Scene,
         trainer: &Trainer,
+        semantics: Option<&SemanticField>,
     ) -> Result<Option<RenderedFrame>, FieldError> {
         let frame = &scene.frames[self.frame];
         let (camera, rays) = self.begun.get_or_insert_with(|| frame_rays(frame, self.stride));
@@ -88,6 +119,11 @@ impl FrameRendering {
         let (field, occupancy) = (trainer.field(), trainer.occupancy());
         self.done
             .extend(render_rays(field, occupancy, slice, trainer.render_step(), true)?);
+        if let Some(semantics) = semantics {
+            let sampling = sampling(trainer, None);
+            let probabilities = semantics.along_rays(field, occupancy, slice, sampling)?;
+            self.semantics.add(semantics.classes(), &probabilities);
+        }
         if self.done.len() < rays.len() {
             return Ok(None);
         }
@@ -103,6 +139,9 @@ impl FrameRendering {
             ray.length.map_or(0.0, |length| length / direction.length())
         };
         let depth = self.done.iter().enumerate().map(z_depth).collect();
+        // Where it came into being during the pass, it has not all pixels.
+        let semantics = std::mem::take(&mut self.semantics);
+        let semantics = (semantics.labels.len() == self.done.len()).then_some(semantics);
         let stride = self.stride;
         self.is_done = stride == self.finest;
         self.stride = self.finest;
@@ -115,6 +154,7 @@ impl FrameRendering {
             stride,
             color,
             depth,
+            semantics,
         }))
     }
 }
@@ -135,7 +175,7 @@ mod tests {
         let mut views = Vec::new();
         let mut slices = 0;
         while !rendering.is_done() {
-            views.extend(rendering.advance(&scene, &trainer).unwrap());
+            views.extend(rendering.advance(&scene, &trainer, None).unwrap());
             slices += 1;
         }
         assert_eq!(slices, 1 + 3);
@@ -156,6 +196,7 @@ mod tests {
             stride: 3,
             color: ColorImage::new(2, 1, vec![0; 6]).unwrap(),
             depth: vec![1.5, 0.0],
+            semantics: None,
         };
         assert_eq!(view.depth_at([2, 2]), Some(1.5));
         assert_eq!((view.depth_at([3, 0]), view.depth_at([0, 3])), (None, None));

@@ -6,6 +6,7 @@ use std::time::Instant;
 
 use crossbeam_channel::{Receiver, TryRecvError, bounded};
 
+use super::TrainingEnd;
 use crate::field::{FieldError, HeldOut, Ray, Trainer, frame_rays, render_rays};
 use crate::labels::LabelSet;
 use crate::scene::{Frame, Scene};
@@ -18,8 +19,10 @@ const STRIDE: u32 = 4;
 const MOST_RAYS: usize = 1 << 20;
 /// Rays rendered between two looks at the commands.
 const RAYS_AT_A_TIME: usize = 1024;
-/// Training steps at which the surface is refined; the last refinement follows the end of training.
+/// Training steps at which the surface is refined, where nothing of it was measured and where it has holes; the last
+/// refinement follows the end of training.
 const REFINEMENT_STEPS: [u64; 4] = [300, 1000, 3000, 8000];
+const HOLE_REFINEMENT_STEPS: [u64; 3] = [500, 3000, 8000];
 /// Largest median held-out error of the field's depth, as a share of the ray length, at which that depth is used beside
 /// measured depth. With a larger error, holes are filled from the measured pixels around them.
 const MOST_DEPTH_ERROR: f32 = 0.03;
@@ -78,6 +81,11 @@ impl SurfaceRefiner {
     pub fn new(scene: &Arc<Scene>, trainer: &Trainer, size: f32, threads: usize) -> Self {
         let incomplete = !Self::is_complete(scene);
         let refines = incomplete && !trainer.settled();
+        let marks: &[u64] = if scene.has_depth() {
+            &HOLE_REFINEMENT_STEPS
+        } else {
+            &REFINEMENT_STEPS
+        };
         let mut refiner = Self {
             scene: Arc::clone(scene),
             threads,
@@ -85,8 +93,9 @@ impl SurfaceRefiner {
             size,
             incomplete,
             stride: stride(scene),
-            marks: REFINEMENT_STEPS
-                .into_iter()
+            marks: marks
+                .iter()
+                .copied()
                 .filter(|&mark| refines && mark > trainer.steps())
                 .collect(),
             last_refinement: refines,
@@ -108,19 +117,23 @@ impl SurfaceRefiner {
         self.rendering.is_some()
     }
 
-    /// Whether the surface is still missing, or a first guess of the field: training on it waits for a better one.
-    pub(super) fn is_first_guess(&self, trainer: &Trainer) -> bool {
-        self.incomplete && !trainer.settled() && trainer.steps() < REFINEMENT_STEPS[1]
-    }
-
     /// Whether no refinement is under way or still to come.
     pub fn is_done(&self) -> bool {
-        self.marks.is_empty() && !self.last_refinement && self.rendering.is_none() && self.building.is_none()
+        self.marks.is_empty() && !self.last_refinement && self.is_idle()
     }
 
-    /// Starts a refinement if one is due after a training step.
-    pub(super) fn start_if_due(&mut self, trainer: &Trainer) {
-        if trainer.settled() {
+    /// Whether no refinement is under way.
+    pub(super) fn is_idle(&self) -> bool {
+        self.rendering.is_none() && self.building.is_none()
+    }
+
+    /// Starts a refinement if one is due after a training step, or because training has ended. Where the labels stand,
+    /// another surface would hardly change them.
+    pub(super) fn start_if_due(&mut self, trainer: &Trainer, end: Option<TrainingEnd>) {
+        if end == Some(TrainingEnd::LabelsStand) {
+            return;
+        }
+        if end.is_some() {
             if self.last_refinement {
                 self.finish(trainer);
             }

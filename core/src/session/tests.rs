@@ -18,6 +18,7 @@ pub(super) fn options() -> SessionOptions {
         preset: Preset::Fast,
         threads: 2,
         seed: 1,
+        views: true,
         state: None,
     }
 }
@@ -143,13 +144,18 @@ fn pixels(maps: &[Arc<FrameMap>]) -> Vec<(Vec<ClassId>, Vec<u16>)> {
 }
 
 #[test]
-fn every_undo_restores_its_maps_when_the_head_was_evaluated_before_the_pause() {
-    let session = start();
-    // Both on the dark half, so that the graph is in doubt and the head changes the maps.
+fn every_undo_restores_its_maps_when_the_prior_was_evaluated_before_the_pause() {
+    // Where depth is measured, the maps do without the prior.
+    let mut scene = wall(9, 64, 48);
+    for frame in &mut scene.frames {
+        frame.set_depth(None);
+    }
+    let session = Session::on(Arc::new(scene), options(), || {});
+    // Both on the dark half, so that the graph is in doubt and the prior changes the maps.
     let mut history = clicked(&["left", "right"], &[(0, 1, [6, 20]), (0, 2, [28, 30])]);
     send_labels(&session, &history, 1);
     let of_the_graph = pixels(&all_maps(&session, 1));
-    // All maps again: the head has been evaluated.
+    // All maps again: the prior has been evaluated.
     all_maps(&session, 1);
     session.send(Command::Pause);
     wait_for_status(&session, |status| status.phase == Phase::Paused);
@@ -182,6 +188,37 @@ fn every_undo_restores_its_maps_when_the_head_was_evaluated_before_the_pause() {
         history.redo();
         assert!(maps_of(&history) == *before, "after the redo of edit {edit}");
     }
+}
+
+#[test]
+fn where_depth_is_measured_everywhere_nothing_is_trained_before_somebody_looks_at_the_field() {
+    let session = start_with(SessionOptions {
+        views: false,
+        ..options()
+    });
+    send_labels(&session, &two_clicks(), 1);
+    let status = wait_for_status(&session, |status| status.is_final(1));
+    assert_eq!(
+        (status.steps, status.training_end),
+        (0, Some(TrainingEnd::NotNeeded))
+    );
+    session.send(Command::Render { frame: 4 });
+    let view = wait(&session, |event| match event {
+        Event::Rendered(view) => Some(Arc::clone(view)),
+        _ => None,
+    });
+    assert!(view.semantics.is_none(), "nothing was learnt yet");
+    wait_for_status(&session, |status| status.steps > 100);
+    session.send(Command::Render { frame: 4 });
+    let view = wait(&session, |event| match event {
+        Event::Rendered(view) if view.is_last => Some(Arc::clone(view)),
+        _ => None,
+    });
+    let semantics = view.semantics.as_ref().unwrap();
+    let shown = session.maps().get(4).unwrap().labels().into_owned();
+    let right = semantics.labels.iter().zip(&shown);
+    let right = right.filter(|(rendered, shown)| rendered == shown).count();
+    assert!(right > semantics.labels.len() / 2, "{right}");
 }
 
 #[test]

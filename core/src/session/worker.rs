@@ -10,15 +10,15 @@ use std::sync::Arc;
 use candle_core::Tensor;
 
 use super::checking::Checking;
+use super::demand::Demand;
 use super::importing::Importing;
 use super::outbox::Outbox;
 use super::rendering::FrameRendering;
-use super::semantic_field::SemanticField;
-use super::semantic_prior::SemanticPrior;
+use super::semantic_trainer::SemanticTrainer;
 use super::serve::{WorkerError, WorkerTask, saved, timed};
 use super::status_reporter::StatusReporter;
 use super::surface_refiner::SurfaceRefiner;
-use super::{Command, Event, ModelState, Phase, SessionOptions, Status};
+use super::{Command, Event, ModelState, Phase, SessionOptions, Status, TrainingEnd};
 use crate::field::{FieldError, Trainer};
 use crate::labels::LabelSet;
 use crate::scene::{Scene, in_one_line};
@@ -31,8 +31,8 @@ pub(super) struct Worker<'a> {
     trainer: Trainer,
     refiner: SurfaceRefiner,
     propagation: Option<LabelPropagation>,
-    prior: SemanticPrior,
-    semantic_field: SemanticField,
+    semantics: SemanticTrainer,
+    demand: Demand,
     importing: Option<Importing>,
     checking: Checking,
     /// A newer surface, until the imported images are propagated over it too.
@@ -80,9 +80,10 @@ impl<'a> Worker<'a> {
             }
         };
         let refiner = SurfaceRefiner::new(&scene, &trainer, 1.0, options.threads.max(1));
+        let has_holes = !SurfaceRefiner::is_complete(&scene);
         Ok(Self {
-            prior: SemanticPrior::restored(&saved, &trainer),
-            semantic_field: SemanticField::restored(&saved, &trainer),
+            semantics: SemanticTrainer::restored(&saved, &trainer),
+            demand: Demand::new(&scene, has_holes, options.preset, options.views),
             scene,
             options,
             outbox,
@@ -107,17 +108,17 @@ impl<'a> Worker<'a> {
     }
 
     fn is_settled(&self) -> bool {
-        let due = self.prior.head_trainer.steps_due() + self.semantic_field.head_trainer.steps_due();
-        let trained = self.settling || (self.trainer.settled() && due == 0);
-        let up_to_date = self.refiner.is_done() && !self.prior.is_evaluating();
+        let end = self.demand.end(&self.trainer);
+        let trained = self.settling || (end.is_some() && self.semantics.is_done());
+        let stands = end == Some(TrainingEnd::LabelsStand) && self.refiner.is_idle();
+        let up_to_date = (self.refiner.is_done() || stands) && !self.semantics.is_evaluating();
         let idle = up_to_date && self.importing.is_none() && self.stale.is_empty();
         trained && idle && self.propagation.is_some()
     }
 
     fn save(&self) -> Result<ModelState, WorkerError> {
         let mut tensors = self.trainer.state()?;
-        tensors.extend(self.prior.head_trainer.state()?);
-        tensors.extend(self.semantic_field.head_trainer.state()?);
+        tensors.extend(self.semantics.state()?);
         saved(&tensors, self.trainer.steps())
     }
 }
@@ -149,7 +150,11 @@ impl WorkerTask for Worker<'_> {
                 self.suggestions_due = true;
             }
             Command::CheckStrokes => self.checking.want(),
-            Command::Render { frame } => self.rendering = FrameRendering::new(&self.scene, frame),
+            Command::Render { frame } => {
+                self.rendering = FrameRendering::new(&self.scene, frame);
+                self.demand.view();
+                self.semantics.is_looked_at(self.semantics_are_wanted());
+            }
             Command::Pause => {
                 self.paused = true;
                 self.report_status();
@@ -179,12 +184,11 @@ impl WorkerTask for Worker<'_> {
             (false, None) => Phase::FindingSurface,
             (false, Some(_)) => Phase::Training,
         };
-        let semantics = self.prior.head_trainer.parameters() + self.semantic_field.head_trainer.parameters();
         let held_out = self.trainer.error();
         let status = Status {
             phase,
             steps: self.trainer.steps(),
-            field_settled: self.trainer.settled(),
+            training_end: self.demand.end(&self.trainer),
             work: self.trainer.work(),
             geometry_seconds: self.seconds.geometry,
             seconds_to_settle: self.refiner.seconds_to_finish(),
@@ -195,7 +199,7 @@ impl WorkerTask for Worker<'_> {
             held_out_psnr: held_out.map(|error| error.psnr),
             depth_error: held_out.and_then(|error| error.depth_error),
             mean_entropy: self.propagation.as_ref().map(LabelPropagation::mean_entropy),
-            parameters: self.trainer.field().parameters() + semantics,
+            parameters: self.trainer.field().parameters() + self.semantics.parameters(),
             capacity: self.trainer.capacity().to_string(),
             surface_nodes: self
                 .propagation

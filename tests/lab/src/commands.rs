@@ -56,6 +56,7 @@ fn session_options(training: &TrainingArguments, source: SceneSource, threads: u
         preset: training.preset,
         threads: training.threads.map_or(threads, usize::from),
         seed: training.seed,
+        views: false,
         state: None,
     }
 }

@@ -13,7 +13,7 @@ use super::{ConfusionMatrix, EvalError, SceneTruth, Table};
 use inplace_core::field::{Ray, Trainer};
 use inplace_core::labels::{ClassId, VOID, in_frame};
 use inplace_core::scene::Scene;
-use inplace_core::semantics::{SemanticHead, Surface};
+use inplace_core::semantics::{SemanticField, Surface};
 use inplace_core::session::{Client, SessionOptions, sampling};
 
 /// What is measured.
@@ -197,8 +197,13 @@ impl<'a> Measured<'a> {
 
     /// mIoU of the labels that a semantic field renders; where `known`, rays end at the frame's measured
     /// depth.
-    fn miou_of_field(&self, head: &SemanticHead, trainer: &Trainer, known: bool) -> Result<f64, EvalError> {
-        let classes = head.classes();
+    fn miou_of_field(
+        &self,
+        semantics: &SemanticField,
+        trainer: &Trainer,
+        known: bool,
+    ) -> Result<f64, EvalError> {
+        let classes = semantics.classes();
         let best = |row: &[f32]| {
             let better = |best: usize, index: usize| if row[index] > row[best] { index } else { best };
             classes[(1..row.len()).fold(0, better)]
@@ -212,7 +217,7 @@ impl<'a> Measured<'a> {
             };
             let rays: Vec<Ray> = pixels.iter().map(ray).collect();
             let (field, occupancy) = (trainer.field(), trainer.occupancy());
-            let probabilities = head.along_rays(field, occupancy, &rays, sampling(trainer, None))?;
+            let probabilities = semantics.along_rays(field, occupancy, &rays, sampling(trainer, None))?;
             Ok(probabilities.chunks_exact(classes.len()).map(best).collect())
         })
     }
@@ -220,14 +225,14 @@ impl<'a> Measured<'a> {
     /// The points of a field at one time: as from any pose, and where there is depth, with it.
     fn field_points(
         &self,
-        head: &SemanticHead,
+        semantics: &SemanticField,
         trainer: &Trainer,
         seconds: f64,
     ) -> Result<Vec<FieldPoint>, EvalError> {
-        let any_pose = self.miou_of_field(head, trainer, false)?;
+        let any_pose = self.miou_of_field(semantics, trainer, false)?;
         let mut points = vec![self.point("field", seconds, any_pose)];
         if self.scene.has_depth() {
-            let known = self.miou_of_field(head, trainer, true)?;
+            let known = self.miou_of_field(semantics, trainer, true)?;
             points.push(self.point("field, known depth", seconds, known));
         }
         Ok(points)

@@ -21,6 +21,7 @@ pub fn options(source: SceneSource) -> SessionOptions {
         preset: Preset::Fast,
         threads: 2,
         seed: 4,
+        views: false,
         state: None,
     }
 }

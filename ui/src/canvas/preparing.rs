@@ -286,6 +286,7 @@ mod tests {
             stride: 2,
             color: ColorImage::new(2, 1, vec![1, 1, 1, 9, 9, 9]).unwrap(),
             depth: vec![1.0, 2.0],
+            semantics: None,
         };
         let color = enlarged(&view, [3, 2]).unwrap();
         let row = [1, 1, 1, 1, 1, 1, 9, 9, 9];

@@ -40,6 +40,7 @@ fn view(frame: usize, steps: u64) -> Event {
         stride: 4,
         color: ColorImage::new(width, height, vec![50; 3 * pixels]).unwrap(),
         depth: vec![2.0; pixels],
+        semantics: None,
     }))
 }
 

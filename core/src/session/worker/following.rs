@@ -8,11 +8,12 @@ use crate::session::importing::Importing;
 use crate::session::serve::{WorkerError, timed};
 
 impl Worker<'_> {
-    /// Has both heads follow the new labels.
+    /// Has the semantic field follow the new labels.
     pub(super) fn labels_changed(&mut self) {
+        self.demand.labels_changed();
         let wanted = self.semantics_are_wanted();
-        self.prior.head_trainer.labels_changed(wanted);
-        self.semantic_field.head_trainer.labels_changed(wanted);
+        self.semantics
+            .labels_changed(wanted, self.demand.maps_read_appearance());
     }
 
     /// A new surface that has become ready. While training is paused the present one stays, so that the maps depend on
@@ -35,9 +36,14 @@ impl Worker<'_> {
             geometry_seconds = self.seconds.geometry,
             "a surface is built"
         );
+        if let Some(before) = &self.propagation {
+            self.demand.surface_changed(before, &propagation);
+        }
         self.propagation = Some(propagation);
         self.checking.start_anew();
-        self.prior.start_evaluation();
+        if self.demand.maps_read_appearance() {
+            self.semantics.start_evaluation();
+        }
         self.refresh_all();
     }
 

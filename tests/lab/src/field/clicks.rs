@@ -75,8 +75,8 @@ pub(super) fn points(
         points.push(measured.point("maps", seconds, shown));
         let tensors = load_buffer(&state.tensors, &Device::Cpu)?;
         trainer.restore(&tensors, state.steps)?;
-        if let Some(head) = state.semantic_head(trainer)? {
-            points.extend(measured.field_points(&head, trainer, seconds)?);
+        if let Some(semantics) = state.semantic_field(trainer)? {
+            points.extend(measured.field_points(&semantics, trainer, seconds)?);
         }
     }
     Ok(points)

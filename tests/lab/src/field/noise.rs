@@ -9,7 +9,7 @@ use super::{FieldExperiment, FieldPoint, Learnt, Measured};
 use crate::EvalError;
 use crate::paper::pixel_noise;
 use inplace_core::labels::{ClassId, ImportedLabels, ImportedMap, Trust, VOID, in_frame};
-use inplace_core::semantics::{NodeLabels, NodeVotes, SemanticHead};
+use inplace_core::semantics::{NodeLabels, NodeVotes, SemanticField, SemanticPart};
 use inplace_core::session::sampling;
 
 /// Places of the surface and rays in a step.
@@ -57,25 +57,22 @@ pub(super) fn points(
     }
 
     let field = trainer.field();
-    let own = Some(trainer.capacity().semantic_grid());
-    let mut head = SemanticHead::new(&classes, field.feature_width(), own, None, seed)?;
+    let grid = trainer.capacity().semantic_grid();
+    let mut semantics = SemanticField::new(&classes, field.feature_width(), grid, None, seed)?;
     let mut seconds = 0.0;
     for &mark in &experiment.marks {
         while seconds < mark {
             let start = Instant::now();
-            let seed = seed ^ (head.steps() << 1);
+            let seed = seed ^ (semantics.steps(SemanticPart::Residual) << 1);
             let soft = votes.targets(surface, PLACES, seed);
             let rays = votes.rays(surface, scene, &truth.train, RAYS, seed);
-            head.step(
-                field,
-                trainer.occupancy(),
-                &soft,
-                &rays,
-                sampling(trainer, Some(seed)),
-            )?;
+            for part in [SemanticPart::Appearance, SemanticPart::Residual] {
+                let (radiance, sampling) = ((field, trainer.occupancy()), sampling(trainer, Some(seed)));
+                semantics.step(part, radiance, &soft, &rays, sampling)?;
+            }
             seconds += start.elapsed().as_secs_f64();
         }
-        points.extend(measured.field_points(&head, trainer, mark)?);
+        points.extend(measured.field_points(&semantics, trainer, mark)?);
     }
     Ok(points)
 }

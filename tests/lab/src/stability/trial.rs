@@ -95,6 +95,7 @@ impl Trial {
             preset: settings.preset,
             threads: settings.threads,
             seed: settings.seed,
+            views: false,
             state,
         };
         let scene = Arc::new(self.scene.clone());

@@ -49,6 +49,7 @@ impl Model {
             preset: self.preset,
             threads: self.threads(),
             seed: self.seed,
+            views: false,
             state: prepared.state(),
         };
         let Stage::Opening(opening) = &mut self.state.stage else {

@@ -33,6 +33,7 @@ pub(crate) fn course(
     let start = Instant::now();
     let mut run = Client::start(SessionOptions {
         preset: Preset::Reference,
+        views: false,
         state: None,
         ..options.clone()
     });

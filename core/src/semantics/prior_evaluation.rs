@@ -1,33 +1,33 @@
-//! Evaluation of the semantic head on the whole surface, a portion at a time.
+//! Evaluation of the semantic prior, what the semantic field knows of appearance, on the whole surface.
 
 use candle_core::Result;
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::{LabelPropagation, SemanticHead, SurfaceGraph};
+use super::{LabelPropagation, SemanticField, SemanticPart, SurfaceGraph};
 use crate::field::RadianceField;
 
 /// Nodes evaluated at a time.
 const PORTION: usize = 8192;
-/// Lower bound on the head's probabilities.
+/// Lower bound on the prior's probabilities.
 const LEAST_PROBABILITY: f32 = 1e-3;
-/// How often the head's probabilities are averaged over neighbours, and how fast a neighbour's weight
+/// How often the prior's probabilities are averaged over neighbours, and how fast a neighbour's weight
 /// falls with the cost of the edge to it.
 const SMOOTHING_ROUNDS: usize = 6;
 const SMOOTHING_FALLOFF: f32 = 0.3;
-/// Exponent of the head's probabilities in the product with the graph's.
-const HEAD_EXPONENT: f32 = 0.4;
+/// Exponent of the prior's probabilities in the product with the graph's.
+const PRIOR_EXPONENT: f32 = 0.4;
 
-/// An evaluation of the head at every node of a surface, in steps of some tens of milliseconds.
+/// An evaluation of the prior at every node of a surface, in steps of some tens of milliseconds.
 #[derive(Clone, Debug, Default)]
-pub struct HeadEvaluation {
+pub struct PriorEvaluation {
     /// Logarithms of the probabilities found so far, `[nodes, classes]`.
     logs: Vec<f32>,
     rounds: usize,
 }
 
-impl HeadEvaluation {
-    /// Takes one step; the last one returns positive weights `[nodes, classes]` for [`LabelPropagation::set_head`].
+impl PriorEvaluation {
+    /// Takes one step; the last one returns positive weights `[nodes, classes]` for [`LabelPropagation::set_prior`].
     ///
     /// The logarithms of the probabilities are averaged over close neighbours in the graph, so that they follow
     /// surfaces and not single voxels; then the probabilities are raised to the power 0.4. The surface and the classes
@@ -38,16 +38,16 @@ impl HeadEvaluation {
     pub fn advance(
         &mut self,
         propagation: &LabelPropagation,
-        head: &SemanticHead,
+        semantics: &SemanticField,
         field: &RadianceField,
     ) -> Result<Option<Vec<f32>>> {
         let graph = &propagation.surface().graph;
-        let count = head.classes().len().max(1);
+        let count = semantics.classes().len().max(1);
         let known = self.logs.len() / count;
         if known < graph.len() {
             let portion = &graph.nodes()[known..graph.len().min(known + PORTION)];
             let positions: Vec<Vec3> = portion.iter().map(|node| node.position).collect();
-            let probabilities = head.at_points(field, &positions)?;
+            let probabilities = semantics.at_points(SemanticPart::Appearance, field, &positions)?;
             self.logs
                 .extend(probabilities.iter().map(|p| p.max(LEAST_PROBABILITY).ln()));
         } else if self.rounds < SMOOTHING_ROUNDS {
@@ -55,7 +55,7 @@ impl HeadEvaluation {
             self.rounds += 1;
         } else {
             return Ok(Some(
-                self.logs.iter().map(|log| (HEAD_EXPONENT * log).exp()).collect(),
+                self.logs.iter().map(|log| (PRIOR_EXPONENT * log).exp()).collect(),
             ));
         }
         Ok(None)

@@ -1,0 +1,207 @@
+//! How far the radiance field of a session is trained: as far as something reads it, and no further than its readers
+//! gain from it.
+
+use std::time::{Duration, Instant};
+
+use serde::{Deserialize, Serialize};
+
+use crate::field::{Preset, Trainer};
+use crate::labels::ClassId;
+use crate::scene::Scene;
+use crate::semantics::LabelPropagation;
+
+/// How long training goes on after a view of the field was asked for.
+const VIEWED: Duration = Duration::from_secs(10);
+/// The depth that fills holes stands when its held-out error, measured every so many steps, has fallen by less than
+/// this share since the measurement before.
+const DEPTH_GAIN: f32 = 0.1;
+/// The labels stand when all further training is expected to change the mean IoU between maps by less than this.
+const LABEL_GAIN: f32 = 0.02;
+/// How much smaller each change of the maps is than the one before, where only one was seen; and at most.
+const USUAL_RATIO: f32 = 0.5;
+const MOST_RATIO: f32 = 0.8;
+/// Every so many pixels of a frame are compared.
+const COMPARED_EVERY: usize = 7;
+
+/// Why the field is trained no further.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum TrainingEnd {
+    /// Depth is measured everywhere: nothing reads the field.
+    NotNeeded,
+    /// Its depth, which fills the holes of measured depth, no longer gets better.
+    DepthStands,
+    /// More training would hardly change the labels.
+    LabelsStand,
+    /// It has learnt what it can.
+    Learnt,
+}
+
+impl TrainingEnd {
+    /// The reason, for people.
+    pub fn sentence(self) -> &'static str {
+        match self {
+            Self::NotNeeded => "depth is measured everywhere, so that nothing has to be learnt",
+            Self::DepthStands => "the learnt depth, which fills the holes of measured depth, got no better",
+            Self::LabelsStand => "more training would hardly change the labels",
+            Self::Learnt => "the scene is learnt",
+        }
+    }
+}
+
+/// What reads the field, and what it still gains.
+#[derive(Debug)]
+pub(super) struct Demand {
+    /// Whether the field is to be as good as it can be, whoever reads it.
+    to_the_end: bool,
+    /// Whether the surface is made from measured depth, and whether that has holes.
+    has_depth: bool,
+    has_holes: bool,
+    /// Steps and relative error at the newest measurement of the depth.
+    depth: Option<(u64, f32)>,
+    depth_stands: bool,
+    /// By how much the newest surface changed the maps, 1 - mean IoU.
+    change: Option<f32>,
+    labels_stand: bool,
+    viewed: Option<Instant>,
+}
+
+impl Demand {
+    /// Of a scene whose depth has holes or not.
+    pub(super) fn new(scene: &Scene, has_holes: bool, preset: Preset, views: bool) -> Self {
+        Self {
+            to_the_end: views || preset == Preset::Accurate,
+            has_depth: scene.has_depth(),
+            has_holes,
+            depth: None,
+            depth_stands: false,
+            change: None,
+            labels_stand: false,
+            viewed: None,
+        }
+    }
+
+    /// Whether the maps read what the semantic field knows of appearance. Along measured depth, labels spread better
+    /// without it.
+    pub(super) fn maps_read_appearance(&self) -> bool {
+        !self.has_depth
+    }
+
+    /// Somebody looks at a view of the field.
+    pub(super) fn view(&mut self) {
+        self.viewed = Some(Instant::now());
+    }
+
+    /// There are other labels: whether they stand is not known.
+    pub(super) fn labels_changed(&mut self) {
+        self.change = None;
+        self.labels_stand = false;
+    }
+
+    /// Takes notice of a training step.
+    pub(super) fn stepped(&mut self, trainer: &Trainer) {
+        let error = trainer.error().and_then(|error| error.relative_depth_error);
+        let Some(error) = error.filter(|_| trainer.has_just_measured()) else {
+            return;
+        };
+        if let Some((steps, before)) = self.depth.filter(|(steps, _)| *steps < trainer.steps()) {
+            self.depth_stands |= steps > 0 && error > (1.0 - DEPTH_GAIN) * before;
+        }
+        self.depth = Some((trainer.steps(), error));
+    }
+
+    /// Takes notice of a better surface with the same labels as the one before.
+    pub(super) fn surface_changed(&mut self, before: &LabelPropagation, after: &LabelPropagation) {
+        let Some(now) = change(before, after) else {
+            return;
+        };
+        let earlier = self.change.replace(now);
+        let ratio = earlier.map_or(USUAL_RATIO, |earlier| (now / earlier).min(MOST_RATIO));
+        // The changes to come are a geometric series.
+        self.labels_stand = now * ratio / (1.0 - ratio) < LABEL_GAIN;
+    }
+
+    /// Why training has ended, if it has.
+    pub(super) fn end(&self, trainer: &Trainer) -> Option<TrainingEnd> {
+        if trainer.settled() {
+            return Some(TrainingEnd::Learnt);
+        }
+        if self.to_the_end || self.viewed.is_some_and(|viewed| viewed.elapsed() < VIEWED) {
+            return None;
+        }
+        match (self.has_depth, self.has_holes) {
+            (true, false) => Some(TrainingEnd::NotNeeded),
+            (true, true) => self.depth_stands.then_some(TrainingEnd::DepthStands),
+            (false, _) => self.labels_stand.then_some(TrainingEnd::LabelsStand),
+        }
+    }
+}
+
+/// 1 - mean IoU between the maps of two surfaces of one scene, over the classes of either; `None` without labels.
+fn change(before: &LabelPropagation, after: &LabelPropagation) -> Option<f32> {
+    let label = |propagation: &LabelPropagation, frame: usize, pixel: usize| {
+        let node = propagation.surface().pixels[frame].node(pixel)?;
+        Some(propagation.posterior().labels[node as usize])
+    };
+    // Pixels of each class before, after, and in both.
+    let mut counts: std::collections::BTreeMap<ClassId, [u32; 3]> = std::collections::BTreeMap::new();
+    for (frame, pixels) in after.surface().pixels.iter().enumerate() {
+        for pixel in (0..pixels.len()).step_by(COMPARED_EVERY) {
+            let labels = (label(before, frame, pixel), label(after, frame, pixel));
+            if let (Some(old), Some(new)) = labels {
+                counts.entry(old).or_default()[0] += 1;
+                counts.entry(new).or_default()[1] += 1;
+                counts.entry(new).or_default()[2] += u32::from(old == new);
+            }
+        }
+    }
+    let iou = |[old, new, both]: &[u32; 3]| *both as f32 / (old + new - both) as f32;
+    let classes = counts.len();
+    (classes > 1).then(|| 1.0 - counts.values().map(iou).sum::<f32>() / classes as f32)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::labels::testing::clicked;
+    use crate::scene::testing::wall;
+    use crate::semantics::testing::propagated;
+
+    fn demand(scene: &Scene, has_holes: bool) -> Demand {
+        Demand::new(scene, has_holes, Preset::Fast, false)
+    }
+
+    #[test]
+    fn measured_depth_needs_training_only_for_its_holes_and_where_it_is_asked_for() {
+        let scene = Arc::new(wall(3, 32, 24));
+        let trainer = Trainer::new(Arc::clone(&scene), Preset::Fast, 1).unwrap();
+        let complete = demand(&scene, false);
+        assert_eq!(complete.end(&trainer), Some(TrainingEnd::NotNeeded));
+        assert_eq!(demand(&scene, true).end(&trainer), None);
+        for (preset, views) in [(Preset::Accurate, false), (Preset::Fast, true)] {
+            assert_eq!(Demand::new(&scene, false, preset, views).end(&trainer), None);
+        }
+        let mut viewed = complete;
+        viewed.view();
+        assert_eq!(viewed.end(&trainer), None);
+    }
+
+    #[test]
+    fn labels_stand_when_a_new_surface_hardly_changes_them_until_there_are_others() {
+        let scene = wall(5, 64, 48);
+        let labelled = |clicks: &[_]| propagated(&scene, clicked(&["dark", "bright"], clicks).labels());
+        let [dark, bright] = [(0, 1, [10, 20]), (4, 2, [50, 30])];
+        let (both, moved) = (labelled(&[dark, bright]), labelled(&[dark, (4, 2, [60, 30])]));
+        let mut demand = demand(&scene, true);
+        demand.surface_changed(&labelled(&[]), &labelled(&[]));
+        assert!(!demand.labels_stand, "there are no labels");
+        demand.surface_changed(&both, &labelled(&[dark]));
+        assert!(!demand.labels_stand);
+        demand.surface_changed(&both, &moved);
+        assert!(demand.labels_stand);
+        demand.labels_changed();
+        assert!(!demand.labels_stand);
+    }
+}
