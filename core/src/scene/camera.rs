@@ -37,35 +37,31 @@ pub struct Camera {
 
 impl Camera {
     /// A camera of images of this width and height, with its intrinsics fx, fy, cx, cy in pixels.
+    pub const fn new([width, height]: [u32; 2], [fx, fy, cx, cy]: [f32; 4]) -> Self {
+        Self {
+            width,
+            height,
+            fx,
+            fy,
+            cx,
+            cy,
+        }
+    }
+
+    /// The same, if such a camera can be used.
     ///
     /// # Errors
     /// What is wrong with these values.
-    pub(super) fn checked(
-        [width, height]: [u32; 2],
-        [fx, fy, cx, cy]: [f64; 4],
-    ) -> Result<Self, CameraError> {
-        let camera = Self {
-            width,
-            height,
-            fx: fx as f32,
-            fy: fy as f32,
-            cx: cx as f32,
-            cy: cy as f32,
-        };
+    pub(super) fn checked(size: [u32; 2], intrinsics: [f64; 4]) -> Result<Self, CameraError> {
+        let camera = Self::new(size, intrinsics.map(|value| value as f32));
         camera.problem().map_or(Ok(camera), Err)
     }
 
     /// A camera with square pixels, a centred principal point and the given horizontal field of view.
     pub fn with_horizontal_fov(width: u32, height: u32, degrees: f32) -> Self {
         let focal = 0.5 * width as f32 / (0.5 * degrees.to_radians()).tan();
-        Self {
-            width,
-            height,
-            fx: focal,
-            fy: focal,
-            cx: 0.5 * width as f32,
-            cy: 0.5 * height as f32,
-        }
+        let center = [width, height].map(|side| 0.5 * side as f32);
+        Self::new([width, height], [focal, focal, center[0], center[1]])
     }
 
     /// Number of pixels.
@@ -124,15 +120,8 @@ impl Camera {
         self.scaled([width, height], scale)
     }
 
-    fn scaled(&self, [width, height]: [u32; 2], [x, y]: [f32; 2]) -> Self {
-        Self {
-            width,
-            height,
-            fx: self.fx * x,
-            fy: self.fy * y,
-            cx: self.cx * x,
-            cy: self.cy * y,
-        }
+    fn scaled(&self, size: [u32; 2], [x, y]: [f32; 2]) -> Self {
+        Self::new(size, [self.fx * x, self.fy * y, self.cx * x, self.cy * y])
     }
 
     /// What is wrong with these intrinsics, if anything.

@@ -24,6 +24,7 @@ use super::camera::{FARTHEST, median_position, rigid, unit_of_cameras};
 use super::error::{PoseError, refuse};
 use super::files::{Reach, frame_names, refuse_most, warn};
 use super::formats::Format;
+use super::images::ImageFile;
 use super::pixel_errors::{PixelErrors, median};
 use super::reading::{Listed, Placing, Progress};
 use super::{OpenOptions, Scene, SceneError, SceneSource};
@@ -132,15 +133,14 @@ fn read(folder: &Path, options: OpenOptions, progress: Progress) -> Result<Scene
             "the median depth of its points is now 2.5 m"
         }
     ));
+    let source = SceneSource::Folder(folder.to_path_buf());
     Ok(Scene {
-        source: SceneSource::Folder(folder.to_path_buf()),
-        format: FORMAT.name,
-        frames: read.frames,
         origin,
         unit,
         point_errors,
         warnings,
         notes,
+        ..Scene::new(source, FORMAT.name, read.frames)
     })
 }
 
@@ -204,12 +204,14 @@ fn list(
                 listed.push(Listed {
                     stem,
                     name: format!("{:?}", image.name),
-                    path: folder.join("images").join(&image.name),
-                    mask,
+                    image: ImageFile {
+                        path: folder.join("images").join(&image.name),
+                        mask,
+                        lens: camera.lens,
+                        pinhole: camera.pinhole,
+                    },
                     depth: None,
                     camera_to_world,
-                    lens: camera.lens,
-                    pinhole: camera.pinhole,
                 });
                 observations.push(image.observations);
             }

@@ -36,10 +36,18 @@ impl SceneError {
     }
 }
 
-/// Returns the error of an unusable file: its path, then the reason and what to do about it, as for `format!`.
-macro_rules! refuse {
+/// The error of an unusable file: its path, then the reason and what to do about it, as for `format!`.
+macro_rules! refusal {
     ($path:expr, $($reason:tt)+) => {
-        return Err($crate::scene::SceneError::file($path, format_args!($($reason)+)))
+        $crate::scene::SceneError::file($path, format_args!($($reason)+))
+    };
+}
+pub(super) use refusal;
+
+/// Returns a [`refusal!`].
+macro_rules! refuse {
+    ($($reason:tt)+) => {
+        return Err($crate::scene::error::refusal!($($reason)+))
     };
 }
 pub(super) use refuse;

@@ -7,7 +7,7 @@ use std::path::{Component, Path, PathBuf};
 
 use image::{DynamicImage, ImageDecoder, ImageReader};
 
-use super::error::{ImageError, refuse};
+use super::error::{ImageError, refusal, refuse};
 use super::label_images::frame_number;
 use super::lens::LARGEST_SIDE;
 use super::{OpenOptions, SceneError};
@@ -129,7 +129,7 @@ pub(super) fn numbered_files(
     extensions: &[&str],
     unnumbered: &mut Vec<String>,
 ) -> Result<BTreeMap<usize, PathBuf>, SceneError> {
-    let unreadable = |error: std::io::Error| SceneError::file(folder, format!("cannot be read: {error}"));
+    let unreadable = |error: std::io::Error| refusal!(folder, "cannot be read: {error}");
     let mut files = BTreeMap::new();
     for entry in std::fs::read_dir(folder).map_err(unreadable)? {
         let path = entry.map_err(unreadable)?.path();

@@ -12,7 +12,7 @@ use image::{DynamicImage, ImageDecoder, ImageFormat};
 
 use super::error::{ImageError, in_one_line};
 use super::files::{decode_image, decoder, unreadable, warn};
-use super::{Camera, ColorImage, Frame, Lens, SceneError};
+use super::{Camera, ColorImage, Distortion, Frame, Lens, SceneError};
 
 /// What became of the orientation that an image's EXIF metadata ask for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,11 +33,30 @@ pub(super) struct ImageFile {
     pub mask: Option<PathBuf>,
     /// What it was taken with.
     pub lens: Lens,
-    /// The camera of the frame.
+    /// The camera of the frame: the lens's own where that bends nothing.
     pub pinhole: Camera,
 }
 
 impl ImageFile {
+    /// An image of a pinhole camera, without a mask.
+    pub fn plain(path: PathBuf, camera: Camera) -> Self {
+        let lens = Lens {
+            image: camera,
+            distortion: Distortion::default(),
+        };
+        Self {
+            path,
+            mask: None,
+            lens,
+            pinhole: camera,
+        }
+    }
+
+    /// The lens, if it bends anything.
+    pub fn bent(&self) -> Option<Lens> {
+        Some(self.lens).filter(|lens| !lens.distortion.is_none())
+    }
+
     /// The colour image, taken with the lens, as the camera of the frame would have taken it; without the pixels whose
     /// alpha is 0, and without those that the mask, an image of the same size, has black.
     ///

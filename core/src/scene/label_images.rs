@@ -5,6 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::SceneError;
+use super::error::{refusal, refuse};
 
 /// Folders of label images; the first that a capture has counts. The latter two are ScanNet's.
 const FOLDERS: [&str; 3] = ["semantic_class", "label-filt", "label"];
@@ -18,9 +19,9 @@ pub fn label_images(capture: &Path) -> Result<BTreeMap<u64, PathBuf>, SceneError
     let places = FOLDERS.map(|name| capture.join(name));
     let folder = places.iter().find(|place| place.is_dir()).unwrap_or(&places[0]);
     let missing = |error: std::io::Error| {
-        SceneError::file(
+        refusal!(
             folder,
-            format!("no ground truth: {error}; measure on a capture that has label images"),
+            "no ground truth: {error}; measure on a capture that has label images"
         )
     };
     let mut images: BTreeMap<u64, PathBuf> = BTreeMap::new();
@@ -32,17 +33,18 @@ pub fn label_images(capture: &Path) -> Result<BTreeMap<u64, PathBuf>, SceneError
             continue;
         };
         if let Some(other) = images.insert(number, path.clone()) {
-            return Err(SceneError::file(
+            refuse!(
                 path,
-                format!("is for frame {number}, and so is {}; remove one", other.display()),
-            ));
+                "is for frame {number}, and so is {}; remove one",
+                other.display()
+            );
         }
     }
     if images.is_empty() {
-        return Err(SceneError::file(
+        refuse!(
             folder,
-            "has no PNGs with a frame number at the end of their names; measure on a capture that has label images",
-        ));
+            "has no PNGs with a frame number at the end of their names; measure on a capture that has label images"
+        );
     }
     Ok(images)
 }

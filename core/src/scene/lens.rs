@@ -145,31 +145,21 @@ impl Lens {
     ///
     /// `None` where the distortion is so strong that no part of the image's border can be undone.
     pub fn pinhole(&self) -> Option<Camera> {
-        let Camera {
-            width,
-            height,
-            fx,
-            fy,
-            cx,
-            cy,
-        } = self.image;
-        let (w, h) = (f64::from(width), f64::from(height));
+        let image = &self.image;
+        let (w, h) = (f64::from(image.width), f64::from(image.height));
         let places = |size: u32| {
             let count = size.clamp(1, MOST_PLACES);
             (0..=count).map(move |place| f64::from(place) * f64::from(size) / f64::from(count))
         };
-        let along_x = places(width).flat_map(|x| [(x, 0.0), (x, h)]);
-        let along_y = places(height).flat_map(|y| [(0.0, y), (w, y)]);
+        let along_x = places(image.width).flat_map(|x| [(x, 0.0), (x, h)]);
+        let along_y = places(image.height).flat_map(|y| [(0.0, y), (w, y)]);
         let mut low = [f64::INFINITY; 2];
         let mut high = [f64::NEG_INFINITY; 2];
         for (x, y) in along_x.chain(along_y) {
             let Some((u, v)) = self.normalised(x, y) else {
                 continue;
             };
-            let place = [
-                f64::from(fx) * u + f64::from(cx),
-                f64::from(fy) * v + f64::from(cy),
-            ];
+            let place: [f64; 2] = in_pixels(image, u, v).into();
             for axis in 0..2 {
                 low[axis] = low[axis].min(place[axis]);
                 high[axis] = high[axis].max(place[axis]);
@@ -180,42 +170,31 @@ impl Lens {
         let [left, top] = [(low[0], w), (low[1], h)].map(|(v, size)| (v + 1e-3).floor().max(-margin * size));
         let [right, bottom] =
             [(high[0], w), (high[1], h)].map(|(v, size)| (v - 1e-3).ceil().min((1.0 + margin) * size));
-        (right - left >= 1.0 && bottom - top >= 1.0).then_some(Camera {
+        (right - left >= 1.0 && bottom - top >= 1.0).then(|| Camera {
             width: (right - left) as u32,
             height: (bottom - top) as u32,
-            fx,
-            fy,
-            cx: cx - left as f32,
-            cy: cy - top as f32,
+            cx: image.cx - left as f32,
+            cy: image.cy - top as f32,
+            ..*image
         })
     }
 
     /// Where the image on disk shows a normalised position, in pixels; `None` beyond the lens's reach.
     pub fn place(&self, x: f64, y: f64) -> Option<(f64, f64)> {
         let (x, y) = self.distortion.distort(x, y)?;
-        let camera = &self.image;
-        Some((
-            f64::from(camera.fx) * x + f64::from(camera.cx),
-            f64::from(camera.fy) * y + f64::from(camera.cy),
-        ))
+        Some(in_pixels(&self.image, x, y))
     }
 
     /// The normalised position that the image on disk shows at (x, y), in pixels.
     fn normalised(&self, x: f64, y: f64) -> Option<(f64, f64)> {
-        let camera = &self.image;
-        self.distortion.undistort(
-            (x - f64::from(camera.cx)) / f64::from(camera.fx),
-            (y - f64::from(camera.cy)) / f64::from(camera.fy),
-        )
+        let (x, y) = normalised(&self.image, x, y);
+        self.distortion.undistort(x, y)
     }
 
     /// Position in the image on disk of position (x, y) in the image of `pinhole`, both in pixels; `None`
     /// where that image does not reach.
     pub fn to_image(&self, pinhole: &Camera, x: f64, y: f64) -> Option<(f64, f64)> {
-        let (u, v) = (
-            (x - f64::from(pinhole.cx)) / f64::from(pinhole.fx),
-            (y - f64::from(pinhole.cy)) / f64::from(pinhole.fy),
-        );
+        let (u, v) = normalised(pinhole, x, y);
         let (width, height) = (f64::from(self.image.width), f64::from(self.image.height));
         self.place(u, v)
             .filter(|&(x, y)| x >= -BORDER && y >= -BORDER && x <= width + BORDER && y <= height + BORDER)
@@ -225,10 +204,7 @@ impl Lens {
     /// where that image does not reach.
     pub fn to_pinhole(&self, pinhole: &Camera, x: f64, y: f64) -> Option<(f64, f64)> {
         let (u, v) = self.normalised(x, y)?;
-        let (x, y) = (
-            f64::from(pinhole.fx) * u + f64::from(pinhole.cx),
-            f64::from(pinhole.fy) * v + f64::from(pinhole.cy),
-        );
+        let (x, y) = in_pixels(pinhole, u, v);
         let inside = x >= 0.0 && y >= 0.0 && x < f64::from(pinhole.width) && y < f64::from(pinhole.height);
         inside.then_some((x, y))
     }
@@ -250,6 +226,22 @@ impl Lens {
         }
         ColorImage::new(pinhole.width, pinhole.height, rgb)
     }
+}
+
+/// Where a pinhole camera shows the normalised position (x, y), in pixels.
+fn in_pixels(camera: &Camera, x: f64, y: f64) -> (f64, f64) {
+    (
+        f64::from(camera.fx) * x + f64::from(camera.cx),
+        f64::from(camera.fy) * y + f64::from(camera.cy),
+    )
+}
+
+/// The normalised position that a pinhole camera shows at (x, y), in pixels.
+fn normalised(camera: &Camera, x: f64, y: f64) -> (f64, f64) {
+    (
+        (x - f64::from(camera.cx)) / f64::from(camera.fx),
+        (y - f64::from(camera.cy)) / f64::from(camera.fy),
+    )
 }
 
 /// Colour at an image position, in pixels, from the four pixel centres around it.
@@ -283,14 +275,7 @@ mod tests {
 
     fn lens(distortion: Distortion) -> Lens {
         Lens {
-            image: Camera {
-                width: 64,
-                height: 48,
-                fx: 50.0,
-                fy: 52.0,
-                cx: 31.0,
-                cy: 25.0,
-            },
+            image: Camera::new([64, 48], [50.0, 52.0, 31.0, 25.0]),
             distortion,
         }
     }

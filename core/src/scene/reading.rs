@@ -8,10 +8,10 @@ use rayon::prelude::*;
 
 use super::camera::placed;
 use super::error::ImageError;
-use super::files::{file_name, unreadable};
-use super::images::{ImageFile, Turn};
+use super::files::{file_name, refuse_most, unreadable, warn};
+use super::images::{ImageFile, Turn, warn_of_turns};
 use super::keyframes::Keeping;
-use super::{Camera, ColorImage, DepthMap, Frame, Lens, OpenOptions, Pixels, SceneError};
+use super::{ColorImage, DepthMap, Frame, OpenOptions, Pixels, SceneError};
 
 /// Called with (frames read, frames in all), from any thread.
 pub(super) type Progress<'a> = &'a (dyn Fn(usize, usize) + Sync);
@@ -22,18 +22,12 @@ pub(super) struct Listed {
     pub stem: String,
     /// What messages call its image.
     pub name: String,
-    /// The colour image.
-    pub path: PathBuf,
-    /// The mask, where there is one.
-    pub mask: Option<PathBuf>,
+    /// The colour image, with its mask and its cameras.
+    pub image: ImageFile,
     /// The depth image, where there is one and it is wanted.
     pub depth: Option<PathBuf>,
     /// Camera-to-world in the capture's own coordinates and unit.
     pub camera_to_world: DAffine3,
-    /// What the image was taken with.
-    pub lens: Lens,
-    /// The camera of the frame: the lens's own where that bends nothing.
-    pub pinhole: Camera,
 }
 
 /// From the capture's coordinates to the scene's.
@@ -75,7 +69,9 @@ pub(super) fn read_frames<T: Send>(
     depth: impl Fn(&Listed) -> ReadDepth + Sync,
     look: impl Fn(usize, &ColorImage) -> T + Sync,
 ) -> Result<Vec<Result<ReadFrame<T>, ImageError>>, SceneError> {
-    let cameras = listed.iter().map(|frame| (&frame.pinhole, frame.depth.is_some()));
+    let cameras = listed
+        .iter()
+        .map(|frame| (&frame.image.pinhole, frame.depth.is_some()));
     let keeping = Keeping::of(cameras, options);
     let done = AtomicUsize::new(0);
     let read = listed.par_iter().enumerate().map(|(number, frame)| {
@@ -97,12 +93,7 @@ fn read_frame<T>(
     depth: Option<(PathBuf, ReadDepth)>,
     look: impl FnOnce(&ColorImage) -> T,
 ) -> Result<Result<ReadFrame<T>, ImageError>, SceneError> {
-    let image = ImageFile {
-        path: listed.path.clone(),
-        mask: listed.mask.clone(),
-        lens: listed.lens,
-        pinhole: listed.pinhole,
-    };
+    let image = listed.image.clone();
     let (color, turn) = match image.decode() {
         Ok(decoded) => decoded,
         Err(error) => return Ok(Err(error)),
@@ -126,12 +117,12 @@ fn read_frame<T>(
     };
     let frame = Frame {
         stem: listed.stem.clone(),
-        path: listed.path.clone(),
-        camera: listed.pinhole,
+        path: listed.image.path.clone(),
+        camera: listed.image.pinhole,
         camera_to_world: placed(&listed.camera_to_world, placing.origin, placing.unit),
         pixels: keeping.keep(number, Pixels::new(color, measured), again),
         points: Vec::new(),
-        lens: (!listed.lens.distortion.is_none()).then_some(listed.lens),
+        lens: listed.image.bent(),
     };
     Ok(Ok(ReadFrame {
         frame,
@@ -141,32 +132,55 @@ fn read_frame<T>(
     }))
 }
 
-/// The frames of a capture, and what is to be said of those that could not be used as they are.
-#[derive(Default)]
-pub(super) struct SortedOut {
-    pub frames: Vec<Frame>,
-    /// What became of the orientations, by the names of the images.
-    pub turns: Vec<(String, Turn)>,
-    /// Images that cannot be used, and why.
-    pub bad: Vec<String>,
-    /// Depth images that cannot be used, and why.
-    pub bad_depth: Vec<String>,
+/// What a format says of images and of depth images that cannot be used.
+pub(super) struct Unusable<'a> {
+    /// Folder of the images.
+    pub images: &'a Path,
+    /// Folder of the depth images.
+    pub depths: &'a Path,
+    /// What is between the number of those and that of all.
+    pub of: &'a str,
+    /// What to do where most images are unusable.
+    pub remedy: &'a str,
+    /// What depth images are that cannot be used.
+    pub depth: &'a str,
 }
 
-impl SortedOut {
-    /// Sorts out what was read of these frames.
-    pub fn of<T>(listed: &[Listed], read: Vec<Result<ReadFrame<T>, ImageError>>) -> Self {
-        let mut sorted = Self::default();
-        for (listed, read) in listed.iter().zip(read) {
-            match read {
-                Ok(read) => {
-                    sorted.frames.push(read.frame);
-                    sorted.turns.push((listed.name.clone(), read.turn));
-                    sorted.bad_depth.extend(read.depth_problem);
-                }
-                Err(error) => sorted.bad.push(format!("{} ({error})", listed.name)),
+/// The frames that were read, if most images and most depth images can be used; of the others there are warnings.
+pub(super) fn keep_usable<T>(
+    listed: &[Listed],
+    read: Vec<Result<ReadFrame<T>, ImageError>>,
+    said: &Unusable,
+    warnings: &mut Vec<String>,
+) -> Result<Vec<Frame>, SceneError> {
+    let (total, of) = (listed.len(), said.of);
+    let (mut frames, mut turns) = (Vec::new(), Vec::new());
+    let (mut bad, mut bad_depth) = (Vec::new(), Vec::new());
+    for (listed, read) in listed.iter().zip(read) {
+        match read {
+            Ok(read) => {
+                frames.push(read.frame);
+                turns.push((listed.name.clone(), read.turn));
+                bad_depth.extend(read.depth_problem);
             }
+            Err(error) => bad.push(format!("{} ({error})", listed.name)),
         }
-        sorted
     }
+    refuse_most(said.images, &bad, total, |count, first| {
+        format!(
+            "{count} {of} {total} images cannot be used, first {first}; {}",
+            said.remedy
+        )
+    })?;
+    refuse_most(said.depths, &bad_depth, total, |count, first| {
+        format!(
+            "{count} {of} {total} depth images are {}, first {first}; copy the capture again, or open it without depth",
+            said.depth
+        )
+    })?;
+    warn(warnings, "images cannot be used and were left out", &bad);
+    warn_of_turns(warnings, &turns);
+    let without_depth = format!("frames are used without depth because it is {}", said.depth);
+    warn(warnings, &without_depth, &bad_depth);
+    Ok(frames)
 }

@@ -10,7 +10,7 @@
 mod tests;
 mod write;
 
-use super::error::refuse;
+use super::error::{refusal, refuse};
 use super::files::{file_name, numbered_files, refuse_most, warn};
 use super::formats::Format;
 use super::reading::Progress;
@@ -114,9 +114,9 @@ pub(super) fn parse_poses(path: &Path, text: &str) -> Result<Vec<Pose>, SceneErr
     for (line, values) in parse_numbers(path, text)? {
         let count = values.len();
         let values = values.try_into().map_err(|_| {
-            SceneError::file(
+            refusal!(
                 path,
-                format!("line {line} has {count} numbers; a pose is 16, a 4x4 matrix row by row"),
+                "line {line} has {count} numbers; a pose is 16, a 4x4 matrix row by row"
             )
         })?;
         poses.push(Pose { line, values });

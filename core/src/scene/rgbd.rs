@@ -15,9 +15,9 @@ use rayon::prelude::*;
 use super::camera::median_position;
 use super::error::{CameraError, ImageError, refuse};
 use super::files::{Reach, dimensions, file_name, refuse_most, stem, warn};
-use super::images::warn_of_turns;
-use super::reading::{Listed, Placing, Progress, ReadDepth, SortedOut, read_frames};
-use super::{Camera, Distortion, Frame, Lens, OpenOptions, Scene, SceneError, SceneSource};
+use super::images::ImageFile;
+use super::reading::{Listed, Placing, Progress, ReadDepth, Unusable, keep_usable, read_frames};
+use super::{Camera, OpenOptions, Scene, SceneError, SceneSource};
 use depth::decode_depth;
 pub(super) use depth::{DepthCamera, DepthCode};
 use text::read_intrinsics;
@@ -78,7 +78,11 @@ pub(super) fn read(
     let has_depth = listed.iter().any(|frame| frame.depth.is_some());
     let origin = choose_origin(&listed);
     let depth = |frame: &Listed| -> ReadDepth {
-        let (camera, code, own) = (frame.pinhole, layout.depth_code, layout.depth_camera.clone());
+        let (camera, code, own) = (
+            frame.image.pinhole,
+            layout.depth_code,
+            layout.depth_camera.clone(),
+        );
         Box::new(move |path, color| decode_depth(path, (code, own.as_deref()), &camera, color))
     };
     let placing = Placing { origin, unit: 1.0 };
@@ -94,7 +98,14 @@ pub(super) fn read(
             read.depth_problem = Some(format!("that of {} (no file)", frame.name));
         }
     }
-    let frames = keep_usable(layout, SortedOut::of(&listed, read), &mut warnings)?;
+    let unusable = Unusable {
+        images: layout.images,
+        depths: layout.depths,
+        of: "of",
+        remedy: "copy the capture again",
+        depth: "missing or cannot be read",
+    };
+    let frames = keep_usable(&listed, read, &unusable, &mut warnings)?;
     let source = SceneSource::Folder(layout.folder.to_path_buf());
     Ok(Scene {
         origin,
@@ -122,15 +133,8 @@ pub(super) fn published_camera(
              {width}x{height}; write six numbers there: fx fy cx cy width height"
         )));
     }
-    let scale = width as f32 / 640.0;
-    Ok(Camera {
-        width,
-        height,
-        fx: scale * focal[0],
-        fy: scale * focal[1],
-        cx: scale * center[0],
-        cy: scale * center[1],
-    })
+    let published = Camera::new([640, 480], [focal[0], focal[1], center[0], center[1]]);
+    Ok(published.stretched(width, height))
 }
 
 /// Refuses a capture most of whose poses are unusable; `bad` says where they are and why.
@@ -193,15 +197,9 @@ fn with_cameras(
                     usable.push(Listed {
                         stem: stem(&frame.path),
                         name,
-                        path: frame.path,
-                        mask: None,
+                        image: ImageFile::plain(frame.path, own),
                         depth: frame.depth,
                         camera_to_world: frame.camera_to_world,
-                        lens: Lens {
-                            image: own,
-                            distortion: Distortion::default(),
-                        },
-                        pinhole: own,
                     });
                 }
                 None => odd.push(format!("{name} ({w}x{h})")),
@@ -280,36 +278,6 @@ fn too_many_unreadable(listed: &[Found], sizes: &[Result<(u32, u32), ImageError>
     let (count, total) = (1 + bad.count(), listed.len());
     let reason = format!("cannot be read ({error}), like {count} of {total} images; copy the capture again");
     SceneError::file(path, reason)
-}
-
-/// The frames that could be decoded, if they are most of the capture.
-fn keep_usable(
-    layout: &Layout,
-    read: SortedOut,
-    warnings: &mut Vec<String>,
-) -> Result<Vec<Frame>, SceneError> {
-    let total = read.frames.len() + read.bad.len();
-    for (problems, folder, what, otherwise) in [
-        (&read.bad, layout.images, "images cannot be used", ""),
-        (
-            &read.bad_depth,
-            layout.depths,
-            "depth images are missing or cannot be read",
-            ", or open it without depth",
-        ),
-    ] {
-        refuse_most(folder, problems, total, |count, first| {
-            format!("{count} of {total} {what}, first {first}; copy the capture again{otherwise}")
-        })?;
-    }
-    warn(warnings, "images cannot be used and were left out", &read.bad);
-    warn_of_turns(warnings, &read.turns);
-    warn(
-        warnings,
-        "frames are used without depth because it is missing or cannot be read",
-        &read.bad_depth,
-    );
-    Ok(read.frames)
 }
 
 /// The median camera position where it is far from zero, else zero.

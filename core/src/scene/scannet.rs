@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::error::{CameraError, refuse};
+use super::error::{CameraError, refusal, refuse};
 use super::files::numbered_files;
 use super::formats::Format;
 use super::reading::Progress;
@@ -33,8 +33,8 @@ pub(super) const FORMAT: Format = Format {
 };
 
 /// Sizes that the data set was calibrated at: the colour camera's images and the depth camera's.
-const COLOR_SIZE: (u32, u32) = (1296, 968);
-const DEPTH_SIZE: (u32, u32) = (640, 480);
+const COLOR_SIZE: [u32; 2] = [1296, 968];
+const DEPTH_SIZE: [u32; 2] = [640, 480];
 /// Share of an image's size by which a principal point may miss the middle.
 const MOST_OFF_CENTER: f32 = 0.15;
 /// Share by which images that were resized may differ in proportions from those of the calibration: 1296x968 is often
@@ -127,16 +127,13 @@ fn files(folder: &Path, name: &str, extensions: &[&str]) -> Result<BTreeMap<usiz
 /// The intrinsics of one of the scan's cameras, for images of a size that its file does not tell.
 struct Calibration {
     path: PathBuf,
-    /// Focal lengths and principal point `[x, y]` in pixels, with the centre of the top left pixel at (0.5, 0.5).
-    focal: [f32; 2],
-    center: [f32; 2],
-    /// Width and height that the data set's cameras of this kind have.
-    size: (u32, u32),
+    /// Of images of the size that the data set's cameras of this kind have.
+    camera: Camera,
 }
 
 impl Calibration {
     /// Reads that of the camera `color` or `depth`; `None` where there is no file.
-    fn read(folder: &Path, kind: &str, size: (u32, u32)) -> Result<Option<Self>, SceneError> {
+    fn read(folder: &Path, kind: &str, size: [u32; 2]) -> Result<Option<Self>, SceneError> {
         let places = [
             format!("intrinsic/intrinsic_{kind}.txt"),
             format!("intrinsics_{kind}.txt"),
@@ -151,55 +148,48 @@ impl Calibration {
         let (fx, cx, fy, cy) = match matrix(&path)?.as_slice() {
             &[fx, _, cx, _, _, fy, cy, _, _, _, _, _, _, _, _, _] => (fx, cx, fy, cy),
             &[fx, _, cx, _, fy, cy, _, _, _] => (fx, cx, fy, cy),
-            values => {
-                let message = format!(
-                    "has {} numbers; write the 4x4 matrix of the camera's intrinsics",
-                    values.len()
-                );
-                return Err(SceneError::file(path, message));
-            }
+            values => refuse!(
+                path,
+                "has {} numbers; write the 4x4 matrix of the camera's intrinsics",
+                values.len()
+            ),
         };
-        let camera = Camera::checked([size.0, size.1], [fx, fy, cx + 0.5, cy + 0.5]).map_err(|problem| {
-            let message = format!("{problem}; copy the matrix of the camera's intrinsics from the scan");
-            SceneError::file(&path, message)
+        let camera = Camera::checked(size, [fx, fy, cx + 0.5, cy + 0.5]).map_err(|problem| {
+            refusal!(
+                &path,
+                "{problem}; copy the matrix of the camera's intrinsics from the scan"
+            )
         })?;
-        Ok(Some(Self {
-            path,
-            focal: [camera.fx, camera.fy],
-            center: [camera.cx, camera.cy],
-            size,
-        }))
+        Ok(Some(Self { path, camera }))
     }
 
     /// The camera of images of this width and height: the intrinsics as they are where the principal point is about
     /// in the middle, or scaled where it is in the middle of the data set's own size and these images were resized.
     fn camera(&self, width: u32, height: u32) -> Result<Camera, CameraError> {
-        let as_given = |(width, height): (u32, u32)| {
-            let [cx, cy] = self.center;
-            let is_middle = |v: f32, size: u32| (v / size as f32 - 0.5).abs() <= MOST_OFF_CENTER;
-            (is_middle(cx, width) && is_middle(cy, height)).then_some(Camera {
+        let as_given = |width: u32, height: u32| {
+            let own = Camera {
                 width,
                 height,
-                fx: self.focal[0],
-                fy: self.focal[1],
-                cx,
-                cy,
-            })
+                ..self.camera
+            };
+            let is_middle = |v: f32, size: u32| (v / size as f32 - 0.5).abs() <= MOST_OFF_CENTER;
+            (is_middle(own.cx, width) && is_middle(own.cy, height)).then_some(own)
         };
-        let proportions = |(width, height): (u32, u32)| width as f32 / height as f32;
-        let stretch = proportions((width, height)) / proportions(self.size);
+        let given = &self.camera;
+        let proportions = |width: u32, height: u32| width as f32 / height as f32;
+        let stretch = proportions(width, height) / proportions(given.width, given.height);
         let resized = || {
-            as_given(self.size)
+            as_given(given.width, given.height)
                 .filter(|_| (stretch - 1.0).abs() <= MOST_STRETCHED)
                 .map(|camera| camera.stretched(width, height))
         };
-        as_given((width, height)).or_else(resized).ok_or_else(|| {
+        as_given(width, height).or_else(resized).ok_or_else(|| {
             CameraError::NotGiven(format!(
                 "no such file, and the principal point ({}, {}) in {} is far from the middle of images of \
                  {width}x{height}, so that they were cropped or resized; use the images of the scan, or write six \
                  numbers here: fx fy cx cy width height",
-                self.center[0] - 0.5,
-                self.center[1] - 0.5,
+                given.cx - 0.5,
+                given.cy - 0.5,
                 self.path.display()
             ))
         })

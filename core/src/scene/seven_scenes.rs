@@ -11,7 +11,7 @@ mod tests;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::error::refuse;
+use super::error::{refusal, refuse};
 use super::files::file_name;
 use super::formats::Format;
 use super::reading::Progress;
@@ -101,7 +101,7 @@ fn read(folder: &Path, options: OpenOptions, progress: Progress) -> Result<Scene
 
 /// The files of each frame by its number.
 fn find_files(folder: &Path) -> Result<BTreeMap<u64, FrameFiles>, SceneError> {
-    let unreadable = |error: std::io::Error| SceneError::file(folder, format!("cannot be read: {error}"));
+    let unreadable = |error: std::io::Error| refusal!(folder, "cannot be read: {error}");
     let mut frames: BTreeMap<u64, FrameFiles> = BTreeMap::new();
     for entry in std::fs::read_dir(folder).map_err(unreadable)? {
         let path = entry.map_err(unreadable)?.path();

@@ -7,7 +7,7 @@ use glam::DAffine3;
 use serde::Deserialize;
 
 use super::camera::image_size;
-use super::error::refuse;
+use super::error::{refusal, refuse};
 use super::files::MOST_PIXELS;
 use super::rgbd::text::{read_intrinsics, read_text};
 use super::transforms::{Transforms, pose_of_open_gl};
@@ -57,12 +57,8 @@ impl Trajectory {
         let text = read_text(path)?;
         let text = text.trim_start_matches('\u{feff}');
         let mut trajectory = if text.trim_start().starts_with('{') {
-            let file: PathFile = serde_json::from_str(text).map_err(|error| {
-                SceneError::file(
-                    path,
-                    format!("is no list of poses ({error}); write the file anew"),
-                )
-            })?;
+            let file: PathFile = serde_json::from_str(text)
+                .map_err(|error| refusal!(path, "is no list of poses ({error}); write the file anew"))?;
             match &file.camera_path {
                 Some(views) => of_camera_path(path, &file, views, camera.is_none())?,
                 None => of_transforms(path, text, camera.is_none())?,
@@ -94,9 +90,9 @@ fn is_too_large(camera: &Camera) -> bool {
 
 /// The refusal of a pose, counted from 0.
 fn bad_pose(path: &Path, number: usize, problem: impl Display) -> SceneError {
-    SceneError::file(
+    refusal!(
         path,
-        format!("pose {number} cannot be used: {problem}; each must be a rigid camera-to-world matrix"),
+        "pose {number} cannot be used: {problem}; each must be a rigid camera-to-world matrix"
     )
 }
 
@@ -123,10 +119,7 @@ fn of_transforms(path: &Path, text: &str, with_camera: bool) -> Result<Trajector
         };
         let lens = transforms.lens(entry, size);
         let (_, pinhole) = lens.map_err(|problem| {
-            SceneError::file(
-                path,
-                format!("its camera cannot be used: {problem}, or {GIVE_INTRINSICS}"),
-            )
+            refusal!(path, "its camera cannot be used: {problem}, or {GIVE_INTRINSICS}")
         })?;
         Ok(Some(pinhole))
     });
@@ -156,9 +149,9 @@ fn of_camera_path(
 /// The camera of a view of nerfstudio's path: square pixels, the principal point in the middle.
 fn path_camera(path: &Path, file: &PathFile, view: &PathView) -> Result<Option<Camera>, SceneError> {
     let refuse = |problem: &str| {
-        SceneError::file(
+        refusal!(
             path,
-            format!("its camera cannot be used: {problem}; correct it, or {GIVE_INTRINSICS}"),
+            "its camera cannot be used: {problem}; correct it, or {GIVE_INTRINSICS}"
         )
     };
     if let Some(kind) = file.camera_type.as_deref().filter(|&kind| kind != "perspective") {
@@ -266,14 +259,7 @@ mod tests {
             assert!(read.poses[0].abs_diff_eq(pose(), 1e-9), "{}", file.display());
             read.camera
         });
-        let camera = |focal, cx| Camera {
-            width: 64,
-            height: 48,
-            fx: focal,
-            fy: focal,
-            cx,
-            cy: 24.0,
-        };
+        let camera = |focal, cx| Camera::new([64, 48], [focal, focal, cx, 24.0]);
         assert_eq!(
             cameras,
             [None, Some(camera(50.0, 30.0)), Some(camera(24.0, 32.0))]

@@ -15,13 +15,13 @@ use std::path::{Component, Path, PathBuf};
 use image::DynamicImage;
 
 use super::camera::{median_position, unit_of_cameras};
-use super::error::{ImageError, refuse};
+use super::error::{ImageError, refusal, refuse};
 use super::files::{Reach, decode_image, dimensions, frame_names, refuse_most, warn};
 use super::formats::Format;
 use super::frame::to_image;
-use super::images::warn_of_turns;
-use super::reading::{Listed, Placing, Progress, ReadDepth, SortedOut, read_frames};
-use super::{Camera, ColorImage, DepthMap, Frame, Lens, OpenOptions, Scene, SceneError, SceneSource};
+use super::images::ImageFile;
+use super::reading::{Listed, Placing, Progress, ReadDepth, Unusable, keep_usable, read_frames};
+use super::{Camera, ColorImage, DepthMap, Lens, OpenOptions, Scene, SceneError, SceneSource};
 use file::Entry;
 pub(super) use file::{Transforms, pose_of_open_gl};
 
@@ -71,23 +71,25 @@ fn read(folder: &Path, options: OpenOptions, progress: Progress) -> Result<Scene
     }
     let step = transforms.depth_unit();
     let depth = |frame: &Listed| -> ReadDepth {
-        let (pinhole, lens) = (frame.pinhole, frame.lens);
-        Box::new(move |path, color| {
-            let bent = Some(&lens).filter(|lens| !lens.distortion.is_none());
-            Ok(decode_depth(path, (&pinhole, bent), color, step))
-        })
+        let (pinhole, bent) = (frame.image.pinhole, frame.image.bent());
+        Box::new(move |path, color| Ok(decode_depth(path, (&pinhole, bent.as_ref()), color, step)))
     };
     let read = read_frames(&listed, placing, options, progress, depth, |_, _| ())?;
-    let frames = keep_usable(folder, SortedOut::of(&listed, read), &mut warnings)?;
+    let unusable = Unusable {
+        images: folder,
+        depths: folder,
+        of: "of its",
+        remedy: "use the images that the poses in transforms.json were found with, or copy the capture again",
+        depth: "missing or cannot be used",
+    };
+    let frames = keep_usable(&listed, read, &unusable, &mut warnings)?;
+    let source = SceneSource::Folder(folder.to_path_buf());
     Ok(Scene {
-        source: SceneSource::Folder(folder.to_path_buf()),
-        format: FORMAT.name,
-        frames,
         origin: placing.origin,
         unit: placing.unit,
-        point_errors: None,
         warnings,
         notes,
+        ..Scene::new(source, FORMAT.name, frames)
     })
 }
 
@@ -125,24 +127,19 @@ fn list(
                 continue;
             }
         };
-        let (lens, pinhole) = transforms.lens(entry, size).map_err(|problem| {
-            let message = format!("the camera of {name:?} cannot be used: {problem}");
-            SceneError::file(file, message)
-        })?;
+        let (lens, pinhole) = transforms
+            .lens(entry, size)
+            .map_err(|problem| refusal!(file, "the camera of {name:?} cannot be used: {problem}"))?;
         match entry.camera_to_world() {
-            Ok(camera_to_world) => listed.push((
-                name,
-                Listed {
-                    stem: String::new(),
-                    name: String::new(),
+            Ok(camera_to_world) => {
+                let image = ImageFile {
                     path,
                     mask,
-                    depth,
-                    camera_to_world,
                     lens,
                     pinhole,
-                },
-            )),
+                };
+                listed.push((name, image, depth, camera_to_world));
+            }
             Err(problem) => bad.push(format!("{name:?} ({problem})")),
         }
     }
@@ -181,13 +178,17 @@ fn list(
         );
     }
     listed.sort_by(|a, b| a.0.cmp(&b.0));
-    let names: Vec<&str> = listed.iter().map(|(name, _)| name.as_str()).collect();
-    let stems = frame_names(file, &names)?;
-    let listed = stems.into_iter().zip(listed).map(|(stem, (name, frame))| Listed {
-        stem,
-        name: format!("{name:?}"),
-        ..frame
-    });
+    let names: Vec<&str> = listed.iter().map(|(name, ..)| name.as_str()).collect();
+    let stems = frame_names(file, &names)?.into_iter();
+    let listed = stems
+        .zip(listed)
+        .map(|(stem, (name, image, depth, camera_to_world))| Listed {
+            stem,
+            name: format!("{name:?}"),
+            image,
+            depth,
+            camera_to_world,
+        });
     Ok(listed.collect())
 }
 
@@ -233,33 +234,6 @@ fn image_name(folder: &Path, path: &str) -> Option<String> {
 fn size_of(path: &Path) -> Result<[f64; 2], ImageError> {
     let (width, height) = dimensions(path)?;
     Ok([f64::from(width), f64::from(height)])
-}
-
-/// The frames that could be read, if most images and most depth images can be used.
-fn keep_usable(folder: &Path, read: SortedOut, warnings: &mut Vec<String>) -> Result<Vec<Frame>, SceneError> {
-    let total = read.frames.len() + read.bad.len();
-    too_many(
-        folder,
-        &read.bad,
-        total,
-        "images cannot be used",
-        "use the images that the poses in transforms.json were found with, or copy the capture again",
-    )?;
-    too_many(
-        folder,
-        &read.bad_depth,
-        total,
-        "depth images are missing or cannot be used",
-        "copy the capture again, or open it without depth",
-    )?;
-    warn(warnings, "images cannot be used and were left out", &read.bad);
-    warn_of_turns(warnings, &read.turns);
-    warn(
-        warnings,
-        "frames are used without depth because it is missing or cannot be used",
-        &read.bad_depth,
-    );
-    Ok(read.frames)
 }
 
 /// Depth as ray lengths from a 16-bit image of z-depth in steps of this many metres, or why it cannot be

@@ -8,6 +8,7 @@ use super::model::{
     Model, ModelCamera, ModelImage, ModelPoint, Observation, Readers, add_camera, parameters_of,
 };
 use crate::scene::SceneError;
+use crate::scene::error::refusal;
 
 /// Id of a point that is none.
 const NO_POINT: u64 = u64::MAX;
@@ -143,12 +144,11 @@ impl<'a> Records<'a> {
         let end = self.rest.iter().position(|&byte| byte == 0);
         let end = end.ok_or_else(|| self.truncated())?;
         let text = std::str::from_utf8(&self.rest[..end]).map_err(|_| {
-            SceneError::file(
+            refusal!(
                 self.path,
-                format!(
-                    "{} {} has a name that is not UTF-8; rename the image",
-                    self.what, self.number
-                ),
+                "{} {} has a name that is not UTF-8; rename the image",
+                self.what,
+                self.number
             )
         })?;
         self.rest = &self.rest[end + 1..];
@@ -160,12 +160,10 @@ impl<'a> Records<'a> {
             0 => "before its first record".to_owned(),
             number => format!("inside {} {number} of {}", self.what, self.count),
         };
-        SceneError::file(
+        refusal!(
             self.path,
-            format!(
-                "is truncated or spoilt: its {} bytes end {place}; copy the model again",
-                self.bytes.len()
-            ),
+            "is truncated or spoilt: its {} bytes end {place}; copy the model again",
+            self.bytes.len()
         )
     }
 
@@ -174,14 +172,12 @@ impl<'a> Records<'a> {
         if self.rest.is_empty() {
             return Ok(());
         }
-        Err(SceneError::file(
+        Err(refusal!(
             self.path,
-            format!(
-                "is spoilt: {} bytes follow its last {}, number {}; copy the model again",
-                self.rest.len(),
-                self.what,
-                self.count
-            ),
+            "is spoilt: {} bytes follow its last {}, number {}; copy the model again",
+            self.rest.len(),
+            self.what,
+            self.count
         ))
     }
 }

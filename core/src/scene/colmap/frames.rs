@@ -113,7 +113,8 @@ struct Projected {
 impl Projected {
     fn new(listed: &Listed, observations: &[Observation], model: &Model) -> Self {
         let world_to_camera = listed.camera_to_world.inverse();
-        let diagonal = f64::from(listed.lens.image.width).hypot(f64::from(listed.lens.image.height));
+        let (lens, pinhole) = (&listed.image.lens, &listed.image.pinhole);
+        let diagonal = f64::from(lens.image.width).hypot(f64::from(lens.image.height));
         let mut projected = Self {
             errors: Vec::new(),
             trusted: BTreeMap::new(),
@@ -123,19 +124,19 @@ impl Projected {
                 continue;
             };
             let local = world_to_camera.transform_point3(point.position);
-            let place = listed.lens.place(local.x / local.z, local.y / local.z);
+            let place = lens.place(local.x / local.z, local.y / local.z);
             let error = place
                 .filter(|_| local.z > 0.0)
                 .map_or(f64::NAN, |(x, y)| (x - seen.x).hypot(y - seen.y));
             projected
                 .errors
                 .push(if error.is_finite() { error } else { diagonal });
-            let pixel = listed.lens.to_pinhole(&listed.pinhole, seen.x, seen.y);
+            let pixel = lens.to_pinhole(pinhole, seen.x, seen.y);
             let Some((x, y)) = pixel.filter(|_| error <= MOST_ERROR && model.trusted(seen.point).is_some())
             else {
                 continue;
             };
-            let pixel = y as u32 * listed.pinhole.width + x as u32;
+            let pixel = y as u32 * pinhole.width + x as u32;
             let entry = projected.trusted.entry(pixel).or_insert((0.0, f64::INFINITY));
             if error < entry.1 {
                 *entry = (local.length(), error);

@@ -6,6 +6,7 @@ use std::path::Path;
 use glam::DVec3;
 
 use super::{FEWEST_VIEWS, MOST_ERROR};
+use crate::scene::error::refusal;
 use crate::scene::{Camera, Distortion, Lens, SceneError};
 
 /// The camera models by their number: name and number of parameters; those that can be used come first.
@@ -101,10 +102,7 @@ impl Model {
             let path = file(name);
             let bytes = std::fs::read(&path).map_err(|error| {
                 let form = format!("cameras.{extension}, images.{extension} and points3D.{extension}");
-                SceneError::file(
-                    &path,
-                    format!("cannot be read ({error}); a model is {form} together"),
-                )
+                refusal!(&path, "cannot be read ({error}); a model is {form} together")
             })?;
             reader(&path, &bytes, &mut model)
         };
@@ -150,14 +148,12 @@ pub(super) fn model_named(file: &Path, camera: u32, name: &str) -> Result<i64, S
 
 fn refused(file: &Path, camera: u32, model: &str) -> SceneError {
     let usable: Vec<&str> = CAMERA_MODELS[..USABLE].iter().map(|(name, _)| *name).collect();
-    SceneError::file(
+    refusal!(
         file,
-        format!(
-            "camera {camera} has the camera model {}, which cannot be used; undistort the images first (colmap \
+        "camera {camera} has the camera model {}, which cannot be used; undistort the images first (colmap \
              image_undistorter), or use {}",
-            model.escape_debug().take(40).collect::<String>(),
-            usable.join(", ")
-        ),
+        model.escape_debug().take(40).collect::<String>(),
+        usable.join(", ")
     )
 }
 
@@ -174,9 +170,9 @@ impl ModelCamera {
         parameters: &[f64],
     ) -> Result<Self, SceneError> {
         let unusable = |reason: &str| {
-            Err(SceneError::file(
+            Err(refusal!(
                 file,
-                format!("camera {id} cannot be used: {reason}; copy the model again, or calibrate anew"),
+                "camera {id} cannot be used: {reason}; copy the model again, or calibrate anew"
             ))
         };
         let expected = parameters_of(file, id, model)?;
@@ -213,9 +209,6 @@ pub(super) fn add_camera(
 ) -> Result<(), SceneError> {
     match model.cameras.insert(id, camera) {
         None => Ok(()),
-        Some(_) => Err(SceneError::file(
-            file,
-            format!("holds camera {id} twice; copy the model again"),
-        )),
+        Some(_) => Err(refusal!(file, "holds camera {id} twice; copy the model again")),
     }
 }

@@ -9,7 +9,7 @@ use super::model::{
     Model, ModelCamera, ModelImage, ModelPoint, Observation, Readers, add_camera, model_named,
 };
 use crate::scene::SceneError;
-use crate::scene::error::refuse;
+use crate::scene::error::{refusal, refuse};
 
 /// What reads cameras, images and points.
 pub(super) const READERS: Readers = [read_cameras, read_images, read_points];
@@ -96,8 +96,7 @@ fn read_points(path: &Path, bytes: &[u8], model: &mut Model) -> Result<(), Scene
 }
 
 fn text_of<'a>(path: &Path, bytes: &'a [u8]) -> Result<&'a str, SceneError> {
-    std::str::from_utf8(bytes)
-        .map_err(|error| SceneError::file(path, format!("is not text ({error}); copy the model again")))
+    std::str::from_utf8(bytes).map_err(|error| refusal!(path, "is not text ({error}); copy the model again"))
 }
 
 fn lines<'a>(path: &'a Path, text: &'a str) -> impl Iterator<Item = Line<'a>> {
@@ -133,12 +132,10 @@ impl<'a> Line<'a> {
 
     fn word(&mut self, what: &str) -> Result<&'a str, SceneError> {
         self.words.next().ok_or_else(|| {
-            SceneError::file(
+            refusal!(
                 self.path,
-                format!(
-                    "line {} ends where {what} should follow; copy the model again",
-                    self.number
-                ),
+                "line {} ends where {what} should follow; copy the model again",
+                self.number
             )
         })
     }
@@ -147,9 +144,10 @@ impl<'a> Line<'a> {
         let word = self.word(what)?;
         word.parse().map_err(|_| {
             let word: String = word.chars().take(20).collect();
-            SceneError::file(
+            refusal!(
                 self.path,
-                format!("line {}: {word:?} is not {what}; correct that line", self.number),
+                "line {}: {word:?} is not {what}; correct that line",
+                self.number
             )
         })
     }

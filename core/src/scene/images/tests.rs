@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use image::{ColorType, ExtendedColorType};
 
 use super::*;
-use crate::scene::Distortion;
 use crate::scene::testing::{orientation_metadata, sideways_jpeg, wall};
 
 /// Three pixels of a palette: opaque, of alpha 0, half transparent.
@@ -44,15 +43,8 @@ impl Files {
 
 fn read(path: &Path, mask: Option<&Path>, width: u32, height: u32) -> Result<(ColorImage, Turn), String> {
     let camera = Camera::with_horizontal_fov(width, height, 90.0);
-    let file = ImageFile {
-        path: path.to_path_buf(),
-        mask: mask.map(Path::to_path_buf),
-        lens: Lens {
-            image: camera,
-            distortion: Distortion::default(),
-        },
-        pinhole: camera,
-    };
+    let mut file = ImageFile::plain(path.to_path_buf(), camera);
+    file.mask = mask.map(Path::to_path_buf);
     file.decode().map_err(|error| error.to_string())
 }
 

@@ -18,14 +18,7 @@ const WIDTH: u32 = 8;
 const HEIGHT: u32 = 6;
 
 fn tiny_scene(frames: usize) -> Scene {
-    let camera = Camera {
-        width: WIDTH,
-        height: HEIGHT,
-        fx: 7.5,
-        fy: 7.25,
-        cx: 4.125,
-        cy: 2.875,
-    };
+    let camera = Camera::new([WIDTH, HEIGHT], [7.5, 7.25, 4.125, 2.875]);
     let tiny_frame = |number: usize| {
         let bytes = (0..camera.pixels() * 3)
             .map(|i| (i * 7 + number * 31) as u8)

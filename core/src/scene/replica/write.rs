@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use serde_json::json;
 
 use crate::labels::{Class, ClassId};
-use crate::scene::error::refuse;
+use crate::scene::error::{refusal, refuse};
 use crate::scene::{Camera, DepthMap, Frame, Scene, SceneError};
 
 /// What is known to be true of a scene, for measuring against.
@@ -81,7 +81,7 @@ fn check(scene: &Scene, folder: &Path) -> Result<(), SceneError> {
 }
 
 fn refused(folder: &Path, reason: &str) -> SceneError {
-    SceneError::file(folder, format!("cannot be written: {reason}"))
+    refusal!(folder, "cannot be written: {reason}")
 }
 
 /// The classes of a frame as the layout holds them.
@@ -206,8 +206,8 @@ fn write_text(path: &Path, text: &str) -> Result<(), SceneError> {
 }
 
 fn cannot_write(path: &Path, error: &dyn Display) -> SceneError {
-    SceneError::file(
+    refusal!(
         path,
-        format!("cannot be written ({error}); give a folder on a disk with space and write access"),
+        "cannot be written ({error}); give a folder on a disk with space and write access"
     )
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 use glam::{DAffine3, DMat3, DVec3};
 
 use crate::scene::camera::{image_size, rigid};
-use crate::scene::error::{PoseError, refuse};
+use crate::scene::error::{PoseError, refusal, refuse};
 use crate::scene::{Camera, SceneError};
 
 /// A 4x4 matrix that may not be a pose.
@@ -51,7 +51,7 @@ pub(in crate::scene) fn parse_pose(
     let values: Vec<f64> = rows.into_iter().flat_map(|(_, row)| row).collect();
     let values = values
         .try_into()
-        .map_err(|v: Vec<f64>| SceneError::file(path, format!("has {} lines; {FORM}", v.len() / 4)))?;
+        .map_err(|v: Vec<f64>| refusal!(path, "has {} lines; {FORM}", v.len() / 4))?;
     Ok(Pose { line, values }.checked())
 }
 
@@ -80,27 +80,24 @@ pub(in crate::scene) fn parse_intrinsics(path: &Path, text: &str) -> Result<Came
         );
     };
     let camera = Camera::checked(size, [fx, fy, cx, cy]).map_err(|problem| {
-        SceneError::file(
+        refusal!(
             path,
-            format!("{problem}; write six numbers in pixels: fx fy cx cy width height"),
+            "{problem}; write six numbers in pixels: fx fy cx cy width height"
         )
     })?;
     if cx > 0.0 && cx < width && cy > 0.0 && cy < height {
         Ok(camera)
     } else {
-        Err(SceneError::file(
+        Err(refusal!(
             path,
-            format!(
-                "the principal point ({cx}, {cy}) is outside the image of {width}x{height} pixels; correct cx and cy"
-            ),
+            "the principal point ({cx}, {cy}) is outside the image of {width}x{height} pixels; correct cx and cy"
         ))
     }
 }
 
 /// The text of a file.
 pub(in crate::scene) fn read_text(path: &Path) -> Result<String, SceneError> {
-    std::fs::read_to_string(path)
-        .map_err(|error| SceneError::file(path, format!("cannot be read as text: {error}")))
+    std::fs::read_to_string(path).map_err(|error| refusal!(path, "cannot be read as text: {error}"))
 }
 
 /// The numbers of each line of the file at `path` that has any, with its number from 1; lines that start with # do
@@ -117,10 +114,7 @@ pub(in crate::scene) fn parse_numbers(path: &Path, text: &str) -> Result<Vec<(us
             .map(|word| {
                 word.parse::<f64>().map_err(|_| {
                     let word: String = word.chars().take(20).collect();
-                    SceneError::file(
-                        path,
-                        format!("line {line}: {word:?} is not a number; correct that line"),
-                    )
+                    refusal!(path, "line {line}: {word:?} is not a number; correct that line")
                 })
             })
             .collect::<Result<Vec<f64>, SceneError>>()?;

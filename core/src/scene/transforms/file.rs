@@ -6,7 +6,7 @@ use glam::{DAffine3, DMat3, DVec3};
 use serde::Deserialize;
 
 use crate::scene::camera::rigid;
-use crate::scene::error::{CameraError, PoseError, refuse};
+use crate::scene::error::{CameraError, PoseError, refusal, refuse};
 use crate::scene::{Camera, Distortion, Lens, SceneError};
 
 /// The camera models whose images are those of a pinhole camera up to k1, k2, p1 and p2.
@@ -84,8 +84,7 @@ impl Transforms {
     /// # Errors
     /// It cannot be read, is no such JSON, lists no frames or has an unusable step of depth.
     pub fn read(file: &Path) -> Result<Self, SceneError> {
-        let bytes = std::fs::read(file)
-            .map_err(|error| SceneError::file(file, format!("cannot be read: {error}")))?;
+        let bytes = std::fs::read(file).map_err(|error| refusal!(file, "cannot be read: {error}"))?;
         Self::parse(file, &bytes)
     }
 
@@ -95,9 +94,9 @@ impl Transforms {
     /// As for [`Transforms::read`].
     pub fn parse(file: &Path, bytes: &[u8]) -> Result<Self, SceneError> {
         let transforms: Self = serde_json::from_slice(bytes).map_err(|error| {
-            SceneError::file(
+            refusal!(
                 file,
-                format!("is not a list of posed images ({error}); write the file anew"),
+                "is not a list of posed images ({error}); write the file anew"
             )
         })?;
         if transforms.frames.is_empty() {
