@@ -15,7 +15,7 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use super::imported::sampled;
-use super::palette::{ClassListError, parse_class_list, parse_class_order};
+use super::palette::{ClassListError, parse_class_list, parse_with_void};
 use super::{Class, ClassId, ImportedLabels, ImportedMap, Trust, VOID};
 use crate::scene::{Frame, Scene, shown};
 
@@ -208,9 +208,9 @@ impl ClassList {
         let Some(path) = Self::path(folder) else {
             return Ok(None);
         };
-        let (classes, order) = parsed(&path, |text| {
-            Ok((parse_class_list(text)?, parse_class_order(text)?))
-        })?;
+        let mut classes = parsed(&path, parse_with_void)?;
+        let order = classes.iter().map(|class| class.id).collect();
+        classes.retain(|class| class.id != VOID);
         Ok(Some(Self { classes, order }))
     }
 }
@@ -260,7 +260,7 @@ impl Reading<'_> {
                 return Ok(ImportedMap::of_probabilities(index, kept));
             }
             let labels = array.labels().map_err(refused)?;
-            return Ok(placed(index, frame, array.size(), &labels));
+            return Ok(ImportedMap::new(index, &placed(frame, array.size(), &labels)));
         }
         let bytes =
             fs::read(path).map_err(|error| ImportError::new(path, format!("cannot be read: {error}")))?;
@@ -278,12 +278,13 @@ impl Reading<'_> {
         }
         let labels = image.classes(self.meaning);
         let labels = labels.map_err(|error| ImportError::new(path, error))?;
-        Ok(placed(index, frame, image.size, &labels))
+        Ok(ImportedMap::new(index, &placed(frame, image.size, &labels)))
     }
 }
 
-/// Labels of an image of any size in the frame's own pixels.
-fn placed(index: usize, frame: &Frame, size: [u32; 2], labels: &[ClassId]) -> ImportedMap {
+/// Labels of an image of any size in the frame's own pixels, both row-major. Pixels that the image does not reach or that
+/// are hidden are void, and where the image is smaller, those that are in the middle of none of its own.
+fn placed(frame: &Frame, size: [u32; 2], labels: &[ClassId]) -> Vec<ClassId> {
     let (own, image) = (&frame.camera, frame.image());
     let on_disk = [image.width, image.height];
     let at = |pixel: u32| {
@@ -301,8 +302,11 @@ fn placed(index: usize, frame: &Frame, size: [u32; 2], labels: &[ClassId]) -> Im
             VOID
         }
     };
-    let labels = without_hidden(frame, (0..own.pixels() as u32).map(at).collect());
-    ImportedMap::new(index, &labels)
+    let mut placed: Vec<ClassId> = (0..own.pixels() as u32).map(at).collect();
+    for pixel in frame.hidden_pixels() {
+        placed[pixel] = VOID;
+    }
+    placed
 }
 
 /// Whether two sizes differ in scale alone, as far as whole pixels allow.
@@ -314,20 +318,7 @@ fn same_aspect(a: [u32; 2], b: [u32; 2]) -> bool {
 /// The labels of the frame's image on disk in the frame's own pixels, both row-major: the same where no lens
 /// bends lines. Pixels that the image does not reach or that are hidden are void.
 pub fn in_frame(frame: &Frame, image: &[ClassId]) -> Vec<ClassId> {
-    let (own, width) = (&frame.camera, frame.image().width);
-    let at = |index: u32| {
-        let place = frame.to_image([index % own.width, index / own.width]);
-        place.map_or(VOID, |[x, y]| image[(y * width + x) as usize])
-    };
-    without_hidden(frame, (0..own.pixels() as u32).map(at).collect())
-}
-
-/// Labels of a frame's pixels, void where alpha or masks hide them.
-fn without_hidden(frame: &Frame, mut labels: Vec<ClassId>) -> Vec<ClassId> {
-    for pixel in frame.hidden_pixels() {
-        labels[pixel] = VOID;
-    }
-    labels
+    placed(frame, [frame.image().width, frame.image().height], image)
 }
 
 /// Reads `classes.json`, a list of `{"id", "name", "color"}`; void is left out, and a class without a colour gets one.

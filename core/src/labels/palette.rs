@@ -89,34 +89,29 @@ struct ClassRecord {
 /// # Errors
 /// No such list, or a class that is listed twice or has no name.
 pub fn parse_class_list(text: &str) -> Result<Vec<Class>, ClassListError> {
+    let mut classes = parse_with_void(text)?;
+    classes.retain(|class| class.id != VOID);
+    Ok(classes)
+}
+
+/// The same with void, where it is listed.
+pub(super) fn parse_with_void(text: &str) -> Result<Vec<Class>, ClassListError> {
     let records: Vec<ClassRecord> = serde_json::from_str(text)?;
-    let mut classes: Vec<Class> = Vec::with_capacity(records.len());
     let mut ids = std::collections::BTreeSet::new();
-    for record in records {
+    let class = |record: ClassRecord| {
         if !ids.insert(record.id) {
             return Err(ClassListError::Twice(record.id));
         }
         if record.name.trim().is_empty() {
             return Err(ClassListError::NoName(record.id));
         }
-        if record.id != VOID {
-            let plain = Class::new(record.id, record.name.trim());
-            classes.push(Class {
-                color: record.color.unwrap_or(plain.color),
-                ..plain
-            });
-        }
-    }
-    Ok(classes)
-}
-
-/// The ids of a class list in its order, void among them where it is listed.
-///
-/// # Errors
-/// No such list.
-pub(super) fn parse_class_order(text: &str) -> Result<Vec<ClassId>, ClassListError> {
-    let records: Vec<ClassRecord> = serde_json::from_str(text)?;
-    Ok(records.iter().map(|record| record.id).collect())
+        let plain = Class::new(record.id, record.name.trim());
+        Ok(Class {
+            color: record.color.unwrap_or(plain.color),
+            ..plain
+        })
+    };
+    records.into_iter().map(class).collect()
 }
 
 #[cfg(test)]

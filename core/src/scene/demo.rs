@@ -117,13 +117,11 @@ impl Shot {
             let (shot, own, light) = (*self, Arc::clone(&house), Arc::clone(&light));
             let pixels = OnDisk {
                 number: index,
-                coverage: Some(1.0),
-                hidden: 0,
                 sharpness: 0.0,
                 decode: Box::new(move || Ok(shot.pixels(&own, &light, index))),
                 cache: Arc::clone(&cache),
             };
-            self.frame(&house, index, FramePixels::on_disk(pixels))
+            self.frame(&house, index, FramePixels::on_disk(Some(1.0), 0, pixels))
         };
         let frames = (0..self.frames).map(frame).collect();
         Scene::new(SceneSource::Demo, "demo", frames)

@@ -58,11 +58,6 @@ impl ColorImage {
         words.map(|word| word.count_ones() as usize).sum()
     }
 
-    /// Whether there are such pixels.
-    pub(super) fn has_hidden(&self) -> bool {
-        self.hidden.is_some()
-    }
-
     /// Row-major indices of the pixels that show no part of the scene, ascending.
     pub fn hidden_pixels(&self) -> impl Iterator<Item = usize> + '_ {
         let pixels = self.hidden.as_ref().map_or(0, |_| self.rgb.len() / 3);
@@ -262,12 +257,12 @@ impl Frame {
 
     /// Whether the capture has measured depth of this frame.
     pub fn has_depth(&self) -> bool {
-        self.pixels.have_depth()
+        self.pixels.coverage.is_some()
     }
 
     /// Share of the pixels whose measured depth is known, 0..=1; `None` without depth.
     pub fn depth_coverage(&self) -> Option<f32> {
-        self.pixels.coverage()
+        self.pixels.coverage
     }
 
     /// Whether nearly all pixels have measured depth, so that nothing else has to be asked for theirs.
@@ -312,7 +307,7 @@ impl Frame {
     /// colours of others mean nothing.
     pub fn is_valid(&self, index: usize) -> bool {
         let is_hidden = |pixels: &Pixels| pixels.color.is_hidden(index);
-        !(self.pixels.have_hidden() && self.pixels.look(is_hidden).unwrap_or(false)) && self.reaches(index)
+        !(self.pixels.hidden > 0 && self.pixels.look(is_hidden).unwrap_or(false)) && self.reaches(index)
     }
 
     /// The same of a frame whose colour image is at hand.
@@ -331,7 +326,7 @@ impl Frame {
 
     /// Row-major indices of the pixels that alpha or masks hide, ascending. No file is read where there are none.
     pub fn hidden_pixels(&self) -> Vec<usize> {
-        if self.pixels.have_hidden() {
+        if self.pixels.hidden > 0 {
             self.color().hidden_pixels().collect()
         } else {
             Vec::new()
@@ -340,7 +335,7 @@ impl Frame {
 
     /// Whether every pixel is [valid](Self::is_valid) because nothing bends lines or hides pixels.
     pub fn is_whole(&self) -> bool {
-        self.lens.is_none() && !self.pixels.have_hidden()
+        self.lens.is_none() && self.pixels.hidden == 0
     }
 
     /// The pixel `[column, row]` of the image on disk at the centre of a pixel of this frame.

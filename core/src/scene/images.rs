@@ -273,7 +273,7 @@ pub(super) fn warn_of_turns(warnings: &mut Vec<String>, turns: &[(String, Turn)]
 
 /// Says how much of the frames is hidden, if anything.
 pub(super) fn note_hidden(frames: &[Frame], notes: &mut Vec<String>) {
-    let hidden: Vec<usize> = frames.iter().map(|frame| frame.pixels.hidden()).collect();
+    let hidden: Vec<usize> = frames.iter().map(|frame| frame.pixels.hidden).collect();
     let masked = hidden.iter().filter(|&&count| count > 0).count();
     if masked > 0 {
         let pixels: usize = frames.iter().map(|frame| frame.camera.pixels()).sum();

@@ -56,14 +56,14 @@ impl Keeping {
         if self.everything {
             return pixels.into();
         }
-        FramePixels::on_disk(OnDisk {
+        let coverage = pixels.depth.as_ref().map(|depth| depth.coverage());
+        let place = OnDisk {
             number,
-            coverage: pixels.depth.as_ref().map(|depth| depth.coverage()),
-            hidden: pixels.color.hidden(),
             sharpness: sharpness(&pixels.color),
             decode: Box::new(again),
             cache: Arc::clone(&self.cache),
-        })
+        };
+        FramePixels::on_disk(coverage, pixels.color.hidden(), place)
     }
 }
 

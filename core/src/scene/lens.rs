@@ -170,7 +170,7 @@ impl Lens {
         let [left, top] = [(low[0], w), (low[1], h)].map(|(v, size)| (v + 1e-3).floor().max(-margin * size));
         let [right, bottom] =
             [(high[0], w), (high[1], h)].map(|(v, size)| (v - 1e-3).ceil().min((1.0 + margin) * size));
-        (right - left >= 1.0 && bottom - top >= 1.0).then(|| Camera {
+        (right - left >= 1.0 && bottom - top >= 1.0).then_some(Camera {
             width: (right - left) as u32,
             height: (bottom - top) as u32,
             cx: image.cx - left as f32,

@@ -34,9 +34,15 @@ impl Pixels {
 /// Reads a frame's pixels from its files once more, or says why they cannot be read any more.
 pub(super) type Decode = Box<dyn Fn() -> Result<Pixels, SceneError> + Send + Sync>;
 
-/// Where the pixels of a frame are.
+/// Where the pixels of a frame are, and what was found out about them when they were read first.
 #[derive(Clone)]
-pub struct FramePixels(Place);
+pub struct FramePixels {
+    /// Share of the pixels whose depth is known, 0..=1; `None` without measured depth.
+    pub(super) coverage: Option<f32>,
+    /// Number of the pixels that alpha or masks hide.
+    pub(super) hidden: usize,
+    place: Place,
+}
 
 #[derive(Clone)]
 enum Place {
@@ -44,14 +50,10 @@ enum Place {
     OnDisk(Arc<OnDisk>),
 }
 
-/// Pixels that were read once when the capture was opened, and what was found out about them then.
+/// Pixels that are read again whenever they are wanted.
 pub(super) struct OnDisk {
     /// The key of this frame in the cache.
     pub number: usize,
-    /// Share of the pixels whose depth is known, 0..=1; `None` without depth.
-    pub coverage: Option<f32>,
-    /// Number of the pixels that alpha or masks hide.
-    pub hidden: usize,
     /// How sharp the image is ([`sharpness`](super::keyframes::sharpness)).
     pub sharpness: f32,
     pub decode: Decode,
@@ -62,7 +64,11 @@ pub(super) struct OnDisk {
 impl From<Pixels> for FramePixels {
     /// Pixels that stay in memory.
     fn from(pixels: Pixels) -> Self {
-        Self(Place::InMemory(pixels))
+        Self {
+            coverage: pixels.depth.as_ref().map(|depth| depth.coverage()),
+            hidden: pixels.color.hidden(),
+            place: Place::InMemory(pixels),
+        }
     }
 }
 
@@ -72,50 +78,23 @@ impl FramePixels {
         Pixels::new(color, depth).into()
     }
 
-    pub(super) fn on_disk(place: OnDisk) -> Self {
-        Self(Place::OnDisk(Arc::new(place)))
+    /// Pixels that do not, with the [`coverage`](Self::coverage) of their depth and the number of hidden ones.
+    pub(super) fn on_disk(coverage: Option<f32>, hidden: usize, place: OnDisk) -> Self {
+        Self {
+            coverage,
+            hidden,
+            place: Place::OnDisk(Arc::new(place)),
+        }
     }
 
     /// Whether they stay in memory.
     pub(super) fn are_in_memory(&self) -> bool {
-        matches!(self.0, Place::InMemory(_))
-    }
-
-    /// Share of the pixels whose depth is known, 0..=1; `None` without measured depth.
-    pub(super) fn coverage(&self) -> Option<f32> {
-        match &self.0 {
-            Place::InMemory(pixels) => pixels.depth.as_ref().map(|depth| depth.coverage()),
-            Place::OnDisk(place) => place.coverage,
-        }
-    }
-
-    /// Whether there is measured depth.
-    pub(super) fn have_depth(&self) -> bool {
-        match &self.0 {
-            Place::InMemory(pixels) => pixels.depth.is_some(),
-            Place::OnDisk(place) => place.coverage.is_some(),
-        }
-    }
-
-    /// Number of the pixels that alpha or masks hide.
-    pub(super) fn hidden(&self) -> usize {
-        match &self.0 {
-            Place::InMemory(pixels) => pixels.color.hidden(),
-            Place::OnDisk(place) => place.hidden,
-        }
-    }
-
-    /// Whether alpha or masks hide any pixel.
-    pub(super) fn have_hidden(&self) -> bool {
-        match &self.0 {
-            Place::InMemory(pixels) => pixels.color.has_hidden(),
-            Place::OnDisk(place) => place.hidden > 0,
-        }
+        matches!(self.place, Place::InMemory(_))
     }
 
     /// How sharp the image is; `None` where it stays in memory, as nobody has to choose it then.
     pub(super) fn sharpness(&self) -> Option<f32> {
-        match &self.0 {
+        match &self.place {
             Place::InMemory(_) => None,
             Place::OnDisk(place) => Some(place.sharpness),
         }
@@ -123,7 +102,7 @@ impl FramePixels {
 
     /// The pixels, as far as no file has to be read for them.
     pub(super) fn at_hand(&self) -> Option<Pixels> {
-        match &self.0 {
+        match &self.place {
             Place::InMemory(pixels) => Some(pixels.clone()),
             Place::OnDisk(place) => place.cache.get(place.number),
         }
@@ -135,7 +114,7 @@ impl FramePixels {
     /// # Errors
     /// A file that can no longer be read.
     pub(super) fn look<T>(&self, see: impl FnOnce(&Pixels) -> T) -> Result<T, SceneError> {
-        match &self.0 {
+        match &self.place {
             Place::InMemory(pixels) => Ok(see(pixels)),
             Place::OnDisk(_) => self.get().map(|pixels| see(&pixels)),
         }
@@ -146,7 +125,7 @@ impl FramePixels {
     /// # Errors
     /// A file that can no longer be read.
     pub(super) fn get(&self) -> Result<Pixels, SceneError> {
-        match &self.0 {
+        match &self.place {
             Place::InMemory(pixels) => Ok(pixels.clone()),
             Place::OnDisk(place) => match place.cache.get(place.number) {
                 Some(pixels) => Ok(pixels),
@@ -162,7 +141,7 @@ impl FramePixels {
 
 impl fmt::Debug for FramePixels {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match &self.0 {
+        match &self.place {
             Place::InMemory(pixels) => pixels.fmt(formatter),
             Place::OnDisk(place) => formatter.debug_tuple("OnDisk").field(&place.number).finish(),
         }

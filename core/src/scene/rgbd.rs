@@ -117,24 +117,18 @@ pub(super) fn read(
 
 /// A camera whose intrinsics are published for images of 640 x 480 pixels, at this size.
 ///
-/// `focal` and `center` are `[x, y]` in pixels, with the centre of the top left pixel at (0.5, 0.5).
+/// `intrinsics` are fx, fy, cx and cy in pixels, with the centre of the top left pixel at (0.5, 0.5).
 ///
 /// # Errors
 /// Images of other proportions, which must have been cropped.
-pub(super) fn published_camera(
-    focal: [f32; 2],
-    center: [f32; 2],
-    width: u32,
-    height: u32,
-) -> Result<Camera, CameraError> {
+pub(super) fn published_camera(intrinsics: [f32; 4], width: u32, height: u32) -> Result<Camera, CameraError> {
     if u64::from(width) * 480 != u64::from(height) * 640 {
         return Err(CameraError::NotGiven(format!(
             "no such file, and the intrinsics that are known are for 640x480 pixels, not for images of \
              {width}x{height}; write six numbers there: fx fy cx cy width height"
         )));
     }
-    let published = Camera::new([640, 480], [focal[0], focal[1], center[0], center[1]]);
-    Ok(published.stretched(width, height))
+    Ok(Camera::new([640, 480], intrinsics).stretched(width, height))
 }
 
 /// Refuses a capture most of whose poses are unusable; `bad` says where they are and why.

@@ -28,9 +28,8 @@ pub(super) const FORMAT: Format = Format {
     read,
 };
 
-/// The intrinsics that the data set gives for its depth camera, pixels at 640 x 480.
-const FOCAL: [f32; 2] = [585.0, 585.0];
-const CENTER: [f32; 2] = [320.0, 240.0];
+/// The intrinsics that the data set gives for its depth camera: fx, fy, cx and cy in pixels at 640 x 480.
+const INTRINSICS: [f32; 4] = [585.0, 585.0, 320.0, 240.0];
 
 /// What a file of a frame is.
 #[derive(Clone, Copy, PartialEq)]
@@ -88,7 +87,7 @@ fn read(folder: &Path, options: OpenOptions, progress: Progress) -> Result<Scene
             ..DepthCode::MILLIMETRES
         },
         depth_camera: None,
-        default_camera: &|width, height| rgbd::published_camera(FOCAL, CENTER, width, height),
+        default_camera: &|width, height| rgbd::published_camera(INTRINSICS, width, height),
         default_camera_note: Some(
             "no intrinsics.txt: taken were the data set's defaults, a focal length of 585 pixels at 640x480 and \
              the principal point in the middle, which are those of its depth camera; the colour camera was \

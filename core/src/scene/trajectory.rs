@@ -1,6 +1,5 @@
 //! The path of a camera that takes no pictures: poses in a capture's own coordinates.
 
-use std::fmt::Display;
 use std::path::Path;
 
 use glam::DAffine3;
@@ -53,139 +52,113 @@ impl Trajectory {
     /// A file that cannot be read, a pose that is not rigid, several cameras, views with more pixels than an image that is
     /// read may have: a sentence that names the file.
     pub fn read(path: &Path, intrinsics: Option<&Path>) -> Result<Self, SceneError> {
-        let camera = intrinsics.map(read_intrinsics).transpose()?;
+        let given = intrinsics.map(read_intrinsics).transpose()?;
         let text = read_text(path)?;
-        let text = text.trim_start_matches('\u{feff}');
-        let mut trajectory = if text.trim_start().starts_with('{') {
-            let file: PathFile = serde_json::from_str(text)
-                .map_err(|error| refusal!(path, "is no list of poses ({error}); write the file anew"))?;
-            match &file.camera_path {
-                Some(views) => of_camera_path(path, &file, views, camera.is_none())?,
-                None => of_transforms(path, text, camera.is_none())?,
-            }
-        } else {
-            Self {
-                poses: replica_poses(path, text)?,
-                camera: None,
-            }
+        let views = read_views(path, text.trim_start_matches('\u{feff}'))?;
+        let poses = views.iter().enumerate().map(|(number, view)| {
+            view.pose.as_ref().copied().map_err(|problem| {
+                refusal!(
+                    path,
+                    "pose {number} cannot be used: {problem}; each must be a rigid camera-to-world matrix"
+                )
+            })
+        });
+        let poses = poses.collect::<Result<_, _>>()?;
+        let camera = match given {
+            Some(camera) => Some(camera),
+            None => one_camera(path, views)?,
         };
-        if camera.is_some() {
-            trajectory.camera = camera;
-        }
-        if let Some(Camera { width, height, .. }) = trajectory.camera.filter(is_too_large) {
+        if let Some(Camera { width, height, .. }) = camera
+            && u64::from(width) * u64::from(height) > MOST_PIXELS
+        {
             refuse!(
                 intrinsics.unwrap_or(path),
                 "asks for views of {width} x {height} pixels, which is too large for an image; give a smaller width and \
-                     height, and focal lengths to match"
+                 height, and focal lengths to match"
             );
         }
-        Ok(trajectory)
+        Ok(Self { poses, camera })
     }
 }
 
-/// Whether a camera's images have more pixels than those that are read.
-fn is_too_large(camera: &Camera) -> bool {
-    u64::from(camera.width) * u64::from(camera.height) > MOST_PIXELS
+/// A place on the path, each part with what is wrong with it, if anything.
+struct View {
+    pose: Result<DAffine3, String>,
+    /// Where the file says it.
+    camera: Result<Option<Camera>, String>,
 }
 
-/// The refusal of a pose, counted from 0.
-fn bad_pose(path: &Path, number: usize, problem: impl Display) -> SceneError {
-    refusal!(
-        path,
-        "pose {number} cannot be used: {problem}; each must be a rigid camera-to-world matrix"
-    )
-}
-
-fn replica_poses(path: &Path, text: &str) -> Result<Vec<DAffine3>, SceneError> {
-    let poses = replica::parse_poses(path, text)?;
-    let checked = poses.iter().enumerate().map(|(number, pose)| {
-        pose.checked()
-            .map_err(|problem| bad_pose(path, number, format!("{problem} (line {})", pose.line)))
-    });
-    checked.collect()
-}
-
-fn of_transforms(path: &Path, text: &str, with_camera: bool) -> Result<Trajectory, SceneError> {
-    let transforms = Transforms::parse(path, text.as_bytes())?;
-    let poses = transforms.frames.iter().enumerate().map(|(number, entry)| {
-        entry
-            .camera_to_world()
-            .map_err(|problem| bad_pose(path, number, problem))
-    });
-    let poses = poses.collect::<Result<_, _>>()?;
-    let cameras = transforms.frames.iter().map(|entry| {
-        let Some(size) = transforms.size(entry) else {
-            return Ok(None);
-        };
-        let lens = transforms.lens(entry, size);
-        let (_, pinhole) = lens.map_err(|problem| {
-            refusal!(path, "its camera cannot be used: {problem}, or {GIVE_INTRINSICS}")
-        })?;
-        Ok(Some(pinhole))
-    });
-    let camera = if with_camera { one(path, cameras)? } else { None };
-    Ok(Trajectory { poses, camera })
-}
-
-fn of_camera_path(
-    path: &Path,
-    file: &PathFile,
-    views: &[PathView],
-    with_camera: bool,
-) -> Result<Trajectory, SceneError> {
-    if views.is_empty() {
+/// The views in the text of a file of any kind.
+fn read_views(path: &Path, text: &str) -> Result<Vec<View>, SceneError> {
+    if !text.trim_start().starts_with('{') {
+        let poses = replica::parse_poses(path, text)?;
+        let views = poses.iter().map(|pose| {
+            let line = pose.line;
+            View {
+                pose: pose
+                    .checked()
+                    .map_err(|problem| format!("{problem} (line {line})")),
+                camera: Ok(None),
+            }
+        });
+        return Ok(views.collect());
+    }
+    let file: PathFile = serde_json::from_str(text)
+        .map_err(|error| refusal!(path, "is no list of poses ({error}); write the file anew"))?;
+    let Some(places) = &file.camera_path else {
+        let transforms = Transforms::parse(path, text.as_bytes())?;
+        let views = transforms.frames.iter().map(|entry| {
+            let lens = transforms.size(entry).map(|size| transforms.lens(entry, size));
+            let camera = lens.transpose().map(|lens| lens.map(|(_, pinhole)| pinhole));
+            View {
+                pose: entry.camera_to_world().map_err(|problem| problem.to_string()),
+                camera: camera.map_err(|problem| problem.to_string()),
+            }
+        });
+        return Ok(views.collect());
+    };
+    if places.is_empty() {
         refuse!(path, "its camera_path has no poses; add some and save it again");
     }
-    let poses = views.iter().enumerate().map(|(number, view)| {
-        let rows: Vec<&[f64]> = view.camera_to_world.chunks(4).collect();
-        pose_of_open_gl(&rows).map_err(|problem| bad_pose(path, number, problem))
+    let views = places.iter().map(|place| {
+        let rows: Vec<&[f64]> = place.camera_to_world.chunks(4).collect();
+        View {
+            pose: pose_of_open_gl(&rows).map_err(|problem| problem.to_string()),
+            camera: path_camera(&file, place).map_err(|problem| format!("{problem}; correct it")),
+        }
     });
-    let poses = poses.collect::<Result<_, _>>()?;
-    let cameras = views.iter().map(|view| path_camera(path, file, view));
-    let camera = if with_camera { one(path, cameras)? } else { None };
-    Ok(Trajectory { poses, camera })
+    Ok(views.collect())
 }
 
 /// The camera of a view of nerfstudio's path: square pixels, the principal point in the middle.
-fn path_camera(path: &Path, file: &PathFile, view: &PathView) -> Result<Option<Camera>, SceneError> {
-    let refuse = |problem: &str| {
-        refusal!(
-            path,
-            "its camera cannot be used: {problem}; correct it, or {GIVE_INTRINSICS}"
-        )
-    };
+fn path_camera(file: &PathFile, view: &PathView) -> Result<Option<Camera>, String> {
     if let Some(kind) = file.camera_type.as_deref().filter(|&kind| kind != "perspective") {
-        return Err(refuse(&format!(
-            "its camera_type is {}, not perspective",
-            kind.escape_debug().take(40).collect::<String>()
-        )));
+        let kind: String = kind.escape_debug().take(40).collect();
+        return Err(format!("its camera_type is {kind}, not perspective"));
     }
     let (Some(width), Some(height), Some(fov)) = (file.render_width, file.render_height, view.fov) else {
         return Ok(None);
     };
     let Some(size) = image_size([width, height]) else {
-        return Err(refuse(&format!(
-            "render_width x render_height is {width} x {height}"
-        )));
+        return Err(format!("render_width x render_height is {width} x {height}"));
     };
     if !(fov > 0.0 && fov < 180.0) {
-        return Err(refuse(&format!("a field of view (fov) is {fov} degrees")));
+        return Err(format!("a field of view (fov) is {fov} degrees"));
     }
     let focal = 0.5 * height / (0.5 * fov.to_radians()).tan();
     let camera = Camera::checked(size, [focal, focal, 0.5 * width, 0.5 * height]);
     camera
         .map(Some)
-        .map_err(|problem| refuse(&format!("with a field of view (fov) of {fov} degrees {problem}")))
+        .map_err(|problem| format!("with a field of view (fov) of {fov} degrees {problem}"))
 }
 
 /// The camera that all views have, if any.
-fn one(
-    path: &Path,
-    cameras: impl Iterator<Item = Result<Option<Camera>, SceneError>>,
-) -> Result<Option<Camera>, SceneError> {
+fn one_camera(path: &Path, views: Vec<View>) -> Result<Option<Camera>, SceneError> {
     let mut found: Option<Option<Camera>> = None;
-    for camera in cameras {
-        let camera = camera?;
+    for view in views {
+        let camera = view.camera.map_err(|problem| {
+            refusal!(path, "its camera cannot be used: {problem}, or {GIVE_INTRINSICS}")
+        })?;
         if *found.get_or_insert(camera) != camera {
             refuse!(
                 path,

@@ -39,44 +39,18 @@ const MOST_APART: f64 = 0.02;
 /// Largest deviation of a quaternion's length from 1; they are written with four decimals.
 const MOST_STRETCHED: f64 = 0.01;
 
-/// Intrinsics of a family of sequences: pixels at 640 x 480, with the centre of the top left pixel at (0, 0)
-/// as the benchmark publishes them.
-struct Family {
-    /// What the folder's name contains.
-    name: &'static str,
-    focal: [f32; 2],
-    center: [f32; 2],
-    /// Whether the colour images have lens distortion, which is published as well.
-    is_distorted: bool,
-}
+/// Intrinsics of a family of sequences: what the folder's name contains, fx, fy, cx and cy in pixels at 640 x 480, with
+/// the centre of the top left pixel at (0, 0) as the benchmark publishes them, and whether the colour images have lens
+/// distortion, which is published as well.
+struct Family(&'static str, [f32; 4], bool);
 
 const FAMILIES: [Family; 3] = [
-    Family {
-        name: "freiburg1",
-        focal: [517.3, 516.5],
-        center: [318.6, 255.3],
-        is_distorted: true,
-    },
-    Family {
-        name: "freiburg2",
-        focal: [520.9, 521.0],
-        center: [325.1, 249.7],
-        is_distorted: true,
-    },
-    Family {
-        name: "freiburg3",
-        focal: [535.4, 539.2],
-        center: [320.1, 247.6],
-        is_distorted: false,
-    },
+    Family("freiburg1", [517.3, 516.5, 318.6, 255.3], true),
+    Family("freiburg2", [520.9, 521.0, 325.1, 249.7], true),
+    Family("freiburg3", [535.4, 539.2, 320.1, 247.6], false),
 ];
 /// What the benchmark advises where a camera is not known: the defaults of the driver.
-const UNKNOWN: Family = Family {
-    name: "",
-    focal: [525.0, 525.0],
-    center: [319.5, 239.5],
-    is_distorted: false,
-};
+const UNKNOWN: Family = Family("", [525.0, 525.0, 319.5, 239.5], false);
 
 impl Family {
     /// That of a sequence by the name of its folder.
@@ -86,17 +60,15 @@ impl Family {
         let name = file_name(&folder).to_lowercase();
         FAMILIES
             .iter()
-            .find(|family| name.contains(family.name))
+            .find(|family| name.contains(family.0))
             .unwrap_or(&UNKNOWN)
     }
 
     /// What to say of it.
     fn note(&self) -> String {
-        let values = format!(
-            "fx {} fy {} cx {} cy {} at 640x480",
-            self.focal[0], self.focal[1], self.center[0], self.center[1]
-        );
-        match (self.name, self.is_distorted) {
+        let [fx, fy, cx, cy] = self.1;
+        let values = format!("fx {fx} fy {fy} cx {cx} cy {cy} at 640x480");
+        match (self.0, self.2) {
             ("", _) => format!(
                 "no intrinsics.txt, and no freiburg1, freiburg2 or freiburg3 in the folder's name: taken were the \
                  driver's defaults, {values}"
@@ -132,8 +104,8 @@ fn read(folder: &Path, options: OpenOptions, progress: Progress) -> Result<Scene
         },
         depth_camera: None,
         default_camera: &|width, height| {
-            let center = family.center.map(|v| v + 0.5);
-            rgbd::published_camera(family.focal, center, width, height)
+            let [fx, fy, cx, cy] = family.1;
+            rgbd::published_camera([fx, fy, cx + 0.5, cy + 0.5], width, height)
         },
         default_camera_note: Some(family.note()),
     };

@@ -6,7 +6,7 @@ use ::png::{BitDepth, ColorType, Decoder, Limits, Transformations};
 
 use super::{BORDER, Meaning};
 use crate::labels::{ClassId, VOID};
-use crate::scene::{ImageError, check_size, in_one_line};
+use crate::scene::{check_size, in_one_line};
 
 /// The most bytes that the parts of a file that are not its pixels may take.
 const MOST_BYTES: usize = 64 << 20;
@@ -27,18 +27,20 @@ pub(super) struct LabelImage {
 impl LabelImage {
     /// Decodes a PNG of 1 to 16 bits a channel.
     ///
-    pub fn decode(png: &[u8]) -> Result<Self, DecodeError> {
+    /// # Errors
+    /// Why it is no label image: part of a sentence.
+    pub fn decode(png: &[u8]) -> Result<Self, String> {
         let mut decoder = Decoder::new_with_limits(Cursor::new(png), Limits { bytes: MOST_BYTES });
         // Indices stay indices, and ids of few bits are not scaled up to gray values.
         decoder.set_transformations(Transformations::IDENTITY);
         decoder.set_ignore_text_chunk(true);
         decoder.set_ignore_iccp_chunk(true);
-        let mut reader = decoder.read_info()?;
+        let mut reader = decoder.read_info().map_err(in_one_line)?;
         let (width, height) = reader.info().size();
         let length = reader.output_buffer_size().unwrap_or(usize::MAX);
-        check_size((width, height), length as u64, png.len() as u64)?;
+        check_size((width, height), length as u64, png.len() as u64).map_err(|error| error.to_string())?;
         let mut bytes = vec![0; length];
-        let info = reader.next_frame(&mut bytes)?;
+        let info = reader.next_frame(&mut bytes).map_err(in_one_line)?;
         Ok(Self {
             size: [width, height],
             color: info.color_type,
@@ -51,8 +53,8 @@ impl LabelImage {
     /// The class of every pixel, row-major.
     ///
     /// # Errors
-    /// A pixel that is half transparent, or has a colour that is not that of one class.
-    pub fn classes(&self, meaning: &Meaning) -> Result<Vec<ClassId>, PixelError> {
+    /// A pixel that is half transparent, or has a colour that is not that of one class: part of a sentence.
+    pub fn classes(&self, meaning: &Meaning) -> Result<Vec<ClassId>, String> {
         let [width, height] = self.size.map(|side| side as usize);
         let channels = self.color.samples();
         let mut classes = Vec::with_capacity(width * height);
@@ -62,7 +64,9 @@ impl LabelImage {
             unpack(line, self.depth, &mut samples);
             for (column, pixel) in samples.chunks_exact(channels).take(width).enumerate() {
                 let class = self.class(pixel, meaning);
-                classes.push(class.map_err(|problem| PixelError { column, row, problem })?);
+                classes.push(class.map_err(|(problem, remedy)| {
+                    format!("{problem} at column {column}, row {row}, {remedy}")
+                })?);
             }
         }
         Ok(classes)
@@ -89,8 +93,14 @@ impl LabelImage {
                 match meaning.colors.get(&color) {
                     _ if !is_there => Ok(VOID),
                     Some(Some(class)) => Ok(*class),
-                    Some(None) => Err(PixelProblem::OfSeveral(color)),
-                    None => Err(PixelProblem::Unknown(color)),
+                    Some(None) => Err((
+                        described(color),
+                        "which several classes have; give each a colour of its own",
+                    )),
+                    None => Err((
+                        described(color),
+                        "which is no class's; list the classes with their colours in a classes.json beside the images",
+                    )),
                 }
             }
             [] => Ok(VOID),
@@ -98,47 +108,8 @@ impl LabelImage {
     }
 }
 
-/// Why a file is no label image: part of a sentence.
-#[derive(Debug, thiserror::Error)]
-pub(super) enum DecodeError {
-    #[error("{}", in_one_line(.0))]
-    Png(#[from] ::png::DecodingError),
-    #[error(transparent)]
-    Size(#[from] ImageError),
-}
-
-/// A pixel that has no class: part of a sentence.
-#[derive(Debug, thiserror::Error)]
-#[error("{} at column {column}, row {row}, {}", .problem, .problem.remedy())]
-pub(super) struct PixelError {
-    column: usize,
-    row: usize,
-    problem: PixelProblem,
-}
-
-/// Why a pixel has no class; colours are of 16 bits a channel.
-#[derive(Debug, thiserror::Error)]
-enum PixelProblem {
-    #[error("is half transparent")]
-    HalfTransparent,
-    #[error("has the colour {}", described(*.0))]
-    OfSeveral([u16; 3]),
-    #[error("has the colour {}", described(*.0))]
-    Unknown([u16; 3]),
-}
-
-impl PixelProblem {
-    /// What follows from it, and what to do.
-    fn remedy(&self) -> &'static str {
-        match self {
-            Self::HalfTransparent => "so that its class is not sure; save it without soft edges",
-            Self::OfSeveral(_) => "which several classes have; give each a colour of its own",
-            Self::Unknown(_) => {
-                "which is no class's; list the classes with their colours in a classes.json beside the images"
-            }
-        }
-    }
-}
+/// Why a pixel has no class, and what to do: parts of a sentence.
+type PixelProblem = (String, &'static str);
 
 /// Adds the samples of a row, and where they have less than 8 bits those that fill up its last byte.
 fn unpack(line: &[u8], depth: BitDepth, samples: &mut Vec<u16>) {
@@ -163,11 +134,14 @@ fn is_opaque(alpha: u16) -> Result<bool, PixelProblem> {
     match alpha {
         0 => Ok(false),
         u16::MAX => Ok(true),
-        _ => Err(PixelProblem::HalfTransparent),
+        _ => Err((
+            "is half transparent".to_owned(),
+            "so that its class is not sure; save it without soft edges",
+        )),
     }
 }
 
-/// A colour in words, in 8 bits a channel where it has no more.
+/// A colour of 16 bits a channel in words, in 8 bits a channel where it has no more.
 fn described(color: [u16; 3]) -> String {
     let is_narrow = color.iter().all(|channel| channel.is_multiple_of(257));
     let [red, green, blue] = if is_narrow {
@@ -176,5 +150,5 @@ fn described(color: [u16; 3]) -> String {
         color
     };
     let depth = if is_narrow { "" } else { " of 16 bits" };
-    format!("({red}, {green}, {blue}){depth}")
+    format!("has the colour ({red}, {green}, {blue}){depth}")
 }

@@ -88,16 +88,7 @@ impl Array {
     /// # Errors
     /// Values that are no probabilities: a part of a sentence.
     pub fn labels(&self) -> Result<Vec<ClassId>, String> {
-        let [width, height] = self.layout.size;
-        let rows: Result<Vec<Vec<ClassId>>, String> = (0..height)
-            .into_par_iter()
-            .map(|row| {
-                (0..width)
-                    .map(|column| Ok(self.likeliest([column, row])?.class()))
-                    .collect()
-            })
-            .collect();
-        Ok(rows?.concat())
+        row_major(self.layout.size, |place| Ok(self.likeliest(place)?.class()))
     }
 
     /// The probabilities on a grid over the frame's own pixels, as fine as they are, but no finer than the frame and of
@@ -116,20 +107,26 @@ impl Array {
             }),
             most_cells,
         );
-        let cell = |column: u32, row: u32| {
+        let cell = |[column, row]: [u32; 2]| {
             let pixel = [sampled(column, size[0], own[0]), sampled(row, size[1], own[1])];
             let Some(place) = frame.to_image(pixel) else {
                 return Ok(Likeliest::default());
             };
             self.likeliest([0, 1].map(|axis| sampled(place[axis], on_disk[axis], self.layout.size[axis])))
         };
-        let rows: Result<Vec<Vec<Likeliest>>, String> = (0..size[1])
-            .into_par_iter()
-            .map(|row| (0..size[0]).map(|column| cell(column, row)).collect())
-            .collect();
-        let grid = Probabilities::new(size, own, rows?.concat());
+        let grid = Probabilities::new(size, own, row_major(size, cell)?);
         grid.ok_or_else(|| "has no values".to_owned())
     }
+}
+
+/// What is found at every column and row of a grid of this size, row-major; the rows in parallel.
+fn row_major<T: Clone + Send>(
+    [width, height]: [u32; 2],
+    find: impl Fn([u32; 2]) -> Result<T, String> + Sync,
+) -> Result<Vec<T>, String> {
+    let row = |row| (0..width).map(|column| find([column, row])).collect();
+    let rows: Result<Vec<Vec<T>>, String> = (0..height).into_par_iter().map(row).collect();
+    Ok(rows?.concat())
 }
 
 /// A grid with fewer columns and rows where it has more than so many cells.

@@ -1,6 +1,6 @@
 //! Placing solids in the room.
 
-use glam::{Mat3, Mat3A, Quat, Vec3, Vec3A};
+use glam::{Mat3, Quat, Vec3, Vec3A};
 
 use super::light::Bulb;
 use super::material::Material;
@@ -47,24 +47,53 @@ impl Place {
 pub(super) struct Part<'a>(pub ClassId, pub Material, pub &'a Place);
 
 impl Part<'_> {
-    /// A [`Builder::block`].
+    fn push(&self, builder: &mut Builder, shape: Shape, half: Vec3, center: Vec3, rotation: Mat3) {
+        builder.solids.push(Solid {
+            shape,
+            half: half.into(),
+            rotation: rotation.into(),
+            center: center.into(),
+            material: self.1,
+            class: self.0,
+        });
+    }
+
+    /// A block between two corners.
     pub fn block(&self, builder: &mut Builder, min: [f32; 3], max: [f32; 3]) {
-        builder.block(self.0, self.1, self.2, min, max);
+        self.between(builder, Shape::Block, min, max);
     }
 
     /// A block with rounded edges between two corners.
     pub fn soft(&self, builder: &mut Builder, min: [f32; 3], max: [f32; 3], radius: f32) {
-        builder.between(self.0, self.1, self.2, Shape::Rounded(radius), min, max);
+        self.between(builder, Shape::Rounded(radius), min, max);
     }
 
-    /// A [`Builder::column`].
-    pub fn column(&self, builder: &mut Builder, base: [f32; 3], radii: [f32; 2], height: f32) {
-        builder.column(self.0, self.1, self.2, base, radii, height);
+    fn between(&self, builder: &mut Builder, shape: Shape, min: [f32; 3], max: [f32; 3]) {
+        let (min, max) = (Vec3::from(min), Vec3::from(max));
+        let center = self.2.point((0.5 * (min + max)).to_array());
+        self.push(builder, shape, 0.5 * (max - min), center, self.2.rotation);
     }
 
-    /// A [`Builder::rod`].
+    /// An upright cylinder or cone with the middle of its lower end at `base`; radii at its lower and upper end.
+    pub fn column(&self, builder: &mut Builder, base: [f32; 3], [bottom, top]: [f32; 2], height: f32) {
+        let [x, y, z] = base;
+        let radius = bottom.max(top);
+        let half = Vec3::new(radius, radius, 0.5 * height);
+        let center = self.2.point([x, y, z + 0.5 * height]);
+        let shape = Shape::Frustum { bottom, top };
+        self.push(builder, shape, half, center, self.2.rotation);
+    }
+
+    /// A thin cylinder from one point to another.
     pub fn rod(&self, builder: &mut Builder, from: [f32; 3], to: [f32; 3], radius: f32) {
-        builder.rod(self.0, self.1, self.2, from, to, radius);
+        let (from, to) = (self.2.point(from), self.2.point(to));
+        let rotation = Mat3::from_quat(Quat::from_rotation_arc(Vec3::Z, (to - from).normalize()));
+        let half = Vec3::new(radius, radius, 0.5 * from.distance(to));
+        let shape = Shape::Frustum {
+            bottom: radius,
+            top: radius,
+        };
+        self.push(builder, shape, half, 0.5 * (from + to), rotation);
     }
 
     /// A cushion around `center`, leaning back by `lean` degrees and turned by `turn`.
@@ -74,13 +103,13 @@ impl Part<'_> {
             * Mat3::from_rotation_x(lean.to_radians());
         let half = Vec3::from(half);
         let shape = Shape::Rounded(0.94 * half.min_element());
-        builder.push(self.0, self.1, shape, half, self.2.point(center), rotation);
+        self.push(builder, shape, half, self.2.point(center), rotation);
     }
 
     /// An ellipsoid, rotated in its place.
     pub fn ball(&self, builder: &mut Builder, center: [f32; 3], half: [f32; 3], rotation: Mat3) {
         let (center, rotation) = (self.2.point(center), self.2.rotation * rotation);
-        builder.push(self.0, self.1, Shape::Ellipsoid, half.into(), center, rotation);
+        self.push(builder, Shape::Ellipsoid, half.into(), center, rotation);
     }
 }
 
@@ -92,42 +121,9 @@ pub struct Builder {
 }
 
 impl Builder {
-    fn push(
-        &mut self,
-        class: ClassId,
-        material: Material,
-        shape: Shape,
-        half: Vec3,
-        center: Vec3,
-        rotation: Mat3,
-    ) {
-        self.solids.push(Solid {
-            shape,
-            half: half.into(),
-            rotation: Mat3A::from(rotation),
-            center: Vec3A::from(center),
-            material,
-            class,
-        });
-    }
-
     /// A block between two corners.
     pub fn block(&mut self, class: ClassId, material: Material, place: &Place, min: [f32; 3], max: [f32; 3]) {
-        self.between(class, material, place, Shape::Block, min, max);
-    }
-
-    fn between(
-        &mut self,
-        class: ClassId,
-        material: Material,
-        place: &Place,
-        shape: Shape,
-        min: [f32; 3],
-        max: [f32; 3],
-    ) {
-        let (min, max) = (Vec3::from(min), Vec3::from(max));
-        let center = place.point((0.5 * (min + max)).to_array());
-        self.push(class, material, shape, 0.5 * (max - min), center, place.rotation);
+        Part(class, material, place).block(self, min, max);
     }
 
     /// An upright cylinder or cone with the middle of its lower end at `base`; radii at its lower and upper end.
@@ -137,19 +133,10 @@ impl Builder {
         material: Material,
         place: &Place,
         base: [f32; 3],
-        [bottom, top]: [f32; 2],
+        radii: [f32; 2],
         height: f32,
     ) {
-        let [x, y, z] = base;
-        let radius = bottom.max(top);
-        self.push(
-            class,
-            material,
-            Shape::Frustum { bottom, top },
-            Vec3::new(radius, radius, 0.5 * height),
-            place.point([x, y, z + 0.5 * height]),
-            place.rotation,
-        );
+        Part(class, material, place).column(self, base, radii, height);
     }
 
     /// A thin cylinder from one point to another.
@@ -162,19 +149,7 @@ impl Builder {
         to: [f32; 3],
         radius: f32,
     ) {
-        let (from, to) = (place.point(from), place.point(to));
-        let rotation = Mat3::from_quat(Quat::from_rotation_arc(Vec3::Z, (to - from).normalize()));
-        self.push(
-            class,
-            material,
-            Shape::Frustum {
-                bottom: radius,
-                top: radius,
-            },
-            Vec3::new(radius, radius, 0.5 * from.distance(to)),
-            0.5 * (from + to),
-            rotation,
-        );
+        Part(class, material, place).rod(self, from, to, radius);
     }
 
     /// A light inside a shade.
