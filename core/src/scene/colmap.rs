@@ -22,7 +22,7 @@ use glam::{DAffine3, DMat3, DQuat};
 
 use super::camera::{FARTHEST, median_position, rigid, unit_of_cameras};
 use super::error::{PoseError, refuse};
-use super::files::{Reach, frame_names, refuse_most, warn};
+use super::files::{Reach, frame_names, leave_out};
 use super::formats::Format;
 use super::images::ImageFile;
 use super::pixel_errors::{PixelErrors, median};
@@ -218,14 +218,10 @@ fn list(
             Err(problem) => bad.push(format!("{:?} ({problem})", image.name)),
         }
     }
-    refuse_most(file, &bad, total, |count, first| {
+    let what = "frames were left out because their pose is unusable";
+    leave_out(warnings, file, (&bad, total), what, |count, first| {
         format!("{count} of {total} poses are unusable, first that of {first}; copy the model again")
     })?;
-    warn(
-        warnings,
-        "frames were left out because their pose is unusable",
-        &bad,
-    );
     Ok((listed, observations))
 }
 

@@ -23,16 +23,20 @@ pub(super) fn warn(warnings: &mut Vec<String>, what: &str, examples: &[String]) 
 }
 
 /// Refuses a file or folder in which more than half of `total` frames have one of these problems: a sentence made from
-/// their number and the first of them, which says what to do.
-pub(super) fn refuse_most(
+/// their number and the first of them, which says what to do. Of fewer it [warns](warn).
+pub(super) fn leave_out(
+    warnings: &mut Vec<String>,
     path: &Path,
-    problems: &[String],
-    total: usize,
+    (problems, total): (&[String], usize),
+    warning: &str,
     reason: impl FnOnce(usize, &str) -> String,
 ) -> Result<(), SceneError> {
     match problems.first().filter(|_| 2 * problems.len() > total) {
-        None => Ok(()),
         Some(first) => Err(SceneError::file(path, reason(problems.len(), first))),
+        None => {
+            warn(warnings, warning, problems);
+            Ok(())
+        }
     }
 }
 

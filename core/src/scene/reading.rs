@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::camera::placed;
 use super::error::ImageError;
-use super::files::{file_name, refuse_most, unreadable, warn};
+use super::files::{file_name, leave_out, unreadable};
 use super::images::{ImageFile, Turn, warn_of_turns};
 use super::keyframes::Keeping;
 use super::{ColorImage, DepthMap, Frame, OpenOptions, Pixels, SceneError};
@@ -166,21 +166,25 @@ pub(super) fn keep_usable<T>(
             Err(error) => bad.push(format!("{} ({error})", listed.name)),
         }
     }
-    refuse_most(said.images, &bad, total, |count, first| {
-        format!(
-            "{count} {of} {total} images cannot be used, first {first}; {}",
-            said.remedy
-        )
+    let what = "images cannot be used";
+    let left_out = format!("{what} and were left out");
+    leave_out(warnings, said.images, (&bad, total), &left_out, |count, first| {
+        format!("{count} {of} {total} {what}, first {first}; {}", said.remedy)
     })?;
-    refuse_most(said.depths, &bad_depth, total, |count, first| {
-        format!(
-            "{count} {of} {total} depth images are {}, first {first}; copy the capture again, or open it without depth",
-            said.depth
-        )
-    })?;
-    warn(warnings, "images cannot be used and were left out", &bad);
     warn_of_turns(warnings, &turns);
-    let without_depth = format!("frames are used without depth because it is {}", said.depth);
-    warn(warnings, &without_depth, &bad_depth);
+    let depth = said.depth;
+    let without = format!("frames are used without depth because it is {depth}");
+    leave_out(
+        warnings,
+        said.depths,
+        (&bad_depth, total),
+        &without,
+        |count, first| {
+            format!(
+                "{count} {of} {total} depth images are {depth}, first {first}; copy the capture again, or open it without \
+             depth"
+            )
+        },
+    )?;
     Ok(frames)
 }

@@ -11,7 +11,7 @@ mod tests;
 mod write;
 
 use super::error::{refusal, refuse};
-use super::files::{file_name, numbered_files, refuse_most, warn};
+use super::files::{file_name, leave_out, numbered_files, warn};
 use super::formats::Format;
 use super::reading::Progress;
 use super::rgbd::text::{Pose, parse_numbers, read_text};
@@ -180,17 +180,13 @@ fn with_poses(
         }
     }
     let total = bad.len() + listed.len();
-    refuse_most(&trajectory, &bad, total, |count, first| {
+    let what = "frames were left out because their pose in traj_w_c.txt is unusable";
+    leave_out(warnings, &trajectory, (&bad, total), what, |count, first| {
         format!(
             "{count} of {total} poses are unusable, first on {first}; each line must be a rigid camera-to-world matrix, \
              row by row, in metres"
         )
     })?;
-    warn(
-        warnings,
-        "frames were left out because their pose in traj_w_c.txt is unusable",
-        &bad,
-    );
     Ok(listed)
 }
 

@@ -14,7 +14,7 @@ use rayon::prelude::*;
 
 use super::camera::median_position;
 use super::error::{CameraError, ImageError, refuse};
-use super::files::{Reach, dimensions, file_name, refuse_most, stem, warn};
+use super::files::{Reach, dimensions, file_name, stem, warn};
 use super::images::ImageFile;
 use super::reading::{Listed, Placing, Progress, ReadDepth, Unusable, keep_usable, read_frames};
 use super::{Camera, OpenOptions, Scene, SceneError, SceneSource};
@@ -131,16 +131,11 @@ pub(super) fn published_camera(intrinsics: [f32; 4], width: u32, height: u32) ->
     Ok(Camera::new([640, 480], intrinsics).stretched(width, height))
 }
 
-/// Refuses a capture most of whose poses are unusable; `bad` says where they are and why.
-///
-/// # Errors
-/// More than half of the `total` poses are bad.
-pub(super) fn check_poses(path: &Path, bad: &[String], total: usize) -> Result<(), SceneError> {
-    refuse_most(path, bad, total, |count, first| {
-        format!(
-            "{count} of {total} poses are unusable, first {first}; each must be rigid, camera-to-world, in metres"
-        )
-    })
+/// The refusal of a capture with so many unusable poses, the first of which this says.
+pub(super) fn unusable_poses(count: usize, total: usize, first: &str) -> String {
+    format!(
+        "{count} of {total} poses are unusable, first {first}; each must be rigid, camera-to-world, in metres"
+    )
 }
 
 /// The frames whose images can be read, each with its camera: that of the capture, scaled where the image has the same

@@ -16,7 +16,7 @@ use image::DynamicImage;
 
 use super::camera::{median_position, unit_of_cameras};
 use super::error::{ImageError, refusal, refuse};
-use super::files::{Reach, decode_image, dimensions, frame_names, refuse_most, warn};
+use super::files::{Reach, decode_image, dimensions, frame_names, leave_out, warn};
 use super::formats::Format;
 use super::frame::to_image;
 use super::images::ImageFile;
@@ -151,25 +151,24 @@ fn list(
         );
     }
     let present = total - missing.len();
-    too_many(file, &bad, present, "poses are unusable", "write the file anew")?;
-    too_many(
-        file,
-        &unreadable,
-        present,
-        "images cannot be read",
-        "copy the capture again",
-    )?;
     warn(
         warnings,
         "frames in transforms.json were left out because their image is missing",
         &missing,
     );
-    warn(warnings, "images cannot be read and were left out", &unreadable);
-    warn(
+    let what = "images cannot be read";
+    let left_out = format!("{what} and were left out");
+    leave_out(
         warnings,
-        "frames were left out because their pose in transforms.json is unusable",
-        &bad,
-    );
+        file,
+        (&unreadable, present),
+        &left_out,
+        |count, first| format!("{count} of its {present} {what}, first {first}; copy the capture again"),
+    )?;
+    let what = "frames were left out because their pose in transforms.json is unusable";
+    leave_out(warnings, file, (&bad, present), what, |count, first| {
+        format!("{count} of its {present} poses are unusable, first {first}; write the file anew")
+    })?;
     if listed.is_empty() {
         refuse!(
             file,
@@ -190,19 +189,6 @@ fn list(
             camera_to_world,
         });
     Ok(listed.collect())
-}
-
-/// [`refuse_most`], in the words of this reader.
-fn too_many(
-    path: &Path,
-    problems: &[String],
-    total: usize,
-    what: &str,
-    remedy: &str,
-) -> Result<(), SceneError> {
-    refuse_most(path, problems, total, |count, first| {
-        format!("{count} of its {total} {what}, first {first}; {remedy}")
-    })
 }
 
 /// Refuses paths that leave the folder of the scene, masks included.

@@ -18,7 +18,7 @@ use glam::{DAffine3, DMat3, DQuat, DVec3};
 
 use super::camera::rigid;
 use super::error::{PoseError, refuse};
-use super::files::{Reach, file_name, stem, warn};
+use super::files::{Reach, file_name, leave_out, stem, warn};
 use super::formats::Format;
 use super::reading::Progress;
 use super::rgbd::text::{parse_numbers, read_text};
@@ -144,8 +144,7 @@ fn list(folder: &Path, options: OpenOptions, warnings: &mut Vec<String>) -> Resu
             },
         }
     }
-    rgbd::check_poses(&trajectory, &bad, listed.len() + bad.len())?;
-    if listed.is_empty() {
+    if listed.is_empty() && bad.is_empty() {
         let other = if without_pose.is_empty() {
             "depth.txt"
         } else {
@@ -166,11 +165,11 @@ fn list(folder: &Path, options: OpenOptions, warnings: &mut Vec<String>) -> Resu
             left_out,
         );
     }
-    warn(
-        warnings,
-        "frames were left out because their pose in groundtruth.txt is unusable",
-        &bad,
-    );
+    let usable = listed.len() + bad.len();
+    let what = "frames were left out because their pose in groundtruth.txt is unusable";
+    leave_out(warnings, &trajectory, (&bad, usable), what, |count, first| {
+        rgbd::unusable_poses(count, usable, first)
+    })?;
     Ok(listed)
 }
 

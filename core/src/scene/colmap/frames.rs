@@ -7,7 +7,7 @@ use super::model::{Model, Observation};
 use super::{Images, MOST_ERROR};
 use crate::scene::camera::FARTHEST;
 use crate::scene::error::{ImageError, refuse};
-use crate::scene::files::{refuse_most, warn};
+use crate::scene::files::leave_out;
 use crate::scene::images::warn_of_turns;
 use crate::scene::reading::{Listed, Placing, Progress, ReadDepth, read_frames};
 use crate::scene::{ColorImage, Frame, OpenOptions, SceneError, SparsePoint};
@@ -85,10 +85,10 @@ pub(super) fn decode(
             "correct the masks, or remove them",
         ),
     ] {
-        refuse_most(folder, names, total, |count, first| {
+        let left_out = format!("images {what} and were left out");
+        leave_out(warnings, folder, (names, total), &left_out, |count, first| {
             format!("{count} of {total} images {what}, first {first}; {remedy}")
         })?;
-        warn(warnings, &format!("images {what} and were left out"), names);
     }
     warn_of_turns(warnings, &turns);
     if read.frames.is_empty() {

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 
 use super::text::{parse_pose, read_text};
-use super::{Found, check_poses};
-use crate::scene::files::{file_name, refuse_most, warn};
+use super::{Found, unusable_poses};
+use crate::scene::files::{file_name, leave_out};
 use crate::scene::{OpenOptions, SceneError};
 
 /// The files of a frame, as far as they are there.
@@ -60,13 +60,15 @@ pub(in crate::scene) fn list(
         (&without_pose, places.without_pose),
         (&without_image, places.without_image),
     ] {
-        refuse_most(
+        let total = found.len() + missing.len();
+        let left_out = format!("{what} and were left out");
+        leave_out(
+            warnings,
             places.folder,
-            missing,
-            found.len() + missing.len(),
+            (missing, total),
+            &left_out,
             |count, first| format!("{count} {what}, first {first}; {}", places.remedy),
         )?;
-        warn(warnings, &format!("{what} and were left out"), missing);
     }
     let poses = found
         .par_iter()
@@ -84,7 +86,12 @@ pub(in crate::scene) fn list(
             Err(problem) => bad.push(format!("that in {} ({problem})", file_name(&pose_file))),
         }
     }
-    check_poses(places.poses, &bad, total)?;
-    warn(warnings, places.unusable, &bad);
+    leave_out(
+        warnings,
+        places.poses,
+        (&bad, total),
+        places.unusable,
+        |count, first| unusable_poses(count, total, first),
+    )?;
     Ok(listed)
 }
