@@ -73,10 +73,7 @@ pub fn read_strokes(path: &Path, scene: &Scene) -> Result<LabelSet, StrokesError
 /// # Errors
 /// What [`read_strokes`] refuses.
 pub fn parse_strokes(text: &str, scene: &Scene) -> Result<LabelSet, StrokesProblem> {
-    parse(serde_json::from_str(text)?, scene)
-}
-
-fn parse(file: StrokesFile, scene: &Scene) -> Result<LabelSet, StrokesProblem> {
+    let file: StrokesFile = serde_json::from_str(text)?;
     let mut labels = LabelSet::default();
     for class in file.classes {
         if class.id == VOID {

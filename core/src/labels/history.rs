@@ -149,6 +149,9 @@ mod tests {
         states.push(history.labels().clone());
         history.merge_class(floor, wall).unwrap();
         states.push(history.labels().clone());
+        history.delete_class(wall).unwrap();
+        assert!(history.labels().strokes.is_empty() && history.labels().class(wall).is_none());
+        states.push(history.labels().clone());
         for state in states.iter().rev().skip(1) {
             history.undo().unwrap();
             assert_eq!(history.labels(), state);

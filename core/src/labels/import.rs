@@ -14,10 +14,9 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use super::imported::sampled;
 use super::palette::{ClassListError, parse_class_list, parse_with_void};
 use super::{Class, ClassId, ImportedLabels, ImportedMap, Trust, VOID};
-use crate::scene::{Frame, Scene, shown};
+use crate::scene::{Frame, Scene, sampled, shown};
 
 /// Cells with probabilities that are kept of all frames together, 12 bytes each: more than a thousand frames of 640 x
 /// 480 at a quarter of their size have.

@@ -6,7 +6,6 @@ use std::collections::BTreeSet;
 
 use serde::{Deserialize, Serialize};
 
-pub(super) use probabilities::sampled;
 pub use probabilities::{Likeliest, Probabilities};
 
 use super::{ClassId, VOID};

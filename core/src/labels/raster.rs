@@ -262,8 +262,10 @@ mod tests {
         };
         let expected: Vec<u32> = (0..26 * 14).filter(|&index| within(index)).collect();
         assert_eq!(pixels_of(&stroke, 26, 14), expected);
-        let pixels: u64 = runs_of(&stroke, 26, 14).iter().map(Run::pixels).sum();
-        assert_eq!(pixels, expected.len() as u64);
+        let runs = runs_of(&stroke, 26, 14);
+        assert_eq!(runs.iter().map(Run::pixels).sum::<u64>(), expected.len() as u64);
+        let apart = |pair: &[Run]| (pair[0].row, pair[0].last + 1) < (pair[1].row, pair[1].first);
+        assert!(runs.windows(2).all(apart), "{runs:?}");
     }
 
     #[test]

@@ -93,39 +93,3 @@ pub(super) fn contains(runs: &[Run], [x, y]: Pixel) -> bool {
     let run = after.checked_sub(1).and_then(|index| runs.get(index));
     run.is_some_and(|run| run.row == y && x <= run.last)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn runs_in_any_order_become_the_set_of_their_pixels() {
-        let mut coverage = Coverage::new(2, 3);
-        for (row, first, last) in [
-            (3, 9, 9),
-            (2, 5, 7),
-            (2, 0, 1),
-            (2, 2, 4),
-            (3, 0, 0),
-            (4, 0, 9),
-            (1, 0, 9),
-        ] {
-            coverage.add(row, first, last);
-        }
-        let runs = coverage.finish();
-        let run = |row, first, last| Run { row, first, last };
-        assert_eq!(runs, [run(2, 0, 7), run(3, 0, 0), run(3, 9, 9)]);
-        for (pixel, inside) in [
-            ([7, 2], true),
-            ([8, 2], false),
-            ([0, 3], true),
-            ([5, 3], false),
-            ([9, 3], true),
-        ] {
-            assert_eq!(contains(&runs, pixel), inside, "{pixel:?}");
-        }
-        assert_eq!(runs.iter().map(Run::pixels).sum::<u64>(), 10);
-        assert_eq!(runs[0].line(), [[0, 2], [7, 2]]);
-        assert_eq!(runs[1].line(), [[0, 3]]);
-    }
-}

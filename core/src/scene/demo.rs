@@ -25,6 +25,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 
+use super::camera::sampled;
 use super::pixels::OnDisk;
 use super::{Cache, Camera, ColorImage, DepthMap, Frame, FramePixels, Pixels, Scene, SceneSource};
 use crate::labels::{Class, ClassId, LabelSet, Stroke};
@@ -192,12 +193,11 @@ impl Shot {
             click::clicks(&self.house(), &small, classes())
         };
         labels.strokes.retain(|_, stroke| stroke.frame < self.frames);
-        let scaled = |at: u32, from: u32, to: u32| ((2 * at + 1) * to / (2 * from)).min(to - 1);
         for stroke in labels.strokes.values_mut() {
             let [x, y] = stroke.first_point().unwrap_or_default();
             let point = [
-                scaled(x, demo.width, self.width),
-                scaled(y, demo.height, self.height),
+                sampled(x, demo.width, self.width),
+                sampled(y, demo.height, self.height),
             ];
             *stroke = Arc::new(Stroke::click(stroke.frame, stroke.class, point));
         }

@@ -7,7 +7,8 @@ use std::path::Path;
 
 use image::ImageReader;
 
-use super::{OpenOptions, SceneError, colmap, files, replica, rgbd, transforms, tum};
+use super::transforms::Transforms;
+use super::{OpenOptions, SceneError, colmap, files, replica, rgbd, tum};
 
 /// Parses the bytes of a file; the path is for messages.
 pub type Parser = fn(&Path, &[u8]) -> Result<(), SceneError>;
@@ -31,7 +32,7 @@ pub const TUM_IMAGES: Parser = |path, bytes| {
 /// `groundtruth.txt` of TUM RGB-D.
 pub const TUM_POSES: Parser = |path, bytes| text(path, bytes, tum::parse_poses);
 /// `transforms.json`.
-pub const TRANSFORMS: Parser = transforms::parse;
+pub const TRANSFORMS: Parser = |path, bytes| Transforms::parse(path, bytes).map(|_| ());
 /// `cameras.bin`, `images.bin` and `points3D.bin` of COLMAP.
 pub const COLMAP_BINARY: [Parser; 3] = [
     |path, bytes| colmap::parse(path, bytes, true, 0),

@@ -291,20 +291,6 @@ mod tests {
     }
 
     #[test]
-    fn the_derivative_agrees_with_differences() {
-        let (x, y, h) = (0.4, -0.3, 1e-6);
-        let [[a, b], [c, d]] = OPENCV.derivative(x, y);
-        let difference = |dx: f64, dy: f64| {
-            let (high, low) = (OPENCV.formula(x + dx, y + dy), OPENCV.formula(x - dx, y - dy));
-            ((high.0 - low.0) / (2.0 * h), (high.1 - low.1) / (2.0 * h))
-        };
-        let (along_x, along_y) = (difference(h, 0.0), difference(0.0, h));
-        for (analytic, numeric) in [(a, along_x.0), (b, along_y.0), (c, along_x.1), (d, along_y.1)] {
-            assert!((analytic - numeric).abs() < 1e-8, "{analytic} {numeric}");
-        }
-    }
-
-    #[test]
     fn there_and_back_is_the_same_place() {
         for distortion in [
             Distortion::default(),

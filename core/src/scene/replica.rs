@@ -14,7 +14,7 @@ use super::error::{refusal, refuse};
 use super::files::{file_name, leave_out, numbered_files, warn};
 use super::formats::Format;
 use super::reading::Progress;
-use super::rgbd::text::{Pose, parse_numbers, read_text};
+use super::rgbd::text::{parse_numbers, pose_of, read_text};
 use super::rgbd::{self, DepthCode, Found, Layout};
 use super::{Camera, OpenOptions, Scene, SceneError, transforms};
 use std::collections::BTreeMap;
@@ -98,7 +98,7 @@ fn list_depths(folder: &Path, options: OpenOptions) -> Result<BTreeMap<usize, Pa
 }
 
 /// Reads a trajectory; empty lines and lines starting with # do not count as frames.
-fn read_poses(path: &Path) -> Result<Vec<Pose>, SceneError> {
+fn read_poses(path: &Path) -> Result<Vec<LineOfPose>, SceneError> {
     if !path.exists() {
         refuse!(
             path,
@@ -108,8 +108,11 @@ fn read_poses(path: &Path) -> Result<Vec<Pose>, SceneError> {
     parse_poses(path, &read_text(path)?)
 }
 
+/// A line of the trajectory, from 1, and the 4x4 matrix on it, row by row.
+type LineOfPose = (usize, [f64; 16]);
+
 /// The poses in the text of the trajectory at `path`.
-pub(super) fn parse_poses(path: &Path, text: &str) -> Result<Vec<Pose>, SceneError> {
+pub(super) fn parse_poses(path: &Path, text: &str) -> Result<Vec<LineOfPose>, SceneError> {
     let mut poses = Vec::new();
     for (line, values) in parse_numbers(path, text)? {
         let count = values.len();
@@ -119,7 +122,7 @@ pub(super) fn parse_poses(path: &Path, text: &str) -> Result<Vec<Pose>, SceneErr
                 "line {line} has {count} numbers; a pose is 16, a 4x4 matrix row by row"
             )
         })?;
-        poses.push(Pose { line, values });
+        poses.push((line, values));
     }
     if poses.is_empty() {
         refuse!(
@@ -169,7 +172,7 @@ fn with_poses(
     let mut listed = Vec::new();
     let mut bad = Vec::new();
     for (number, path) in images {
-        match poses.get(number).map(|pose| (pose.line, pose.checked())) {
+        match poses.get(number).map(|(line, values)| (line, pose_of(values))) {
             Some((_, Ok(camera_to_world))) => listed.push(Found {
                 path,
                 depth: depths.get(&number).cloned(),

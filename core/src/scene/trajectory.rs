@@ -8,7 +8,7 @@ use serde::Deserialize;
 use super::camera::image_size;
 use super::error::{refusal, refuse};
 use super::files::MOST_PIXELS;
-use super::rgbd::text::{read_intrinsics, read_text};
+use super::rgbd::text::{pose_of, read_intrinsics, read_text};
 use super::transforms::{Transforms, pose_of_open_gl};
 use super::{Camera, SceneError, replica};
 
@@ -92,14 +92,9 @@ struct View {
 fn read_views(path: &Path, text: &str) -> Result<Vec<View>, SceneError> {
     if !text.trim_start().starts_with('{') {
         let poses = replica::parse_poses(path, text)?;
-        let views = poses.iter().map(|pose| {
-            let line = pose.line;
-            View {
-                pose: pose
-                    .checked()
-                    .map_err(|problem| format!("{problem} (line {line})")),
-                camera: Ok(None),
-            }
+        let views = poses.iter().map(|(line, values)| View {
+            pose: pose_of(values).map_err(|problem| format!("{problem} (line {line})")),
+            camera: Ok(None),
         });
         return Ok(views.collect());
     }
@@ -111,7 +106,7 @@ fn read_views(path: &Path, text: &str) -> Result<Vec<View>, SceneError> {
             let lens = transforms.size(entry).map(|size| transforms.lens(entry, size));
             let camera = lens.transpose().map(|lens| lens.map(|(_, pinhole)| pinhole));
             View {
-                pose: entry.camera_to_world().map_err(|problem| problem.to_string()),
+                pose: pose_of_open_gl(&entry.transform_matrix).map_err(|problem| problem.to_string()),
                 camera: camera.map_err(|problem| problem.to_string()),
             }
         });

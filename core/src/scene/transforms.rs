@@ -14,7 +14,7 @@ use std::path::{Component, Path, PathBuf};
 
 use image::DynamicImage;
 
-use super::camera::{median_position, unit_of_cameras};
+use super::camera::{median_position, sampled, unit_of_cameras};
 use super::error::{ImageError, refusal, refuse};
 use super::files::{Reach, decode_image, dimensions, frame_names, leave_out, warn};
 use super::formats::Format;
@@ -93,11 +93,6 @@ fn read(folder: &Path, options: OpenOptions, progress: Progress) -> Result<Scene
     })
 }
 
-/// Parses the bytes of the file.
-pub(super) fn parse(file: &Path, bytes: &[u8]) -> Result<(), SceneError> {
-    Transforms::parse(file, bytes).map(|_| ())
-}
-
 /// The frames whose image is there and whose pose is usable, in the order of their images' paths.
 fn list(
     folder: &Path,
@@ -120,7 +115,10 @@ fn list(
         for path in [Some(&path), depth.as_ref(), mask.as_ref()].into_iter().flatten() {
             reach.check_file(path)?;
         }
-        let size = match transforms.size(entry).map_or_else(|| size_of(&path), Ok) {
+        let size = match transforms.size(entry).map_or_else(
+            || dimensions(&path).map(|(width, height)| [width, height].map(f64::from)),
+            Ok,
+        ) {
             Ok(size) => size,
             Err(reason) => {
                 unreadable.push(format!("{name:?} ({reason})"));
@@ -130,7 +128,7 @@ fn list(
         let (lens, pinhole) = transforms
             .lens(entry, size)
             .map_err(|problem| refusal!(file, "the camera of {name:?} cannot be used: {problem}"))?;
-        match entry.camera_to_world() {
+        match pose_of_open_gl(&entry.transform_matrix) {
             Ok(camera_to_world) => {
                 let image = ImageFile {
                     path,
@@ -216,12 +214,6 @@ fn image_name(folder: &Path, path: &str) -> Option<String> {
         .find(|name| folder.join(name).is_file())
 }
 
-/// Width and height of an image on disk, in pixels.
-fn size_of(path: &Path) -> Result<[f64; 2], ImageError> {
-    let (width, height) = dimensions(path)?;
-    Ok([f64::from(width), f64::from(height)])
-}
-
 /// Depth as ray lengths from a 16-bit image of z-depth in steps of this many metres, or why it cannot be
 /// used. An image of another size shows the same as the colour image: each pixel has the step that lies over
 /// its centre, as a mean across a border would be a surface that is not there.
@@ -236,20 +228,20 @@ fn decode_depth(
     };
     let on_disk = lens.map_or(camera, |lens| &lens.image);
     let [width, height] = [on_disk.width, on_disk.height].map(u64::from);
-    let (own_width, own_height) = (u64::from(image.width()), u64::from(image.height()));
+    let (own_width, own_height) = image.dimensions();
     // Up to a pixel of rounding.
-    if (own_width * height).abs_diff(own_height * width) > width.max(height) {
+    if (u64::from(own_width) * height).abs_diff(u64::from(own_height) * width) > width.max(height) {
         return Err(ImageError::Shape(
             image.dimensions(),
             (on_disk.width, on_disk.height),
         ));
     }
-    let below = |v: u32, own: u64, size: u64| ((2 * u64::from(v) + 1) * own / (2 * size)) as u32;
     let pixels = (0..camera.height).flat_map(|row| (0..camera.width).map(move |column| [column, row]));
     let metres = pixels.enumerate().map(|(index, pixel)| {
         let shown = to_image(camera, lens, pixel).filter(|_| !color.is_hidden(index));
         shown.map_or(0.0, |[x, y]| {
-            let steps = image.get_pixel(below(x, own_width, width), below(y, own_height, height));
+            let column = sampled(x, on_disk.width, own_width);
+            let steps = image.get_pixel(column, sampled(y, on_disk.height, own_height));
             (f64::from(steps.0[0]) * step) as f32
         })
     });

@@ -134,13 +134,13 @@ fn list(folder: &Path, options: OpenOptions, warnings: &mut Vec<String>) -> Resu
         match (nearest(&poses, time), depth) {
             (None, _) => without_pose.push(file_name(&path)),
             (_, Some(None)) => without_depth.push(file_name(&path)),
-            (Some(pose), depth) => match pose.camera_to_world {
+            (Some(&(line, pose)), depth) => match pose {
                 Ok(camera_to_world) => listed.push(Found {
                     path,
                     depth: depth.flatten().cloned().filter(|_| options.depth),
                     camera_to_world,
                 }),
-                Err(problem) => bad.push(format!("that of line {} ({problem})", pose.line)),
+                Err(problem) => bad.push(format!("that of line {line} ({problem})")),
             },
         }
     }
@@ -237,16 +237,11 @@ fn check_names(folder: &Path, images: &[(f64, PathBuf)]) -> Result<(), SceneErro
     Ok(())
 }
 
-/// A line of the trajectory.
-pub(super) struct TimedPose {
-    /// Line of the file, from 1.
-    line: usize,
-    /// The pose, or what is wrong with it.
-    camera_to_world: Result<DAffine3, PoseError>,
-}
+/// A time in seconds; of the pose at it, the line of the file, from 1, and camera-to-world or what is wrong with it.
+type TimedPose = (f64, (usize, Result<DAffine3, PoseError>));
 
 /// Reads the trajectory, sorted by time.
-fn read_poses(path: &Path) -> Result<Vec<(f64, TimedPose)>, SceneError> {
+fn read_poses(path: &Path) -> Result<Vec<TimedPose>, SceneError> {
     if !path.exists() {
         refuse!(
             path,
@@ -257,7 +252,7 @@ fn read_poses(path: &Path) -> Result<Vec<(f64, TimedPose)>, SceneError> {
 }
 
 /// The poses in the text of the trajectory at `path`, sorted by time.
-pub(super) fn parse_poses(path: &Path, text: &str) -> Result<Vec<(f64, TimedPose)>, SceneError> {
+pub(super) fn parse_poses(path: &Path, text: &str) -> Result<Vec<TimedPose>, SceneError> {
     let mut poses = Vec::new();
     for (line, values) in parse_numbers(path, text)? {
         let &[time, tx, ty, tz, qx, qy, qz, qw] = values.as_slice() else {
@@ -274,13 +269,7 @@ pub(super) fn parse_poses(path: &Path, text: &str) -> Result<Vec<(f64, TimedPose
             );
         }
         let camera_to_world = pose(DVec3::new(tx, ty, tz), DQuat::from_xyzw(qx, qy, qz, qw));
-        poses.push((
-            time,
-            TimedPose {
-                line,
-                camera_to_world,
-            },
-        ));
+        poses.push((time, (line, camera_to_world)));
     }
     poses.sort_by(|a, b| a.0.total_cmp(&b.0));
     Ok(poses)

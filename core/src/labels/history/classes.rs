@@ -195,7 +195,6 @@ fn unused(used: &BTreeSet<ClassId>) -> ClassId {
 mod tests {
     use super::*;
     use crate::labels::PALETTES;
-    use crate::labels::history::tests::history;
 
     fn named(history: &History) -> Vec<(ClassId, &str)> {
         let classes = history.labels().classes.iter();
@@ -289,18 +288,5 @@ mod tests {
         history.undo().unwrap();
         assert_eq!(order(&history), [1, 2, 3]);
         assert_eq!(history.labels().strokes.len(), 1);
-    }
-
-    #[test]
-    fn deleting_a_class_takes_its_strokes_and_undo_brings_both_back() {
-        let (mut history, wall, floor) = history();
-        history.add_stroke(Stroke::click(0, wall, [1, 1]));
-        history.add_stroke(Stroke::click(0, floor, [2, 2]));
-        let before = history.labels().clone();
-        history.delete_class(wall).unwrap();
-        assert_eq!(history.labels().strokes.len(), 1);
-        assert!(history.labels().class(wall).is_none());
-        history.undo();
-        assert_eq!(history.labels(), &before);
     }
 }

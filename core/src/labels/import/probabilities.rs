@@ -6,9 +6,8 @@ use rayon::prelude::*;
 
 use super::numpy::{self, Header, Values, shape_text};
 use super::{ClassList, same_aspect};
-use crate::labels::imported::sampled;
 use crate::labels::{ClassId, Likeliest, Probabilities};
-use crate::scene::Frame;
+use crate::scene::{Frame, sampled};
 
 /// Half floats are off by a thousandth, and sums of hundreds of them by more.
 const ROUNDING: f32 = 0.05;

@@ -1,6 +1,7 @@
 //! Class probabilities of a frame's pixels, as far as they are kept.
 
 use crate::labels::{ClassId, VOID};
+use crate::scene::sampled;
 
 /// Classes that are kept of each cell.
 const KEPT: usize = 4;
@@ -198,12 +199,6 @@ impl Probabilities {
             (0..count).map(cell).collect(),
         )
     }
-}
-
-/// Of `to` pixels along an axis the one over the centre of pixel `at` of `from`.
-pub(in crate::labels) fn sampled(at: u32, from: u32, to: u32) -> u32 {
-    let place = (2 * u64::from(at) + 1) * u64::from(to) / (2 * u64::from(from));
-    place.min(u64::from(to) - 1) as u32
 }
 
 #[cfg(test)]

@@ -157,16 +157,6 @@ fn clicks_tell_the_truth_sparingly_and_only_on_training_frames() {
     }
 }
 
-#[test]
-fn frames_are_neither_dark_nor_washed_out() {
-    for frame in &SCENE.frames {
-        let color = frame.color();
-        let bytes = color.bytes();
-        let mean = bytes.iter().map(|&v| f32::from(v)).sum::<f32>() / bytes.len() as f32;
-        assert!((80.0..200.0).contains(&mean), "{}: {mean}", frame.stem);
-    }
-}
-
 /// Three rooms, small.
 const ROOMS: Shot = Shot {
     rooms: 3,

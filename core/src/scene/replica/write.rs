@@ -70,32 +70,32 @@ impl Drop for Partial {
 
 /// Refuses what the layout cannot hold.
 fn check(scene: &Scene, folder: &Path) -> Result<(), SceneError> {
-    let refuse = |reason: &str| Err(refused(folder, reason));
     let Some(first) = scene.frames.first() else {
-        return refuse("the scene has no frames");
+        refuse!(folder, "cannot be written: the scene has no frames");
     };
     if scene.frames.iter().any(|frame| frame.camera != first.camera) {
-        return refuse("the layout holds one camera, and the scene's frames have several");
+        refuse!(
+            folder,
+            "cannot be written: the layout holds one camera, and the scene's frames have several"
+        );
     }
     Ok(())
-}
-
-fn refused(folder: &Path, reason: &str) -> SceneError {
-    refusal!(folder, "cannot be written: {reason}")
 }
 
 /// The classes of a frame as the layout holds them.
 fn label_bytes(folder: &Path, frame: &Frame, labels: &[ClassId]) -> Result<Vec<u8>, SceneError> {
     if labels.len() != frame.camera.pixels() {
-        return Err(refused(
+        refuse!(
             folder,
-            "the ground truth does not have one label for each pixel of each frame",
-        ));
+            "cannot be written: the ground truth does not have one label for each pixel of each frame"
+        );
     }
     let ids: Result<Vec<u8>, _> = labels.iter().map(|&id| u8::try_from(id)).collect();
     ids.map_err(|_| {
-        let reason = "the layout holds class ids up to 255, and the ground truth has larger ones";
-        refused(folder, reason)
+        refusal!(
+            folder,
+            "cannot be written: the layout holds class ids up to 255, and the ground truth has larger ones"
+        )
     })
 }
 

@@ -8,29 +8,17 @@ use crate::scene::camera::{image_size, rigid};
 use crate::scene::error::{PoseError, refusal, refuse};
 use crate::scene::{Camera, SceneError};
 
-/// A 4x4 matrix that may not be a pose.
-#[derive(Debug)]
-pub(in crate::scene) struct Pose {
-    /// Line of the file where it begins, from 1.
-    pub line: usize,
-    /// Row-major.
-    pub values: [f64; 16],
-}
-
-impl Pose {
-    /// Camera-to-world, or what is wrong with it.
-    pub fn checked(&self) -> Result<DAffine3, PoseError> {
-        let v = &self.values;
-        let pose = rigid(DAffine3::from_mat3_translation(
-            DMat3::from_cols_array(&[v[0], v[4], v[8], v[1], v[5], v[9], v[2], v[6], v[10]]),
-            DVec3::new(v[3], v[7], v[11]),
-        ))?;
-        let last_row = [v[12], v[13], v[14], v[15] - 1.0];
-        if last_row.iter().all(|v| v.abs() < 1e-6) {
-            Ok(pose)
-        } else {
-            Err(PoseError::LastRow)
-        }
+/// Camera-to-world of a 4x4 matrix, row by row, or what is wrong with it.
+pub(in crate::scene) fn pose_of(v: &[f64; 16]) -> Result<DAffine3, PoseError> {
+    let pose = rigid(DAffine3::from_mat3_translation(
+        DMat3::from_cols_array(&[v[0], v[4], v[8], v[1], v[5], v[9], v[2], v[6], v[10]]),
+        DVec3::new(v[3], v[7], v[11]),
+    ))?;
+    let last_row = [v[12], v[13], v[14], v[15] - 1.0];
+    if last_row.iter().all(|v| v.abs() < 1e-6) {
+        Ok(pose)
+    } else {
+        Err(PoseError::LastRow)
     }
 }
 
@@ -47,12 +35,11 @@ pub(in crate::scene) fn parse_pose(
     if let Some((line, row)) = rows.iter().find(|(_, row)| row.len() != 4) {
         refuse!(path, "line {line} has {} numbers; {FORM}", row.len());
     }
-    let line = rows.first().map_or(1, |&(line, _)| line);
     let values: Vec<f64> = rows.into_iter().flat_map(|(_, row)| row).collect();
     let values = values
         .try_into()
         .map_err(|v: Vec<f64>| refusal!(path, "has {} lines; {FORM}", v.len() / 4))?;
-    Ok(Pose { line, values }.checked())
+    Ok(pose_of(&values))
 }
 
 /// Reads `fx fy cx cy width height`.

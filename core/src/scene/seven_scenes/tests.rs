@@ -85,19 +85,6 @@ fn faults_are_warned_of_where_they_are_few_and_refused_by_the_file_otherwise() {
 }
 
 #[test]
-fn jpegs_serve_as_colour_images() {
-    let (_parent, folder) = sequence();
-    change_files(
-        &folder,
-        "remove frame-000002.color.png; rgb8 frame-000002.color.jpg 8x6",
-    );
-    assert_eq!(
-        opened(&folder).frames[2].path,
-        folder.join("frame-000002.color.jpg")
-    );
-}
-
-#[test]
 fn depth_is_not_read_when_it_is_not_wanted_and_may_be_missing() {
     let (_parent, folder) = sequence();
     change_files(&folder, "spoil frame-000001.depth.png");

@@ -47,7 +47,7 @@ pub(in crate::scene) struct Entry {
     /// The colour image below the folder, with or without its extension.
     pub file_path: String,
     /// Camera-to-world, rows of a 4x4 or 3x4 matrix, OpenGL's camera axes.
-    transform_matrix: Vec<Vec<f64>>,
+    pub transform_matrix: Vec<Vec<f64>>,
     /// The depth image below the folder.
     pub depth_file_path: Option<String>,
     /// The mask below the folder: 0 where the image shows no part of the scene.
@@ -196,14 +196,6 @@ fn focal(angle: f64, size: f64) -> f64 {
         0.5 * size / (0.5 * angle).tan()
     } else {
         f64::NAN
-    }
-}
-
-impl Entry {
-    /// The pose, camera-to-world with OpenCV's camera axes, in the unit of the file; or what is wrong with
-    /// it.
-    pub fn camera_to_world(&self) -> Result<DAffine3, PoseError> {
-        pose_of_open_gl(&self.transform_matrix)
     }
 }
 
