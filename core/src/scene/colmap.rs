@@ -97,7 +97,7 @@ fn read(folder: &Path, options: OpenOptions, progress: Progress) -> Result<Scene
     let unit = choose_unit(&images, &model);
     let origin = median_position(images.0.iter().map(|frame| frame.camera_to_world.translation));
     let placing = Placing { origin, unit };
-    let read = frames::decode(
+    let (frames, errors) = frames::decode(
         &folder.join("images"),
         &images,
         &model,
@@ -105,15 +105,12 @@ fn read(folder: &Path, options: OpenOptions, progress: Progress) -> Result<Scene
         progress,
         &mut warnings,
     )?;
-    let point_errors = PixelErrors::of(read.errors);
+    let point_errors = PixelErrors::of(errors);
     if options.depth && point_errors.is_some() {
         notes.push(format!(
             "sparse points on {} pixels of {} frames",
-            read.frames.iter().map(|frame| frame.points.len()).sum::<usize>(),
-            read.frames
-                .iter()
-                .filter(|frame| !frame.points.is_empty())
-                .count(),
+            frames.iter().map(|frame| frame.points.len()).sum::<usize>(),
+            frames.iter().filter(|frame| !frame.points.is_empty()).count(),
         ));
     }
     if let Some(errors) = point_errors.filter(PixelErrors::is_suspicious) {
@@ -140,7 +137,7 @@ fn read(folder: &Path, options: OpenOptions, progress: Progress) -> Result<Scene
         point_errors,
         warnings,
         notes,
-        ..Scene::new(source, FORMAT.name, read.frames)
+        ..Scene::new(source, FORMAT.name, frames)
     })
 }
 

@@ -137,15 +137,11 @@ impl Shot {
     }
 
     fn frame(&self, house: &House, index: usize, pixels: FramePixels) -> Frame {
-        let pose = house.stand(index, self.frames).to_world;
         Frame {
             stem: format!("rgb_{index}"),
             path: PathBuf::new(),
             camera: self.camera(),
-            camera_to_world: glam::Affine3A::from_mat3_translation(
-                pose.matrix3.as_mat3(),
-                pose.translation.as_vec3(),
-            ),
+            camera_to_world: house.stand(index, self.frames).to_world.as_affine3a(),
             pixels,
             points: Vec::new(),
             lens: None,
@@ -213,20 +209,12 @@ pub fn scene(progress: &(dyn Fn(usize, usize) + Sync)) -> Scene {
 
 /// The demo's classes, ids from 1.
 pub fn classes() -> Vec<Class> {
-    room::CLASSES
-        .iter()
-        .zip(1..)
-        .map(|(&class, id)| class_named(class, id))
-        .collect()
-}
-
-/// A class with a name and a display colour 0xRRGGBB.
-fn class_named((name, color): (&str, u32), id: ClassId) -> Class {
-    Class {
+    let class = |(&(name, color), id): (&(&str, u32), ClassId)| Class {
         id,
         name: name.to_owned(),
         color: [(color >> 16) as u8, (color >> 8) as u8, color as u8],
-    }
+    };
+    room::CLASSES.iter().zip(1..).map(class).collect()
 }
 
 /// True classes of every frame, row-major `[height, width]` each, at the pixel centres.

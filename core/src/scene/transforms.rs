@@ -22,7 +22,6 @@ use super::frame::to_image;
 use super::images::ImageFile;
 use super::reading::{Listed, Placing, Progress, ReadDepth, Unusable, keep_usable, read_frames};
 use super::{Camera, ColorImage, DepthMap, Lens, OpenOptions, Scene, SceneError, SceneSource};
-use file::Entry;
 pub(super) use file::{Transforms, pose_of_open_gl};
 
 /// The format.
@@ -104,14 +103,19 @@ fn list(
     let total = transforms.frames.len();
     let (mut listed, mut missing, mut unreadable, mut bad) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for entry in &transforms.frames {
-        check_names(file, reach, entry)?;
+        let (depth, mask) = (entry.depth_file_path.as_ref(), entry.mask_path.as_ref());
+        for name in [Some(&entry.file_path), depth, mask].into_iter().flatten() {
+            reach.check_name(file, "", name)?;
+        }
         let Some(name) = image_name(folder, &entry.file_path) else {
             missing.push(format!("{:?}", entry.file_path));
             continue;
         };
         let path = folder.join(&name);
-        let depth = entry.depth_file_path.as_ref().map(|depth| folder.join(depth));
-        let mask = entry.mask_path.as_ref().map(|mask| folder.join(mask));
+        let (depth, mask) = (
+            depth.map(|depth| folder.join(depth)),
+            mask.map(|mask| folder.join(mask)),
+        );
         for path in [Some(&path), depth.as_ref(), mask.as_ref()].into_iter().flatten() {
             reach.check_file(path)?;
         }
@@ -187,17 +191,6 @@ fn list(
             camera_to_world,
         });
     Ok(listed.collect())
-}
-
-/// Refuses paths that leave the folder of the scene, masks included.
-fn check_names(file: &Path, reach: &Reach, entry: &Entry) -> Result<(), SceneError> {
-    let paths = [
-        Some(&entry.file_path),
-        entry.depth_file_path.as_ref(),
-        entry.mask_path.as_ref(),
-    ];
-    let mut paths = paths.into_iter().flatten();
-    paths.try_for_each(|path| reach.check_name(file, "", path))
 }
 
 /// The path of a colour image below the folder, with the extension that its file has.

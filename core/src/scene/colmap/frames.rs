@@ -12,16 +12,11 @@ use crate::scene::images::warn_of_turns;
 use crate::scene::reading::{Listed, Placing, Progress, ReadDepth, read_frames};
 use crate::scene::{ColorImage, Frame, OpenOptions, SceneError, SparsePoint};
 
-/// The frames that could be decoded.
-pub(super) struct Read {
-    pub frames: Vec<Frame>,
-    /// Distances between the places that show a point of the model, trusted or not, and the points' projections,
-    /// in pixels of the images on disk.
-    pub errors: Vec<f64>,
-}
-
 /// Decodes the images and finds the points that they show; images that cannot be used are left out, up to
 /// half of them.
+///
+/// The frames, and the distances between the places that show a point of the model, trusted or not, and the points'
+/// projections, in pixels of the images on disk.
 pub(super) fn decode(
     folder: &Path,
     (listed, observations): &Images,
@@ -29,7 +24,7 @@ pub(super) fn decode(
     (placing, options): (Placing, OpenOptions),
     progress: Progress,
     warnings: &mut Vec<String>,
-) -> Result<Read, SceneError> {
+) -> Result<(Vec<Frame>, Vec<f64>), SceneError> {
     let project = |number: usize, color: &ColorImage| {
         let mut projected = Projected::new(&listed[number], &observations[number], model);
         projected
@@ -41,10 +36,7 @@ pub(super) fn decode(
     let no_depth = |_: &Listed| -> ReadDepth { Box::new(|_, _| Ok(Err(ImageError::Missing))) };
     let decoded = read_frames(listed, placing, options, progress, no_depth, project)?;
     let total = listed.len();
-    let mut read = Read {
-        frames: Vec::new(),
-        errors: Vec::new(),
-    };
+    let (mut frames, mut errors) = (Vec::new(), Vec::new());
     let (mut missing, mut unreadable, mut odd) = (Vec::new(), Vec::new(), Vec::new());
     let (mut badly_masked, mut turns) = (Vec::new(), Vec::new());
     for (listed, decoded) in listed.iter().zip(decoded) {
@@ -53,8 +45,8 @@ pub(super) fn decode(
             Ok(mut decoded) => {
                 turns.push((name, decoded.turn));
                 decoded.frame.points = decoded.seen.points(placing.unit);
-                read.frames.push(decoded.frame);
-                read.errors.extend(decoded.seen.errors);
+                frames.push(decoded.frame);
+                errors.extend(decoded.seen.errors);
             }
             Err(ImageError::Missing) => missing.push(name),
             Err(error) => {
@@ -91,13 +83,13 @@ pub(super) fn decode(
         })?;
     }
     warn_of_turns(warnings, &turns);
-    if read.frames.is_empty() {
+    if frames.is_empty() {
         refuse!(
             folder,
             "holds no usable image of the model; put the images that the model was made from there"
         );
     }
-    Ok(read)
+    Ok((frames, errors))
 }
 
 /// What an image shows of the model's points.

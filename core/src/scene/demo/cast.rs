@@ -80,13 +80,7 @@ impl Caster {
         let direction = without_zeros(direction);
         let inverse = direction.recip();
         let exit = ((self.min - origin) * inverse).max((self.max - origin) * inverse);
-        let axis = if exit.x <= exit.y && exit.x <= exit.z {
-            0
-        } else if exit.y <= exit.z {
-            1
-        } else {
-            2
-        };
+        let axis = exit.min_position();
         let mut hit = Hit {
             distance: exit[axis],
             solid: 2 * axis + usize::from(direction[axis] > 0.0),
@@ -189,11 +183,7 @@ fn build(bounds: &[(Vec3A, Vec3A)], order: &mut [usize], start: usize, end: usiz
     if count <= LEAF {
         return;
     }
-    let spread = last - first;
-    let axis = (0..3).fold(
-        0,
-        |best, axis| if spread[axis] > spread[best] { axis } else { best },
-    );
+    let axis = (last - first).max_position();
     order[start..end].sort_by(|&a, &b| {
         let middle = |solid: usize| bounds[solid].0[axis] + bounds[solid].1[axis];
         middle(a).total_cmp(&middle(b))

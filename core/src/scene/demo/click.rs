@@ -117,43 +117,25 @@ fn candidates(house: &House, shot: &Shot, frame: usize) -> Vec<Candidate> {
 /// Chessboard distance of each pixel to the nearest pixel of another class or outside the image: two passes.
 fn border_distance(labels: &[ClassId], width: usize, height: usize) -> Vec<u16> {
     let mut distance = vec![0_u16; labels.len()];
-    let mut relax = |x: usize, y: usize, forward: bool| {
-        if x == 0 || y == 0 || x + 1 == width || y + 1 == height {
-            return;
-        }
-        let index = y * width + x;
-        let neighbours = if forward {
-            [index - width - 1, index - width, index - width + 1, index - 1]
-        } else {
-            [index + width + 1, index + width, index + width - 1, index + 1]
+    let rows = 1..height.saturating_sub(1);
+    let inner = rows.flat_map(|y| (1..width.saturating_sub(1)).map(move |x| y * width + x));
+    let nearest = |distance: &[u16], index: usize, neighbours: [usize; 4]| {
+        let own = |other: usize| {
+            if labels[other] == labels[index] {
+                distance[other]
+            } else {
+                0
+            }
         };
-        let nearest = neighbours
-            .into_iter()
-            .map(|other| {
-                if labels[other] == labels[index] {
-                    distance[other]
-                } else {
-                    0
-                }
-            })
-            .min()
-            .unwrap_or(0)
-            + 1;
-        distance[index] = if forward {
-            nearest
-        } else {
-            nearest.min(distance[index])
-        };
+        let distances = neighbours.map(own);
+        1 + distances.into_iter().fold(u16::MAX - 1, u16::min)
     };
-    for y in 0..height {
-        for x in 0..width {
-            relax(x, y, true);
-        }
+    for i in inner.clone() {
+        distance[i] = nearest(&distance, i, [i - width - 1, i - width, i - width + 1, i - 1]);
     }
-    for y in (0..height).rev() {
-        for x in (0..width).rev() {
-            relax(x, y, false);
-        }
+    for i in inner.rev() {
+        let below = nearest(&distance, i, [i + width + 1, i + width, i + width - 1, i + 1]);
+        distance[i] = distance[i].min(below);
     }
     distance
 }

@@ -133,14 +133,10 @@ impl Material {
 
 /// Grain: noise stretched along the longest side.
 fn wood(point: Vec3A, half: Vec3A) -> f32 {
-    let (along, across) = if half.x >= half.y && half.x >= half.z {
-        (point.x, Vec2::new(point.y, point.z))
-    } else if half.y >= half.z {
-        (point.y, Vec2::new(point.x, point.z))
-    } else {
-        (point.z, Vec2::new(point.x, point.y))
-    };
-    let rings = noise(Vec2::new(1.5 * along, 26.0 * (across.x + across.y)));
+    let along = half.max_position();
+    let [first, second] = [[1, 2], [0, 2], [0, 1]][along];
+    let across = point[first] + point[second];
+    let rings = noise(Vec2::new(1.5 * point[along], 26.0 * across));
     0.82 + 0.3 * rings
 }
 

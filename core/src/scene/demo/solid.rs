@@ -152,13 +152,7 @@ impl Solid {
         }
         let mut relative = point / self.half;
         let size = relative.abs();
-        let axis = if size.x >= size.y && size.x >= size.z {
-            0
-        } else if size.y >= size.z {
-            1
-        } else {
-            2
-        };
+        let axis = size.max_position();
         let side = usize::from(relative[axis] > 0.0);
         if matches!(self.shape, Shape::Ellipsoid) {
             relative /= size[axis];

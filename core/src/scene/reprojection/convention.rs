@@ -70,10 +70,7 @@ impl Convention {
 
     /// Camera-to-world of a frame, in metres.
     fn pose(&self, scene: &Scene, frame: &Frame) -> DAffine3 {
-        let rotation = frame.camera_to_world.matrix3;
-        let columns =
-            [rotation.x_axis, rotation.y_axis, rotation.z_axis].map(|axis| glam::Vec3::from(axis).as_dvec3());
-        let mut rotation = DMat3::from_cols(columns[0], columns[1], columns[2]);
+        let mut rotation = frame.camera_to_world.matrix3.as_dmat3();
         // The scene's origin is its own choice: an inverse is that of the pose in the capture's coordinates.
         let mut centre = scene.to_capture(frame.center()) / scene.unit;
         match self.pose {
