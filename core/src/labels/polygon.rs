@@ -1,7 +1,7 @@
 //! Filled polygons to pixels.
 
 use super::Pixel;
-use super::raster::pixels_along;
+use super::raster::along;
 use super::runs::{Coverage, Run};
 
 /// The pixels inside a polygon whose corners are the centres of these pixels; the last corner is joined to the
@@ -17,7 +17,7 @@ pub fn polygon_runs(corners: &[Pixel]) -> Vec<Run> {
     };
     let mut coverage = Coverage::new(top, bottom);
     if on_one_line(corners) {
-        for [x, y] in pixels_along(corners) {
+        for [x, y] in along(corners) {
             coverage.add(y, x, x);
         }
         return coverage.finish();

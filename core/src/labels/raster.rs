@@ -111,11 +111,7 @@ pub fn erase(stroke: &Stroke, path: &[Pixel], radius: u32) -> Option<Stroke> {
     let mut changed = false;
     let mut lines = Vec::new();
     for line in &stroke.lines {
-        let dense = if near(line) {
-            pixels_along(line)
-        } else {
-            Vec::new()
-        };
+        let dense: Vec<Pixel> = along(if near(line) { line } else { &[] }).collect();
         if !dense.iter().any(erased) {
             lines.push(line.clone());
             continue;
@@ -164,13 +160,9 @@ impl Bounds {
     }
 }
 
-/// The pixels of a polyline in its order, both ends included; those of inner corners come twice.
-pub(super) fn pixels_along(line: &[Pixel]) -> Vec<Pixel> {
-    along(line).collect()
-}
-
-/// [`pixels_along`] one by one: a line may be longer than there is memory for.
-fn along(line: &[Pixel]) -> impl Iterator<Item = Pixel> {
+/// The pixels of a polyline in its order, both ends included; those of inner corners come twice. One by one: a line may be
+/// longer than there is memory for.
+pub(super) fn along(line: &[Pixel]) -> impl Iterator<Item = Pixel> {
     let single = match line {
         [point] => Some(*point),
         _ => None,
@@ -205,7 +197,7 @@ fn segment(from: Pixel, to: Pixel) -> impl Iterator<Item = Pixel> {
 
 /// The polyline of the pixels that a polyline's pixels become; those that become none are left out.
 pub(super) fn redrawn(line: &[Pixel], place: impl Fn(Pixel) -> Option<Pixel>) -> Vec<Pixel> {
-    let mut placed: Vec<Pixel> = pixels_along(line).into_iter().filter_map(place).collect();
+    let mut placed: Vec<Pixel> = along(line).filter_map(place).collect();
     placed.dedup();
     simplified(&placed)
 }
@@ -258,7 +250,7 @@ mod tests {
         let within = |index: u32| {
             let [x, y] = [index % 26, index / 26].map(i64::from);
             let near = |[px, py]: Pixel| (i64::from(px) - x).pow(2) + (i64::from(py) - y).pow(2) <= 9;
-            stroke.lines.iter().flat_map(|line| pixels_along(line)).any(near)
+            stroke.lines.iter().flat_map(|line| along(line)).any(near)
         };
         let expected: Vec<u32> = (0..26 * 14).filter(|&index| within(index)).collect();
         assert_eq!(pixels_of(&stroke, 26, 14), expected);

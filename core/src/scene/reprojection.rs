@@ -15,6 +15,8 @@ mod pairs;
 #[cfg(test)]
 mod tests;
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -93,22 +95,16 @@ struct MatchedPair {
 
 /// Finds the corners of each frame of the pairs, and those that both frames of a pair show.
 fn find_matches(scene: &Scene, pairs: &[Pair]) -> Vec<MatchedPair> {
-    let mut used: Vec<usize> = pairs.iter().flat_map(|pair| [pair.first, pair.second]).collect();
-    used.sort_unstable();
-    used.dedup();
-    let features: Vec<Features> = used
-        .par_iter()
-        .map(|&index| Features::of(&scene.frames[index]))
+    let used: BTreeSet<usize> = pairs.iter().flat_map(|pair| [pair.first, pair.second]).collect();
+    let features: BTreeMap<usize, Features> = used
+        .into_par_iter()
+        .map(|index| (index, Features::of(&scene.frames[index])))
         .collect();
-    // Every index was put into the list above.
-    let of = |index: usize| &features[used.partition_point(|&other| other < index)];
     let matched = pairs.par_iter().map(|&pair| MatchedPair {
-        matches: corners::matches(of(pair.first), of(pair.second)),
+        matches: corners::matches(&features[&pair.first], &features[&pair.second]),
         pair,
     });
-    let matched: Vec<MatchedPair> = matched.collect();
     matched
-        .into_iter()
         .filter(|pair| pair.matches.len() >= FEWEST_MATCHES)
         .collect()
 }

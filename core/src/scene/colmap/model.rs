@@ -6,7 +6,7 @@ use std::path::Path;
 use glam::DVec3;
 
 use super::{FEWEST_VIEWS, MOST_ERROR};
-use crate::scene::error::refusal;
+use crate::scene::error::{refusal, refuse};
 use crate::scene::{Camera, Distortion, Lens, SceneError};
 
 /// The camera models by their number: name and number of parameters; those that can be used come first.
@@ -169,11 +169,11 @@ impl ModelCamera {
         size: [u64; 2],
         parameters: &[f64],
     ) -> Result<Self, SceneError> {
-        let unusable = |reason: &str| {
-            Err(refusal!(
+        let unusable = |reason: String| {
+            refusal!(
                 file,
                 "camera {id} cannot be used: {reason}; copy the model again, or calibrate anew"
-            ))
+            )
         };
         let expected = parameters_of(file, id, model)?;
         let (fx, fy, cx, cy, k1, k2, p1, p2) = match (model, parameters) {
@@ -184,14 +184,14 @@ impl ModelCamera {
             (4, &[fx, fy, cx, cy, k1, k2, p1, p2]) => (fx, fy, cx, cy, k1, k2, p1, p2),
             _ => {
                 let count = parameters.len();
-                return unusable(&format!("it has {count} parameters instead of {expected}"));
+                return Err(unusable(format!(
+                    "it has {count} parameters instead of {expected}"
+                )));
             }
         };
         let distortion = Distortion { k1, k2, p1, p2 };
-        let (lens, pinhole) = match Lens::checked(size, [fx, fy, cx, cy], distortion) {
-            Ok(checked) => checked,
-            Err(error) => return unusable(&error.to_string()),
-        };
+        let (lens, pinhole) =
+            Lens::checked(size, [fx, fy, cx, cy], distortion).map_err(|error| unusable(error.to_string()))?;
         Ok(Self {
             model: CAMERA_MODELS[model as usize].0,
             lens,
@@ -207,8 +207,8 @@ pub(super) fn add_camera(
     id: u32,
     camera: ModelCamera,
 ) -> Result<(), SceneError> {
-    match model.cameras.insert(id, camera) {
-        None => Ok(()),
-        Some(_) => Err(refusal!(file, "holds camera {id} twice; copy the model again")),
+    if model.cameras.insert(id, camera).is_some() {
+        refuse!(file, "holds camera {id} twice; copy the model again");
     }
+    Ok(())
 }

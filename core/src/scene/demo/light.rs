@@ -65,23 +65,17 @@ impl LightMap {
     /// Lights a room.
     pub fn new(caster: &Caster, panes: &[Pane], bulbs: &[Bulb]) -> Self {
         let (charts, sites) = unfold(caster);
-        let direct: Vec<Option<Vec3A>> = sites
-            .par_iter()
-            .map(|site| site.as_ref().map(|site| direct_light(caster, panes, bulbs, site)))
-            .collect();
+        let lit = |light: &(dyn Fn(&Site) -> Vec3A + Sync)| -> Vec<Option<Vec3A>> {
+            sites.par_iter().map(|site| site.as_ref().map(light)).collect()
+        };
+        let direct = lit(&|site| direct_light(caster, panes, bulbs, site));
         let mut map = Self {
             charts,
             texels: Vec::new(),
         };
         map.texels = map.spread(direct, false);
         let directions = hemisphere(BOUNCE_RAYS);
-        let bounced: Vec<Option<Vec3A>> = sites
-            .par_iter()
-            .map(|site| {
-                site.as_ref()
-                    .map(|site| map.bounced_light(caster, site, &directions))
-            })
-            .collect();
+        let bounced = lit(&|site| map.bounced_light(caster, site, &directions));
         let bounced = map.spread(bounced, true);
         for (texel, bounced) in map.texels.iter_mut().zip(bounced) {
             *texel += bounced;
