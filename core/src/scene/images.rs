@@ -72,17 +72,6 @@ impl ImageFile {
         let color = color.ok_or(ImageError::Size(size, size));
         Ok((color?, turn))
     }
-
-    /// The same once more, while the capture is open.
-    ///
-    /// # Errors
-    /// A file that can no longer be read.
-    pub fn decode_again(&self) -> Result<ColorImage, SceneError> {
-        match self.decode() {
-            Ok((color, _)) => Ok(color),
-            Err(error) => Err(unreadable(&self.path, error)),
-        }
-    }
 }
 
 /// The colours of a frame's image on disk, turned as the frame's are, distortion included: row-major

@@ -108,7 +108,7 @@ fn read_frame<T>(
     let seen = look(&color);
     let depth = depth.filter(|_| measured.is_some());
     let again = move || {
-        let color = image.decode_again()?;
+        let (color, _) = image.decode().map_err(|error| unreadable(&image.path, error))?;
         let depth = match &depth {
             None => None,
             Some((path, decode)) => Some(decode(path, &color)?.map_err(|error| unreadable(path, error))?),

@@ -137,12 +137,6 @@ pub fn assert_refused(folder: &Path, words: &[&str]) {
     assert_eq!(opening_problem(folder, None, words), None);
 }
 
-/// Asserts that so many frames of a folder are read with one warning that holds all of these.
-#[track_caller]
-pub fn assert_warned(folder: &Path, frames: usize, words: &[&str]) {
-    assert_eq!(opening_problem(folder, Some(frames), words), None);
-}
-
 /// What is wrong, if anything, with what opening a folder says: a sentence with all of these words, by which it is
 /// refused, or the only warning where so many frames are to be read.
 fn opening_problem(folder: &Path, frames: Option<usize>, words: &[&str]) -> Option<String> {

@@ -1,7 +1,6 @@
 //! What holds for models that are spoilt.
 
 use super::*;
-use crate::scene::testing::check_changes;
 
 /// The model of the wall with one change, which names images and cameras from 1.
 fn changed(change: &str) -> Fixture {
@@ -54,11 +53,7 @@ camera 1 k1 -1e6            | refused | cameras. & camera 1 & undone
 
 #[test]
 fn models_that_cannot_be_used_are_refused_in_one_sentence_whichever_way_they_are_written() {
-    let without_model = || {
-        let (root, _) = capture::<&str>("sparse/0", &[]);
-        let folder = root.path().to_path_buf();
-        (root, folder)
-    };
+    let without_model = || capture::<&str>("sparse/0", &[]);
     let as_binary = |folder: &Path, change: &str| write(&folder.join("sparse/0"), &changed(change).binary());
     let as_text = |folder: &Path, change: &str| write(&folder.join("sparse/0"), &changed(change).text());
     check_changes(without_model, as_binary, MODELS);
@@ -68,7 +63,8 @@ fn models_that_cannot_be_used_are_refused_in_one_sentence_whichever_way_they_are
 #[test]
 fn camera_models_that_are_not_known_are_named() {
     let mut fixture = Fixture::of_wall(4, BARREL);
-    let (root, place) = capture("sparse/0", &fixture.binary());
+    let (root, folder) = capture("sparse/0", &fixture.binary());
+    let place = folder.join("sparse/0");
     for (model, name) in [
         (5, "OPENCV_FISHEYE"),
         (7, "FOV"),
@@ -110,7 +106,8 @@ fn camera_models_that_are_not_known_are_named() {
 #[test]
 fn every_truncated_or_lengthened_binary_file_is_named() {
     let files = Fixture::of_wall(4, BARREL).binary();
-    let (root, place) = capture("sparse/0", &files);
+    let (root, folder) = capture("sparse/0", &files);
+    let place = folder.join("sparse/0");
     for (name, whole) in &files {
         write(&place, &files);
         for length in (0..whole.len()).step_by(5) {
