@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use glam::{Affine3A, Vec3};
+use glam::{Affine3A, DQuat, DVec3, Vec3};
 use tempfile::TempDir;
 
 use super::{
@@ -70,6 +70,25 @@ pub fn bend(frame: &mut Frame, k1: f64) {
 pub fn hide(frame: &mut Frame, is_hidden: impl Fn(usize) -> bool) {
     let color = ColorImage::clone(&frame.color());
     frame.set_color(color.hiding(is_hidden));
+}
+
+/// A turn and a shift to somewhere far away, in which a scene may lie.
+pub fn far_away() -> (DQuat, DVec3) {
+    (
+        DQuat::from_euler(glam::EulerRot::XYZ, 0.3, -0.8, 2.1),
+        DVec3::new(400_000.0, -20.0, 3.0),
+    )
+}
+
+/// The names of the frames.
+pub fn stems(scene: &Scene) -> Vec<&str> {
+    scene.frames.iter().map(|frame| frame.stem.as_str()).collect()
+}
+
+/// Depth of a frame's pixel along the camera's z axis, in metres.
+pub fn z_depth(frame: &Frame, index: usize) -> Option<f32> {
+    let length = frame.depth()?.ray_length(index)?;
+    Some(length / frame.camera.direction_at(index).length())
 }
 
 /// Opens a folder as the program would.

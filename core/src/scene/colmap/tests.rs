@@ -12,7 +12,8 @@ use super::*;
 #[cfg(unix)]
 use crate::scene::testing::move_out;
 use crate::scene::testing::{
-    assert_outside, assert_refused, change_files, check_changes, open, opened, opened_without_depth, wall,
+    assert_outside, assert_refused, change_files, check_changes, far_away, open, opened,
+    opened_without_depth, stems, wall,
 };
 use crate::scene::{Distortion, Lens};
 
@@ -43,14 +44,6 @@ struct Fixture {
     points: Vec<(u64, DVec3, f64, usize)>,
 }
 
-/// Somewhere far away and turned: position and directions of a world that the wall lies in.
-fn placed() -> (DQuat, DVec3) {
-    (
-        DQuat::from_euler(glam::EulerRot::XYZ, 0.3, -0.8, 2.1),
-        DVec3::new(400_000.0, -20.0, 3.0),
-    )
-}
-
 impl Fixture {
     /// The wall of three cameras of the given model, and points on it that all of them see.
     fn of_wall(model: i32, distortion: Distortion) -> Self {
@@ -69,7 +62,7 @@ impl Fixture {
             image: camera,
             distortion,
         };
-        let (turn, shift) = placed();
+        let (turn, shift) = far_away();
         let local = |column: u32, row: u32| DVec3::new(f64::from(column) - 1.5, f64::from(row) - 1.0, 2.0);
         let grid = || (0..4).flat_map(|column| (0..3).map(move |row| local(column, row)));
         let images = (0..3).map(|number| {
@@ -218,9 +211,8 @@ fn frames_and_points_lie_where_the_model_says_whichever_way_it_is_written() {
         for folder in [&as_binary, &as_text] {
             let scene = opened(folder.path());
             assert_eq!(scene.format, "COLMAP");
-            let stems: Vec<&str> = scene.frames.iter().map(|frame| frame.stem.as_str()).collect();
-            assert_eq!(stems, ["a", "b", "view c"]);
-            let (turn, shift) = placed();
+            assert_eq!(stems(&scene), ["a", "b", "view c"]);
+            let (turn, shift) = far_away();
             let mut depths = Vec::new();
             for (frame, number) in scene.frames.iter().zip([2, 1, 0]) {
                 let centre = wall(3, WIDTH, HEIGHT).frames[number].center().as_dvec3();
@@ -408,9 +400,7 @@ fn images_in_several_folders_keep_their_names_apart() {
         image.0 = name;
     }
     write(&folder.join("sparse/0"), &fixture.binary());
-    let scene = opened(root.path());
-    let stems: Vec<&str> = scene.frames.iter().map(|frame| frame.stem.as_str()).collect();
-    assert_eq!(stems, ["left_1", "right_1", "up_1"]);
+    assert_eq!(stems(&opened(root.path())), ["left_1", "right_1", "up_1"]);
 }
 
 #[test]

@@ -9,9 +9,10 @@ use tempfile::TempDir;
 use super::*;
 use crate::labels::Class;
 use crate::scene::testing::{
-    assert_refused, change_files, check_changes, frame, open, opened, opened_without_depth, scene,
+    assert_refused, change_files, check_changes, frame, open, opened, opened_without_depth, scene, stems,
+    z_depth,
 };
-use crate::scene::{DepthMap, Frame, SceneSource};
+use crate::scene::{DepthMap, SceneSource};
 
 const WIDTH: u32 = 8;
 const HEIGHT: u32 = 6;
@@ -132,7 +133,7 @@ fn any_numbered_image_is_a_frame_and_frames_are_in_numerical_order() {
     let rgb = folder.join("rgb");
     fs::rename(rgb.join("rgb_2.png"), rgb.join("frame-0002.PNG")).unwrap();
     let scene = open(&folder).unwrap();
-    let stems: Vec<&str> = scene.frames.iter().map(|frame| frame.stem.as_str()).collect();
+    let stems = stems(&scene);
     assert_eq!(stems[1..4], ["rgb_1", "frame-0002", "rgb_3"]);
     assert_eq!(stems[10], "rgb_10");
 }
@@ -221,16 +222,12 @@ fn images_of_half_the_size_get_half_the_intrinsics_and_the_depth_of_either_size(
         (camera.fx, camera.fy, camera.cx, camera.cy),
         (3.75, 3.625, 2.0625, 1.4375)
     );
-    let z = |frame: &Frame, index: usize| {
-        let length = frame.depth().unwrap().ray_length(index);
-        length.map(|length| length / frame.camera.direction_at(index).length())
-    };
     for index in 0..12 {
-        assert!((z(&scene.frames[3], index).unwrap() - (1 + index) as f32).abs() < 1e-3);
+        assert!((z_depth(&scene.frames[3], index).unwrap() - (1 + index) as f32).abs() < 1e-3);
         // The centre of a pixel of half the size is the corner of four of the whole.
         let corner = 2 * (index / 4) * 8 + 2 * (index % 4);
-        let around = [0, 1, 8, 9].map(|step| z(&whole.frames[4], corner + step));
-        let own = z(&scene.frames[4], index).unwrap();
+        let around = [0, 1, 8, 9].map(|step| z_depth(&whole.frames[4], corner + step));
+        let own = z_depth(&scene.frames[4], index).unwrap();
         let is_own = |z: &f32| (z - own).abs() < 2e-3;
         assert!(around.iter().flatten().any(is_own), "{own} {around:?}");
     }

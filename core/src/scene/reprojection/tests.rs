@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 use glam::{Affine3A, Mat3A, Vec3A};
 
 use super::*;
-use crate::scene::testing::wall;
+use crate::scene::testing::{wall, z_depth};
 use crate::scene::{ColorImage, DepthMap, demo};
 
 /// The demo room with depth.
@@ -114,10 +114,8 @@ fn poses_that_have_nothing_to_do_with_the_images_fit_no_better_than_chance() {
 fn the_scale_of_intrinsics_and_of_depth_is_named() {
     let mut scene = ROOM.clone();
     for frame in &mut scene.frames {
-        let depth = frame.depth().unwrap();
-        let z =
-            |index: usize| depth.ray_length(index).unwrap_or(0.0) / frame.camera.direction_at(index).length();
-        let z: Vec<f32> = (0..depth.len()).map(z).collect();
+        let pixels = 0..frame.camera.pixels();
+        let z: Vec<f32> = pixels.map(|index| z_depth(frame, index).unwrap_or(0.0)).collect();
         (frame.camera.fx, frame.camera.fy) = (2.0 * frame.camera.fx, 2.0 * frame.camera.fy);
         frame.set_depth(Some(DepthMap::from_z_depths(&frame.camera, z)));
     }

@@ -7,7 +7,9 @@ use tempfile::TempDir;
 
 use super::*;
 use crate::scene::Frame;
-use crate::scene::testing::{assert_refused, change_files, check_changes, opened, opened_without_depth};
+use crate::scene::testing::{
+    assert_refused, change_files, check_changes, opened, opened_without_depth, stems, z_depth,
+};
 
 /// Numbers of the frames, as they are left where a scan was thinned.
 const NUMBERS: [usize; 6] = [0, 2, 10, 20, 100, 1005];
@@ -48,10 +50,7 @@ fn scan() -> (TempDir, PathBuf) {
 
 /// Depth of a frame's pixel along the camera's z axis, in metres.
 fn z(frame: &Frame, column: u32, row: u32) -> Option<f32> {
-    let length = frame
-        .depth()?
-        .ray_length((row * frame.camera.width + column) as usize)?;
-    Some(length / frame.camera.pixel_direction(column, row).length())
+    z_depth(frame, (row * frame.camera.width + column) as usize)
 }
 
 #[test]
@@ -60,8 +59,7 @@ fn frames_are_posed_in_the_order_of_their_numbers() {
     let scene = opened(&folder);
     assert_eq!(scene.format, "ScanNet");
     assert!(scene.notes.is_empty(), "{:?}", scene.notes);
-    let stems: Vec<&str> = scene.frames.iter().map(|frame| frame.stem.as_str()).collect();
-    assert_eq!(stems, ["0", "2", "10", "20", "100", "1005"]);
+    assert_eq!(stems(&scene), ["0", "2", "10", "20", "100", "1005"]);
     let frame = &scene.frames[3];
     assert_eq!(frame.color().pixel(5), [120; 3]);
     assert!(frame.center().distance(Vec3::new(0.3, 0.5, -3.0)) < 1e-6);

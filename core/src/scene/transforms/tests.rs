@@ -11,8 +11,8 @@ use crate::scene::Distortion;
 #[cfg(unix)]
 use crate::scene::testing::move_out;
 use crate::scene::testing::{
-    assert_outside, assert_refused, change_files, check_changes, expanded, open, opened,
-    opened_without_depth, wall,
+    assert_outside, assert_refused, change_files, check_changes, expanded, far_away, open, opened,
+    opened_without_depth, stems, wall, z_depth,
 };
 
 const WIDTH: u32 = 32;
@@ -24,17 +24,9 @@ const IMAGES: [(&str, &str); 3] = [
     ("images/a", "images/a.jpg"),
 ];
 
-/// Somewhere far away and turned: position and directions of a world that the wall lies in.
-fn placed() -> (DQuat, DVec3) {
-    (
-        DQuat::from_euler(glam::EulerRot::XYZ, 0.3, -0.8, 2.1),
-        DVec3::new(400_000.0, -20.0, 3.0),
-    )
-}
-
 /// The file of the wall, as seen by three cameras with OpenGL's axes, in metres.
 fn file_of_wall() -> Value {
-    let (turn, shift) = placed();
+    let (turn, shift) = far_away();
     // x stays, y and z are turned round.
     let opengl = turn * DQuat::from_rotation_x(std::f64::consts::PI);
     let rotation = glam::DMat3::from_quat(opengl);
@@ -110,10 +102,9 @@ fn frames_are_posed_and_named_in_the_order_of_their_paths() {
     let (_root, folder) = capture();
     let scene = opened(&folder);
     assert_eq!(scene.format, "transforms.json");
-    let stems: Vec<&str> = scene.frames.iter().map(|frame| frame.stem.as_str()).collect();
-    assert_eq!(stems, ["a", "b", "c"]);
+    assert_eq!(stems(&scene), ["a", "b", "c"]);
 
-    let (turn, shift) = placed();
+    let (turn, shift) = far_away();
     let mut of_wall = wall(3, WIDTH, HEIGHT).frames;
     of_wall.reverse();
     for (frame, original) in scene.frames.iter().zip(&of_wall) {
@@ -133,7 +124,7 @@ fn without_depth_the_cameras_span_two_metres_and_points_come_back_to_the_file() 
     let scene = opened(&capture().1);
     let said = scene.notes.join(" ");
     assert!(said.contains("2 m"), "{said}");
-    let (turn, _) = placed();
+    let (turn, _) = far_away();
     let span = (turn * DVec3::new(0.4, 0.0, 0.0)).abs().max_element();
     assert!((scene.unit - 0.5 * span).abs() < 1e-6, "{}", scene.unit);
 }
@@ -191,10 +182,8 @@ fn depth_is_along_z_in_millimetres_unless_the_file_says_otherwise() {
         add_depth(&folder, WIDTH, HEIGHT, steps);
         let scene = opened(&folder);
         assert_eq!(scene.unit, 1.0);
-        let expected = DepthMap::from_z_depths(&scene.frames[0].camera, vec![2.0; (WIDTH * HEIGHT) as usize]);
         for index in [0, 40, 700] {
-            let length = scene.frames[0].depth().unwrap().ray_length(index).unwrap();
-            assert!((length - expected.ray_length(index).unwrap()).abs() < 1e-4);
+            assert!((z_depth(&scene.frames[0], index).unwrap() - 2.0).abs() < 1e-4);
         }
     }
 }
@@ -205,15 +194,12 @@ fn depth_follows_the_undistorted_image_and_may_be_smaller_but_not_of_another_sha
     change_file(&folder, "/k1 = -0.12");
     add_depth(&folder, WIDTH / 2, HEIGHT / 2, 2000);
     let frame = opened(&folder).frames.remove(0);
-    let depth = frame.depth().unwrap();
     let mut outside = 0;
-    for index in 0..depth.len() {
-        let known = depth.ray_length(index);
+    for index in 0..frame.camera.pixels() {
+        let known = z_depth(&frame, index);
         assert_eq!(known.is_some(), frame.is_valid(index));
         outside += usize::from(known.is_none());
-        if let Some(length) = known {
-            assert!((length / frame.camera.direction_at(index).length() - 2.0).abs() < 1e-3);
-        }
+        assert!(known.is_none_or(|z| (z - 2.0).abs() < 1e-3));
     }
     assert!(outside > 0);
     add_depth(&folder, WIDTH, WIDTH, 2000);
@@ -313,9 +299,9 @@ fn paths_that_leave_the_folder_are_read_where_that_is_allowed() {
     fs::write(inner.join("transforms.json"), text).unwrap();
     let scene = assert_outside(&inner, &["transforms.json"], 3);
     assert!(scene.frames.iter().all(|frame| frame.has_depth()));
-    let mut stems: Vec<&str> = scene.frames.iter().map(|frame| frame.stem.as_str()).collect();
-    stems.sort_unstable();
-    assert_eq!(stems, ["a", "b", "c"]);
+    let mut named = stems(&scene);
+    named.sort_unstable();
+    assert_eq!(named, ["a", "b", "c"]);
 }
 
 #[cfg(unix)]

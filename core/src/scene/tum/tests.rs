@@ -10,7 +10,7 @@ use super::*;
 #[cfg(unix)]
 use crate::scene::testing::move_out;
 use crate::scene::testing::{
-    assert_outside, change_files, check_changes, open, open_with, opened, write_color, write_depth,
+    assert_outside, change_files, check_changes, open, open_with, opened, stems, write_color, write_depth,
 };
 
 const FRAMES: usize = 6;
@@ -149,7 +149,6 @@ fn the_frames_are_the_same_without_depth_which_may_be_missing() {
         ..OpenOptions::default()
     };
     let without = open_with(&folder, without).unwrap();
-    let stems = |scene: &Scene| -> Vec<String> { scene.frames.iter().map(|f| f.stem.clone()).collect() };
     assert!(!without.has_depth());
     assert_eq!(stems(&without), stems(&open(&folder).unwrap()));
     change_files(&folder, "remove depth.txt");
