@@ -28,7 +28,7 @@ use super::images::ImageFile;
 use super::pixel_errors::{PixelErrors, median};
 use super::reading::{Listed, Placing, Progress};
 use super::{OpenOptions, Scene, SceneError, SceneSource};
-use model::{Model, ModelImage, Observation};
+use model::{Model, ModelImage, Observation, Readers};
 
 /// The format.
 pub(super) const FORMAT: Format = Format {
@@ -78,12 +78,7 @@ fn read(folder: &Path, options: OpenOptions, progress: Progress) -> Result<Scene
         );
     };
     let mut warnings = Vec::new();
-    let readers = if extension == "bin" {
-        binary::READERS
-    } else {
-        text::READERS
-    };
-    let mut model = Model::read(&place, extension, readers)?;
+    let mut model = Model::read(&place, extension, readers(extension == "bin"))?;
     if model.points.is_empty() {
         warnings.push(format!(
             "the model in {} has no points, so that depth must be learnt from the images alone",
@@ -143,8 +138,11 @@ fn read(folder: &Path, options: OpenOptions, progress: Progress) -> Result<Scene
 
 /// Parses the bytes of the cameras (0), the images (1) or the points (2) of a model.
 pub(super) fn parse(path: &Path, bytes: &[u8], is_binary: bool, file: usize) -> Result<(), SceneError> {
-    let readers = if is_binary { binary::READERS } else { text::READERS };
-    readers[file](path, bytes, &mut Model::default())
+    readers(is_binary)[file](path, bytes, &mut Model::default())
+}
+
+fn readers(is_binary: bool) -> Readers {
+    if is_binary { binary::READERS } else { text::READERS }
 }
 
 /// What the model holds, in a sentence.

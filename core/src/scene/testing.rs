@@ -72,6 +72,21 @@ pub fn hide(frame: &mut Frame, is_hidden: impl Fn(usize) -> bool) {
     frame.set_color(color.hiding(is_hidden));
 }
 
+/// A folder and files in it.
+pub struct Files(pub TempDir);
+
+impl Files {
+    pub fn new() -> Self {
+        Self(tempfile::tempdir().unwrap())
+    }
+
+    pub fn write(&self, name: &str, bytes: impl AsRef<[u8]>) -> PathBuf {
+        let path = self.0.path().join(name);
+        fs::write(&path, bytes).unwrap();
+        path
+    }
+}
+
 /// A turn and a shift to somewhere far away, in which a scene may lie.
 pub fn far_away() -> (DQuat, DVec3) {
     (

@@ -167,26 +167,12 @@ fn one_camera(path: &Path, views: Vec<View>) -> Result<Option<Camera>, SceneErro
 #[cfg(test)]
 mod tests {
     use std::fs;
-    use std::path::PathBuf;
 
     use glam::{DMat3, DMat4, DVec3, EulerRot};
     use serde_json::json;
 
     use super::*;
-
-    struct Folder(tempfile::TempDir);
-
-    impl Folder {
-        fn new() -> Self {
-            Self(tempfile::tempdir().unwrap())
-        }
-
-        fn file(&self, name: &str, text: &str) -> PathBuf {
-            let path = self.0.path().join(name);
-            fs::write(&path, text).unwrap();
-            path
-        }
-    }
+    use crate::scene::testing::Files;
 
     /// Looks down a little, far from zero.
     fn pose() -> DAffine3 {
@@ -211,16 +197,16 @@ mod tests {
 
     #[test]
     fn the_same_poses_are_read_from_every_kind_of_file() {
-        let folder = Folder::new();
+        let folder = Files::new();
         let gl = rows(&open_gl(&pose()));
         let matrix: Vec<&[f64]> = gl.chunks(4).collect();
-        let text = folder.file("path.txt", &format!("# a comment\n{}\n", words(&rows(&pose()))));
+        let text = folder.write("path.txt", format!("# a comment\n{}\n", words(&rows(&pose()))));
         let transforms = json!({"w": 64, "h": 48, "fl_x": 50.0, "cx": 30.0,
             "frames": [{"file_path": "none.png", "transform_matrix": matrix}]});
-        let transforms = folder.file("transforms.json", &transforms.to_string());
+        let transforms = folder.write("transforms.json", transforms.to_string());
         let path = json!({"camera_type": "perspective", "render_width": 64, "render_height": 48,
             "camera_path": [{"camera_to_world": gl, "fov": 90.0, "aspect": 1.3}]});
-        let path = folder.file("camera_path.json", &path.to_string());
+        let path = folder.write("camera_path.json", path.to_string());
         let cameras = [&text, &transforms, &path].map(|file| {
             let read = Trajectory::read(file, None).unwrap();
             assert_eq!(read.poses.len(), 1);
@@ -235,13 +221,13 @@ mod tests {
         // As some editors save it.
         for file in [&text, &transforms, &path] {
             let marked = format!("\u{feff}{}", fs::read_to_string(file).unwrap());
-            let marked = folder.file("marked", &marked);
+            let marked = folder.write("marked", marked);
             assert_eq!(
                 Trajectory::read(&marked, None).unwrap(),
                 Trajectory::read(file, None).unwrap()
             );
         }
-        let intrinsics = folder.file("own.txt", "20 21 5 6 10 12\n");
+        let intrinsics = folder.write("own.txt", "20 21 5 6 10 12\n");
         for file in [&text, &transforms, &path] {
             let camera = Trajectory::read(file, Some(&intrinsics)).unwrap().camera.unwrap();
             assert_eq!((camera.width, camera.fy, camera.cx), (10, 21.0, 5.0));
@@ -250,7 +236,7 @@ mod tests {
 
     #[test]
     fn views_that_no_image_could_hold_are_refused_by_the_file_that_asks_for_them() {
-        let folder = Folder::new();
+        let folder = Files::new();
         let pose = rows(&DAffine3::IDENTITY);
         let matrix: Vec<&[f64]> = pose.chunks(4).collect();
         for (side, is_refused) in [(100_000, true), (60_000, true), (13_000, false)] {
@@ -260,10 +246,10 @@ mod tests {
                 "camera_path": [{"camera_to_world": pose, "fov": 60.0}]});
             let center = side / 2;
             let own = format!("{side} {side} {center} {center} {side} {side}");
-            let own = folder.file("own.txt", &own);
-            let poses = folder.file("poses.txt", &words(&pose));
-            let transforms = folder.file("transforms.json", &transforms.to_string());
-            let path = folder.file("path.json", &path.to_string());
+            let own = folder.write("own.txt", own);
+            let poses = folder.write("poses.txt", words(&pose));
+            let transforms = folder.write("transforms.json", transforms.to_string());
+            let path = folder.write("path.json", path.to_string());
             for (file, intrinsics, named) in [
                 (transforms, None, "transforms.json"),
                 (path, None, "path.json"),
@@ -284,7 +270,7 @@ mod tests {
 
     #[test]
     fn what_is_no_path_is_refused_with_a_sentence() {
-        let folder = Folder::new();
+        let folder = Files::new();
         let view = |fov: f64| json!({"camera_to_world": rows(&DAffine3::IDENTITY), "fov": fov});
         let path = |kind: &str, views: Vec<serde_json::Value>| {
             json!({"camera_type": kind, "render_width": 8, "render_height": 6, "camera_path": views})
@@ -312,7 +298,7 @@ mod tests {
             ),
         ];
         for (text, part) in cases {
-            let file = folder.file("path", &text);
+            let file = folder.write("path", text);
             let message = Trajectory::read(&file, None).unwrap_err().to_string();
             assert!(message.contains(part), "{part}: {message}");
             assert!(message.contains("path"), "{part}: {message}");

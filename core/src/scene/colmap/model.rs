@@ -91,25 +91,18 @@ pub(super) type Readers = [fn(&Path, &[u8], &mut Model) -> Result<(), SceneError
 
 impl Model {
     /// Reads the files of a folder that have this extension; that of the points may be missing.
-    pub fn read(
-        folder: &Path,
-        extension: &str,
-        [cameras, images, points]: Readers,
-    ) -> Result<Self, SceneError> {
-        let file = |name: &str| folder.join(name).with_extension(extension);
+    pub fn read(folder: &Path, extension: &str, readers: Readers) -> Result<Self, SceneError> {
         let mut model = Self::default();
-        let mut read = |name: &str, reader: fn(&Path, &[u8], &mut Self) -> Result<(), SceneError>| {
-            let path = file(name);
+        for (name, reader) in ["cameras", "images", "points3D"].into_iter().zip(readers) {
+            let path = folder.join(name).with_extension(extension);
+            if name == "points3D" && !path.exists() {
+                break;
+            }
             let bytes = std::fs::read(&path).map_err(|error| {
                 let form = format!("cameras.{extension}, images.{extension} and points3D.{extension}");
                 refusal!(&path, "cannot be read ({error}); a model is {form} together")
             })?;
-            reader(&path, &bytes, &mut model)
-        };
-        read("cameras", cameras)?;
-        read("images", images)?;
-        if file("points3D").exists() {
-            read("points3D", points)?;
+            reader(&path, &bytes, &mut model)?;
         }
         Ok(model)
     }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use image::{ColorType, ExtendedColorType};
 
 use super::*;
-use crate::scene::testing::{orientation_metadata, sideways_jpeg, wall};
+use crate::scene::testing::{Files, orientation_metadata, sideways_jpeg, wall};
 
 /// Three pixels of a palette: opaque, of alpha 0, half transparent.
 const PALETTE: [u8; 105] = [
@@ -18,27 +18,12 @@ const PALETTE: [u8; 105] = [
     0x42, 0x60, 0x82,
 ];
 
-/// A folder and files in it.
-struct Files(tempfile::TempDir);
-
-impl Files {
-    fn new() -> Self {
-        Self(tempfile::tempdir().unwrap())
-    }
-
-    fn write(&self, name: &str, bytes: &[u8]) -> PathBuf {
-        let path = self.0.path().join(name);
-        std::fs::write(&path, bytes).unwrap();
-        path
-    }
-
-    /// An image of two rows.
-    fn save(&self, name: &str, bytes: &[u8], kind: ColorType) -> PathBuf {
-        let path = self.0.path().join(name);
-        let width = bytes.len() / usize::from(kind.bytes_per_pixel()) / 2;
-        image::save_buffer(&path, bytes, width as u32, 2, ExtendedColorType::from(kind)).unwrap();
-        path
-    }
+/// Saves an image of two rows.
+fn save(files: &Files, name: &str, bytes: &[u8], kind: ColorType) -> PathBuf {
+    let path = files.0.path().join(name);
+    let width = bytes.len() / usize::from(kind.bytes_per_pixel()) / 2;
+    image::save_buffer(&path, bytes, width as u32, 2, ExtendedColorType::from(kind)).unwrap();
+    path
 }
 
 fn read(path: &Path, mask: Option<&Path>, width: u32, height: u32) -> Result<(ColorImage, Turn), String> {
@@ -52,15 +37,15 @@ fn read(path: &Path, mask: Option<&Path>, width: u32, height: u32) -> Result<(Co
 fn sixteen_bits_and_gray_become_eight_bits_of_three_channels() {
     let files = Files::new();
     let deep: [u16; 12] = [0, 257, 65535, 32896, 128, 129, 1, 2, 3, 60000, 40000, 20000];
-    let path = files.save("deep.png", bytemuck::cast_slice(&deep), ColorType::Rgb16);
+    let path = save(&files, "deep.png", bytemuck::cast_slice(&deep), ColorType::Rgb16);
     let (color, _) = read(&path, None, 2, 2).unwrap();
     let expected = deep.map(|value| (f32::from(value) / 257.0).round() as u8);
     assert_eq!(color.bytes(), expected);
 
     let gray: [u16; 4] = [0, 257 * 7, 257 * 200, 65535];
-    let path = files.save("gray16.png", bytemuck::cast_slice(&gray), ColorType::L16);
+    let path = save(&files, "gray16.png", bytemuck::cast_slice(&gray), ColorType::L16);
     let (deep, _) = read(&path, None, 2, 2).unwrap();
-    let path = files.save("gray.png", &[0, 7, 200, 255], ColorType::L8);
+    let path = save(&files, "gray.png", &[0, 7, 200, 255], ColorType::L8);
     let (shallow, _) = read(&path, None, 2, 2).unwrap();
     assert_eq!(deep, shallow);
     assert_eq!(shallow.pixel(2), [200; 3]);
@@ -70,31 +55,51 @@ fn sixteen_bits_and_gray_become_eight_bits_of_three_channels() {
 #[test]
 fn alpha_of_zero_hides_a_pixel_and_any_other_does_not() {
     let files = Files::new();
-    let (color, _) = read(&files.write("palette.png", &PALETTE), None, 3, 1).unwrap();
+    let (color, _) = read(&files.write("palette.png", PALETTE), None, 3, 1).unwrap();
     assert_eq!(color.bytes(), [10, 20, 30, 0, 0, 0, 7, 8, 9]);
     assert_eq!(color.hidden_pixels().collect::<Vec<_>>(), [1]);
 
-    let path = files.save("alpha.png", &[50, 0, 60, 1, 70, 255, 80, 0], ColorType::La8);
+    let path = save(
+        &files,
+        "alpha.png",
+        &[50, 0, 60, 1, 70, 255, 80, 0],
+        ColorType::La8,
+    );
     let (color, _) = read(&path, None, 2, 2).unwrap();
     assert_eq!(color.hidden_pixels().collect::<Vec<_>>(), [0, 3]);
     assert_eq!(color.pixel(1), [60; 3]);
 
-    let path = files.save("opaque.png", &[[9, 9, 9, 255]; 4].concat(), ColorType::Rgba8);
+    let path = save(
+        &files,
+        "opaque.png",
+        &[[9, 9, 9, 255]; 4].concat(),
+        ColorType::Rgba8,
+    );
     assert_eq!(read(&path, None, 2, 2).unwrap().0.hidden_pixels().count(), 0);
-    let path = files.save("nothing.png", &[[9, 9, 9, 0]; 4].concat(), ColorType::Rgba8);
+    let path = save(
+        &files,
+        "nothing.png",
+        &[[9, 9, 9, 0]; 4].concat(),
+        ColorType::Rgba8,
+    );
     assert!(read(&path, None, 2, 2).unwrap_err().contains("nothing of it"));
 }
 
 #[test]
 fn masks_hide_where_they_are_black_and_add_to_alpha() {
     let files = Files::new();
-    let path = files.save("alpha.png", &[50, 0, 60, 255, 70, 255, 80, 255], ColorType::La8);
+    let path = save(
+        &files,
+        "alpha.png",
+        &[50, 0, 60, 255, 70, 255, 80, 255],
+        ColorType::La8,
+    );
     let faint: [u16; 4] = [65535, 1, 0, 65535];
-    let mask = files.save("mask.png", bytemuck::cast_slice(&faint), ColorType::L16);
+    let mask = save(&files, "mask.png", bytemuck::cast_slice(&faint), ColorType::L16);
     let (color, _) = read(&path, Some(&mask), 2, 2).unwrap();
     assert_eq!(color.hidden_pixels().collect::<Vec<_>>(), [0, 2]);
 
-    let other = files.save("other.png", &[255; 6], ColorType::L8);
+    let other = save(&files, "other.png", &[255; 6], ColorType::L8);
     let reason = read(&path, Some(&other), 2, 2).unwrap_err();
     assert!(
         reason.contains("other.png has 3x2 pixels and not 2x2"),
@@ -102,7 +107,7 @@ fn masks_hide_where_they_are_black_and_add_to_alpha() {
     );
     let reason = read(&path, Some(&files.write("spoilt.png", b"spoilt")), 2, 2).unwrap_err();
     assert!(reason.contains("spoilt.png cannot be read"), "{reason}");
-    let black = files.save("black.png", &[0; 4], ColorType::L8);
+    let black = save(&files, "black.png", &[0; 4], ColorType::L8);
     let reason = read(&path, Some(&black), 2, 2).unwrap_err();
     assert!(reason.contains("nothing of it"), "{reason}");
 }
@@ -111,11 +116,11 @@ fn masks_hide_where_they_are_black_and_add_to_alpha() {
 fn an_orientation_is_ignored_unless_the_given_size_is_that_of_the_turned_image() {
     let files = Files::new();
     for orientation in [0, 1] {
-        let path = files.write("upright.jpg", &sideways_jpeg(orientation));
+        let path = files.write("upright.jpg", sideways_jpeg(orientation));
         assert_eq!(read(&path, None, 32, 16).unwrap().1, Turn::None);
     }
     for orientation in 2..=8 {
-        let path = files.write("turned.jpg", &sideways_jpeg(orientation));
+        let path = files.write("turned.jpg", sideways_jpeg(orientation));
         let (color, turn) = read(&path, None, 32, 16).unwrap();
         assert_eq!(turn, Turn::Ignored);
         assert!(color.pixel(0)[0] < 60 && color.pixel(31)[0] > 180);

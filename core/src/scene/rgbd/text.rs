@@ -72,14 +72,13 @@ pub(in crate::scene) fn parse_intrinsics(path: &Path, text: &str) -> Result<Came
             "{problem}; write six numbers in pixels: fx fy cx cy width height"
         )
     })?;
-    if cx > 0.0 && cx < width && cy > 0.0 && cy < height {
-        Ok(camera)
-    } else {
-        Err(refusal!(
+    if !(cx > 0.0 && cx < width && cy > 0.0 && cy < height) {
+        refuse!(
             path,
             "the principal point ({cx}, {cy}) is outside the image of {width}x{height} pixels; correct cx and cy"
-        ))
+        );
     }
+    Ok(camera)
 }
 
 /// The text of a file.
