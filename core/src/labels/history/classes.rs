@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use super::History;
-use crate::labels::{Class, ClassId, Edit, ImportedLabels, Stroke, StrokeChange, VOID};
+use crate::labels::{Class, ClassId, Edit, ImportChange, ImportedLabels, Stroke, StrokeChange, VOID};
 
 /// What became of classes that were to be added.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -96,15 +96,7 @@ impl History {
     /// Deletes a class and its strokes; `None` when there is no such class.
     pub fn delete_class(&mut self, id: ClassId) -> Option<Edit> {
         let name = format!("delete class {}", self.labels.class(id)?.name);
-        let before = self.labels.classes.clone();
-        let after = before.iter().filter(|class| class.id != id).cloned().collect();
-        let strokes = self.changes_of_class(id, |_| None);
-        Some(self.commit(Edit {
-            name,
-            strokes,
-            classes: Some((before, after)),
-            ..Edit::default()
-        }))
+        Some(self.remove_class(id, name, None, None))
     }
 
     /// Gives all strokes and imported pixels of one class to another and deletes the first; `None` unless both
@@ -115,24 +107,42 @@ impl History {
             return None;
         }
         let name = format!("merge class {} into {}", source.name, target.name);
-        let before = self.labels.classes.clone();
-        let after = before.iter().filter(|class| class.id != from).cloned().collect();
-        let strokes = self.changes_of_class(from, |stroke| {
-            Some(Stroke {
-                class: into,
-                ..stroke.clone()
-            })
-        });
         let says = |images: &&Arc<ImportedLabels>| images.classes().contains(&from);
         let images = self.labels.imported.as_ref().filter(says);
         let images = images.map(|images| images.relabelled(|class| if class == from { into } else { class }));
         let imported = images.map(|images| self.change_import(Some(images)));
-        Some(self.commit(Edit {
+        Some(self.remove_class(from, name, Some(into), imported))
+    }
+
+    /// Commits an edit that takes a class away, and its strokes unless they become of another one.
+    fn remove_class(
+        &mut self,
+        id: ClassId,
+        name: String,
+        becomes: Option<ClassId>,
+        imported: Option<ImportChange>,
+    ) -> Edit {
+        let before = self.labels.classes.clone();
+        let after = before.iter().filter(|class| class.id != id).cloned().collect();
+        let strokes = self.labels.strokes.iter();
+        let of_class = strokes.filter(|(_, stroke)| stroke.class == id);
+        let changes = of_class.map(|(&id, stroke)| {
+            let stroke = stroke.as_ref().clone();
+            StrokeChange {
+                id,
+                after: becomes.map(|class| Stroke {
+                    class,
+                    ..stroke.clone()
+                }),
+                before: Some(stroke),
+            }
+        });
+        self.commit(Edit {
             name,
-            strokes,
+            strokes: changes.collect(),
             classes: Some((before, after)),
             imported,
-        }))
+        })
     }
 
     /// Commits an edit that leaves these classes.
@@ -168,19 +178,6 @@ impl History {
             .flat_map(|(before, after)| before.iter().chain(after));
         present.iter().any(|other| other.id == class.id)
             || earlier.any(|other| other.id == class.id && !other.is_named(&class.name))
-    }
-
-    fn changes_of_class(&self, id: ClassId, after: impl Fn(&Stroke) -> Option<Stroke>) -> Vec<StrokeChange> {
-        self.labels
-            .strokes
-            .iter()
-            .filter(|(_, stroke)| stroke.class == id)
-            .map(|(&id, stroke)| StrokeChange {
-                id,
-                before: Some(stroke.as_ref().clone()),
-                after: after(stroke),
-            })
-            .collect()
     }
 }
 

@@ -82,53 +82,30 @@ fn a_larger_shot_shows_the_same_places_and_is_clicked_there() {
     assert_eq!(Shot::default().clicks(), super::clicks());
 }
 
-/// How many pixels of one frame are seen in another one, and what they are there.
-#[derive(Debug)]
-pub(super) struct SeenTwice {
-    pub shared: usize,
-    same_depth: usize,
-    same_class: usize,
-}
-
-impl SeenTwice {
-    /// Frames with their classes.
-    pub fn of((from, classes): (&Frame, &[ClassId]), (to, others): (&Frame, &[ClassId])) -> Self {
-        let mut seen = Self {
-            shared: 0,
-            same_depth: 0,
-            same_class: 0,
+/// How many pixels of one frame are seen in another one, how many of those have the same depth there, and how many of
+/// these the same class. Frames with their classes.
+fn seen_twice((from, classes): (&Frame, &[ClassId]), (to, others): (&Frame, &[ClassId])) -> [usize; 3] {
+    let [mut shared, mut same_depth, mut same_class] = [0; 3];
+    for index in (0..from.camera.pixels()).step_by(7) {
+        let length = from.depth().unwrap().ray_length(index).unwrap();
+        let point = from.center() + length * from.ray_direction(index);
+        let Some((x, y, length)) = to.project(point) else {
+            continue;
         };
-        for index in (0..from.camera.pixels()).step_by(7) {
-            let length = from.depth().unwrap().ray_length(index).unwrap();
-            let point = from.center() + length * from.ray_direction(index);
-            let Some((x, y, length)) = to.project(point) else {
-                continue;
-            };
-            let other = y as usize * to.camera.width as usize + x as usize;
-            let there = to.depth().unwrap().ray_length(other).unwrap();
-            // Half a pixel of a slanted surface, at most.
-            let tolerance = 0.03 * length;
-            if there < length - tolerance {
-                continue;
-            }
-            seen.shared += 1;
-            if (there - length).abs() < tolerance {
-                seen.same_depth += 1;
-                seen.same_class += usize::from(classes[index] == others[other]);
-            }
+        let other = y as usize * to.camera.width as usize + x as usize;
+        let there = to.depth().unwrap().ray_length(other).unwrap();
+        // Half a pixel of a slanted surface, at most.
+        let tolerance = 0.03 * length;
+        if there < length - tolerance {
+            continue;
         }
-        seen
+        shared += 1;
+        if (there - length).abs() < tolerance {
+            same_depth += 1;
+            same_class += usize::from(classes[index] == others[other]);
+        }
     }
-
-    /// Share of the pixels whose depth is the same.
-    pub fn depth(&self) -> f32 {
-        self.same_depth as f32 / self.shared as f32
-    }
-
-    /// Share of those whose class is the same.
-    pub fn class(&self) -> f32 {
-        self.same_class as f32 / self.same_depth as f32
-    }
+    [shared, same_depth, same_class]
 }
 
 #[test]
@@ -200,9 +177,10 @@ fn frames_are_shared_evenly_among_rooms_and_taken_inside_them() {
 fn several_rooms_agree_with_themselves_and_are_unlike_each_other() {
     let (scene, truth) = (ROOMS.scene(&|_, _| {}), ROOMS.ground_truth());
     for (a, b) in [(0, 1), (10, 11), (16, 17), (20, 21), (29, 20)] {
-        let seen = SeenTwice::of((&scene.frames[a], &truth[a]), (&scene.frames[b], &truth[b]));
-        assert!(seen.shared > 300, "{a} {b}: {seen:?}");
-        assert!(seen.depth() > 0.97 && seen.class() > 0.95, "{a} {b}: {seen:?}");
+        let seen = seen_twice((&scene.frames[a], &truth[a]), (&scene.frames[b], &truth[b]));
+        let [shared, same_depth, same_class] = seen.map(|count| count as f32);
+        assert!(shared > 300.0 && same_depth > 0.97 * shared, "{a} {b}: {seen:?}");
+        assert!(same_class > 0.95 * same_depth, "{a} {b}: {seen:?}");
     }
     // The second room is the first one's mirror image, and so are its pictures, but for the colours.
     let width = ROOMS.width as usize;
