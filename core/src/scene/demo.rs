@@ -91,15 +91,24 @@ impl Shot {
     fn scene_of(&self, house: &House, progress: &(dyn Fn(usize, usize) + Sync)) -> Scene {
         let light = house.light();
         let done = AtomicUsize::new(0);
-        let frames = (0..self.frames)
-            .into_par_iter()
-            .map(|index| {
-                let pixels = self.pixels(house, &light, index);
-                let frame = self.frame(house, index, pixels.into());
-                progress(1 + done.fetch_add(1, Ordering::Relaxed), self.frames);
-                frame
-            })
-            .collect();
+        self.frames_of(house, |index| {
+            let pixels = self.pixels(house, &light, index);
+            progress(1 + done.fetch_add(1, Ordering::Relaxed), self.frames);
+            pixels.into()
+        })
+    }
+
+    fn frames_of(&self, house: &House, pixels: impl Fn(usize) -> FramePixels + Sync) -> Scene {
+        let frame = |index| Frame {
+            stem: format!("rgb_{index}"),
+            path: PathBuf::new(),
+            camera: self.camera(),
+            camera_to_world: house.stand(index, self.frames).to_world.as_affine3a(),
+            pixels: pixels(index),
+            points: Vec::new(),
+            lens: None,
+        };
+        let frames = (0..self.frames).into_par_iter().map(frame).collect();
         Scene::new(SceneSource::Demo, "demo", frames)
     }
 
@@ -114,7 +123,7 @@ impl Shot {
         let house = Arc::new(self.house());
         let light: Arc<[LightMap]> = house.light().into();
         let cache = Arc::new(Cache::new(0));
-        let frame = |index: usize| {
+        self.frames_of(&house, |index| {
             let (shot, own, light) = (*self, Arc::clone(&house), Arc::clone(&light));
             let pixels = OnDisk {
                 number: index,
@@ -122,10 +131,8 @@ impl Shot {
                 decode: Box::new(move || Ok(shot.pixels(&own, &light, index))),
                 cache: Arc::clone(&cache),
             };
-            self.frame(&house, index, FramePixels::on_disk(Some(1.0), 0, pixels))
-        };
-        let frames = (0..self.frames).map(frame).collect();
-        Scene::new(SceneSource::Demo, "demo", frames)
+            FramePixels::on_disk(Some(1.0), 0, pixels)
+        })
     }
 
     fn pixels(&self, house: &House, light: &[LightMap], index: usize) -> Pixels {
@@ -134,18 +141,6 @@ impl Shot {
         // `render` gives three bytes for each pixel of the camera: the image always exists.
         let color = ColorImage::new(self.width, self.height, rgb).unwrap_or_else(|| unreachable!());
         Pixels::new(color, Some(DepthMap::from_ray_lengths(self.width, &lengths)))
-    }
-
-    fn frame(&self, house: &House, index: usize, pixels: FramePixels) -> Frame {
-        Frame {
-            stem: format!("rgb_{index}"),
-            path: PathBuf::new(),
-            camera: self.camera(),
-            camera_to_world: house.stand(index, self.frames).to_world.as_affine3a(),
-            pixels,
-            points: Vec::new(),
-            lens: None,
-        }
     }
 
     /// True classes of every frame, row-major `[height, width]` each, at the pixel centres.
