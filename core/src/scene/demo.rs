@@ -173,16 +173,14 @@ impl Shot {
     /// demo's, at the same places of the images; those on frames that this shot lacks are left out.
     pub fn clicks(&self) -> LabelSet {
         let demo = Self::default();
-        let mut labels = if self.rooms == 1 {
-            clicks()
-        } else {
-            let small = Self {
-                width: demo.width,
-                height: demo.height,
-                ..*self
-            };
-            click::clicks(&self.house(), &small, classes())
+        let rooms = self.rooms;
+        let frames = if rooms == 1 { demo.frames } else { self.frames };
+        let small = Self {
+            rooms,
+            frames,
+            ..demo
         };
+        let mut labels = click::clicks(&small.house(), &small);
         labels.strokes.retain(|_, stroke| stroke.frame < self.frames);
         for stroke in labels.strokes.values_mut() {
             let [x, y] = stroke.first_point().unwrap_or_default();
@@ -224,6 +222,5 @@ pub fn held_out() -> Vec<usize> {
 
 /// Clicks that a sensible person would make: up to three pixels a class, well inside it and far apart.
 pub fn clicks() -> LabelSet {
-    let shot = Shot::default();
-    click::clicks(&shot.house(), &shot, classes())
+    Shot::default().clicks()
 }

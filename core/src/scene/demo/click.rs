@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::Shot;
 use super::house::{House, first_of};
-use crate::labels::{Class, ClassId, LabelSet, Stroke, VOID};
+use crate::labels::{ClassId, LabelSet, Stroke, VOID};
 
 /// Clicks of each class.
 const CLICKS: usize = 3;
@@ -33,8 +33,8 @@ struct Candidate {
 
 /// In every room greedily, for each class: the safest click in the frame that shows the class best, then clicks
 /// that are both safe and far from the previous ones. On frames of the shot that are not held out.
-pub(super) fn clicks(house: &House, shot: &Shot, classes: Vec<Class>) -> LabelSet {
-    let mut labels = LabelSet::default();
+pub(super) fn clicks(house: &House, shot: &Shot) -> LabelSet {
+    let (classes, mut labels) = (super::classes(), LabelSet::default());
     for room in 0..house.count() {
         let first = |room| first_of(room, house.count(), shot.frames);
         let training: Vec<usize> = (first(room)..first(room + 1))
