@@ -391,18 +391,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn z_depth_becomes_ray_length_once() {
-        let camera = Camera::with_horizontal_fov(4, 2, 90.0);
-        let mut z = vec![2.0; 8];
-        z[3] = 0.0;
-        let depth = DepthMap::from_z_depths(&camera, z);
-        assert_eq!(depth.ray_length(3), None);
-        // Pixel (0, 0): direction (-0.75, -0.25, 1).
-        let expected = 2.0 * (0.75_f32.powi(2) + 0.25_f32.powi(2) + 1.0).sqrt();
-        assert!((depth.ray_length(0).unwrap() - expected).abs() < 1e-4);
-    }
-
-    #[test]
     fn a_point_at_a_pixels_ray_length_projects_to_the_pixel() {
         let camera = Camera::with_horizontal_fov(320, 240, 90.0);
         let mut frame = crate::scene::testing::frame("a", camera, vec![0; 3 * 320 * 240], None);
