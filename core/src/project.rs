@@ -23,7 +23,7 @@ mod writer;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use rusqlite::{Connection, Transaction};
+use rusqlite::Connection;
 
 pub use contents::{Contents, FrameRecord, SceneRecord};
 pub use error::ProjectError;
@@ -57,7 +57,7 @@ pub struct Project {
     connection: Connection,
     path: PathBuf,
     identity: Option<replace::FileIdentity>,
-    read_only: bool,
+    is_writable: bool,
 }
 
 impl Project {
@@ -67,28 +67,22 @@ impl Project {
     /// [`ProjectError::InUse`] or [`ProjectError::Unwritable`].
     pub fn create(path: &Path, contents: &Contents) -> Result<Self, ProjectError> {
         replace::replace(path, |temporary| {
-            let writing = |error| ProjectError::writing(path, &error);
-            let connection = Connection::open(temporary).map_err(writing)?;
-            // Whole or not at all: the file is synchronised before it gets its name.
-            connection
-                .pragma_update(None, "synchronous", "OFF")
-                .map_err(writing)?;
-            schema::create_tables(&connection).map_err(writing)?;
-            let mut draft = Self {
-                connection,
-                path: path.to_path_buf(),
-                identity: None,
-                read_only: false,
+            let maps = encoded(path, &contents.maps)?;
+            let write = || {
+                let mut connection = Connection::open(temporary)?;
+                // Whole or not at all: the file is synchronised before it gets its name.
+                connection.pragma_update(None, "synchronous", "OFF")?;
+                schema::create_tables(&connection)?;
+                let transaction = connection.transaction()?;
+                rows::write_all(&transaction, path, &contents.scene, &contents.history)?;
+                rows::write_view(&transaction, contents.view.as_deref())?;
+                maps.iter().try_for_each(|map| map.write(&transaction))?;
+                if let Some(model) = &contents.model {
+                    rows::write_model(&transaction, model)?;
+                }
+                transaction.commit()
             };
-            draft.write(|transaction| {
-                rows::write_all(transaction, path, &contents.scene, &contents.history)?;
-                rows::write_view(transaction, contents.view.as_deref())
-            })?;
-            draft.save_maps_unchecked(&contents.maps)?;
-            if let Some(model) = &contents.model {
-                draft.write(|transaction| rows::write_model(transaction, model))?;
-            }
-            Ok(())
+            write().map_err(|error| ProjectError::writing(path, &error))
         })?;
         Self::attach(path)
     }
@@ -96,7 +90,7 @@ impl Project {
     /// Opens a project file and reads all of it; decoding the maps takes a while, so do it off the UI
     /// thread.
     ///
-    /// A file that cannot be written is opened all the same: see [`Project::is_read_only`]. [`Opened::open`] goes
+    /// A file that cannot be written is opened all the same: see [`Project::is_writable`]. [`Opened::open`] goes
     /// on from a backup where the file is damaged.
     ///
     /// # Errors
@@ -106,24 +100,29 @@ impl Project {
             return Err(ProjectError::Missing(path.to_path_buf()));
         }
         let project = Self::attach(path)?;
-        let contents = rows::read(&project.connection, path)?;
+        let contents = project.read(path)?;
         Ok((project, contents))
     }
 
+    /// Reads all of the file as one at `path`.
+    fn read(&self, path: &Path) -> Result<Contents, ProjectError> {
+        rows::read(&self.connection, path).map_err(|fault| ProjectError::reading(path, fault))
+    }
+
     fn attach(path: &Path) -> Result<Self, ProjectError> {
-        let connection = schema::connect(path).map_err(|error| ProjectError::reading(path, &error))?;
-        let read_only = schema::check(&connection, path)? == schema::Access::ReadOnly;
+        let opened = schema::open(path).map_err(|fault| ProjectError::reading(path, fault));
+        let (connection, is_writable) = opened?;
         Ok(Self {
             connection,
             path: path.to_path_buf(),
             identity: replace::identity(path),
-            read_only,
+            is_writable,
         })
     }
 
-    /// Whether the file cannot be written: it, its folder or its disk is read-only.
-    pub fn is_read_only(&self) -> bool {
-        self.read_only
+    /// Whether the file can be written: neither it nor its folder nor its disk is read-only.
+    pub fn is_writable(&self) -> bool {
+        self.is_writable
     }
 
     /// The file.
@@ -136,7 +135,6 @@ impl Project {
     /// # Errors
     /// [`ProjectError::Unwritable`]; then none of them is in the file.
     pub fn record(&mut self, steps: &[Step]) -> Result<(), ProjectError> {
-        self.ensure_in_place()?;
         self.write(|transaction| {
             steps
                 .iter()
@@ -149,7 +147,6 @@ impl Project {
     /// # Errors
     /// [`ProjectError::Unwritable`]; then the file is as before.
     pub fn rewrite(&mut self, scene: &SceneRecord, history: &History) -> Result<(), ProjectError> {
-        self.ensure_in_place()?;
         let path = self.path.clone();
         self.write(|transaction| rows::write_all(transaction, &path, scene, history))
     }
@@ -159,15 +156,8 @@ impl Project {
     /// # Errors
     /// [`ProjectError::Unwritable`].
     pub fn save_maps(&mut self, maps: &[Arc<FrameMap>]) -> Result<(), ProjectError> {
-        self.ensure_in_place()?;
-        self.save_maps_unchecked(maps)
-    }
-
-    fn save_maps_unchecked(&mut self, maps: &[Arc<FrameMap>]) -> Result<(), ProjectError> {
-        let encoded: image::ImageResult<Vec<_>> = maps.iter().map(|map| rows::MapRow::encode(map)).collect();
-        let encoded = encoded
-            .map_err(|error| ProjectError::unwritable(&self.path, format!("a map has no image: {error}")))?;
-        self.write(|transaction| encoded.iter().try_for_each(|map| map.write(transaction)))
+        let maps = encoded(&self.path, maps)?;
+        self.write(|transaction| maps.iter().try_for_each(|map| map.write(transaction)))
     }
 
     /// Forgets model and maps: they were made from a scene that has changed.
@@ -175,7 +165,6 @@ impl Project {
     /// # Errors
     /// [`ProjectError::Unwritable`].
     pub fn forget_results(&mut self) -> Result<(), ProjectError> {
-        self.ensure_in_place()?;
         self.write(rows::delete_results)
     }
 
@@ -184,7 +173,6 @@ impl Project {
     /// # Errors
     /// [`ProjectError::Unwritable`].
     pub fn save_model(&mut self, model: &ModelState) -> Result<(), ProjectError> {
-        self.ensure_in_place()?;
         self.write(|transaction| rows::write_model(transaction, model))
     }
 
@@ -193,7 +181,6 @@ impl Project {
     /// # Errors
     /// [`ProjectError::Unwritable`].
     pub fn save_view(&mut self, json: &str) -> Result<(), ProjectError> {
-        self.ensure_in_place()?;
         self.write(|transaction| rows::write_view(transaction, Some(json)))
     }
 
@@ -203,22 +190,24 @@ impl Project {
     /// # Errors
     /// [`ProjectError::InUse`] or [`ProjectError::Unwritable`].
     pub fn copy_to(&self, path: &Path) -> Result<Self, ProjectError> {
-        let own_scene = rows::read_scene(&self.connection, &self.path)?;
+        let own_scene = rows::read_scene(&self.connection, &self.path);
+        let own_scene = own_scene.map_err(|fault| ProjectError::reading(&self.path, fault))?;
         replace::replace(path, |temporary| {
-            let writing = |error| ProjectError::writing(path, &error);
-            self.connection
-                .execute("VACUUM INTO ?1", [temporary.to_string_lossy()])
-                .map_err(writing)?;
-            let copy = Connection::open(temporary).map_err(writing)?;
-            rows::write_location(&copy, path, &own_scene).map_err(writing)
+            let vacuum = "VACUUM INTO ?1";
+            let copied = self.connection.execute(vacuum, [temporary.to_string_lossy()]);
+            copied
+                .and_then(|_| rows::write_location(&Connection::open(temporary)?, path, &own_scene))
+                .map_err(|error| ProjectError::writing(path, &error))
         })?;
         Self::attach(path)
     }
 
+    /// Changes the file in one transaction.
     fn write(
         &mut self,
-        change: impl FnOnce(&Transaction<'_>) -> rusqlite::Result<()>,
+        change: impl FnOnce(&Connection) -> rusqlite::Result<()>,
     ) -> Result<(), ProjectError> {
+        self.ensure_in_place()?;
         let transaction = self.connection.transaction();
         let written = transaction.and_then(|transaction| {
             change(&transaction)?;
@@ -237,6 +226,12 @@ impl Project {
             "it was moved or deleted; save the project again",
         ))
     }
+}
+
+/// Maps as rows of the file at `path`.
+fn encoded(path: &Path, maps: &[Arc<FrameMap>]) -> Result<Vec<rows::MapRow>, ProjectError> {
+    let encoded: image::ImageResult<_> = maps.iter().map(|map| rows::MapRow::encode(map)).collect();
+    encoded.map_err(|error| ProjectError::unwritable(path, format!("a map has no image: {error}")))
 }
 
 #[cfg(test)]

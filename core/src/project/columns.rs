@@ -1,7 +1,7 @@
 //! Numbers, JSON and lists of rows in SQLite's columns.
 
 use rusqlite::types::Type;
-use rusqlite::{Connection, Error, Row};
+use rusqlite::{Connection, Error, Params, Row};
 
 /// SQLite's integers are signed; nothing here comes near the limit.
 pub(super) fn integer(value: impl TryInto<i64>) -> i64 {
@@ -24,6 +24,11 @@ pub(super) fn from_json<T: serde::de::DeserializeOwned>(row: &Row<'_>, column: u
     let text: String = row.get(column)?;
     serde_json::from_str(&text)
         .map_err(|error| Error::FromSqlConversionFailure(column, Type::Text, error.into()))
+}
+
+/// Runs a statement that changes rows, compiled once for a connection.
+pub(super) fn execute(connection: &Connection, sql: &str, row: impl Params) -> rusqlite::Result<()> {
+    connection.prepare_cached(sql)?.execute(row).map(drop)
 }
 
 /// All rows that a query finds.

@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use super::ProjectError;
 use super::contents::some_names;
+use super::error::Fault;
 use crate::labels::{Class, Edit, History, ImportId, LabelSet, Stroke, StrokeId};
 use crate::scene::LARGEST_SIDE;
 
@@ -138,13 +138,8 @@ fn foreign_id(edit: &Edit) -> Option<u64> {
 }
 
 /// Refuses labels that name frames, classes or pixels that there cannot be.
-pub(super) fn check(
-    labels: &LabelSet,
-    edits: &[Edit],
-    frames: usize,
-    path: &Path,
-) -> Result<(), ProjectError> {
-    let damaged = |reason: String| Err(ProjectError::damaged(path, reason));
+pub(super) fn check(labels: &LabelSet, edits: &[Edit], frames: usize) -> Result<(), Fault> {
+    let damaged = |reason: String| Err(Fault::Damage(reason));
     for (id, stroke) in &labels.strokes {
         if !is_id(id.0) {
             return damaged(format!("no stroke has the number {}", id.0));

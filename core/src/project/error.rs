@@ -74,6 +74,31 @@ pub enum ProjectError {
     },
 }
 
+/// Why a project file cannot be read, whichever file it is.
+#[derive(Debug)]
+pub(super) enum Fault {
+    /// What the database says.
+    Database(rusqlite::Error),
+    /// What it holds that no project does.
+    Damage(String),
+    /// It is no project.
+    Foreign,
+    /// It has this later schema version.
+    Newer(i64),
+}
+
+impl From<rusqlite::Error> for Fault {
+    fn from(error: rusqlite::Error) -> Self {
+        Self::Database(error)
+    }
+}
+
+impl Fault {
+    pub(super) fn damage(reason: impl Into<String>) -> Self {
+        Self::Damage(reason.into())
+    }
+}
+
 const READ_ONLY: &str = "it is read-only; save it somewhere else";
 const UNWRITABLE_FOLDER: &str = "its folder cannot be written; save it somewhere else";
 
@@ -82,9 +107,15 @@ fn extended_code(error: &rusqlite::Error) -> Option<i32> {
 }
 
 impl ProjectError {
-    /// An error met while opening or reading `path`.
-    pub(super) fn reading(path: &Path, error: &rusqlite::Error) -> Self {
+    /// What was met while opening or reading `path`.
+    pub(super) fn reading(path: &Path, fault: Fault) -> Self {
         let path = path.to_path_buf();
+        let error = match fault {
+            Fault::Database(error) => error,
+            Fault::Damage(reason) => return Self::Damaged { path, reason },
+            Fault::Foreign => return Self::NotAProject(path),
+            Fault::Newer(found) => return Self::Newer { path, found },
+        };
         match error.sqlite_error_code() {
             Some(ErrorCode::NotADatabase) => Self::NotAProject(path),
             Some(ErrorCode::DatabaseBusy | ErrorCode::DatabaseLocked) => Self::InUse(path),
@@ -98,11 +129,11 @@ impl ProjectError {
             )
             | None => Self::Damaged {
                 path,
-                reason: in_one_line(error),
+                reason: in_one_line(&error),
             },
             Some(_) => Self::Unreadable {
                 path,
-                reason: in_one_line(error),
+                reason: in_one_line(&error),
             },
         }
     }
@@ -139,12 +170,5 @@ impl ProjectError {
     /// Nothing can be written at `path`.
     pub(super) fn read_only(path: &Path) -> Self {
         Self::unwritable(path, READ_ONLY)
-    }
-
-    pub(super) fn damaged(path: &Path, reason: impl Into<String>) -> Self {
-        Self::Damaged {
-            path: path.to_path_buf(),
-            reason: reason.into(),
-        }
     }
 }

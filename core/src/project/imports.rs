@@ -1,15 +1,15 @@
 //! The rows of label images from elsewhere.
 
 use std::collections::BTreeMap;
-use std::path::Path;
 use std::sync::Arc;
 
 use rayon::prelude::*;
 use rusqlite::{Connection, params};
 
-use super::columns::{integer, rows, unsigned};
+use super::columns::{execute, integer, rows, unsigned};
 use super::consistency::is_id;
-use super::{ProjectError, SceneRecord, schema};
+use super::error::Fault;
+use super::{SceneRecord, schema};
 use crate::labels::{ClassId, History, ImportId, ImportedLabels, ImportedMap, Probabilities, Trust, png};
 use crate::scene::ImageError;
 
@@ -52,10 +52,9 @@ fn write_with(
     images: &ImportedLabels,
     size: impl Fn(usize) -> Option<(u32, u32)> + Sync,
 ) -> rusqlite::Result<()> {
-    connection.execute(
-        "INSERT OR REPLACE INTO import (id, trust) VALUES (?1, ?2)",
-        params![integer(id.0), f64::from(images.trust.value())],
-    )?;
+    let trust = f64::from(images.trust.value());
+    let insert = "INSERT OR REPLACE INTO import (id, trust) VALUES (?1, ?2)";
+    execute(connection, insert, params![integer(id.0), trust])?;
     let png = |width: u32, height: u32, labels: &[ClassId]| {
         let png = png::encode_labels(width, height, labels);
         png.map_err(|error| rusqlite::Error::ToSqlConversionFailure(error.into()))
@@ -71,19 +70,19 @@ fn write_with(
         Ok((png(width, height, &classes)?, Some(png(width, height, &steps)?)))
     };
     let encoded: rusqlite::Result<Vec<EncodedMap>> = images.maps.par_iter().map(encode).collect();
-    let mut insert = connection.prepare_cached(
-        "INSERT OR REPLACE INTO imported_map (import, frame, labels, shares) VALUES (?1, ?2, ?3, ?4)",
-    )?;
+    let insert =
+        "INSERT OR REPLACE INTO imported_map (import, frame, labels, shares) VALUES (?1, ?2, ?3, ?4)";
     for (map, (labels, shares)) in images.maps.iter().zip(encoded?) {
-        insert.execute(params![integer(id.0), integer(map.frame), labels, shares])?;
+        let row = params![integer(id.0), integer(map.frame), labels, shares];
+        execute(connection, insert, row)?;
     }
     Ok(())
 }
 
 /// Tells which label images are in force.
 pub(super) fn put_in_force(connection: &Connection, id: Option<ImportId>) -> rusqlite::Result<()> {
-    connection.execute("UPDATE project SET imported = ?1", [id.map(|id| integer(id.0))])?;
-    Ok(())
+    let id = id.map(|id| integer(id.0));
+    execute(connection, "UPDATE project SET imported = ?1", [id])
 }
 
 /// Deletes the label images that no edit names and that are not in force: edits that were undone and replaced
@@ -101,14 +100,9 @@ pub(super) fn delete_unnamed(connection: &Connection) -> rusqlite::Result<()> {
 }
 
 /// Reads all label images. A person gave them and they are nowhere else: one that cannot be read is damage.
-pub(super) fn read(
-    connection: &Connection,
-    path: &Path,
-    scene: &SceneRecord,
-) -> Result<Imports, ProjectError> {
-    let reading = |error| ProjectError::reading(path, &error);
+pub(super) fn read(connection: &Connection, scene: &SceneRecord) -> Result<Imports, Fault> {
     // Files of earlier versions that cannot be written keep the tables that they have.
-    let (imports, maps) = match schema::version(connection).map_err(reading)? {
+    let (imports, maps) = match schema::version(connection)? {
         1 => return Ok((BTreeMap::new(), None)),
         2 => (schema::IMPORTS_OF_2, schema::MAPS_OF_2),
         _ => (
@@ -118,11 +112,11 @@ pub(super) fn read(
     };
     let kinds = rows(connection, imports, |row| {
         Ok((ImportId(unsigned(row, 0)? as u64), row.get::<_, f64>(1)?))
-    });
+    })?;
     let stored = rows(connection, maps, |row| {
         let id = ImportId(unsigned(row, 0)? as u64);
         Ok((id, unsigned(row, 1)?, row.get(2)?, row.get(3)?))
-    });
+    })?;
     let decode = |(id, frame, labels, shares): &(ImportId, usize, Vec<u8>, Option<Vec<u8>>)| {
         let record = scene
             .frames
@@ -131,17 +125,11 @@ pub(super) fn read(
         let map = decoded(*frame, [record.width, record.height], labels, shares.as_deref())?;
         Ok((*id, map))
     };
-    let decoded: Result<Vec<(ImportId, ImportedMap)>, ImageError> =
-        stored.map_err(reading)?.par_iter().map(decode).collect();
-    let decoded = decoded.map_err(|reason| {
-        ProjectError::damaged(path, format!("an imported label image is unusable: {reason}"))
-    })?;
-    let kinds = kinds.map_err(reading)?;
+    let decoded: Result<Vec<(ImportId, ImportedMap)>, ImageError> = stored.par_iter().map(decode).collect();
+    let decoded =
+        decoded.map_err(|reason| Fault::Damage(format!("an imported label image is unusable: {reason}")))?;
     if let Some((id, _)) = kinds.iter().find(|(id, _)| !is_id(id.0)) {
-        return Err(ProjectError::damaged(
-            path,
-            format!("no import has the number {}", id.0),
-        ));
+        return Err(Fault::Damage(format!("no import has the number {}", id.0)));
     }
     let mut maps: BTreeMap<ImportId, Vec<ImportedMap>> = BTreeMap::new();
     for (id, map) in decoded {
@@ -153,14 +141,11 @@ pub(super) fn read(
         Some((id, Arc::new(ImportedLabels { maps, trust })))
     });
     let imports: Option<BTreeMap<ImportId, Arc<ImportedLabels>>> = imports.collect();
-    let imports = imports
-        .ok_or_else(|| ProjectError::damaged(path, "the trust in imported labels is not from 0 to 1"))?;
-    let in_force: Option<i64> = connection
-        .query_row("SELECT imported FROM project", [], |row| row.get(0))
-        .map_err(reading)?;
+    let imports = imports.ok_or_else(|| Fault::damage("the trust in imported labels is not from 0 to 1"))?;
+    let in_force: Option<i64> = connection.query_row("SELECT imported FROM project", [], |row| row.get(0))?;
     let in_force = in_force.and_then(|id| u64::try_from(id).ok()).map(ImportId);
     if in_force.is_some_and(|id| !imports.contains_key(&id)) {
-        return Err(ProjectError::damaged(path, "imported label images are missing"));
+        return Err(Fault::damage("imported label images are missing"));
     }
     Ok((imports, in_force))
 }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::backups::{self, Backup};
 use super::replace::with_suffix;
-use super::{Contents, Project, ProjectError, rows};
+use super::{Contents, Project, ProjectError};
 
 /// An opened project: what the file says, and where the work on it goes on.
 #[derive(Debug)]
@@ -32,9 +32,9 @@ impl Opened {
     pub fn open(path: &Path) -> Result<Self, ProjectError> {
         let error = match Project::open(path) {
             Ok((project, contents)) => {
-                let project = match project.is_read_only() {
-                    true => Err(ProjectError::read_only(path)),
-                    false => Ok(project),
+                let project = match project.is_writable() {
+                    true => Ok(project),
+                    false => Err(ProjectError::read_only(path)),
                 };
                 return Ok(Self {
                     project,
@@ -164,5 +164,5 @@ fn read_copy(path: &Path) -> io::Result<Result<Contents, ProjectError>> {
             _ => {}
         }
     }
-    Ok(Project::attach(&file).and_then(|project| rows::read(&project.connection, path)))
+    Ok(Project::attach(&file).and_then(|project| project.read(path)))
 }

@@ -6,10 +6,11 @@ use std::sync::Arc;
 use rayon::prelude::*;
 use rusqlite::{Connection, OptionalExtension, Row, params};
 
-use super::columns::{from_json, integer, json, rows, unsigned};
+use super::columns::{execute, from_json, integer, json, rows, unsigned};
 use super::consistency::{self, Doubts};
 use super::contents::Pending;
-use super::{Contents, FrameRecord, ProjectError, SceneRecord, Step, imports, location};
+use super::error::Fault;
+use super::{Contents, FrameRecord, SceneRecord, Step, imports, location};
 use crate::labels::{Class, Edit, History, LabelSet, Stroke, StrokeId, png};
 use crate::scene::{ImageError, SceneSource};
 use crate::session::{FrameMap, ModelState};
@@ -23,24 +24,21 @@ pub(super) fn write_all(
 ) -> rusqlite::Result<()> {
     connection.execute_batch("DELETE FROM frame; DELETE FROM stroke; DELETE FROM edit")?;
     let (edits, cursor) = history.edits();
-    connection.execute(
-        "INSERT OR IGNORE INTO project (id, scene, depth, cursor, written_by) VALUES (1, 'demo', 0, 0, ?1)",
-        [env!("CARGO_PKG_VERSION")],
-    )?;
+    let project =
+        "INSERT OR IGNORE INTO project (id, scene, depth, cursor, written_by) VALUES (1, 'demo', 0, 0, ?1)";
+    execute(connection, project, [env!("CARGO_PKG_VERSION")])?;
     write_location(connection, path, scene)?;
     write_cursor(connection, cursor)?;
+    let insert = "INSERT INTO frame (number, stem, width, height, bytes) VALUES (?1, ?2, ?3, ?4, ?5)";
     for (number, frame) in scene.frames.iter().enumerate() {
-        connection
-            .prepare_cached(
-                "INSERT INTO frame (number, stem, width, height, bytes) VALUES (?1, ?2, ?3, ?4, ?5)",
-            )?
-            .execute(params![
-                integer(number),
-                frame.stem,
-                frame.width,
-                frame.height,
-                integer(frame.bytes)
-            ])?;
+        let FrameRecord {
+            stem,
+            width,
+            height,
+            bytes,
+        } = frame;
+        let row = params![integer(number), stem, width, height, integer(*bytes)];
+        execute(connection, insert, row)?;
     }
     write_classes(connection, &history.labels().classes)?;
     for (&id, stroke) in &history.labels().strokes {
@@ -67,11 +65,10 @@ pub(super) fn write_location(
             Some(location::absolute(folder).to_string_lossy().into_owned()),
         ),
     };
-    connection.execute(
-        "UPDATE project SET scene = ?1, relative_path = ?2, absolute_path = ?3, depth = ?4, written_by = ?5",
-        params![kind, relative, absolute, scene.depth, env!("CARGO_PKG_VERSION")],
-    )?;
-    Ok(())
+    let row = params![kind, relative, absolute, scene.depth, env!("CARGO_PKG_VERSION")];
+    let update =
+        "UPDATE project SET scene = ?1, relative_path = ?2, absolute_path = ?3, depth = ?4, written_by = ?5";
+    execute(connection, update, row)
 }
 
 /// Writes one step through the history. A step that leads nowhere changes nothing.
@@ -80,8 +77,8 @@ pub(super) fn write_step(connection: &Connection, step: &Step) -> rusqlite::Resu
         .prepare_cached("SELECT cursor FROM project")?
         .query_row([], |row| row.get(0))?;
     let cursor = usize::try_from(cursor).unwrap_or(0);
-    match step {
-        Step::Import(id, images) => imports::write(connection, *id, images),
+    let (edit, after) = match step {
+        Step::Import(id, images) => return imports::write(connection, *id, images),
         Step::Do(edit) => {
             let forgotten = connection
                 .prepare_cached("DELETE FROM edit WHERE number >= ?1")?
@@ -91,37 +88,32 @@ pub(super) fn write_step(connection: &Connection, step: &Step) -> rusqlite::Resu
             if forgotten > 0 {
                 imports::delete_unnamed(connection)?;
             }
-            write_cursor(connection, cursor + 1)
+            return write_cursor(connection, cursor + 1);
         }
-        Step::Undo => match cursor.checked_sub(1) {
-            Some(before) => match read_edit(connection, before)? {
-                Some(edit) => {
-                    apply(connection, &edit.inverse())?;
-                    write_cursor(connection, before)
-                }
-                None => Ok(()),
-            },
-            None => Ok(()),
-        },
-        Step::Redo => match read_edit(connection, cursor)? {
-            Some(edit) => {
-                apply(connection, &edit)?;
-                write_cursor(connection, cursor + 1)
-            }
-            None => Ok(()),
-        },
-    }
+        Step::Undo => {
+            let Some(before) = cursor.checked_sub(1) else {
+                return Ok(());
+            };
+            (read_edit(connection, before)?.map(|edit| edit.inverse()), before)
+        }
+        Step::Redo => (read_edit(connection, cursor)?, cursor + 1),
+    };
+    let Some(edit) = edit else {
+        return Ok(());
+    };
+    apply(connection, &edit)?;
+    write_cursor(connection, after)
 }
 
 fn apply(connection: &Connection, edit: &Edit) -> rusqlite::Result<()> {
     for change in &edit.strokes {
         match &change.after {
             Some(stroke) => write_stroke(connection, change.id, stroke)?,
-            None => {
-                connection
-                    .prepare_cached("DELETE FROM stroke WHERE id = ?1")?
-                    .execute([integer(change.id.0)])?;
-            }
+            None => execute(
+                connection,
+                "DELETE FROM stroke WHERE id = ?1",
+                [integer(change.id.0)],
+            )?,
         }
     }
     if let Some((_, after)) = &edit.classes {
@@ -134,60 +126,47 @@ fn apply(connection: &Connection, edit: &Edit) -> rusqlite::Result<()> {
 }
 
 fn write_cursor(connection: &Connection, cursor: usize) -> rusqlite::Result<()> {
-    connection
-        .prepare_cached("UPDATE project SET cursor = ?1")?
-        .execute([integer(cursor)])?;
-    Ok(())
+    execute(connection, "UPDATE project SET cursor = ?1", [integer(cursor)])
 }
 
 fn write_stroke(connection: &Connection, id: StrokeId, stroke: &Stroke) -> rusqlite::Result<()> {
-    connection
-        .prepare_cached(
-            "INSERT OR REPLACE INTO stroke (id, frame, class, radius, lines) VALUES (?1, ?2, ?3, ?4, ?5)",
-        )?
-        .execute(params![
-            integer(id.0),
-            integer(stroke.frame),
-            stroke.class,
-            stroke.radius,
-            json(&stroke.lines)?
-        ])?;
-    Ok(())
+    let insert =
+        "INSERT OR REPLACE INTO stroke (id, frame, class, radius, lines) VALUES (?1, ?2, ?3, ?4, ?5)";
+    let (frame, lines) = (integer(stroke.frame), json(&stroke.lines)?);
+    let row = params![integer(id.0), frame, stroke.class, stroke.radius, lines];
+    execute(connection, insert, row)
 }
 
 fn write_classes(connection: &Connection, classes: &[Class]) -> rusqlite::Result<()> {
-    connection.execute("DELETE FROM class", [])?;
-    let mut insert = connection.prepare_cached(
-        "INSERT INTO class (position, id, name, red, green, blue) VALUES (?1, ?2, ?3, ?4, ?5, ?6)",
-    )?;
+    execute(connection, "DELETE FROM class", [])?;
+    let insert = "INSERT INTO class (position, id, name, red, green, blue) VALUES (?1, ?2, ?3, ?4, ?5, ?6)";
     for (position, class) in classes.iter().enumerate() {
         let [red, green, blue] = class.color;
-        insert.execute(params![integer(position), class.id, class.name, red, green, blue])?;
+        let row = params![integer(position), class.id, class.name, red, green, blue];
+        execute(connection, insert, row)?;
     }
     Ok(())
 }
 
 fn write_edit(connection: &Connection, number: usize, edit: &Edit) -> rusqlite::Result<()> {
-    connection
-        .prepare_cached("INSERT INTO edit (number, change) VALUES (?1, ?2)")?
-        .execute(params![integer(number), json(edit)?])?;
-    Ok(())
+    let row = params![integer(number), json(edit)?];
+    execute(
+        connection,
+        "INSERT INTO edit (number, change) VALUES (?1, ?2)",
+        row,
+    )
 }
 
 pub(super) fn write_view(connection: &Connection, view: Option<&str>) -> rusqlite::Result<()> {
-    connection.execute("UPDATE project SET view = ?1", [view])?;
-    Ok(())
+    execute(connection, "UPDATE project SET view = ?1", [view])
 }
 
 pub(super) fn write_model(connection: &Connection, model: &ModelState) -> rusqlite::Result<()> {
-    connection.execute(
-        "INSERT OR REPLACE INTO model (id, steps, tensors) VALUES (1, ?1, ?2)",
-        params![integer(model.steps), model.tensors],
-    )?;
-    Ok(())
+    let insert = "INSERT OR REPLACE INTO model (id, steps, tensors) VALUES (1, ?1, ?2)";
+    execute(connection, insert, params![integer(model.steps), model.tensors])
 }
 
-pub(super) fn delete_results(connection: &rusqlite::Transaction<'_>) -> rusqlite::Result<()> {
+pub(super) fn delete_results(connection: &Connection) -> rusqlite::Result<()> {
     connection.execute_batch("DELETE FROM model; DELETE FROM map")
 }
 
@@ -211,17 +190,14 @@ impl MapRow {
     }
 
     pub(super) fn write(&self, connection: &Connection) -> rusqlite::Result<()> {
-        connection
-            .prepare_cached(
-                "INSERT OR REPLACE INTO map (frame, generation, labels, entropy) VALUES (?1, ?2, ?3, ?4)",
-            )?
-            .execute(params![
-                integer(self.frame),
-                integer(self.generation),
-                self.labels,
-                self.entropy
-            ])?;
-        Ok(())
+        let insert =
+            "INSERT OR REPLACE INTO map (frame, generation, labels, entropy) VALUES (?1, ?2, ?3, ?4)";
+        let (frame, generation) = (integer(self.frame), integer(self.generation));
+        execute(
+            connection,
+            insert,
+            params![frame, generation, self.labels, self.entropy],
+        )
     }
 
     fn decode(&self, record: &FrameRecord) -> Result<FrameMap, ImageError> {
@@ -234,39 +210,23 @@ impl MapRow {
 }
 
 /// Reads everything.
-pub(super) fn read(connection: &Connection, path: &Path) -> Result<Contents, ProjectError> {
-    let reading = |error| ProjectError::reading(path, &error);
+pub(super) fn read(connection: &Connection, path: &Path) -> Result<Contents, Fault> {
     let scene = read_scene(connection, path)?;
-    let (cursor, view) = connection
-        .query_row("SELECT cursor, view FROM project", [], |row| {
-            Ok((unsigned(row, 0)?, row.get(1)?))
-        })
-        .map_err(reading)?;
+    let (cursor, view) = connection.query_row("SELECT cursor, view FROM project", [], |row| {
+        Ok((unsigned(row, 0)?, row.get(1)?))
+    })?;
+    let classes = "SELECT id, name, red, green, blue FROM class ORDER BY position";
+    let strokes = "SELECT id, frame, class, radius, lines FROM stroke";
     let labels = LabelSet {
-        classes: rows(
-            connection,
-            "SELECT id, name, red, green, blue FROM class ORDER BY position",
-            read_class,
-        )
-        .map_err(reading)?,
-        strokes: rows(
-            connection,
-            "SELECT id, frame, class, radius, lines FROM stroke",
-            read_stroke,
-        )
-        .map_err(reading)?
-        .into_iter()
-        .collect(),
+        classes: rows(connection, classes, read_class)?,
+        strokes: rows(connection, strokes, read_stroke)?.into_iter().collect(),
         imported: None,
     };
-    let edits: Vec<Edit> = rows(connection, "SELECT change FROM edit ORDER BY number", |row| {
-        from_json(row, 0)
-    })
-    .map_err(reading)?;
-    let frames = scene.frames.len();
-    consistency::check(&labels, &edits, frames, path)?;
+    let edits = "SELECT change FROM edit ORDER BY number";
+    let edits: Vec<Edit> = rows(connection, edits, |row| from_json(row, 0))?;
+    consistency::check(&labels, &edits, scene.frames.len())?;
     if cursor > edits.len() {
-        return Err(ProjectError::damaged(path, "edits are missing"));
+        return Err(Fault::damage("edits are missing"));
     }
     let model = connection
         .query_row("SELECT steps, tensors FROM model", [], |row| {
@@ -275,10 +235,9 @@ pub(super) fn read(connection: &Connection, path: &Path) -> Result<Contents, Pro
                 tensors: row.get(1)?,
             })
         })
-        .optional()
-        .map_err(reading)?;
-    let (maps, mut warnings) = read_maps(connection, path, &scene).map_err(reading)?;
-    let (images, in_force) = imports::read(connection, path, &scene)?;
+        .optional()?;
+    let (maps, mut warnings) = read_maps(connection, path, &scene)?;
+    let (images, in_force) = imports::read(connection, &scene)?;
     let history = History::restored(labels, edits, cursor).with_imports(images, in_force);
     warnings.extend(Doubts::of(&history).warning(path, history.labels(), &scene.stems()));
     Ok(Contents {
@@ -293,8 +252,7 @@ pub(super) fn read(connection: &Connection, path: &Path) -> Result<Contents, Pro
 }
 
 /// Reads where the scene is, as seen from a project file at `path`, and its frames.
-pub(super) fn read_scene(connection: &Connection, path: &Path) -> Result<SceneRecord, ProjectError> {
-    let reading = |error| ProjectError::reading(path, &error);
+pub(super) fn read_scene(connection: &Connection, path: &Path) -> Result<SceneRecord, Fault> {
     let frames = "SELECT stem, width, height, bytes FROM frame ORDER BY number";
     let frames = rows(connection, frames, |row| {
         Ok(FrameRecord {
@@ -303,23 +261,18 @@ pub(super) fn read_scene(connection: &Connection, path: &Path) -> Result<SceneRe
             height: row.get(2)?,
             bytes: unsigned(row, 3)? as u64,
         })
-    })
-    .map_err(reading)?;
+    })?;
     let scene = "SELECT scene, relative_path, absolute_path, depth FROM project";
-    let (source, depth) = connection
-        .query_row(scene, [], |row| {
-            let kind: String = row.get(0)?;
-            let (relative, absolute): (Option<String>, Option<String>) = (row.get(1)?, row.get(2)?);
-            let source = match kind.as_str() {
-                "demo" => Some(SceneSource::Demo),
-                _ => {
-                    location::resolve(path, relative.as_deref(), absolute.as_deref()).map(SceneSource::Folder)
-                }
-            };
-            Ok((source, row.get(3)?))
-        })
-        .map_err(reading)?;
-    let source = source.ok_or_else(|| ProjectError::damaged(path, "it does not say where its scene is"))?;
+    let (source, depth) = connection.query_row(scene, [], |row| {
+        let kind: String = row.get(0)?;
+        let (relative, absolute): (Option<String>, Option<String>) = (row.get(1)?, row.get(2)?);
+        let source = match kind.as_str() {
+            "demo" => Some(SceneSource::Demo),
+            _ => location::resolve(path, relative.as_deref(), absolute.as_deref()).map(SceneSource::Folder),
+        };
+        Ok((source, row.get(3)?))
+    })?;
+    let source = source.ok_or_else(|| Fault::damage("it does not say where its scene is"))?;
     Ok(SceneRecord {
         source,
         depth,

@@ -5,7 +5,8 @@ use std::time::Duration;
 
 use rusqlite::{Connection, ErrorCode, OpenFlags};
 
-use super::{ProjectError, VERSION};
+use super::VERSION;
+use super::error::Fault;
 
 /// "INPL": tells a project from any other SQLite file.
 const APPLICATION_ID: i64 = 0x494e_504c;
@@ -90,6 +91,16 @@ pub(super) fn create_tables(connection: &Connection) -> rusqlite::Result<()> {
     connection.pragma_update(None, "user_version", VERSION)
 }
 
+/// Opens the project at `path`, brought up to date where it can be written; and whether it can be.
+///
+/// # Errors
+/// As [`check`], and whatever keeps the file from being opened.
+pub(super) fn open(path: &Path) -> Result<(Connection, bool), Fault> {
+    let connection = connect(path)?;
+    let is_writable = check(&connection)?;
+    Ok((connection, is_writable))
+}
+
 /// Connects to the database at `path` and takes it for this process alone. Nothing is written yet.
 ///
 /// `locking_mode = EXCLUSIVE`: the lock is the file's own and goes with the process, so two windows never write one
@@ -107,13 +118,6 @@ pub(super) fn connect(path: &Path) -> rusqlite::Result<Connection> {
         connection.execute_batch("BEGIN EXCLUSIVE; ROLLBACK")?;
     }
     Ok(connection)
-}
-
-/// Whether a database can be written.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Access {
-    ReadWrite,
-    ReadOnly,
 }
 
 /// Has every commit of a whole database reach the disk.
@@ -150,67 +154,50 @@ fn upgrade(connection: &Connection) -> rusqlite::Result<()> {
     connection.execute_batch(&format!("BEGIN; {steps} PRAGMA user_version = {VERSION}; COMMIT"))
 }
 
-/// Whether the database is a whole project that this program can read. An older one is brought up to date; one that
-/// cannot be written stays as it is: [`version`] tells what it lacks.
+/// Whether the database can be written, where it is a whole project that this program can read. An older one is brought
+/// up to date; one that cannot be written stays as it is: [`version`] tells what it lacks.
 ///
 /// # Errors
-/// [`ProjectError::NotAProject`], [`ProjectError::Newer`] or [`ProjectError::Damaged`]; then nothing was written.
-pub(super) fn check(connection: &Connection, path: &Path) -> Result<Access, ProjectError> {
-    let reading = |error| ProjectError::reading(path, &error);
-    let pragma = |name: &str| {
-        connection
-            .pragma_query_value(None, name, |row| row.get::<_, i64>(0))
-            .map_err(reading)
-    };
-    if pragma("application_id")? != APPLICATION_ID {
-        return Err(ProjectError::NotAProject(path.to_path_buf()));
+/// [`Fault::Foreign`], [`Fault::Newer`] or [`Fault::Damage`]; then nothing was written.
+pub(super) fn check(connection: &Connection) -> Result<bool, Fault> {
+    let application: i64 = connection.pragma_query_value(None, "application_id", |row| row.get(0))?;
+    if application != APPLICATION_ID {
+        return Err(Fault::Foreign);
     }
     let foreign = "SELECT count(*) FROM sqlite_schema WHERE type NOT IN ('table', 'index')";
-    let foreign: i64 = connection
-        .query_row(foreign, [], |row| row.get(0))
-        .map_err(reading)?;
+    let foreign: i64 = connection.query_row(foreign, [], |row| row.get(0))?;
     if foreign > 0 {
-        return Err(ProjectError::damaged(
-            path,
-            "it has views or triggers, which no project has",
-        ));
+        return Err(Fault::damage("it has views or triggers, which no project has"));
     }
-    let found = version(connection).map_err(reading)?;
+    let found = version(connection)?;
     if found > VERSION {
-        return Err(ProjectError::Newer {
-            path: path.to_path_buf(),
-            found,
-        });
+        return Err(Fault::Newer(found));
     }
     if found < 1 {
-        let reason = format!("there never was a file version {found}");
-        return Err(ProjectError::damaged(path, reason));
+        return Err(Fault::Damage(format!("there never was a file version {found}")));
     }
-    let verdict: String = connection
-        .query_row("PRAGMA quick_check(1)", [], |row| row.get(0))
-        .map_err(reading)?;
+    let verdict: String = connection.query_row("PRAGMA quick_check(1)", [], |row| row.get(0))?;
     if verdict != "ok" {
         // SQLite tells the tree and page on a line of its own.
-        let reason = verdict.lines().last().unwrap_or_default().trim();
-        return Err(ProjectError::damaged(path, reason));
+        return Err(Fault::damage(verdict.lines().last().unwrap_or_default().trim()));
     }
-    if connection.is_readonly("main").map_err(reading)? {
-        return Ok(Access::ReadOnly);
+    if connection.is_readonly("main")? {
+        return Ok(false);
     }
     let ready = make_durable(connection).and_then(|()| match found {
         VERSION => Ok(()),
         _ => upgrade(connection),
     });
     match ready {
-        Ok(()) => Ok(Access::ReadWrite),
+        Ok(()) => Ok(true),
         Err(error) if is_about_writing(&error) => {
             // The transaction has ended already where the failure was that of the disk.
             if !connection.is_autocommit() {
-                connection.execute_batch("ROLLBACK").map_err(reading)?;
+                connection.execute_batch("ROLLBACK")?;
             }
-            Ok(Access::ReadOnly)
+            Ok(false)
         }
-        Err(error) => Err(reading(error)),
+        Err(error) => Err(error.into()),
     }
 }
 

@@ -27,7 +27,7 @@ fn a_file_of_every_version_opens_and_reads_the_same_where_it_cannot_be_written()
             let uri = format!("file:{}?immutable=1", path.display());
             let flags = rusqlite::OpenFlags::SQLITE_OPEN_READ_ONLY | rusqlite::OpenFlags::SQLITE_OPEN_URI;
             let connection = Connection::open_with_flags(uri, flags).unwrap();
-            schema::check(&connection, &path).unwrap();
+            schema::check(&connection).unwrap();
             let as_it_is = rows::read(&connection, &path).unwrap();
             drop(connection);
             let opened = Opened::open(&path).unwrap();
