@@ -50,7 +50,7 @@ pub struct WindowArguments {
 }
 
 /// How a scene is read and learnt.
-#[derive(Clone, Copy, Debug, Args)]
+#[derive(Clone, Copy, Debug, Default, Args)]
 pub struct TrainingArguments {
     /// How much the field may model: auto, fast or accurate; or reference, the published Semantic-NeRF
     /// network, which needs `label` with a --budget.
@@ -106,7 +106,7 @@ pub enum Command {
 }
 
 /// Labelling without the window.
-#[derive(Debug, Args)]
+#[derive(Debug, Default, Args)]
 pub struct LabelArguments {
     /// Folder of a capture, a project file (NAME.inplace), or "demo".
     #[arg(value_name = "SCENE | PROJECT.inplace")]

@@ -5,7 +5,6 @@ mod demo;
 mod export;
 mod info;
 mod label;
-mod progress;
 mod run;
 mod window;
 

@@ -8,9 +8,8 @@ use inplace_core::export::{self, IdMap, LabelledScene, Options, Views, Written};
 use inplace_core::project::Contents;
 use inplace_core::scene::{Scene, Trajectory};
 use inplace_core::semantics::NovelViews;
-use inplace_core::session::ModelState;
+use inplace_core::session::{ModelState, Progress};
 
-use super::progress::Progress;
 use super::run::{self, GENERATION};
 use super::{Failure, cores, session_options};
 use crate::arguments::ExportArguments;
@@ -120,7 +119,7 @@ fn render(
             trajectory,
             renderer: &renderer,
         };
-        let mut progress = Progress::new();
+        let mut progress = Progress::default();
         let written = export::export_views(&arguments.out, views, options, &mut |done, total| {
             progress.show(&format!("rendering view {done} of {total}"));
             ControlFlow::Continue(())

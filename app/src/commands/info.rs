@@ -5,15 +5,15 @@ use std::path::Path;
 use inplace_core::field::{Capacity, Preset, Volume};
 use inplace_core::scene::reprojection::{Agreement, CornerAgreement, PixelErrors};
 use inplace_core::scene::{Frame, OpenOptions, Scene, SceneSource, label_images};
+use inplace_core::session::Progress;
 use serde_json::{Value, json};
 
 use super::Failure;
-use super::progress::Progress;
 
 /// Opens the capture and tells what it holds.
 pub fn run(argument: &Path, outside_files: bool, as_json: bool) -> Result<(), Failure> {
     let source = SceneSource::from_argument(argument);
-    let progress = std::sync::Mutex::new(Progress::new());
+    let progress = std::sync::Mutex::new(Progress::default());
     let options = OpenOptions {
         outside_files,
         ..OpenOptions::default()

@@ -6,11 +6,10 @@ use std::time::{Duration, Instant};
 use inplace_core::field::Preset;
 use inplace_core::scene::Scene;
 use inplace_core::session::{
-    Client, ClientError, Command, Event, FrameMap, Phase, Session, SessionOptions, Status,
+    Client, ClientError, Command, Event, FrameMap, Phase, Progress, Session, SessionOptions, Status,
 };
 
 use super::budget::Budget;
-use super::progress::Progress;
 
 /// Generation of the labels: they never change here.
 pub(super) const GENERATION: u64 = 1;
@@ -19,7 +18,7 @@ const TICK: Duration = Duration::from_millis(50);
 
 /// Starts a session that tells on stderr how it goes.
 pub(super) fn start(options: SessionOptions) -> Client {
-    let mut progress = Progress::new();
+    let mut progress = Progress::default();
     Client::observing(Session::start(options, || {}), move |event| match event {
         Event::Opening { done, total } => progress.show(&format!("reading frame {done} of {total}")),
         Event::Status(status) => progress.show(&describe(status)),

@@ -35,15 +35,9 @@ pub fn run(arguments: WindowArguments) -> Result<(), Failure> {
             );
             label::run(&LabelArguments {
                 scene: PathBuf::from("demo"),
-                strokes: None,
-                import: None,
-                trust: None,
                 out: PathBuf::from(DEMO_OUT),
-                budget: None,
-                force: false,
-                image_memory: None,
-                json: false,
                 training: arguments.training,
+                ..LabelArguments::default()
             })
         }
         Err(error) => Err(error.into()),

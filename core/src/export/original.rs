@@ -18,28 +18,20 @@ impl Original {
     /// # Errors
     /// An image that can no longer be read.
     pub(super) fn of(frame: &Frame) -> Result<Self, Refusal> {
-        let png_name = || format!("{}.png", frame.stem);
-        if frame.path.as_os_str().is_empty() {
+        let as_png = |bytes| (format!("{}.png", frame.stem), bytes);
+        let (name, bytes) = if frame.path.as_os_str().is_empty() {
             let color = frame.color();
-            let bytes = png::encode_rgb(color.width(), color.height(), color.bytes());
-            return Ok(Self {
-                name: png_name(),
-                bytes: bytes?,
-            });
-        }
-        Ok(match plain_image(frame)? {
-            PlainImage::AsStored(bytes) => Self {
-                name: match frame.path.extension() {
-                    Some(extension) => format!("{}.{}", frame.stem, extension.to_string_lossy()),
-                    None => frame.stem.clone(),
-                },
-                bytes,
-            },
-            PlainImage::Png(bytes) => Self {
-                name: png_name(),
-                bytes,
-            },
-        })
+            as_png(png::encode_rgb(color.width(), color.height(), color.bytes())?)
+        } else {
+            match (plain_image(frame)?, frame.path.extension()) {
+                (PlainImage::Png(bytes), _) => as_png(bytes),
+                (PlainImage::AsStored(bytes), None) => (frame.stem.clone(), bytes),
+                (PlainImage::AsStored(bytes), Some(extension)) => {
+                    (format!("{}.{}", frame.stem, extension.to_string_lossy()), bytes)
+                }
+            }
+        };
+        Ok(Self { name, bytes })
     }
 
     /// The frame's stem with the extension of the bytes.

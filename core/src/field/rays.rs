@@ -40,7 +40,7 @@ impl Ray {
 }
 
 /// How rays are sampled.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Sampling {
     /// Distance between samples where the surface is not known, in metres.
     pub step: f32,

@@ -53,11 +53,8 @@ pub fn render_rays(
     with_color: bool,
 ) -> Result<Vec<RenderedRay>> {
     let sampling = Sampling {
-        held_back: 0.0,
         step,
-        free: 0,
-        near_surface: 0,
-        jitter: None,
+        ..Sampling::default()
     };
     let mut rendered = Vec::with_capacity(rays.len());
     for rays in rays.chunks(CHUNK) {

@@ -159,12 +159,18 @@ pub fn encode_groups(
 
 /// Unit positions of a chunk's samples, `[groups, 3]`; lanes beyond the last sample are zero.
 pub fn gather_positions(samples: &Samples, chunk: &Chunk, positions: &mut [F32x16]) {
-    let tail = positions.len().saturating_sub(3);
-    positions[tail..].fill(F32x16::ZERO);
-    for (k, sample) in chunk.samples.clone().enumerate() {
-        let position = samples.position(sample);
-        for axis in 0..3 {
-            positions[k / LANES * 3 + axis].0[k % LANES] = position[axis];
+    let Range { start, end } = chunk.samples;
+    gather_rows(&samples.positions()[3 * start..3 * end], 3, positions);
+}
+
+/// Rows of so many values, one after another, in groups `[groups, width]`; lanes beyond the last row are zero.
+#[inline]
+pub fn gather_rows(rows: &[f32], width: usize, groups: &mut [F32x16]) {
+    let tail = groups.len().saturating_sub(width);
+    groups[tail..].fill(F32x16::ZERO);
+    for (k, row) in rows.chunks_exact(width).enumerate() {
+        for (column, &value) in row.iter().enumerate() {
+            groups[k / LANES * width + column].0[k % LANES] = value;
         }
     }
 }

@@ -3,7 +3,7 @@
 use candle_core::{CpuStorage, CustomOp1, Layout, Result, Shape, Tensor, bail};
 use rayon::prelude::*;
 
-use super::chunk::encode_groups;
+use super::chunk::{encode_groups, gather_rows};
 use super::grid::scatter_levels;
 use super::lanes::{Dispatch, F32x16, LANES};
 use super::values;
@@ -20,11 +20,7 @@ const PORTION: usize = 16;
 pub fn encode(grid: &GridShape, table: &Tensor, positions: &[f32], dispatch: Dispatch) -> Result<Tensor> {
     let count = positions.len() / 3;
     let mut groups = vec![F32x16::ZERO; 3 * count.div_ceil(LANES)];
-    for (k, position) in positions.chunks_exact(3).enumerate() {
-        for (axis, &value) in position.iter().enumerate() {
-            groups[k / LANES * 3 + axis].0[k % LANES] = value;
-        }
-    }
+    gather_rows(positions, 3, &mut groups);
     table.apply_op1(Encode {
         grid: grid.clone(),
         positions: groups,
@@ -72,11 +68,7 @@ impl CustomOp1 for Encode {
         let width = self.grid.features();
         let grad = grad.flatten_all()?.to_vec1::<f32>()?;
         let mut derivatives = vec![F32x16::ZERO; self.positions.len() / 3 * width];
-        for (k, row) in grad.chunks_exact(width).enumerate() {
-            for (feature, &value) in row.iter().enumerate() {
-                derivatives[k / LANES * width + feature].0[k % LANES] = value;
-            }
-        }
+        gather_rows(&grad, width, &mut derivatives);
         let mut gradient = vec![[0.0_f32; FEATURES_PER_LEVEL]; self.grid.rows()];
         let (grid, positions) = (&self.grid, &self.positions);
         scatter_levels(self.dispatch, grid, &mut gradient, positions, &derivatives);

@@ -195,10 +195,7 @@ fn rays_without_samples_render_to_nothing() {
     };
     let sampling = Sampling {
         step: 0.06,
-        held_back: 0.0,
-        free: 0,
-        near_surface: 0,
-        jitter: None,
+        ..Sampling::default()
     };
     let grid = OccupancyGrid::unknown(0.06);
     for field in [fused(), field(&Backend::Plain(Device::Cpu))] {

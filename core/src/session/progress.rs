@@ -2,20 +2,23 @@
 
 use std::io::{IsTerminal, Write};
 
-/// Prints progress when stderr is a terminal, and nothing otherwise.
+/// Prints progress when stderr is a terminal, and nothing otherwise; what was printed is gone when this is.
+#[derive(Debug)]
 pub struct Progress {
     shown: bool,
     terminal: bool,
 }
 
-impl Progress {
-    pub fn new() -> Self {
+impl Default for Progress {
+    fn default() -> Self {
         Self {
             shown: false,
             terminal: std::io::stderr().is_terminal(),
         }
     }
+}
 
+impl Progress {
     /// Replaces the line.
     pub fn show(&mut self, line: &str) {
         if self.terminal {

@@ -1,3 +1,0 @@
-#![no_main]
-
-inplace_fuzz::target!();
