@@ -1,4 +1,4 @@
-//! A small capture with known labels: a part of the demo scene at a fifth of its resolution.
+//! A small capture with known labels: a part of the demo scene at a fifth of its resolution, and how right labels of it are.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -6,18 +6,19 @@ use std::sync::OnceLock;
 
 use image::DynamicImage;
 use inplace_core::labels::{Class, ClassId, Pixel, VOID};
-use inplace_core::scene::{
-    ColorImage, DepthMap, Frame, FramePixels, GroundTruth, OpenOptions, Scene, SceneSource, demo,
-    write_replica,
-};
+use inplace_core::scene::{Frame, GroundTruth, Scene, SceneSource, demo, write_replica};
+use inplace_lab::ConfusionMatrix;
 use serde_json::{Value, json};
 
-/// Frames of the demo from one to the next.
+/// The beginning of the demo, in small images.
+const SHOT: demo::Shot = demo::Shot {
+    rooms: 1,
+    frames: 20,
+    width: 64,
+    height: 48,
+};
+/// Frames of the shot from one to the next.
 const STEP: usize = 2;
-/// Frames of the small capture.
-const FRAMES: usize = 10;
-/// Pixels of the demo from one to the next; odd, so that pixel centres fall on pixel centres.
-const STRIDE: u32 = 5;
 /// Clicks of each class.
 const CLICKS: usize = 2;
 
@@ -45,30 +46,17 @@ pub struct Small {
 
 impl Small {
     /// The capture; made once for each test executable.
-    ///
-    /// # Panics
-    /// When the demo scene cannot be made.
     pub fn get() -> &'static Self {
         static SMALL: OnceLock<Small> = OnceLock::new();
         SMALL.get_or_init(|| {
-            let whole = Scene::open(&SceneSource::Demo, OpenOptions::default(), &|_, _| {})
-                .expect("the demo scene is always there");
-            let truth = demo::ground_truth();
-            let chosen = || (0..FRAMES).map(|number| (number, number * STEP));
-            let reduced_truth = |frame: &Frame, labels: &[ClassId]| {
-                kept_pixels(frame).into_iter().map(|i| labels[i]).collect()
-            };
+            let chosen = SHOT.scene(&|_, _| {}).frames.into_iter().step_by(STEP);
+            let frames = chosen.zip(0..).map(|(frame, number)| Frame {
+                stem: format!("rgb_{number}"),
+                ..frame
+            });
             Self {
-                truth: chosen()
-                    .map(|(_, from)| reduced_truth(&whole.frames[from], &truth[from]))
-                    .collect(),
-                scene: Scene {
-                    frames: chosen()
-                        .map(|(number, from)| reduced(&whole.frames[from], number))
-                        .collect(),
-                    format: "test",
-                    ..whole
-                },
+                scene: Scene::new(SceneSource::Demo, "test", frames.collect()),
+                truth: SHOT.ground_truth().into_iter().step_by(STEP).collect(),
                 classes: demo::classes(),
             }
         })
@@ -134,38 +122,6 @@ impl Small {
     }
 }
 
-/// Indices of the pixels that stay, row by row.
-fn kept_pixels(frame: &Frame) -> Vec<usize> {
-    let (width, height) = (frame.camera.width, frame.camera.height);
-    let middles = |size: u32| (STRIDE / 2..size).step_by(STRIDE as usize);
-    middles(height)
-        .flat_map(|y| middles(width).map(move |x| (y * width + x) as usize))
-        .collect()
-}
-
-fn reduced(frame: &Frame, number: usize) -> Frame {
-    let camera = frame.camera.reduced(STRIDE);
-    let kept = kept_pixels(frame);
-    let color = frame.color();
-    let rgb = kept.iter().flat_map(|&i| color.pixel(i)).collect();
-    let lengths = |depth: &DepthMap| -> Vec<f32> {
-        kept.iter()
-            .map(|&i| depth.ray_length(i).unwrap_or_default())
-            .collect()
-    };
-    Frame {
-        stem: format!("rgb_{number}"),
-        pixels: FramePixels::new(
-            ColorImage::new(camera.width, camera.height, rgb).expect("three bytes a pixel"),
-            frame
-                .depth()
-                .map(|depth| DepthMap::from_ray_lengths(camera.width, &lengths(&depth))),
-        ),
-        camera,
-        ..frame.clone()
-    }
-}
-
 /// Chessboard radius of the largest square around a pixel that is all of its class.
 fn room_around(labels: &[ClassId], width: usize, height: usize, index: usize) -> usize {
     let (x, y) = (index % width, index / width);
@@ -193,4 +149,29 @@ pub fn class_ids(path: &Path) -> (u32, u32, Vec<ClassId>) {
         other => panic!("{}: is {:?}, not gray", path.display(), other.color()),
     };
     (width, height, labels)
+}
+
+/// Mean intersection over union of the label images in an export's folder, named by these stems and of this size, with
+/// true ones; every clicked pixel must have its class.
+///
+/// # Panics
+/// When one does not, or an image is missing or has another size.
+#[track_caller]
+pub fn miou_with_clicks<'a>(
+    export: &Path,
+    size: (u32, u32),
+    clicks: &[Click],
+    truth: impl Iterator<Item = (&'a str, Vec<ClassId>)>,
+) -> f64 {
+    let mut matrix = ConfusionMatrix::default();
+    for (index, (stem, truth)) in truth.enumerate() {
+        let (width, height, labels) = class_ids(&export.join(format!("labels/{stem}.png")));
+        assert_eq!((width, height), size, "{stem}");
+        for click in clicks.iter().filter(|click| click.frame == index) {
+            let [x, y] = click.pixel;
+            assert_eq!(labels[(y * width + x) as usize], click.class, "{click:?}");
+        }
+        matrix.add(&truth, &labels).expect("one size");
+    }
+    matrix.miou().expect("there are labels")
 }

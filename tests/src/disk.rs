@@ -4,10 +4,13 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use inplace_core::labels::{Class, History, LabelSet};
+use inplace_core::labels::{Class, History, LabelSet, read_strokes};
 use inplace_core::project::{Contents, FrameRecord, SceneRecord};
-use inplace_core::scene::SceneSource;
+use inplace_core::scene::{OpenOptions, Scene, SceneSource};
+use inplace_core::semantics::{LabelPropagation, Surface};
+use inplace_core::session::FrameMap;
 use serde_json::Value;
+use std::sync::Arc;
 use tempfile::TempDir;
 
 use crate::{Outcome, Running, Small, inplace};
@@ -44,13 +47,53 @@ impl OnDisk {
 
     /// The command that labels the capture by its strokes into `out`.
     pub fn label(&self, more: &[&str]) -> Command {
-        let mut command = inplace();
-        command.arg("label").arg(self.path("room"));
-        command.arg("--strokes").arg(self.path("strokes.json"));
-        command.arg("--out").arg(self.path("out"));
-        command.args(more);
+        let mut command = label(&self.path("room"), &self.path("out"));
+        command.arg("--strokes").arg(self.path("strokes.json")).args(more);
         command
     }
+}
+
+/// The command that labels a capture or a project into a folder.
+pub fn label(scene: &Path, out: &Path) -> Command {
+    let mut command = inplace();
+    command.arg("label").arg(scene).arg("--out").arg(out);
+    command
+}
+
+/// Opens the capture in a folder as the program would.
+///
+/// # Panics
+/// When it cannot be opened.
+#[track_caller]
+pub fn open(folder: &Path) -> Scene {
+    let source = SceneSource::Folder(folder.to_path_buf());
+    Scene::open(&source, OpenOptions::default(), &|_, _| {}).expect("the capture can be opened")
+}
+
+/// What a project of the capture in a folder holds: the strokes of a file, or nothing.
+///
+/// # Panics
+/// When one of them cannot be read.
+#[track_caller]
+pub fn contents_of(folder: &Path, strokes: Option<&Path>) -> Contents {
+    let scene = open(folder);
+    let labels = strokes.map(|file| read_strokes(file, &scene).expect("the strokes can be read"));
+    let record = SceneRecord::of(&scene, OpenOptions::default());
+    Contents::new(record, History::new(labels.unwrap_or_default()))
+}
+
+/// The maps of all frames when labels have been propagated over the surface of a scene in a box of this side, in metres.
+///
+/// # Panics
+/// When the scene has no surface.
+pub fn propagated(scene: &Arc<Scene>, labels: &LabelSet, side: f32) -> Vec<Arc<FrameMap>> {
+    let surface = Surface::build(scene, &[], side).expect("the scene has a surface");
+    let mut propagation = LabelPropagation::new(Arc::new(surface));
+    propagation.set_labels(scene, labels);
+    let frames = 0..scene.frames.len();
+    frames
+        .map(|frame| Arc::new(propagation.map(scene, frame, 1)))
+        .collect()
 }
 
 /// What a project without strokes holds: two classes, and four frames of this width and height.

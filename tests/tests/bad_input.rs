@@ -5,10 +5,8 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use inplace_core::labels::{History, LabelSet};
-use inplace_core::project::{Contents, Project, SceneRecord};
-use inplace_core::scene::{OpenOptions, Scene, SceneSource};
-use inplace_tests::{OnDisk, Running, Small, files_below, inplace, one_line, succeed};
+use inplace_core::project::Project;
+use inplace_tests::{OnDisk, Running, Small, contents_of, files_below, inplace, label, one_line, succeed};
 use serde_json::json;
 
 /// The command fails with one sentence that says all of `parts`, and leaves no file in the results.
@@ -88,9 +86,7 @@ fn strokes_that_cannot_be_used_are_refused_in_one_sentence() {
     refused("not text", &["strokes.json"]);
     fs::remove_file(disk.path("strokes.json")).unwrap();
     refused("missing", &["strokes.json"]);
-    let mut without = inplace();
-    without.arg("label").arg(disk.path("room"));
-    without.arg("--out").arg(disk.path("out"));
+    let without = label(&disk.path("room"), &disk.path("out"));
     assert_refused(&disk, "no strokes file", without, &["room", "--strokes"]);
 }
 
@@ -99,13 +95,12 @@ fn results_that_cannot_be_written_are_refused_before_any_work() {
     let disk = OnDisk::default();
     let file = disk.path("file");
     fs::write(&file, "mine").unwrap();
-    let mut label = inplace();
-    label.arg("label").arg(disk.path("room"));
+    let out = file.join("out");
+    let mut label = label(&disk.path("room"), &out);
     label.arg("--strokes").arg(disk.path("strokes.json"));
     let mut demo = inplace();
-    demo.arg("demo");
-    for (what, mut command) in [("label", label), ("demo", demo)] {
-        command.arg("--out").arg(file.join("out"));
+    demo.args(["demo", "--out"]).arg(&out);
+    for (what, command) in [("label", label), ("demo", demo)] {
         assert_refused(&disk, what, command, &["file"]);
         assert_eq!(fs::read(&file).unwrap(), b"mine");
     }
@@ -116,19 +111,14 @@ fn projects_that_cannot_be_used_are_refused_in_one_sentence() {
     let disk = OnDisk::default();
     let path = disk.path("work.inplace");
     let refused = |what: &str, parts: &[&str]| {
-        let mut command = inplace();
-        command.arg("label").arg(&path).arg("--out").arg(disk.path("out"));
-        assert_refused(&disk, what, command, parts);
+        assert_refused(&disk, what, label(&path, &disk.path("out")), parts);
     };
     refused("missing project", &["work.inplace", "no such"]);
     fs::write(&path, "just a text that is long enough to be looked at").unwrap();
     refused("not a project", &["work.inplace", "not an Inplace project"]);
     fs::remove_file(&path).unwrap();
 
-    let options = OpenOptions::default();
-    let scene = Scene::open(&SceneSource::Folder(disk.path("room")), options, &|_, _| {}).unwrap();
-    let history = History::new(LabelSet::default());
-    let contents = Contents::new(SceneRecord::of(&scene, options), history);
+    let contents = contents_of(&disk.path("room"), None);
     drop(Project::create(&path, &contents).unwrap());
     refused("nothing to label with", &["work.inplace", "no classes"]);
     let held = Project::open(&path).unwrap();

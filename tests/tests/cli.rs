@@ -5,12 +5,13 @@ use std::fs;
 use std::path::Path;
 
 use inplace_core::field::Preset;
-use inplace_core::labels::{History, read_strokes};
-use inplace_core::project::{Contents, Project, SceneRecord};
-use inplace_core::scene::{OpenOptions, Scene, SceneSource};
+use inplace_core::project::Project;
+use inplace_core::scene::{OpenOptions, SceneSource};
 use inplace_core::session::{Command, Event, ModelState, Session, SessionOptions};
 use inplace_lab::ConfusionMatrix;
-use inplace_tests::{OnDisk, Running, Small, class_ids, info, inplace, json, succeed};
+use inplace_tests::{
+    OnDisk, Running, Small, class_ids, contents_of, info, inplace, json, label, miou_with_clicks, succeed,
+};
 use serde_json::Value;
 
 /// Seconds that a small scene may take.
@@ -21,10 +22,7 @@ const MIOU_WITHOUT_DEPTH: f64 = 0.05;
 
 /// A project of the capture with the strokes, in `room.inplace`.
 fn project(disk: &OnDisk) -> Project {
-    let options = OpenOptions::default();
-    let scene = Scene::open(&SceneSource::Folder(disk.path("room")), options, &|_, _| {}).unwrap();
-    let labels = read_strokes(&disk.path("strokes.json"), &scene).unwrap();
-    let contents = Contents::new(SceneRecord::of(&scene, options), History::new(labels));
+    let contents = contents_of(&disk.path("room"), Some(&disk.path("strokes.json")));
     Project::create(&disk.path("room.inplace"), &contents).unwrap()
 }
 
@@ -72,16 +70,9 @@ fn assert_complete(out: &Path) {
 /// Every clicked pixel carries its class; returns the agreement of all pixels with the truth.
 fn assert_clicks_hold(out: &Path) -> f64 {
     let small = Small::get();
-    let mut matrix = ConfusionMatrix::default();
-    for (index, frame) in small.scene.frames.iter().enumerate() {
-        let (width, _, labels) = class_ids(&out.join("labels").join(format!("{}.png", frame.stem)));
-        for click in small.clicks().iter().filter(|click| click.frame == index) {
-            let [x, y] = click.pixel;
-            assert_eq!(labels[(y * width + x) as usize], click.class, "{click:?}");
-        }
-        matrix.add(&small.truth[index], &labels).unwrap();
-    }
-    matrix.miou().unwrap()
+    let stems = small.scene.frames.iter().map(|frame| frame.stem.as_str());
+    let truth = stems.zip(small.truth.iter().cloned());
+    miou_with_clicks(out, (64, 48), &small.clicks(), truth)
 }
 
 #[test]
@@ -131,10 +122,8 @@ fn label_images_alone_label_every_frame_and_a_stroke_covers_them() {
     let classes = small.strokes()["classes"].to_string();
     fs::write(images.join("classes.json"), classes).unwrap();
     let out = on_disk.path("from-images");
-    let mut command = inplace();
-    command.arg("label").arg(on_disk.path("room"));
-    command.arg("--import").arg(&images).arg("--out").arg(&out);
-    succeed(command.args(BUDGET));
+    let mut command = label(&on_disk.path("room"), &out);
+    succeed(command.arg("--import").arg(&images).args(BUDGET));
     assert_complete(&out);
     let report = json(&out.join("report.json"));
     let expected = small.scene.frames.len().div_ceil(2);
@@ -271,10 +260,7 @@ fn a_project_is_labelled_from_its_own_strokes() {
         tensors: vec![1, 2, 3],
     };
     project(&disk).save_model(&foreign).unwrap();
-    let mut command = inplace();
-    command.arg("label").arg(disk.path("room.inplace"));
-    command.arg("--out").arg(disk.path("out"));
-    let outcome = succeed(command.args(BUDGET));
+    let outcome = succeed(label(&disk.path("room.inplace"), &disk.path("out")).args(BUDGET));
     assert!(outcome.stdout.contains("labelled 10 frames"), "{outcome:?}");
     assert!(outcome.stderr.contains("training starts anew"), "{outcome:?}");
     assert_complete(&disk.path("out"));

@@ -9,8 +9,7 @@ use glam::Quat;
 use image::RgbImage;
 use inplace_core::labels::ClassId;
 use inplace_core::scene::{Camera, Distortion, Frame, Lens};
-use inplace_lab::ConfusionMatrix;
-use inplace_tests::{Click, Small, class_ids, info, inplace, succeed};
+use inplace_tests::{Click, Small, info, label, miou_with_clicks, succeed};
 use serde_json::{Value, json};
 
 /// What the labels reach at least, tiny classes included; one class everywhere gives 0.02.
@@ -160,26 +159,16 @@ fn labels_come_out_in_the_pixels_of_the_bent_images() {
     let strokes = json!({ "classes": small.classes, "strokes": strokes });
     let file = root.path().join("strokes.json");
     fs::write(&file, strokes.to_string()).unwrap();
-    let mut command = inplace();
-    command.arg("label").arg(&room).arg("--strokes").arg(&file);
-    command.arg("--out").arg(&out).args(["--budget", "6"]);
+    let mut command = label(&room, &out);
+    command.arg("--strokes").arg(&file).args(["--budget", "6"]);
     assert_eq!(succeed(&mut command).stderr, "");
 
-    let mut matrix = ConfusionMatrix::default();
-    for (index, frame) in small.scene.frames.iter().enumerate() {
-        let (width, height, labels) = class_ids(&out.join(format!("labels/{}.png", frame.stem)));
-        assert_eq!((width, height), (lens.image.width, lens.image.height));
-        for click in clicks.iter().filter(|click| click.frame == index) {
-            let [x, y] = click.pixel;
-            assert_eq!(labels[(y * width + x) as usize], click.class, "{click:?}");
-        }
-        let truth: Vec<ClassId> = shown()
-            .into_iter()
-            .map(|pixel| small.truth[index][pixel])
-            .collect();
-        matrix.add(&truth, &labels).unwrap();
-    }
-    let miou = matrix.miou().unwrap();
+    let shown = shown();
+    let truth = small.scene.frames.iter().zip(&small.truth).map(|(frame, truth)| {
+        let truth: Vec<ClassId> = shown.iter().map(|&pixel| truth[pixel]).collect();
+        (frame.stem.as_str(), truth)
+    });
+    let miou = miou_with_clicks(&out, (lens.image.width, lens.image.height), &clicks, truth);
     println!("mIoU: {miou:.3}");
     assert!(miou > MIOU, "{miou}");
 }

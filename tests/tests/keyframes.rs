@@ -12,8 +12,9 @@ use inplace_core::field::Volume;
 use inplace_core::labels::ClassId;
 use inplace_core::scene::demo::{self, Shot};
 use inplace_core::scene::{GroundTruth, OpenOptions, Scene, SceneSource, write_replica};
-use inplace_core::semantics::{FrameMap, LabelPropagation, Surface};
+use inplace_core::semantics::FrameMap;
 use inplace_lab::ConfusionMatrix;
+use inplace_tests::propagated;
 
 const SHOT: Shot = Shot {
     rooms: 1,
@@ -48,13 +49,7 @@ fn open(folder: &Path, fitting: usize) -> Arc<Scene> {
 
 /// The demo's clicks spread over the surface of the scene's keyframes.
 fn labelled(scene: &Arc<Scene>) -> Vec<Arc<FrameMap>> {
-    let extent = Volume::around(&scene.bounds()).side;
-    let mut spread = LabelPropagation::new(Arc::new(Surface::build(scene, &[], extent).unwrap()));
-    spread.set_labels(scene, &SHOT.clicks());
-    let frames = 0..scene.frames.len();
-    frames
-        .map(|frame| Arc::new(spread.map(scene, frame, 1)))
-        .collect()
+    propagated(scene, &SHOT.clicks(), Volume::around(&scene.bounds()).side)
 }
 
 fn miou(maps: &[Arc<FrameMap>], frames: &[usize]) -> f64 {

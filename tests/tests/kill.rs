@@ -10,6 +10,7 @@ use inplace_core::labels::Stroke;
 use inplace_core::project::{Journal, Opened, Project, ProjectError, Step};
 use inplace_core::session::FrameMap;
 use inplace_tests::{Running, contents, until};
+use rand::{Rng, SeedableRng, rngs::SmallRng};
 
 /// Names the project to the child process.
 const PROJECT: &str = "INPLACE_TEST_PROJECT";
@@ -84,13 +85,8 @@ fn kept(child: &Running) -> u64 {
 
 #[test]
 fn a_stroke_that_was_kept_survives_a_kill_at_any_moment_and_a_backup_is_whole_or_not_there() {
-    let mut random = 0x2545_f491_4f6c_dd1d_u64;
-    let mut next = |below: u64| {
-        random ^= random << 13;
-        random ^= random >> 7;
-        random ^= random << 17;
-        random % below
-    };
+    let mut random = SmallRng::seed_from_u64(1);
+    let mut next = |below: u64| random.random_range(0..below);
     let mut restored = 0;
     for round in 0..KILLS {
         let folder = tempfile::tempdir().unwrap();

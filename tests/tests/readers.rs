@@ -14,11 +14,11 @@ use image::ImageEncoder;
 use image::codecs::jpeg::JpegEncoder;
 use image::codecs::png::PngEncoder;
 use inplace_core::export::{Format, LabelledScene, Options, export};
-use inplace_core::labels::{Class, ClassId, History, LabelSet, Stroke, VOID};
-use inplace_core::scene::{OpenOptions, Scene, SceneSource};
-use inplace_core::semantics::{ENTROPY_STEPS_PER_NAT, LabelPropagation, Mesh, MeshVertex, Surface};
+use inplace_core::labels::{ClassId, History, LabelSet, Stroke, VOID};
+use inplace_core::scene::Scene;
+use inplace_core::semantics::{ENTROPY_STEPS_PER_NAT, Mesh, MeshVertex};
 use inplace_core::session::FrameMap;
-use inplace_tests::{Click, Outcome, Running, Small};
+use inplace_tests::{Outcome, Running, Small, open, propagated};
 use serde_json::{Value, json};
 
 /// Set where the readers have to be there.
@@ -105,28 +105,22 @@ fn turn_some(images: &Path) {
     image.write_with_encoder(encoder).unwrap();
 }
 
-/// A capture whose surface is labelled by clicks, and what readers should find in exports of it.
-struct Solids {
-    scene: Arc<Scene>,
+/// The small capture whose surface is labelled by clicks, and what readers should find in exports of it.
+struct Solids<'a> {
+    scene: &'a Arc<Scene>,
     maps: Vec<Arc<FrameMap>>,
 }
 
-impl Solids {
-    /// The surface of a capture, labelled by clicks.
-    fn new(scene: Scene, clicks: &[Click], classes: &[Class]) -> Self {
-        let scene = Arc::new(scene);
-        let surface = Surface::build(&scene, &[], 8.0).unwrap();
+impl<'a> Solids<'a> {
+    fn new(scene: &'a Arc<Scene>) -> Self {
         let mut history = History::new(LabelSet {
-            classes: classes.to_vec(),
+            classes: Small::get().classes.clone(),
             ..LabelSet::default()
         });
-        for click in clicks {
+        for click in Small::get().clicks() {
             history.add_stroke(Stroke::click(click.frame, click.class, click.pixel));
         }
-        let mut spread = LabelPropagation::new(Arc::new(surface));
-        spread.set_labels(&scene, history.labels());
-        let map = |frame| Arc::new(spread.map(&scene, frame, 0));
-        let maps = (0..scene.frames.len()).map(map).collect();
+        let maps = propagated(scene, history.labels(), 8.0);
         Self { scene, maps }
     }
 
@@ -184,7 +178,7 @@ fn every_format_is_read_by_others_as_the_labels_that_were_exported() {
     small.write(&room);
     turn_some(&room.join("rgb"));
     // Read again, so that its images are files.
-    let scene = Scene::open(&SceneSource::Folder(room), OpenOptions::default(), &|_, _| {}).unwrap();
+    let scene = Arc::new(open(&room));
     let said = scene.warnings.join(" ");
     assert!(said.contains("EXIF orientation asks to turn them"), "{said}");
     assert!(said.contains("2 in all"), "{said}");
@@ -194,7 +188,7 @@ fn every_format_is_read_by_others_as_the_labels_that_were_exported() {
         Arc::new(FrameMap::new(frame, 0, size, specked(labels), vec![0; labels.len()]).unwrap())
     };
     let maps: Vec<Arc<FrameMap>> = small.truth.iter().enumerate().map(map).collect();
-    let solids = Solids::new(scene.clone(), &small.clicks(), &small.classes);
+    let solids = Solids::new(&scene);
     fs::write(root.join("surface.json"), solids.expected().to_string()).unwrap();
     for format in Format::ALL {
         let labelled = LabelledScene {

@@ -3,10 +3,9 @@
 use std::fs::{self, Permissions};
 use std::os::unix::fs::PermissionsExt;
 
-use inplace_core::labels::{History, Stroke, read_strokes};
-use inplace_core::project::{Contents, Journal, Project, SceneRecord, Step};
-use inplace_core::scene::{OpenOptions, Scene, SceneSource};
-use inplace_tests::{Running, Small, class_ids, inplace, program};
+use inplace_core::labels::Stroke;
+use inplace_core::project::{Journal, Project, Step};
+use inplace_tests::{Running, Small, class_ids, contents_of, label, program};
 
 use crate::{WriteProtected, bound, open_folder};
 
@@ -17,13 +16,10 @@ fn a_damaged_project_on_a_read_only_medium_is_labelled_from_its_backup() {
     let scene_folder = medium.join("room");
     fs::create_dir(&medium).unwrap();
     Small::get().write(&scene_folder);
-    let options = OpenOptions::default();
-    let scene = Scene::open(&SceneSource::Folder(scene_folder), options, &|_, _| {}).unwrap();
     let strokes = root.path().join("strokes.json");
     fs::write(&strokes, Small::get().strokes().to_string()).unwrap();
-    let labels = read_strokes(&strokes, &scene).unwrap();
     let path = medium.join("room.inplace");
-    let contents = Contents::new(SceneRecord::of(&scene, options), History::new(labels));
+    let contents = contents_of(&scene_folder, Some(&strokes));
     let mut history = contents.history.clone();
     let class = history.labels().classes[0].id;
     let project = Project::create(&path, &contents).unwrap();
@@ -37,12 +33,7 @@ fn a_damaged_project_on_a_read_only_medium_is_labelled_from_its_backup() {
     fs::create_dir(&out).unwrap();
     fs::set_permissions(&out, Permissions::from_mode(0o777)).unwrap();
     let _protected = WriteProtected::new(&medium);
-    let mut command = inplace();
-    command
-        .arg("label")
-        .arg(&path)
-        .arg("--out")
-        .arg(out.join("labels-of-room"));
+    let mut command = label(&path, &out.join("labels-of-room"));
     command.args(["--budget", "8"]);
     assert_eq!(command.get_program(), program());
     let outcome = Running::to_the_end(&mut bound(&command, root.path()));

@@ -19,7 +19,12 @@ fn leave_hot_journal(path: &Path, to: &Path) {
     database
         .execute_batch("BEGIN; UPDATE stroke SET class = 2, lines = replace(lines, '[', ' [')")
         .unwrap();
-    for suffix in ["", "-journal"] {
+    copy_with(path, to, "-journal");
+}
+
+/// Copies a file and the one beside it whose name is longer by this.
+fn copy_with(path: &Path, to: &Path, beside: &str) {
+    for suffix in ["", beside] {
         let name = |path: &Path| PathBuf::from(format!("{}{suffix}", path.display()));
         fs::copy(name(path), name(to)).unwrap();
     }
@@ -34,10 +39,7 @@ fn leave_log(path: &Path, to: &Path) {
     database
         .execute_batch("UPDATE project SET view = 'in the log'")
         .unwrap();
-    for suffix in ["", "-wal"] {
-        let name = |path: &Path| PathBuf::from(format!("{}{suffix}", path.display()));
-        fs::copy(name(path), name(to)).unwrap();
-    }
+    copy_with(path, to, "-wal");
 }
 
 #[test]
@@ -61,11 +63,8 @@ fn a_project_on_a_read_only_medium_opens_and_the_work_is_saved_elsewhere() {
         .unwrap();
     drop(old);
     let _protected = WriteProtected::new(&medium);
-    let outcome = Running::to_the_end(&mut bound(
-        &child("read_only::read_a_read_only_medium", &medium),
-        root.path(),
-    ));
-    assert_done(&outcome);
+    let child = child("read_only::read_a_read_only_medium", &medium);
+    assert_done(&Running::to_the_end(&mut bound(&child, root.path())));
 }
 
 #[test]
@@ -134,11 +133,8 @@ fn a_folder_that_cannot_be_written_is_told_with_the_first_edit_which_stays_in_me
     write_project(&folder.join("work.inplace"));
     let _protected = WriteProtected::new(&folder);
     fs::set_permissions(folder.join("work.inplace"), Permissions::from_mode(0o666)).unwrap();
-    let outcome = Running::to_the_end(&mut bound(
-        &child("read_only::work_in_a_read_only_folder", &folder),
-        root.path(),
-    ));
-    assert_done(&outcome);
+    let child = child("read_only::work_in_a_read_only_folder", &folder);
+    assert_done(&Running::to_the_end(&mut bound(&child, root.path())));
 }
 
 #[test]
