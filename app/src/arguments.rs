@@ -275,8 +275,25 @@ mod tests {
                 ..
             }))
         ));
-        assert!(
-            Arguments::try_parse_from(["inplace", "label", "demo", "--out", "x", "--budget", "-5"]).is_err()
+    }
+
+    #[test]
+    fn wrong_arguments_exit_with_2_and_the_version_is_that_of_the_package() {
+        let label = ["inplace", "label", "demo", "--out", "x"];
+        for wrong in [
+            "--no-such-option",
+            "--budget=-5",
+            "--budget=never",
+            "--preset=best",
+            "--threads=0",
+        ] {
+            let error = Arguments::try_parse_from(label.into_iter().chain([wrong])).unwrap_err();
+            assert_eq!(error.exit_code(), 2, "{wrong}: {error}");
+            assert!(error.to_string().contains("--help"), "{wrong}: {error}");
+        }
+        assert_eq!(
+            Arguments::command().render_version(),
+            concat!("inplace ", env!("CARGO_PKG_VERSION"), "\n")
         );
     }
 }

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use glam::{Affine3A, DVec3, Vec3};
+use glam::{Affine3A, Vec3};
 use inplace_core::field::kernels::Dispatch;
 use inplace_core::field::{Backend, Preset, Recipe, Trainer};
 use inplace_core::scene::{Camera, ColorImage, DepthMap, Frame, FramePixels, Scene, SceneSource};
@@ -74,16 +74,7 @@ fn wall(depth: bool) -> Scene {
             lens: None,
         }
     });
-    Scene {
-        source: SceneSource::Demo,
-        format: "test",
-        frames: frames.collect(),
-        origin: DVec3::ZERO,
-        unit: 1.0,
-        point_errors: None,
-        warnings: Vec::new(),
-        notes: Vec::new(),
-    }
+    Scene::new(SceneSource::Demo, "test", frames.collect())
 }
 
 #[test]

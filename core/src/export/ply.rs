@@ -19,7 +19,7 @@ pub(super) struct Vertex {
 }
 
 /// Properties of a vertex: positions in double precision, since some captures are far from their origin.
-const VERTEX: [(&str, &str); 11] = [
+pub(super) const VERTEX: [(&str, &str); 11] = [
     ("double", "x"),
     ("double", "y"),
     ("double", "z"),
@@ -33,7 +33,7 @@ const VERTEX: [(&str, &str); 11] = [
     ("float", "entropy"),
 ];
 /// Bytes of a vertex and of a triangle.
-const VERTEX_BYTES: usize = 3 * 8 + 3 * 4 + 3 + 2 + 4;
+pub(super) const VERTEX_BYTES: usize = 3 * 8 + 3 * 4 + 3 + 2 + 4;
 const TRIANGLE_BYTES: usize = 1 + 3 * 4;
 
 /// A file with these vertices, and faces if there are any to tell of. What is not ASCII in the comments is escaped, as

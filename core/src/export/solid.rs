@@ -144,53 +144,25 @@ fn comments(unit: f64, classes: &[Class]) -> Vec<String> {
 
 #[cfg(test)]
 mod tests {
-    use std::collections::HashMap;
     use std::fs;
     use std::sync::Arc;
 
-    use glam::DVec3;
+    use glam::{DVec3, Vec3};
 
     use super::*;
     use crate::export::testing::{self, export_all};
+    use crate::export::tests::distant_wall;
     use crate::export::{Format, IdMap};
-    use crate::labels::{History, LabelSet, Stroke};
     use crate::scene::Scene;
-    use crate::scene::testing::wall;
-    use crate::semantics::LabelPropagation;
     use crate::session::FrameMap;
 
-    /// A PLY file without faces as it is read: comments, and the values of each vertex by property.
-    struct Read {
-        comments: Vec<String>,
-        vertices: HashMap<String, Vec<f64>>,
-    }
-
-    fn take<'a>(bytes: &mut &'a [u8], count: usize) -> &'a [u8] {
-        let (taken, rest) = bytes.split_at(count);
-        *bytes = rest;
-        taken
-    }
-
-    fn number(kind: &str, bytes: &mut &[u8]) -> f64 {
-        match kind {
-            "double" => f64::from_le_bytes(take(bytes, 8).try_into().unwrap()),
-            "float" => f32::from_le_bytes(take(bytes, 4).try_into().unwrap()).into(),
-            "ushort" => u16::from_le_bytes(take(bytes, 2).try_into().unwrap()).into(),
-            "uchar" => take(bytes, 1)[0].into(),
-            other => panic!("{other}"),
-        }
-    }
-
-    /// Reads what the header says there is, and nothing may be left.
-    fn read(path: &Path) -> Read {
+    /// The comments and the vertices of a PLY file without faces; nothing else may be in it.
+    fn read(path: &Path) -> (Vec<String>, Vec<Vertex>) {
         let file = fs::read(path).unwrap();
-        let end = file
-            .windows(11)
-            .position(|window| window == b"end_header\n")
-            .unwrap();
-        let header = std::str::from_utf8(&file[..end]).unwrap();
+        let end = file.windows(11).position(|window| window == b"end_header\n");
+        let (header, body) = file.split_at(end.unwrap());
+        let header = std::str::from_utf8(header).unwrap();
         assert!(header.is_ascii() && header.starts_with("ply\nformat binary_little_endian 1.0\n"));
-        let mut bytes = &file[end + 11..];
         let (mut comments, mut properties, mut count) = (Vec::new(), Vec::new(), 0);
         for line in header.lines().skip(2) {
             match line.splitn(3, ' ').collect::<Vec<_>>()[..] {
@@ -200,32 +172,24 @@ mod tests {
                 _ => panic!("{line}"),
             }
         }
-        let mut vertices: HashMap<String, Vec<f64>> = HashMap::new();
-        for _ in 0..count {
-            for &(kind, name) in &properties {
-                let value = number(kind, &mut bytes);
-                vertices.entry(name.to_owned()).or_default().push(value);
+        assert_eq!(properties, ply::VERTEX);
+        let records = body[11..].chunks_exact(ply::VERTEX_BYTES);
+        assert_eq!((records.len(), records.remainder().len()), (count, 0));
+        let vertex = |record: &[u8]| {
+            let double = |at: usize| f64::from_le_bytes(record[at..at + 8].try_into().unwrap());
+            let float = |at: usize| f32::from_le_bytes(record[at..at + 4].try_into().unwrap());
+            Vertex {
+                position: DVec3::from_array([0, 8, 16].map(double)),
+                normal: Vec3::from_array([24, 28, 32].map(float)),
+                color: [36, 37, 38].map(|at| record[at]),
+                label: u16::from_le_bytes([record[39], record[40]]),
+                entropy: float(41),
             }
-        }
-        assert!(bytes.is_empty());
-        Read { comments, vertices }
+        };
+        (comments, records.map(vertex).collect())
     }
 
-    impl Read {
-        fn len(&self) -> usize {
-            self.vertices["x"].len()
-        }
-
-        fn vector(&self, names: [&str; 3], vertex: usize) -> DVec3 {
-            DVec3::from_array(names.map(|name| self.vertices[name][vertex]))
-        }
-
-        fn position(&self, vertex: usize) -> DVec3 {
-            self.vector(["x", "y", "z"], vertex)
-        }
-    }
-
-    /// The wall in a capture whose unit is a foot, far from its zero, its dark part clicked and its bright part too.
+    /// The distant wall with its maps.
     struct Labelled {
         scene: Arc<Scene>,
         maps: Vec<Arc<FrameMap>>,
@@ -233,23 +197,10 @@ mod tests {
     }
 
     fn labelled() -> Labelled {
-        let mut scene = wall(5, 64, 48);
-        scene.origin = DVec3::new(4_100_000.0, -250.0, 30.5);
-        scene.unit = 3.28;
-        let scene = Arc::new(scene);
         let classes = vec![Class::new(3, "dark wall"), Class::new(500, "Wänd\n")];
-        let mut history = History::new(LabelSet {
-            classes: classes.clone(),
-            ..LabelSet::default()
-        });
-        history.add_stroke(Stroke::click(0, 3, [10, 20]));
-        history.add_stroke(Stroke::click(0, 500, [50, 30]));
-        let surface = Arc::new(Surface::build(&scene, &[], 4.0).unwrap());
-        let mut spread = LabelPropagation::new(surface);
-        spread.set_labels(&scene, history.labels());
-        let maps = (0..5)
-            .map(|frame| Arc::new(spread.map(&scene, frame, 1)))
-            .collect();
+        let (scene, propagation) = distant_wall(5, &classes);
+        let map = |frame| Arc::new(propagation.map(&scene, frame, 1));
+        let maps = (0..5).map(map).collect();
         Labelled { scene, maps, classes }
     }
 
@@ -264,37 +215,29 @@ mod tests {
         let labelled = labelled();
         let count = written(root.path(), &labelled, Format::PointCloud, &Options::default());
         assert_eq!((count.files, count.unchanged), (3, 0));
-        let cloud = read(&root.path().join("cloud.ply"));
-        let (surface, posterior) = labelled.maps[0].surface().unwrap();
-        assert_eq!(cloud.len(), surface.graph.len());
-        for (vertex, node) in surface.graph.nodes().iter().enumerate() {
-            let gap = cloud
-                .position(vertex)
-                .distance(labelled.scene.to_capture(node.position));
-            assert!(gap < 1e-6, "{gap}");
-            assert_eq!(
-                cloud.vertices["red"][vertex],
-                f64::from((255.0 * node.color.x).round())
-            );
-            assert_eq!(
-                cloud.vertices["label"][vertex],
-                f64::from(posterior.labels[vertex])
-            );
-            let entropy = f64::from(posterior.entropy[vertex]) / 1e4;
-            assert!((cloud.vertices["entropy"][vertex] - entropy).abs() < 1e-6);
-        }
-        let towards_cameras = (0..cloud.len()).filter(|&vertex| cloud.vertices["nz"][vertex] < -0.99);
-        assert!(towards_cameras.count() > cloud.len() * 9 / 10);
-        let comments: Vec<&str> = cloud.comments.iter().map(String::as_str).collect();
-        assert!(comments.contains(&"3.28 of their units are a metre"));
+        let (comments, cloud) = read(&root.path().join("cloud.ply"));
+        assert!(
+            comments
+                .iter()
+                .any(|comment| comment == "3.28 of their units are a metre")
+        );
         assert_eq!(comments[4..], ["class 3 dark wall", "class 500 W\\u{e4}nd\\n"]);
-        let classes = read(&root.path().join("cloud_classes.ply"));
-        for vertex in 0..classes.len() {
-            let own = labelled.classes[usize::from(classes.vertices["label"][vertex] == 500.0)].color;
-            let color = classes.vector(["red", "green", "blue"], vertex).to_array();
-            assert_eq!(color, own.map(f64::from));
-            assert_eq!(classes.position(vertex), cloud.position(vertex));
+        let (_, by_class) = read(&root.path().join("cloud_classes.ply"));
+        let (surface, posterior) = labelled.maps[0].surface().unwrap();
+        assert_eq!([cloud.len(), by_class.len()], [surface.graph.len(); 2]);
+        for (index, node) in surface.graph.nodes().iter().enumerate() {
+            let vertex = &cloud[index];
+            let gap = vertex.position.distance(labelled.scene.to_capture(node.position));
+            assert!(gap < 1e-6, "{gap}");
+            assert_eq!(vertex.color[0], (255.0 * node.color.x).round() as u8);
+            assert_eq!(vertex.label, posterior.labels[index]);
+            assert!((vertex.entropy - f32::from(posterior.entropy[index]) / 1e4).abs() < 1e-6);
+            let class = &labelled.classes[usize::from(vertex.label == 500)];
+            let colored = &by_class[index];
+            assert_eq!((colored.color, colored.position), (class.color, vertex.position));
         }
+        let towards_cameras = cloud.iter().filter(|vertex| vertex.normal.z < -0.99);
+        assert!(towards_cameras.count() > cloud.len() * 9 / 10);
     }
 
     #[test]
@@ -313,11 +256,11 @@ mod tests {
             ..Options::default()
         };
         written(root.path(), &labelled, Format::PointCloud, &options);
-        let cloud = read(&root.path().join("cloud.ply"));
-        assert_eq!(cloud.comments[4..], ["class 8 Dark Wall"]);
+        let (comments, cloud) = read(&root.path().join("cloud.ply"));
+        assert_eq!(comments[4..], ["class 8 Dark Wall"]);
         let (_, posterior) = labelled.maps[0].surface().unwrap();
-        for (vertex, &own) in posterior.labels.iter().enumerate() {
-            assert_eq!(cloud.vertices["label"][vertex], if own == 3 { 8.0 } else { 0.0 });
+        for (vertex, &own) in cloud.iter().zip(&posterior.labels) {
+            assert_eq!(vertex.label, if own == 3 { 8 } else { 0 });
         }
         assert!(posterior.labels.contains(&3) && posterior.labels.contains(&500));
     }

@@ -6,11 +6,15 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use glam::DVec3;
+
 use super::testing::{export_all, files};
 use super::*;
-use crate::labels::{Class, ClassId, Stroke, StrokeId, png};
+use crate::labels::{Class, ClassId, History, Stroke, StrokeId, png};
 use crate::scene::testing::{self, wall};
 use crate::scene::{Camera, Scene};
+use crate::semantics::LabelPropagation;
+use crate::semantics::testing::propagated;
 use crate::session::FrameMap;
 
 fn scene(stems: &[&str]) -> Scene {
@@ -33,6 +37,22 @@ fn export_pngs(
 ) -> Result<Written, ExportError> {
     let labelled = LabelledScene { scene, classes, maps };
     export(folder, labelled, Format::Png, &Options::default(), progress)
+}
+
+/// The wall in a capture whose unit is a foot, far from its zero, with a click of the first class on its dark part and one
+/// of the second on its bright part, propagated.
+pub(super) fn distant_wall(frames: usize, classes: &[Class]) -> (Arc<Scene>, LabelPropagation) {
+    let mut scene = wall(frames, 64, 48);
+    scene.origin = DVec3::new(8000.0, -250.0, 30.5);
+    scene.unit = 3.28;
+    let mut history = History::new(LabelSet {
+        classes: classes.to_vec(),
+        ..LabelSet::default()
+    });
+    history.add_stroke(Stroke::click(0, classes[0].id, [10, 20]));
+    history.add_stroke(Stroke::click(0, classes[1].id, [50, 30]));
+    let propagation = propagated(&scene, history.labels());
+    (Arc::new(scene), propagation)
 }
 
 fn go_on(_: usize, _: usize) -> ControlFlow<()> {
@@ -139,25 +159,6 @@ fn nothing_is_written_unless_there_is_one_map_for_every_frame() {
         assert!(error.contains(reason), "{error}");
         assert_eq!(fs::read_dir(root.path()).unwrap().count(), 0);
     }
-}
-
-#[test]
-fn ids_of_a_data_set_take_the_place_of_the_own_ones() {
-    let root = tempfile::tempdir().unwrap();
-    let classes = [Class::new(1, "Floor"), Class::new(2, "lobster")];
-    let scene = scene(&["rgb_0"]);
-    let maps = [map(0, [1, 1, 2, 2, 0, 1])];
-    let options = Options {
-        ids: Some(IdMap::named("nyu-40").unwrap()),
-        ..Options::default()
-    };
-    export_all(root.path(), &scene, &classes, &maps, (Format::Png, &options)).unwrap();
-    let written = files(root.path());
-    let labels = png::decode_gray(&written["labels/rgb_0.png"]).unwrap().2;
-    assert_eq!(labels, [2, 2, 0, 0, 0, 2]);
-    let read: Vec<Class> = serde_json::from_slice(&written["classes.json"]).unwrap();
-    assert_eq!(read.len(), 1);
-    assert_eq!((read[0].id, read[0].name.as_str()), (2, "floor"));
 }
 
 #[test]

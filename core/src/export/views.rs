@@ -117,17 +117,17 @@ mod tests {
     use std::fs;
     use std::sync::Arc;
 
-    use glam::{DAffine3, DVec3, Mat3};
+    use glam::{DAffine3, Mat3};
 
     use super::*;
     use crate::export::testing::files;
+    use crate::export::tests::distant_wall;
     use crate::field::{Preset, Trainer};
-    use crate::labels::{History, LabelSet, Stroke};
     use crate::scene::ColorImage;
-    use crate::scene::testing::{open, wall};
-    use crate::semantics::{LabelPropagation, Surface};
+    use crate::scene::testing::open;
+    use crate::semantics::LabelPropagation;
 
-    /// The wall in a capture whose unit is a foot, far from its zero, taught and labelled.
+    /// The distant wall, taught.
     struct Taught {
         scene: Arc<Scene>,
         trainer: Trainer,
@@ -136,23 +136,12 @@ mod tests {
     }
 
     fn taught(steps: usize) -> Taught {
-        let mut scene = wall(9, 64, 48);
-        scene.origin = DVec3::new(8000.0, -250.0, 30.5);
-        scene.unit = 3.28;
-        let scene = Arc::new(scene);
+        let classes = vec![Class::new(3, "dark"), Class::new(7, "bright")];
+        let (scene, spread) = distant_wall(9, &classes);
         let mut trainer = Trainer::new(Arc::clone(&scene), Preset::Fast, 1).unwrap();
         for _ in 0..steps {
             trainer.step().unwrap();
         }
-        let classes = vec![Class::new(3, "dark"), Class::new(7, "bright")];
-        let mut history = History::new(LabelSet {
-            classes: classes.clone(),
-            ..LabelSet::default()
-        });
-        history.add_stroke(Stroke::click(0, 3, [10, 20]));
-        history.add_stroke(Stroke::click(0, 7, [50, 30]));
-        let mut spread = LabelPropagation::new(Arc::new(Surface::build(&scene, &[], 4.0).unwrap()));
-        spread.set_labels(&scene, history.labels());
         Taught {
             scene,
             trainer,

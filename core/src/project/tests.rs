@@ -6,13 +6,11 @@ mod versions;
 use std::fs;
 use std::time::{Duration, Instant};
 
-use glam::{Affine3A, DVec3};
-
 use super::*;
 use crate::labels::{
     ImportedLabels, ImportedMap, LabelImages, LabelSet, Likeliest, Probabilities, Stroke, Trust,
 };
-use crate::scene::{Camera, ColorImage, Frame, FramePixels, OpenOptions, Scene, SceneSource};
+use crate::scene::{Camera, Frame, OpenOptions, Scene, SceneSource, testing};
 
 /// A folder, and the path of a project in it.
 fn place() -> (tempfile::TempDir, PathBuf) {
@@ -23,25 +21,13 @@ fn place() -> (tempfile::TempDir, PathBuf) {
 
 /// A scene of tiny frames, in a folder.
 fn scene(folder: &Path, stems: &[&str]) -> Scene {
+    let camera = Camera::with_horizontal_fov(3, 2, 90.0);
     let frame = |stem: &&str| Frame {
-        stem: (*stem).to_owned(),
         path: folder.join(stem),
-        camera: Camera::with_horizontal_fov(3, 2, 90.0),
-        camera_to_world: Affine3A::IDENTITY,
-        pixels: FramePixels::new(ColorImage::new(3, 2, vec![0; 18]).unwrap(), None),
-        points: Vec::new(),
-        lens: None,
+        ..testing::frame(stem, camera, vec![0; 18], None)
     };
-    Scene {
-        source: SceneSource::Folder(folder.to_path_buf()),
-        format: "test",
-        frames: stems.iter().map(frame).collect(),
-        origin: DVec3::ZERO,
-        unit: 1.0,
-        point_errors: None,
-        warnings: Vec::new(),
-        notes: Vec::new(),
-    }
+    let source = SceneSource::Folder(folder.to_path_buf());
+    Scene::new(source, "test", stems.iter().map(frame).collect())
 }
 
 /// A project on frames a, b, c with two classes, a stroke on a and on c, and one undone on b.
@@ -237,20 +223,6 @@ fn imported_images_follow_their_frames_and_are_left_out_where_a_frame_has_anothe
     let path = folder.path().join("p.inplace");
     drop(Project::create(&path, &after).unwrap());
     assert_same(&Project::open(&path).unwrap().1, &after);
-}
-
-#[test]
-fn every_commit_is_in_the_one_file_even_while_it_is_open() {
-    let (folder, path) = place();
-    let mut project = Project::create(&path, &contents(folder.path())).unwrap();
-    project.record(&[Step::Redo]).unwrap();
-    let bytes = fs::read(&path).unwrap();
-    drop(project);
-    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
-    let copy = folder.path().join("copy.inplace");
-    fs::write(&copy, bytes).unwrap();
-    let (_project, copied) = Project::open(&copy).unwrap();
-    assert_eq!(copied.history.labels().strokes.len(), 3);
 }
 
 #[test]
