@@ -192,20 +192,12 @@ impl RadianceField {
     pub fn named(&self) -> [(&'static str, &Var); 2] {
         [("field.table", &self.table), ("field.weights", &self.weights)]
     }
-
-    /// Takes over parameters saved from a field of the same capacity.
-    ///
-    /// # Errors
-    /// A parameter that is missing or has another shape; nothing is changed then.
-    pub fn restore(&self, tensors: &HashMap<String, Tensor>) -> Result<()> {
-        restore(&self.named(), tensors)
-    }
 }
 
 /// Takes over saved parameters by name.
 ///
 /// # Errors
-/// As [`RadianceField::restore`].
+/// A parameter that is missing or has another shape; nothing is changed then.
 pub(super) fn restore(named: &[(impl AsRef<str>, &Var)], tensors: &HashMap<String, Tensor>) -> Result<()> {
     let mut found = Vec::with_capacity(named.len());
     for (name, var) in named {

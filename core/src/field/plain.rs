@@ -198,18 +198,12 @@ impl WeightMatrices {
 /// - distortion = sum_ij w_i w_j |t_i - t_j| + sum_i w_i^2 dt_i / 3 (Barron et al. 2022, Eq. 15)
 fn composite(packing: &RayPacking, density: &Tensor, values: &Tensor) -> Result<Tensor> {
     let device = density.device();
-    let Slots {
-        rays,
-        longest,
-        of_sample,
-        sample,
-        t,
-        dt,
-    } = Slots::new(packing);
-    let slots = |values: Vec<f32>| Tensor::from_vec(values, (rays, longest), device);
-    let (t, dt) = (slots(t)?, slots(dt)?);
-    let sample = Tensor::from_vec(sample, rays * longest, device)?;
-    let of_sample = Tensor::from_vec(of_sample, packing.samples(), device)?;
+    let slots = Slots::new(packing);
+    let (rays, longest) = (packing.rays(), slots.longest);
+    let t = Tensor::from_vec(slots.t, (rays, longest), device)?;
+    let dt = Tensor::from_vec(slots.dt, (rays, longest), device)?;
+    let sample = Tensor::from_vec(slots.sample, rays * longest, device)?;
+    let of_sample = Tensor::from_vec(slots.of_sample, packing.samples(), device)?;
 
     // Right-multiplied by this, [rays, longest] becomes the sums over earlier samples.
     let earlier =
@@ -238,7 +232,6 @@ fn composite(packing: &RayPacking, density: &Tensor, values: &Tensor) -> Result<
 
 /// Rays of different numbers of samples as a matrix `[rays, longest]`, filled from the left.
 struct Slots {
-    rays: usize,
     longest: usize,
     /// The slot of each sample, row-major.
     of_sample: Vec<u32>,
@@ -255,7 +248,6 @@ impl Slots {
         let rays = packing.rays();
         let longest = (0..rays).map(|ray| packing.range(ray).len()).max().unwrap_or(0);
         let mut slots = Self {
-            rays,
             longest,
             of_sample: Vec::with_capacity(packing.samples()),
             sample: vec![0; rays * longest],

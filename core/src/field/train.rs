@@ -13,9 +13,10 @@ use rand::{SeedableRng, rngs::SmallRng};
 
 use super::exposure::Exposure;
 use super::kernels::{Adam, Wanted};
+use super::model::restore;
 use super::{
     Backend, Capacity, OccupancyGrid, Preset, RadianceField, Samples, Sampling, Volume, is_alike,
-    until_opaque,
+    render_rays, until_opaque,
 };
 use crate::scene::Scene;
 use batch::{Batch, PixelSource};
@@ -315,8 +316,9 @@ impl Trainer {
     /// # Errors
     /// As [`Trainer::evaluate`].
     pub fn evaluate_against(&self, truth: &Scene) -> Result<Option<HeldOut>> {
-        self.held_out
-            .measure(&self.field, &self.occupancy, self.render_step(), truth)
+        let rays = self.held_out.rays(truth);
+        let rendered = render_rays(&self.field, &self.occupancy, &rays, self.render_step(), true)?;
+        Ok(self.held_out.error(&rendered, truth))
     }
 
     /// The parameters, the occupancy and the frames' exposures by name, for saving.
@@ -345,7 +347,7 @@ impl Trainer {
         let density = density.map(|density| density.flatten_all()?.to_vec1());
         let density = density.transpose()?;
         self.grow_to(tensors)?;
-        self.field.restore(tensors)?;
+        restore(&self.field.named(), tensors)?;
         if let Some(density) = density {
             self.occupancy.restore(density);
         }

@@ -4,24 +4,14 @@
 /// (numbers in 0..1) each moved at random between the middles of its neighbours.
 pub fn stratified(near: f32, far: f32, count: usize, offset: Option<&mut dyn FnMut() -> f32>) -> Vec<f32> {
     let last = count.saturating_sub(1).max(1) as f32;
-    let even: Vec<f32> = (0..count)
-        .map(|k| near + (far - near) * k as f32 / last)
-        .collect();
+    let even = |k: usize| near + (far - near) * k as f32 / last;
     let Some(offset) = offset else {
-        return even;
+        return (0..count).map(even).collect();
     };
     (0..count)
         .map(|k| {
-            let lower = if k == 0 {
-                even[0]
-            } else {
-                0.5 * (even[k - 1] + even[k])
-            };
-            let upper = if k + 1 == count {
-                even[k]
-            } else {
-                0.5 * (even[k] + even[k + 1])
-            };
+            let middle = |other: usize| 0.5 * (even(k) + even(other));
+            let (lower, upper) = (middle(k.saturating_sub(1)), middle((k + 1).min(count - 1)));
             lower + (upper - lower) * offset()
         })
         .collect()

@@ -1,11 +1,10 @@
 //! The error of a field on pixels that it was not trained on.
 
-use candle_core::Result;
 use glam::Vec3;
 use rand::{Rng, SeedableRng, rngs::SmallRng};
 
 use super::super::exposure::corrected_error;
-use super::super::{OccupancyGrid, RadianceField, Ray, RenderedRay, median, render_rays};
+use super::super::{Ray, RenderedRay, median};
 use crate::scene::Scene;
 
 /// Number of pixels that the held-out error is measured on.
@@ -52,26 +51,6 @@ impl HeldOutPixels {
         };
         let frames = held.iter().map(pixels_of).collect();
         (Self { frames }, train)
-    }
-
-    /// The error of a field rendered with samples `step` metres apart against `truth`; `None` where no
-    /// frame is held out.
-    ///
-    /// # Errors
-    /// Errors of the device, such as a lack of memory.
-    pub fn measure(
-        &self,
-        field: &RadianceField,
-        occupancy: &OccupancyGrid,
-        step: f32,
-        truth: &Scene,
-    ) -> Result<Option<HeldOut>> {
-        let rays = self.rays(truth);
-        if rays.is_empty() {
-            return Ok(None);
-        }
-        let rendered = render_rays(field, occupancy, &rays, step, true)?;
-        Ok(self.error(&rendered, truth))
     }
 
     /// The first of the pixels, at most `most` in all and the same number of each frame.
