@@ -165,7 +165,7 @@ impl Project {
     /// # Errors
     /// [`ProjectError::Unwritable`].
     pub fn forget_results(&mut self) -> Result<(), ProjectError> {
-        self.write(rows::delete_results)
+        self.write(|transaction| transaction.execute_batch("DELETE FROM model; DELETE FROM map"))
     }
 
     /// Keeps this model state as the last one.

@@ -156,3 +156,14 @@ pub fn files_below(folder: &Path) -> Vec<PathBuf> {
     });
     below.collect()
 }
+
+/// The project files below a folder, backups aside.
+pub fn projects_below(folder: &Path) -> Vec<PathBuf> {
+    let mut files = files_below(folder);
+    files.retain(|path| {
+        let mut parts = path.components().map(|part| part.as_os_str());
+        let is_backup = parts.any(|part| part == ".inplace-backups");
+        !is_backup && path.extension().is_some_and(|end| end == "inplace")
+    });
+    files
+}

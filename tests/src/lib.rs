@@ -12,7 +12,9 @@ mod trace;
 mod window;
 
 pub use capture::{Click, Small, class_ids, miou_with_clicks};
-pub use disk::{OnDisk, contents, contents_of, files_below, info, json, label, open, propagated, succeed};
+pub use disk::{
+    OnDisk, contents, contents_of, files_below, info, json, label, open, projects_below, propagated, succeed,
+};
 pub use hands::Hands;
 pub use parsers::Fuzzed;
 pub use process::{Outcome, Running, inplace, inplace_lab, one_line, program, until};

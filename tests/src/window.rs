@@ -1,7 +1,7 @@
 //! The program's window on a screen of its own.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use tempfile::TempDir;
@@ -122,12 +122,5 @@ impl Window {
             }
             std::thread::sleep(Duration::from_millis(50));
         }
-    }
-
-    /// The file that keeps what is done before it is saved.
-    pub fn autosave(&self) -> Option<PathBuf> {
-        let folder = fs::read_dir(self.home.path().join("data/inplace/autosave")).ok()?;
-        let mut files = folder.flatten().map(|entry| entry.path());
-        files.find(|path| path.extension().is_some_and(|extension| extension == "inplace"))
     }
 }

@@ -12,7 +12,7 @@ use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use inplace_core::project::Project;
-use inplace_tests::{Hands, PATIENCE, Small, TRACE, Window, files_below, skip};
+use inplace_tests::{Hands, PATIENCE, Small, TRACE, Window, projects_below, skip};
 use rand::{Rng, SeedableRng, rngs::SmallRng};
 use serde_json::Value;
 
@@ -109,14 +109,7 @@ fn act(hands: &Hands, random: &mut Random) {
 /// The project file below a folder that was written last, backups aside.
 fn newest_project(folder: &Path) -> Option<PathBuf> {
     let written = |path: &Path| fs::metadata(path).and_then(|file| file.modified()).ok();
-    let mut files = files_below(folder);
-    files.retain(|path| {
-        let is_backup = path
-            .components()
-            .any(|part| part.as_os_str() == ".inplace-backups");
-        !is_backup && path.extension().is_some_and(|extension| extension == "inplace")
-    });
-    files.into_iter().max_by_key(|path| {
+    projects_below(folder).into_iter().max_by_key(|path| {
         let write_ahead = PathBuf::from(format!("{}-wal", path.display()));
         written(path).max(written(&write_ahead))
     })

@@ -8,7 +8,7 @@ use std::time::Duration;
 use inplace_core::labels::Stroke;
 use inplace_core::project::Project;
 use inplace_tests::{
-    PATIENCE, Running, Small, TRACE, Window, class_ids, files_below, inplace, one_line, skip, until,
+    PATIENCE, Running, Small, TRACE, Window, class_ids, inplace, one_line, projects_below, skip, until,
 };
 
 /// Two places in the frame in view, whatever the panels around it, far from each other.
@@ -54,12 +54,7 @@ fn a_scene_is_shown_labelled_with_the_pointer_exported_and_kept() {
     screen.close_window(&id);
     let outcome = running.wait(PATIENCE);
     assert_eq!(outcome.code, Some(0), "{outcome:?}");
-    let mut kept = files_below(&home.path().join("data/inplace/autosave"));
-    kept.retain(|path| {
-        !path
-            .components()
-            .any(|part| part.as_os_str() == ".inplace-backups")
-    });
+    let kept = projects_below(&home.path().join("data/inplace/autosave"));
     assert_eq!(kept.len(), 1, "{kept:?}");
     let (_, contents) = Project::open(&kept[0]).unwrap();
     assert_eq!(contents.maps.len(), Small::get().scene.frames.len());

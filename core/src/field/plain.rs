@@ -74,16 +74,6 @@ pub fn evaluate(
     Ok(())
 }
 
-/// Sums the rows of `values`, `[N, C]`, that belong to each ray, to `[rays, C]`.
-///
-/// # Errors
-/// Another number of rows than of samples.
-fn sum_by_ray(packing: &RayPacking, values: &Tensor) -> Result<Tensor> {
-    let rays = Tensor::from_vec(ray_of_samples(packing), packing.samples(), values.device())?;
-    let sums = Tensor::zeros((packing.rays(), values.dim(1)?), DType::F32, values.device())?;
-    sums.index_add(&rays, values, 0)
-}
-
 /// The ray of each sample.
 fn ray_of_samples(packing: &RayPacking) -> Vec<u32> {
     let of_ray = |ray: usize| std::iter::repeat_n(ray as u32, packing.range(ray).len());
@@ -225,7 +215,10 @@ fn composite(packing: &RayPacking, density: &Tensor, values: &Tensor) -> Result<
     let distortion = (pairs.affine(2.0, 0.0)? + own.affine(1.0 / 3.0, 0.0)?)?;
 
     let of_sample = weights.flatten_all()?.index_select(&of_sample, 0)?.unsqueeze(1)?;
-    let values = sum_by_ray(packing, &values.broadcast_mul(&of_sample)?)?;
+    let values = values.broadcast_mul(&of_sample)?;
+    let ray_of = Tensor::from_vec(ray_of_samples(packing), packing.samples(), device)?;
+    let sums = Tensor::zeros((rays, values.dim(1)?), DType::F32, device)?;
+    let values = sums.index_add(&ray_of, &values, 0)?;
     let [length, opacity, distortion] = [moments, weights, distortion].map(|sum| sum.sum_keepdim(1));
     Tensor::cat(&[values, length?, opacity?, distortion?], 1)
 }

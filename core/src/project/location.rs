@@ -170,7 +170,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_scene_is_found_beside_a_project_that_moved_with_it() {
+    fn the_scene_is_found_beside_a_project_that_moved_with_it_or_else_where_it_was() {
         let root = tempfile::tempdir().unwrap();
         let (old, new) = (root.path().join("old"), root.path().join("new"));
         std::fs::create_dir_all(old.join("scene")).unwrap();
@@ -181,15 +181,9 @@ mod tests {
         let gone = old.join("scene");
         let found = resolve(&new.join("work/p.inplace"), relative.as_deref(), gone.to_str());
         assert_eq!(found, Some(absolute(&new.join("scene"))));
-    }
-
-    #[test]
-    fn a_project_that_moved_alone_finds_the_scene_where_it_was() {
-        let root = tempfile::tempdir().unwrap();
-        let scene = root.path().join("scene");
-        std::fs::create_dir(&scene).unwrap();
-        let project = root.path().join("elsewhere/deep/p.inplace");
-        assert_eq!(resolve(&project, Some("../scene"), scene.to_str()), Some(scene));
+        // One that moved alone.
+        let (alone, scene) = (root.path().join("elsewhere/deep/p.inplace"), new.join("scene"));
+        assert_eq!(resolve(&alone, relative.as_deref(), scene.to_str()), Some(scene));
     }
 
     #[test]

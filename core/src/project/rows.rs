@@ -166,10 +166,6 @@ pub(super) fn write_model(connection: &Connection, model: &ModelState) -> rusqli
     execute(connection, insert, params![integer(model.steps), model.tensors])
 }
 
-pub(super) fn delete_results(connection: &Connection) -> rusqlite::Result<()> {
-    connection.execute_batch("DELETE FROM model; DELETE FROM map")
-}
-
 /// A frame's maps as they are stored.
 pub(super) struct MapRow {
     frame: usize,

@@ -286,7 +286,7 @@ fn save_as_copies_everything_and_finds_the_scene_from_its_new_place() {
 }
 
 #[test]
-fn strokes_follow_their_frames_and_vanished_frames_are_reported() {
+fn strokes_follow_their_frames_and_vanished_frames_and_changed_images_are_reported() {
     let folder = tempfile::tempdir().unwrap();
     let options = OpenOptions::default();
     let same = contents(folder.path())
@@ -315,25 +315,14 @@ fn strokes_follow_their_frames_and_vanished_frames_are_reported() {
     history.redo().unwrap();
     assert_eq!(history.labels().strokes_of(2).count(), 1);
 
-    let error = before
-        .matched(&scene(folder.path(), &["p", "q"]), options)
-        .unwrap_err();
+    let other = scene(folder.path(), &["p", "q"]);
+    let error = before.clone().matched(&other, options).unwrap_err();
     assert!(matches!(error, ProjectError::OtherScene { frames: 3, .. }));
-}
 
-#[test]
-fn changed_images_are_noticed() {
-    let folder = tempfile::tempdir().unwrap();
-    let before = contents(folder.path());
     fs::write(folder.path().join("b"), "other pixels").unwrap();
-    let after = before
-        .matched(&scene(folder.path(), &["a", "b", "c"]), OpenOptions::default())
-        .unwrap();
-    assert!(
-        after.warnings[0].contains("labelled: 1 (b)"),
-        "{:?}",
-        after.warnings
-    );
+    let changed = scene(folder.path(), &["a", "b", "c"]);
+    let warnings = before.matched(&changed, options).unwrap().warnings;
+    assert!(warnings[0].contains("labelled: 1 (b)"), "{warnings:?}");
 }
 
 /// Probabilities of the frames a and c, on a grid that is coarser than theirs.
