@@ -30,39 +30,27 @@ impl Opened {
     /// # Errors
     /// A missing or newer file, one that is no project, a damaged one without a backup, one that is open elsewhere.
     pub fn open(path: &Path) -> Result<Self, ProjectError> {
-        let error = match Project::open(path) {
-            Ok((project, contents)) => {
-                let project = match project.is_writable() {
-                    true => Ok(project),
-                    false => Err(ProjectError::read_only(path)),
-                };
-                return Ok(Self {
-                    project,
-                    contents,
-                    damage: None,
-                });
-            }
-            Err(error) => error,
-        };
-        let (contents, account) = read_apart(path, error)?;
-        let Some(account) = account else {
-            return Ok(Self {
-                project: Err(ProjectError::read_only(path)),
-                contents,
-                damage: None,
-            });
-        };
-        let (project, place) = match put_in_place(path, &contents) {
-            Ok((project, aside)) => {
-                let place = format!("the damaged file is now {}", aside.display());
-                (Ok(project), place)
-            }
-            Err(error) => (Err(error), "nothing was written".to_owned()),
+        let (project, contents, damage) = match Project::open(path) {
+            Ok((project, contents)) if project.is_writable() => (Ok(project), contents, None),
+            Ok((_, contents)) => (Err(ProjectError::read_only(path)), contents, None),
+            Err(error) => match read_apart(path, error)? {
+                (contents, None) => (Err(ProjectError::read_only(path)), contents, None),
+                (contents, Some(account)) => {
+                    let (project, place) = match put_in_place(path, &contents) {
+                        Ok((project, aside)) => (
+                            Ok(project),
+                            format!("the damaged file is now {}", aside.display()),
+                        ),
+                        Err(error) => (Err(error), "nothing was written".to_owned()),
+                    };
+                    (project, contents, Some(format!("{account}; {place}")))
+                }
+            },
         };
         Ok(Self {
             project,
             contents,
-            damage: Some(format!("{account}; {place}")),
+            damage,
         })
     }
 }

@@ -125,12 +125,10 @@ impl VectorUnit for Scalar512b {
 /// Runs a kernel on a given vector unit, `vectorized!(dispatch, unit => kernel(unit, arguments))`; the kernel is an
 /// `#[inline(always)]` function of any [`VectorUnit`]. It panics where the processor has no such unit.
 macro_rules! vectorized {
-    ($dispatch:expr, $unit:ident => $kernel:expr) => {{
-        use $crate::field::kernels::lanes::Dispatch;
-
+    ($dispatch:expr, $unit:ident => $kernel:expr) => {
         match $dispatch {
             #[cfg(target_arch = "x86_64")]
-            Dispatch::Avx512 => {
+            $crate::field::kernels::lanes::Dispatch::Avx512 => {
                 let Some($unit) = pulp::x86::V4::try_new() else {
                     panic!("this processor has no AVX-512")
                 };
@@ -141,7 +139,7 @@ macro_rules! vectorized {
                 );
             }
             #[cfg(target_arch = "x86_64")]
-            Dispatch::Avx2 => {
+            $crate::field::kernels::lanes::Dispatch::Avx2 => {
                 let Some(unit) = pulp::x86::V3::try_new() else {
                     panic!("this processor has no AVX2 and FMA")
                 };
@@ -156,6 +154,6 @@ macro_rules! vectorized {
                 $kernel
             }
         }
-    }};
+    };
 }
 pub(super) use vectorized;
