@@ -7,7 +7,7 @@ use std::path::Path;
 use inplace_core::field::Preset;
 use inplace_core::project::Project;
 use inplace_core::scene::{OpenOptions, SceneSource};
-use inplace_core::session::{Command, Event, ModelState, Session, SessionOptions};
+use inplace_core::session::{Client, ModelState, SessionOptions};
 use inplace_lab::ConfusionMatrix;
 use inplace_tests::{
     OnDisk, Running, Small, class_ids, contents_of, info, inplace, json, label, miou_with_clicks, succeed,
@@ -37,15 +37,11 @@ fn trained(disk: &OnDisk) -> ModelState {
         views: false,
         state: None,
     };
-    let session = Session::start(options, || {});
-    loop {
-        match session.events().recv().unwrap() {
-            Event::Status(status) if status.steps >= 20 => session.send(Command::Save),
-            Event::State(state) => return ModelState::clone(&state),
-            Event::Error(reason) => panic!("{reason}"),
-            _ => {}
-        }
+    let mut client = Client::start(options);
+    while client.status().steps < 20 {
+        client.next(None).unwrap();
     }
+    ModelState::clone(&client.saved().unwrap())
 }
 
 /// Every frame has its three images, in size and kind as documented, and nothing else lies there.

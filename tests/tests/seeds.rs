@@ -14,6 +14,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use inplace_tests::Fuzzed;
+use rand::{Rng, SeedableRng, rngs::SmallRng};
 
 /// Changes to each seed, unless `INPLACE_SEED_CHANGES` says how many.
 const CHANGES: u64 = 48;
@@ -66,16 +67,12 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-/// A fixed sequence of numbers (SplitMix64).
-struct Numbers(u64);
+/// A fixed sequence of numbers.
+struct Numbers(SmallRng);
 
 impl Numbers {
     fn below(&mut self, bound: usize) -> usize {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) % bound.max(1) as u64) as usize
+        self.0.random_range(0..bound.max(1))
     }
 }
 
@@ -161,7 +158,7 @@ fn no_seed_and_no_change_to_one_breaks_a_parser() {
                 }
             };
             check("", bytes);
-            let mut numbers = Numbers(number as u64);
+            let mut numbers = Numbers(SmallRng::seed_from_u64(number as u64));
             let changes = if bytes.len() > LARGE { changes / 4 } else { changes };
             for change in 0..changes {
                 let (_, other) = &seeds[numbers.below(seeds.len())];

@@ -1,7 +1,7 @@
 //! Where things are: the scene as seen from its project file, and the projects that nobody has named yet.
 
 use std::ffi::OsString;
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 
 use crate::scene::SceneSource;
 
@@ -125,7 +125,7 @@ pub(super) fn relative_to(file: &Path, target: &Path) -> Option<String> {
 /// The scene's folder from what a project file says: beside the project where it is there, else the
 /// absolute place, whether or not it is there. `None` where the file says neither.
 pub(super) fn resolve(file: &Path, relative: Option<&str>, absolute_path: Option<&str>) -> Option<PathBuf> {
-    let beside = relative.map(|relative| tidy(&absolute(folder_of(file)).join(relative)));
+    let beside = relative.map(|relative| absolute(&absolute(folder_of(file)).join(relative)));
     let fixed = absolute_path.map(PathBuf::from);
     match (beside, fixed) {
         (Some(beside), _) if beside.is_dir() => Some(beside),
@@ -148,21 +148,6 @@ pub(super) fn folder_of(file: &Path) -> &Path {
         Some(parent) => parent,
         None => file,
     }
-}
-
-/// Takes `..` out of a path whose start has no symbolic links.
-fn tidy(path: &Path) -> PathBuf {
-    let mut tidied = PathBuf::new();
-    for part in path.components() {
-        match part {
-            Component::ParentDir => {
-                tidied.pop();
-            }
-            Component::CurDir => {}
-            part => tidied.push(part),
-        }
-    }
-    tidied
 }
 
 #[cfg(test)]

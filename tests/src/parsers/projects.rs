@@ -18,6 +18,16 @@ use super::{Parser, assert_sentence, two_frames};
 /// The project that is opened, in the folder of a check.
 const NAME: &str = "p.inplace";
 
+/// A label image of the first frame.
+fn images(trust: Trust) -> LabelImages {
+    let maps = vec![ImportedMap::new(0, &[1; 64 * 48])];
+    LabelImages {
+        labels: ImportedLabels { maps, trust },
+        classes: Vec::new(),
+        unmatched: 0,
+    }
+}
+
 /// A project with something in every table.
 fn write_project(path: &Path) {
     let scene = two_frames([64, 48]);
@@ -26,14 +36,7 @@ fn write_project(path: &Path) {
     history.add_class("floor");
     history.add_stroke(Stroke::click(0, 1, [1, 1]));
     history.add_stroke(Stroke::polygon(1, 2, &[[2, 3], [9, 4], [5, 9]]));
-    history.import(LabelImages {
-        labels: ImportedLabels {
-            maps: vec![ImportedMap::new(0, &[1; 64 * 48])],
-            trust: Trust::VOTES,
-        },
-        classes: Vec::new(),
-        unmatched: 0,
-    });
+    history.import(images(Trust::VOTES));
     history.add_stroke(Stroke::click(0, 2, [9, 9]));
     history.undo();
     let record = SceneRecord::of(&scene, OpenOptions::default());
@@ -80,14 +83,7 @@ fn check(path: &Path) {
     }
     let mut history = matched.history;
     history.add_class("new");
-    history.import(LabelImages {
-        labels: ImportedLabels {
-            maps: vec![ImportedMap::new(0, &[1; 64 * 48])],
-            trust: Trust::RIGHT,
-        },
-        classes: Vec::new(),
-        unmatched: 0,
-    });
+    history.import(images(Trust::RIGHT));
     history.undo();
     let edit = history.add_stroke(Stroke::click(0, 1, [3, 4]));
     // A spoilt file may refuse what is written.
