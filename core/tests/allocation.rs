@@ -81,8 +81,14 @@ fn wall(depth: bool) -> Scene {
 fn a_step_under_way_allocates_hardly_anything_large() {
     for depth in [true, false] {
         let path = Backend::Fused(Dispatch::detect());
-        let mut trainer =
-            Trainer::on(&path, Arc::new(wall(depth)), Preset::Fast, Recipe::default(), 1).unwrap();
+        let mut trainer = Trainer::on(
+            &path,
+            Arc::new(wall(depth)),
+            (Preset::Fast, 1.0),
+            Recipe::default(),
+            1,
+        )
+        .unwrap();
         for _ in 0..40 {
             trainer.step().unwrap();
         }

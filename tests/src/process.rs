@@ -129,23 +129,15 @@ impl Running {
     /// # Panics
     /// When it takes longer than `limit`.
     pub fn wait(mut self, limit: Duration) -> Outcome {
-        let start = Instant::now();
-        let status = loop {
-            if let Some(status) = self.ended() {
-                break status;
-            }
-            assert!(
-                start.elapsed() < limit,
-                "still running after {limit:?}; it said: {}{}",
-                self.stdout(),
-                self.stderr()
-            );
-            std::thread::sleep(Duration::from_millis(5));
+        let ended = eventually(limit, || self.ended());
+        let (stdout, stderr) = (self.stdout(), self.stderr());
+        let Some(status) = ended else {
+            panic!("still running after {limit:?}; it said: {stdout}{stderr}");
         };
         Outcome {
             code: status.code(),
-            stdout: self.stdout(),
-            stderr: self.stderr(),
+            stdout,
+            stderr,
         }
     }
 }
@@ -160,13 +152,22 @@ impl Drop for Running {
 ///
 /// # Panics
 /// When there is none after `limit`.
-pub fn until<T>(what: &str, limit: Duration, mut answer: impl FnMut() -> Option<T>) -> T {
+#[track_caller]
+pub fn until<T>(what: &str, limit: Duration, answer: impl FnMut() -> Option<T>) -> T {
+    let Some(answer) = eventually(limit, answer) else {
+        panic!("not after {limit:?}: {what}");
+    };
+    answer
+}
+
+/// Asks again and again; `None` when there is no answer after `limit`.
+pub(crate) fn eventually<T>(limit: Duration, mut answer: impl FnMut() -> Option<T>) -> Option<T> {
     let start = Instant::now();
     loop {
-        if let Some(answer) = answer() {
+        let answer = answer();
+        if answer.is_some() || start.elapsed() > limit {
             return answer;
         }
-        assert!(start.elapsed() < limit, "not after {limit:?}: {what}");
         std::thread::sleep(Duration::from_millis(20));
     }
 }

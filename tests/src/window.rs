@@ -2,11 +2,12 @@
 
 use std::fs;
 use std::path::Path;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use tempfile::TempDir;
 
-use crate::{Running, Screen, inplace};
+use crate::process::eventually;
+use crate::{Running, Screen, inplace, until};
 
 /// Machines that render in software, beside other work, are slow.
 pub const PATIENCE: Duration = Duration::from_secs(60);
@@ -68,20 +69,16 @@ impl Window {
             command.env(variable, folder);
         }
         let mut running = Running::start(&mut command);
-        let start = Instant::now();
-        let id = loop {
+        let id = until("there is a window", PATIENCE, || {
             let found = screen.xdotool(&["search", "--onlyvisible", "--name", "room.* - Inplace"]);
             if let Some(id) = found.as_deref().and_then(|ids| ids.lines().next()) {
-                break id.to_owned();
+                return Some(Ok(id.to_owned()));
             }
-            if running.ended().is_some() {
-                let said = running.stderr();
-                assert!(said.contains("nothing here can draw a window"), "{said}");
-                return Err("a Vulkan or OpenGL driver".to_owned());
-            }
-            assert!(start.elapsed() < PATIENCE, "no window; {}", running.stderr());
-            std::thread::sleep(Duration::from_millis(50));
-        };
+            running.ended()?;
+            let said = running.stderr();
+            assert!(said.contains("nothing here can draw a window"), "{said}");
+            Some(Err("a Vulkan or OpenGL driver".to_owned()))
+        })?;
         let window = Self {
             running,
             screen,
@@ -105,22 +102,16 @@ impl Window {
     /// When there is no answer after [`PATIENCE`]; keeps a picture of the screen.
     #[track_caller]
     pub fn until<T>(&self, what: &str, mut answer: impl FnMut(&Self) -> Option<T>) -> T {
-        let start = Instant::now();
-        loop {
-            if let Some(answer) = answer(self) {
-                return answer;
-            }
-            if start.elapsed() > PATIENCE {
-                let picture = std::env::temp_dir().join("inplace-window-test.png");
-                // The picture only helps to find out why.
-                let _ = self.screen.picture().save(&picture);
-                panic!(
-                    "not after {PATIENCE:?}: {what}; the screen is in {}, it said: {}",
-                    picture.display(),
-                    self.running.stderr()
-                );
-            }
-            std::thread::sleep(Duration::from_millis(50));
-        }
+        let Some(answer) = eventually(PATIENCE, || answer(self)) else {
+            let picture = std::env::temp_dir().join("inplace-window-test.png");
+            // The picture only helps to find out why.
+            let _ = self.screen.picture().save(&picture);
+            panic!(
+                "not after {PATIENCE:?}: {what}; the screen is in {}, it said: {}",
+                picture.display(),
+                self.running.stderr()
+            );
+        };
+        answer
     }
 }

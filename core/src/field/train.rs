@@ -116,24 +116,14 @@ impl Trainer {
     /// # Errors
     /// As [`Trainer::new`].
     pub fn scaled(scene: Arc<Scene>, preset: Preset, size: f32, seed: u64) -> Result<Self> {
-        Self::of_size(&Backend::best()?, scene, (preset, size), Recipe::default(), seed)
+        Self::on(&Backend::best()?, scene, (preset, size), Recipe::default(), seed)
     }
 
-    /// Starts a field for a scene on this backend and by this recipe.
+    /// The same on this backend and by this recipe.
     ///
     /// # Errors
     /// Errors of the device, such as a lack of memory.
     pub fn on(
-        backend: &Backend,
-        scene: Arc<Scene>,
-        preset: Preset,
-        recipe: Recipe,
-        seed: u64,
-    ) -> Result<Self> {
-        Self::of_size(backend, scene, (preset, 1.0), recipe, seed)
-    }
-
-    fn of_size(
         backend: &Backend,
         scene: Arc<Scene>,
         (preset, size): (Preset, f32),

@@ -191,7 +191,7 @@ pub fn training_run(
     }
     let mut reached = Progress::default();
     let (path, own) = (Backend::best()?, Arc::clone(scene));
-    let mut trainer = Trainer::on(&path, own, variant.preset, variant.recipe, seed)?;
+    let mut trainer = Trainer::on(&path, own, (variant.preset, 1.0), variant.recipe, seed)?;
     let mut seconds = 0.0;
     let mut points = Vec::new();
     for &mark in marks {

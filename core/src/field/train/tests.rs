@@ -23,7 +23,14 @@ fn trained(backend: &Backend, depth: bool, steps: u64) -> Trainer {
             frame.set_depth(None);
         }
     }
-    let mut trainer = Trainer::on(backend, Arc::new(scene), Preset::Fast, Recipe::default(), 3).unwrap();
+    let mut trainer = Trainer::on(
+        backend,
+        Arc::new(scene),
+        (Preset::Fast, 1.0),
+        Recipe::default(),
+        3,
+    )
+    .unwrap();
     for _ in 0..steps {
         trainer.step().unwrap();
     }
