@@ -6,6 +6,7 @@ use std::fs;
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
+use inplace_core::export::write_json;
 use inplace_core::labels::{Class, ClassId, History, LabelSet, Trust, read_label_images};
 use inplace_core::scene::{Scene, demo};
 use inplace_core::semantics::{LabelPropagation, Surface, SurfaceImport};
@@ -153,7 +154,6 @@ fn predictions_that_are_wrong_in_half_of_each_frame_agree_on_what_is_right() {
     let room = Room::get();
     let folder = tempfile::tempdir().unwrap();
     let [width, height] = [WIDTH / 2, HEIGHT / 2];
-    let mut single = Vec::new();
     for frame in 0..FRAMES {
         let values = predicted(room, frame);
         let header = format!(
@@ -167,26 +167,18 @@ fn predictions_that_are_wrong_in_half_of_each_frame_agree_on_what_is_right() {
         let stem = &room.scene.frames[frame].stem;
         fs::write(folder.path().join(format!("{stem}.npy")), file).unwrap();
     }
-    let listed: Vec<serde_json::Value> = room
-        .classes
-        .iter()
-        .map(|class| serde_json::json!({"id": class.id, "name": class.name}))
-        .collect();
-    fs::write(
-        folder.path().join("classes.json"),
-        serde_json::Value::from(listed).to_string(),
-    )
-    .unwrap();
+    write_json(&folder.path().join("classes.json"), &room.classes).unwrap();
     let images = read_label_images(folder.path(), &room.scene, &[], Trust::VOTES).unwrap();
-    for map in &images.labels.maps {
-        single.push(room.miou([(map.frame, &map.labels())].into_iter()));
-    }
-    let best = single.iter().copied().fold(0.0, f64::max);
-    let fused = room.maps(folder.path(), Trust::VOTES);
-    let least = fused
+    let of_one = |frame: usize, labels: &Vec<ClassId>| room.miou([(frame, labels)].into_iter());
+    let single = images
+        .labels
+        .maps
         .iter()
-        .enumerate()
-        .map(|(frame, labels)| room.miou([(frame, labels)].into_iter()))
+        .map(|map| of_one(map.frame, &map.labels()));
+    let best = single.fold(0.0, f64::max);
+    let fused = room.maps(folder.path(), Trust::VOTES);
+    let least = (0..FRAMES)
+        .map(|frame| of_one(frame, &fused[frame]))
         .fold(1.0, f64::min);
     let all = room.miou(fused.iter().enumerate());
     println!("half-wrong predictions: at best {best:.3} to at least {least:.3}, in all {all:.3}");

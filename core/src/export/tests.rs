@@ -175,17 +175,6 @@ fn a_threshold_needs_probabilities() {
 }
 
 #[test]
-fn an_unwritable_folder_is_one_sentence_before_any_work() {
-    let root = tempfile::tempdir().unwrap();
-    let file = root.path().join("file");
-    fs::write(&file, "x").unwrap();
-    let error = prepare(&file.join("out"), &[]).unwrap_err().to_string();
-    assert!(error.contains("file"), "{error}");
-    assert!(error.contains("cannot be written"), "{error}");
-    assert_eq!(fs::read(&file).unwrap(), b"x");
-}
-
-#[test]
 fn what_a_killed_run_left_is_cleared_away() {
     let root = tempfile::tempdir().unwrap();
     prepare(root.path(), &["labels"]).unwrap();
