@@ -110,35 +110,27 @@ fn root(parents: &mut [usize], mut index: usize) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::export::testing::{HEIGHT, WIDTH, labels};
+    use crate::export::testing::{WIDTH, labels};
 
     /// Components by flooding pixel after pixel.
     fn flooded(labels: &[u16], neighbours: Neighbours) -> Vec<Vec<usize>> {
-        let mut seen = vec![false; labels.len()];
-        let mut found = Vec::new();
-        for start in 0..labels.len() {
-            if seen[start] {
-                continue;
+        let width = WIDTH as usize;
+        let touch = |a: usize, b: usize| {
+            let (across, down) = ((a % width).abs_diff(b % width), (a / width).abs_diff(b / width));
+            match neighbours {
+                Neighbours::Sides => across + down == 1,
+                Neighbours::SidesAndCorners => across.max(down) == 1,
             }
-            seen[start] = true;
-            let mut pixels = vec![start];
+        };
+        let mut left: Vec<usize> = (0..labels.len()).collect();
+        let mut found = Vec::new();
+        while !left.is_empty() {
+            let mut pixels = vec![left.remove(0)];
             let mut next = 0;
-            while next < pixels.len() {
-                let (x, y) = (pixels[next] as i64 % 24, pixels[next] as i64 / 24);
+            while let Some(&pixel) = pixels.get(next) {
                 next += 1;
-                for (dx, dy) in (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (dx, dy))) {
-                    let (x, y) = (x + dx, y + dy);
-                    let is_corner = dx != 0 && dy != 0;
-                    let inside = (0..i64::from(WIDTH)).contains(&x) && (0..i64::from(HEIGHT)).contains(&y);
-                    if !inside || (is_corner && neighbours == Neighbours::Sides) {
-                        continue;
-                    }
-                    let other = (y * 24 + x) as usize;
-                    if !seen[other] && labels[other] == labels[start] {
-                        seen[other] = true;
-                        pixels.push(other);
-                    }
-                }
+                let joins = |&other: &usize| labels[other] == labels[pixel] && touch(pixel, other);
+                pixels.extend(left.extract_if(.., |other| joins(other)));
             }
             pixels.sort_unstable();
             found.push(pixels);
@@ -148,7 +140,6 @@ mod tests {
 
     #[test]
     fn components_are_those_that_a_flood_finds() {
-        assert_eq!(WIDTH, 24);
         for frame in 0..8 {
             let labels = labels(frame);
             for neighbours in [Neighbours::Sides, Neighbours::SidesAndCorners] {
