@@ -1,12 +1,12 @@
 //! What a project file holds, and fitting it to the scene as it is today.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeSet, HashMap};
 use std::fs;
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::ProjectError;
-use crate::labels::{Edit, History, ImportedLabels, ImportedMap, LabelSet, Stroke};
+use crate::labels::{Edit, History, ImportedMap, LabelSet, Stroke};
 use crate::scene::{Frame, OpenOptions, Scene, SceneSource, in_one_line};
 use crate::session::{FrameMap, ModelState};
 
@@ -153,8 +153,15 @@ impl Contents {
         }
         self.warn_of_changes(scene, &record);
         if record.frames != self.scene.frames {
-            self.history = renumbered(&self.history, &new_index);
-            self.drop_misfits(scene, &record);
+            let (history, dropped) = renumbered(&self.history, &new_index, &record);
+            self.history = history;
+            if dropped > 0 {
+                self.warnings.push(format!(
+                    "{}: imported label images of frames that have another size now were left out: {dropped}; import \
+                     them again",
+                    scene.source
+                ));
+            }
             self.maps.retain_mut(|map| {
                 let Some(&index) = new_index.get(map.frame) else {
                     return false;
@@ -172,34 +179,6 @@ impl Contents {
         }
         self.scene = record;
         Ok(self)
-    }
-
-    /// Drops imported images of frames that have another size now.
-    fn drop_misfits(&mut self, scene: &Scene, record: &SceneRecord) {
-        let fits = |map: &ImportedMap| {
-            let frame = record.frames.get(map.frame);
-            frame.is_some_and(|frame| map.pixels() == frame.width as usize * frame.height as usize)
-        };
-        let (imports, in_force) = self.history.imports();
-        let mut dropped = 0;
-        let kept: BTreeMap<_, _> = imports
-            .iter()
-            .map(|(&id, images)| {
-                let (maps, misfits): (Vec<ImportedMap>, Vec<ImportedMap>) =
-                    images.maps.iter().cloned().partition(fits);
-                dropped += misfits.len();
-                let trust = images.trust;
-                (id, Arc::new(ImportedLabels { maps, trust }))
-            })
-            .collect();
-        if dropped > 0 {
-            self.history = self.history.clone().with_imports(kept, in_force);
-            self.warnings.push(format!(
-                "{}: imported label images of frames that have another size now were left out: {dropped}; import \
-                 them again",
-                scene.source
-            ));
-        }
     }
 
     fn warn_of_changes(&mut self, scene: &Scene, record: &SceneRecord) {
@@ -261,8 +240,9 @@ pub(super) fn some_names<'a>(names: impl ExactSizeIterator<Item = &'a str>) -> S
     )
 }
 
-/// The history with `new_index[frame]` for every frame.
-fn renumbered(history: &History, new_index: &[usize]) -> History {
+/// The history with `new_index[frame]` for every frame of `record`, and the number of imported images that were left out
+/// because their frame has another size now.
+fn renumbered(history: &History, new_index: &[usize], record: &SceneRecord) -> (History, usize) {
     let place = |frame: usize| new_index.get(frame).copied().unwrap_or(frame);
     let stroke = |stroke: &Stroke| Stroke {
         frame: place(stroke.frame),
@@ -288,14 +268,22 @@ fn renumbered(history: &History, new_index: &[usize]) -> History {
         edit
     };
     let (imports, in_force) = history.imports();
+    let fits = |map: &ImportedMap| {
+        let frame = record.frames.get(map.frame);
+        frame.is_some_and(|frame| map.pixels() == frame.width as usize * frame.height as usize)
+    };
+    let mut dropped = 0;
     let imports = imports.iter().map(|(&id, images)| {
         let mut images = images.as_ref().clone();
-        images
-            .maps
-            .iter_mut()
-            .for_each(|map| map.frame = place(map.frame));
+        for map in &mut images.maps {
+            map.frame = place(map.frame);
+        }
+        let before = images.maps.len();
+        images.maps.retain(fits);
+        dropped += before - images.maps.len();
         (id, Arc::new(images))
     });
-    History::restored(labels, edits.iter().map(edit).collect(), cursor)
-        .with_imports(imports.collect(), in_force)
+    let imports = imports.collect();
+    let history = History::restored(labels, edits.iter().map(edit).collect(), cursor);
+    (history.with_imports(imports, in_force), dropped)
 }

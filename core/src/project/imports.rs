@@ -19,39 +19,20 @@ type Imports = (BTreeMap<ImportId, Arc<ImportedLabels>>, Option<ImportId>);
 /// The PNGs of a map: its labels, and the shares of its probabilities where it has them.
 type EncodedMap = (Vec<u8>, Option<Vec<u8>>);
 
-/// Replaces all label images, and tells which are in force.
-pub(super) fn write_all(
-    connection: &Connection,
-    scene: &SceneRecord,
-    history: &History,
-) -> rusqlite::Result<()> {
+/// Replaces all label images by those of the frames that the project lists, and tells which are in force.
+pub(super) fn write_all(connection: &Connection, history: &History) -> rusqlite::Result<()> {
     connection.execute_batch("DELETE FROM import; DELETE FROM imported_map")?;
     let (imports, in_force) = history.imports();
     for (&id, images) in imports {
-        write_with(connection, id, images, |frame| {
-            let record = scene.frames.get(frame)?;
-            Some((record.width, record.height))
-        })?;
+        write(connection, id, images)?;
     }
     put_in_force(connection, in_force)
 }
 
 /// Adds label images of the frames that the project lists.
 pub(super) fn write(connection: &Connection, id: ImportId, images: &ImportedLabels) -> rusqlite::Result<()> {
-    let sizes = rows(
-        connection,
-        "SELECT width, height FROM frame ORDER BY number",
-        |row| Ok((row.get(0)?, row.get(1)?)),
-    )?;
-    write_with(connection, id, images, |frame| sizes.get(frame).copied())
-}
-
-fn write_with(
-    connection: &Connection,
-    id: ImportId,
-    images: &ImportedLabels,
-    size: impl Fn(usize) -> Option<(u32, u32)> + Sync,
-) -> rusqlite::Result<()> {
+    let sizes = "SELECT width, height FROM frame ORDER BY number";
+    let sizes = rows(connection, sizes, |row| Ok((row.get(0)?, row.get(1)?)))?;
     let trust = f64::from(images.trust.value());
     let insert = "INSERT OR REPLACE INTO import (id, trust) VALUES (?1, ?2)";
     execute(connection, insert, params![integer(id.0), trust])?;
@@ -61,7 +42,7 @@ fn write_with(
     };
     let encode = |map: &ImportedMap| {
         let Some(probabilities) = map.probabilities() else {
-            let (width, height) = size(map.frame).unwrap_or_default();
+            let (width, height) = sizes.get(map.frame).copied().unwrap_or_default();
             return Ok((png(width, height, &map.labels())?, None));
         };
         let [width, _] = probabilities.size();

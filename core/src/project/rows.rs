@@ -44,7 +44,7 @@ pub(super) fn write_all(
     for (&id, stroke) in &history.labels().strokes {
         write_stroke(connection, id, stroke)?;
     }
-    imports::write_all(connection, scene, history)?;
+    imports::write_all(connection, history)?;
     edits
         .iter()
         .enumerate()
