@@ -1,5 +1,6 @@
 //! `inplace label`: the main job without the window, through the same session.
 
+use std::fs::File;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf, absolute};
 use std::time::Instant;
@@ -284,7 +285,9 @@ fn job(arguments: &LabelArguments) -> Result<(SessionOptions, Strokes), Failure>
     let source = SceneSource::from_argument(&arguments.scene);
     let strokes = match (&arguments.strokes, &source) {
         (Some(path), _) => {
-            readable(path)?;
+            // Before any work.
+            let opened = File::open(path);
+            opened.map_err(|error| format!("{}: cannot be read: {error}", path.display()))?;
             Strokes::File(path.clone())
         }
         (None, SceneSource::Demo) => Strokes::Demo,
@@ -299,12 +302,4 @@ fn job(arguments: &LabelArguments) -> Result<(SessionOptions, Strokes), Failure>
     };
     let options = session_options(&arguments.training, source, threads);
     Ok((with_memory(options), strokes))
-}
-
-/// Fails before any work when a file is not there.
-fn readable(path: &Path) -> Result<(), Failure> {
-    match std::fs::File::open(path) {
-        Ok(_) => Ok(()),
-        Err(error) => Err(format!("{}: cannot be read: {error}", path.display()).into()),
-    }
 }

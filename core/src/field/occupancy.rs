@@ -127,9 +127,10 @@ impl OccupancyGrid {
         let positions = cells
             .iter()
             .map(|&cell| {
-                let corner = corner_of(cell).as_vec3();
+                let side = OCCUPANCY_RESOLUTION;
+                let corner = UVec3::new(cell % side, cell / side % side, cell / (side * side));
                 let jitter = Vec3::new(rng.random(), rng.random(), rng.random());
-                (corner + jitter) / OCCUPANCY_RESOLUTION as f32
+                (corner.as_vec3() + jitter) / side as f32
             })
             .collect();
         (cells, positions)
@@ -182,11 +183,6 @@ fn index_of(unit: Vec3) -> Option<usize> {
         let UVec3 { x, y, z } = scaled.as_uvec3();
         ((z * OCCUPANCY_RESOLUTION + y) * OCCUPANCY_RESOLUTION + x) as usize
     })
-}
-
-fn corner_of(index: u32) -> UVec3 {
-    let side = OCCUPANCY_RESOLUTION;
-    UVec3::new(index % side, index / side % side, index / (side * side))
 }
 
 #[cfg(test)]

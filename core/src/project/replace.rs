@@ -3,8 +3,6 @@
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
-use rusqlite::ErrorCode;
-
 use super::location::folder_of;
 use super::{ProjectError, schema};
 
@@ -43,7 +41,12 @@ pub(super) fn replace(
             "a folder has that name; choose another one",
         ));
     }
-    refuse_if_in_use(path)?;
+    if path.is_file()
+        && let Err(error) = schema::connect(path)
+        && let in_use @ ProjectError::InUse(_) = ProjectError::reading(path, error.into())
+    {
+        return Err(in_use);
+    }
     let mut hidden = std::ffi::OsString::from(".");
     hidden.push(name);
     hidden.push(format!(".{}.tmp", std::process::id()));
@@ -66,23 +69,6 @@ pub(super) fn replace(
         Ok(())
     };
     finish().map_err(|error: std::io::Error| ProjectError::writing_file(path, &error))
-}
-
-fn refuse_if_in_use(path: &Path) -> Result<(), ProjectError> {
-    if !path.is_file() {
-        return Ok(());
-    }
-    match schema::connect(path) {
-        Err(error)
-            if matches!(
-                error.sqlite_error_code(),
-                Some(ErrorCode::DatabaseBusy | ErrorCode::DatabaseLocked)
-            ) =>
-        {
-            Err(ProjectError::InUse(path.to_path_buf()))
-        }
-        _ => Ok(()),
-    }
 }
 
 /// The file beside a database whose name is longer by this.
