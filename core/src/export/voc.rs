@@ -78,7 +78,12 @@ impl Layout for Voc {
         }
         let [width, height] = frame.size;
         let positions = frame.positions()?.into_iter().map(u8::try_from);
-        let indices: Vec<u8> = positions.collect::<Result<_, _>>().map_err(|_| too_many())?;
+        let indices: Vec<u8> = positions.collect::<Result<_, _>>().map_err(|_| {
+            let most = MOST_CLASSES;
+            Refusal::Format(format!(
+                "it shows more than {most} classes; export another format"
+            ))
+        })?;
         let class_palette: Vec<[u8; 3]> = [[0; 3]]
             .into_iter()
             .chain(colors::distinct(frame.classes))
@@ -119,12 +124,6 @@ impl Layout for Voc {
             OutputFile::new(IMAGE_SET, image_set),
         ])
     }
-}
-
-fn too_many() -> Refusal {
-    Refusal::Format(format!(
-        "it shows more than {MOST_CLASSES} classes; export another format"
-    ))
 }
 
 fn class_path(stem: &str) -> String {
