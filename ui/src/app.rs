@@ -54,6 +54,8 @@ pub struct Environment {
     pub preferences: Store,
     /// Folder of the pictures of what was opened lately.
     pub pictures: PathBuf,
+    /// What draws the window, in words.
+    pub renderer: String,
     /// The window's pixel format where wgpu draws it.
     pub target: Option<wgpu::TextureFormat>,
 }
@@ -86,7 +88,9 @@ impl App {
         // The scale has limits here, and is kept.
         ctx.options_mut(|options| options.zoom_with_keyboard = false);
         let canvas = Canvas::new(environment.target);
-        let stats = options.stats.then(|| Stats::new(canvas.clock().clone()));
+        let stats = options
+            .stats
+            .then(|| Stats::new(canvas.clock().clone(), environment.renderer));
         let model = Model::new(Start {
             read: options.read,
             preset: options.preset,

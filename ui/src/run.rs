@@ -98,6 +98,13 @@ fn start(
             autosave: Arc::new(autosave_path),
             preferences,
             pictures: pictures_folder(),
+            renderer: creation.wgpu_render_state.as_ref().map_or_else(
+                || "OpenGL".to_owned(),
+                |render| {
+                    let info = render.adapter.get_info();
+                    format!("{} ({})", info.name, info.backend)
+                },
+            ),
             target: creation
                 .wgpu_render_state
                 .as_ref()

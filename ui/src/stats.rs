@@ -1,4 +1,4 @@
-//! How fast the window is: CPU time of each frame, and from a click to its overlay.
+//! How fast the window is: what is presented and when, from a click to its overlay, and CPU time of each frame.
 
 use std::sync::PoisonError;
 use std::time::{Duration, Instant};
@@ -55,7 +55,7 @@ impl Samples {
 impl Summary {
     fn json(&self) -> String {
         format!(
-            r#"{{"count":{},"p50":{:.2},"p95":{:.2},"max":{:.2}}}"#,
+            r#"{{"n":{},"p50":{:.2},"p95":{:.2},"max":{:.2}}}"#,
             self.count, self.p50, self.p95, self.max
         )
     }
@@ -64,6 +64,12 @@ impl Summary {
 /// Everything measured.
 #[derive(Debug, Default)]
 pub struct Stats {
+    /// What draws the window, in words.
+    renderer: String,
+    /// Time between presented frames while the pointer moves or a button is down.
+    pub presented: Samples,
+    /// From the release of a click to the end of the frame that was the first to show its labels.
+    pub click_to_presented: Samples,
     /// Time that the window's own code takes for one frame.
     pub frame: Samples,
     /// CPU time of the window's thread from one frame to the next: everything that it does, waiting excluded.
@@ -77,12 +83,17 @@ pub struct Stats {
     thread_time: Option<Duration>,
     /// The last click that still waits for its overlay: label generation, frame, time of release.
     waiting: Option<(u64, usize, Instant)>,
+    /// Release of the click whose labels the newest frame is the first to show.
+    showing: Option<Instant>,
+    /// When the newest frame began, if the pointer was active in it.
+    active_since: Option<Instant>,
 }
 
 impl Stats {
-    /// Measures uploads with this clock.
-    pub fn new(clock: UploadClock) -> Self {
+    /// Measures uploads with this clock, in a window that this draws.
+    pub fn new(clock: UploadClock, renderer: String) -> Self {
         Self {
+            renderer,
             clock,
             ..Self::default()
         }
@@ -98,17 +109,25 @@ impl Stats {
         self.waiting = None;
     }
 
-    /// A frame begins.
-    pub fn frame_begins(&mut self) {
-        let now = thread_time();
-        if let (Some(before), Some(now)) = (self.thread_time, now) {
-            self.thread.add(now.saturating_sub(before));
+    /// A frame begins, so the one before was presented; `active` = the pointer moves or a button is down.
+    pub fn frame_begins(&mut self, now: Instant, active: bool) {
+        if let Some(clicked) = self.showing.take() {
+            self.click_to_presented.add(now - clicked);
         }
-        self.thread_time = now;
+        if let Some(before) = self.active_since.filter(|_| active) {
+            self.presented.add(now - before);
+        }
+        self.active_since = active.then_some(now);
+        let spent = thread_time();
+        if let (Some(before), Some(spent)) = (self.thread_time, spent) {
+            self.thread.add(spent.saturating_sub(before));
+        }
+        self.thread_time = spent;
     }
 
-    /// A frame took this long; `reported` is eframe's own time of the frame before.
-    pub fn frame_done(&mut self, own: Duration, reported: Option<f32>) {
+    /// A frame took this long; `reported` is eframe's own time of the frame before. Returns whether another frame has to
+    /// follow, to tell when this one was presented.
+    pub fn frame_done(&mut self, own: Duration, reported: Option<f32>) -> bool {
         self.frame.add(own);
         if let Some(seconds) = reported {
             self.reported.add(Duration::from_secs_f32(seconds.max(0.0)));
@@ -121,13 +140,18 @@ impl Stats {
         {
             self.click_to_overlay.add(time - clicked);
             self.waiting = None;
+            self.showing = Some(clicked);
         }
+        self.showing.is_some()
     }
 
     /// All summaries as one line of JSON, in milliseconds.
     pub fn json(&self) -> String {
         format!(
-            r#"{{"frame_ms":{},"thread_ms":{},"eframe_ms":{},"click_to_overlay_ms":{}}}"#,
+            r#"{{"renderer":{:?},"presented_ms":{},"click_to_presented_ms":{},"frame_ms":{},"thread_ms":{},"eframe_ms":{},"click_to_overlay_ms":{}}}"#,
+            self.renderer,
+            self.presented.summary().json(),
+            self.click_to_presented.summary().json(),
             self.frame.summary().json(),
             self.thread.summary().json(),
             self.reported.summary().json(),
@@ -168,18 +192,35 @@ mod tests {
     #[cfg(unix)]
     fn waiting_takes_no_cpu_time_of_the_thread() {
         let mut stats = Stats::default();
-        stats.frame_begins();
+        stats.frame_begins(Instant::now(), false);
         std::thread::sleep(Duration::from_millis(40));
-        stats.frame_begins();
+        stats.frame_begins(Instant::now(), false);
         let summary = stats.thread.summary();
         assert_eq!(summary.count, 1);
         assert!(summary.max < 20.0, "{summary:?}");
     }
 
     #[test]
+    fn intervals_count_while_the_pointer_is_active_and_a_click_until_its_frame_is_presented() {
+        let mut stats = Stats::default();
+        let start = Instant::now();
+        let at = |milliseconds| start + Duration::from_millis(milliseconds);
+        for (milliseconds, active) in [(0, true), (20, true), (50, true), (90, false), (1090, true)] {
+            stats.frame_begins(at(milliseconds), active);
+        }
+        let summary = stats.presented.summary();
+        assert_eq!((summary.count, summary.p50, summary.max), (2, 20.0, 30.0));
+        stats.showing = Some(at(1000));
+        assert!(stats.frame_done(Duration::ZERO, None));
+        stats.frame_begins(at(1100), false);
+        assert_eq!(stats.click_to_presented.summary().max, 100.0);
+        assert!(!stats.frame_done(Duration::ZERO, None));
+    }
+
+    #[test]
     fn a_click_waits_for_a_map_of_its_own_generation_and_frame() {
         let clock = UploadClock::default();
-        let mut stats = Stats::new(UploadClock::clone(&clock));
+        let mut stats = Stats::new(UploadClock::clone(&clock), String::new());
         stats.clicked(5, 2);
         let upload = |generation, frame| *clock.lock().unwrap() = Some((generation, frame, Instant::now()));
         for (generation, frame) in [(4, 2), (5, 1)] {

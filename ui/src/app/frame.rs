@@ -16,7 +16,11 @@ impl eframe::App for App {
         let now = Instant::now();
         self.frame_started = Some(now);
         if let Some(stats) = &mut self.stats {
-            stats.frame_begins();
+            let active = self.ctx.input(|input| {
+                let pointer = &input.pointer;
+                pointer.delta() != egui::Vec2::ZERO || pointer.any_down()
+            });
+            stats.frame_begins(now, active);
         }
         self.drain();
         let window = self.window_size();
@@ -71,7 +75,9 @@ impl eframe::App for App {
             trace.observe(&self.model, ctx.text_edit_focused());
         }
         if let (Some(stats), Some(started)) = (&mut self.stats, self.frame_started) {
-            stats.frame_done(started.elapsed(), frame.info().cpu_usage);
+            if stats.frame_done(started.elapsed(), frame.info().cpu_usage) {
+                ctx.request_repaint();
+            }
         }
     }
 

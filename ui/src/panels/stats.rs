@@ -30,6 +30,8 @@ fn table(ui: &mut Ui, stats: &Stats) {
             }
             ui.end_row();
             for (name, samples) in [
+                ("presented frames", &stats.presented),
+                ("click to presented", &stats.click_to_presented),
                 ("own frame", &stats.frame),
                 ("window's thread", &stats.thread),
                 ("eframe frame", &stats.reported),
