@@ -25,10 +25,6 @@ pub enum Icon {
     Close,
     /// Three dots.
     More,
-    /// To the left.
-    Previous,
-    /// To the right.
-    Next,
     /// Plus.
     Add,
     /// An i in a circle.
@@ -159,12 +155,6 @@ impl Icon {
                 for x in [-5.0, 0.0, 5.0] {
                     painter.circle_filled(at(x, 0.0), 1.5, color);
                 }
-            }
-            Self::Previous => {
-                painter.add(line(&[at(2.5, -5.0), at(-2.5, 0.0), at(2.5, 5.0)]));
-            }
-            Self::Next => {
-                painter.add(line(&[at(-2.5, -5.0), at(2.5, 0.0), at(-2.5, 5.0)]));
             }
             Self::Info => {
                 painter.circle_stroke(center, 7.0, stroke);

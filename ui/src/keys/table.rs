@@ -28,355 +28,100 @@ pub enum Line {
     Gesture(&'static str, &'static str),
 }
 
-use Line::{Command as Key, Gesture};
+const fn key(name: &'static str) -> Shortcut {
+    Shortcut::key(name)
+}
 
-/// Draw with the brush.
-pub static BRUSH: UiCommand = UiCommand {
-    name: "Brush",
-    does: "Draw with the brush",
-    keys: &[Shortcut::key("B")],
-    command: Command::ChooseTool(Tool::Brush),
-};
+/// Makes a table of lines, and a static for each command in it: `STATIC "name" [keys] "what it does" => command;`.
+/// A gesture is `"gesture" => "what it does";`.
+macro_rules! table {
+    ($(#[$about:meta])* $table:ident: $(
+        $($gesture:literal => $means:literal;)*
+        $command:ident $name:literal [$($key:expr),+] $does:literal => $asks:expr;
+    )+) => {
+        $(
+            #[doc = $does]
+            pub static $command: UiCommand = UiCommand {
+                name: $name,
+                does: $does,
+                keys: &[$($key),+],
+                command: $asks,
+            };
+        )+
 
-/// Draw lines from corner to corner.
-pub static POLYLINE: UiCommand = UiCommand {
-    name: "Polyline",
-    does: "Draw lines from corner to corner",
-    keys: &[Shortcut::key("L")],
-    command: Command::ChooseTool(Tool::Polyline),
-};
+        $(#[$about])*
+        pub static $table: &[Line] =
+            &[$($(Line::Gesture($gesture, $means),)* Line::Command(&$command)),+];
+    };
+}
 
-/// Draw outlines that are filled.
-pub static POLYGON: UiCommand = UiCommand {
-    name: "Polygon",
-    does: "Draw outlines that are filled",
-    keys: &[Shortcut::key("G")],
-    command: Command::ChooseTool(Tool::Polygon),
-};
+table! {
+    /// Every key and gesture, in the order of the help window.
+    TABLE:
+    "Left click, drag" => "Label a point, or scribble, with the current class";
+    "Shift+click" => "Label along a straight line from where the last one ended";
+    "Right drag" => "Erase";
+    BRUSH "Brush" [key("B")] "Draw with the brush" => Command::ChooseTool(Tool::Brush);
+    POLYLINE "Polyline" [key("L")] "Draw lines from corner to corner" => Command::ChooseTool(Tool::Polyline);
+    POLYGON "Polygon" [key("G")] "Draw outlines that are filled" => Command::ChooseTool(Tool::Polygon);
+    "Enter or double-click" => "End the polyline or polygon";
+    "Backspace, Escape" => "Take its last corner back, drop it";
+    ERASE "Erase" [key("E")] "Switch the left button between labelling and erasing" => Command::ToggleTool;
+    SELECT "Select strokes" [key("S")] "Select strokes by clicking on them"
+        => Command::ChooseTool(Tool::Select);
+    DELETE "Delete stroke" [key("Delete")] "Delete the selected stroke" => Command::DeleteSelected;
+    "1 to 9, 0" => "Choose a class, or change that of the stroke selected with S; 0 is void";
+    FIND_CLASS "Find a class" [key("C")] "Find a class by typing part of its name, or make one"
+        => Command::FindClass(ClassUse::Choose);
+    "Alt+Up and Alt+Down" => "Move the class that has the focus in the list";
+    SMALLER_BRUSH "Smaller brush" [key("[")] "Smaller brush" => Command::StepBrush(-1);
+    LARGER_BRUSH "Larger brush" [key("]")] "Larger brush" => Command::StepBrush(1);
+    "Ctrl+wheel" => "Smaller and larger brush";
+    "Wheel" => "Zoom at the cursor";
+    "Space+drag, middle drag" => "Move the image";
+    FIT "Fit" [key("F")] "Fit the image, or the scene in the 3D view, into the window" => Command::Fit;
+    SPACE "Frame or 3D view" [key("V")] "Switch between the frame and the 3D view" => Command::ToggleSpace;
+    PREVIOUS_FRAME "Previous frame" [key("A"), key("Left")]
+        "Previous frame, of those that the filmstrip shows" => Command::StepFrame(-1);
+    NEXT_FRAME "Next frame" [key("D"), key("Right")] "Next frame, of those that the filmstrip shows"
+        => Command::StepFrame(1);
+    NEXT_SUGGESTION "Next" [key("N")] "Go to the next suggestion" => Command::NextSuggestion;
+    PREVIOUS_SUGGESTION "Previous" [key("N").with_shift()] "Go to the suggestion before"
+        => Command::PreviousSuggestion;
+    OTHER_SIDE "Show the other tab" [key("T")] "Show the other tab at the right: what to label next, progress"
+        => Command::SwitchSide;
+    "Tab (hold)" => "Hide the overlay while the pointer is over the frame";
+    NEXT_LAYER "Next layer" [key("Q")]
+        "Next layer: colour, labels, entropy, disagreement, depth, rendered colour" => Command::CycleLayer;
+    COMPARE "Compare two layers" [key("W")] "Compare two layers side by side" => Command::ToggleCompare;
+    UNDO "Undo" [key("Z").with_ctrl()] "Undo, also on other frames" => Command::Undo;
+    REDO "Redo" [key("Z").with_ctrl().with_shift(), key("Y").with_ctrl()] "Redo, also on other frames"
+        => Command::Redo;
+    OPEN "Open..." [key("O").with_ctrl()] "Open a scene or a project" => Command::Show(Some(Dialog::open()));
+    SAVE "Save" [key("S").with_ctrl()] "Save" => Command::Save;
+    EXPORT "Export..." [key("E").with_ctrl()] "Export" => Command::Show(Some(Dialog::export()));
+    PAUSE "Pause training" [key("P")] "Pause or resume training" => Command::TogglePause;
+    SETTINGS "Settings..." [key(",").with_ctrl()] "Settings" => Command::Show(Some(Dialog::settings()));
+    LARGER "Larger" [key("+").with_ctrl(), key("=").with_ctrl(), key("+").with_ctrl().with_shift()]
+        "Everything larger" => Command::Prefer(PreferenceChange::StepScale(1));
+    SMALLER "Smaller" [key("-").with_ctrl()] "Everything smaller"
+        => Command::Prefer(PreferenceChange::StepScale(-1));
+    USUAL_SIZE "Usual size" [key("0").with_ctrl()] "Everything as large as it comes"
+        => Command::Prefer(PreferenceChange::Scale(100));
+    HELP "Keys and gestures" [key("?"), key("F1")] "This table" => Command::Show(Some(Dialog::Help));
+}
 
-/// Switch the left button between labelling and erasing.
-pub static ERASE: UiCommand = UiCommand {
-    name: "Erase",
-    does: "Switch the left button between labelling and erasing",
-    keys: &[Shortcut::key("E")],
-    command: Command::ToggleTool,
-};
-
-/// Select strokes by clicking on them.
-pub static SELECT: UiCommand = UiCommand {
-    name: "Select strokes",
-    does: "Select strokes by clicking on them",
-    keys: &[Shortcut::key("S")],
-    command: Command::ChooseTool(Tool::Select),
-};
-
-/// Delete the selected stroke.
-pub static DELETE: UiCommand = UiCommand {
-    name: "Delete stroke",
-    does: "Delete the selected stroke",
-    keys: &[Shortcut::key("Delete")],
-    command: Command::DeleteSelected,
-};
-
-/// Find a class by typing part of its name, or make one.
-pub static FIND_CLASS: UiCommand = UiCommand {
-    name: "Find a class",
-    does: "Find a class by typing part of its name, or make one",
-    keys: &[Shortcut::key("C")],
-    command: Command::FindClass(ClassUse::Choose),
-};
-
-/// Smaller brush.
-pub static SMALLER_BRUSH: UiCommand = UiCommand {
-    name: "Smaller brush",
-    does: "Smaller brush",
-    keys: &[Shortcut::key("[")],
-    command: Command::StepBrush(-1),
-};
-
-/// Larger brush.
-pub static LARGER_BRUSH: UiCommand = UiCommand {
-    name: "Larger brush",
-    does: "Larger brush",
-    keys: &[Shortcut::key("]")],
-    command: Command::StepBrush(1),
-};
-
-/// Fit the image, or the scene in the 3D view, into the window.
-pub static FIT: UiCommand = UiCommand {
-    name: "Fit",
-    does: "Fit the image, or the scene in the 3D view, into the window",
-    keys: &[Shortcut::key("F")],
-    command: Command::Fit,
-};
-
-/// Switch between the frame and the 3D view.
-pub static SPACE: UiCommand = UiCommand {
-    name: "Frame or 3D view",
-    does: "Switch between the frame and the 3D view",
-    keys: &[Shortcut::key("V")],
-    command: Command::ToggleSpace,
-};
-
-/// Previous frame, of those that the filmstrip shows.
-pub static PREVIOUS_FRAME: UiCommand = UiCommand {
-    name: "Previous frame",
-    does: "Previous frame, of those that the filmstrip shows",
-    keys: &[Shortcut::key("A"), Shortcut::key("Left")],
-    command: Command::StepFrame(-1),
-};
-
-/// Next frame, of those that the filmstrip shows.
-pub static NEXT_FRAME: UiCommand = UiCommand {
-    name: "Next frame",
-    does: "Next frame, of those that the filmstrip shows",
-    keys: &[Shortcut::key("D"), Shortcut::key("Right")],
-    command: Command::StepFrame(1),
-};
-
-/// Go to the next suggestion.
-pub static NEXT_SUGGESTION: UiCommand = UiCommand {
-    name: "Next",
-    does: "Go to the next suggestion",
-    keys: &[Shortcut::key("N")],
-    command: Command::NextSuggestion,
-};
-
-/// Go to the suggestion before.
-pub static PREVIOUS_SUGGESTION: UiCommand = UiCommand {
-    name: "Previous",
-    does: "Go to the suggestion before",
-    keys: &[Shortcut::key("N").with_shift()],
-    command: Command::PreviousSuggestion,
-};
-
-/// Show the other tab at the right: what to label next, progress.
-pub static OTHER_SIDE: UiCommand = UiCommand {
-    name: "Show the other tab",
-    does: "Show the other tab at the right: what to label next, progress",
-    keys: &[Shortcut::key("T")],
-    command: Command::SwitchSide,
-};
-
-/// Next layer: colour, labels, entropy, disagreement, depth, rendered colour.
-pub static NEXT_LAYER: UiCommand = UiCommand {
-    name: "Next layer",
-    does: "Next layer: colour, labels, entropy, disagreement, depth, rendered colour",
-    keys: &[Shortcut::key("Q")],
-    command: Command::CycleLayer,
-};
-
-/// Compare two layers side by side.
-pub static COMPARE: UiCommand = UiCommand {
-    name: "Compare two layers",
-    does: "Compare two layers side by side",
-    keys: &[Shortcut::key("W")],
-    command: Command::ToggleCompare,
-};
-
-/// Undo, also on other frames.
-pub static UNDO: UiCommand = UiCommand {
-    name: "Undo",
-    does: "Undo, also on other frames",
-    keys: &[Shortcut::key("Z").with_ctrl()],
-    command: Command::Undo,
-};
-
-/// Redo, also on other frames.
-pub static REDO: UiCommand = UiCommand {
-    name: "Redo",
-    does: "Redo, also on other frames",
-    keys: &[
-        Shortcut::key("Z").with_ctrl().with_shift(),
-        Shortcut::key("Y").with_ctrl(),
-    ],
-    command: Command::Redo,
-};
-
-/// Open a scene or a project.
-pub static OPEN: UiCommand = UiCommand {
-    name: "Open...",
-    does: "Open a scene or a project",
-    keys: &[Shortcut::key("O").with_ctrl()],
-    command: Command::Show(Some(Dialog::open())),
-};
-
-/// Save.
-pub static SAVE: UiCommand = UiCommand {
-    name: "Save",
-    does: "Save",
-    keys: &[Shortcut::key("S").with_ctrl()],
-    command: Command::Save,
-};
-
-/// Export.
-pub static EXPORT: UiCommand = UiCommand {
-    name: "Export...",
-    does: "Export",
-    keys: &[Shortcut::key("E").with_ctrl()],
-    command: Command::Show(Some(Dialog::export())),
-};
-
-/// Pause or resume training.
-pub static PAUSE: UiCommand = UiCommand {
-    name: "Pause training",
-    does: "Pause or resume training",
-    keys: &[Shortcut::key("P")],
-    command: Command::TogglePause,
-};
-
-/// Settings.
-pub static SETTINGS: UiCommand = UiCommand {
-    name: "Settings...",
-    does: "Settings",
-    keys: &[Shortcut::key(",").with_ctrl()],
-    command: Command::Show(Some(Dialog::settings())),
-};
-
-/// Everything larger.
-pub static LARGER: UiCommand = UiCommand {
-    name: "Larger",
-    does: "Everything larger",
-    keys: &[
-        Shortcut::key("+").with_ctrl(),
-        Shortcut::key("=").with_ctrl(),
-        Shortcut::key("+").with_ctrl().with_shift(),
-    ],
-    command: Command::Prefer(PreferenceChange::StepScale(1)),
-};
-
-/// Everything smaller.
-pub static SMALLER: UiCommand = UiCommand {
-    name: "Smaller",
-    does: "Everything smaller",
-    keys: &[Shortcut::key("-").with_ctrl()],
-    command: Command::Prefer(PreferenceChange::StepScale(-1)),
-};
-
-/// Everything as large as it comes.
-pub static USUAL_SIZE: UiCommand = UiCommand {
-    name: "Usual size",
-    does: "Everything as large as it comes",
-    keys: &[Shortcut::key("0").with_ctrl()],
-    command: Command::Prefer(PreferenceChange::Scale(100)),
-};
-
-/// This table.
-pub static HELP: UiCommand = UiCommand {
-    name: "Keys and gestures",
-    does: "This table",
-    keys: &[Shortcut::key("?"), Shortcut::key("F1")],
-    command: Command::Show(Some(Dialog::Help)),
-};
-
-/// At a suggestion: label it with its first likely class.
-pub static ANSWER: UiCommand = UiCommand {
-    name: "Label as likely",
-    does: "At a suggestion: label it with its first likely class",
-    keys: &[Shortcut::key("Enter")],
-    command: Command::AnswerLikely(0),
-};
-
-/// At a suggestion: label it with its second likely class.
-pub static ANSWER_SECOND: UiCommand = UiCommand {
-    name: "Label as second",
-    does: "At a suggestion: label it with its second likely class",
-    keys: &[Shortcut::key("Enter").with_shift()],
-    command: Command::AnswerLikely(1),
-};
-
-/// At a suggestion: type the name of its class.
-pub static ANSWER_BY_NAME: UiCommand = UiCommand {
-    name: "Name it",
-    does: "At a suggestion: type the name of its class",
-    keys: &[Shortcut::key("C")],
-    command: Command::FindClass(ClassUse::Answer),
-};
-
-/// At a suggestion: skip it.
-pub static SKIP: UiCommand = UiCommand {
-    name: "Skip",
-    does: "At a suggestion: skip it",
-    keys: &[Shortcut::key("X"), Shortcut::key("Delete")],
-    command: Command::SkipSuggestion,
-};
-
-/// Leave the suggestions.
-pub static LEAVE: UiCommand = UiCommand {
-    name: "Leave",
-    does: "Leave the suggestions",
-    keys: &[Shortcut::key("Escape")],
-    command: Command::LeaveSuggestions,
-};
-
-/// Every key and gesture, in the order of the help window.
-pub static TABLE: &[Line] = &[
-    Gesture(
-        "Left click, drag",
-        "Label a point, or scribble, with the current class",
-    ),
-    Gesture(
-        "Shift+click",
-        "Label along a straight line from where the last one ended",
-    ),
-    Gesture("Right drag", "Erase"),
-    Key(&BRUSH),
-    Key(&POLYLINE),
-    Key(&POLYGON),
-    Gesture("Enter or double-click", "End the polyline or polygon"),
-    Gesture("Backspace, Escape", "Take its last corner back, drop it"),
-    Key(&ERASE),
-    Key(&SELECT),
-    Key(&DELETE),
-    Gesture(
-        "1 to 9, 0",
-        "Choose a class, or change that of the stroke selected with S; 0 is void",
-    ),
-    Key(&FIND_CLASS),
-    Gesture(
-        "Alt+Up and Alt+Down",
-        "Move the class that has the focus in the list",
-    ),
-    Key(&SMALLER_BRUSH),
-    Key(&LARGER_BRUSH),
-    Gesture("Ctrl+wheel", "Smaller and larger brush"),
-    Gesture("Wheel", "Zoom at the cursor"),
-    Gesture("Space+drag, middle drag", "Move the image"),
-    Key(&FIT),
-    Key(&SPACE),
-    Key(&PREVIOUS_FRAME),
-    Key(&NEXT_FRAME),
-    Key(&NEXT_SUGGESTION),
-    Key(&PREVIOUS_SUGGESTION),
-    Key(&OTHER_SIDE),
-    Gesture(
-        "Tab (hold)",
-        "Hide the overlay while the pointer is over the frame",
-    ),
-    Key(&NEXT_LAYER),
-    Key(&COMPARE),
-    Key(&UNDO),
-    Key(&REDO),
-    Key(&OPEN),
-    Key(&SAVE),
-    Key(&EXPORT),
-    Key(&PAUSE),
-    Key(&SETTINGS),
-    Key(&LARGER),
-    Key(&SMALLER),
-    Key(&USUAL_SIZE),
-    Key(&HELP),
-];
-
-/// The keys that answer a suggestion; while one is at hand they come before those of [`TABLE`], and nobody can move them.
-pub static AT_A_SUGGESTION: &[Line] = &[
-    Key(&ANSWER),
-    Key(&ANSWER_SECOND),
-    Gesture(
-        "1 to 9, 0",
-        "At a suggestion: label it with a class of the list; 0 is void",
-    ),
-    Key(&ANSWER_BY_NAME),
-    Key(&SKIP),
-    Key(&LEAVE),
-];
+table! {
+    /// The keys that answer a suggestion; while one is at hand they come before those of [`TABLE`], and nobody can move
+    /// them.
+    AT_A_SUGGESTION:
+    ANSWER "Label as likely" [key("Enter")] "At a suggestion: label it with its first likely class"
+        => Command::AnswerLikely(0);
+    ANSWER_SECOND "Label as second" [key("Enter").with_shift()]
+        "At a suggestion: label it with its second likely class" => Command::AnswerLikely(1);
+    "1 to 9, 0" => "At a suggestion: label it with a class of the list; 0 is void";
+    ANSWER_BY_NAME "Name it" [key("C")] "At a suggestion: type the name of its class"
+        => Command::FindClass(ClassUse::Answer);
+    SKIP "Skip" [key("X"), key("Delete")] "At a suggestion: skip it" => Command::SkipSuggestion;
+    LEAVE "Leave" [key("Escape")] "Leave the suggestions" => Command::LeaveSuggestions;
+}
