@@ -67,7 +67,7 @@ impl Jobs {
 
     /// Runs a job of the model.
     pub fn start(&self, job: Job, tools: JobTools) {
-        self.spawn(job.name(), move |tell| {
+        self.spawn(job.name, move |tell| {
             job.run(&tools, &|done| tell(Outcome::Done(done)));
         });
     }

@@ -46,20 +46,14 @@ impl ClassView {
         self.hidden.clear();
     }
 
-    /// The settings of the window, a JSON object, together with these.
-    pub fn with_settings(&self, settings: &str) -> String {
-        let mut kept: Value =
-            serde_json::from_str(settings).unwrap_or_else(|_| Value::Object(Default::default()));
-        if let Some(object) = kept.as_object_mut() {
-            object.insert("locked".to_owned(), self.locked.iter().copied().collect());
-            object.insert("hidden".to_owned(), self.hidden.iter().copied().collect());
-        }
-        kept.to_string()
+    /// Puts these into what a project keeps of the window, a JSON object.
+    pub fn keep_in(&self, view: &mut Value) {
+        view["locked"] = self.locked.iter().copied().collect();
+        view["hidden"] = self.hidden.iter().copied().collect();
     }
 
-    /// What [`ClassView::with_settings`] kept; what is not there is empty.
-    pub fn of_json(json: &str) -> Self {
-        let kept: Value = serde_json::from_str(json).unwrap_or_default();
+    /// What [`ClassView::keep_in`] kept; what is not there is empty.
+    pub fn from_json(kept: &Value) -> Self {
         let classes = |name: &str| {
             let ids = kept[name].as_array().into_iter().flatten();
             ids.filter_map(|id| ClassId::try_from(id.as_u64()?).ok())
@@ -83,23 +77,25 @@ fn set(classes: &mut BTreeSet<ClassId>, class: ClassId, present: bool) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use serde_json::json;
 
     #[test]
-    fn locks_survive_the_project_file_beside_the_settings() {
+    fn locks_survive_the_project_file_and_those_of_another_version_lock_nothing() {
         let mut view = ClassView::default();
         view.set_locked(3, true);
         view.set_locked(4, true);
         view.set_locked(4, false);
         view.set_hidden(65_535, true);
-        let json = view.with_settings(r#"{"brush": 7}"#);
-        assert_eq!(ClassView::of_json(&json), view);
-        assert_eq!(serde_json::from_str::<Value>(&json).unwrap()["brush"], 7);
-    }
-
-    #[test]
-    fn settings_of_another_version_lock_nothing() {
-        for json in ["", "[]", "{}", r#"{"locked": 3, "hidden": [-1, 70000, "x"]}"#] {
-            assert_eq!(ClassView::of_json(json), ClassView::default());
+        let mut kept = json!({"brush": 7});
+        view.keep_in(&mut kept);
+        assert_eq!(kept, json!({"brush": 7, "locked": [3], "hidden": [65_535]}));
+        assert_eq!(ClassView::from_json(&kept), view);
+        for kept in [
+            Value::Null,
+            json!([]),
+            json!({"locked": 3, "hidden": [-1, 70_000, "x"]}),
+        ] {
+            assert_eq!(ClassView::from_json(&kept), ClassView::default());
         }
     }
 }

@@ -47,17 +47,18 @@ pub enum ExportProgress {
 }
 
 impl Export {
-    /// Writes the maps of every frame, the classes and the strokes; `tell` is called along the way and at
-    /// the end.
-    pub fn run(&self, folder: &Path, tell: &(dyn Fn(ExportProgress) + Sync)) {
+    /// Writes the maps of every frame, the classes and the strokes; `tell` is called along the way. Returns how it
+    /// ended.
+    pub fn run(&self, folder: &Path, tell: &(dyn Fn(ExportProgress) + Sync)) -> ExportProgress {
         let folder = std::path::absolute(folder).unwrap_or_else(|_| folder.to_path_buf());
         let Some(maps) = self.newest_maps() else {
             if self.is_stopped() {
-                tell(ExportProgress::Cancelled(folder, 0, self.scene.frames.len()));
-                return;
+                return ExportProgress::Cancelled(folder, 0, self.scene.frames.len());
             }
-            tell(ExportProgress::Failed(maps_behind(&folder)));
-            return;
+            return ExportProgress::Failed(format!(
+                "{}: nothing was exported, because the maps do not follow the last stroke yet; try again in a moment.",
+                folder.display()
+            ));
         };
         let progress = |done, total| {
             tell(ExportProgress::Writing(done, total));
@@ -74,7 +75,7 @@ impl Export {
         };
         let written = export(&folder, labelled, self.format, &self.options, &progress)
             .and_then(|_| write_strokes(&folder.join("strokes.json"), &self.labels, &self.scene.frames));
-        tell(match written {
+        match written {
             Ok(()) => ExportProgress::Finished(folder, maps.len(), self.format),
             Err(ExportError::Cancelled {
                 folder,
@@ -82,7 +83,7 @@ impl Export {
                 frames,
             }) => ExportProgress::Cancelled(folder, written, frames),
             Err(error) => ExportProgress::Failed(format!("{error}.")),
-        });
+        }
     }
 
     fn is_stopped(&self) -> bool {
@@ -110,12 +111,4 @@ impl Export {
             std::thread::sleep(Duration::from_millis(50));
         }
     }
-}
-
-/// The maps of the last stroke did not come in time.
-fn maps_behind(folder: &Path) -> String {
-    format!(
-        "{}: nothing was exported, because the maps do not follow the last stroke yet; try again in a moment.",
-        folder.display()
-    )
 }

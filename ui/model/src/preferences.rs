@@ -127,16 +127,17 @@ impl Preferences {
     /// The settings that a scene without settings of its own starts with.
     pub fn settings(&self) -> Settings {
         let mut settings = Settings::default();
-        settings.take_json(&Value::Object(self.look.clone()).to_string());
+        settings.take_json(&Value::Object(self.look.clone()));
         settings
     }
 
     /// Notes which settings differ from those of before.
     pub(crate) fn note_settings(&mut self, before: Settings, now: Settings) {
-        let before = entries(before);
-        let changed = entries(now).into_iter();
+        let (before, now) = (before.to_json(), now.to_json());
+        let entries = now.as_object().into_iter().flatten();
+        let changed = entries.filter(|(key, value)| before[key.as_str()] != **value);
         self.look
-            .extend(changed.filter(|(key, value)| before.get(key) != Some(value)));
+            .extend(changed.map(|(key, value)| (key.clone(), value.clone())));
     }
 
     /// As kept in the file.
@@ -195,11 +196,6 @@ impl Preferences {
         }
         read
     }
-}
-
-fn entries(settings: Settings) -> Map<String, Value> {
-    // What is not an object has no entries.
-    serde_json::from_str(&settings.to_json()).unwrap_or_default()
 }
 
 /// Number of cores.

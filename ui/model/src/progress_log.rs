@@ -11,8 +11,6 @@ const MOST: usize = 2000;
 const INTERVAL: f64 = 1.0;
 /// Without anything done for so long, one is not labelling.
 const IDLE: Duration = Duration::from_secs(60);
-/// The place of the log in the view that a project keeps.
-const KEY: &str = "progress";
 
 /// The numbers at one time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -152,35 +150,22 @@ impl ProgressLog {
         }
     }
 
-    /// The view that a project keeps, with this log in it.
-    pub fn kept_in(&self, view: &str) -> String {
-        let Ok(Value::Object(mut view)) = serde_json::from_str::<Value>(view) else {
-            return view.to_owned();
-        };
+    /// As a project keeps it.
+    pub fn to_json(&self) -> Value {
         let samples: Vec<Value> = self.samples.iter().map(|sample| sample.to_json()).collect();
-        let log = json!({"labelling_s": self.labelling.as_secs_f64(), "samples": samples});
-        view.insert(KEY.to_owned(), log);
-        Value::Object(view).to_string()
+        json!({"labelling_s": self.labelling.as_secs_f64(), "samples": samples})
     }
 
-    /// Goes on from the log in a kept view; one that says nothing sensible is left out.
-    pub fn take_view(&mut self, view: &str) {
-        let Ok(view) = serde_json::from_str::<Value>(view) else {
-            return;
-        };
-        let kept = view[KEY]["samples"].as_array();
-        let samples: Vec<ProgressSample> = kept
-            .into_iter()
-            .flatten()
-            .take(MOST)
-            .filter_map(ProgressSample::from_json)
-            .collect();
+    /// Goes on from a log that was kept; one that says nothing sensible is left out.
+    pub fn take_json(&mut self, kept: &Value) {
+        let samples = kept["samples"].as_array().into_iter().flatten().take(MOST);
+        let samples: Vec<ProgressSample> = samples.filter_map(ProgressSample::from_json).collect();
         if !samples.is_sorted_by(|a, b| a.seconds <= b.seconds) {
             return;
         }
         self.before = samples.last().map_or(0.0, |sample| sample.seconds);
         self.samples = samples;
-        let labelling = view[KEY]["labelling_s"].as_f64().unwrap_or(0.0);
+        let labelling = kept["labelling_s"].as_f64().unwrap_or(0.0);
         self.labelling = Duration::try_from_secs_f64(labelling).unwrap_or_default();
         self.version += 1;
     }
@@ -242,34 +227,31 @@ mod tests {
     }
 
     #[test]
-    fn a_log_goes_on_after_reopening_and_leaves_the_rest_of_the_view_alone() {
+    fn a_log_goes_on_after_reopening() {
         let start = Instant::now();
         let mut log = ProgressLog::new(start);
         log.note(start + Duration::from_secs(8), 3, Some(0.75), &status(0.5));
         log.acted(start);
         log.acted(start + Duration::from_secs(30));
-        let kept = log.kept_in(r#"{"opacity": 0.5}"#);
-        assert_eq!(serde_json::from_str::<Value>(&kept).unwrap()["opacity"], 0.5);
         let later = Instant::now();
         let mut again = ProgressLog::new(later);
-        again.take_view(&kept);
+        again.take_json(&log.to_json());
         assert_eq!(
             (again.samples(), again.labelling()),
             (log.samples(), log.labelling())
         );
         again.note(later + Duration::from_secs(4), 4, None, &status(0.4));
         assert_eq!(again.samples()[1].seconds, 12.0);
-        for view in [
-            "",
-            "[]",
-            r#"{"progress": 3}"#,
-            r#"{"progress": {"samples": [[5, 1], [2, 1]], "labelling_s": -1}}"#,
+        for kept in [
+            Value::Null,
+            json!([]),
+            json!(3),
+            json!({"samples": [[5, 1], [2, 1]], "labelling_s": -1}),
         ] {
             let mut log = ProgressLog::new(later);
-            log.take_view(view);
-            assert!(log.samples().is_empty(), "{view}");
+            log.take_json(&kept);
+            assert!(log.samples().is_empty(), "{kept}");
             assert_eq!(log.labelling(), Duration::ZERO);
         }
-        assert_eq!(log.kept_in("no json"), "no json");
     }
 }

@@ -1,5 +1,7 @@
 //! How the frame is shown and drawn on.
 
+use serde_json::{Value, json};
+
 use crate::layer::{Layer, Look};
 use crate::tool::{LARGEST_BRUSH, Tool};
 
@@ -63,9 +65,9 @@ impl Settings {
         }
     }
 
-    /// As kept in the project file.
-    pub fn to_json(self) -> String {
-        serde_json::json!({
+    /// As kept in the project file: a JSON object.
+    pub fn to_json(self) -> Value {
+        json!({
             "layer": self.layer.number(),
             "opacity": self.opacity,
             "outlines": self.outlines,
@@ -75,34 +77,27 @@ impl Settings {
             "split": self.split,
             "brush": self.brush,
         })
-        .to_string()
     }
 
     /// Takes over what an earlier window kept; what it did not keep stays.
-    pub fn take_json(&mut self, json: &str) {
-        let Ok(kept) = serde_json::from_str::<serde_json::Value>(json) else {
-            return;
-        };
+    pub fn take_json(&mut self, kept: &Value) {
         for (layer, name) in [(&mut self.layer, "layer"), (&mut self.other_layer, "other_layer")] {
             let number = kept[name].as_u64();
             if let Some(&known) = number.and_then(|number| Layer::ALL.get(number as usize)) {
                 *layer = known;
             }
         }
-        if let Some(legend) = kept["legend"].as_bool() {
-            self.legend = legend;
+        for (flag, name) in [
+            (&mut self.outlines, "outlines"),
+            (&mut self.legend, "legend"),
+            (&mut self.compare, "compare"),
+        ] {
+            *flag = kept[name].as_bool().unwrap_or(*flag);
         }
-        if let Some(compare) = kept["compare"].as_bool() {
-            self.compare = compare;
-        }
-        if let Some(split) = kept["split"].as_f64() {
-            self.split = (split as f32).clamp(0.0, 1.0);
-        }
-        if let Some(opacity) = kept["opacity"].as_f64() {
-            self.opacity = (opacity as f32).clamp(0.0, 1.0);
-        }
-        if let Some(outlines) = kept["outlines"].as_bool() {
-            self.outlines = outlines;
+        for (share, name) in [(&mut self.opacity, "opacity"), (&mut self.split, "split")] {
+            if let Some(kept) = kept[name].as_f64() {
+                *share = (kept as f32).clamp(0.0, 1.0);
+            }
         }
         if let Some(brush) = kept["brush"].as_u64() {
             self.brush = (brush as u32).min(LARGEST_BRUSH);
@@ -135,8 +130,12 @@ mod tests {
     #[test]
     fn settings_of_another_version_do_no_harm() {
         let mut settings = Settings::default();
-        for json in ["", "[]", r#"{"layer": 99, "opacity": "x", "brush": 1000000}"#] {
-            settings.take_json(json);
+        for kept in [
+            Value::Null,
+            json!([]),
+            json!({"layer": 99, "opacity": "x", "brush": 1_000_000}),
+        ] {
+            settings.take_json(&kept);
         }
         assert_eq!(settings.layer, Layer::Labels);
         assert_eq!(settings.brush, LARGEST_BRUSH);

@@ -22,7 +22,7 @@ use crate::class_view::ClassView;
 use crate::command::Command;
 use crate::dialogs::Dialog;
 use crate::effect::Effect;
-use crate::jobs::Done;
+use crate::jobs::{Done, Job, JobTools};
 use crate::model::Model;
 use crate::session_link::Running;
 use crate::tool::{LARGEST_BRUSH, Tool, stepped_brush};
@@ -189,6 +189,15 @@ impl Model {
             Command::Prefer(change) => self.prefer(change),
             Command::HideOverlay(hidden) => self.state.overlay_hidden = hidden,
         }
+    }
+
+    /// Has work done on another thread.
+    pub(crate) fn start(
+        &mut self,
+        name: &'static str,
+        work: impl FnOnce(&JobTools, &(dyn Fn(Done) + Sync)) -> Done + Send + 'static,
+    ) {
+        self.effects.push(Effect::Start(Job::new(name, work)));
     }
 
     pub(crate) fn with_workspace(&mut self, change: impl FnOnce(&mut Workspace)) {

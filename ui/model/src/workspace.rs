@@ -276,8 +276,10 @@ impl Workspace {
 
     /// What a project keeps of how it is looked at: settings, locked and hidden classes, and the log.
     pub fn kept_view(&self, settings: &Settings) -> String {
-        let view = self.class_view.with_settings(&settings.to_json());
-        self.overview.log().kept_in(&view)
+        let mut view = settings.to_json();
+        self.class_view.keep_in(&mut view);
+        view["progress"] = self.overview.log().to_json();
+        view.to_string()
     }
 
     /// Pauses or resumes training.

@@ -106,7 +106,7 @@ impl Stand {
                     let session = Running::new(Box::new(Silent(maps)));
                     self.tell(Input::SessionStarted(session));
                 }
-                Effect::Start(job) if job.name() != "import" => {
+                Effect::Start(job) if job.name != "import" => {
                     let done = Mutex::new(Vec::new());
                     job.run(&self.tools, &|each: Done| done.lock().unwrap().push(each));
                     for done in done.into_inner().unwrap() {

@@ -2,12 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use inplace_core::labels::{AddedClasses, Class, ClassId, Stroke};
+use inplace_core::export::write_json;
+use inplace_core::labels::{AddedClasses, Class, ClassId, Stroke, read_class_list};
 
 use crate::class_view::ClassView;
 use crate::dialogs::{ClassFinder, ClassUse, Dialog};
 use crate::effect::Effect;
-use crate::jobs::Job;
+use crate::jobs::Done;
 use crate::model::Model;
 use crate::text::counted;
 use crate::tool::DrawnLine;
@@ -125,7 +126,9 @@ impl Model {
     }
 
     pub(crate) fn read_classes(&mut self, path: PathBuf) {
-        self.effects.push(Effect::Start(Job::ReadClasses(path)));
+        self.start("classes", move |_, _| {
+            Done::ClassesRead(read_class_list(&path).map_err(|error| error.to_string()))
+        });
     }
 
     /// A class list was read for the dialog that adds classes.
@@ -138,7 +141,10 @@ impl Model {
     pub(crate) fn save_classes_to(&mut self, path: PathBuf) {
         self.state.dialog = None;
         let classes = self.present_classes();
-        self.effects.push(Effect::Start(Job::SaveClasses(path, classes)));
+        self.start("classes", move |_, _| match write_json(&path, &classes) {
+            Ok(()) => Done::ClassesSaved(classes.len(), path),
+            Err(error) => Done::Failed(error.to_string()),
+        });
     }
 
     /// The classes were written to a file.

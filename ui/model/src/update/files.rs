@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use crate::dialogs::{Dialog, Purpose};
 use crate::effect::Effect;
-use crate::jobs::Job;
+use crate::jobs::Done;
 use crate::model::Model;
-use crate::opening::Target;
+use crate::opening::{Target, new_project};
 use crate::preferences::RecentPlace;
 use crate::project_session::{ProjectSession, SavedState};
 use crate::workspace::Workspace;
@@ -94,14 +94,14 @@ impl Model {
         let Some(workspace) = self.state.workspace() else {
             return;
         };
-        let job = Job::MakeProject {
-            serial: workspace.serial(),
-            path,
-            scene: Arc::clone(workspace.scene()),
-            open: self.read,
-            history: Box::new(workspace.document().history().clone()),
-        };
-        self.effects.push(Effect::Start(job));
+        let (serial, scene) = (workspace.serial(), Arc::clone(workspace.scene()));
+        let (open, history) = (self.read, workspace.document().history().clone());
+        self.start("save", move |tools, _| {
+            match new_project(path, &scene, open, history, tools.waker()) {
+                Ok(project) => Done::Kept(serial, Box::new(project)),
+                Err(sentence) => Done::Failed(sentence),
+            }
+        });
     }
 
     /// The work in memory has a file from now on.

@@ -4,16 +4,18 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use inplace_core::scene::reprojection::Agreement;
 use inplace_core::scene::{Scene, SceneSource};
 use inplace_core::session::SessionOptions;
+use serde_json::Value;
 
 use crate::class_view::ClassView;
 use crate::dialogs::{Dialog, MovedScene};
 use crate::document::Document;
 use crate::effect::Effect;
-use crate::jobs::Job;
+use crate::jobs::Done;
 use crate::model::{Model, Opening, Stage};
-use crate::opening::{Attached, Prepared, Target};
+use crate::opening::{Attached, Prepared, Target, attach, prepare};
 use crate::preferences::{cores, usual_threads};
 use crate::session_link::Running;
 use crate::workspace::Workspace;
@@ -31,8 +33,11 @@ impl Model {
             session: None,
             prepared: None,
         }));
-        let job = Job::Prepare(ticket, target, self.read_next);
-        self.effects.push(Effect::Start(job));
+        let open = self.read_next;
+        self.start("open", move |tools, _| {
+            let prepared = prepare(target, open, tools.autosave.as_ref(), &tools.endings);
+            Done::Prepared(ticket, Box::new(prepared))
+        });
     }
 
     /// Threads of the worker's pool: as the command line says, as preferred, or all cores but one.
@@ -82,13 +87,11 @@ impl Model {
             .session
             .as_ref()
             .and_then(|session| session.maps().cloned());
-        let job = Job::Attach {
-            ticket: opening.ticket,
-            prepared: Box::new(prepared),
-            scene,
-            maps,
-        };
-        self.effects.push(Effect::Start(job));
+        let ticket = opening.ticket;
+        self.start("attach", move |tools, _| {
+            let attached = attach(prepared, &scene, maps.as_ref(), tools.waker());
+            Done::Attached(ticket, scene, Box::new(attached))
+        });
     }
 
     pub(crate) fn show_workspace(&mut self, ticket: u64, scene: Arc<Scene>, attached: Attached) {
@@ -114,24 +117,23 @@ impl Model {
             self.state.messages.error(problem);
         }
         let mut settings = self.state.preferences.settings();
-        if let Some(view) = &attached.view {
-            settings.take_json(view);
-        }
+        // What no window wrote is left out.
+        let view = attached.view.as_deref().map(serde_json::from_str::<Value>);
+        let view = view.and_then(Result::ok).unwrap_or_default();
+        settings.take_json(&view);
         // That is no change of what is preferred.
         (self.state.settings, self.settings_seen) = (settings, settings);
         if scene.source != SceneSource::Demo {
-            self.effects
-                .push(Effect::Start(Job::CheckPoses(ticket, Arc::clone(&scene))));
+            let scene = Arc::clone(&scene);
+            self.start("poses", move |_, _| {
+                Done::PosesChecked(ticket, Agreement::of(&scene).warnings)
+            });
         }
         let document = Document::new(attached.history, attached.generation);
         let mut workspace = Workspace::new(scene, ticket, session, document);
-        if let Some(view) = &attached.view {
-            workspace.overview_mut().log_mut().take_view(view);
-        }
+        workspace.overview_mut().log_mut().take_json(&view["progress"]);
+        workspace.change_class_view(|classes| *classes = ClassView::from_json(&view));
         self.state.project = Some(attached.project);
-        if let Some(view) = &attached.view {
-            workspace.change_class_view(|classes| *classes = ClassView::of_json(view));
-        }
         self.state.stage = Stage::Open(Box::new(workspace));
         // Another scene is exported elsewhere, in the same way.
         self.state.export_choice.path.clear();

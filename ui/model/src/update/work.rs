@@ -5,14 +5,14 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use inplace_core::labels::{LabelImages, Trust};
+use inplace_core::labels::{LabelImages, Trust, read_label_images};
 
 use crate::dialogs::ExportChoice;
 use crate::effect::Effect;
 use crate::exporting::{Export, ExportProgress};
-use crate::jobs::Job;
+use crate::jobs::Done;
 use crate::model::Model;
-use crate::overview::Summarised;
+use crate::overview::{Summarised, summarise};
 use crate::text::counted;
 
 /// An export was asked for beside another.
@@ -58,8 +58,9 @@ impl Model {
         self.state.export_choice = choice;
         self.state.stopping_export = false;
         self.export_stop = stop;
-        let job = Job::Export(Box::new(export), folder);
-        self.effects.push(Effect::Start(job));
+        self.start("export", move |_, tell| {
+            Done::Exported(export.run(&folder, &|progress| tell(Done::Exported(progress))))
+        });
     }
 
     pub(crate) fn cancel_export(&mut self) {
@@ -115,14 +116,10 @@ impl Model {
         self.last_ticket += 1;
         let ticket = self.last_ticket;
         self.state.importing = Some(ticket);
-        let job = Job::Import {
-            ticket,
-            folder,
-            scene,
-            classes,
-            trust,
-        };
-        self.effects.push(Effect::Start(job));
+        self.start("import", move |_, _| {
+            let images = read_label_images(&folder, &scene, &classes, trust);
+            Done::Imported(ticket, Box::new(images.map_err(|error| error.to_string())))
+        });
     }
 
     pub(crate) fn cancel_import(&mut self) {
@@ -161,12 +158,11 @@ impl Model {
             wake = wake.into_iter().chain(workspace.overview().wake_in(now)).min();
             let maps = workspace.session().maps().cloned();
             if let (Some(due), Some(maps)) = (due, maps) {
-                self.effects.push(Effect::Start(Job::Summarise {
-                    serial: workspace.serial(),
-                    maps,
-                    imported: workspace.document().labels().imported.clone(),
-                    due,
-                }));
+                let serial = workspace.serial();
+                let imported = workspace.document().labels().imported.clone();
+                self.start("summaries", move |_, _| {
+                    Done::Summarised(serial, summarise(&maps, imported.as_ref(), due))
+                });
             }
         }
         self.effects.extend(wake.map(Effect::WakeIn));
