@@ -347,7 +347,7 @@ impl Canvas {
             painter.circle_stroke(center, half, egui::Stroke::new(1.5, egui::Color32::WHITE));
         }
         let below = center + vec2(0.0, half + 10.0);
-        let size = format!("Brush {}", pixels(settings.brush));
+        let size = format!("Brush {} px", settings.brush);
         overlay::note(painter, below, Align2::CENTER_TOP, &size);
     }
 
@@ -497,29 +497,19 @@ impl Canvas {
 
 /// Says at the lower edge how what is being drawn ends.
 fn draft_note(ui: &Ui, painter: &egui::Painter, draft: &Draft) {
-    let text = draft_note_text(draft.tool(), draft.corners().count());
+    let what = if draft.tool() == Tool::Polygon {
+        "Polygon"
+    } else {
+        "Polyline"
+    };
+    let corners = counted(draft.corners().count(), "corner", "corners");
+    let text = format!("{what}, {corners}: Enter ends it, Backspace takes a corner back, Escape drops it");
     let canvas = painter.clip_rect();
     let place = canvas.center_bottom() - vec2(0.0, 12.0);
     overlay::note(painter, place, Align2::CENTER_BOTTOM, &text);
     let id = ui.scope_id().with("draft");
     let response = ui.interact(Rect::from_center_size(place, vec2(1.0, 1.0)), id, Sense::hover());
     response.widget_info(|| WidgetInfo::labeled(Role::Label, true, &text));
-}
-
-/// How what is being drawn ends.
-fn draft_note_text(tool: Tool, corners: usize) -> String {
-    let what = if tool == Tool::Polygon {
-        "Polygon"
-    } else {
-        "Polyline"
-    };
-    let corners = counted(corners, "corner", "corners");
-    format!("{what}, {corners}: Enter ends it, Backspace takes a corner back, Escape drops it")
-}
-
-/// A radius in image pixels.
-fn pixels(radius: u32) -> String {
-    format!("{radius} px")
 }
 
 #[cfg(test)]

@@ -167,7 +167,13 @@ fn prepare_scene(
         }
         Err(ProjectError::Missing(_)) => {}
         Err(ProjectError::InUse(_)) => {
-            return Err(Refusal::Sentence(scene_in_use(&source)));
+            let scene = match &source {
+                SceneSource::Demo => "The demo scene".to_owned(),
+                SceneSource::Folder(folder) => folder.display().to_string(),
+            };
+            return Err(Refusal::Sentence(format!(
+                "{scene}: is open in another window, which keeps the work on it; go on there, or close it there first."
+            )));
         }
         Err(error) => problem = Some(error.to_string()),
     }
@@ -293,17 +299,6 @@ fn create(file: &Path, contents: &Contents) -> Result<Project, String> {
         let _ = std::fs::create_dir_all(folder);
     }
     Project::create(file, contents).map_err(|error| error.to_string())
-}
-
-/// Another window keeps the work on this scene.
-fn scene_in_use(source: &SceneSource) -> String {
-    let scene = match source {
-        SceneSource::Demo => "The demo scene".to_owned(),
-        SceneSource::Folder(folder) => folder.display().to_string(),
-    };
-    format!(
-        "{scene}: is open in another window, which keeps the work on it; go on there, or close it there first."
-    )
 }
 
 /// Work without a name of its own is there again.

@@ -20,7 +20,7 @@ pub fn show(ui: &mut Ui, dialog: &mut AddClasses, commands: &mut Commands) {
     match dialog.source {
         ClassSource::Palette(index) => {
             let palette = &PALETTES[index];
-            ui.weak(about(palette.scenes, dialog.choices.len()));
+            ui.weak(format!("{} classes: {}", dialog.choices.len(), palette.scenes));
         }
         ClassSource::File => file(dialog, ui, commands),
     }
@@ -170,9 +170,4 @@ pub fn save_classes(ui: &mut Ui, path: &mut String, commands: &mut Commands) {
         }
         Command::SaveClassesTo(file)
     });
-}
-
-/// How many classes a palette has, and for what.
-fn about(scenes: &str, count: usize) -> String {
-    format!("{count} classes: {scenes}")
 }

@@ -109,7 +109,7 @@ fn draw_line(ui: &Ui, finder: &ClassFinder, rect: Rect, line: usize, found: &Fou
             name
         }
         FoundClass::New => {
-            new_name = make(finder.text.trim());
+            new_name = format!("New class \"{}\"", finder.text.trim());
             &new_name
         }
     };
@@ -158,11 +158,6 @@ fn draw_line(ui: &Ui, finder: &ClassFinder, rect: Rect, line: usize, found: &Fou
         response
     };
     response.clicked()
-}
-
-/// The finder's line that makes a new class.
-fn make(name: &str) -> String {
-    format!("New class \"{name}\"")
 }
 
 #[cfg(test)]

@@ -143,7 +143,11 @@ fn key_button(
         Some(ChosenKey { default: chosen, taken: None }) if *chosen == default
     );
     let present = map.present(default).map(|present| present.to_string());
-    let name = key_name(row.does, present.as_deref(), default);
+    // The default tells the keys of one action apart.
+    let name = match &present {
+        Some(present) => format!("{}: {present}", row.does),
+        None => format!("{}: no key, by default {default}", row.does),
+    };
     let text = match (waits, &present) {
         (true, _) => RichText::new("Press a key...").color(theme::on_accent(ui.visuals())),
         (false, Some(present)) => RichText::new(present).monospace(),
@@ -253,13 +257,13 @@ fn appearance(ui: &mut Ui, model: &Model, commands: &mut Commands) {
         }
     });
     line(ui, "Scale", |ui| {
-        let chosen = percent_text(preferences.scale);
+        let chosen = format!("{}%", preferences.scale);
         let shown = ComboBox::from_id_salt("scale")
             .selected_text(chosen)
             .show_ui(ui, |ui| {
                 for scale in SCALES {
                     if ui
-                        .selectable_label(preferences.scale == scale, percent_text(scale))
+                        .selectable_label(preferences.scale == scale, format!("{scale}%"))
                         .clicked()
                     {
                         commands.push(Command::Prefer(PreferenceChange::Scale(scale)));
@@ -282,8 +286,8 @@ fn appearance(ui: &mut Ui, model: &Model, commands: &mut Commands) {
 fn training(ui: &mut Ui, model: &Model, commands: &mut Commands) {
     let chosen = model.preferences.threads;
     line(ui, "Threads", |ui| {
-        let usual = usual_threads();
-        let text = chosen.map_or_else(|| automatic(usual), |threads| threads.to_string());
+        let automatic = format!("Automatic ({})", usual_threads());
+        let text = chosen.map_or_else(|| automatic.clone(), |threads| threads.to_string());
         let shown = ComboBox::from_id_salt("threads")
             .width(160.0)
             .selected_text(text)
@@ -293,7 +297,7 @@ fn training(ui: &mut Ui, model: &Model, commands: &mut Commands) {
                         commands.push(Command::Prefer(PreferenceChange::Threads(threads)));
                     }
                 };
-                choice(ui, None, automatic(usual));
+                choice(ui, None, automatic);
                 for threads in 1..=cores() {
                     choice(ui, Some(threads), threads.to_string());
                 }
@@ -314,22 +318,4 @@ fn hints(ui: &mut Ui, model: &Model, commands: &mut Commands) {
         }
         ui.weak(format!("{seen} of {} seen", Hint::ALL.len()));
     });
-}
-
-/// Name of the button of a key; `default` tells those of one action apart.
-fn key_name(does: &str, present: Option<&str>, default: Shortcut) -> String {
-    match present {
-        Some(present) => format!("{does}: {present}"),
-        None => format!("{does}: no key, by default {default}"),
-    }
-}
-
-/// A scale.
-fn percent_text(percent: u16) -> String {
-    format!("{percent}%")
-}
-
-/// As many threads as leave a core to the window.
-fn automatic(threads: usize) -> String {
-    format!("Automatic ({threads})")
 }

@@ -151,14 +151,11 @@ impl Reading {
         match index {
             0 => Some(format!("{}, {}", self.pixel[0], self.pixel[1])),
             1 => self.class.as_ref().map(Named::words),
-            2 => self.runner_up.as_ref().map(|class| or(&class.name)),
+            2 => self.runner_up.as_ref().map(|class| format!("or {}", class.name)),
             3 => self.unsure.map(|unsure| numbers::unsure(unsure, 1.0)),
-            _ => self.depth.map(|(depth, measured)| {
-                if measured {
-                    numbers::metres(depth)
-                } else {
-                    about(depth)
-                }
+            _ => self.depth.map(|(depth, measured)| match measured {
+                true => numbers::metres(depth),
+                false => format!("about {}", numbers::metres(depth)),
             }),
         }
     }
@@ -177,16 +174,6 @@ impl Named {
             None => self.name.clone(),
         }
     }
-}
-
-/// The second most likely class.
-fn or(name: &str) -> String {
-    format!("or {name}")
-}
-
-/// A depth that was rendered.
-fn about(length: f32) -> String {
-    format!("about {}", numbers::metres(length))
 }
 
 #[cfg(test)]

@@ -88,7 +88,8 @@ impl StartPage {
                 self.columns(ui, model, pictures, commands);
                 ui.add_space(16.0);
                 let [help, open, settings] = [&HELP, &OPEN, &SETTINGS].map(|command| command.key(ui.ctx()));
-                ui.add(egui::Label::new(RichText::new(keys(&help, &open, &settings)).weak()).wrap());
+                let keys = format!("{help} shows all keys    {open} opens    {settings} settings");
+                ui.add(egui::Label::new(RichText::new(keys).weak()).wrap());
                 ui.add_space(8.0);
             });
             let height = page.response.rect.height();
@@ -258,7 +259,11 @@ fn row(ui: &mut Ui, pictures: &Pictures, recent: &Recent, now: u64, commands: &m
     let there = found.is_none_or(|found| found.there);
     let size = vec2(ui.available_width(), PICTURE.y + 2.0 * theme::GAP);
     let (rect, response) = ui.allocate_exact_size(size, Sense::click());
-    response.widget_info(|| WidgetInfo::labeled(Role::Button, there, open_recent(recent, there)));
+    let name = match there {
+        true => format!("Open {}", recent.name),
+        false => not_found(&recent.name),
+    };
+    response.widget_info(|| WidgetInfo::labeled(Role::Button, there, &name));
     if there && response.clicked() {
         commands.push(Command::open_again(&recent.place));
     }
@@ -289,7 +294,8 @@ fn row(ui: &mut Ui, pictures: &Pictures, recent: &Recent, now: u64, commands: &m
     line_of_text(ui, lines(1.0), &path, 12.0, weak);
     let corner = Rect::from_center_size(pos2(rect.right() - 22.0, rect.center().y), vec2(28.0, 28.0));
     let mut child = ui.new_child(egui::UiBuilder::new().max_rect(corner));
-    if icon_button(&mut child, Icon::Close, &forget(&recent.name)).clicked() {
+    let forget = format!("Remove {} from the list", recent.name);
+    if icon_button(&mut child, Icon::Close, &forget).clicked() {
         commands.push(Command::Prefer(PreferenceChange::Forget(recent.place.clone())));
     }
     response.on_hover_text(path);
@@ -318,20 +324,6 @@ fn paint_picture(ui: &Ui, rect: Rect, picture: Option<&egui::TextureHandle>, the
     ui.painter().rect_stroke(rect, 4, line, StrokeKind::Inside);
 }
 
-/// The keys that help at the start.
-fn keys(help: &str, open: &str, settings: &str) -> String {
-    format!("{help} shows all keys    {open} opens    {settings} settings")
-}
-
-/// Name of an entry for screen readers.
-fn open_recent(recent: &Recent, there: bool) -> String {
-    if there {
-        format!("Open {}", recent.name)
-    } else {
-        not_found(&recent.name)
-    }
-}
-
 /// How much there is, and when it was last open; `now` in seconds since 1970.
 fn details(recent: &Recent, now: u64) -> String {
     format!(
@@ -341,11 +333,6 @@ fn details(recent: &Recent, now: u64) -> String {
         counted(recent.strokes, "stroke", "strokes"),
         ago(now.saturating_sub(recent.opened)),
     )
-}
-
-/// Name of the button that takes an entry off the list.
-fn forget(name: &str) -> String {
-    format!("Remove {name} from the list")
 }
 
 fn ago(seconds: u64) -> String {

@@ -111,7 +111,9 @@ fn rows(status: &Status, most: f32) -> [(&'static str, String, &'static str); 7]
         ),
         (
             "Depth error",
-            status.depth_error.map_or_else(unknown, centimetres),
+            status
+                .depth_error
+                .map_or_else(unknown, |metres| format!("{:.1} cm", 100.0 * metres)),
             "Median error of the field's depth where the capture has measured depth",
         ),
         (
@@ -132,17 +134,13 @@ fn rows(status: &Status, most: f32) -> [(&'static str, String, &'static str); 7]
         ),
         (
             "Mishaps",
-            mishaps(status.skipped_steps, status.undone),
+            match (status.skipped_steps, status.undone) {
+                (0, 0) => "none".to_owned(),
+                (skipped, undone) => format!("{} steps left out, {undone} returns", grouped(skipped)),
+            },
             "Steps that were left out because a number in them was not finite, and returns to an earlier state of the model, at half the learning rate",
         ),
     ]
-}
-
-fn mishaps(skipped: u64, undone: u64) -> String {
-    match (skipped, undone) {
-        (0, 0) => "none".to_owned(),
-        _ => format!("{} steps left out, {undone} returns", grouped(skipped)),
-    }
 }
 
 /// A number with its thousands apart.
@@ -156,11 +154,6 @@ fn grouped(number: u64) -> String {
         text.push(digit);
     }
     text
-}
-
-/// A length in metres that is small.
-fn centimetres(metres: f32) -> String {
-    format!("{:.1} cm", 100.0 * metres)
 }
 
 #[cfg(test)]

@@ -50,11 +50,19 @@ impl SuggestionPanel {
             commands.push(Command::HoldSuggestions(hovered));
         }
         let count = workspace.suggestions().listed().len();
-        heading(ui, &listed(count), |ui| {
+        let listed = match count {
+            0 => "No suggestions".to_owned(),
+            some => counted(some, "suggestion", "suggestions"),
+        };
+        heading(ui, &listed, |ui| {
             let next = NEXT_SUGGESTION.named(ui.ctx());
             let button = ui.add_enabled(count > 0, Button::new(next));
-            let back = PREVIOUS_SUGGESTION.key(ui.ctx());
-            if button.on_hover_text(next_hint(&back)).clicked() {
+            let mut hint = "Goes to the next suggestion; the keys then answer it".to_owned();
+            match PREVIOUS_SUGGESTION.key(ui.ctx()).as_str() {
+                "" => {}
+                back => hint += &format!(". {back} goes back"),
+            }
+            if button.on_hover_text(hint).clicked() {
                 commands.push(Command::NextSuggestion);
             }
         });
@@ -148,7 +156,7 @@ impl SuggestionPanel {
                     title(ui, workspace, index, suggestion, &frame.stem);
                     if let Some(class) = workspace.suggestions().answer_of(index) {
                         let (name, _) = workspace.document().name_and_color(class);
-                        ui.add(egui::Label::new(labelled(name)).truncate());
+                        ui.add(egui::Label::new(format!("Labelled {name}")).truncate());
                     }
                 });
             });
@@ -253,12 +261,13 @@ fn footer(ui: &mut Ui, workspace: &Workspace, commands: &mut Commands) {
         .show(ui, |ui| {
             if let Some((_, class)) = answer {
                 let (name, color) = workspace.document().name_and_color(class);
-                row(ui, Some(color), &last_answer(name), &UNDO.named(ui.ctx()), || {
+                let text = format!("Last answer: {name}");
+                row(ui, Some(color), &text, &UNDO.named(ui.ctx()), || {
                     commands.push(Command::Undo);
                 });
             }
             if suggestions.skipped() > 0 {
-                let text = skipped(suggestions.skipped());
+                let text = format!("{} skipped", suggestions.skipped());
                 row(ui, None, &text, "List them again", || {
                     commands.push(Command::ListSkipped);
                 });
@@ -300,7 +309,11 @@ fn class_button(
     let (name, color) = workspace.document().name_and_color(likely.class);
     let size = vec2(width, ui.spacing().interact_size.y);
     let (rect, response) = ui.allocate_exact_size(size, Sense::click());
-    let accessible = label_as(index, name);
+    // The place at hand needs no number.
+    let accessible = match index {
+        None => format!("Label as {name}"),
+        Some(index) => format!("Label suggestion {} as {name}", index + 1),
+    };
     response.widget_info(|| WidgetInfo::labeled(Role::Button, true, &accessible));
     if ui.is_rect_visible(rect) {
         let visuals = ui.style().interact(&response);
@@ -327,30 +340,12 @@ fn class_button(
     if response.has_focus() {
         focus_ring(ui, rect);
     }
-    let hint = label_as_hint(name, likely.probability, key);
+    let probability = numbers::probability(likely.probability);
+    let mut hint = format!("Labels this place as {name}, which is {probability} likely");
+    if let Some(key) = key {
+        hint += &format!(": {key}");
+    }
     response.on_hover_text(hint).clicked()
-}
-
-/// Heading of the list.
-fn listed(count: usize) -> String {
-    match count {
-        0 => "No suggestions".to_owned(),
-        some => counted(some, "suggestion", "suggestions"),
-    }
-}
-
-/// Tooltip of the button that goes on; `back` is the key that goes back, empty where there is none.
-fn next_hint(back: &str) -> String {
-    let goes_on = "Goes to the next suggestion; the keys then answer it";
-    match back {
-        "" => goes_on.to_owned(),
-        back => format!("{goes_on}. {back} goes back"),
-    }
-}
-
-/// What a place was labelled with.
-fn labelled(class: &str) -> String {
-    format!("Labelled {class}")
 }
 
 /// What a label would settle, as a share of all pixels.
@@ -361,31 +356,4 @@ fn settles(share: f32) -> String {
     } else {
         format!("settles {percent:.1}% of the scene")
     }
-}
-
-/// What was answered last.
-fn last_answer(class: &str) -> String {
-    format!("Last answer: {class}")
-}
-
-/// How many places are left out.
-fn skipped(count: usize) -> String {
-    format!("{count} skipped")
-}
-
-/// Name of the button that gives a place a class; the place at hand needs no number.
-fn label_as(index: Option<usize>, class: &str) -> String {
-    match index {
-        None => format!("Label as {class}"),
-        Some(index) => format!("Label suggestion {} as {class}", index + 1),
-    }
-}
-
-/// Tooltip of that button.
-fn label_as_hint(class: &str, probability: f32, key: Option<&str>) -> String {
-    let likely = format!(
-        "Labels this place as {class}, which is {} likely",
-        numbers::probability(probability)
-    );
-    key.map_or(likely.clone(), |key| format!("{likely}: {key}"))
 }

@@ -81,12 +81,17 @@ fn brush(ui: &mut Ui, mut radius: u32, wordy: bool, commands: &mut Commands) {
         .logarithmic(true)
         .show_value(false);
     let response = small_slider(ui, slider).accessible_name("Brush size");
-    let [smaller, larger] = [&SMALLER_BRUSH, &LARGER_BRUSH].map(|command| command.key(ui.ctx()));
-    let response = response.on_hover_text(brush_hint(&smaller, &larger));
+    // A key may have been taken away.
+    let mut keys = [&SMALLER_BRUSH, &LARGER_BRUSH]
+        .map(|command| command.key(ui.ctx()))
+        .to_vec();
+    keys.retain(|key| !key.is_empty());
+    keys.push("Ctrl+wheel".to_owned());
+    let response = response.on_hover_text(format!("Brush radius in image pixels: {}", keys.join(", ")));
     if response.changed() {
         commands.push(Command::SetBrush(radius));
     }
-    ui.add_sized([40.0, 20.0], egui::Label::new(pixels(radius)));
+    ui.add_sized([40.0, 20.0], egui::Label::new(format!("{radius} px")));
 }
 
 fn layers(ui: &mut Ui, settings: &Settings, (wordy, roomy): (bool, bool), commands: &mut Commands) {
@@ -138,18 +143,4 @@ fn small_slider(ui: &mut Ui, slider: Slider<'_>) -> egui::Response {
         ui.add(slider)
     })
     .inner
-}
-
-/// What that slider sets, and the keys that do too; a key may be empty.
-fn brush_hint(smaller: &str, larger: &str) -> String {
-    let keys: Vec<&str> = [smaller, larger, "Ctrl+wheel"]
-        .into_iter()
-        .filter(|key| !key.is_empty())
-        .collect();
-    format!("Brush radius in image pixels: {}", keys.join(", "))
-}
-
-/// A radius in image pixels.
-fn pixels(radius: u32) -> String {
-    format!("{radius} px")
 }

@@ -136,7 +136,7 @@ impl Notice {
             .map(|frame| frame.stem.as_str());
         let (name, _) = workspace.document().name_and_color(class);
         Self {
-            words: labelled(name, stem.unwrap_or_default()),
+            words: format!("{name}, on frame {}", stem.unwrap_or_default()),
             label: Some((frame, pixel, class)),
             until: now + NOTICE_SECONDS,
         }
@@ -189,9 +189,4 @@ fn picture(
         ui.painter()
             .circle(center, 4.0, color, Stroke::new(1.5, Color32::WHITE));
     }
-}
-
-/// A click became a stroke on a frame.
-fn labelled(class: &str, frame: &str) -> String {
-    format!("{class}, on frame {frame}")
 }

@@ -62,8 +62,14 @@ impl Model {
         let workspace = self.state.workspace();
         let lock = workspace.and_then(|workspace| workspace.lock_on(stroke));
         let sentence = lock.map(|lock| match lock {
-            Lock::Own(class) => no_label(class),
-            Lock::Covered(class) => no_cover(class),
+            Lock::Own(class) => format!(
+                "\"{}\" is locked: unlock it in the class list to label with it.",
+                class.name
+            ),
+            Lock::Covered(class) => format!(
+                "This would cover what is labelled \"{}\", which is locked: unlock it, or draw beside it.",
+                class.name
+            ),
         });
         self.refuse(sentence)
     }
@@ -72,14 +78,24 @@ impl Model {
     pub(crate) fn say_what_stays(&mut self, line: &DrawnLine, radius: u32) {
         let workspace = self.state.workspace();
         let locked = workspace.and_then(|workspace| workspace.locked_under_eraser(&line.points, radius));
-        let sentence = locked.map(no_erase);
+        let sentence = locked.map(|class| {
+            format!(
+                "\"{}\" is locked, so its strokes stay: unlock it in the class list to erase them.",
+                class.name
+            )
+        });
         self.refuse(sentence);
     }
 
     pub(crate) fn locked_refuses_change(&mut self, id: ClassId) -> bool {
         let sentence = self.state.workspace().and_then(|workspace| {
             let class = workspace.document().labels().class(id)?;
-            workspace.is_locked(id).then(|| no_change(class))
+            workspace.is_locked(id).then(|| {
+                format!(
+                    "\"{}\" is locked: unlock it in the class list to rename, merge or delete it.",
+                    class.name
+                )
+            })
         });
         self.refuse(sentence)
     }
@@ -184,38 +200,6 @@ fn some_of(names: Vec<String>) -> String {
         0 => shown,
         more => format!("{shown} and {more} more"),
     }
-}
-
-/// Labelling with a locked class is refused.
-fn no_label(class: &Class) -> String {
-    format!(
-        "\"{}\" is locked: unlock it in the class list to label with it.",
-        class.name
-    )
-}
-
-/// Covering a locked class is refused.
-fn no_cover(class: &Class) -> String {
-    format!(
-        "This would cover what is labelled \"{}\", which is locked: unlock it, or draw beside it.",
-        class.name
-    )
-}
-
-/// Erasing a locked class is refused.
-fn no_erase(class: &Class) -> String {
-    format!(
-        "\"{}\" is locked, so its strokes stay: unlock it in the class list to erase them.",
-        class.name
-    )
-}
-
-/// Renaming, merging and deleting a locked class are refused.
-fn no_change(class: &Class) -> String {
-    format!(
-        "\"{}\" is locked: unlock it in the class list to rename, merge or delete it.",
-        class.name
-    )
 }
 
 #[cfg(test)]

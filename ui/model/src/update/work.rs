@@ -76,9 +76,13 @@ impl Model {
                 None
             }
             ExportProgress::Cancelled(folder, written, frames) => {
-                let folder = folder.display().to_string();
-                let sentence = export_cancelled(&folder, written, frames);
-                self.state.messages.info(sentence);
+                let folder = folder.display();
+                self.state.messages.info(match written {
+                    0 => format!("The export was cancelled; nothing was written to {folder}."),
+                    _ => format!(
+                        "The export was cancelled: {folder} has {written} of {frames} frames, and each of those files is whole."
+                    ),
+                });
                 None
             }
             progress => Some(progress),
@@ -143,7 +147,11 @@ impl Model {
         };
         let (count, unmatched) = (images.labels.maps.len(), images.unmatched);
         self.edit(|history| Some(history.import(images)));
-        self.state.messages.info(imported_sentence(count, unmatched));
+        let mut sentence = format!("Imported {}.", counted(count, "label image", "label images"));
+        if unmatched > 0 {
+            sentence += &format!(" Left out, because they are named like no frame: {unmatched}.");
+        }
+        self.state.messages.info(sentence);
     }
 
     /// A frame of the window begins: brings what is known of the scene as a whole up to date, has new maps summed up, and
@@ -176,23 +184,4 @@ impl Model {
             workspace.overview_mut().take_summaries(made, Instant::now());
         }
     }
-}
-
-/// An export was stopped.
-fn export_cancelled(folder: &str, written: usize, frames: usize) -> String {
-    if written == 0 {
-        return format!("The export was cancelled; nothing was written to {folder}.");
-    }
-    format!(
-        "The export was cancelled: {folder} has {written} of {frames} frames, and each of those files is whole."
-    )
-}
-
-/// Label images were taken over; some may be named like no frame.
-fn imported_sentence(count: usize, unmatched: usize) -> String {
-    let mut sentence = format!("Imported {}.", counted(count, "label image", "label images"));
-    if unmatched > 0 {
-        sentence += &format!(" Left out, because they are named like no frame: {unmatched}.");
-    }
-    sentence
 }

@@ -97,7 +97,12 @@ fn entries(ui: &mut Ui, workspace: &Workspace, index: usize, rename: &mut bool, 
     });
     ui.separator();
     let strokes = workspace.document().strokes_of_class(class.id);
-    entry(ui, true, &delete(strokes), || {
+    let delete = match strokes {
+        0 => "Delete".to_owned(),
+        1 => "Delete with its stroke".to_owned(),
+        many => format!("Delete with its {many} strokes"),
+    };
+    entry(ui, true, &delete, || {
         commands.push(Command::DeleteClass(class.id));
     });
 }
@@ -106,14 +111,5 @@ fn entry(ui: &mut Ui, enabled: bool, text: &str, chosen: impl FnOnce()) {
     if ui.add_enabled(enabled, egui::Button::new(text)).clicked() {
         chosen();
         ui.close();
-    }
-}
-
-/// Deletes a class with its strokes.
-fn delete(strokes: usize) -> String {
-    match strokes {
-        0 => "Delete".to_owned(),
-        1 => "Delete with its stroke".to_owned(),
-        many => format!("Delete with its {many} strokes"),
     }
 }

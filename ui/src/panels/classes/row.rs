@@ -43,7 +43,10 @@ impl Row<'_> {
         let (_, rect) = ui.allocate_space(size);
         // By class and not by place, so that a line that moves keeps the keyboard.
         let response = ui.interact(rect, ui.scope_id().with("line"), Sense::click_and_drag());
-        let words = line_text(self.name, self.strokes, self.locked, self.hidden);
+        let locked = if self.locked { ", locked" } else { "" };
+        let hidden = if self.hidden { ", hidden" } else { "" };
+        let strokes = counted(self.strokes, "stroke", "strokes");
+        let words = format!("{}, {strokes}{locked}{hidden}", self.name);
         response.widget_info(|| WidgetInfo::selected(Role::ListBoxOption, true, self.chosen, &words));
         if response.clicked() {
             commands.push(Command::ChooseClass(self.id));
@@ -198,16 +201,4 @@ pub(super) fn reorder(
             commands.push(Command::MoveClass(id, index + 1));
         }
     }
-}
-
-/// A class as a line of the list.
-fn line_text(name: &str, strokes: usize, locked: bool, hidden: bool) -> String {
-    let mut words = format!("{name}, {}", counted(strokes, "stroke", "strokes"));
-    if locked {
-        words += ", locked";
-    }
-    if hidden {
-        words += ", hidden";
-    }
-    words
 }
