@@ -9,6 +9,7 @@ pub mod app;
 pub mod background;
 pub mod canvas;
 pub mod dialogs;
+mod gpu;
 mod input_order;
 pub mod jobs;
 pub mod keys;

@@ -9,7 +9,6 @@ mod cloud;
 mod controls;
 mod cpu;
 mod flight;
-mod formats;
 mod gpu;
 mod look;
 mod overlay;

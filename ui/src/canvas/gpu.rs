@@ -13,6 +13,7 @@ use super::content::Content;
 use super::cpu::{DIMMED_BLACK, DIMMED_SHARE, HATCHING, outline, strength};
 use super::plane::Reading;
 use super::view::Placement;
+use crate::gpu::{bind, pipeline, texture_descriptor, uniform_buffer, view};
 
 /// When the newest map reached the renderer: (label generation, frame, time).
 pub type UploadClock = Arc<Mutex<Option<(u64, usize, Instant)>>>;
@@ -60,7 +61,6 @@ struct Uniforms {
 /// What stays with the renderer between frames.
 struct Resources {
     pipeline: wgpu::RenderPipeline,
-    layout: wgpu::BindGroupLayout,
     sampler: wgpu::Sampler,
     palette: Plane,
     sides: [Side; SIDES],
@@ -106,26 +106,16 @@ impl Plane {
         if self.texture.is_some() && self.version == version {
             return false;
         }
-        let size = wgpu::Extent3d {
-            width: width.max(1),
-            height: height.max(1),
-            depth_or_array_layers: 1,
-        };
+        let size = [width.max(1), height.max(1)];
+        let usage = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST;
+        let descriptor = texture_descriptor(self.name, size, self.format, usage);
+        let size = descriptor.size;
         let same_size = self
             .texture
             .as_ref()
             .is_some_and(|texture| texture.size() == size);
         if !same_size {
-            self.texture = Some(device.create_texture(&wgpu::TextureDescriptor {
-                label: Some(self.name),
-                size,
-                mip_level_count: 1,
-                sample_count: 1,
-                dimension: wgpu::TextureDimension::D2,
-                format: self.format,
-                usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
-                view_formats: &[],
-            }));
+            self.texture = Some(device.create_texture(&descriptor));
         }
         self.version = version;
         let row = self.format.block_copy_size(None).unwrap_or(4) * size.width;
@@ -152,51 +142,16 @@ impl Plane {
     }
 
     fn view(&self) -> Option<wgpu::TextureView> {
-        let texture = self.texture.as_ref()?;
-        Some(texture.create_view(&wgpu::TextureViewDescriptor::default()))
+        self.texture.as_ref().map(view)
     }
 }
 
 impl Resources {
     fn new(device: &wgpu::Device, target: wgpu::TextureFormat) -> Self {
-        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some("canvas"),
-            source: wgpu::ShaderSource::Wgsl(include_str!("canvas.wgsl").into()),
-        });
-        let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: Some("canvas"),
-            entries: &layout_entries(),
-        });
-        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some("canvas"),
-            bind_group_layouts: &[Some(&layout)],
-            immediate_size: 0,
-        });
-        let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: Some("canvas"),
-            layout: Some(&pipeline_layout),
-            vertex: wgpu::VertexState {
-                module: &module,
-                entry_point: Some("vertex"),
-                buffers: &[],
-                compilation_options: wgpu::PipelineCompilationOptions::default(),
-            },
-            primitive: wgpu::PrimitiveState::default(),
-            depth_stencil: None,
-            multisample: wgpu::MultisampleState::default(),
-            fragment: Some(wgpu::FragmentState {
-                module: &module,
-                entry_point: Some("fragment"),
-                targets: &[Some(wgpu::ColorTargetState {
-                    format: target,
-                    blend: None,
-                    write_mask: wgpu::ColorWrites::ALL,
-                })],
-                compilation_options: wgpu::PipelineCompilationOptions::default(),
-            }),
-            multiview_mask: None,
-            cache: None,
-        });
+        let module = device.create_shader_module(wgpu::include_wgsl!("canvas.wgsl"));
+        let functions = ["vertex", "fragment"];
+        let topology = wgpu::PrimitiveTopology::TriangleList;
+        let pipeline = pipeline(device, &module, functions, &[], topology, None, target);
         let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
             label: Some("canvas"),
             mag_filter: wgpu::FilterMode::Linear,
@@ -205,7 +160,6 @@ impl Resources {
         });
         Self {
             pipeline,
-            layout,
             sampler,
             palette: Plane::new("canvas palette", wgpu::TextureFormat::Rgba8Unorm),
             sides: std::array::from_fn(|_| Side::new(device)),
@@ -229,7 +183,7 @@ impl Resources {
         let side = &mut self.sides[draw.side];
         side.upload(device, queue, content);
         if side.bind_group.is_none() {
-            side.bind_group = side.bind(device, &self.layout, &self.sampler, &self.palette);
+            side.bind_group = side.bind(device, &self.pipeline, &self.sampler, &self.palette);
         }
         if let Some(map) = &content.map
             && self.map != Some(map.version())
@@ -242,14 +196,8 @@ impl Resources {
 
 impl Side {
     fn new(device: &wgpu::Device) -> Self {
-        let uniforms = device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("canvas"),
-            size: size_of::<Uniforms>() as u64,
-            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
         Self {
-            uniforms,
+            uniforms: uniform_buffer::<Uniforms>(device, "canvas"),
             image: Plane::new("canvas image", wgpu::TextureFormat::Rgba8Unorm),
             over: Plane::new("canvas plane", wgpu::TextureFormat::R16Uint),
             bind_group: None,
@@ -286,7 +234,7 @@ impl Side {
     fn bind(
         &self,
         device: &wgpu::Device,
-        layout: &wgpu::BindGroupLayout,
+        pipeline: &wgpu::RenderPipeline,
         sampler: &wgpu::Sampler,
         palette: &Plane,
     ) -> Option<wgpu::BindGroup> {
@@ -298,47 +246,8 @@ impl Side {
             wgpu::BindingResource::TextureView(&over),
             wgpu::BindingResource::TextureView(&palette),
         ];
-        let entries: Vec<_> = (0..)
-            .zip(resources)
-            .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
-            .collect();
-        Some(device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("canvas"),
-            layout,
-            entries: &entries,
-        }))
+        Some(bind(device, pipeline, 0.., resources))
     }
-}
-
-fn layout_entries() -> [wgpu::BindGroupLayoutEntry; 5] {
-    let texture = |sample_type| wgpu::BindingType::Texture {
-        sample_type,
-        view_dimension: wgpu::TextureViewDimension::D2,
-        multisampled: false,
-    };
-    let uniform = wgpu::BindingType::Buffer {
-        ty: wgpu::BufferBindingType::Uniform,
-        has_dynamic_offset: false,
-        min_binding_size: None,
-    };
-    let types = [
-        uniform,
-        texture(wgpu::TextureSampleType::Float { filterable: true }),
-        wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
-        texture(wgpu::TextureSampleType::Uint),
-        texture(wgpu::TextureSampleType::Float { filterable: false }),
-    ];
-    let mut binding = 0;
-    types.map(|ty| {
-        let entry = wgpu::BindGroupLayoutEntry {
-            binding,
-            visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
-            ty,
-            count: None,
-        };
-        binding += 1;
-        entry
-    })
 }
 
 impl Draw {
@@ -416,14 +325,5 @@ impl CallbackTrait for Draw {
         pass.set_pipeline(&resources.pipeline);
         pass.set_bind_group(0, bind_group, &[]);
         pass.draw(0..3, 0..1);
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    #[test]
-    fn the_uniforms_have_the_shaders_size() {
-        assert_eq!(size_of::<super::Uniforms>() % 16, 0);
-        assert_eq!(size_of::<super::Uniforms>(), 96);
     }
 }

@@ -4,8 +4,6 @@
 //! larger, as many as the budget allows; at rest all of them are drawn, over several frames where they are
 //! too many for one, into a second picture that takes the place of the first when it is complete.
 
-mod pipelines;
-
 use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
@@ -13,18 +11,16 @@ use egui_wgpu::{CallbackResources, CallbackTrait, ScreenDescriptor};
 use glam::Mat4;
 use inplace_model::layer::Layer;
 use inplace_model::palette::{PALETTE_COLUMNS, Palette, Table};
-use inplace_model::versioned::Versioned;
+use inplace_model::versioned::{Version, Versioned};
 use wgpu::util::DeviceExt;
-
-use pipelines::{layout, show_pipeline, splat_pipeline};
 
 use super::budget::DrawnSplats;
 use super::camera::Sight;
-use super::cloud::Prepared;
-use super::formats::bind;
+use super::cloud::{Prepared, Splat};
 use super::look::SplatLook;
 use super::pick::SPLAT_RADIUS;
-use super::targets::{Picture, Target};
+use super::targets::{COLOR_FORMAT, DEPTH_FORMAT, Picture, Target};
+use crate::gpu::{bind, pipeline, texture_descriptor, uniform_buffer, view};
 
 /// Least radius of a splat in physical pixels.
 const LEAST_PIXELS: f32 = 0.8;
@@ -82,10 +78,8 @@ struct PlaceUniforms {
 /// What stays with the renderer between frames.
 pub struct Renderer {
     splat_pipeline: wgpu::RenderPipeline,
-    splat_layout: wgpu::BindGroupLayout,
     splat_uniforms: wgpu::Buffer,
     show_pipeline: wgpu::RenderPipeline,
-    show_layout: wgpu::BindGroupLayout,
     place_uniforms: wgpu::Buffer,
     splats: Option<Versioned<wgpu::Buffer>>,
     values: Option<Versioned<wgpu::Buffer>>,
@@ -98,27 +92,13 @@ pub struct Renderer {
 impl Renderer {
     /// Draws into windows of this format.
     pub fn new(device: &wgpu::Device, target: wgpu::TextureFormat) -> Self {
-        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some("splats"),
-            source: wgpu::ShaderSource::Wgsl(include_str!("points.wgsl").into()),
-        });
-        let splat_layout = layout(device, 0, wgpu::ShaderStages::VERTEX);
-        let show_layout = layout(device, 2, wgpu::ShaderStages::FRAGMENT);
-        let uniforms = |size: usize| {
-            device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("splats"),
-                size: size as u64,
-                usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-                mapped_at_creation: false,
-            })
-        };
+        let module = device.create_shader_module(wgpu::include_wgsl!("points.wgsl"));
+        let covering = wgpu::PrimitiveTopology::TriangleList;
         Self {
-            splat_pipeline: splat_pipeline(device, &module, &splat_layout),
-            splat_layout,
-            splat_uniforms: uniforms(size_of::<SplatUniforms>()),
-            show_pipeline: show_pipeline(device, &module, &show_layout, target),
-            show_layout,
-            place_uniforms: uniforms(size_of::<PlaceUniforms>()),
+            splat_pipeline: splat_pipeline(device, &module),
+            splat_uniforms: uniform_buffer::<SplatUniforms>(device, "splats"),
+            show_pipeline: pipeline(device, &module, ["cover", "show"], &[], covering, None, target),
+            place_uniforms: uniform_buffer::<PlaceUniforms>(device, "splats"),
             splats: None,
             values: None,
             palette: None,
@@ -138,7 +118,7 @@ impl Renderer {
         self.upload(device, queue, draw);
         let size = draw.size(pixels_per_point);
         if self.targets.as_ref().is_none_or(|[shown, _]| shown.size != size) {
-            let target = || Target::new(device, size, &self.show_layout, &self.place_uniforms);
+            let target = || Target::new(device, size, &self.show_pipeline, &self.place_uniforms);
             self.targets = Some([target(), target()]);
         }
         let area = draw.sight.area;
@@ -214,49 +194,66 @@ impl Renderer {
                 usage: wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::COPY_DST,
             })
         };
-        if self
-            .splats
-            .as_ref()
-            .is_none_or(|held| held.version() != cloud.version)
-        {
+        if is_older(&self.splats, cloud.version) {
             let buffer = vertices(bytemuck::cast_slice(&cloud.splats));
             self.splats = Some(Versioned::with(buffer, cloud.version));
         }
-        if self
-            .values
-            .as_ref()
-            .is_none_or(|held| held.version() != values.version)
-        {
+        if is_older(&self.values, values.version) {
             let buffer = vertices(bytemuck::cast_slice(&values.values));
             self.values = Some(Versioned::with(buffer, values.version));
         }
         let palette = &draw.palette;
         let version = palette.version();
-        if self.palette.as_ref().is_none_or(|held| held.version() != version) {
+        if is_older(&self.palette, version) {
+            let size = [PALETTE_COLUMNS as u32, palette.rows() as u32];
+            let usage = wgpu::TextureUsages::TEXTURE_BINDING;
             let texture = device.create_texture_with_data(
                 queue,
-                &wgpu::TextureDescriptor {
-                    label: Some("splat palette"),
-                    size: wgpu::Extent3d {
-                        width: PALETTE_COLUMNS as u32,
-                        height: palette.rows() as u32,
-                        depth_or_array_layers: 1,
-                    },
-                    mip_level_count: 1,
-                    sample_count: 1,
-                    dimension: wgpu::TextureDimension::D2,
-                    format: wgpu::TextureFormat::Rgba8Unorm,
-                    usage: wgpu::TextureUsages::TEXTURE_BINDING,
-                    view_formats: &[],
-                },
+                &texture_descriptor("splat palette", size, COLOR_FORMAT, usage),
                 wgpu::util::TextureDataOrder::LayerMajor,
                 &palette.texels(),
             );
-            let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
-            let held = bind(device, &self.splat_layout, 0, &self.splat_uniforms, &view);
+            let uniforms = self.splat_uniforms.as_entire_binding();
+            let texels = wgpu::BindingResource::TextureView(&view(&texture));
+            let held = bind(device, &self.splat_pipeline, 0.., [uniforms, texels]);
             self.palette = Some(Versioned::with(held, version));
         }
     }
+}
+
+/// Whether what is held was not made of this.
+fn is_older<T>(held: &Option<Versioned<T>>, version: Version) -> bool {
+    held.as_ref().is_none_or(|held| held.version() != version)
+}
+
+fn splat_pipeline(device: &wgpu::Device, module: &wgpu::ShaderModule) -> wgpu::RenderPipeline {
+    let splats = wgpu::VertexBufferLayout {
+        array_stride: size_of::<Splat>() as u64,
+        step_mode: wgpu::VertexStepMode::Instance,
+        attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32, 2 => Unorm8x4, 3 => Snorm8x4],
+    };
+    let values = wgpu::VertexBufferLayout {
+        array_stride: size_of::<u32>() as u64,
+        step_mode: wgpu::VertexStepMode::Instance,
+        attributes: &wgpu::vertex_attr_array![4 => Uint32],
+    };
+    let depth = wgpu::DepthStencilState {
+        format: DEPTH_FORMAT,
+        depth_write_enabled: Some(true),
+        // Nearer is greater.
+        depth_compare: Some(wgpu::CompareFunction::Greater),
+        stencil: wgpu::StencilState::default(),
+        bias: wgpu::DepthBiasState::default(),
+    };
+    pipeline(
+        device,
+        module,
+        ["splat", "disc"],
+        &[Some(splats), Some(values)],
+        wgpu::PrimitiveTopology::TriangleStrip,
+        Some(depth),
+        COLOR_FORMAT,
+    )
 }
 
 impl Draw {

@@ -3,8 +3,13 @@
 use glam::Mat4;
 use inplace_model::versioned::Version;
 
-use super::formats::{COLOR_FORMAT, DEPTH_FORMAT, bind};
 use super::look::SplatLook;
+use crate::gpu::{bind, texture_descriptor, view};
+
+/// Of a picture's colours.
+pub const COLOR_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
+/// Of a picture's depths.
+pub const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
 /// All that a picture depends on, but for its size.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,34 +54,28 @@ impl Target {
     /// An empty picture.
     pub fn new(
         device: &wgpu::Device,
-        [width, height]: [u32; 2],
-        show_layout: &wgpu::BindGroupLayout,
+        size: [u32; 2],
+        show_pipeline: &wgpu::RenderPipeline,
         place_uniforms: &wgpu::Buffer,
     ) -> Self {
         let texture = |format, usage| {
-            device.create_texture(&wgpu::TextureDescriptor {
-                label: Some("splats"),
-                size: wgpu::Extent3d {
-                    width,
-                    height,
-                    depth_or_array_layers: 1,
-                },
-                mip_level_count: 1,
-                sample_count: 1,
-                dimension: wgpu::TextureDimension::D2,
-                format,
-                usage: usage | wgpu::TextureUsages::RENDER_ATTACHMENT,
-                view_formats: &[],
-            })
+            let usage = usage | wgpu::TextureUsages::RENDER_ATTACHMENT;
+            device.create_texture(&texture_descriptor("splats", size, format, usage))
         };
         let read = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_SRC;
         let color = texture(COLOR_FORMAT, read);
-        let view = color.create_view(&wgpu::TextureViewDescriptor::default());
+        let shown = wgpu::BindingResource::TextureView(&view(&color));
+        let bind_group = bind(
+            device,
+            show_pipeline,
+            2..,
+            [place_uniforms.as_entire_binding(), shown],
+        );
         Self {
-            size: [width, height],
+            size,
             picture: None,
             drawn: 0,
-            bind_group: bind(device, show_layout, 2, place_uniforms, &view),
+            bind_group,
             depth: texture(DEPTH_FORMAT, wgpu::TextureUsages::empty()),
             color,
         }
@@ -93,8 +92,7 @@ impl Target {
         encoder: &'a mut wgpu::CommandEncoder,
         background: egui::Color32,
     ) -> wgpu::RenderPass<'a> {
-        let color = self.color.create_view(&wgpu::TextureViewDescriptor::default());
-        let depth = self.depth.create_view(&wgpu::TextureViewDescriptor::default());
+        let (color, depth) = (view(&self.color), view(&self.depth));
         let [r, g, b, _] = background.to_array().map(|v| f64::from(v) / 255.0);
         let begins = self.drawn == 0;
         encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
