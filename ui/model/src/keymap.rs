@@ -204,15 +204,6 @@ mod tests {
     }
 
     #[test]
-    fn a_key_that_is_given_back_is_not_remembered() {
-        let mut map = KeyMap::default();
-        map.set(shortcut("E"), Some(shortcut("K")));
-        assert!(map.is_moved(shortcut("E")));
-        map.set(shortcut("E"), Some(shortcut("E")));
-        assert!(map.is_default());
-    }
-
-    #[test]
     fn digits_and_the_keys_of_the_focus_stay_what_they_are() {
         for fixed in ["1", "0", "Escape", "Tab", "Ctrl+Enter"] {
             assert!(shortcut(fixed).is_fixed(), "{fixed}");

@@ -102,18 +102,3 @@ impl Look {
         outlines: false,
     };
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_key_shows_every_layer_before_it_comes_back() {
-        let mut layer = Layer::Color;
-        for expected in Layer::ALL {
-            assert_eq!((layer, layer.number()), (expected, expected as usize));
-            layer = layer.next();
-        }
-        assert_eq!(layer, Layer::Color);
-    }
-}

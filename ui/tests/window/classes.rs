@@ -1,6 +1,6 @@
 //! The class list.
 
-use egui::{Key, Modifiers, PointerButton};
+use egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable;
 use inplace_core::labels::{Class, PALETTES, read_class_list};
 use inplace_model::Command;
@@ -17,11 +17,6 @@ fn ids(window: &Window) -> Vec<u16> {
     classes.iter().map(|class| class.id).collect()
 }
 
-fn messages(window: &Window) -> String {
-    let texts: Vec<&str> = window.harness.state().model().messages.texts().collect();
-    texts.join("\n")
-}
-
 /// Types into the field that has the keyboard.
 fn type_text(window: &mut Window, field: &str, text: &str) {
     let role = egui::accesskit::Role::TextInput;
@@ -31,11 +26,8 @@ fn type_text(window: &mut Window, field: &str, text: &str) {
 
 #[test]
 fn classes_are_renamed_merged_and_deleted_and_all_of_it_is_undone() {
-    let mut window = Window::demo();
-    window.add_class("wall");
-    window.add_class("floor");
-    let place = window.canvas(0.0, 0.0);
-    window.drag(PointerButton::Primary, &[place]);
+    let mut window = Window::with_classes(&["wall", "floor"]);
+    window.click_canvas(0.0, 0.0);
 
     window.click("Actions for wall");
     window.click("Rename");
@@ -50,7 +42,7 @@ fn classes_are_renamed_merged_and_deleted_and_all_of_it_is_undone() {
     window.click("Merge into");
     window.click("ceiling");
     assert_eq!(names(&window), ["ceiling"]);
-    window.harness.get_by_label("ceiling, 1 stroke");
+    window.sees("ceiling, 1 stroke");
 
     window.click("Actions for ceiling");
     window.click("Delete with its stroke");
@@ -70,7 +62,7 @@ fn an_empty_list_offers_the_classes_of_data_sets_and_adds_them_in_one_edit() {
     window.click("NYU-13");
     window.click("Add 13 classes");
     assert_eq!(window.workspace().document().classes(), PALETTES[0].classes());
-    assert!(messages(&window).contains("Added 13 classes."));
+    assert!(window.messages().contains("Added 13 classes."));
     assert!(
         window.workspace().class().is_some(),
         "no class is ready to label with"
@@ -88,7 +80,7 @@ fn a_long_list_is_searched_and_ticked_and_taken_numbers_are_said() {
     window.click("Class list");
     window.click("Add classes...");
     window.click("COCO-Stuff");
-    window.harness.get_by_label("Add 0 classes");
+    window.sees("Add 0 classes");
     window.type_into("Search in the list", "person");
     window.click("person");
     window.click("Add 1 class");
@@ -97,18 +89,15 @@ fn a_long_list_is_searched_and_ticked_and_taken_numbers_are_said() {
         (names(&window), ids(&window)),
         (vec!["Chair".into(), "person".into()], vec![1, 2])
     );
-    assert!(
-        messages(&window).contains("person (1 is now 2)"),
-        "{}",
-        messages(&window)
-    );
+    let said = window.messages();
+    assert!(said.contains("person (1 is now 2)"), "{said}");
 
     window.click("Class list");
     window.click("Add classes...");
     window.click("COCO-Stuff");
     window.type_into("Search in the list", "chair");
     window.click("Tick all");
-    window.harness.get_by_label("Add 0 classes");
+    window.sees("Add 0 classes");
     window.click("Cancel");
     assert_eq!(names(&window).len(), 2);
 }
@@ -127,7 +116,8 @@ fn a_list_of_ones_own_is_written_and_read_and_a_bad_one_is_refused_by_name() {
         window.until("the file is written", |app| {
             app.model().messages.texts().count() > 0
         });
-        assert!(messages(&window).contains("mine.json"), "{}", messages(&window));
+        let said = window.messages();
+        assert!(said.contains("mine.json"), "{said}");
         let written = read_class_list(&file).unwrap();
         assert_eq!(written, [Class::new(1, "wall"), Class::new(2, "mug")]);
     }
@@ -142,12 +132,10 @@ fn a_list_of_ones_own_is_written_and_read_and_a_bad_one_is_refused_by_name() {
         let refusal = window.harness.query_by_label_contains("bad.json: cannot be used");
         refusal.is_some()
     });
-    window.harness.get_by_label_contains("listed twice");
+    window.sees_part("listed twice");
 
     window.replace_text("Class list file", file.to_str().unwrap());
-    window.until_window("the classes are shown", |window| {
-        window.harness.query_by_label("Add 2 classes").is_some()
-    });
+    window.until_window("the classes are shown", |window| window.shows("Add 2 classes"));
     window.click("Add 2 classes");
     assert_eq!(names(&window), ["wall", "mug"]);
 }
@@ -169,25 +157,22 @@ fn locks_hidden_classes_and_their_order_are_kept_in_the_project() {
         eframe::App::on_exit(window.harness.state_mut(), None);
     }
     let mut window = Window::with_demo(folder.path());
-    window.harness.get_by_label("wall, 0 strokes, locked");
-    window.harness.get_by_label("floor, 0 strokes, hidden");
+    window.sees("wall, 0 strokes, locked");
+    window.sees("floor, 0 strokes, hidden");
     assert_eq!(names(&window), ["floor", "wall"]);
     window.click("Class list");
     window.click("Show all classes");
     window.click("Class list");
     window.click("Unlock all classes");
-    window.harness.get_by_label("wall, 0 strokes");
-    window.harness.get_by_label("floor, 0 strokes");
+    window.sees("wall, 0 strokes");
+    window.sees("floor, 0 strokes");
     let palette = window.workspace().document().palette();
     assert_eq!(palette.class(2)[3], 255);
 }
 
 #[test]
 fn the_order_decides_which_digit_chooses_a_class() {
-    let mut window = Window::demo();
-    for name in ["wall", "floor", "door"] {
-        window.add_class(name);
-    }
+    let mut window = Window::with_classes(&["wall", "floor", "door"]);
     window.press(Modifiers::NONE, Key::Escape);
     window.click("Actions for door");
     window.click("Move up");
@@ -196,8 +181,8 @@ fn the_order_decides_which_digit_chooses_a_class() {
     assert_eq!(window.workspace().class(), Some(3));
 
     // By dragging it over the first, into its upper half.
-    let from = window.harness.get_by_label("door, 0 strokes").rect().center();
-    let to = window.harness.get_by_label("wall, 0 strokes").rect();
+    let from = window.rect("door, 0 strokes").center();
+    let to = window.rect("wall, 0 strokes");
     let to = to.center_top() + egui::vec2(0.0, 3.0);
     window.harness.event(egui::Event::PointerMoved(from));
     window.harness.event(button(from, true));
@@ -231,18 +216,13 @@ fn the_finder_chooses_and_makes_classes_by_keyboard() {
     window.click("Add 13 classes");
     let chosen = |window: &Window| {
         let class = window.workspace().class().unwrap();
-        window
-            .workspace()
-            .document()
-            .labels()
-            .class(class)
-            .map(|class| class.name.clone())
+        window.labels().class(class).map(|class| class.name.clone())
     };
     window.press(Modifiers::NONE, Key::C);
     type_text(&mut window, "Find class", "win");
     window.press(Modifiers::NONE, Key::Enter);
     assert_eq!(chosen(&window).as_deref(), Some("window"));
-    assert!(window.harness.query_by_label("Find class").is_none());
+    window.misses("Find class");
 
     // "bed", "books", "ceiling": down and up again.
     window.press(Modifiers::NONE, Key::C);
@@ -250,15 +230,11 @@ fn the_finder_chooses_and_makes_classes_by_keyboard() {
         window.press(Modifiers::NONE, key);
     }
     assert_eq!(chosen(&window).as_deref(), Some("books"));
-    assert_eq!(
-        window.workspace().frame_index(),
-        0,
-        "the arrows went to the frames"
-    );
+    assert_eq!(window.frame_index(), 0, "the arrows went to the frames");
 
     window.press(Modifiers::NONE, Key::C);
     type_text(&mut window, "Find class", "zebra");
-    window.harness.get_by_label("New class \"zebra\"");
+    window.sees("New class \"zebra\"");
     window.press(Modifiers::NONE, Key::Enter);
     assert_eq!(chosen(&window).as_deref(), Some("zebra"));
     assert_eq!(names(&window).len(), 14);
@@ -266,27 +242,27 @@ fn the_finder_chooses_and_makes_classes_by_keyboard() {
     window.press(Modifiers::NONE, Key::C);
     type_text(&mut window, "Find class", "tab");
     window.press(Modifiers::NONE, Key::Escape);
-    assert!(window.harness.query_by_label("Find class").is_none());
+    window.misses("Find class");
     assert_eq!(chosen(&window).as_deref(), Some("zebra"));
     // Keys mean what they did before.
     window.press(Modifiers::NONE, Key::D);
-    assert_eq!(window.workspace().frame_index(), 1);
+    assert_eq!(window.frame_index(), 1);
 }
 
 #[test]
 fn ten_classes_have_a_search_field() {
     let mut window = Window::demo();
     window.add_class("wall");
-    assert!(window.harness.query_by_label("Search classes").is_none());
+    window.misses("Search classes");
     window.click("Class list");
     window.click("Add classes...");
     window.click("Add 12 classes");
     window.type_into("Search classes", "wi");
-    window.harness.get_by_label("window, 0 strokes");
-    assert!(window.harness.query_by_label("bed, 0 strokes").is_none());
+    window.sees("window, 0 strokes");
+    window.misses("bed, 0 strokes");
     window.type_into("Search classes", "qqq");
-    window.harness.get_by_label("No class has this in its name.");
-    window.harness.get_by_label("void, 0 strokes");
+    window.sees("No class has this in its name.");
+    window.sees("void, 0 strokes");
 }
 
 #[test]
@@ -298,15 +274,15 @@ fn a_class_that_is_chosen_elsewhere_comes_into_view_in_the_list() {
     window.click("Add 12 classes");
     let last = window.workspace().document().classes()[12].clone();
     let line = format!("{}, 0 strokes", last.name);
-    assert!(window.harness.query_by_label(&line).is_none());
+    window.misses(&line);
     window.act(Command::ChooseClass(last.id));
     window.harness.run_steps(4);
-    window.harness.get_by_label(&line);
+    window.sees(&line);
     let first = window.workspace().document().classes()[0].id;
     for class in [first, last.id, first] {
         window.act(Command::ChooseClass(class));
     }
     window.harness.run_steps(60);
-    window.harness.get_by_label("wall, 0 strokes");
-    assert!(window.harness.query_by_label(&line).is_none());
+    window.sees("wall, 0 strokes");
+    window.misses(&line);
 }

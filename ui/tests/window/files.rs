@@ -1,7 +1,7 @@
 //! Saving, recovering, exporting, importing.
 
 use egui::accesskit::Role;
-use egui::{Key, Modifiers, PointerButton};
+use egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable;
 use inplace_core::session::{self, Event, Status};
 use inplace_model::dialogs::Dialog;
@@ -17,9 +17,8 @@ fn a_saved_project_opens_again_with_its_strokes_and_its_maps() {
     {
         let mut window = Window::with_demo(folder.path());
         window.add_class("wall");
-        let place = window.canvas(0.0, 0.0);
-        window.drag(PointerButton::Primary, &[place]);
-        let generation = window.workspace().document().generation();
+        window.click_canvas(0.0, 0.0);
+        let generation = window.generation();
         window.worker().publish(0, generation, 1);
         window.harness.run_steps(3);
         window.save_as(&file);
@@ -27,7 +26,7 @@ fn a_saved_project_opens_again_with_its_strokes_and_its_maps() {
         eframe::App::on_exit(window.harness.state_mut(), None);
     }
     let window = Window::opened(folder.path(), Target::Path(file));
-    window.harness.get_by_label("wall, 1 stroke");
+    window.sees("wall, 1 stroke");
     assert_eq!(window.frame().map().unwrap().map.labels()[0], 1);
 }
 
@@ -37,15 +36,12 @@ fn work_that_was_never_saved_is_recovered_and_says_so() {
     {
         let mut window = Window::with_demo(folder.path());
         window.add_class("wall");
-        let place = window.canvas(0.0, 0.0);
-        window.drag(PointerButton::Primary, &[place]);
+        window.click_canvas(0.0, 0.0);
         eframe::App::on_exit(window.harness.state_mut(), None);
     }
     let window = Window::with_demo(folder.path());
     assert_eq!(window.strokes(), 1);
-    window
-        .harness
-        .get_by_label("Your earlier work on this scene was recovered: 1 stroke on 1 frame.");
+    window.sees("Your earlier work on this scene was recovered: 1 stroke on 1 frame.");
 }
 
 #[test]
@@ -63,8 +59,8 @@ fn an_export_says_where_its_files_are_and_what_was_chosen_is_kept_for_the_next_t
     window.pick("Class numbers", "NYU-40");
     window.replace_text("Export folder", out.to_str().unwrap());
     window.until_window("the export has ended", |window| !is_exporting(window));
-    window.harness.get_by_label(&format!("Exported {FRAMES} frames"));
-    window.harness.get_by_label(out.to_str().unwrap());
+    window.sees(&format!("Exported {FRAMES} frames"));
+    window.sees(out.to_str().unwrap());
     for file in [
         "labels/rgb_0.png",
         "entropy/rgb_4.png",
@@ -76,7 +72,7 @@ fn an_export_says_where_its_files_are_and_what_was_chosen_is_kept_for_the_next_t
     let classes = std::fs::read_to_string(out.join("classes.json")).unwrap();
     assert!(classes.contains("174"), "the colour of NYU-40's wall: {classes}");
     window.press(Modifiers::COMMAND, Key::E);
-    let state = window.harness.state().model();
+    let state = window.model();
     let Some(Dialog::Export(choice)) = &state.dialog else {
         panic!("{:?}", state.dialog);
     };
@@ -91,7 +87,7 @@ fn export(window: &mut Window, folder: &Path) {
 }
 
 fn is_exporting(window: &Window) -> bool {
-    let export = &window.harness.state().model().export;
+    let export = &window.model().export;
     matches!(
         export,
         Some(inplace_model::exporting::ExportProgress::Writing(..))
@@ -115,14 +111,12 @@ fn an_export_is_started_once_and_can_be_cancelled() {
     // It waits for maps that never come.
     export(&mut window, &out);
     assert!(is_exporting(&window));
-    window.harness.get_by_label("Getting the newest maps");
+    window.sees("Getting the newest maps");
     export(&mut window, &other);
-    window
-        .harness
-        .get_by_label("An export is under way: wait for its end, or cancel it.");
+    window.sees("An export is under way: wait for its end, or cancel it.");
     window.click("Cancel export");
     window.until("the export has ended", |app| app.model().export.is_none());
-    window.harness.get_by_label(&format!(
+    window.sees(&format!(
         "The export was cancelled; nothing was written to {}.",
         out.display()
     ));
@@ -162,9 +156,7 @@ fn a_window_that_is_closed_during_an_export_closes_after_it() {
         held
     };
     assert!(close(&mut window) && is_exporting(&window));
-    window
-        .harness
-        .get_by_label("The window closes when the export has ended; close it again to cancel the export.");
+    window.sees("The window closes when the export has ended; close it again to cancel the export.");
     assert!(close(&mut window));
     window.until_window("the window closes", |window| {
         told(window, &egui::ViewportCommand::Close)
@@ -180,16 +172,10 @@ fn while_the_worker_spreads_imported_labels_the_window_says_so() {
         spreading_import: true,
         ..Status::default()
     };
-    window.worker().events.send(Event::Status(status)).unwrap();
-    window.harness.run_steps(2);
-    window.harness.get_by_label("Spreading them over the scene");
-    window
-        .worker()
-        .events
-        .send(Event::Status(Status::default()))
-        .unwrap();
-    window.harness.run_steps(2);
-    assert!(window.harness.query_by_label("Importing labels").is_none());
+    window.tell(Event::Status(status));
+    window.sees("Spreading them over the scene");
+    window.tell(Event::Status(Status::default()));
+    window.misses("Importing labels");
 }
 
 #[test]
@@ -202,7 +188,7 @@ fn label_images_are_imported_undone_removed_and_kept_in_the_project() {
         window.click("Import labels...");
         window.replace_text("Folder of label images", path.to_str().unwrap());
     };
-    let imported = |window: &Window| window.workspace().document().labels().imported.clone();
+    let imported = |window: &Window| window.labels().imported.clone();
     {
         let mut window = Window::with_demo(folder.path());
         import(&mut window, &images);
@@ -216,24 +202,20 @@ fn label_images_are_imported_undone_removed_and_kept_in_the_project() {
         window.worker().received();
         window.click("File");
         window.click("Import labels...");
-        window
-            .harness
-            .get_by_label("They may be wrong: your strokes correct them on what they are connected with.");
+        window.sees("They may be wrong: your strokes correct them on what they are connected with.");
         window
             .harness
             .get_by_label("Trust in the imported pixels")
             .focus();
         window.harness.run_steps(1);
         (0..10).for_each(|_| window.press(Modifiers::NONE, Key::ArrowRight));
-        window
-            .harness
-            .get_by_label("Every labelled pixel is right, as your strokes are.");
+        window.sees("Every labelled pixel is right, as your strokes are.");
         window.type_into("Folder of label images", images.to_str().unwrap());
         window.until("the images are imported", |app| {
             let workspace = app.model().workspace().unwrap();
             workspace.document().labels().imported.is_some()
         });
-        window.harness.get_by_label("class 7, 0 strokes");
+        window.sees("class 7, 0 strokes");
         assert!(window.worker().received().iter().any(|command| matches!(
             command,
             session::Command::Labels { labels, .. } if labels.imported.is_some()
@@ -253,7 +235,5 @@ fn label_images_are_imported_undone_removed_and_kept_in_the_project() {
     let images = imported(&window).unwrap();
     assert_eq!((images.maps.len(), images.maps[0].frame), (1, 1));
     assert!(images.trust.is_right());
-    window
-        .harness
-        .get_by_label("Your earlier work on this scene was recovered: 0 strokes and imported labels.");
+    window.sees("Your earlier work on this scene was recovered: 0 strokes and imported labels.");
 }

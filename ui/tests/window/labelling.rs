@@ -1,7 +1,6 @@
 //! Drawing on frames and what the worker answers.
 
 use egui::{Key, Modifiers, PointerButton};
-use egui_kittest::kittest::Queryable;
 use inplace_core::session;
 use inplace_core::session::Event;
 use inplace_ui::canvas::FrameView;
@@ -12,12 +11,11 @@ use crate::stand::*;
 fn a_click_becomes_a_stroke_and_its_map_is_shown_and_undo_takes_it_back() {
     let mut window = Window::demo();
     window.add_class("wall");
-    window.harness.get_by_label("wall, 0 strokes");
+    window.sees("wall, 0 strokes");
     window.worker().received();
-    let place = window.canvas(0.0, 0.0);
-    window.drag(PointerButton::Primary, &[place]);
-    window.harness.get_by_label("wall, 1 stroke");
-    let generation = window.workspace().document().generation();
+    window.click_canvas(0.0, 0.0);
+    window.sees("wall, 1 stroke");
+    let generation = window.generation();
     assert!(window.worker().received().iter().any(|command| matches!(
         command,
         session::Command::Labels { generation: sent, labels } if *sent == generation && labels.strokes.len() == 1
@@ -36,11 +34,10 @@ fn a_click_becomes_a_stroke_and_its_map_is_shown_and_undo_takes_it_back() {
 #[test]
 fn a_click_without_any_class_asks_for_its_name_and_is_kept() {
     let mut window = Window::demo();
-    let place = window.canvas(10.0, 5.0);
-    window.drag(PointerButton::Primary, &[place]);
+    window.click_canvas(10.0, 5.0);
     assert_eq!(window.strokes(), 0);
     window.type_into("Class name", "sofa");
-    window.harness.get_by_label("sofa, 1 stroke");
+    window.sees("sofa, 1 stroke");
     assert_eq!(window.strokes(), 1);
 }
 
@@ -54,7 +51,7 @@ fn a_scribble_keeps_every_position_and_the_right_button_erases_it() {
         window.canvas(60.0, 0.0),
     ];
     window.drag(PointerButton::Primary, &path);
-    let labels = window.workspace().document().labels();
+    let labels = window.labels();
     let (_, stroke) = labels.strokes_of(0).next().unwrap();
     assert_eq!(stroke.lines[0].len(), 3);
     window.drag(PointerButton::Secondary, &path);
@@ -65,10 +62,10 @@ fn a_scribble_keeps_every_position_and_the_right_button_erases_it() {
 fn keys_typed_into_a_text_field_do_nothing_else() {
     let mut window = Window::demo();
     window.type_into("New class", "desk pane");
-    assert_eq!(window.workspace().frame_index(), 0);
+    assert_eq!(window.frame_index(), 0);
     assert!(!window.workspace().is_paused());
     window.press(Modifiers::NONE, Key::Escape);
-    window.harness.get_by_label("desk pane, 0 strokes");
+    window.sees("desk pane, 0 strokes");
 }
 
 #[test]
@@ -84,13 +81,8 @@ fn an_older_map_never_covers_a_newer_one() {
 fn what_the_worker_reports_as_failed_is_shown_in_one_sentence() {
     let mut window = Window::demo();
     let sentence = "The surface could not be found.";
-    window
-        .worker()
-        .events
-        .send(Event::Error(sentence.to_owned()))
-        .unwrap();
-    window.harness.run_steps(3);
-    window.harness.get_by_label(sentence);
+    window.tell(Event::Error(sentence.to_owned()));
+    window.sees(sentence);
     window.click("Dismiss message");
-    assert!(window.harness.query_by_label(sentence).is_none());
+    window.misses(sentence);
 }

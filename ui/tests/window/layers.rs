@@ -8,16 +8,11 @@ use inplace_core::scene::{ColorImage, SceneSource, write_replica};
 use inplace_core::session::{self, Event, FrameMap, RenderedFrame};
 use inplace_model::Command;
 use inplace_model::layer::Layer;
-use inplace_model::settings::Settings;
 use inplace_ui::Target;
 use inplace_ui::app::App;
 use inplace_ui::canvas::FrameView;
 
 use crate::stand::*;
-
-fn settings(window: &Window) -> Settings {
-    window.harness.state().model().settings
-}
 
 /// The views that the worker was asked for.
 fn asked_views(window: &Window) -> Vec<usize> {
@@ -49,57 +44,45 @@ fn layers_change_by_menu_and_by_key() {
     let mut window = Window::demo();
     window.click("Layer");
     window.click(Layer::Depth.name());
-    assert_eq!(settings(&window).layer, Layer::Depth);
+    assert_eq!(window.model().settings.layer, Layer::Depth);
     window.press(Modifiers::NONE, Key::Q);
-    assert_eq!(settings(&window).layer, Layer::Rendered);
+    assert_eq!(window.model().settings.layer, Layer::Rendered);
     window.press(Modifiers::NONE, Key::Q);
-    assert_eq!(settings(&window).layer, Layer::Color);
+    assert_eq!(window.model().settings.layer, Layer::Color);
 }
 
 #[test]
 fn the_legend_names_the_classes_in_view_and_can_be_switched_off() {
-    let mut window = Window::demo();
-    window.add_class("wall");
-    window.add_class("floor");
-    window
-        .harness
-        .get_by_label(&format!("Labels: {}", "No labels to show yet"));
-    let generation = window.workspace().document().generation();
+    let mut window = Window::with_classes(&["wall", "floor"]);
+    window.sees("Labels: No labels to show yet");
+    let generation = window.generation();
     window.worker().publish(0, generation, 2);
     window.until("the classes are counted", |app| {
         let visible = app.canvas().frame().and_then(FrameView::visible);
         visible.is_some_and(|classes| classes == [(2, WIDTH * HEIGHT)])
     });
-    window.harness.get_by_label("Labels: floor");
+    window.sees("Labels: floor");
     window.click("View");
     window.click("Legend");
-    assert!(window.harness.query_by_label("Labels: floor").is_none());
+    window.misses("Labels: floor");
 }
 
 #[test]
 fn two_layers_are_compared_and_their_border_follows_the_drag() {
     let mut window = Window::demo();
     window.press(Modifiers::NONE, Key::W);
-    assert!(settings(&window).compare);
+    assert!(window.model().settings.compare);
     window.add_class("wall");
     window.click("Layer on the left");
     window.click(Layer::Entropy.name());
     assert_eq!(
-        (settings(&window).other_layer, settings(&window).layer),
+        (window.model().settings.other_layer, window.model().settings.layer),
         (Layer::Entropy, Layer::Labels)
     );
-    let from = window
-        .harness
-        .get_by_label("Border between the layers")
-        .rect()
-        .center();
+    let from = window.rect("Border between the layers").center();
     let to = from + egui::vec2(-100.0, 0.0);
     window.drag(PointerButton::Primary, &[from, from + egui::vec2(-30.0, 5.0), to]);
-    let at = window
-        .harness
-        .get_by_label("Border between the layers")
-        .rect()
-        .center();
+    let at = window.rect("Border between the layers").center();
     assert!((at.x - to.x).abs() < 1.0, "{at} for {to}");
     assert_eq!(window.strokes(), 0);
     // Beside the handle both sides are drawn on.
@@ -107,41 +90,32 @@ fn two_layers_are_compared_and_their_border_follows_the_drag() {
         window.drag(PointerButton::Primary, &[at + egui::vec2(side, 0.0)]);
     }
     assert_eq!(window.strokes(), 2);
-    let before = settings(&window).split;
+    let before = window.model().settings.split;
     window.harness.get_by_label("Border between the layers").focus();
     window.harness.run_steps(2);
     window.press(Modifiers::NONE, Key::ArrowRight);
-    assert!(settings(&window).split > before + 0.01);
-    assert_eq!(window.workspace().frame_index(), 0);
+    assert!(window.model().settings.split > before + 0.01);
+    assert_eq!(window.frame_index(), 0);
     window.click("Compare two layers (W)");
-    assert!(
-        window
-            .harness
-            .query_by_label("Border between the layers")
-            .is_none()
-    );
+    window.misses("Border between the layers");
 }
 
 #[test]
 fn the_readout_says_what_is_known_of_the_pixel_under_the_pointer() {
     let mut window = Window::demo();
-    window
-        .harness
-        .get_by_label("Point at the image to read its pixels");
+    window.sees("Point at the image to read its pixels");
     window.add_class("wall");
-    let generation = window.workspace().document().generation();
+    let generation = window.generation();
     window.worker().publish(0, generation, 1);
     let place = window.canvas(0.0, 0.0);
     window.harness.event(egui::Event::PointerMoved(place));
     window.harness.run_steps(3);
     // The map of the stand-in has 500 steps of entropy everywhere, and no probabilities.
     let pixel = format!("{}, {}", WIDTH / 2, HEIGHT / 2);
-    window.harness.get_by_label(&format!("{pixel}; wall; 7% unsure"));
+    window.sees(&format!("{pixel}; wall; 7% unsure"));
     window.harness.event(egui::Event::PointerGone);
     window.harness.run_steps(3);
-    window
-        .harness
-        .get_by_label("Point at the image to read its pixels");
+    window.sees("Point at the image to read its pixels");
 }
 
 #[test]
@@ -151,30 +125,22 @@ fn the_field_is_rendered_only_while_it_is_shown_and_once_for_a_frame() {
     window.click("Layer");
     window.click(Layer::Rendered.name());
     assert_eq!(asked_views(&window), [0]);
-    window
-        .harness
-        .get_by_label(&format!("Rendered colour: {}", "The view is being rendered"));
+    window.sees("Rendered colour: The view is being rendered");
     window.worker().events.send(view(0, 300)).unwrap();
     window.until("the view is shown", |app| {
         app.canvas().frame().is_some_and(|frame| frame.view().is_some())
     });
-    window
-        .harness
-        .get_by_label("Rendered colour: Rendered colour, after 300 training steps");
+    window.sees("Rendered colour: Rendered colour, after 300 training steps");
     assert_eq!(window.frame().depth_at([9, 9]), Some((2.0, false)));
     window.press(Modifiers::NONE, Key::D);
     assert!(window.frame().view().is_none());
     assert_eq!(asked_views(&window), [1]);
     // One that comes late is of another frame.
-    window.worker().events.send(view(0, 400)).unwrap();
-    window.harness.run_steps(5);
+    window.tell(view(0, 400));
     assert!(window.frame().view().is_none());
     let reason = "This network cannot be shown.".to_owned();
-    window.worker().events.send(Event::NotRendered(reason)).unwrap();
-    window.harness.run_steps(3);
-    window
-        .harness
-        .get_by_label("Rendered colour: This network cannot be shown.");
+    window.tell(Event::NotRendered(reason));
+    window.sees("Rendered colour: This network cannot be shown.");
 }
 
 #[test]
@@ -206,14 +172,12 @@ fn strokes_are_marked_where_they_are_undisputed() {
         frame: 0,
         generation: 1,
     };
-    window.worker().events.send(event).unwrap();
-    window.harness.run_steps(3);
-    window.harness.get_by_label(&format!(
+    window.tell(event);
+    window.sees(&format!(
         "Disagreement: {}",
         "Nothing is labelled in this frame: no strokes, no imported image"
     ));
-    let place = window.canvas(0.0, 0.0);
-    window.drag(PointerButton::Primary, &[place]);
+    window.click_canvas(0.0, 0.0);
     window.until("the strokes are judged", |app| {
         let (Some(open), Some(frame)) = (app.model().workspace(), app.canvas().frame()) else {
             return false;
@@ -228,7 +192,7 @@ fn strokes_are_marked_where_they_are_undisputed() {
         "Not labelled by hand or import",
     ]
     .join(", ");
-    window.harness.get_by_label(&format!("Disagreement: {words}"));
+    window.sees(&format!("Disagreement: {words}"));
 }
 
 #[test]
@@ -258,12 +222,12 @@ fn a_frame_whose_image_vanished_says_so_in_a_sentence_until_it_is_there_again() 
     ] {
         assert!(sentence.contains(part), "{part} is not in: {sentence}");
     }
-    window.harness.get_by_label(&sentence);
+    window.sees(&sentence);
 
     std::fs::write(&image, bytes).unwrap();
     window.act(Command::GoToFrame(0));
     window.act(Command::GoToFrame(VANISHING));
     window.until("the image is back", has_image);
     assert_eq!(unreadable(window.harness.state()), None);
-    assert!(window.harness.query_by_label(&sentence).is_none());
+    window.misses(&sentence);
 }

@@ -6,7 +6,6 @@ use egui::accesskit::{Action as Request, Role};
 use egui::{Key, Modifiers, PointerButton};
 use egui_kittest::kittest::{NodeT, Queryable};
 use inplace_core::guide::{Likely, Suggestion};
-use inplace_core::session::Event;
 use inplace_model::Command;
 use inplace_model::dialogs::{AddClasses, ClassUse, Dialog};
 use inplace_model::layer::Layer;
@@ -66,14 +65,9 @@ fn labelled(mut window: Window) -> Window {
         window.drag(PointerButton::Primary, &[at, at]);
     }
     assert_eq!(window.strokes(), 2);
-    let (worker, generation) = (window.worker(), window.workspace().document().generation());
-    worker.publish_all(generation, 1);
-    let suggestions = vec![place(0), place(1)];
-    let told = Event::Suggestions {
-        generation,
-        suggestions,
-    };
-    worker.events.send(told).unwrap();
+    let generation = window.generation();
+    window.worker().publish_all(generation, 1);
+    window.suggest(generation, vec![place(0), place(1)]);
     window.until("the suggestions are listed", |app| {
         let workspace = app.model().workspace();
         workspace.is_some_and(|workspace| workspace.suggestions().listed().len() == 2)
@@ -99,14 +93,7 @@ fn every_control_of_an_open_scene_has_a_name() {
     assert_named(&mut window, "in a scene with labels");
     window.act(Command::NextSuggestion);
     assert_named(&mut window, "at a suggestion");
-    let stroke = *window
-        .workspace()
-        .document()
-        .labels()
-        .strokes
-        .keys()
-        .next()
-        .unwrap();
+    let stroke = *window.labels().strokes.keys().next().unwrap();
     window.act(Command::GoToStroke(stroke));
     assert_named(&mut window, "with a stroke selected");
     window.press(Modifiers::NONE, Key::T);
@@ -137,7 +124,7 @@ fn every_control_of_a_dialog_has_a_name() {
     ] {
         let state = format!("in {dialog:?}");
         window.act(Command::Show(Some(dialog)));
-        assert!(window.harness.state().model().dialog.is_some(), "{state}");
+        assert!(window.model().dialog.is_some(), "{state}");
         assert_named(&mut window, &state);
         window.act(Command::Show(None));
     }

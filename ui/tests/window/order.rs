@@ -30,10 +30,7 @@ fn in_one_frame(window: &mut Window, events: &[Vec<Event>]) {
 
 #[test]
 fn keys_clicks_and_letters_of_one_frame_find_their_class_and_their_field() {
-    let mut window = Window::demo();
-    for class in ["wall", "floor", "sofa"] {
-        window.add_class(class);
-    }
+    let mut window = Window::with_classes(&["wall", "floor", "sofa"]);
     let field = window.harness.get_by_role_and_label(Role::TextInput, "New class");
     let field = field.rect().center();
     let (left, middle, right) = (
@@ -41,7 +38,7 @@ fn keys_clicks_and_letters_of_one_frame_find_their_class_and_their_field() {
         window.canvas(0.0, 0.0),
         window.canvas(60.0, 0.0),
     );
-    let before = window.workspace().frame_index();
+    let before = window.frame_index();
     // D and Q are shortcuts: the next frame, the next layer.
     let events = [
         typed(Key::Num2, "2").to_vec(),
@@ -56,23 +53,20 @@ fn keys_clicks_and_letters_of_one_frame_find_their_class_and_their_field() {
         vec![typed(Key::Enter, "")[0].clone()],
     ];
     in_one_frame(&mut window, &events);
-    let strokes = window.workspace().document().labels().strokes_of(0);
+    let strokes = window.labels().strokes_of(0);
     let mut strokes: Vec<_> = strokes
         .map(|(_, stroke)| (stroke.lines[0][0][0], stroke.class))
         .collect();
     strokes.sort_unstable();
     let classes: Vec<_> = strokes.iter().map(|(_, class)| *class).collect();
     assert_eq!(classes, [2, 3, 1], "from left to right: {strokes:?}");
-    assert_eq!(window.workspace().frame_index(), before);
-    window.harness.get_by_label("dq, 0 strokes");
+    assert_eq!(window.frame_index(), before);
+    window.sees("dq, 0 strokes");
 }
 
 #[test]
 fn letters_after_the_key_of_the_finder_are_looked_for() {
-    let mut window = Window::demo();
-    for class in ["wall", "door"] {
-        window.add_class(class);
-    }
+    let mut window = Window::with_classes(&["wall", "door"]);
     let place = window.canvas(0.0, 0.0);
     let events = [
         typed(Key::C, "c").to_vec(),
@@ -82,8 +76,8 @@ fn letters_after_the_key_of_the_finder_are_looked_for() {
         click(place).to_vec(),
     ];
     in_one_frame(&mut window, &events);
-    assert_eq!(window.workspace().frame_index(), 0);
-    window.harness.get_by_label("door, 1 stroke");
+    assert_eq!(window.frame_index(), 0);
+    window.sees("door, 1 stroke");
 }
 
 #[test]
@@ -100,5 +94,5 @@ fn letters_after_a_click_without_any_class_name_the_class_of_that_click() {
         click(places[1]).to_vec(),
     ];
     in_one_frame(&mut window, &events);
-    window.harness.get_by_label("da, 2 strokes");
+    window.sees("da, 2 strokes");
 }

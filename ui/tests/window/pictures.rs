@@ -66,7 +66,7 @@ fn labelled(folder: &std::path::Path) -> Window {
         let place = window.canvas(-60.0, 40.0 - 20.0 * name.len().min(5) as f32);
         window.drag(PointerButton::Primary, &[place]);
     }
-    let generation = window.workspace().document().generation();
+    let generation = window.generation();
     for frame in 0..FRAMES {
         window.worker().publish(frame, generation, 1 + (frame % 2) as u16);
     }

@@ -41,7 +41,7 @@ fn labelled(mut window: Window) -> Window {
 /// The worker's answer: this entropy for every pixel of the frames, and what it thinks of the strokes.
 fn answer(window: &mut Window, entropy: [u16; FRAMES], contradicted: &[(u64, u16)]) {
     let worker = window.worker();
-    let generation = window.workspace().document().generation();
+    let generation = window.generation();
     let pixels = (WIDTH * HEIGHT) as usize;
     for (frame, entropy) in entropy.into_iter().enumerate() {
         let (labels, entropy) = (vec![1; pixels], vec![entropy; pixels]);
@@ -49,18 +49,11 @@ fn answer(window: &mut Window, entropy: [u16; FRAMES], contradicted: &[(u64, u16
         worker.maps.publish(map);
         worker.events.send(Event::Map { frame, generation }).unwrap();
     }
-    let ids: Vec<StrokeId> = window
-        .workspace()
-        .document()
-        .labels()
-        .strokes
-        .keys()
-        .copied()
-        .collect();
+    let ids: Vec<StrokeId> = window.labels().strokes.keys().copied().collect();
     let checks = ids
         .into_iter()
         .filter_map(|stroke| {
-            let own = window.workspace().document().labels().strokes[&stroke].class;
+            let own = window.labels().strokes[&stroke].class;
             let other = contradicted.iter().find(|(id, _)| *id == stroke.0);
             // The only door cannot be checked.
             (own == 1).then(|| StrokeCheck {
@@ -98,34 +91,26 @@ fn the_progress_says_what_is_missing_and_leads_to_contradicted_strokes() {
             .any(|command| matches!(command, session::Command::CheckStrokes))
     );
     window.press(Modifiers::NONE, Key::T);
-    window
-        .harness
-        .get_by_label("Not yet: the labels have not spread over the frames so far.");
+    window.sees("Not yet: the labels have not spread over the frames so far.");
     answer(&mut window, [1000; FRAMES], &[(3, 2)]);
     let overview = window.workspace().overview();
     let contradicted: Vec<StrokeId> = overview.contradicted().keys().copied().collect();
     assert_eq!(contradicted, [StrokeId(3)]);
     assert_eq!(overview.evidence().checked, 3);
-    window
-        .harness
-        .get_by_label_contains("look whether the 1 of 3 strokes that the others contradict");
-    window.harness.get_by_label("2 of 5 frames");
-    window.harness.get_by_label("2 of 3 checked");
+    window.sees_part("look whether the 1 of 3 strokes that the others contradict");
+    window.sees("2 of 5 frames");
+    window.sees("2 of 3 checked");
     window.act(Command::GoToFrame(1));
     window.click("wall at rgb_3: the others say door");
-    assert_eq!(window.workspace().frame_index(), 3);
+    assert_eq!(window.frame_index(), 3);
 
     answer(&mut window, [1000, 1000, 8000, 1000, 1000], &[]);
-    window
-        .harness
-        .get_by_label("Nearly: 20% of the pixels are unclear, most in rgb_2.");
+    window.sees("Nearly: 20% of the pixels are unclear, most in rgb_2.");
     answer(&mut window, [1000; FRAMES], &[]);
-    window
-        .harness
-        .get_by_label("Yes: 100% of the pixels are clear, and all 3 strokes that could be checked agree.");
+    window.sees("Yes: 100% of the pixels are clear, and all 3 strokes that could be checked agree.");
     window.click("Label next");
-    assert_eq!(window.harness.state().model().side, Side::LabelNext);
-    assert!(window.harness.query_by_label("Good enough to export?").is_none());
+    assert_eq!(window.model().side, Side::LabelNext);
+    window.misses("Good enough to export?");
 }
 
 #[test]
@@ -136,22 +121,15 @@ fn the_next_labels_settle_what_the_suggestions_say() {
         share,
         ..suggestion(0)
     };
-    let generation = window.workspace().document().generation();
+    let generation = window.generation();
     let mut suggest = |shares: &[f32]| {
-        let event = Event::Suggestions {
-            generation,
-            suggestions: shares.iter().map(with_share).collect(),
-        };
-        window.worker().events.send(event).unwrap();
-        window.harness.run_steps(3);
+        window.suggest(generation, shares.iter().map(with_share).collect());
         let settles = window.harness.query_by_label_contains("of the scene.");
         settles.is_some()
     };
     assert!(!suggest(&[0.001, 0.001]));
     assert!(suggest(&[0.04, 0.03, 0.02, 0.02, 0.01, 0.5]));
-    window
-        .harness
-        .get_by_label("The next 5 labels would settle about 12% of the scene.");
+    window.sees("The next 5 labels would settle about 12% of the scene.");
 }
 
 #[test]
@@ -175,9 +153,9 @@ fn the_log_survives_reopening_the_project() {
                 .is_empty()
         });
         window.press(Modifiers::NONE, Key::T);
-        window.harness.get_by_label("Charts over");
+        window.sees("Charts over");
         // The window is low, so the training is a line until it is unfolded.
-        window.harness.get_by_label("22.0 dB, 29% unsure");
+        window.sees("22.0 dB, 29% unsure");
         window.click("Show the training in full");
         // In a chart, and among the figures of the training below it.
         assert_eq!(window.harness.get_all_by_label("29% unsure").count(), 2);
@@ -201,32 +179,28 @@ fn the_filmstrip_shows_the_frames_one_is_after_and_a_and_d_go_through_them() {
         window.harness.query_by_label_contains(&name).is_some()
     };
     for name in ["All 5", "Unlabelled 3", "Uncertain 2", "Disagreeing 1"] {
-        window.harness.get_by_label(name);
+        window.sees(name);
     }
     window.click("Unlabelled 3");
     assert!(frame(&window, "rgb_1") && !frame(&window, "rgb_0") && !frame(&window, "rgb_3"));
-    assert_eq!(window.workspace().frame_index(), 3);
+    assert_eq!(window.frame_index(), 3);
     window.press(Modifiers::NONE, Key::D);
-    assert_eq!(window.workspace().frame_index(), 4);
+    assert_eq!(window.frame_index(), 4);
     window.press(Modifiers::NONE, Key::D);
-    assert_eq!(window.workspace().frame_index(), 4);
+    assert_eq!(window.frame_index(), 4);
     for expected in [2, 1, 1] {
         window.press(Modifiers::NONE, Key::A);
-        assert_eq!(window.workspace().frame_index(), expected);
+        assert_eq!(window.frame_index(), expected);
     }
     window.act(Command::FilterFrames(FrameFilter::Uncertain));
     window.act(Command::OrderFrames(FrameOrder::Uncertainty));
     assert_eq!(window.workspace().overview().frames().shown(), [4, 1]);
     window.act(Command::FilterFrames(FrameFilter::Disagreeing));
-    window
-        .harness
-        .get_by_label_contains("Frame rgb_3: 2 strokes, 1 contradicted");
+    window.sees_part("Frame rgb_3: 2 strokes, 1 contradicted");
     answer(&mut window, [1000; FRAMES], &[]);
-    window
-        .harness
-        .get_by_label("No frame is disagreeing: nothing contradicts your strokes.");
+    window.sees("No frame is disagreeing: nothing contradicts your strokes.");
     window.press(Modifiers::NONE, Key::D);
-    assert_eq!(window.workspace().frame_index(), 1);
+    assert_eq!(window.frame_index(), 1);
 }
 
 #[test]
@@ -234,11 +208,9 @@ fn a_frame_is_gone_to_by_its_number_or_its_name() {
     let mut window = Window::demo();
     for (text, frame) in [("4", 3), ("rgb_1", 1), ("RGB_2", 2)] {
         window.type_into("Go to frame", text);
-        assert_eq!(window.workspace().frame_index(), frame, "{text}");
+        assert_eq!(window.frame_index(), frame, "{text}");
     }
     window.type_into("Go to frame", "hall");
-    window
-        .harness
-        .get_by_label("No frame has this number, or a name with \"hall\" in it.");
-    assert_eq!(window.workspace().frame_index(), 2);
+    window.sees("No frame has this number, or a name with \"hall\" in it.");
+    assert_eq!(window.frame_index(), 2);
 }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use egui::{Key, Modifiers, PointerButton};
+use egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable;
 use inplace_core::scene::SceneSource;
 use inplace_model::dialogs::Dialog;
@@ -18,8 +18,7 @@ fn open_scene(folder: &Path, scene: &Path) -> Window {
 
 fn label_and_save(window: &mut Window, project: &Path) {
     window.add_class("wall");
-    let place = window.canvas(0.0, 0.0);
-    window.drag(PointerButton::Primary, &[place]);
+    window.click_canvas(0.0, 0.0);
     window.save_as(project);
 }
 
@@ -49,10 +48,10 @@ fn a_scene_that_was_opened_is_on_the_start_page_with_its_picture() {
     window.until("the scene is missed", |app| {
         app.panels().pictures().found().any(|found| !found.there)
     });
-    window.harness.get_by_label("kitchen (not found)");
+    window.sees("kitchen (not found)");
     window.click("Remove kitchen from the list");
-    assert!(window.harness.query_by_label("kitchen (not found)").is_none());
-    window.harness.get_by_label("First steps");
+    window.misses("kitchen (not found)");
+    window.sees("First steps");
     let pictures = folder.path().join("pictures");
     window.until("its picture is gone", |_| {
         std::fs::read_dir(&pictures).unwrap().count() == 0
@@ -66,7 +65,7 @@ fn saving_puts_the_project_in_the_place_of_its_scene() {
     std::fs::create_dir(&scene).unwrap();
     let mut window = open_scene(folder.path(), &scene);
     label_and_save(&mut window, &folder.path().join("work.inplace"));
-    let recents = &window.harness.state().model().preferences.recents;
+    let recents = &window.model().preferences.recents;
     let names: Vec<&str> = recents.iter().map(|recent| recent.name.as_str()).collect();
     assert_eq!(names, ["work"]);
     assert_eq!(recents.iter().next().unwrap().strokes, 1);
@@ -99,16 +98,14 @@ fn a_scene_that_has_moved_is_asked_for_checked_and_remembered() {
             "work.inplace labels a scene that is no longer at {}.",
             old.display()
         );
-        window.harness.get_by_label(&missing);
+        window.sees(&missing);
         window.type_into("Folder of the scene", other.to_str().unwrap());
         window.until("it is asked again", |app| {
             matches!(app.model().dialog, Some(Dialog::Moved(_)))
         });
         let refused =
             "has none of the 5 frames of this project; choose the folder of the scene that was labelled.";
-        window
-            .harness
-            .get_by_label(&format!("{}: {refused}", other.display()));
+        window.sees(&format!("{}: {refused}", other.display()));
         window.replace_text("Folder of the scene", new.to_str().unwrap());
         window.until("the scene is open", |app| app.model().workspace().is_some());
         assert_eq!(window.strokes(), 1);
@@ -161,17 +158,17 @@ fn a_scene_can_be_opened_again_right_after_it_was_closed() {
 fn the_window_says_drop_to_open_while_a_file_is_held_above_it() {
     let folder = tempfile::tempdir().unwrap();
     let mut window = Window::with_demo(folder.path());
-    assert!(window.harness.query_by_label("Drop to open").is_none());
+    window.misses("Drop to open");
     let hovered = egui::HoveredFile {
         path: Some(folder.path().to_path_buf()),
         ..egui::HoveredFile::default()
     };
     window.harness.input_mut().hovered_files = vec![hovered];
     window.harness.run_steps(3);
-    window.harness.get_by_label("Drop to open");
+    window.sees("Drop to open");
     window.harness.input_mut().hovered_files.clear();
     window.harness.run_steps(2);
-    assert!(window.harness.query_by_label("Drop to open").is_none());
+    window.misses("Drop to open");
 }
 
 #[test]
@@ -180,13 +177,13 @@ fn work_that_has_no_file_says_so_until_it_is_saved_under_a_name() {
     // Nothing can be kept where a folder has the name.
     std::fs::create_dir(folder.path().join("autosave.inplace")).unwrap();
     let mut window = Window::with_demo(folder.path());
-    window.harness.get_by_label("not saved");
+    window.sees("not saved");
     label_and_save(&mut window, &folder.path().join("work.inplace"));
     window.until("all of it is written", |app| {
         let project = app.model().project.as_ref();
         project.is_some_and(|project| project.saved_state() == SavedState::Saved)
     });
-    window.harness.get_by_label("saved");
+    window.sees("saved");
     window.close();
 }
 
@@ -237,15 +234,15 @@ fn a_damaged_project_opens_from_its_backup_and_says_so() {
     let damaged = write_damaged_project(folder.path(), &project);
     let window = Window::opened(folder.path(), Target::Project(project.clone()));
     assert_eq!(window.strokes(), 1);
-    let told: Vec<&str> = window.harness.state().model().messages.texts().collect();
+    let told: Vec<&str> = window.model().messages.texts().collect();
     let sentence = told.iter().find(|text| text.contains("is damaged")).unwrap();
     assert!(sentence.contains("its backup of"), "{sentence}");
     let aside = folder.path().join("work-damaged.inplace");
     let end = format!("the damaged file is now {}.", aside.display());
     assert!(sentence.ends_with(&end), "{sentence}");
-    let kept = window.harness.state().model().project.as_ref().unwrap();
+    let kept = window.model().project.as_ref().unwrap();
     assert_eq!((kept.path(), kept.is_named()), (project.as_path(), true));
-    window.harness.get_by_label("saved");
+    window.sees("saved");
     window.close();
     assert_eq!(std::fs::read(&aside).unwrap(), damaged);
 }
@@ -261,15 +258,13 @@ fn a_project_that_cannot_be_written_is_labelled_in_memory_and_saved_elsewhere() 
         std::fs::write(folder.path().join(format!("work-damaged-{number}.inplace")), "").unwrap();
     }
     let mut window = Window::opened(folder.path(), Target::Project(project.clone()));
-    window.harness.get_by_label("not saved");
-    let told: Vec<&str> = window.harness.state().model().messages.texts().collect();
-    assert!(
-        told.iter()
-            .any(|text| text.ends_with("Until then your work is in memory only.")),
-        "{told:?}"
-    );
-    let place = window.canvas(0.2, 0.2);
-    window.drag(PointerButton::Primary, &[place]);
+    window.sees("not saved");
+    let said = window.messages();
+    let told = said
+        .lines()
+        .any(|text| text.ends_with("Until then your work is in memory only."));
+    assert!(told, "{said}");
+    window.click_canvas(0.2, 0.2);
     assert_eq!(window.strokes(), 2);
     window.press(Modifiers::COMMAND, Key::S);
     let elsewhere = folder.path().join("elsewhere.inplace");

@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use egui::{Key, Modifiers, PointerButton, Pos2};
-use egui_kittest::kittest::Queryable;
 use glam::Vec3;
 use inplace_core::scene::SceneSource;
 use inplace_core::semantics::{LabelPropagation, Node, NodeMap, Surface, SurfaceGraph};
@@ -64,27 +63,25 @@ fn shown() -> Window {
     };
     worker.events.send(event).unwrap();
     window.press(Modifiers::NONE, Key::V);
-    window.until_window("the wall is shown", |window| {
-        window.harness.query_by_label("Fly to this frame").is_some()
-    });
+    window.until_window("the wall is shown", |window| window.shows("Fly to this frame"));
     window
 }
 
 fn middle(window: &Window) -> Pos2 {
-    window.harness.get_by_label("3D view").rect().center()
+    window.rect("3D view").center()
 }
 
 #[test]
 fn v_and_the_buttons_switch_and_say_what_is_missing() {
     let mut window = Window::demo();
     window.press(Modifiers::NONE, Key::V);
-    window.harness.get_by_label("3D view");
-    window.harness.get_by_label(
+    window.sees("3D view");
+    window.sees(
         "The surface of the scene is shown here as soon as it is found; until then you can label the frames",
     );
     window.click("Frame");
     assert!(!window.workspace().space.shown);
-    window.harness.get_by_label(inplace_ui::canvas::CANVAS_NAME);
+    window.sees(inplace_ui::canvas::CANVAS_NAME);
     window.click("3D");
     assert!(window.workspace().space.shown);
 }
@@ -94,7 +91,7 @@ fn the_surface_is_exported_as_the_dialog_says() {
     let folder = tempfile::tempdir().unwrap();
     let mut window = Window::with_demo(folder.path());
     window.add_class("wall");
-    let generation = window.workspace().document().generation();
+    let generation = window.generation();
     let (spread, scene) = (
         LabelPropagation::new(wall()),
         Arc::clone(window.workspace().scene()),
@@ -111,7 +108,7 @@ fn the_surface_is_exported_as_the_dialog_says() {
         window.until("the export has ended", |app| {
             !matches!(app.model().export, Some(ExportProgress::Writing(..)))
         });
-        window.harness.get_by_label("Exported the surface");
+        window.sees("Exported the surface");
         for file in [format!("{stem}.ply"), format!("{stem}_classes.ply")] {
             let bytes = std::fs::read(out.join(&file)).unwrap();
             assert!(bytes.starts_with(b"ply\n"), "{file}");
@@ -131,13 +128,13 @@ fn a_click_on_the_surface_labels_the_frame_that_shows_it_and_stays() {
         !workspace.document().labels().strokes.is_empty()
     });
     assert!(window.workspace().space.shown);
-    let labels = window.workspace().document().labels();
+    let labels = window.labels();
     let (_, stroke) = labels.strokes_of(0).next().unwrap();
     // All frames see the wall alike: the first takes the click, in the middle of its image.
     let [x, y] = stroke.first_point().unwrap();
     assert_eq!((stroke.class, stroke.radius), (1, 0));
     assert!(x.abs_diff(32) <= 2 && y.abs_diff(24) <= 2, "{x} {y}");
-    window.harness.get_by_label("wall, on frame rgb_0");
+    window.sees("wall, on frame rgb_0");
     window.press(Modifiers::COMMAND, Key::Z);
     assert_eq!(window.strokes(), 0);
 }
@@ -155,7 +152,7 @@ fn a_click_that_a_lock_refuses_is_not_said_to_have_labelled() {
     });
     window.harness.run_steps(2);
     let said = "wall, on frame rgb_0";
-    assert!(window.harness.query_by_label(said).is_none());
+    window.misses(said);
     assert_eq!(window.strokes(), 0);
 }
 
@@ -164,14 +161,14 @@ fn a_click_beside_the_surface_says_so() {
     let mut window = shown();
     window.add_class("wall");
     // What is between the surface and the edge of a fitted view.
-    let area = window.harness.get_by_label("3D view").rect();
+    let area = window.rect("3D view");
     window.drag(
         PointerButton::Primary,
         &[area.right_center() - egui::vec2(12.0, 0.0)],
     );
     window.until_window("it is said", |window| {
         let said = "There is no surface under the pointer";
-        window.harness.query_by_label(said).is_some()
+        window.shows(said)
     });
     assert_eq!(window.strokes(), 0);
 }
@@ -183,11 +180,7 @@ fn drags_and_arrows_turn_the_view_and_fitting_keeps_its_side() {
     assert_eq!(camera(&window), None);
     window.press(Modifiers::NONE, Key::ArrowLeft);
     let turned = camera(&window).unwrap();
-    assert_eq!(
-        window.workspace().frame_index(),
-        0,
-        "the arrow went to another frame"
-    );
+    assert_eq!(window.frame_index(), 0, "the arrow went to another frame");
     let place = middle(&window);
     let path = [
         place,
@@ -241,18 +234,14 @@ fn the_camera_flies_to_the_frame_in_view_and_the_view_is_kept() {
 #[test]
 fn a_click_on_a_suggestion_leads_to_it_in_its_frame() {
     let mut window = shown();
-    let suggestions = Event::Suggestions {
-        generation: 1,
-        suggestions: vec![suggestion(3)],
-    };
-    window.worker().events.send(suggestions).unwrap();
+    window.suggest(1, vec![suggestion(3)]);
     window.click("Fly to this frame");
     window.until("the camera has arrived", |app| {
         let camera = app.model().workspace().unwrap().space.camera;
         camera.is_some_and(|camera| camera.eye().length() < 1e-3)
     });
     // The node of that pixel is at (-0.7, 0.4, 2) metres, seen from the origin.
-    let area = window.harness.get_by_label("3D view").rect();
+    let area = window.rect("3D view");
     let focal = 0.5 * area.size().min_elem() / 0.48_f32.tan();
     let place = area.center() + focal * egui::vec2(-0.35, 0.2);
     window.harness.hover_at(place);
@@ -261,7 +250,7 @@ fn a_click_on_a_suggestion_leads_to_it_in_its_frame() {
     window.until("the frame is shown", |app| {
         !app.model().workspace().unwrap().space.shown
     });
-    assert_eq!(window.workspace().frame_index(), 3);
+    assert_eq!(window.frame_index(), 3);
     assert_eq!(window.workspace().suggestions().at(), Some(0));
     assert_eq!(window.strokes(), 0);
 }

@@ -7,15 +7,16 @@ use std::time::{Duration, Instant};
 
 use crossbeam_channel::{Receiver, Sender, unbounded};
 use egui::accesskit::Role;
-use egui::{Key, Modifiers, PointerButton, Pos2, vec2};
+use egui::{Key, Modifiers, PointerButton, Pos2, Rect, vec2};
 use egui_kittest::{Harness, kittest::Queryable};
 use inplace_core::guide::Suggestion;
+use inplace_core::labels::LabelSet;
 use inplace_core::scene::{Camera, ColorImage, Frame, FramePixels, OpenOptions, Scene, SceneSource};
 use inplace_core::session::{self, Event, FrameMap, MapSlots};
-use inplace_model::Command;
 use inplace_model::preferences::Store;
 use inplace_model::session_link::SessionLink;
 use inplace_model::workspace::Workspace;
+use inplace_model::{Command, Model};
 use inplace_ui::app::{App, Environment};
 use inplace_ui::canvas::{CANVAS_NAME, FrameView};
 use inplace_ui::{Target, UiOptions};
@@ -229,6 +230,15 @@ impl Window {
         Self::opened(folder, Target::Scene(SceneSource::Demo))
     }
 
+    /// A window with the demo and these classes.
+    pub fn with_classes(classes: &[&str]) -> Self {
+        let mut window = Self::demo();
+        for class in classes {
+            window.add_class(class);
+        }
+        window
+    }
+
     /// A window in which this opens.
     pub fn opened(folder: &Path, target: Target) -> Self {
         let mut window = Self::new(folder, Some(target));
@@ -260,12 +270,26 @@ impl Window {
         eframe::App::on_exit(self.harness.state_mut(), None);
     }
 
+    pub fn model(&self) -> &Model {
+        self.harness.state().model()
+    }
+
     pub fn workspace(&self) -> &Workspace {
-        self.harness
-            .state()
-            .model()
-            .workspace()
-            .expect("no scene is open")
+        self.model().workspace().expect("no scene is open")
+    }
+
+    pub fn labels(&self) -> &LabelSet {
+        self.workspace().document().labels()
+    }
+
+    /// Generation of the present labels.
+    pub fn generation(&self) -> u64 {
+        self.workspace().document().generation()
+    }
+
+    /// Index of the frame in view.
+    pub fn frame_index(&self) -> usize {
+        self.workspace().frame_index()
     }
 
     /// What is known of the frame in view.
@@ -275,6 +299,45 @@ impl Window {
 
     pub fn worker(&self) -> Worker {
         self.workers.lock().unwrap().last().unwrap().clone()
+    }
+
+    /// The worker tells this, and the window takes it in.
+    pub fn tell(&mut self, event: Event) {
+        self.worker().events.send(event).unwrap();
+        self.harness.run_steps(3);
+    }
+
+    /// Whether there is something with this name.
+    pub fn shows(&self, name: &str) -> bool {
+        self.harness.query_by_label(name).is_some()
+    }
+
+    /// Fails unless there is something with this name.
+    #[track_caller]
+    pub fn sees(&self, name: &str) {
+        self.harness.get_by_label(name);
+    }
+
+    /// Fails unless there is something with this in its name.
+    #[track_caller]
+    pub fn sees_part(&self, of_name: &str) {
+        self.harness.get_by_label_contains(of_name);
+    }
+
+    /// Fails if there is something with this name.
+    #[track_caller]
+    pub fn misses(&self, name: &str) {
+        assert!(!self.shows(name), "{name} is there");
+    }
+
+    /// The texts of the messages shown.
+    pub fn messages(&self) -> String {
+        self.model().messages.texts().collect::<Vec<_>>().join("\n")
+    }
+
+    /// Where something with this name is.
+    pub fn rect(&self, name: &str) -> Rect {
+        self.harness.get_by_label(name).rect()
     }
 
     pub fn click(&mut self, name: &str) {
@@ -308,21 +371,21 @@ impl Window {
     }
 
     /// Gives a text field the keyboard.
-    fn focus(&mut self, field: &str) {
+    fn focus_field(&mut self, field: &str) {
         self.harness.get_by_role_and_label(Role::TextInput, field).focus();
         self.harness.run_steps(2);
     }
 
     /// Types in place of all that is in a field, and presses Enter.
     pub fn replace_text(&mut self, field: &str, text: &str) {
-        self.focus(field);
+        self.focus_field(field);
         self.press(Modifiers::COMMAND, Key::A);
         self.type_into(field, text);
     }
 
     /// Types into a field, after what is in it unless that is selected, and presses Enter.
     pub fn type_into(&mut self, field: &str, text: &str) {
-        self.focus(field);
+        self.focus_field(field);
         self.harness
             .get_by_role_and_label(Role::TextInput, field)
             .type_text(text);
@@ -347,7 +410,21 @@ impl Window {
 
     /// A point of the canvas, relative to its middle.
     pub fn canvas(&self, x: f32, y: f32) -> Pos2 {
-        self.harness.get_by_label(CANVAS_NAME).rect().center() + vec2(x, y)
+        self.rect(CANVAS_NAME).center() + vec2(x, y)
+    }
+
+    /// A click on the canvas, relative to its middle.
+    pub fn click_canvas(&mut self, x: f32, y: f32) {
+        let place = self.canvas(x, y);
+        self.drag(PointerButton::Primary, &[place]);
+    }
+
+    /// The worker suggests these places, from labels of this generation.
+    pub fn suggest(&mut self, generation: u64, suggestions: Vec<Suggestion>) {
+        self.tell(Event::Suggestions {
+            generation,
+            suggestions,
+        });
     }
 
     pub fn drag(&mut self, button: PointerButton, positions: &[Pos2]) {
@@ -357,7 +434,7 @@ impl Window {
             pressed,
             modifiers: Modifiers::NONE,
         };
-        let (first, last) = (positions[0], *positions.last().unwrap());
+        let (first, last) = (positions[0], positions[positions.len() - 1]);
         self.harness.event(egui::Event::PointerMoved(first));
         self.harness.event(pressed(first, true));
         for &position in &positions[1..] {
@@ -368,6 +445,6 @@ impl Window {
     }
 
     pub fn strokes(&self) -> usize {
-        self.workspace().document().labels().strokes.len()
+        self.labels().strokes.len()
     }
 }

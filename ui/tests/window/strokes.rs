@@ -5,7 +5,6 @@ use egui_kittest::kittest::Queryable;
 use inplace_core::labels::{History, LabelSet, Stroke, StrokeId, StrokeKind, VOID};
 use inplace_core::project::{Contents, Project, SceneRecord};
 use inplace_core::scene::{OpenOptions, SceneSource};
-use inplace_model::settings::Settings;
 use inplace_model::tool::Tool;
 use inplace_ui::Target;
 use std::path::Path;
@@ -14,20 +13,15 @@ use std::time::{Duration, Instant};
 
 use crate::stand::*;
 
-fn settings(window: &Window) -> Settings {
-    window.harness.state().model().settings
-}
-
 fn newest(window: &Window) -> Stroke {
-    let labels = window.workspace().document().labels();
+    let labels = window.labels();
     labels.strokes.last_key_value().unwrap().1.as_ref().clone()
 }
 
 /// Clicks one after the other, slowly.
 fn click_at(window: &mut Window, places: &[[f32; 2]]) {
     for &[x, y] in places {
-        let place = window.canvas(x, y);
-        window.drag(PointerButton::Primary, &[place]);
+        window.click_canvas(x, y);
         window.harness.run_steps(30);
     }
 }
@@ -42,9 +36,7 @@ fn draw_triangle(window: &mut Window) {
 
 /// A window with the demo and two classes, of which the second is current.
 fn two_classes() -> Window {
-    let mut window = Window::demo();
-    window.add_class("wall");
-    window.add_class("floor");
+    let mut window = Window::with_classes(&["wall", "floor"]);
     // Out of the text field.
     window.press(Modifiers::NONE, Key::Escape);
     window
@@ -82,11 +74,11 @@ fn escape_drops_a_polygon_and_backspace_and_undo_take_back_corners() {
     click_at(&mut window, &[[0.0, 0.0]]);
     window.press(Modifiers::NONE, Key::G);
     click_at(&mut window, &TRIANGLE);
-    window.harness.get_by_label_contains("Polygon, 3 corners");
+    window.sees_part("Polygon, 3 corners");
     window.press(Modifiers::NONE, Key::Backspace);
-    window.harness.get_by_label_contains("Polygon, 2 corners");
+    window.sees_part("Polygon, 2 corners");
     window.press(Modifiers::COMMAND, Key::Z);
-    window.harness.get_by_label_contains("Polygon, 1 corner");
+    window.sees_part("Polygon, 1 corner");
     assert_eq!(window.strokes(), 1, "undo in a polygon is about the polygon");
     window.press(Modifiers::NONE, Key::Escape);
     assert!(window.harness.query_by_label_contains("Polygon, ").is_none());
@@ -141,7 +133,7 @@ fn a_polyline_has_the_brushs_radius_and_ends_by_a_double_click() {
     );
     assert_eq!(window.strokes(), 1);
     click_at(&mut window, &[[-100.0, 60.0]]);
-    window.harness.get_by_label_contains("Polyline, 1 corner");
+    window.sees_part("Polyline, 1 corner");
 }
 
 #[test]
@@ -173,7 +165,7 @@ fn void_is_drawn_with_every_tool_and_the_eraser_cuts_polygons() {
     window.press(Modifiers::NONE, Key::G);
     window.press(Modifiers::NONE, Key::Num0);
     assert_eq!(
-        settings(&window).tool,
+        window.model().settings.tool,
         Tool::Polygon,
         "a class is chosen for the tool in hand"
     );
@@ -188,7 +180,7 @@ fn void_is_drawn_with_every_tool_and_the_eraser_cuts_polygons() {
     assert!(rest.pixel_count(WIDTH, HEIGHT) < whole.pixel_count(WIDTH, HEIGHT));
     window.press(Modifiers::NONE, Key::E);
     assert_eq!(
-        settings(&window).tool,
+        window.model().settings.tool,
         Tool::Polygon,
         "E goes back to the tool of before"
     );
@@ -237,17 +229,15 @@ fn the_list_goes_to_strokes_changes_and_deletes_them() {
         Stroke::polygon(3, 2, &[[10, 10], [19, 10], [19, 14], [10, 14]]),
     ]);
     window.click("floor, polygon, 50 pixels, frame rgb_3");
-    assert_eq!(window.workspace().frame_index(), 3);
+    assert_eq!(window.frame_index(), 3);
     assert_eq!(window.workspace().selected(), Some(StrokeId(2)));
     window.pick("Class of the stroke", "wall");
-    window
-        .harness
-        .get_by_label("wall, polygon, 50 pixels, frame rgb_3");
+    window.sees("wall, polygon, 50 pixels, frame rgb_3");
     window.click("Delete stroke (Delete)");
     assert_eq!(window.strokes(), 1);
     window.press(Modifiers::NONE, Key::A);
     window.press(Modifiers::COMMAND, Key::Z);
-    assert_eq!((window.strokes(), window.workspace().frame_index()), (2, 3));
+    assert_eq!((window.strokes(), window.frame_index()), (2, 3));
 }
 
 #[test]
@@ -256,14 +246,11 @@ fn a_stroke_picked_on_the_frame_is_in_view_in_the_list() {
     let clicks = (0..60).map(|index| Stroke::click(0, 1, [index, 2]));
     let mut window = opened(std::iter::once(polygon).chain(clicks));
     let row = "floor, polygon, 150 pixels, frame rgb_0";
-    assert!(
-        window.harness.query_by_label(row).is_none(),
-        "only what is in view is built"
-    );
+    assert!(!window.shows(row), "only what is in view is built");
     window.press(Modifiers::NONE, Key::S);
     click_at(&mut window, &[[0.0, 0.0]]);
     assert_eq!(window.workspace().selected(), Some(StrokeId(1)));
-    window.harness.get_by_label(row);
+    window.sees(row);
 }
 
 #[test]
@@ -273,10 +260,10 @@ fn the_list_is_worked_through_with_the_keyboard_alone() {
     let row = window.harness.get_by_label("wall, click, 1 pixel, frame rgb_2");
     let place = row.rect().center();
     window.drag(PointerButton::Primary, &[place]);
-    assert_eq!(window.workspace().frame_index(), 2);
+    assert_eq!(window.frame_index(), 2);
     window.press(Modifiers::NONE, Key::ArrowUp);
     assert_eq!(
-        window.workspace().frame_index(),
+        window.frame_index(),
         3,
         "a click on a row gives the list the keyboard"
     );
@@ -284,7 +271,7 @@ fn the_list_is_worked_through_with_the_keyboard_alone() {
     window.harness.get_by_label("List of strokes").focus();
     window.harness.run_steps(3);
     window.press(Modifiers::NONE, Key::Home);
-    assert_eq!(window.workspace().frame_index(), 3, "the newest comes first");
+    assert_eq!(window.frame_index(), 3, "the newest comes first");
     window.press(Modifiers::NONE, Key::ArrowDown);
     assert_eq!(window.workspace().selected(), Some(StrokeId(3)));
     window.press(Modifiers::NONE, Key::Delete);
@@ -295,21 +282,19 @@ fn the_list_is_worked_through_with_the_keyboard_alone() {
         "the next one takes its place"
     );
     window.press(Modifiers::NONE, Key::End);
-    assert_eq!(window.workspace().frame_index(), 0);
+    assert_eq!(window.frame_index(), 0);
     window.press(Modifiers::NONE, Key::ArrowUp);
-    assert_eq!(window.workspace().frame_index(), 1);
+    assert_eq!(window.frame_index(), 1);
     window.press(Modifiers::NONE, Key::S);
     window.press(Modifiers::NONE, Key::Num2);
-    let labels = window.workspace().document().labels();
+    let labels = window.labels();
     assert_eq!(labels.strokes[&StrokeId(2)].class, 2);
 }
 
 #[test]
 fn the_list_is_filtered_and_says_when_nothing_is_left() {
     let window = Window::demo();
-    window
-        .harness
-        .get_by_label_contains("No strokes yet. What you draw");
+    window.sees_part("No strokes yet. What you draw");
     drop(window);
     let mut window = opened([
         Stroke::click(0, 1, [5, 5]),
@@ -317,7 +302,7 @@ fn the_list_is_filtered_and_says_when_nothing_is_left() {
         Stroke::polygon(2, 1, &[[10, 10], [19, 10], [19, 14], [10, 14]]),
     ]);
     let listed = |window: &Window| {
-        let frame = |text: &&str| window.harness.query_by_label(text).is_some();
+        let frame = |text: &&str| window.shows(text);
         [
             "wall, click, 1 pixel, frame rgb_0",
             "floor, click, 1 pixel, frame rgb_2",

@@ -1,7 +1,6 @@
 //! Suggestions: going from one to the next and answering them, by keys and by buttons.
 
 use egui::{Key, Modifiers, PointerButton};
-use egui_kittest::kittest::Queryable;
 use inplace_core::guide::{Likely, Suggestion};
 use inplace_core::labels::{ClassId, Pixel};
 use inplace_core::session::{Event, Phase, Status};
@@ -31,32 +30,17 @@ fn place(frame: usize, pixel: Pixel, classes: &[ClassId]) -> Suggestion {
 
 /// A window with the classes wall and floor.
 fn window() -> Window {
-    let mut window = Window::demo();
-    window.add_class("wall");
-    window.add_class("floor");
+    let mut window = Window::with_classes(&["wall", "floor"]);
     // The field for new classes keeps the keyboard until something else is clicked.
     let outside = window.canvas(0.0, -200.0);
     window.drag(PointerButton::Middle, &[outside]);
     window
 }
 
-fn newest(window: &Window) -> u64 {
-    window.workspace().document().generation()
-}
-
-fn suggest(window: &mut Window, generation: u64, suggestions: Vec<Suggestion>) {
-    let event = Event::Suggestions {
-        generation,
-        suggestions,
-    };
-    window.worker().events.send(event).unwrap();
-    window.harness.run_steps(3);
-}
-
 /// The list that belongs to the present labels.
 fn suggest_now(window: &mut Window, suggestions: Vec<Suggestion>) {
-    let generation = newest(window);
-    suggest(window, generation, suggestions);
+    let generation = window.generation();
+    window.suggest(generation, suggestions);
 }
 
 /// Frames of the listed places.
@@ -71,7 +55,7 @@ fn press(window: &mut Window, key: Key) {
 
 /// Class and place of the newest stroke.
 fn last_stroke(window: &Window) -> (usize, ClassId, Pixel) {
-    let labels = window.workspace().document().labels();
+    let labels = window.labels();
     let (_, stroke) = labels.strokes.last_key_value().unwrap();
     (stroke.frame, stroke.class, stroke.first_point().unwrap())
 }
@@ -82,47 +66,43 @@ fn n_goes_through_the_places_and_shift_n_back() {
     let list = vec![place(3, [20, 30], &[WALL]), place(1, [40, 10], &[WALL])];
     suggest_now(&mut window, list);
     press(&mut window, Key::N);
-    assert_eq!(window.workspace().frame_index(), 3);
+    assert_eq!(window.frame_index(), 3);
     assert!(
         window.workspace().view != View::Whole,
         "a small place is shown from near"
     );
-    window.harness.get_by_label_contains("Suggestion 1 of 2");
+    window.sees_part("Suggestion 1 of 2");
     press(&mut window, Key::N);
-    assert_eq!(window.workspace().frame_index(), 1);
+    assert_eq!(window.frame_index(), 1);
     window.press(Modifiers::SHIFT, Key::N);
-    assert_eq!((window.workspace().frame_index(), window.strokes()), (3, 0));
+    assert_eq!((window.frame_index(), window.strokes()), (3, 0));
 }
 
 #[test]
 fn enter_accepts_and_the_list_that_knows_it_leads_on() {
     let mut window = window();
-    let before = newest(&window);
-    suggest(&mut window, before, vec![place(3, [20, 30], &[FLOOR, WALL])]);
+    let before = window.generation();
+    window.suggest(before, vec![place(3, [20, 30], &[FLOOR, WALL])]);
     press(&mut window, Key::N);
-    window.harness.get_by_label_contains("Enter: floor, 1: wall");
+    window.sees_part("Enter: floor, 1: wall");
     press(&mut window, Key::Enter);
     assert_eq!(last_stroke(&window), (3, FLOOR, [20, 30]));
-    window.harness.get_by_label_contains("Looking for the next place");
-    window.harness.get_by_label("Labelled floor");
-    window.harness.get_by_label("Last answer: floor");
+    window.sees_part("Looking for the next place");
+    window.sees("Labelled floor");
+    window.sees("Last answer: floor");
     press(&mut window, Key::Enter);
     assert_eq!(window.strokes(), 1, "there is nothing to accept meanwhile");
 
-    suggest(&mut window, before, vec![place(4, [9, 9], &[WALL])]);
-    assert_eq!(
-        window.workspace().frame_index(),
-        3,
-        "that list is older than the answer"
-    );
+    window.suggest(before, vec![place(4, [9, 9], &[WALL])]);
+    assert_eq!(window.frame_index(), 3, "that list is older than the answer");
     suggest_now(&mut window, vec![place(2, [8, 8], &[WALL])]);
-    assert_eq!(window.workspace().frame_index(), 2);
+    assert_eq!(window.frame_index(), 2);
     window.press(Modifiers::SHIFT, Key::Enter);
     assert_eq!(window.strokes(), 1, "no second class is likely there");
-    window.harness.get_by_label_contains("Suggestion 1 of 1");
+    window.sees_part("Suggestion 1 of 1");
     press(&mut window, Key::Enter);
     suggest_now(&mut window, Vec::new());
-    window.harness.get_by_label("There is nothing left to suggest.");
+    window.sees("There is nothing left to suggest.");
     assert!(!window.workspace().suggestions().is_active());
 }
 
@@ -168,7 +148,7 @@ fn a_name_labels_the_place_and_adds_the_class_where_it_is_new() {
     press(&mut window, Key::C);
     window.type_into("Find class", "lamp");
     assert_eq!(last_stroke(&window), (1, 3, [40, 10]));
-    window.harness.get_by_label("lamp, 1 stroke");
+    window.sees("lamp, 1 stroke");
     suggest_now(&mut window, vec![place(0, [9, 9], &[3])]);
     assert_eq!(window.workspace().suggestions().at(), Some(0));
 }
@@ -176,13 +156,13 @@ fn a_name_labels_the_place_and_adds_the_class_where_it_is_new() {
 #[test]
 fn a_skipped_place_is_not_suggested_again_until_it_is_asked_for() {
     let mut window = window();
-    let generation = newest(&window);
+    let generation = window.generation();
     let list = || vec![place(3, [20, 30], &[WALL]), place(1, [40, 10], &[WALL])];
-    suggest(&mut window, generation, list());
+    window.suggest(generation, list());
     press(&mut window, Key::N);
     press(&mut window, Key::X);
-    assert_eq!((listed(&window), window.workspace().frame_index()), (vec![1], 1));
-    suggest(&mut window, generation, list());
+    assert_eq!((listed(&window), window.frame_index()), (vec![1], 1));
+    window.suggest(generation, list());
     assert_eq!(listed(&window), [1]);
     press(&mut window, Key::Delete);
     assert!(listed(&window).is_empty() && !window.workspace().suggestions().is_active());
@@ -198,9 +178,9 @@ fn undo_shows_the_answered_place_again_and_redo_goes_on() {
     press(&mut window, Key::N);
     press(&mut window, Key::Enter);
     suggest_now(&mut window, vec![place(2, [8, 8], &[WALL])]);
-    assert_eq!(window.workspace().frame_index(), 2);
+    assert_eq!(window.frame_index(), 2);
     window.press(Modifiers::COMMAND, Key::Z);
-    assert_eq!((window.strokes(), window.workspace().frame_index()), (0, 3));
+    assert_eq!((window.strokes(), window.frame_index()), (0, 3));
     assert_eq!(window.workspace().suggestions().at(), Some(0));
     assert_eq!(listed(&window), [3, 2]);
     // The list made after the undo has the place at another rank, which changes nothing.
@@ -235,11 +215,10 @@ fn escape_a_click_and_another_frame_leave() {
 
     press(&mut window, Key::N);
     press(&mut window, Key::A);
-    assert!(!is_active(&window) && window.workspace().frame_index() == 2);
+    assert!(!is_active(&window) && window.frame_index() == 2);
 
     press(&mut window, Key::N);
-    let click = window.canvas(40.0, 40.0);
-    window.drag(PointerButton::Primary, &[click]);
+    window.click_canvas(40.0, 40.0);
     assert!(!is_active(&window));
     let (frame, class, pixel) = last_stroke(&window);
     assert_eq!((frame, class), (3, FLOOR));
@@ -253,14 +232,10 @@ fn cards_are_answered_by_their_buttons() {
     suggest_now(&mut window, list);
     window.click("Label suggestion 2 as floor");
     assert_eq!(last_stroke(&window), (1, FLOOR, [40, 10]));
-    assert_eq!(
-        window.workspace().frame_index(),
-        1,
-        "what the answer does is seen"
-    );
-    window.harness.get_by_label("Labelled floor");
+    assert_eq!(window.frame_index(), 1, "what the answer does is seen");
+    window.sees("Labelled floor");
     window.click("Go to suggestion 1");
-    assert_eq!(window.workspace().frame_index(), 3);
+    assert_eq!(window.frame_index(), 3);
     window.click("Label as floor");
     assert_eq!(last_stroke(&window), (3, FLOOR, [20, 30]));
 }
@@ -268,14 +243,14 @@ fn cards_are_answered_by_their_buttons() {
 #[test]
 fn cards_do_not_move_under_the_pointer() {
     let mut window = window();
-    let generation = newest(&window);
-    suggest(&mut window, generation, vec![place(3, [20, 30], &[WALL])]);
-    let card = window.harness.get_by_label("Go to suggestion 1").rect().center();
+    let generation = window.generation();
+    window.suggest(generation, vec![place(3, [20, 30], &[WALL])]);
+    let card = window.rect("Go to suggestion 1").center();
     for x in [0.0, 3.0] {
         window.harness.hover_at(card + egui::vec2(x, 0.0));
         window.harness.run_steps(2);
     }
-    suggest(&mut window, generation, vec![place(2, [8, 8], &[WALL])]);
+    window.suggest(generation, vec![place(2, [8, 8], &[WALL])]);
     assert_eq!(listed(&window), [3]);
     let canvas = window.canvas(0.0, 0.0);
     window.harness.hover_at(canvas);
@@ -290,17 +265,10 @@ fn without_places_it_is_said_what_to_wait_for() {
         phase: Phase::FindingSurface,
         ..Status::default()
     };
-    window.worker().events.send(Event::Status(status)).unwrap();
-    window.harness.run_steps(2);
+    window.tell(Event::Status(status));
     press(&mut window, Key::N);
-    let texts = window
-        .harness
-        .state()
-        .model()
-        .messages
-        .texts()
-        .collect::<Vec<_>>();
-    assert!(texts[0].contains("as soon as the surface"), "{texts:?}");
+    let said = window.messages();
+    assert!(said.contains("as soon as the surface"), "{said}");
 }
 
 #[test]
