@@ -12,6 +12,7 @@ mod opening;
 mod parts;
 mod probe;
 mod progress;
+mod readiness;
 mod start;
 mod stats;
 mod status;

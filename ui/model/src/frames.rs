@@ -4,8 +4,8 @@ use std::cmp::Ordering;
 
 use inplace_core::session::FrameSummary;
 
-use crate::readiness::NEAR;
-
+/// With more than this share of unclear pixels a scene is not quite done, and a frame is uncertain.
+pub const UNCERTAIN: f32 = 0.05;
 /// A frame's imported labels differ from its map above this share of the pixels.
 const DISAGREEING: f32 = 0.1;
 
@@ -63,7 +63,7 @@ impl FrameFacts {
         match filter {
             FrameFilter::All => true,
             FrameFilter::Unlabelled => self.strokes == 0,
-            FrameFilter::Uncertain => summary(|summary| summary.unclear > NEAR),
+            FrameFilter::Uncertain => summary(|summary| summary.unclear > UNCERTAIN),
             FrameFilter::Disagreeing => {
                 self.contradicted > 0 || summary(|summary| summary.disagreeing > DISAGREEING)
             }

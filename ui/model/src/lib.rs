@@ -24,7 +24,6 @@ pub mod palette;
 pub mod preferences;
 pub mod progress_log;
 pub mod project_session;
-pub mod readiness;
 pub mod session_link;
 pub mod settings;
 pub mod space;

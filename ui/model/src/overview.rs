@@ -11,7 +11,6 @@ use inplace_core::session::{FrameSummary, MapSlots, Status, StrokeCheck};
 use crate::document::Document;
 use crate::frames::{FrameFacts, FrameList};
 use crate::progress_log::ProgressLog;
-use crate::readiness::Evidence;
 use crate::versioned::Versioned;
 
 /// Maps are summed up at most this often.
@@ -19,6 +18,24 @@ const PAUSE: Duration = Duration::from_millis(250);
 
 /// Strokes that the others contradict, each with the class that those say.
 pub type Contradicted = BTreeMap<StrokeId, ClassId>;
+
+/// What is known about the labels.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Evidence {
+    /// Whether there are strokes or imported labels.
+    pub says_anything: bool,
+    /// Number of classes that strokes say; with imported labels, at least those there are.
+    pub classes: usize,
+    /// Strokes that say a class, so without void ones.
+    pub strokes: usize,
+    /// Strokes that could be checked against the others.
+    pub checked: usize,
+    /// Those that the others contradict.
+    pub contradicted: usize,
+    /// Mean share of unclear pixels over the frames, and the name of the frame that has most; `None` before all
+    /// frames have maps.
+    pub unclear: Option<(f32, String)>,
+}
 
 /// The state of a scene as a whole.
 #[derive(Debug)]

@@ -3,12 +3,12 @@
 use egui::{Align, Button, Grid, Label, Layout, RichText, ScrollArea, Ui};
 use egui_plot::{AxisHints, GridInput, GridMark, HoverPosition, Line, Plot, PlotPoint, PlotPoints, VLine};
 use inplace_core::labels::{ClassId, StrokeId, VOID};
-use inplace_model::readiness::{Readiness, Reason, readiness};
 use inplace_model::workspace::Workspace;
 use inplace_model::{Command, Commands};
 
 use super::charted::{Axis, Charted, NUMBERS, Number};
 use super::parts::{UNCERTAINTY_MEANS, card, frames_done};
+use super::readiness::{Readiness, readiness};
 use crate::numbers;
 use crate::theme;
 use crate::widgets::heading;
@@ -160,8 +160,7 @@ impl ProgressPanel {
 
 /// Whether the labels are good enough, and what the next ones would settle.
 fn answer(ui: &mut Ui, workspace: &Workspace) {
-    let (answer, reason) = readiness(workspace.overview().evidence());
-    let sentence = readiness_text(answer, &reason);
+    let (answer, sentence) = readiness(workspace.overview().evidence());
     let color = match answer {
         Readiness::NotYet => ui.visuals().warn_fg_color,
         Readiness::Nearly => theme::accent(ui.visuals()),
@@ -338,16 +337,6 @@ fn round(value: f64) -> String {
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
-/// Whether the labels are good enough, with the reason.
-fn readiness_text(answer: Readiness, reason: &Reason) -> String {
-    let answer = match answer {
-        Readiness::NotYet => "Not yet",
-        Readiness::Nearly => "Nearly",
-        Readiness::Yes => "Yes",
-    };
-    format!("{answer}: {}", why(reason))
-}
-
 /// What the next labels would settle; `None` when that is next to nothing.
 fn next_labels(shares: &[f32]) -> Option<String> {
     let share: f32 = shares.iter().sum();
@@ -364,45 +353,6 @@ fn next_labels(shares: &[f32]) -> Option<String> {
         };
         format!("The next {labels} would settle {much} of the scene.")
     })
-}
-
-fn why(reason: &Reason) -> String {
-    match reason {
-        Reason::NothingSaid => "nothing is labelled.".to_owned(),
-        Reason::NoMaps => "the labels have not spread over the frames so far.".to_owned(),
-        Reason::OneClass => "with one class alone, everything is that class.".to_owned(),
-        Reason::Contradicted {
-            contradicted,
-            checked,
-        } => {
-            let are = if *contradicted == 1 { "is" } else { "are" };
-            format!("{contradicted} of {checked} strokes {are} contradicted by the others.")
-        }
-        Reason::Unclear { share, frame } => {
-            format!(
-                "{} of the pixels are unclear, most in {frame}.",
-                numbers::share(*share)
-            )
-        }
-        Reason::Unchecked { checked, strokes } => format!(
-            "only {checked} of {strokes} strokes can be checked; label each class in at least two places."
-        ),
-        Reason::Clear {
-            share,
-            checked,
-            contradicted,
-        } => {
-            let strokes = match (checked, contradicted) {
-                (0, _) => String::new(),
-                (1, 0) => ", and the stroke that could be checked agrees with the others".to_owned(),
-                (many, 0) => format!(", and all {many} strokes that could be checked agree"),
-                (many, some) => format!(
-                    "; look whether the {some} of {many} strokes that the others contradict are right"
-                ),
-            };
-            format!("{} of the pixels are clear{strokes}.", numbers::share(*share))
-        }
-    }
 }
 
 #[cfg(test)]
@@ -456,74 +406,5 @@ mod tests {
         );
         assert_eq!(next_labels(&[0.001, 0.001]), None);
         assert_eq!(next_labels(&[]), None);
-    }
-
-    #[test]
-    fn every_answer_names_its_reason() {
-        use Readiness::{Nearly, NotYet, Yes};
-        let contradicted = |contradicted, checked| Reason::Contradicted {
-            contradicted,
-            checked,
-        };
-        let unclear = Reason::Unclear {
-            share: 0.08,
-            frame: "rgb_12".to_owned(),
-        };
-        let unchecked = Reason::Unchecked {
-            checked: 2,
-            strokes: 9,
-        };
-        let clear = |contradicted, checked| Reason::Clear {
-            share: 0.97,
-            checked,
-            contradicted,
-        };
-        for (answer, reason, sentence) in [
-            (NotYet, Reason::NothingSaid, "nothing is labelled."),
-            (
-                NotYet,
-                Reason::NoMaps,
-                "the labels have not spread over the frames so far.",
-            ),
-            (
-                NotYet,
-                Reason::OneClass,
-                "with one class alone, everything is that class.",
-            ),
-            (
-                Nearly,
-                contradicted(8, 12),
-                "8 of 12 strokes are contradicted by the others.",
-            ),
-            (
-                Nearly,
-                contradicted(1, 1),
-                "1 of 1 strokes is contradicted by the others.",
-            ),
-            (Nearly, unclear, "8% of the pixels are unclear, most in rgb_12."),
-            (
-                Nearly,
-                unchecked,
-                "only 2 of 9 strokes can be checked; label each class in at least two places.",
-            ),
-            (
-                Yes,
-                clear(0, 14),
-                "97% of the pixels are clear, and all 14 strokes that could be checked agree.",
-            ),
-            (
-                Yes,
-                clear(5, 14),
-                "97% of the pixels are clear; look whether the 5 of 14 strokes that the others contradict are right.",
-            ),
-            (Yes, clear(0, 0), "97% of the pixels are clear."),
-        ] {
-            let word = match answer {
-                NotYet => "Not yet",
-                Nearly => "Nearly",
-                Yes => "Yes",
-            };
-            assert_eq!(readiness_text(answer, &reason), format!("{word}: {sentence}"));
-        }
     }
 }
