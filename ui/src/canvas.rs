@@ -181,7 +181,7 @@ impl Canvas {
         let drafted = self.gesture.draft().is_some();
         match key {
             Key::Escape if self.gesture.is_drawing() => self.gesture.cancel(),
-            Key::Escape if workspace.selected().is_some() => commands.push(Command::SelectStroke(None)),
+            Key::Escape if workspace.selected.is_some() => commands.push(Command::SelectStroke(None)),
             Key::Enter if drafted && !focused => {
                 if let Some(line) = self.gesture.finish() {
                     commands.push(Command::Draw(line));
@@ -196,7 +196,7 @@ impl Canvas {
 
     /// What is being drawn stays on its frame.
     fn turn_to(&mut self, workspace: &Workspace) {
-        let place = (workspace.serial(), workspace.frame_index());
+        let place = (workspace.serial, workspace.frame_index);
         if self.place == place {
             return;
         }
@@ -275,7 +275,7 @@ impl Canvas {
             let Some(known) = &self.frame else {
                 continue;
             };
-            let Some(content) = known.content(look.layer, workspace.document().palette()) else {
+            let Some(content) = known.content(look.layer, workspace.document.palette()) else {
                 continue;
             };
             let missing = known.unreadable();
@@ -390,7 +390,7 @@ impl Canvas {
                 Some(Outcome::Moved(moved)) => view = moved,
                 Some(Outcome::Picked(position)) => {
                     let zoom = Placement::new(view, around.canvas, around.size).zoom;
-                    let (document, frame) = (workspace.document(), workspace.frame_index());
+                    let (document, frame) = (&workspace.document, workspace.frame_index);
                     let picked = pick::stroke_at(document, frame, position, zoom);
                     commands.push(Command::SelectStroke(picked));
                 }

@@ -137,7 +137,7 @@ impl Thumbnails {
         let shown = Shown {
             layer: look.layer,
             number: if has_map { workspace.map_version(frame) } else { 0 },
-            palette: has_map.then(|| workspace.document().palette().version()),
+            palette: has_map.then(|| workspace.document.palette().version()),
         };
         self.get(Subject::Frame(frame), shown, || {
             (FrameSource::new(workspace, frame, look), Vec::new())

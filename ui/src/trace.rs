@@ -86,10 +86,10 @@ impl Trace {
         let now = Seen {
             typing,
             exported: exported.cloned(),
-            scene: workspace.map(Workspace::serial),
-            labels: workspace.map(|workspace| workspace.document().generation()),
-            classes: workspace.map(|workspace| workspace.document().palette().version()),
-            maps: workspace.and_then(Workspace::followed),
+            scene: workspace.map(|workspace| workspace.serial),
+            labels: workspace.map(|workspace| workspace.document.generation()),
+            classes: workspace.map(|workspace| workspace.document.palette().version()),
+            maps: workspace.and_then(|workspace| workspace.followed),
             list: suggestions.map(|suggestions| suggestions.version()),
             place: suggestions.map_or(Whereabouts::Away, |suggestions| match suggestions.mode() {
                 Mode::Away => Whereabouts::Away,
@@ -113,7 +113,7 @@ impl Trace {
                 self.tell("opened", opened(workspace));
             }
             if other_scene || before.classes != self.seen.classes {
-                let classes = workspace.document().classes();
+                let classes = workspace.document.classes();
                 self.tell("classes", json!({ "classes": classes }));
             }
             // Before the labels: who reads of an answer shall know that its place is no longer at hand.
@@ -156,21 +156,17 @@ impl Trace {
 }
 
 fn opened(workspace: &Workspace) -> Value {
-    let scene = workspace.scene();
+    let scene = &workspace.scene;
     let frames = scene.frames.iter().map(|frame| &frame.stem).collect::<Vec<_>>();
     json!({ "scene": scene.name(), "frames": frames })
 }
 
 fn stem(workspace: &Workspace, frame: usize) -> &str {
-    workspace
-        .scene()
-        .frames
-        .get(frame)
-        .map_or("", |frame| &frame.stem)
+    workspace.scene.frames.get(frame).map_or("", |frame| &frame.stem)
 }
 
 fn labels(workspace: &Workspace) -> Value {
-    let document = workspace.document();
+    let document = &workspace.document;
     let newest = document.labels().strokes.last_key_value();
     let newest = newest.map(|(id, stroke)| {
         let Stroke {

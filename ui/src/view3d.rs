@@ -130,13 +130,13 @@ impl View3d {
         let painter = ui.painter_at(rect);
         let background = theme::canvas(ui.visuals());
         painter.rect_filled(rect, 0, background);
-        self.thumbnails.collect(workspace.serial());
+        self.thumbnails.collect(workspace.serial);
         let level = self.level(workspace);
-        let prepared = self.preparer.get(workspace.surface()).cloned();
+        let prepared = self.preparer.get(workspace.surface.as_ref()).cloned();
         // Another scene's splats may still come.
-        let own = |prepared: &Prepared| prepared.surface.scene == workspace.serial();
+        let own = |prepared: &Prepared| prepared.surface.scene == workspace.serial;
         let Some(prepared) = prepared.filter(own) else {
-            let waits = workspace.surface().is_none();
+            let waits = workspace.surface.as_ref().is_none();
             controls::empty(
                 ui,
                 rect,
@@ -192,7 +192,7 @@ impl View3d {
         space.shown = !arrived;
         let fly = controls::show(ui, rect, &mut space);
         if fly {
-            self.fly_to(workspace.frame_index(), (workspace, &prepared), camera, now, None);
+            self.fly_to(workspace.frame_index, (workspace, &prepared), camera, now, None);
             ui.ctx().request_repaint();
         }
         controls::gestures(ui, rect);
@@ -213,12 +213,12 @@ impl View3d {
 
     fn level(&mut self, workspace: &Workspace) -> Quat {
         match self.scene {
-            Some((serial, level)) if serial == workspace.serial() => level,
+            Some((serial, level)) if serial == workspace.serial => level,
             _ => {
                 self.forget();
                 self.was_shown = true;
-                let level = level_axes(workspace.scene());
-                self.scene = Some((workspace.serial(), level));
+                let level = level_axes(&workspace.scene);
+                self.scene = Some((workspace.serial, level));
                 level
             }
         }
@@ -233,7 +233,7 @@ impl View3d {
         sight: Sight,
         target: Option<wgpu::TextureFormat>,
     ) {
-        let palette = workspace.document().palette();
+        let palette = workspace.document.palette();
         let look = SplatLook {
             layer: if model.overlay_hidden {
                 Layer::Color
@@ -284,7 +284,7 @@ impl View3d {
         }
         if let Some(Mark::Frame(frame)) = pointed.filter(|_| !response.dragged()) {
             let thumbnail = self.thumbnails.frame(workspace, frame, Look::PLAIN);
-            let stem = workspace.scene().frames.get(frame).map(|frame| &frame.stem);
+            let stem = workspace.scene.frames.get(frame).map(|frame| &frame.stem);
             response.clone().on_hover_ui_at_pointer(|ui| {
                 if let Some(thumbnail) = &thumbnail {
                     ui.image((thumbnail.texture.id(), thumbnail.texture.size_vec2()));

@@ -11,21 +11,13 @@ use serde_json::Value;
 /// is added. Maps go on following all labels. A hidden class is left out of the overlay, with its strokes.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ClassView {
-    locked: BTreeSet<ClassId>,
-    hidden: BTreeSet<ClassId>,
+    /// The locked classes.
+    pub locked: BTreeSet<ClassId>,
+    /// The hidden classes.
+    pub hidden: BTreeSet<ClassId>,
 }
 
 impl ClassView {
-    /// The locked classes.
-    pub fn locked(&self) -> &BTreeSet<ClassId> {
-        &self.locked
-    }
-
-    /// The hidden classes.
-    pub fn hidden(&self) -> &BTreeSet<ClassId> {
-        &self.hidden
-    }
-
     /// Locks a class or unlocks it.
     pub fn set_locked(&mut self, class: ClassId, locked: bool) {
         set(&mut self.locked, class, locked);
@@ -34,16 +26,6 @@ impl ClassView {
     /// Hides a class or shows it again.
     pub fn set_hidden(&mut self, class: ClassId, hidden: bool) {
         set(&mut self.hidden, class, hidden);
-    }
-
-    /// Unlocks all classes.
-    pub fn unlock_all(&mut self) {
-        self.locked.clear();
-    }
-
-    /// Shows all classes.
-    pub fn show_all(&mut self) {
-        self.hidden.clear();
     }
 
     /// Puts these into what a project keeps of the window, a JSON object.

@@ -12,7 +12,7 @@ const ENOUGH_TO_EXPORT: usize = 8;
 impl Hint {
     /// Whether there is a reason to say it now.
     pub fn applies(self, state: &State, workspace: &Workspace) -> bool {
-        let document = workspace.document();
+        let document = &workspace.document;
         let classes = !document.classes().is_empty();
         let said = document.labels().says_anything();
         match self {
@@ -36,7 +36,7 @@ impl Hint {
 
 /// Whether labels wait for the surface that they spread over.
 pub fn waits_for_surface(workspace: &Workspace) -> bool {
-    workspace.status().phase == Phase::FindingSurface
-        && workspace.newest_map(workspace.frame_index()).is_none()
-        && workspace.document().labels().says_anything()
+    workspace.status.phase == Phase::FindingSurface
+        && workspace.newest_map(workspace.frame_index).is_none()
+        && workspace.document.labels().says_anything()
 }

@@ -195,7 +195,7 @@ impl State {
         let named = self.project.as_ref().filter(|project| project.is_named());
         let stem = named.and_then(|project| project.path().file_stem());
         Some(stem.map_or_else(
-            || workspace.scene().name(),
+            || workspace.scene.name(),
             |stem| stem.to_string_lossy().into_owned(),
         ))
     }
@@ -204,7 +204,7 @@ impl State {
     pub fn place(&self) -> Option<RecentPlace> {
         let workspace = self.workspace()?;
         let absolute = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
-        match (&self.project, &workspace.scene().source) {
+        match (&self.project, &workspace.scene.source) {
             (Some(project), _) if project.is_named() => Some(RecentPlace::Project(absolute(project.path()))),
             (_, SceneSource::Folder(folder)) => Some(RecentPlace::Scene(absolute(folder))),
             (_, SceneSource::Demo) => None,

@@ -40,17 +40,22 @@ pub struct Evidence {
 /// The state of a scene as a whole.
 #[derive(Debug)]
 pub struct Overview {
-    frames: FrameList,
+    /// The frames that the filmstrip shows, with the state of each.
+    pub frames: FrameList,
     /// The frames' summaries, each with the version of the map that it was made from.
     summaries: Vec<(u64, Option<FrameSummary>)>,
     /// Whether summaries are being made.
     summarising: bool,
     next_summaries: Instant,
     checks: Vec<StrokeCheck>,
-    contradicted: Versioned<Arc<Contradicted>>,
-    accuracy: Option<f32>,
-    evidence: Evidence,
-    log: ProgressLog,
+    /// The strokes of now that the others contradict.
+    pub contradicted: Versioned<Arc<Contradicted>>,
+    /// Cross-validated accuracy of the strokes, 0..=1.
+    pub accuracy: Option<f32>,
+    /// What speaks for and against exporting now.
+    pub evidence: Evidence,
+    /// How it went.
+    pub log: ProgressLog,
     /// Whether something that the frames' states and the evidence follow from has changed.
     stale: bool,
 }
@@ -70,41 +75,6 @@ impl Overview {
             log: ProgressLog::new(now),
             stale: true,
         }
-    }
-
-    /// The frames that the filmstrip shows, with the state of each.
-    pub fn frames(&self) -> &FrameList {
-        &self.frames
-    }
-
-    /// The frames that the filmstrip shows.
-    pub fn frames_mut(&mut self) -> &mut FrameList {
-        &mut self.frames
-    }
-
-    /// How it went.
-    pub fn log(&self) -> &ProgressLog {
-        &self.log
-    }
-
-    /// How it went.
-    pub fn log_mut(&mut self) -> &mut ProgressLog {
-        &mut self.log
-    }
-
-    /// The strokes of now that the others contradict.
-    pub fn contradicted(&self) -> &Versioned<Arc<Contradicted>> {
-        &self.contradicted
-    }
-
-    /// Cross-validated accuracy of the strokes, 0..=1.
-    pub fn accuracy(&self) -> Option<f32> {
-        self.accuracy
-    }
-
-    /// What speaks for and against exporting now.
-    pub fn evidence(&self) -> &Evidence {
-        &self.evidence
     }
 
     /// Mean of a number over the keyframes, whose maps can be summed up; `None` before every frame has a map.

@@ -18,7 +18,6 @@ use inplace_core::labels::History;
 use inplace_core::project::{JournalEvent, Step};
 use inplace_core::session::Event;
 
-use crate::class_view::ClassView;
 use crate::command::Command;
 use crate::dialogs::Dialog;
 use crate::effect::Effect;
@@ -76,7 +75,7 @@ impl Model {
 
     fn command(&mut self, command: Command) {
         if command != Command::Render {
-            self.with_workspace(|workspace| workspace.overview_mut().log_mut().acted(Instant::now()));
+            self.with_workspace(|workspace| workspace.overview.log.acted(Instant::now()));
         }
         match command {
             Command::Open(target) => self.open(target),
@@ -127,8 +126,8 @@ impl Model {
             } => self.move_class_beside(class, neighbour, below),
             Command::SetClassLocked(id, locked) => self.change_class_view(|view| view.set_locked(id, locked)),
             Command::SetClassHidden(id, hidden) => self.change_class_view(|view| view.set_hidden(id, hidden)),
-            Command::UnlockClasses => self.change_class_view(ClassView::unlock_all),
-            Command::ShowClasses => self.change_class_view(ClassView::show_all),
+            Command::UnlockClasses => self.change_class_view(|view| view.locked.clear()),
+            Command::ShowClasses => self.change_class_view(|view| view.hidden.clear()),
             Command::FindClass(purpose) => self.find_class(purpose),
             Command::UseClass(purpose, class) => self.use_class(purpose, class),
             Command::UseNewClass(purpose, name) => self.use_new_class(purpose, &name),
@@ -139,10 +138,10 @@ impl Model {
             Command::StepFrame(step) => self.go_to(|workspace| workspace.stepped(step)),
             Command::FindFrame(text) => self.find_frame(&text),
             Command::FilterFrames(filter) => {
-                self.with_workspace(|workspace| workspace.overview_mut().frames_mut().set_filter(filter));
+                self.with_workspace(|workspace| workspace.overview.frames.set_filter(filter));
             }
             Command::OrderFrames(order) => {
-                self.with_workspace(|workspace| workspace.overview_mut().frames_mut().set_order(order));
+                self.with_workspace(|workspace| workspace.overview.frames.set_order(order));
             }
             Command::ShowSide(side) => self.state.side = side,
             Command::SwitchSide => self.state.side = self.state.side.other(),
@@ -154,11 +153,11 @@ impl Model {
             Command::AnswerSlot(slot) => self.answer_slot(slot),
             Command::SkipSuggestion => self.skip_suggestion(),
             Command::ListSkipped => self.with_workspace(|workspace| {
-                workspace.suggestions_mut().list_skipped();
+                workspace.suggestions.list_skipped();
             }),
             Command::LeaveSuggestions => self.leave_suggestions(),
             Command::HoldSuggestions(held) => {
-                self.with_workspace(|workspace| workspace.suggestions_mut().hold(held));
+                self.with_workspace(|workspace| workspace.suggestions.hold(held));
             }
 
             Command::ChooseLayer(layer) => self.state.settings.layer = layer,

@@ -46,34 +46,44 @@ impl LabelledSurface {
 /// An open scene.
 #[derive(Debug)]
 pub struct Workspace {
-    scene: Arc<Scene>,
-    serial: u64,
+    /// The scene.
+    pub scene: Arc<Scene>,
+    /// A number that no other open scene of this window had.
+    pub serial: u64,
     session: Running,
     /// What the worker has yet to be asked.
     outbox: Vec<Command>,
-    document: Document,
-    class_view: ClassView,
-    frame: usize,
-    class: Option<ClassId>,
-    selected: Option<StrokeId>,
+    /// The labels.
+    pub document: Document,
+    /// Which classes are locked, and which are hidden.
+    pub class_view: ClassView,
+    /// Index of the frame in view.
+    pub frame_index: usize,
+    /// The current class; `None` until there is one.
+    pub class: Option<ClassId>,
+    /// The selected stroke, which is on the frame in view.
+    pub selected: Option<StrokeId>,
     /// Counts up with every new map of a frame.
     map_versions: Vec<u64>,
-    status: Status,
-    paused: bool,
-    suggestions: Suggestions,
-    /// Generation of the labels that all maps follow.
-    followed: Option<u64>,
+    /// How training goes.
+    pub status: Status,
+    /// Whether the person paused training.
+    pub paused: bool,
+    pub(crate) suggestions: Suggestions,
+    /// Generation of the newest labels that the maps of all frames follow; `None` before there are any.
+    pub followed: Option<u64>,
     state: Option<Arc<ModelState>>,
     ended: bool,
-    overview: Overview,
-    /// The surface and what is known of it, since there is one.
-    surface: Option<LabelledSurface>,
+    /// The state of the scene as a whole.
+    pub overview: Overview,
+    /// The surface that the labels spread over, and what is known of each of its nodes, since there is one.
+    pub surface: Option<LabelledSurface>,
     /// Generation of the labels that it follows from.
     surface_generation: u64,
     /// The newest view of the field from the frame in view.
-    rendered: Option<Versioned<Arc<RenderedFrame>>>,
-    /// Why there is no view of the field, if there will be none.
-    not_rendered: Option<String>,
+    pub rendered: Option<Versioned<Arc<RenderedFrame>>>,
+    /// Why there is no view of the field, a sentence, if there will be none.
+    pub not_rendered: Option<String>,
     /// Zoom and pan.
     pub view: View,
     /// The 3D view.
@@ -97,7 +107,7 @@ impl Workspace {
             class: document.classes().first().map(|class| class.id),
             document,
             class_view: ClassView::default(),
-            frame: 0,
+            frame_index: 0,
             selected: None,
             status: Status::default(),
             paused: false,
@@ -119,64 +129,14 @@ impl Workspace {
         workspace
     }
 
-    /// The scene.
-    pub fn scene(&self) -> &Arc<Scene> {
-        &self.scene
-    }
-
-    /// A number that no other open scene of this window had.
-    pub fn serial(&self) -> u64 {
-        self.serial
-    }
-
-    /// The labels.
-    pub fn document(&self) -> &Document {
-        &self.document
-    }
-
-    /// Index of the frame in view.
-    pub fn frame_index(&self) -> usize {
-        self.frame
-    }
-
     /// The frame in view; `None` in a scene without frames.
     pub fn frame(&self) -> Option<&Frame> {
-        self.scene.frames.get(self.frame)
-    }
-
-    /// How training goes.
-    pub fn status(&self) -> &Status {
-        &self.status
-    }
-
-    /// Whether the person paused training.
-    pub fn is_paused(&self) -> bool {
-        self.paused
+        self.scene.frames.get(self.frame_index)
     }
 
     /// Whether the worker has ended.
     pub fn has_ended(&self) -> bool {
         self.ended
-    }
-
-    /// Generation of the newest labels that the maps of all frames follow; `None` before there are any.
-    pub fn followed(&self) -> Option<u64> {
-        self.followed
-    }
-
-    /// The surface that the labels spread over, and what is known of each of its nodes.
-    pub fn surface(&self) -> Option<&LabelledSurface> {
-        self.surface.as_ref()
-    }
-
-    /// The newest view of the field from the frame in view.
-    pub fn rendered(&self) -> Option<&Versioned<Arc<RenderedFrame>>> {
-        self.rendered.as_ref()
-    }
-
-    /// Why there is no view of the field, a sentence, if there will be none.
-    pub fn not_rendered(&self) -> Option<&str> {
-        self.not_rendered.as_deref()
     }
 
     /// The newest map of a frame.
@@ -191,7 +151,9 @@ impl Workspace {
 
     /// Has the field rendered as seen from the frame in view.
     pub(crate) fn render(&mut self) {
-        self.outbox.push(Command::Render { frame: self.frame });
+        self.outbox.push(Command::Render {
+            frame: self.frame_index,
+        });
     }
 
     /// Has the worker hand over its model state.
@@ -209,16 +171,6 @@ impl Workspace {
         &self.session
     }
 
-    /// The state of the scene as a whole.
-    pub fn overview(&self) -> &Overview {
-        &self.overview
-    }
-
-    /// The state of the scene as a whole.
-    pub fn overview_mut(&mut self) -> &mut Overview {
-        &mut self.overview
-    }
-
     /// Brings the overview up to date; returns the frames whose maps are to be summed up now, if any.
     pub fn refresh_overview(&mut self, now: Instant) -> Option<Vec<(usize, u64)>> {
         self.overview.refresh(&self.scene, &self.document);
@@ -233,10 +185,10 @@ impl Workspace {
     /// Shows a frame; returns whether another one was shown before.
     pub fn go_to(&mut self, frame: usize) -> bool {
         let frame = frame.min(self.scene.frames.len().saturating_sub(1));
-        if frame == self.frame {
+        if frame == self.frame_index {
             return false;
         }
-        self.frame = frame;
+        self.frame_index = frame;
         self.selected = None;
         self.rendered = None;
         self.outbox.push(Command::View { frame });
@@ -245,7 +197,7 @@ impl Workspace {
 
     /// The frame so many places from the one in view, among those that the filmstrip shows.
     pub fn stepped(&self, by: isize) -> Option<usize> {
-        self.overview.frames().step(self.frame, by)
+        self.overview.frames.step(self.frame_index, by)
     }
 
     /// The frame that a number or a name means.
@@ -256,7 +208,7 @@ impl Workspace {
             .iter()
             .map(|frame| frame.stem.as_str())
             .collect();
-        frames::find(&stems, text, self.frame)
+        frames::find(&stems, text, self.frame_index)
     }
 
     /// Shows a place of a frame.
@@ -278,7 +230,7 @@ impl Workspace {
     pub fn kept_view(&self, settings: &Settings) -> String {
         let mut view = settings.to_json();
         self.class_view.keep_in(&mut view);
-        view["progress"] = self.overview.log().to_json();
+        view["progress"] = self.overview.log.to_json();
         view.to_string()
     }
 

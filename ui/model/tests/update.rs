@@ -129,7 +129,7 @@ impl Stand {
     }
 
     fn strokes(&self) -> usize {
-        self.workspace().document().labels().strokes.len()
+        self.workspace().document.labels().strokes.len()
     }
 
     /// Whether a message that is shown has these words.
@@ -141,7 +141,7 @@ impl Stand {
 #[test]
 fn an_edit_is_sent_to_the_worker_as_the_next_generation_and_kept_in_the_project() {
     let mut stand = Stand::new();
-    let before = stand.workspace().document().generation();
+    let before = stand.workspace().document.generation();
     stand.point(Tool::Brush, 8);
     assert!(stand.effects.iter().any(|effect| matches!(
         effect,
@@ -163,12 +163,12 @@ fn undo_and_redo_show_the_frame_of_the_stroke() {
     let mut stand = Stand::new();
     stand.point(Tool::Brush, 8);
     stand.act(Command::GoToFrame(2));
-    assert_eq!(stand.workspace().frame_index(), 2);
+    assert_eq!(stand.workspace().frame_index, 2);
     stand.act(Command::Undo);
-    assert_eq!((stand.workspace().frame_index(), stand.strokes()), (0, 0));
+    assert_eq!((stand.workspace().frame_index, stand.strokes()), (0, 0));
     stand.act(Command::GoToFrame(2));
     stand.act(Command::Redo);
-    assert_eq!((stand.workspace().frame_index(), stand.strokes()), (0, 1));
+    assert_eq!((stand.workspace().frame_index, stand.strokes()), (0, 1));
 }
 
 #[test]
@@ -195,7 +195,7 @@ fn a_locked_class_is_neither_drawn_nor_covered_nor_erased_nor_changed() {
         stand.act(change);
     }
     let names = |stand: &Stand| {
-        let classes = stand.workspace().document().classes().iter();
+        let classes = stand.workspace().document.classes().iter();
         classes.map(|class| class.name.clone()).collect::<Vec<_>>()
     };
     assert_eq!(
@@ -215,7 +215,7 @@ fn strokes_that_have_gone_since_they_were_checked_are_not_contradicted() {
     stand.point(Tool::Brush, 8);
     let (&stroke, _) = stand
         .workspace()
-        .document()
+        .document
         .labels()
         .strokes
         .first_key_value()
@@ -225,7 +225,7 @@ fn strokes_that_have_gone_since_they_were_checked_are_not_contradicted() {
         class: 2,
         contradicting: 1.0,
     }];
-    let generation = stand.workspace().document().generation();
+    let generation = stand.workspace().document.generation();
     stand.tell(Input::Session(Event::StrokeChecks {
         generation,
         checks,
@@ -234,7 +234,7 @@ fn strokes_that_have_gone_since_they_were_checked_are_not_contradicted() {
     let contradicted = |stand: &mut Stand| {
         let now = Instant::now();
         stand.tell(Input::FrameBegins { now, window: None });
-        stand.workspace().overview().contradicted().len()
+        stand.workspace().overview.contradicted.len()
     };
     assert_eq!(contradicted(&mut stand), 1);
     stand.act(Command::MergeClass(1, 2));
@@ -257,7 +257,7 @@ fn what_an_import_that_was_cancelled_read_is_dropped() {
 #[test]
 fn what_is_wrong_with_the_poses_of_the_open_scene_is_said_and_of_one_before_it_is_not() {
     let mut stand = Stand::new();
-    let serial = stand.workspace().serial();
+    let serial = stand.workspace().serial;
     for (of, problem) in [
         (serial, "These poses are inverted."),
         (serial + 1, "Another scene's are."),

@@ -96,9 +96,9 @@ impl FrameView {
     /// Nothing yet of the frame in view of a scene; whenever something is ready, this window is woken.
     pub fn new(workspace: &Workspace, ctx: &egui::Context) -> Self {
         Self {
-            serial: workspace.serial(),
-            scene: Arc::clone(workspace.scene()),
-            frame: workspace.frame_index(),
+            serial: workspace.serial,
+            scene: Arc::clone(&workspace.scene),
+            frame: workspace.frame_index,
             preparer: preparer(ctx.clone()),
             pictures: BTreeMap::new(),
             unreadable: BTreeMap::new(),
@@ -120,21 +120,21 @@ impl FrameView {
 
     /// Whether it is of this scene.
     pub fn is_of(&self, workspace: &Workspace) -> bool {
-        self.serial == workspace.serial()
+        self.serial == workspace.serial
     }
 
     /// Takes over what is new in the scene and what was made of it, and has whatever these layers need made. Costs next
     /// to nothing when nothing has changed.
     pub fn follow(&mut self, workspace: &Workspace, layers: &[Layer], now: Instant, commands: &mut Commands) {
-        if self.frame != workspace.frame_index() {
-            self.go_to(workspace.frame_index());
+        if self.frame != workspace.frame_index {
+            self.go_to(workspace.frame_index);
         }
         let count = workspace.map_version(self.frame);
         if self.newest_count != count {
             self.newest_count = count;
             self.take_map(workspace.newest_map(self.frame));
         }
-        if let Some(rendered) = workspace.rendered()
+        if let Some(rendered) = workspace.rendered.as_ref()
             && self.rendered_seen != Some(rendered.version())
         {
             self.rendered_seen = Some(rendered.version());
@@ -239,9 +239,9 @@ impl FrameView {
         let measured = workspace.frame().is_some_and(|frame| frame.has_depth());
         let shows = |layer| layers.contains(&layer);
         if shows(Layer::Rendered) || (shows(Layer::Depth) && !measured) {
-            self.ask_for_view(workspace.status().steps, now, commands);
+            self.ask_for_view(workspace.status.steps, now, commands);
         }
-        let (document, contradicted) = (workspace.document(), workspace.overview().contradicted());
+        let (document, contradicted) = (&workspace.document, &workspace.overview.contradicted);
         let said = (document.generation(), contradicted.version());
         let map = self.newest.as_ref().map(Versioned::version);
         let wanted = Wanted {

@@ -83,7 +83,10 @@ fn rows((workspace, shown): (&Workspace, &FrameView), layer: Layer, most: usize)
         if workspace.has_ended() {
             workspace.phase_in_words()
         } else {
-            workspace.not_rendered().unwrap_or("The view is being rendered")
+            workspace
+                .not_rendered
+                .as_deref()
+                .unwrap_or("The view is being rendered")
         }
     };
     match layer {
@@ -99,7 +102,7 @@ fn rows((workspace, shown): (&Workspace, &FrameView), layer: Layer, most: usize)
             ]
         }
         Layer::Disagreement => agreement_rows(workspace, shown),
-        Layer::Depth => depth_rows(shown).unwrap_or_else(|| match workspace.not_rendered() {
+        Layer::Depth => depth_rows(shown).unwrap_or_else(|| match workspace.not_rendered.as_deref() {
             None if workspace.frame().is_some_and(|frame| frame.has_depth()) => note("One moment"),
             None if !workspace.has_ended() => note("No measured depth: it is being rendered"),
             _ => note(no_view()),
@@ -122,7 +125,7 @@ fn class_rows(workspace: &Workspace, shown: &FrameView, most: usize) -> Vec<Row>
     };
     let largest = &visible[..visible.len().min(most)];
     let is_listed = |id| largest.iter().any(|&(class, _)| class == id);
-    let classes = workspace.document().classes().iter();
+    let classes = workspace.document.classes().iter();
     let mut rows: Vec<Row> = classes
         .filter(|class| is_listed(class.id))
         .map(|class| Row::Swatch(class.color, class.name.clone()))
@@ -138,11 +141,11 @@ fn class_rows(workspace: &Workspace, shown: &FrameView, most: usize) -> Vec<Row>
 }
 
 fn agreement_rows(workspace: &Workspace, shown: &FrameView) -> Vec<Row> {
-    let labels = workspace.document().labels();
-    let frame = workspace.frame_index();
+    let labels = workspace.document.labels();
+    let frame = workspace.frame_index;
     let imported = labels.imported.as_deref();
     let is_imported = imported.is_some_and(|images| images.of_frame(frame).is_some());
-    let is_drawn_on = workspace.document().strokes_of_frame(frame) > 0;
+    let is_drawn_on = workspace.document.strokes_of_frame(frame) > 0;
     if !is_imported && !is_drawn_on {
         return vec![Row::Note(
             "Nothing is labelled in this frame: no strokes, no imported image".to_owned(),

@@ -15,7 +15,7 @@ use crate::theme;
 const FINEST_STEP: f32 = 1.5;
 /// The colour of what is drawn with a tool now.
 fn tool_color(workspace: &Workspace, tool: Tool) -> Color32 {
-    match workspace.class() {
+    match workspace.class {
         Some(class) if tool.labels() => stroke_color(workspace, class),
         _ => Color32::WHITE,
     }
@@ -134,7 +134,7 @@ pub fn note(painter: &Painter, position: Pos2, align: Align2, text: &str) {
 pub fn suggestions(painter: &Painter, workspace: &Workspace, placement: Placement) {
     let list = workspace.suggestions();
     let at = list.at();
-    let in_view = |&(_, suggestion): &(usize, &Suggestion)| suggestion.frame == workspace.frame_index();
+    let in_view = |&(_, suggestion): &(usize, &Suggestion)| suggestion.frame == workspace.frame_index;
     let shown = workspace
         .suggestions()
         .listed()

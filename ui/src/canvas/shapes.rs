@@ -14,7 +14,7 @@ pub const FILL: f32 = 0.3;
 
 /// The colour that strokes of a class have.
 pub fn stroke_color(workspace: &Workspace, class: ClassId) -> Color32 {
-    let (_, [r, g, b]) = workspace.document().name_and_color(class);
+    let (_, [r, g, b]) = workspace.document.name_and_color(class);
     Color32::from_rgb(r, g, b)
 }
 

@@ -53,14 +53,14 @@ impl StrokeLayer {
     /// what the others say of them.
     pub fn paint(&mut self, painter: &Painter, workspace: &Workspace, placement: Placement, agreement: bool) {
         let of = Key {
-            scene: workspace.serial(),
-            frame: workspace.frame_index(),
-            generation: workspace.document().generation(),
-            palette: workspace.document().palette().version(),
-            agreement: agreement.then(|| workspace.overview().contradicted().version()),
+            scene: workspace.serial,
+            frame: workspace.frame_index,
+            generation: workspace.document.generation(),
+            palette: workspace.document.palette().version(),
+            agreement: agreement.then(|| workspace.overview.contradicted.version()),
             zoom: placement.zoom,
             pixels_per_point: painter.pixels_per_point(),
-            selected: workspace.selected(),
+            selected: workspace.selected,
             accent: theme::accent(&painter.ctx().global_style().visuals),
         };
         if self.built.as_ref().is_none_or(|built| built.of != of) {
@@ -97,7 +97,7 @@ impl StrokeLayer {
         let before = std::mem::take(&mut self.regions);
         let mut pen = MeshPen::new(of.pixels_per_point);
         let mut marked = None;
-        for (id, stroke) in workspace.document().strokes_on(of.frame) {
+        for (id, stroke) in workspace.document.strokes_on(of.frame) {
             let color = if of.agreement.is_some() {
                 agreement_color(workspace, id, stroke.class)
             } else {
@@ -134,7 +134,7 @@ impl StrokeLayer {
 
 /// The colour of what the other strokes say of a stroke.
 fn agreement_color(workspace: &Workspace, id: StrokeId, class: ClassId) -> Color32 {
-    let others = workspace.overview().contradicted().get(&id).copied();
+    let others = workspace.overview.contradicted.get(&id).copied();
     let agreement = if others.is_some_and(|others| others != class) {
         Agreement::StrokeContradicted
     } else {

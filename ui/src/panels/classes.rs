@@ -33,7 +33,7 @@ impl ClassPanel {
     pub fn show(&mut self, ui: &mut Ui, workspace: &Workspace, commands: &mut Commands) {
         heading(ui, "Classes", |ui| menu::of_list(ui, workspace, commands));
         self.add_field(ui, workspace, commands);
-        let classes = workspace.document().classes();
+        let classes = workspace.document.classes();
         if classes.is_empty() {
             palettes(ui, commands);
         }
@@ -47,7 +47,7 @@ impl ClassPanel {
             empty_state(ui, "No class has this in its name.");
         }
         ui.spacing_mut().item_spacing.y = 2.0;
-        let chosen = workspace.class();
+        let chosen = workspace.class;
         let moved_to = chosen.filter(|_| self.chosen != chosen).map(|chosen| {
             let line = found.iter().position(|&index| classes[index].id == chosen);
             line.unwrap_or(found.len())
@@ -107,7 +107,7 @@ impl ClassPanel {
             let response = ui.add(field).accessible_name("New class");
             let entered = response.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
             let name = self.new_name.trim();
-            let mut classes = workspace.document().classes().iter();
+            let mut classes = workspace.document.classes().iter();
             let known = classes.find(|class| class.is_named(name)).map(|class| class.id);
             let possible = !name.is_empty() && known.is_none();
             let clicked = ui
@@ -147,16 +147,16 @@ impl ClassPanel {
             id: class.id,
             name: &class.name,
             color: class.color,
-            strokes: workspace.document().strokes_of_class(class.id),
+            strokes: workspace.document.strokes_of_class(class.id),
             slot: (index < 9).then_some(index + 1),
-            chosen: workspace.class() == Some(class.id),
+            chosen: workspace.class == Some(class.id),
             locked: workspace.is_locked(class.id),
             hidden: workspace.is_hidden(class.id),
         };
         let (response, parts) = row.show(ui, commands);
         let mut rename = response.double_clicked();
         if self.search.trim().is_empty() {
-            let count = workspace.document().classes().len();
+            let count = workspace.document.classes().len();
             row::reorder(ui, &response, class.id, index, count, commands);
         }
         color::recolor_popup(ui, class, parts.swatch, commands);
@@ -208,9 +208,9 @@ fn void_row(ui: &mut Ui, workspace: &Workspace, commands: &mut Commands) {
         id: VOID,
         name: "void",
         color: VOID_COLOR,
-        strokes: workspace.document().strokes_of_class(VOID),
+        strokes: workspace.document.strokes_of_class(VOID),
         slot: Some(0),
-        chosen: workspace.class() == Some(VOID),
+        chosen: workspace.class == Some(VOID),
         locked: false,
         hidden: false,
     };

@@ -51,20 +51,20 @@ impl Filmstrip {
 
     /// Draws the strip.
     pub fn show(&mut self, ui: &mut Ui, model: &Model, workspace: &Workspace, commands: &mut Commands) {
-        if self.scene != workspace.serial() {
-            self.scene = workspace.serial();
+        if self.scene != workspace.serial {
+            self.scene = workspace.serial;
             self.followed = None;
         }
-        self.thumbnails.collect(workspace.serial());
+        self.thumbnails.collect(workspace.serial);
         self.filters.show(ui, workspace, commands);
-        let list = workspace.overview().frames();
+        let list = &workspace.overview.frames;
         let frames = list.shown();
         if frames.is_empty() {
             empty_state(ui, none(list.filter()));
             self.followed = None;
             return;
         }
-        let current = list.index_of(workspace.frame_index());
+        let current = list.index_of(workspace.frame_index);
         ScrollArea::horizontal()
             .auto_shrink([false, false])
             .show_viewport(ui, |ui, viewport| {
@@ -98,14 +98,14 @@ impl Filmstrip {
         rect: Rect,
         commands: &mut Commands,
     ) {
-        let Some(frame) = workspace.scene().frames.get(index) else {
+        let Some(frame) = workspace.scene.frames.get(index) else {
             return;
         };
         let thumbnail = self.thumbnail(model, workspace, index);
-        let facts = workspace.overview().frames().facts(index);
-        let most = workspace.document().palette().most_entropy();
+        let facts = workspace.overview.frames.facts(index);
+        let most = workspace.document.palette().most_entropy();
         let words = in_words(&frame.stem, &facts, most);
-        let current = index == workspace.frame_index();
+        let current = index == workspace.frame_index;
         let response = ui.interact(rect, ui.scope_id().with(("frame", index)), Sense::click());
         response.widget_info(|| WidgetInfo::selected(Role::ListBoxOption, true, current, &words));
         if response.clicked() {

@@ -19,7 +19,7 @@ impl FrameFilterRow {
     pub fn show(&mut self, ui: &mut Ui, workspace: &Workspace, commands: &mut Commands) {
         // Where there is little room, each of the three has a third of it.
         let third = (ui.available_width() - 2.0 * crate::theme::GAP) / 3.0;
-        let frames = workspace.overview().frames();
+        let frames = &workspace.overview.frames;
         ui.horizontal(|ui| {
             ui.spacing_mut().item_spacing.x = 4.0;
             let filters = |ui: &mut Ui, commands: &mut Commands| {

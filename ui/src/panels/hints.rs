@@ -57,7 +57,7 @@ impl Hints {
         commands: &mut Commands,
     ) {
         if let Some((scene, hint)) = self.shown {
-            let same = scene == workspace.serial();
+            let same = scene == workspace.serial;
             let followed = !hint.applies(model, workspace);
             if same && followed {
                 commands.push(Command::Prefer(PreferenceChange::HintSeen(hint)));
@@ -77,7 +77,7 @@ impl Hints {
         let room = canvas.width() >= LEAST_CANVAS.x && canvas.height() >= LEAST_CANVAS.y;
         if model.dialog.is_none() && room && !hidden {
             if let Some(hint) = callout.hint {
-                self.shown = Some((workspace.serial(), hint));
+                self.shown = Some((workspace.serial, hint));
             }
             draw(ui, &callout, canvas, commands);
         }

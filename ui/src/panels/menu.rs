@@ -127,7 +127,7 @@ fn file(ui: &mut Ui, model: &Model, pictures: &Pictures, commands: &mut Commands
     entry(ui, open, &table::EXPORT, commands);
     let import = Command::Show(Some(Dialog::import()));
     item(ui, open, "Import labels...", commands, import);
-    let labels = model.workspace().map(|workspace| workspace.document().labels());
+    let labels = model.workspace().map(|workspace| workspace.document.labels());
     let imported = labels.is_some_and(|labels| labels.imported.is_some());
     item(
         ui,
@@ -169,7 +169,7 @@ fn recents(ui: &mut Ui, model: &Model, pictures: &Pictures, commands: &mut Comma
 }
 
 fn edit(ui: &mut Ui, model: &Model, commands: &mut Commands) {
-    let history = model.workspace().map(|workspace| workspace.document().history());
+    let history = model.workspace().map(|workspace| workspace.document.history());
     for (command, edit) in [
         (&table::UNDO, history.and_then(|history| history.undo_name())),
         (&table::REDO, history.and_then(|history| history.redo_name())),

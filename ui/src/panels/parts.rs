@@ -46,7 +46,7 @@ pub fn digit_of(workspace: &Workspace, id: ClassId) -> Option<String> {
     if id == VOID {
         return Some("0".to_owned());
     }
-    let mut classes = workspace.document().classes().iter().take(9);
+    let mut classes = workspace.document.classes().iter().take(9);
     let index = classes.position(|class| class.id == id)?;
     Some((index + 1).to_string())
 }

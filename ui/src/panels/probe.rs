@@ -112,10 +112,10 @@ fn cells(inside: Rect) -> [Rect; 5] {
 
 impl Reading {
     fn of(workspace: &Workspace, frame: &FrameView, pixel: Pixel) -> Self {
-        let most = workspace.document().palette().most_entropy();
+        let most = workspace.document.palette().most_entropy();
         let answer = frame.map().and_then(|shown| shown.map.at(pixel));
         let named = |id: ClassId, probability| {
-            let class = workspace.document().labels().class(id)?;
+            let class = workspace.document.labels().class(id)?;
             Some(Named {
                 name: class.name.clone(),
                 color: class.color,

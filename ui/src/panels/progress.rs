@@ -45,7 +45,7 @@ impl ProgressPanel {
     }
 
     fn charts(&mut self, ui: &mut Ui, workspace: &Workspace) {
-        let log = workspace.overview().log();
+        let log = &workspace.overview.log;
         if log.samples().is_empty() {
             crate::widgets::empty_state(
                 ui,
@@ -66,8 +66,8 @@ impl ProgressPanel {
                 }
             }
         });
-        let most = workspace.document().palette().most_entropy();
-        self.charted.follow(workspace.serial(), log, self.axis, most);
+        let most = workspace.document.palette().most_entropy();
+        self.charted.follow(workspace.serial, log, self.axis, most);
         let shown: Vec<Number> = NUMBERS
             .into_iter()
             .filter(|&number| !self.charted.line(number).is_empty())
@@ -160,7 +160,7 @@ impl ProgressPanel {
 
 /// Whether the labels are good enough, and what the next ones would settle.
 fn answer(ui: &mut Ui, workspace: &Workspace) {
-    let (answer, sentence) = readiness(workspace.overview().evidence());
+    let (answer, sentence) = readiness(&workspace.overview.evidence);
     let color = match answer {
         Readiness::NotYet => ui.visuals().warn_fg_color,
         Readiness::Nearly => theme::accent(ui.visuals()),
@@ -184,9 +184,9 @@ fn answer(ui: &mut Ui, workspace: &Workspace) {
 }
 
 fn numbers(ui: &mut Ui, workspace: &Workspace) {
-    let (overview, document) = (workspace.overview(), workspace.document());
+    let (overview, document) = (&workspace.overview, &workspace.document);
     let share = |share: Option<f32>| share.map_or_else(|| "not known yet".to_owned(), numbers::share);
-    let evidence = overview.evidence();
+    let evidence = &overview.evidence;
     let checked = match evidence.checked {
         0 => "not known yet".to_owned(),
         checked => {
@@ -198,7 +198,7 @@ fn numbers(ui: &mut Ui, workspace: &Workspace) {
         ("Strokes", document.labels().strokes.len().to_string(), ""),
         (
             "Drawn on",
-            frames_done(document.labelled_frames(), workspace.scene().frames.len()),
+            frames_done(document.labelled_frames(), workspace.scene.frames.len()),
             "Frames that have strokes; labels spread to all the others",
         ),
         ("Agreeing strokes", checked, AGREEMENT_MEANS),
@@ -214,7 +214,7 @@ fn numbers(ui: &mut Ui, workspace: &Workspace) {
         ),
         (
             "Labelling time",
-            numbers::duration(overview.log().labelling().as_secs_f64()),
+            numbers::duration(overview.log.labelling().as_secs_f64()),
             "Time with something done at least once a minute; breaks do not count",
         ),
     ];
@@ -237,7 +237,7 @@ fn numbers(ui: &mut Ui, workspace: &Workspace) {
 
 /// The strokes that the others contradict; a click goes there.
 fn contradicted(ui: &mut Ui, workspace: &Workspace, commands: &mut Commands) {
-    let strokes = workspace.overview().contradicted();
+    let strokes = &workspace.overview.contradicted;
     if strokes.is_empty() {
         return;
     }
@@ -270,9 +270,9 @@ fn contradicted(ui: &mut Ui, workspace: &Workspace, commands: &mut Commands) {
 
 /// What is said of a contradicted stroke.
 fn row(workspace: &Workspace, id: StrokeId, others: ClassId) -> Option<String> {
-    let labels = workspace.document().labels();
+    let labels = workspace.document.labels();
     let stroke = labels.strokes.get(&id)?;
-    let frame = workspace.scene().frames.get(stroke.frame)?;
+    let frame = workspace.scene.frames.get(stroke.frame)?;
     let name = |class: ClassId| match labels.class(class) {
         Some(class) => class.name.clone(),
         None => format!("class {class}"),

@@ -14,7 +14,7 @@ use crate::widgets::{Icon, heading, icon_button};
 
 /// Draws the status: in full, or in one line.
 pub fn show(ui: &mut Ui, workspace: &Workspace, full: bool, commands: &mut Commands) {
-    let running = !workspace.is_paused() && !workspace.has_ended();
+    let running = !workspace.paused && !workspace.has_ended();
     let accent = theme::accent(ui.visuals());
     let phase = egui::RichText::new(workspace.phase_in_words());
     let phase = if running {
@@ -22,14 +22,14 @@ pub fn show(ui: &mut Ui, workspace: &Workspace, full: bool, commands: &mut Comma
     } else {
         phase.weak()
     };
-    let most = workspace.document().palette().most_entropy();
+    let most = workspace.document.palette().most_entropy();
     if !full {
         ui.horizontal(|ui| {
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                 controls(ui, workspace, full, commands);
                 ui.with_layout(egui::Layout::left_to_right(egui::Align::Center), |ui| {
                     ui.label(phase);
-                    let summary = summary(workspace.status(), most);
+                    let summary = summary(&workspace.status, most);
                     if !summary.is_empty() {
                         ui.add(egui::Label::new(egui::RichText::new(summary).weak()).truncate());
                     }
@@ -48,7 +48,7 @@ pub fn show(ui: &mut Ui, workspace: &Workspace, full: bool, commands: &mut Comma
         .min_col_width(112.0)
         .min_row_height(20.0)
         .show(ui, |ui| {
-            for (name, value, explanation) in rows(workspace.status(), most) {
+            for (name, value, explanation) in rows(&workspace.status, most) {
                 ui.weak(name).on_hover_text(explanation);
                 ui.add(egui::Label::new(value).truncate());
                 ui.end_row();
@@ -64,7 +64,7 @@ fn controls(ui: &mut Ui, workspace: &Workspace, full: bool, commands: &mut Comma
         "Show the training in full"
     };
     fold_button(ui, Pane::Training, full, name, commands);
-    let (icon, name) = if workspace.is_paused() {
+    let (icon, name) = if workspace.paused {
         (Icon::Play, "Resume training")
     } else {
         (Icon::Pause, "Pause training")

@@ -53,8 +53,8 @@ struct Rows {
 
 impl Rows {
     fn update(&mut self, workspace: &Workspace, filter: &Filter) {
-        let frame = filter.this_frame.then(|| workspace.frame_index());
-        let (serial, generation) = (workspace.serial(), workspace.document().generation());
+        let frame = filter.this_frame.then_some(workspace.frame_index);
+        let (serial, generation) = (workspace.serial, workspace.document.generation());
         let same = self
             .made_of
             .as_ref()
@@ -74,12 +74,12 @@ impl Rows {
 }
 
 fn found(workspace: &Workspace, filter: &Filter, frame: Option<usize>) -> Vec<StrokeId> {
-    let document = workspace.document();
+    let document = &workspace.document;
     let text = filter.text.to_lowercase();
     let words: Vec<&str> = text.split_whitespace().collect();
-    let frames = &workspace.scene().frames;
+    let frames = &workspace.scene.frames;
     let named = |stroke: &Stroke| {
-        let class = workspace.document().name_and_color(stroke.class).0.to_lowercase();
+        let class = workspace.document.name_and_color(stroke.class).0.to_lowercase();
         let frame = frames.get(stroke.frame).map(|frame| frame.stem.to_lowercase());
         let kind = stroke.kind().name();
         words.iter().all(|word| {
@@ -127,7 +127,7 @@ impl StrokePanel {
     fn show(&mut self, ui: &mut Ui, workspace: &Workspace, full: bool, commands: &mut Commands) {
         // As high as it was dragged, also while there is little to show.
         ui.take_available_height();
-        let document = workspace.document();
+        let document = &workspace.document;
         let strokes = document.labels().strokes.len();
         heading(ui, &format!("Strokes ({strokes})"), |ui| {
             let name = if full {
@@ -179,7 +179,7 @@ impl StrokePanel {
             let chosen = self
                 .filter
                 .class
-                .map(|class| workspace.document().name_and_color(class).0);
+                .map(|class| workspace.document.name_and_color(class).0);
             let check = 96.0;
             ComboBox::from_id_salt("class filter")
                 .selected_text(chosen.unwrap_or("All classes"))
@@ -200,7 +200,7 @@ impl StrokePanel {
     fn list(&mut self, ui: &mut Ui, workspace: &Workspace, height: f32, commands: &mut Commands) {
         let id = ui.scope_id().with("list");
         let count = self.rows.ids.len();
-        let selected = workspace.selected();
+        let selected = workspace.selected;
         let place = selected.and_then(|stroke| self.rows.place(stroke));
         self.take_keys(ui, workspace, id, place, commands);
         let moved = self.followed.map(|(stroke, _)| stroke) != selected;
@@ -278,8 +278,8 @@ impl StrokePanel {
             }
         }
         if let Some((stroke, at)) = self.followed
-            && workspace.selected().is_none()
-            && !workspace.document().labels().strokes.contains_key(&stroke)
+            && workspace.selected.is_none()
+            && !workspace.document.labels().strokes.contains_key(&stroke)
         {
             wanted = wanted.or(Some(at.min(last)));
         }
@@ -297,15 +297,15 @@ impl StrokePanel {
         rect: Rect,
         commands: &mut Commands,
     ) -> bool {
-        let Some(stroke) = workspace.document().labels().strokes.get(&id) else {
+        let Some(stroke) = workspace.document.labels().strokes.get(&id) else {
             return false;
         };
         let pixels = self.pixels_of(workspace, id, stroke);
-        let (class, color) = workspace.document().name_and_color(stroke.class);
-        let frame = workspace.scene().frames.get(stroke.frame);
+        let (class, color) = workspace.document.name_and_color(stroke.class);
+        let frame = workspace.scene.frames.get(stroke.frame);
         let frame = frame.map_or("", |frame| &frame.stem);
         let words = in_words(class, stroke.kind(), pixels, frame);
-        let chosen = workspace.selected() == Some(id);
+        let chosen = workspace.selected == Some(id);
         let response = ui.interact(rect, ui.scope_id().with(("stroke", id)), Sense::CLICK);
         response.widget_info(|| WidgetInfo::selected(Role::ListBoxOption, true, chosen, &words));
         if response.clicked() {
@@ -353,7 +353,7 @@ impl StrokePanel {
         {
             return *pixels;
         }
-        let frame = workspace.scene().frames.get(stroke.frame);
+        let frame = workspace.scene.frames.get(stroke.frame);
         let pixels = frame.map_or(0, |frame| {
             stroke.pixel_count(frame.camera.width, frame.camera.height)
         });
@@ -364,13 +364,13 @@ impl StrokePanel {
 
 /// What can be done with the selected stroke.
 fn selected_line(ui: &mut Ui, workspace: &Workspace, commands: &mut Commands) {
-    let selected = workspace.selected();
-    let stroke = selected.and_then(|id| Some((id, workspace.document().labels().strokes.get(&id)?)));
+    let selected = workspace.selected;
+    let stroke = selected.and_then(|id| Some((id, workspace.document.labels().strokes.get(&id)?)));
     ui.add_enabled_ui(stroke.is_some(), |ui| {
         ui.horizontal(|ui| {
             let side = ui.spacing().interact_size.y;
             let text = stroke.map_or("No stroke selected", |(_, stroke)| {
-                workspace.document().name_and_color(stroke.class).0
+                workspace.document.name_and_color(stroke.class).0
             });
             ComboBox::from_id_salt("class of the stroke")
                 .selected_text(text)
@@ -401,7 +401,7 @@ fn selected_line(ui: &mut Ui, workspace: &Workspace, commands: &mut Commands) {
 }
 
 fn class_choices(ui: &mut Ui, workspace: &Workspace, mut choice: impl FnMut(&mut Ui, ClassId, &str)) {
-    for class in workspace.document().classes() {
+    for class in workspace.document.classes() {
         choice(ui, class.id, &class.name);
     }
     choice(ui, VOID, VOID_NAME);

@@ -109,7 +109,7 @@ fn keys(workspace: &Workspace, index: usize, next: &str) -> Vec<Item> {
         .map(|place| &place.classes);
     let mut items = Vec::new();
     for (rank, likely) in likely.into_iter().flatten().take(2).enumerate() {
-        let Some(class) = workspace.document().labels().class(likely.class) else {
+        let Some(class) = workspace.document.labels().class(likely.class) else {
             continue;
         };
         let key = if rank == 0 {
@@ -127,7 +127,7 @@ fn keys(workspace: &Workspace, index: usize, next: &str) -> Vec<Item> {
             words: name,
         });
     }
-    if !workspace.document().classes().is_empty() {
+    if !workspace.document.classes().is_empty() {
         items.push(Item::new("0-9", "class"));
     }
     for (key, does) in [("C", "name"), ("X", "skip"), (next, "next"), ("Escape", "leave")] {

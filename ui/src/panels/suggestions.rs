@@ -43,7 +43,7 @@ impl SuggestionPanel {
 
     /// Draws the list.
     pub fn show(&mut self, ui: &mut Ui, workspace: &Workspace, commands: &mut Commands) {
-        self.thumbnails.collect(workspace.serial());
+        self.thumbnails.collect(workspace.serial);
         let hovered = ui.rect_contains_pointer(ui.max_rect());
         if hovered != self.held {
             self.held = hovered;
@@ -101,7 +101,7 @@ impl SuggestionPanel {
         suggestion: &Suggestion,
         commands: &mut Commands,
     ) {
-        let Some(frame) = workspace.scene().frames.get(suggestion.frame) else {
+        let Some(frame) = workspace.scene.frames.get(suggestion.frame) else {
             return;
         };
         let accent = Stroke::new(1.5, theme::accent(ui.visuals()));
@@ -144,7 +144,7 @@ impl SuggestionPanel {
         suggestion: &Suggestion,
         commands: &mut Commands,
     ) {
-        let Some(frame) = workspace.scene().frames.get(suggestion.frame) else {
+        let Some(frame) = workspace.scene.frames.get(suggestion.frame) else {
             return;
         };
         card(ui).show(ui, |ui| {
@@ -155,7 +155,7 @@ impl SuggestionPanel {
                     ui.spacing_mut().item_spacing.y = 4.0;
                     title(ui, workspace, index, suggestion, &frame.stem);
                     if let Some(class) = workspace.suggestions().answer_of(index) {
-                        let (name, _) = workspace.document().name_and_color(class);
+                        let (name, _) = workspace.document.name_and_color(class);
                         ui.add(egui::Label::new(format!("Labelled {name}")).truncate());
                     }
                 });
@@ -194,7 +194,7 @@ impl SuggestionPanel {
             focus_ring(ui, rect);
         }
         response.on_hover_text(name);
-        let Some(frame) = workspace.scene().frames.get(suggestion.frame) else {
+        let Some(frame) = workspace.scene.frames.get(suggestion.frame) else {
             return;
         };
         if !ui.is_rect_visible(rect) {
@@ -260,7 +260,7 @@ fn footer(ui: &mut Ui, workspace: &Workspace, commands: &mut Commands) {
         .show_separator_line(false)
         .show(ui, |ui| {
             if let Some((_, class)) = answer {
-                let (name, color) = workspace.document().name_and_color(class);
+                let (name, color) = workspace.document.name_and_color(class);
                 let text = format!("Last answer: {name}");
                 row(ui, Some(color), &text, &UNDO.named(ui.ctx()), || {
                     commands.push(Command::Undo);
@@ -303,10 +303,10 @@ fn class_button(
     key: Option<&str>,
     width: f32,
 ) -> bool {
-    if workspace.document().labels().class(likely.class).is_none() {
+    if workspace.document.labels().class(likely.class).is_none() {
         return false;
     }
-    let (name, color) = workspace.document().name_and_color(likely.class);
+    let (name, color) = workspace.document.name_and_color(likely.class);
     let size = vec2(width, ui.spacing().interact_size.y);
     let (rect, response) = ui.allocate_exact_size(size, Sense::click());
     // The place at hand needs no number.

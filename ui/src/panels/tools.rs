@@ -119,7 +119,7 @@ fn layers(ui: &mut Ui, settings: &Settings, (wordy, roomy): (bool, bool), comman
 }
 
 fn history(ui: &mut Ui, workspace: &Workspace, commands: &mut Commands) {
-    let history = workspace.document().history();
+    let history = workspace.document.history();
     for (edit, command, icon) in [
         (history.redo_name(), &REDO, Icon::Redo),
         (history.undo_name(), &UNDO, Icon::Undo),

@@ -13,7 +13,7 @@ use crate::widgets::long_work;
 pub fn show(ctx: &egui::Context, model: &Model, area: egui::Rect, commands: &mut Commands) {
     let spreading = model
         .workspace()
-        .is_some_and(|workspace| workspace.status().spreading_import);
+        .is_some_and(|workspace| workspace.status.spreading_import);
     let importing = model.importing.is_some() || spreading;
     if model.export.is_none() && !importing {
         return;

@@ -35,8 +35,8 @@ impl View3d {
             .options(|options| options.input_options.max_double_click_delay);
         let slack = SLACK / sight.focal;
         let ask = |ray, slack, purpose| Question {
-            serial: workspace.serial(),
-            scene: Arc::clone(workspace.scene()),
+            serial: workspace.serial,
+            scene: Arc::clone(&workspace.scene),
             cloud: Arc::clone(&prepared.cloud),
             ray,
             slack,
@@ -85,7 +85,7 @@ impl View3d {
         commands: &mut Commands,
     ) {
         while let Some(picked) = self.picker.next() {
-            if picked.scene != workspace.serial() {
+            if picked.scene != workspace.serial {
                 continue;
             }
             match (picked.purpose, picked.hit) {
@@ -110,7 +110,7 @@ impl View3d {
                 let click = Stroke::click(frame, *class, pixel);
                 workspace.lock_on(&click).is_none()
             };
-            if let Some(class) = workspace.class().filter(taken) {
+            if let Some(class) = workspace.class.filter(taken) {
                 self.notice = Some(Notice::labelled(workspace, frame, pixel, class, now));
             }
         } else {

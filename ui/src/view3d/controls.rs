@@ -129,12 +129,8 @@ impl Notice {
 
     /// A click was given to a pixel of a frame.
     pub fn labelled(workspace: &Workspace, frame: usize, pixel: Pixel, class: ClassId, now: f64) -> Self {
-        let stem = workspace
-            .scene()
-            .frames
-            .get(frame)
-            .map(|frame| frame.stem.as_str());
-        let (name, _) = workspace.document().name_and_color(class);
+        let stem = workspace.scene.frames.get(frame).map(|frame| frame.stem.as_str());
+        let (name, _) = workspace.document.name_and_color(class);
         Self {
             words: format!("{name}, on frame {}", stem.unwrap_or_default()),
             label: Some((frame, pixel, class)),
@@ -180,7 +176,7 @@ fn picture(
         return;
     };
     let fitted = thumbnail.paint(ui.painter(), rect);
-    if let Some(camera) = workspace.scene().frames.get(frame).map(|frame| frame.camera) {
+    if let Some(camera) = workspace.scene.frames.get(frame).map(|frame| frame.camera) {
         let size = glam::vec2(camera.width as f32, camera.height as f32);
         let part = rect_of(ImagePart::around(size, pixel, &[]));
         let place = pos2(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5);

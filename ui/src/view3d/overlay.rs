@@ -48,8 +48,8 @@ pub fn mark_at(
     let mut suggestions = suggestion_places(workspace, surface)
         .filter_map(|(index, place)| near(place).map(|gap| (gap, Mark::Suggestion(index))));
     nearest(&mut suggestions).or_else(|| {
-        let frames = &workspace.scene().frames;
-        let drawn = drawn_frames(frames.len(), workspace.frame_index()).filter(|_| cameras);
+        let frames = &workspace.scene.frames;
+        let drawn = drawn_frames(frames.len(), workspace.frame_index).filter(|_| cameras);
         let mut found = drawn.filter_map(|frame| {
             let gap = near(frames[frame].center())?;
             Some((gap, Mark::Frame(frame)))
@@ -61,9 +61,9 @@ pub fn mark_at(
 /// The cameras of the frames as pyramids this deep, in metres.
 pub fn cameras(painter: &Painter, workspace: &Workspace, sight: &Sight, depth: f32, pointed: Option<Mark>) {
     let visuals = &painter.ctx().global_style().visuals;
-    let frames = &workspace.scene().frames;
-    for number in drawn_frames(frames.len(), workspace.frame_index()) {
-        let in_view = number == workspace.frame_index();
+    let frames = &workspace.scene.frames;
+    for number in drawn_frames(frames.len(), workspace.frame_index) {
+        let in_view = number == workspace.frame_index;
         let (width, color, depth) = if in_view {
             (2.0, theme::accent(visuals), 1.8 * depth)
         } else if pointed == Some(Mark::Frame(number)) {
@@ -114,7 +114,7 @@ pub fn suggestion_places(
 ) -> impl Iterator<Item = (usize, Vec3)> {
     let suggestions = workspace.suggestions().listed().iter().enumerate();
     suggestions.filter_map(|(index, suggestion)| {
-        let width = workspace.scene().frames.get(suggestion.frame)?.camera.width;
+        let width = workspace.scene.frames.get(suggestion.frame)?.camera.width;
         let [x, y] = suggestion.pixel;
         let pixels = surface.surface.pixels.get(suggestion.frame)?;
         let node = pixels.node((y * width + x) as usize)?;

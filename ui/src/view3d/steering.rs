@@ -75,7 +75,7 @@ impl View3d {
         now: f64,
         then: Option<Mark>,
     ) {
-        let Some(shown) = workspace.scene().frames.get(frame) else {
+        let Some(shown) = workspace.scene.frames.get(frame) else {
             return;
         };
         let camera = &shown.camera;

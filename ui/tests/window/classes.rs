@@ -8,12 +8,12 @@ use inplace_model::Command;
 use crate::stand::*;
 
 fn names(window: &Window) -> Vec<String> {
-    let classes = window.workspace().document().classes();
+    let classes = window.workspace().document.classes();
     classes.iter().map(|class| class.name.clone()).collect()
 }
 
 fn ids(window: &Window) -> Vec<u16> {
-    let classes = window.workspace().document().classes();
+    let classes = window.workspace().document.classes();
     classes.iter().map(|class| class.id).collect()
 }
 
@@ -61,10 +61,10 @@ fn an_empty_list_offers_the_classes_of_data_sets_and_adds_them_in_one_edit() {
     let mut window = Window::demo();
     window.click("NYU-13");
     window.click("Add 13 classes");
-    assert_eq!(window.workspace().document().classes(), PALETTES[0].classes());
+    assert_eq!(window.workspace().document.classes(), PALETTES[0].classes());
     assert!(window.messages().contains("Added 13 classes."));
     assert!(
-        window.workspace().class().is_some(),
+        window.workspace().class.is_some(),
         "no class is ready to label with"
     );
     window.press(Modifiers::COMMAND, Key::Z);
@@ -150,7 +150,7 @@ fn locks_hidden_classes_and_their_order_are_kept_in_the_project() {
         window.click("Lock wall");
         window.click("Actions for floor");
         window.click("Hide in the overlay");
-        let palette = window.workspace().document().palette();
+        let palette = window.workspace().document.palette();
         assert_eq!((palette.class(1)[3], palette.class(2)[3]), (255, 0));
         window.click("Actions for floor");
         window.click("Move up");
@@ -166,7 +166,7 @@ fn locks_hidden_classes_and_their_order_are_kept_in_the_project() {
     window.click("Unlock all classes");
     window.sees("wall, 0 strokes");
     window.sees("floor, 0 strokes");
-    let palette = window.workspace().document().palette();
+    let palette = window.workspace().document.palette();
     assert_eq!(palette.class(2)[3], 255);
 }
 
@@ -178,7 +178,7 @@ fn the_order_decides_which_digit_chooses_a_class() {
     window.click("Move up");
     assert_eq!(ids(&window), [1, 3, 2]);
     window.press(Modifiers::NONE, Key::Num2);
-    assert_eq!(window.workspace().class(), Some(3));
+    assert_eq!(window.workspace().class, Some(3));
 
     // By dragging it over the first, into its upper half.
     let from = window.rect("door, 0 strokes").center();
@@ -215,7 +215,7 @@ fn the_finder_chooses_and_makes_classes_by_keyboard() {
     window.click("NYU-13");
     window.click("Add 13 classes");
     let chosen = |window: &Window| {
-        let class = window.workspace().class().unwrap();
+        let class = window.workspace().class.unwrap();
         window.labels().class(class).map(|class| class.name.clone())
     };
     window.press(Modifiers::NONE, Key::C);
@@ -272,13 +272,13 @@ fn a_class_that_is_chosen_elsewhere_comes_into_view_in_the_list() {
     window.click("Class list");
     window.click("Add classes...");
     window.click("Add 12 classes");
-    let last = window.workspace().document().classes()[12].clone();
+    let last = window.workspace().document.classes()[12].clone();
     let line = format!("{}, 0 strokes", last.name);
     window.misses(&line);
     window.act(Command::ChooseClass(last.id));
     window.harness.run_steps(4);
     window.sees(&line);
-    let first = window.workspace().document().classes()[0].id;
+    let first = window.workspace().document.classes()[0].id;
     for class in [first, last.id, first] {
         window.act(Command::ChooseClass(class));
     }

@@ -213,7 +213,7 @@ fn label_images_are_imported_undone_removed_and_kept_in_the_project() {
         window.type_into("Folder of label images", images.to_str().unwrap());
         window.until("the images are imported", |app| {
             let workspace = app.model().workspace().unwrap();
-            workspace.document().labels().imported.is_some()
+            workspace.document.labels().imported.is_some()
         });
         window.sees("class 7, 0 strokes");
         assert!(window.worker().received().iter().any(|command| matches!(
@@ -222,7 +222,7 @@ fn label_images_are_imported_undone_removed_and_kept_in_the_project() {
         )));
         window.press(Modifiers::COMMAND, Key::Z);
         assert!(imported(&window).is_none());
-        assert!(window.workspace().document().classes().is_empty());
+        assert!(window.workspace().document.classes().is_empty());
         window.press(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z);
         window.click("File");
         window.click("Remove imported labels");

@@ -151,7 +151,7 @@ fn a_frame_never_has_the_overlay_of_another_one() {
     assert!(window.frame().map().is_some());
     window.press(Modifiers::NONE, Key::D);
     assert!(window.frame().map().is_none());
-    let palette = window.workspace().document().palette();
+    let palette = window.workspace().document.palette();
     let content = window.frame().content(Layer::Labels, palette);
     assert!(content.unwrap().over.is_none());
     window.press(Modifiers::NONE, Key::A);
@@ -182,7 +182,7 @@ fn strokes_are_marked_where_they_are_undisputed() {
         let (Some(open), Some(frame)) = (app.model().workspace(), app.canvas().frame()) else {
             return false;
         };
-        let content = frame.content(Layer::Disagreement, open.document().palette());
+        let content = frame.content(Layer::Disagreement, open.document.palette());
         let over = content.and_then(|content| content.over);
         over.is_some_and(|over| over.greyed && over.texels.values().contains(&1))
     });
@@ -205,7 +205,7 @@ fn a_frame_whose_image_vanished_says_so_in_a_sentence_until_it_is_there_again() 
     let mut window = Window::opened(root.path(), Target::Scene(SceneSource::Folder(folder)));
     let unreadable = |app: &App| app.canvas().frame()?.unreadable().map(str::to_owned);
     let has_image = |app: &App| {
-        let palette = app.model().workspace().unwrap().document().palette();
+        let palette = app.model().workspace().unwrap().document.palette();
         let content = app.canvas().frame().unwrap().content(Layer::Color, palette);
         content.is_some_and(|content| content.picture.is_some())
     };

@@ -69,21 +69,21 @@ fn a_key_can_be_changed_and_help_shows_the_new_one() {
     window.sees("Pause or resume training: K");
     window.choose("Close");
     window.press(Modifiers::NONE, Key::P);
-    assert!(!window.workspace().is_paused());
+    assert!(!window.workspace().paused);
     window.press(Modifiers::NONE, Key::K);
-    assert!(window.workspace().is_paused());
+    assert!(window.workspace().paused);
     window.press(Modifiers::NONE, Key::Questionmark);
     window.sees("K");
     window.choose("Close");
     window.close();
     let mut window = Window::with_demo(folder.path());
     window.press(Modifiers::NONE, Key::K);
-    assert!(window.workspace().is_paused());
+    assert!(window.workspace().paused);
     window.press(Modifiers::COMMAND, Key::Comma);
     window.choose("Reset all keys");
     window.choose("Close");
     window.press(Modifiers::NONE, Key::P);
-    assert!(!window.workspace().is_paused());
+    assert!(!window.workspace().paused);
 }
 
 #[test]

@@ -70,13 +70,13 @@ fn answer(window: &mut Window, entropy: [u16; FRAMES], contradicted: &[(u64, u16
     };
     worker.events.send(checks).unwrap();
     window.until("the frames are summed up", move |app| {
-        let overview = app.model().workspace().unwrap().overview();
-        let frames = overview.frames().all_facts();
+        let overview = &app.model().workspace().unwrap().overview;
+        let frames = overview.frames.all_facts();
         let all = frames.iter().zip(entropy).all(|(facts, entropy)| {
             let mean = facts.summary.map(|summary| summary.mean_entropy);
             mean.is_some_and(|mean| (mean - f32::from(entropy) / 10_000.0).abs() < 1e-4)
         });
-        all && overview.accuracy().is_some()
+        all && overview.accuracy.is_some()
     });
 }
 
@@ -93,10 +93,10 @@ fn the_progress_says_what_is_missing_and_leads_to_contradicted_strokes() {
     window.press(Modifiers::NONE, Key::T);
     window.sees("Not yet: the labels have not spread over the frames so far.");
     answer(&mut window, [1000; FRAMES], &[(3, 2)]);
-    let overview = window.workspace().overview();
-    let contradicted: Vec<StrokeId> = overview.contradicted().keys().copied().collect();
+    let overview = &window.workspace().overview;
+    let contradicted: Vec<StrokeId> = overview.contradicted.keys().copied().collect();
     assert_eq!(contradicted, [StrokeId(3)]);
-    assert_eq!(overview.evidence().checked, 3);
+    assert_eq!(overview.evidence.checked, 3);
     window.sees_part("look whether the 1 of 3 strokes that the others contradict");
     window.sees("2 of 5 frames");
     window.sees("2 of 3 checked");
@@ -144,13 +144,7 @@ fn the_log_survives_reopening_the_project() {
         };
         window.worker().events.send(Event::Status(status)).unwrap();
         window.until("a sample is taken", |app| {
-            !app.model()
-                .workspace()
-                .unwrap()
-                .overview()
-                .log()
-                .samples()
-                .is_empty()
+            !app.model().workspace().unwrap().overview.log.samples().is_empty()
         });
         window.press(Modifiers::NONE, Key::T);
         window.sees("Charts over");
@@ -165,7 +159,7 @@ fn the_log_survives_reopening_the_project() {
         eframe::App::on_exit(window.harness.state_mut(), None);
     }
     let window = Window::with_demo(folder.path());
-    let samples = window.workspace().overview().log().samples().to_vec();
+    let samples = window.workspace().overview.log.samples().to_vec();
     assert_eq!(samples.len(), 1);
     assert_eq!((samples[0].strokes, samples[0].entropy), (4, Some(0.2)));
 }
@@ -194,7 +188,7 @@ fn the_filmstrip_shows_the_frames_one_is_after_and_a_and_d_go_through_them() {
     }
     window.act(Command::FilterFrames(FrameFilter::Uncertain));
     window.act(Command::OrderFrames(FrameOrder::Uncertainty));
-    assert_eq!(window.workspace().overview().frames().shown(), [4, 1]);
+    assert_eq!(window.workspace().overview.frames.shown(), [4, 1]);
     window.act(Command::FilterFrames(FrameFilter::Disagreeing));
     window.sees_part("Frame rgb_3: 2 strokes, 1 contradicted");
     answer(&mut window, [1000; FRAMES], &[]);

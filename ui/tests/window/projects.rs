@@ -40,7 +40,7 @@ fn a_scene_that_was_opened_is_on_the_start_page_with_its_picture() {
         });
         window.click("Open kitchen");
         window.until("the scene is open again", |app| app.model().workspace().is_some());
-        assert_eq!(window.workspace().document().classes().len(), 1);
+        assert_eq!(window.workspace().document.classes().len(), 1);
         window.close();
     }
     std::fs::remove_dir(&scene).unwrap();
@@ -112,7 +112,7 @@ fn a_scene_that_has_moved_is_asked_for_checked_and_remembered() {
         window.close();
     }
     let window = Window::opened(folder.path(), Target::Project(project));
-    assert_eq!(window.workspace().scene().source, SceneSource::Folder(new));
+    assert_eq!(window.workspace().scene.source, SceneSource::Folder(new));
     assert_eq!(window.strokes(), 1);
 }
 
@@ -151,7 +151,7 @@ fn a_scene_can_be_opened_again_right_after_it_was_closed() {
     window.click("Close scene");
     window.click("Try the demo");
     window.until("the demo is open again", |app| app.model().workspace().is_some());
-    assert_eq!(window.workspace().document().classes().len(), 1);
+    assert_eq!(window.workspace().document.classes().len(), 1);
 }
 
 #[test]
@@ -211,7 +211,7 @@ fn what_is_dropped_is_opened_in_place_of_what_was_open() {
     window.harness.input_mut().dropped_files = vec![dropped];
     window.harness.step();
     window.until("the scene is open", |app| {
-        let source = app.model().workspace().map(|workspace| &workspace.scene().source);
+        let source = app.model().workspace().map(|workspace| &workspace.scene.source);
         matches!(source, Some(SceneSource::Folder(folder)) if *folder == scene)
     });
 }

@@ -54,7 +54,7 @@ fn wall() -> Arc<Surface> {
 fn shown() -> Window {
     let mut window = Window::demo();
     let spread = LabelPropagation::new(wall());
-    let scene = Arc::clone(window.workspace().scene());
+    let scene = Arc::clone(&window.workspace().scene);
     let worker = window.worker();
     worker.maps.publish(spread.map(&scene, 0, 1));
     let event = Event::Map {
@@ -94,7 +94,7 @@ fn the_surface_is_exported_as_the_dialog_says() {
     let generation = window.generation();
     let (spread, scene) = (
         LabelPropagation::new(wall()),
-        Arc::clone(window.workspace().scene()),
+        Arc::clone(&window.workspace().scene),
     );
     for frame in 0..FRAMES {
         let map = spread.map(&scene, frame, generation);
@@ -125,7 +125,7 @@ fn a_click_on_the_surface_labels_the_frame_that_shows_it_and_stays() {
     window.drag(PointerButton::Primary, &[place]);
     window.until("the wall is labelled", |app| {
         let workspace = app.model().workspace().unwrap();
-        !workspace.document().labels().strokes.is_empty()
+        !workspace.document.labels().strokes.is_empty()
     });
     assert!(window.workspace().space.shown);
     let labels = window.labels();

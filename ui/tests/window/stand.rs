@@ -279,17 +279,17 @@ impl Window {
     }
 
     pub fn labels(&self) -> &LabelSet {
-        self.workspace().document().labels()
+        self.workspace().document.labels()
     }
 
     /// Generation of the present labels.
     pub fn generation(&self) -> u64 {
-        self.workspace().document().generation()
+        self.workspace().document.generation()
     }
 
     /// Index of the frame in view.
     pub fn frame_index(&self) -> usize {
-        self.workspace().frame_index()
+        self.workspace().frame_index
     }
 
     /// What is known of the frame in view.

@@ -196,27 +196,27 @@ fn a_stroke_is_picked_on_the_frame_changed_by_a_digit_and_deleted() {
     window.press(Modifiers::NONE, Key::Escape);
     window.press(Modifiers::NONE, Key::S);
     click_at(&mut window, &[[0.0, -20.0]]);
-    let selected = window.workspace().selected().unwrap();
+    let selected = window.workspace().selected.unwrap();
     window.press(Modifiers::NONE, Key::Num1);
     assert_eq!(newest(&window).class, 1);
     assert_eq!(
-        window.workspace().class(),
+        window.workspace().class,
         Some(2),
         "the class to draw with is another matter"
     );
-    assert_eq!(window.workspace().selected(), Some(selected));
+    assert_eq!(window.workspace().selected, Some(selected));
     assert_eq!(
-        window.workspace().document().history().undo_name(),
+        window.workspace().document.history().undo_name(),
         Some("change polygon floor to wall")
     );
     // Empty ground lets go of it, and then there is nothing to delete.
     click_at(&mut window, &[[200.0, 150.0]]);
-    assert_eq!(window.workspace().selected(), None);
+    assert_eq!(window.workspace().selected, None);
     window.press(Modifiers::NONE, Key::Delete);
     assert_eq!(window.strokes(), 1);
     click_at(&mut window, &[[0.0, -20.0]]);
     window.press(Modifiers::NONE, Key::Delete);
-    assert_eq!((window.strokes(), window.workspace().selected()), (0, None));
+    assert_eq!((window.strokes(), window.workspace().selected), (0, None));
     window.press(Modifiers::COMMAND, Key::Z);
     window.press(Modifiers::COMMAND, Key::Z);
     assert_eq!(newest(&window).class, 2);
@@ -230,7 +230,7 @@ fn the_list_goes_to_strokes_changes_and_deletes_them() {
     ]);
     window.click("floor, polygon, 50 pixels, frame rgb_3");
     assert_eq!(window.frame_index(), 3);
-    assert_eq!(window.workspace().selected(), Some(StrokeId(2)));
+    assert_eq!(window.workspace().selected, Some(StrokeId(2)));
     window.pick("Class of the stroke", "wall");
     window.sees("wall, polygon, 50 pixels, frame rgb_3");
     window.click("Delete stroke (Delete)");
@@ -249,7 +249,7 @@ fn a_stroke_picked_on_the_frame_is_in_view_in_the_list() {
     assert!(!window.shows(row), "only what is in view is built");
     window.press(Modifiers::NONE, Key::S);
     click_at(&mut window, &[[0.0, 0.0]]);
-    assert_eq!(window.workspace().selected(), Some(StrokeId(1)));
+    assert_eq!(window.workspace().selected, Some(StrokeId(1)));
     window.sees(row);
 }
 
@@ -273,11 +273,11 @@ fn the_list_is_worked_through_with_the_keyboard_alone() {
     window.press(Modifiers::NONE, Key::Home);
     assert_eq!(window.frame_index(), 3, "the newest comes first");
     window.press(Modifiers::NONE, Key::ArrowDown);
-    assert_eq!(window.workspace().selected(), Some(StrokeId(3)));
+    assert_eq!(window.workspace().selected, Some(StrokeId(3)));
     window.press(Modifiers::NONE, Key::Delete);
     assert_eq!(window.strokes(), 3);
     assert_eq!(
-        window.workspace().selected(),
+        window.workspace().selected,
         Some(StrokeId(2)),
         "the next one takes its place"
     );

@@ -116,15 +116,11 @@ fn digits_answer_the_place_at_hand_and_choose_classes_otherwise() {
     ];
     suggest_now(&mut window, list);
     press(&mut window, Key::Num1);
-    assert_eq!((window.workspace().class(), window.strokes()), (Some(WALL), 0));
+    assert_eq!((window.workspace().class, window.strokes()), (Some(WALL), 0));
     press(&mut window, Key::N);
     press(&mut window, Key::Num2);
     assert_eq!(last_stroke(&window), (3, FLOOR, [20, 30]));
-    assert_eq!(
-        window.workspace().class(),
-        Some(WALL),
-        "the brush keeps its class"
-    );
+    assert_eq!(window.workspace().class, Some(WALL), "the brush keeps its class");
     // Whoever does not want to wait goes on with the list that is there.
     press(&mut window, Key::N);
     press(&mut window, Key::Num0);
@@ -211,7 +207,7 @@ fn escape_a_click_and_another_frame_leave() {
     press(&mut window, Key::Escape);
     assert!(!is_active(&window));
     press(&mut window, Key::Num2);
-    assert_eq!((window.workspace().class(), window.strokes()), (Some(FLOOR), 0));
+    assert_eq!((window.workspace().class, window.strokes()), (Some(FLOOR), 0));
 
     press(&mut window, Key::N);
     press(&mut window, Key::A);

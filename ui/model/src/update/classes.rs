@@ -17,7 +17,7 @@ use crate::workspace::classes::Lock;
 impl Model {
     pub(crate) fn present_classes(&self) -> Vec<Class> {
         let workspace = self.state.workspace();
-        workspace.map_or_else(Vec::new, |workspace| workspace.document().classes().to_vec())
+        workspace.map_or_else(Vec::new, |workspace| workspace.document.classes().to_vec())
     }
 
     pub(crate) fn add_classes(&mut self, classes: &[Class]) {
@@ -89,7 +89,7 @@ impl Model {
 
     pub(crate) fn locked_refuses_change(&mut self, id: ClassId) -> bool {
         let sentence = self.state.workspace().and_then(|workspace| {
-            let class = workspace.document().labels().class(id)?;
+            let class = workspace.document.labels().class(id)?;
             workspace.is_locked(id).then(|| {
                 format!(
                     "\"{}\" is locked: unlock it in the class list to rename, merge or delete it.",

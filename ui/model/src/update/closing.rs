@@ -32,7 +32,7 @@ impl Model {
     fn results(&self) -> Option<Results> {
         let workspace = self.state.workspace()?;
         // Those of other frames would have to be looked up in thousands of files.
-        let frames = workspace.scene().keyframes().into_iter();
+        let frames = workspace.scene.keyframes().into_iter();
         Some(Results {
             maps: frames.filter_map(|frame| workspace.newest_map(frame)).collect(),
             state: workspace.state().cloned(),

@@ -40,9 +40,9 @@ impl Model {
                 if let Event::State(state) = &event {
                     self.effects.push(Effect::KeepModel(state.clone()));
                 }
-                let (frame, guided) = (workspace.frame_index(), workspace.suggestions().is_active());
+                let (frame, guided) = (workspace.frame_index, workspace.suggestions().is_active());
                 let told = workspace.on_event(event);
-                let moved = workspace.frame_index() != frame;
+                let moved = workspace.frame_index != frame;
                 let ended = guided && !workspace.suggestions().is_active();
                 if let Some(sentence) = told {
                     self.state.messages.error(sentence);

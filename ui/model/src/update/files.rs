@@ -94,8 +94,8 @@ impl Model {
         let Some(workspace) = self.state.workspace() else {
             return;
         };
-        let (serial, scene) = (workspace.serial(), Arc::clone(workspace.scene()));
-        let (open, history) = (self.read, workspace.document().history().clone());
+        let (serial, scene) = (workspace.serial, Arc::clone(&workspace.scene));
+        let (open, history) = (self.read, workspace.document.history().clone());
         self.start("save", move |tools, _| {
             match new_project(path, &scene, open, history, tools.waker()) {
                 Ok(project) => Done::Kept(serial, Box::new(project)),
@@ -107,7 +107,7 @@ impl Model {
     /// The work in memory has a file from now on.
     pub(crate) fn project_made(&mut self, serial: u64, project: ProjectSession) {
         if let Some(workspace) = self.state.workspace()
-            && workspace.serial() == serial
+            && workspace.serial == serial
         {
             let before = self.state.place();
             let path = project.path().to_path_buf();

@@ -35,7 +35,7 @@ impl Model {
         let history = self
             .state
             .workspace()
-            .map(|workspace| workspace.document().history());
+            .map(|workspace| workspace.document.history());
         let brought = match (&step, history) {
             (Step::Do(edit), Some(history)) => history.brought_by(edit),
             _ => None,
@@ -54,14 +54,14 @@ impl Model {
             return;
         };
         let labelled = line.tool.labels();
-        if labelled && workspace.class().is_none() {
-            let waiting = line.into_stroke(workspace.frame_index(), VOID, radius);
+        if labelled && workspace.class.is_none() {
+            let waiting = line.into_stroke(workspace.frame_index, VOID, radius);
             let name = String::new();
             self.state.dialog = Some(Dialog::FirstClass { name, waiting });
             return;
         }
-        if let Some(class) = workspace.class().filter(|_| labelled) {
-            let stroke = line.clone().into_stroke(workspace.frame_index(), class, radius);
+        if let Some(class) = workspace.class.filter(|_| labelled) {
+            let stroke = line.clone().into_stroke(workspace.frame_index, class, radius);
             if self.lock_refuses(&stroke) {
                 return;
             }
@@ -84,8 +84,8 @@ impl Model {
             return;
         };
         self.effects.push(Effect::Labelled {
-            generation: workspace.document().generation(),
-            frame: workspace.frame_index(),
+            generation: workspace.document.generation(),
+            frame: workspace.frame_index,
         });
     }
 
@@ -139,7 +139,7 @@ impl Model {
         let Some(index) = slot.checked_sub(1) else {
             return Some(VOID);
         };
-        let classes = self.state.workspace()?.document().classes();
+        let classes = self.state.workspace()?.document.classes();
         classes.get(index).map(|class| class.id)
     }
 
@@ -156,7 +156,7 @@ impl Model {
         let Some(workspace) = self.state.workspace() else {
             return;
         };
-        let Some(class) = workspace.class() else {
+        let Some(class) = workspace.class else {
             let waiting = Stroke::click(frame, VOID, pixel);
             let name = String::new();
             self.state.dialog = Some(Dialog::FirstClass { name, waiting });

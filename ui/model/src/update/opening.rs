@@ -131,7 +131,7 @@ impl Model {
         }
         let document = Document::new(attached.history, attached.generation);
         let mut workspace = Workspace::new(scene, ticket, session, document);
-        workspace.overview_mut().log_mut().take_json(&view["progress"]);
+        workspace.overview.log.take_json(&view["progress"]);
         workspace.change_class_view(|classes| *classes = ClassView::from_json(&view));
         self.state.project = Some(attached.project);
         self.state.stage = Stage::Open(Box::new(workspace));
@@ -143,7 +143,7 @@ impl Model {
     /// The poses of a scene were held against its images; what does not fit stays on the screen until it is dismissed.
     pub(crate) fn poses_checked(&mut self, serial: u64, problems: Vec<String>) {
         let workspace = self.state.workspace();
-        if workspace.is_some_and(|workspace| workspace.serial() == serial) {
+        if workspace.is_some_and(|workspace| workspace.serial == serial) {
             for problem in problems {
                 self.state.messages.error(problem);
             }

@@ -29,17 +29,17 @@ impl Model {
         let (Some(workspace), Some(place)) = (self.state.workspace(), self.state.place()) else {
             return;
         };
-        let labels = workspace.document().labels();
+        let labels = workspace.document.labels();
         let recent = Recent {
             place: place.clone(),
             name: self.state.document_name().unwrap_or_default(),
             opened: now(),
-            frames: workspace.scene().frames.len(),
+            frames: workspace.scene.frames.len(),
             classes: labels.classes.len(),
             strokes: labels.strokes.len(),
         };
         let look = Settings::default().look();
-        let source = FrameSource::new(workspace, workspace.frame_index(), look);
+        let source = FrameSource::new(workspace, workspace.frame_index, look);
         self.state.preferences.recents.add(recent);
         self.effects.push(Effect::TakePicture(place, source));
     }

@@ -44,7 +44,7 @@ impl Model {
         let strokes = self
             .state
             .workspace()
-            .map(|workspace| &workspace.document().labels().strokes);
+            .map(|workspace| &workspace.document.labels().strokes);
         let class = strokes
             .and_then(|strokes| strokes.get(&stroke))
             .map(|stroke| stroke.class);
@@ -58,6 +58,6 @@ impl Model {
     }
 
     fn selected(&self) -> Option<StrokeId> {
-        self.state.workspace().and_then(|workspace| workspace.selected())
+        self.state.workspace().and_then(|workspace| workspace.selected)
     }
 }

@@ -87,7 +87,7 @@ impl Model {
         if workspace.suggestions().at().is_none() {
             return;
         }
-        match workspace.suggestions_mut().skip() {
+        match workspace.suggestions.skip() {
             Some(index) => {
                 workspace.show_suggestion(index);
                 self.arrived();
@@ -97,6 +97,6 @@ impl Model {
     }
 
     pub(crate) fn leave_suggestions(&mut self) {
-        self.with_workspace(|workspace| workspace.suggestions_mut().leave());
+        self.with_workspace(|workspace| workspace.suggestions.leave());
     }
 }

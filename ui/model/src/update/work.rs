@@ -45,16 +45,16 @@ impl Model {
         };
         let stop = Arc::new(AtomicBool::new(false));
         let export = Export {
-            scene: Arc::clone(workspace.scene()),
-            labels: workspace.document().labels().clone(),
-            generation: workspace.document().generation(),
+            scene: Arc::clone(&workspace.scene),
+            labels: workspace.document.labels().clone(),
+            generation: workspace.document.generation(),
             format: choice.format,
             options: choice.options(),
             maps,
             stop: Arc::clone(&stop),
         };
         let folder = choice.folder();
-        self.state.export = Some(ExportProgress::Writing(0, workspace.scene().frames.len()));
+        self.state.export = Some(ExportProgress::Writing(0, workspace.scene.frames.len()));
         self.state.export_choice = choice;
         self.state.stopping_export = false;
         self.export_stop = stop;
@@ -115,8 +115,8 @@ impl Model {
         let Some(workspace) = self.state.workspace() else {
             return;
         };
-        let scene = Arc::clone(workspace.scene());
-        let classes = workspace.document().classes().to_vec();
+        let scene = Arc::clone(&workspace.scene);
+        let classes = workspace.document.classes().to_vec();
         self.last_ticket += 1;
         let ticket = self.last_ticket;
         self.state.importing = Some(ticket);
@@ -163,11 +163,11 @@ impl Model {
         let mut wake = self.state.messages.expire(now);
         if let Some(workspace) = self.state.workspace_mut() {
             let due = workspace.refresh_overview(now);
-            wake = wake.into_iter().chain(workspace.overview().wake_in(now)).min();
+            wake = wake.into_iter().chain(workspace.overview.wake_in(now)).min();
             let maps = workspace.session().maps().cloned();
             if let (Some(due), Some(maps)) = (due, maps) {
-                let serial = workspace.serial();
-                let imported = workspace.document().labels().imported.clone();
+                let serial = workspace.serial;
+                let imported = workspace.document.labels().imported.clone();
                 self.start("summaries", move |_, _| {
                     Done::Summarised(serial, summarise(&maps, imported.as_ref(), due))
                 });
@@ -179,9 +179,9 @@ impl Model {
     /// Maps were summed up.
     pub(crate) fn summarised(&mut self, serial: u64, made: Vec<Summarised>) {
         if let Some(workspace) = self.state.workspace_mut()
-            && workspace.serial() == serial
+            && workspace.serial == serial
         {
-            workspace.overview_mut().take_summaries(made, Instant::now());
+            workspace.overview.take_summaries(made, Instant::now());
         }
     }
 }

@@ -41,7 +41,7 @@ impl Workspace {
                 self.overview.take_stroke_checks(checks, accuracy);
             }
             Event::Rendered(view) => {
-                if view.frame == self.frame {
+                if view.frame == self.frame_index {
                     self.not_rendered = None;
                     self.rendered = Some(Versioned::new(view));
                 }

@@ -15,11 +15,6 @@ pub enum Lock<'a> {
 }
 
 impl Workspace {
-    /// The current class; `None` until there is one.
-    pub fn class(&self) -> Option<ClassId> {
-        self.class
-    }
-
     /// Makes a class current.
     pub fn choose_class(&mut self, class: ClassId) {
         if class == VOID || self.document.labels().class(class).is_some() {
@@ -27,25 +22,20 @@ impl Workspace {
         }
     }
 
-    /// Which classes are locked, and which are hidden.
-    pub fn class_view(&self) -> &ClassView {
-        &self.class_view
-    }
-
     /// Locks, hides and shows classes.
     pub fn change_class_view(&mut self, change: impl FnOnce(&mut ClassView)) {
         change(&mut self.class_view);
-        self.document.hide(self.class_view.hidden());
+        self.document.hide(&self.class_view.hidden);
     }
 
     /// Whether what is labelled as a class has to stay as it is.
     pub fn is_locked(&self, class: ClassId) -> bool {
-        self.class_view.locked().contains(&class)
+        self.class_view.locked.contains(&class)
     }
 
     /// Whether a class is left out of the overlay.
     pub fn is_hidden(&self, class: ClassId) -> bool {
-        self.class_view.hidden().contains(&class)
+        self.class_view.hidden.contains(&class)
     }
 
     /// What keeps a stroke from being drawn, if anything does.
@@ -76,7 +66,7 @@ impl Workspace {
     pub fn locked_under_eraser(&self, path: &[Pixel], radius: u32) -> Option<&Class> {
         let labels = self.document.labels();
         let locked = labels
-            .strokes_of(self.frame)
+            .strokes_of(self.frame_index)
             .filter(|(_, stroke)| self.is_locked(stroke.class));
         let mut touched = locked.filter(|(_, stroke)| erase(stroke, path, radius).is_some());
         touched.next().and_then(|(_, stroke)| labels.class(stroke.class))

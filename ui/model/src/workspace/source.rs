@@ -29,10 +29,10 @@ impl FrameSource {
     pub fn new(workspace: &Workspace, frame: usize, look: Look) -> Self {
         let needs_map = look.layer != Layer::Color;
         Self {
-            scene: Arc::clone(workspace.scene()),
+            scene: Arc::clone(&workspace.scene),
             frame,
             map: needs_map.then(|| workspace.newest_map(frame)).flatten(),
-            palette: Arc::clone(workspace.document().palette()),
+            palette: Arc::clone(workspace.document.palette()),
             look,
         }
     }

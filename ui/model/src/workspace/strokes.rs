@@ -7,14 +7,9 @@ use crate::document::frame_of;
 use crate::tool::{DrawnLine, Tool};
 
 impl Workspace {
-    /// The selected stroke, which is on the frame in view.
-    pub fn selected(&self) -> Option<StrokeId> {
-        self.selected
-    }
-
     /// Where the newest line of the frame in view ends.
     pub fn line_end(&self) -> Option<Pixel> {
-        let mut newest_first = self.document.strokes_on(self.frame).rev();
+        let mut newest_first = self.document.strokes_on(self.frame_index).rev();
         let (_, newest) = newest_first.find(|(_, stroke)| stroke.kind() != StrokeKind::Polygon)?;
         newest.lines.last()?.last().copied()
     }
@@ -22,7 +17,11 @@ impl Workspace {
     /// Selects a stroke of the frame in view, or none.
     pub fn select(&mut self, stroke: Option<StrokeId>) {
         let strokes = &self.document.labels().strokes;
-        let here = |id: &StrokeId| strokes.get(id).is_some_and(|stroke| stroke.frame == self.frame);
+        let here = |id: &StrokeId| {
+            strokes
+                .get(id)
+                .is_some_and(|stroke| stroke.frame == self.frame_index)
+        };
         self.selected = stroke.filter(here);
     }
 
@@ -31,7 +30,7 @@ impl Workspace {
         let Some(stroke) = self.document.labels().strokes.get(&id).cloned() else {
             return false;
         };
-        let before = self.frame;
+        let before = self.frame_index;
         // The middle of a scribble is on it; that of a polygon's rows is inside.
         let line = stroke.lines.get(stroke.lines.len() / 2);
         let middle = match line.map(Vec::as_slice) {
@@ -45,7 +44,7 @@ impl Workspace {
             }
         }
         self.select(Some(id));
-        self.frame != before
+        self.frame_index != before
     }
 
     /// Labels or erases along a line on the frame in view; `None` when nothing changed.
@@ -53,7 +52,7 @@ impl Workspace {
         self.selected = None;
         match line.tool {
             Tool::Brush | Tool::Polyline | Tool::Polygon => {
-                let stroke = line.into_stroke(self.frame, self.class?, radius);
+                let stroke = line.into_stroke(self.frame_index, self.class?, radius);
                 self.edit(|history| Some(history.add_stroke(stroke)))
             }
             Tool::Erase => self.erase(&line.points, radius),
@@ -63,8 +62,8 @@ impl Workspace {
 
     /// Erases along a path on the frame in view: every eraser of the window does it here.
     fn erase(&mut self, path: &[Pixel], radius: u32) -> Option<Edit> {
-        let frame = self.frame;
-        let locked = self.class_view.locked().clone();
+        let frame = self.frame_index;
+        let locked = self.class_view.locked.clone();
         let may_erase = |class| !locked.contains(&class);
         self.edit(|history| history.erase_where(frame, path, radius, may_erase))
     }

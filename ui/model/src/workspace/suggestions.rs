@@ -13,11 +13,6 @@ impl Workspace {
         &self.suggestions
     }
 
-    /// Where to label next, and where the person is among these places.
-    pub(crate) fn suggestions_mut(&mut self) -> &mut Suggestions {
-        &mut self.suggestions
-    }
-
     /// Why no place is listed, and what to do.
     pub fn why_no_suggestion(&self) -> &'static str {
         if self.suggestions.skipped() > 0 {

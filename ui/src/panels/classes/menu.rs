@@ -10,8 +10,8 @@ use crate::widgets::{Icon, icon_button};
 /// The button at the head of the list with what concerns all classes.
 pub(super) fn of_list(ui: &mut Ui, workspace: &Workspace, commands: &mut Commands) {
     let button = icon_button(ui, Icon::More, "Class list");
-    let view = workspace.class_view();
-    let some = !workspace.document().classes().is_empty();
+    let view = &workspace.class_view;
+    let some = !workspace.document.classes().is_empty();
     Popup::menu(&button).show(|ui| {
         entry(ui, true, "Add classes...", || {
             commands.push(Command::Show(Some(Dialog::AddClasses(Box::new(
@@ -28,10 +28,10 @@ pub(super) fn of_list(ui: &mut Ui, workspace: &Workspace, commands: &mut Command
             commands.push(Command::FindClass(ClassUse::Choose));
             ui.close();
         }
-        entry(ui, !view.hidden().is_empty(), "Show all classes", || {
+        entry(ui, !view.hidden.is_empty(), "Show all classes", || {
             commands.push(Command::ShowClasses);
         });
-        entry(ui, !view.locked().is_empty(), "Unlock all classes", || {
+        entry(ui, !view.locked.is_empty(), "Unlock all classes", || {
             commands.push(Command::UnlockClasses);
         });
     });
@@ -47,7 +47,7 @@ pub(super) fn of_class(
     rect: Rect,
     commands: &mut Commands,
 ) -> bool {
-    let Some(class) = workspace.document().classes().get(index) else {
+    let Some(class) = workspace.document.classes().get(index) else {
         return false;
     };
     let mut child = ui.new_child(egui::UiBuilder::new().max_rect(rect));
@@ -60,7 +60,7 @@ pub(super) fn of_class(
 }
 
 fn entries(ui: &mut Ui, workspace: &Workspace, index: usize, rename: &mut bool, commands: &mut Commands) {
-    let classes = workspace.document().classes();
+    let classes = workspace.document.classes();
     let class = &classes[index];
     let (locked, hidden) = (workspace.is_locked(class.id), workspace.is_hidden(class.id));
     entry(ui, true, "Rename", || *rename = true);
@@ -96,7 +96,7 @@ fn entries(ui: &mut Ui, workspace: &Workspace, index: usize, rename: &mut bool, 
         commands.push(Command::SetClassHidden(class.id, !hidden));
     });
     ui.separator();
-    let strokes = workspace.document().strokes_of_class(class.id);
+    let strokes = workspace.document.strokes_of_class(class.id);
     let delete = match strokes {
         0 => "Delete".to_owned(),
         1 => "Delete with its stroke".to_owned(),
