@@ -298,7 +298,7 @@ impl Canvas {
             overlay::line(&painter, workspace, placement, line, model.settings.brush);
         }
         if let Some(draft) = self.gesture.draft() {
-            let next = hover.filter(|_| model.settings.tool == draft.tool() && !self.gesture.is_panning());
+            let next = hover.filter(|_| model.settings.tool == draft.tool && !self.gesture.is_panning());
             overlay::draft(&painter, workspace, placement, draft, next, model.settings.brush);
             draft_note(ui, &painter, draft);
         }
@@ -497,7 +497,7 @@ impl Canvas {
 
 /// Says at the lower edge how what is being drawn ends.
 fn draft_note(ui: &Ui, painter: &egui::Painter, draft: &Draft) {
-    let what = if draft.tool() == Tool::Polygon {
+    let what = if draft.tool == Tool::Polygon {
         "Polygon"
     } else {
         "Polyline"

@@ -18,7 +18,7 @@ use inplace_model::{Command, Commands, Model};
 
 use crate::keys;
 use crate::keys::table::{AT_A_SUGGESTION, Line, TABLE};
-use form::{at_the_end, confirm, path_field, room, text_field};
+use form::{close, confirm, path_field, room, text_field};
 
 /// The dialogs, with what they remember between frames.
 #[derive(Debug, Default)]
@@ -174,10 +174,5 @@ fn help(ui: &mut Ui, commands: &mut Commands) {
                     }
                 });
         });
-    ui.add_space(8.0);
-    at_the_end(ui, |ui| {
-        if ui.button("Close").clicked() {
-            commands.push(Command::Show(None));
-        }
-    });
+    close(ui, commands);
 }

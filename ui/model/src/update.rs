@@ -67,9 +67,8 @@ impl Model {
             Input::FrameBegins { now, window } => self.frame_begins(now, window),
         }
         self.note_settings();
-        let asked = self.state.workspace_mut().map(Workspace::take_outbox);
-        let asked = asked.into_iter().flatten().map(Effect::Session);
-        self.effects.extend(asked);
+        let asked = self.with_workspace(Workspace::take_outbox);
+        self.effects.extend(asked.into_iter().map(Effect::Session));
         std::mem::take(&mut self.effects)
     }
 
@@ -199,10 +198,12 @@ impl Model {
         self.effects.push(Effect::Start(Job::new(name, work)));
     }
 
-    pub(crate) fn with_workspace(&mut self, change: impl FnOnce(&mut Workspace)) {
-        if let Some(workspace) = self.state.workspace_mut() {
-            change(workspace);
-        }
+    /// Does something with the open scene; nothing where there is none.
+    pub(crate) fn with_workspace<Told: Default>(
+        &mut self,
+        change: impl FnOnce(&mut Workspace) -> Told,
+    ) -> Told {
+        self.state.workspace_mut().map(change).unwrap_or_default()
     }
 
     pub(crate) fn show(&mut self, dialog: Option<Dialog>) {

@@ -40,8 +40,8 @@ pub fn draft(
     cursor: Option<Pos2>,
     radius: u32,
 ) {
-    let color = tool_color(workspace, draft.tool());
-    let mut pixels = draft.points().to_vec();
+    let color = tool_color(workspace, draft.tool);
+    let mut pixels = draft.points.clone();
     let Some(first) = pixels.first().map(|&pixel| placement.pixel_center(pixel)) else {
         return;
     };
@@ -49,7 +49,7 @@ pub fn draft(
     if let Some(cursor) = cursor.filter(|_| !closing) {
         pixels.push(placement.nearest_pixel(cursor));
     }
-    if draft.tool() == Tool::Polygon {
+    if draft.tool == Tool::Polygon {
         paint_runs(painter, &polygon_runs(&pixels), placement, color);
         let mut outline: Vec<Pos2> = pixels
             .iter()

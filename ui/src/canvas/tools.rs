@@ -190,7 +190,7 @@ impl Gesture {
 
     fn add_corner(&mut self, tool: Tool, pos: Pos2, view: View, around: &CanvasPlace) -> Option<Outcome> {
         let placement = Placement::new(view, around.canvas, around.size);
-        let Some(draft) = self.draft.as_mut().filter(|draft| draft.tool() == tool) else {
+        let Some(draft) = self.draft.as_mut().filter(|draft| draft.tool == tool) else {
             // What the other tool began stays only until this one begins.
             let pixel = placement.pixel_at(pos)?;
             self.draft = Some(Draft::new(tool, pixel, pos));
@@ -201,7 +201,7 @@ impl Gesture {
             around.time - time <= DOUBLE_CLICK.0 && at.distance(pos) <= DOUBLE_CLICK.1
         });
         let closes = draft
-            .points()
+            .points
             .first()
             .is_some_and(|&first| draft.closes_at(pos, placement.pixel_center(first)));
         if twice || closes {
@@ -248,7 +248,7 @@ impl Gesture {
             && draft.release()
         {
             let placement = Placement::new(view, around.canvas, around.size);
-            let first = placement.pixel_center(*draft.points().first()?);
+            let first = placement.pixel_center(*draft.points.first()?);
             if draft.closes_at(pos, first) {
                 return self.finish().map(Outcome::Finished);
             }

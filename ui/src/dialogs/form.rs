@@ -29,7 +29,7 @@ pub fn text_field(ui: &mut Ui, text: &mut String, name: &str, hint: &'static str
 }
 
 /// One line of controls from the right.
-pub fn at_the_end(ui: &mut Ui, controls: impl FnOnce(&mut Ui)) {
+fn at_the_end(ui: &mut Ui, controls: impl FnOnce(&mut Ui)) {
     ui.horizontal(|ui| {
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), controls);
     });
@@ -51,6 +51,16 @@ pub fn confirm(
             commands.push(command());
         }
         if ui.button("Cancel").clicked() {
+            commands.push(Command::Show(None));
+        }
+    });
+}
+
+/// The button at the end of a dialog that asks for nothing.
+pub fn close(ui: &mut Ui, commands: &mut Commands) {
+    ui.add_space(8.0);
+    at_the_end(ui, |ui| {
+        if ui.button("Close").clicked() {
             commands.push(Command::Show(None));
         }
     });

@@ -6,7 +6,7 @@ use inplace_model::keymap::{KeyMap, Shortcut};
 use inplace_model::preferences::{Hint, PreferenceChange, Theme, cores, usual_threads};
 use inplace_model::{Command, Commands, Model};
 
-use super::form::{at_the_end, room};
+use super::form::{close, room};
 use crate::keys;
 use crate::keys::table::{LARGER, Line, SMALLER, TABLE, USUAL_SIZE, UiCommand};
 use crate::theme;
@@ -79,12 +79,7 @@ pub fn show(page: &mut SettingsPage, ui: &mut Ui, model: &Model, commands: &mut 
             section(ui, "Keys");
             keys(page, ui, model, commands);
         });
-    ui.add_space(8.0);
-    at_the_end(ui, |ui| {
-        if ui.button("Close").clicked() {
-            commands.push(Command::Show(None));
-        }
-    });
+    close(ui, commands);
 }
 
 fn keys(page: &mut SettingsPage, ui: &mut Ui, model: &Model, commands: &mut Commands) {

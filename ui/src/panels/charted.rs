@@ -102,10 +102,7 @@ impl Charted {
 
     /// The points of a number.
     pub fn line(&self, number: Number) -> &[PlotPoint] {
-        let mut of_numbers = NUMBERS.iter().zip(&self.lines);
-        of_numbers
-            .find(|(each, _)| **each == number)
-            .map_or(&[], |(_, line)| line)
+        &self.lines[number as usize]
     }
 
     /// Where strokes were made, over time.

@@ -11,8 +11,8 @@ use inplace_model::project_session::{ProjectSession, SavedState};
 use inplace_model::text::PROGRAM;
 use inplace_model::{Command, Commands, Model};
 
-use super::parts::not_found;
-use crate::keys::table::{self, UiCommand};
+use super::parts::{Menu, not_found};
+use crate::keys::table;
 use crate::pictures::Pictures;
 use crate::widgets::main_button_enabled;
 
@@ -34,7 +34,7 @@ pub fn show(ui: &mut Ui, model: &Model, pictures: &Pictures, commands: &mut Comm
         });
         ui.menu_button("Edit", |ui| edit(ui, model, commands));
         ui.menu_button("View", |ui| scrolled(ui, |ui| view(ui, model, commands)));
-        ui.menu_button("Help", |ui| entry(ui, true, &table::HELP, commands));
+        ui.menu_button("Help", |ui| Menu { ui, commands }.keyed(true, &table::HELP));
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             let wide = ui.available_width() >= ROOMY;
             if model.workspace().is_some() {
@@ -103,44 +103,26 @@ fn export_button(ui: &mut Ui, model: &Model, commands: &mut Commands) {
 
 fn file(ui: &mut Ui, model: &Model, pictures: &Pictures, commands: &mut Commands) {
     let open = model.workspace().is_some();
-    entry(ui, true, &table::OPEN, commands);
-    item(
-        ui,
-        true,
-        "Open folder...",
-        commands,
-        Command::Browse(Purpose::Scene),
-    );
-    item(
-        ui,
-        true,
-        "Open project...",
-        commands,
-        Command::Browse(Purpose::Project),
-    );
-    ui.menu_button("Open recent", |ui| recents(ui, model, pictures, commands));
-    ui.separator();
-    entry(ui, open, &table::SAVE, commands);
+    let mut menu = Menu { ui, commands };
+    menu.keyed(true, &table::OPEN);
+    menu.entry(true, "Open folder...", Command::Browse(Purpose::Scene));
+    menu.entry(true, "Open project...", Command::Browse(Purpose::Project));
+    menu.ui
+        .menu_button("Open recent", |ui| recents(ui, model, pictures, menu.commands));
+    menu.ui.separator();
+    menu.keyed(open, &table::SAVE);
     let path = String::new();
-    let save_as = Command::Show(Some(Dialog::SaveAs { path }));
-    item(ui, open, "Save as...", commands, save_as);
-    entry(ui, open, &table::EXPORT, commands);
-    let import = Command::Show(Some(Dialog::import()));
-    item(ui, open, "Import labels...", commands, import);
+    menu.entry(open, "Save as...", Command::Show(Some(Dialog::SaveAs { path })));
+    menu.keyed(open, &table::EXPORT);
+    menu.entry(open, "Import labels...", Command::Show(Some(Dialog::import())));
     let labels = model.workspace().map(|workspace| workspace.document.labels());
     let imported = labels.is_some_and(|labels| labels.imported.is_some());
-    item(
-        ui,
-        imported,
-        "Remove imported labels",
-        commands,
-        Command::RemoveImported,
-    );
-    ui.separator();
-    entry(ui, true, &table::SETTINGS, commands);
-    ui.separator();
-    item(ui, open, "Close scene", commands, Command::CloseScene);
-    item(ui, true, "Quit", commands, Command::Quit);
+    menu.entry(imported, "Remove imported labels", Command::RemoveImported);
+    menu.ui.separator();
+    menu.keyed(true, &table::SETTINGS);
+    menu.ui.separator();
+    menu.entry(open, "Close scene", Command::CloseScene);
+    menu.entry(true, "Quit", Command::Quit);
 }
 
 fn recents(ui: &mut Ui, model: &Model, pictures: &Pictures, commands: &mut Commands) {
@@ -178,7 +160,7 @@ fn edit(ui: &mut Ui, model: &Model, commands: &mut Commands) {
             Some(edit) => format!("{} {edit}", command.name),
             None => command.name.to_owned(),
         };
-        entry_named(ui, edit.is_some(), command, &name, commands);
+        Menu { ui, commands }.keyed_as(edit.is_some(), command, &name);
     }
 }
 
@@ -204,8 +186,9 @@ fn view(ui: &mut Ui, model: &Model, commands: &mut Commands) {
     }
     ui.separator();
     let open = model.workspace().is_some();
-    entry(ui, open, &table::FIT, commands);
-    entry(ui, open, &table::SPACE, commands);
+    let mut menu = Menu { ui, commands };
+    menu.keyed(open, &table::FIT);
+    menu.keyed(open, &table::SPACE);
     ui.separator();
     let window = ui.ctx().content_rect().size();
     for pane in Pane::ALL {
@@ -228,28 +211,6 @@ fn view(ui: &mut Ui, model: &Model, commands: &mut Commands) {
             commands.push(Command::Prefer(PreferenceChange::Theme(theme)));
             ui.close();
         }
-    }
-}
-
-/// An entry of a menu that has a key.
-fn entry(ui: &mut Ui, enabled: bool, command: &UiCommand, commands: &mut Commands) {
-    entry_named(ui, enabled, command, command.name, commands);
-}
-
-/// An entry of a menu that has a key, with another name.
-fn entry_named(ui: &mut Ui, enabled: bool, command: &UiCommand, name: &str, commands: &mut Commands) {
-    let button = Button::new(name).shortcut_text(command.key(ui.ctx()));
-    if ui.add_enabled(enabled, button).clicked() {
-        commands.push(command.command.clone());
-        ui.close();
-    }
-}
-
-/// An entry of a menu that has no key.
-fn item(ui: &mut Ui, enabled: bool, text: &str, commands: &mut Commands, command: Command) {
-    if ui.add_enabled(enabled, Button::new(text)).clicked() {
-        commands.push(command);
-        ui.close();
     }
 }
 

@@ -1,11 +1,12 @@
 //! What panels are made of.
 
-use egui::Ui;
+use egui::{Button, Ui};
 use inplace_core::labels::{ClassId, VOID};
 use inplace_model::preferences::{Pane, PreferenceChange};
 use inplace_model::workspace::Workspace;
 use inplace_model::{Command, Commands};
 
+use crate::keys::table::UiCommand;
 use crate::theme;
 use crate::widgets::{Icon, icon_button};
 
@@ -59,4 +60,35 @@ pub fn frames_done(done: usize, total: usize) -> String {
 /// Something opened lately that is not where it was.
 pub fn not_found(name: &str) -> String {
     format!("{name} (not found)")
+}
+
+/// A menu with the commands that its entries push; each closes it.
+pub struct Menu<'a> {
+    pub ui: &'a mut Ui,
+    pub commands: &'a mut Commands,
+}
+
+impl Menu<'_> {
+    /// An entry without a key.
+    pub fn entry(&mut self, enabled: bool, text: &str, command: Command) {
+        self.button(enabled, Button::new(text), command);
+    }
+
+    /// An entry with a key.
+    pub fn keyed(&mut self, enabled: bool, command: &UiCommand) {
+        self.keyed_as(enabled, command, command.name);
+    }
+
+    /// An entry with a key and another name.
+    pub fn keyed_as(&mut self, enabled: bool, command: &UiCommand, name: &str) {
+        let button = Button::new(name).shortcut_text(command.key(self.ui.ctx()));
+        self.button(enabled, button, command.command.clone());
+    }
+
+    fn button(&mut self, enabled: bool, button: Button<'_>, command: Command) {
+        if self.ui.add_enabled(enabled, button).clicked() {
+            self.commands.push(command);
+            self.ui.close();
+        }
+    }
 }

@@ -10,24 +10,17 @@ const SECONDS: f64 = 0.6;
 /// A flight under way.
 #[derive(Clone, Copy, Debug)]
 pub struct Flight {
-    from: OrbitCamera,
-    to: OrbitCamera,
-    start: f64,
+    /// Where it begins.
+    pub from: OrbitCamera,
+    /// Where it ends.
+    pub to: OrbitCamera,
+    /// When it begins, in seconds.
+    pub start: f64,
     /// Where to go at its end.
     pub then: Option<Mark>,
 }
 
 impl Flight {
-    /// A flight that starts at this time, in seconds.
-    pub fn new(from: OrbitCamera, to: OrbitCamera, start: f64, then: Option<Mark>) -> Self {
-        Self {
-            from,
-            to,
-            start,
-            then,
-        }
-    }
-
     /// Where the camera is at a time.
     pub fn camera(&self, now: f64) -> OrbitCamera {
         let share = ((now - self.start) / SECONDS).clamp(0.0, 1.0) as f32;

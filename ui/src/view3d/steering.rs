@@ -89,7 +89,12 @@ impl View3d {
         // What meets nothing lies far outside of the scene.
         let distance = distance.min(2.0 * ball.radius);
         let to = OrbitCamera::at_frame(shown, from.level, distance);
-        self.flight = Some(Flight::new(from, to, now, then));
+        self.flight = Some(Flight {
+            from,
+            to,
+            start: now,
+            then,
+        });
     }
 
     /// Turns, moves and zooms as pointer and keys say.
@@ -167,8 +172,12 @@ impl View3d {
 
     /// Starts a flight that brings a place into the middle.
     pub(super) fn turn_to(&mut self, ui: &Ui, camera: &OrbitCamera, pivot: Vec3, now: f64) {
-        let to = OrbitCamera { pivot, ..*camera };
-        self.flight = Some(Flight::new(*camera, to, now, None));
+        self.flight = Some(Flight {
+            from: *camera,
+            to: OrbitCamera { pivot, ..*camera },
+            start: now,
+            then: None,
+        });
         ui.ctx().request_repaint();
     }
 }

@@ -13,18 +13,12 @@ use crate::tool::DrawnLine;
 impl Model {
     /// Changes the labels and keeps the edit.
     pub(crate) fn edit(&mut self, change: impl FnOnce(&mut History) -> Option<Edit>) {
-        let edit = self
-            .state
-            .workspace_mut()
-            .and_then(|workspace| workspace.edit(change));
+        let edit = self.with_workspace(|workspace| workspace.edit(change));
         self.keep(edit.map(Step::Do));
     }
 
     pub(crate) fn step(&mut self, change: fn(&mut History) -> Option<Edit>, step: Step) {
-        let edit = self
-            .state
-            .workspace_mut()
-            .and_then(|workspace| workspace.step_history(change));
+        let edit = self.with_workspace(|workspace| workspace.step_history(change));
         self.keep(edit.map(|_| step));
     }
 

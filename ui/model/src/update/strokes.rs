@@ -14,9 +14,7 @@ impl Model {
     }
 
     pub(crate) fn go_to_stroke(&mut self, stroke: StrokeId) {
-        let mut moved = false;
-        self.with_workspace(|workspace| moved = workspace.go_to_stroke(stroke));
-        if moved {
+        if self.with_workspace(|workspace| workspace.go_to_stroke(stroke)) {
             self.looked_away();
         }
     }

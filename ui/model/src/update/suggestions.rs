@@ -10,9 +10,7 @@ const ALL_SKIPPED: &str = "All suggested places are skipped.";
 
 impl Model {
     pub(crate) fn go_to_suggestion(&mut self, index: usize) {
-        let mut gone = false;
-        self.with_workspace(|workspace| gone = workspace.go_to_suggestion(index));
-        if gone {
+        if self.with_workspace(|workspace| workspace.go_to_suggestion(index)) {
             self.arrived();
         }
     }
@@ -41,13 +39,12 @@ impl Model {
     }
 
     pub(crate) fn answer_suggestion(&mut self, index: usize, class: ClassId) {
-        let mut edit = None;
-        self.with_workspace(|workspace| {
+        let edit = self.with_workspace(|workspace| {
             // So that it is seen what the answer does.
             if workspace.suggestions().at() != Some(index) {
                 workspace.show_suggestion(index);
             }
-            edit = workspace.answer_suggestion(index, class);
+            workspace.answer_suggestion(index, class)
         });
         if edit.is_some() {
             self.give_up_focus();

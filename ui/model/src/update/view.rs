@@ -11,13 +11,8 @@ impl Model {
     }
 
     pub(crate) fn go_to(&mut self, frame: impl FnOnce(&Workspace) -> Option<usize>) {
-        let mut moved = false;
-        self.with_workspace(|workspace| {
-            if let Some(frame) = frame(workspace) {
-                moved = workspace.go_to(frame);
-            }
-        });
-        if moved {
+        let moved = |workspace: &mut Workspace| frame(workspace).is_some_and(|frame| workspace.go_to(frame));
+        if self.with_workspace(moved) {
             self.leave_suggestions();
             self.looked_away();
         }

@@ -12,8 +12,10 @@ pub const CLOSING: f32 = 9.0;
 /// A polyline or polygon that is being drawn. It needs no button held, and stays on its frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Draft {
-    tool: Tool,
-    points: Vec<Pixel>,
+    /// What it becomes.
+    pub tool: Tool,
+    /// All its points in order, those drawn freely included.
+    pub points: Vec<Pixel>,
     /// How many points there were before each press: what taking back goes back to.
     presses: Vec<usize>,
     held: Option<Held>,
@@ -37,16 +39,6 @@ impl Draft {
         };
         draft.press(pixel, position);
         draft
-    }
-
-    /// What it becomes.
-    pub fn tool(&self) -> Tool {
-        self.tool
-    }
-
-    /// All its points in order, those drawn freely included.
-    pub fn points(&self) -> &[Pixel] {
-        &self.points
     }
 
     /// The points that were clicked.

@@ -176,7 +176,7 @@ fn a_drag_draws_an_outline_that_closes_near_its_beginning() {
         &around,
         &[button(66.5, 66.5, PointerButton::Primary, false)],
     );
-    assert_eq!(gesture.draft().unwrap().points().len(), 3);
+    assert_eq!(gesture.draft().unwrap().points.len(), 3);
     gesture.take_back();
     assert!(!gesture.is_drawing());
 }
@@ -192,7 +192,7 @@ fn the_view_moves_in_the_middle_of_a_polygon() {
     ];
     let outcomes = follow(&mut gesture, &around, &events);
     assert!(matches!(outcomes.as_slice(), [Outcome::Moved(_)]));
-    assert_eq!(gesture.draft().unwrap().points(), &CORNERS[..1]);
+    assert_eq!(gesture.draft().unwrap().points, &CORNERS[..1]);
 }
 
 #[test]

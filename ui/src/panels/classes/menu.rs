@@ -1,10 +1,12 @@
 //! The menu of the class list, and that of each class.
 
 use egui::{Popup, Rect, ScrollArea, Ui};
-use inplace_model::dialogs::{AddClasses, ClassUse, Dialog};
+use inplace_model::dialogs::{AddClasses, Dialog};
 use inplace_model::workspace::Workspace;
 use inplace_model::{Command, Commands};
 
+use crate::keys::table::FIND_CLASS;
+use crate::panels::parts::Menu;
 use crate::widgets::{Icon, icon_button};
 
 /// The button at the head of the list with what concerns all classes.
@@ -13,27 +15,19 @@ pub(super) fn of_list(ui: &mut Ui, workspace: &Workspace, commands: &mut Command
     let view = &workspace.class_view;
     let some = !workspace.document.classes().is_empty();
     Popup::menu(&button).show(|ui| {
-        entry(ui, true, "Add classes...", || {
-            commands.push(Command::Show(Some(Dialog::AddClasses(Box::new(
-                AddClasses::new(0),
-            )))));
-        });
-        let path = String::new();
-        entry(ui, some, "Save classes as a file...", || {
-            commands.push(Command::Show(Some(Dialog::SaveClasses { path })));
-        });
-        ui.separator();
-        let find = egui::Button::new("Find a class").shortcut_text("C");
-        if ui.add(find).clicked() {
-            commands.push(Command::FindClass(ClassUse::Choose));
-            ui.close();
-        }
-        entry(ui, !view.hidden.is_empty(), "Show all classes", || {
-            commands.push(Command::ShowClasses);
-        });
-        entry(ui, !view.locked.is_empty(), "Unlock all classes", || {
-            commands.push(Command::UnlockClasses);
-        });
+        let mut menu = Menu { ui, commands };
+        let add = Dialog::AddClasses(Box::new(AddClasses::new(0)));
+        menu.entry(true, "Add classes...", Command::Show(Some(add)));
+        let save = Dialog::SaveClasses { path: String::new() };
+        menu.entry(some, "Save classes as a file...", Command::Show(Some(save)));
+        menu.ui.separator();
+        menu.keyed(true, &FIND_CLASS);
+        menu.entry(!view.hidden.is_empty(), "Show all classes", Command::ShowClasses);
+        menu.entry(
+            !view.locked.is_empty(),
+            "Unlock all classes",
+            Command::UnlockClasses,
+        );
     });
 }
 
@@ -63,53 +57,39 @@ fn entries(ui: &mut Ui, workspace: &Workspace, index: usize, rename: &mut bool, 
     let classes = workspace.document.classes();
     let class = &classes[index];
     let (locked, hidden) = (workspace.is_locked(class.id), workspace.is_hidden(class.id));
-    entry(ui, true, "Rename", || *rename = true);
+    if ui.button("Rename").clicked() {
+        *rename = true;
+        ui.close();
+    }
     ui.add_enabled_ui(classes.len() > 1, |ui| {
         ui.menu_button("Merge into", |ui| {
             ScrollArea::vertical().max_height(320.0).show(ui, |ui| {
                 for other in classes.iter().filter(|other| other.id != class.id) {
-                    entry(ui, true, &other.name, || {
-                        commands.push(Command::MergeClass(class.id, other.id));
-                    });
+                    Menu { ui, commands }.entry(true, &other.name, Command::MergeClass(class.id, other.id));
                 }
             });
         });
     });
     ui.separator();
-    entry(ui, index > 0, "Move up", || {
-        commands.push(Command::MoveClass(class.id, index - 1));
-    });
-    entry(ui, index + 1 < classes.len(), "Move down", || {
-        commands.push(Command::MoveClass(class.id, index + 1));
-    });
-    ui.separator();
+    let mut menu = Menu { ui, commands };
+    let above = index.saturating_sub(1);
+    menu.entry(index > 0, "Move up", Command::MoveClass(class.id, above));
+    let is_last = index + 1 == classes.len();
+    menu.entry(!is_last, "Move down", Command::MoveClass(class.id, index + 1));
+    menu.ui.separator();
     let lock = if locked { "Unlock" } else { "Lock" };
-    entry(ui, true, lock, || {
-        commands.push(Command::SetClassLocked(class.id, !locked));
-    });
+    menu.entry(true, lock, Command::SetClassLocked(class.id, !locked));
     let hide = if hidden {
         "Show in the overlay"
     } else {
         "Hide in the overlay"
     };
-    entry(ui, true, hide, || {
-        commands.push(Command::SetClassHidden(class.id, !hidden));
-    });
-    ui.separator();
-    let strokes = workspace.document.strokes_of_class(class.id);
-    let delete = match strokes {
+    menu.entry(true, hide, Command::SetClassHidden(class.id, !hidden));
+    menu.ui.separator();
+    let delete = match workspace.document.strokes_of_class(class.id) {
         0 => "Delete".to_owned(),
         1 => "Delete with its stroke".to_owned(),
         many => format!("Delete with its {many} strokes"),
     };
-    entry(ui, true, &delete, || {
-        commands.push(Command::DeleteClass(class.id));
-    });
-}
-
-fn entry(ui: &mut Ui, enabled: bool, text: &str, chosen: impl FnOnce()) {
-    if ui.add_enabled(enabled, egui::Button::new(text)).clicked() {
-        chosen();
-        ui.close();
-    }
+    menu.entry(true, &delete, Command::DeleteClass(class.id));
 }
