@@ -182,9 +182,19 @@ mod tests {
         vec![pressed, Event::Text(key.name().to_lowercase())]
     }
 
-    /// Numbers of events in the frames that these parts come in; the key C moves the focus, and so does a click.
-    fn frames(parts: &[Vec<Event>], mut is_typing: bool) -> Vec<usize> {
-        let mut events = parts.concat();
+    /// What is done: a click on a field (f) or on the canvas (c), a letter (5), or the key that opens a field (o).
+    fn done(parts: &str) -> Vec<Event> {
+        let part = |part| match part {
+            'f' => click(FIELD),
+            'c' => click(CANVAS),
+            'o' => typed(Key::C),
+            _ => typed(Key::Num5),
+        };
+        parts.chars().flat_map(part).collect()
+    }
+
+    /// Numbers of events in the frames that these come in; the key C moves the focus, and so does a click.
+    fn frames(mut events: Vec<Event>, mut is_typing: bool) -> Vec<usize> {
         let mut frames = Vec::new();
         let opens = |event: &Event| matches!(event, Event::Key { key: Key::C, .. });
         while !events.is_empty() {
@@ -200,54 +210,17 @@ mod tests {
 
     #[test]
     fn what_depends_on_what_was_before_comes_in_a_later_frame() {
-        let (field, canvas) = (|| click(FIELD), || click(CANVAS));
-        let five = || typed(Key::Num5);
         for (name, parts, is_typing, expected) in [
-            ("a key and a click", vec![five(), canvas()], false, vec![5]),
-            (
-                "clicks on the canvas",
-                vec![canvas(), canvas(), canvas()],
-                false,
-                vec![9],
-            ),
-            (
-                "a key after a click",
-                vec![five(), canvas(), five(), canvas()],
-                false,
-                vec![5, 5],
-            ),
-            (
-                "letters after a click on a field",
-                vec![field(), five(), five()],
-                false,
-                vec![3, 4],
-            ),
-            (
-                "clicks beside the canvas",
-                vec![field(), field(), canvas()],
-                false,
-                vec![3, 3, 3],
-            ),
-            (
-                "letters after a key that opens a field",
-                vec![typed(Key::C), five()],
-                false,
-                vec![2, 2],
-            ),
-            (
-                "a click after letters in a field",
-                vec![five(), canvas(), five()],
-                true,
-                vec![3, 2, 2],
-            ),
-            (
-                "letters in a field",
-                vec![typed(Key::C), five(), typed(Key::C)],
-                true,
-                vec![6],
-            ),
+            ("a key and a click", "5c", false, vec![5]),
+            ("clicks on the canvas", "ccc", false, vec![9]),
+            ("a key after a click", "5c5c", false, vec![5, 5]),
+            ("letters after a click on a field", "f55", false, vec![3, 4]),
+            ("clicks beside the canvas", "ffc", false, vec![3, 3, 3]),
+            ("letters after a key that opens a field", "o5", false, vec![2, 2]),
+            ("a click after letters in a field", "5c5", true, vec![3, 2, 2]),
+            ("letters in a field", "o5o", true, vec![6]),
         ] {
-            assert_eq!(frames(&parts, is_typing), expected, "{name}");
+            assert_eq!(frames(done(parts), is_typing), expected, "{name}");
         }
     }
 
@@ -259,12 +232,12 @@ mod tests {
             Event::PointerMoved(FIELD),
             button(FIELD, false),
         ];
-        assert_eq!(frames(&[drag.to_vec()], false), [1, 3]);
+        assert_eq!(frames(drag.to_vec(), false), [1, 3]);
         let stroke = [
             button(CANVAS, true),
             Event::PointerMoved(FIELD),
             button(FIELD, false),
         ];
-        assert_eq!(frames(&[stroke.to_vec()], false), [3]);
+        assert_eq!(frames(stroke.to_vec(), false), [3]);
     }
 }

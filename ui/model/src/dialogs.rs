@@ -104,7 +104,7 @@ impl Dialog {
 
     /// Shows the settings.
     pub const fn settings() -> Self {
-        Self::Settings(SettingsPage::new())
+        Self::Settings(SettingsPage { choosing: None })
     }
 
     /// Puts a path that the system's dialog gave into the path field.

@@ -20,9 +20,10 @@ const SAME: f32 = 0.2;
 const MOST: usize = 8;
 
 /// What the person is at.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Mode {
     /// Something other than the suggestions.
+    #[default]
     Away,
     /// The place with this index in the list.
     At(usize),
@@ -51,7 +52,7 @@ struct Answer {
 }
 
 /// The suggested places and where the person is among them.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Suggestions {
     listed: Vec<Suggestion>,
     /// Generation of the labels that the list was made from.
@@ -68,24 +69,6 @@ pub struct Suggestions {
     /// Whether the list must stay as it is, since a hand is on it; and the list that waits for its end.
     held: bool,
     waiting: Option<Vec<Suggestion>>,
-}
-
-impl Default for Suggestions {
-    fn default() -> Self {
-        Self {
-            listed: Vec::new(),
-            generation: 0,
-            version: 0,
-            mode: Mode::Away,
-            answered: BTreeMap::new(),
-            settled: false,
-            skipped: Vec::new(),
-            given: Vec::new(),
-            taken_back: Vec::new(),
-            held: false,
-            waiting: None,
-        }
-    }
 }
 
 impl Suggestions {

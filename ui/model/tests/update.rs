@@ -159,19 +159,6 @@ fn an_edit_is_sent_to_the_worker_as_the_next_generation_and_kept_in_the_project(
 }
 
 #[test]
-fn undo_and_redo_show_the_frame_of_the_stroke() {
-    let mut stand = Stand::new();
-    stand.point(Tool::Brush, 8);
-    stand.act(Command::GoToFrame(2));
-    assert_eq!(stand.workspace().frame_index, 2);
-    stand.act(Command::Undo);
-    assert_eq!((stand.workspace().frame_index, stand.strokes()), (0, 0));
-    stand.act(Command::GoToFrame(2));
-    stand.act(Command::Redo);
-    assert_eq!((stand.workspace().frame_index, stand.strokes()), (0, 1));
-}
-
-#[test]
 fn a_locked_class_is_neither_drawn_nor_covered_nor_erased_nor_changed() {
     let mut stand = Stand::new();
     stand.act(Command::ChooseClass(2));

@@ -29,8 +29,7 @@ fn classes_are_renamed_merged_and_deleted_and_all_of_it_is_undone() {
     let mut window = Window::with_classes(&["wall", "floor"]);
     window.click_canvas(0.0, 0.0);
 
-    window.click("Actions for wall");
-    window.click("Rename");
+    window.click_through(&["Actions for wall", "Rename"]);
     let field = "Rename wall";
     for _ in 0..4 {
         window.press(Modifiers::NONE, Key::Backspace);
@@ -38,14 +37,11 @@ fn classes_are_renamed_merged_and_deleted_and_all_of_it_is_undone() {
     window.type_into(field, "ceiling");
     assert_eq!(names(&window), ["ceiling", "floor"]);
 
-    window.click("Actions for floor");
-    window.click("Merge into");
-    window.click("ceiling");
+    window.click_through(&["Actions for floor", "Merge into", "ceiling"]);
     assert_eq!(names(&window), ["ceiling"]);
     window.sees("ceiling, 1 stroke");
 
-    window.click("Actions for ceiling");
-    window.click("Delete with its stroke");
+    window.click_through(&["Actions for ceiling", "Delete with its stroke"]);
     assert_eq!(names(&window), [""; 0]);
     assert_eq!(window.strokes(), 0);
 
@@ -59,8 +55,7 @@ fn classes_are_renamed_merged_and_deleted_and_all_of_it_is_undone() {
 #[test]
 fn an_empty_list_offers_the_classes_of_data_sets_and_adds_them_in_one_edit() {
     let mut window = Window::demo();
-    window.click("NYU-13");
-    window.click("Add 13 classes");
+    window.click_through(&["NYU-13", "Add 13 classes"]);
     assert_eq!(window.workspace().document.classes(), PALETTES[0].classes());
     assert!(window.messages().contains("Added 13 classes."));
     assert!(
@@ -77,13 +72,10 @@ fn an_empty_list_offers_the_classes_of_data_sets_and_adds_them_in_one_edit() {
 fn a_long_list_is_searched_and_ticked_and_taken_numbers_are_said() {
     let mut window = Window::demo();
     window.add_class("Chair");
-    window.click("Class list");
-    window.click("Add classes...");
-    window.click("COCO-Stuff");
+    window.click_through(&["Class list", "Add classes...", "COCO-Stuff"]);
     window.sees("Add 0 classes");
     window.type_into("Search in the list", "person");
-    window.click("person");
-    window.click("Add 1 class");
+    window.click_through(&["person", "Add 1 class"]);
     // The chair has number 1, which is that of persons in COCO.
     assert_eq!(
         (names(&window), ids(&window)),
@@ -92,9 +84,7 @@ fn a_long_list_is_searched_and_ticked_and_taken_numbers_are_said() {
     let said = window.messages();
     assert!(said.contains("person (1 is now 2)"), "{said}");
 
-    window.click("Class list");
-    window.click("Add classes...");
-    window.click("COCO-Stuff");
+    window.click_through(&["Class list", "Add classes...", "COCO-Stuff"]);
     window.type_into("Search in the list", "chair");
     window.click("Tick all");
     window.sees("Add 0 classes");
@@ -110,8 +100,7 @@ fn a_list_of_ones_own_is_written_and_read_and_a_bad_one_is_refused_by_name() {
         let mut window = Window::with_demo(folder.path());
         window.add_class("wall");
         window.add_class("mug");
-        window.click("Class list");
-        window.click("Save classes as a file...");
+        window.click_through(&["Class list", "Save classes as a file..."]);
         window.replace_text("Class list file", file.to_str().unwrap());
         window.until("the file is written", |app| {
             app.model().messages.texts().count() > 0
@@ -124,8 +113,7 @@ fn a_list_of_ones_own_is_written_and_read_and_a_bad_one_is_refused_by_name() {
     std::fs::write(&bad, r#"[{"id": 1, "name": "a"}, {"id": 1, "name": "b"}]"#).unwrap();
     let other = tempfile::tempdir().unwrap();
     let mut window = Window::with_demo(other.path());
-    window.click("ScanNet-20");
-    window.click("From a file");
+    window.click_through(&["ScanNet-20", "From a file"]);
     window.type_into("Class list file", "");
     window.replace_text("Class list file", bad.to_str().unwrap());
     window.until_window("the refusal is shown", |window| {
@@ -147,23 +135,22 @@ fn locks_hidden_classes_and_their_order_are_kept_in_the_project() {
         let mut window = Window::with_demo(folder.path());
         window.add_class("wall");
         window.add_class("floor");
-        window.click("Lock wall");
-        window.click("Actions for floor");
-        window.click("Hide in the overlay");
+        window.click_through(&["Lock wall", "Actions for floor", "Hide in the overlay"]);
         let palette = window.workspace().document.palette();
         assert_eq!((palette.class(1)[3], palette.class(2)[3]), (255, 0));
-        window.click("Actions for floor");
-        window.click("Move up");
+        window.click_through(&["Actions for floor", "Move up"]);
         eframe::App::on_exit(window.harness.state_mut(), None);
     }
     let mut window = Window::with_demo(folder.path());
     window.sees("wall, 0 strokes, locked");
     window.sees("floor, 0 strokes, hidden");
     assert_eq!(names(&window), ["floor", "wall"]);
-    window.click("Class list");
-    window.click("Show all classes");
-    window.click("Class list");
-    window.click("Unlock all classes");
+    window.click_through(&[
+        "Class list",
+        "Show all classes",
+        "Class list",
+        "Unlock all classes",
+    ]);
     window.sees("wall, 0 strokes");
     window.sees("floor, 0 strokes");
     let palette = window.workspace().document.palette();
@@ -174,8 +161,7 @@ fn locks_hidden_classes_and_their_order_are_kept_in_the_project() {
 fn the_order_decides_which_digit_chooses_a_class() {
     let mut window = Window::with_classes(&["wall", "floor", "door"]);
     window.press(Modifiers::NONE, Key::Escape);
-    window.click("Actions for door");
-    window.click("Move up");
+    window.click_through(&["Actions for door", "Move up"]);
     assert_eq!(ids(&window), [1, 3, 2]);
     window.press(Modifiers::NONE, Key::Num2);
     assert_eq!(window.workspace().class, Some(3));
@@ -212,8 +198,7 @@ fn the_order_decides_which_digit_chooses_a_class() {
 #[test]
 fn the_finder_chooses_and_makes_classes_by_keyboard() {
     let mut window = Window::demo();
-    window.click("NYU-13");
-    window.click("Add 13 classes");
+    window.click_through(&["NYU-13", "Add 13 classes"]);
     let chosen = |window: &Window| {
         let class = window.workspace().class.unwrap();
         window.labels().class(class).map(|class| class.name.clone())
@@ -254,9 +239,7 @@ fn ten_classes_have_a_search_field() {
     let mut window = Window::demo();
     window.add_class("wall");
     window.misses("Search classes");
-    window.click("Class list");
-    window.click("Add classes...");
-    window.click("Add 12 classes");
+    window.click_through(&["Class list", "Add classes...", "Add 12 classes"]);
     window.type_into("Search classes", "wi");
     window.sees("window, 0 strokes");
     window.misses("bed, 0 strokes");
@@ -269,9 +252,7 @@ fn ten_classes_have_a_search_field() {
 fn a_class_that_is_chosen_elsewhere_comes_into_view_in_the_list() {
     let mut window = Window::demo();
     window.add_class("wall");
-    window.click("Class list");
-    window.click("Add classes...");
-    window.click("Add 12 classes");
+    window.click_through(&["Class list", "Add classes...", "Add 12 classes"]);
     let last = window.workspace().document.classes()[12].clone();
     let line = format!("{}, 0 strokes", last.name);
     window.misses(&line);

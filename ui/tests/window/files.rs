@@ -184,8 +184,7 @@ fn label_images_are_imported_undone_removed_and_kept_in_the_project() {
     let images = folder.path().join("predictions");
     std::fs::create_dir(&images).unwrap();
     let import = |window: &mut Window, path: &Path| {
-        window.click("File");
-        window.click("Import labels...");
+        window.click_through(&["File", "Import labels..."]);
         window.replace_text("Folder of label images", path.to_str().unwrap());
     };
     let imported = |window: &Window| window.labels().imported.clone();
@@ -200,8 +199,7 @@ fn label_images_are_imported_undone_removed_and_kept_in_the_project() {
         let image = image::GrayImage::from_pixel(WIDTH, HEIGHT, image::Luma([7]));
         image.save(images.join("rgb_1.png")).unwrap();
         window.worker().received();
-        window.click("File");
-        window.click("Import labels...");
+        window.click_through(&["File", "Import labels..."]);
         window.sees("They may be wrong: your strokes correct them on what they are connected with.");
         window
             .harness
@@ -224,8 +222,7 @@ fn label_images_are_imported_undone_removed_and_kept_in_the_project() {
         assert!(imported(&window).is_none());
         assert!(window.workspace().document.classes().is_empty());
         window.press(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z);
-        window.click("File");
-        window.click("Remove imported labels");
+        window.click_through(&["File", "Remove imported labels"]);
         assert!(imported(&window).is_none());
         window.press(Modifiers::COMMAND, Key::Z);
         assert!(imported(&window).is_some());

@@ -62,8 +62,7 @@ fn the_legend_names_the_classes_in_view_and_can_be_switched_off() {
         visible.is_some_and(|classes| classes == [(2, WIDTH * HEIGHT)])
     });
     window.sees("Labels: floor");
-    window.click("View");
-    window.click("Legend");
+    window.click_through(&["View", "Legend"]);
     window.misses("Labels: floor");
 }
 

@@ -16,8 +16,7 @@ fn preferences_survive_a_restart() {
     window.choose("Light");
     assert_eq!(window.harness.ctx.theme(), egui::Theme::Light);
     window.choose("Close");
-    window.click("View");
-    window.click("Borders between classes");
+    window.click_through(&["View", "Borders between classes"]);
     assert!(!window.model().settings.outlines);
     window.close();
     let window = Window::new(folder.path(), None);
@@ -31,8 +30,7 @@ fn the_settings_of_a_project_win_and_change_no_preference() {
     let folder = tempfile::tempdir().unwrap();
     {
         let mut window = Window::with_demo(folder.path());
-        window.click("View");
-        window.click("Borders between classes");
+        window.click_through(&["View", "Borders between classes"]);
         window.close();
     }
     std::fs::remove_file(preferences_file(folder.path())).unwrap();

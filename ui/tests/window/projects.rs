@@ -30,8 +30,7 @@ fn a_scene_that_was_opened_is_on_the_start_page_with_its_picture() {
     {
         let mut window = open_scene(folder.path(), &scene);
         window.add_class("wall");
-        window.click("File");
-        window.click("Close scene");
+        window.click_through(&["File", "Close scene"]);
         window.until("the picture is there", |app| {
             app.panels()
                 .pictures()
@@ -69,8 +68,7 @@ fn saving_puts_the_project_in_the_place_of_its_scene() {
     let names: Vec<&str> = recents.iter().map(|recent| recent.name.as_str()).collect();
     assert_eq!(names, ["work"]);
     assert_eq!(recents.iter().next().unwrap().strokes, 1);
-    window.click("File");
-    window.click("Open recent");
+    window.click_through(&["File", "Open recent"]);
     window
         .harness
         .get_by_role_and_label(egui::accesskit::Role::Button, "work");
@@ -147,9 +145,7 @@ fn a_scene_can_be_opened_again_right_after_it_was_closed() {
     let mut window = Window::demo();
     window.add_class("wall");
     window.worker().publish_all(1, 1);
-    window.click("File");
-    window.click("Close scene");
-    window.click("Try the demo");
+    window.click_through(&["File", "Close scene", "Try the demo"]);
     window.until("the demo is open again", |app| app.model().workspace().is_some());
     assert_eq!(window.workspace().document.classes().len(), 1);
 }

@@ -345,6 +345,13 @@ impl Window {
         self.harness.run_steps(3);
     }
 
+    /// Clicks on one after the other, as through a menu.
+    pub fn click_through(&mut self, names: &[&str]) {
+        for name in names {
+            self.click(name);
+        }
+    }
+
     /// Chooses something in a dialog, as a screen reader does: wherever it is scrolled to.
     pub fn choose(&mut self, name: &str) {
         self.harness.run_steps(3);

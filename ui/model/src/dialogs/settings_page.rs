@@ -33,10 +33,3 @@ pub enum TakenKey {
         default: Shortcut,
     },
 }
-
-impl SettingsPage {
-    /// The settings as they are opened.
-    pub const fn new() -> Self {
-        Self { choosing: None }
-    }
-}

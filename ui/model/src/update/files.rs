@@ -3,6 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use inplace_core::scene::SceneSource;
+
 use crate::dialogs::{Dialog, Purpose};
 use crate::effect::Effect;
 use crate::jobs::Done;
@@ -18,36 +20,24 @@ impl Model {
         let Some(path) = path else {
             return;
         };
+        let asks = match &self.state.dialog {
+            Some(Dialog::SaveAs { .. } | Dialog::Export(_) | Dialog::Import { .. } | Dialog::Moved(_)) => {
+                true
+            }
+            Some(Dialog::SaveClasses { .. }) => purpose == Purpose::SaveClasses,
+            Some(Dialog::AddClasses(_)) => purpose == Purpose::Classes,
+            _ => false,
+        };
         match (&mut self.state.dialog, purpose) {
-            (
-                Some(
-                    dialog @ (Dialog::SaveAs { .. }
-                    | Dialog::Export(_)
-                    | Dialog::Import { .. }
-                    | Dialog::Moved(_)),
-                ),
-                _,
-            )
-            | (Some(dialog @ Dialog::SaveClasses { .. }), Purpose::SaveClasses) => {
+            (Some(dialog), _) if asks => {
                 dialog.take_path(&path);
+                if matches!(dialog, Dialog::AddClasses(_)) {
+                    self.read_classes(path);
+                }
             }
-            (Some(dialog @ Dialog::AddClasses(_)), Purpose::Classes) => {
-                dialog.take_path(&path);
-                self.read_classes(path);
-            }
-            (_, Purpose::Scene) => {
-                self.open(Target::Scene(inplace_core::scene::SceneSource::Folder(path)));
-            }
+            (_, Purpose::Scene) => self.open(Target::Scene(SceneSource::Folder(path))),
             (_, Purpose::Project) => self.open(Target::Project(path)),
-            (
-                _,
-                Purpose::SaveAs
-                | Purpose::Export
-                | Purpose::Import
-                | Purpose::Moved
-                | Purpose::Classes
-                | Purpose::SaveClasses,
-            ) => {}
+            _ => {}
         }
     }
 

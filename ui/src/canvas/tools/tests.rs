@@ -194,27 +194,3 @@ fn the_view_moves_in_the_middle_of_a_polygon() {
     assert!(matches!(outcomes.as_slice(), [Outcome::Moved(_)]));
     assert_eq!(gesture.draft().unwrap().points, &CORNERS[..1]);
 }
-
-#[test]
-fn shift_draws_a_straight_line_from_where_the_last_one_ended() {
-    let around = CanvasPlace {
-        line_end: Some([3, 4]),
-        ..AROUND
-    };
-    let events = |modifiers| {
-        [true, false].map(|pressed| Event::PointerButton {
-            pos: pos2(36.5, 46.5),
-            button: PointerButton::Primary,
-            pressed,
-            modifiers,
-        })
-    };
-    for (modifiers, points) in [
-        (Modifiers::SHIFT, vec![[3, 4], [20, 30]]),
-        (Modifiers::NONE, vec![[20, 30]]),
-    ] {
-        let outcomes = follow(&mut Gesture::default(), &around, &events(modifiers));
-        let tool = Tool::Brush;
-        assert_eq!(outcomes, [Outcome::Finished(DrawnLine { tool, points })]);
-    }
-}
