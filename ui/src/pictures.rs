@@ -6,11 +6,10 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use inplace_core::project::picture_name;
-use inplace_core::session::FrameMap;
 use inplace_model::preferences::RecentPlace;
 use inplace_model::workspace::source::FrameSource;
 
-use crate::canvas::composite;
+use crate::canvas::picture;
 
 /// Most pixels along each axis: twice of what the start page shows in points.
 const SIZE: [f32; 2] = [176.0, 132.0];
@@ -108,11 +107,9 @@ pub fn write(place: &RecentPlace, source: &FrameSource, folder: &Path) -> io::Re
     let (width, height) = (frame.camera.width as f32, frame.camera.height as f32);
     let scale = (SIZE[0] / width).min(SIZE[1] / height).min(1.0);
     let size = [width, height].map(|side| ((scale * side).round() as usize).max(1));
-    let map = source.map.as_deref().map(FrameMap::looked_up);
-    let picture = composite(&frame.color(), map.as_deref(), &source.palette, source.look, size);
+    let picture = picture(source, source.look, size).into_iter();
     let rgb: Vec<u8> = picture
-        .pixels
-        .iter()
+        .flat_map(|picture| picture.pixels)
         .flat_map(|pixel| [pixel.r(), pixel.g(), pixel.b()])
         .collect();
     let file = file_of(place, folder);

@@ -6,7 +6,6 @@ use std::hash::Hash;
 use egui::Rect;
 use inplace_core::guide::Suggestion;
 use inplace_core::labels::Pixel;
-use inplace_core::session::FrameMap;
 use inplace_model::layer::{Layer, Look};
 use inplace_model::versioned::Version;
 use inplace_model::view::{ImagePart, crossings};
@@ -14,7 +13,7 @@ use inplace_model::workspace::Workspace;
 use inplace_model::workspace::source::FrameSource;
 
 use crate::background::{Background, Desk};
-use crate::canvas::{composite, rect_of};
+use crate::canvas::{picture, rect_of};
 
 /// Most textures kept.
 const MOST: usize = 300;
@@ -216,27 +215,19 @@ fn started(ctx: &egui::Context, size: [usize; 2]) -> Background<Request, Made> {
 
 impl Request {
     fn make(self, [width, height]: [usize; 2]) -> Option<Made> {
-        let FrameSource {
-            scene,
-            frame,
-            map,
-            palette,
-            look,
-        } = self.source;
-        let map = map.as_deref().map(FrameMap::looked_up);
-        let map = map.as_deref();
-        let color = &scene.frames.get(frame)?.color();
+        let source = &self.source;
+        let camera = &source.scene.frames.get(source.frame)?.camera;
+        let full = [camera.width as usize, camera.height as usize];
         let image = match self.subject {
             Subject::Frame(_) => {
-                let aspect = color.width() as f32 / color.height().max(1) as f32;
+                let aspect = full[0] as f32 / full[1].max(1) as f32;
                 let width = width.min((height as f32 * aspect).round() as usize).max(1);
                 let height = height.min((width as f32 / aspect).round() as usize).max(1);
-                composite(color, map, &palette, look, [width, height])
+                picture(source, source.look, [width, height])?
             }
             Subject::Place(_, pixel) => {
-                let full = [color.width() as usize, color.height() as usize];
-                let shown = composite(color, map, &palette, look, full);
-                let plain = composite(color, None, &palette, Look::PLAIN, full);
+                let shown = picture(source, source.look, full)?;
+                let plain = picture(source, Look::PLAIN, full)?;
                 place_picture(&shown, &plain, (pixel, &self.outline), [width, height])
             }
         };

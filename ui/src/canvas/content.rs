@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use inplace_core::scene::{ColorImage, Scene};
 use inplace_core::session::FrameMap;
+use inplace_model::layer::Layer;
 use inplace_model::palette::{Palette, Table};
 use inplace_model::versioned::{Version, Versioned};
 
@@ -27,8 +28,16 @@ impl ShownMap {
         }
     }
 
-    /// The map's classes as what lies over the image.
-    pub fn labels(&self) -> Over {
+    /// What a layer lays over the image that needs nothing but the map.
+    pub fn over(&self, layer: Layer, palette: &Palette) -> Option<Over> {
+        match layer {
+            Layer::Labels => Some(self.labels()),
+            Layer::Entropy => Some(self.entropy(palette)),
+            _ => None,
+        }
+    }
+
+    fn labels(&self) -> Over {
         Over {
             size: [self.map.width, self.map.height],
             texels: Texels::Labels(Arc::clone(&self.map)),
@@ -38,24 +47,19 @@ impl ShownMap {
         }
     }
 
-    /// The map's entropy as what lies over the image.
-    pub fn entropy(&self, palette: &Palette) -> Over {
+    fn entropy(&self, palette: &Palette) -> Over {
         Over {
             size: [self.map.width, self.map.height],
             texels: Texels::Entropy(Arc::clone(&self.map)),
             version: self.entropy,
-            reading: entropy_reading(palette),
+            // From none to that of an even guess among all classes.
+            reading: Reading::Values {
+                table: Table::Entropy,
+                scale: palette.entropy_scale(),
+                hole: None,
+            },
             greyed: false,
         }
-    }
-}
-
-/// How entropies are read: from none to that of an even guess among all classes.
-pub fn entropy_reading(palette: &Palette) -> Reading {
-    Reading::Values {
-        table: Table::Entropy,
-        scale: palette.entropy_scale(),
-        hole: None,
     }
 }
 

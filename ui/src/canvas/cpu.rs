@@ -2,11 +2,12 @@
 
 use egui::Color32;
 use inplace_core::scene;
-use inplace_core::session::FrameMap;
 use inplace_model::layer::{Layer, Look};
 use inplace_model::palette::Palette;
+use inplace_model::versioned::Versioned;
+use inplace_model::workspace::source::FrameSource;
 
-use super::content::{Content, entropy_reading};
+use super::content::{Content, ShownMap};
 use super::plane::{Over, Reading};
 
 /// How much of the colour of a class border is the outline's.
@@ -35,69 +36,28 @@ pub(super) fn outline(look: &Look) -> f32 {
     }
 }
 
-/// The colour image with a layer of its map over it, at `width` x `height`, nearest-neighbour; the image alone
-/// for layers that need more than a map.
-pub fn composite(
-    color: &scene::ColorImage,
-    map: Option<&FrameMap>,
-    palette: &Palette,
-    look: Look,
-    size: [usize; 2],
-) -> egui::ColorImage {
-    let (values, reading) = match (map, look.layer) {
-        (Some(map), Layer::Labels) => (map.labels(), Reading::Classes),
-        (Some(map), Layer::Entropy) => (map.entropy(), entropy_reading(palette)),
-        _ => return compose(color, None, palette, look, size),
-    };
-    let map_size = map.map_or([0; 2], |map| [map.width as usize, map.height as usize]);
-    let plane = Plane {
-        size: map_size,
-        values: &values,
-        reading,
-        greyed: false,
-        stripe: 1,
-    };
-    compose(color, Some(&plane), palette, look, size)
+/// A small picture of a frame, the image alone for layers that need more than a map; `None` where there is no such frame.
+pub fn picture(source: &FrameSource, look: Look, size: [usize; 2]) -> Option<egui::ColorImage> {
+    let color = source.scene.frames.get(source.frame)?.color();
+    let map = source.map.clone().map(Versioned::new).map(ShownMap::new);
+    let over = map.and_then(|map| map.over(look.layer, &source.palette));
+    Some(composite(&color, over.as_ref(), &source.palette, look, size))
 }
 
-/// The same with what lies over an image.
-pub fn composite_over(
+/// The colour image with what lies over it, at `width` x `height`, nearest-neighbour.
+pub fn composite(
     color: &scene::ColorImage,
     over: Option<&Over>,
     palette: &Palette,
     look: Look,
-    size: [usize; 2],
-) -> egui::ColorImage {
-    let Some(over) = over else {
-        return compose(color, None, palette, look, size);
-    };
-    let values = over.texels.values();
-    let plane = Plane {
-        size: over.size.map(|side| side as usize),
-        values: &values,
-        reading: over.reading,
-        greyed: over.greyed,
-        stripe: over.stripe() as usize,
-    };
-    compose(color, Some(&plane), palette, look, size)
-}
-
-/// What lies over an image, with its numbers at hand.
-struct Plane<'a> {
-    size: [usize; 2],
-    values: &'a [u16],
-    reading: Reading,
-    greyed: bool,
-    stripe: usize,
-}
-
-fn compose(
-    color: &scene::ColorImage,
-    plane: Option<&Plane<'_>>,
-    palette: &Palette,
-    look: Look,
     [width, height]: [usize; 2],
 ) -> egui::ColorImage {
+    let values = over.map(|over| over.texels.values());
+    let plane = over.zip(values.as_deref()).map(|(over, values)| Plane {
+        over,
+        size: over.size.map(|side| side as usize),
+        values,
+    });
     let (color_width, color_height) = (color.width() as usize, color.height() as usize);
     let nearest = |position: usize, length: usize, source: usize| (2 * position + 1) * source / (2 * length);
     let mut pixels = Vec::with_capacity(width * height);
@@ -105,7 +65,7 @@ fn compose(
         for x in 0..width {
             let index = nearest(y, height, color_height) * color_width + nearest(x, width, color_width);
             let mut rgb = color.pixel(index);
-            if let Some(plane) = plane {
+            if let Some(plane) = &plane {
                 let column = nearest(x, width, plane.size[0]);
                 let row = nearest(y, height, plane.size[1]);
                 rgb = plane.over(rgb, palette, look, column, row);
@@ -116,13 +76,20 @@ fn compose(
     egui::ColorImage::new([width, height], pixels)
 }
 
+/// What lies over an image, with its numbers at hand.
+struct Plane<'a> {
+    over: &'a Over,
+    size: [usize; 2],
+    values: &'a [u16],
+}
+
 impl Plane<'_> {
     fn over(&self, image: [u8; 3], palette: &Palette, look: Look, column: usize, row: usize) -> [u8; 3] {
         let index = row * self.size[0] + column;
         let value = self.values[index];
         let strength = strength(&look);
-        let base = if self.greyed { dimmed(image) } else { image };
-        match self.reading {
+        let base = if self.over.greyed { dimmed(image) } else { image };
+        match self.over.reading {
             Reading::Classes => {
                 let filled = mix(base, palette.class(value), strength);
                 if self.is_border(index, column, row) {
@@ -132,7 +99,7 @@ impl Plane<'_> {
                 }
             }
             Reading::Values { hole, .. } if hole == Some(value) => {
-                let light = ((column + row) / self.stripe).is_multiple_of(2);
+                let light = ((column + row) / self.over.stripe() as usize).is_multiple_of(2);
                 let stripe = if light { [255; 4] } else { [0, 0, 0, 255] };
                 mix(base, stripe, HATCHING * strength)
             }
@@ -171,7 +138,7 @@ fn mix(base: [u8; 3], over: [u8; 4], opacity: f32) -> [u8; 3] {
 pub(super) fn texture(ctx: &egui::Context, content: &Content, look: Look) -> Option<egui::TextureHandle> {
     let image = content.image.color()?;
     let size = [image.width() as usize, image.height() as usize];
-    let composed = composite_over(&image, content.over.as_ref(), &content.palette, look, size);
+    let composed = composite(&image, content.over.as_ref(), &content.palette, look, size);
     let options = egui::TextureOptions {
         magnification: egui::TextureFilter::Nearest,
         ..egui::TextureOptions::LINEAR
@@ -181,12 +148,15 @@ pub(super) fn texture(ctx: &egui::Context, content: &Content, look: Look) -> Opt
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use super::super::plane::{AGREEMENT, DepthPlane, Texels};
     use inplace_model::palette::{Agreement, Table};
     use inplace_model::versioned::Version;
 
     use super::*;
     use inplace_core::labels::Class;
+    use inplace_core::session::FrameMap;
 
     fn frame() -> (scene::ColorImage, FrameMap) {
         let color = scene::ColorImage::new(2, 1, vec![10, 20, 30, 40, 50, 60]).unwrap();
@@ -207,7 +177,9 @@ mod tests {
         let mut class = Class::new(1, "wall");
         class.color = [210, 120, 30];
         let palette = Palette::new(&[class]);
-        composite(&color, Some(&map), &palette, look, [2, 1]).pixels
+        let map = ShownMap::new(Versioned::new(Arc::new(map)));
+        let over = map.over(look.layer, &palette);
+        composite(&color, over.as_ref(), &palette, look, [2, 1]).pixels
     }
 
     #[test]
@@ -248,7 +220,7 @@ mod tests {
             greyed,
         };
         let size = [values.len(), 1];
-        composite_over(&color, Some(&over), &Palette::new(&[]), look(layer, 1.0), size).pixels
+        composite(&color, Some(&over), &Palette::new(&[]), look(layer, 1.0), size).pixels
     }
 
     #[test]

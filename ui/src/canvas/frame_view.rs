@@ -358,8 +358,7 @@ impl FrameView {
         };
         match layer {
             Layer::Color => {}
-            Layer::Labels => content.over = map.map(ShownMap::labels),
-            Layer::Entropy => content.over = map.map(|map| map.entropy(palette)),
+            Layer::Labels | Layer::Entropy => content.over = map.and_then(|map| map.over(layer, palette)),
             Layer::Disagreement => content.over = self.agreement().map(agreement_over),
             Layer::Depth => content.over = self.depth().map(|(plane, _)| depth_over(plane)),
             Layer::Rendered => {

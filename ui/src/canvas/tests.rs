@@ -50,8 +50,8 @@ fn overs(palette: &Palette) -> Vec<(Layer, Option<Over>)> {
     let agreement = (0..pixels).map(|index| (index % 4) as u16).collect();
     vec![
         (Layer::Color, None),
-        (Layer::Labels, Some(shown.labels())),
-        (Layer::Entropy, Some(shown.entropy(palette))),
+        (Layer::Labels, shown.over(Layer::Labels, palette)),
+        (Layer::Entropy, shown.over(Layer::Entropy, palette)),
         (Layer::Disagreement, made(agreement, AGREEMENT, true)),
         (Layer::Depth, made(depth.values, DepthPlane::READING, false)),
     ]
@@ -77,7 +77,7 @@ fn the_shader_shows_every_layer_as_the_composite_of_the_cpu_does() {
             opacity: 0.6,
             outlines: false,
         };
-        let expected = cpu::composite_over(
+        let expected = cpu::composite(
             &scene.frames[0].color(),
             over.as_ref(),
             &palette,
