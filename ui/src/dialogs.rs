@@ -4,20 +4,20 @@ mod classes;
 mod export;
 mod finder;
 mod form;
-mod import;
-mod moved;
 mod settings;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use egui::{Pos2, Rect, Ui};
+use egui::{Pos2, Rect, Slider, Ui};
+use inplace_core::labels::Trust;
 use inplace_core::scene::SceneSource;
-use inplace_model::dialogs::{Dialog, Purpose};
+use inplace_model::dialogs::{Dialog, MovedScene, Purpose};
 use inplace_model::opening::Target;
 use inplace_model::{Command, Commands, Model};
 
 use crate::keys;
 use crate::keys::table::{AT_A_SUGGESTION, Line, TABLE};
+use crate::numbers;
 use form::{close, confirm, path_field, room, text_field};
 
 /// The dialogs, with what they remember between frames.
@@ -92,14 +92,14 @@ fn modal(ctx: &egui::Context, dialog: &mut Dialog, model: &Model, commands: &mut
             Dialog::Open { path } => open(ui, path, commands),
             Dialog::SaveAs { path } => save_as(ui, path, commands),
             Dialog::Export(choice) => export::show(ui, choice, commands),
-            Dialog::Import { path, trust } => import::show(ui, path, trust, commands),
+            Dialog::Import { path, trust } => import(ui, path, trust, commands),
             Dialog::FirstClass { name, .. } => first_class(ui, name, commands),
             Dialog::AddClasses(dialog) => classes::show(ui, dialog, commands),
             Dialog::SaveClasses { path } => classes::save_classes(ui, path, commands),
             Dialog::FindClass(_) => {}
             Dialog::Help => help(ui, commands),
             Dialog::Settings(page) => settings::show(page, ui, model, commands),
-            Dialog::Moved(moved) => moved::show(ui, moved, commands),
+            Dialog::Moved(scene) => moved(ui, scene, commands),
         }
     });
     if modal.should_close() {
@@ -175,4 +175,86 @@ fn help(ui: &mut Ui, commands: &mut Commands) {
                 });
         });
     close(ui, commands);
+}
+
+/// From one trust to the next, in per cent.
+const TRUST_STEP: f64 = 5.0;
+
+/// Asks for the folder, and how far its pixels can be believed.
+fn import(ui: &mut Ui, path: &mut String, trust: &mut Trust, commands: &mut Commands) {
+    ui.label("A folder of files named like the frames, such as a network's predictions or an earlier export: PNGs with class ids or colours, or NPYs or NPZs with probabilities. Pixels that may be wrong are outvoted where many disagree.");
+    let entered = path_field(ui, path, "Folder of label images");
+    if ui.button("Browse...").clicked() {
+        commands.push(Command::Browse(Purpose::Import));
+    }
+    ui.add_space(4.0);
+    ui.horizontal(|ui| {
+        ui.label("Trust");
+        let mut percent = 100.0 * trust.value();
+        let slider = Slider::new(&mut percent, 0.0..=100.0)
+            .step_by(TRUST_STEP)
+            .show_value(false);
+        let response = ui.add(slider).accessible_name("Trust in the imported pixels");
+        if response.changed()
+            && let Some(chosen) = Trust::new(percent / 100.0)
+        {
+            *trust = chosen;
+        }
+        ui.label(numbers::share(trust.value()));
+    });
+    ui.label(meaning(*trust));
+    let path = path.trim();
+    confirm(ui, "Import", !path.is_empty(), entered, commands, || {
+        Command::ImportFrom(PathBuf::from(path), *trust)
+    });
+}
+
+/// What a trust means.
+fn meaning(trust: Trust) -> &'static str {
+    match trust.value() {
+        1.0 => "Every labelled pixel is right, as your strokes are.",
+        above if above > 0.6 => "Mostly right: your strokes correct them close by.",
+        about if about >= 0.4 => {
+            "They may be wrong: your strokes correct them on what they are connected with."
+        }
+        below if below > 0.0 => "Often wrong: your strokes correct them from afar, too.",
+        _ => "They only fill in what none of your strokes leads to.",
+    }
+}
+
+/// Draws the question.
+fn moved(ui: &mut Ui, moved: &mut MovedScene, commands: &mut Commands) {
+    match &moved.problem {
+        Some(problem) => ui.colored_label(ui.visuals().error_fg_color, problem),
+        None => ui.label(question(&moved.project, &moved.missing)),
+    };
+    ui.label(
+        "Choose the folder where it is now. The project remembers it, and all of your work is there again.",
+    );
+    let entered = path_field(ui, &mut moved.path, "Folder of the scene");
+    if ui.button("Browse...").clicked() {
+        commands.push(Command::Browse(Purpose::Moved));
+    }
+    let path = moved.path.trim().to_owned();
+    confirm(ui, "Open from there", !path.is_empty(), entered, commands, || {
+        Command::Open(Target::Moved {
+            project: moved.project.clone(),
+            folder: PathBuf::from(path),
+        })
+    });
+}
+
+/// What is missing.
+fn question(project: &Path, missing: &Path) -> String {
+    let name = project
+        .file_name()
+        .unwrap_or(project.as_os_str())
+        .to_string_lossy();
+    if missing.as_os_str().is_empty() {
+        return format!("{name} no longer says where the scene is that it labels.");
+    }
+    format!(
+        "{name} labels a scene that is no longer at {}.",
+        missing.display()
+    )
 }

@@ -8,9 +8,7 @@ mod clicks;
 mod cloud;
 mod controls;
 mod cpu;
-mod flight;
 mod gpu;
-mod look;
 mod overlay;
 mod pick;
 mod steering;
@@ -33,10 +31,10 @@ use budget::{DrawnSplats, SplatBudget};
 use camera::{Ray, Sight, level_axes};
 use cloud::{Prepared, Preparer};
 use controls::Notice;
-use flight::Flight;
-use look::SplatLook;
 use overlay::Mark;
 use pick::{Picker, picker};
+use steering::Flight;
+use targets::SplatLook;
 
 /// Seconds without a movement after which the picture is refined.
 const REST: f64 = 0.15;

@@ -1,20 +1,17 @@
 //! The dialogs, as far as they are filled in.
 
 mod add_classes;
-mod export_choice;
 mod finder;
-mod moved;
-mod settings_page;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use inplace_core::labels::{Stroke, Trust};
+use inplace_core::export::{Format, IdMap, Options};
+use inplace_core::labels::{ClassPalette, Stroke, Trust};
 
 pub use add_classes::{AddClasses, ClassChoice, ClassSource};
-pub use export_choice::ExportChoice;
 pub use finder::{ClassFinder, ClassUse, FoundClass};
-pub use moved::MovedScene;
-pub use settings_page::{ChosenKey, SettingsPage, TakenKey};
+
+use crate::keymap::Shortcut;
 
 /// What a path is asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -91,7 +88,7 @@ impl Dialog {
 
     /// Asks what to export; the path, and what was chosen last, are filled in when it is shown.
     pub const fn export() -> Self {
-        Self::Export(ExportChoice::new())
+        Self::Export(ExportChoice::as_in_project())
     }
 
     /// Asks for a folder of label images.
@@ -122,4 +119,103 @@ impl Dialog {
             Self::FirstClass { .. } | Self::FindClass(_) | Self::Help | Self::Settings(_) => {}
         }
     }
+}
+
+/// What is exported, and where to, as chosen so far.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ExportChoice {
+    /// The folder typed so far.
+    pub path: String,
+    /// The kind of data set.
+    pub format: Format,
+    /// The data set whose class numbers are taken, by name.
+    pub ids: Option<&'static ClassPalette>,
+    /// Pixels whose class is less probable become void, per cent.
+    pub least_percent: Option<u8>,
+}
+
+impl ExportChoice {
+    /// Everything as in the project; the path is filled in when it is shown.
+    pub const fn as_in_project() -> Self {
+        Self {
+            path: String::new(),
+            format: Format::Png,
+            ids: None,
+            least_percent: None,
+        }
+    }
+
+    /// The folder.
+    pub fn folder(&self) -> PathBuf {
+        PathBuf::from(self.path.trim())
+    }
+
+    /// What is exported of each map.
+    pub fn options(&self) -> Options {
+        Options {
+            least_probability: self.least_percent.map(|percent| f32::from(percent) / 100.0),
+            ids: self.ids.map(IdMap::of),
+        }
+    }
+}
+
+/// The question where the scene of a project is now, with the answer so far.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct MovedScene {
+    /// The project file.
+    pub project: PathBuf,
+    /// Where it is not.
+    pub missing: PathBuf,
+    /// The folder typed so far.
+    pub path: String,
+    /// What was wrong with the last answer.
+    pub problem: Option<String>,
+}
+
+impl MovedScene {
+    /// The scene is not at `missing`; `problem` says what was wrong with that as an answer.
+    pub fn new(project: PathBuf, missing: PathBuf, problem: Option<String>) -> Self {
+        let path = match &problem {
+            Some(_) => missing.display().to_string(),
+            None => String::new(),
+        };
+        Self {
+            project,
+            missing,
+            path,
+            problem,
+        }
+    }
+}
+
+/// The settings, with the key that is being chosen.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct SettingsPage {
+    /// The key being chosen.
+    pub choosing: Option<ChosenKey>,
+}
+
+/// A key being chosen.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ChosenKey {
+    /// What it does is what this key does by default.
+    pub default: Shortcut,
+    /// What was pressed, where it cannot simply be taken.
+    pub taken: Option<TakenKey>,
+}
+
+/// A key that does something else.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum TakenKey {
+    /// It cannot be chosen at all.
+    Fixed(Shortcut),
+    /// It does something that can do without it.
+    By {
+        /// What was pressed.
+        pressed: Shortcut,
+        /// What it does.
+        does: &'static str,
+        /// The default key of that.
+        default: Shortcut,
+    },
 }

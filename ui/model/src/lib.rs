@@ -12,7 +12,7 @@ pub mod document;
 pub mod effect;
 pub mod exporting;
 pub mod frames;
-mod hints;
+pub mod hints;
 pub mod jobs;
 pub mod keymap;
 pub mod layer;
@@ -37,6 +37,5 @@ pub mod workspace;
 
 pub use command::{Command, Commands};
 pub use effect::Effect;
-pub use hints::waits_for_surface;
 pub use model::Model;
 pub use update::Input;

@@ -149,7 +149,7 @@ impl Model {
                 project: None,
                 settings,
                 preferences: start.preferences,
-                export_choice: ExportChoice::new(),
+                export_choice: ExportChoice::as_in_project(),
                 dialog: None,
                 export: None,
                 stopping_export: false,

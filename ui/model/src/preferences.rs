@@ -2,7 +2,6 @@
 //!
 //! [`Preferences`] is the value, [`Store`] the file that it is kept in.
 
-mod hint;
 mod layout;
 mod recent;
 mod store;
@@ -11,11 +10,11 @@ use std::collections::BTreeSet;
 
 use serde_json::{Map, Value, json};
 
-pub use hint::Hint;
 pub use layout::{Layout, Pane};
 pub use recent::{MOST, Recent, RecentPlace, Recents, now};
 pub use store::Store;
 
+use crate::hints::Hint;
 use crate::keymap::{KeyMap, Shortcut};
 use crate::settings::Settings;
 

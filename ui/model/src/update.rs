@@ -1,7 +1,6 @@
 //! The one place where the state changes: commands of the person, and what session, project file and jobs tell.
 
 mod classes;
-mod closing;
 mod events;
 mod files;
 mod labels;

@@ -2,8 +2,9 @@
 
 use egui::{Align, ComboBox, Event, Layout, RichText, ScrollArea, Slider, Ui};
 use inplace_model::dialogs::{ChosenKey, SettingsPage, TakenKey};
+use inplace_model::hints::Hint;
 use inplace_model::keymap::{KeyMap, Shortcut};
-use inplace_model::preferences::{Hint, PreferenceChange, Theme, cores, usual_threads};
+use inplace_model::preferences::{PreferenceChange, Theme, cores, usual_threads};
 use inplace_model::{Command, Commands, Model};
 
 use super::form::{close, room};

@@ -1,10 +1,12 @@
 //! The callout over the canvas: hints for first use, and what is being waited for.
 
 use egui::{Align2, Area, Id, Order, Pos2, Rect, Shape, Stroke, Ui, vec2};
+use inplace_model::hints::Hint;
+use inplace_model::hints::waits_for_surface;
 use inplace_model::model::Side;
-use inplace_model::preferences::{Hint, Pane, PreferenceChange};
+use inplace_model::preferences::{Pane, PreferenceChange};
 use inplace_model::workspace::Workspace;
-use inplace_model::{Command, Commands, Model, waits_for_surface};
+use inplace_model::{Command, Commands, Model};
 
 use crate::keys::table::{EXPORT, NEXT_SUGGESTION};
 use crate::theme;

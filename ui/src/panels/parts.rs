@@ -92,3 +92,25 @@ impl Menu<'_> {
         }
     }
 }
+
+/// Facts with what each means, its name at least this wide.
+pub fn facts(ui: &mut Ui, id: &str, width: f32, facts: impl IntoIterator<Item = Fact>) {
+    egui::Grid::new(id)
+        .num_columns(2)
+        .spacing([16.0, 4.0])
+        .min_col_width(width)
+        .min_row_height(20.0)
+        .show(ui, |ui| {
+            for (name, value, meaning) in facts {
+                let name = ui.weak(name);
+                if !meaning.is_empty() {
+                    name.on_hover_text(meaning);
+                }
+                ui.add(egui::Label::new(value).truncate());
+                ui.end_row();
+            }
+        });
+}
+
+/// A name, a value, and what it means.
+pub type Fact = (&'static str, String, &'static str);

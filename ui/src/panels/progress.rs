@@ -1,13 +1,13 @@
 //! How far the labelling has come: whether it is good enough, what contradicts itself, and charts.
 
-use egui::{Align, Button, Grid, Label, Layout, RichText, ScrollArea, Ui};
+use egui::{Align, Button, Label, Layout, RichText, ScrollArea, Ui};
 use egui_plot::{AxisHints, GridInput, GridMark, HoverPosition, Line, Plot, PlotPoint, PlotPoints, VLine};
 use inplace_core::labels::{ClassId, StrokeId, VOID};
 use inplace_model::workspace::Workspace;
 use inplace_model::{Command, Commands};
 
 use super::charted::{Axis, Charted, NUMBERS, Number};
-use super::parts::{UNCERTAINTY_MEANS, card, frames_done};
+use super::parts::{UNCERTAINTY_MEANS, card, facts, frames_done};
 use super::readiness::{Readiness, readiness};
 use crate::numbers;
 use crate::theme;
@@ -218,21 +218,7 @@ fn numbers(ui: &mut Ui, workspace: &Workspace) {
             "Time with something done at least once a minute; breaks do not count",
         ),
     ];
-    Grid::new("progress numbers")
-        .num_columns(2)
-        .spacing([16.0, 4.0])
-        .min_col_width(104.0)
-        .min_row_height(20.0)
-        .show(ui, |ui| {
-            for (name, value, meaning) in rows {
-                let name = ui.weak(name);
-                if !meaning.is_empty() {
-                    name.on_hover_text(meaning);
-                }
-                ui.add(Label::new(value).truncate());
-                ui.end_row();
-            }
-        });
+    facts(ui, "progress numbers", 104.0, rows);
 }
 
 /// The strokes that the others contradict; a click goes there.

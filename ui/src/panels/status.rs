@@ -6,7 +6,7 @@ use inplace_model::preferences::Pane;
 use inplace_model::workspace::Workspace;
 use inplace_model::{Command, Commands};
 
-use super::parts::{UNCERTAINTY_MEANS, fold_button};
+use super::parts::{Fact, UNCERTAINTY_MEANS, facts, fold_button};
 use crate::keys::table::PAUSE;
 use crate::numbers;
 use crate::theme;
@@ -42,18 +42,7 @@ pub fn show(ui: &mut Ui, workspace: &Workspace, full: bool, commands: &mut Comma
         controls(ui, workspace, full, commands);
         ui.label(phase);
     });
-    egui::Grid::new("status")
-        .num_columns(2)
-        .spacing([16.0, 4.0])
-        .min_col_width(112.0)
-        .min_row_height(20.0)
-        .show(ui, |ui| {
-            for (name, value, explanation) in rows(&workspace.status, most) {
-                ui.weak(name).on_hover_text(explanation);
-                ui.add(egui::Label::new(value).truncate());
-                ui.end_row();
-            }
-        });
+    facts(ui, "status", 112.0, rows(&workspace.status, most));
 }
 
 /// The buttons at the right end of the first line.
@@ -89,7 +78,7 @@ fn summary(status: &Status, most: f32) -> String {
         .join(", ")
 }
 
-fn rows(status: &Status, most: f32) -> [(&'static str, String, &'static str); 7] {
+fn rows(status: &Status, most: f32) -> [Fact; 7] {
     let unknown = || "not known yet".to_owned();
     [
         (

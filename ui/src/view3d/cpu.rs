@@ -8,8 +8,8 @@ use inplace_model::palette::{Palette, Table};
 
 use super::camera::Sight;
 use super::cloud::{Prepared, Splat};
-use super::look::SplatLook;
 use super::pick::SPLAT_RADIUS;
+use super::targets::SplatLook;
 
 /// Most splats drawn: egui cuts them into triangles anew in every frame.
 const MOST: usize = 6_000;

@@ -17,9 +17,8 @@ use wgpu::util::DeviceExt;
 use super::budget::DrawnSplats;
 use super::camera::Sight;
 use super::cloud::{Prepared, Splat};
-use super::look::SplatLook;
 use super::pick::SPLAT_RADIUS;
-use super::targets::{COLOR_FORMAT, DEPTH_FORMAT, Picture, Target};
+use super::targets::{COLOR_FORMAT, DEPTH_FORMAT, Picture, SplatLook, Target};
 use crate::gpu::{bind, pipeline, texture_descriptor, uniform_buffer, view};
 
 /// Least radius of a splat in physical pixels.

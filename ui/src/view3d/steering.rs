@@ -9,7 +9,6 @@ use inplace_model::{Command, Commands};
 use super::View3d;
 use super::camera::{pan, zoom_at};
 use super::cloud::Prepared;
-use super::flight::Flight;
 use super::overlay::{self, Mark};
 
 /// Points of a drag that an arrow key stands for, and how much nearer + comes.
@@ -17,6 +16,41 @@ const KEY_DRAG: f32 = 30.0;
 const KEY_ZOOM: f32 = 1.2;
 /// Points of the wheel that come e times as near.
 const WHEEL_POINTS: f32 = 250.0;
+
+/// Seconds that a flight takes.
+const FLIGHT_SECONDS: f64 = 0.6;
+
+/// A flight under way.
+#[derive(Clone, Copy, Debug)]
+pub struct Flight {
+    /// Where it begins.
+    pub from: OrbitCamera,
+    /// Where it ends.
+    pub to: OrbitCamera,
+    /// When it begins, in seconds.
+    pub start: f64,
+    /// Where to go at its end.
+    pub then: Option<Mark>,
+}
+
+impl Flight {
+    /// Where the camera is at a time.
+    pub fn camera(&self, now: f64) -> OrbitCamera {
+        let share = ((now - self.start) / FLIGHT_SECONDS).clamp(0.0, 1.0) as f32;
+        // Gently off and on.
+        let eased = share * share * (3.0 - 2.0 * share);
+        if share >= 1.0 {
+            self.to
+        } else {
+            self.from.towards(&self.to, eased)
+        }
+    }
+
+    /// Whether it is over.
+    pub fn has_ended(&self, now: f64) -> bool {
+        now - self.start >= FLIGHT_SECONDS
+    }
+}
 
 impl View3d {
     /// The view has the keyboard from when it is shown or pressed on, so that the arrow keys turn it.

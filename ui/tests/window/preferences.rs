@@ -2,7 +2,8 @@
 
 use egui::{Key, Modifiers};
 use inplace_model::Command;
-use inplace_model::preferences::{Hint, PreferenceChange, Theme};
+use inplace_model::hints::Hint;
+use inplace_model::preferences::{PreferenceChange, Theme};
 use inplace_model::settings::Settings;
 
 use crate::stand::*;

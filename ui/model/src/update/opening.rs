@@ -1,5 +1,6 @@
 //! Opening a scene or a project: find what is kept, start a session, fit what is kept to the scene, show it. What does
-//! not open leads back to the start page, or to the question where the scene of a project is now.
+//! not open leads back to the start page, or to the question where the scene of a project is now. And keeping and closing
+//! what is open.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -17,6 +18,7 @@ use crate::jobs::Done;
 use crate::model::{Model, Opening, Stage};
 use crate::opening::{Attached, Prepared, Target, attach, prepare};
 use crate::preferences::{cores, usual_threads};
+use crate::project_session::Results;
 use crate::session_link::Running;
 use crate::workspace::Workspace;
 
@@ -38,6 +40,41 @@ impl Model {
             let prepared = prepare(target, open, tools.autosave.as_ref(), &tools.endings);
             Done::Prepared(ticket, Box::new(prepared))
         });
+    }
+
+    /// Keeps and closes what is open.
+    pub(crate) fn close(&mut self) {
+        let results = self.results();
+        self.note_recent();
+        self.state.stage = Stage::Start;
+        if let Some(project) = self.state.project.take() {
+            self.effects.push(Effect::CloseProject(
+                Box::new(project),
+                results.unwrap_or_default(),
+            ));
+        }
+        self.state.importing = None;
+        // An export goes on: it has all that it needs.
+        if !self.is_exporting() {
+            self.state.export = None;
+        }
+        self.state.dialog = None;
+    }
+
+    /// Keeps the newest maps and model, so that the project shows them at once when it is opened again.
+    pub(crate) fn keep_results(&mut self) {
+        self.effects.extend(self.results().map(Effect::KeepResults));
+    }
+
+    fn results(&self) -> Option<Results> {
+        let workspace = self.state.workspace()?;
+        // Those of other frames would have to be looked up in thousands of files.
+        let frames = workspace.scene.keyframes().into_iter();
+        Some(Results {
+            maps: frames.filter_map(|frame| workspace.newest_map(frame)).collect(),
+            state: workspace.state().cloned(),
+            view: workspace.kept_view(&self.state.settings),
+        })
     }
 
     /// Threads of the worker's pool: as the command line says, as preferred, or all cores but one.
