@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::hash::Hash;
 
-use egui::Rect;
+use egui::{Rect, TextureHandle};
 use inplace_core::guide::Suggestion;
 use inplace_core::labels::Pixel;
 use inplace_model::layer::{Layer, Look};
@@ -37,22 +37,13 @@ struct Shown {
     palette: Option<Version>,
 }
 
-/// A finished thumbnail.
-#[derive(Clone)]
-pub struct Thumbnail {
-    /// The picture.
-    pub texture: egui::TextureHandle,
-}
-
-impl Thumbnail {
-    /// Draws all of it in the middle of an area, as large as fits; returns where.
-    pub fn paint(&self, painter: &egui::Painter, area: Rect) -> Rect {
-        let size = self.texture.size_vec2();
-        let fitted = Rect::from_center_size(area.center(), size * (area.size() / size).min_elem());
-        let whole = Rect::from_min_max(egui::pos2(0.0, 0.0), egui::pos2(1.0, 1.0));
-        painter.image(self.texture.id(), fitted, whole, egui::Color32::WHITE);
-        fitted
-    }
+/// Draws all of a thumbnail in the middle of an area, as large as fits; returns where.
+pub fn paint(thumbnail: &TextureHandle, painter: &egui::Painter, area: Rect) -> Rect {
+    let size = thumbnail.size_vec2();
+    let fitted = Rect::from_center_size(area.center(), size * (area.size() / size).min_elem());
+    let whole = Rect::from_min_max(egui::pos2(0.0, 0.0), egui::pos2(1.0, 1.0));
+    painter.image(thumbnail.id(), fitted, whole, egui::Color32::WHITE);
+    fitted
 }
 
 struct Request {
@@ -75,7 +66,7 @@ struct Slot {
     asked: Option<Shown>,
     /// What arrived last.
     arrived: Option<Shown>,
-    thumbnail: Option<Thumbnail>,
+    thumbnail: Option<TextureHandle>,
     /// When it was last wanted.
     wanted: u64,
 }
@@ -116,12 +107,8 @@ impl Thumbnails {
             slot.arrived = Some(made.shown);
             let options = egui::TextureOptions::LINEAR;
             match &mut slot.thumbnail {
-                Some(thumbnail) => thumbnail.texture.set(made.image, options),
-                None => {
-                    slot.thumbnail = Some(Thumbnail {
-                        texture: self.ctx.load_texture("thumbnail", made.image, options),
-                    });
-                }
+                Some(thumbnail) => thumbnail.set(made.image, options),
+                empty => *empty = Some(self.ctx.load_texture("thumbnail", made.image, options)),
             }
         }
         if self.slots.len() > MOST {
@@ -131,7 +118,7 @@ impl Thumbnails {
     }
 
     /// The newest thumbnail of a frame in this look; asks for a newer one if it shows something else by now.
-    pub fn frame(&mut self, workspace: &Workspace, frame: usize, look: Look) -> Option<Thumbnail> {
+    pub fn frame(&mut self, workspace: &Workspace, frame: usize, look: Look) -> Option<TextureHandle> {
         let has_map = look.layer != Layer::Color;
         let shown = Shown {
             layer: look.layer,
@@ -144,7 +131,7 @@ impl Thumbnails {
     }
 
     /// The thumbnail of the surroundings of a pixel, the image alone.
-    pub fn place(&mut self, workspace: &Workspace, frame: usize, pixel: Pixel) -> Option<Thumbnail> {
+    pub fn place(&mut self, workspace: &Workspace, frame: usize, pixel: Pixel) -> Option<TextureHandle> {
         let shown = Shown {
             layer: Layer::Color,
             number: 0,
@@ -157,7 +144,12 @@ impl Thumbnails {
 
     /// The newest thumbnail of a suggested place: as much of its region as there is room for, and the layer in that region
     /// alone.
-    pub fn suggestion(&mut self, workspace: &Workspace, place: &Suggestion, look: Look) -> Option<Thumbnail> {
+    pub fn suggestion(
+        &mut self,
+        workspace: &Workspace,
+        place: &Suggestion,
+        look: Look,
+    ) -> Option<TextureHandle> {
         let shown = Shown {
             layer: look.layer,
             number: workspace.suggestions().version(),
@@ -176,7 +168,7 @@ impl Thumbnails {
         subject: Subject,
         shown: Shown,
         source: impl FnOnce() -> (FrameSource, Vec<[f32; 2]>),
-    ) -> Option<Thumbnail> {
+    ) -> Option<TextureHandle> {
         let slot = self.slots.entry(subject).or_default();
         slot.wanted = self.clock;
         let idle = slot.asked == slot.arrived;
@@ -312,7 +304,7 @@ mod tests {
         let size = loop {
             thumbnails.collect(2);
             if let Some(thumbnail) = thumbnails.get(Subject::Frame(0), shown, || source([40, 60])) {
-                break thumbnail.texture.size();
+                break thumbnail.size();
             }
             assert!(start.elapsed().as_secs() < 20, "nothing was made");
             std::thread::sleep(std::time::Duration::from_millis(1));

@@ -285,7 +285,7 @@ impl View3d {
             let stem = workspace.scene.frames.get(frame).map(|frame| &frame.stem);
             response.clone().on_hover_ui_at_pointer(|ui| {
                 if let Some(thumbnail) = &thumbnail {
-                    ui.image((thumbnail.texture.id(), thumbnail.texture.size_vec2()));
+                    ui.image(thumbnail);
                 }
                 ui.label(stem.map_or("", String::as_str));
             });

@@ -391,3 +391,11 @@ pub fn painted_line(painter: &egui::Painter, rect: Rect, text: &str, size: f32, 
 pub fn scroll_to(ui: &Ui, rect: Rect) {
     ui.scroll_to_rect_animation(rect, None, egui::style::ScrollAnimation::none());
 }
+
+/// A field for a line of text, with this hint while it is empty.
+pub fn text_line<'a>(text: &'a mut String, hint: &'static str, width: f32) -> egui::TextEdit<'a> {
+    egui::TextEdit::singleline(text)
+        .hint_text(hint)
+        .margin(vec2(8.0, 5.0))
+        .desired_width(width)
+}

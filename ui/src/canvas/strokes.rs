@@ -253,25 +253,19 @@ impl MeshPen {
     }
 
     fn region(&mut self, region: &Region, placement: Placement, color: Color32) {
-        fill(
-            &mut self.mesh,
-            &region.runs,
-            placement,
-            color.gamma_multiply(FILL),
-        );
+        self.fill(region, placement, color.gamma_multiply(FILL));
         self.border(region, placement, 1.75, HALO);
         self.border(region, placement, 1.0, color);
     }
 
     fn marked_region(&mut self, region: &Region, placement: Placement, color: Color32, accent: Color32) {
-        fill(
-            &mut self.mesh,
-            &region.runs,
-            placement,
-            color.gamma_multiply(1.8 * FILL),
-        );
+        self.fill(region, placement, color.gamma_multiply(1.8 * FILL));
         self.border(region, placement, 4.0, accent);
         self.border(region, placement, 1.75, Color32::WHITE);
+    }
+
+    fn fill(&mut self, region: &Region, placement: Placement, color: Color32) {
+        fill(&mut self.mesh, &region.runs, placement, color);
     }
 
     fn border(&mut self, region: &Region, placement: Placement, half: f32, color: Color32) {

@@ -12,7 +12,7 @@ use inplace_model::workspace::Workspace;
 use inplace_model::{Command, Commands};
 
 use crate::theme;
-use crate::widgets::{Icon, empty_state, heading, icon_button, scroll_to};
+use crate::widgets::{Icon, empty_state, heading, icon_button, scroll_to, text_line};
 use row::{ROW, Row};
 
 /// So many classes have a field to search in them.
@@ -84,10 +84,7 @@ impl ClassPanel {
     }
 
     fn search_field(&mut self, ui: &mut Ui) {
-        let field = egui::TextEdit::singleline(&mut self.search)
-            .hint_text("Search classes")
-            .margin(vec2(8.0, 5.0))
-            .desired_width(f32::INFINITY);
+        let field = text_line(&mut self.search, "Search classes", f32::INFINITY);
         let response = ui.add(field).accessible_name("Search classes");
         if response.has_focus() && self.search.is_empty() && pointer_left(ui) {
             response.surrender_focus();
@@ -99,11 +96,8 @@ impl ClassPanel {
 
     fn add_field(&mut self, ui: &mut Ui, workspace: &Workspace, commands: &mut Commands) {
         ui.horizontal(|ui| {
-            let side = ui.spacing().interact_size.y;
-            let field = egui::TextEdit::singleline(&mut self.new_name)
-                .hint_text("New class")
-                .margin(vec2(8.0, 5.0))
-                .desired_width(ui.available_width() - side - theme::GAP);
+            let width = ui.available_width() - ui.spacing().interact_size.y - theme::GAP;
+            let field = text_line(&mut self.new_name, "New class", width);
             let response = ui.add(field).accessible_name("New class");
             let entered = response.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
             let name = self.new_name.trim();

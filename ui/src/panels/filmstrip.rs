@@ -12,7 +12,7 @@ use inplace_model::{Command, Commands, Model};
 use super::frame_filter::FrameFilterRow;
 use crate::numbers;
 use crate::theme;
-use crate::thumbnails::{Thumbnail, Thumbnails};
+use crate::thumbnails::{self, Thumbnails};
 use crate::widgets::{empty_state, focus_ring, line_of_text, scroll_to};
 
 /// Height of the panel in points.
@@ -101,7 +101,12 @@ impl Filmstrip {
         let Some(frame) = workspace.scene.frames.get(index) else {
             return;
         };
-        let thumbnail = self.thumbnail(model, workspace, index);
+        let look = Look {
+            layer: model.settings.layer.in_small(),
+            opacity: 0.55,
+            outlines: false,
+        };
+        let thumbnail = self.thumbnails.frame(workspace, index, look);
         let facts = workspace.overview.frames.facts(index);
         let most = workspace.document.palette().most_entropy();
         let words = in_words(&frame.stem, &facts, most);
@@ -112,7 +117,10 @@ impl Filmstrip {
             commands.push(Command::GoToFrame(index));
         }
         let image = Rect::from_min_size(rect.min, IMAGE);
-        paint_image(ui, image, thumbnail.as_ref());
+        ui.painter().rect_filled(image, 4, theme::canvas(ui.visuals()));
+        if let Some(thumbnail) = thumbnail {
+            thumbnails::paint(&thumbnail, ui.painter(), image);
+        }
         paint_bars(ui, image, facts, most);
         if facts.strokes > 0 {
             let (fill, color) = (theme::accent(ui.visuals()), theme::on_accent(ui.visuals()));
@@ -142,23 +150,6 @@ impl Filmstrip {
         };
         line_of_text(ui, caption, &frame.stem, 12.0, color);
         response.on_hover_text(words);
-    }
-
-    fn thumbnail(&mut self, model: &Model, workspace: &Workspace, index: usize) -> Option<Thumbnail> {
-        let look = Look {
-            layer: model.settings.layer.in_small(),
-            opacity: 0.55,
-            outlines: false,
-        };
-        self.thumbnails.frame(workspace, index, look)
-    }
-}
-
-fn paint_image(ui: &Ui, rect: Rect, thumbnail: Option<&Thumbnail>) {
-    let painter = ui.painter();
-    painter.rect_filled(rect, 4, theme::canvas(ui.visuals()));
-    if let Some(thumbnail) = thumbnail {
-        thumbnail.paint(painter, rect);
     }
 }
 

@@ -4,8 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use egui::{
-    ComboBox, EventFilter, Id, Key, Modifiers, Rect, Role, ScrollArea, Sense, TextEdit, Ui, WidgetInfo, pos2,
-    vec2,
+    ComboBox, EventFilter, Id, Key, Modifiers, Rect, Role, ScrollArea, Sense, Ui, WidgetInfo, pos2, vec2,
 };
 use inplace_core::labels::{ClassId, Stroke, StrokeId, StrokeKind, VOID};
 use inplace_model::palette::VOID_NAME;
@@ -16,7 +15,7 @@ use inplace_model::{Command, Commands};
 use super::parts::{fold_button, panel_frame};
 use crate::keys::table::DELETE;
 use crate::theme;
-use crate::widgets::{Icon, empty_state, focus_ring, heading, icon_button, line_of_text, swatch};
+use crate::widgets::{Icon, empty_state, focus_ring, heading, icon_button, line_of_text, swatch, text_line};
 
 const ROW: f32 = 42.0;
 /// Height of the heading alone.
@@ -168,10 +167,7 @@ impl StrokePanel {
     }
 
     fn show_filter(&mut self, ui: &mut Ui, workspace: &Workspace) {
-        let field = TextEdit::singleline(&mut self.filter.text)
-            .hint_text("Find strokes")
-            .margin(vec2(8.0, 5.0))
-            .desired_width(f32::INFINITY);
+        let field = text_line(&mut self.filter.text, "Find strokes", f32::INFINITY);
         ui.add(field)
             .accessible_name("Find strokes")
             .on_hover_text("Part of a class's or frame's name, or click, scribble, polygon");

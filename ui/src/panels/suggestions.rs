@@ -217,7 +217,7 @@ impl SuggestionPanel {
         let shown = part.size() * (rect.size() / part.size()).min_elem();
         let fitted = Rect::from_center_size(rect.center(), shown);
         let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
-        painter.image(thumbnail.texture.id(), fitted, whole, Color32::WHITE);
+        painter.image(thumbnail.id(), fitted, whole, Color32::WHITE);
         let to_screen = |x: f32, y: f32| fitted.min + (pos2(x, y) - part.min) / part.size() * fitted.size();
         let painter = ui.painter_at(fitted);
         let outline = suggestion.outline.iter().map(|&[x, y]| to_screen(x, y));

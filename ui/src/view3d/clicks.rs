@@ -111,7 +111,10 @@ impl View3d {
                 workspace.lock_on(&click).is_none()
             };
             if let Some(class) = workspace.class.filter(taken) {
-                self.notice = Some(Notice::labelled(workspace, frame, pixel, class, now));
+                let stem = workspace.scene.frames.get(frame).map(|frame| frame.stem.as_str());
+                let (name, _) = workspace.document.name_and_color(class);
+                let words = format!("{name}, on frame {}", stem.unwrap_or_default());
+                self.notice = Some(Notice::new(words, Some((frame, pixel, class)), now));
             }
         } else {
             let words = if seen.is_some() {
@@ -119,7 +122,7 @@ impl View3d {
             } else {
                 "There is no surface under the pointer"
             };
-            self.notice = Some(Notice::words(words, now));
+            self.notice = Some(Notice::new(words.to_owned(), None, now));
         }
     }
 }

@@ -10,7 +10,7 @@ use inplace_model::{Command, Commands};
 use crate::canvas::{rect_of, stroke_color};
 use crate::keys::table::SPACE;
 use crate::theme;
-use crate::thumbnails::Thumbnails;
+use crate::thumbnails::{self, Thumbnails};
 
 /// What the pointer does, a gesture and what it does each.
 const GESTURES: [(&str, &str); 6] = [
@@ -118,24 +118,10 @@ pub struct Notice {
 }
 
 impl Notice {
-    /// Words alone.
-    pub fn words(words: &str, now: f64) -> Self {
-        Self {
-            words: words.to_owned(),
-            label: None,
-            until: now + NOTICE_SECONDS,
-        }
-    }
-
-    /// A click was given to a pixel of a frame.
-    pub fn labelled(workspace: &Workspace, frame: usize, pixel: Pixel, class: ClassId, now: f64) -> Self {
-        let stem = workspace.scene.frames.get(frame).map(|frame| frame.stem.as_str());
-        let (name, _) = workspace.document.name_and_color(class);
-        Self {
-            words: format!("{name}, on frame {}", stem.unwrap_or_default()),
-            label: Some((frame, pixel, class)),
-            until: now + NOTICE_SECONDS,
-        }
+    /// Words, and the frame, pixel and class that a click was given to.
+    pub fn new(words: String, label: Option<(usize, Pixel, ClassId)>, now: f64) -> Self {
+        let until = now + NOTICE_SECONDS;
+        Self { words, label, until }
     }
 }
 
@@ -171,11 +157,10 @@ fn picture(
     workspace: &Workspace,
     thumbnails: &mut Thumbnails,
 ) {
-    let thumbnail = thumbnails.place(workspace, frame, pixel);
-    let Some(thumbnail) = thumbnail else {
+    let Some(thumbnail) = thumbnails.place(workspace, frame, pixel) else {
         return;
     };
-    let fitted = thumbnail.paint(ui.painter(), rect);
+    let fitted = thumbnails::paint(&thumbnail, ui.painter(), rect);
     if let Some(camera) = workspace.scene.frames.get(frame).map(|frame| frame.camera) {
         let size = glam::vec2(camera.width as f32, camera.height as f32);
         let part = rect_of(ImagePart::around(size, pixel, &[]));

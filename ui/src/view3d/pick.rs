@@ -29,8 +29,6 @@ pub enum Purpose {
 /// A place of the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
-    /// The node.
-    pub node: u32,
     /// Where it is, in metres.
     pub position: Vec3,
     /// The frame that shows it best, and the pixel there.
@@ -70,7 +68,6 @@ impl Question {
     fn answer(&self) -> Picked {
         let node = pick(&self.cloud, self.ray, self.slack, self.see_through);
         let hit = node.map(|node| Hit {
-            node,
             position: self.cloud.surface.graph.nodes()[node as usize].position,
             seen: best_view(&self.scene, &self.cloud.surface, node),
         });

@@ -110,7 +110,11 @@ fn read(path: &Path) -> Result<Map<String, Value>, String> {
     };
     let Ok(Value::Object(json)) = serde_json::from_slice(&bytes) else {
         let aside = set_aside(path)?;
-        return Err(damaged(path, &aside));
+        return Err(format!(
+            "{}: your preferences are damaged and were set aside as {}; the window starts as it comes.",
+            path.display(),
+            aside.display()
+        ));
     };
     if json
         .get("version")
@@ -118,7 +122,12 @@ fn read(path: &Path) -> Result<Map<String, Value>, String> {
         .is_some_and(|version| version > VERSION)
     {
         let aside = set_aside(path)?;
-        return Err(newer(path, &aside));
+        return Err(format!(
+            "{}: your preferences were written by a newer Inplace and were set aside as {}; update Inplace and put \
+             them back to have them again.",
+            path.display(),
+            aside.display()
+        ));
     }
     Ok(json)
 }
@@ -150,7 +159,10 @@ fn write_changes(
             Err(error) => {
                 if !failing {
                     // Told once; the owner may have gone.
-                    let _ = problems.send(unwritable(path, &error));
+                    let _ = problems.send(format!(
+                        "{}: your preferences cannot be written ({error}); they hold until the window is closed.",
+                        path.display()
+                    ));
                 }
                 failing = true;
             }
@@ -177,33 +189,6 @@ fn write(path: &Path, json: &Map<String, Value>) -> io::Result<()> {
 fn unreadable(path: &Path, error: &io::Error) -> String {
     format!(
         "{}: your preferences cannot be read ({error}); the window starts as it comes.",
-        path.display()
-    )
-}
-
-/// The file is no JSON object.
-fn damaged(path: &Path, aside: &Path) -> String {
-    format!(
-        "{}: your preferences are damaged and were set aside as {}; the window starts as it comes.",
-        path.display(),
-        aside.display()
-    )
-}
-
-/// The file is of a later version.
-fn newer(path: &Path, aside: &Path) -> String {
-    format!(
-        "{}: your preferences were written by a newer Inplace and were set aside as {}; update Inplace and put \
-         them back to have them again.",
-        path.display(),
-        aside.display()
-    )
-}
-
-/// The file cannot be written.
-fn unwritable(path: &Path, error: &io::Error) -> String {
-    format!(
-        "{}: your preferences cannot be written ({error}); they hold until the window is closed.",
         path.display()
     )
 }

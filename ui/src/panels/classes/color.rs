@@ -4,7 +4,7 @@ use egui::{Color32, Key, Popup, PopupCloseBehavior, Rect, Role, Sense, Ui, Widge
 use inplace_core::labels::{Class, default_color};
 use inplace_model::{Command, Commands};
 
-use crate::widgets::{focus_ring, swatch};
+use crate::widgets::{focus_ring, swatch, text_line};
 
 /// The swatch as a button that opens the colours to choose from.
 pub(super) fn recolor_popup(ui: &Ui, class: &Class, rect: Rect, commands: &mut Commands) {
@@ -54,9 +54,7 @@ fn custom_color(ui: &mut Ui, class: &Class, commands: &mut Commands) {
         .data(|data| data.get_temp::<String>(id))
         .unwrap_or_else(|| format!("#{r:02x}{g:02x}{b:02x}"));
     ui.horizontal(|ui| {
-        let field = egui::TextEdit::singleline(&mut text)
-            .margin(vec2(8.0, 5.0))
-            .desired_width(96.0);
+        let field = text_line(&mut text, "", 96.0);
         let response = ui.add(field).accessible_name("Colour as hexadecimal digits");
         let entered = response.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
         let parsed = Color32::from_hex(text.trim()).ok();
