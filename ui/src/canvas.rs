@@ -389,7 +389,7 @@ impl Canvas {
                 Some(Outcome::Finished(line)) => commands.push(Command::Draw(line)),
                 Some(Outcome::Moved(moved)) => view = moved,
                 Some(Outcome::Picked(position)) => {
-                    let zoom = Placement::new(view, around.canvas, around.size).zoom;
+                    let zoom = around.placement(view).zoom;
                     let (document, frame) = (&workspace.document, workspace.frame_index);
                     let picked = pick::stroke_at(document, frame, position, zoom);
                     commands.push(Command::SelectStroke(picked));

@@ -8,7 +8,6 @@ mod frame_filter;
 mod hints;
 mod menu;
 mod messages;
-mod opening;
 mod parts;
 mod probe;
 mod progress;
@@ -94,7 +93,7 @@ impl Panels {
                     .show(ui, |ui| self.start.show(ui, model, &self.pictures, commands));
             }
             Stage::Opening(opening) => {
-                egui::CentralPanel::default().show(ui, |ui| opening::show(ui, opening, commands));
+                egui::CentralPanel::default().show(ui, |ui| work::opening(ui, opening, commands));
             }
             Stage::Open(workspace) => self.show_workspace(ui, model, workspace, canvas, commands),
         }

@@ -51,15 +51,9 @@ impl ProgressSample {
         })
     }
 
-    /// Whether nothing but the time is different.
-    fn says_the_same(&self, other: &Self) -> bool {
-        Self {
-            seconds: 0.0,
-            ..*self
-        } == Self {
-            seconds: 0.0,
-            ..*other
-        }
+    /// All but the time.
+    fn numbers(&self) -> (usize, [Option<f32>; 3]) {
+        (self.strokes, [self.entropy, self.accuracy, self.psnr])
     }
 }
 
@@ -129,7 +123,9 @@ impl ProgressLog {
         let wanted = match self.samples.last() {
             None => strokes > 0,
             Some(last) if last.strokes != strokes => true,
-            Some(last) => !last.says_the_same(&sample) && sample.seconds - last.seconds >= self.interval,
+            Some(last) => {
+                last.numbers() != sample.numbers() && sample.seconds - last.seconds >= self.interval
+            }
         };
         if wanted {
             self.samples.push(sample);

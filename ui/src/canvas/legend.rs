@@ -31,7 +31,7 @@ enum Row {
     /// A colour and what it stands for.
     Swatch([u8; 3], String),
     /// What pixels without a value look like.
-    Hatched(&'static str),
+    Hatched(String),
     /// A table of colours with the values at its ends.
     Bar(Table, [String; 2]),
     /// Words.
@@ -187,14 +187,13 @@ fn depth_rows(shown: &FrameView) -> Option<Vec<Row>> {
         .range
         .map(|range| Row::Bar(Table::Depth, range.map(numbers::metres)));
     let title = [Row::Title(title.to_owned())].into_iter();
-    Some(title.chain(bar).chain([Row::Hatched(hole)]).collect())
+    Some(title.chain(bar).chain([Row::Hatched(hole.to_owned())]).collect())
 }
 
 impl Row {
     fn words(&self) -> &str {
         match self {
-            Self::Swatch(_, text) | Self::Title(text) | Self::Note(text) => text,
-            Self::Hatched(text) => text,
+            Self::Swatch(_, text) | Self::Hatched(text) | Self::Title(text) | Self::Note(text) => text,
             Self::Bar(..) => "",
         }
     }
@@ -209,8 +208,7 @@ impl Row {
             galley.size().x.ceil() + 1.0
         };
         match self {
-            Self::Swatch(_, words) => SWATCH + 8.0 + text(words),
-            Self::Hatched(words) => SWATCH + 8.0 + text(words),
+            Self::Swatch(_, words) | Self::Hatched(words) => SWATCH + 8.0 + text(words),
             Self::Bar(_, ends) => BAR.x.max(text(&ends[0]) + 16.0 + text(&ends[1])),
             Self::Title(words) | Self::Note(words) => text(words),
         }

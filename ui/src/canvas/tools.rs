@@ -50,6 +50,13 @@ pub struct CanvasPlace {
     pub time: f64,
 }
 
+impl CanvasPlace {
+    /// Where the image lies with this view.
+    pub fn placement(&self, view: View) -> Placement {
+        Placement::new(view, self.canvas, self.size)
+    }
+}
+
 /// The gesture in progress.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Gesture {
@@ -171,7 +178,7 @@ impl Gesture {
             self.pan = Some((button, pos));
             return None;
         };
-        let placement = Placement::new(view, around.canvas, around.size);
+        let placement = around.placement(view);
         match tool {
             Tool::Select => return Some(Outcome::Picked(placement.to_image(pos))),
             Tool::Polyline | Tool::Polygon => return self.add_corner(tool, pos, view, around),
@@ -189,7 +196,7 @@ impl Gesture {
     }
 
     fn add_corner(&mut self, tool: Tool, pos: Pos2, view: View, around: &CanvasPlace) -> Option<Outcome> {
-        let placement = Placement::new(view, around.canvas, around.size);
+        let placement = around.placement(view);
         let Some(draft) = self.draft.as_mut().filter(|draft| draft.tool == tool) else {
             // What the other tool began stays only until this one begins.
             let pixel = placement.pixel_at(pos)?;
@@ -222,7 +229,7 @@ impl Gesture {
         if let Some((_, line)) = &mut self.line {
             extend(line, view, around, pos);
         } else if let Some(draft) = &mut self.draft {
-            let pixel = Placement::new(view, around.canvas, around.size).nearest_pixel(pos);
+            let pixel = around.placement(view).nearest_pixel(pos);
             draft.drag(pixel, pos);
         }
         None
@@ -247,7 +254,7 @@ impl Gesture {
             && let Some(draft) = &mut self.draft
             && draft.release()
         {
-            let placement = Placement::new(view, around.canvas, around.size);
+            let placement = around.placement(view);
             let first = placement.pixel_center(*draft.points.first()?);
             if draft.closes_at(pos, first) {
                 return self.finish().map(Outcome::Finished);
@@ -266,17 +273,12 @@ fn wheel(steps: f32, brush: bool, view: View, around: &CanvasPlace) -> Option<Ou
     }
     let cursor = around.cursor.unwrap_or_else(|| around.canvas.center());
     let factor = 1.2_f32.powf(steps);
-    Some(Outcome::Moved(zoomed_at(
-        view,
-        around.canvas,
-        around.size,
-        cursor,
-        factor,
-    )))
+    let view = zoomed_at(view, around.canvas, around.size, cursor, factor);
+    Some(Outcome::Moved(view))
 }
 
 fn extend(line: &mut DrawnLine, view: View, around: &CanvasPlace, pos: Pos2) {
-    let pixel = Placement::new(view, around.canvas, around.size).nearest_pixel(pos);
+    let pixel = around.placement(view).nearest_pixel(pos);
     if line.points.last() != Some(&pixel) {
         line.points.push(pixel);
     }

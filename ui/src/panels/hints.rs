@@ -96,14 +96,34 @@ impl Hints {
 /// What to say now: the first hint that is due, or what is being waited for.
 fn due(ctx: &egui::Context, model: &Model, workspace: &Workspace) -> Option<Callout> {
     if let Some(hint) = Hint::due(model, workspace) {
+        // A key may have been taken away from what it did.
+        let next = NEXT_SUGGESTION.key(ctx);
         let (text, beside) = match hint {
-            Hint::FirstClass => (first_class(&NEXT_SUGGESTION.key(ctx)), Beside::Here),
+            Hint::FirstClass => {
+                let click = "Click on something in the image and name its class";
+                let text = match next.as_str() {
+                    "" => click.to_owned(),
+                    key => format!("{click}, or press {key} to be shown a place"),
+                };
+                (text, Beside::Here)
+            }
             Hint::FirstStroke => (
                 "No strokes yet: choose a class, then click or scribble on the image".to_owned(),
                 Beside::Here,
             ),
-            Hint::Suggestions => (suggestions(&NEXT_SUGGESTION.key(ctx)), Beside::Right),
-            Hint::Export => (export(&EXPORT.key(ctx)), Beside::Above),
+            Hint::Suggestions => {
+                let these = "These are the places whose label would settle most: click on one";
+                let text = match next.as_str() {
+                    "" => format!("{these} to go there"),
+                    key => format!("{these}, or press {key}"),
+                };
+                (text, Beside::Right)
+            }
+            Hint::Export => {
+                let export = EXPORT.named_as(ctx, "Export");
+                let text = format!("When the frames look right: {export} writes the labels of every frame");
+                (text, Beside::Above)
+            }
         };
         return Some(Callout {
             hint: Some(hint),
@@ -168,31 +188,4 @@ fn draw(ui: &Ui, callout: &Callout, canvas: Rect, commands: &mut Commands) {
     let color = theme::accent(ui.visuals());
     let painter = ui.ctx().layer_painter(shown.response.layer_id);
     painter.add(Shape::convex_polygon(tip.to_vec(), color, Stroke::NONE));
-}
-
-/// There is no class yet; `key` goes to the first suggestion.
-fn first_class(key: &str) -> String {
-    let click = "Click on something in the image and name its class";
-    match key {
-        "" => click.to_owned(),
-        key => format!("{click}, or press {key} to be shown a place"),
-    }
-}
-
-/// There are places to label next; `key` goes through them.
-fn suggestions(key: &str) -> String {
-    let these = "These are the places whose label would settle most: click on one";
-    match key {
-        "" => format!("{these} to go there"),
-        key => format!("{these}, or press {key}"),
-    }
-}
-
-/// There is something worth exporting; `key` does that.
-fn export(key: &str) -> String {
-    let key = match key {
-        "" => String::new(),
-        key => format!(" ({key})"),
-    };
-    format!("When the frames look right: Export{key} writes the labels of every frame")
 }

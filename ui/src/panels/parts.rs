@@ -43,13 +43,21 @@ pub fn card(ui: &Ui) -> egui::Frame {
 }
 
 /// The digit that chooses a class, where it has one.
-pub fn digit_of(workspace: &Workspace, id: ClassId) -> Option<String> {
+fn digit_of(workspace: &Workspace, id: ClassId) -> Option<String> {
     if id == VOID {
         return Some("0".to_owned());
     }
     let mut classes = workspace.document.classes().iter().take(9);
     let index = classes.position(|class| class.id == id)?;
     Some((index + 1).to_string())
+}
+
+/// The key that answers a suggestion with its most likely class (rank 0), or with the second.
+pub fn answer_key(workspace: &Workspace, rank: usize, class: ClassId) -> String {
+    match rank {
+        0 => "Enter".to_owned(),
+        _ => digit_of(workspace, class).unwrap_or_else(|| "Shift+Enter".to_owned()),
+    }
 }
 
 /// How many frames are done.

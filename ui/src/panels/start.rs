@@ -286,7 +286,14 @@ fn row(ui: &mut Ui, pictures: &Pictures, recent: &Recent, now: u64, commands: &m
     let (strong, weak) = (visuals.strong_text_color(), visuals.weak_text_color());
     if there {
         line_of_text(ui, lines(0.0), &recent.name, 15.0, strong);
-        line_of_text(ui, lines(2.0), &details(recent, now), 12.0, weak);
+        let details = format!(
+            "{}, {}, {}  -  {}",
+            counted(recent.frames, "frame", "frames"),
+            counted(recent.classes, "class", "classes"),
+            counted(recent.strokes, "stroke", "strokes"),
+            ago(now.saturating_sub(recent.opened)),
+        );
+        line_of_text(ui, lines(2.0), &details, 12.0, weak);
     } else {
         line_of_text(ui, lines(0.0), &not_found(&recent.name), 15.0, weak);
     }
@@ -322,17 +329,6 @@ fn paint_picture(ui: &Ui, rect: Rect, picture: Option<&egui::TextureHandle>, the
     }
     let line = Stroke::new(1.0, theme::line(visuals));
     ui.painter().rect_stroke(rect, 4, line, StrokeKind::Inside);
-}
-
-/// How much there is, and when it was last open; `now` in seconds since 1970.
-fn details(recent: &Recent, now: u64) -> String {
-    format!(
-        "{}, {}, {}  -  {}",
-        counted(recent.frames, "frame", "frames"),
-        counted(recent.classes, "class", "classes"),
-        counted(recent.strokes, "stroke", "strokes"),
-        ago(now.saturating_sub(recent.opened)),
-    )
 }
 
 fn ago(seconds: u64) -> String {

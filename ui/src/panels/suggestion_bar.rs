@@ -8,7 +8,7 @@ use egui::{
 use inplace_model::suggestions::{A_MOMENT, Mode};
 use inplace_model::workspace::Workspace;
 
-use super::parts::digit_of;
+use super::parts::answer_key;
 use crate::keys::table::NEXT_SUGGESTION;
 use crate::theme;
 use crate::widgets::swatch;
@@ -112,17 +112,12 @@ fn keys(workspace: &Workspace, index: usize, next: &str) -> Vec<Item> {
         let Some(class) = workspace.document.labels().class(likely.class) else {
             continue;
         };
-        let key = if rank == 0 {
-            "Enter".to_owned()
-        } else {
-            digit_of(workspace, class.id).unwrap_or_else(|| "Shift+Enter".to_owned())
-        };
         let mut name: String = class.name.chars().take(LONGEST).collect();
         if name.len() < class.name.len() {
             name.push('…');
         }
         items.push(Item {
-            key: Some(key),
+            key: Some(answer_key(workspace, rank, class.id)),
             color: Some(class.color),
             words: name,
         });

@@ -8,7 +8,7 @@ use inplace_model::view::ImagePart;
 use inplace_model::workspace::Workspace;
 use inplace_model::{Command, Commands};
 
-use super::parts::{card, digit_of};
+use super::parts::{answer_key, card};
 use crate::canvas::{marker, rect_of, region};
 use crate::keys::table::{ANSWER_BY_NAME, NEXT_SUGGESTION, PREVIOUS_SUGGESTION, SKIP, UNDO};
 use crate::numbers;
@@ -114,11 +114,7 @@ impl SuggestionPanel {
             ui.spacing_mut().item_spacing.y = 6.0;
             title(ui, workspace, index, suggestion, &frame.stem);
             for (rank, likely) in suggestion.classes.iter().take(2).enumerate() {
-                let key = if rank == 0 {
-                    "Enter".to_owned()
-                } else {
-                    digit_of(workspace, likely.class).unwrap_or_else(|| "Shift+Enter".to_owned())
-                };
+                let key = answer_key(workspace, rank, likely.class);
                 if class_button(ui, workspace, None, *likely, Some(&key), width) {
                     commands.push(Command::AnswerSuggestion(index, likely.class));
                 }

@@ -8,7 +8,7 @@ use inplace_model::{Command, Commands, Model};
 
 use crate::canvas::layer_menu;
 use crate::keys::table::{
-    BRUSH, COMPARE, ERASE, FIT, LARGER_BRUSH, POLYGON, POLYLINE, REDO, SELECT, SMALLER_BRUSH, UNDO, UiCommand,
+    BRUSH, COMPARE, ERASE, FIT, LARGER_BRUSH, POLYGON, POLYLINE, REDO, SELECT, SMALLER_BRUSH, UNDO,
 };
 use crate::widgets::{Icon, icon_button, icon_button_with};
 
@@ -35,7 +35,14 @@ pub fn show(ui: &mut Ui, model: &Model, workspace: &Workspace, commands: &mut Co
         ui.separator();
         for tool in Tool::ALL {
             let chosen = settings.tool == tool;
-            if icon_button_with(ui, icon_of(tool), &command_of(tool).named(ui.ctx()), chosen).clicked() {
+            let (icon, command) = match tool {
+                Tool::Brush => (Icon::Brush, &BRUSH),
+                Tool::Polyline => (Icon::Polyline, &POLYLINE),
+                Tool::Polygon => (Icon::Polygon, &POLYGON),
+                Tool::Erase => (Icon::Eraser, &ERASE),
+                Tool::Select => (Icon::Select, &SELECT),
+            };
+            if icon_button_with(ui, icon, &command.named(ui.ctx()), chosen).clicked() {
                 commands.push(Command::ChooseTool(tool));
             }
         }
@@ -50,26 +57,6 @@ pub fn show(ui: &mut Ui, model: &Model, workspace: &Workspace, commands: &mut Co
             history(ui, workspace, commands);
         });
     });
-}
-
-fn command_of(tool: Tool) -> &'static UiCommand {
-    match tool {
-        Tool::Brush => &BRUSH,
-        Tool::Polyline => &POLYLINE,
-        Tool::Polygon => &POLYGON,
-        Tool::Erase => &ERASE,
-        Tool::Select => &SELECT,
-    }
-}
-
-fn icon_of(tool: Tool) -> Icon {
-    match tool {
-        Tool::Brush => Icon::Brush,
-        Tool::Polyline => Icon::Polyline,
-        Tool::Polygon => Icon::Polygon,
-        Tool::Erase => Icon::Eraser,
-        Tool::Select => Icon::Select,
-    }
 }
 
 fn brush(ui: &mut Ui, mut radius: u32, wordy: bool, commands: &mut Commands) {

@@ -1,8 +1,9 @@
-//! Work in the background that takes a while, and what came of it: exporting and importing.
+//! Work in the background that takes a while, and what came of it: opening, exporting and importing.
 
 use egui::{Align2, Area, Id, Order, Ui, vec2};
 use inplace_core::export::Format;
 use inplace_model::exporting::ExportProgress;
+use inplace_model::model::Opening;
 use inplace_model::text::counted;
 use inplace_model::{Command, Commands, Model};
 
@@ -56,7 +57,10 @@ fn export(ui: &mut Ui, model: &Model, progress: &ExportProgress, commands: &mut 
             }
         }
         ExportProgress::Finished(folder, frames, format) => {
-            ui.strong(exported(*frames, *format));
+            ui.strong(match format.has_frames() {
+                true => format!("Exported {}", counted(*frames, "frame", "frames")),
+                false => "Exported the surface".to_owned(),
+            });
             let path = folder.display().to_string();
             ui.add(egui::Label::new(egui::RichText::new(&path).monospace()).wrap());
             ui.weak(files(*format));
@@ -106,11 +110,19 @@ fn files(format: Format) -> &'static str {
     }
 }
 
-/// An export has ended.
-fn exported(frames: usize, format: Format) -> String {
-    if format.has_frames() {
-        format!("Exported {}", counted(frames, "frame", "frames"))
-    } else {
-        "Exported the surface".to_owned()
-    }
+/// Draws how far opening has come.
+pub fn opening(ui: &mut Ui, opening: &Opening, commands: &mut Commands) {
+    ui.add_space((ui.available_height() * 0.4).max(16.0));
+    ui.vertical_centered(|ui| {
+        ui.set_max_width(360.0);
+        let (done, total) = opening.progress;
+        let (share, words) = match total {
+            0 => (None, "Looking at the files".to_owned()),
+            _ => (Some(done as f32 / total as f32), frames_done(done, total)),
+        };
+        let title = format!("Opening {}", opening.target.name());
+        if long_work(ui, &title, (share, &words), Some("Cancel")) {
+            commands.push(Command::CloseScene);
+        }
+    });
 }

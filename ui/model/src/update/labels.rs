@@ -50,8 +50,7 @@ impl Model {
         let labelled = line.tool.labels();
         if labelled && workspace.class.is_none() {
             let waiting = line.into_stroke(workspace.frame_index, VOID, radius);
-            let name = String::new();
-            self.state.dialog = Some(Dialog::FirstClass { name, waiting });
+            self.ask_for_first_class(waiting);
             return;
         }
         if let Some(class) = workspace.class.filter(|_| labelled) {
@@ -70,6 +69,11 @@ impl Model {
         if labelled {
             self.note_click();
         }
+    }
+
+    fn ask_for_first_class(&mut self, waiting: Stroke) {
+        let name = String::new();
+        self.state.dialog = Some(Dialog::FirstClass { name, waiting });
     }
 
     /// A click has just changed the labels.
@@ -151,9 +155,7 @@ impl Model {
             return;
         };
         let Some(class) = workspace.class else {
-            let waiting = Stroke::click(frame, VOID, pixel);
-            let name = String::new();
-            self.state.dialog = Some(Dialog::FirstClass { name, waiting });
+            self.ask_for_first_class(Stroke::click(frame, VOID, pixel));
             return;
         };
         let click = Stroke::click(frame, class, pixel);
