@@ -19,7 +19,7 @@ pub mod pictures;
 mod run;
 pub mod stats;
 #[cfg(test)]
-mod testing;
+mod tests;
 pub mod theme;
 pub mod thumbnails;
 pub mod trace;

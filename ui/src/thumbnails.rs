@@ -279,7 +279,7 @@ mod tests {
         let source = |[width, height]: [u32; 2]| {
             let color = ColorImage::new(width, height, vec![9; (3 * width * height) as usize]).unwrap();
             let source = FrameSource {
-                scene: Arc::new(crate::testing::scene([color])),
+                scene: Arc::new(crate::tests::scene([color])),
                 frame: 0,
                 map: None,
                 palette: Palette::new(&[]),

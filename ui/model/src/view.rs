@@ -38,11 +38,6 @@ impl ImagePart {
     pub fn size(&self) -> Vec2 {
         self.max - self.min
     }
-
-    /// Its middle.
-    pub fn center(&self) -> Vec2 {
-        0.5 * (self.min + self.max)
-    }
 }
 
 /// Zoom and pan of the canvas.

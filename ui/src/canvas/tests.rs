@@ -24,9 +24,9 @@ fn scene() -> Arc<Scene> {
     let rgb = (0..width * height * 3)
         .map(|index| (index * 37 % 251) as u8)
         .collect();
-    Arc::new(crate::testing::scene([
-        ColorImage::new(width, height, rgb).unwrap()
-    ]))
+    Arc::new(crate::tests::scene(
+        [ColorImage::new(width, height, rgb).unwrap()],
+    ))
 }
 
 /// What each layer lays over that frame.

@@ -53,16 +53,11 @@ struct Rows {
 impl Rows {
     fn update(&mut self, workspace: &Workspace, filter: &Filter) {
         let frame = filter.this_frame.then_some(workspace.frame_index);
-        let (serial, generation) = (workspace.serial, workspace.document.generation());
-        let same = self
-            .made_of
-            .as_ref()
-            .is_some_and(|(of_serial, of_generation, of_frame, of_filter)| {
-                (*of_serial, *of_generation, *of_frame) == (serial, generation, frame) && of_filter == filter
-            });
-        if !same {
+        let generation = workspace.document.generation();
+        let made_of = Some((workspace.serial, generation, frame, filter.clone()));
+        if self.made_of != made_of {
             self.ids = found(workspace, filter, frame);
-            self.made_of = Some((serial, generation, frame, filter.clone()));
+            self.made_of = made_of;
         }
     }
 

@@ -247,7 +247,7 @@ mod tests {
 
     fn scene_of(camera_to_world: glam::Affine3A) -> Scene {
         let color = inplace_core::scene::ColorImage::new(4, 3, vec![0; 36]).unwrap();
-        let mut scene = crate::testing::scene([color]);
+        let mut scene = crate::tests::scene([color]);
         scene.frames[0].camera_to_world = camera_to_world;
         scene
     }
