@@ -37,6 +37,19 @@ pub struct FrameView {
     unreadable: BTreeMap<usize, String>,
     /// Version of the image of the frame in view.
     image: Version,
+    /// What became of the frame in view.
+    known: Known,
+    /// Version of the newest view that the scene had.
+    rendered_seen: Option<Version>,
+    /// When the frame came into view: what was made from earlier maps is of other frames.
+    since: Version,
+    /// What was asked of the thread last.
+    wanted: Option<Wanted>,
+}
+
+/// What is known of one frame.
+#[derive(Debug, Default)]
+struct Known {
     /// The newest map, looked up or not, and what the scene counted it as.
     newest: Option<Versioned<Arc<FrameMap>>>,
     newest_count: u64,
@@ -52,14 +65,8 @@ pub struct FrameView {
     view: Option<FieldView>,
     /// A view that has yet to be enlarged.
     rendered: Option<Versioned<Arc<RenderedFrame>>>,
-    /// Version of the newest view that the scene had.
-    rendered_seen: Option<Version>,
     /// The view that was asked for last.
     asked: Option<Asked>,
-    /// When the frame came into view: what was made from earlier maps is of other frames.
-    since: Version,
-    /// What was asked of the thread last.
-    wanted: Option<Wanted>,
 }
 
 /// A view that was asked for.
@@ -103,16 +110,8 @@ impl FrameView {
             pictures: BTreeMap::new(),
             unreadable: BTreeMap::new(),
             image: Version::new(),
-            newest: None,
-            newest_count: 0,
-            map: None,
-            visible: None,
-            agreement: None,
-            depth: None,
-            view: None,
-            rendered: None,
+            known: Known::default(),
             rendered_seen: None,
-            asked: None,
             since: Version::new(),
             wanted: None,
         }
@@ -130,8 +129,8 @@ impl FrameView {
             self.go_to(workspace.frame_index);
         }
         let count = workspace.map_version(self.frame);
-        if self.newest_count != count {
-            self.newest_count = count;
+        if self.known.newest_count != count {
+            self.known.newest_count = count;
             self.take_map(workspace.newest_map(self.frame));
         }
         if let Some(rendered) = workspace.rendered.as_ref()
@@ -148,15 +147,7 @@ impl FrameView {
     fn go_to(&mut self, frame: usize) {
         self.frame = frame;
         self.image = Version::new();
-        self.newest = None;
-        self.newest_count = 0;
-        self.map = None;
-        self.visible = None;
-        self.agreement = None;
-        self.depth = None;
-        self.view = None;
-        self.rendered = None;
-        self.asked = None;
+        self.known = Known::default();
         self.since = Version::new();
         self.pictures.retain(|&kept, _| kept.abs_diff(frame) <= 1);
         self.unreadable.retain(|&kept, _| kept.abs_diff(frame) <= 1);
@@ -170,19 +161,19 @@ impl FrameView {
         };
         let map = Versioned::new(map);
         if map.is_looked_up() {
-            self.map = Some(ShownMap::new(map.clone()));
+            self.known.map = Some(ShownMap::new(map.clone()));
         }
-        self.newest = Some(map);
+        self.known.newest = Some(map);
     }
 
     /// A view of the field was rendered.
     fn take_rendered(&mut self, rendered: &Versioned<Arc<RenderedFrame>>, now: Instant) {
-        if let Some(asked) = self.asked.as_mut().filter(|_| rendered.is_last) {
+        if let Some(asked) = self.known.asked.as_mut().filter(|_| rendered.is_last) {
             asked.answered = Some(now);
         }
         // A coarse one is better than nothing, but not than a fine one of a little while ago.
-        if rendered.is_last || (self.view.is_none() && self.rendered.is_none()) {
-            self.rendered = Some(rendered.clone());
+        if rendered.is_last || (self.known.view.is_none() && self.known.rendered.is_none()) {
+            self.known.rendered = Some(rendered.clone());
         }
     }
 
@@ -201,33 +192,35 @@ impl FrameView {
                 }
                 Part::Map(map) => {
                     let newer = self
+                        .known
                         .map
                         .as_ref()
                         .is_none_or(|shown| shown.map.version() < map.version());
                     if map.frame == self.frame && newer {
-                        self.map = Some(ShownMap::new(map));
+                        self.known.map = Some(ShownMap::new(map));
                     }
                 }
                 Part::Visible(map, classes) => {
                     if map > self.since {
-                        self.visible = Some((map, classes));
+                        self.known.visible = Some((map, classes));
                     }
                 }
                 Part::Agreement(plane) => {
                     if plane.map > self.since {
-                        self.agreement = Some(plane);
+                        self.known.agreement = Some(plane);
                     }
                 }
                 Part::Depth(frame, plane) => {
                     if frame == self.frame {
-                        self.depth = Some(plane);
+                        self.known.depth = Some(plane);
                     }
                 }
                 Part::View(view) => {
                     if view.rendered.frame == self.frame {
-                        self.rendered
+                        self.known
+                            .rendered
                             .take_if(|rendered| Arc::ptr_eq(rendered, &view.rendered));
-                        self.view = Some(*view);
+                        self.known.view = Some(*view);
                     }
                 }
             }
@@ -243,14 +236,14 @@ impl FrameView {
         }
         let (document, contradicted) = (&workspace.document, &workspace.overview.contradicted);
         let said = (document.generation(), contradicted.version());
-        let map = self.newest.as_ref().map(Versioned::version);
+        let map = self.known.newest.as_ref().map(Versioned::version);
         let wanted = Wanted {
             frame: self.frame,
             map,
             visible: shows(Layer::Labels),
             said: shows(Layer::Disagreement).then_some(said),
             depth: shows(Layer::Depth) && measured,
-            rendered: self.rendered.as_ref().map(Versioned::version),
+            rendered: self.known.rendered.as_ref().map(Versioned::version),
         };
         if self.wanted.as_ref() == Some(&wanted) {
             return;
@@ -261,34 +254,38 @@ impl FrameView {
             self.frame.checked_sub(1),
         ];
         let missing = |frame: &usize| !self.pictures.contains_key(frame) && *frame < self.scene.frames.len();
-        let counted = self.visible.as_ref().is_some_and(|(of, _)| Some(*of) == map);
+        let counted = self
+            .known
+            .visible
+            .as_ref()
+            .is_some_and(|(of, _)| Some(*of) == map);
         let compared = |plane: &AgreementPlane| Some(plane.map) == map && plane.said == said;
-        let compared = self.agreement.as_ref().is_some_and(compared);
+        let compared = self.known.agreement.as_ref().is_some_and(compared);
         self.preparer.ask(Request {
             scene: Arc::clone(&self.scene),
             frame: self.frame,
             pictures: near.into_iter().flatten().filter(missing).collect(),
-            map: self.newest.clone(),
+            map: self.known.newest.clone(),
             visible: wanted.visible && !counted,
             said: wanted.said.filter(|_| !compared).map(|(generation, _)| Said {
                 labels: document.labels().clone(),
                 contradicted: contradicted.clone(),
                 generation,
             }),
-            depth: wanted.depth && self.depth.is_none(),
-            view: self.rendered.as_deref().cloned(),
+            depth: wanted.depth && self.known.depth.is_none(),
+            view: self.known.rendered.as_deref().cloned(),
         });
         self.wanted = Some(wanted);
     }
 
     /// Asks for a view when there is none, or when the one there is has become old.
     fn ask_for_view(&mut self, steps: u64, now: Instant, commands: &mut Commands) {
-        let due = self.asked.is_none_or(|asked| {
+        let due = self.known.asked.is_none_or(|asked| {
             let outdated = |view: &FieldView| view.rendered.steps != steps;
-            self.view.as_ref().is_some_and(outdated) && asked.is_old(now)
+            self.known.view.as_ref().is_some_and(outdated) && asked.is_old(now)
         });
         if due {
-            self.asked = Some(Asked {
+            self.known.asked = Some(Asked {
                 when: now,
                 answered: None,
             });
@@ -304,24 +301,24 @@ impl FrameView {
 
     /// The map shown.
     pub fn map(&self) -> Option<&ShownMap> {
-        self.map.as_ref()
+        self.known.map.as_ref()
     }
 
     /// The field as seen from the frame.
     pub fn view(&self) -> Option<&FieldView> {
-        self.view.as_ref()
+        self.known.view.as_ref()
     }
 
     /// The classes that the map shows with their pixels, most first; those of the map before while the new ones
     /// are counted.
     pub fn visible(&self) -> Option<&[(ClassId, u32)]> {
-        let (_, classes) = self.visible.as_ref().filter(|_| self.map.is_some())?;
+        let (_, classes) = self.known.visible.as_ref().filter(|_| self.known.map.is_some())?;
         Some(classes)
     }
 
     /// Depths of the frame, with whether they are measured; `None` while they are not known.
     pub fn depth(&self) -> Option<(&Versioned<DepthPlane>, bool)> {
-        match (&self.depth, &self.view) {
+        match (&self.known.depth, &self.known.view) {
             (Some(Some(plane)), _) => Some((plane, true)),
             (_, Some(view)) => Some((&view.depth, false)),
             _ => None,
@@ -335,19 +332,19 @@ impl FrameView {
         let depth = frame.pixels_at_hand().and_then(|pixels| pixels.depth);
         let measured = depth.and_then(|depth| measured_depth(frame, &depth, index));
         let measured = measured.map(|depth| (depth, true));
-        measured.or_else(|| Some((self.view.as_ref()?.rendered.depth_at([x, y])?, false)))
+        measured.or_else(|| Some((self.known.view.as_ref()?.rendered.depth_at([x, y])?, false)))
     }
 
     /// How the labels agree with the map; `None` while that is not known.
     pub fn agreement(&self) -> Option<&AgreementPlane> {
-        self.agreement.as_ref().filter(|_| self.map.is_some())
+        self.known.agreement.as_ref().filter(|_| self.known.map.is_some())
     }
 
     /// What a layer of the frame looks like; `None` in a scene without frames. A layer that is not ready is
     /// the image alone.
     pub fn content(&self, layer: Layer, palette: &Versioned<Arc<Palette>>) -> Option<Content> {
         self.scene.frames.get(self.frame)?;
-        let map = self.map.as_ref();
+        let map = self.known.map.as_ref();
         let mut content = Content {
             image: Image::OfFrame(Arc::clone(&self.scene), self.frame),
             image_version: self.image,
@@ -362,7 +359,7 @@ impl FrameView {
             Layer::Disagreement => content.over = self.agreement().map(agreement_over),
             Layer::Depth => content.over = self.depth().map(|(plane, _)| depth_over(plane)),
             Layer::Rendered => {
-                if let Some(view) = &self.view {
+                if let Some(view) = &self.known.view {
                     content.image = Image::Own(Arc::clone(&view.color));
                     content.image_version = view.picture.version;
                     content.picture = Some(Arc::clone(&view.picture));

@@ -32,7 +32,7 @@ fn classes_are_renamed_merged_and_deleted_and_all_of_it_is_undone() {
     window.click_through(&["Actions for wall", "Rename"]);
     let field = "Rename wall";
     for _ in 0..4 {
-        window.press(Modifiers::NONE, Key::Backspace);
+        window.key(Key::Backspace);
     }
     window.type_into(field, "ceiling");
     assert_eq!(names(&window), ["ceiling", "floor"]);
@@ -160,10 +160,10 @@ fn locks_hidden_classes_and_their_order_are_kept_in_the_project() {
 #[test]
 fn the_order_decides_which_digit_chooses_a_class() {
     let mut window = Window::with_classes(&["wall", "floor", "door"]);
-    window.press(Modifiers::NONE, Key::Escape);
+    window.key(Key::Escape);
     window.click_through(&["Actions for door", "Move up"]);
     assert_eq!(ids(&window), [1, 3, 2]);
-    window.press(Modifiers::NONE, Key::Num2);
+    window.key(Key::Num2);
     assert_eq!(window.workspace().class, Some(3));
 
     // By dragging it over the first, into its upper half.
@@ -203,34 +203,34 @@ fn the_finder_chooses_and_makes_classes_by_keyboard() {
         let class = window.workspace().class.unwrap();
         window.labels().class(class).map(|class| class.name.clone())
     };
-    window.press(Modifiers::NONE, Key::C);
+    window.key(Key::C);
     type_text(&mut window, "Find class", "win");
-    window.press(Modifiers::NONE, Key::Enter);
+    window.key(Key::Enter);
     assert_eq!(chosen(&window).as_deref(), Some("window"));
     window.misses("Find class");
 
     // "bed", "books", "ceiling": down and up again.
-    window.press(Modifiers::NONE, Key::C);
+    window.key(Key::C);
     for key in [Key::ArrowDown, Key::ArrowDown, Key::ArrowUp, Key::Enter] {
-        window.press(Modifiers::NONE, key);
+        window.key(key);
     }
     assert_eq!(chosen(&window).as_deref(), Some("books"));
     assert_eq!(window.frame_index(), 0, "the arrows went to the frames");
 
-    window.press(Modifiers::NONE, Key::C);
+    window.key(Key::C);
     type_text(&mut window, "Find class", "zebra");
     window.sees("New class \"zebra\"");
-    window.press(Modifiers::NONE, Key::Enter);
+    window.key(Key::Enter);
     assert_eq!(chosen(&window).as_deref(), Some("zebra"));
     assert_eq!(names(&window).len(), 14);
 
-    window.press(Modifiers::NONE, Key::C);
+    window.key(Key::C);
     type_text(&mut window, "Find class", "tab");
-    window.press(Modifiers::NONE, Key::Escape);
+    window.key(Key::Escape);
     window.misses("Find class");
     assert_eq!(chosen(&window).as_deref(), Some("zebra"));
     // Keys mean what they did before.
-    window.press(Modifiers::NONE, Key::D);
+    window.key(Key::D);
     assert_eq!(window.frame_index(), 1);
 }
 

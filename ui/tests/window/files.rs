@@ -206,7 +206,7 @@ fn label_images_are_imported_undone_removed_and_kept_in_the_project() {
             .get_by_label("Trust in the imported pixels")
             .focus();
         window.harness.run_steps(1);
-        (0..10).for_each(|_| window.press(Modifiers::NONE, Key::ArrowRight));
+        (0..10).for_each(|_| window.key(Key::ArrowRight));
         window.sees("Every labelled pixel is right, as your strokes are.");
         window.type_into("Folder of label images", images.to_str().unwrap());
         window.until("the images are imported", |app| {

@@ -64,7 +64,7 @@ fn keys_typed_into_a_text_field_do_nothing_else() {
     window.type_into("New class", "desk pane");
     assert_eq!(window.frame_index(), 0);
     assert!(!window.workspace().paused);
-    window.press(Modifiers::NONE, Key::Escape);
+    window.key(Key::Escape);
     window.sees("desk pane, 0 strokes");
 }
 

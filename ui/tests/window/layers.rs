@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use egui::{Key, Modifiers, PointerButton};
+use egui::{Key, PointerButton};
 use egui_kittest::kittest::Queryable;
 use inplace_core::scene::{ColorImage, SceneSource, write_replica};
 use inplace_core::session::{self, Event, FrameMap, RenderedFrame};
@@ -45,9 +45,9 @@ fn layers_change_by_menu_and_by_key() {
     window.click("Layer");
     window.click(Layer::Depth.name());
     assert_eq!(window.model().settings.layer, Layer::Depth);
-    window.press(Modifiers::NONE, Key::Q);
+    window.key(Key::Q);
     assert_eq!(window.model().settings.layer, Layer::Rendered);
-    window.press(Modifiers::NONE, Key::Q);
+    window.key(Key::Q);
     assert_eq!(window.model().settings.layer, Layer::Color);
 }
 
@@ -69,7 +69,7 @@ fn the_legend_names_the_classes_in_view_and_can_be_switched_off() {
 #[test]
 fn two_layers_are_compared_and_their_border_follows_the_drag() {
     let mut window = Window::demo();
-    window.press(Modifiers::NONE, Key::W);
+    window.key(Key::W);
     assert!(window.model().settings.compare);
     window.add_class("wall");
     window.click("Layer on the left");
@@ -92,7 +92,7 @@ fn two_layers_are_compared_and_their_border_follows_the_drag() {
     let before = window.model().settings.split;
     window.harness.get_by_label("Border between the layers").focus();
     window.harness.run_steps(2);
-    window.press(Modifiers::NONE, Key::ArrowRight);
+    window.key(Key::ArrowRight);
     assert!(window.model().settings.split > before + 0.01);
     assert_eq!(window.frame_index(), 0);
     window.click("Compare two layers (W)");
@@ -131,7 +131,7 @@ fn the_field_is_rendered_only_while_it_is_shown_and_once_for_a_frame() {
     });
     window.sees("Rendered colour: Rendered colour, after 300 training steps");
     assert_eq!(window.frame().depth_at([9, 9]), Some((2.0, false)));
-    window.press(Modifiers::NONE, Key::D);
+    window.key(Key::D);
     assert!(window.frame().view().is_none());
     assert_eq!(asked_views(&window), [1]);
     // One that comes late is of another frame.
@@ -148,12 +148,12 @@ fn a_frame_never_has_the_overlay_of_another_one() {
     window.worker().publish(0, 3, 1);
     window.harness.run_steps(3);
     assert!(window.frame().map().is_some());
-    window.press(Modifiers::NONE, Key::D);
+    window.key(Key::D);
     assert!(window.frame().map().is_none());
     let palette = window.workspace().document.palette();
     let content = window.frame().content(Layer::Labels, palette);
     assert!(content.unwrap().over.is_none());
-    window.press(Modifiers::NONE, Key::A);
+    window.key(Key::A);
     assert_eq!(window.frame().map().unwrap().map.frame, 0);
 }
 

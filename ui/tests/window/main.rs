@@ -7,6 +7,8 @@
 
 mod classes;
 mod files;
+#[path = "../../src/tests.rs"]
+mod images;
 mod labelling;
 mod layers;
 mod names;

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use egui::accesskit::{Action as Request, Role};
-use egui::{Key, Modifiers, PointerButton};
+use egui::{Key, PointerButton};
 use egui_kittest::kittest::{NodeT, Queryable};
 use inplace_core::guide::{Likely, Suggestion};
 use inplace_model::Command;
@@ -96,15 +96,15 @@ fn every_control_of_an_open_scene_has_a_name() {
     let stroke = *window.labels().strokes.keys().next().unwrap();
     window.act(Command::GoToStroke(stroke));
     assert_named(&mut window, "with a stroke selected");
-    window.press(Modifiers::NONE, Key::T);
+    window.key(Key::T);
     assert_named(&mut window, "with the progress shown");
-    window.press(Modifiers::NONE, Key::W);
+    window.key(Key::W);
     assert_named(&mut window, "with two layers compared");
     for layer in Layer::ALL {
         window.act(Command::ChooseLayer(layer));
         assert_named(&mut window, layer.name());
     }
-    window.press(Modifiers::NONE, Key::V);
+    window.key(Key::V);
     assert_named(&mut window, "in the 3D view");
 }
 

@@ -23,7 +23,7 @@ fn click(pos: Pos2) -> [Event; 3] {
 /// Feeds everything to one frame of the window, and lets it draw as often as it asks for.
 fn in_one_frame(window: &mut Window, events: &[Vec<Event>]) {
     // The field that made the last class has the keyboard.
-    window.press(Modifiers::NONE, Key::Escape);
+    window.key(Key::Escape);
     window.harness.input_mut().events.extend(events.concat());
     window.harness.run_steps(12);
 }

@@ -6,7 +6,7 @@ use std::pin::pin;
 use std::task::{Context, Poll, Waker};
 use std::time::{Duration, Instant};
 
-use egui::{Key, Modifiers, PointerButton};
+use egui::{Key, PointerButton};
 use egui_kittest::SnapshotOptions;
 use inplace_model::Command;
 use inplace_model::preferences::{PreferenceChange, Theme};
@@ -40,7 +40,7 @@ fn can_draw() -> bool {
 
 /// Compares the window with its picture.
 fn compare(window: &mut Window, name: &str) {
-    window.press(Modifiers::NONE, Key::Escape);
+    window.key(Key::Escape);
     // What other threads make arrives, and what moves comes to rest.
     let start = Instant::now();
     let mut before = None;

@@ -64,24 +64,24 @@ fn a_key_can_be_changed_and_help_shows_the_new_one() {
     let mut window = Window::with_demo(folder.path());
     window.press(Modifiers::COMMAND, Key::Comma);
     window.choose("Pause or resume training: P");
-    window.press(Modifiers::NONE, Key::K);
+    window.key(Key::K);
     window.sees("Pause or resume training: K");
     window.choose("Close");
-    window.press(Modifiers::NONE, Key::P);
+    window.key(Key::P);
     assert!(!window.workspace().paused);
-    window.press(Modifiers::NONE, Key::K);
+    window.key(Key::K);
     assert!(window.workspace().paused);
-    window.press(Modifiers::NONE, Key::Questionmark);
+    window.key(Key::Questionmark);
     window.sees("K");
     window.choose("Close");
     window.close();
     let mut window = Window::with_demo(folder.path());
-    window.press(Modifiers::NONE, Key::K);
+    window.key(Key::K);
     assert!(window.workspace().paused);
     window.press(Modifiers::COMMAND, Key::Comma);
     window.choose("Reset all keys");
     window.choose("Close");
-    window.press(Modifiers::NONE, Key::P);
+    window.key(Key::P);
     assert!(!window.workspace().paused);
 }
 
@@ -90,10 +90,10 @@ fn a_key_that_does_something_else_is_shown_and_can_be_taken() {
     let mut window = Window::demo();
     window.press(Modifiers::COMMAND, Key::Comma);
     window.choose("Pause or resume training: P");
-    window.press(Modifiers::NONE, Key::Num1);
+    window.key(Key::Num1);
     window.sees("1 cannot be given away: the window needs it.");
     window.choose("Another key");
-    window.press(Modifiers::NONE, Key::F);
+    window.key(Key::F);
     window.sees("F is taken: Fit the image, or the scene in the 3D view, into the window.");
     assert!(window.model().preferences.keys.is_default());
     window.choose("Use it here");
@@ -112,9 +112,9 @@ fn escape_leaves_the_key_as_it_was_and_the_settings_open() {
     let mut window = Window::demo();
     window.press(Modifiers::COMMAND, Key::Comma);
     window.choose("Pause or resume training: P");
-    window.press(Modifiers::NONE, Key::Escape);
+    window.key(Key::Escape);
     window.sees("Pause or resume training: P");
-    window.press(Modifiers::NONE, Key::Escape);
+    window.key(Key::Escape);
     assert!(window.model().dialog.is_none());
 }
 

@@ -1,6 +1,6 @@
 //! How far the labelling has come, and the frames one is after.
 
-use egui::{Key, Modifiers};
+use egui::Key;
 use egui_kittest::kittest::Queryable;
 use inplace_core::guide::Suggestion;
 use inplace_core::labels::StrokeId;
@@ -90,7 +90,7 @@ fn the_progress_says_what_is_missing_and_leads_to_contradicted_strokes() {
             .iter()
             .any(|command| matches!(command, session::Command::CheckStrokes))
     );
-    window.press(Modifiers::NONE, Key::T);
+    window.key(Key::T);
     window.sees("Not yet: the labels have not spread over the frames so far.");
     answer(&mut window, [1000; FRAMES], &[(3, 2)]);
     let overview = &window.workspace().overview;
@@ -116,7 +116,7 @@ fn the_progress_says_what_is_missing_and_leads_to_contradicted_strokes() {
 #[test]
 fn the_next_labels_settle_what_the_suggestions_say() {
     let mut window = labelled(Window::demo());
-    window.press(Modifiers::NONE, Key::T);
+    window.key(Key::T);
     let with_share = |&share: &f32| Suggestion {
         share,
         ..suggestion(0)
@@ -146,7 +146,7 @@ fn the_log_survives_reopening_the_project() {
         window.until("a sample is taken", |app| {
             !app.model().workspace().unwrap().overview.log.samples().is_empty()
         });
-        window.press(Modifiers::NONE, Key::T);
+        window.key(Key::T);
         window.sees("Charts over");
         // The window is low, so the training is a line until it is unfolded.
         window.sees("22.0 dB, 29% unsure");
@@ -178,12 +178,12 @@ fn the_filmstrip_shows_the_frames_one_is_after_and_a_and_d_go_through_them() {
     window.click("Unlabelled 3");
     assert!(frame(&window, "rgb_1") && !frame(&window, "rgb_0") && !frame(&window, "rgb_3"));
     assert_eq!(window.frame_index(), 3);
-    window.press(Modifiers::NONE, Key::D);
+    window.key(Key::D);
     assert_eq!(window.frame_index(), 4);
-    window.press(Modifiers::NONE, Key::D);
+    window.key(Key::D);
     assert_eq!(window.frame_index(), 4);
     for expected in [2, 1, 1] {
-        window.press(Modifiers::NONE, Key::A);
+        window.key(Key::A);
         assert_eq!(window.frame_index(), expected);
     }
     window.act(Command::FilterFrames(FrameFilter::Uncertain));
@@ -193,7 +193,7 @@ fn the_filmstrip_shows_the_frames_one_is_after_and_a_and_d_go_through_them() {
     window.sees_part("Frame rgb_3: 2 strokes, 1 contradicted");
     answer(&mut window, [1000; FRAMES], &[]);
     window.sees("No frame is disagreeing: nothing contradicts your strokes.");
-    window.press(Modifiers::NONE, Key::D);
+    window.key(Key::D);
     assert_eq!(window.frame_index(), 1);
 }
 

@@ -62,7 +62,7 @@ fn shown() -> Window {
         generation: 1,
     };
     worker.events.send(event).unwrap();
-    window.press(Modifiers::NONE, Key::V);
+    window.key(Key::V);
     window.until_window("the wall is shown", |window| window.shows("Fly to this frame"));
     window
 }
@@ -74,7 +74,7 @@ fn middle(window: &Window) -> Pos2 {
 #[test]
 fn v_and_the_buttons_switch_and_say_what_is_missing() {
     let mut window = Window::demo();
-    window.press(Modifiers::NONE, Key::V);
+    window.key(Key::V);
     window.sees("3D view");
     window.sees(
         "The surface of the scene is shown here as soon as it is found; until then you can label the frames",
@@ -178,7 +178,7 @@ fn drags_and_arrows_turn_the_view_and_fitting_keeps_its_side() {
     let mut window = shown();
     let camera = |window: &Window| window.workspace().space.camera;
     assert_eq!(camera(&window), None);
-    window.press(Modifiers::NONE, Key::ArrowLeft);
+    window.key(Key::ArrowLeft);
     let turned = camera(&window).unwrap();
     assert_eq!(window.frame_index(), 0, "the arrow went to another frame");
     let place = middle(&window);
@@ -191,7 +191,7 @@ fn drags_and_arrows_turn_the_view_and_fitting_keeps_its_side() {
     let dragged = camera(&window).unwrap();
     assert!(dragged.direction.yaw > turned.direction.yaw);
     assert!((dragged.distance - turned.distance).abs() < 1e-4);
-    window.press(Modifiers::NONE, Key::F);
+    window.key(Key::F);
     assert_eq!(camera(&window), None);
     assert_eq!(window.strokes(), 0, "a drag is not a click");
 }
@@ -226,8 +226,8 @@ fn the_camera_flies_to_the_frame_in_view_and_the_view_is_kept() {
         camera.is_some_and(|camera| camera.eye().length() < 1e-3)
     });
     let arrived = window.workspace().space;
-    window.press(Modifiers::NONE, Key::V);
-    window.press(Modifiers::NONE, Key::V);
+    window.key(Key::V);
+    window.key(Key::V);
     assert_eq!(window.workspace().space, arrived);
 }
 

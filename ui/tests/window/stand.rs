@@ -11,7 +11,7 @@ use egui::{Key, Modifiers, PointerButton, Pos2, Rect, vec2};
 use egui_kittest::{Harness, kittest::Queryable};
 use inplace_core::guide::Suggestion;
 use inplace_core::labels::LabelSet;
-use inplace_core::scene::{Camera, ColorImage, Frame, FramePixels, OpenOptions, Scene, SceneSource};
+use inplace_core::scene::{ColorImage, OpenOptions, Scene, SceneSource};
 use inplace_core::session::{self, Event, FrameMap, MapSlots};
 use inplace_model::preferences::Store;
 use inplace_model::session_link::SessionLink;
@@ -21,6 +21,8 @@ use inplace_ui::app::{App, Environment};
 use inplace_ui::canvas::{CANVAS_NAME, FrameView};
 use inplace_ui::{Target, UiOptions};
 use tempfile::TempDir;
+
+use crate::images;
 
 pub const WIDTH: u32 = 64;
 pub const HEIGHT: u32 = 48;
@@ -95,28 +97,12 @@ pub fn scene(source: SceneSource) -> Arc<Scene> {
     // A folder named so is another scene.
     let other = matches!(&source, SceneSource::Folder(folder) if folder.ends_with("other"));
     let name = if other { "other" } else { "rgb" };
-    let frame = |index: usize| Frame {
-        stem: format!("{name}_{index}"),
-        path: PathBuf::new(),
-        camera: Camera::with_horizontal_fov(WIDTH, HEIGHT, 90.0),
-        camera_to_world: Default::default(),
-        pixels: FramePixels::new(
-            ColorImage::new(WIDTH, HEIGHT, vec![90; (WIDTH * HEIGHT * 3) as usize]).unwrap(),
-            None,
-        ),
-        points: Vec::new(),
-        lens: None,
-    };
-    Arc::new(Scene {
-        source,
-        format: "test",
-        frames: (0..FRAMES).map(frame).collect(),
-        origin: Default::default(),
-        unit: 1.0,
-        point_errors: None,
-        warnings: Vec::new(),
-        notes: Vec::new(),
-    })
+    let image = || ColorImage::new(WIDTH, HEIGHT, vec![90; (WIDTH * HEIGHT * 3) as usize]).unwrap();
+    let mut scene = images::scene((0..FRAMES).map(|_| image()));
+    for frame in &mut scene.frames {
+        frame.stem = format!("{name}_{}", frame.stem);
+    }
+    Arc::new(Scene { source, ..scene })
 }
 
 /// The primary button goes down or up here.
@@ -362,6 +348,11 @@ impl Window {
     pub fn press(&mut self, modifiers: Modifiers, key: Key) {
         self.harness.key_press_modifiers(modifiers, key);
         self.harness.run_steps(3);
+    }
+
+    /// Presses a key alone.
+    pub fn key(&mut self, key: Key) {
+        self.press(Modifiers::NONE, key);
     }
 
     /// Does something as a panel or a key would.

@@ -1,6 +1,6 @@
 //! The start page, opening, and help.
 
-use egui::{Key, Modifiers};
+use egui::Key;
 use inplace_ui::Target;
 
 use crate::stand::*;
@@ -19,6 +19,6 @@ fn a_path_that_cannot_be_opened_is_one_sentence_on_the_start_page_until_escape()
     let state = window.model();
     let text = state.messages.texts().next().unwrap();
     assert!(text.contains("broken.inplace"), "{text}");
-    window.press(Modifiers::NONE, Key::Escape);
+    window.key(Key::Escape);
     assert_eq!(window.model().messages.texts().count(), 0);
 }

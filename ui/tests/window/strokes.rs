@@ -29,16 +29,16 @@ fn click_at(window: &mut Window, places: &[[f32; 2]]) {
 const TRIANGLE: [[f32; 2]; 3] = [[-120.0, -90.0], [120.0, -90.0], [0.0, 90.0]];
 
 fn draw_triangle(window: &mut Window) {
-    window.press(Modifiers::NONE, Key::G);
+    window.key(Key::G);
     click_at(window, &TRIANGLE);
-    window.press(Modifiers::NONE, Key::Enter);
+    window.key(Key::Enter);
 }
 
 /// A window with the demo and two classes, of which the second is current.
 fn two_classes() -> Window {
     let mut window = Window::with_classes(&["wall", "floor"]);
     // Out of the text field.
-    window.press(Modifiers::NONE, Key::Escape);
+    window.key(Key::Escape);
     window
 }
 
@@ -72,26 +72,26 @@ fn opened(strokes: impl IntoIterator<Item = Stroke>) -> Window {
 fn escape_drops_a_polygon_and_backspace_and_undo_take_back_corners() {
     let mut window = two_classes();
     click_at(&mut window, &[[0.0, 0.0]]);
-    window.press(Modifiers::NONE, Key::G);
+    window.key(Key::G);
     click_at(&mut window, &TRIANGLE);
     window.sees_part("Polygon, 3 corners");
-    window.press(Modifiers::NONE, Key::Backspace);
+    window.key(Key::Backspace);
     window.sees_part("Polygon, 2 corners");
     window.press(Modifiers::COMMAND, Key::Z);
     window.sees_part("Polygon, 1 corner");
     assert_eq!(window.strokes(), 1, "undo in a polygon is about the polygon");
-    window.press(Modifiers::NONE, Key::Escape);
+    window.key(Key::Escape);
     assert!(window.harness.query_by_label_contains("Polygon, ").is_none());
-    window.press(Modifiers::NONE, Key::Enter);
+    window.key(Key::Enter);
     assert_eq!(window.strokes(), 1);
     // A scribble is dropped while its button is still held.
-    window.press(Modifiers::NONE, Key::B);
+    window.key(Key::B);
     let [from, to] = [window.canvas(-50.0, 0.0), window.canvas(50.0, 0.0)];
     window.harness.event(egui::Event::PointerMoved(from));
     window.harness.event(button(from, true));
     window.harness.run_steps(2);
     window.harness.event(egui::Event::PointerMoved(to));
-    window.press(Modifiers::NONE, Key::Escape);
+    window.key(Key::Escape);
     window.harness.event(button(to, false));
     window.harness.run_steps(2);
     assert_eq!(window.strokes(), 1);
@@ -100,15 +100,15 @@ fn escape_drops_a_polygon_and_backspace_and_undo_take_back_corners() {
 #[test]
 fn a_polygon_waits_on_its_frame() {
     let mut window = two_classes();
-    window.press(Modifiers::NONE, Key::G);
+    window.key(Key::G);
     click_at(&mut window, &TRIANGLE[..2]);
-    window.press(Modifiers::NONE, Key::D);
+    window.key(Key::D);
     assert!(window.harness.query_by_label_contains("Polygon, ").is_none());
-    window.press(Modifiers::NONE, Key::Enter);
+    window.key(Key::Enter);
     assert_eq!(window.strokes(), 0);
-    window.press(Modifiers::NONE, Key::A);
+    window.key(Key::A);
     click_at(&mut window, &TRIANGLE[2..]);
-    window.press(Modifiers::NONE, Key::Enter);
+    window.key(Key::Enter);
     assert_eq!(
         (newest(&window).kind(), newest(&window).frame),
         (StrokeKind::Polygon, 0)
@@ -118,8 +118,8 @@ fn a_polygon_waits_on_its_frame() {
 #[test]
 fn a_polyline_has_the_brushs_radius_and_ends_by_a_double_click() {
     let mut window = two_classes();
-    window.press(Modifiers::NONE, Key::CloseBracket);
-    window.press(Modifiers::NONE, Key::L);
+    window.key(Key::CloseBracket);
+    window.key(Key::L);
     click_at(&mut window, &[[-100.0, 0.0], [0.0, 50.0]]);
     let pos = window.canvas(100.0, 0.0);
     // All within one frame: a step of the window takes longer than a double-click.
@@ -162,8 +162,8 @@ fn shift_draws_from_the_end_of_the_last_line() {
 #[test]
 fn void_is_drawn_with_every_tool_and_the_eraser_cuts_polygons() {
     let mut window = two_classes();
-    window.press(Modifiers::NONE, Key::G);
-    window.press(Modifiers::NONE, Key::Num0);
+    window.key(Key::G);
+    window.key(Key::Num0);
     assert_eq!(
         window.model().settings.tool,
         Tool::Polygon,
@@ -172,13 +172,13 @@ fn void_is_drawn_with_every_tool_and_the_eraser_cuts_polygons() {
     draw_triangle(&mut window);
     let whole = newest(&window);
     assert_eq!(whole.class, VOID);
-    window.press(Modifiers::NONE, Key::E);
+    window.key(Key::E);
     let path = [window.canvas(0.0, -120.0), window.canvas(0.0, 120.0)];
     window.drag(PointerButton::Primary, &path);
     let rest = newest(&window);
     assert_eq!(rest.kind(), StrokeKind::Polygon);
     assert!(rest.pixel_count(WIDTH, HEIGHT) < whole.pixel_count(WIDTH, HEIGHT));
-    window.press(Modifiers::NONE, Key::E);
+    window.key(Key::E);
     assert_eq!(
         window.model().settings.tool,
         Tool::Polygon,
@@ -193,11 +193,11 @@ fn a_stroke_is_picked_on_the_frame_changed_by_a_digit_and_deleted() {
     let mut window = two_classes();
     draw_triangle(&mut window);
     click_at(&mut window, &[[200.0, 150.0]]);
-    window.press(Modifiers::NONE, Key::Escape);
-    window.press(Modifiers::NONE, Key::S);
+    window.key(Key::Escape);
+    window.key(Key::S);
     click_at(&mut window, &[[0.0, -20.0]]);
     let selected = window.workspace().selected.unwrap();
-    window.press(Modifiers::NONE, Key::Num1);
+    window.key(Key::Num1);
     assert_eq!(newest(&window).class, 1);
     assert_eq!(
         window.workspace().class,
@@ -212,10 +212,10 @@ fn a_stroke_is_picked_on_the_frame_changed_by_a_digit_and_deleted() {
     // Empty ground lets go of it, and then there is nothing to delete.
     click_at(&mut window, &[[200.0, 150.0]]);
     assert_eq!(window.workspace().selected, None);
-    window.press(Modifiers::NONE, Key::Delete);
+    window.key(Key::Delete);
     assert_eq!(window.strokes(), 1);
     click_at(&mut window, &[[0.0, -20.0]]);
-    window.press(Modifiers::NONE, Key::Delete);
+    window.key(Key::Delete);
     assert_eq!((window.strokes(), window.workspace().selected), (0, None));
     window.press(Modifiers::COMMAND, Key::Z);
     window.press(Modifiers::COMMAND, Key::Z);
@@ -235,7 +235,7 @@ fn the_list_goes_to_strokes_changes_and_deletes_them() {
     window.sees("wall, polygon, 50 pixels, frame rgb_3");
     window.click("Delete stroke (Delete)");
     assert_eq!(window.strokes(), 1);
-    window.press(Modifiers::NONE, Key::A);
+    window.key(Key::A);
     window.press(Modifiers::COMMAND, Key::Z);
     assert_eq!((window.strokes(), window.frame_index()), (2, 3));
 }
@@ -247,7 +247,7 @@ fn a_stroke_picked_on_the_frame_is_in_view_in_the_list() {
     let mut window = opened(std::iter::once(polygon).chain(clicks));
     let row = "floor, polygon, 150 pixels, frame rgb_0";
     assert!(!window.shows(row), "only what is in view is built");
-    window.press(Modifiers::NONE, Key::S);
+    window.key(Key::S);
     click_at(&mut window, &[[0.0, 0.0]]);
     assert_eq!(window.workspace().selected, Some(StrokeId(1)));
     window.sees(row);
@@ -261,32 +261,32 @@ fn the_list_is_worked_through_with_the_keyboard_alone() {
     let place = row.rect().center();
     window.drag(PointerButton::Primary, &[place]);
     assert_eq!(window.frame_index(), 2);
-    window.press(Modifiers::NONE, Key::ArrowUp);
+    window.key(Key::ArrowUp);
     assert_eq!(
         window.frame_index(),
         3,
         "a click on a row gives the list the keyboard"
     );
-    window.press(Modifiers::NONE, Key::Escape);
+    window.key(Key::Escape);
     window.harness.get_by_label("List of strokes").focus();
     window.harness.run_steps(3);
-    window.press(Modifiers::NONE, Key::Home);
+    window.key(Key::Home);
     assert_eq!(window.frame_index(), 3, "the newest comes first");
-    window.press(Modifiers::NONE, Key::ArrowDown);
+    window.key(Key::ArrowDown);
     assert_eq!(window.workspace().selected, Some(StrokeId(3)));
-    window.press(Modifiers::NONE, Key::Delete);
+    window.key(Key::Delete);
     assert_eq!(window.strokes(), 3);
     assert_eq!(
         window.workspace().selected,
         Some(StrokeId(2)),
         "the next one takes its place"
     );
-    window.press(Modifiers::NONE, Key::End);
+    window.key(Key::End);
     assert_eq!(window.frame_index(), 0);
-    window.press(Modifiers::NONE, Key::ArrowUp);
+    window.key(Key::ArrowUp);
     assert_eq!(window.frame_index(), 1);
-    window.press(Modifiers::NONE, Key::S);
-    window.press(Modifiers::NONE, Key::Num2);
+    window.key(Key::S);
+    window.key(Key::Num2);
     let labels = window.labels();
     assert_eq!(labels.strokes[&StrokeId(2)].class, 2);
 }

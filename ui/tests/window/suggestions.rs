@@ -49,10 +49,6 @@ fn listed(window: &Window) -> Vec<usize> {
     suggestions.iter().map(|suggestion| suggestion.frame).collect()
 }
 
-fn press(window: &mut Window, key: Key) {
-    window.press(Modifiers::NONE, key);
-}
-
 /// Class and place of the newest stroke.
 fn last_stroke(window: &Window) -> (usize, ClassId, Pixel) {
     let labels = window.labels();
@@ -65,14 +61,14 @@ fn n_goes_through_the_places_and_shift_n_back() {
     let mut window = window();
     let list = vec![place(3, [20, 30], &[WALL]), place(1, [40, 10], &[WALL])];
     suggest_now(&mut window, list);
-    press(&mut window, Key::N);
+    window.key(Key::N);
     assert_eq!(window.frame_index(), 3);
     assert!(
         window.workspace().view != View::Whole,
         "a small place is shown from near"
     );
     window.sees_part("Suggestion 1 of 2");
-    press(&mut window, Key::N);
+    window.key(Key::N);
     assert_eq!(window.frame_index(), 1);
     window.press(Modifiers::SHIFT, Key::N);
     assert_eq!((window.frame_index(), window.strokes()), (3, 0));
@@ -83,14 +79,14 @@ fn enter_accepts_and_the_list_that_knows_it_leads_on() {
     let mut window = window();
     let before = window.generation();
     window.suggest(before, vec![place(3, [20, 30], &[FLOOR, WALL])]);
-    press(&mut window, Key::N);
+    window.key(Key::N);
     window.sees_part("Enter: floor, 1: wall");
-    press(&mut window, Key::Enter);
+    window.key(Key::Enter);
     assert_eq!(last_stroke(&window), (3, FLOOR, [20, 30]));
     window.sees_part("Looking for the next place");
     window.sees("Labelled floor");
     window.sees("Last answer: floor");
-    press(&mut window, Key::Enter);
+    window.key(Key::Enter);
     assert_eq!(window.strokes(), 1, "there is nothing to accept meanwhile");
 
     window.suggest(before, vec![place(4, [9, 9], &[WALL])]);
@@ -100,7 +96,7 @@ fn enter_accepts_and_the_list_that_knows_it_leads_on() {
     window.press(Modifiers::SHIFT, Key::Enter);
     assert_eq!(window.strokes(), 1, "no second class is likely there");
     window.sees_part("Suggestion 1 of 1");
-    press(&mut window, Key::Enter);
+    window.key(Key::Enter);
     suggest_now(&mut window, Vec::new());
     window.sees("There is nothing left to suggest.");
     assert!(!window.workspace().suggestions().is_active());
@@ -115,18 +111,18 @@ fn digits_answer_the_place_at_hand_and_choose_classes_otherwise() {
         place(2, [8, 8], &[]),
     ];
     suggest_now(&mut window, list);
-    press(&mut window, Key::Num1);
+    window.key(Key::Num1);
     assert_eq!((window.workspace().class, window.strokes()), (Some(WALL), 0));
-    press(&mut window, Key::N);
-    press(&mut window, Key::Num2);
+    window.key(Key::N);
+    window.key(Key::Num2);
     assert_eq!(last_stroke(&window), (3, FLOOR, [20, 30]));
     assert_eq!(window.workspace().class, Some(WALL), "the brush keeps its class");
     // Whoever does not want to wait goes on with the list that is there.
-    press(&mut window, Key::N);
-    press(&mut window, Key::Num0);
+    window.key(Key::N);
+    window.key(Key::Num0);
     assert_eq!(last_stroke(&window), (1, 0, [40, 10]));
-    press(&mut window, Key::N);
-    press(&mut window, Key::Num9);
+    window.key(Key::N);
+    window.key(Key::Num9);
     assert_eq!(window.strokes(), 2, "there is no ninth class");
     assert_eq!(window.workspace().suggestions().at(), Some(2));
 }
@@ -136,12 +132,12 @@ fn a_name_labels_the_place_and_adds_the_class_where_it_is_new() {
     let mut window = window();
     let list = vec![place(3, [20, 30], &[]), place(1, [40, 10], &[])];
     suggest_now(&mut window, list);
-    press(&mut window, Key::N);
-    press(&mut window, Key::C);
+    window.key(Key::N);
+    window.key(Key::C);
     window.type_into("Find class", "Floor");
     assert_eq!(last_stroke(&window), (3, FLOOR, [20, 30]));
-    press(&mut window, Key::N);
-    press(&mut window, Key::C);
+    window.key(Key::N);
+    window.key(Key::C);
     window.type_into("Find class", "lamp");
     assert_eq!(last_stroke(&window), (1, 3, [40, 10]));
     window.sees("lamp, 1 stroke");
@@ -155,12 +151,12 @@ fn a_skipped_place_is_not_suggested_again_until_it_is_asked_for() {
     let generation = window.generation();
     let list = || vec![place(3, [20, 30], &[WALL]), place(1, [40, 10], &[WALL])];
     window.suggest(generation, list());
-    press(&mut window, Key::N);
-    press(&mut window, Key::X);
+    window.key(Key::N);
+    window.key(Key::X);
     assert_eq!((listed(&window), window.frame_index()), (vec![1], 1));
     window.suggest(generation, list());
     assert_eq!(listed(&window), [1]);
-    press(&mut window, Key::Delete);
+    window.key(Key::Delete);
     assert!(listed(&window).is_empty() && !window.workspace().suggestions().is_active());
     assert_eq!(window.strokes(), 0);
     window.click("List them again");
@@ -171,8 +167,8 @@ fn a_skipped_place_is_not_suggested_again_until_it_is_asked_for() {
 fn undo_shows_the_answered_place_again_and_redo_goes_on() {
     let mut window = window();
     suggest_now(&mut window, vec![place(3, [20, 30], &[WALL])]);
-    press(&mut window, Key::N);
-    press(&mut window, Key::Enter);
+    window.key(Key::N);
+    window.key(Key::Enter);
     suggest_now(&mut window, vec![place(2, [8, 8], &[WALL])]);
     assert_eq!(window.frame_index(), 2);
     window.press(Modifiers::COMMAND, Key::Z);
@@ -183,7 +179,7 @@ fn undo_shows_the_answered_place_again_and_redo_goes_on() {
     let list = vec![place(2, [8, 8], &[WALL]), place(3, [21, 30], &[FLOOR])];
     suggest_now(&mut window, list);
     assert_eq!(window.workspace().suggestions().listed()[0].pixel, [20, 30]);
-    press(&mut window, Key::Num2);
+    window.key(Key::Num2);
     assert_eq!(last_stroke(&window), (3, FLOOR, [20, 30]));
 
     window.press(Modifiers::COMMAND, Key::Z);
@@ -202,18 +198,18 @@ fn escape_a_click_and_another_frame_leave() {
     suggest_now(&mut window, vec![place(3, [20, 30], &[WALL])]);
     let is_active = |window: &Window| window.workspace().suggestions().is_active();
 
-    press(&mut window, Key::N);
+    window.key(Key::N);
     assert!(is_active(&window));
-    press(&mut window, Key::Escape);
+    window.key(Key::Escape);
     assert!(!is_active(&window));
-    press(&mut window, Key::Num2);
+    window.key(Key::Num2);
     assert_eq!((window.workspace().class, window.strokes()), (Some(FLOOR), 0));
 
-    press(&mut window, Key::N);
-    press(&mut window, Key::A);
+    window.key(Key::N);
+    window.key(Key::A);
     assert!(!is_active(&window) && window.frame_index() == 2);
 
-    press(&mut window, Key::N);
+    window.key(Key::N);
     window.click_canvas(40.0, 40.0);
     assert!(!is_active(&window));
     let (frame, class, pixel) = last_stroke(&window);
@@ -262,7 +258,7 @@ fn without_places_it_is_said_what_to_wait_for() {
         ..Status::default()
     };
     window.tell(Event::Status(status));
-    press(&mut window, Key::N);
+    window.key(Key::N);
     let said = window.messages();
     assert!(said.contains("as soon as the surface"), "{said}");
 }
@@ -277,8 +273,8 @@ fn a_trace_tells_what_is_suggested_and_what_was_answered() {
     window.harness.hover_at(window.canvas(0.0, 0.0));
     let outside = window.canvas(0.0, -200.0);
     window.drag(PointerButton::Middle, &[outside]);
-    press(&mut window, Key::N);
-    press(&mut window, Key::Enter);
+    window.key(Key::N);
+    window.key(Key::Enter);
     let lines = || -> Vec<serde_json::Value> {
         let text = std::fs::read_to_string(&file).unwrap_or_default();
         text.lines()
