@@ -5,7 +5,6 @@ mod cpu;
 mod frame_view;
 mod gpu;
 mod legend;
-mod missing;
 mod overlay;
 mod pick;
 mod plane;
@@ -280,7 +279,7 @@ impl Canvas {
             };
             let missing = known.unreadable();
             if let Some(sentence) = missing.filter(|_| content.picture.is_none()) {
-                missing::show(ui, part.clip, side, sentence);
+                overlay::sentence(ui, part.clip, side, sentence);
                 ready = false;
                 continue;
             }
@@ -315,7 +314,7 @@ impl Canvas {
         let on_image = |position: &Pos2| !self.covered.iter().any(|rect| rect.contains(*position));
         if let Some(position) = hover.filter(on_image) {
             self.pointed_at = placement.pixel_at(position);
-            self.show_cursor(ui, &painter, model, workspace, placement, position, &around);
+            self.show_cursor(&painter, model, workspace, placement, position, &around);
         }
         self.show_brush_size(ui, &painter, &model.settings, placement, hover);
     }
@@ -459,13 +458,8 @@ impl Canvas {
         }
     }
 
-    #[expect(
-        clippy::too_many_arguments,
-        reason = "all of it is what the cursor depends on"
-    )]
     fn show_cursor(
         &self,
-        ui: &Ui,
         painter: &egui::Painter,
         model: &Model,
         workspace: &Workspace,
@@ -473,18 +467,19 @@ impl Canvas {
         position: Pos2,
         around: &CanvasPlace,
     ) {
+        let ctx = painter.ctx();
         if self.gesture.is_panning() {
-            ui.ctx().set_cursor_icon(CursorIcon::Grabbing);
+            ctx.set_cursor_icon(CursorIcon::Grabbing);
         } else if around.pan_key {
-            ui.ctx().set_cursor_icon(CursorIcon::Grab);
+            ctx.set_cursor_icon(CursorIcon::Grab);
         } else if placement.pixel_at(position).is_some() || self.gesture.draft().is_some() {
             let tool = self.gesture.line().map_or(model.settings.tool, |line| line.tool);
-            ui.ctx().set_cursor_icon(match tool {
+            ctx.set_cursor_icon(match tool {
                 Tool::Select => CursorIcon::Default,
                 _ => CursorIcon::Crosshair,
             });
             let straight = around.line_end.filter(|_| {
-                tool == Tool::Brush && !self.gesture.is_active() && ui.input(|input| input.modifiers.shift)
+                tool == Tool::Brush && !self.gesture.is_active() && ctx.input(|input| input.modifiers.shift)
             });
             if let Some(from) = straight {
                 overlay::straight_line(painter, placement, from, position);

@@ -18,16 +18,6 @@ pub struct ClassView {
 }
 
 impl ClassView {
-    /// Locks a class or unlocks it.
-    pub fn set_locked(&mut self, class: ClassId, locked: bool) {
-        set(&mut self.locked, class, locked);
-    }
-
-    /// Hides a class or shows it again.
-    pub fn set_hidden(&mut self, class: ClassId, hidden: bool) {
-        set(&mut self.hidden, class, hidden);
-    }
-
     /// Puts these into what a project keeps of the window, a JSON object.
     pub fn keep_in(&self, view: &mut Value) {
         view["locked"] = self.locked.iter().copied().collect();
@@ -48,14 +38,6 @@ impl ClassView {
     }
 }
 
-fn set(classes: &mut BTreeSet<ClassId>, class: ClassId, present: bool) {
-    if present {
-        classes.insert(class);
-    } else {
-        classes.remove(&class);
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -64,10 +46,8 @@ mod tests {
     #[test]
     fn locks_survive_the_project_file_and_those_of_another_version_lock_nothing() {
         let mut view = ClassView::default();
-        view.set_locked(3, true);
-        view.set_locked(4, true);
-        view.set_locked(4, false);
-        view.set_hidden(65_535, true);
+        view.locked.insert(3);
+        view.hidden.insert(65_535);
         let mut kept = json!({"brush": 7});
         view.keep_in(&mut kept);
         assert_eq!(kept, json!({"brush": 7, "locked": [3], "hidden": [65_535]}));

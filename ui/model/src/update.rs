@@ -122,8 +122,12 @@ impl Model {
                 neighbour,
                 below,
             } => self.move_class_beside(class, neighbour, below),
-            Command::SetClassLocked(id, locked) => self.change_class_view(|view| view.set_locked(id, locked)),
-            Command::SetClassHidden(id, hidden) => self.change_class_view(|view| view.set_hidden(id, hidden)),
+            Command::SetClassLocked(id, locked) => {
+                self.change_class_view(|view| classes::set(&mut view.locked, id, locked));
+            }
+            Command::SetClassHidden(id, hidden) => {
+                self.change_class_view(|view| classes::set(&mut view.hidden, id, hidden));
+            }
             Command::UnlockClasses => self.change_class_view(|view| view.locked.clear()),
             Command::ShowClasses => self.change_class_view(|view| view.hidden.clear()),
             Command::FindClass(purpose) => self.find_class(purpose),

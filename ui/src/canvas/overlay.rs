@@ -1,6 +1,6 @@
 //! Vectors over the frame: what is being drawn, the cursor of the tool, suggestions.
 
-use egui::{Align2, Color32, FontId, Painter, Pos2, Shape, Stroke, vec2};
+use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Role, Sense, Shape, Stroke, Ui, WidgetInfo, vec2};
 use inplace_core::guide::Suggestion;
 use inplace_core::labels::{Pixel, polygon_runs};
 use inplace_model::tool::{DrawnLine, Tool};
@@ -13,6 +13,9 @@ use crate::theme;
 
 /// Corners of a region that are nearer to each other on screen are drawn as one, in points.
 const FINEST_STEP: f32 = 1.5;
+/// Widest line of a sentence, in points.
+const WIDEST_SENTENCE: f32 = 480.0;
+
 /// The colour of what is drawn with a tool now.
 fn tool_color(workspace: &Workspace, tool: Tool) -> Color32 {
     match workspace.class {
@@ -124,7 +127,7 @@ pub fn note(painter: &Painter, position: Pos2, align: Align2, text: &str) {
     // Never cut by the canvas's border.
     let bounds = painter.clip_rect().shrink(4.0);
     let free = (bounds.size() - rect.size()).max(egui::Vec2::ZERO);
-    let rect = egui::Rect::from_min_size(rect.min.clamp(bounds.min, bounds.min + free), rect.size());
+    let rect = Rect::from_min_size(rect.min.clamp(bounds.min, bounds.min + free), rect.size());
     painter.rect_filled(rect, 6, Color32::from_black_alpha(200));
     painter.galley(rect.min + vec2(8.0, 4.0), galley, Color32::WHITE);
 }
@@ -190,4 +193,17 @@ pub fn marker(painter: &Painter, center: Pos2, index: usize, current: bool, in_f
         let color = white.gamma_multiply(strength);
         painter.text(center, Align2::CENTER_CENTER, index + 1, font, color);
     }
+}
+
+/// Writes a sentence in the middle of a part of the canvas.
+pub fn sentence(ui: &Ui, part: Rect, side: usize, text: &str) {
+    let painter = ui.painter_at(part);
+    let widest = (part.width() - 4.0 * theme::GAP).clamp(0.0, WIDEST_SENTENCE);
+    let (font, color) = (FontId::proportional(14.0), ui.visuals().strong_text_color());
+    let galley = painter.layout(text.to_owned(), font, color, widest);
+    let rect = Rect::from_center_size(part.center(), galley.size());
+    painter.galley(rect.min, galley, color);
+    // Hovering takes no clicks.
+    let response = ui.interact(rect, ui.scope_id().with(("missing", side)), Sense::hover());
+    response.widget_info(|| WidgetInfo::labeled(Role::Label, true, text));
 }

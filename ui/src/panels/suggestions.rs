@@ -2,6 +2,7 @@
 
 use egui::{Button, Color32, Rect, RichText, Role, ScrollArea, Sense, Stroke, Ui, WidgetInfo, pos2, vec2};
 use inplace_core::guide::{Likely, Suggestion};
+use inplace_core::scene::Frame;
 use inplace_model::layer::{Layer, Look};
 use inplace_model::text::counted;
 use inplace_model::view::ImagePart;
@@ -29,6 +30,14 @@ pub struct SuggestionPanel {
     /// The place at hand when the list was drawn last, to scroll to another one.
     at: Option<(usize, u64)>,
     held: bool,
+}
+
+/// A place of the list, with its frame.
+struct Place<'a> {
+    workspace: &'a Workspace,
+    index: usize,
+    suggestion: &'a Suggestion,
+    frame: &'a Frame,
 }
 
 impl SuggestionPanel {
@@ -77,12 +86,21 @@ impl SuggestionPanel {
         self.at = at;
         ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
             for (index, suggestion) in workspace.suggestions().listed().iter().enumerate() {
+                let Some(frame) = workspace.scene.frames.get(suggestion.frame) else {
+                    continue;
+                };
+                let place = Place {
+                    workspace,
+                    index,
+                    suggestion,
+                    frame,
+                };
                 let current = suggestions.at() == Some(index);
                 let card = ui.push_id(index, |ui| {
                     if current {
-                        self.large_card(ui, workspace, index, suggestion, commands);
+                        self.large_card(ui, &place, commands);
                     } else {
-                        self.small_card(ui, workspace, index, suggestion, commands);
+                        self.small_card(ui, &place, commands);
                     }
                 });
                 if current && moved {
@@ -93,30 +111,20 @@ impl SuggestionPanel {
     }
 
     /// The place at hand, with the keys that answer it.
-    fn large_card(
-        &mut self,
-        ui: &mut Ui,
-        workspace: &Workspace,
-        index: usize,
-        suggestion: &Suggestion,
-        commands: &mut Commands,
-    ) {
-        let Some(frame) = workspace.scene.frames.get(suggestion.frame) else {
-            return;
-        };
+    fn large_card(&mut self, ui: &mut Ui, place: &Place<'_>, commands: &mut Commands) {
         let accent = Stroke::new(1.5, theme::accent(ui.visuals()));
         card(ui).stroke(accent).show(ui, |ui| {
             let width = ui.available_width();
             ui.set_width(width);
-            let aspect = frame.camera.height as f32 / frame.camera.width.max(1) as f32;
+            let aspect = place.frame.camera.height as f32 / place.frame.camera.width.max(1) as f32;
             let size = vec2(width, (width * aspect).min(TALLEST));
-            self.picture(ui, workspace, index, suggestion, size, commands);
+            self.picture(ui, place, size, commands);
             ui.spacing_mut().item_spacing.y = 6.0;
-            title(ui, workspace, index, suggestion, &frame.stem);
-            for (rank, likely) in suggestion.classes.iter().take(2).enumerate() {
-                let key = answer_key(workspace, rank, likely.class);
-                if class_button(ui, workspace, None, *likely, Some(&key), width) {
-                    commands.push(Command::AnswerSuggestion(index, likely.class));
+            title(ui, place);
+            for (rank, likely) in place.suggestion.classes.iter().take(2).enumerate() {
+                let key = answer_key(place.workspace, rank, likely.class);
+                if class_button(ui, place.workspace, None, *likely, Some(&key), width) {
+                    commands.push(Command::AnswerSuggestion(place.index, likely.class));
                 }
             }
             ui.horizontal(|ui| {
@@ -132,67 +140,48 @@ impl SuggestionPanel {
         });
     }
 
-    fn small_card(
-        &mut self,
-        ui: &mut Ui,
-        workspace: &Workspace,
-        index: usize,
-        suggestion: &Suggestion,
-        commands: &mut Commands,
-    ) {
-        let Some(frame) = workspace.scene.frames.get(suggestion.frame) else {
-            return;
-        };
+    fn small_card(&mut self, ui: &mut Ui, place: &Place<'_>, commands: &mut Commands) {
         card(ui).show(ui, |ui| {
             ui.set_width(ui.available_width());
             ui.horizontal_top(|ui| {
-                self.picture(ui, workspace, index, suggestion, SMALL, commands);
+                self.picture(ui, place, SMALL, commands);
                 ui.vertical(|ui| {
                     ui.spacing_mut().item_spacing.y = 4.0;
-                    title(ui, workspace, index, suggestion, &frame.stem);
-                    if let Some(class) = workspace.suggestions().answer_of(index) {
-                        let (name, _) = workspace.document.name_and_color(class);
+                    title(ui, place);
+                    if let Some(class) = place.workspace.suggestions().answer_of(place.index) {
+                        let (name, _) = place.workspace.document.name_and_color(class);
                         ui.add(egui::Label::new(format!("Labelled {name}")).truncate());
                     }
                 });
             });
-            if workspace.suggestions().answer_of(index).is_some() || suggestion.classes.is_empty() {
+            if place.workspace.suggestions().answer_of(place.index).is_some()
+                || place.suggestion.classes.is_empty()
+            {
                 return;
             }
             let width = 0.5 * (ui.available_width() - 4.0);
             ui.horizontal(|ui| {
                 ui.spacing_mut().item_spacing.x = 4.0;
-                for likely in suggestion.classes.iter().take(2) {
-                    if class_button(ui, workspace, Some(index), *likely, None, width) {
-                        commands.push(Command::AnswerSuggestion(index, likely.class));
+                for likely in place.suggestion.classes.iter().take(2) {
+                    if class_button(ui, place.workspace, Some(place.index), *likely, None, width) {
+                        commands.push(Command::AnswerSuggestion(place.index, likely.class));
                     }
                 }
             });
         });
     }
 
-    fn picture(
-        &mut self,
-        ui: &mut Ui,
-        workspace: &Workspace,
-        index: usize,
-        suggestion: &Suggestion,
-        size: egui::Vec2,
-        commands: &mut Commands,
-    ) {
+    fn picture(&mut self, ui: &mut Ui, place: &Place<'_>, size: egui::Vec2, commands: &mut Commands) {
         let (rect, response) = ui.allocate_exact_size(size, Sense::click());
-        let name = format!("Go to suggestion {}", index + 1);
+        let name = format!("Go to suggestion {}", place.index + 1);
         response.widget_info(|| WidgetInfo::labeled(Role::Button, true, &name));
         if response.clicked() {
-            commands.push(Command::GoToSuggestion(index));
+            commands.push(Command::GoToSuggestion(place.index));
         }
         if response.has_focus() {
             focus_ring(ui, rect);
         }
         response.on_hover_text(name);
-        let Some(frame) = workspace.scene.frames.get(suggestion.frame) else {
-            return;
-        };
         if !ui.is_rect_visible(rect) {
             return;
         }
@@ -203,12 +192,14 @@ impl SuggestionPanel {
             opacity: FAINT,
             outlines: false,
         };
-        let thumbnail = self.thumbnails.suggestion(workspace, suggestion, look);
+        let thumbnail = self
+            .thumbnails
+            .suggestion(place.workspace, place.suggestion, look);
         let Some(thumbnail) = thumbnail else {
             return;
         };
-        let full = glam::vec2(frame.camera.width as f32, frame.camera.height as f32);
-        let part = ImagePart::around(full, suggestion.pixel, &suggestion.outline);
+        let full = glam::vec2(place.frame.camera.width as f32, place.frame.camera.height as f32);
+        let part = ImagePart::around(full, place.suggestion.pixel, &place.suggestion.outline);
         let part = rect_of(part);
         let shown = part.size() * (rect.size() / part.size()).min_elem();
         let fitted = Rect::from_center_size(rect.center(), shown);
@@ -216,24 +207,25 @@ impl SuggestionPanel {
         painter.image(thumbnail.id(), fitted, whole, Color32::WHITE);
         let to_screen = |x: f32, y: f32| fitted.min + (pos2(x, y) - part.min) / part.size() * fitted.size();
         let painter = ui.painter_at(fitted);
-        let outline = suggestion.outline.iter().map(|&[x, y]| to_screen(x, y));
+        let outline = place.suggestion.outline.iter().map(|&[x, y]| to_screen(x, y));
         region(&painter, outline.collect(), 1.0);
-        let [x, y] = suggestion.pixel;
-        let current = workspace.suggestions().at() == Some(index);
-        let place = to_screen(x as f32 + 0.5, y as f32 + 0.5);
-        marker(&painter, place, index, current, true);
+        let [x, y] = place.suggestion.pixel;
+        let current = place.workspace.suggestions().at() == Some(place.index);
+        let center = to_screen(x as f32 + 0.5, y as f32 + 0.5);
+        marker(&painter, center, place.index, current, true);
     }
 }
 
 /// Which frame, and what a label would settle.
-fn title(ui: &mut Ui, workspace: &Workspace, index: usize, suggestion: &Suggestion, stem: &str) {
-    let name = RichText::new(format!("{}.  {stem}", index + 1)).strong();
+fn title(ui: &mut Ui, place: &Place<'_>) {
+    let name = RichText::new(format!("{}.  {}", place.index + 1, place.frame.stem)).strong();
     ui.add(egui::Label::new(name).truncate());
-    let settled = workspace.suggestions().at() == Some(index) && workspace.suggestions().is_settled();
+    let suggestions = place.workspace.suggestions();
+    let settled = suggestions.at() == Some(place.index) && suggestions.is_settled();
     let text = if settled {
         "settled meanwhile".to_owned()
     } else {
-        settles(suggestion.share)
+        settles(place.suggestion.share)
     };
     let label = egui::Label::new(RichText::new(text).weak()).wrap();
     ui.add(label)

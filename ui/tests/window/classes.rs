@@ -102,9 +102,7 @@ fn a_list_of_ones_own_is_written_and_read_and_a_bad_one_is_refused_by_name() {
         window.add_class("mug");
         window.click_through(&["Class list", "Save classes as a file..."]);
         window.replace_text("Class list file", file.to_str().unwrap());
-        window.until("the file is written", |app| {
-            app.model().messages.texts().count() > 0
-        });
+        window.until_told();
         let said = window.messages();
         assert!(said.contains("mine.json"), "{said}");
         let written = read_class_list(&file).unwrap();
@@ -139,7 +137,7 @@ fn locks_hidden_classes_and_their_order_are_kept_in_the_project() {
         let palette = window.workspace().document.palette();
         assert_eq!((palette.class(1)[3], palette.class(2)[3]), (255, 0));
         window.click_through(&["Actions for floor", "Move up"]);
-        eframe::App::on_exit(window.harness.state_mut(), None);
+        window.close();
     }
     let mut window = Window::with_demo(folder.path());
     window.sees("wall, 0 strokes, locked");
@@ -184,8 +182,7 @@ fn the_order_decides_which_digit_chooses_a_class() {
     assert_eq!(ids(&window), [3, 1, 2]);
 
     // And by the keyboard.
-    window.harness.get_by_label("door, 0 strokes").focus();
-    window.harness.run_steps(2);
+    window.focus("door, 0 strokes");
     window.press(Modifiers::ALT, Key::ArrowDown);
     window.press(Modifiers::ALT, Key::ArrowDown);
     assert_eq!(ids(&window), [1, 2, 3]);

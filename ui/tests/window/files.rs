@@ -16,14 +16,11 @@ fn a_saved_project_opens_again_with_its_strokes_and_its_maps() {
     let file = folder.path().join("room.inplace");
     {
         let mut window = Window::with_demo(folder.path());
-        window.add_class("wall");
-        window.click_canvas(0.0, 0.0);
-        let generation = window.generation();
-        window.worker().publish(0, generation, 1);
-        window.harness.run_steps(3);
+        window.label("wall");
+        window.publish(0, 1);
         window.save_as(&file);
         assert!(!folder.path().join("autosave.inplace").exists());
-        eframe::App::on_exit(window.harness.state_mut(), None);
+        window.close();
     }
     let window = Window::opened(folder.path(), Target::Path(file));
     window.sees("wall, 1 stroke");
@@ -35,9 +32,8 @@ fn work_that_was_never_saved_is_recovered_and_says_so() {
     let folder = tempfile::tempdir().unwrap();
     {
         let mut window = Window::with_demo(folder.path());
-        window.add_class("wall");
-        window.click_canvas(0.0, 0.0);
-        eframe::App::on_exit(window.harness.state_mut(), None);
+        window.label("wall");
+        window.close();
     }
     let window = Window::with_demo(folder.path());
     assert_eq!(window.strokes(), 1);
@@ -191,9 +187,7 @@ fn label_images_are_imported_undone_removed_and_kept_in_the_project() {
     {
         let mut window = Window::with_demo(folder.path());
         import(&mut window, &images);
-        window.until("the error is shown", |app| {
-            app.model().messages.texts().count() > 0
-        });
+        window.until_told();
         assert!(imported(&window).is_none());
 
         let image = image::GrayImage::from_pixel(WIDTH, HEIGHT, image::Luma([7]));
@@ -201,11 +195,7 @@ fn label_images_are_imported_undone_removed_and_kept_in_the_project() {
         window.worker().received();
         window.click_through(&["File", "Import labels..."]);
         window.sees("They may be wrong: your strokes correct them on what they are connected with.");
-        window
-            .harness
-            .get_by_label("Trust in the imported pixels")
-            .focus();
-        window.harness.run_steps(1);
+        window.focus("Trust in the imported pixels");
         (0..10).for_each(|_| window.key(Key::ArrowRight));
         window.sees("Every labelled pixel is right, as your strokes are.");
         window.type_into("Folder of label images", images.to_str().unwrap());
@@ -226,7 +216,7 @@ fn label_images_are_imported_undone_removed_and_kept_in_the_project() {
         assert!(imported(&window).is_none());
         window.press(Modifiers::COMMAND, Key::Z);
         assert!(imported(&window).is_some());
-        eframe::App::on_exit(window.harness.state_mut(), None);
+        window.close();
     }
     let window = Window::with_demo(folder.path());
     let images = imported(&window).unwrap();

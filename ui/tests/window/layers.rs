@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use egui::{Key, PointerButton};
-use egui_kittest::kittest::Queryable;
 use inplace_core::scene::{ColorImage, SceneSource, write_replica};
 use inplace_core::session::{self, Event, FrameMap, RenderedFrame};
 use inplace_model::Command;
@@ -55,8 +54,7 @@ fn layers_change_by_menu_and_by_key() {
 fn the_legend_names_the_classes_in_view_and_can_be_switched_off() {
     let mut window = Window::with_classes(&["wall", "floor"]);
     window.sees("Labels: No labels to show yet");
-    let generation = window.generation();
-    window.worker().publish(0, generation, 2);
+    window.publish(0, 2);
     window.until("the classes are counted", |app| {
         let visible = app.canvas().frame().and_then(FrameView::visible);
         visible.is_some_and(|classes| classes == [(2, WIDTH * HEIGHT)])
@@ -90,8 +88,7 @@ fn two_layers_are_compared_and_their_border_follows_the_drag() {
     }
     assert_eq!(window.strokes(), 2);
     let before = window.model().settings.split;
-    window.harness.get_by_label("Border between the layers").focus();
-    window.harness.run_steps(2);
+    window.focus("Border between the layers");
     window.key(Key::ArrowRight);
     assert!(window.model().settings.split > before + 0.01);
     assert_eq!(window.frame_index(), 0);
@@ -104,8 +101,7 @@ fn the_readout_says_what_is_known_of_the_pixel_under_the_pointer() {
     let mut window = Window::demo();
     window.sees("Point at the image to read its pixels");
     window.add_class("wall");
-    let generation = window.generation();
-    window.worker().publish(0, generation, 1);
+    window.publish(0, 1);
     let place = window.canvas(0.0, 0.0);
     window.harness.event(egui::Event::PointerMoved(place));
     window.harness.run_steps(3);

@@ -38,7 +38,7 @@ fn the_settings_of_a_project_win_and_change_no_preference() {
     let mut window = Window::new(folder.path(), None);
     assert!(window.model().settings.outlines);
     window.click("Try the demo");
-    window.until("the demo is open", |app| app.model().workspace().is_some());
+    window.until_open();
     assert!(!window.model().settings.outlines);
     window.close();
     let window = Window::new(folder.path(), None);

@@ -19,8 +19,7 @@ fn labelled(mut window: Window) -> Window {
     }
     // The field for the next class has the keyboard until the pointer is elsewhere.
     for x in [0.0, 5.0] {
-        window.harness.hover_at(window.canvas(x, 0.0));
-        window.harness.run_steps(2);
+        window.hover(window.canvas(x, 0.0));
     }
     for (frame, class, pixel) in [(0, 1, [5, 5]), (0, 1, [40, 9]), (3, 1, [9, 30]), (3, 2, [50, 30])] {
         for action in [
@@ -156,7 +155,7 @@ fn the_log_survives_reopening_the_project() {
         window.click("Fold the training");
         assert_eq!(window.harness.get_all_by_label("29% unsure").count(), 1);
         window.click("strokes");
-        eframe::App::on_exit(window.harness.state_mut(), None);
+        window.close();
     }
     let window = Window::with_demo(folder.path());
     let samples = window.workspace().overview.log.samples().to_vec();

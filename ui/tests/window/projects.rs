@@ -17,8 +17,7 @@ fn open_scene(folder: &Path, scene: &Path) -> Window {
 }
 
 fn label_and_save(window: &mut Window, project: &Path) {
-    window.add_class("wall");
-    window.click_canvas(0.0, 0.0);
+    window.label("wall");
     window.save_as(project);
 }
 
@@ -38,7 +37,7 @@ fn a_scene_that_was_opened_is_on_the_start_page_with_its_picture() {
                 .any(|found| found.there && found.picture.is_some())
         });
         window.click("Open kitchen");
-        window.until("the scene is open again", |app| app.model().workspace().is_some());
+        window.until_open();
         assert_eq!(window.workspace().document.classes().len(), 1);
         window.close();
     }
@@ -105,7 +104,7 @@ fn a_scene_that_has_moved_is_asked_for_checked_and_remembered() {
             "has none of the 5 frames of this project; choose the folder of the scene that was labelled.";
         window.sees(&format!("{}: {refused}", other.display()));
         window.replace_text("Folder of the scene", new.to_str().unwrap());
-        window.until("the scene is open", |app| app.model().workspace().is_some());
+        window.until_open();
         assert_eq!(window.strokes(), 1);
         window.close();
     }
@@ -121,7 +120,7 @@ fn what_is_open_in_one_window_is_refused_in_another() {
     let mut first = Window::with_demo(folder.path());
     let refusal = |target: Target| {
         let mut second = Window::new(folder.path(), Some(target));
-        second.until("it is refused", |app| app.model().messages.texts().count() > 0);
+        second.until_told();
         assert!(second.harness.state().model().workspace().is_none());
         let state = second.harness.state().model();
         state.messages.texts().next().unwrap().to_owned()
@@ -146,7 +145,7 @@ fn a_scene_can_be_opened_again_right_after_it_was_closed() {
     window.add_class("wall");
     window.worker().publish_all(1, 1);
     window.click_through(&["File", "Close scene", "Try the demo"]);
-    window.until("the demo is open again", |app| app.model().workspace().is_some());
+    window.until_open();
     assert_eq!(window.workspace().document.classes().len(), 1);
 }
 

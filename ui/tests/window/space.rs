@@ -244,8 +244,7 @@ fn a_click_on_a_suggestion_leads_to_it_in_its_frame() {
     let area = window.rect("3D view");
     let focal = 0.5 * area.size().min_elem() / 0.48_f32.tan();
     let place = area.center() + focal * egui::vec2(-0.35, 0.2);
-    window.harness.hover_at(place);
-    window.harness.run_steps(2);
+    window.hover(place);
     window.drag(PointerButton::Primary, &[place]);
     window.until("the frame is shown", |app| {
         !app.model().workspace().unwrap().space.shown

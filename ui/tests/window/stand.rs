@@ -159,7 +159,7 @@ impl Window {
             ..UiOptions::default()
         };
         let mut window = Self::with_options(folder, options);
-        window.until("the scene is open", |app| app.model().workspace().is_some());
+        window.until_open();
         window
     }
 
@@ -228,13 +228,25 @@ impl Window {
     /// A window in which this opens.
     pub fn opened(folder: &Path, target: Target) -> Self {
         let mut window = Self::new(folder, Some(target));
-        window.until("it is open", |app| app.model().workspace().is_some());
+        window.until_open();
         window
     }
 
     /// Steps until something holds; it may depend on other threads.
     pub fn until(&mut self, what: &str, holds: impl Fn(&App) -> bool) {
         self.until_window(what, |window| holds(window.harness.state()));
+    }
+
+    /// Steps until a scene is open.
+    pub fn until_open(&mut self) {
+        self.until("a scene is open", |app| app.model().workspace().is_some());
+    }
+
+    /// Steps until there is a message.
+    pub fn until_told(&mut self) {
+        self.until("a message is shown", |app| {
+            !app.model().messages.shown().is_empty()
+        });
     }
 
     /// Steps until something holds of what is shown, too.
@@ -348,6 +360,30 @@ impl Window {
     pub fn press(&mut self, modifiers: Modifiers, key: Key) {
         self.harness.key_press_modifiers(modifiers, key);
         self.harness.run_steps(3);
+    }
+
+    /// Moves the pointer.
+    pub fn hover(&mut self, place: Pos2) {
+        self.harness.hover_at(place);
+        self.harness.run_steps(3);
+    }
+
+    /// Gives something the keyboard.
+    pub fn focus(&mut self, name: &str) {
+        self.harness.get_by_label(name).focus();
+        self.harness.run_steps(3);
+    }
+
+    /// The worker answers the present labels with a map of the frame in which every pixel has this class.
+    pub fn publish(&mut self, frame: usize, class: u16) {
+        self.worker().publish(frame, self.generation(), class);
+        self.harness.run_steps(3);
+    }
+
+    /// Adds a class and clicks with it on the middle of the canvas.
+    pub fn label(&mut self, class: &str) {
+        self.add_class(class);
+        self.click_canvas(0.0, 0.0);
     }
 
     /// Presses a key alone.

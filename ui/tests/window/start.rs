@@ -11,9 +11,7 @@ fn a_path_that_cannot_be_opened_is_one_sentence_on_the_start_page_until_escape()
     let file = folder.path().join("broken.inplace");
     std::fs::write(&file, "not a project").unwrap();
     let mut window = Window::new(folder.path(), Some(Target::Path(file)));
-    window.until("the error is shown", |app| {
-        app.model().messages.texts().count() > 0
-    });
+    window.until_told();
     window.sees("Open a folder...");
     window.sees("Error");
     let state = window.model();

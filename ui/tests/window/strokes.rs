@@ -268,8 +268,7 @@ fn the_list_is_worked_through_with_the_keyboard_alone() {
         "a click on a row gives the list the keyboard"
     );
     window.key(Key::Escape);
-    window.harness.get_by_label("List of strokes").focus();
-    window.harness.run_steps(3);
+    window.focus("List of strokes");
     window.key(Key::Home);
     assert_eq!(window.frame_index(), 3, "the newest comes first");
     window.key(Key::ArrowDown);

@@ -239,14 +239,12 @@ fn cards_do_not_move_under_the_pointer() {
     window.suggest(generation, vec![place(3, [20, 30], &[WALL])]);
     let card = window.rect("Go to suggestion 1").center();
     for x in [0.0, 3.0] {
-        window.harness.hover_at(card + egui::vec2(x, 0.0));
-        window.harness.run_steps(2);
+        window.hover(card + egui::vec2(x, 0.0));
     }
     window.suggest(generation, vec![place(2, [8, 8], &[WALL])]);
     assert_eq!(listed(&window), [3]);
     let canvas = window.canvas(0.0, 0.0);
-    window.harness.hover_at(canvas);
-    window.harness.run_steps(3);
+    window.hover(canvas);
     assert_eq!(listed(&window), [2]);
 }
 

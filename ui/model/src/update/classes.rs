@@ -1,5 +1,6 @@
 //! Actions on the class list: many classes at once, locks, files, the finder.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use inplace_core::export::write_json;
@@ -168,6 +169,15 @@ impl Model {
         let classes = counted(count, "class", "classes");
         let sentence = format!("Saved {classes} to {}", path.display());
         self.state.messages.info(sentence);
+    }
+}
+
+/// Puts a class among others, or takes it away.
+pub(crate) fn set(classes: &mut BTreeSet<ClassId>, class: ClassId, present: bool) {
+    if present {
+        classes.insert(class);
+    } else {
+        classes.remove(&class);
     }
 }
 
