@@ -112,11 +112,6 @@ impl FrameList {
         self.facts.get(frame).copied().unwrap_or_default()
     }
 
-    /// What is known of all frames.
-    pub fn all_facts(&self) -> &[FrameFacts] {
-        &self.facts
-    }
-
     /// Takes over what is known now of every frame.
     pub fn set_facts(&mut self, facts: Vec<FrameFacts>) {
         let grown = facts.len() != self.rank.len();
@@ -292,7 +287,7 @@ mod tests {
         let mut list = list();
         list.set_order(FrameOrder::Uncertainty);
         assert_eq!(list.shown(), [3, 1, 2, 4, 0]);
-        let mut settled = list.all_facts().to_vec();
+        let mut settled = list.facts.clone();
         settled[3] = facts(1, 0, 0.0);
         list.set_facts(settled);
         assert_eq!(list.shown(), [3, 1, 2, 4, 0]);

@@ -31,17 +31,6 @@ pub enum Mode {
     Looking(Instant),
 }
 
-/// What a new list led to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Arrival {
-    /// Nothing that the person has to see.
-    Quiet,
-    /// The place that was waited for: its index.
-    Next(usize),
-    /// There is no place any more.
-    NothingLeft,
-}
-
 /// An answer that can be taken back.
 #[derive(Clone, Debug)]
 struct Answer {
@@ -126,15 +115,16 @@ impl Suggestions {
         self.skipped.len()
     }
 
-    /// Takes a new list over, made from labels of `generation`; `newest` is that of the labels of now.
-    pub fn take_list(&mut self, generation: u64, list: Vec<Suggestion>, newest: u64) -> Arrival {
+    /// Takes a new list over, made from labels of `generation`; `newest` is that of the labels of now. Returns the index
+    /// of the place that was waited for, if there is one now; where there is no place any more, the waiting ends.
+    pub fn take_list(&mut self, generation: u64, list: Vec<Suggestion>, newest: u64) -> Option<usize> {
         if generation < newest {
-            return Arrival::Quiet;
+            return None;
         }
         let labels_changed = generation > self.generation;
         if self.held && !labels_changed && !matches!(self.mode, Mode::Looking(_)) {
             self.waiting = Some(list);
-            return Arrival::Quiet;
+            return None;
         }
         self.generation = generation;
         self.waiting = None;
@@ -158,19 +148,19 @@ impl Suggestions {
         list.truncate(MOST.max(index + 1));
         self.listed = list;
         self.mode = Mode::At(index);
-        Arrival::Quiet
+        None
     }
 
     /// Goes on to the first place if that is what was waited for.
-    fn arrive(&mut self) -> Arrival {
+    fn arrive(&mut self) -> Option<usize> {
         if !matches!(self.mode, Mode::Looking(_)) {
-            return Arrival::Quiet;
+            return None;
         }
         if self.go_to(0) {
-            return Arrival::Next(0);
+            return Some(0);
         }
         self.leave();
-        Arrival::NothingLeft
+        None
     }
 
     /// While `held`, a new list of the same labels waits, so that nothing moves under the pointer.
@@ -373,7 +363,7 @@ mod tests {
     fn the_place_at_hand_keeps_its_number_and_its_words() {
         let mut suggestions = at_the_second_of(&[1.0, 2.0, 3.0]);
         let list = vec![place(4.0, 2), place(2.05, 2), place(1.0, 2)];
-        assert_eq!(suggestions.take_list(1, list, 1), Arrival::Quiet);
+        assert_eq!(suggestions.take_list(1, list, 1), None);
         assert_eq!(positions(&suggestions), [4.0, 2.0, 1.0]);
         assert_eq!(suggestions.at(), Some(1));
         assert_eq!(suggestions.listed()[1].classes[0].class, 1);

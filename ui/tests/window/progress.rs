@@ -70,9 +70,9 @@ fn answer(window: &mut Window, entropy: [u16; FRAMES], contradicted: &[(u64, u16
     worker.events.send(checks).unwrap();
     window.until("the frames are summed up", move |app| {
         let overview = &app.model().workspace().unwrap().overview;
-        let frames = overview.frames.all_facts();
-        let all = frames.iter().zip(entropy).all(|(facts, entropy)| {
-            let mean = facts.summary.map(|summary| summary.mean_entropy);
+        let all = entropy.iter().enumerate().all(|(frame, &entropy)| {
+            let summary = overview.frames.facts(frame).summary;
+            let mean = summary.map(|summary| summary.mean_entropy);
             mean.is_some_and(|mean| (mean - f32::from(entropy) / 10_000.0).abs() < 1e-4)
         });
         all && overview.accuracy.is_some()

@@ -6,7 +6,6 @@ use std::time::Instant;
 use inplace_core::session::{Command, Event};
 
 use super::{LabelledSurface, Workspace};
-use crate::suggestions::Arrival;
 use crate::versioned::Versioned;
 
 impl Workspace {
@@ -26,9 +25,8 @@ impl Workspace {
                 let frames = self.scene.frames.len();
                 suggestions.retain(|suggestion| suggestion.frame < frames);
                 let newest = self.document.generation();
-                match self.suggestions.take_list(generation, suggestions, newest) {
-                    Arrival::Next(index) => self.show_suggestion(index),
-                    Arrival::Quiet | Arrival::NothingLeft => {}
+                if let Some(index) = self.suggestions.take_list(generation, suggestions, newest) {
+                    self.show_suggestion(index);
                 }
             }
             Event::AllMaps { generation } => self.followed = Some(generation),
