@@ -20,6 +20,18 @@ use crate::keys::table::{AT_A_SUGGESTION, Line, TABLE};
 use crate::numbers;
 use form::{close, confirm, path_field, room, text_field};
 
+/// Files that are saved: what is said of them, the name of the field, the extension.
+const PROJECT_FILE: [&str; 3] = [
+    "Everything is kept in one file: classes, strokes, their history, and the result so far.",
+    "Project file",
+    "inplace",
+];
+const CLASS_FILE: [&str; 3] = [
+    "Names, numbers and colours, for another scene or for a script.",
+    "Class list file",
+    "json",
+];
+
 /// The dialogs, with what they remember between frames.
 #[derive(Debug, Default)]
 pub struct Dialogs {
@@ -90,12 +102,21 @@ fn modal(ctx: &egui::Context, dialog: &mut Dialog, model: &Model, commands: &mut
         ui.add_space(4.0);
         match dialog {
             Dialog::Open { path } => open(ui, path, commands),
-            Dialog::SaveAs { path } => save_as(ui, path, commands),
+            Dialog::SaveAs { path } => {
+                let saves = (Purpose::SaveAs, Command::SaveTo as fn(PathBuf) -> Command);
+                save(ui, path, PROJECT_FILE, saves, commands);
+            }
             Dialog::Export(choice) => export::show(ui, choice, commands),
             Dialog::Import { path, trust } => import(ui, path, trust, commands),
             Dialog::FirstClass { name, .. } => first_class(ui, name, commands),
             Dialog::AddClasses(dialog) => classes::show(ui, dialog, commands),
-            Dialog::SaveClasses { path } => classes::save_classes(ui, path, commands),
+            Dialog::SaveClasses { path } => {
+                let saves = (
+                    Purpose::SaveClasses,
+                    Command::SaveClassesTo as fn(PathBuf) -> Command,
+                );
+                save(ui, path, CLASS_FILE, saves, commands);
+            }
             Dialog::FindClass(_) => {}
             Dialog::Help => help(ui, commands),
             Dialog::Settings(page) => settings::show(page, ui, model, commands),
@@ -127,19 +148,26 @@ fn open(ui: &mut Ui, path: &mut String, commands: &mut Commands) {
     });
 }
 
-fn save_as(ui: &mut Ui, path: &mut String, commands: &mut Commands) {
-    ui.label("Everything is kept in one file: classes, strokes, their history, and the result so far.");
-    let entered = path_field(ui, path, "Project file");
+/// Asks for a file to write, which gets this extension where it has none.
+fn save(
+    ui: &mut Ui,
+    path: &mut String,
+    [about, field, extension]: [&str; 3],
+    (purpose, command): (Purpose, fn(PathBuf) -> Command),
+    commands: &mut Commands,
+) {
+    ui.label(about);
+    let entered = path_field(ui, path, field);
     if ui.button("Browse...").clicked() {
-        commands.push(Command::Browse(Purpose::SaveAs));
+        commands.push(Command::Browse(purpose));
     }
     let path = path.trim();
     confirm(ui, "Save", !path.is_empty(), entered, commands, || {
         let mut file = PathBuf::from(path);
         if file.extension().is_none() {
-            file.set_extension("inplace");
+            file.set_extension(extension);
         }
-        Command::SaveTo(file)
+        command(file)
     });
 }
 

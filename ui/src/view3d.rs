@@ -134,16 +134,13 @@ impl View3d {
         // Another scene's splats may still come.
         let own = |prepared: &Prepared| prepared.surface.scene == workspace.serial;
         let Some(prepared) = prepared.filter(own) else {
-            let waits = workspace.surface.as_ref().is_none();
-            controls::empty(
-                ui,
-                rect,
-                if waits {
+            let words = match workspace.surface {
+                None => {
                     "The surface of the scene is shown here as soon as it is found; until then you can label the frames"
-                } else {
-                    "Preparing the surface"
-                },
-            );
+                }
+                Some(_) => "Preparing the surface",
+            };
+            controls::empty(ui, rect, words);
             return rect;
         };
         let now = ui.input(|input| input.time);
@@ -155,15 +152,8 @@ impl View3d {
         self.take_answers(ui, &camera, workspace, now, commands);
         self.follow_suggestion(ui, &camera, (workspace, &prepared), now);
         let pointer = response.hover_pos();
-        let pointed = pointer.and_then(|pointer| {
-            overlay::mark_at(
-                workspace,
-                &prepared.surface,
-                &sight,
-                workspace.space.cameras,
-                pointer,
-            )
-        });
+        let pointed =
+            pointer.and_then(|pointer| overlay::mark_at(workspace, &prepared.surface, &sight, pointer));
         self.follow_clicks(ui, &response, (workspace, &prepared), (camera, sight), pointed);
 
         self.paint(ui, &painter, model, (workspace, &prepared), sight, target);

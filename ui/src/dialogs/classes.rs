@@ -1,4 +1,4 @@
-//! The dialogs that add many classes and write them to a file.
+//! The dialog that adds many classes.
 
 use std::path::PathBuf;
 
@@ -153,21 +153,4 @@ fn line(dialog: &mut AddClasses, ui: &mut Ui, index: usize) {
         let note = egui::Rect::from_min_max(egui::pos2(end + 4.0, rect.top()), rect.max);
         line_of_text(ui, note, "already there", 13.0, weak);
     }
-}
-
-/// Asks for a file to write the classes to.
-pub fn save_classes(ui: &mut Ui, path: &mut String, commands: &mut Commands) {
-    ui.label("Names, numbers and colours, for another scene or for a script.");
-    let entered = path_field(ui, path, "Class list file");
-    if ui.button("Browse...").clicked() {
-        commands.push(Command::Browse(Purpose::SaveClasses));
-    }
-    let path = path.trim();
-    confirm(ui, "Save", !path.is_empty(), entered, commands, || {
-        let mut file = PathBuf::from(path);
-        if file.extension().is_none() {
-            file.set_extension("json");
-        }
-        Command::SaveClassesTo(file)
-    });
 }

@@ -35,7 +35,6 @@ pub fn mark_at(
     workspace: &Workspace,
     surface: &LabelledSurface,
     sight: &Sight,
-    cameras: bool,
     pointer: Pos2,
 ) -> Option<Mark> {
     let near = |position: Vec3| {
@@ -49,7 +48,8 @@ pub fn mark_at(
         .filter_map(|(index, place)| near(place).map(|gap| (gap, Mark::Suggestion(index))));
     nearest(&mut suggestions).or_else(|| {
         let frames = &workspace.scene.frames;
-        let drawn = drawn_frames(frames.len(), workspace.frame_index).filter(|_| cameras);
+        let drawn = drawn_frames(frames.len(), workspace.frame_index);
+        let drawn = drawn.filter(|_| workspace.space.cameras);
         let mut found = drawn.filter_map(|frame| {
             let gap = near(frames[frame].center())?;
             Some((gap, Mark::Frame(frame)))
@@ -93,17 +93,9 @@ fn pyramid(painter: &Painter, frame: &Frame, sight: &Sight, depth: f32, stroke: 
     else {
         return;
     };
-    for line in [
-        [a, b],
-        [b, c],
-        [c, d],
-        [d, a],
-        [eye, a],
-        [eye, b],
-        [eye, c],
-        [eye, d],
-    ] {
-        painter.line_segment(line, stroke);
+    for (from, to) in [(a, b), (b, c), (c, d), (d, a)] {
+        painter.line_segment([from, to], stroke);
+        painter.line_segment([eye, from], stroke);
     }
 }
 
@@ -126,13 +118,8 @@ pub fn suggestion_places(
 pub fn suggestions(painter: &Painter, workspace: &Workspace, surface: &LabelledSurface, sight: &Sight) {
     for (index, place) in suggestion_places(workspace, surface) {
         if let Some((center, _)) = sight.project(place) {
-            marker(
-                painter,
-                center,
-                index,
-                workspace.suggestions().at() == Some(index),
-                true,
-            );
+            let current = workspace.suggestions().at() == Some(index);
+            marker(painter, center, index, current, true);
         }
     }
 }
