@@ -80,8 +80,8 @@ pub struct Canvas {
     rect: Rect,
     /// Where controls lie on the canvas.
     covered: Vec<Rect>,
-    /// The pixel under the pointer.
-    pointed_at: Option<Pixel>,
+    /// The pixel of the frame under the pointer.
+    pub pointed_at: Option<Pixel>,
 }
 
 /// How long the size of the brush is shown after a change, in seconds.
@@ -208,11 +208,6 @@ impl Canvas {
             self.gesture.cancel();
         }
         self.place = place;
-    }
-
-    /// The pixel of the frame under the pointer.
-    pub fn pointed_at(&self) -> Option<Pixel> {
-        self.pointed_at
     }
 
     /// The window's pixel format where wgpu draws it.

@@ -51,8 +51,8 @@ pub struct Panels {
     hints: hints::Hints,
     progress: progress::ProgressPanel,
     view3d: View3d,
-    /// Pictures of what was opened lately.
-    pub(crate) pictures: Pictures,
+    /// What is known about what was opened lately, once it was looked at.
+    pub pictures: Pictures,
 }
 
 impl Panels {
@@ -71,11 +71,6 @@ impl Panels {
             view3d: View3d::new(ctx),
             pictures: Pictures::default(),
         }
-    }
-
-    /// What is known about what was opened lately, once it was looked at.
-    pub fn pictures(&self) -> &Pictures {
-        &self.pictures
     }
 
     /// Draws the whole window.
@@ -190,7 +185,7 @@ impl Panels {
                 let within = |rect| egui::UiBuilder::new().max_rect(rect);
                 ui.scope_builder(within(image), |ui| canvas.show(ui, model, workspace, commands));
                 ui.scope_builder(within(strip), |ui| {
-                    probe::show(ui, workspace, canvas.frame(), canvas.pointed_at());
+                    probe::show(ui, workspace, canvas.frame(), canvas.pointed_at);
                 });
                 over = below_menus(canvas.rect(), &model.settings);
                 if workspace.suggestions().is_active() {

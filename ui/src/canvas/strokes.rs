@@ -20,7 +20,8 @@ pub struct StrokeLayer {
     built: Option<Built>,
     /// The polygons of the frame, with the strokes that they were made of.
     regions: BTreeMap<StrokeId, (Arc<Stroke>, Region)>,
-    builds: u64,
+    /// How often a mesh was made so far.
+    pub builds: u64,
 }
 
 /// A mesh and what it was made of.
@@ -85,11 +86,6 @@ impl StrokeLayer {
         if !built.mesh.is_empty() {
             painter.add(Arc::clone(&built.mesh));
         }
-    }
-
-    /// How often a mesh was made so far.
-    pub fn builds(&self) -> u64 {
-        self.builds
     }
 
     fn build(&mut self, workspace: &Workspace, placement: Placement, of: &Key) -> Mesh {

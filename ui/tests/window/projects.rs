@@ -32,7 +32,7 @@ fn a_scene_that_was_opened_is_on_the_start_page_with_its_picture() {
         window.click_through(&["File", "Close scene"]);
         window.until("the picture is there", |app| {
             app.panels()
-                .pictures()
+                .pictures
                 .found()
                 .any(|found| found.there && found.picture.is_some())
         });
@@ -44,7 +44,7 @@ fn a_scene_that_was_opened_is_on_the_start_page_with_its_picture() {
     std::fs::remove_dir(&scene).unwrap();
     let mut window = Window::new(folder.path(), None);
     window.until("the scene is missed", |app| {
-        app.panels().pictures().found().any(|found| !found.there)
+        app.panels().pictures.found().any(|found| !found.there)
     });
     window.sees("kitchen (not found)");
     window.click("Remove kitchen from the list");

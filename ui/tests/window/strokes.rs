@@ -341,7 +341,7 @@ fn ten_thousand_strokes_leave_the_window_quick() {
     };
     let mut window = opened((0..10_000).map(stroke));
     window.harness.run_steps(5);
-    let builds = |window: &Window| window.harness.state().canvas().strokes().builds();
+    let builds = |window: &Window| window.harness.state().canvas().strokes().builds;
     let before = builds(&window);
     let start = Instant::now();
     window.harness.run_steps(20);
