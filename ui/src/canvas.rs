@@ -28,7 +28,7 @@ use inplace_model::view::View;
 use inplace_model::workspace::Workspace;
 use inplace_model::{Command, Commands, Model};
 
-pub use cpu::picture;
+pub use cpu::pictures;
 pub use frame_view::FrameView;
 pub use gpu::{UploadClock, make_ready};
 pub use overlay::{marker, region};

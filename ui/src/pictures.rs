@@ -9,7 +9,7 @@ use inplace_core::project::picture_name;
 use inplace_model::preferences::RecentPlace;
 use inplace_model::workspace::source::FrameSource;
 
-use crate::canvas::picture;
+use crate::canvas::pictures;
 
 /// Most pixels along each axis: twice of what the start page shows in points.
 const SIZE: [f32; 2] = [176.0, 132.0];
@@ -107,9 +107,12 @@ pub fn write(place: &RecentPlace, source: &FrameSource, folder: &Path) -> io::Re
     let (width, height) = (frame.camera.width as f32, frame.camera.height as f32);
     let scale = (SIZE[0] / width).min(SIZE[1] / height).min(1.0);
     let size = [width, height].map(|side| ((scale * side).round() as usize).max(1));
-    let picture = picture(source, source.look, size).into_iter();
+    let Some([picture]) = pictures(source, [source.look], size) else {
+        return Ok(());
+    };
     let rgb: Vec<u8> = picture
-        .flat_map(|picture| picture.pixels)
+        .pixels
+        .iter()
         .flat_map(|pixel| [pixel.r(), pixel.g(), pixel.b()])
         .collect();
     let file = file_of(place, folder);

@@ -13,7 +13,7 @@ use inplace_model::workspace::Workspace;
 use inplace_model::workspace::source::FrameSource;
 
 use crate::background::{Background, Desk};
-use crate::canvas::{picture, rect_of};
+use crate::canvas::{pictures, rect_of};
 
 /// Most textures kept.
 const MOST: usize = 300;
@@ -215,11 +215,11 @@ impl Request {
                 let aspect = full[0] as f32 / full[1].max(1) as f32;
                 let width = width.min((height as f32 * aspect).round() as usize).max(1);
                 let height = height.min((width as f32 / aspect).round() as usize).max(1);
-                picture(source, source.look, [width, height])?
+                let [picture] = pictures(source, [source.look], [width, height])?;
+                picture
             }
             Subject::Place(_, pixel) => {
-                let shown = picture(source, source.look, full)?;
-                let plain = picture(source, Look::PLAIN, full)?;
+                let [shown, plain] = pictures(source, [source.look, Look::PLAIN], full)?;
                 place_picture(&shown, &plain, (pixel, &self.outline), [width, height])
             }
         };

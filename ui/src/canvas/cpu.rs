@@ -36,12 +36,19 @@ pub(super) fn outline(look: &Look) -> f32 {
     }
 }
 
-/// A small picture of a frame, the image alone for layers that need more than a map; `None` where there is no such frame.
-pub fn picture(source: &FrameSource, look: Look, size: [usize; 2]) -> Option<egui::ColorImage> {
+/// Small pictures of a frame in these looks, the image alone for layers that need more than a map; `None` where there is
+/// no such frame.
+pub fn pictures<const LOOKS: usize>(
+    source: &FrameSource,
+    looks: [Look; LOOKS],
+    size: [usize; 2],
+) -> Option<[egui::ColorImage; LOOKS]> {
     let color = source.scene.frames.get(source.frame)?.color();
     let map = source.map.clone().map(Versioned::new).map(ShownMap::new);
-    let over = map.and_then(|map| map.over(look.layer, &source.palette));
-    Some(composite(&color, over.as_ref(), &source.palette, look, size))
+    Some(looks.map(|look| {
+        let over = map.as_ref().and_then(|map| map.over(look.layer, &source.palette));
+        composite(&color, over.as_ref(), &source.palette, look, size)
+    }))
 }
 
 /// The colour image with what lies over it, at `width` x `height`, nearest-neighbour.
