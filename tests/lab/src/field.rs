@@ -9,7 +9,8 @@ use std::time::Duration;
 use serde::Serialize;
 
 use super::learnt::{learn, surface};
-use super::{ConfusionMatrix, EvalError, SceneTruth, Table};
+use super::table::csv;
+use super::{ConfusionMatrix, EvalError, SceneTruth};
 use inplace_core::field::{Ray, Trainer};
 use inplace_core::labels::{ClassId, VOID, in_frame};
 use inplace_core::scene::Scene;
@@ -106,23 +107,9 @@ pub struct FieldPoint {
     pub miou: f64,
 }
 
-/// The points as a table, `field.csv`.
-pub fn table(points: &[FieldPoint]) -> Table {
-    let known = |seconds: f64| Some(seconds).filter(|seconds| seconds.is_finite());
-    Table::of(
-        points,
-        &[
-            ("scene", &|point| point.scene.clone()),
-            ("depth", &|point| point.depth.to_string()),
-            ("labels", &|point| point.labels.clone()),
-            ("answer", &|point| point.answer.to_owned()),
-            ("seed", &|point| point.seed.to_string()),
-            ("seconds", &|point| {
-                known(point.seconds).map_or_else(String::new, |seconds| seconds.to_string())
-            }),
-            ("miou", &|point| format!("{:.4}", point.miou)),
-        ],
-    )
+/// The points as comma-separated values, `field.csv`.
+pub fn table(points: &[FieldPoint]) -> serde_json::Result<String> {
+    csv(points, "scene depth labels answer seed seconds miou:4")
 }
 
 /// The pixels of the test frames that answers are measured on, and what the points have in common.
@@ -281,7 +268,8 @@ mod tests {
             assert_eq!(seconds, [0.5, 1.0]);
         }
         assert_eq!(of(clicks, "maps").len(), 2);
-        assert_eq!(table(&points).as_str().lines().count(), 1 + points.len());
-        assert!(table(&points).as_str().contains(",graph,4,,"));
+        let rows = table(&points).unwrap();
+        assert_eq!(rows.lines().count(), 1 + points.len());
+        assert!(rows.contains(",graph,4,,"));
     }
 }

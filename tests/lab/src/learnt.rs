@@ -15,10 +15,15 @@ use inplace_core::session::{Client, Command, SurfaceRefiner};
 
 /// Learns the geometry, for so long at most; then its surface is final.
 pub(super) fn learn(client: &mut Client, limit: Option<Duration>) -> Result<(), EvalError> {
+    settle(client, 0, limit)
+}
+
+/// Trains for so long at most, and waits for the last surface and the last maps of these labels.
+pub(super) fn settle(client: &mut Client, generation: u64, limit: Option<Duration>) -> Result<(), EvalError> {
     let deadline = limit.map(|limit| Instant::now() + limit);
-    if !client.settled(0, deadline)? {
+    if !client.settled(generation, deadline)? {
         client.send(Command::Settle);
-        client.settled(0, None)?;
+        client.settled(generation, None)?;
     }
     Ok(())
 }

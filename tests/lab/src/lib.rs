@@ -38,7 +38,6 @@ pub use latency::{Latency, Percentiles, click_latency};
 pub use metrics::{ConfusionMatrix, Scores};
 pub use reached::{Quantity, Reached, TARGETS};
 pub use scene_truth::SceneTruth;
-pub use table::Table;
 pub use truth::{GroundTruth, LabelImage, Split};
 
 use inplace_core::labels::StrokesError;

@@ -18,7 +18,8 @@ pub use region::{Flipped, Objects};
 
 use super::learnt::trained_surface;
 use super::scene_truth::in_image;
-use super::{EvalError, SceneTruth, Scores, Table};
+use super::table::csv;
+use super::{EvalError, SceneTruth, Scores};
 use inplace_core::field::Preset;
 use inplace_core::labels::{self, ClassId, ImportedLabels, ImportedMap, Trust};
 use inplace_core::scene::Scene;
@@ -320,26 +321,10 @@ fn in_frame(scene: &Scene, truth: &SceneTruth, number: usize) -> ImportedMap {
     ImportedMap::new(number, &labels::in_frame(&scene.frames[number], &image.labels))
 }
 
-/// The points as a table, `paper.csv`.
-pub fn table(points: &[PaperPoint]) -> Table {
-    Table::of(
+/// The points as comma-separated values, `paper.csv`.
+pub fn table(points: &[PaperPoint]) -> serde_json::Result<String> {
+    csv(
         points,
-        &[
-            ("scene", &|point| point.scene.clone()),
-            ("experiment", &|point| point.experiment.to_owned()),
-            ("depth", &|point| point.depth.to_string()),
-            ("seed", &|point| point.seed.to_string()),
-            ("miou", &|point| format!("{:.4}", point.scores.miou)),
-            ("average_accuracy", &|point| {
-                format!("{:.4}", point.scores.average_accuracy)
-            }),
-            ("total_accuracy", &|point| {
-                format!("{:.4}", point.scores.total_accuracy)
-            }),
-            ("wall_s", &|point| format!("{:.2}", point.wall_s)),
-            ("paper_miou", &|point| {
-                point.paper_miou.map_or_else(String::new, |miou| miou.to_string())
-            }),
-        ],
+        "scene experiment depth seed miou:4 average_accuracy:4 total_accuracy:4 wall_s:2 paper_miou",
     )
 }

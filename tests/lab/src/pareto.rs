@@ -16,9 +16,8 @@ pub use capacity::{CapacityPoint, Part, Size, capacity_table, difference_to_chos
 pub use course::ParetoRun;
 pub use curve::{Curve, Difference, Summary};
 
-use super::Table;
 use super::simulate::Baseline;
-use super::table::known;
+use super::table::csv;
 use inplace_core::field::Preset;
 
 /// A way to label a scene from clicks.
@@ -123,22 +122,10 @@ pub struct MethodRun {
     pub bytes: usize,
 }
 
-/// The points as a table, `pareto.csv`; what is not known is left empty.
-pub fn table(points: &[ParetoPoint]) -> Table {
-    Table::of(
+/// The points as comma-separated values, `pareto.csv`.
+pub fn table(points: &[ParetoPoint]) -> serde_json::Result<String> {
+    csv(
         points,
-        &[
-            ("scene", &|point| point.scene.clone()),
-            ("method", &|point| point.method.clone()),
-            ("seed", &|point| point.seed.to_string()),
-            ("wall_s", &|point| format!("{:.2}", point.wall_s)),
-            ("miou", &|point| format!("{:.4}", point.miou)),
-            ("depth_error_m", &|point| known(point.depth_error_m, 5)),
-            ("psnr_db", &|point| known(point.psnr_db, 2)),
-            ("parameters", &|point| {
-                known(point.parameters.map(|count| count as f64), 0)
-            }),
-            ("peak_mb", &|point| known(point.peak_mb, 0)),
-        ],
+        "scene method seed wall_s:2 miou:4 depth_error_m:5 psnr_db:2 parameters peak_mb:0",
     )
 }

@@ -7,9 +7,10 @@ mod tests;
 use std::str::FromStr;
 
 use serde::Serialize;
+use serde_json::json;
 
-use super::table::known;
-use super::{Cost, Table};
+use super::Cost;
+use super::table::csv;
 
 pub use strokes::scattered;
 
@@ -250,28 +251,18 @@ fn fit(mut points: Vec<(f64, f64)>) -> Option<Fit> {
 }
 
 /// `scale.csv`: a row for each setting of each sweep.
-pub fn table(measured: &[Measured]) -> Table {
-    let megabytes = |bytes: Option<u64>| known(bytes.map(|bytes| bytes as f64 / 1e6), 1);
-    Table::of(
-        measured,
-        &[
-            ("sweep", &|one| one.sweep.name().to_owned()),
-            ("frames", &|one| one.cost.frames.to_string()),
-            ("width", &|one| one.cost.width.to_string()),
-            ("height", &|one| one.cost.height.to_string()),
-            ("rooms", &|one| one.rooms.to_string()),
-            ("classes", &|one| one.cost.classes.to_string()),
-            ("strokes", &|one| one.cost.strokes.to_string()),
-            ("opening_s", &|one| format!("{:.3}", one.cost.opening_s)),
-            ("surface_s", &|one| format!("{:.3}", one.cost.surface_s)),
-            ("map_in_view_s", &|one| format!("{:.4}", one.cost.map_in_view_s)),
-            ("all_maps_s", &|one| format!("{:.4}", one.cost.all_maps_s)),
-            ("update_s", &|one| format!("{:.4}", one.cost.update_s)),
-            ("steps_per_s", &|one| format!("{:.2}", one.cost.steps_per_s)),
-            ("peak_opening_mb", &|one| megabytes(one.cost.peak_opening_bytes)),
-            ("peak_mb", &|one| megabytes(one.cost.peak_memory_bytes)),
-            ("voxels", &|one| one.cost.surface_nodes.to_string()),
-            ("parameters", &|one| one.cost.parameters.to_string()),
-        ],
+pub fn table(measured: &[Measured]) -> serde_json::Result<String> {
+    let row = |one: &Measured| {
+        let mut row = serde_json::to_value(one)?;
+        let megabytes = |bytes: Option<u64>| json!(bytes.map(|bytes| bytes as f64 / 1e6));
+        row["peak_opening_mb"] = megabytes(one.cost.peak_opening_bytes);
+        row["peak_mb"] = megabytes(one.cost.peak_memory_bytes);
+        row["voxels"] = json!(one.cost.surface_nodes);
+        Ok(row)
+    };
+    csv(
+        &measured.iter().map(row).collect::<serde_json::Result<Vec<_>>>()?,
+        "sweep frames width height rooms classes strokes opening_s:3 surface_s:3 map_in_view_s:4 all_maps_s:4 \
+         update_s:4 steps_per_s:2 peak_opening_mb:1 peak_mb:1 voxels parameters",
     )
 }

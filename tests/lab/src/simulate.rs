@@ -12,7 +12,8 @@ pub use annotator::{Annotator, Click, Policy};
 pub use baseline::{Baseline, BaselineMaps};
 pub use experiment::{Experiment, simulate};
 
-use super::{Calibration, Scores, Table};
+use super::table::csv;
+use super::{Calibration, Scores};
 
 /// How good the maps of the test frames were after so many clicks.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -54,42 +55,19 @@ fn calibration_error<S: Serializer>(
     error.serialize(serializer)
 }
 
-/// The points as a table, `results.csv`.
-pub fn table(points: &[SimulatedPoint]) -> Table {
-    Table::of(
+/// The points as comma-separated values, `results.csv`.
+pub fn table(points: &[SimulatedPoint]) -> serde_json::Result<String> {
+    csv(
         points,
-        &[
-            ("scene", &|point| point.scene.clone()),
-            ("policy", &|point| point.policy.clone()),
-            ("seed", &|point| point.seed.to_string()),
-            ("clicks_per_class", &|point| point.clicks_per_class.to_string()),
-            ("strokes", &|point| point.strokes.to_string()),
-            ("miou", &|point| format!("{:.4}", point.scores.miou)),
-            ("average_accuracy", &|point| {
-                format!("{:.4}", point.scores.average_accuracy)
-            }),
-            ("total_accuracy", &|point| {
-                format!("{:.4}", point.scores.total_accuracy)
-            }),
-            ("wall_s", &|point| format!("{:.2}", point.wall_s)),
-        ],
+        "scene policy seed clicks_per_class strokes miou:4 average_accuracy:4 total_accuracy:4 wall_s:2",
     )
 }
 
 /// The expected calibration errors of the points that have one, `calibration.csv`.
-pub fn calibration_table(points: &[SimulatedPoint]) -> Table {
-    let known = |point| Some((point, SimulatedPoint::calibration_error(point)?));
-    let known: Vec<(&SimulatedPoint, f64)> = points.iter().filter_map(known).collect();
-    Table::of(
-        &known,
-        &[
-            ("scene", &|(point, _)| point.scene.clone()),
-            ("policy", &|(point, _)| point.policy.clone()),
-            ("seed", &|(point, _)| point.seed.to_string()),
-            ("clicks_per_class", &|(point, _)| {
-                point.clicks_per_class.to_string()
-            }),
-            ("ece", &|(_, error)| format!("{error:.4}")),
-        ],
+pub fn calibration_table(points: &[SimulatedPoint]) -> serde_json::Result<String> {
+    let known = points.iter().filter(|point| point.calibration_error().is_some());
+    csv(
+        &known.collect::<Vec<_>>(),
+        "scene policy seed clicks_per_class ece:4",
     )
 }

@@ -11,6 +11,7 @@ mod rooms;
 mod session;
 mod trial;
 
+use std::rc::Rc;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -20,13 +21,12 @@ use serde::Serialize;
 pub use trial::Settings;
 use trial::{Measured, Trial};
 
-use super::table::known;
-use super::{EvalError, SceneTruth, Table};
+use super::table::csv;
+use super::{EvalError, SceneTruth};
 use inplace_core::scene::{Scene, SceneSource};
 
 /// What a figure must be, at least.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Line {
     /// This.
     Least(f64),
@@ -36,27 +36,19 @@ pub enum Line {
     OfCleanWithoutDepth(f64),
 }
 
-/// What a condition's figure is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Figure {
-    /// mIoU of the label maps of the test frames.
-    Miou,
-    /// Share of what was there, or is right, that is so in the end.
-    Kept,
-}
+type Disturb = dyn Fn(&mut Trial, &Settings, &mut SmallRng) -> Result<(), EvalError>;
 
 /// How a condition is tried.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 enum Way {
     /// Something is disturbed, and the scene is labelled as ever.
-    Disturb(fn(&mut Trial, &mut SmallRng)),
-    /// A course of its own.
+    Disturb(Rc<Disturb>),
+    /// A course of its own, with its figure.
     Course(fn(&Trial, &Settings, &mut SmallRng) -> Result<Measured, EvalError>),
 }
 
 /// One place where such methods fail.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 pub struct Condition {
     /// Its name in the results.
     pub name: &'static str,
@@ -64,8 +56,6 @@ pub struct Condition {
     pub what: &'static str,
     /// What the program does about it, for people.
     pub answer: &'static str,
-    /// What its figure is.
-    pub figure: Figure,
     /// What the figure must be.
     pub line: Line,
     /// What is still wrong, and why, for people; empty where there is nothing to say.
@@ -107,61 +97,50 @@ impl Outcome {
 const CLEAN: &str = "clean";
 const CLEAN_WITHOUT_DEPTH: &str = "clean-no-depth";
 
-/// A condition in which the scene is disturbed, and the line is a share of the mIoU of the undisturbed one.
-const fn disturbed(
+/// A condition in which the scene is disturbed and then labelled.
+fn disturbed(
     name: &'static str,
     what: &'static str,
     answer: &'static str,
     line: Line,
-    disturb: fn(&mut Trial, &mut SmallRng),
+    disturb: impl Fn(&mut Trial, &mut SmallRng) + 'static,
 ) -> Condition {
-    Condition {
-        name,
-        what,
-        answer,
-        figure: Figure::Miou,
-        line,
-        limit: "",
-        quick: false,
-        demo_only: false,
-        way: Way::Disturb(disturb),
-    }
+    let way = Way::Disturb(Rc::new(move |trial, _, rng| {
+        disturb(trial, rng);
+        Ok(())
+    }));
+    Condition::new(name, what, answer, line, way)
 }
 
 impl Condition {
-    const fn limited_by(self, limit: &'static str) -> Self {
-        Self { limit, ..self }
-    }
-
-    const fn in_short(self) -> Self {
-        Self { quick: true, ..self }
-    }
-
-    const fn of_the_demo(self) -> Self {
-        Self {
-            demo_only: true,
-            ..self
-        }
-    }
-
-    const fn course(
-        name: &'static str,
-        what: &'static str,
-        answer: &'static str,
-        line: Line,
-        course: fn(&Trial, &Settings, &mut SmallRng) -> Result<Measured, EvalError>,
-    ) -> Self {
+    fn new(name: &'static str, what: &'static str, answer: &'static str, line: Line, way: Way) -> Self {
         Self {
             name,
             what,
             answer,
-            figure: Figure::Kept,
             line,
             limit: "",
             quick: false,
             demo_only: false,
-            way: Way::Course(course),
+            way,
         }
+    }
+
+    /// What its figure is: the mIoU of the label maps of the test frames, or the share of what was there, or is right,
+    /// that is so in the end.
+    pub fn figure(&self) -> &'static str {
+        match self.way {
+            Way::Disturb(_) => "mIoU",
+            Way::Course(_) => "share",
+        }
+    }
+
+    fn limited_by(self, limit: &'static str) -> Self {
+        Self { limit, ..self }
+    }
+
+    fn in_short(self) -> Self {
+        Self { quick: true, ..self }
     }
 }
 
@@ -184,18 +163,14 @@ pub fn conditions() -> Vec<Condition> {
             |trial, _| trial.without_depth(),
         ),
     ];
-    for more in [
-        capture::conditions(),
-        images::conditions(),
-        poses::conditions(),
-        depth::conditions(),
-        labels::conditions(),
-        edits::conditions(),
-        session::conditions(),
-        rooms::conditions(),
-    ] {
-        all.extend(more);
-    }
+    all.extend(capture::conditions());
+    all.extend(images::conditions());
+    all.extend(poses::conditions());
+    all.extend(depth::conditions());
+    all.extend(labels::conditions());
+    all.extend(edits::conditions());
+    all.extend(session::conditions());
+    all.extend(rooms::conditions());
     all
 }
 
@@ -232,7 +207,7 @@ pub fn stability(
 /// Those of the conditions that are tried on this scene.
 fn tried_on(scene: &Scene, conditions: &[Condition]) -> Result<Vec<Condition>, EvalError> {
     let is_demo = scene.source == SceneSource::Demo;
-    let all = conditions.iter().copied();
+    let all = conditions.iter().cloned();
     let tried: Vec<Condition> = all.filter(|condition| is_demo || !condition.demo_only).collect();
     if tried.is_empty() && !conditions.is_empty() {
         return Err(EvalError::Scene {
@@ -282,15 +257,14 @@ fn tried(
     });
     let mut rng = SmallRng::seed_from_u64(own);
     let mut trial = Trial::new(scene, truth, settings.seed);
-    let measured = match condition.way {
+    let measured = match &condition.way {
         Way::Disturb(disturb) => {
-            disturb(&mut trial, &mut rng);
-            trial.labelled(settings)
+            disturb(&mut trial, settings, &mut rng).and_then(|()| trial.labelled(settings))
         }
         Way::Course(course) => course(&trial, settings, &mut rng),
     };
     let (figure, told) = match measured {
-        Ok(measured) => (Some(measured.figure), measured.told),
+        Ok((figure, told)) => (Some(figure), told),
         Err(error) => (None, vec![error.to_string()]),
     };
     Outcome {
@@ -320,20 +294,18 @@ fn least(line: Line, seed: u64, before: &[Outcome]) -> f64 {
     }
 }
 
-/// The outcomes as a table, `stability.csv`.
-pub fn table(outcomes: &[Outcome]) -> Table {
-    Table::of(
-        outcomes,
-        &[
-            ("scene", &|outcome| outcome.scene.clone()),
-            ("condition", &|outcome| outcome.condition.to_owned()),
-            ("seed", &|outcome| outcome.seed.to_string()),
-            ("figure", &|outcome| known(outcome.figure, 4)),
-            ("line", &|outcome| format!("{:.4}", outcome.line)),
-            ("met", &|outcome| outcome.is_met().to_string()),
-            ("wall_s", &|outcome| format!("{:.2}", outcome.wall_s)),
-            ("told", &|outcome| outcome.told.join(" | ")),
-        ],
+/// The outcomes as comma-separated values, `stability.csv`.
+pub fn table(outcomes: &[Outcome]) -> serde_json::Result<String> {
+    let row = |outcome: &Outcome| {
+        let mut row = serde_json::to_value(outcome)?;
+        // JSON has no infinite line.
+        row["line"] = format!("{:.4}", outcome.line).into();
+        row["met"] = outcome.is_met().into();
+        Ok(row)
+    };
+    csv(
+        &outcomes.iter().map(row).collect::<serde_json::Result<Vec<_>>>()?,
+        "scene condition seed figure:4 line met wall_s:2 told",
     )
 }
 

@@ -1,55 +1,53 @@
 //! Results as comma-separated values.
 
-use std::path::Path;
+use serde::Serialize;
+use serde_json::{Result, Value};
 
-use inplace_core::export::{self, ExportError};
-
-/// Rows of text under a header.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Table {
-    text: String,
+/// A row for each item under a header; cells that need it are quoted (RFC 4180).
+///
+/// The columns are JSON keys of the items, with spaces between them; `:4` behind a key rounds its numbers to so many
+/// decimals. What is null, and so what is not a number, is left empty; lists are joined by ` | `.
+///
+/// # Errors
+/// Items that JSON cannot hold.
+pub fn csv(items: &[impl Serialize], columns: &str) -> Result<String> {
+    let decimals = |column: &str| column.split_once(':')?.1.parse().ok();
+    let names = || {
+        let columns = columns.split_whitespace();
+        columns.map(|column| column.split(':').next().unwrap_or(column))
+    };
+    let mut text = names().collect::<Vec<_>>().join(",") + "\n";
+    for item in items {
+        let row = serde_json::to_value(item)?;
+        let values = names().map(|name| &row[name]);
+        let cells = values.zip(columns.split_whitespace().map(decimals));
+        let cells: Vec<String> = cells.map(|(value, count)| quoted(cell(value, count))).collect();
+        text += &cells.join(",");
+        text.push('\n');
+    }
+    Ok(text)
 }
 
-/// A column: its name, and its cell in the row of an item.
-pub type Column<'a, T> = (&'a str, &'a dyn Fn(&T) -> String);
-
-impl Table {
-    /// A row for each item; cells that need it are quoted (RFC 4180).
-    pub fn of<T>(items: &[T], columns: &[Column<'_, T>]) -> Self {
-        let names: Vec<&str> = columns.iter().map(|(name, _)| *name).collect();
-        let mut text = names.join(",") + "\n";
-        for item in items {
-            let cells: Vec<String> = columns.iter().map(|(_, cell)| quoted(&cell(item))).collect();
-            text += &cells.join(",");
-            text.push('\n');
+fn cell(value: &Value, decimals: Option<usize>) -> String {
+    match (value, value.as_f64(), decimals) {
+        (Value::Null, ..) => String::new(),
+        (Value::String(text), ..) => text.clone(),
+        (Value::Array(items), ..) => {
+            let cells: Vec<String> = items.iter().map(|item| cell(item, decimals)).collect();
+            cells.join(" | ")
         }
-        Self { text }
-    }
-
-    /// The whole table.
-    pub fn as_str(&self) -> &str {
-        &self.text
-    }
-
-    /// Writes the table, under a temporary name first.
-    ///
-    /// # Errors
-    /// [`ExportError::Unwritable`].
-    pub fn write(&self, path: &Path) -> Result<(), ExportError> {
-        export::write(path, self.text.as_bytes())
+        (_, Some(number), Some(decimals)) => format!("{number:.decimals$}"),
+        // Without the ".0" that whole numbers have in JSON.
+        (_, Some(number), None) if value.is_f64() => number.to_string(),
+        _ => value.to_string(),
     }
 }
 
-/// A cell with so many decimals, empty where nothing is known.
-pub fn known(value: Option<f64>, decimals: usize) -> String {
-    value.map_or_else(String::new, |value| format!("{value:.decimals$}"))
-}
-
-fn quoted(cell: &str) -> String {
+fn quoted(cell: String) -> String {
     if cell.contains([',', '"', '\n', '\r']) {
         format!("\"{}\"", cell.replace('"', "\"\""))
     } else {
-        cell.to_owned()
+        cell
     }
 }
 
@@ -58,12 +56,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn cells_with_commas_and_quotes_are_quoted() {
-        let columns: [Column<'_, f64>; 2] = [
-            ("scene", &|_| "a, \"b\"".to_owned()),
-            ("miou", &|miou| miou.to_string()),
-        ];
-        let table = Table::of(&[0.5], &columns);
-        assert_eq!(table.as_str(), "scene,miou\n\"a, \"\"b\"\"\",0.5\n");
+    fn cells_are_rounded_joined_and_quoted() {
+        let row = serde_json::json!({
+            "scene": "a, \"b\"", "seed": 3, "factor": 2.0, "miou": 0.5, "psnr": null, "met": true, "told": ["x", "y"],
+        });
+        assert_eq!(
+            csv(&[row], "scene seed factor miou:4 psnr:2 met told").unwrap(),
+            "scene,seed,factor,miou,psnr,met,told\n\"a, \"\"b\"\"\",3,2,0.5000,,true,x | y\n"
+        );
     }
 }

@@ -2,7 +2,7 @@
 
 use super::axis::{Range, is_drawable, number, tick_texts};
 use super::panel::{FOOT, HEAD};
-use super::svg::{COLORS, Svg, shortened, text_width};
+use super::svg::{Svg, class, shortened, widest};
 use super::{Axis, Point, Series};
 
 /// Size of the text and room between the names of lines, in pixels.
@@ -21,12 +21,8 @@ pub(super) fn draw(
     (width, height): (f64, f64),
 ) -> bool {
     let drawable = |point: &Point| is_drawable(across.scale, point.x) && is_drawable(up.scale, point.y);
-    let points = || {
-        series
-            .iter()
-            .flat_map(|own| &own.points)
-            .filter(|point| drawable(point))
-    };
+    let all = || series.iter().flat_map(|own| &own.points);
+    let points = || all().filter(|point| drawable(point));
     let (top, bottom) = (y + HEAD, y + height - FOOT);
     let in_bands = points().flat_map(|point| [point.y, point.range.0, point.range.1]);
     let values = in_bands.chain(up.mark.iter().map(|(at, _)| *at));
@@ -34,16 +30,9 @@ pub(super) fn draw(
         return false;
     };
     let texts = tick_texts(&vertical.ticks);
-    let left = texts
-        .iter()
-        .map(|text| text_width(text, 11.0))
-        .fold(0.0, f64::max)
-        + 8.0;
-    let widest = series
-        .iter()
-        .map(|own| text_width(&own.name, LABEL))
-        .fold(0.0, f64::max);
-    let right = (widest + 16.0).min(0.4 * width);
+    let left = widest(&texts, 11.0) + 8.0;
+    let names = series.iter().map(|own| &own.name);
+    let right = (widest(names, LABEL) + 16.0).min(0.4 * width);
     let length = width - left - right;
     let Some(horizontal) = Range::of(across.scale, points().map(|point| point.x), length, 46.0) else {
         return false;
@@ -73,14 +62,8 @@ pub(super) fn draw(
     }
 
     // Not a number breaks a line: nothing is claimed about what is between.
-    let runs = |own: &Series| -> Vec<Vec<Point>> {
-        let runs = own.points.split(|point| !drawable(point));
-        runs.filter(|run| !run.is_empty())
-            .map(<[Point]>::to_vec)
-            .collect()
-    };
     for (index, own) in series.iter().enumerate() {
-        for run in runs(own) {
+        for run in own.points.split(|point| !drawable(point)) {
             if run.len() > 1 && run.iter().any(|point| point.range.0 < point.range.1) {
                 let edge = |point: &Point, end: f64| {
                     let end = if is_drawable(up.scale, end) { end } else { point.y };
@@ -89,20 +72,20 @@ pub(super) fn draw(
                 let upper = run.iter().map(|point| edge(point, point.range.1));
                 let lower = run.iter().rev().map(|point| edge(point, point.range.0));
                 let outline: Vec<(f64, f64)> = upper.chain(lower).collect();
-                out.polygon(&format!("band f{}", index % COLORS), &outline, "");
+                out.through("polygon", &class("band f", index), &outline, "");
             }
         }
     }
     let mut names = Vec::new();
     for (index, own) in series.iter().enumerate() {
-        for run in runs(own) {
+        for run in own.points.split(|point| !drawable(point)) {
             let line: Vec<(f64, f64)> = run.iter().map(|p| (place_x(p.x), place_y(p.y))).collect();
             if line.len() > 1 {
-                out.polyline(&format!("line l{}", index % COLORS), &line);
+                out.through("polyline", &class("line l", index), &line, "");
             }
             for (point, &at) in run.iter().zip(&line) {
                 if point.ring {
-                    out.circle(&format!("ring l{}", index % COLORS), at, RING, "");
+                    out.circle(&class("ring l", index), at, RING, "");
                 }
                 marker(out, index, at, &hint(&own.name, point));
             }
@@ -119,7 +102,7 @@ pub(super) fn draw(
             out.line("leader", (from_x + MARKER + 2.0, from_y), (edge + 3.0, at));
         }
         let name = shortened(&series[index].name, LABEL, right - 8.0);
-        out.text(&format!("label f{}", index % COLORS), edge + 6.0, at + 4.0, &name);
+        out.text(&class("label f", index), edge + 6.0, at + 4.0, &name);
     }
     true
 }
@@ -136,25 +119,15 @@ fn hint(name: &str, point: &Point) -> String {
 
 /// A shape for each line, so that colour is not all that tells them apart.
 fn marker(out: &mut Svg, index: usize, (x, y): (f64, f64), hint: &str) {
-    let class = format!("point f{}", index % COLORS);
-    let corners = |offsets: &[(f64, f64)]| -> Vec<(f64, f64)> {
-        let corner = |&(dx, dy): &(f64, f64)| (x + MARKER * dx, y + MARKER * dy);
-        offsets.iter().map(corner).collect()
+    let corners: &[(f64, f64)] = match index % 4 {
+        0 => return out.circle(&class("point f", index), (x, y), MARKER, hint),
+        1 => &[(-0.95, -0.95), (0.95, -0.95), (0.95, 0.95), (-0.95, 0.95)],
+        2 => &[(0.0, -1.3), (1.2, 0.85), (-1.2, 0.85)],
+        _ => &[(0.0, -1.35), (1.35, 0.0), (0.0, 1.35), (-1.35, 0.0)],
     };
-    match index % 4 {
-        0 => out.circle(&class, (x, y), MARKER, hint),
-        1 => out.polygon(
-            &class,
-            &corners(&[(-0.95, -0.95), (0.95, -0.95), (0.95, 0.95), (-0.95, 0.95)]),
-            hint,
-        ),
-        2 => out.polygon(&class, &corners(&[(0.0, -1.3), (1.2, 0.85), (-1.2, 0.85)]), hint),
-        _ => out.polygon(
-            &class,
-            &corners(&[(0.0, -1.35), (1.35, 0.0), (0.0, 1.35), (-1.35, 0.0)]),
-            hint,
-        ),
-    }
+    let corner = |(dx, dy): &(f64, f64)| (x + MARKER * dx, y + MARKER * dy);
+    let corners: Vec<(f64, f64)> = corners.iter().map(corner).collect();
+    out.through("polygon", &class("point f", index), &corners, hint);
 }
 
 /// Places near the wanted ones, in the same order from the top, at least `gap` apart and between
@@ -165,24 +138,20 @@ pub(super) fn apart(wanted: &[f64], gap: f64, (top, bottom): (f64, f64)) -> Vec<
     // Blocks of touching names (members, middle of the wanted places); overlapping blocks merge.
     let mut blocks: Vec<(Vec<usize>, f64)> = Vec::new();
     for index in order {
-        let mut block = (vec![index], wanted[index]);
-        while let Some((members, middle)) = blocks.pop() {
-            let reach = 0.5 * gap * (members.len() + block.0.len()) as f64;
-            if block.1 - middle >= reach {
-                blocks.push((members, middle));
+        let (mut block, mut middle) = (vec![index], wanted[index]);
+        while let Some((mut above, its_middle)) = blocks.pop() {
+            let (count, more) = (above.len() as f64, block.len() as f64);
+            if middle - its_middle >= 0.5 * gap * (count + more) {
+                blocks.push((above, its_middle));
                 break;
             }
-            let count = (members.len(), block.0.len());
-            let sum = middle * count.0 as f64 + block.1 * count.1 as f64;
-            let mut merged = members;
-            merged.append(&mut block.0);
-            let half = 0.5 * gap * (merged.len() - 1) as f64;
-            let center = (sum / (count.0 + count.1) as f64)
-                .min(bottom - half)
-                .max(top + half);
-            block = (merged, center);
+            above.append(&mut block);
+            block = above;
+            let half = 0.5 * gap * (count + more - 1.0);
+            middle = (its_middle * count + middle * more) / (count + more);
+            middle = middle.min(bottom - half).max(top + half);
         }
-        blocks.push(block);
+        blocks.push((block, middle));
     }
     let mut places = vec![0.0; wanted.len()];
     for (members, middle) in blocks {

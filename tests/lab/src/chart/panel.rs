@@ -2,7 +2,7 @@
 
 use super::axis::{Range, number, tick_texts};
 use super::lines;
-use super::svg::{COLORS, Svg, shortened, text_width};
+use super::svg::{Svg, class, shortened, text_width, widest};
 use super::{BarSeries, Chart, Panel, Scale};
 
 /// Width of a panel in the fullest row, in pixels.
@@ -61,26 +61,18 @@ fn bars(
     (width, height): (f64, f64),
 ) -> bool {
     const LABEL: f64 = 11.5;
-    let widest = |texts: &mut dyn Iterator<Item = String>| {
-        texts.map(|text| text_width(&text, LABEL)).fold(0.0, f64::max)
-    };
-    let values = || {
-        series
-            .iter()
-            .flat_map(|own| own.values.iter().copied().take(groups.len()))
-    };
-    let finite = || values().filter(|value| value.is_finite());
-    let left = (widest(&mut groups.iter().cloned()) + 10.0).min(0.45 * width);
-    let right = widest(&mut finite().map(number)) + 8.0;
-    let length = width - left - right;
-    let Some(range) = Range::of(Scale::FromZero, finite(), length, 64.0) else {
+    let values = series.iter().flat_map(|own| own.values.iter().take(groups.len()));
+    let finite: Vec<f64> = values.copied().filter(|value| value.is_finite()).collect();
+    let numbers: Vec<String> = finite.iter().copied().map(number).collect();
+    let left = (widest(groups, LABEL) + 10.0).min(0.45 * width);
+    let length = width - left - widest(&numbers, LABEL) - 8.0;
+    let Some(range) = Range::of(Scale::FromZero, finite, length, 64.0) else {
         return false;
     };
     let mut legend = x;
     if series.len() > 1 {
         for (index, own) in series.iter().enumerate() {
-            let color = format!("f{}", index % COLORS);
-            out.rectangle(&color, (legend, y + 24.0), (11.0, 11.0), "");
+            out.rectangle(&class("f", index), (legend, y + 24.0), (11.0, 11.0), "");
             out.text("label", legend + 16.0, y + 34.0, &own.name);
             legend += 16.0 + text_width(&own.name, LABEL) + 16.0;
         }
@@ -108,7 +100,7 @@ fn bars(
             let text = number(bar);
             let hint = format!("{group}, {}: {text}", own.name);
             let size = ((end - start).max(1.0), thickness - 2.0);
-            out.rectangle(&format!("f{}", index % COLORS), (start, from + 1.0), size, &hint);
+            out.rectangle(&class("f", index), (start, from + 1.0), size, &hint);
             out.text("label", end + 5.0, from + 0.5 * thickness + 4.0, &text);
         }
     }

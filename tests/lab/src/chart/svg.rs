@@ -21,8 +21,11 @@ text{fill:#e6edf3}.tick,.muted{fill:#9da7b3}
 .l0{stroke:#4aa8e0}.l1{stroke:#f0803c}.l2{stroke:#2fb890}.l3{stroke:#dc8fbb}.l4{stroke:#e0a92e}.l5{stroke:#8fd0f5}.l6{stroke:#c3cad2}
 }";
 
-/// Number of colours of data; classes `f0`, ... fill with them and `l0`, ... draw lines in them.
-pub(super) const COLORS: usize = 7;
+/// The class of elements of the data with this number: `f` fills with its colour, `l` draws lines in it.
+pub(super) fn class(kind: &str, number: usize) -> String {
+    const COLORS: usize = 7;
+    format!("{kind}{}", number % COLORS)
+}
 
 /// A file being written.
 pub(super) struct Svg {
@@ -44,55 +47,44 @@ impl Svg {
         Self { text }
     }
 
+    /// An element with lengths in pixels around what it holds.
+    fn element(&mut self, name: &str, class: &str, lengths: &[(&str, f64)], inside: &str) {
+        let length = |(key, value): &(&str, f64)| format!(" {key}=\"{value:.1}\"");
+        let lengths: String = lengths.iter().map(length).collect();
+        let _ = writeln!(self.text, "<{name} class=\"{class}\"{lengths}>{inside}</{name}>");
+    }
+
     pub(super) fn text(&mut self, class: &str, x: f64, y: f64, content: &str) {
+        self.element("text", class, &[("x", x), ("y", y)], &escaped(content));
+    }
+
+    pub(super) fn line(&mut self, class: &str, (x1, y1): (f64, f64), (x2, y2): (f64, f64)) {
+        let ends = [("x1", x1), ("y1", y1), ("x2", x2), ("y2", y2)];
+        self.element("line", class, &ends, "");
+    }
+
+    /// A `polyline` or `polygon` through points; `hint` shows under the pointer.
+    pub(super) fn through(&mut self, name: &str, class: &str, points: &[(f64, f64)], hint: &str) {
+        let points: Vec<String> = points.iter().map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
+        let (points, hint) = (points.join(" "), hinted(hint));
         let _ = writeln!(
             self.text,
-            "<text class=\"{class}\" x=\"{x:.1}\" y=\"{y:.1}\">{}</text>",
-            escaped(content)
+            "<{name} class=\"{class}\" points=\"{points}\">{hint}</{name}>"
         );
     }
 
-    pub(super) fn line(&mut self, class: &str, from: (f64, f64), to: (f64, f64)) {
-        let _ = writeln!(
-            self.text,
-            "<line class=\"{class}\" x1=\"{:.1}\" y1=\"{:.1}\" x2=\"{:.1}\" y2=\"{:.1}\"/>",
-            from.0, from.1, to.0, to.1
-        );
-    }
-
-    /// A line through points.
-    pub(super) fn polyline(&mut self, class: &str, points: &[(f64, f64)]) {
-        let _ = writeln!(
-            self.text,
-            "<polyline class=\"{class}\" points=\"{}\"/>",
-            listed(points)
-        );
-    }
-
-    /// A filled outline; `hint` shows under the pointer.
-    pub(super) fn polygon(&mut self, class: &str, points: &[(f64, f64)], hint: &str) {
-        let (points, hint) = (listed(points), hinted(hint));
-        let _ = writeln!(
-            self.text,
-            "<polygon class=\"{class}\" points=\"{points}\">{hint}</polygon>"
-        );
-    }
-
-    pub(super) fn circle(&mut self, class: &str, center: (f64, f64), radius: f64, hint: &str) {
-        let ((x, y), hint) = (center, hinted(hint));
-        let _ = writeln!(
-            self.text,
-            "<circle class=\"{class}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius:.1}\">{hint}</circle>"
-        );
+    pub(super) fn circle(&mut self, class: &str, (x, y): (f64, f64), radius: f64, hint: &str) {
+        let lengths = [("cx", x), ("cy", y), ("r", radius)];
+        self.element("circle", class, &lengths, &hinted(hint));
     }
 
     pub(super) fn rectangle(&mut self, class: &str, corner: (f64, f64), size: (f64, f64), hint: &str) {
-        let ((x, y), (width, height), hint) = (corner, size, hinted(hint));
-        let _ = writeln!(
-            self.text,
-            "<rect class=\"{class}\" x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" \
-             rx=\"1.5\">{hint}</rect>"
+        let (place, size) = (
+            [("x", corner.0), ("y", corner.1)],
+            [("width", size.0), ("height", size.1)],
         );
+        let lengths = [&place[..], &size, &[("rx", 1.5)]].concat();
+        self.element("rect", class, &lengths, &hinted(hint));
     }
 
     pub(super) fn finish(mut self) -> String {
@@ -101,17 +93,11 @@ impl Svg {
     }
 }
 
-fn listed(points: &[(f64, f64)]) -> String {
-    let texts: Vec<String> = points.iter().map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
-    texts.join(" ")
-}
-
 fn hinted(hint: &str) -> String {
     if hint.is_empty() {
-        String::new()
-    } else {
-        format!("<title>{}</title>", escaped(hint))
+        return String::new();
     }
+    format!("<title>{}</title>", escaped(hint))
 }
 
 /// Text as XML content; characters that XML cannot hold are left out.
@@ -142,6 +128,12 @@ pub(super) fn text_width(text: &str, size: f64) -> f64 {
     size * ems.sum::<f64>()
 }
 
+/// Width of the widest of some texts, as [`text_width`].
+pub(super) fn widest<'a>(texts: impl IntoIterator<Item = &'a String>, size: f64) -> f64 {
+    let widths = texts.into_iter().map(|text| text_width(text, size));
+    widths.fold(0.0, f64::max)
+}
+
 /// Text in lines of at most about `width` pixels; a word that is longer has a line of its own.
 pub(super) fn wrapped(text: &str, size: f64, width: f64) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
@@ -162,13 +154,7 @@ pub(super) fn shortened(text: &str, size: f64, width: f64) -> String {
     if text_width(text, size) <= width {
         return text.to_owned();
     }
-    let mut short = String::new();
-    for character in text.chars() {
-        short.push(character);
-        if text_width(&short, size) + size > width {
-            break;
-        }
-    }
-    short.push('\u{2026}');
-    short
+    let mut short = text.to_owned();
+    while text_width(&short, size) + size > width && short.pop().is_some() {}
+    short + "\u{2026}"
 }

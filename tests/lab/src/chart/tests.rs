@@ -2,8 +2,9 @@ use super::axis::{linear_ticks, logarithmic_ticks, number, tick_texts};
 use super::lines::apart;
 use super::*;
 
-fn lines(series: Vec<Series>, scale: Scale) -> Figure {
-    Figure {
+/// A figure of lines, well-formed.
+fn lines(series: Vec<Series>, scale: Scale) -> String {
+    let svg = Figure {
         title: "Error & <time>".to_owned(),
         subtitle: "2 threads, seeds 0 to 2".to_owned(),
         rows: vec![vec![Panel::of_lines(
@@ -13,6 +14,9 @@ fn lines(series: Vec<Series>, scale: Scale) -> Figure {
             series,
         )]],
     }
+    .svg();
+    assert_well_formed(&svg);
+    svg
 }
 
 fn series(name: &str, points: &[(f64, f64)]) -> Series {
@@ -46,41 +50,26 @@ fn assert_well_formed(xml: &str) {
 }
 
 #[test]
-fn linear_ticks_are_round_few_and_inside() {
-    assert_eq!(linear_ticks(0.0, 10.0, 6), [0.0, 2.0, 4.0, 6.0, 8.0, 10.0]);
-    assert_eq!(linear_ticks(-0.5, 1.2, 5), [-0.5, 0.0, 0.5, 1.0]);
-    for (low, high, most) in [
-        (22.7, 31.4, 5),
-        (0.0, 6.1e6, 4),
-        (-3e-5, 8e-5, 6),
-        (1e9, 1.001e9, 3),
+fn ticks_are_round_few_and_inside() {
+    for (low, high, most, expected) in [
+        (0.0, 10.0, 6, &[0.0, 2.0, 4.0, 6.0, 8.0, 10.0][..]),
+        (-0.5, 1.2, 5, &[-0.5, 0.0, 0.5, 1.0]),
+        (22.7, 31.4, 5, &[24.0, 26.0, 28.0, 30.0]),
+        (1.0, 1.0, 5, &[]),
     ] {
-        let ticks = linear_ticks(low, high, most);
-        assert!((2..=most).contains(&ticks.len()), "{ticks:?}");
-        assert!(ticks.iter().all(|tick| (low..=high).contains(tick)), "{ticks:?}");
+        assert_eq!(linear_ticks(low, high, most), expected, "{low} to {high}");
     }
-    assert_eq!(linear_ticks(1.0, 1.0, 5), Vec::<f64>::new());
-}
-
-#[test]
-fn logarithmic_ticks_are_round_few_and_inside() {
-    let close = |ticks: Vec<f64>, expected: &[f64]| {
-        let same = ticks
-            .iter()
-            .zip(expected)
-            .all(|(a, b)| (a / b - 1.0).abs() < 1e-9);
-        assert!(ticks.len() == expected.len() && same, "{ticks:?}");
-    };
-    close(
-        logarithmic_ticks(18.0, 1100.0, 8),
-        &[20.0, 50.0, 100.0, 200.0, 500.0, 1000.0],
-    );
-    close(
-        logarithmic_ticks(0.9, 1.1e4, 5),
-        &[1.0, 10.0, 100.0, 1000.0, 10000.0],
-    );
-    close(logarithmic_ticks(2.0, 9.0, 9), &[2.0, 3.0, 5.0, 7.0]);
-    close(logarithmic_ticks(1.01, 1.09, 5), &[1.02, 1.04, 1.06, 1.08]);
+    for (low, high, most, expected) in [
+        (18.0, 1100.0, 8, &[20.0, 50.0, 100.0, 200.0, 500.0, 1000.0][..]),
+        (0.9, 1.1e4, 5, &[1.0, 10.0, 100.0, 1000.0, 10000.0]),
+        (2.0, 9.0, 9, &[2.0, 3.0, 5.0, 7.0]),
+        (1.01, 1.09, 5, &[1.02, 1.04, 1.06, 1.08]),
+    ] {
+        let ticks = logarithmic_ticks(low, high, most);
+        let mut both = ticks.iter().zip(expected);
+        let same = ticks.len() == expected.len() && both.all(|(a, b)| (a / b - 1.0).abs() < 1e-9);
+        assert!(same, "{low} to {high}: {ticks:?}");
+    }
     assert!(logarithmic_ticks(1e-12, 1e12, 6).len() <= 6);
 }
 
@@ -119,66 +108,50 @@ fn names_of_lines_keep_apart_and_in_order() {
 #[test]
 fn every_name_and_every_point_appears_in_well_formed_xml() {
     let names = ["office \"a\"", "R&D", "x < y"];
-    let all = names.map(|name| series(name, &[(1.0, 3.0), (10.0, 2.0), (100.0, 1.0)]));
+    let mut all = names.map(|name| series(name, &[(1.0, 3.0), (10.0, 2.0), (100.0, 1.0)]));
+    all[0].points[1] = all[0].points[1].ringed();
     for scale in [Scale::Linear, Scale::FromZero, Scale::Logarithmic] {
-        let svg = lines(all.to_vec(), scale).svg();
-        assert_well_formed(&svg);
-        for text in [
-            "office &quot;a&quot;</text>",
-            "R&amp;D</text>",
-            "x &lt; y</text>",
-            ">target<",
-        ] {
-            assert!(svg.contains(text), "{text}");
-        }
-        for text in [
-            "Depth",
-            "error, cm",
-            "seconds",
-            "2 threads, seeds 0 to 2",
-            "Error &amp; &lt;time&gt;",
-        ] {
+        let svg = lines(all.to_vec(), scale);
+        let texts = "office &quot;a&quot;|R&amp;D|x &lt; y|target|Depth|error, cm|seconds|2 threads, seeds 0 to 2\
+                     |Error &amp; &lt;time&gt;";
+        for text in texts.split('|') {
             assert!(svg.contains(&format!(">{text}</text>")), "{text}");
         }
-        assert_eq!(svg.matches("class=\"point").count(), 9);
-        assert_eq!(svg.matches("<polyline").count(), 3);
+        let count = |what: &str| svg.matches(what).count();
+        let counts = ["class=\"point", "<polyline", "class=\"ring l0\""].map(count);
+        assert_eq!(counts, [9, 3, 1]);
         assert!(svg.contains("prefers-color-scheme:dark"));
     }
 }
 
 #[test]
-fn what_is_no_number_is_left_out_and_breaks_the_line() {
-    let gap = series(
-        "a",
-        &[
+fn what_has_no_place_is_left_out_and_breaks_the_line() {
+    let (gap, zero) = (
+        [
             (1.0, 1.0),
             (2.0, 2.0),
             (3.0, f64::NAN),
             (4.0, 1.0),
             (5.0, f64::INFINITY),
         ],
+        // Zero has no place on a logarithmic axis.
+        [(1.0, 0.0), (2.0, 2.0), (-1.0, 3.0)],
     );
-    let svg = lines(vec![gap], Scale::Linear).svg();
-    assert_well_formed(&svg);
-    assert_eq!(svg.matches("class=\"point").count(), 3);
-    assert_eq!(svg.matches("<polyline").count(), 1);
-    // Zero has no place on a logarithmic axis.
-    let zero = series("a", &[(1.0, 0.0), (2.0, 2.0), (-1.0, 3.0)]);
-    let svg = lines(vec![zero], Scale::Logarithmic).svg();
-    assert_well_formed(&svg);
-    assert_eq!(svg.matches("class=\"point").count(), 1);
-}
-
-#[test]
-fn nothing_one_point_and_equal_points_are_drawable() {
-    let cases: [&[(f64, f64)]; 4] = [&[], &[(0.0, 0.0)], &[(5.0, 5.0), (5.0, 5.0)], &[(f64::NAN, 1.0)]];
-    for points in cases {
-        for scale in [Scale::Linear, Scale::FromZero, Scale::Logarithmic] {
-            assert_well_formed(&lines(vec![series("a", points)], scale).svg());
-        }
+    for (scale, points, drawn, connected) in [
+        (Scale::Linear, &gap[..], 3, 1),
+        (Scale::Logarithmic, &zero, 1, 0),
+        (Scale::Linear, &[], 0, 0),
+        (Scale::FromZero, &[(0.0, 0.0)], 1, 0),
+        (Scale::Logarithmic, &[(0.0, 0.0)], 0, 0),
+        (Scale::Linear, &[(5.0, 5.0), (5.0, 5.0)], 2, 1),
+        (Scale::Logarithmic, &[(5.0, 5.0), (5.0, 5.0)], 2, 1),
+        (Scale::FromZero, &[(f64::NAN, 1.0)], 0, 0),
+    ] {
+        let svg = lines(vec![series("a", points)], scale);
+        let counts = ["class=\"point", "<polyline"].map(|what| svg.matches(what).count());
+        assert_eq!(counts, [drawn, connected], "{points:?}, {scale:?}");
+        assert_eq!(svg.contains(">no data<"), drawn == 0, "{points:?}, {scale:?}");
     }
-    let empty = lines(Vec::new(), Scale::Linear);
-    assert!(empty.svg().contains(">no data<"));
     assert_well_formed(&Figure::default().svg());
 }
 
@@ -190,45 +163,38 @@ fn a_band_spans_the_seeds_around_their_median() {
     assert_eq!(Point::of_values(1.0, [1.0, 2.0]).unwrap().y, 1.5);
     let points = vec![point, Point { x: 2.0, ..point }];
     let name = "a".to_owned();
-    let svg = lines(vec![Series { name, points }], Scale::Linear).svg();
-    assert_well_formed(&svg);
+    let svg = lines(vec![Series { name, points }], Scale::Linear);
     assert_eq!(svg.matches("class=\"band").count(), 1);
     assert!(svg.contains("a: 2 at 1 (1 to 4)"));
 }
 
 #[test]
-fn a_ring_is_drawn_around_the_points_that_have_one() {
-    let points = vec![Point::new(1.0, 2.0), Point::new(2.0, 3.0).ringed()];
-    let name = "a".to_owned();
-    let svg = lines(vec![Series { name, points }], Scale::Linear).svg();
-    assert_well_formed(&svg);
-    assert_eq!(svg.matches("class=\"ring l0\"").count(), 1);
-}
-
-#[test]
 fn bars_show_every_value_but_those_that_are_none() {
-    let bars = |name: &str, values: &[f64]| BarSeries {
-        name: name.to_owned(),
-        values: values.to_vec(),
+    let drawn = |all: &[(&str, &[f64])]| {
+        let bars = |(name, values): &(&str, &[f64])| BarSeries {
+            name: (*name).to_owned(),
+            values: values.to_vec(),
+        };
+        let chart = Chart::Bars {
+            label: "samples/s".to_owned(),
+            groups: vec!["fused".to_owned(), "candle".to_owned()],
+            series: all.iter().map(bars).collect(),
+        };
+        let title = "Speed".to_owned();
+        let svg = Figure {
+            rows: vec![vec![Panel { title, chart }]],
+            ..Figure::default()
+        }
+        .svg();
+        assert_well_formed(&svg);
+        svg
     };
-    let chart = |series| Chart::Bars {
-        label: "samples/s".to_owned(),
-        groups: vec!["fused".to_owned(), "candle".to_owned()],
-        series,
-    };
-    let figure = |series| Figure {
-        rows: vec![vec![Panel {
-            title: "Speed".to_owned(),
-            chart: chart(series),
-        }]],
-        ..Figure::default()
-    };
-    let svg = figure(vec![bars("2^17", &[6.1e6, f64::NAN]), bars("2^19", &[3e6, 4e5])]).svg();
-    assert_well_formed(&svg);
+    let svg = drawn(&[("2^17", &[6.1e6, f64::NAN]), ("2^19", &[3e6, 4e5])]);
     for text in "fused candle 2^17 2^19 6.1M 3M 400k samples/s".split(' ') {
         assert!(svg.contains(&format!(">{text}</text>")), "{text}");
     }
     assert_eq!(svg.matches("<rect class=\"f").count(), 3 + 2);
-    assert_well_formed(&figure(Vec::new()).svg());
-    assert_well_formed(&figure(vec![bars("a", &[])]).svg());
+    for nothing in [&[][..], &[("a", &[][..])]] {
+        assert!(drawn(nothing).contains(">no data<"));
+    }
 }

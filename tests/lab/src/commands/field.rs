@@ -50,7 +50,7 @@ pub fn run(arguments: &FieldArguments) -> Result<(), Failure> {
             points.extend(measured?);
         }
     }
-    table(&points).write(&out.join("field.csv"))?;
+    export::write(&out.join("field.csv"), table(&points)?.as_bytes())?;
     figure(arguments, threads, &marks, &points).write(&out.join("field.svg"))?;
     page(&marks, &points).publish(out, "field", arguments.json, &points)
 }

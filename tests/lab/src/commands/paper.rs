@@ -75,7 +75,7 @@ pub fn run(arguments: &PaperArguments) -> Result<(), Failure> {
             points.extend(measured?);
         }
     }
-    table(&points).write(&out.join("paper.csv"))?;
+    export::write(&out.join("paper.csv"), table(&points)?.as_bytes())?;
     page(&points).publish(out, "paper", arguments.json, &points)
 }
 

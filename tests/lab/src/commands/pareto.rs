@@ -57,7 +57,7 @@ pub fn run(arguments: &ParetoArguments) -> Result<(), Failure> {
                 progress.show(&format!("{name}, seed {seed}: {}", method.name()));
                 results.take(measured(scene, method, seed, None, arguments, threads)?);
                 // What has been measured stays if a later run fails.
-                table(&results.points).write(&out.join("pareto.csv"))?;
+                export::write(&out.join("pareto.csv"), table(&results.points)?.as_bytes())?;
             }
             if arguments.capacity {
                 let mut sizes = vec![(1.0, Part::ALL.to_vec())];
@@ -69,7 +69,10 @@ pub fn run(arguments: &ParetoArguments) -> Result<(), Failure> {
                     let run = measured(scene, auto, seed, Some(size), arguments, threads)?;
                     let of_part = |part| CapacityPoint::of(&run, part, factor);
                     results.capacity.extend(parts.into_iter().filter_map(of_part));
-                    capacity_table(&results.capacity).write(&out.join("capacity.csv"))?;
+                    export::write(
+                        &out.join("capacity.csv"),
+                        capacity_table(&results.capacity)?.as_bytes(),
+                    )?;
                 }
             }
         }

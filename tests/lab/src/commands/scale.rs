@@ -73,7 +73,7 @@ pub fn run(arguments: &ScaleArguments) -> Result<(), Failure> {
         "exponents": exponents,
     });
     export::write_json(&out.join("scale.json"), &result)?;
-    table(&measured).write(&out.join("scale.csv"))?;
+    export::write(&out.join("scale.csv"), table(&measured)?.as_bytes())?;
     figure::scale(base, threads, &measured, &exponents).write(&out.join("scale.svg"))?;
     page(&measured, &exponents).publish(out, "scale", arguments.json, &result)
 }

@@ -44,9 +44,12 @@ pub fn run(arguments: &SimulateArguments) -> Result<(), Failure> {
     let mut progress = Progress::new();
     let points = simulate(&experiment, &mut |line| progress.show(line))?;
     drop(progress);
-    table(&points).write(&out.join("results.csv"))?;
+    export::write(&out.join("results.csv"), table(&points)?.as_bytes())?;
     figure(arguments, threads, &points).write(&out.join("results.svg"))?;
-    calibration_table(&points).write(&out.join("calibration.csv"))?;
+    export::write(
+        &out.join("calibration.csv"),
+        calibration_table(&points)?.as_bytes(),
+    )?;
     reliability(arguments, threads, &points).write(&out.join("calibration.svg"))?;
     page(arguments, threads, &points).publish(out, "results", arguments.json, &points)
 }

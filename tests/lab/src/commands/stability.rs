@@ -3,9 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use crate::stability::{
-    Condition, Figure, Outcome, Progress as Told, Settings, conditions, stability, table,
-};
+use crate::stability::{Condition, Outcome, Progress as Told, Settings, conditions, stability, table};
 use inplace_core::export;
 use inplace_core::field::Preset;
 use inplace_core::scene::{Scene, SceneSource};
@@ -70,7 +68,7 @@ pub fn run(arguments: &StabilityArguments) -> Result<(), Failure> {
             },
         )?);
     }
-    table(&outcomes).write(&out.join("stability.csv"))?;
+    export::write(&out.join("stability.csv"), table(&outcomes)?.as_bytes())?;
     page(&settings, arguments.seeds, &outcomes).publish(out, "stability", arguments.json, &outcomes)?;
     let failed: Vec<&str> = rows(&outcomes)
         .into_iter()
@@ -121,7 +119,7 @@ fn rows(outcomes: &[Outcome]) -> Vec<Row<'_>> {
     groups
         .into_iter()
         .filter_map(|((_, name), runs)| {
-            let condition = *known.iter().find(|condition| condition.name == name)?;
+            let condition = known.iter().find(|condition| condition.name == name)?.clone();
             let figures: Option<Vec<f64>> = runs.iter().map(|run| run.figure).collect();
             let count = runs.len() as f64;
             let mean = figures
@@ -189,14 +187,10 @@ fn page(settings: &Settings, seeds: u64, outcomes: &[Outcome]) -> Page {
     for (scene, rows) in grouped(&rows, |row| row.scene) {
         page.heading(2, scene);
         let cells = rows.iter().map(|row| {
-            let figure = match row.condition.figure {
-                Figure::Miou => "mIoU",
-                Figure::Kept => "share",
-            };
             vec![
                 row.condition.name.to_owned(),
                 row.condition.what.to_owned(),
-                figure.to_owned(),
+                row.condition.figure().to_owned(),
                 number(row.mean),
                 number(row.worst),
                 format!("{:.3}", row.line),

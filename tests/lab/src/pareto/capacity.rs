@@ -5,8 +5,7 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 
 use super::{Difference, MethodRun};
-use crate::Table;
-use crate::table::known;
+use crate::table::csv;
 
 /// Factors on what is chosen for a scene; both above zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -107,23 +106,11 @@ impl CapacityPoint {
     }
 }
 
-/// The points as a table, `capacity.csv`; what is not known is left empty.
-pub fn capacity_table(points: &[CapacityPoint]) -> Table {
-    Table::of(
+/// The points as comma-separated values, `capacity.csv`.
+pub fn capacity_table(points: &[CapacityPoint]) -> serde_json::Result<String> {
+    csv(
         points,
-        &[
-            ("scene", &|point| point.scene.clone()),
-            ("part", &|point| point.part.to_string()),
-            ("factor", &|point| point.factor.to_string()),
-            ("seed", &|point| point.seed.to_string()),
-            ("parameters", &|point| point.parameters.to_string()),
-            ("bytes", &|point| point.bytes.to_string()),
-            ("voxels", &|point| point.voxels.to_string()),
-            ("miou", &|point| format!("{:.4}", point.miou)),
-            ("depth_error_m", &|point| known(point.depth_error_m, 5)),
-            ("psnr_db", &|point| known(point.psnr_db, 2)),
-            ("wall_s", &|point| format!("{:.2}", point.wall_s)),
-        ],
+        "scene part factor seed parameters bytes voxels miou:4 depth_error_m:5 psnr_db:2 wall_s:2",
     )
 }
 

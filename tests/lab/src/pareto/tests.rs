@@ -81,7 +81,7 @@ fn the_tables_have_a_row_for_each_point_and_nothing_where_nothing_is_known() {
         peak_mb: Some(123.4),
     };
     assert_eq!(
-        table(std::slice::from_ref(&point)).as_str(),
+        table(std::slice::from_ref(&point)).unwrap(),
         "scene,method,seed,wall_s,miou,depth_error_m,psnr_db,parameters,peak_mb\n\
          wall,nearest,3,1.23,0.5000,,28.46,,123\n"
     );
@@ -96,7 +96,7 @@ fn the_tables_have_a_row_for_each_point_and_nothing_where_nothing_is_known() {
     };
     let scaled = CapacityPoint::of(&run, Part::Surface, 0.25).unwrap();
     assert_eq!(
-        capacity_table(&[scaled]).as_str(),
+        capacity_table(&[scaled]).unwrap(),
         "scene,part,factor,seed,parameters,bytes,voxels,miou,depth_error_m,psnr_db,wall_s\n\
          wall,surface,0.25,3,100,500,7,0.5000,,28.46,1.23\n"
     );

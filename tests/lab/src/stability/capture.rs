@@ -14,29 +14,22 @@ use inplace_core::labels::Stroke;
 use inplace_core::scene::ColorImage;
 
 pub(super) fn conditions() -> Vec<Condition> {
-    vec![
-        disturbed(
-            "frames-2",
-            "two frames in all, measured on both",
-            "makes the surface from their depth, whatever the field can learn from so few",
-            Line::Least(0.5),
-            |trial, rng| only(trial, 2, rng),
-        )
-        .in_short(),
-        disturbed(
-            "frames-5",
-            "five frames in all, measured on all",
-            "makes the surface from their depth, whatever the field can learn from so few",
-            Line::Least(0.5),
-            |trial, rng| only(trial, 5, rng),
-        ),
-        disturbed(
-            "frames-10",
-            "ten frames in all, measured on all",
-            "makes the surface from their depth, whatever the field can learn from so few",
-            Line::Least(0.5),
-            |trial, rng| only(trial, 10, rng),
-        ),
+    let few = [
+        ("frames-2", "two frames in all, measured on both", 2),
+        ("frames-5", "five frames in all, measured on all", 5),
+        ("frames-10", "ten frames in all, measured on all", 10),
+    ];
+    let mut all = few
+        .map(|(name, what, count)| {
+            let answer = "makes the surface from their depth, whatever the field can learn from so few";
+            let quick = count == 2;
+            let few = disturbed(name, what, answer, Line::Least(0.5), move |trial, rng| {
+                only(trial, count, rng);
+            });
+            Condition { quick, ..few }
+        })
+        .to_vec();
+    all.extend([
         disturbed(
             "frames-shuffled",
             "frames out of order",
@@ -80,7 +73,8 @@ pub(super) fn conditions() -> Vec<Condition> {
             },
         )
         .in_short(),
-    ]
+    ]);
+    all
 }
 
 /// Keeps so many frames, evenly, and clicks anew: on all of them, as few frames leave none to measure on.

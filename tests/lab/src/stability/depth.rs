@@ -5,7 +5,7 @@ use std::sync::Arc;
 use rand::{Rng, rngs::SmallRng};
 
 use super::trial::{Measured, Settings, Trial};
-use super::{Condition, Line, disturbed};
+use super::{Condition, Line, Way, disturbed};
 use crate::EvalError;
 use inplace_core::field::Trainer;
 use inplace_core::scene::DepthMap;
@@ -47,12 +47,12 @@ pub(super) fn conditions() -> Vec<Condition> {
             },
         )
         .limited_by("normals of noisy depth hardly tell where surfaces bend: what colour does not part leaks"),
-        Condition::course(
+        Condition::new(
             "starts-no-depth",
             "eight fields begin on colours alone: share that is on its way to the scene after 200 steps",
             "leaves the space next to the cameras out at first: a picture before each camera would explain all that it sees",
             Line::Least(1.0),
-            starts,
+            Way::Course(starts),
         ),
     ]
 }
@@ -75,10 +75,7 @@ fn starts(trial: &Trial, settings: &Settings, rng: &mut SmallRng) -> Result<Meas
         })?;
         found += usize::from(error <= ON_ITS_WAY);
     }
-    Ok(Measured {
-        figure: found as f64 / STARTS as f64,
-        told: Vec::new(),
-    })
+    Ok((found as f64 / STARTS as f64, Vec::new()))
 }
 
 /// Changes every ray length that is known; 0 makes it unknown.

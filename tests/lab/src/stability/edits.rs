@@ -5,7 +5,7 @@ use rand::seq::IndexedRandom;
 use rand::{Rng, RngCore};
 
 use super::trial::{Course, Measured, Settings, Trial};
-use super::{Condition, Line};
+use super::{Condition, Line, Way};
 use crate::EvalError;
 use inplace_core::labels::{ClassId, History, LabelSet, Stroke};
 use inplace_core::session::Command;
@@ -17,20 +17,20 @@ const TOLD: usize = 25;
 
 pub(super) fn conditions() -> Vec<Condition> {
     vec![
-        Condition::course(
+        Condition::new(
             "edits-classes",
             "classes are added, merged and deleted in the middle: share of pixels as labelled anew in the end",
             "updates distances exactly as labels come and go",
             Line::Least(0.999),
-            classes_change,
+            Way::Course(classes_change),
         )
         .in_short(),
-        Condition::course(
+        Condition::new(
             "edits-storm",
             "10,000 random edits, undos and redos, all undone in the end: share of pixels as before",
             "updates distances exactly; undo gives the labels of before, bit by bit",
             Line::Least(1.0),
-            storm,
+            Way::Course(storm),
         ),
     ]
 }
@@ -96,10 +96,7 @@ fn classes_change(trial: &Trial, settings: &Settings, rng: &mut SmallRng) -> Res
     let changed = maps(&mut course, frames)?;
     let mut anew = resting(trial, settings, history.labels())?;
     let figure = same(&changed, &maps(&mut anew, frames)?);
-    Ok(Measured {
-        figure,
-        told: course.told(),
-    })
+    Ok((figure, course.told()))
 }
 
 fn storm(trial: &Trial, settings: &Settings, rng: &mut SmallRng) -> Result<Measured, EvalError> {
@@ -143,8 +140,5 @@ fn storm(trial: &Trial, settings: &Settings, rng: &mut SmallRng) -> Result<Measu
     while history.undo().is_some() {}
     course.say(history.labels());
     let after = maps(&mut course, frames)?;
-    Ok(Measured {
-        figure: same(&before, &after),
-        told: course.told(),
-    })
+    Ok((same(&before, &after), course.told()))
 }

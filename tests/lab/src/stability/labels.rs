@@ -1,28 +1,26 @@
 //! Labels that are few, wrong or lopsided.
 
 use std::collections::BTreeMap;
+use std::rc::Rc;
 use std::sync::Arc;
+use std::time::Duration;
 
 use rand::rngs::SmallRng;
 use rand::seq::IndexedRandom;
 use rand::{Rng, SeedableRng};
 
 use super::trial::{Measured, Settings, Trial};
-use super::{Condition, Figure, Line, disturbed};
+use super::{Condition, Line, Way, disturbed};
 use crate::paper::{Flipped, Objects, pixel_noise};
 use crate::simulate::{Annotator, Policy};
 use crate::{EvalError, learnt};
-use inplace_core::labels::{ClassId, ImportedLabels, ImportedMap, LabelSet, Stroke, Trust, VOID};
+use inplace_core::labels::{ClassId, ImportedLabels, ImportedMap, Stroke, Trust, VOID};
 
 /// Pixels of the longest stroke that meets no border, and of its end beyond one.
 const LONGEST_STROKE: u32 = 40;
 const BEYOND: u32 = 3;
 
 pub(super) fn conditions() -> Vec<Condition> {
-    let course = |name, what, answer, line, course| Condition {
-        figure: Figure::Miou,
-        ..Condition::course(name, what, answer, line, course)
-    };
     vec![
         disturbed(
             "labels-one-frame",
@@ -31,27 +29,27 @@ pub(super) fn conditions() -> Vec<Condition> {
             Line::Least(0.5),
             one_frame,
         ),
-        Condition::course(
+        Condition::new(
             "labels-one-click",
             "one click in all: every pixel has its class, and nothing else happens",
             "gives every pixel the only class that there is",
             Line::Least(0.999),
-            one_click,
+            Way::Course(one_click),
         )
         .in_short(),
-        course(
+        disturbed(
             "labels-pixel-noise",
             "label images of the training frames, 90% of whose pixels have a random class, and no click",
             "takes the pixels as votes, finds out how many are random, and diffuses the more the noisier they are",
             Line::Least(0.8),
-            |trial, settings, rng| imported(trial, settings, rng, Spoilt::Pixels),
+            random_pixels,
         ),
-        course(
+        Condition::new(
             "labels-region-noise",
             "label images of the training frames, with the objects of one class under a random one in half of them, and no click",
             "takes the pixels as votes; the frames that are right outvote the others",
             Line::Least(0.8),
-            |trial, settings, rng| imported(trial, settings, rng, Spoilt::Objects),
+            Way::Disturb(Rc::new(random_objects)),
         ),
         disturbed(
             "labels-contradictory",
@@ -128,63 +126,45 @@ fn one_click(trial: &Trial, settings: &Settings, _: &mut SmallRng) -> Result<Mea
         }
         all += one.scene.frames[frame].camera.pixels();
     }
-    Ok(Measured {
-        figure: own as f64 / all as f64,
-        told: course.told(),
-    })
+    Ok((own as f64 / all as f64, course.told()))
 }
 
-/// How label images are spoilt.
-#[derive(Clone, Copy)]
-enum Spoilt {
-    Pixels,
-    Objects,
-}
-
-fn imported(
-    trial: &Trial,
-    settings: &Settings,
-    rng: &mut SmallRng,
-    spoilt: Spoilt,
-) -> Result<Measured, EvalError> {
-    let classes = trial.truth.classes();
-    let train = trial.truth.train.iter();
-    let mut maps: Vec<ImportedMap> = train
-        .map(|&frame| ImportedMap::new(frame, &trial.labels_of(frame)))
-        .collect();
-    match spoilt {
-        Spoilt::Pixels => {
-            for map in &mut maps {
-                let mut labels = map.labels();
-                pixel_noise(&mut labels, &classes, 0.9, rng);
-                *map = ImportedMap::new(map.frame, &labels);
-            }
-        }
-        Spoilt::Objects => {
-            let scene = Arc::new(trial.scene.clone());
-            let training = std::time::Duration::from_secs_f64(trial.seconds(settings));
-            let surface = learnt::trained_surface(&scene, settings.preset, training, settings.seed)?;
-            let clean = ImportedLabels {
-                maps: maps.clone(),
-                trust: Trust::RIGHT,
-            };
-            let objects = Objects::find(&surface, &classes, &clean);
-            objects.flip(&mut maps, &classes, Flipped::Even, 0.5, rng.random());
-        }
+fn random_pixels(trial: &mut Trial, rng: &mut SmallRng) {
+    let (mut maps, classes) = (label_images(trial), trial.truth.classes());
+    for map in &mut maps {
+        let mut labels = map.labels();
+        pixel_noise(&mut labels, &classes, 0.9, rng);
+        *map = ImportedMap::new(map.frame, &labels);
     }
-    let labels = LabelSet {
-        classes: trial.labels.classes.clone(),
-        strokes: BTreeMap::new(),
-        imported: Some(Arc::new(ImportedLabels {
-            maps,
-            trust: Trust::VOTES,
-        })),
+    vote(trial, maps);
+}
+
+fn random_objects(trial: &mut Trial, settings: &Settings, rng: &mut SmallRng) -> Result<(), EvalError> {
+    let (mut maps, classes) = (label_images(trial), trial.truth.classes());
+    let scene = Arc::new(trial.scene.clone());
+    let training = Duration::from_secs_f64(trial.seconds(settings));
+    let surface = learnt::trained_surface(&scene, settings.preset, training, settings.seed)?;
+    let clean = ImportedLabels {
+        maps: maps.clone(),
+        trust: Trust::RIGHT,
     };
-    let spoilt = Trial {
-        labels,
-        ..trial.clone()
-    };
-    spoilt.labelled(settings)
+    let objects = Objects::find(&surface, &classes, &clean);
+    objects.flip(&mut maps, &classes, Flipped::Even, 0.5, rng.random());
+    vote(trial, maps);
+    Ok(())
+}
+
+/// True label images of the training frames.
+fn label_images(trial: &Trial) -> Vec<ImportedMap> {
+    let image = |&frame: &usize| ImportedMap::new(frame, &trial.labels_of(frame));
+    trial.truth.train.iter().map(image).collect()
+}
+
+/// Replaces the clicks by label images whose pixels are votes.
+fn vote(trial: &mut Trial, maps: Vec<ImportedMap>) {
+    let trust = Trust::VOTES;
+    trial.labels.strokes.clear();
+    trial.labels.imported = Some(Arc::new(ImportedLabels { maps, trust }));
 }
 
 fn contradictory(trial: &mut Trial, rng: &mut SmallRng) {

@@ -1,86 +1,77 @@
 //! Wrong poses, and scenes of other sizes and places.
 
+use std::rc::Rc;
+use std::sync::Arc;
+
 use glam::{Affine3A, DVec3, Quat, Vec3};
 use rand::{Rng, rngs::SmallRng};
 
-use super::trial::{Measured, Settings, Trial};
-use super::{Condition, Figure, Line, disturbed};
+use super::trial::Trial;
+use super::{Condition, Line, Way, disturbed};
 use crate::EvalError;
 use inplace_core::scene::{OpenOptions, Scene, SceneSource, write_replica};
 
 pub(super) fn conditions() -> Vec<Condition> {
-    let noisy = "every camera is off by so much";
-    let placed = |name, what, answer, line, course| Condition {
-        figure: Figure::Miou,
-        ..Condition::course(name, what, answer, line, course)
-    };
-    vec![
-        disturbed(
-            "pose-5mm",
-            noisy,
-            "averages over views in voxels larger than the error",
-            Line::OfClean(0.95),
-            |trial, rng| shake(trial, rng, 0.005, 0.0),
-        ),
-        disturbed(
-            "pose-1cm",
-            noisy,
-            "averages over views in voxels larger than the error",
-            Line::OfClean(0.9),
-            |trial, rng| shake(trial, rng, 0.01, 0.0),
-        ),
-        disturbed(
-            "pose-2cm",
-            noisy,
-            "averages over views in voxels about as large as the error",
-            Line::OfClean(0.8),
-            |trial, rng| shake(trial, rng, 0.02, 0.0),
-        ),
-        disturbed(
-            "pose-0.2deg",
-            noisy,
-            "averages over views in voxels larger than the error",
-            Line::OfClean(0.95),
-            |trial, rng| shake(trial, rng, 0.0, 0.2),
-        ),
-        disturbed(
-            "pose-0.5deg",
-            noisy,
-            "averages over views in voxels larger than the error",
-            Line::OfClean(0.9),
-            |trial, rng| shake(trial, rng, 0.0, 0.5),
-        ),
-        disturbed(
-            "pose-1deg",
-            noisy,
-            "averages over views; surfaces that come apart into layers are joined where they are nearest",
-            Line::OfClean(0.75),
-            |trial, rng| shake(trial, rng, 0.0, 1.0),
-        )
-        .in_short(),
-        placed(
+    let larger = "averages over views in voxels larger than the error";
+    let as_large = "averages over views in voxels about as large as the error";
+    let layers =
+        "averages over views; surfaces that come apart into layers are joined where they are nearest";
+    let shaken = [
+        ("pose-5mm", 0.005, 0.0, larger, 0.95),
+        ("pose-1cm", 0.01, 0.0, larger, 0.9),
+        ("pose-2cm", 0.02, 0.0, as_large, 0.8),
+        ("pose-0.2deg", 0.0, 0.2, larger, 0.95),
+        ("pose-0.5deg", 0.0, 0.5, larger, 0.9),
+        ("pose-1deg", 0.0, 1.0, layers, 0.75),
+    ];
+    let shaken = shaken.map(|(name, metres, degrees, answer, share)| {
+        let what = "every camera is off by so much";
+        let quick = name == "pose-1deg";
+        let shaken = disturbed(name, what, answer, Line::OfClean(share), move |trial, rng| {
+            shake(trial, rng, metres, degrees);
+        });
+        Condition { quick, ..shaken }
+    });
+    let no_depth = "scales a scene without depth to the size of a room, and says so";
+    let far = "moves the origin to the cameras in double precision, and back in what it exports";
+    let placed = [
+        (
             "millimetres",
             "poses in millimetres and no depth to tell",
-            "scales a scene without depth to the size of a room, and says so",
-            Line::OfCleanWithoutDepth(0.9),
-            |trial, settings, _| elsewhere(trial, settings, 1000.0, DVec3::ZERO, false),
+            no_depth,
+            1000.0,
+            DVec3::ZERO,
         ),
-        placed(
+        (
             "kilometres",
             "poses in kilometres and no depth to tell",
-            "scales a scene without depth to the size of a room, and says so",
-            Line::OfCleanWithoutDepth(0.9),
-            |trial, settings, _| elsewhere(trial, settings, 0.001, DVec3::ZERO, false),
+            no_depth,
+            0.001,
+            DVec3::ZERO,
         ),
-        placed(
+        (
             "far-origin",
             "the origin is 10 km away",
-            "moves the origin to the cameras in double precision, and back in what it exports",
-            Line::OfClean(0.95),
-            |trial, settings, _| elsewhere(trial, settings, 1.0, DVec3::new(6e3, -8e3, 30.0), true),
-        )
-        .in_short(),
-    ]
+            far,
+            1.0,
+            DVec3::new(6e3, -8e3, 30.0),
+        ),
+    ];
+    let placed = placed.map(|(name, what, answer, scale, offset)| {
+        // Without another unit the depth fits and is kept.
+        let depth = scale == 1.0;
+        let line = if depth {
+            Line::OfClean(0.95)
+        } else {
+            Line::OfCleanWithoutDepth(0.9)
+        };
+        let way = Way::Disturb(Rc::new(move |trial, _, _| elsewhere(trial, scale, offset, depth)));
+        Condition {
+            quick: depth,
+            ..Condition::new(name, what, answer, line, way)
+        }
+    });
+    shaken.into_iter().chain(placed).collect()
 }
 
 /// Moves and turns every camera about a random axis: by so many metres and degrees, the standard deviation.
@@ -108,14 +99,8 @@ fn normal(rng: &mut SmallRng) -> f32 {
     (-2.0 * u.ln()).sqrt() * (std::f32::consts::TAU * v).cos()
 }
 
-/// Writes the scene with poses in another unit, somewhere else in the world, reads it as a person's and labels that.
-fn elsewhere(
-    trial: &Trial,
-    settings: &Settings,
-    scale: f32,
-    offset: DVec3,
-    depth: bool,
-) -> Result<Measured, EvalError> {
+/// Writes the scene with poses in another unit, somewhere else in the world, and reads it as a person's.
+fn elsewhere(trial: &mut Trial, scale: f32, offset: DVec3, depth: bool) -> Result<(), EvalError> {
     let failed = |reason: String| EvalError::Session(format!("the capture could not be written: {reason}"));
     let root = tempfile::tempdir().map_err(|error| failed(error.to_string()))?;
     let folder = root.path().join("scene");
@@ -132,10 +117,7 @@ fn elsewhere(
         depth,
         ..OpenOptions::default()
     };
-    let source = SceneSource::Folder(folder);
-    let placed = Trial {
-        scene: Scene::open(&source, options, &|_, _| {})?,
-        ..trial.clone()
-    };
-    placed.labelled(settings)
+    trial.scene = Scene::open(&SceneSource::Folder(folder), options, &|_, _| {})?;
+    trial.folder = Some(Arc::new(root));
+    Ok(())
 }

@@ -10,21 +10,26 @@ use inplace_core::labels::ClassId;
 use inplace_core::scene::demo::Shot;
 
 pub(super) fn conditions() -> Vec<Condition> {
-    let of = |name, what, answer, line, enter| disturbed(name, what, answer, line, enter).of_the_demo();
+    let of = |name, what, answer, least, room| Condition {
+        demo_only: true,
+        ..disturbed(name, what, answer, Line::Least(least), move |trial, rng| {
+            enter(trial, rng, room);
+        })
+    };
     vec![
         of(
             "thin",
             "a room of poles, rods, wire chairs and cables, 1 to 2 cm thick",
             "keeps voxels of a few pixels' width, and lets single pixels choose at borders",
-            Line::Least(0.5),
-            |trial, rng| enter(trial, rng, HardRoom::Thin),
+            0.5,
+            HardRoom::Thin,
         ),
         of(
             "plain",
             "walls, floor, ceiling and blocks of one white, without texture",
             "takes bends of the surface for borders where colours say nothing",
-            Line::Least(0.7),
-            |trial, rng| enter(trial, rng, HardRoom::Plain),
+            0.7,
+            HardRoom::Plain,
         )
         .limited_by("shallow bends between white and white are no border")
         .in_short(),
@@ -32,31 +37,31 @@ pub(super) fn conditions() -> Vec<Condition> {
             "same-colour",
             "two classes of one material, flush, without a seam; the 20 cm around it are not measured",
             "finds no border where there is none, and shares the surface half way between the labels",
-            Line::Least(0.6),
-            |trial, rng| enter(trial, rng, HardRoom::SameColour),
+            0.6,
+            HardRoom::SameColour,
         ),
         of(
             "same-class-apart",
             "eight blocks of one class in eight colours, far apart; two of them are clicked",
             "knows the blocks without clicks only by what the head has learnt of the clicked ones, and points at them as unsure",
-            Line::Least(0.5),
-            |trial, rng| enter(trial, rng, HardRoom::SameClassApart),
+            0.5,
+            HardRoom::SameClassApart,
         )
         .limited_by("nothing says that things of a colour that no click has shown belong together: each colour needs a click"),
         of(
             "mirror",
             "a mirror of 1.2 x 1.6 m: its pixels have the colours and the depth of the room that it shows",
             "labels what is seen in it as what it looks like, unless clicked",
-            Line::Least(0.4),
-            |trial, rng| enter(trial, rng, HardRoom::Mirror),
+            0.4,
+            HardRoom::Mirror,
         )
         .limited_by("its pixels have the depth of the room that it shows, so nothing says where it is"),
         of(
             "glass",
             "a glazed cabinet: its panes have the colours, slightly tinted, and the depth of what is behind them",
             "labels what is seen through it by the pixels' own depth",
-            Line::Least(0.5),
-            |trial, rng| enter(trial, rng, HardRoom::Glass),
+            0.5,
+            HardRoom::Glass,
         ),
     ]
 }

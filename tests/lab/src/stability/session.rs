@@ -8,7 +8,7 @@ use rand::{Rng, rngs::SmallRng};
 
 use super::edits::{maps, same};
 use super::trial::{Measured, Settings, Trial};
-use super::{Condition, Line};
+use super::{Condition, Line, Way};
 use crate::EvalError;
 use inplace_core::export::resident_memory;
 use inplace_core::session::{ClientError, Command};
@@ -18,28 +18,28 @@ const PAUSES: usize = 500;
 
 pub(super) fn conditions() -> Vec<Condition> {
     vec![
-        Condition::course(
+        Condition::new(
             "pause-storm",
             "500 pauses and resumes at random moments: mIoU as a share of that without them",
             "answers commands between two steps",
             Line::Least(0.98),
-            pause_storm,
+            Way::Course(pause_storm),
         )
         .in_short(),
-        Condition::course(
+        Condition::new(
             "worker-dies",
             "the worker panics, and another one goes on: share of pixels as before",
             "tells of it, and starts another worker from the last saved model with all labels",
             Line::Least(1.0),
-            worker_dies,
+            Way::Course(worker_dies),
         )
         .in_short(),
-        Condition::course(
+        Condition::new(
             "long-training",
             "training goes on long after it has settled: the lesser of mIoU and free memory as shares of those before",
             "stops by itself; settled parts are not trained on",
             Line::Least(0.9),
-            long_training,
+            Way::Course(long_training),
         ),
     ]
 }
@@ -57,10 +57,7 @@ fn pause_storm(trial: &Trial, settings: &Settings, rng: &mut SmallRng) -> Result
         std::thread::sleep(Duration::from_micros(rng.random_range(0..4000)));
     }
     course.settle(trial.seconds(settings))?;
-    Ok(Measured {
-        figure: trial.miou(&course)? / expected,
-        told: course.told(),
-    })
+    Ok((trial.miou(&course)? / expected, course.told()))
 }
 
 fn worker_dies(trial: &Trial, settings: &Settings, _: &mut SmallRng) -> Result<Measured, EvalError> {
@@ -85,10 +82,7 @@ fn worker_dies(trial: &Trial, settings: &Settings, _: &mut SmallRng) -> Result<M
     next.run.send(Command::Pause);
     next.say(&trial.labels);
     let after = maps(&mut next, frames)?;
-    Ok(Measured {
-        figure: same(&before, &after),
-        told: vec![told],
-    })
+    Ok((same(&before, &after), vec![told]))
 }
 
 fn long_training(trial: &Trial, settings: &Settings, _: &mut SmallRng) -> Result<Measured, EvalError> {
@@ -122,8 +116,5 @@ fn long_training(trial: &Trial, settings: &Settings, _: &mut SmallRng) -> Result
         (Some(before), Some(after)) => before as f64 / after.max(1) as f64,
         _ => 1.0,
     };
-    Ok(Measured {
-        figure: kept.min(held),
-        told: course.told(),
-    })
+    Ok((kept.min(held), course.told()))
 }

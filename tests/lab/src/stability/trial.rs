@@ -1,15 +1,17 @@
 //! A scene with its truth and an annotator's labels, to be disturbed and then labelled by a session.
 
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
+use crate::learnt;
 use crate::simulate::{Annotator, Policy};
 use crate::{EvalError, SceneTruth};
 use crossbeam_channel::{Receiver, unbounded};
 use inplace_core::field::Preset;
 use inplace_core::labels::{ClassId, LabelSet};
 use inplace_core::scene::{OpenOptions, Scene};
-use inplace_core::session::{Client, Command, Event, ModelState, Session, SessionOptions};
+use inplace_core::session::{Client, Event, ModelState, Session, SessionOptions};
+use tempfile::TempDir;
 
 /// Random clicks for each class.
 const CLICKS: usize = 5;
@@ -38,14 +40,12 @@ pub(super) struct Trial {
     pub truth: SceneTruth,
     /// Some random clicks of every class on the training frames.
     pub labels: LabelSet,
+    /// What holds the images of a scene that was written anew.
+    pub folder: Option<Arc<TempDir>>,
 }
 
-/// What came of a trial.
-pub(super) struct Measured {
-    pub figure: f64,
-    /// What the program told the person, sentences.
-    pub told: Vec<String>,
-}
+/// The figure of a trial, and what the program told the person meanwhile, sentences.
+pub(super) type Measured = (f64, Vec<String>);
 
 impl Trial {
     pub fn new(scene: &Scene, truth: &SceneTruth, seed: u64) -> Self {
@@ -53,6 +53,7 @@ impl Trial {
             labels: LabelSet::default(),
             scene: scene.clone(),
             truth: truth.clone(),
+            folder: None,
         };
         trial.click_anew(seed);
         trial
@@ -123,10 +124,7 @@ impl Trial {
     pub fn labelled(&self, settings: &Settings) -> Result<Measured, EvalError> {
         let mut course = self.session(settings);
         course.settle(self.seconds(settings))?;
-        Ok(Measured {
-            figure: self.miou(&course)?,
-            told: course.told(),
-        })
+        Ok((self.miou(&course)?, course.told()))
     }
 
     /// Most seconds of training.
@@ -161,11 +159,11 @@ impl Course {
 
     /// Trains for so long at most, then waits for the last surface and the last maps.
     pub fn settle(&mut self, seconds: f64) -> Result<(), EvalError> {
-        let deadline = Instant::now() + Duration::from_secs_f64(seconds);
-        if !self.run.settled(self.generation, Some(deadline))? {
-            self.run.send(Command::Settle);
-            self.run.settled(self.generation, None)?;
-        }
+        learnt::settle(
+            &mut self.run,
+            self.generation,
+            Some(Duration::from_secs_f64(seconds)),
+        )?;
         let status = self.run.status();
         let numbers = [status.held_out_psnr, status.depth_error, status.mean_entropy];
         if numbers.into_iter().flatten().any(f32::is_nan) {
