@@ -156,7 +156,8 @@ pub enum Bench {
 /// Measuring everything.
 #[derive(Debug, Args)]
 pub struct AllArguments {
-    /// Folders of captures with ground truth and split.json, or "demo" [default: demo].
+    /// Folders of captures with ground truth and split.json, or "demo".
+    #[arg(default_value = "demo")]
     pub scenes: Vec<PathBuf>,
     /// Fewer seeds, shorter courses and the short form of the stability suite.
     #[arg(long)]
@@ -345,7 +346,8 @@ pub struct ScaleArguments {
 /// Trying what such methods fail at.
 #[derive(Debug, Args)]
 pub struct StabilityArguments {
-    /// Folders of captures with ground truth and split.json, or "demo" [default: demo].
+    /// Folders of captures with ground truth and split.json, or "demo".
+    #[arg(default_value = "demo")]
     pub scenes: Vec<PathBuf>,
     /// Only these conditions, by their names in the results [default: all].
     #[arg(long, value_name = "NAME,...", value_delimiter = ',', value_parser = condition)]

@@ -10,6 +10,7 @@ mod tests;
 
 use std::path::Path;
 
+use crate::mean;
 use inplace_core::export::{self, ExportError};
 use svg::Svg;
 
@@ -153,6 +154,16 @@ impl Point {
     pub fn ringed(mut self) -> Self {
         self.ring = true;
         self
+    }
+
+    /// Mean and range of several measurements, at the mean of their places; `None` without any finite one.
+    pub fn of_means(measured: impl IntoIterator<Item = (f64, f64)>) -> Option<Self> {
+        let finite = measured.into_iter().filter(|(_, y)| y.is_finite());
+        let (x, y): (Vec<f64>, Vec<f64>) = finite.unzip();
+        Some(Self {
+            range: Self::of_values(0.0, y.iter().copied())?.range,
+            ..Self::new(mean(x), mean(y))
+        })
     }
 
     /// Median and range of several measurements at one place; `None` without any finite one.

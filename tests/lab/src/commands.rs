@@ -11,11 +11,13 @@ mod scale;
 mod simulate;
 mod stability;
 
+use std::collections::HashSet;
 use std::error::Error;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process;
 use std::thread::available_parallelism;
 
+use inplace_core::export;
 use inplace_core::scene::{OpenOptions, SceneSource};
 use inplace_core::session::SessionOptions;
 use serde::de::DeserializeOwned;
@@ -34,6 +36,26 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Bench { what } => bench(what),
     }
+}
+
+/// Prepares the folder of the results, and refuses captures whose folders have the same name: results are told apart by it.
+fn begin(out: &Path, scenes: &[PathBuf]) -> Result<(), Failure> {
+    export::prepare(out, &[])?;
+    let mut names = HashSet::new();
+    let of = |scene: &PathBuf| SceneSource::from_argument(scene).name();
+    match scenes.iter().map(of).find(|name| !names.insert(name.clone())) {
+        Some(name) => Err(format!(
+            "{name}: two captures have this name, by which results are told apart; rename one, or measure one at a time"
+        )
+        .into()),
+        None => Ok(()),
+    }
+}
+
+/// A number of things, such as `1 seed` and `2 seeds`.
+fn counted(count: impl Into<u64>, thing: &str) -> String {
+    let count = count.into();
+    format!("{count} {thing}{}", if count == 1 { "" } else { "s" })
 }
 
 /// Number of cores; 1 where it cannot be found out.
@@ -75,22 +97,6 @@ fn grouped<'a, T, K: PartialEq>(
         }
     }
     groups
-}
-
-/// Refuses captures whose folders have the same name: results are told apart by it.
-fn refuse_same_names(scenes: &[PathBuf]) -> Result<(), Failure> {
-    let names = || {
-        scenes
-            .iter()
-            .map(|scene| SceneSource::from_argument(scene).name())
-    };
-    match names().enumerate().find(|(at, name)| names().take(*at).any(|other| other == *name)) {
-        Some((_, name)) => Err(format!(
-            "{name}: two captures have this name, by which results are told apart; rename one, or measure one at a time"
-        )
-        .into()),
-        None => Ok(()),
-    }
 }
 
 /// Runs this program again with these arguments, so that the peak of its memory is that of one measurement, and reads the

@@ -13,6 +13,11 @@ pub fn mean_and_deviation(values: &[f64]) -> (f64, f64) {
     (mean, variance.sqrt())
 }
 
+/// The mean alone.
+pub fn mean(values: impl IntoIterator<Item = f64>) -> f64 {
+    mean_and_deviation(&values.into_iter().collect::<Vec<f64>>()).0
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -32,7 +32,7 @@ use std::path::PathBuf;
 
 pub use calibration::Calibration;
 pub use cost::{Cost, session_cost};
-pub use deviation::mean_and_deviation;
+pub use deviation::{mean, mean_and_deviation};
 pub use engine::{PathSpeed, RunPoint, Variant, path_speeds, training_run};
 pub use latency::{Latency, Percentiles, click_latency};
 pub use metrics::{ConfusionMatrix, Scores};

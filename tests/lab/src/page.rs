@@ -112,6 +112,12 @@ impl Page {
     }
 }
 
+/// A cell with so many decimals; a dash where nothing is known.
+pub fn known(value: impl Into<Option<f64>>, decimals: usize) -> String {
+    let value = value.into().filter(|value| !value.is_nan());
+    value.map_or("-".to_owned(), |value| format!("{value:.decimals$}"))
+}
+
 /// How the cells of a column are set.
 struct Column {
     width: usize,

@@ -10,9 +10,8 @@ use inplace_core::export;
 use inplace_core::scene::SceneSource;
 use serde::{Deserialize, Serialize};
 
-use super::{machine, refuse_same_names};
+use super::{Failure, begin, machine};
 use crate::arguments::AllArguments;
-use crate::commands::Failure;
 use crate::page::Page;
 
 /// The folder of the measurements' own files, beside the page.
@@ -47,15 +46,8 @@ struct Ended {
 pub fn run(arguments: &AllArguments) -> Result<(), Failure> {
     let out = &arguments.out;
     let folder = out.join(FOLDER);
-    export::prepare(&folder, &[])?;
-    let demo = [PathBuf::from("demo")];
-    let scenes = if arguments.scenes.is_empty() {
-        &demo[..]
-    } else {
-        &arguments.scenes
-    };
-    refuse_same_names(scenes)?;
-    let steps = steps(scenes, arguments.quick);
+    begin(&folder, &arguments.scenes)?;
+    let steps = steps(&arguments.scenes, arguments.quick);
     let build = export::digest(&[std::env::current_exe()?])?;
     let mut page = Page::default();
     page.heading(1, "Benchmarks");

@@ -23,8 +23,7 @@ const PLAIN: &str = "candle";
 /// Measures, writes `engine.json` and `engine.svg`, and prints.
 pub fn run(arguments: &EngineArguments) -> Result<(), Failure> {
     let out = &arguments.out;
-    export::prepare(out, &[])?;
-    super::refuse_same_names(&arguments.scenes)?;
+    begin(out, &arguments.scenes)?;
     let threads = arguments.threads.map_or(cores(), usize::from);
     let mut paths = Vec::new();
     for table_log2 in TABLES.into_iter().filter(|_| arguments.rounds > 0) {

@@ -8,10 +8,9 @@ use inplace_core::export;
 use inplace_core::field::Preset;
 use inplace_core::scene::SceneSource;
 
-use super::grouped;
+use super::{Failure, begin, cores, counted, grouped, session_options};
 use crate::arguments::FieldArguments;
-use crate::commands::{Failure, cores, session_options};
-use crate::page::Page;
+use crate::page::{Page, known};
 use crate::progress::Progress;
 
 /// Measures every scene, writes `field.csv` and `field.svg`, and prints.
@@ -20,8 +19,7 @@ pub fn run(arguments: &FieldArguments) -> Result<(), Failure> {
         return Err("the published network learns labels and colours at once; leave --preset away".into());
     }
     let out = &arguments.out;
-    export::prepare(out, &[])?;
-    super::refuse_same_names(&arguments.scenes)?;
+    begin(out, &arguments.scenes)?;
     let mut marks = arguments.marks.clone();
     marks.sort_by(f64::total_cmp);
     let threads = arguments.training.threads.map_or(cores(), usize::from);
@@ -71,7 +69,7 @@ fn page(marks: &[f64], points: &[FieldPoint]) -> Page {
         for (answer, _) in grouped(&own, |point| point.answer) {
             let median = |&mark: &f64| {
                 let median = Point::of_values(mark, at(&own, answer, mark));
-                median.map_or("-".to_owned(), |point| format!("{:.3}", point.y))
+                known(median.map(|point| point.y), 3)
             };
             let mut row = vec![scene.clone(), labels.clone(), answer.to_owned()];
             row.extend(marks.iter().map(median));
@@ -102,19 +100,15 @@ fn figure(arguments: &FieldArguments, threads: usize, marks: &[f64], points: &[F
             series.collect(),
         )
     };
+    let training = &arguments.training;
     Figure {
         title: "What the semantic field renders, beside what the surface says".to_owned(),
         subtitle: format!(
-            "{}{} preset, {threads} threads; median and range over {} seed{} from {}; every {} pixels along each axis",
-            if arguments.training.no_depth {
-                "without depth; "
-            } else {
-                ""
-            },
-            arguments.training.preset.name(),
-            arguments.seeds,
-            if arguments.seeds == 1 { "" } else { "s" },
-            arguments.training.seed,
+            "{}{} preset, {threads} threads; median and range over {} from {}; every {} pixels along each axis",
+            if training.no_depth { "without depth; " } else { "" },
+            training.preset.name(),
+            counted(arguments.seeds, "seed"),
+            training.seed,
             arguments.stride,
         ),
         rows: grouped(points, |point| point.scene.clone())

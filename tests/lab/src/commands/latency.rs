@@ -7,8 +7,8 @@ use inplace_core::field::Preset;
 use inplace_core::scene::SceneSource;
 
 use super::machine::processor;
+use super::{Failure, begin, cores, session_options};
 use crate::arguments::LatencyArguments;
-use crate::commands::{Failure, cores, session_options};
 use crate::page::Page;
 use crate::progress::Progress;
 
@@ -22,8 +22,7 @@ pub fn run(arguments: &LatencyArguments) -> Result<(), Failure> {
         return Err("the published network has no maps while it trains; leave --preset away".into());
     }
     let out = &arguments.out;
-    export::prepare(out, &[])?;
-    super::refuse_same_names(&arguments.scenes)?;
+    begin(out, &arguments.scenes)?;
     let mut measured = Vec::new();
     for argument in &arguments.scenes {
         let options = session_options(training, SceneSource::from_argument(argument), cores());
@@ -65,14 +64,11 @@ fn page(measured: &[Latency]) -> Page {
 /// The clicks sorted by how long they waited, a line for each scene.
 fn figure(preset: Preset, measured: &[Latency]) -> Figure {
     let panel = |title: &str, target: f64, of: fn(&Latency) -> &Percentiles| {
+        let across = Axis::new("% of clicks", Scale::Linear);
+        let up = Axis::new("milliseconds at most", Scale::Logarithmic);
+        let up = up.with_mark(target, "target for half of them");
         let series = measured.iter().map(|scene| line(scene, &of(scene).sorted));
-        let milliseconds = Axis::new("milliseconds at most", Scale::Logarithmic);
-        Panel::of_lines(
-            title,
-            Axis::new("% of clicks", Scale::Linear),
-            milliseconds.with_mark(target, "target for half of them"),
-            series.collect(),
-        )
+        Panel::of_lines(title, across, up, series.collect())
     };
     let first = measured.first();
     Figure {
@@ -85,26 +81,19 @@ fn figure(preset: Preset, measured: &[Latency]) -> Figure {
             first.map_or(0, |scene| scene.clicks),
         ),
         rows: vec![vec![
-            panel("The map of the frame in view", TARGETS.0, |scene| {
-                &scene.in_view_ms
-            }),
-            panel("The maps of all frames", TARGETS.1, |scene| &scene.all_frames_ms),
+            panel("The map of the frame in view", TARGETS.0, |own| &own.in_view_ms),
+            panel("The maps of all frames", TARGETS.1, |own| &own.all_frames_ms),
         ]],
     }
 }
 
 fn line(scene: &Latency, sorted: &[f64]) -> Series {
     let share = |rank: usize| 100.0 * (rank + 1) as f64 / sorted.len() as f64;
+    let depth = if scene.depth { "" } else { ", no depth" };
     let points = sorted.iter().enumerate();
+    let points = points.map(|(rank, &value)| Point::new(share(rank), value));
     Series {
-        name: format!(
-            "{}, {} frames{}",
-            scene.scene,
-            scene.frames,
-            if scene.depth { "" } else { ", no depth" }
-        ),
-        points: points
-            .map(|(rank, &value)| Point::new(share(rank), value))
-            .collect(),
+        name: format!("{}, {} frames{depth}", scene.scene, scene.frames),
+        points: points.collect(),
     }
 }

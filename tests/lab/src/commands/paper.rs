@@ -9,9 +9,10 @@ use inplace_core::export;
 use inplace_core::field::Preset;
 use inplace_core::scene::{Scene, SceneSource};
 
+use super::{Failure, begin, cores, grouped, open_options};
 use crate::arguments::PaperArguments;
-use crate::commands::{Failure, cores, open_options};
-use crate::page::Page;
+use crate::mean;
+use crate::page::{Page, known};
 use crate::progress::Progress;
 
 /// Runs the experiments on every scene, writes `paper.csv`, and prints.
@@ -21,17 +22,13 @@ pub fn run(arguments: &PaperArguments) -> Result<(), Failure> {
         return Err("the published network cannot learn from label images here; leave --preset away".into());
     }
     let out = &arguments.out;
-    export::prepare(out, &[])?;
-    super::refuse_same_names(&arguments.scenes)?;
+    begin(out, &arguments.scenes)?;
     let threads = training.threads.map_or(cores(), usize::from);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
     let open = |argument: &Path| -> Result<Arc<Scene>, Failure> {
         let source = SceneSource::from_argument(argument);
-        Ok(Arc::new(Scene::open(
-            &source,
-            open_options(training),
-            &|_, _| {},
-        )?))
+        let scene = Scene::open(&source, open_options(training), &|_, _| {})?;
+        Ok(Arc::new(scene))
     };
     let taught_by = arguments.train_on.iter().map(|argument| open(argument));
     let taught_by = taught_by.collect::<Result<Vec<Arc<Scene>>, Failure>>()?;
@@ -49,12 +46,8 @@ pub fn run(arguments: &PaperArguments) -> Result<(), Failure> {
             let seed = training.seed.wrapping_add(run);
             let measured = pool.install(|| -> Result<Vec<PaperPoint>, Failure> {
                 let mut progress = Progress::new();
-                let mut tell = |what: &str| {
-                    progress.show(&format!(
-                        "{argument}, seed {seed}: {what}",
-                        argument = argument.display()
-                    ));
-                };
+                let name = argument.display();
+                let mut tell = |what: &str| progress.show(&format!("{name}, seed {seed}: {what}"));
                 let classifier = if taught_by.is_empty() {
                     None
                 } else {
@@ -100,45 +93,29 @@ fn page(points: &[PaperPoint]) -> Page {
         "The experiments of the Semantic-NeRF paper. *Input* is the mIoU of the label images that were given; *paper* \
          the published mIoU, of Replica rooms, without depth, after 200,000 steps on a GPU.",
     );
-    let by_experiment = super::grouped(points, |point| {
+    let mut rows = Vec::new();
+    for ((scene, depth, experiment), runs) in grouped(points, |point| {
         (point.scene.clone(), point.depth, point.experiment)
-    });
-    let rows = by_experiment
-        .into_iter()
-        .map(|((scene, depth, experiment), runs)| {
-            let mean = |value: &dyn Fn(&PaperPoint) -> f64| {
-                runs.iter().map(|point| value(point)).sum::<f64>() / runs.len().max(1) as f64
-            };
-            let shares = [
-                mean(&|point| point.input_miou),
-                mean(&|point| point.scores.miou),
-                mean(&|point| point.scores.average_accuracy),
-                mean(&|point| point.scores.total_accuracy),
-            ];
-            let mut row = vec![
-                scene,
-                experiment.to_owned(),
-                if depth { "yes" } else { "no" }.to_owned(),
-            ];
-            row.extend(shares.map(|share| {
-                if share.is_nan() {
-                    "-".to_owned()
-                } else {
-                    format!("{share:.3}")
-                }
-            }));
-            row.push(format!("{:.1}", mean(&|point| point.wall_s)));
-            row.push(
-                runs[0]
-                    .paper_miou
-                    .map_or("-".to_owned(), |miou| format!("{miou:.3}")),
-            );
-            row
-        });
+    }) {
+        let of = |value: &dyn Fn(&PaperPoint) -> f64, decimals| {
+            known(mean(runs.iter().map(|run| value(run))), decimals)
+        };
+        rows.push(vec![
+            scene,
+            experiment.to_owned(),
+            if depth { "yes" } else { "no" }.to_owned(),
+            of(&|run| run.input_miou, 3),
+            of(&|run| run.scores.miou, 3),
+            of(&|run| run.scores.average_accuracy, 3),
+            of(&|run| run.scores.total_accuracy, 3),
+            of(&|run| run.wall_s, 1),
+            known(runs[0].paper_miou, 3),
+        ]);
+    }
     page.table(
         "scene | experiment | depth | input | mIoU | average accuracy | total accuracy | \
          seconds | paper",
-        &rows.collect::<Vec<_>>(),
+        &rows,
     );
     page
 }

@@ -44,8 +44,7 @@ struct Results {
 /// Measures, writes `pareto.csv` and `pareto.svg` (and those of the capacity), and prints.
 pub fn run(arguments: &ParetoArguments) -> Result<(), Failure> {
     let out = &arguments.out;
-    export::prepare(out, &[])?;
-    super::refuse_same_names(&arguments.scenes)?;
+    begin(out, &arguments.scenes)?;
     let threads = arguments.threads.map_or(cores(), usize::from);
     let mut results = Results::default();
     let mut progress = Progress::new();

@@ -4,15 +4,14 @@ use std::time::Duration;
 
 use crate::chart::{Axis, Figure, Panel, Point, Scale, Series};
 use crate::simulate::{Experiment, SimulatedPoint, calibration_table, simulate, table};
-use crate::{Calibration, mean_and_deviation};
+use crate::{Calibration, mean};
 use inplace_core::export;
 use inplace_core::field::Preset;
 use inplace_core::scene::SceneSource;
 
-use super::grouped;
-use super::{Failure, cores, session_options};
+use super::{Failure, cores, counted, grouped, session_options};
 use crate::arguments::SimulateArguments;
-use crate::page::Page;
+use crate::page::{Page, known};
 use crate::progress::Progress;
 
 /// Share of a line's pixels below which a bin of confidence is not drawn: it would show little but chance.
@@ -31,11 +30,7 @@ pub fn run(arguments: &SimulateArguments) -> Result<(), Failure> {
     let experiment = Experiment {
         session,
         policies: arguments.policies.clone(),
-        clicks: arguments
-            .clicks
-            .iter()
-            .map(|&clicks| usize::from(clicks))
-            .collect(),
+        clicks: arguments.clicks.iter().copied().map(usize::from).collect(),
         seeds: arguments.seeds,
         geometry: arguments.geometry.map(Duration::from_secs_f64),
         settle: Duration::from_secs_f64(arguments.settle),
@@ -63,20 +58,17 @@ fn page(arguments: &SimulateArguments, threads: usize, points: &[SimulatedPoint]
     ));
     let mut rows = Vec::new();
     for ((policy, clicks), runs) in grouped(points, |point| (point.policy.clone(), point.clicks_per_class)) {
-        let of = |value: &dyn Fn(&SimulatedPoint) -> f64| {
-            mean_and_deviation(&runs.iter().map(|run| value(run)).collect::<Vec<_>>()).0
-        };
+        let of = |value: &dyn Fn(&SimulatedPoint) -> f64| mean(runs.iter().map(|run| value(run)));
         let errors: Option<Vec<f64>> = runs.iter().map(|run| run.calibration_error()).collect();
-        let error = errors.map(|errors| mean_and_deviation(&errors).0);
-        let miou = mean(&runs, &|_| 0.0);
+        let (low, high) = miou(&runs, &|_| 0.0).map_or((f64::NAN, f64::NAN), |point| point.range);
         rows.push(vec![
             policy,
             clicks.to_string(),
             format!("{:.0}", of(&|run| run.strokes as f64)),
-            format!("{:.3} ({:.2} to {:.2})", miou.y, miou.range.0, miou.range.1),
+            format!("{:.3} ({low:.2} to {high:.2})", of(&|run| run.scores.miou)),
             format!("{:.3}", of(&|run| run.scores.average_accuracy)),
             format!("{:.3}", of(&|run| run.scores.total_accuracy)),
-            error.map_or("-".to_owned(), |error| format!("{error:.3}")),
+            known(errors.map(mean), 3),
             format!("{:.1}", of(&|run| run.wall_s)),
         ]);
     }
@@ -98,23 +90,22 @@ fn figure(arguments: &SimulateArguments, threads: usize, points: &[SimulatedPoin
             .into_iter()
             .map(|(policy, own)| {
                 let of_batch = grouped(own, |point| point.clicks_per_class).into_iter();
+                let points = of_batch.filter_map(|(_, runs)| miou(&runs, across));
                 Series {
                     name: policy,
-                    points: of_batch.map(|(_, runs)| mean(&runs, across)).collect(),
+                    points: points.collect(),
                 }
             })
             .collect()
     };
-    let panel = |title: &str, x: Axis, series: Vec<Series>| {
-        Panel::of_lines(
-            title,
-            x,
-            Axis::new("mIoU on the test frames", Scale::Linear),
-            series,
-        )
+    let panel = |title: &str, x: &str, series: Vec<Series>| {
+        let y = Axis::new("mIoU on the test frames", Scale::Linear);
+        Panel::of_lines(title, Axis::new(x, Scale::Linear), y, series)
     };
-    let clicks = Axis::new("clicks a class in the whole scene", Scale::Linear);
-    let seconds = Axis::new("seconds since the scene was opened", Scale::Linear);
+    let (clicks, seconds) = (
+        "clicks a class in the whole scene",
+        "seconds since the scene was opened",
+    );
     Figure {
         title: "How labels spread from a few clicks".to_owned(),
         subtitle: conditions(arguments, threads, points, "mean and range"),
@@ -134,22 +125,18 @@ fn reliability(arguments: &SimulateArguments, threads: usize, points: &[Simulate
             name: "as likely as said".to_owned(),
             points: vec![Point::new(0.0, 0.0), Point::new(1.0, 1.0)],
         }];
-        series.extend(
-            grouped(own, |point| point.clicks_per_class)
-                .into_iter()
-                .map(|(clicks, runs)| {
-                    let mut all = Calibration::default();
-                    let of_runs = runs.iter().filter_map(|run| run.calibration.as_ref());
-                    of_runs.for_each(|calibration| all.merge(calibration));
-                    let bins = all.reliability(LEAST_SHARE).into_iter();
-                    Series {
-                        name: format!("{clicks} click{} a class", if clicks == 1 { "" } else { "s" }),
-                        points: bins
-                            .map(|(confidence, accuracy)| Point::new(confidence, accuracy))
-                            .collect(),
-                    }
-                }),
-        );
+        for (clicks, runs) in grouped(own, |point| point.clicks_per_class) {
+            let mut all = Calibration::default();
+            let of_runs = runs.iter().filter_map(|run| run.calibration.as_ref());
+            of_runs.for_each(|calibration| all.merge(calibration));
+            let bins = all.reliability(LEAST_SHARE).into_iter();
+            series.push(Series {
+                name: format!("{} a class", counted(clicks as u64, "click")),
+                points: bins
+                    .map(|(confidence, accuracy)| Point::new(confidence, accuracy))
+                    .collect(),
+            });
+        }
         Panel::of_lines(
             policy,
             Axis::new("probability of the most likely class", Scale::FromZero),
@@ -171,36 +158,22 @@ fn conditions(
     points: &[SimulatedPoint],
     what: &str,
 ) -> String {
-    let answer = if arguments.settle == 0.0 {
-        "the surface graph alone".to_owned()
-    } else {
-        format!(
-            "maps measured at most {} s after a batch of clicks",
-            arguments.settle
-        )
+    let training = &arguments.training;
+    let depth = if training.no_depth { " without depth" } else { "" };
+    let answer = match arguments.settle {
+        0.0 => "the surface graph alone".to_owned(),
+        settle => format!("maps measured at most {settle} s after a batch of clicks"),
     };
     format!(
-        "{}{}; {} preset, {threads} threads; {what} over {} seed{} from {}; {answer}",
+        "{}{depth}; {} preset, {threads} threads; {what} over {} from {}; {answer}",
         points.first().map_or("", |point| point.scene.as_str()),
-        if arguments.training.no_depth {
-            " without depth"
-        } else {
-            ""
-        },
-        arguments.training.preset.name(),
-        arguments.seeds,
-        if arguments.seeds == 1 { "" } else { "s" },
-        arguments.training.seed,
+        training.preset.name(),
+        counted(arguments.seeds, "seed"),
+        training.seed,
     )
 }
 
-fn mean(runs: &[&SimulatedPoint], across: &dyn Fn(&SimulatedPoint) -> f64) -> Point {
-    let x: Vec<f64> = runs.iter().map(|run| across(run)).collect();
-    let y: Vec<f64> = runs.iter().map(|run| run.scores.miou).collect();
-    let low = y.iter().copied().fold(f64::INFINITY, f64::min);
-    let high = y.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    Point {
-        range: (low, high),
-        ..Point::new(mean_and_deviation(&x).0, mean_and_deviation(&y).0)
-    }
+/// The mean mIoU of runs with their range, at the mean of what is across.
+fn miou(runs: &[&SimulatedPoint], across: &dyn Fn(&SimulatedPoint) -> f64) -> Option<Point> {
+    Point::of_means(runs.iter().map(|run| (across(run), run.scores.miou)))
 }

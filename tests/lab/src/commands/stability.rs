@@ -1,6 +1,5 @@
 //! `inplace-lab bench stability`: what such methods fail at.
 
-use std::path::PathBuf;
 use std::sync::Arc;
 
 use crate::stability::{Condition, Outcome, Progress as Told, Settings, conditions, stability, table};
@@ -8,10 +7,9 @@ use inplace_core::export;
 use inplace_core::field::Preset;
 use inplace_core::scene::{Scene, SceneSource};
 
-use super::grouped;
 use super::machine::processor;
+use super::{Failure, begin, cores, grouped, open_options};
 use crate::arguments::StabilityArguments;
-use crate::commands::{Failure, cores, open_options};
 use crate::page::Page;
 use crate::progress::Progress;
 
@@ -22,8 +20,7 @@ pub fn run(arguments: &StabilityArguments) -> Result<(), Failure> {
         return Err("the published network has no maps while it trains; leave --preset away".into());
     }
     let out = &arguments.out;
-    export::prepare(out, &[])?;
-    super::refuse_same_names(&arguments.scenes)?;
+    begin(out, &arguments.scenes)?;
     let settings = Settings {
         preset: training.preset,
         threads: training.threads.map_or(cores(), usize::from),
@@ -40,14 +37,8 @@ pub fn run(arguments: &StabilityArguments) -> Result<(), Failure> {
         }
     };
     let wanted: Vec<Condition> = conditions().into_iter().filter(wanted).collect();
-    let demo = [PathBuf::from("demo")];
-    let scenes = if arguments.scenes.is_empty() {
-        &demo[..]
-    } else {
-        &arguments.scenes
-    };
     let mut outcomes = Vec::new();
-    for argument in scenes {
+    for argument in &arguments.scenes {
         let source = SceneSource::from_argument(argument);
         let scene = Arc::new(Scene::open(&source, open_options(training), &|_, _| {})?);
         let mut progress = Progress::new();
