@@ -96,15 +96,12 @@ pub fn run(arguments: &AllArguments) -> Result<(), Failure> {
 
 /// A page under a heading of level 2: its title is left out, its headings go one level down.
 fn below(page: &str) -> String {
-    let lines = page.lines().filter(|line| !line.starts_with("# "));
-    let lines = lines.map(|line| {
-        if line.starts_with("##") {
-            format!("#{line}")
-        } else {
-            line.to_owned()
-        }
-    });
-    lines.collect::<Vec<String>>().join("\n").trim_start().to_owned()
+    let mut below = String::new();
+    for line in page.lines().filter(|line| !line.starts_with("# ")) {
+        let deeper = if line.starts_with("##") { "#" } else { "" };
+        below += &format!("{deeper}{line}\n");
+    }
+    below.trim().to_owned()
 }
 
 impl Step {
@@ -133,11 +130,10 @@ impl Step {
         }
         export::prepare(out, &[])?;
         // What stays without a page has not been measured.
-        match fs::remove_file(&page) {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => {
-                return Err(format!("{}: cannot be replaced: {error}", page.display()).into());
-            }
-            _ => {}
+        if let Err(error) = fs::remove_file(&page)
+            && error.kind() != io::ErrorKind::NotFound
+        {
+            return Err(format!("{}: cannot be replaced: {error}", page.display()).into());
         }
         let start = Instant::now();
         let output = Command::new(std::env::current_exe()?)
@@ -168,66 +164,57 @@ impl Step {
 
 /// The measurements, in the order of the page.
 fn steps(scenes: &[PathBuf], quick: bool) -> Vec<Step> {
-    let given: Vec<String> = scenes.iter().map(|scene| scene.display().to_string()).collect();
-    let step = |title: &str, folder: &str, page, command: &str, scenes: &[String], options: &str| {
-        let words = |text: &str| -> Vec<String> { text.split_whitespace().map(str::to_owned).collect() };
+    let step = |title: &str, folder: &str, page: &'static str, command: &str, scenes: &[PathBuf]| {
+        let given = |scenes: &[PathBuf]| scenes.iter().map(|scene| scene.display().to_string()).collect();
+        let arguments = command.split_whitespace().flat_map(|word| match word {
+            "SCENES" => given(scenes),
+            "FIRST" => given(&scenes[..1]),
+            word => vec![word.to_owned()],
+        });
         Step {
             title: title.to_owned(),
             folder: folder.to_owned(),
             page,
-            arguments: [words(command), scenes.to_vec(), words(options)].concat(),
+            arguments: arguments.collect(),
         }
     };
-    let clicks = |(scene, own): (&PathBuf, &[String])| {
-        let name = SceneSource::from_argument(scene).name();
-        let title = format!("From a few clicks: {name}");
-        let options = if quick {
-            "--policy guided,random --clicks 1,3,5 --seeds 1 --geometry 5 --settle 0"
+    let clicks = scenes.chunks(1).map(|own| {
+        let name = SceneSource::from_argument(&own[0]).name();
+        let (title, folder) = (format!("From a few clicks: {name}"), format!("clicks-{name}"));
+        let command = if quick {
+            "simulate SCENES --policy guided,random --clicks 1,3,5 --seeds 1 --geometry 5 --settle 0"
         } else {
-            "--policy guided,random,uniform --clicks 1,2,3,5,10 --seeds 3 --geometry 10 --settle 0"
+            "simulate SCENES --policy guided,random,uniform --clicks 1,2,3,5,10 --seeds 3 --geometry 10 --settle 0"
         };
-        step(
-            &title,
-            &format!("clicks-{name}"),
-            "results",
-            "simulate",
-            own,
-            options,
-        )
-    };
-    let clicks = scenes.iter().zip(given.chunks(1)).map(clicks);
-    let (all, first, none) = (&given[..], &given[..1], &given[..0]);
-    // Title, folder, page and command, scenes, options of the short form where it has this, and of the whole one.
+        step(&title, &folder, "results", command, own)
+    });
+    // Title, folder, page, options of the short form where it has this, and of the whole one.
     let benches = [
         (
             "Accuracy against time",
             "pareto",
             "pareto",
-            all,
-            Some("--baselines --seeds 1 --marks 2,5,10,20"),
-            "--baselines --seeds 3 --marks 2,5,10,20",
+            Some("SCENES --baselines --seeds 1 --marks 2,5,10,20"),
+            "SCENES --baselines --seeds 3 --marks 2,5,10,20",
         ),
         (
             "Accuracy against size",
             "capacity",
             "pareto",
-            all,
             None,
-            "--preset auto --capacity --seeds 2 --marks 12",
+            "SCENES --preset auto --capacity --seeds 2 --marks 12",
         ),
         (
             "Accuracy against time, without depth",
             "pareto-no-depth",
             "pareto",
-            all,
             None,
-            "--no-depth --seeds 2 --marks 10,20,40,80,160,320,640",
+            "SCENES --no-depth --seeds 2 --marks 10,20,40,80,160,320,640",
         ),
         (
             "How cost grows",
             "scale",
             "scale",
-            none,
             Some("--sweep frames,strokes --frames 20,50,100 --strokes 10,100,1000 --seconds 2"),
             "",
         ),
@@ -235,32 +222,28 @@ fn steps(scenes: &[PathBuf], quick: bool) -> Vec<Step> {
             "How long a click waits",
             "latency",
             "latency",
-            all,
-            Some("--clicks 50"),
-            "--clicks 200",
+            Some("SCENES --clicks 50"),
+            "SCENES --clicks 200",
         ),
         (
             "Label images: the paper's experiments",
             "paper",
             "paper",
-            all,
-            Some("--experiments frames-10%,pixel-noise-90%,sparse-16,click,grown-1%"),
-            "",
+            Some("SCENES --experiments frames-10%,pixel-noise-90%,sparse-16,click,grown-1%"),
+            "SCENES",
         ),
         (
             "The engine",
             "engine",
             "engine",
-            all,
-            Some("--rounds 5 --marks 5"),
-            "--rounds 15 --marks 5,15",
+            Some("SCENES --rounds 5 --marks 5"),
+            "SCENES --rounds 15 --marks 5,15",
         ),
         // The demo alone: some of the conditions are rooms in its place.
         (
             "Stability",
             "stability",
             "stability",
-            none,
             Some("--quick --seeds 1"),
             "",
         ),
@@ -269,22 +252,20 @@ fn steps(scenes: &[PathBuf], quick: bool) -> Vec<Step> {
             "Accuracy against size, without depth",
             "capacity-no-depth",
             "pareto",
-            first,
             None,
-            "--no-depth --preset auto --capacity --seeds 2 --marks 30",
+            "FIRST --no-depth --preset auto --capacity --seeds 2 --marks 30",
         ),
     ];
     let benches = benches
         .into_iter()
-        .filter_map(|(title, folder, page, scenes, short, whole)| {
+        .filter_map(|(title, folder, page, short, whole)| {
             let options = if quick { short? } else { whole };
             Some(step(
                 title,
                 folder,
                 page,
-                &format!("bench {page}"),
+                &format!("bench {page} {options}"),
                 scenes,
-                options,
             ))
         });
     clicks.chain(benches).collect()

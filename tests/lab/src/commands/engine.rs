@@ -9,10 +9,10 @@ use inplace_core::export::{self, peak_memory};
 use inplace_core::scene::{OpenOptions, Scene, SceneSource};
 use serde_json::json;
 
-use super::grouped;
 use super::machine::processor;
+use super::{Failure, begin, cores, grouped};
 use crate::arguments::EngineArguments;
-use crate::commands::{Failure, cores};
+use crate::chart::Point;
 use crate::page::Page;
 
 /// Sizes of the hash table that the engine is measured with.
@@ -94,40 +94,42 @@ fn add_paths(page: &mut Page, paths: &[PathSpeed]) {
          as fast as plain candle ops.",
     );
     let of = |name: &str, table: u32| {
-        paths
-            .iter()
-            .find(|path| path.name == name && path.table_log2 == table)
+        let is = |path: &&PathSpeed| path.name == name && path.table_log2 == table;
+        paths.iter().find(is)
     };
-    let rows = grouped(paths, |path| path.name.clone())
-        .into_iter()
-        .map(|(name, own)| {
-            let mut row = vec![name];
-            for path in own {
-                let plain = of(PLAIN, path.table_log2).map_or(f64::NAN, |plain| plain.samples_per_s);
-                row.push(format!("{:.2}", path.samples_per_s / 1e6));
-                row.push(format!("{:.1}", path.samples_per_s / plain));
-            }
-            row
-        });
+    let mut rows = Vec::new();
+    for (name, own) in grouped(paths, |path| path.name.clone()) {
+        let mut row = vec![name];
+        for path in own {
+            let plain = of(PLAIN, path.table_log2).map_or(f64::NAN, |plain| plain.samples_per_s);
+            row.push(format!("{:.2}", path.samples_per_s / 1e6));
+            row.push(format!("{:.1}", path.samples_per_s / plain));
+        }
+        rows.push(row);
+    }
     let tables = TABLES.map(|table| format!(" | 2^{table} rows a level | times candle"));
-    page.table(&format!("way{}", tables.concat()), &rows.collect::<Vec<_>>());
+    page.table(&format!("way{}", tables.concat()), &rows);
 }
 
 /// Median of the finite ones among some values, and the range around it where they differ, as text.
 fn spread(values: impl IntoIterator<Item = f64>, decimals: usize) -> String {
-    use crate::chart::Point;
-
-    match Point::of_values(0.0, values) {
-        None => "-".to_owned(),
-        Some(Point {
-            y,
-            range: (low, high),
-            ..
-        }) if low < high => {
+    let Some(Point { y, range, .. }) = Point::of_values(0.0, values) else {
+        return "-".to_owned();
+    };
+    match range {
+        (low, high) if low < high => {
             format!("{y:.decimals$} ({low:.decimals$} to {high:.decimals$})")
         }
-        Some(point) => format!("{:.decimals$}", point.y),
+        _ => format!("{y:.decimals$}"),
     }
+}
+
+/// The runs of a scene at each mark: all seeds pass the same ones, one after the other.
+fn by_mark<'a>(of_scene: &[&'a RunPoint]) -> Vec<Vec<&'a RunPoint>> {
+    let first = of_scene.iter().take_while(|run| run.seed == of_scene[0].seed);
+    let marks = first.count();
+    let at = |mark| of_scene.iter().copied().skip(mark).step_by(marks).collect();
+    (0..marks).map(at).collect()
 }
 
 /// A row for each scene and mark: medians over the seeds, with their range.
@@ -144,11 +146,7 @@ fn add_runs(page: &mut Page, runs: &[RunPoint]) {
     for ((scene, preset, depth), of_scene) in
         grouped(runs, |run| (run.scene.clone(), run.preset.clone(), run.depth))
     {
-        // The runs of a scene pass the same marks one after the other.
-        let first = of_scene[0].seed;
-        let marks = of_scene.iter().filter(|run| run.seed == first).count();
-        for mark in 0..marks {
-            let at: Vec<&RunPoint> = of_scene.iter().copied().skip(mark).step_by(marks).collect();
+        for at in by_mark(&of_scene) {
             let of = |value: &dyn Fn(&RunPoint) -> f64, decimals| {
                 spread(at.iter().map(|run| value(run)), decimals)
             };
@@ -186,26 +184,23 @@ fn add_reached(page: &mut Page, reached: &[Reached]) {
         grouped(reached, |one| (one.scene.clone(), one.preset.clone(), one.depth))
     {
         for quantity in [Quantity::DepthErrorM, Quantity::DepthErrorRel, Quantity::PsnrDb] {
-            let texts: Vec<String> = TARGETS
-                .iter()
-                .filter(|(own, _)| *own == quantity)
-                .map(|&(_, target)| {
-                    let own = |one: &&&Reached| one.quantity == quantity && one.target == target;
-                    let all = || of_scene.iter().filter(own);
-                    let met = all().filter_map(|one| one.seconds);
-                    let share = if all().any(|one| one.seconds.is_none()) && met.clone().next().is_some() {
-                        format!(" in {} of {} runs", met.clone().count(), all().count())
-                    } else {
-                        String::new()
-                    };
-                    let name = match quantity {
-                        Quantity::DepthErrorM => format!("{:.0} cm", 100.0 * target),
-                        Quantity::DepthErrorRel => format!("{:.1}%", 100.0 * target),
-                        Quantity::PsnrDb => format!("{target:.0} dB"),
-                    };
-                    format!("{name}: {}{share}", spread(met, 1))
-                })
-                .collect();
+            let mut texts = Vec::new();
+            for (_, target) in TARGETS.into_iter().filter(|(own, _)| *own == quantity) {
+                let own = |one: &&&Reached| one.quantity == quantity && one.target == target;
+                let all: Vec<Option<f64>> = of_scene.iter().filter(own).map(|one| one.seconds).collect();
+                let met: Vec<f64> = all.iter().copied().flatten().collect();
+                let share = if met.is_empty() || met.len() == all.len() {
+                    String::new()
+                } else {
+                    format!(" in {} of {} runs", met.len(), all.len())
+                };
+                let name = match quantity {
+                    Quantity::DepthErrorM => format!("{:.0} cm", 100.0 * target),
+                    Quantity::DepthErrorRel => format!("{:.1}%", 100.0 * target),
+                    Quantity::PsnrDb => format!("{target:.0} dB"),
+                };
+                texts.push(format!("{name}: {}{share}", spread(met, 1)));
+            }
             let with = if depth { "depth" } else { "no depth" };
             items.push(format!("{scene}, {preset}, {with}: {}", texts.join("; ")));
         }

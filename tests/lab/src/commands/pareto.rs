@@ -16,8 +16,8 @@ use inplace_core::scene::SceneSource;
 use serde::Serialize;
 use serde_json::json;
 
+use super::{Failure, begin, cores, in_own_process, session_options};
 use crate::arguments::{ParetoArguments, ParetoOfArguments};
-use crate::commands::{Failure, cores, session_options};
 use crate::progress::Progress;
 
 /// Sizes beside the chosen one.
@@ -115,13 +115,9 @@ fn methods(arguments: &ParetoArguments) -> Vec<Method> {
         Baseline::Reference => Method::Preset(Preset::Reference),
         other => Method::Baseline(other),
     });
-    let mut methods: Vec<Method> = Vec::new();
-    for method in presets.chain(baselines) {
-        if !methods.contains(&method) {
-            methods.push(method);
-        }
-    }
-    methods
+    let all: Vec<Method> = presets.chain(baselines).collect();
+    let each = super::grouped(&all, |method| *method).into_iter();
+    each.map(|(method, _)| method).collect()
 }
 
 /// Runs this program again for one method with one seed, so that the peak of its memory is its own.
@@ -147,17 +143,13 @@ fn measured(
         let factors = [field, surface].map(|factor| factor.to_string());
         command.args(["--field", &factors[0], "--surface", &factors[1]]);
     }
-    let flags = [
-        (arguments.no_depth, "--no-depth"),
-        (arguments.outside_files, "--outside-files"),
-    ];
-    command.args(
-        flags
-            .into_iter()
-            .filter(|(given, _)| *given)
-            .map(|(_, flag)| flag),
-    );
-    super::in_own_process(&mut command, &format!("{}: {}", scene.display(), method.name()))
+    if arguments.no_depth {
+        command.arg("--no-depth");
+    }
+    if arguments.outside_files {
+        command.arg("--outside-files");
+    }
+    in_own_process(&mut command, &format!("{}: {}", scene.display(), method.name()))
 }
 
 /// `inplace-lab bench pareto-of`: measures one method with one seed in this process and prints JSON.
@@ -166,15 +158,13 @@ pub fn of_one(arguments: &ParetoOfArguments) -> Result<(), Failure> {
     let mut marks = arguments.marks.clone();
     marks.sort_by(f64::total_cmp);
     marks.dedup();
+    let factors = arguments.field.zip(arguments.surface);
     let run = ParetoRun {
         session: session_options(&arguments.training, source, cores()),
         method: arguments.method,
         clicks: arguments.clicks,
         marks,
-        size: arguments
-            .field
-            .zip(arguments.surface)
-            .map(|(field, surface)| Size { field, surface }),
+        size: factors.map(|(field, surface)| Size { field, surface }),
     };
     println!("{}", serde_json::to_string(&run.measure()?)?);
     Ok(())

@@ -3,9 +3,10 @@
 use crate::chart::{Axis, BarSeries, Chart, Figure, Panel, Point, Scale, Series};
 use crate::{PathSpeed, RunPoint};
 
+use super::by_mark;
 use crate::arguments::EngineArguments;
-use crate::commands::grouped;
 use crate::commands::machine::processor;
+use crate::commands::{counted, grouped};
 
 /// `engine.svg`: panels for whatever was measured.
 pub(super) fn engine(
@@ -21,37 +22,35 @@ pub(super) fn engine(
     if !runs.is_empty() {
         rows.push(progress(runs));
     }
+    let first = arguments.seed;
     let seeds = match (runs.is_empty(), arguments.seeds) {
         (true, _) => String::new(),
-        (false, 1) => format!("; seed {}", arguments.seed),
-        (false, count) => format!(
-            "; median and range over seeds {} to {}",
-            arguments.seed,
-            arguments.seed.wrapping_add(count - 1)
-        ),
+        (false, 1) => format!("; seed {first}"),
+        (false, count) => {
+            let last = first.wrapping_add(count - 1);
+            format!("; median and range over seeds {first} to {last}")
+        }
     };
-    let plural = if threads == 1 { "" } else { "s" };
     Figure {
         title: "How fast the engine is".to_owned(),
-        subtitle: format!("{}, {threads} thread{plural}{seeds}", processor()),
+        subtitle: format!("{}, {}{seeds}", processor(), counted(threads as u64, "thread")),
         rows,
     }
 }
 
 fn speeds(paths: &[PathSpeed]) -> Panel {
     let names = grouped(paths, |path| path.name.clone());
-    let series = grouped(paths, |path| path.table_log2)
-        .into_iter()
-        .map(|(table, own)| {
-            let of = |name: &String| own.iter().find(|path| path.name == *name);
-            BarSeries {
-                name: format!("2^{table} rows a level"),
-                values: names
-                    .iter()
-                    .map(|(name, _)| of(name).map_or(f64::NAN, |path| path.samples_per_s))
-                    .collect(),
-            }
-        });
+    let series = grouped(paths, |path| path.table_log2).into_iter();
+    let series = series.map(|(table, own)| {
+        let of = |name: &String| own.iter().find(|path| path.name == *name);
+        let values = names
+            .iter()
+            .map(|(name, _)| of(name).map_or(f64::NAN, |path| path.samples_per_s));
+        BarSeries {
+            name: format!("2^{table} rows a level"),
+            values: values.collect(),
+        }
+    });
     Panel {
         title: "Speed of each way to compute the field".to_owned(),
         chart: Chart::Bars {
@@ -68,11 +67,9 @@ fn progress(runs: &[RunPoint]) -> Vec<Panel> {
         grouped(runs, |run| (run.scene.clone(), run.preset.clone(), run.depth))
             .into_iter()
             .map(|((scene, preset, depth), own)| {
-                let marks = own.iter().filter(|run| run.seed == own[0].seed).count();
-                let points = (0..marks).filter_map(|mark| {
-                    let at = || own.iter().skip(mark).step_by(marks);
-                    let middle = Point::of_values(0.0, at().map(|run| run.seconds))?.y;
-                    Point::of_values(middle, at().map(|run| value(run)))
+                let points = by_mark(&own).into_iter().filter_map(|at| {
+                    let middle = Point::of_values(0.0, at.iter().map(|run| run.seconds))?.y;
+                    Point::of_values(middle, at.iter().map(|run| value(run)))
                 });
                 Series {
                     name: match (preset.as_str(), depth) {
@@ -87,22 +84,20 @@ fn progress(runs: &[RunPoint]) -> Vec<Panel> {
             .collect()
     };
     let seconds = Axis::new("seconds of training", Scale::Logarithmic);
+    let depth = Axis::new("median error, cm", Scale::Logarithmic);
     let centimetres = |run: &RunPoint| {
         run.depth_error_m
             .map_or(f64::NAN, |error| 100.0 * f64::from(error))
     };
+    let colour = Axis::new("PSNR, dB", Scale::Linear);
+    let psnr = |run: &RunPoint| f64::from(run.psnr_db);
     vec![
         Panel::of_lines(
             "Depth on held-out frames",
             seconds.clone(),
-            Axis::new("median error, cm", Scale::Logarithmic),
+            depth,
             lines(&centimetres),
         ),
-        Panel::of_lines(
-            "Colour on held-out frames",
-            seconds,
-            Axis::new("PSNR, dB", Scale::Linear),
-            lines(&|run| f64::from(run.psnr_db)),
-        ),
+        Panel::of_lines("Colour on held-out frames", seconds, colour, lines(&psnr)),
     ]
 }

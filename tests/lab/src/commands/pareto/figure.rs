@@ -1,14 +1,13 @@
 //! The charts of `inplace-lab bench pareto`.
 
 use crate::chart::{Axis, Figure, Panel, Point, Scale, Series};
-use crate::mean_and_deviation;
 use crate::pareto::{CapacityPoint, Curve, ParetoPoint, Part};
 
-use super::Results;
 use super::verdict::miou;
+use super::{Results, Stopped};
 use crate::arguments::ParetoArguments;
-use crate::commands::grouped;
 use crate::commands::machine::processor;
+use crate::commands::{counted, grouped};
 
 /// Panels beside each other.
 const COLUMNS: usize = 2;
@@ -50,11 +49,8 @@ fn line(results: &Results, scene: &str, method: String, own: &[&ParetoPoint]) ->
             ..Point::new(at.wall_s, at.mean)
         })
         .collect();
-    let stops = results.stops.iter();
-    let stopped = stops
-        .filter(|stop| stop.scene == scene && stop.method == method)
-        .count();
-    if stopped == curve.at(f64::INFINITY).len()
+    let own = |stop: &&Stopped| stop.scene == scene && stop.method == method;
+    if results.stops.iter().filter(own).count() == curve.at(f64::INFINITY).len()
         && let Some(last) = points.last_mut()
     {
         *last = last.ringed();
@@ -64,53 +60,32 @@ fn line(results: &Results, scene: &str, method: String, own: &[&ParetoPoint]) ->
 
 /// `capacity.svg`: for each scene what the size of each part does, and what its memory is worth.
 pub(super) fn capacity(arguments: &ParetoArguments, threads: usize, points: &[CapacityPoint]) -> Figure {
-    let parameters = |point: &CapacityPoint| point.parameters as f64;
-    let voxels = |point: &CapacityPoint| point.voxels as f64;
-    let megabytes = |point: &CapacityPoint| point.bytes as f64 / 1e6;
-    let miou = |point: &CapacityPoint| point.miou;
-    let psnr = |point: &CapacityPoint| point.psnr_db.unwrap_or(f64::NAN);
+    let size: Quantity = ("parameters", &|point| point.parameters as f64);
+    let voxels: Quantity = ("voxels", &|point| point.voxels as f64);
+    let memory: Quantity = ("MB", &|point| point.bytes as f64 / 1e6);
+    let accuracy: Quantity = ("mIoU on the test frames", &|point| point.miou);
+    let psnr: Quantity = ("held-out PSNR, dB", &|point| point.psnr_db.unwrap_or(f64::NAN));
     let mut rows = Vec::new();
     for (scene, of_scene) in grouped(points, |point| point.scene.clone()) {
-        let panel = |what: &str, x: &str, y: &str, parts: &[Part], values: [&Value; 2]| {
+        let panel = |what: &str, parts: &[Part], x: Quantity<'_>, y: Quantity<'_>| {
             Panel::of_lines(
                 format!("{}: {what}", titled(arguments, &scene)),
-                Axis::new(x, Scale::Logarithmic),
-                Axis::new(y, Scale::Linear),
-                parts.iter().map(|&part| sizes(&of_scene, part, values)).collect(),
+                Axis::new(x.0, Scale::Logarithmic),
+                Axis::new(y.0, Scale::Linear),
+                parts
+                    .iter()
+                    .map(|&part| sizes(&of_scene, part, [x.1, y.1]))
+                    .collect(),
             )
         };
-        let accuracy = "mIoU on the test frames";
+        let [field, surface] = [[Part::Field], [Part::Surface]];
         rows.push(vec![
-            panel(
-                "size of the field",
-                "parameters",
-                accuracy,
-                &[Part::Field],
-                [&parameters, &miou],
-            ),
-            panel(
-                "size of the surface",
-                "voxels",
-                accuracy,
-                &[Part::Surface],
-                [&voxels, &miou],
-            ),
+            panel("size of the field", &field, size, accuracy),
+            panel("size of the surface", &surface, voxels, accuracy),
         ]);
         rows.push(vec![
-            panel(
-                "memory of the model",
-                "MB",
-                accuracy,
-                &Part::ALL,
-                [&megabytes, &miou],
-            ),
-            panel(
-                "colours of the field",
-                "parameters",
-                "held-out PSNR, dB",
-                &[Part::Field],
-                [&parameters, &psnr],
-            ),
+            panel("memory of the model", &Part::ALL, memory, accuracy),
+            panel("colours of the field", &field, size, psnr),
         ]);
     }
     Figure {
@@ -124,6 +99,8 @@ pub(super) fn capacity(arguments: &ParetoArguments, threads: usize, points: &[Ca
 }
 
 type Value<'a> = dyn Fn(&CapacityPoint) -> f64 + 'a;
+/// What an axis shows.
+type Quantity<'a> = (&'static str, &'a Value<'a>);
 
 /// The mean over the seeds for each size of a part, with their range.
 fn sizes(points: &[&CapacityPoint], part: Part, [x, y]: [&Value; 2]) -> Series {
@@ -131,15 +108,7 @@ fn sizes(points: &[&CapacityPoint], part: Part, [x, y]: [&Value; 2]) -> Series {
     let mut groups = grouped(own, |point| point.factor);
     groups.sort_by(|a, b| a.0.total_cmp(&b.0));
     let point = |(factor, runs): (f32, Vec<&CapacityPoint>)| {
-        let across: Vec<f64> = runs.iter().map(|run| x(run)).collect();
-        let values = runs.iter().map(|run| y(run)).filter(|value| value.is_finite());
-        let values: Vec<f64> = values.collect();
-        let range = Point::of_values(0.0, values.iter().copied())?.range;
-        let mean = |values: &[f64]| mean_and_deviation(values).0;
-        let point = Point {
-            range,
-            ..Point::new(mean(&across), mean(&values))
-        };
+        let point = Point::of_means(runs.iter().map(|run| (x(run), y(run))))?;
         Some(if factor == 1.0 { point.ringed() } else { point })
     };
     Series {
@@ -154,15 +123,12 @@ fn titled(arguments: &ParetoArguments, scene: &str) -> String {
 }
 
 fn conditions(arguments: &ParetoArguments, threads: usize) -> String {
-    let plural = |count: u64| if count == 1 { "" } else { "s" };
     format!(
-        "{}, {threads} thread{}; {} random click{} a class; mean and range over {} seed{} from {}",
+        "{}, {}; {} a class; mean and range over {} from {}",
         processor(),
-        plural(threads as u64),
-        arguments.clicks,
-        plural(arguments.clicks.into()),
-        arguments.seeds,
-        plural(arguments.seeds),
+        counted(threads as u64, "thread"),
+        counted(arguments.clicks, "random click"),
+        counted(arguments.seeds, "seed"),
         arguments.seed
     )
 }

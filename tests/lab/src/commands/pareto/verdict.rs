@@ -1,14 +1,14 @@
 //! What the measurements say of the default: where it stops, whether anything is ahead of it, what less and more of the
 //! model would do.
 
-use crate::mean_and_deviation;
 use crate::pareto::{CapacityPoint, Curve, Difference, ParetoPoint, Part, Summary, difference_to_chosen};
 use inplace_core::field::Preset;
 use serde::Serialize;
 
 use super::{Results, Stopped};
 use crate::commands::grouped;
-use crate::page::Page;
+use crate::page::{Page, known};
+use crate::{mean, mean_and_deviation};
 
 /// Share of the final accuracy of the preset "accurate" whose time is told.
 const SHARE: f64 = 0.95;
@@ -89,34 +89,23 @@ pub(super) fn verdicts(results: &Results) -> Vec<Verdict> {
 impl Verdict {
     fn sentences(&self) -> Vec<String> {
         let mut sentences = vec![self.stopped()];
-        let Summary {
-            wall_s,
-            mean,
-            deviation,
-            ..
-        } = self.end;
-        let end = format!("with {mean:.3} ({deviation:.3}) after {wall_s:.1} s");
+        let told = |at: &Summary| format!("{:.3} ({:.3}) after {:.1} s", at.mean, at.deviation, at.wall_s);
+        let end = format!("with {}", told(&self.end));
         sentences.push(if self.beaten_by.is_empty() {
             format!("auto is on the Pareto front {end}: nothing has more in less time, beyond the spread over the seeds")
         } else {
-            let ahead = |(method, at): &(String, Summary)| {
-                format!("{method} has {:.3} ({:.3}) after {:.1} s", at.mean, at.deviation, at.wall_s)
-            };
+            let ahead = |(method, at): &(String, Summary)| format!("{method} has {}", told(at));
             let all: Vec<String> = self.beaten_by.iter().map(ahead).collect();
             format!("auto is not on the Pareto front {end}: {}", all.join(", "))
         });
         if let Some(reached) = &self.accurate {
-            let most = format!(
-                "{:.0}% of accurate's final {:.3}",
-                100.0 * SHARE,
-                reached.final_miou
-            );
+            let (share, whole_s) = (100.0 * SHARE, reached.whole_s);
+            let most = format!("{share:.0}% of accurate's final {:.3}", reached.final_miou);
             sentences.push(match (reached.auto_s, reached.accurate_s) {
                 (Some(auto), Some(accurate)) => format!(
-                    "auto has {most} within {auto:.1} s, {:.0}% of the {accurate:.1} s that accurate needs for it and {:.0}% of its whole {:.1} s",
+                    "auto has {most} within {auto:.1} s, {:.0}% of the {accurate:.1} s that accurate needs for it and {:.0}% of its whole {whole_s:.1} s",
                     100.0 * auto / accurate,
-                    100.0 * auto / reached.whole_s,
-                    reached.whole_s
+                    100.0 * auto / whole_s,
                 ),
                 _ => format!("auto does not reach {most}"),
             });
@@ -222,9 +211,9 @@ pub(super) fn page(results: &Results, verdicts: &[Verdict]) -> Page {
             curve(&|point| point.peak_mb),
         ];
         for at in curve(&miou).summaries() {
-            let text = |index: usize, decimals: usize| {
+            let text = |index: usize, decimals| {
                 let summary: Option<Summary> = curves[index].summary(at.wall_s);
-                summary.map_or("-".to_owned(), |summary| format!("{:.decimals$}", summary.mean))
+                known(summary.map(|summary| summary.mean), decimals)
             };
             rows.push(vec![
                 scene.clone(),
@@ -265,28 +254,21 @@ fn add_capacity(page: &mut Page, points: &[CapacityPoint]) {
         let mut sizes = grouped(of_part, |point| point.factor);
         sizes.sort_by(|a, b| a.0.total_cmp(&b.0));
         for (factor, runs) in sizes {
-            let of = |value: &dyn Fn(&CapacityPoint) -> Option<f64>| {
-                mean_and_deviation(&runs.iter().filter_map(|run| value(run)).collect::<Vec<f64>>())
+            let of = |value: &dyn Fn(&CapacityPoint) -> Option<f64>, decimals| {
+                known(mean(runs.iter().filter_map(|run| value(run))), decimals)
             };
-            let text = |value: f64, decimals: usize| {
-                if value.is_nan() {
-                    "-".to_owned()
-                } else {
-                    format!("{value:.decimals$}")
-                }
-            };
-            let (miou, deviation) = of(&|run| Some(run.miou));
+            let (miou, deviation) = mean_and_deviation(&runs.iter().map(|run| run.miou).collect::<Vec<_>>());
             rows.push(vec![
                 scene.clone(),
                 part.to_string(),
                 factor.to_string(),
-                text(of(&|run| Some(run.parameters as f64)).0, 0),
-                text(of(&|run| Some(run.bytes as f64 / 1e6)).0, 1),
-                text(of(&|run| Some(run.voxels as f64)).0, 0),
+                of(&|run| Some(run.parameters as f64), 0),
+                of(&|run| Some(run.bytes as f64 / 1e6), 1),
+                of(&|run| Some(run.voxels as f64), 0),
                 format!("{miou:.3} ({deviation:.3})"),
-                text(of(&|run| run.depth_error_m.map(|error| 100.0 * error)).0, 2),
-                text(of(&|run| run.psnr_db).0, 1),
-                text(of(&|run| Some(run.wall_s)).0, 1),
+                of(&|run| run.depth_error_m.map(|error| 100.0 * error), 2),
+                of(&|run| run.psnr_db, 1),
+                of(&|run| Some(run.wall_s), 1),
             ]);
         }
     }
