@@ -320,73 +320,58 @@ mod tests {
     use crate::testing::{capture_of, opened};
     use inplace_core::labels::Class;
 
-    /// A wall that is dark on the left and bright on the right, with classes of these ids.
-    fn capture(folder: &Path, dark: Class, bright: Class) -> Arc<Scene> {
-        capture_of(folder, (64, 48), [dark, bright]);
-        opened(folder)
+    /// A wall that is dark on the left and bright on the right, with classes of these ids and names.
+    fn capture(root: &Path, dark: (ClassId, &str), bright: (ClassId, &str)) -> Arc<Scene> {
+        let folder = root.join(format!("{} and {}", dark.1, bright.1));
+        capture_of(
+            &folder,
+            (64, 48),
+            [dark, bright].map(|(id, name)| Class::new(id, name)),
+        );
+        opened(&folder)
+    }
+
+    fn points(scene: &Scene, classifier: &PixelClassifier) -> Vec<PaperPoint> {
+        let found = Found {
+            scene,
+            truth: &SceneTruth::read(scene).unwrap(),
+            surface: &Surface::build(scene, &[], 5.0).unwrap(),
+            surface_s: 0.0,
+            seed: 1,
+        };
+        run(&found, classifier, &mut |_| {}).unwrap()
     }
 
     #[test]
     fn classes_of_another_scene_are_matched_by_name_and_what_it_lacks_is_not_measured() {
         let root = tempfile::tempdir().unwrap();
-        let trained = capture(
-            &root.path().join("a"),
-            Class::new(1, "Night"),
-            Class::new(2, "day"),
-        );
-        let scene = capture(
-            &root.path().join("b"),
-            Class::new(9, "night"),
-            Class::new(4, "moon"),
-        );
-        let classifier = PixelClassifier::learn(&[trained], 1).unwrap();
+        let capture = |dark, bright| capture(root.path(), dark, bright);
+        let classifier = PixelClassifier::learn(&[capture((1, "Night"), (2, "day"))], 1).unwrap();
+        let scene = capture((9, "night"), (4, "moon"));
         assert_eq!(classifier.known(&scene).unwrap(), [(9, "night".to_owned(), 1)]);
-        let surface = Surface::build(&scene, &[], 5.0).unwrap();
-        let truth = SceneTruth::read(&scene).unwrap();
-        let found = Found {
-            scene: &scene,
-            truth: &truth,
-            surface: &surface,
-            surface_s: 0.0,
-            seed: 1,
-        };
-        let points = run(&found, &classifier, &mut |_| {}).unwrap();
+        let points = points(&scene, &classifier);
         let names: Vec<&str> = points.iter().map(|point| point.experiment).collect();
         assert_eq!(
-            names,
-            ["fusion-input", "fusion-bayesian", "fusion-average", "fusion"]
+            names.join(" "),
+            "fusion-input fusion-bayesian fusion-average fusion"
         );
         // Night is the only answer, and day is not asked about.
         assert!(points.iter().all(|point| point.scores.miou == 1.0), "{points:?}");
 
-        let stranger = capture(
-            &root.path().join("c"),
-            Class::new(1, "sea"),
-            Class::new(2, "land"),
-        );
-        let error = classifier.known(&stranger).unwrap_err().to_string();
-        assert!(error.contains("none of its classes"), "{error}");
+        let error = classifier.known(&capture((1, "sea"), (2, "land"))).unwrap_err();
+        assert!(error.to_string().contains("none of its classes"), "{error}");
     }
 
     #[test]
     fn every_way_of_fusing_tells_the_halves_of_a_wall_apart() {
         let root = tempfile::tempdir().unwrap();
-        let (night, day) = (Class::new(1, "night"), Class::new(2, "day"));
-        let trained = capture(&root.path().join("a"), day.clone(), night.clone());
+        let (night, day) = ((1, "night"), (2, "day"));
+        let trained = capture(root.path(), day, night);
         // The other way round, so that the classifier is wrong about everything; and once right.
-        let wrong = capture(&root.path().join("b"), night.clone(), day.clone());
+        let wrong = capture(root.path(), night, day);
         let classifier = PixelClassifier::learn(&[Arc::clone(&trained)], 1).unwrap();
         for (scene, right) in [(&trained, true), (&wrong, false)] {
-            let surface = Surface::build(scene, &[], 5.0).unwrap();
-            let truth = SceneTruth::read(scene).unwrap();
-            let found = Found {
-                scene,
-                truth: &truth,
-                surface: &surface,
-                surface_s: 0.0,
-                seed: 1,
-            };
-            for point in run(&found, &classifier, &mut |_| {}).unwrap() {
+            for point in points(scene, &classifier) {
                 assert_eq!(point.scores.miou > 0.9, right, "{point:?}");
                 assert_eq!(point.scores.miou < 0.1, !right, "{point:?}");
             }

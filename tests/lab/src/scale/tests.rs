@@ -41,27 +41,36 @@ fn base() -> Setting {
     }
 }
 
+fn shot(frames: usize, width: u32, height: u32) -> Shot {
+    let rooms = Shot::default().rooms;
+    Shot {
+        rooms,
+        frames,
+        width,
+        height,
+    }
+}
+
 #[test]
-fn an_exponent_is_that_of_the_upper_half_whatever_is_fixed_below() {
+fn an_exponent_is_that_of_the_upper_half_where_that_varies() {
     let powers = |floor: f64| -> Vec<(f64, f64)> {
-        [10.0, 100.0, 1e3, 1e4, 1e5]
-            .map(|x: f64| (x, (2.0 * x.powf(1.5)).max(floor)))
-            .to_vec()
+        let power = |x: f64| (x, (2.0 * x.powf(1.5)).max(floor));
+        [10.0, 100.0, 1e3, 1e4, 1e5].map(power).to_vec()
     };
     let fitted = fit(powers(0.0)).unwrap();
     assert!((fitted.slope - 1.5).abs() < 1e-12, "{fitted:?}");
     assert_eq!((fitted.from, fitted.to, fitted.points), (1e3, 1e5, 3));
+    // Whatever is fixed below.
     assert_eq!(fit(powers(2.0 * 1e3_f64.powf(1.5))), Some(fitted));
-}
 
-#[test]
-fn what_has_no_logarithm_or_does_not_vary_has_no_exponent() {
     assert_eq!(fit(vec![]), None);
     assert_eq!(fit(vec![(2.0, 1.0), (2.0, 3.0)]), None);
-    let odd = vec![(1.0, 2.0), (0.0, 5.0), (4.0, f64::NAN), (4.0, 8.0), (9.0, 0.0)];
-    let fitted = fit(odd).unwrap();
-    assert!((fitted.slope - 1.0).abs() < 1e-12, "{fitted:?}");
-    assert_eq!(fitted.points, 2);
+    let without_logarithm = vec![(1.0, 2.0), (0.0, 5.0), (4.0, f64::NAN), (4.0, 8.0), (9.0, 0.0)];
+    let fitted = fit(without_logarithm).unwrap();
+    assert!(
+        (fitted.slope - 1.0).abs() < 1e-12 && fitted.points == 2,
+        "{fitted:?}"
+    );
 }
 
 #[test]
@@ -84,11 +93,9 @@ fn each_sweep_has_the_exponents_of_its_own_measurements() {
     assert!((opening(Sweep::Frames) - 2.0).abs() < 1e-12);
     assert!(opening(Sweep::Rooms).abs() < 1e-12);
     // Nobody told how much memory there was.
-    assert!(all.iter().all(|one| one.quantity != "peak memory"));
-    assert!(
-        all.iter()
-            .all(|one| [Sweep::Frames, Sweep::Rooms].contains(&one.sweep))
-    );
+    let is_told = |one: &Exponent| one.quantity != "peak memory";
+    let is_swept = |one: &Exponent| [Sweep::Frames, Sweep::Rooms].contains(&one.sweep);
+    assert!(all.iter().all(|one| is_told(one) && is_swept(one)), "{all:?}");
     let rows = table(&frames).unwrap();
     assert_eq!(rows.lines().count(), 4);
     assert!(rows.contains("frames,40,320,240,1,20,60,1600.000,"), "{}", rows);
@@ -103,49 +110,30 @@ fn a_sweep_changes_one_thing() {
         classes: vec![2, 200],
         strokes: vec![1],
     };
-    let settings = |sweep: Sweep| sweep.settings(base(), &values);
-    assert_eq!(
-        settings(Sweep::Frames),
-        [
-            base(),
-            Setting {
-                frames: 200,
-                ..base()
-            }
-        ]
-    );
-    assert_eq!(
-        settings(Sweep::Size),
-        [Setting {
-            width: 160,
-            height: 120,
-            ..base()
-        }]
-    );
-    assert_eq!(settings(Sweep::Rooms), [base(), Setting { rooms: 4, ..base() }]);
-    assert_eq!(settings(Sweep::Strokes), [Setting { strokes: 1, ..base() }]);
-    // Each of the most classes has a stroke, with the fewest classes too.
-    let strokes = settings(Sweep::Classes)
-        .into_iter()
-        .map(|one| (one.classes, one.strokes));
-    assert_eq!(strokes.collect::<Vec<_>>(), [(2, 200), (200, 200)]);
-    assert_eq!("rooms".parse(), Ok(Sweep::Rooms));
-    assert!(
-        "walls"
-            .parse::<Sweep>()
-            .unwrap_err()
-            .contains("frames, size, rooms, classes, strokes")
-    );
+    // Rooms, size, frames, classes and strokes.
+    for (sweep, expected) in [
+        (Sweep::Frames, vec![(1, (320, 240), 100, 20, 60), (1, (320, 240), 200, 20, 60)]),
+        (Sweep::Size, vec![(1, (160, 120), 100, 20, 60)]),
+        (Sweep::Rooms, vec![(1, (320, 240), 100, 20, 60), (4, (320, 240), 100, 20, 60)]),
+        // Each of the most classes has a stroke, with the fewest classes too.
+        (
+            Sweep::Classes,
+            vec![(1, (320, 240), 100, 2, 200), (1, (320, 240), 100, 200, 200)],
+        ),
+        (Sweep::Strokes, vec![(1, (320, 240), 100, 20, 1)]),
+    ] {
+        let settings = sweep.settings(base(), &values).into_iter();
+        let settings = settings.map(|one| (one.rooms, (one.width, one.height), one.frames, one.classes, one.strokes));
+        assert_eq!(settings.collect::<Vec<_>>(), expected, "{sweep:?}");
+        assert_eq!(sweep.name().parse(), Ok(sweep));
+    }
+    let error = "walls".parse::<Sweep>().unwrap_err();
+    assert!(error.contains("frames, size, rooms, classes, strokes"), "{error}");
 }
 
 #[test]
 fn strokes_are_random_true_pixels_with_one_of_every_class_first() {
-    let shot = Shot {
-        frames: 6,
-        width: 64,
-        height: 48,
-        ..Shot::default()
-    };
+    let shot = shot(6, 64, 48);
     let scene = shot.scene(&|_, _| {});
     let truth = shot.labels();
     let labels = scattered(&scene, &truth, 12, 40, 3).unwrap();
@@ -153,11 +141,8 @@ fn strokes_are_random_true_pixels_with_one_of_every_class_first() {
     let clicks: Vec<_> = labels.strokes.values().collect();
     let first: BTreeSet<_> = clicks[..12].iter().map(|stroke| stroke.class).collect();
     assert_eq!(first, (1..=12).collect());
-    let places: BTreeSet<_> = clicks
-        .iter()
-        .map(|stroke| (stroke.frame, stroke.first_point()))
-        .collect();
-    assert_eq!(places.len(), 40, "no pixel twice");
+    let places = clicks.iter().map(|stroke| (stroke.frame, stroke.first_point()));
+    assert_eq!(places.collect::<BTreeSet<_>>().len(), 40, "no pixel twice");
 
     // Whatever is in one cell and of one true class is of one class.
     let mut class_of = BTreeMap::new();
@@ -167,9 +152,8 @@ fn strokes_are_random_true_pixels_with_one_of_every_class_first() {
         let at = (y * 64 + x) as usize;
         let place = frame.center() + frame.ray_length(at).unwrap() * frame.ray_direction(at);
         let cell = ((place + 0.17) / 0.5).floor().to_array().map(|cell| cell as i32);
-        let class = class_of
-            .entry((truth(stroke.frame)[at], cell))
-            .or_insert(stroke.class);
+        let piece = (truth(stroke.frame)[at], cell);
+        let class = class_of.entry(piece).or_insert(stroke.class);
         assert_eq!(*class, stroke.class, "{cell:?}");
     }
     assert!(class_of.len() > 100);
@@ -179,12 +163,7 @@ fn strokes_are_random_true_pixels_with_one_of_every_class_first() {
 
 #[test]
 fn a_scene_that_shows_too_little_is_refused_with_a_sentence() {
-    let shot = Shot {
-        frames: 2,
-        width: 16,
-        height: 16,
-        ..Shot::default()
-    };
+    let shot = shot(2, 16, 16);
     let scene = shot.scene(&|_, _| {});
     for (classes, strokes) in [(5000, 10), (2, 100_000)] {
         let refused = scattered(&scene, &shot.labels(), classes, strokes, 0);

@@ -1,3 +1,5 @@
+use std::collections::BTreeSet;
+
 use super::*;
 use crate::LabelImage;
 use crate::testing::{capture, opened};
@@ -21,12 +23,14 @@ fn wall() -> (tempfile::TempDir, Arc<Scene>) {
     (root, opened(&folder))
 }
 
+fn named(name: &str) -> Condition {
+    conditions().into_iter().find(|own| own.name == name).unwrap()
+}
+
 #[test]
 fn names_are_unlike_and_every_line_can_be_missed_and_met() {
     let all = conditions();
-    let mut names: Vec<&str> = all.iter().map(|condition| condition.name).collect();
-    names.sort_unstable();
-    names.dedup();
+    let names: BTreeSet<&str> = all.iter().map(|condition| condition.name).collect();
     assert_eq!(names.len(), all.len());
     for condition in &all {
         let (Line::Least(share) | Line::OfClean(share) | Line::OfCleanWithoutDepth(share)) = condition.line;
@@ -36,10 +40,7 @@ fn names_are_unlike_and_every_line_can_be_missed_and_met() {
 
 #[test]
 fn a_condition_brings_the_undisturbed_one_that_its_line_needs() {
-    let of = |name: &str| -> Vec<&str> {
-        let chosen: Vec<Condition> = conditions().into_iter().filter(|own| own.name == name).collect();
-        needed(&chosen).iter().map(|condition| condition.name).collect()
-    };
+    let of = |name: &str| -> Vec<&str> { needed(&[named(name)]).iter().map(|own| own.name).collect() };
     assert_eq!(of("frames-shuffled"), [CLEAN, "frames-shuffled"]);
     assert_eq!(of("millimetres"), [CLEAN_WITHOUT_DEPTH, "millimetres"]);
     assert_eq!(of("frames-2"), ["frames-2"]);
@@ -48,30 +49,15 @@ fn a_condition_brings_the_undisturbed_one_that_its_line_needs() {
 #[test]
 fn a_wall_of_two_halves_stands_what_keeps_it_whole() {
     let (_root, scene) = wall();
-    let chosen: Vec<Condition> = conditions()
-        .into_iter()
-        .filter(|condition| {
-            [
-                "frames-shuffled",
-                "frame-black",
-                "edits-classes",
-                "worker-dies",
-                "far-origin",
-            ]
-            .contains(&condition.name)
-        })
-        .collect();
-    assert_eq!(chosen.len(), 5);
+    let names = "frames-shuffled frame-black edits-classes worker-dies far-origin";
+    let chosen: Vec<Condition> = names.split(' ').map(named).collect();
     let outcomes = stability(&scene, &chosen, &settings(), 1, &mut |_| {}).unwrap();
     assert_eq!(outcomes.len(), 6, "the undisturbed scene is the first");
     for outcome in &outcomes {
         assert!(outcome.is_met(), "{outcome:?}");
     }
-    assert!(
-        outcomes
-            .iter()
-            .any(|outcome| outcome.told.iter().any(|told| told.contains("labels are safe")))
-    );
+    let mut told = outcomes.iter().flat_map(|outcome| &outcome.told);
+    assert!(told.any(|told| told.contains("labels are safe")));
     assert_eq!(table(&outcomes).unwrap().lines().count(), 7);
 }
 
@@ -86,41 +72,39 @@ fn hard_rooms_take_the_place_of_the_demo_alone() {
     assert_eq!(tried_on(&scene, &with_others).unwrap().len(), 1);
 
     // Six small frames of the plain room: its own truth, classes and clicks.
-    let demo = Shot {
+    let (width, height) = (80, 60);
+    let shot = Shot {
         rooms: 1,
         frames: 6,
-        width: 80,
-        height: 60,
-    }
-    .scene(&|_, _| {});
+        width,
+        height,
+    };
+    let labels = vec![9; 80 * 60];
     let image = LabelImage {
-        width: 80,
-        height: 60,
-        labels: vec![9; 80 * 60],
+        width,
+        height,
+        labels,
     };
     let truth = SceneTruth {
         images: (0..6).map(|frame| (frame, image.clone())).collect(),
         train: vec![0, 2, 4],
         test: vec![1, 3, 5],
     };
-    let mut trial = Trial::new(&demo, &truth, 0);
-    let plain = rooms.iter().find(|own| own.name == "plain").unwrap();
-    let Way::Disturb(enter) = &plain.way else {
+    let mut trial = Trial::new(&shot.scene(&|_, _| {}), &truth, 0);
+    let Way::Disturb(enter) = named("plain").way else {
         panic!("a room is entered");
     };
     enter(&mut trial, &settings(), &mut SmallRng::seed_from_u64(1)).unwrap();
     assert_eq!(trial.truth.classes(), [1, 2, 3, 4]);
     assert_eq!(trial.labels.classes.len(), 4);
-    assert_eq!(
-        (trial.scene.frames.len(), trial.scene.frames[0].camera.width),
-        (6, 80)
-    );
+    let frames = &trial.scene.frames;
+    assert_eq!((frames.len(), frames[0].camera.width), (6, width));
     for stroke in trial.labels.strokes.values() {
         let [x, y] = stroke.first_point().unwrap();
-        assert!(stroke.frame % 2 == 0);
-        assert_eq!(
-            trial.truth.images[&stroke.frame].labels[(y * 80 + x) as usize],
-            stroke.class
+        let labels = &trial.truth.images[&stroke.frame].labels;
+        assert!(
+            stroke.frame % 2 == 0 && labels[(y * width + x) as usize] == stroke.class,
+            "{stroke:?}"
         );
     }
 }
@@ -128,19 +112,11 @@ fn hard_rooms_take_the_place_of_the_demo_alone() {
 #[test]
 fn wrong_labels_miss_the_line() {
     let (_root, scene) = wall();
-    let wrong = disturbed(
-        "wrong",
-        "every label is wrong",
-        "",
-        Line::Least(0.5),
-        |trial, _| {
-            for stroke in trial.labels.strokes.values_mut() {
-                let mut other = stroke.as_ref().clone();
-                other.class = 3 - other.class;
-                *stroke = other.into();
-            }
-        },
-    );
+    let wrong = disturbed("wrong", "", "", Line::Least(0.5), |trial, _| {
+        for stroke in trial.labels.strokes.values_mut() {
+            Arc::make_mut(stroke).class = 3 - stroke.class;
+        }
+    });
     let truth = SceneTruth::read(&scene).unwrap();
     let outcome = tried(&scene, &truth, &wrong, &settings(), &[]);
     assert!(outcome.figure.unwrap() < 0.1 && !outcome.is_met(), "{outcome:?}");
