@@ -77,26 +77,20 @@ impl Calibration {
     /// mean confidence of their bin are apart. `None` without pixels.
     pub fn error(&self) -> Option<f64> {
         let pixels: u64 = self.bins.iter().map(|bin| bin.pixels).sum();
-        let apart = self
-            .bins
-            .iter()
-            .map(|bin| (bin.right as f64 - bin.confidence()).abs());
+        let apart = |bin: &Bin| (bin.right as f64 - bin.confidence()).abs();
+        let apart = self.bins.iter().map(apart);
         (pixels > 0).then(|| apart.sum::<f64>() / pixels as f64)
     }
 
     /// Mean confidence and accuracy of the bins with at least so large a share of all pixels, ascending.
     pub fn reliability(&self, least_share: f64) -> Vec<(f64, f64)> {
         let all: u64 = self.bins.iter().map(|bin| bin.pixels).sum();
-        let filled = self
-            .bins
-            .iter()
-            .filter(|bin| bin.pixels > 0 && bin.pixels as f64 >= least_share * all as f64);
-        filled
-            .map(|bin| {
-                let pixels = bin.pixels as f64;
-                (bin.confidence() / pixels, bin.right as f64 / pixels)
-            })
-            .collect()
+        let of = |bin: &Bin| {
+            let pixels = bin.pixels as f64;
+            let is_shown = bin.pixels > 0 && pixels >= least_share * all as f64;
+            is_shown.then(|| (bin.confidence() / pixels, bin.right as f64 / pixels))
+        };
+        self.bins.iter().filter_map(of).collect()
     }
 }
 
@@ -104,18 +98,14 @@ impl Calibration {
 mod tests {
     use super::*;
 
-    fn steps(probability: f64) -> u16 {
-        (probability * f64::from(CERTAIN)).round() as u16
-    }
-
     /// Four pixels of confidence 0.9 of which two are right, one of 0.5 that is wrong, one that is certain and
     /// right, and a void one.
     fn calibration() -> Calibration {
         let mut calibration = Calibration::default();
+        let steps = |probability: f64| (probability * f64::from(CERTAIN)).round() as u16;
         let confidence = [0.9, 0.9, 0.9, 0.9, 0.5, 1.0, 0.7].map(steps);
-        calibration
-            .add(&[1, 1, 2, 2, 3, 3, 0], &[1, 2, 1, 2, 1, 3, 1], &confidence)
-            .unwrap();
+        let added = calibration.add(&[1, 1, 2, 2, 3, 3, 0], &[1, 2, 1, 2, 1, 3, 1], &confidence);
+        added.unwrap();
         calibration
     }
 
@@ -142,13 +132,10 @@ mod tests {
         assert_eq!(merged.reliability(0.0), calibration().reliability(0.0));
         assert!(merged.add(&[1], &[1], &[1, 2]).is_err());
         assert!(merged.add(&[1], &[1, 1], &[1]).is_err());
-    }
-
-    #[test]
-    fn probabilities_at_the_ends_have_a_bin() {
-        let mut calibration = Calibration::default();
-        calibration.add(&[1, 1], &[1, 0], &[CERTAIN, 0]).unwrap();
-        assert_eq!(calibration.error(), Some(0.0));
-        assert_eq!(calibration.reliability(0.0), [(0.0, 0.0), (1.0, 1.0)]);
+        // Probabilities at the ends have a bin.
+        let mut ends = Calibration::default();
+        ends.add(&[1, 1], &[1, 0], &[CERTAIN, 0]).unwrap();
+        assert_eq!(ends.error(), Some(0.0));
+        assert_eq!(ends.reliability(0.0), [(0.0, 0.0), (1.0, 1.0)]);
     }
 }

@@ -62,8 +62,8 @@ pub enum Chart {
         label: String,
         /// Name of each group, from the top.
         groups: Vec<String>,
-        /// The bars of the groups, a colour each.
-        series: Vec<BarSeries>,
+        /// What each colour stands for, and the length of its bar in each group; not a number = none.
+        series: Vec<(String, Vec<f64>)>,
     },
 }
 
@@ -111,15 +111,6 @@ pub struct Point {
     pub ring: bool,
 }
 
-/// The bars of one colour.
-#[derive(Clone, Debug, PartialEq)]
-pub struct BarSeries {
-    /// What the colour stands for.
-    pub name: String,
-    /// Length of the bar in each group; not a number = none.
-    pub values: Vec<f64>,
-}
-
 impl Axis {
     /// An axis without a mark.
     pub fn new(label: impl Into<String>, scale: Scale) -> Self {
@@ -141,12 +132,8 @@ impl Axis {
 impl Point {
     /// A single measurement.
     pub fn new(x: f64, y: f64) -> Self {
-        Self {
-            x,
-            y,
-            range: (y, y),
-            ring: false,
-        }
+        let (range, ring) = ((y, y), false);
+        Self { x, y, range, ring }
     }
 
     /// The same point with a ring around it.
@@ -160,9 +147,11 @@ impl Point {
     pub fn of_means(measured: impl IntoIterator<Item = (f64, f64)>) -> Option<Self> {
         let finite = measured.into_iter().filter(|(_, y)| y.is_finite());
         let (x, y): (Vec<f64>, Vec<f64>) = finite.unzip();
+        let range = Self::of_values(0.0, y.iter().copied())?.range;
+        let (x, y) = (mean(x), mean(y));
         Some(Self {
-            range: Self::of_values(0.0, y.iter().copied())?.range,
-            ..Self::new(mean(x), mean(y))
+            range,
+            ..Self::new(x, y)
         })
     }
 
@@ -172,13 +161,10 @@ impl Point {
         values.sort_by(f64::total_cmp);
         let (&low, &high) = (values.first()?, values.last()?);
         let middle = values.len() / 2;
-        let y = if values.len().is_multiple_of(2) {
-            0.5 * (values[middle - 1] + values[middle])
-        } else {
-            values[middle]
-        };
+        let y = 0.5 * (values[(values.len() - 1) / 2] + values[middle]);
+        let range = (low, high);
         Some(Self {
-            range: (low, high),
+            range,
             ..Self::new(x, y)
         })
     }
@@ -190,11 +176,8 @@ impl Figure {
         const MARGIN: f64 = 24.0;
         const GAP: f64 = 28.0;
         let columns = self.rows.iter().map(Vec::len).max().unwrap_or(0).max(1);
-        let heights: Vec<f64> = self
-            .rows
-            .iter()
-            .map(|row| row.iter().map(panel::height).fold(0.0, f64::max))
-            .collect();
+        let height = |row: &Vec<Panel>| row.iter().map(panel::height).fold(0.0, f64::max);
+        let heights: Vec<f64> = self.rows.iter().map(height).collect();
         // A single panel is no narrower than a line of conditions.
         let narrowest = if columns == 1 { 640.0 } else { panel::WIDTH };
         let inside = columns as f64 * (narrowest + GAP) - GAP;

@@ -86,7 +86,7 @@ fn session_options(training: &TrainingArguments, source: SceneSource, threads: u
 /// Items of `all` that belong together, in the order in which the first of each comes.
 fn grouped<'a, T, K: PartialEq>(
     all: impl IntoIterator<Item = &'a T>,
-    key: impl Fn(&T) -> K,
+    key: impl Fn(&'a T) -> K,
 ) -> Vec<(K, Vec<&'a T>)> {
     let mut groups: Vec<(K, Vec<&T>)> = Vec::new();
     for item in all {

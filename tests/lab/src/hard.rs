@@ -33,11 +33,8 @@ const OAK: u32 = 0xA8_7B4F;
 const WALNUT: u32 = 0x6E_4A31;
 
 /// Ids of a room's own classes, in the order of their names.
-const FIRST: ClassId = CEILING + 1;
-const SECOND: ClassId = FIRST + 1;
-const THIRD: ClassId = SECOND + 1;
-const FOURTH: ClassId = THIRD + 1;
-const FIFTH: ClassId = FOURTH + 1;
+const OWN: [ClassId; 5] = [CEILING + 1, CEILING + 2, CEILING + 3, CEILING + 4, CEILING + 5];
+const FIRST: ClassId = OWN[0];
 
 /// Half of the width of what is void around a border that cannot be seen, in metres.
 const UNCLEAR: f32 = 0.1;
@@ -148,11 +145,11 @@ fn world() -> Place {
 }
 
 fn thin(builder: &mut Builder) {
-    const TABLE: ClassId = FIRST;
-    const CHAIR: ClassId = SECOND;
-    const POLE: ClassId = THIRD;
-    const RACK: ClassId = FOURTH;
-    const CABLE: ClassId = FIFTH;
+    const TABLE: ClassId = OWN[0];
+    const CHAIR: ClassId = OWN[1];
+    const POLE: ClassId = OWN[2];
+    const RACK: ClassId = OWN[3];
+    const CABLE: ClassId = OWN[4];
     usual_shell(builder);
     let table = Place::new(2.45, 1.9, 15.0);
     builder.block(TABLE, wood(OAK), &table, [-0.6, -0.35, 0.72], [0.6, 0.35, 0.745]);
@@ -164,21 +161,15 @@ fn thin(builder: &mut Builder) {
     for (x, y, turn, colour) in [(0.75, 1.3, -70.0, 0xB8_4A3A), (4.2, 2.3, 100.0, 0x3F_6F9C)] {
         wire_chair(builder, CHAIR, &Place::new(x, y, turn), colour);
     }
+    let brass = paint(0x8C_7443);
     for (x, y, radius) in [
         (0.4, 3.5, 0.01),
         (4.6, 0.5, 0.0075),
         (4.5, 3.6, 0.01),
         (0.5, 0.4, 0.005),
     ] {
-        let top = SIZE.z - 0.001;
-        builder.rod(
-            POLE,
-            paint(0x8C_7443),
-            &world(),
-            [x, y, 0.001],
-            [x, y, top],
-            radius,
-        );
+        let (foot, top) = ([x, y, 0.001], [x, y, SIZE.z - 0.001]);
+        builder.rod(POLE, brass, &world(), foot, top, radius);
     }
     let steel = paint(0x6A_6660);
     let rack = Place::new(2.4, SIZE.y - 0.3, 0.0);
@@ -223,24 +214,32 @@ fn wire_chair(builder: &mut Builder, class: ClassId, place: &Place, colour: u32)
     }
 }
 
-fn plain(builder: &mut Builder) {
-    let white = paint(WHITE);
-    shell(builder, [white; SHELL]);
-    for (min, max) in [
-        ([0.0, 0.5, 0.0], [0.5, 1.4, 0.9]),
-        ([0.0, 2.9, 0.0], [0.7, 4.0, 1.5]),
-        ([1.6, 3.4, 0.0], [2.9, 4.0, 0.6]),
-        ([4.2, 3.1, 0.0], [5.0, 4.0, 0.8]),
-        ([4.5, 0.9, 0.0], [5.0, 1.7, 1.9]),
-        ([2.2, 0.0, 0.0], [3.4, 0.45, 1.1]),
-    ] {
-        builder.block(FIRST, white, &world(), min, max);
+/// A block between two corners of the room, of a colour 0xRRGGBB.
+type Block = ([f32; 3], [f32; 3], u32);
+
+/// Blocks of one class.
+fn blocks(builder: &mut Builder, class: ClassId, blocks: &[Block]) {
+    for &(min, max, colour) in blocks {
+        builder.block(class, paint(colour), &world(), min, max);
     }
 }
 
+fn plain(builder: &mut Builder) {
+    shell(builder, [paint(WHITE); SHELL]);
+    let all = [
+        ([0.0, 0.5, 0.0], [0.5, 1.4, 0.9], WHITE),
+        ([0.0, 2.9, 0.0], [0.7, 4.0, 1.5], WHITE),
+        ([1.6, 3.4, 0.0], [2.9, 4.0, 0.6], WHITE),
+        ([4.2, 3.1, 0.0], [5.0, 4.0, 0.8], WHITE),
+        ([4.5, 0.9, 0.0], [5.0, 1.7, 1.9], WHITE),
+        ([2.2, 0.0, 0.0], [3.4, 0.45, 1.1], WHITE),
+    ];
+    blocks(builder, FIRST, &all);
+}
+
 fn same_colour(builder: &mut Builder) -> Vec<Zone> {
-    const CABINET: ClassId = FIRST;
-    const COUNTER: ClassId = SECOND;
+    const CABINET: ClassId = OWN[0];
+    const COUNTER: ClassId = OWN[1];
     usual_shell(builder);
     // Along the two long walls: cabinets up to a seam, counters beyond it. Each pair is one solid, so that light
     // and grain know nothing of the seam.
@@ -270,7 +269,7 @@ fn same_colour(builder: &mut Builder) -> Vec<Zone> {
 /// The first `known` blocks have their class, the others none.
 fn apart(builder: &mut Builder, known: usize) {
     usual_shell(builder);
-    let blocks = [
+    let all = [
         ([0.0, 0.0, 0.0], [0.6, 0.6, 0.7], 0xB8_3A30),
         ([4.5, 3.3, 0.0], [5.0, 4.0, 1.2], 0x2F_5D9B),
         ([4.4, 0.0, 0.0], [5.0, 0.7, 0.5], 0xD8_B23C),
@@ -280,61 +279,46 @@ fn apart(builder: &mut Builder, known: usize) {
         ([0.0, 1.6, 0.0], [0.4, 2.4, 0.8], 0xE0_7B2C),
         ([4.6, 1.7, 0.0], [5.0, 2.3, 1.4], 0x3C_9A9A),
     ];
-    for (number, (min, max, colour)) in blocks.into_iter().enumerate() {
-        let class = if number < known { FIRST } else { VOID };
-        builder.block(class, paint(colour), &world(), min, max);
-    }
+    let (known, others) = all.split_at(known.min(all.len()));
+    blocks(builder, FIRST, known);
+    blocks(builder, VOID, others);
 }
 
 fn mirror(builder: &mut Builder) {
-    const MIRROR: ClassId = FIRST;
-    const BLOCK: ClassId = SECOND;
+    const MIRROR: ClassId = OWN[0];
+    const BLOCK: ClassId = OWN[1];
     usual_shell(builder);
     let silver = Material::passing(Vec3A::splat(0.92), Optics::Mirror);
     builder.block(MIRROR, silver, &world(), [0.0, 1.4, 0.4], [0.02, 2.6, 2.0]);
-    for (min, max, colour) in [
+    let others = [
         ([0.0, 3.2, 0.0], [0.7, 4.0, 0.9], 0x2F_5D9B),
         ([2.0, 3.4, 0.0], [3.2, 4.0, 0.7], 0xB8_3A30),
         ([4.5, 0.8, 0.0], [5.0, 1.9, 1.3], 0xD8_9A3C),
         ([4.4, 2.8, 0.0], [5.0, 3.6, 0.6], 0x3F_8C45),
         ([1.8, 0.0, 0.0], [2.8, 0.5, 1.0], 0x6B_3A7A),
-    ] {
-        builder.block(BLOCK, paint(colour), &world(), min, max);
-    }
+    ];
+    blocks(builder, BLOCK, &others);
 }
 
 fn glass(builder: &mut Builder) {
-    const CABINET: ClassId = FIRST;
-    const GLASS: ClassId = SECOND;
-    const BLOCK: ClassId = THIRD;
+    const CABINET: ClassId = OWN[0];
+    const GLASS: ClassId = OWN[1];
+    const BLOCK: ClassId = OWN[2];
     usual_shell(builder);
     // A closed base with a glazed case on it, its back at the wall.
     let place = Place::new(2.5, SIZE.y, 180.0);
     let (half, depth, base, top) = (0.8, 0.45, 0.6, 1.9);
     let (oak, walnut) = (wood(OAK), wood(WALNUT));
-    builder.block(CABINET, walnut, &place, [-half, 0.0, 0.0], [half, depth, base]);
-    builder.block(
-        CABINET,
-        walnut,
-        &place,
-        [-half, 0.0, top],
-        [half, depth, top + 0.08],
-    );
-    builder.block(CABINET, oak, &place, [-half, 0.0, base], [half, 0.02, top]);
+    let mut board = |material, min, max| builder.block(CABINET, material, &place, min, max);
+    board(walnut, [-half, 0.0, 0.0], [half, depth, base]);
+    board(walnut, [-half, 0.0, top], [half, depth, top + 0.08]);
+    board(oak, [-half, 0.0, base], [half, 0.02, top]);
     for z in [1.02, 1.46] {
         let inner = half - 0.015;
-        builder.block(
-            CABINET,
-            oak,
-            &place,
-            [-inner, 0.02, z],
-            [inner, depth - 0.05, z + 0.02],
-        );
+        board(oak, [-inner, 0.02, z], [inner, depth - 0.05, z + 0.02]);
     }
-    for (number, colour) in [0x3F_7C8C, 0xC2_4F3D, 0xE9_E4DA, 0x5C_7F63, 0xD0_9A3E, 0x2F_5266]
-        .into_iter()
-        .enumerate()
-    {
+    let vases = [0x3F_7C8C, 0xC2_4F3D, 0xE9_E4DA, 0x5C_7F63, 0xD0_9A3E, 0x2F_5266];
+    for (number, colour) in vases.into_iter().enumerate() {
         let (row, column) = (number / 3, number % 3);
         let (x, z) = (0.45 * (column as f32 - 1.0), [base, 1.04][row]);
         builder.column(BLOCK, paint(colour), &place, [x, 0.22, z], [0.09, 0.06], 0.28);
@@ -348,13 +332,12 @@ fn glass(builder: &mut Builder) {
     for [min, max] in [front, left, right] {
         builder.block(GLASS, pane, &place, min, max);
     }
-    for (min, max, colour) in [
+    let others = [
         ([0.0, 0.4, 0.0], [0.6, 1.3, 0.9], 0x2F_5D9B),
         ([4.4, 2.6, 0.0], [5.0, 3.5, 0.7], 0xB8_3A30),
         ([2.3, 0.0, 0.0], [3.3, 0.5, 1.1], 0xD8_9A3C),
-    ] {
-        builder.block(BLOCK, paint(colour), &world(), min, max);
-    }
+    ];
+    blocks(builder, BLOCK, &others);
 }
 
 #[cfg(test)]

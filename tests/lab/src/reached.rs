@@ -114,17 +114,21 @@ mod tests {
         progress.note(20.0, &look(30.0, 0.06));
         assert!(!progress.is_due(21.9) && progress.is_due(22.1));
         let reached = progress.finish("demo", "auto", true, 3);
-        let seconds: Vec<Option<f64>> = reached.iter().map(|one| one.seconds).collect();
-        let of = |quantity| -> Vec<Option<f64>> {
+        let expected = [
+            (Quantity::DepthErrorM, vec![Some(1.0), Some(1.0), Some(2.0), None]),
+            (Quantity::DepthErrorRel, vec![None; 3]),
+            (
+                Quantity::PsnrDb,
+                vec![Some(1.0), Some(20.0), Some(20.0), Some(20.0)],
+            ),
+        ];
+        for (quantity, seconds) in expected {
             let own = reached.iter().filter(|one| one.quantity == quantity);
-            own.map(|one| one.seconds).collect()
-        };
-        assert_eq!(of(Quantity::DepthErrorM), [Some(1.0), Some(1.0), Some(2.0), None]);
-        assert_eq!(of(Quantity::DepthErrorRel), [None; 3]);
-        assert_eq!(
-            of(Quantity::PsnrDb),
-            [Some(1.0), Some(20.0), Some(20.0), Some(20.0)]
-        );
-        assert_eq!(seconds.len(), TARGETS.len());
+            assert_eq!(
+                own.map(|one| one.seconds).collect::<Vec<_>>(),
+                seconds,
+                "{quantity:?}"
+            );
+        }
     }
 }

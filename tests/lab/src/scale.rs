@@ -102,7 +102,15 @@ pub struct Exponent {
     pub sweep: Sweep,
     /// What grows, by its name in [`QUANTITIES`].
     pub quantity: &'static str,
-    /// Slope of its logarithm over that of what is varied.
+    /// What was fitted.
+    #[serde(flatten)]
+    pub fit: Fit,
+}
+
+/// A line through logarithms.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Fit {
+    /// Slope of the logarithm of what grows over that of what is varied.
     pub exponent: f64,
     /// Least value of what is varied that it was fitted to.
     pub from: f64,
@@ -115,7 +123,7 @@ pub struct Exponent {
 impl Exponent {
     /// The exponent to two decimals, and never -0.00.
     pub fn shown(&self) -> String {
-        format!("{:.2}", (100.0 * self.exponent).round() / 100.0 + 0.0)
+        format!("{:.2}", (100.0 * self.fit.exponent).round() / 100.0 + 0.0)
     }
 }
 
@@ -199,28 +207,11 @@ pub fn exponents(measured: &[Measured]) -> Vec<Exponent> {
     let of_sweep = |sweep: Sweep| {
         QUANTITIES.into_iter().filter_map(move |(quantity, of)| {
             let own = measured.iter().filter(|one| one.sweep == sweep);
-            let points = own.map(|one| (one.value(), of(&one.cost)));
-            let fitted = fit(points.collect())?;
-            Some(Exponent {
-                sweep,
-                quantity,
-                exponent: fitted.slope,
-                from: fitted.from,
-                to: fitted.to,
-                points: fitted.points,
-            })
+            let fit = fit(own.map(|one| (one.value(), of(&one.cost))).collect())?;
+            Some(Exponent { sweep, quantity, fit })
         })
     };
     Sweep::ALL.into_iter().flat_map(of_sweep).collect()
-}
-
-/// A line through logarithms.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Fit {
-    slope: f64,
-    from: f64,
-    to: f64,
-    points: usize,
 }
 
 /// Least squares over the upper half of the values, at least three of them where there are as many: what is the same for
@@ -243,7 +234,7 @@ fn fit(mut points: Vec<(f64, f64)>) -> Option<Fit> {
         (both + dx * dy, own + dx * dx)
     });
     Some(Fit {
-        slope: covariance / variance,
+        exponent: covariance / variance,
         from,
         to,
         points: kept,

@@ -102,6 +102,18 @@ impl SceneTruth {
         })
     }
 
+    /// How good these maps of the test frames are, in their order and in the frames' own pixels.
+    ///
+    /// # Errors
+    /// As [`scores`](Self::scores).
+    pub fn scores_of_maps(&self, scene: &Scene, maps: Vec<Vec<ClassId>>) -> Result<Scores, EvalError> {
+        let mut maps = self.test.iter().zip(maps);
+        self.scores(&self.test, |_| {
+            let map = maps.next();
+            map.map_or_else(Vec::new, |(&frame, labels)| in_image(scene, frame, labels))
+        })
+    }
+
     /// The classes that the training frames show, ascending.
     pub fn classes(&self) -> Vec<ClassId> {
         let shown = self.train.iter().flat_map(|frame| &self.images[frame].labels);

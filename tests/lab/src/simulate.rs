@@ -9,7 +9,7 @@ mod experiment;
 use serde::{Serialize, Serializer};
 
 pub use annotator::{Annotator, Click, Policy};
-pub use baseline::{Baseline, BaselineMaps};
+pub use baseline::Baseline;
 pub use experiment::{Experiment, simulate};
 
 use super::table::csv;

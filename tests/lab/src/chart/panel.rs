@@ -3,7 +3,7 @@
 use super::axis::{Range, number, tick_texts};
 use super::lines;
 use super::svg::{Svg, class, shortened, text_width, widest};
-use super::{BarSeries, Chart, Panel, Scale};
+use super::{Chart, Panel, Scale};
 
 /// Width of a panel in the fullest row, in pixels.
 pub(super) const WIDTH: f64 = 440.0;
@@ -47,7 +47,7 @@ pub(super) fn draw(out: &mut Svg, panel: &Panel, (x, y): (f64, f64), size: (f64,
     }
 }
 
-fn legend_height(series: &[BarSeries]) -> f64 {
+fn legend_height<T>(series: &[T]) -> f64 {
     if series.len() > 1 { LEGEND } else { 0.0 }
 }
 
@@ -56,12 +56,14 @@ fn bars(
     out: &mut Svg,
     label: &str,
     groups: &[String],
-    series: &[BarSeries],
+    series: &[(String, Vec<f64>)],
     (x, y): (f64, f64),
     (width, height): (f64, f64),
 ) -> bool {
     const LABEL: f64 = 11.5;
-    let values = series.iter().flat_map(|own| own.values.iter().take(groups.len()));
+    let values = series
+        .iter()
+        .flat_map(|(_, values)| values.iter().take(groups.len()));
     let finite: Vec<f64> = values.copied().filter(|value| value.is_finite()).collect();
     let numbers: Vec<String> = finite.iter().copied().map(number).collect();
     let left = (widest(groups, LABEL) + 10.0).min(0.45 * width);
@@ -71,10 +73,10 @@ fn bars(
     };
     let mut legend = x;
     if series.len() > 1 {
-        for (index, own) in series.iter().enumerate() {
+        for (index, (name, _)) in series.iter().enumerate() {
             out.rectangle(&class("f", index), (legend, y + 24.0), (11.0, 11.0), "");
-            out.text("label", legend + 16.0, y + 34.0, &own.name);
-            legend += 16.0 + text_width(&own.name, LABEL) + 16.0;
+            out.text("label", legend + 16.0, y + 34.0, name);
+            legend += 16.0 + text_width(name, LABEL) + 16.0;
         }
     }
     let top = y + 26.0 + legend_height(series);
@@ -89,16 +91,16 @@ fn bars(
     let thickness = ((group_height - GROUP_GAP) / series.len() as f64).clamp(4.0, 24.0);
     for (row, group) in groups.iter().enumerate() {
         let middle = top + (row as f64 + 0.5) * group_height;
-        let name = shortened(group, LABEL, left - 10.0);
-        out.text("label end", x + left - 8.0, middle + 4.0, &name);
-        for (index, own) in series.iter().enumerate() {
-            let Some(&bar) = own.values.get(row).filter(|bar| bar.is_finite()) else {
+        let short = shortened(group, LABEL, left - 10.0);
+        out.text("label end", x + left - 8.0, middle + 4.0, &short);
+        for (index, (name, values)) in series.iter().enumerate() {
+            let Some(&bar) = values.get(row).filter(|bar| bar.is_finite()) else {
                 continue;
             };
             let from = middle + (index as f64 - 0.5 * series.len() as f64) * thickness;
             let (start, end) = (place(bar.min(0.0)), place(bar.max(0.0)));
             let text = number(bar);
-            let hint = format!("{group}, {}: {text}", own.name);
+            let hint = format!("{group}, {name}: {text}");
             let size = ((end - start).max(1.0), thickness - 2.0);
             out.rectangle(&class("f", index), (start, from + 1.0), size, &hint);
             out.text("label", end + 5.0, from + 0.5 * thickness + 4.0, &text);

@@ -171,10 +171,7 @@ fn a_band_spans_the_seeds_around_their_median() {
 #[test]
 fn bars_show_every_value_but_those_that_are_none() {
     let drawn = |all: &[(&str, &[f64])]| {
-        let bars = |(name, values): &(&str, &[f64])| BarSeries {
-            name: (*name).to_owned(),
-            values: values.to_vec(),
-        };
+        let bars = |(name, values): &(&str, &[f64])| ((*name).to_owned(), values.to_vec());
         let chart = Chart::Bars {
             label: "samples/s".to_owned(),
             groups: vec!["fused".to_owned(), "candle".to_owned()],

@@ -3,18 +3,16 @@
 mod captures;
 mod figure;
 
-use std::collections::BTreeSet;
-
-use crate::scale::{Exponent, Measured, QUANTITIES, Setting, Values, exponents, table};
+use crate::scale::{Exponent, Measured, QUANTITIES, Setting, Sweep, Values, exponents, table};
 use inplace_core::export;
 use serde_json::json;
 
 pub(super) use captures::of_one;
 
 use super::machine::processor;
+use super::{Failure, cores, grouped};
 use crate::arguments::ScaleArguments;
-use crate::commands::{Failure, cores};
-use crate::page::Page;
+use crate::page::{Page, known};
 
 /// An exponent above which growth is worth a look: it is set in bold.
 const STEEP: f64 = 1.2;
@@ -41,24 +39,18 @@ pub fn run(arguments: &ScaleArguments) -> Result<(), Failure> {
         classes: counts(&arguments.classes),
         strokes: counts(&arguments.strokes),
     };
-    let sweeps: Vec<_> = arguments
-        .sweeps
-        .iter()
-        .map(|&sweep| (sweep, sweep.settings(base, &values)))
-        .collect();
-    let settings: BTreeSet<Setting> = sweeps
-        .iter()
-        .flat_map(|(_, settings)| settings)
-        .copied()
-        .collect();
-    let costs = captures::measure(&settings, arguments, threads)?;
-    let measured: Vec<Measured> = sweeps
-        .iter()
-        .flat_map(|(sweep, settings)| settings.iter().map(|setting| (*sweep, setting)))
-        .map(|(sweep, setting)| Measured {
+    let settings = |sweep: Sweep| sweep.settings(base, &values);
+    let sweeps = arguments.sweeps.iter().copied();
+    let costs = captures::measure(&sweeps.clone().flat_map(settings).collect(), arguments, threads)?;
+    let measured = sweeps.flat_map(|sweep| {
+        let own = settings(sweep).into_iter();
+        own.map(move |setting| (sweep, setting.rooms, setting))
+    });
+    let measured: Vec<Measured> = measured
+        .map(|(sweep, rooms, setting)| Measured {
             sweep,
-            rooms: setting.rooms,
-            cost: costs[setting],
+            rooms,
+            cost: costs[&setting],
         })
         .collect();
     let exponents = exponents(&measured);
@@ -84,8 +76,6 @@ fn page(measured: &[Measured], exponents: &[Exponent]) -> Page {
         "Seconds until a capture of the demo room is open, until its surface is known, from the strokes to the map of \
          the frame in view and to those of all frames, and from one more click to all maps again.",
     );
-    let gigabytes =
-        |bytes: Option<u64>| bytes.map_or("-".to_owned(), |bytes| format!("{:.2}", bytes as f64 / 1e9));
     let rows = measured.iter().map(|Measured { sweep, rooms, cost }| {
         vec![
             sweep.name().to_owned(),
@@ -100,12 +90,8 @@ fn page(measured: &[Measured], exponents: &[Exponent]) -> Page {
             format!("{:.3}", cost.all_maps_s),
             format!("{:.3}", cost.update_s),
             // Nothing was left to train when the maps had been read.
-            if cost.steps_per_s > 0.0 {
-                format!("{:.0}", cost.steps_per_s)
-            } else {
-                "-".to_owned()
-            },
-            gigabytes(cost.peak_memory_bytes),
+            known(Some(cost.steps_per_s).filter(|&steps| steps > 0.0), 0),
+            known(cost.peak_memory_bytes.map(|bytes| bytes as f64 / 1e9), 2),
             cost.surface_nodes.to_string(),
             cost.parameters.to_string(),
         ]
@@ -122,7 +108,7 @@ fn page(measured: &[Measured], exponents: &[Exponent]) -> Page {
 
 /// A row for each quantity, a column for each sweep; steep growth is bold.
 fn add_exponents(page: &mut Page, exponents: &[Exponent]) {
-    let sweeps = super::grouped(exponents, |one| one.sweep);
+    let sweeps = grouped(exponents, |one| one.sweep);
     page.paragraph(&format!(
         "The power that each grows with, fitted to the upper half of the values; above {STEEP} in bold."
     ));
@@ -130,19 +116,16 @@ fn add_exponents(page: &mut Page, exponents: &[Exponent]) {
         let mut row = vec![(*quantity).to_owned()];
         row.extend(sweeps.iter().map(|(_, own)| {
             let one = own.iter().find(|one| one.quantity == *quantity);
-            one.map_or("-".to_owned(), |one| {
-                let text = one.shown();
-                if one.exponent > STEEP {
-                    format!("**{text}**")
-                } else {
-                    text
-                }
-            })
+            match one.map(|one| (one.shown(), one.fit.exponent > STEEP)) {
+                None => "-".to_owned(),
+                Some((text, true)) => format!("**{text}**"),
+                Some((text, false)) => text,
+            }
         }));
         row
     });
     let ranges = sweeps.iter().map(|(sweep, own)| {
-        let ends = own.first().map_or((0.0, 0.0), |one| (one.from, one.to));
+        let ends = own.first().map_or((0.0, 0.0), |one| (one.fit.from, one.fit.to));
         format!(" | {}, {} to {}", sweep.name(), short(ends.0), short(ends.1))
     });
     page.table(&ranges.collect::<String>(), &rows.collect::<Vec<_>>());
@@ -150,9 +133,6 @@ fn add_exponents(page: &mut Page, exponents: &[Exponent]) {
 
 /// A number as short as it can be told from others.
 fn short(value: f64) -> String {
-    if value.fract() == 0.0 {
-        format!("{value}")
-    } else {
-        format!("{value:.2}")
-    }
+    let decimals = if value.fract() == 0.0 { 0 } else { 2 };
+    format!("{value:.decimals$}")
 }

@@ -1,5 +1,6 @@
 //! `inplace-lab bench stability`: what such methods fail at.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use crate::stability::{Condition, Outcome, Progress as Told, Settings, conditions, stability, table};
@@ -74,21 +75,22 @@ pub fn run(arguments: &StabilityArguments) -> Result<(), Failure> {
 }
 
 fn missed(outcome: &Outcome) -> String {
-    let figure = outcome
-        .figure
-        .map_or("failed".to_owned(), |figure| format!("{figure:.3}"));
-    format!(
-        "{}, {} with seed {}: {figure}, below its line of {:.3}{}",
+    let mut sentence = format!(
+        "{}, {} with seed {}: {}, below its line of {:.3}",
         outcome.scene,
         outcome.condition,
         outcome.seed,
-        outcome.line,
-        outcome
-            .told
-            .iter()
-            .map(|told| format!("; {told}"))
-            .collect::<String>()
-    )
+        number(outcome.figure),
+        outcome.line
+    );
+    for told in &outcome.told {
+        sentence += &format!("; {told}");
+    }
+    sentence
+}
+
+fn number(figure: Option<f64>) -> String {
+    figure.map_or("failed".to_owned(), |figure| format!("{figure:.3}"))
 }
 
 /// A condition on a scene, over the seeds.
@@ -100,42 +102,32 @@ struct Row<'a> {
     /// The mean of the lines, which differ by seed where they are shares.
     line: f64,
     is_met: bool,
-    told: Vec<&'a str>,
+    told: BTreeSet<&'a str>,
 }
 
 /// The line counts for the mean over the seeds, and every run has to end.
 fn rows(outcomes: &[Outcome]) -> Vec<Row<'_>> {
     let known = conditions();
-    let groups = grouped(outcomes, |outcome| (outcome.scene.clone(), outcome.condition));
-    groups
-        .into_iter()
-        .filter_map(|((_, name), runs)| {
-            let condition = known.iter().find(|condition| condition.name == name)?.clone();
-            let figures: Option<Vec<f64>> = runs.iter().map(|run| run.figure).collect();
-            let count = runs.len() as f64;
-            let mean = figures
-                .as_ref()
-                .map(|figures| figures.iter().sum::<f64>() / count);
-            let worst = figures.map(|figures| figures.into_iter().fold(f64::INFINITY, f64::min));
-            let line = runs.iter().map(|run| run.line).sum::<f64>() / count;
-            let mut told: Vec<&str> = runs
-                .iter()
-                .flat_map(|run| &run.told)
-                .map(String::as_str)
-                .collect();
-            told.sort_unstable();
-            told.dedup();
-            Some(Row {
-                scene: &runs[0].scene,
-                condition,
-                mean,
-                worst,
-                line,
-                is_met: mean.is_some_and(|mean| mean >= line),
-                told,
-            })
-        })
-        .collect()
+    let mut rows = Vec::new();
+    for ((scene, name), runs) in grouped(outcomes, |own| (own.scene.as_str(), own.condition)) {
+        let Some(condition) = known.iter().find(|condition| condition.name == name) else {
+            continue;
+        };
+        let figures: Option<Vec<f64>> = runs.iter().map(|run| run.figure).collect();
+        let mean = figures.clone().map(crate::mean);
+        let line = crate::mean(runs.iter().map(|run| run.line));
+        let told = runs.iter().flat_map(|run| &run.told);
+        rows.push(Row {
+            scene,
+            condition: condition.clone(),
+            mean,
+            worst: figures.map(|figures| figures.into_iter().fold(f64::INFINITY, f64::min)),
+            line,
+            is_met: mean.is_some_and(|mean| mean >= line),
+            told: told.map(String::as_str).collect(),
+        });
+    }
+    rows
 }
 
 /// What is tried and what came of it: docs/stability.md.
@@ -162,19 +154,20 @@ fn page(settings: &Settings, seeds: u64, outcomes: &[Outcome]) -> Page {
     ));
     let rows = rows(outcomes);
     let missed: Vec<&Row<'_>> = rows.iter().filter(|row| !row.is_met).collect();
-    page.paragraph(&match missed.as_slice() {
-        [] => "Every line is met.".to_owned(),
-        some => format!(
-            "{} of {} lines are met; missed: {}.",
-            rows.len() - some.len(),
-            rows.len(),
-            some.iter()
-                .map(|row| format!("{} ({})", row.condition.name, row.scene))
-                .collect::<Vec<String>>()
-                .join(", ")
-        ),
+    page.paragraph(&match missed.len() {
+        0 => "Every line is met.".to_owned(),
+        count => {
+            let names = missed
+                .iter()
+                .map(|row| format!("{} ({})", row.condition.name, row.scene));
+            let names = names.collect::<Vec<String>>().join(", ");
+            format!(
+                "{} of {} lines are met; missed: {names}.",
+                rows.len() - count,
+                rows.len()
+            )
+        }
     });
-    let number = |value: Option<f64>| value.map_or("failed".to_owned(), |value| format!("{value:.3}"));
     for (scene, rows) in grouped(&rows, |row| row.scene) {
         page.heading(2, scene);
         let cells = rows.iter().map(|row| {
@@ -192,20 +185,17 @@ fn page(settings: &Settings, seeds: u64, outcomes: &[Outcome]) -> Page {
         page.table(header, &cells.collect::<Vec<_>>());
     }
     page.heading(2, "What the program does");
-    let cells = grouped(&rows, |row| row.condition.name)
-        .into_iter()
-        .map(|(name, rows)| {
-            let mut told: Vec<&str> = rows.iter().flat_map(|row| row.told.iter().copied()).collect();
-            told.sort_unstable();
-            told.dedup();
-            let condition = &rows[0].condition;
-            vec![
-                name.to_owned(),
-                condition.answer.to_owned(),
-                told.join("; "),
-                condition.limit.to_owned(),
-            ]
-        });
+    let cells = grouped(&rows, |row| row.condition.name).into_iter();
+    let cells = cells.map(|(name, rows)| {
+        let told: BTreeSet<&str> = rows.iter().flat_map(|row| row.told.iter().copied()).collect();
+        let condition = &rows[0].condition;
+        vec![
+            name.to_owned(),
+            condition.answer.to_owned(),
+            Vec::from_iter(told).join("; "),
+            condition.limit.to_owned(),
+        ]
+    });
     let header = "condition | what it does | what it tells | what remains";
     page.table(header, &cells.collect::<Vec<_>>());
     page

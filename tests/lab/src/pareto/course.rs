@@ -1,18 +1,16 @@
 //! One method on one scene with one seed, measured as time passes.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::{Method, MethodRun, ParetoPoint, Reason, Size, Stop};
 use crate::learnt::{learn, pool, surface};
-use crate::scene_truth::in_image;
 use crate::simulate::baseline::{Task, reference};
 use crate::simulate::{Annotator, Baseline, Click, Policy};
 use crate::{EvalError, SceneTruth};
 use inplace_core::export::peak_memory;
 use inplace_core::field::{Capacity, Preset, Trainer, Volume};
-use inplace_core::labels::{ClassId, LabelSet};
+use inplace_core::labels::LabelSet;
 use inplace_core::scene::Scene;
 use inplace_core::semantics::{LabelPropagation, Surface};
 use inplace_core::session::SurfaceRefiner;
@@ -108,11 +106,8 @@ impl ParetoRun {
         run.label(prepared.labels.clone(), GENERATION);
         let (mut points, mut stop) = (Vec::new(), None);
         let mut measuring = Duration::ZERO;
-        let mut marks = self
-            .marks
-            .iter()
-            .map(|&mark| Duration::from_secs_f64(mark))
-            .peekable();
+        let marks = self.marks.iter().copied().map(Duration::from_secs_f64);
+        let mut marks = marks.peekable();
         while let Some(mark) = marks.next() {
             // Marks that passed while the scene was being opened have nothing to measure.
             if start.elapsed() - measuring > mark && marks.peek().is_some() {
@@ -130,7 +125,13 @@ impl ParetoRun {
             let wall_s = (begin - start - measuring).as_secs_f64();
             points.push(self.point(&scene, prepared, &run, wall_s)?);
             if settled {
-                stop = Some(stopped(&run, prepared, wall_s));
+                let steps = run.status().steps;
+                let reason = reason(steps, prepared.steps, prepared.has_depth);
+                stop = Some(Stop {
+                    wall_s,
+                    steps,
+                    reason,
+                });
                 break;
             }
             measuring += begin.elapsed();
@@ -158,15 +159,11 @@ impl ParetoRun {
             let surface = surface(&scene, &trainer, size.surface)?;
             let mut propagation = LabelPropagation::new(Arc::clone(&surface));
             propagation.set_labels(&scene, &prepared.labels);
-            let maps = prepared.truth.test.iter().map(|&frame| {
-                let map = propagation.map(&scene, frame, GENERATION);
-                (frame, map.in_image(&scene.frames[frame]).labels().into_owned())
-            });
-            let mut maps: BTreeMap<usize, Vec<ClassId>> = maps.collect();
+            let map = |&frame: &usize| propagation.map(&scene, frame, GENERATION).labels().into_owned();
+            let maps = prepared.truth.test.iter().map(map).collect();
             let wall_s = start.elapsed().as_secs_f64();
             let peak_mb = megabytes(peak_memory());
-            let map = |frame| maps.remove(&frame).unwrap_or_default();
-            let scores = prepared.truth.scores(&prepared.truth.test, map)?;
+            let scores = prepared.truth.scores_of_maps(&scene, maps)?;
             let (held_out, parameters) = (trainer.error(), trainer.field().parameters());
             Ok(MethodRun {
                 points: vec![ParetoPoint {
@@ -211,14 +208,12 @@ impl ParetoRun {
         } else {
             let mut run = Client::start(self.session.clone());
             let scene = run.opened()?;
-            learn(
-                &mut run,
-                Some(if prepared.depth_is_complete {
-                    Duration::ZERO
-                } else {
-                    last.saturating_sub(start.elapsed())
-                }),
-            )?;
+            let limit = if prepared.depth_is_complete {
+                Duration::ZERO
+            } else {
+                last.saturating_sub(start.elapsed())
+            };
+            learn(&mut run, Some(limit))?;
             let map = run.map(0);
             let surface = map.and_then(|map| map.surface().map(|(surface, _)| Arc::clone(surface)));
             let surface = surface.ok_or_else(|| EvalError::Scene {
@@ -236,14 +231,10 @@ impl ParetoRun {
             frames: &prepared.truth.test,
             wall: last,
         };
-        let made = pool.install(|| baseline.maps(&task))?;
+        let maps = pool.install(|| baseline.maps(&task))?;
         let wall_s = start.elapsed().as_secs_f64();
         let peak_mb = megabytes(peak_memory());
-        let mut maps = prepared.truth.test.iter().zip(made.maps);
-        let scores = prepared.truth.scores(&prepared.truth.test, |_| {
-            let map = maps.next();
-            map.map_or_else(Vec::new, |(&frame, labels)| in_image(&scene, frame, labels))
-        })?;
+        let scores = prepared.truth.scores_of_maps(&scene, maps)?;
         Ok(MethodRun {
             points: vec![ParetoPoint {
                 scene: scene.name(),
@@ -291,15 +282,6 @@ fn megabytes(bytes: Option<u64>) -> Option<f64> {
     bytes.map(|bytes| bytes as f64 / 1e6)
 }
 
-fn stopped(run: &Client, prepared: &Prepared, wall_s: f64) -> Stop {
-    let steps = run.status().steps;
-    Stop {
-        wall_s,
-        steps,
-        reason: reason(steps, prepared.steps, prepared.has_depth),
-    }
-}
-
 /// Why training ended after so many of at most so many steps.
 fn reason(steps: u64, most: Option<u64>, has_depth: bool) -> Reason {
     if most.is_some_and(|most| steps < most) {
@@ -313,10 +295,8 @@ fn reason(steps: u64, most: Option<u64>, has_depth: bool) -> Reason {
 
 fn ended(run: &Client, points: Vec<ParetoPoint>, stop: Option<Stop>) -> MethodRun {
     let map = run.map(0);
-    let graph = map
-        .as_deref()
-        .and_then(|map| map.surface())
-        .map_or(0, |(surface, _)| surface.graph.bytes());
+    let surface = map.as_deref().and_then(|map| map.surface());
+    let graph = surface.map_or(0, |(surface, _)| surface.graph.bytes());
     MethodRun {
         points,
         stop,

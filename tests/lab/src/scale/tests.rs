@@ -58,7 +58,7 @@ fn an_exponent_is_that_of_the_upper_half_where_that_varies() {
         [10.0, 100.0, 1e3, 1e4, 1e5].map(power).to_vec()
     };
     let fitted = fit(powers(0.0)).unwrap();
-    assert!((fitted.slope - 1.5).abs() < 1e-12, "{fitted:?}");
+    assert!((fitted.exponent - 1.5).abs() < 1e-12, "{fitted:?}");
     assert_eq!((fitted.from, fitted.to, fitted.points), (1e3, 1e5, 3));
     // Whatever is fixed below.
     assert_eq!(fit(powers(2.0 * 1e3_f64.powf(1.5))), Some(fitted));
@@ -68,7 +68,7 @@ fn an_exponent_is_that_of_the_upper_half_where_that_varies() {
     let without_logarithm = vec![(1.0, 2.0), (0.0, 5.0), (4.0, f64::NAN), (4.0, 8.0), (9.0, 0.0)];
     let fitted = fit(without_logarithm).unwrap();
     assert!(
-        (fitted.slope - 1.0).abs() < 1e-12 && fitted.points == 2,
+        (fitted.exponent - 1.0).abs() < 1e-12 && fitted.points == 2,
         "{fitted:?}"
     );
 }
@@ -88,7 +88,7 @@ fn each_sweep_has_the_exponents_of_its_own_measurements() {
     let all = exponents(&[&frames[..], &rooms[..]].concat());
     let opening = |sweep: Sweep| {
         let own = |one: &&Exponent| one.sweep == sweep && one.quantity == "opening";
-        all.iter().find(own).unwrap().exponent
+        all.iter().find(own).unwrap().fit.exponent
     };
     assert!((opening(Sweep::Frames) - 2.0).abs() < 1e-12);
     assert!(opening(Sweep::Rooms).abs() < 1e-12);
@@ -110,21 +110,31 @@ fn a_sweep_changes_one_thing() {
         classes: vec![2, 200],
         strokes: vec![1],
     };
-    // Rooms, size, frames, classes and strokes.
+    let with = |change: &dyn Fn(&mut Setting)| {
+        let mut setting = base();
+        change(&mut setting);
+        setting
+    };
+    let few_classes = Setting {
+        classes: 2,
+        strokes: 200,
+        ..base()
+    };
     for (sweep, expected) in [
-        (Sweep::Frames, vec![(1, (320, 240), 100, 20, 60), (1, (320, 240), 200, 20, 60)]),
-        (Sweep::Size, vec![(1, (160, 120), 100, 20, 60)]),
-        (Sweep::Rooms, vec![(1, (320, 240), 100, 20, 60), (4, (320, 240), 100, 20, 60)]),
+        (Sweep::Frames, vec![base(), with(&|own| own.frames = 200)]),
+        (
+            Sweep::Size,
+            vec![with(&|own| (own.width, own.height) = (160, 120))],
+        ),
+        (Sweep::Rooms, vec![base(), with(&|own| own.rooms = 4)]),
         // Each of the most classes has a stroke, with the fewest classes too.
         (
             Sweep::Classes,
-            vec![(1, (320, 240), 100, 2, 200), (1, (320, 240), 100, 200, 200)],
+            vec![few_classes, with(&|own| (own.classes, own.strokes) = (200, 200))],
         ),
-        (Sweep::Strokes, vec![(1, (320, 240), 100, 20, 1)]),
+        (Sweep::Strokes, vec![with(&|own| own.strokes = 1)]),
     ] {
-        let settings = sweep.settings(base(), &values).into_iter();
-        let settings = settings.map(|one| (one.rooms, (one.width, one.height), one.frames, one.classes, one.strokes));
-        assert_eq!(settings.collect::<Vec<_>>(), expected, "{sweep:?}");
+        assert_eq!(sweep.settings(base(), &values), expected, "{sweep:?}");
         assert_eq!(sweep.name().parse(), Ok(sweep));
     }
     let error = "walls".parse::<Sweep>().unwrap_err();

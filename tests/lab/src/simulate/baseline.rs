@@ -5,7 +5,7 @@ mod pixels;
 pub(crate) mod reference;
 
 use std::str::FromStr;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use glam::Vec3;
 
@@ -50,14 +50,6 @@ pub(crate) struct Task<'a> {
     pub wall: Duration,
 }
 
-/// The maps of some frames.
-pub struct BaselineMaps {
-    /// The class of every pixel of each frame asked for, in the order of the question.
-    pub maps: Vec<Vec<ClassId>>,
-    /// Seconds that it took.
-    pub seconds: f64,
-}
-
 impl Baseline {
     /// Those that take seconds: all but the published network.
     pub const QUICK: [Self; 3] = [Self::Nearest, Self::JointMlp, Self::Pixels];
@@ -72,40 +64,24 @@ impl Baseline {
         }
     }
 
-    /// Makes the maps of a task's frames; void clicks say nothing. It takes the threads that it is run in;
-    /// the published network, those of the task's options.
+    /// Makes the maps of a task's frames: the class of every pixel of each, in their order. Void clicks say nothing. It
+    /// takes the threads that it is run in; the published network, those of the task's options.
     ///
     /// # Errors
     /// Whatever stops the session of the published network; of the others none on the CPU.
-    pub(crate) fn maps(self, task: &Task<'_>) -> Result<BaselineMaps, EvalError> {
-        let start = Instant::now();
+    pub(crate) fn maps(self, task: &Task<'_>) -> Result<Vec<Vec<ClassId>>, EvalError> {
         let (scene, surface, frames, seed) = (task.scene, task.surface, task.frames, task.options.seed);
-        let clicks: Vec<Click> = task
-            .clicks
-            .iter()
-            .copied()
-            .filter(|click| click.class != VOID)
-            .collect();
-        let maps = match self {
-            Self::Nearest => on_surface(
-                surface,
-                frames,
-                nearest(surface, &placed(scene, surface, &clicks)),
-            ),
+        let with_class = |click: &Click| click.class != VOID;
+        let clicks: Vec<Click> = task.clicks.iter().copied().filter(with_class).collect();
+        let placed = || placed(scene, surface, &clicks);
+        Ok(match self {
+            Self::Nearest => on_surface(surface, frames, nearest(surface, &placed())),
             Self::JointMlp => {
-                let placed = placed(scene, surface, &clicks);
-                on_surface(
-                    surface,
-                    frames,
-                    joint::classes(surface, &placed, JOINT_TRAINING, seed)?,
-                )
+                let classes = joint::classes(surface, &placed(), JOINT_TRAINING, seed)?;
+                on_surface(surface, frames, classes)
             }
             Self::Pixels => pixels::maps(scene, &clicks, frames, seed),
             Self::Reference => reference::maps(task)?,
-        };
-        Ok(BaselineMaps {
-            maps,
-            seconds: start.elapsed().as_secs_f64(),
         })
     }
 }
@@ -144,10 +120,8 @@ fn nearest(surface: &Surface, clicks: &[(Vec3, ClassId)]) -> NodeLabels {
 
 /// Maps of frames whose pixels have the classes of their nodes.
 fn on_surface(surface: &Surface, frames: &[usize], classes: NodeLabels) -> Vec<Vec<ClassId>> {
-    frames
-        .iter()
-        .map(|&frame| classes.of_frame(surface, frame))
-        .collect()
+    let map = |&frame: &usize| classes.of_frame(surface, frame);
+    frames.iter().map(map).collect()
 }
 
 #[cfg(test)]
@@ -172,36 +146,23 @@ mod tests {
         [click(16, 1), click(54, 2)]
     }
 
-    /// The map of frame 2.
-    fn made(baseline: Baseline, scene: &Scene, surface: &Surface) -> BaselineMaps {
-        let options = options(SceneSource::Demo);
+    #[test]
+    fn the_nearest_click_halves_the_straight_line_and_a_forest_tells_dark_from_bright() {
+        let scene = wall(3, 64, 48);
+        let surface = Surface::build(&scene, &[], 5.0).unwrap();
         let task = Task {
-            scene,
-            surface,
-            options: &options,
+            scene: &scene,
+            surface: &surface,
+            options: &options(SceneSource::Demo),
             clicks: &clicks(),
             labels: LabelSet::default(),
             frames: &[2],
             wall: Duration::ZERO,
         };
-        baseline.maps(&task).unwrap()
-    }
-
-    #[test]
-    fn the_nearest_click_halves_the_straight_line() {
-        let scene = wall(3, 64, 48);
-        let surface = Surface::build(&scene, &[], 5.0).unwrap();
-        let made = made(Baseline::Nearest, &scene, &surface);
-        let share = right(&scene, 2, &made.maps[0]);
-        assert!(share > 0.93, "{share}");
-    }
-
-    #[test]
-    fn a_forest_tells_dark_pixels_from_bright_ones() {
-        let scene = wall(3, 64, 48);
-        let surface = Surface::default();
-        let made = made(Baseline::Pixels, &scene, &surface);
-        assert!(right(&scene, 2, &made.maps[0]) > 0.9);
+        for (baseline, least) in [(Baseline::Nearest, 0.93), (Baseline::Pixels, 0.9)] {
+            let share = right(&scene, 2, &baseline.maps(&task).unwrap()[0]);
+            assert!(share > least, "{baseline:?}: {share}");
+        }
     }
 
     #[test]

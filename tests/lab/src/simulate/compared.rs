@@ -1,12 +1,11 @@
 //! The baselines beside our own way.
 
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use super::baseline::Task;
 use super::{Annotator, Baseline, Experiment, Policy, SimulatedPoint};
 use crate::learnt::{pool, surface};
-use crate::scene_truth::in_image;
 use crate::{EvalError, SceneTruth};
 use inplace_core::scene::Scene;
 use inplace_core::session::SessionOptions;
@@ -58,9 +57,8 @@ impl Comparison<'_> {
                     "seed {}, {name}: {clicks_per_class} clicks a class",
                     options.seed
                 ));
-                let given = planned
-                    .len()
-                    .min(clicks_per_class * self.annotator.classes().len());
+                let most = clicks_per_class * self.annotator.classes().len();
+                let given = &planned[..planned.len().min(most)];
                 let same = |point: &&SimulatedPoint| {
                     (point.policy.as_str(), point.seed, point.clicks_per_class)
                         == (Policy::Random.name(), options.seed, clicks_per_class)
@@ -70,25 +68,23 @@ impl Comparison<'_> {
                     scene,
                     surface: &surface,
                     options,
-                    clicks: &planned[..given],
-                    labels: self.annotator.labels(&planned[..given]),
+                    clicks: given,
+                    labels: self.annotator.labels(given),
                     frames: test,
                     wall: Duration::from_secs_f64(wall_s),
                 };
-                let made = pool.install(|| baseline.maps(&task))?;
-                let mut maps = test.iter().zip(made.maps);
+                let start = Instant::now();
+                let maps = pool.install(|| baseline.maps(&task))?;
+                let wall_s = before + start.elapsed().as_secs_f64();
                 points.push(SimulatedPoint {
                     scene: scene.name(),
                     policy: name,
                     seed: options.seed,
                     clicks_per_class,
-                    strokes: given,
-                    scores: self.truth.scores(test, |_| {
-                        let map = maps.next();
-                        map.map_or_else(Vec::new, |(&frame, labels)| in_image(scene, frame, labels))
-                    })?,
+                    strokes: given.len(),
+                    scores: self.truth.scores_of_maps(scene, maps)?,
                     calibration: None,
-                    wall_s: before + made.seconds,
+                    wall_s,
                 });
             }
         }

@@ -1,6 +1,6 @@
 //! The charts of `inplace-lab bench engine`.
 
-use crate::chart::{Axis, BarSeries, Chart, Figure, Panel, Point, Scale, Series};
+use crate::chart::{Axis, Chart, Figure, Panel, Point, Scale, Series};
 use crate::{PathSpeed, RunPoint};
 
 use super::by_mark;
@@ -46,10 +46,7 @@ fn speeds(paths: &[PathSpeed]) -> Panel {
         let values = names
             .iter()
             .map(|(name, _)| of(name).map_or(f64::NAN, |path| path.samples_per_s));
-        BarSeries {
-            name: format!("2^{table} rows a level"),
-            values: values.collect(),
-        }
+        (format!("2^{table} rows a level"), values.collect())
     });
     Panel {
         title: "Speed of each way to compute the field".to_owned(),

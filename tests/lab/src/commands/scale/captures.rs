@@ -33,7 +33,17 @@ pub(super) fn measure(
                 Rendered::new(scratch.path(), setting)?
             }
         };
-        eprintln!("measuring {}", described(setting));
+        let Setting {
+            rooms,
+            width,
+            height,
+            frames,
+            classes,
+            strokes,
+        } = setting;
+        eprintln!(
+            "measuring rooms: {rooms}, frames: {frames} of {width}x{height}, classes: {classes}, strokes: {strokes}"
+        );
         costs.insert(setting, whole.cost(setting, arguments, threads)?);
         rendered = Some(whole);
     }
@@ -81,20 +91,11 @@ impl Rendered {
             image_bytes: 0,
             ..OpenOptions::default()
         };
-        let scene = Scene::open(
-            &SceneSource::Folder(part.path().to_path_buf()),
-            options,
-            &|_, _| {},
-        )?;
+        let source = SceneSource::Folder(part.path().to_path_buf());
+        let scene = Scene::open(&source, options, &|_, _| {})?;
         // One more for the click after all maps.
-        let clicks = setting.strokes + 1;
-        let labels = scattered(
-            &scene,
-            &self.shot.labels(),
-            setting.classes,
-            clicks,
-            arguments.seed,
-        )?;
+        let (classes, clicks) = (setting.classes, setting.strokes + 1);
+        let labels = scattered(&scene, &self.shot.labels(), classes, clicks, arguments.seed)?;
         let strokes = part.path().join("strokes.json");
         write_strokes(&strokes, &labels, &scene.frames)?;
         cost_of(part.path(), &strokes, arguments, threads)
@@ -110,23 +111,8 @@ fn folder_in(parent: &Path) -> Result<TempDir, Failure> {
 }
 
 fn unwritable(path: &Path, error: &io::Error) -> Failure {
-    format!(
-        "{}: cannot be written: {error}; free some space there",
-        path.display()
-    )
-    .into()
-}
-
-fn described(setting: Setting) -> String {
-    let Setting {
-        rooms,
-        width,
-        height,
-        frames,
-        classes,
-        strokes,
-    } = setting;
-    format!("rooms: {rooms}, frames: {frames} of {width}x{height}, classes: {classes}, strokes: {strokes}")
+    let path = path.display();
+    format!("{path}: cannot be written: {error}; free some space there").into()
 }
 
 /// Makes a capture of the first frames of another one.
@@ -154,8 +140,11 @@ fn cost_of(
     threads: usize,
 ) -> Result<Cost, Failure> {
     let mut command = Command::new(std::env::current_exe()?);
-    command.args(["bench", "cost-of"]).arg(scene);
-    command.arg("--strokes").arg(strokes);
+    command
+        .args(["bench", "cost-of"])
+        .arg(scene)
+        .arg("--strokes")
+        .arg(strokes);
     command
         .args(["--seconds", &arguments.seconds.to_string()])
         .args(["--threads", &threads.to_string()])

@@ -3,6 +3,7 @@
 use crate::chart::{Axis, Figure, Panel, Point, Scale, Series};
 use crate::scale::{Exponent, Measured, QUANTITIES, SECONDS, Setting, Sweep};
 
+use crate::commands::counted;
 use crate::commands::machine::processor;
 
 /// The name of the peak memory among [`QUANTITIES`].
@@ -12,22 +13,16 @@ const MEMORY: &str = "peak memory";
 pub(super) fn scale(base: Setting, threads: usize, measured: &[Measured], exponents: &[Exponent]) -> Figure {
     let swept = |sweep: &Sweep| measured.iter().any(|one| one.sweep == *sweep);
     let sweeps: Vec<Sweep> = Sweep::ALL.into_iter().filter(swept).collect();
-    let mut panels: Vec<Panel> = sweeps
-        .iter()
-        .map(|&sweep| seconds(sweep, measured, exponents))
-        .collect();
+    let panels = sweeps.iter().map(|&sweep| seconds(sweep, measured, exponents));
+    let mut panels: Vec<Panel> = panels.collect();
     panels.push(memory(&sweeps, base, measured, exponents));
-    let mut rows = Vec::new();
-    while !panels.is_empty() {
-        rows.push(panels.drain(..panels.len().min(2)).collect());
-    }
-    let plural = if threads == 1 { "" } else { "s" };
     Figure {
         title: "How cost grows".to_owned(),
         subtitle: format!(
-            "{}, {threads} thread{plural}; where nothing else is said {} frames of {} \u{d7} {}, {} classes, {} strokes, \
+            "{}, {}; where nothing else is said {} frames of {} \u{d7} {}, {} classes, {} strokes, \
              {} room; behind each name the exponent over the upper half of the values",
             processor(),
+            counted(threads as u64, "thread"),
             base.frames,
             base.width,
             base.height,
@@ -35,7 +30,7 @@ pub(super) fn scale(base: Setting, threads: usize, measured: &[Measured], expone
             base.strokes,
             base.rooms
         ),
-        rows,
+        rows: panels.chunks(2).map(<[Panel]>::to_vec).collect(),
     }
 }
 
@@ -47,22 +42,17 @@ fn seconds(sweep: Sweep, measured: &[Measured], exponents: &[Exponent]) -> Panel
             points: ascending(own.map(|one| Point::new(one.value(), of(&one.cost)))),
         }
     });
-    let strokes = measured.iter().find(|one| one.sweep == sweep);
-    let label = match sweep {
-        Sweep::Frames => "frames".to_owned(),
-        Sweep::Size => "megapixels a frame".to_owned(),
-        Sweep::Rooms => "rooms, with the same number of frames in all".to_owned(),
-        Sweep::Classes => strokes.map_or_else(String::new, |one| {
-            format!("classes, with {} strokes", one.cost.strokes)
-        }),
-        Sweep::Strokes => "strokes".to_owned(),
-    };
-    let title = match sweep {
-        Sweep::Frames => "By frames",
-        Sweep::Size => "By image size",
-        Sweep::Rooms => "By rooms",
-        Sweep::Classes => "By classes",
-        Sweep::Strokes => "By strokes",
+    let first = measured.iter().find(|one| one.sweep == sweep);
+    let strokes = first.map_or(0, |one| one.cost.strokes);
+    let (title, label) = match sweep {
+        Sweep::Frames => ("By frames", "frames".to_owned()),
+        Sweep::Size => ("By image size", "megapixels a frame".to_owned()),
+        Sweep::Rooms => (
+            "By rooms",
+            "rooms, with the same number of frames in all".to_owned(),
+        ),
+        Sweep::Classes => ("By classes", format!("classes, with {strokes} strokes")),
+        Sweep::Strokes => ("By strokes", "strokes".to_owned()),
     };
     Panel::of_lines(
         title,
