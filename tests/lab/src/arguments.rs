@@ -6,9 +6,10 @@ use std::str::FromStr;
 use clap::{Args, Parser, Subcommand};
 use inplace_core::field::Preset;
 
+use crate::by_name;
 use crate::commands::Failure;
 use crate::paper::{EXPERIMENTS, FUSION};
-use crate::pareto::Method;
+use crate::pareto::{Method, PRESETS};
 use crate::scale::Sweep;
 use crate::simulate::{Baseline, Policy};
 use crate::stability::conditions;
@@ -458,14 +459,13 @@ pub struct ParetoOfArguments {
     pub training: TrainingArguments,
 }
 
-fn preset(name: &str) -> Result<Preset, Failure> {
-    match name {
-        "auto" => Ok(Preset::Auto),
-        "fast" => Ok(Preset::Fast),
-        "accurate" => Ok(Preset::Accurate),
-        "reference" => Ok(Preset::Reference),
-        _ => Err("use auto, fast, accurate or reference".into()),
-    }
+fn preset(name: &str) -> Result<Preset, String> {
+    by_name(
+        &PRESETS,
+        Preset::name,
+        name,
+        "use auto, fast, accurate or reference",
+    )
 }
 
 /// A number that fits; otherwise what is wanted instead.
@@ -479,18 +479,13 @@ fn seconds(text: &str) -> Result<f64, Failure> {
 }
 
 fn seconds_or_none(text: &str) -> Result<f64, Failure> {
-    number(
-        text,
-        |seconds| (0.0..1e9).contains(seconds),
-        "give a number of seconds, zero or above",
-    )
+    let fits = |seconds: &f64| (0.0..1e9).contains(seconds);
+    number(text, fits, "give a number of seconds, zero or above")
 }
 
 fn image_size(text: &str) -> Result<(u32, u32), Failure> {
-    let size = text
-        .split_once('x')
-        .and_then(|(width, height)| Some((width.parse().ok()?, height.parse().ok()?)));
-    match size {
+    let parsed = |(width, height): (&str, &str)| Some((width.parse().ok()?, height.parse().ok()?));
+    match text.split_once('x').and_then(parsed) {
         Some((width @ 16..=8192, height @ 16..=8192)) => Ok((width, height)),
         _ => Err("give width and height in pixels, such as 640x480, each from 16 to 8192".into()),
     }

@@ -167,10 +167,8 @@ impl<'a> Measured<'a> {
             let (pixels, truth): (Vec<usize>, Vec<ClassId>) = self.pixels(frame).into_iter().unzip();
             matrix.add(&truth, &answer(frame, &pixels)?)?;
         }
-        matrix.miou().ok_or_else(|| EvalError::Scene {
-            scene: self.scene.source.to_string(),
-            reason: "all pixels of the test frames are void; measure on a capture with classes".to_owned(),
-        })
+        let void = "all pixels of the test frames are void; measure on a capture with classes";
+        matrix.miou().ok_or_else(|| EvalError::scene(self.scene, void))
     }
 
     /// The same of a map with a class for every pixel.

@@ -90,11 +90,9 @@ pub fn click_latency(
     let annotator = Annotator::new(&scene, &truth);
     let planned = on_changing_frames(&annotator, clicks, options.seed);
     if planned.len() < clicks {
-        return Err(EvalError::Scene {
-            scene: scene.source.to_string(),
-            reason: "there are too few frames to click on another one each time; measure on a longer capture"
-                .to_owned(),
-        });
+        let too_few =
+            "there are too few frames to click on another one each time; measure on a longer capture";
+        return Err(EvalError::scene(&scene, too_few));
     }
     run.wait_until(
         None,

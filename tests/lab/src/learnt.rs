@@ -77,10 +77,7 @@ pub(super) fn surface(scene: &Arc<Scene>, trainer: &Trainer, size: f32) -> Resul
             return Ok(Arc::clone(spread.surface()));
         }
         if refiner.is_done() {
-            return Err(EvalError::Scene {
-                scene: scene.source.to_string(),
-                reason: "no surface was found; train for longer".to_owned(),
-            });
+            return Err(EvalError::scene(scene, "no surface was found; train for longer"));
         }
         thread::sleep(Duration::from_millis(5));
     }

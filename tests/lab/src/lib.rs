@@ -41,7 +41,7 @@ pub use scene_truth::SceneTruth;
 pub use truth::{GroundTruth, LabelImage, Split};
 
 use inplace_core::labels::StrokesError;
-use inplace_core::scene::SceneError;
+use inplace_core::scene::{Scene, SceneError};
 use inplace_core::session::ClientError;
 
 /// Something that cannot be measured; each message is one sentence that names the file and what to do.
@@ -89,10 +89,28 @@ pub enum EvalError {
 }
 
 impl EvalError {
+    fn scene(scene: &Scene, reason: impl Into<String>) -> Self {
+        Self::Scene {
+            scene: scene.source.to_string(),
+            reason: reason.into(),
+        }
+    }
+
     fn file(path: impl Into<PathBuf>, reason: impl Into<String>) -> Self {
         Self::File {
             path: path.into(),
             reason: reason.into(),
         }
     }
+}
+
+/// The one of these with a name; otherwise a sentence that says what there is.
+fn by_name<T: Copy>(
+    all: &[T],
+    name_of: impl Fn(T) -> &'static str,
+    name: &str,
+    advice: &str,
+) -> Result<T, String> {
+    let named = all.iter().copied().find(|&one| name_of(one) == name);
+    named.ok_or_else(|| advice.to_owned())
 }

@@ -16,6 +16,7 @@ pub use capacity::{CapacityPoint, Part, Size, capacity_table, difference_to_chos
 pub use course::ParetoRun;
 pub use curve::{Curve, Difference, Summary};
 
+use super::by_name;
 use super::simulate::Baseline;
 use super::table::csv;
 use inplace_core::field::Preset;
@@ -43,14 +44,15 @@ impl FromStr for Method {
     type Err = String;
 
     fn from_str(name: &str) -> Result<Self, String> {
-        let presets = [Preset::Auto, Preset::Fast, Preset::Accurate, Preset::Reference];
-        if let Some(preset) = presets.into_iter().find(|preset| preset.name() == name) {
-            return Ok(Self::Preset(preset));
-        }
-        let baseline = name.parse().map(Self::Baseline);
-        baseline.map_err(|_| "use auto, fast, accurate, reference, nearest, joint-mlp or pixels".to_owned())
+        let presets = PRESETS.map(Self::Preset);
+        let all = [&presets[..], &Baseline::QUICK.map(Self::Baseline)].concat();
+        let advice = "use auto, fast, accurate, reference, nearest, joint-mlp or pixels";
+        by_name(&all, Self::name, name, advice)
     }
 }
+
+/// All presets.
+pub const PRESETS: [Preset; 4] = [Preset::Auto, Preset::Fast, Preset::Accurate, Preset::Reference];
 
 /// How good the maps of the test frames were after so much wall time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

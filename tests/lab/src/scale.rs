@@ -9,8 +9,8 @@ use std::str::FromStr;
 use serde::Serialize;
 use serde_json::json;
 
-use super::Cost;
 use super::table::csv;
+use super::{Cost, by_name};
 
 pub use strokes::scattered;
 
@@ -182,9 +182,8 @@ impl FromStr for Sweep {
     type Err = String;
 
     fn from_str(name: &str) -> Result<Self, String> {
-        let names = Self::ALL.map(Self::name).join(", ");
-        let found = Self::ALL.into_iter().find(|sweep| sweep.name() == name);
-        found.ok_or_else(|| format!("use some of {names}"))
+        let advice = format!("use some of {}", Self::ALL.map(Self::name).join(", "));
+        by_name(&Self::ALL, Self::name, name, &advice)
     }
 }
 

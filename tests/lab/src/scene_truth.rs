@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::{ConfusionMatrix, EvalError, GroundTruth, LabelImage, Scores, Split};
 use inplace_core::labels::{ClassId, VOID};
-use inplace_core::scene::{Scene, SceneSource, demo, frame_number};
+use inplace_core::scene::{Frame, Scene, SceneSource, demo, frame_number};
 use inplace_core::semantics::FrameMap;
 use inplace_core::session::Client;
 
@@ -35,15 +35,13 @@ impl SceneTruth {
                     let Some(image) = files.read(&frame.stem)? else {
                         continue;
                     };
-                    let size = (frame.image().width, frame.image().height);
-                    if (image.width, image.height) != size {
-                        return Err(EvalError::Scene {
-                            scene: scene.source.to_string(),
-                            reason: format!(
-                                "the label image of frame \"{}\" is {}x{} and the frame {}x{}; both must have one size",
-                                frame.stem, image.width, image.height, size.0, size.1
-                            ),
-                        });
+                    let (own, size) = ((image.width, image.height), frame.image());
+                    if own != (size.width, size.height) {
+                        let reason = format!(
+                            "the label image of frame \"{}\" is {}x{} and the frame {}x{}; both must have one size",
+                            frame.stem, own.0, own.1, size.width, size.height
+                        );
+                        return Err(EvalError::scene(scene, reason));
                     }
                     images.insert(index, image);
                 }
@@ -62,12 +60,10 @@ impl SceneTruth {
         };
         for (frames, of) in [(&truth.train, "train"), (&truth.test, "test")] {
             if frames.is_empty() {
-                return Err(EvalError::Scene {
-                    scene: scene.source.to_string(),
-                    reason: format!(
-                        "none of the \"{of}\" frames of split.json has a label image in semantic_class; measure on a capture that has them"
-                    ),
-                });
+                let reason = format!(
+                    "none of the \"{of}\" frames of split.json has a label image in semantic_class; measure on a capture that has them"
+                );
+                return Err(EvalError::scene(scene, reason));
             }
         }
         Ok(truth)
@@ -75,17 +71,17 @@ impl SceneTruth {
 
     fn of_demo(scene: &Scene) -> Self {
         let (test, train) = (0..scene.frames.len()).partition(|frame| demo::held_out().contains(frame));
-        let with_size = scene.frames.iter().zip(demo::ground_truth());
-        let images = with_size.map(|(frame, labels)| LabelImage {
-            width: frame.image().width,
-            height: frame.image().height,
-            labels,
-        });
-        Self {
-            images: images.enumerate().collect(),
-            train,
-            test,
-        }
+        let frames = scene.frames.iter().zip(demo::ground_truth());
+        let image = |(frame, labels): (&Frame, Vec<ClassId>)| {
+            let (width, height) = (frame.image().width, frame.image().height);
+            LabelImage {
+                width,
+                height,
+                labels,
+            }
+        };
+        let images = frames.map(image).enumerate().collect();
+        Self { images, train, test }
     }
 
     /// How good the test frames' maps are that a session has now; a frame without one is void all over.

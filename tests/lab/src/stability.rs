@@ -210,11 +210,8 @@ fn tried_on(scene: &Scene, conditions: &[Condition]) -> Result<Vec<Condition>, E
     let all = conditions.iter().cloned();
     let tried: Vec<Condition> = all.filter(|condition| is_demo || !condition.demo_only).collect();
     if tried.is_empty() && !conditions.is_empty() {
-        return Err(EvalError::Scene {
-            scene: scene.source.to_string(),
-            reason: "these conditions are rooms of their own in place of the demo; try them on \"demo\""
-                .to_owned(),
-        });
+        let rooms = "these conditions are rooms of their own in place of the demo; try them on \"demo\"";
+        return Err(EvalError::scene(scene, rooms));
     }
     Ok(tried)
 }

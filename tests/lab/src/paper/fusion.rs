@@ -84,13 +84,9 @@ impl PixelClassifier {
             })
             .collect();
         if known.is_empty() {
-            return Err(EvalError::Scene {
-                scene: scene.source.to_string(),
-                reason: format!(
-                    "none of its classes is in {}; teach on others",
-                    self.scenes.join(", ")
-                ),
-            });
+            let scenes = self.scenes.join(", ");
+            let reason = format!("none of its classes is in {scenes}; teach on others");
+            return Err(EvalError::scene(scene, reason));
         }
         Ok(known)
     }

@@ -54,7 +54,7 @@ impl ParetoRun {
     pub fn measure(&self) -> Result<MethodRun, EvalError> {
         let Some(&last) = self.marks.last() else {
             return Err(EvalError::Session(
-                "there is no mark to measure at; give one".to_owned(),
+                "there is no mark to measure at; give one".into(),
             ));
         };
         let last = Duration::from_secs_f64(last);
@@ -216,10 +216,8 @@ impl ParetoRun {
             learn(&mut run, Some(limit))?;
             let map = run.map(0);
             let surface = map.and_then(|map| map.surface().map(|(surface, _)| Arc::clone(surface)));
-            let surface = surface.ok_or_else(|| EvalError::Scene {
-                scene: scene.source.to_string(),
-                reason: "no surface was found in this time; give later marks".to_owned(),
-            })?;
+            let none = "no surface was found in this time; give later marks";
+            let surface = surface.ok_or_else(|| EvalError::scene(&scene, none))?;
             (scene, surface)
         };
         let task = Task {

@@ -5,7 +5,7 @@ use std::str::FromStr;
 use rand::seq::IndexedRandom;
 use rand::{SeedableRng, rngs::SmallRng};
 
-use crate::SceneTruth;
+use crate::{SceneTruth, by_name};
 use inplace_core::labels::{Class, ClassId, LabelSet, Pixel, Stroke, VOID};
 use inplace_core::scene::Scene;
 
@@ -35,12 +35,8 @@ impl FromStr for Policy {
     type Err = String;
 
     fn from_str(name: &str) -> Result<Self, String> {
-        match name {
-            "guided" => Ok(Self::Guided),
-            "random" => Ok(Self::Random),
-            "uniform" => Ok(Self::Uniform),
-            _ => Err("use guided, random or uniform".to_owned()),
-        }
+        let all = [Self::Guided, Self::Random, Self::Uniform];
+        by_name(&all, Self::name, name, "use guided, random or uniform")
     }
 }
 
@@ -87,9 +83,8 @@ impl<'a> Annotator<'a> {
             Policy::Guided => self.of_every_class(clicks_per_class.min(1), &mut rng),
             Policy::Uniform => {
                 let any = |class: ClassId| class != VOID;
-                let count = clicks_per_class * self.classes.len();
-                (0..count)
-                    .filter_map(|_| self.random(&self.truth.train, any, &mut rng))
+                let all = 0..clicks_per_class * self.classes.len();
+                all.filter_map(|_| self.random(&self.truth.train, any, &mut rng))
                     .collect()
             }
         }
@@ -97,14 +92,11 @@ impl<'a> Annotator<'a> {
 
     /// Rounds of a random pixel of every class: of a random one of the frames that show it.
     fn of_every_class(&self, rounds: usize, rng: &mut SmallRng) -> Vec<Click> {
-        let showing: Vec<Vec<usize>> = self
-            .classes
-            .iter()
-            .map(|class| {
-                let shows = |frame: &&usize| self.truth.images[frame].labels.contains(class);
-                self.truth.train.iter().filter(shows).copied().collect()
-            })
-            .collect();
+        let showing = |class: &ClassId| -> Vec<usize> {
+            let shows = |frame: &&usize| self.truth.images[frame].labels.contains(class);
+            self.truth.train.iter().filter(shows).copied().collect()
+        };
+        let showing: Vec<Vec<usize>> = self.classes.iter().map(showing).collect();
         let mut clicks = Vec::new();
         for _ in 0..rounds {
             for (&class, frames) in self.classes.iter().zip(&showing) {
@@ -154,8 +146,6 @@ impl<'a> Annotator<'a> {
 
 #[cfg(test)]
 pub(super) mod tests {
-    use std::collections::BTreeMap;
-
     use super::*;
     use crate::LabelImage;
     use crate::testing::wall;
@@ -169,16 +159,15 @@ pub(super) mod tests {
                 (3, 3) if frame == 2 => 7,
                 (x, _) => 1 + ClassId::from(x >= width / 2),
             };
+            let labels = (0..width * height).map(class).collect();
             LabelImage {
                 width,
                 height,
-                labels: (0..width * height).map(class).collect(),
+                labels,
             }
         };
         SceneTruth {
-            images: (0..4)
-                .map(|frame| (frame, image(frame)))
-                .collect::<BTreeMap<_, _>>(),
+            images: (0..4).map(|frame| (frame, image(frame))).collect(),
             train: vec![0, 2],
             test: vec![1, 3],
         }

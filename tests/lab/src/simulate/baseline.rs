@@ -10,7 +10,7 @@ use std::time::Duration;
 use glam::Vec3;
 
 use super::Click;
-use crate::EvalError;
+use crate::{EvalError, by_name};
 use inplace_core::labels::{ClassId, LabelSet, VOID};
 use inplace_core::scene::Scene;
 use inplace_core::semantics::{NodeLabels, Surface};
@@ -90,9 +90,13 @@ impl FromStr for Baseline {
     type Err = String;
 
     fn from_str(name: &str) -> Result<Self, String> {
-        let all = Self::QUICK.into_iter().chain([Self::Reference]);
-        let named = all.into_iter().find(|baseline| baseline.name() == name);
-        named.ok_or_else(|| "use nearest, joint-mlp, pixels or reference".to_owned())
+        let all = [&Self::QUICK[..], &[Self::Reference]].concat();
+        by_name(
+            &all,
+            Self::name,
+            name,
+            "use nearest, joint-mlp, pixels or reference",
+        )
     }
 }
 

@@ -52,10 +52,8 @@ pub fn simulate(
     progress: &mut dyn FnMut(&str),
 ) -> Result<Vec<SimulatedPoint>, EvalError> {
     if experiment.baselines.contains(&Baseline::Reference) && !experiment.policies.contains(&Policy::Random) {
-        return Err(EvalError::Session(
-            "the published network gets the time that labelling took with the policy random; simulate that, too"
-                .to_owned(),
-        ));
+        let random = "the published network gets the time that labelling took with the policy random; simulate that, too";
+        return Err(EvalError::Session(random.to_owned()));
     }
     let mut truth = None;
     let mut points = Vec::new();
@@ -90,9 +88,11 @@ pub fn simulate(
                 }
             };
             let measured = open.label(experiment, policy, seed, &annotator, truth, progress)?;
-            points.extend(measured.into_iter().map(|mut point| {
-                point.wall_s += learnt.as_secs_f64();
-                point
+            let wall_s = |point: &SimulatedPoint| point.wall_s + learnt.as_secs_f64();
+            let measured = measured.into_iter();
+            points.extend(measured.map(|point| SimulatedPoint {
+                wall_s: wall_s(&point),
+                ..point
             }));
         }
         drop(first);
@@ -116,13 +116,17 @@ pub fn simulate(
 fn opened(options: SessionOptions) -> Result<(Open, Arc<Scene>), EvalError> {
     let mut run = Client::start(options);
     let scene = run.opened()?;
-    let open = Open {
-        run,
-        scene: Arc::clone(&scene),
-        generation: 0,
-        suggestions: None,
-    };
-    Ok((open, scene))
+    let (generation, suggestions) = (0, None);
+    let own = Arc::clone(&scene);
+    Ok((
+        Open {
+            run,
+            scene: own,
+            generation,
+            suggestions,
+        },
+        scene,
+    ))
 }
 
 /// An open session with the newest suggestions.
@@ -146,12 +150,12 @@ impl Open {
         truth: &SceneTruth,
         progress: &mut dyn FnMut(&str),
     ) -> Result<Vec<SimulatedPoint>, EvalError> {
-        let resting = if experiment.settle.is_zero() {
+        let is_paused = experiment.settle.is_zero();
+        self.run.send(if is_paused {
             Command::Pause
         } else {
             Command::Resume
-        };
-        self.run.send(resting);
+        });
         let frames = truth.train.iter().copied().collect();
         self.run.send(Command::SuggestOn { frames });
         let batches = experiment.batches();
@@ -202,13 +206,9 @@ impl Open {
 
     /// The best of the program's suggestions, answered with the truth; `None` when it has none.
     fn suggested(&mut self, annotator: &Annotator<'_>) -> Result<Option<Click>, EvalError> {
-        if self.suggestions.is_none() {
-            self.follow(None, |event| matches!(event, Event::Suggestions { .. }))?;
-        }
-        let suggestions = self.suggestions.iter().flatten();
-        Ok(suggestions
-            .filter_map(|suggestion| annotator.answer(suggestion.frame, suggestion.pixel))
-            .next())
+        self.settle(Duration::ZERO)?;
+        let mut suggestions = self.suggestions.iter().flatten();
+        Ok(suggestions.find_map(|suggestion| annotator.answer(suggestion.frame, suggestion.pixel)))
     }
 
     /// Waits for the maps of the newest labels, and then until they are final or the time is over.
@@ -219,10 +219,9 @@ impl Open {
             self.follow(None, |event| matches!(event, Event::Suggestions { .. }))?;
         }
         if !limit.is_zero() {
-            self.follow(
-                Some(deadline),
-                |event| matches!(event, Event::Status(status) if status.is_final(generation)),
-            )?;
+            let is_final =
+                |event: &Event| matches!(event, Event::Status(status) if status.is_final(generation));
+            self.follow(Some(deadline), is_final)?;
         }
         Ok(())
     }
@@ -263,11 +262,11 @@ impl Open {
                 calibration.add(&truth.images[frame].labels, &map.labels(), &confidence)?;
             }
         }
-        let scores = truth.scores(&truth.test, |frame| {
+        let map = |frame| {
             maps.get(&frame)
                 .map_or_else(Vec::new, |map| map.labels().into_owned())
-        })?;
-        Ok((scores, calibration))
+        };
+        Ok((truth.scores(&truth.test, map)?, calibration))
     }
 }
 
@@ -278,37 +277,49 @@ mod tests {
     use crate::testing::{capture, options};
     use inplace_core::scene::SceneSource;
 
+    /// A click a class on the surface graph.
+    fn guided(source: SceneSource) -> Experiment {
+        Experiment {
+            session: options(source),
+            policies: vec![Policy::Guided],
+            clicks: vec![1],
+            seeds: 1,
+            geometry: Some(Duration::ZERO),
+            settle: Duration::ZERO,
+            baselines: Vec::new(),
+        }
+    }
+
     #[test]
     fn the_graph_alone_labels_two_halves_from_a_click_each() {
         let (_root, folder) = capture();
         let experiment = Experiment {
-            session: options(SceneSource::Folder(folder)),
             policies: vec![Policy::Guided, Policy::Random],
             clicks: vec![2, 1],
             seeds: 2,
-            geometry: Some(Duration::ZERO),
-            settle: Duration::ZERO,
             baselines: vec![Baseline::Reference],
+            ..guided(SceneSource::Folder(folder))
         };
         let points = simulate(&experiment, &mut |_| {}).unwrap();
         let (compared, points): (Vec<_>, Vec<_>) = points
             .into_iter()
             .partition(|point| point.policy == "random/reference");
-        let told: Vec<(&str, u64, usize, usize)> = points
-            .iter()
-            .map(|p| (p.policy.as_str(), p.seed, p.clicks_per_class, p.strokes))
-            .collect();
-        let expected = [
-            ("guided", 4, 1, 2),
-            ("guided", 4, 2, 4),
-            ("random", 4, 1, 2),
-            ("random", 4, 2, 4),
-            ("guided", 5, 1, 2),
-            ("guided", 5, 2, 4),
-            ("random", 5, 1, 2),
-            ("random", 5, 2, 4),
-        ];
-        assert_eq!(told, expected);
+        let mut own = points.iter();
+        for seed in [4, 5] {
+            for policy in ["guided", "random"] {
+                for (clicks, strokes) in [(1, 2), (2, 4)] {
+                    let point = own.next().unwrap();
+                    let told = (
+                        point.policy.as_str(),
+                        point.seed,
+                        point.clicks_per_class,
+                        point.strokes,
+                    );
+                    assert_eq!(told, (policy, seed, clicks, strokes));
+                }
+            }
+        }
+        assert!(own.next().is_none());
         // Both policies begin with the same clicks, and the graph's answer depends on nothing else.
         assert_eq!(points[0].scores, points[2].scores);
         assert!(points.iter().all(|point| point.scores.miou > 0.9), "{points:?}");
@@ -317,33 +328,20 @@ mod tests {
         assert!(calibration.starts_with("scene,policy,seed,clicks_per_class,ece\nwall,guided,4,1,0."));
         assert_eq!(calibration.lines().count(), 9);
         let json = serde_json::to_value(&points[0]).unwrap();
-        assert!(
-            json["ece"]
-                .as_f64()
-                .is_some_and(|error| (0.0..0.2).contains(&error)),
-            "{json}"
-        );
+        assert!((0.0..0.2).contains(&json["ece"].as_f64().unwrap()), "{json}");
 
         // The published network had hardly begun, and says nothing of how sure it is.
         assert_eq!(compared.len(), 4);
-        assert!(
-            compared
-                .iter()
-                .all(|point| point.strokes > 0 && point.wall_s > 0.0)
-        );
+        let took = |point: &SimulatedPoint| point.strokes > 0 && point.wall_s > 0.0;
+        assert!(compared.iter().all(took), "{compared:?}");
         assert_eq!(calibration_table(&compared).unwrap().lines().count(), 1);
     }
 
     #[test]
     fn the_published_network_needs_a_time_to_compare_with() {
         let experiment = Experiment {
-            session: options(SceneSource::Demo),
-            policies: vec![Policy::Guided],
-            clicks: vec![1],
-            seeds: 1,
-            geometry: Some(Duration::ZERO),
-            settle: Duration::ZERO,
             baselines: vec![Baseline::Nearest, Baseline::Reference],
+            ..guided(SceneSource::Demo)
         };
         let error = simulate(&experiment, &mut |_| {}).unwrap_err();
         assert!(error.to_string().contains("random"), "{error}");

@@ -69,10 +69,8 @@ fn starts(trial: &Trial, settings: &Settings, rng: &mut SmallRng) -> Result<Meas
         }
         let error = trainer.evaluate_against(&trial.scene)?;
         let error = error.and_then(|error| error.relative_depth_error);
-        let error = error.ok_or_else(|| EvalError::Scene {
-            scene: trial.scene.name(),
-            reason: "no depth is measured that fields without depth could be compared with".to_owned(),
-        })?;
+        let none = "no depth is measured that fields without depth could be compared with";
+        let error = error.ok_or_else(|| EvalError::scene(&trial.scene, none))?;
         found += usize::from(error <= ON_ITS_WAY);
     }
     Ok((found as f64 / STARTS as f64, Vec::new()))

@@ -167,9 +167,7 @@ impl Course {
         let status = self.run.status();
         let numbers = [status.held_out_psnr, status.depth_error, status.mean_entropy];
         if numbers.into_iter().flatten().any(f32::is_nan) {
-            return Err(EvalError::Session(
-                "a measured quantity is not a number".to_owned(),
-            ));
+            return Err(EvalError::Session("a measured quantity is not a number".into()));
         }
         Ok(())
     }
