@@ -174,8 +174,8 @@ pub fn conditions() -> Vec<Condition> {
     all
 }
 
-/// Tries conditions on a scene with seeds that count up, those of the demo alone on that only; `progress` is told what is being done and, after each run, its
-/// outcome.
+/// Tries conditions on a scene with seeds that count up, those of the demo alone on that only; `begins` is told of each run
+/// before it, by condition and seed, and `ended` after it.
 ///
 /// # Errors
 /// A scene without ground truth, or with nothing to try on it. A run that fails is an outcome without a figure.
@@ -184,7 +184,8 @@ pub fn stability(
     conditions: &[Condition],
     settings: &Settings,
     seeds: u64,
-    progress: &mut dyn FnMut(Progress<'_>),
+    begins: &mut dyn FnMut(&str, u64),
+    ended: &dyn Fn(&Outcome),
 ) -> Result<Vec<Outcome>, EvalError> {
     let truth = SceneTruth::read(scene)?;
     let mut outcomes: Vec<Outcome> = Vec::new();
@@ -195,9 +196,9 @@ pub fn stability(
                 seed: settings.seed.wrapping_add(run),
                 ..*settings
             };
-            progress(Progress::Begins(condition.name, settings.seed));
+            begins(condition.name, settings.seed);
             let outcome = tried(scene, &truth, &condition, &settings, &outcomes);
-            progress(Progress::Ended(&outcome));
+            ended(&outcome);
             outcomes.push(outcome);
         }
     }
@@ -216,15 +217,6 @@ fn tried_on(scene: &Scene, conditions: &[Condition]) -> Result<Vec<Condition>, E
     Ok(tried)
 }
 
-/// What [`stability`] tells.
-#[derive(Clone, Copy, Debug)]
-pub enum Progress<'a> {
-    /// This condition with this seed begins.
-    Begins(&'static str, u64),
-    /// It ended so.
-    Ended(&'a Outcome),
-}
-
 /// These conditions, and before them the undisturbed ones that their lines need.
 fn needed(conditions: &[Condition]) -> Vec<Condition> {
     let chosen = |name: &str| conditions.iter().any(|condition| condition.name == name);
@@ -235,9 +227,9 @@ fn needed(conditions: &[Condition]) -> Vec<Condition> {
             Line::OfCleanWithoutDepth(_) => name == CLEAN_WITHOUT_DEPTH,
         })
     };
-    let all = self::conditions().into_iter();
-    all.filter(|condition| chosen(condition.name) || needs(condition.name))
-        .collect()
+    let mut all = self::conditions();
+    all.retain(|condition| chosen(condition.name) || needs(condition.name));
+    all
 }
 
 fn tried(
@@ -278,9 +270,8 @@ fn tried(
 /// The least figure by a line; infinite where what it is compared with failed.
 fn least(line: Line, seed: u64, before: &[Outcome]) -> f64 {
     let clean = |name: &str, share: f64| {
-        let same = before
-            .iter()
-            .find(|outcome| outcome.condition == name && outcome.seed == seed);
+        let same = |outcome: &&Outcome| outcome.condition == name && outcome.seed == seed;
+        let same = before.iter().find(same);
         let figure = same.and_then(|outcome| outcome.figure);
         figure.map_or(f64::INFINITY, |figure| share * figure)
     };

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use crate::stability::{Condition, Outcome, Progress as Told, Settings, conditions, stability, table};
+use crate::stability::{Condition, Outcome, Settings, conditions, stability, table};
 use inplace_core::export;
 use inplace_core::field::Preset;
 use inplace_core::scene::{Scene, SceneSource};
@@ -43,22 +43,16 @@ pub fn run(arguments: &StabilityArguments) -> Result<(), Failure> {
         let source = SceneSource::from_argument(argument);
         let scene = Arc::new(Scene::open(&source, open_options(training), &|_, _| {})?);
         let mut progress = Progress::new();
-        outcomes.extend(stability(
-            &scene,
-            &wanted,
-            &settings,
-            arguments.seeds,
-            &mut |told| match told {
-                Told::Begins(name, seed) => {
-                    progress.show(&format!("{}, seed {seed}: {name}", argument.display()));
-                }
-                Told::Ended(outcome) => {
-                    if !outcome.is_met() {
-                        eprintln!("{}", missed(outcome));
-                    }
-                }
-            },
-        )?);
+        let mut begins = |name: &str, seed| {
+            progress.show(&format!("{}, seed {seed}: {name}", argument.display()));
+        };
+        let ended = |outcome: &Outcome| {
+            if !outcome.is_met() {
+                eprintln!("{}", missed(outcome));
+            }
+        };
+        let tried = stability(&scene, &wanted, &settings, arguments.seeds, &mut begins, &ended)?;
+        outcomes.extend(tried);
     }
     export::write(&out.join("stability.csv"), table(&outcomes)?.as_bytes())?;
     page(&settings, arguments.seeds, &outcomes).publish(out, "stability", arguments.json, &outcomes)?;

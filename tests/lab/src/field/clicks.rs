@@ -29,13 +29,8 @@ pub(super) fn points(
     experiment: &FieldExperiment,
     learnt: &mut Learnt,
 ) -> Result<Vec<FieldPoint>, EvalError> {
-    let Learnt {
-        options,
-        scene,
-        truth,
-        trainer,
-        surface,
-    } = learnt;
+    let (options, scene, truth) = (&learnt.options, &learnt.scene, &learnt.truth);
+    let (trainer, surface) = (&mut learnt.trainer, &learnt.surface);
     let annotator = Annotator::new(scene, truth);
     let clicks = annotator.clicks(Policy::Random, experiment.clicks, options.seed);
     let labels = annotator.labels(&clicks);

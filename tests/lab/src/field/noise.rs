@@ -24,13 +24,8 @@ pub(super) fn points(
     learnt: &Learnt,
     share: f64,
 ) -> Result<Vec<FieldPoint>, EvalError> {
-    let Learnt {
-        options,
-        scene,
-        truth,
-        trainer,
-        surface,
-    } = learnt;
+    let (options, scene, truth) = (&learnt.options, &learnt.scene, &learnt.truth);
+    let (trainer, surface) = (&learnt.trainer, &learnt.surface);
     let seed = options.seed;
     let classes = truth.classes();
     let noisy = |&frame: &usize| {

@@ -1,11 +1,13 @@
 //! Region noise: whole objects with a wrong class in some of the frames.
 
+use std::collections::BTreeMap;
+
 use rand::seq::IndexedRandom;
 use rand::{SeedableRng, rngs::SmallRng};
 
 use super::recipe::evenly;
 use inplace_core::labels::{ClassId, ImportedLabels, ImportedMap, VOID};
-use inplace_core::semantics::{NO_NODE, NodeVotes, Surface};
+use inplace_core::semantics::{NodeVotes, Surface};
 
 /// The frames in which an object is given a wrong class.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,16 +38,14 @@ impl Objects {
     pub fn find(surface: &Surface, classes: &[ClassId], truth: &ImportedLabels) -> Self {
         let of_node = NodeVotes::count(surface, classes, truth).majority();
         let graph = &surface.graph;
-        let mut part_of = vec![usize::MAX; graph.len()];
+        let mut part_of: Vec<Option<usize>> = vec![None; graph.len()];
         let mut class_of: Vec<ClassId> = Vec::new();
         for start in 0..graph.len() as u32 {
-            let Some(&class) = of_node.get(&start) else {
+            let is_new = part_of[start as usize].is_none();
+            let Some(&class) = of_node.get(&start).filter(|_| is_new) else {
                 continue;
             };
-            if part_of[start as usize] != usize::MAX {
-                continue;
-            }
-            let part = class_of.len();
+            let part = Some(class_of.len());
             class_of.push(class);
             let mut open = vec![start];
             part_of[start as usize] = part;
@@ -54,53 +54,39 @@ impl Objects {
                 for (other, _) in graph.edges(node) {
                     let there = &graph.nodes()[other as usize];
                     let near = own.position.distance(there.position) <= REACH * own.voxel;
-                    if near && part_of[other as usize] == usize::MAX && of_node.get(&other) == Some(&class) {
+                    if near && part_of[other as usize].is_none() && of_node.get(&other) == Some(&class) {
                         part_of[other as usize] = part;
                         open.push(other);
                     }
                 }
             }
         }
-        let mut pixels: Vec<Vec<(usize, Vec<usize>)>> = vec![Vec::new(); class_of.len()];
+        // The pixels of each part, by image.
+        let mut pixels: Vec<BTreeMap<usize, Vec<usize>>> = vec![BTreeMap::new(); class_of.len()];
         let mut labelled = 0;
         for (image, map) in truth.maps.iter().enumerate() {
             let labels = map.labels();
             labelled += labels.iter().filter(|&&label| label != VOID).count();
             for (node, run) in surface.nodes_of(map.frame).runs() {
-                let Some(&part) = part_of.get(node as usize).filter(|_| node != NO_NODE) else {
+                // Pixels without a node are of none.
+                let Some(part) = part_of.get(node as usize).copied().flatten() else {
                     continue;
                 };
-                let Some(images) = pixels.get_mut(part) else {
-                    continue;
-                };
-                let own = run.filter(|&pixel| labels[pixel] == class_of[part]);
-                match images.last_mut() {
-                    Some((last, pixels)) if *last == image => pixels.extend(own),
-                    _ => images.push((image, own.collect())),
+                for pixel in run.filter(|&pixel| labels[pixel] == class_of[part]) {
+                    pixels[part].entry(image).or_default().push(pixel);
                 }
             }
         }
         let least = SMALLEST_OBJECT * labelled as f64;
-        let size = |part: usize| pixels[part].iter().map(|(_, pixels)| pixels.len()).sum::<usize>() as f64;
+        let size = |part: usize| pixels[part].values().map(Vec::len).sum::<usize>() as f64;
         let large: Vec<usize> = (0..class_of.len()).filter(|&part| size(part) >= least).collect();
         let objects_of = |class: ClassId| large.iter().filter(|&&part| class_of[part] == class).count();
-        let most = classes
-            .iter()
-            .copied()
-            .rev()
-            .max_by_key(|&class| objects_of(class));
-        let class = most.unwrap_or(VOID);
-        Self {
-            class,
-            pixels: large
-                .into_iter()
-                .filter(|&part| class_of[part] == class)
-                .map(|part| {
-                    let shown = pixels[part].iter().filter(|(_, pixels)| !pixels.is_empty());
-                    shown.cloned().collect()
-                })
-                .collect(),
-        }
+        let from_last = classes.iter().copied().rev();
+        let class = from_last.max_by_key(|&class| objects_of(class)).unwrap_or(VOID);
+        let own = large.iter().filter(|&&part| class_of[part] == class);
+        let pixels = own.map(|&part| pixels[part].clone().into_iter().collect());
+        let pixels = pixels.collect();
+        Self { class, pixels }
     }
 
     /// Gives each object one random class in a share of the images that show it; the images are those that

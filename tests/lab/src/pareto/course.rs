@@ -10,7 +10,7 @@ use crate::simulate::{Annotator, Baseline, Click, Policy};
 use crate::{EvalError, SceneTruth};
 use inplace_core::export::peak_memory;
 use inplace_core::field::{Capacity, Preset, Trainer, Volume};
-use inplace_core::labels::LabelSet;
+use inplace_core::labels::{ClassId, LabelSet};
 use inplace_core::scene::Scene;
 use inplace_core::semantics::{LabelPropagation, Surface};
 use inplace_core::session::SurfaceRefiner;
@@ -116,10 +116,9 @@ impl ParetoRun {
             let settled = run.settled(GENERATION, Some(start + measuring + mark))?;
             if !settled {
                 run.send(Command::Pause);
-                run.wait_until(
-                    None,
-                    |event| matches!(event, Event::Status(status) if status.phase == Phase::Paused),
-                )?;
+                let is_paused =
+                    |event: &Event| matches!(event, Event::Status(status) if status.phase == Phase::Paused);
+                run.wait_until(None, is_paused)?;
             }
             let begin = Instant::now();
             let wall_s = (begin - start - measuring).as_secs_f64();
@@ -161,26 +160,7 @@ impl ParetoRun {
             propagation.set_labels(&scene, &prepared.labels);
             let map = |&frame: &usize| propagation.map(&scene, frame, GENERATION).labels().into_owned();
             let maps = prepared.truth.test.iter().map(map).collect();
-            let wall_s = start.elapsed().as_secs_f64();
-            let peak_mb = megabytes(peak_memory());
-            let scores = prepared.truth.scores_of_maps(&scene, maps)?;
-            let (held_out, parameters) = (trainer.error(), trainer.field().parameters());
-            Ok(MethodRun {
-                points: vec![ParetoPoint {
-                    scene: scene.name(),
-                    method: self.method.name().to_owned(),
-                    seed: self.session.seed,
-                    wall_s,
-                    miou: scores.miou,
-                    depth_error_m: held_out.and_then(|error| error.depth_error).map(f64::from),
-                    psnr_db: held_out.map(|error| f64::from(error.psnr)),
-                    parameters: Some(parameters),
-                    peak_mb,
-                }],
-                stop: None,
-                voxels: surface.graph.len(),
-                bytes: size_of::<f32>() * parameters + surface.graph.bytes(),
-            })
+            self.alone(&scene, prepared, start, &surface, maps, Some(&trainer))
         })
     }
 
@@ -230,24 +210,39 @@ impl ParetoRun {
             wall: last,
         };
         let maps = pool.install(|| baseline.maps(&task))?;
+        self.alone(&scene, prepared, start, &surface, maps, None)
+    }
+
+    /// Maps of the test frames that were made without a session, just now: on this surface, with this field.
+    fn alone(
+        &self,
+        scene: &Scene,
+        prepared: &Prepared,
+        start: Instant,
+        surface: &Surface,
+        maps: Vec<Vec<ClassId>>,
+        trainer: Option<&Trainer>,
+    ) -> Result<MethodRun, EvalError> {
         let wall_s = start.elapsed().as_secs_f64();
         let peak_mb = megabytes(peak_memory());
-        let scores = prepared.truth.scores_of_maps(&scene, maps)?;
+        let held_out = trainer.and_then(Trainer::error);
+        let parameters = trainer.map(|trainer| trainer.field().parameters());
+        let point = ParetoPoint {
+            scene: scene.name(),
+            method: self.method.name().to_owned(),
+            seed: self.session.seed,
+            wall_s,
+            miou: prepared.truth.scores_of_maps(scene, maps)?.miou,
+            depth_error_m: held_out.and_then(|error| error.depth_error).map(f64::from),
+            psnr_db: held_out.map(|error| f64::from(error.psnr)),
+            parameters,
+            peak_mb,
+        };
         Ok(MethodRun {
-            points: vec![ParetoPoint {
-                scene: scene.name(),
-                method: self.method.name().to_owned(),
-                seed: self.session.seed,
-                wall_s,
-                miou: scores.miou,
-                depth_error_m: None,
-                psnr_db: None,
-                parameters: None,
-                peak_mb,
-            }],
+            points: vec![point],
             stop: None,
             voxels: surface.graph.len(),
-            bytes: surface.graph.bytes(),
+            bytes: size_of::<f32>() * parameters.unwrap_or(0) + surface.graph.bytes(),
         })
     }
 

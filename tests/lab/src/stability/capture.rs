@@ -1,6 +1,6 @@
 //! How the capture was made: few frames, frames twice or out of order, frames that show nothing.
 
-use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use rand::Rng;
 use rand::rngs::SmallRng;
@@ -8,9 +8,7 @@ use rand::seq::SliceRandom;
 
 use super::trial::Trial;
 use super::{Condition, Line, disturbed};
-use crate::LabelImage;
 use crate::paper::evenly;
-use inplace_core::labels::Stroke;
 use inplace_core::scene::ColorImage;
 
 pub(super) fn conditions() -> Vec<Condition> {
@@ -90,30 +88,19 @@ fn only(trial: &mut Trial, count: usize, rng: &mut SmallRng) {
 fn keep(trial: &mut Trial, order: &[usize]) {
     let frames = &trial.scene.frames;
     trial.scene.frames = order.iter().map(|&frame| frames[frame].clone()).collect();
-    let place = |frame: usize| order.iter().position(|&own| own == frame);
-    trial.labels.strokes = trial
-        .labels
-        .strokes
-        .iter()
-        .filter_map(|(&id, stroke)| {
-            let frame = place(stroke.frame)?;
-            let moved = Stroke {
-                frame,
-                ..stroke.as_ref().clone()
-            };
-            Some((id, moved.into()))
-        })
-        .collect();
+    let strokes = std::mem::take(&mut trial.labels.strokes).into_iter();
+    let moved = strokes.filter_map(|(id, mut stroke)| {
+        let place = order.iter().position(|&own| own == stroke.frame)?;
+        Arc::make_mut(&mut stroke).frame = place;
+        Some((id, stroke))
+    });
+    trial.labels.strokes = moved.collect();
     let images = &trial.truth.images;
-    let moved: BTreeMap<usize, LabelImage> = order
-        .iter()
-        .enumerate()
-        .filter_map(|(to, from)| Some((to, images.get(from)?.clone())))
-        .collect();
+    let image = |(to, from): (usize, &usize)| Some((to, images.get(from)?.clone()));
+    let moved = order.iter().enumerate().filter_map(image).collect();
     let among = |chosen: &[usize]| -> Vec<usize> {
-        let numbered = order.iter().enumerate();
-        let kept = numbered.filter(|(_, from)| chosen.contains(from));
-        kept.map(|(to, _)| to).collect()
+        let places = 0..order.len();
+        places.filter(|&to| chosen.contains(&order[to])).collect()
     };
     (trial.truth.train, trial.truth.test) = (among(&trial.truth.train), among(&trial.truth.test));
     trial.truth.images = moved;

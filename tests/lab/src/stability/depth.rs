@@ -32,7 +32,7 @@ pub(super) fn conditions() -> Vec<Condition> {
             "all depth is 5% too long",
             "fuses what the views agree on; layers that do not meet are joined where they are nearest",
             Line::OfClean(0.8),
-            |trial, _| each(trial, |_, length| 1.05 * length),
+            |trial, _| each(trial, |length| 1.05 * length),
         )
         .in_short(),
         disturbed(
@@ -40,11 +40,7 @@ pub(super) fn conditions() -> Vec<Condition> {
             "depth is off by 1% of itself, pixel by pixel",
             "makes voxels up to twice as large, and averages positions, colours and normals in them",
             Line::OfClean(0.9),
-            |trial, rng| {
-                each(trial, |_, length| {
-                    length * (1.0 + 0.0173 * rng.random_range(-1.0..1.0_f32))
-                });
-            },
+            |trial, rng| each(trial, |length| length * (1.0 + 0.0173 * rng.random_range(-1.0..1.0_f32))),
         )
         .limited_by("normals of noisy depth hardly tell where surfaces bend: what colour does not part leaks"),
         Condition::new(
@@ -77,13 +73,10 @@ fn starts(trial: &Trial, settings: &Settings, rng: &mut SmallRng) -> Result<Meas
 }
 
 /// Changes every ray length that is known; 0 makes it unknown.
-fn each(trial: &mut Trial, mut change: impl FnMut(usize, f32) -> f32) {
+fn each(trial: &mut Trial, mut change: impl FnMut(f32) -> f32) {
     for frame in &mut trial.scene.frames {
         if let Some(depth) = frame.depth() {
-            let lengths = (0..depth.len()).map(|pixel| {
-                let length = depth.ray_length(pixel);
-                length.map_or(0.0, |length| change(pixel, length))
-            });
+            let lengths = (0..depth.len()).map(|pixel| depth.ray_length(pixel).map_or(0.0, &mut change));
             let changed = DepthMap::from_ray_lengths(depth.width(), &lengths.collect::<Vec<f32>>());
             frame.set_depth(Some(changed));
         }
@@ -94,9 +87,8 @@ fn holes(trial: &mut Trial, rng: &mut SmallRng) {
     for frame in &mut trial.scene.frames {
         let Some(depth) = frame.depth() else { continue };
         let (width, height) = (frame.camera.width as i32, frame.camera.height as i32);
-        let mut lengths: Vec<f32> = (0..depth.len())
-            .map(|pixel| depth.ray_length(pixel).unwrap_or(0.0))
-            .collect();
+        let length = |pixel| depth.ray_length(pixel).unwrap_or(0.0);
+        let mut lengths: Vec<f32> = (0..depth.len()).map(length).collect();
         // Sensors lose the pixels beside a step.
         let at = |x: i32, y: i32| lengths[(y.clamp(0, height - 1) * width + x.clamp(0, width - 1)) as usize];
         let beside_step = |pixel: usize| {
@@ -118,10 +110,8 @@ fn holes(trial: &mut Trial, rng: &mut SmallRng) {
                 }
             }
         }
-        for (length, lost) in lengths.iter_mut().zip(lost) {
-            if lost {
-                *length = 0.0;
-            }
+        for (length, _) in lengths.iter_mut().zip(lost).filter(|(_, lost)| *lost) {
+            *length = 0.0;
         }
         frame.set_depth(Some(DepthMap::from_ray_lengths(width as u32, &lengths)));
     }

@@ -38,13 +38,9 @@ pub(super) fn conditions() -> Vec<Condition> {
 /// Every frame's map, once all follow the newest labels.
 pub(super) fn maps(course: &mut Course, frames: usize) -> Result<Vec<Vec<ClassId>>, EvalError> {
     course.all_maps()?;
-    let map = |frame| {
-        course
-            .run
-            .map(frame)
-            .map_or_else(Vec::new, |map| map.labels().into_owned())
-    };
-    Ok((0..frames).map(map).collect())
+    let maps = (0..frames).map(|frame| course.run.map(frame));
+    let labels = maps.map(|map| map.map_or_else(Vec::new, |map| map.labels().into_owned()));
+    Ok(labels.collect())
 }
 
 /// Share of the pixels that have the same class in both.
@@ -108,10 +104,7 @@ fn storm(trial: &Trial, settings: &Settings, rng: &mut SmallRng) -> Result<Measu
     for edit in 0..EDITS {
         let frame = rng.random_range(0..frames);
         let camera = &trial.scene.frames[frame].camera;
-        let point = [
-            rng.random_range(0..camera.width),
-            rng.random_range(0..camera.height),
-        ];
+        let point = [camera.width, camera.height].map(|size| rng.random_range(0..size));
         match rng.next_u32() % 10 {
             0..=4 => {
                 let class = classes.choose(rng).copied().unwrap_or_default();

@@ -67,10 +67,8 @@ fn recolour(trial: &mut Trial, mut change: impl FnMut(usize, usize, Vec3) -> Vec
     for (number, frame) in trial.scene.frames.iter_mut().enumerate() {
         let before = frame.color();
         let bytes = (0..frame.camera.pixels()).flat_map(|pixel| {
-            let color = change(number, pixel, before.color(pixel));
-            color
-                .to_array()
-                .map(|v| (255.0 * v.clamp(0.0, 1.0)).round() as u8)
+            let color = change(number, pixel, before.color(pixel)).to_array();
+            color.map(|v| (255.0 * v.clamp(0.0, 1.0)).round() as u8)
         });
         replace(frame, bytes.collect());
     }
@@ -101,21 +99,17 @@ fn motion_blur(trial: &mut Trial, rng: &mut SmallRng) {
         let length = BLUR * frame.camera.width as f32 / 320.0 * rng.random::<f32>();
         let angle = rng.random_range(0.0..TAU);
         let steps = (length.round() as i32).max(1);
-        let path: Vec<(i32, i32)> = (0..steps)
-            .map(|step| step as f32 - 0.5 * (steps - 1) as f32)
-            .map(|along| {
-                (
-                    (along * angle.cos()).round() as i32,
-                    (along * angle.sin()).round() as i32,
-                )
-            })
-            .collect();
+        let place = |step: i32| {
+            let along = step as f32 - 0.5 * (steps - 1) as f32;
+            [angle.cos(), angle.sin()].map(|share| (along * share).round() as i32)
+        };
+        let path: Vec<[i32; 2]> = (0..steps).map(place).collect();
         let before = frame.color();
         let mut bytes = Vec::with_capacity(3 * frame.camera.pixels());
         for row in 0..height {
             for column in 0..width {
                 let mut sum = Vec3::ZERO;
-                for (dx, dy) in &path {
+                for [dx, dy] in &path {
                     let x = (column + dx).clamp(0, width - 1);
                     let y = (row + dy).clamp(0, height - 1);
                     sum += before.color((y * width + x) as usize);
@@ -128,17 +122,15 @@ fn motion_blur(trial: &mut Trial, rng: &mut SmallRng) {
 }
 
 fn rolling_noise(trial: &mut Trial, rng: &mut SmallRng) {
-    let heights: Vec<(u32, f32)> = trial
-        .scene
-        .frames
-        .iter()
-        .map(|frame| (frame.camera.width, frame.camera.height as f32))
+    let frames = trial.scene.frames.iter();
+    let sizes: Vec<[u32; 2]> = frames
+        .map(|frame| [frame.camera.width, frame.camera.height])
         .collect();
     recolour(trial, |frame, pixel, color| {
-        let (width, height) = heights[frame];
+        let [width, height] = sizes[frame];
         let row = pixel as u32 / width;
         // A band a quarter of the image high, farther down in every frame.
-        let band = (TAU * (4.0 * row as f32 / height - 0.13 * frame as f32)).sin();
+        let band = (TAU * (4.0 * row as f32 / height as f32 - 0.13 * frame as f32)).sin();
         color + 0.08 * band + 0.08 * rng.random_range(-1.0..1.0_f32)
     });
 }
@@ -167,12 +159,9 @@ fn moving_object(trial: &mut Trial, rng: &mut SmallRng) {
             .flat_map(|pixel| if inside(pixel) { color } else { before.pixel(pixel) });
         replace(frame, rgb.collect());
         if let Some(depth) = depth {
-            let near = |pixel| {
-                if inside(pixel) {
-                    0.8
-                } else {
-                    depth.ray_length(pixel).unwrap_or(0.0)
-                }
+            let near = |pixel| match inside(pixel) {
+                true => 0.8,
+                false => depth.ray_length(pixel).unwrap_or(0.0),
             };
             let lengths: Vec<f32> = pixels.map(near).collect();
             frame.set_depth(Some(DepthMap::from_ray_lengths(camera.width, &lengths)));

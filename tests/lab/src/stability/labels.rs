@@ -1,6 +1,6 @@
 //! Labels that are few, wrong or lopsided.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 use std::sync::Arc;
 use std::time::Duration;
@@ -14,7 +14,7 @@ use super::{Condition, Line, Way, disturbed};
 use crate::paper::{Flipped, Objects, pixel_noise};
 use crate::simulate::{Annotator, Policy};
 use crate::{EvalError, learnt};
-use inplace_core::labels::{ClassId, ImportedLabels, ImportedMap, Stroke, Trust, VOID};
+use inplace_core::labels::{ClassId, ImportedLabels, ImportedMap, Trust, VOID};
 
 /// Pixels of the longest stroke that meets no border, and of its end beyond one.
 const LONGEST_STROKE: u32 = 40;
@@ -81,20 +81,12 @@ pub(super) fn conditions() -> Vec<Condition> {
 }
 
 fn one_frame(trial: &mut Trial, rng: &mut SmallRng) {
-    let shown = |frame: &usize| {
-        let mut classes = trial.truth.images[frame].labels.clone();
-        classes.sort_unstable();
-        classes.dedup();
-        classes.retain(|&class| class != VOID);
-        classes
+    let shown = |frame: &usize| -> BTreeSet<ClassId> {
+        let labels = trial.truth.images[frame].labels.iter().copied();
+        labels.filter(|&class| class != VOID).collect()
     };
-    let Some(best) = trial
-        .truth
-        .train
-        .iter()
-        .copied()
-        .max_by_key(|frame| shown(frame).len())
-    else {
+    let train = trial.truth.train.iter().copied();
+    let Some(best) = train.max_by_key(|frame| shown(frame).len()) else {
         return;
     };
     let known = shown(&best);
@@ -172,14 +164,9 @@ fn contradictory(trial: &mut Trial, rng: &mut SmallRng) {
     for (number, stroke) in trial.labels.strokes.values_mut().enumerate() {
         // One of each class, not one class in five.
         if (number / classes.len() + number).is_multiple_of(5) {
-            let others: Vec<ClassId> = classes
-                .iter()
-                .copied()
-                .filter(|&class| class != stroke.class)
-                .collect();
-            let mut wrong = stroke.as_ref().clone();
-            wrong.class = others.choose(rng).copied().unwrap_or(VOID);
-            *stroke = wrong.into();
+            let is_other = |class: &&ClassId| **class != stroke.class;
+            let others: Vec<&ClassId> = classes.iter().filter(is_other).collect();
+            Arc::make_mut(stroke).class = others.choose(rng).map_or(VOID, |class| **class);
         }
     }
 }
@@ -206,11 +193,8 @@ fn across_borders(trial: &mut Trial, rng: &mut SmallRng) {
         let is_own = |[x, y]: [u32; 2]| truth[(y * camera.width + x) as usize] == stroke.class;
         let border = (1..LONGEST_STROKE).find(|&step| !is_own(at(step as f32)));
         let end = at((border.unwrap_or(LONGEST_STROKE) + BEYOND) as f32);
-        *stroke = Arc::new(Stroke {
-            radius: 1,
-            lines: vec![vec![start, end]],
-            ..stroke.as_ref().clone()
-        });
+        let stroke = Arc::make_mut(stroke);
+        (stroke.radius, stroke.lines) = (1, vec![vec![start, end]]);
     }
 }
 
@@ -224,10 +208,7 @@ fn imbalance(trial: &mut Trial, rng: &mut SmallRng) {
         }
     }
     counts.remove(&VOID);
-    let largest = counts
-        .into_iter()
-        .max_by_key(|&(_, count)| count)
-        .map(|(class, _)| class);
+    let largest = counts.into_iter().max_by_key(|&(_, count)| count);
     let mut own = SmallRng::seed_from_u64(rng.random());
     let mut added = 0;
     while added < 999 {
@@ -235,14 +216,9 @@ fn imbalance(trial: &mut Trial, rng: &mut SmallRng) {
             break;
         };
         let camera = &trial.scene.frames[frame].camera;
-        let pixel = [
-            own.random_range(0..camera.width),
-            own.random_range(0..camera.height),
-        ];
-        if let Some(click) = annotator
-            .answer(frame, pixel)
-            .filter(|click| Some(click.class) == largest)
-        {
+        let pixel = [camera.width, camera.height].map(|size| own.random_range(0..size));
+        let click = annotator.answer(frame, pixel);
+        if let Some(click) = click.filter(|click| largest.is_some_and(|(class, _)| click.class == class)) {
             clicks.insert(0, click);
             added += 1;
         }

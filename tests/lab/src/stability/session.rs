@@ -96,18 +96,13 @@ fn long_training(trial: &Trial, settings: &Settings, _: &mut SmallRng) -> Result
     while Instant::now() < end {
         let mut labels = trial.labels.clone();
         generation += 1;
-        if let Some(id) = labels
-            .strokes
-            .keys()
-            .nth(generation % labels.strokes.len())
-            .copied()
-        {
+        let omitted = labels.strokes.keys().nth(generation % labels.strokes.len());
+        if let Some(id) = omitted.copied() {
             labels.strokes.remove(&id);
         }
         course.say(&labels);
-        course
-            .run
-            .work_until(end.min(Instant::now() + Duration::from_secs(5)))?;
+        let next = Instant::now() + Duration::from_secs(5);
+        course.run.work_until(end.min(next))?;
     }
     course.say(&trial.labels);
     course.settle(trial.seconds(settings))?;
