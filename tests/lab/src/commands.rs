@@ -32,9 +32,26 @@ pub type Failure = Box<dyn Error + Send + Sync>;
 /// # Errors
 /// Whatever cannot be measured or written, and lines that were missed.
 pub fn run(arguments: Arguments) -> Result<(), Failure> {
-    match arguments.command {
-        Command::Simulate(arguments) => simulate::run(&arguments),
-        Command::Bench { what } => bench(what),
+    let what = match arguments.command {
+        Command::Simulate(arguments) => return simulate::run(&arguments),
+        Command::Bench { what } => what,
+    };
+    match what {
+        Bench::All(arguments) => all::run(&arguments),
+        Bench::Engine(arguments) => engine::run(&arguments),
+        Bench::Field(arguments) => field::run(&arguments),
+        Bench::Paper(arguments) => paper::run(&arguments),
+        Bench::Latency(arguments) => latency::run(&arguments),
+        Bench::Stability(arguments) => stability::run(&arguments),
+        Bench::Scale(arguments) => scale::run(&arguments),
+        Bench::Pareto(arguments) => pareto::run(&arguments),
+        Bench::ParetoOf(arguments) => pareto::of_one(&arguments),
+        Bench::CostOf {
+            scene,
+            strokes,
+            seconds,
+            training,
+        } => scale::of_one(&scene, &strokes, seconds, &training),
     }
 }
 
@@ -108,25 +125,4 @@ fn in_own_process<T: DeserializeOwned>(command: &mut process::Command, what: &st
         return Err(format!("{what} was not measured: {}", reason.trim()).into());
     }
     Ok(serde_json::from_slice(&output.stdout)?)
-}
-
-/// Measures what is asked for.
-fn bench(what: Bench) -> Result<(), Failure> {
-    match what {
-        Bench::All(arguments) => all::run(&arguments),
-        Bench::Engine(arguments) => engine::run(&arguments),
-        Bench::Field(arguments) => field::run(&arguments),
-        Bench::Paper(arguments) => paper::run(&arguments),
-        Bench::Latency(arguments) => latency::run(&arguments),
-        Bench::Stability(arguments) => stability::run(&arguments),
-        Bench::Scale(arguments) => scale::run(&arguments),
-        Bench::Pareto(arguments) => pareto::run(&arguments),
-        Bench::ParetoOf(arguments) => pareto::of_one(&arguments),
-        Bench::CostOf {
-            scene,
-            strokes,
-            seconds,
-            training,
-        } => scale::of_one(&scene, &strokes, seconds, &training),
-    }
 }

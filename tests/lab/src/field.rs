@@ -12,7 +12,7 @@ use super::learnt::{learn, surface};
 use super::table::csv;
 use super::{ConfusionMatrix, EvalError, SceneTruth};
 use inplace_core::field::{Ray, Trainer};
-use inplace_core::labels::{ClassId, VOID, in_frame};
+use inplace_core::labels::{ClassId, VOID};
 use inplace_core::scene::Scene;
 use inplace_core::semantics::{SemanticField, Surface};
 use inplace_core::session::{Client, SessionOptions, sampling};
@@ -148,7 +148,7 @@ impl<'a> Measured<'a> {
     /// Row-major indices of the pixels of a frame, each with its true class.
     fn pixels(&self, number: usize) -> Vec<(usize, ClassId)> {
         let frame = &self.scene.frames[number];
-        let labels = in_frame(frame, &self.truth.images[&number].labels);
+        let labels = self.truth.in_frame(self.scene, number);
         let (width, height) = (frame.camera.width as usize, frame.camera.height as usize);
         let first = self.stride / 2;
         let rows = (first..height).step_by(self.stride);

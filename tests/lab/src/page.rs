@@ -1,6 +1,5 @@
 //! What a measurement says, as Markdown: written beside its tables and charts, and printed.
 
-use std::fmt::Write as _;
 use std::path::Path;
 
 use inplace_core::export;
@@ -20,30 +19,34 @@ pub struct Page {
 impl Page {
     /// Adds a heading of a level, 1 to 6.
     pub fn heading(&mut self, level: usize, title: &str) {
-        self.add(&format!("{} {title}", "#".repeat(level)));
+        self.paragraph(&format!("{} {title}", "#".repeat(level)));
     }
 
     /// Adds a paragraph.
     pub fn paragraph(&mut self, sentences: &str) {
-        self.add(sentences);
+        if !self.text.is_empty() {
+            self.text.push('\n');
+        }
+        self.text += sentences;
+        self.text.push('\n');
     }
 
     /// Adds a list, unless it is empty.
     pub fn list(&mut self, items: &[String]) {
         if !items.is_empty() {
             let lines: Vec<String> = items.iter().map(|item| format!("- {item}")).collect();
-            self.add(&lines.join("\n"));
+            self.paragraph(&lines.join("\n"));
         }
     }
 
     /// Adds a command line.
     pub fn command(&mut self, line: &str) {
-        self.add(&format!("    {line}"));
+        self.paragraph(&format!("    {line}"));
     }
 
     /// Adds a chart that lies beside the page.
     pub fn chart(&mut self, what: &str, file: &str) {
-        self.add(&format!("![{what}]({file})"));
+        self.paragraph(&format!("![{what}]({file})"));
     }
 
     /// Adds a table, unless it has no rows; ` | ` is between the names of its columns. Columns of numbers are set flush
@@ -53,20 +56,17 @@ impl Page {
             return;
         }
         let header: Vec<String> = header.split(" | ").map(str::to_owned).collect();
-        let columns: Vec<Column> = (0..header.len())
-            .map(|at| Column::of(at, &header, rows))
-            .collect();
-        let line = |cells: &[String]| -> String {
-            let cells = columns
-                .iter()
-                .zip(cells)
-                .map(|(column, cell)| column.filled(cell));
-            format!("| {} |", cells.collect::<Vec<String>>().join(" | "))
+        let column = |at| Column::of(at, &header, rows);
+        let columns: Vec<Column> = (0..header.len()).map(column).collect();
+        let line = |cells: &[String]| {
+            let cells = columns.iter().zip(cells);
+            let cells: Vec<String> = cells.map(|(column, cell)| column.filled(cell)).collect();
+            format!("| {} |", cells.join(" | "))
         };
         let rule: Vec<String> = columns.iter().map(Column::rule).collect();
         let mut lines = vec![line(&header), format!("|{}|", rule.join("|"))];
         lines.extend(rows.iter().map(|row| line(row)));
-        self.add(&lines.join("\n"));
+        self.paragraph(&lines.join("\n"));
     }
 
     /// Adds what another page says, whose charts lie in `folder`.
@@ -75,15 +75,7 @@ impl Page {
             Some(chart) => format!("![{}", chart.replacen("](", &format!("]({folder}/"), 1)),
             None => line.to_owned(),
         });
-        self.add(lines.collect::<Vec<String>>().join("\n").trim_end());
-    }
-
-    fn add(&mut self, block: &str) {
-        if !self.text.is_empty() {
-            self.text.push('\n');
-        }
-        // Writing to a string cannot fail.
-        let _ = writeln!(self.text, "{block}");
+        self.paragraph(lines.collect::<Vec<String>>().join("\n").trim_end());
     }
 
     /// The whole page.

@@ -21,7 +21,7 @@ use super::scene_truth::in_image;
 use super::table::csv;
 use super::{EvalError, SceneTruth, Scores};
 use inplace_core::field::Preset;
-use inplace_core::labels::{self, ClassId, ImportedLabels, ImportedMap, Trust};
+use inplace_core::labels::{ClassId, ImportedLabels, ImportedMap, Trust};
 use inplace_core::scene::Scene;
 use inplace_core::semantics::{NodeLabels, Surface};
 
@@ -202,11 +202,8 @@ pub fn paper_experiments(
 ) -> Result<Vec<PaperPoint>, EvalError> {
     let truth = SceneTruth::read(scene)?;
     let classes = truth.classes();
-    let clean: Vec<ImportedMap> = truth
-        .train
-        .iter()
-        .map(|&frame| in_frame(scene, &truth, frame))
-        .collect();
+    let image = |&frame: &usize| ImportedMap::new(frame, &truth.in_frame(scene, frame));
+    let clean: Vec<ImportedMap> = truth.train.iter().map(image).collect();
     let start = Instant::now();
     progress("finding the surface");
     let seed = options.seed;
@@ -225,10 +222,7 @@ pub fn paper_experiments(
     };
     let objects = Objects::find(&surface, &classes, &all);
     let mut points = Vec::new();
-    for experiment in EXPERIMENTS
-        .into_iter()
-        .filter(|experiment| wanted(experiment.name))
-    {
+    for experiment in EXPERIMENTS.into_iter().filter(|one| wanted(one.name)) {
         progress(experiment.name);
         let labels = spoilt(&clean, scene, &classes, &objects, experiment.recipe, seed);
         let input = |frame: usize| {
@@ -237,9 +231,7 @@ pub fn paper_experiments(
             own.map_or_else(|| vec![0; size], ImportedMap::labels)
         };
         let in_image = |frame, labels| in_image(scene, frame, labels);
-        let input_miou = truth
-            .scores(&truth.train, |frame| in_image(frame, input(frame)))?
-            .miou;
+        let input = truth.scores(&truth.train, |frame| in_image(frame, input(frame)))?;
         let start = Instant::now();
         let spread = NodeLabels::spread(&surface, &classes, &labels);
         let wall_s = found.surface_s + start.elapsed().as_secs_f64();
@@ -248,7 +240,7 @@ pub fn paper_experiments(
             Evaluated::Test => &truth.test,
         };
         let scores = truth.scores(frames, |frame| in_image(frame, spread.of_frame(&surface, frame)))?;
-        points.push(found.point(experiment.name, scores, input_miou, wall_s, experiment.paper_miou));
+        points.push(found.point(experiment.name, scores, input.miou, wall_s, experiment.paper_miou));
     }
     if let Some(classifier) = options.classifier.as_ref().filter(|_| wanted(FUSION)) {
         points.extend(fusion::run(&found, classifier, progress)?);
@@ -274,51 +266,32 @@ fn spoilt(
         clean.par_iter().map(spoil).collect()
     };
     let kept = |count: usize| {
-        evenly(clean.len(), count)
-            .into_iter()
-            .map(|index| clean[index].clone())
-            .collect()
+        let places = evenly(clean.len(), count).into_iter();
+        places.map(|place| clean[place].clone()).collect()
     };
-    let (maps, trust) = match recipe {
-        Recipe::ShareOfFrames(share) => {
-            let count = (share * clean.len() as f64).round().max(1.0) as usize;
-            (kept(count), Trust::RIGHT)
-        }
-        Recipe::Frames(count) => (kept(count), Trust::RIGHT),
-        Recipe::PixelNoise(share) => {
-            let maps = each(&|map, rng| {
-                let mut labels = map.labels();
-                pixel_noise(&mut labels, classes, share, rng);
-                labels
-            });
-            (maps, Trust::VOTES)
-        }
+    let maps = match recipe {
+        Recipe::ShareOfFrames(share) => kept((share * clean.len() as f64).round().max(1.0) as usize),
+        Recipe::Frames(count) => kept(count),
+        Recipe::PixelNoise(share) => each(&|map, rng| {
+            let mut labels = map.labels();
+            pixel_noise(&mut labels, classes, share, rng);
+            labels
+        }),
         Recipe::RegionNoise(flipped, share) => {
             let mut maps = clean.to_vec();
             objects.flip(&mut maps, classes, flipped, share, seed);
-            (maps, Trust::VOTES)
+            maps
         }
-        Recipe::Coarse(factor) => {
-            let maps = each(&|map, _| coarse(&map.labels(), width(map.frame), factor));
-            (maps, Trust::VOTES)
-        }
-        Recipe::Grid(factor) => {
-            let maps = each(&|map, _| grid(&map.labels(), width(map.frame), factor));
-            (maps, Trust::RIGHT)
-        }
-        Recipe::Clicks => (each(&|map, rng| clicks(&map.labels(), rng)), Trust::RIGHT),
-        Recipe::Grown(share) => {
-            let maps = each(&|map, rng| grown(&map.labels(), width(map.frame), share, rng));
-            (maps, Trust::RIGHT)
-        }
+        Recipe::Coarse(factor) => each(&|map, _| coarse(&map.labels(), width(map.frame), factor)),
+        Recipe::Grid(factor) => each(&|map, _| grid(&map.labels(), width(map.frame), factor)),
+        Recipe::Clicks => each(&|map, rng| clicks(&map.labels(), rng)),
+        Recipe::Grown(share) => each(&|map, rng| grown(&map.labels(), width(map.frame), share, rng)),
+    };
+    let trust = match recipe {
+        Recipe::PixelNoise(_) | Recipe::RegionNoise(..) | Recipe::Coarse(_) => Trust::VOTES,
+        _ => Trust::RIGHT,
     };
     ImportedLabels { maps, trust }
-}
-
-/// A label image of the truth in the pixels of the frame.
-fn in_frame(scene: &Scene, truth: &SceneTruth, number: usize) -> ImportedMap {
-    let image = &truth.images[&number];
-    ImportedMap::new(number, &labels::in_frame(&scene.frames[number], &image.labels))
 }
 
 /// The points as comma-separated values, `paper.csv`.

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use super::{ConfusionMatrix, EvalError, GroundTruth, LabelImage, Scores, Split};
-use inplace_core::labels::{ClassId, VOID};
+use inplace_core::labels::{self, ClassId, VOID};
 use inplace_core::scene::{Frame, Scene, SceneSource, demo, frame_number};
 use inplace_core::semantics::FrameMap;
 use inplace_core::session::Client;
@@ -116,6 +116,11 @@ impl SceneTruth {
         let mut classes: BTreeSet<ClassId> = shown.copied().collect();
         classes.remove(&VOID);
         classes.into_iter().collect()
+    }
+
+    /// The truth of a frame that has one, in the frame's own pixels, row-major.
+    pub fn in_frame(&self, scene: &Scene, frame: usize) -> Vec<ClassId> {
+        labels::in_frame(&scene.frames[frame], &self.images[&frame].labels)
     }
 
     /// The scores of a label map for each of some frames, in pixels of their images on disk.

@@ -4,7 +4,7 @@
 use std::fs;
 use std::path::Path;
 
-use inplace_tests::{Running, inplace, inplace_lab, one_line};
+use inplace_tests::{Outcome, Running, inplace, inplace_lab, one_line};
 use serde_json::Value;
 
 /// Writes the demo, photographed in a small way.
@@ -13,6 +13,20 @@ fn small_demo(folder: &Path) {
     command.args(["demo", "--frames", "8", "--size", "64x48"]);
     let outcome = Running::to_the_end(command.arg("--out").arg(folder));
     assert_eq!(outcome.code, Some(0), "{outcome:?}");
+}
+
+/// Runs the laboratory with these words, on these captures, to its end.
+fn lab(words: &str, scenes: &[&Path], out: &Path) -> Outcome {
+    let mut command = inplace_lab();
+    command.args(words.split(' ')).arg("--out").arg(out).args(scenes);
+    Running::to_the_end(&mut command)
+}
+
+/// What it prints as JSON; it has nothing to complain about.
+fn measured(words: &str, out: &Path) -> Value {
+    let outcome = lab(&format!("{words} --json"), &[], out);
+    assert_eq!((outcome.code, outcome.stderr.as_str()), (Some(0), ""));
+    serde_json::from_str(&outcome.stdout).unwrap()
 }
 
 #[test]
@@ -33,14 +47,11 @@ fn captures_of_one_name_are_not_measured_together() {
         small_demo(folder);
     }
     for protocol in ["all", "latency", "pareto", "paper"] {
-        let mut command = inplace_lab();
-        command.args(["bench", protocol]).args(&folders);
-        let outcome = Running::to_the_end(command.arg("--out").arg(root.path().join("out")));
+        let scenes = [&*folders[0], &folders[1]];
+        let outcome = lab(&format!("bench {protocol}"), &scenes, &root.path().join("out"));
         assert_eq!(outcome.code, Some(1), "{outcome:?}");
-        assert!(
-            one_line(&outcome.stderr).contains("room: two captures have this name"),
-            "{outcome:?}"
-        );
+        let told = one_line(&outcome.stderr);
+        assert!(told.contains("room: two captures have this name"), "{outcome:?}");
     }
 }
 
@@ -49,19 +60,14 @@ fn a_condition_is_tried_and_its_page_says_how_it_went() {
     let root = tempfile::tempdir().unwrap();
     let (scene, out) = (root.path().join("scene"), root.path().join("out"));
     small_demo(&scene);
-    let mut command = inplace_lab();
-    command.args(["bench", "stability"]).arg(&scene);
-    command.args("--conditions labels-one-click --seeds 2 --seconds 0.2".split(' '));
-    let outcome = Running::to_the_end(command.arg("--out").arg(&out));
-    assert_eq!(
-        (outcome.code, outcome.stderr.as_str()),
-        (Some(0), ""),
-        "{outcome:?}"
-    );
+    let words = "bench stability --conditions labels-one-click --seeds 2 --seconds 0.2";
+    let outcome = lab(words, &[&scene], &out);
+    assert_eq!((outcome.code, outcome.stderr.as_str()), (Some(0), ""));
     let page = fs::read_to_string(out.join("stability.md")).unwrap();
     assert_eq!(page, outcome.stdout);
-    assert!(page.contains("Every line is met."), "{page}");
-    assert!(page.contains("| labels-one-click |"), "{page}");
+    for text in ["Every line is met.", "| labels-one-click |"] {
+        assert!(page.contains(text), "{page}");
+    }
     let table = fs::read_to_string(out.join("stability.csv")).unwrap();
     assert_eq!(table.lines().count(), 3, "{table}");
 }
@@ -70,29 +76,22 @@ fn a_condition_is_tried_and_its_page_says_how_it_went() {
 fn a_simulated_annotator_labels_the_demo() {
     let root = tempfile::tempdir().unwrap();
     let out = root.path().join("out");
-    let graph_alone = "--policy random --clicks 1 --seeds 1 --geometry 0 --settle 0";
-    let mut command = inplace_lab();
-    command.args(["simulate", "demo", "--json"]);
-    command.args(graph_alone.split(' '));
-    let outcome = Running::to_the_end(command.arg("--out").arg(&out));
-    assert_eq!((outcome.code, outcome.stderr.as_str()), (Some(0), ""));
-    let points: Value = serde_json::from_str(&outcome.stdout).unwrap();
-    let point = &points[0];
-    assert_eq!(
-        (&point["policy"], &point["clicks_per_class"]),
-        (&"random".into(), &1.into())
-    );
+    let graph_alone = "simulate demo --policy random --clicks 1 --seeds 1 --geometry 0 --settle 0";
+    let point = &measured(graph_alone, &out)[0];
+    let (policy, clicks) = (&point["policy"], &point["clicks_per_class"]);
+    assert_eq!((policy, clicks), (&"random".into(), &1.into()));
     assert!(point["miou"].as_f64().unwrap() > 0.2, "{point}");
-    let table = fs::read_to_string(out.join("results.csv")).unwrap();
+    let read = |name: &str| fs::read_to_string(out.join(name)).unwrap();
+    let (table, calibration) = (read("results.csv"), read("calibration.csv"));
     assert!(
         table.starts_with("scene,policy,seed,clicks_per_class,strokes,miou,"),
         "{table}"
     );
     assert_eq!(table.lines().count(), 2);
-    let calibration = fs::read_to_string(out.join("calibration.csv")).unwrap();
     let error = format!("{:.4}", point["ece"].as_f64().unwrap());
+    let header = "scene,policy,seed,clicks_per_class,ece\n";
     assert!(
-        calibration.starts_with("scene,policy,seed,clicks_per_class,ece\n") && calibration.contains(&error),
+        calibration.starts_with(header) && calibration.contains(&error),
         "{calibration}"
     );
     for chart in ["results.svg", "calibration.svg"] {
@@ -104,11 +103,7 @@ fn a_simulated_annotator_labels_the_demo() {
 fn how_long_clicks_wait_is_measured_in_the_demo() {
     let root = tempfile::tempdir().unwrap();
     let out = root.path().join("out");
-    let mut command = inplace_lab();
-    command.args(["bench", "latency", "demo", "--clicks", "3", "--json", "--out"]);
-    let outcome = Running::to_the_end(command.arg(&out));
-    assert_eq!((outcome.code, outcome.stderr.as_str()), (Some(0), ""));
-    let latency: Value = serde_json::from_str(&outcome.stdout).unwrap();
+    let latency = measured("bench latency demo --clicks 3", &out);
     assert_eq!(latency["clicks"], 3);
     assert!(latency["frames"].as_u64().unwrap() > 3);
     for percentile in ["p50", "p95", "p99"] {

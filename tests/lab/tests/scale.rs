@@ -20,13 +20,10 @@ fn how_cost_grows_with_frames_is_measured_and_fitted() {
     assert_eq!(serde_json::from_str::<Value>(&written).unwrap(), result);
 
     let measured = result["measured"].as_array().unwrap();
-    let counts: Vec<_> = measured
-        .iter()
-        .map(|one| one["frames"].as_u64().unwrap())
-        .collect();
-    assert_eq!(counts, [8, 24]);
-    for one in measured {
-        assert_eq!((&one["classes"], &one["strokes"]), (&20.into(), &60.into()));
+    assert_eq!(measured.len(), 2);
+    for (one, frames) in measured.iter().zip([8, 24]) {
+        let counts = ["frames", "classes", "strokes"].map(|count| one[count].as_u64().unwrap());
+        assert_eq!(counts, [frames, 20, 60]);
         let figures = "opening_s surface_s map_in_view_s all_maps_s update_s steps_per_s surface_nodes \
                        parameters peak_memory_bytes";
         for figure in figures.split(' ') {
@@ -38,18 +35,14 @@ fn how_cost_grows_with_frames_is_measured_and_fitted() {
     let exponents = result["exponents"].as_array().unwrap();
     assert_eq!(exponents.len(), 9);
     for exponent in exponents {
-        assert_eq!(
-            (&exponent["sweep"], &exponent["points"]),
-            (&"frames".into(), &2.into())
-        );
-        assert_eq!((&exponent["from"], &exponent["to"]), (&8.0.into(), &24.0.into()));
+        assert_eq!(exponent["sweep"], "frames");
+        let fitted = ["points", "from", "to"].map(|key| exponent[key].as_f64().unwrap());
+        assert_eq!(fitted, [2.0, 8.0, 24.0]);
         assert!(exponent["exponent"].as_f64().unwrap().is_finite(), "{exponent}");
     }
     let table = fs::read_to_string(out.join("scale.csv")).unwrap();
-    assert!(
-        table.starts_with("sweep,frames,width,height,rooms,classes,strokes,opening_s,"),
-        "{table}"
-    );
+    let header = "sweep,frames,width,height,rooms,classes,strokes,opening_s,";
+    assert!(table.starts_with(header), "{table}");
     assert_eq!(table.lines().count(), 3);
     let chart = fs::read_to_string(out.join("scale.svg")).unwrap();
     for text in ["By frames", "Peak memory", "one more click, "] {

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::{FieldExperiment, FieldPoint, Learnt, Measured};
 use crate::EvalError;
 use crate::paper::pixel_noise;
-use inplace_core::labels::{ClassId, ImportedLabels, ImportedMap, Trust, VOID, in_frame};
+use inplace_core::labels::{ClassId, ImportedLabels, ImportedMap, Trust, VOID};
 use inplace_core::semantics::{NodeLabels, NodeVotes, SemanticField, SemanticPart};
 use inplace_core::session::sampling;
 
@@ -30,7 +30,7 @@ pub(super) fn points(
     let classes = truth.classes();
     let noisy = |&frame: &usize| {
         let mut rng = SmallRng::seed_from_u64(seed ^ ((frame as u64 + 1) << 32));
-        let mut labels = in_frame(&scene.frames[frame], &truth.images[&frame].labels);
+        let mut labels = truth.in_frame(scene, frame);
         pixel_noise(&mut labels, &classes, share, &mut rng);
         ImportedMap::new(frame, &labels)
     };

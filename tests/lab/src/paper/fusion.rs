@@ -15,7 +15,7 @@ use super::{Found, PaperPoint, evenly};
 use crate::pixels::{FilterBank, Forest, RESPONSES, Sample};
 use crate::scene_truth::in_image;
 use crate::{EvalError, SceneTruth};
-use inplace_core::labels::{ClassId, ImportedLabels, ImportedMap, Trust, VOID, read_class_list};
+use inplace_core::labels::{Class, ClassId, ImportedLabels, ImportedMap, Trust, VOID, read_class_list};
 use inplace_core::scene::{Frame, Scene, SceneSource, demo};
 use inplace_core::semantics::{NO_NODE, NodeLabels, Surface};
 
@@ -51,17 +51,14 @@ impl PixelClassifier {
         let mut samples: Vec<Sample<FEATURES>> = Vec::new();
         for (number, scene) in scenes.iter().enumerate() {
             let truth = SceneTruth::read(scene)?;
-            let of_scene: BTreeMap<ClassId, ClassId> = class_names(scene)?
-                .into_iter()
-                .map(|(id, name)| {
-                    let known = names.iter().position(|known| *known == name);
-                    let index = known.unwrap_or_else(|| {
-                        names.push(name);
-                        names.len() - 1
-                    });
-                    (id, index as ClassId + 1)
-                })
-                .collect();
+            let mut of_scene = BTreeMap::new();
+            for (id, name) in class_names(scene)? {
+                let known = names.iter().position(|known| *known == name);
+                of_scene.insert(id, 1 + known.unwrap_or(names.len()) as ClassId);
+                if known.is_none() {
+                    names.push(name);
+                }
+            }
             samples.extend(chosen(scene, &truth, &of_scene, seed ^ ((number as u64) << 48)));
         }
         Ok(Self {
@@ -76,13 +73,11 @@ impl PixelClassifier {
     /// # Errors
     /// A scene without `classes.json`, or of which it knows no class.
     pub fn known(&self, scene: &Scene) -> Result<Vec<(ClassId, String, ClassId)>, EvalError> {
-        let known: Vec<(ClassId, String, ClassId)> = class_names(scene)?
-            .into_iter()
-            .filter_map(|(id, name)| {
-                let index = self.names.iter().position(|own| *own == name)?;
-                Some((id, name, index as ClassId + 1))
-            })
-            .collect();
+        let known = class_names(scene)?.into_iter().filter_map(|(id, name)| {
+            let index = self.names.iter().position(|own| *own == name)?;
+            Some((id, name, index as ClassId + 1))
+        });
+        let known: Vec<(ClassId, String, ClassId)> = known.collect();
         if known.is_empty() {
             let scenes = self.scenes.join(", ");
             let reason = format!("none of its classes is in {scenes}; teach on others");
@@ -134,10 +129,8 @@ fn class_names(scene: &Scene) -> Result<Vec<(ClassId, String)>, EvalError> {
             .map_err(|error| EvalError::Session(error.to_string()))?,
     };
     classes.sort_by_key(|class| class.id);
-    let named = classes
-        .into_iter()
-        .map(|class| (class.id, class.name.trim().to_lowercase()));
-    Ok(named.collect())
+    let named = |class: Class| (class.id, class.name.trim().to_lowercase());
+    Ok(classes.into_iter().map(named).collect())
 }
 
 /// Samples of a scene: of each class as many as the root of its number of pixels is of all of those roots.
@@ -150,17 +143,15 @@ fn chosen(
     let frames = evenly(truth.train.len(), FRAMES);
     let of_frame = |&place: &usize| -> Vec<(ClassId, [f32; FEATURES])> {
         let number = truth.train[place];
-        let (frame, image) = (&scene.frames[number], &truth.images[&number]);
-        let labels = inplace_core::labels::in_frame(frame, &image.labels);
-        let bank = FilterBank::of(frame);
+        let labels = truth.in_frame(scene, number);
+        let bank = FilterBank::of(&scene.frames[number]);
         let mut rng = SmallRng::seed_from_u64(seed ^ number as u64);
-        let candidates = (0..CANDIDATES).map(|_| rng.random_range(0..labels.len()));
-        candidates
-            .filter_map(|pixel| {
-                let class = class_of.get(&labels[pixel])?;
-                Some((*class, features(&bank, pixel % bank.width, pixel / bank.width)))
-            })
-            .collect()
+        let candidate = |_| {
+            let pixel = rng.random_range(0..labels.len());
+            let class = class_of.get(&labels[pixel])?;
+            Some((*class, features(&bank, pixel % bank.width, pixel / bank.width)))
+        };
+        (0..CANDIDATES).filter_map(candidate).collect()
     };
     let mut by_class: BTreeMap<ClassId, Vec<[f32; FEATURES]>> = BTreeMap::new();
     let candidates: Vec<Vec<(ClassId, [f32; FEATURES])>> = frames.par_iter().map(of_frame).collect();
@@ -199,9 +190,8 @@ impl Prediction {
 
     /// The likeliest of these classes for every pixel.
     fn labels(&self, ids: &[ClassId]) -> Vec<ClassId> {
-        (0..self.width * self.height)
-            .map(|pixel| likeliest(ids, self.at(pixel)))
-            .collect()
+        let pixels = 0..self.width * self.height;
+        pixels.map(|pixel| likeliest(ids, self.at(pixel))).collect()
     }
 }
 
@@ -226,11 +216,8 @@ fn fused(
     let count = ids.len();
     let mut sums = vec![0.0; surface.graph.len() * count];
     for (frame, prediction) in predictions {
-        for (node, pixels) in surface
-            .nodes_of(*frame)
-            .runs()
-            .filter(|(node, _)| *node != NO_NODE)
-        {
+        let nodes = surface.nodes_of(*frame);
+        for (node, pixels) in nodes.runs().filter(|(node, _)| *node != NO_NODE) {
             let sums = &mut sums[node as usize * count..(node as usize + 1) * count];
             for pixel in pixels {
                 for (sum, &p) in sums.iter_mut().zip(prediction.at(pixel)) {
@@ -270,11 +257,8 @@ pub(super) fn run(
             .for_each(|label| *label = VOID);
     }
     let start = Instant::now();
-    let predictions: Vec<(usize, Prediction)> = truth
-        .train
-        .par_iter()
-        .map(|&frame| (frame, classifier.predict(&scene.frames[frame], &classes)))
-        .collect();
+    let predict = |&frame: &usize| (frame, classifier.predict(&scene.frames[frame], &classes));
+    let predictions: Vec<(usize, Prediction)> = truth.train.par_iter().map(predict).collect();
     let predicting = start.elapsed().as_secs_f64();
     let votes = ImportedLabels {
         maps: predictions
@@ -314,7 +298,6 @@ mod tests {
 
     use super::*;
     use crate::testing::{capture_of, opened};
-    use inplace_core::labels::Class;
 
     /// A wall that is dark on the left and bright on the right, with classes of these ids and names.
     fn capture(root: &Path, dark: (ClassId, &str), bright: (ClassId, &str)) -> Arc<Scene> {

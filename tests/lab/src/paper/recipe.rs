@@ -24,21 +24,18 @@ pub fn coarse(labels: &[ClassId], width: usize, factor: usize) -> Vec<ClassId> {
     let (columns, rows) = ((width / factor).max(1), (height / factor).max(1));
     // The pixel of the small image at a place, and the one that it was taken from.
     let through = |at: usize, size: usize, small: usize| (at * small / size) * size / small;
-    (0..height)
-        .flat_map(|y| {
-            let row = through(y, height, rows) * width;
-            (0..width).map(move |x| labels[row + through(x, width, columns)])
-        })
-        .collect()
+    let row = |y: usize| {
+        let row = through(y, height, rows) * width;
+        (0..width).map(move |x| labels[row + through(x, width, columns)])
+    };
+    (0..height).flat_map(row).collect()
 }
 
 /// Every `factor`-th pixel along each axis, from the first on; the others void.
 pub fn grid(labels: &[ClassId], width: usize, factor: usize) -> Vec<ClassId> {
-    let kept =
-        |index: usize| (index % width).is_multiple_of(factor) && (index / width).is_multiple_of(factor);
-    (0..labels.len())
-        .map(|index| if kept(index) { labels[index] } else { VOID })
-        .collect()
+    let kept = |at: usize| (at % width).is_multiple_of(factor) && (at / width).is_multiple_of(factor);
+    let label = |at| if kept(at) { labels[at] } else { VOID };
+    (0..labels.len()).map(label).collect()
 }
 
 /// One random pixel of every class; the others void.
@@ -54,9 +51,8 @@ pub fn grown(labels: &[ClassId], width: usize, share: f64, rng: &mut SmallRng) -
     classes.dedup();
     let mut kept = vec![VOID; labels.len()];
     for class in classes.into_iter().filter(|&class| class != VOID) {
-        let own: Vec<usize> = (0..labels.len())
-            .filter(|&index| labels[index] == class)
-            .collect();
+        let all = 0..labels.len();
+        let own: Vec<usize> = all.filter(|&index| labels[index] == class).collect();
         let target = (share * own.len() as f64) as usize;
         // Dilating is not kept to the class: each start covers a square.
         let mut squares: Vec<(usize, usize)> = own.choose(rng).map(|&start| (start, 0)).into_iter().collect();
@@ -91,10 +87,8 @@ pub fn grown(labels: &[ClassId], width: usize, share: f64, rng: &mut SmallRng) -
 /// Which `count` of `total` frames, evenly spaced from the first on.
 pub fn evenly(total: usize, count: usize) -> Vec<usize> {
     let count = count.min(total);
-    let (gap, left) = (
-        total.checked_div(count).unwrap_or(0),
-        total.checked_rem(count).unwrap_or(0),
-    );
+    let some = count.max(1);
+    let (gap, left) = (total / some, total % some);
     (0..count).map(|index| gap * index + index.min(left)).collect()
 }
 

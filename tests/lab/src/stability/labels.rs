@@ -148,7 +148,7 @@ fn random_objects(trial: &mut Trial, settings: &Settings, rng: &mut SmallRng) ->
 
 /// True label images of the training frames.
 fn label_images(trial: &Trial) -> Vec<ImportedMap> {
-    let image = |&frame: &usize| ImportedMap::new(frame, &trial.labels_of(frame));
+    let image = |&frame: &usize| ImportedMap::new(frame, &trial.truth.in_frame(&trial.scene, frame));
     trial.truth.train.iter().map(image).collect()
 }
 
@@ -174,7 +174,9 @@ fn contradictory(trial: &mut Trial, rng: &mut SmallRng) {
 fn across_borders(trial: &mut Trial, rng: &mut SmallRng) {
     let mut truths: BTreeMap<usize, Vec<ClassId>> = BTreeMap::new();
     for frame in trial.labels.strokes.values().map(|stroke| stroke.frame) {
-        truths.entry(frame).or_insert_with(|| trial.labels_of(frame));
+        truths
+            .entry(frame)
+            .or_insert_with(|| trial.truth.in_frame(&trial.scene, frame));
     }
     for stroke in trial.labels.strokes.values_mut() {
         let camera = &trial.scene.frames[stroke.frame].camera;

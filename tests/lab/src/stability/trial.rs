@@ -8,7 +8,7 @@ use crate::simulate::{Annotator, Policy};
 use crate::{EvalError, SceneTruth};
 use crossbeam_channel::{Receiver, unbounded};
 use inplace_core::field::Preset;
-use inplace_core::labels::{ClassId, LabelSet};
+use inplace_core::labels::LabelSet;
 use inplace_core::scene::{OpenOptions, Scene};
 use inplace_core::session::{Client, Event, ModelState, Session, SessionOptions};
 use tempfile::TempDir;
@@ -71,11 +71,6 @@ impl Trial {
         for frame in &mut self.scene.frames {
             frame.set_depth(None);
         }
-    }
-
-    /// Truth of a frame in its own pixels, row-major.
-    pub fn labels_of(&self, frame: usize) -> Vec<ClassId> {
-        inplace_core::labels::in_frame(&self.scene.frames[frame], &self.truth.images[&frame].labels)
     }
 
     /// A session on the scene as it is, with the labels.
