@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use serde::{Deserialize, Serialize};
 
 use super::EvalError;
+use super::learnt::{wait_for_map, wait_for_surface};
 use inplace_core::export::peak_memory;
 use inplace_core::labels::read_strokes;
 use inplace_core::session::{Client, Command, Event, SessionOptions, Status};
@@ -71,10 +72,7 @@ pub fn session_cost(options: SessionOptions, seconds: f64, strokes: &Path) -> Re
     let opening_s = start.elapsed().as_secs_f64();
     let peak_opening_bytes = peak_memory();
     let open = Instant::now();
-    run.wait_until(
-        None,
-        |event| matches!(event, Event::Status(status) if status.surface_nodes > 0),
-    )?;
+    wait_for_surface(&mut run)?;
     let surface_s = open.elapsed().as_secs_f64();
 
     let labels = read_strokes(strokes, &scene)?;
@@ -87,10 +85,7 @@ pub fn session_cost(options: SessionOptions, seconds: f64, strokes: &Path) -> Re
     run.send(Command::View { frame: view });
     let click = Instant::now();
     run.label(first, 1);
-    run.wait_until(
-        None,
-        |event| matches!(event, Event::Map { frame, generation: 1 } if *frame == view),
-    )?;
+    wait_for_map(&mut run, view, 1)?;
     read(&run, view);
     let map_in_view_s = click.elapsed().as_secs_f64();
     run.mapped(1)?;
@@ -109,10 +104,8 @@ pub fn session_cost(options: SessionOptions, seconds: f64, strokes: &Path) -> Re
     let (training, before) = (Instant::now(), run.status().work);
     let enough = |status: &Status| training.elapsed().as_secs_f64() >= seconds || status.settled;
     if !run.status().settled {
-        run.wait_until(
-            None,
-            |event| matches!(event, Event::Status(status) if enough(status)),
-        )?;
+        let is_enough = |event: &Event| matches!(event, Event::Status(status) if enough(status));
+        run.wait_until(None, is_enough)?;
     }
     let training_s = training.elapsed().as_secs_f64();
     let a_second = |before: u64, after: u64| (after - before) as f64 / training_s;

@@ -5,10 +5,11 @@ use std::time::{Duration, Instant};
 use rand::{Rng, SeedableRng, rngs::SmallRng};
 use serde::Serialize;
 
+use super::learnt::{wait_for_map, wait_for_surface};
 use super::simulate::{Annotator, Click, Policy};
 use super::{EvalError, SceneTruth};
 use inplace_core::labels::LabelSet;
-use inplace_core::session::{Client, Command, Event, SessionOptions};
+use inplace_core::session::{Client, Command, SessionOptions};
 
 /// How long training goes on between clicks, in milliseconds: random, so that clicks fall on all of its work.
 const REST_MS: std::ops::Range<u64> = 50..300;
@@ -94,10 +95,7 @@ pub fn click_latency(
             "there are too few frames to click on another one each time; measure on a longer capture";
         return Err(EvalError::scene(&scene, too_few));
     }
-    run.wait_until(
-        None,
-        |event| matches!(event, Event::Status(status) if status.surface_nodes > 0),
-    )?;
+    wait_for_surface(&mut run)?;
 
     let mut rng = SmallRng::seed_from_u64(options.seed);
     let mut rest = || Duration::from_millis(rng.random_range(REST_MS));
@@ -110,11 +108,8 @@ pub fn click_latency(
             // Not both at a time: they would share the memory and the cores.
             drop(run);
             sessions += 1;
-            run = going_on(
-                options,
-                annotator.labels(&planned[..number - 1]),
-                number as u64 - 1,
-            )?;
+            let before = number - 1;
+            run = going_on(options, annotator.labels(&planned[..before]), before as u64)?;
             run.work_until(Instant::now() + rest())?;
         }
         let labels = annotator.labels(&planned[..number]);
@@ -162,10 +157,7 @@ fn waited(run: &mut Client, view: usize, labels: LabelSet, generation: u64) -> R
     let milliseconds = || 1000.0 * click.elapsed().as_secs_f64();
     run.send(Command::View { frame: view });
     run.label(labels, generation);
-    run.wait_until(
-        None,
-        |event| matches!(event, Event::Map { frame, generation: made } if (*frame, *made) == (view, generation)),
-    )?;
+    wait_for_map(run, view, generation)?;
     if let Some(map) = run.map(view) {
         // A map's pixels are looked up when they are read.
         std::hint::black_box(map.labels());
@@ -185,10 +177,8 @@ mod tests {
     fn percentiles_are_values_that_were_measured() {
         let values = (1..=40).rev().map(f64::from).collect();
         let percentiles = Percentiles::of(values).unwrap();
-        assert_eq!(
-            (percentiles.p50, percentiles.p95, percentiles.p99),
-            (20.0, 38.0, 40.0)
-        );
+        let told = [percentiles.p50, percentiles.p95, percentiles.p99];
+        assert_eq!(told, [20.0, 38.0, 40.0]);
         assert_eq!(Percentiles::of(vec![7.0]).unwrap().p50, 7.0);
         assert_eq!(Percentiles::of(Vec::new()), None);
     }

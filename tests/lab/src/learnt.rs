@@ -11,7 +11,7 @@ use inplace_core::field::{FieldError, Preset, Trainer};
 use inplace_core::labels::LabelSet;
 use inplace_core::scene::Scene;
 use inplace_core::semantics::Surface;
-use inplace_core::session::{Client, Command, SurfaceRefiner};
+use inplace_core::session::{Client, Command, Event, SurfaceRefiner};
 
 /// Learns the geometry, for so long at most; then its surface is final.
 pub(super) fn learn(client: &mut Client, limit: Option<Duration>) -> Result<(), EvalError> {
@@ -25,6 +25,22 @@ pub(super) fn settle(client: &mut Client, generation: u64, limit: Option<Duratio
         client.send(Command::Settle);
         client.settled(generation, None)?;
     }
+    Ok(())
+}
+
+/// Waits until there is a surface to spread labels over.
+pub(super) fn wait_for_surface(client: &mut Client) -> Result<(), EvalError> {
+    let is_there = |event: &Event| matches!(event, Event::Status(status) if status.surface_nodes > 0);
+    client.wait_until(None, is_there)?;
+    Ok(())
+}
+
+/// Waits until a frame has the map of these labels.
+pub(super) fn wait_for_map(client: &mut Client, view: usize, labels: u64) -> Result<(), EvalError> {
+    client.wait_until(None, |event| match event {
+        Event::Map { frame, generation } => (*frame, *generation) == (view, labels),
+        _ => false,
+    })?;
     Ok(())
 }
 

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::ParetoPoint;
-use crate::mean_and_deviation;
+use crate::{mean, mean_and_deviation};
 
 /// Times of different seeds that differ by less than this factor count as one.
 const SAME_TIME: f64 = 1.1;
@@ -86,21 +86,14 @@ impl Curve {
 
     /// What all seeds come to at each of the times at which any was measured, ascending; times about the same are one.
     pub fn summaries(&self) -> Vec<Summary> {
-        let mut times: Vec<f64> = self
-            .courses
-            .values()
-            .flatten()
-            .map(|(wall_s, _)| *wall_s)
-            .collect();
+        let all = self.courses.values().flatten();
+        let mut times: Vec<f64> = all.map(|(wall_s, _)| *wall_s).collect();
         times.sort_by(f64::total_cmp);
         // The last of a group, when every seed of it has been measured.
         let is_last = |pair: &[f64]| pair[1] > SAME_TIME * pair[0];
         let lasts = times.windows(2).filter(|pair| is_last(pair)).map(|pair| pair[0]);
-        let lasts: Vec<f64> = lasts.chain(times.last().copied()).collect();
-        lasts
-            .into_iter()
-            .filter_map(|wall_s| self.summary(wall_s))
-            .collect()
+        let lasts = lasts.chain(times.last().copied());
+        lasts.filter_map(|wall_s| self.summary(wall_s)).collect()
     }
 
     /// What all seeds come to in the end; `None` without any.
@@ -129,12 +122,9 @@ impl Curve {
     /// seeds reach it.
     pub fn reaches(&self, share: f64, other: &Self) -> Option<f64> {
         let ends = other.at(f64::INFINITY);
-        let courses = self.courses.iter();
-        let times: Option<Vec<f64>> = courses
-            .map(|(seed, course)| first(course, share * ends.get(seed)?))
-            .collect();
-        let (mean, _) = mean_and_deviation(&times?);
-        mean.is_finite().then_some(mean)
+        let reached = |(seed, course): (&u64, &Vec<_>)| first(course, share * ends.get(seed)?);
+        let times: Option<Vec<f64>> = self.courses.iter().map(reached).collect();
+        Some(mean(times?)).filter(|mean| mean.is_finite())
     }
 
     /// How much more this one has after `wall_s` seconds than `other` after `others_wall_s`, seed by seed.
@@ -180,21 +170,22 @@ mod tests {
     use super::*;
 
     fn curve(courses: &[&[(f64, f64)]]) -> Curve {
-        Curve {
-            courses: (0_u64..)
-                .zip(courses.iter().map(|course| course.to_vec()))
-                .collect(),
-        }
+        let courses = courses.iter().map(|course| course.to_vec());
+        let courses = (0_u64..).zip(courses).collect();
+        Curve { courses }
     }
 
     #[test]
     fn values_are_linear_between_measurements_and_stay_after_the_last() {
-        let curve = curve(&[&[(2.0, 0.2), (6.0, 0.6)]]);
-        let at = |wall_s| curve.at(wall_s).get(&0).copied();
-        assert_eq!(at(1.0), None);
-        assert_eq!(at(2.0), Some(0.2));
-        assert!((at(3.0).unwrap() - 0.3).abs() < 1e-12);
-        assert_eq!(at(100.0), Some(0.6));
+        let curve = curve(&[&[(2.0, 0.25), (6.0, 0.75)]]);
+        for (wall_s, value) in [
+            (1.0, None),
+            (2.0, Some(0.25)),
+            (4.0, Some(0.5)),
+            (100.0, Some(0.75)),
+        ] {
+            assert_eq!(curve.at(wall_s).get(&0).copied(), value, "after {wall_s} s");
+        }
     }
 
     #[test]

@@ -16,7 +16,7 @@ pub struct FilterBank {
     /// Height of the image in pixels.
     pub height: usize,
     /// Colour `[height, width]` at each scale.
-    blurred: Vec<Vec<[f32; 3]>>,
+    blurred: [Vec<[f32; 3]>; SCALES.len()],
 }
 
 impl FilterBank {
@@ -24,13 +24,9 @@ impl FilterBank {
     pub fn of(frame: &Frame) -> Self {
         let (width, height) = (frame.camera.width as usize, frame.camera.height as usize);
         let color = frame.color();
-        let image: Vec<[f32; 3]> = (0..width * height)
-            .map(|pixel| color.color(pixel).to_array())
-            .collect();
-        let blurred = SCALES
-            .iter()
-            .map(|&sigma| blurred(&image, width, height, sigma))
-            .collect();
+        let of = |pixel| color.color(pixel).to_array();
+        let image: Vec<[f32; 3]> = (0..width * height).map(of).collect();
+        let blurred = SCALES.map(|sigma| blurred(&image, width, height, sigma));
         Self {
             width,
             height,
@@ -41,11 +37,8 @@ impl FilterBank {
     /// The responses at a pixel: derivatives are central differences of the blurred brightness.
     pub fn at(&self, x: usize, y: usize) -> [f32; RESPONSES] {
         let mut features = [0.0; RESPONSES];
-        for ((own, image), sigma) in features
-            .chunks_exact_mut(PER_SCALE)
-            .zip(&self.blurred)
-            .zip(SCALES)
-        {
+        let of_scales = features.chunks_exact_mut(PER_SCALE).zip(&self.blurred);
+        for ((own, image), sigma) in of_scales.zip(SCALES) {
             let bright = |dx: isize, dy: isize| {
                 let x = x.saturating_add_signed(dx).min(self.width - 1);
                 let y = y.saturating_add_signed(dy).min(self.height - 1);
@@ -53,10 +46,8 @@ impl FilterBank {
             };
             own[..3].copy_from_slice(&image[y * self.width + x]);
             let middle = bright(0, 0);
-            let (across, down) = (
-                (bright(1, 0) - bright(-1, 0)) / 2.0,
-                (bright(0, 1) - bright(0, -1)) / 2.0,
-            );
+            let across = (bright(1, 0) - bright(-1, 0)) / 2.0;
+            let down = (bright(0, 1) - bright(0, -1)) / 2.0;
             let xx = bright(1, 0) + bright(-1, 0) - 2.0 * middle;
             let yy = bright(0, 1) + bright(0, -1) - 2.0 * middle;
             let xy = (bright(1, 1) + bright(-1, -1) - bright(1, -1) - bright(-1, 1)) / 4.0;
@@ -73,9 +64,8 @@ impl FilterBank {
 /// A Gaussian blur, first along the rows, then along the columns; the border is repeated.
 fn blurred(image: &[[f32; 3]], width: usize, height: usize, sigma: f32) -> Vec<[f32; 3]> {
     let reach = (2.5 * sigma).ceil() as isize;
-    let weights: Vec<f32> = (-reach..=reach)
-        .map(|k| (-((k * k) as f32) / (2.0 * sigma * sigma)).exp())
-        .collect();
+    let weight = |k: isize| (-((k * k) as f32) / (2.0 * sigma * sigma)).exp();
+    let weights: Vec<f32> = (-reach..=reach).map(weight).collect();
     let total: f32 = weights.iter().sum();
     let pass = |from: &[[f32; 3]], at: &dyn Fn(usize, usize, isize) -> usize| -> Vec<[f32; 3]> {
         let pixel = |index: usize| {
@@ -88,10 +78,7 @@ fn blurred(image: &[[f32; 3]], width: usize, height: usize, sigma: f32) -> Vec<[
         };
         (0..width * height).map(pixel).collect()
     };
-    let rows = pass(image, &|x, y, k| {
-        y * width + x.saturating_add_signed(k).min(width - 1)
-    });
-    pass(&rows, &|x, y, k| {
-        y.saturating_add_signed(k).min(height - 1) * width + x
-    })
+    let near = |at: usize, k, size: usize| at.saturating_add_signed(k).min(size - 1);
+    let rows = pass(image, &|x, y, k| y * width + near(x, k, width));
+    pass(&rows, &|x, y, k| near(y, k, height) * width + x)
 }

@@ -24,21 +24,17 @@ pub struct Forest<const N: usize> {
 impl<const N: usize> Forest<N> {
     /// Learns from samples; void answers everything where there are none.
     pub fn grown(samples: &[Sample<N>], seed: u64) -> Self {
-        let trees = (0..TREES as u64).into_par_iter();
-        Self {
-            trees: trees
-                .map(|tree| Tree::grown(samples, seed ^ (tree << 32)))
-                .collect(),
-        }
+        let grown = |tree: u64| Tree::grown(samples, seed ^ (tree << 32));
+        let trees = (0..TREES as u64).into_par_iter().map(grown).collect();
+        Self { trees }
     }
 
     /// The classes that the trees say, ascending, with the share of the trees that say each.
     pub fn shares(&self, features: &[f32; N]) -> Vec<(ClassId, f32)> {
         let mut said: Vec<ClassId> = self.trees.iter().map(|tree| tree.class(features)).collect();
         said.sort_unstable();
-        let runs = said.chunk_by(|a, b| a == b);
-        runs.map(|run| (run[0], run.len() as f32 / TREES as f32))
-            .collect()
+        let share = |run: &[ClassId]| (run[0], run.len() as f32 / TREES as f32);
+        said.chunk_by(|a, b| a == b).map(share).collect()
     }
 
     /// The class that most trees say, the smallest id of those with as many.
@@ -89,9 +85,8 @@ impl Tree {
         let Some((_, feature, threshold)) = best else {
             return Self::Leaf(most_common(&samples));
         };
-        let (low, high) = samples
-            .into_iter()
-            .partition(|sample| sample.0[feature] <= threshold);
+        let is_low = |sample: &&Sample<N>| sample.0[feature] <= threshold;
+        let (low, high) = samples.into_iter().partition(is_low);
         Self::Split {
             feature,
             threshold,
@@ -114,25 +109,27 @@ impl Tree {
     }
 }
 
+/// Number of samples of each class.
+fn counted<const N: usize>(samples: &[&Sample<N>]) -> BTreeMap<ClassId, f32> {
+    let mut counts = BTreeMap::new();
+    for (_, class) in samples {
+        *counts.entry(*class).or_default() += 1.0;
+    }
+    counts
+}
+
 /// The class of most samples, the smallest id of those with as many.
 fn most_common<const N: usize>(samples: &[&Sample<N>]) -> ClassId {
-    let mut counts: BTreeMap<ClassId, usize> = BTreeMap::new();
-    samples
-        .iter()
-        .for_each(|sample| *counts.entry(sample.1).or_default() += 1);
-    counts
+    let most = counted(samples)
         .into_iter()
         .rev()
-        .max_by_key(|&(_, count)| count)
-        .map_or(VOID, |(class, _)| class)
+        .max_by(|a, b| a.1.total_cmp(&b.1));
+    most.map_or(VOID, |(class, _)| class)
 }
 
 /// The threshold that separates sorted samples best with the impurity that is left; `None` where all are equal.
 fn cut<const N: usize>(samples: &[&Sample<N>], feature: usize) -> Option<(f32, f32)> {
-    let mut above: BTreeMap<ClassId, f32> = BTreeMap::new();
-    samples
-        .iter()
-        .for_each(|sample| *above.entry(sample.1).or_default() += 1.0);
+    let mut above = counted(samples);
     let mut below: BTreeMap<ClassId, f32> = BTreeMap::new();
     let total = samples.len() as f32;
     // Sum of squares of the counts: Gini impurity is 1 - squares / count^2.

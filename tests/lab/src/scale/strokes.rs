@@ -59,11 +59,8 @@ pub fn scattered(
     if candidates.len() < clicks {
         return Err(too_little(format!("pixels for {clicks} strokes")));
     }
-    let class_of: FxHashMap<Piece, ClassId> = pieces
-        .into_iter()
-        .enumerate()
-        .map(|(rank, piece)| (piece, 1 + (rank % classes.max(1)) as ClassId))
-        .collect();
+    let all = 1..=classes.max(1) as ClassId;
+    let class_of: FxHashMap<Piece, ClassId> = pieces.into_iter().zip(all.cycle()).collect();
     candidates.shuffle(&mut SmallRng::seed_from_u64(seed));
     // The first of every class to the front; the order stays otherwise.
     let mut seen = vec![false; classes + 1];
@@ -75,9 +72,8 @@ pub fn scattered(
         let stroke = Stroke::click(candidate.frame, class_of[&candidate.piece], candidate.pixel);
         labels.strokes.insert(labels.next_stroke_id(), Arc::new(stroke));
     }
-    labels.classes = (1..=classes as ClassId)
-        .map(|id| Class::new(id, format!("class {id}")))
-        .collect();
+    let class = |id: ClassId| Class::new(id, format!("class {id}"));
+    labels.classes = (1..=classes as ClassId).map(class).collect();
     Ok(labels)
 }
 
@@ -87,11 +83,9 @@ fn candidates(
     truth: &(dyn Fn(usize) -> Vec<ClassId> + Sync),
 ) -> Result<Vec<Candidate>, EvalError> {
     let count = scene.frames.len().min(FRAMES);
-    let of_frames: Vec<Vec<Candidate>> = (0..count)
-        .into_par_iter()
-        .map(|index| of_frame(scene, index * scene.frames.len() / count, truth))
-        .collect::<Result<_, SceneError>>()?;
-    Ok(of_frames.into_iter().flatten().collect())
+    let of = |index: usize| of_frame(scene, index * scene.frames.len() / count, truth);
+    let of_frames: Result<Vec<_>, SceneError> = (0..count).into_par_iter().map(of).collect();
+    Ok(of_frames?.into_iter().flatten().collect())
 }
 
 fn of_frame(
@@ -113,17 +107,11 @@ fn of_frame(
         let at = (pixel[1] * camera.width + pixel[0]) as usize;
         let class = labels.get(at).copied().filter(|&class| class != VOID)?;
         let seen = frame.center() + depth.ray_length(at)? * frame.ray_direction(at);
-        let place = scene.origin.as_vec3() + seen;
+        let cell = (scene.origin.as_vec3() + seen - CORNER) / CELL;
         Some(Candidate {
             frame: index,
             pixel,
-            piece: (
-                class,
-                ((place - CORNER) / CELL)
-                    .floor()
-                    .to_array()
-                    .map(|cell| cell as i32),
-            ),
+            piece: (class, cell.floor().to_array().map(|cell| cell as i32)),
         })
     };
     Ok(grid.filter_map(candidate).collect())

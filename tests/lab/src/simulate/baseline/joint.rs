@@ -52,16 +52,12 @@ pub(super) fn classes(
     loop {
         let places: Vec<_> = nodes.choose_multiple(&mut rng, PLACES).collect();
         let gaps: Vec<f32> = places.iter().map(|_| rng.random_range(-BAND..BAND)).collect();
-        let off = places
-            .iter()
-            .zip(&gaps)
-            .map(|(node, gap)| node.position + *gap * node.normal);
+        let with_gaps = places.iter().zip(&gaps);
+        let off = with_gaps.map(|(node, gap)| node.position + *gap * node.normal);
         let colors: Vec<f32> = places.iter().flat_map(|node| node.color.to_array()).collect();
         let shown: Vec<_> = clicks.choose_multiple(&mut rng, CLICKS).collect();
-        let labels = shown
-            .iter()
-            .map(|click| classes.partition_point(|&class| class < click.1) as u32);
-        let labels: Vec<u32> = labels.collect();
+        let index = |click: &&(Vec3, ClassId)| classes.partition_point(|&class| class < click.1) as u32;
+        let labels: Vec<u32> = shown.iter().map(index).collect();
 
         let count = places.len();
         let said = network.forward(&frame.tensor(off)?)?;
@@ -80,16 +76,9 @@ pub(super) fn classes(
     let mut best = Vec::with_capacity(nodes.len());
     for chunk in nodes.chunks(CHUNK) {
         let said = network.forward(&frame.tensor(chunk.iter().map(|node| node.position))?)?;
-        let index = said
-            .narrow(1, 4, classes.len())?
-            .contiguous()?
-            .argmax(D::Minus1)?;
-        best.extend(
-            index
-                .to_vec1::<u32>()?
-                .into_iter()
-                .map(|index| classes[index as usize]),
-        );
+        let logits = said.narrow(1, 4, classes.len())?.contiguous()?;
+        let indices = logits.argmax(D::Minus1)?.to_vec1::<u32>()?.into_iter();
+        best.extend(indices.map(|index| classes[index as usize]));
     }
     Ok(NodeLabels(best))
 }

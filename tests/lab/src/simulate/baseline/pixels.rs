@@ -18,20 +18,17 @@ pub(super) fn maps(scene: &Scene, clicks: &[Click], frames: &[usize], seed: u64)
     for click in clicks {
         of_frame.entry(click.frame).or_default().push(click);
     }
-    let of_frame: Vec<(usize, Vec<&Click>)> = of_frame.into_iter().collect();
-    let samples: Vec<Sample<RESPONSES>> = of_frame
-        .par_iter()
-        .flat_map_iter(|(frame, clicks)| {
-            let bank = FilterBank::of(&scene.frames[*frame]);
-            let sample = move |click: &&Click| {
-                (
-                    bank.at(click.pixel[0] as usize, click.pixel[1] as usize),
-                    click.class,
-                )
-            };
-            clicks.iter().map(sample).collect::<Vec<_>>()
-        })
-        .collect();
+    let samples = |(frame, clicks): (usize, Vec<&Click>)| {
+        let bank = FilterBank::of(&scene.frames[frame]);
+        let sample = |click: &Click| {
+            (
+                bank.at(click.pixel[0] as usize, click.pixel[1] as usize),
+                click.class,
+            )
+        };
+        clicks.into_iter().map(sample).collect::<Vec<_>>()
+    };
+    let samples: Vec<Sample<RESPONSES>> = of_frame.into_par_iter().flat_map_iter(samples).collect();
     let forest = Forest::grown(&samples, seed);
     let map = |&frame: &usize| {
         let bank = FilterBank::of(&scene.frames[frame]);
