@@ -8,6 +8,8 @@ use glam::Vec3;
 use rand::{Rng, SeedableRng, rngs::SmallRng};
 use serde::Serialize;
 
+use super::EvalError;
+use super::learnt::pool;
 use super::reached::{Progress, Reached};
 use inplace_core::field::kernels::Dispatch;
 use inplace_core::field::reference::{PixelLabels, ReferenceSettings, ReferenceTrainer};
@@ -36,7 +38,7 @@ pub struct PathSpeed {
 ///
 /// # Errors
 /// None on the CPU short of a lack of memory.
-pub fn path_speeds(table_log2: u32, rounds: usize, threads: usize) -> Result<Vec<PathSpeed>> {
+pub fn path_speeds(table_log2: u32, rounds: usize, threads: usize) -> Result<Vec<PathSpeed>, EvalError> {
     let volume = Volume {
         min: Vec3::ZERO,
         side: 6.0,
@@ -53,15 +55,11 @@ pub fn path_speeds(table_log2: u32, rounds: usize, threads: usize) -> Result<Vec
     };
     let paths = Dispatch::available().map(Backend::Fused);
     let paths = paths.chain([Backend::Plain(Device::Cpu)]);
-    let fields: Vec<(String, RadianceField)> = paths
-        .map(|path| Ok((name(&path), RadianceField::new(volume, &capacity, 1, &path)?)))
-        .collect::<Result<_>>()?;
+    let field = |path: Backend| Ok((name(&path), RadianceField::new(volume, &capacity, 1, &path)?));
+    let fields = paths.map(field).collect::<Result<Vec<_>>>()?;
     let samples = Arc::new(random_samples(&volume));
     let gaps = vec![0.0; samples.len()];
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(threads.max(1))
-        .build();
-    let pool = pool.map_err(candle_core::Error::wrap)?;
+    let pool = pool(threads)?;
     let mut times: Vec<Vec<Duration>> = vec![Vec::new(); fields.len()];
     // One round more than counted: the first warms up.
     for round in 0..=rounds {
@@ -77,21 +75,18 @@ pub fn path_speeds(table_log2: u32, rounds: usize, threads: usize) -> Result<Vec
             }
         }
     }
-    Ok(fields
-        .into_iter()
-        .zip(times)
-        .map(|((name, _), mut times)| {
-            times.sort_unstable();
-            let median = times
-                .get(times.len() / 2)
-                .map_or(f64::INFINITY, Duration::as_secs_f64);
-            PathSpeed {
-                name,
-                table_log2,
-                samples_per_s: samples.len() as f64 / median,
-            }
-        })
-        .collect())
+    let speed = |((name, _), mut times): ((String, RadianceField), Vec<Duration>)| {
+        times.sort_unstable();
+        let median = times
+            .get(times.len() / 2)
+            .map_or(f64::INFINITY, Duration::as_secs_f64);
+        PathSpeed {
+            name,
+            table_log2,
+            samples_per_s: samples.len() as f64 / median,
+        }
+    };
+    Ok(fields.into_iter().zip(times).map(speed).collect())
 }
 
 /// What a path is called in the results.
@@ -127,14 +122,12 @@ impl From<Preset> for Variant {
 impl Variant {
     /// The default by the whole recipe, and without one of its parts each.
     pub fn ablations() -> Vec<Self> {
-        let ablations = Recipe::ablations().into_iter();
-        ablations
-            .map(|(name, recipe)| Self {
-                name: name.to_owned(),
-                preset: Preset::Auto,
-                recipe,
-            })
-            .collect()
+        let variant = |(name, recipe): (&str, Recipe)| Self {
+            name: name.to_owned(),
+            preset: Preset::Auto,
+            recipe,
+        };
+        Recipe::ablations().into_iter().map(variant).collect()
     }
 }
 
@@ -284,16 +277,15 @@ fn reference_run(
 /// Rays of sixteen samples each from the middle of the volume to all sides.
 fn random_samples(volume: &Volume) -> Samples {
     let mut rng = SmallRng::seed_from_u64(1);
-    let rays: Vec<Ray> = (0..SAMPLES / 16)
-        .map(|_| {
-            let mut random = || rng.random_range(-1.0_f32..1.0);
-            Ray {
-                origin: volume.to_world(Vec3::splat(0.5)) + 0.3 * Vec3::new(random(), random(), random()),
-                direction: Vec3::new(random(), random(), random()).normalize_or(Vec3::X),
-                length: Some(2.0 + random()),
-            }
-        })
-        .collect();
+    let ray = |_| {
+        let mut random = || rng.random_range(-1.0_f32..1.0);
+        Ray {
+            origin: volume.to_world(Vec3::splat(0.5)) + 0.3 * Vec3::new(random(), random(), random()),
+            direction: Vec3::new(random(), random(), random()).normalize_or(Vec3::X),
+            length: Some(2.0 + random()),
+        }
+    };
+    let rays: Vec<Ray> = (0..SAMPLES / 16).map(ray).collect();
     let sampling = Sampling {
         step: 0.02,
         held_back: 0.0,

@@ -4,6 +4,7 @@ mod strokes;
 #[cfg(test)]
 mod tests;
 
+use std::collections::BTreeSet;
 use std::str::FromStr;
 
 use serde::Serialize;
@@ -11,6 +12,7 @@ use serde_json::json;
 
 use super::table::csv;
 use super::{Cost, by_name};
+use crate::arguments::ScaleArguments;
 
 pub use strokes::scattered;
 
@@ -45,21 +47,6 @@ pub struct Setting {
     pub classes: usize,
     /// Number of strokes.
     pub strokes: usize,
-}
-
-/// The values that each sweep goes through.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Values {
-    /// Numbers of frames.
-    pub frames: Vec<usize>,
-    /// Widths and heights of the frames, in pixels.
-    pub sizes: Vec<(u32, u32)>,
-    /// Numbers of rooms.
-    pub rooms: Vec<usize>,
-    /// Numbers of classes.
-    pub classes: Vec<usize>,
-    /// Numbers of strokes.
-    pub strokes: Vec<usize>,
 }
 
 /// What one setting of a sweep cost.
@@ -148,34 +135,36 @@ impl Sweep {
         }
     }
 
-    /// The settings that it goes through: `base` with one thing changed.
+    /// The settings that it goes through, ascending: `base` with one thing changed.
     ///
     /// Every class is to have a stroke, so that the sweep over classes has as many strokes as its most classes.
-    pub fn settings(self, base: Setting, values: &Values) -> Vec<Setting> {
-        let strokes = values.classes.iter().copied().fold(base.strokes, usize::max);
+    pub fn settings(self, base: Setting, arguments: &ScaleArguments) -> BTreeSet<Setting> {
+        let count = |&count: &u16| usize::from(count);
+        let most = arguments.classes.iter().map(count).fold(base.strokes, usize::max);
+        let each = |counts: &[u16], setting: &dyn Fn(usize) -> Setting| {
+            counts.iter().map(count).map(setting).collect()
+        };
         match self {
-            Self::Frames => of(&values.frames, |&frames| Setting { frames, ..base }),
-            Self::Size => of(&values.sizes, |&(width, height)| Setting {
-                width,
-                height,
-                ..base
-            }),
-            Self::Rooms => of(&values.rooms, |&rooms| Setting { rooms, ..base }),
-            Self::Classes => of(&values.classes, |&classes| Setting {
-                classes,
-                strokes,
-                ..base
-            }),
-            Self::Strokes => of(&values.strokes, |&strokes| Setting { strokes, ..base }),
+            Self::Frames => each(&arguments.frames, &|frames| Setting { frames, ..base }),
+            Self::Size => {
+                let setting = |&(width, height): &(u32, u32)| Setting {
+                    width,
+                    height,
+                    ..base
+                };
+                arguments.sizes.iter().map(setting).collect()
+            }
+            Self::Rooms => each(&arguments.rooms, &|rooms| Setting { rooms, ..base }),
+            Self::Classes => {
+                let base = Setting {
+                    strokes: most,
+                    ..base
+                };
+                each(&arguments.classes, &|classes| Setting { classes, ..base })
+            }
+            Self::Strokes => each(&arguments.strokes, &|strokes| Setting { strokes, ..base }),
         }
     }
-}
-
-fn of<T>(values: &[T], setting: impl Fn(&T) -> Setting) -> Vec<Setting> {
-    let mut settings: Vec<Setting> = values.iter().map(setting).collect();
-    settings.sort_unstable();
-    settings.dedup();
-    settings
 }
 
 impl FromStr for Sweep {

@@ -17,6 +17,20 @@ use crate::page::Page;
 /// The folder of the measurements' own files, beside the page.
 const FOLDER: &str = "benchmarks";
 
+/// The benches: title, folder, page and command, options of the whole form, and of the short one. SCENES are all of them;
+/// FIRST is the first alone, since a learnt surface takes its time; without either it is the demo, in whose place some of
+/// the conditions of stability are rooms.
+const BENCHES: &str = "\
+Accuracy against time | pareto | pareto | SCENES --baselines --seeds 3 --marks 2,5,10,20 | SCENES --baselines --seeds 1 --marks 2,5,10,20
+Accuracy against size | capacity | pareto | SCENES --preset auto --capacity --seeds 2 --marks 12 | left out
+Accuracy against time, without depth | pareto-no-depth | pareto | SCENES --no-depth --seeds 2 --marks 10,20,40,80,160,320,640 | left out
+How cost grows | scale | scale | | --sweep frames,strokes --frames 20,50,100 --strokes 10,100,1000 --seconds 2
+How long a click waits | latency | latency | SCENES --clicks 200 | SCENES --clicks 50
+Label images: the paper's experiments | paper | paper | SCENES | SCENES --experiments frames-10%,pixel-noise-90%,sparse-16,click,grown-1%
+The engine | engine | engine | SCENES --rounds 15 --marks 5,15 | SCENES --rounds 5 --marks 5
+Stability | stability | stability | | --quick --seeds 1
+Accuracy against size, without depth | capacity-no-depth | pareto | FIRST --no-depth --preset auto --capacity --seeds 2 --marks 30 | left out";
+
 /// One measurement: a command of this program.
 struct Step {
     title: String,
@@ -59,12 +73,8 @@ pub fn run(arguments: &AllArguments) -> Result<(), Failure> {
     ));
     let mut failed = Vec::new();
     for (number, step) in steps.iter().enumerate() {
-        eprintln!(
-            "{} of {}: inplace-lab {}",
-            number + 1,
-            steps.len(),
-            step.arguments.join(" ")
-        );
+        let (count, words) = (steps.len(), step.arguments.join(" "));
+        eprintln!("{} of {count}: inplace-lab {words}", number + 1);
         let own = folder.join(&step.folder);
         let ended = step.measure(&own, &build, arguments.force)?;
         page.heading(2, &step.title);
@@ -73,16 +83,12 @@ pub fn run(arguments: &AllArguments) -> Result<(), Failure> {
             page.include(&below(&text), &format!("{FOLDER}/{}", step.folder));
         }
         if let Some(reason) = &ended.failure {
-            page.paragraph(&format!(
-                "**Failed:** {}.",
-                reason.trim_start_matches("inplace-lab: ")
-            ));
+            let reason = reason.trim_start_matches("inplace-lab: ");
+            page.paragraph(&format!("**Failed:** {reason}."));
             failed.push(step.folder.clone());
         }
-        page.paragraph(&format!(
-            "This took {:.0} s, at commit {}.",
-            ended.seconds, ended.commit
-        ));
+        let Ended { seconds, commit, .. } = &ended;
+        page.paragraph(&format!("This took {seconds:.0} s, at commit {commit}."));
         // What has been measured stays readable if a later measurement is interrupted.
         export::write(&out.join("benchmarks.md"), page.as_str().as_bytes())?;
     }
@@ -136,16 +142,12 @@ impl Step {
             return Err(format!("{}: cannot be replaced: {error}", page.display()).into());
         }
         let start = Instant::now();
-        let output = Command::new(std::env::current_exe()?)
-            .args(&self.arguments)
-            .arg("--out")
-            .arg(out)
-            .stdout(Stdio::null())
-            .output()?;
+        let mut command = Command::new(std::env::current_exe()?);
+        command.args(&self.arguments).arg("--out").arg(out);
+        let output = command.stdout(Stdio::null()).output()?;
         let failure = (!output.status.success()).then(|| {
-            let reason = String::from_utf8_lossy(&output.stderr);
-            reason
-                .lines()
+            let told = String::from_utf8_lossy(&output.stderr);
+            told.lines()
                 .last()
                 .unwrap_or("it ended without a reason")
                 .to_owned()
@@ -188,105 +190,40 @@ fn steps(scenes: &[PathBuf], quick: bool) -> Vec<Step> {
         };
         step(&title, &folder, "results", command, own)
     });
-    // Title, folder, page, options of the short form where it has this, and of the whole one.
-    let benches = [
-        (
-            "Accuracy against time",
-            "pareto",
-            "pareto",
-            Some("SCENES --baselines --seeds 1 --marks 2,5,10,20"),
-            "SCENES --baselines --seeds 3 --marks 2,5,10,20",
-        ),
-        (
-            "Accuracy against size",
-            "capacity",
-            "pareto",
-            None,
-            "SCENES --preset auto --capacity --seeds 2 --marks 12",
-        ),
-        (
-            "Accuracy against time, without depth",
-            "pareto-no-depth",
-            "pareto",
-            None,
-            "SCENES --no-depth --seeds 2 --marks 10,20,40,80,160,320,640",
-        ),
-        (
-            "How cost grows",
-            "scale",
-            "scale",
-            Some("--sweep frames,strokes --frames 20,50,100 --strokes 10,100,1000 --seconds 2"),
-            "",
-        ),
-        (
-            "How long a click waits",
-            "latency",
-            "latency",
-            Some("SCENES --clicks 50"),
-            "SCENES --clicks 200",
-        ),
-        (
-            "Label images: the paper's experiments",
-            "paper",
-            "paper",
-            Some("SCENES --experiments frames-10%,pixel-noise-90%,sparse-16,click,grown-1%"),
-            "SCENES",
-        ),
-        (
-            "The engine",
-            "engine",
-            "engine",
-            Some("SCENES --rounds 5 --marks 5"),
-            "SCENES --rounds 15 --marks 5,15",
-        ),
-        // The demo alone: some of the conditions are rooms in its place.
-        (
-            "Stability",
-            "stability",
-            "stability",
-            Some("--quick --seeds 1"),
-            "",
-        ),
-        // The first alone, since a learnt surface takes its time.
-        (
-            "Accuracy against size, without depth",
-            "capacity-no-depth",
-            "pareto",
-            None,
-            "FIRST --no-depth --preset auto --capacity --seeds 2 --marks 30",
-        ),
-    ];
-    let benches = benches
-        .into_iter()
-        .filter_map(|(title, folder, page, short, whole)| {
-            let options = if quick { short? } else { whole };
-            Some(step(
-                title,
-                folder,
-                page,
-                &format!("bench {page} {options}"),
-                scenes,
-            ))
-        });
+    let benches = BENCHES.lines().filter_map(|line| {
+        let mut cells = line.split('|').map(str::trim);
+        let (title, folder, page) = (cells.next()?, cells.next()?, cells.next()?);
+        let (whole, short) = (cells.next()?, cells.next()?);
+        let options = if quick { short } else { whole };
+        if options == "left out" {
+            return None;
+        }
+        Some(step(
+            title,
+            folder,
+            page,
+            &format!("bench {page} {options}"),
+            scenes,
+        ))
+    });
     clicks.chain(benches).collect()
 }
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeSet;
+
+    use clap::Parser;
+
     use super::*;
+    use crate::arguments::Arguments;
 
     #[test]
     fn every_measurement_is_a_command_of_this_program_with_a_folder_of_its_own() {
-        use clap::Parser;
-
-        use crate::arguments::Arguments;
-
-        for quick in [false, true] {
+        for (quick, count) in [(false, 11), (true, 8)] {
             let steps = steps(&[PathBuf::from("demo"), PathBuf::from("/captures/room")], quick);
-            let mut folders: Vec<&str> = steps.iter().map(|step| step.folder.as_str()).collect();
-            folders.sort_unstable();
-            folders.dedup();
-            assert_eq!(folders.len(), steps.len());
+            let folders: BTreeSet<&str> = steps.iter().map(|step| step.folder.as_str()).collect();
+            assert_eq!((folders.len(), steps.len()), (count, count));
             for step in &steps {
                 let own = step.arguments.iter().map(String::as_str);
                 let words = std::iter::once("inplace-lab").chain(own).chain(["--out", "DIR"]);

@@ -3,7 +3,7 @@
 mod captures;
 mod figure;
 
-use crate::scale::{Exponent, Measured, QUANTITIES, Setting, Sweep, Values, exponents, table};
+use crate::scale::{Exponent, Measured, QUANTITIES, Setting, Sweep, exponents, table};
 use inplace_core::export;
 use serde_json::json;
 
@@ -31,28 +31,17 @@ pub fn run(arguments: &ScaleArguments) -> Result<(), Failure> {
         classes: 20,
         strokes: 60,
     };
-    let counts = |given: &[u16]| given.iter().copied().map(usize::from).collect();
-    let values = Values {
-        frames: counts(&arguments.frames),
-        sizes: arguments.sizes.clone(),
-        rooms: counts(&arguments.rooms),
-        classes: counts(&arguments.classes),
-        strokes: counts(&arguments.strokes),
-    };
-    let settings = |sweep: Sweep| sweep.settings(base, &values);
+    let settings = |sweep: Sweep| sweep.settings(base, arguments);
     let sweeps = arguments.sweeps.iter().copied();
     let costs = captures::measure(&sweeps.clone().flat_map(settings).collect(), arguments, threads)?;
-    let measured = sweeps.flat_map(|sweep| {
-        let own = settings(sweep).into_iter();
-        own.map(move |setting| (sweep, setting.rooms, setting))
-    });
-    let measured: Vec<Measured> = measured
-        .map(|(sweep, rooms, setting)| Measured {
+    let mut measured = Vec::new();
+    for sweep in sweeps {
+        measured.extend(settings(sweep).into_iter().map(|setting| Measured {
             sweep,
-            rooms,
+            rooms: setting.rooms,
             cost: costs[&setting],
-        })
-        .collect();
+        }));
+    }
     let exponents = exponents(&measured);
     let result = json!({
         "version": env!("CARGO_PKG_VERSION"),

@@ -1,7 +1,10 @@
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
+
+use clap::Parser;
 
 use super::*;
 use crate::EvalError;
+use crate::arguments::{Arguments, Bench, Command};
 use inplace_core::scene::demo::Shot;
 
 /// What a capture of so many frames costs where opening takes `seconds`.
@@ -103,12 +106,13 @@ fn each_sweep_has_the_exponents_of_its_own_measurements() {
 
 #[test]
 fn a_sweep_changes_one_thing() {
-    let values = Values {
-        frames: vec![200, 100, 200],
-        sizes: vec![(160, 120)],
-        rooms: vec![1, 4],
-        classes: vec![2, 200],
-        strokes: vec![1],
+    let words = "lab bench scale --out x --frames 200,100,200 --sizes 160x120 --rooms 1,4 --classes 2,200 --strokes 1";
+    let parsed = Arguments::try_parse_from(words.split(' ')).unwrap();
+    let Command::Bench {
+        what: Bench::Scale(values),
+    } = parsed.command
+    else {
+        panic!("not bench scale")
     };
     let with = |change: &dyn Fn(&mut Setting)| {
         let mut setting = base();
@@ -134,7 +138,8 @@ fn a_sweep_changes_one_thing() {
         ),
         (Sweep::Strokes, vec![with(&|own| own.strokes = 1)]),
     ] {
-        assert_eq!(sweep.settings(base(), &values), expected, "{sweep:?}");
+        let settings = sweep.settings(base(), &values).into_iter();
+        assert_eq!(settings.collect::<Vec<_>>(), expected, "{sweep:?}");
         assert_eq!(sweep.name().parse(), Ok(sweep));
     }
     let error = "walls".parse::<Sweep>().unwrap_err();

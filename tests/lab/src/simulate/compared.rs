@@ -10,8 +10,8 @@ use crate::{EvalError, SceneTruth};
 use inplace_core::scene::Scene;
 use inplace_core::session::SessionOptions;
 
-/// What the baselines of one seed are given.
-pub(super) struct Comparison<'a> {
+/// One run of the experiment: a scene that has been learnt with one seed.
+pub(super) struct Run<'a> {
     pub(super) experiment: &'a Experiment,
     /// With the learnt field.
     pub(super) options: &'a SessionOptions,
@@ -24,9 +24,9 @@ pub(super) struct Comparison<'a> {
     pub(super) learnt_s: f64,
 }
 
-impl Comparison<'_> {
+impl Run<'_> {
     /// The baselines on the clicks of [`Policy::Random`]; `own` are our points, this seed's among them.
-    pub(super) fn measured(
+    pub(super) fn compared(
         &self,
         own: &[SimulatedPoint],
         progress: &mut dyn FnMut(&str),
@@ -53,15 +53,13 @@ impl Comparison<'_> {
             };
             for &clicks_per_class in &batches {
                 let name = format!("{}/{}", Policy::Random.name(), baseline.name());
-                progress(&format!(
-                    "seed {}, {name}: {clicks_per_class} clicks a class",
-                    options.seed
-                ));
+                let seed = options.seed;
+                progress(&format!("seed {seed}, {name}: {clicks_per_class} clicks a class"));
                 let most = clicks_per_class * self.annotator.classes().len();
                 let given = &planned[..planned.len().min(most)];
                 let same = |point: &&SimulatedPoint| {
                     (point.policy.as_str(), point.seed, point.clicks_per_class)
-                        == (Policy::Random.name(), options.seed, clicks_per_class)
+                        == (Policy::Random.name(), seed, clicks_per_class)
                 };
                 let wall_s = own.iter().find(same).map_or(0.0, |point| point.wall_s);
                 let task = Task {
@@ -79,7 +77,7 @@ impl Comparison<'_> {
                 points.push(SimulatedPoint {
                     scene: scene.name(),
                     policy: name,
-                    seed: options.seed,
+                    seed,
                     clicks_per_class,
                     strokes: given.len(),
                     scores: self.truth.scores_of_maps(scene, maps)?,

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::compared::Comparison;
+use super::compared::Run;
 use super::{Annotator, Baseline, Click, Policy, SimulatedPoint};
 use crate::learnt::learn;
 use crate::{Calibration, EvalError, SceneTruth, Scores};
@@ -60,7 +60,6 @@ pub fn simulate(
     for run in 0..experiment.seeds {
         let mut options = experiment.session.clone();
         options.seed = options.seed.wrapping_add(run);
-        let seed = options.seed;
         let start = Instant::now();
         let (mut open, scene) = opened(options.clone())?;
         let opening = start.elapsed();
@@ -69,13 +68,22 @@ pub fn simulate(
         }
         let Some(truth) = &truth else { continue };
         let learning = Instant::now();
-        progress(&format!("seed {seed}: learning the scene"));
+        progress(&format!("seed {}: learning the scene", options.seed));
         learn(&mut open.run, experiment.geometry)?;
         let learnt = opening + learning.elapsed();
         if experiment.policies.len() > 1 || !experiment.baselines.is_empty() {
             options.state = Some(open.run.saved()?);
         }
         let annotator = Annotator::new(&scene, truth);
+        let run = Run {
+            experiment,
+            options: &options,
+            scene: &scene,
+            annotator: &annotator,
+            truth,
+            opening_s: opening.as_secs_f64(),
+            learnt_s: learnt.as_secs_f64(),
+        };
         let mut first = Some(open);
         for &policy in &experiment.policies {
             let mut open = match first.take() {
@@ -87,26 +95,11 @@ pub fn simulate(
                     open
                 }
             };
-            let measured = open.label(experiment, policy, seed, &annotator, truth, progress)?;
-            let wall_s = |point: &SimulatedPoint| point.wall_s + learnt.as_secs_f64();
-            let measured = measured.into_iter();
-            points.extend(measured.map(|point| SimulatedPoint {
-                wall_s: wall_s(&point),
-                ..point
-            }));
+            points.extend(open.label(&run, policy, progress)?);
         }
         drop(first);
         if !experiment.baselines.is_empty() {
-            let comparison = Comparison {
-                experiment,
-                options: &options,
-                scene: &scene,
-                annotator: &annotator,
-                truth,
-                opening_s: opening.as_secs_f64(),
-                learnt_s: learnt.as_secs_f64(),
-            };
-            let compared = comparison.measured(&points, progress)?;
+            let compared = run.compared(&points, progress)?;
             points.extend(compared);
         }
     }
@@ -139,17 +132,20 @@ struct Open {
 }
 
 impl Open {
-    /// Lets the annotator label and measures the maps after each batch of clicks; the wall seconds are those
-    /// from the first click on.
+    /// Lets the annotator label and measures the maps after each batch of clicks.
     fn label(
         &mut self,
-        experiment: &Experiment,
+        run: &Run<'_>,
         policy: Policy,
-        seed: u64,
-        annotator: &Annotator<'_>,
-        truth: &SceneTruth,
         progress: &mut dyn FnMut(&str),
     ) -> Result<Vec<SimulatedPoint>, EvalError> {
+        let Run {
+            experiment,
+            annotator,
+            truth,
+            ..
+        } = run;
+        let seed = run.options.seed;
         let is_paused = experiment.settle.is_zero();
         self.run.send(if is_paused {
             Command::Pause
@@ -165,10 +161,8 @@ impl Open {
         let mut points = Vec::new();
         let mut labelling = Duration::ZERO;
         for clicks_per_class in batches {
-            progress(&format!(
-                "seed {seed}, {}: {clicks_per_class} clicks a class",
-                policy.name()
-            ));
+            let name = policy.name();
+            progress(&format!("seed {seed}, {name}: {clicks_per_class} clicks a class"));
             let start = Instant::now();
             let wanted = clicks_per_class * annotator.classes().len();
             let from_plan = wanted.min(planned.len()).saturating_sub(given.len());
@@ -186,13 +180,13 @@ impl Open {
             let (scores, calibration) = self.measured(truth)?;
             points.push(SimulatedPoint {
                 scene: self.scene.name(),
-                policy: policy.name().to_owned(),
+                policy: name.to_owned(),
                 seed,
                 clicks_per_class,
                 strokes: given.len(),
                 scores,
                 calibration: Some(calibration),
-                wall_s: labelling.as_secs_f64(),
+                wall_s: run.learnt_s + labelling.as_secs_f64(),
             });
         }
         Ok(points)
