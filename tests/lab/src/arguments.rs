@@ -460,12 +460,8 @@ pub struct ParetoOfArguments {
 }
 
 fn preset(name: &str) -> Result<Preset, String> {
-    by_name(
-        &PRESETS,
-        Preset::name,
-        name,
-        "use auto, fast, accurate or reference",
-    )
+    let advice = "use auto, fast, accurate or reference";
+    by_name(&PRESETS, Preset::name, name, advice)
 }
 
 /// A number that fits; otherwise what is wanted instead.

@@ -15,7 +15,7 @@ use inplace_core::session::{Client, Command, Event, SessionOptions, Status};
 const CATCHING_UP: Duration = Duration::from_millis(300);
 
 /// What one capture cost.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Cost {
     /// Number of frames.
     pub frames: usize,

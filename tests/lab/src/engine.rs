@@ -38,7 +38,11 @@ pub struct PathSpeed {
 ///
 /// # Errors
 /// None on the CPU short of a lack of memory.
-pub fn path_speeds(table_log2: u32, rounds: usize, threads: usize) -> Result<Vec<PathSpeed>, EvalError> {
+pub fn path_speeds(
+    table_log2: u32,
+    rounds: usize,
+    threads: usize,
+) -> std::result::Result<Vec<PathSpeed>, EvalError> {
     let volume = Volume {
         min: Vec3::ZERO,
         side: 6.0,

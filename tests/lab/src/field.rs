@@ -1,21 +1,24 @@
 //! The semantic field by itself: the labels that it renders, measured beside what the surface says.
 
-mod clicks;
-mod noise;
-
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
+use candle_core::Device;
+use candle_core::safetensors::load_buffer;
+use rand::{SeedableRng, rngs::SmallRng};
+use rayon::prelude::*;
 use serde::Serialize;
 
 use super::learnt::{learn, surface};
+use super::paper::pixel_noise;
+use super::simulate::{Annotator, Policy};
 use super::table::csv;
 use super::{ConfusionMatrix, EvalError, SceneTruth};
 use inplace_core::field::{Ray, Trainer};
-use inplace_core::labels::{ClassId, VOID};
+use inplace_core::labels::{ClassId, ImportedLabels, ImportedMap, Trust, VOID};
 use inplace_core::scene::Scene;
-use inplace_core::semantics::{SemanticField, Surface};
-use inplace_core::session::{Client, SessionOptions, sampling};
+use inplace_core::semantics::{FrameMap, LabelPropagation, NodeLabels, NodeVotes, SemanticField, SemanticPart, Surface};
+use inplace_core::session::{Client, Command, ModelState, SessionOptions, sampling};
 
 /// What is measured.
 #[derive(Clone, Debug)]
@@ -80,10 +83,10 @@ pub fn semantic_field(
     let mut points = Vec::new();
     for &share in &experiment.noise {
         progress(&format!("{:.0}% pixel noise", 100.0 * share));
-        points.extend(noise::points(experiment, &learnt, share)?);
+        points.extend(taught_by_noise(experiment, &learnt, share)?);
     }
     progress("labelling by clicks");
-    points.extend(clicks::points(experiment, &mut learnt)?);
+    points.extend(labelled_by_clicks(experiment, &mut learnt)?);
     Ok(points)
 }
 
@@ -152,9 +155,9 @@ impl<'a> Measured<'a> {
         let (width, height) = (frame.camera.width as usize, frame.camera.height as usize);
         let first = self.stride / 2;
         let rows = (first..height).step_by(self.stride);
-        rows.flat_map(|y| (first..width).step_by(self.stride).map(move |x| y * width + x))
-            .map(|pixel| (pixel, labels[pixel]))
-            .collect()
+        let row = |y: usize| (first..width).step_by(self.stride).map(move |x| y * width + x);
+        let pixels = rows.flat_map(row);
+        pixels.map(|pixel| (pixel, labels[pixel])).collect()
     }
 
     /// mIoU of the classes that `answer` gives for the pixels (by index) of each test frame.
@@ -182,12 +185,7 @@ impl<'a> Measured<'a> {
 
     /// mIoU of the labels that a semantic field renders; where `known`, rays end at the frame's measured
     /// depth.
-    fn miou_of_field(
-        &self,
-        semantics: &SemanticField,
-        trainer: &Trainer,
-        known: bool,
-    ) -> Result<f64, EvalError> {
+    fn miou_of_field(&self, semantics: &SemanticField, trainer: &Trainer, known: bool) -> Result<f64, EvalError> {
         let classes = semantics.classes();
         let best = |row: &[f32]| {
             let better = |best: usize, index: usize| if row[index] > row[best] { index } else { best };
@@ -222,6 +220,131 @@ impl<'a> Measured<'a> {
         }
         Ok(points)
     }
+}
+
+/// Places of the surface and rays in a step.
+const PLACES: usize = 2048;
+const RAYS: usize = 512;
+
+/// Teaches a semantic field label images of the training frames in which this share of the pixels has a random
+/// class, and measures the labels that it renders for the test frames, beside the majority of each voxel's
+/// votes and beside votes diffused along the surface. Seconds are those of its steps alone.
+fn taught_by_noise(
+    experiment: &FieldExperiment,
+    learnt: &Learnt,
+    share: f64,
+) -> Result<Vec<FieldPoint>, EvalError> {
+    let (options, scene, truth) = (&learnt.options, &learnt.scene, &learnt.truth);
+    let (trainer, surface) = (&learnt.trainer, &learnt.surface);
+    let seed = options.seed;
+    let classes = truth.classes();
+    let noisy = |&frame: &usize| {
+        let mut rng = SmallRng::seed_from_u64(seed ^ ((frame as u64 + 1) << 32));
+        let mut labels = truth.in_frame(scene, frame);
+        pixel_noise(&mut labels, &classes, share, &mut rng);
+        ImportedMap::new(frame, &labels)
+    };
+    let labels = ImportedLabels {
+        maps: truth.train.par_iter().map(noisy).collect(),
+        trust: Trust::VOTES,
+    };
+    let kind = format!("{:.0}% pixel noise", 100.0 * share);
+    let measured = Measured::new(experiment, scene, truth, kind);
+    let votes = NodeVotes::count(surface, &classes, &labels);
+    let majority = votes.majority();
+    let most = |node: usize| majority.get(&(node as u32)).copied().unwrap_or(VOID);
+    let majority = NodeLabels((0..surface.graph.len()).map(most).collect::<Vec<ClassId>>());
+    let diffused = NodeLabels::spread(surface, &classes, &labels);
+    let mut points = Vec::new();
+    for (answer, nodes) in [("majority", majority), ("diffusion", diffused)] {
+        let miou = measured.miou_of_maps(|frame| nodes.of_frame(surface, frame))?;
+        points.push(measured.point(answer, f64::NAN, miou));
+    }
+
+    let field = trainer.field();
+    let grid = trainer.capacity().semantic_grid();
+    let mut semantics = SemanticField::new(&classes, field.feature_width(), grid, None, seed)?;
+    let mut seconds = 0.0;
+    for &mark in &experiment.marks {
+        while seconds < mark {
+            let start = Instant::now();
+            let seed = seed ^ (semantics.steps(SemanticPart::Residual) << 1);
+            let soft = votes.targets(surface, PLACES, seed);
+            let rays = votes.rays(surface, scene, &truth.train, RAYS, seed);
+            let sampling = sampling(trainer, Some(seed));
+            for part in [SemanticPart::Appearance, SemanticPart::Residual] {
+                let (radiance, sampling) = ((field, trainer.occupancy()), sampling(trainer, Some(seed)));
+                semantics.step(part, radiance, &soft, &rays, sampling)?;
+            }
+            seconds += start.elapsed().as_secs_f64();
+        }
+        points.extend(measured.field_points(&semantics, trainer, mark)?);
+    }
+    Ok(points)
+}
+
+/// A session so many seconds after its labels.
+struct Seen {
+    seconds: f64,
+    /// Maps of the test frames, in their order.
+    maps: Vec<Option<Arc<FrameMap>>>,
+    state: Arc<ModelState>,
+}
+
+/// Gives a session that knows its geometry all clicks at once and measures, while it goes on training, its
+/// maps and the labels that its semantic field renders, beside what the graph says from the clicks alone.
+///
+/// Seconds are those in which the session worked: it is paused while it is looked at.
+fn labelled_by_clicks(
+    experiment: &FieldExperiment,
+    learnt: &mut Learnt,
+) -> Result<Vec<FieldPoint>, EvalError> {
+    let (options, scene, truth) = (&learnt.options, &learnt.scene, &learnt.truth);
+    let (trainer, surface) = (&mut learnt.trainer, &learnt.surface);
+    let annotator = Annotator::new(scene, truth);
+    let clicks = annotator.clicks(Policy::Random, experiment.clicks, options.seed);
+    let labels = annotator.labels(&clicks);
+    let mut run = Client::start(options.clone());
+    run.opened()?;
+    learn(&mut run, Some(Duration::ZERO))?;
+    run.label(labels.clone(), 1);
+    let mut all: Vec<Seen> = Vec::new();
+    for &seconds in &experiment.marks {
+        let before = all.last().map_or(0.0, |seen| seen.seconds);
+        run.send(Command::Resume);
+        let deadline = Instant::now() + Duration::from_secs_f64((seconds - before).max(0.0));
+        run.work_until(deadline)?;
+        run.send(Command::Pause);
+        let state = run.saved()?;
+        let maps = truth.test.iter().map(|&frame| run.map(frame));
+        all.push(Seen {
+            seconds,
+            maps: maps.collect(),
+            state,
+        });
+    }
+    drop(run);
+
+    let kind = format!("{} clicks a class", experiment.clicks);
+    let measured = Measured::new(experiment, scene, truth, kind);
+    let mut spread = LabelPropagation::new(Arc::clone(surface));
+    spread.set_labels(scene, &labels);
+    let alone = measured.miou_of_maps(|frame| spread.map(scene, frame, 1).labels().into_owned())?;
+    let mut points = vec![measured.point("graph", f64::NAN, alone)];
+    for Seen { seconds, maps, state } in all {
+        let mut maps = maps.into_iter();
+        let shown = measured.miou_of_maps(|_| {
+            let map = maps.next().flatten();
+            map.map_or_else(Vec::new, |map| map.labels().into_owned())
+        })?;
+        points.push(measured.point("maps", seconds, shown));
+        let tensors = load_buffer(&state.tensors, &Device::Cpu)?;
+        trainer.restore(&tensors, state.steps)?;
+        if let Some(semantics) = state.semantic_field(trainer)? {
+            points.extend(measured.field_points(&semantics, trainer, seconds)?);
+        }
+    }
+    Ok(points)
 }
 
 #[cfg(test)]

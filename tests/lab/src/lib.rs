@@ -20,7 +20,6 @@ mod pixels;
 mod progress;
 mod reached;
 pub mod scale;
-mod scene_truth;
 pub mod simulate;
 pub mod stability;
 mod table;
@@ -37,8 +36,7 @@ pub use engine::{PathSpeed, RunPoint, Variant, path_speeds, training_run};
 pub use latency::{Latency, Percentiles, click_latency};
 pub use metrics::{ConfusionMatrix, Scores};
 pub use reached::{Quantity, Reached, TARGETS};
-pub use scene_truth::SceneTruth;
-pub use truth::{GroundTruth, LabelImage, Split};
+pub use truth::{GroundTruth, LabelImage, SceneTruth, Split};
 
 use inplace_core::labels::StrokesError;
 use inplace_core::scene::{Scene, SceneError};

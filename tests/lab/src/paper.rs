@@ -17,8 +17,8 @@ pub use recipe::{clicks, coarse, evenly, grid, grown, pixel_noise};
 pub use region::{Flipped, Objects};
 
 use super::learnt::trained_surface;
-use super::scene_truth::in_image;
 use super::table::csv;
+use super::truth::in_image;
 use super::{EvalError, SceneTruth, Scores};
 use inplace_core::field::Preset;
 use inplace_core::labels::{ClassId, ImportedLabels, ImportedMap, Trust};

@@ -49,6 +49,16 @@ pub struct Setting {
     pub strokes: usize,
 }
 
+/// What there is of everything where nothing is varied.
+pub const USUAL: Setting = Setting {
+    rooms: 1,
+    width: 320,
+    height: 240,
+    frames: 100,
+    classes: 20,
+    strokes: 60,
+};
+
 /// What one setting of a sweep cost.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Measured {

@@ -3,7 +3,6 @@
 
 mod annotator;
 pub(super) mod baseline;
-mod compared;
 mod experiment;
 
 use serde::{Serialize, Serializer};

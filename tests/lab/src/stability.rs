@@ -3,7 +3,6 @@
 
 mod capture;
 mod depth;
-mod edits;
 mod images;
 mod labels;
 mod poses;
@@ -168,7 +167,6 @@ pub fn conditions() -> Vec<Condition> {
     all.extend(poses::conditions());
     all.extend(depth::conditions());
     all.extend(labels::conditions());
-    all.extend(edits::conditions());
     all.extend(session::conditions());
     all.extend(rooms::conditions());
     all

@@ -83,14 +83,11 @@ pub fn capture() -> (TempDir, PathBuf) {
 /// frame is held out.
 pub fn capture_of(folder: &Path, (width, height): (u32, u32), classes: [Class; 2]) {
     let scene = wall(6, width, height);
-    let labels: Vec<Vec<ClassId>> = scene
-        .frames
-        .iter()
-        .map(|frame| {
-            let class = |pixel| classes[usize::from(frame.color().pixel(pixel)[0] > 128)].id;
-            (0..frame.camera.pixels()).map(class).collect()
-        })
-        .collect();
+    let labels = |frame: &Frame| -> Vec<ClassId> {
+        let class = |pixel| classes[usize::from(frame.color().pixel(pixel)[0] > 128)].id;
+        (0..frame.camera.pixels()).map(class).collect()
+    };
+    let labels: Vec<Vec<ClassId>> = scene.frames.iter().map(labels).collect();
     let truth = GroundTruth {
         classes: &classes,
         labels: &|frame| labels[frame].clone(),

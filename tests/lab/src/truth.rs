@@ -1,14 +1,18 @@
-//! Ground truth of captures in the Replica layout: label images and the frames to train and test on.
+//! Ground truth of captures in the Replica layout: label images, the frames to train and test on, and both of an open
+//! scene, frame by frame.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use serde::Deserialize;
 
-use super::EvalError;
-use inplace_core::labels::{ClassId, decode_gray};
-use inplace_core::scene::{frame_number, label_images};
+use super::{ConfusionMatrix, EvalError, Scores};
+use inplace_core::labels::{self, ClassId, VOID, decode_gray};
+use inplace_core::scene::{Frame, Scene, SceneSource, demo, frame_number, label_images};
+use inplace_core::semantics::FrameMap;
+use inplace_core::session::Client;
 
 /// Where the ground truth of a capture lies: `semantic_class/*N.png` for frame number N, or in `label-filt/` or `label/`.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -25,6 +29,17 @@ pub struct LabelImage {
     pub height: u32,
     /// The class of every pixel.
     pub labels: Vec<ClassId>,
+}
+
+impl LabelImage {
+    /// An image of this width and height in pixels.
+    pub fn new([width, height]: [u32; 2], labels: Vec<ClassId>) -> Self {
+        Self {
+            width,
+            height,
+            labels,
+        }
+    }
 }
 
 impl GroundTruth {
@@ -48,11 +63,7 @@ impl GroundTruth {
         let unusable = |reason: String| EvalError::file(path, format!("is no label image: {reason}"));
         let bytes = fs::read(path).map_err(|error| unusable(error.to_string()))?;
         let (width, height, labels) = decode_gray(&bytes).map_err(|error| unusable(error.to_string()))?;
-        Ok(Some(LabelImage {
-            width,
-            height,
-            labels,
-        }))
+        Ok(Some(LabelImage::new([width, height], labels)))
     }
 }
 
@@ -87,10 +98,185 @@ impl Split {
     }
 }
 
+/// The label images of a scene's frames, and which of them labels may be taken from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SceneTruth {
+    /// The label image of each frame that has one, in pixels of the frame's image on disk; by index of the frame.
+    pub images: BTreeMap<usize, LabelImage>,
+    /// Indices of the frames that labels may be taken from, ascending; all of them have a label image.
+    pub train: Vec<usize>,
+    /// Indices of the frames that are only measured on, ascending; all of them have a label image.
+    pub test: Vec<usize>,
+}
+
+impl SceneTruth {
+    /// Reads the label images and the split of a scene's folder; the demo has its own.
+    ///
+    /// # Errors
+    /// A scene without ground truth for training or for testing, and unusable files.
+    pub fn read(scene: &Scene) -> Result<Self, EvalError> {
+        let truth = match &scene.source {
+            SceneSource::Demo => Self::of_demo(scene),
+            SceneSource::Folder(folder) => {
+                let (files, split) = (GroundTruth::find(folder)?, Split::read(folder)?);
+                let mut images = BTreeMap::new();
+                for (index, frame) in scene.frames.iter().enumerate() {
+                    let Some(image) = files.read(&frame.stem)? else {
+                        continue;
+                    };
+                    let (own, size) = ((image.width, image.height), frame.image());
+                    if own != (size.width, size.height) {
+                        let reason = format!(
+                            "the label image of frame \"{}\" is {}x{} and the frame {}x{}; both must have one size",
+                            frame.stem, own.0, own.1, size.width, size.height
+                        );
+                        return Err(EvalError::scene(scene, reason));
+                    }
+                    images.insert(index, image);
+                }
+                let among = |numbers: &[u64]| -> Vec<usize> {
+                    let chosen: BTreeSet<u64> = numbers.iter().copied().collect();
+                    let own = |index: &usize| frame_number(&scene.frames[*index].stem);
+                    let in_split = |index: &usize| own(index).is_some_and(|number| chosen.contains(&number));
+                    images.keys().copied().filter(in_split).collect()
+                };
+                Self {
+                    train: among(&split.train),
+                    test: among(&split.test),
+                    images,
+                }
+            }
+        };
+        for (frames, of) in [(&truth.train, "train"), (&truth.test, "test")] {
+            if frames.is_empty() {
+                let reason = format!(
+                    "none of the \"{of}\" frames of split.json has a label image in semantic_class; measure on a capture that has them"
+                );
+                return Err(EvalError::scene(scene, reason));
+            }
+        }
+        Ok(truth)
+    }
+
+    fn of_demo(scene: &Scene) -> Self {
+        let (test, train) = (0..scene.frames.len()).partition(|frame| demo::held_out().contains(frame));
+        let frames = scene.frames.iter().zip(demo::ground_truth());
+        let image = |(frame, labels): (&Frame, Vec<ClassId>)| {
+            LabelImage::new([frame.image().width, frame.image().height], labels)
+        };
+        let images = frames.map(image).enumerate().collect();
+        Self { images, train, test }
+    }
+
+    /// How good the test frames' maps are that a session has now; a frame without one is void all over.
+    ///
+    /// # Errors
+    /// As [`scores`](Self::scores).
+    pub fn scores_of(&self, client: &Client, scene: &Scene) -> Result<Scores, EvalError> {
+        // All at once, as the session goes on meanwhile.
+        let map = |&frame: &usize| Some((frame, client.map(frame)?));
+        let maps: BTreeMap<usize, Arc<FrameMap>> = self.test.iter().filter_map(map).collect();
+        self.scores(&self.test, |frame| match maps.get(&frame) {
+            Some(map) => map.in_image(&scene.frames[frame]).labels().into_owned(),
+            None => vec![VOID; self.images[&frame].labels.len()],
+        })
+    }
+
+    /// How good these maps of the test frames are, in their order and in the frames' own pixels.
+    ///
+    /// # Errors
+    /// As [`scores`](Self::scores).
+    pub fn scores_of_maps(&self, scene: &Scene, maps: Vec<Vec<ClassId>>) -> Result<Scores, EvalError> {
+        let mut maps = self.test.iter().zip(maps);
+        self.scores(&self.test, |_| {
+            let map = maps.next();
+            map.map_or_else(Vec::new, |(&frame, labels)| in_image(scene, frame, labels))
+        })
+    }
+
+    /// The classes that the training frames show, ascending.
+    pub fn classes(&self) -> Vec<ClassId> {
+        let shown = self.train.iter().flat_map(|frame| &self.images[frame].labels);
+        let mut classes: BTreeSet<ClassId> = shown.copied().collect();
+        classes.remove(&VOID);
+        classes.into_iter().collect()
+    }
+
+    /// The truth of a frame that has one, in the frame's own pixels, row-major.
+    pub fn in_frame(&self, scene: &Scene, frame: usize) -> Vec<ClassId> {
+        labels::in_frame(&scene.frames[frame], &self.images[&frame].labels)
+    }
+
+    /// The scores of a label map for each of some frames, in pixels of their images on disk.
+    ///
+    /// # Errors
+    /// [`EvalError::Size`], and frames in which there is nothing to measure.
+    pub fn scores(
+        &self,
+        frames: &[usize],
+        mut map: impl FnMut(usize) -> Vec<ClassId>,
+    ) -> Result<Scores, EvalError> {
+        let mut matrix = ConfusionMatrix::default();
+        for frame in frames {
+            matrix.add(&self.images[frame].labels, &map(*frame))?;
+        }
+        matrix.scores().ok_or_else(|| EvalError::Scene {
+            scene: "ground truth".to_owned(),
+            reason: "all pixels are void; measure on a capture with classes".to_owned(),
+        })
+    }
+}
+
+/// A label map of a frame in the pixels of its image on disk.
+pub(super) fn in_image(scene: &Scene, number: usize, labels: Vec<ClassId>) -> Vec<ClassId> {
+    let frame = &scene.frames[number];
+    let (size, sure) = ([frame.camera.width, frame.camera.height], vec![0; labels.len()]);
+    match FrameMap::new(number, 0, size, labels, sure) {
+        Some(map) => map.in_image(frame).labels().into_owned(),
+        // Sizes that do not fit are an error where the map is measured.
+        None => Vec::new(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::capture;
+    use crate::testing::{capture, opened, wall};
+    use inplace_core::labels::Class;
+    use inplace_core::scene::{GroundTruth as Written, write_replica};
+
+    #[test]
+    fn labels_are_taken_from_training_frames_and_measured_on_the_others() {
+        let root = tempfile::tempdir().unwrap();
+        let folder = root.path().join("wall");
+        let scene = wall(4, 8, 6);
+        let classes = [Class::new(3, "wall")];
+        let labels = vec![vec![3; 48]; 4];
+        let written = Written {
+            classes: &classes,
+            labels: &|frame| labels[frame].clone(),
+            held_out: &[1, 3],
+        };
+        write_replica(&scene, &folder, Some(&written)).unwrap();
+        let read = || SceneTruth::read(&opened(&folder));
+        let truth = read().unwrap();
+        assert_eq!(
+            (truth.train.clone(), truth.test.clone()),
+            (vec![0, 2], vec![1, 3])
+        );
+        assert_eq!(truth.classes(), [3]);
+        let half = |_| [vec![3; 24], vec![0; 24]].concat();
+        assert_eq!(truth.scores(&truth.test, half).unwrap().total_accuracy, 0.5);
+
+        for frame in [0, 2] {
+            fs::remove_file(folder.join(format!("semantic_class/semantic_class_{frame}.png"))).unwrap();
+        }
+        let error = read().unwrap_err().to_string();
+        assert!(error.contains("\"train\"") && error.contains("wall"), "{error}");
+        fs::remove_dir_all(folder.join("semantic_class")).unwrap();
+        let error = read().unwrap_err().to_string();
+        assert!(error.contains("no ground truth"), "{error}");
+    }
 
     #[test]
     fn label_images_are_read_by_the_number_of_their_frame() {

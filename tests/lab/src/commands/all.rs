@@ -147,10 +147,8 @@ impl Step {
         let output = command.stdout(Stdio::null()).output()?;
         let failure = (!output.status.success()).then(|| {
             let told = String::from_utf8_lossy(&output.stderr);
-            told.lines()
-                .last()
-                .unwrap_or("it ended without a reason")
-                .to_owned()
+            let last = told.lines().last();
+            last.unwrap_or("it ended without a reason").to_owned()
         });
         let ended = Ended {
             arguments: self.arguments.clone(),
@@ -198,13 +196,8 @@ fn steps(scenes: &[PathBuf], quick: bool) -> Vec<Step> {
         if options == "left out" {
             return None;
         }
-        Some(step(
-            title,
-            folder,
-            page,
-            &format!("bench {page} {options}"),
-            scenes,
-        ))
+        let command = format!("bench {page} {options}");
+        Some(step(title, folder, page, &command, scenes))
     });
     clicks.chain(benches).collect()
 }

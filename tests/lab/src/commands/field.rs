@@ -86,12 +86,10 @@ fn page(marks: &[f64], points: &[FieldPoint]) -> Page {
 fn figure(arguments: &FieldArguments, threads: usize, marks: &[f64], points: &[FieldPoint]) -> Figure {
     let panel = |scene: &str, labels: &str, own: &[&FieldPoint]| {
         let series = grouped(own.iter().copied(), |point| point.answer).into_iter();
+        let point = |answer, mark: f64| Point::of_values(mark, at(own, answer, mark));
         let series = series.map(|(answer, _)| Series {
             name: answer.to_owned(),
-            points: marks
-                .iter()
-                .filter_map(|&mark| Point::of_values(mark, at(own, answer, mark)))
-                .collect(),
+            points: marks.iter().filter_map(|&mark| point(answer, mark)).collect(),
         });
         Panel::of_lines(
             format!("{scene}, {labels}"),

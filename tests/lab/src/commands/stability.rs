@@ -56,11 +56,8 @@ pub fn run(arguments: &StabilityArguments) -> Result<(), Failure> {
     }
     export::write(&out.join("stability.csv"), table(&outcomes)?.as_bytes())?;
     page(&settings, arguments.seeds, &outcomes).publish(out, "stability", arguments.json, &outcomes)?;
-    let failed: Vec<&str> = rows(&outcomes)
-        .into_iter()
-        .filter(|row| !row.is_met)
-        .map(|row| row.condition.name)
-        .collect();
+    let failed = rows(&outcomes).into_iter().filter(|row| !row.is_met);
+    let failed: Vec<&str> = failed.map(|row| row.condition.name).collect();
     if failed.is_empty() {
         Ok(())
     } else {

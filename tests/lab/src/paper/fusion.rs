@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use super::{Found, PaperPoint, evenly};
 use crate::pixels::{FilterBank, Forest, RESPONSES, Sample};
-use crate::scene_truth::in_image;
+use crate::truth::in_image;
 use crate::{EvalError, SceneTruth};
 use inplace_core::labels::{Class, ClassId, ImportedLabels, ImportedMap, Trust, VOID, read_class_list};
 use inplace_core::scene::{Frame, Scene, SceneSource, demo};
@@ -249,22 +249,18 @@ pub(super) fn run(
     let measured: BTreeSet<ClassId> = ids.iter().copied().collect();
     let mut truth = found.truth.clone();
     for image in truth.images.values_mut() {
-        let unknown = |label: &&mut ClassId| !measured.contains(*label);
-        image
-            .labels
-            .iter_mut()
-            .filter(unknown)
+        let labels = image.labels.iter_mut();
+        labels
+            .filter(|label| !measured.contains(&**label))
             .for_each(|label| *label = VOID);
     }
     let start = Instant::now();
     let predict = |&frame: &usize| (frame, classifier.predict(&scene.frames[frame], &classes));
     let predictions: Vec<(usize, Prediction)> = truth.train.par_iter().map(predict).collect();
     let predicting = start.elapsed().as_secs_f64();
+    let map = |(frame, own): &(usize, Prediction)| ImportedMap::new(*frame, &own.labels(&ids));
     let votes = ImportedLabels {
-        maps: predictions
-            .iter()
-            .map(|(frame, prediction)| ImportedMap::new(*frame, &prediction.labels(&ids)))
-            .collect(),
+        maps: predictions.iter().map(map).collect(),
         trust: Trust::VOTES,
     };
     let single = |frame: usize| votes.of_frame(frame).map_or_else(Vec::new, ImportedMap::labels);

@@ -15,43 +15,20 @@ fn cost(frames: usize, seconds: f64) -> Cost {
         height: 240,
         classes: 20,
         strokes: 60,
-        depth: true,
-        threads: 2,
         opening_s: seconds,
         surface_s: 1.0,
-        map_in_view_s: 0.1,
         all_maps_s: 0.2,
-        update_s: 0.1,
+        steps_per_s: 50.0,
         surface_nodes: 1000,
         parameters: 5000,
-        training_s: 5.0,
-        steps_per_s: 50.0,
-        rays_per_s: 1e5,
-        samples_per_s: 1e6,
-        peak_opening_bytes: None,
-        peak_memory_bytes: None,
+        ..Cost::default()
     }
 }
 
-fn base() -> Setting {
-    Setting {
-        rooms: 1,
-        width: 320,
-        height: 240,
-        frames: 100,
-        classes: 20,
-        strokes: 60,
-    }
-}
-
-fn shot(frames: usize, width: u32, height: u32) -> Shot {
-    let rooms = Shot::default().rooms;
-    Shot {
-        rooms,
-        frames,
-        width,
-        height,
-    }
+fn shot(frames: usize, [width, height]: [u32; 2]) -> Shot {
+    let mut shot = Shot::default();
+    (shot.frames, shot.width, shot.height) = (frames, width, height);
+    shot
 }
 
 #[test]
@@ -115,22 +92,22 @@ fn a_sweep_changes_one_thing() {
         panic!("not bench scale")
     };
     let with = |change: &dyn Fn(&mut Setting)| {
-        let mut setting = base();
+        let mut setting = USUAL;
         change(&mut setting);
         setting
     };
     let few_classes = Setting {
         classes: 2,
         strokes: 200,
-        ..base()
+        ..USUAL
     };
     for (sweep, expected) in [
-        (Sweep::Frames, vec![base(), with(&|own| own.frames = 200)]),
+        (Sweep::Frames, vec![USUAL, with(&|own| own.frames = 200)]),
         (
             Sweep::Size,
             vec![with(&|own| (own.width, own.height) = (160, 120))],
         ),
-        (Sweep::Rooms, vec![base(), with(&|own| own.rooms = 4)]),
+        (Sweep::Rooms, vec![USUAL, with(&|own| own.rooms = 4)]),
         // Each of the most classes has a stroke, with the fewest classes too.
         (
             Sweep::Classes,
@@ -138,7 +115,7 @@ fn a_sweep_changes_one_thing() {
         ),
         (Sweep::Strokes, vec![with(&|own| own.strokes = 1)]),
     ] {
-        let settings = sweep.settings(base(), &values).into_iter();
+        let settings = sweep.settings(USUAL, &values).into_iter();
         assert_eq!(settings.collect::<Vec<_>>(), expected, "{sweep:?}");
         assert_eq!(sweep.name().parse(), Ok(sweep));
     }
@@ -148,7 +125,7 @@ fn a_sweep_changes_one_thing() {
 
 #[test]
 fn strokes_are_random_true_pixels_with_one_of_every_class_first() {
-    let shot = shot(6, 64, 48);
+    let shot = shot(6, [64, 48]);
     let scene = shot.scene(&|_, _| {});
     let truth = shot.labels();
     let labels = scattered(&scene, &truth, 12, 40, 3).unwrap();
@@ -178,7 +155,7 @@ fn strokes_are_random_true_pixels_with_one_of_every_class_first() {
 
 #[test]
 fn a_scene_that_shows_too_little_is_refused_with_a_sentence() {
-    let shot = shot(2, 16, 16);
+    let shot = shot(2, [16, 16]);
     let scene = shot.scene(&|_, _| {});
     for (classes, strokes) in [(5000, 10), (2, 100_000)] {
         let refused = scattered(&scene, &shot.labels(), classes, strokes, 0);

@@ -160,11 +160,7 @@ pub(super) mod tests {
                 (x, _) => 1 + ClassId::from(x >= width / 2),
             };
             let labels = (0..width * height).map(class).collect();
-            LabelImage {
-                width,
-                height,
-                labels,
-            }
+            LabelImage::new([width, height], labels)
         };
         SceneTruth {
             images: (0..4).map(|frame| (frame, image(frame))).collect(),

@@ -91,12 +91,8 @@ impl FromStr for Baseline {
 
     fn from_str(name: &str) -> Result<Self, String> {
         let all = [&Self::QUICK[..], &[Self::Reference]].concat();
-        by_name(
-            &all,
-            Self::name,
-            name,
-            "use nearest, joint-mlp, pixels or reference",
-        )
+        let advice = "use nearest, joint-mlp, pixels or reference";
+        by_name(&all, Self::name, name, advice)
     }
 }
 

@@ -84,11 +84,8 @@ fn enter(trial: &mut Trial, rng: &mut SmallRng, room: HardRoom) {
 
 /// Every second frame is held out, as the demo's.
 fn truth(shot: &Shot, labels: Vec<Vec<ClassId>>) -> SceneTruth {
-    let images = labels.into_iter().map(|labels| LabelImage {
-        width: shot.width,
-        height: shot.height,
-        labels,
-    });
+    let image = |labels| LabelImage::new([shot.width, shot.height], labels);
+    let images = labels.into_iter().map(image);
     let (test, train) = (0..shot.frames).partition(|frame| frame % 2 == 1);
     SceneTruth {
         images: images.enumerate().collect(),

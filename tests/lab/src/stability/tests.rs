@@ -79,12 +79,7 @@ fn hard_rooms_take_the_place_of_the_demo_alone() {
         width,
         height,
     };
-    let labels = vec![9; 80 * 60];
-    let image = LabelImage {
-        width,
-        height,
-        labels,
-    };
+    let image = LabelImage::new([width, height], vec![9; 80 * 60]);
     let truth = SceneTruth {
         images: (0..6).map(|frame| (frame, image.clone())).collect(),
         train: vec![0, 2, 4],

@@ -1,7 +1,7 @@
 //! The charts of `inplace-lab bench pareto`.
 
 use crate::chart::{Axis, Figure, Panel, Point, Scale, Series};
-use crate::pareto::{CapacityPoint, Curve, ParetoPoint, Part};
+use crate::pareto::{CapacityPoint, Curve, ParetoPoint, Part, Summary};
 
 use super::verdict::miou;
 use super::{Results, Stopped};
@@ -41,14 +41,11 @@ pub(super) fn pareto(arguments: &ParetoArguments, threads: usize, results: &Resu
 /// The mean over the seeds, with a band from the lowest to the highest; a ring at the end where all of them stopped.
 fn line(results: &Results, scene: &str, method: String, own: &[&ParetoPoint]) -> Series {
     let curve = Curve::of(own.iter().copied(), miou);
-    let mut points: Vec<Point> = curve
-        .summaries()
-        .iter()
-        .map(|at| Point {
-            range: (at.low, at.high),
-            ..Point::new(at.wall_s, at.mean)
-        })
-        .collect();
+    let point = |at: Summary| Point {
+        range: (at.low, at.high),
+        ..Point::new(at.wall_s, at.mean)
+    };
+    let mut points: Vec<Point> = curve.summaries().into_iter().map(point).collect();
     let own = |stop: &&Stopped| stop.scene == scene && stop.method == method;
     if results.stops.iter().filter(own).count() == curve.at(f64::INFINITY).len()
         && let Some(last) = points.last_mut()
@@ -68,14 +65,12 @@ pub(super) fn capacity(arguments: &ParetoArguments, threads: usize, points: &[Ca
     let mut rows = Vec::new();
     for (scene, of_scene) in grouped(points, |point| point.scene.clone()) {
         let panel = |what: &str, parts: &[Part], x: Quantity<'_>, y: Quantity<'_>| {
+            let series = parts.iter().map(|&part| sizes(&of_scene, part, [x.1, y.1]));
             Panel::of_lines(
                 format!("{}: {what}", titled(arguments, &scene)),
                 Axis::new(x.0, Scale::Logarithmic),
                 Axis::new(y.0, Scale::Linear),
-                parts
-                    .iter()
-                    .map(|&part| sizes(&of_scene, part, [x.1, y.1]))
-                    .collect(),
+                series.collect(),
             )
         };
         let [field, surface] = [[Part::Field], [Part::Surface]];

@@ -1,6 +1,8 @@
 //! What the measurements say of the default: where it stops, whether anything is ahead of it, what less and more of the
 //! model would do.
 
+use std::collections::BTreeSet;
+
 use crate::pareto::{CapacityPoint, Curve, Difference, ParetoPoint, Part, Summary, difference_to_chosen};
 use inplace_core::field::Preset;
 use serde::Serialize;
@@ -51,10 +53,9 @@ pub(super) fn miou(point: &ParetoPoint) -> Option<f64> {
 pub(super) fn verdicts(results: &Results) -> Vec<Verdict> {
     let scenes = grouped(&results.points, |point| point.scene.clone());
     let of_scene = |(scene, points): (String, Vec<&ParetoPoint>)| {
-        let curves: Vec<(String, Curve)> = grouped(points, |point| point.method.clone())
-            .into_iter()
-            .map(|(method, own)| (method, Curve::of(own, miou)))
-            .collect();
+        let methods = grouped(points, |point| point.method.clone()).into_iter();
+        let curves = methods.map(|(method, own)| (method, Curve::of(own, miou)));
+        let curves: Vec<(String, Curve)> = curves.collect();
         let of = |preset: Preset| {
             let own = |(method, _): &&(String, Curve)| method == preset.name();
             curves.iter().find(own).map(|(_, curve)| curve)
@@ -115,22 +116,15 @@ impl Verdict {
 
     fn stopped(&self) -> String {
         if self.stops.is_empty() {
-            return format!(
-                "auto had not stopped by itself at the last mark, after {:.1} s",
-                self.end.wall_s
-            );
+            let wall_s = self.end.wall_s;
+            return format!("auto had not stopped by itself at the last mark, after {wall_s:.1} s");
         }
         let times: Vec<f64> = self.stops.iter().map(|own| own.stop.wall_s).collect();
         let (mean, deviation) = mean_and_deviation(&times);
-        let mut reasons: Vec<String> = self.stops.iter().map(|own| own.stop.reason.to_string()).collect();
-        reasons.sort_unstable();
-        reasons.dedup();
-        format!(
-            "auto stopped after {mean:.1} s ({deviation:.1}), {} of {} runs: {}",
-            self.stops.len(),
-            self.seeds,
-            reasons.join("; ")
-        )
+        let reasons = self.stops.iter().map(|own| own.stop.reason.to_string());
+        let reasons = Vec::from_iter(reasons.collect::<BTreeSet<_>>()).join("; ");
+        let (count, seeds) = (self.stops.len(), self.seeds);
+        format!("auto stopped after {mean:.1} s ({deviation:.1}), {count} of {seeds} runs: {reasons}")
     }
 }
 
