@@ -4,7 +4,6 @@ mod all;
 mod engine;
 mod field;
 mod latency;
-mod machine;
 mod paper;
 mod pareto;
 mod scale;
@@ -13,11 +12,12 @@ mod stability;
 
 use std::collections::HashSet;
 use std::error::Error;
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::process;
 use std::thread::available_parallelism;
 
-use inplace_core::export;
+use inplace_core::export::{self, total_memory};
 use inplace_core::scene::{OpenOptions, SceneSource};
 use inplace_core::session::SessionOptions;
 use serde::de::DeserializeOwned;
@@ -125,4 +125,30 @@ fn in_own_process<T: DeserializeOwned>(command: &mut process::Command, what: &st
         return Err(format!("{what} was not measured: {}", reason.trim()).into());
     }
     Ok(serde_json::from_slice(&output.stdout)?)
+}
+
+/// Name of the processor, where the system tells.
+fn processor() -> String {
+    let text = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let line = text.lines().find_map(|line| line.strip_prefix("model name"));
+    line.and_then(|line| line.split_once(':')).map_or_else(
+        || std::env::consts::ARCH.to_owned(),
+        |(_, name)| name.trim().to_owned(),
+    )
+}
+
+/// Program, machine and date, in a sentence.
+fn machine() -> String {
+    let memory = total_memory().map_or_else(String::new, |bytes| {
+        format!(", {:.0} GB of memory", bytes as f64 / 1e9)
+    });
+    format!(
+        "Version {}, commit {}; {}, {} cores{memory}, {}; {}.",
+        env!("CARGO_PKG_VERSION"),
+        env!("INPLACE_COMMIT"),
+        processor(),
+        cores(),
+        std::env::consts::OS,
+        jiff::Timestamp::now().strftime("%F")
+    )
 }

@@ -3,7 +3,6 @@
 
 mod fusion;
 mod recipe;
-mod region;
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -13,8 +12,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 pub use fusion::PixelClassifier;
-pub use recipe::{clicks, coarse, evenly, grid, grown, pixel_noise};
-pub use region::{Flipped, Objects};
+pub use recipe::{Flipped, Objects, clicks, coarse, evenly, grid, grown, pixel_noise};
 
 use super::learnt::trained_surface;
 use super::table::csv;

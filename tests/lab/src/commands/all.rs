@@ -69,7 +69,7 @@ pub fn run(arguments: &AllArguments) -> Result<(), Failure> {
         "Written by `inplace-lab bench all{}`, which runs the commands below. {} Every scene is in the Replica layout, \
          with ground truth.",
         if arguments.quick { " --quick" } else { "" },
-        machine::conditions()
+        machine()
     ));
     let mut failed = Vec::new();
     for (number, step) in steps.iter().enumerate() {

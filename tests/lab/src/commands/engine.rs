@@ -7,8 +7,7 @@ use inplace_core::export::{self, peak_memory};
 use inplace_core::scene::{OpenOptions, Scene, SceneSource};
 use serde_json::json;
 
-use super::machine::processor;
-use super::{Failure, begin, cores, counted, grouped};
+use super::{Failure, begin, cores, counted, grouped, processor};
 use crate::arguments::EngineArguments;
 use crate::chart::{Axis, Chart, Figure, Panel, Point, Scale, Series};
 use crate::page::Page;

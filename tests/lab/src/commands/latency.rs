@@ -6,8 +6,7 @@ use inplace_core::export;
 use inplace_core::field::Preset;
 use inplace_core::scene::SceneSource;
 
-use super::machine::processor;
-use super::{Failure, begin, cores, session_options};
+use super::{Failure, begin, cores, processor, session_options};
 use crate::arguments::LatencyArguments;
 use crate::page::Page;
 use crate::progress::Progress;

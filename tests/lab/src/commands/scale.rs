@@ -8,8 +8,7 @@ use serde_json::json;
 
 pub(super) use captures::of_one;
 
-use super::machine::processor;
-use super::{Failure, cores, counted, grouped};
+use super::{Failure, cores, counted, grouped, processor};
 use crate::arguments::ScaleArguments;
 use crate::chart::{Axis, Figure, Panel, Point, Scale, Series};
 use crate::page::{Page, known};

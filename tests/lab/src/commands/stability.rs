@@ -8,8 +8,7 @@ use inplace_core::export;
 use inplace_core::field::Preset;
 use inplace_core::scene::{Scene, SceneSource};
 
-use super::machine::processor;
-use super::{Failure, begin, cores, grouped, open_options};
+use super::{Failure, begin, cores, grouped, open_options, processor};
 use crate::arguments::StabilityArguments;
 use crate::page::Page;
 use crate::progress::Progress;

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use super::{Method, MethodRun, ParetoPoint, Reason, Size, Stop};
 use crate::learnt::{learn, pool, surface};
-use crate::simulate::baseline::{Task, reference};
+use crate::simulate::baseline::{Task, published_course};
 use crate::simulate::{Annotator, Baseline, Click, Policy};
 use crate::{EvalError, SceneTruth};
 use inplace_core::export::peak_memory;
@@ -167,7 +167,7 @@ impl ParetoRun {
     /// The published network has no maps before it stops training: they are measured once, at the last mark.
     fn of_reference(&self, prepared: &Prepared, last: Duration) -> Result<MethodRun, EvalError> {
         let start = Instant::now();
-        let (run, scene) = reference::course(&self.session, &prepared.labels, last)?;
+        let (run, scene) = published_course(&self.session, &prepared.labels, last)?;
         let point = self.point(&scene, prepared, &run, start.elapsed().as_secs_f64())?;
         Ok(ended(&run, vec![point], None))
     }

@@ -2,22 +2,27 @@
 
 mod joint;
 mod pixels;
-pub(crate) mod reference;
 
 use std::str::FromStr;
-use std::time::Duration;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 use glam::Vec3;
 
 use super::Click;
 use crate::{EvalError, by_name};
+use inplace_core::field::Preset;
 use inplace_core::labels::{ClassId, LabelSet, VOID};
 use inplace_core::scene::Scene;
 use inplace_core::semantics::{NodeLabels, Surface};
-use inplace_core::session::SessionOptions;
+use inplace_core::session::{Client, Command, SessionOptions};
 
 /// How long the joint network trains on each batch of clicks.
 const JOINT_TRAINING: Duration = Duration::from_secs(20);
+
+/// Share of its time in which the published network trains; then it renders, as a ray takes milliseconds.
+const TRAINING: f64 = 0.5;
+const GENERATION: u64 = 1;
 
 /// A way to make maps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,7 +35,7 @@ pub enum Baseline {
     JointMlp,
     /// A random forest on filter responses of the image alone, in the way of ilastik (Berg et al. 2019).
     Pixels,
-    /// The published Semantic-NeRF network ([`Preset::Reference`](inplace_core::field::Preset)) in a session of its
+    /// The published Semantic-NeRF network ([`Preset::Reference`]) in a session of its
     /// own, for as long as our own labelling took from opening the scene on.
     Reference,
 }
@@ -81,7 +86,7 @@ impl Baseline {
                 on_surface(surface, frames, classes)
             }
             Self::Pixels => pixels::maps(scene, &clicks, frames, seed),
-            Self::Reference => reference::maps(task)?,
+            Self::Reference => published(task)?,
         })
     }
 }
@@ -122,6 +127,41 @@ fn nearest(surface: &Surface, clicks: &[(Vec3, ClassId)]) -> NodeLabels {
 fn on_surface(surface: &Surface, frames: &[usize], classes: NodeLabels) -> Vec<Vec<ClassId>> {
     let map = |&frame: &usize| classes.of_frame(surface, frame);
     frames.iter().map(map).collect()
+}
+
+/// The maps of the task's frames when its time is over; the coarsest ones always come.
+fn published(task: &Task<'_>) -> Result<Vec<Vec<ClassId>>, EvalError> {
+    let (run, _) = published_course(task.options, &task.labels, task.wall)?;
+    let map = |&frame: &usize| {
+        let map = run.map(frame);
+        map.map_or_else(Vec::new, |map| map.labels().into_owned())
+    };
+    Ok(task.frames.iter().map(map).collect())
+}
+
+/// Its session when so much wall time is over, with the scene that it opened; later where the coarsest maps take longer.
+pub(crate) fn published_course(
+    options: &SessionOptions,
+    labels: &LabelSet,
+    wall: Duration,
+) -> Result<(Client, Arc<Scene>), EvalError> {
+    let start = Instant::now();
+    let mut run = Client::start(SessionOptions {
+        preset: Preset::Reference,
+        views: false,
+        state: None,
+        ..options.clone()
+    });
+    let scene = run.opened()?;
+    run.label(labels.clone(), GENERATION);
+    let trained = start + wall.mul_f64(TRAINING);
+    if !run.settled(GENERATION, Some(trained))? {
+        run.send(Command::Settle);
+        run.mapped(GENERATION)?;
+        // What there is when the time is over.
+        run.settled(GENERATION, Some(start + wall))?;
+    }
+    Ok((run, scene))
 }
 
 #[cfg(test)]

@@ -6,8 +6,7 @@ use crate::pareto::{CapacityPoint, Curve, ParetoPoint, Part, Summary};
 use super::verdict::miou;
 use super::{Results, Stopped};
 use crate::arguments::ParetoArguments;
-use crate::commands::machine::processor;
-use crate::commands::{counted, grouped};
+use crate::commands::{counted, grouped, processor};
 
 /// Panels beside each other.
 const COLUMNS: usize = 2;
