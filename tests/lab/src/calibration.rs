@@ -42,14 +42,8 @@ impl Calibration {
         predicted: &[ClassId],
         confidence: &[u16],
     ) -> Result<(), EvalError> {
-        for other in [predicted.len(), confidence.len()] {
-            if other != truth.len() {
-                return Err(EvalError::Size {
-                    truth: truth.len(),
-                    predicted: other,
-                });
-            }
-        }
+        EvalError::unless_equal(truth.len(), predicted.len())?;
+        EvalError::unless_equal(truth.len(), confidence.len())?;
         for ((&truth, &predicted), &confidence) in truth.iter().zip(predicted).zip(confidence) {
             if truth == VOID {
                 continue;

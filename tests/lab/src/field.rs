@@ -12,7 +12,6 @@ use serde::Serialize;
 use super::learnt::{learn, surface};
 use super::paper::pixel_noise;
 use super::simulate::{Annotator, Policy};
-use super::table::csv;
 use super::{ConfusionMatrix, EvalError, SceneTruth};
 use inplace_core::field::{Ray, Trainer};
 use inplace_core::labels::{ClassId, ImportedLabels, ImportedMap, Trust, VOID};
@@ -110,10 +109,8 @@ pub struct FieldPoint {
     pub miou: f64,
 }
 
-/// The points as comma-separated values, `field.csv`.
-pub fn table(points: &[FieldPoint]) -> serde_json::Result<String> {
-    csv(points, "scene depth labels answer seed seconds miou:4")
-}
+/// The columns of `field.csv`, one row for each point.
+pub const COLUMNS: &str = "scene depth labels answer seed seconds miou:4";
 
 /// The pixels of the test frames that answers are measured on, and what the points have in common.
 struct Measured<'a> {
@@ -350,6 +347,7 @@ fn labelled_by_clicks(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::table::csv;
     use crate::testing::{capture_of, options};
     use inplace_core::labels::Class;
     use inplace_core::scene::SceneSource;
@@ -358,11 +356,8 @@ mod tests {
     fn every_answer_is_measured_at_every_time() {
         let root = tempfile::tempdir().unwrap();
         let folder = root.path().join("wall");
-        capture_of(
-            &folder,
-            (48, 36),
-            [Class::new(1, "dark"), Class::new(2, "bright")],
-        );
+        let classes = [Class::new(1, "dark"), Class::new(2, "bright")];
+        capture_of(&folder, (48, 36), classes);
         let experiment = FieldExperiment {
             session: options(SceneSource::Folder(folder)),
             geometry: Some(Duration::from_millis(500)),
@@ -389,7 +384,7 @@ mod tests {
             assert_eq!(seconds, [0.5, 1.0]);
         }
         assert_eq!(of(clicks, "maps").len(), 2);
-        let rows = table(&points).unwrap();
+        let rows = csv(&points, COLUMNS).unwrap();
         assert_eq!(rows.lines().count(), 1 + points.len());
         assert!(rows.contains(",graph,4,,"));
     }

@@ -87,6 +87,14 @@ pub enum EvalError {
 }
 
 impl EvalError {
+    /// [`EvalError::Size`] unless truth and prediction have the same number of pixels.
+    fn unless_equal(truth: usize, predicted: usize) -> Result<(), Self> {
+        if truth == predicted {
+            return Ok(());
+        }
+        Err(Self::Size { truth, predicted })
+    }
+
     fn scene(scene: &Scene, reason: impl Into<String>) -> Self {
         Self::Scene {
             scene: scene.source.to_string(),

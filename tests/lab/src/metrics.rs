@@ -34,12 +34,7 @@ impl ConfusionMatrix {
     /// # Errors
     /// [`EvalError::Size`] when the two have not the same number of pixels; then nothing is counted.
     pub fn add(&mut self, truth: &[ClassId], predicted: &[ClassId]) -> Result<(), EvalError> {
-        if truth.len() != predicted.len() {
-            return Err(EvalError::Size {
-                truth: truth.len(),
-                predicted: predicted.len(),
-            });
-        }
+        EvalError::unless_equal(truth.len(), predicted.len())?;
         // Label maps consist of runs: one look-up for each run, not for each pixel.
         let pairs: Vec<(ClassId, ClassId)> = truth.iter().copied().zip(predicted.iter().copied()).collect();
         for run in pairs.chunk_by(|a, b| a == b) {

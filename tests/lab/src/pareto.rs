@@ -16,7 +16,6 @@ pub use curve::{Curve, Difference, Summary};
 
 use super::by_name;
 use super::simulate::Baseline;
-use super::table::csv;
 use inplace_core::field::Preset;
 
 /// A way to label a scene from clicks.
@@ -122,13 +121,8 @@ pub struct MethodRun {
     pub bytes: usize,
 }
 
-/// The points as comma-separated values, `pareto.csv`.
-pub fn table(points: &[ParetoPoint]) -> serde_json::Result<String> {
-    csv(
-        points,
-        "scene method seed wall_s:2 miou:4 depth_error_m:5 psnr_db:2 parameters peak_mb:0",
-    )
-}
+/// The columns of `pareto.csv`, one row for each point.
+pub const COLUMNS: &str = "scene method seed wall_s:2 miou:4 depth_error_m:5 psnr_db:2 parameters peak_mb:0";
 
 /// Factors on what is chosen for a scene; both above zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -229,13 +223,9 @@ impl CapacityPoint {
     }
 }
 
-/// The points as comma-separated values, `capacity.csv`.
-pub fn capacity_table(points: &[CapacityPoint]) -> serde_json::Result<String> {
-    csv(
-        points,
-        "scene part factor seed parameters bytes voxels miou:4 depth_error_m:5 psnr_db:2 wall_s:2",
-    )
-}
+/// The columns of `capacity.csv`, one row for each point.
+pub const CAPACITY_COLUMNS: &str =
+    "scene part factor seed parameters bytes voxels miou:4 depth_error_m:5 psnr_db:2 wall_s:2";
 
 /// How much more of a quantity there is at `factor` than at the chosen size, seed by seed, for one part of one scene;
 /// `None` where no seed has both.

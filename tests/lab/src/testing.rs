@@ -71,11 +71,8 @@ pub fn wall(frames: usize, width: u32, height: u32) -> Scene {
 pub fn capture() -> (TempDir, PathBuf) {
     let root = tempfile::tempdir().unwrap();
     let folder = root.path().join("wall");
-    capture_of(
-        &folder,
-        (64, 48),
-        [Class::new(1, "dark"), Class::new(2, "bright")],
-    );
+    let classes = [Class::new(1, "dark"), Class::new(2, "bright")];
+    capture_of(&folder, (64, 48), classes);
     (root, folder)
 }
 

@@ -3,7 +3,8 @@
 use std::time::Duration;
 
 use crate::chart::{Axis, Figure, Panel, Point, Scale, Series};
-use crate::field::{FieldExperiment, FieldPoint, semantic_field, table};
+use crate::field::{COLUMNS, FieldExperiment, FieldPoint, semantic_field};
+use crate::table::csv;
 use inplace_core::export;
 use inplace_core::field::Preset;
 use inplace_core::scene::SceneSource;
@@ -48,7 +49,7 @@ pub fn run(arguments: &FieldArguments) -> Result<(), Failure> {
             points.extend(measured?);
         }
     }
-    export::write(&out.join("field.csv"), table(&points)?.as_bytes())?;
+    export::write(&out.join("field.csv"), csv(&points, COLUMNS)?.as_bytes())?;
     figure(arguments, threads, &marks, &points).write(&out.join("field.svg"))?;
     page(&marks, &points).publish(out, "field", arguments.json, &points)
 }

@@ -52,10 +52,8 @@ fn page(measured: &[Latency]) -> Page {
         row.extend(times.map(|time| format!("{time:.0}")));
         row
     });
-    page.table(
-        "scene | frames | in view 50% | 95% | 99% | all frames 50% | 95% | 99%",
-        &rows.collect::<Vec<_>>(),
-    );
+    let header = "scene | frames | in view 50% | 95% | 99% | all frames 50% | 95% | 99%";
+    page.table(header, &rows.collect::<Vec<_>>());
     page.chart("How long a click waits for its maps", "latency.svg");
     page
 }

@@ -4,7 +4,8 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-use crate::paper::{PaperOptions, PaperPoint, PixelClassifier, paper_experiments, table};
+use crate::paper::{COLUMNS, PaperOptions, PaperPoint, PixelClassifier, paper_experiments};
+use crate::table::csv;
 use inplace_core::export;
 use inplace_core::field::Preset;
 use inplace_core::scene::{Scene, SceneSource};
@@ -36,11 +37,8 @@ pub fn run(arguments: &PaperArguments) -> Result<(), Failure> {
     for argument in &arguments.scenes {
         let scene = open(argument)?;
         if taught_by.iter().any(|other| other.source == scene.source) {
-            return Err(format!(
-                "{}: is in --train-on; predictions are for other scenes",
-                argument.display()
-            )
-            .into());
+            let name = argument.display();
+            return Err(format!("{name}: is in --train-on; predictions are for other scenes").into());
         }
         for run in 0..arguments.seeds {
             let seed = training.seed.wrapping_add(run);
@@ -68,7 +66,7 @@ pub fn run(arguments: &PaperArguments) -> Result<(), Failure> {
             points.extend(measured?);
         }
     }
-    export::write(&out.join("paper.csv"), table(&points)?.as_bytes())?;
+    export::write(&out.join("paper.csv"), csv(&points, COLUMNS)?.as_bytes())?;
     page(&points).publish(out, "paper", arguments.json, &points)
 }
 

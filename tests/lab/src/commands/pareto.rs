@@ -7,9 +7,10 @@ use std::path::Path;
 use std::process::Command;
 
 use crate::pareto::{
-    CapacityPoint, Method, MethodRun, ParetoPoint, ParetoRun, Part, Size, Stop, capacity_table, table,
+    CAPACITY_COLUMNS, COLUMNS, CapacityPoint, Method, MethodRun, ParetoPoint, ParetoRun, Part, Size, Stop,
 };
 use crate::simulate::Baseline;
+use crate::table::csv;
 use inplace_core::export;
 use inplace_core::field::Preset;
 use inplace_core::scene::SceneSource;
@@ -56,7 +57,7 @@ pub fn run(arguments: &ParetoArguments) -> Result<(), Failure> {
                 progress.show(&format!("{name}, seed {seed}: {}", method.name()));
                 results.take(measured(scene, method, seed, None, arguments, threads)?);
                 // What has been measured stays if a later run fails.
-                export::write(&out.join("pareto.csv"), table(&results.points)?.as_bytes())?;
+                export::write(&out.join("pareto.csv"), csv(&results.points, COLUMNS)?.as_bytes())?;
             }
             if arguments.capacity {
                 let mut sizes = vec![(1.0, Part::ALL.to_vec())];
@@ -68,10 +69,8 @@ pub fn run(arguments: &ParetoArguments) -> Result<(), Failure> {
                     let run = measured(scene, auto, seed, Some(size), arguments, threads)?;
                     let of_part = |part| CapacityPoint::of(&run, part, factor);
                     results.capacity.extend(parts.into_iter().filter_map(of_part));
-                    export::write(
-                        &out.join("capacity.csv"),
-                        capacity_table(&results.capacity)?.as_bytes(),
-                    )?;
+                    let rows = csv(&results.capacity, CAPACITY_COLUMNS)?;
+                    export::write(&out.join("capacity.csv"), rows.as_bytes())?;
                 }
             }
         }

@@ -3,7 +3,8 @@
 use std::time::Duration;
 
 use crate::chart::{Axis, Figure, Panel, Point, Scale, Series};
-use crate::simulate::{Experiment, SimulatedPoint, calibration_table, simulate, table};
+use crate::simulate::{COLUMNS, Experiment, SimulatedPoint, calibration_table, simulate};
+use crate::table::csv;
 use crate::{Calibration, mean};
 use inplace_core::export;
 use inplace_core::field::Preset;
@@ -39,7 +40,7 @@ pub fn run(arguments: &SimulateArguments) -> Result<(), Failure> {
     let mut progress = Progress::new();
     let points = simulate(&experiment, &mut |line| progress.show(line))?;
     drop(progress);
-    export::write(&out.join("results.csv"), table(&points)?.as_bytes())?;
+    export::write(&out.join("results.csv"), csv(&points, COLUMNS)?.as_bytes())?;
     figure(arguments, threads, &points).write(&out.join("results.svg"))?;
     export::write(
         &out.join("calibration.csv"),

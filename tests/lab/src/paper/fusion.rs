@@ -298,11 +298,8 @@ mod tests {
     /// A wall that is dark on the left and bright on the right, with classes of these ids and names.
     fn capture(root: &Path, dark: (ClassId, &str), bright: (ClassId, &str)) -> Arc<Scene> {
         let folder = root.join(format!("{} and {}", dark.1, bright.1));
-        capture_of(
-            &folder,
-            (64, 48),
-            [dark, bright].map(|(id, name)| Class::new(id, name)),
-        );
+        let classes = [dark, bright].map(|(id, name)| Class::new(id, name));
+        capture_of(&folder, (64, 48), classes);
         opened(&folder)
     }
 
@@ -326,10 +323,8 @@ mod tests {
         assert_eq!(classifier.known(&scene).unwrap(), [(9, "night".to_owned(), 1)]);
         let points = points(&scene, &classifier);
         let names: Vec<&str> = points.iter().map(|point| point.experiment).collect();
-        assert_eq!(
-            names.join(" "),
-            "fusion-input fusion-bayesian fusion-average fusion"
-        );
+        let all = "fusion-input fusion-bayesian fusion-average fusion";
+        assert_eq!(names.join(" "), all);
         // Night is the only answer, and day is not asked about.
         assert!(points.iter().all(|point| point.scores.miou == 1.0), "{points:?}");
 

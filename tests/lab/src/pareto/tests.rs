@@ -1,4 +1,5 @@
 use super::*;
+use crate::table::csv;
 use crate::testing::{capture, options};
 use inplace_core::scene::SceneSource;
 
@@ -77,7 +78,7 @@ fn methods_are_found_by_the_names_that_they_have_in_the_results() {
 fn the_tables_have_a_row_for_each_point_and_nothing_where_nothing_is_known() {
     let point = point(3, 0.5);
     assert_eq!(
-        table(std::slice::from_ref(&point)).unwrap(),
+        csv(std::slice::from_ref(&point), COLUMNS).unwrap(),
         "scene,method,seed,wall_s,miou,depth_error_m,psnr_db,parameters,peak_mb\n\
          wall,nearest,3,1.23,0.5000,,28.46,,123\n"
     );
@@ -92,7 +93,7 @@ fn the_tables_have_a_row_for_each_point_and_nothing_where_nothing_is_known() {
     };
     let scaled = CapacityPoint::of(&run, Part::Surface, 0.25).unwrap();
     assert_eq!(
-        capacity_table(&[scaled]).unwrap(),
+        csv(&[scaled], CAPACITY_COLUMNS).unwrap(),
         "scene,part,factor,seed,parameters,bytes,voxels,miou,depth_error_m,psnr_db,wall_s\n\
          wall,surface,0.25,3,100,500,7,0.5000,,28.46,1.23\n"
     );
@@ -114,8 +115,6 @@ fn sizes_are_compared_with_the_chosen_one_seed_by_seed() {
     let half = difference_to_chosen(&points, 0.5, |point| Some(point.miou)).unwrap();
     assert!((half.mean + 0.09).abs() < 1e-12 && half.is_loss());
     assert_eq!(difference_to_chosen(&points, 2.0, |point| Some(point.miou)), None);
-    assert_eq!(
-        difference_to_chosen(&points, 0.5, |point| point.depth_error_m),
-        None
-    );
+    let unknown = difference_to_chosen(&points, 0.5, |point| point.depth_error_m);
+    assert_eq!(unknown, None);
 }

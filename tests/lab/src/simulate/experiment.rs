@@ -338,7 +338,8 @@ impl Open {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::simulate::{calibration_table, table};
+    use crate::simulate::{COLUMNS, calibration_table};
+    use crate::table::csv;
     use crate::testing::{capture, options};
     use inplace_core::scene::SceneSource;
 
@@ -388,7 +389,7 @@ mod tests {
         // Both policies begin with the same clicks, and the graph's answer depends on nothing else.
         assert_eq!(points[0].scores, points[2].scores);
         assert!(points.iter().all(|point| point.scores.miou > 0.9), "{points:?}");
-        assert_eq!(table(&points).unwrap().lines().count(), 9);
+        assert_eq!(csv(&points, COLUMNS).unwrap().lines().count(), 9);
         let calibration = calibration_table(&points).unwrap();
         assert!(calibration.starts_with("scene,policy,seed,clicks_per_class,ece\nwall,guided,4,1,0."));
         assert_eq!(calibration.lines().count(), 9);

@@ -221,10 +221,8 @@ pub(super) fn page(results: &Results, verdicts: &[Verdict]) -> Page {
             ]);
         }
     }
-    page.table(
-        "scene | method | seconds | mIoU | error, cm | PSNR, dB | parameters | peak, MB",
-        &rows,
-    );
+    let header = "scene | method | seconds | mIoU | error, cm | PSNR, dB | parameters | peak, MB";
+    page.table(header, &rows);
     let said = verdicts.iter().flat_map(|verdict| {
         let sentences = verdict.sentences().into_iter();
         sentences.map(|sentence| format!("{}: {sentence}", verdict.scene))
