@@ -527,18 +527,6 @@ mod tests {
     }
 
     #[test]
-    fn bench_takes_a_list_of_presets() {
-        let bench = "inplace-lab bench engine demo --out x --preset auto,reference".split(' ');
-        let Command::Bench {
-            what: Bench::Engine(arguments),
-        } = Arguments::try_parse_from(bench).unwrap().command
-        else {
-            panic!("not bench engine")
-        };
-        assert_eq!(arguments.presets, [Preset::Auto, Preset::Reference]);
-    }
-
-    #[test]
     fn the_published_network_is_a_baseline_only_where_it_is_named() {
         let baselines = |given: &[&str]| {
             let arguments = [&["inplace-lab", "simulate"], given, &["demo", "--out", "x"]].concat();

@@ -170,8 +170,6 @@ fn waited(run: &mut Client, view: usize, labels: LabelSet, generation: u64) -> R
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::{capture, options};
-    use inplace_core::scene::SceneSource;
 
     #[test]
     fn percentiles_are_values_that_were_measured() {
@@ -181,20 +179,5 @@ mod tests {
         assert_eq!(told, [20.0, 38.0, 40.0]);
         assert_eq!(Percentiles::of(vec![7.0]).unwrap().p50, 7.0);
         assert_eq!(Percentiles::of(Vec::new()), None);
-    }
-
-    #[test]
-    fn every_click_waits_for_its_own_maps() {
-        let (_root, folder) = capture();
-        let options = options(SceneSource::Folder(folder));
-        let latency = click_latency(&options, 5, &mut |_| {}).unwrap();
-        assert_eq!((latency.clicks, latency.frames, latency.classes), (5, 6, 2));
-        let (view, all) = (&latency.in_view_ms.sorted, &latency.all_frames_ms.sorted);
-        assert_eq!((view.len(), all.len()), (5, 5));
-        assert!(view.iter().zip(all).all(|(view, all)| 0.0 < *view && view <= all));
-        assert!(latency.surface_nodes > 0 && latency.sessions >= 1);
-        let json = serde_json::to_value(&latency).unwrap();
-        assert!(json["in_view_ms"]["p95"].as_f64() == Some(latency.in_view_ms.p95));
-        assert!(json["in_view_ms"].get("sorted").is_none());
     }
 }

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::EvalError;
-use inplace_core::field::{FieldError, Preset, Trainer};
+use inplace_core::field::{Preset, Trainer};
 use inplace_core::labels::LabelSet;
 use inplace_core::scene::Scene;
 use inplace_core::semantics::Surface;
@@ -48,18 +48,6 @@ pub(super) fn wait_for_map(client: &mut Client, view: usize, labels: u64) -> Res
 pub(super) fn pool(threads: usize) -> Result<ThreadPool, EvalError> {
     let pool = ThreadPoolBuilder::new().num_threads(threads.max(1)).build();
     pool.map_err(|error| EvalError::Session(error.to_string()))
-}
-
-impl From<FieldError> for EvalError {
-    fn from(error: FieldError) -> Self {
-        Self::Session(error.to_string())
-    }
-}
-
-impl From<candle_core::Error> for EvalError {
-    fn from(error: candle_core::Error) -> Self {
-        Self::Session(error.to_string())
-    }
 }
 
 /// The surface from measured depth; where that has holes or there is none, a field is trained for so long, and

@@ -38,6 +38,7 @@ pub use metrics::{ConfusionMatrix, Scores};
 pub use reached::{Quantity, Reached, TARGETS};
 pub use truth::{GroundTruth, LabelImage, SceneTruth, Split};
 
+use inplace_core::field::FieldError;
 use inplace_core::labels::StrokesError;
 use inplace_core::scene::{Scene, SceneError};
 use inplace_core::session::ClientError;
@@ -67,6 +68,12 @@ pub enum EvalError {
     /// A session that ended before it was measured.
     #[error(transparent)]
     Client(#[from] ClientError),
+    /// A field that cannot be trained.
+    #[error(transparent)]
+    Field(#[from] FieldError),
+    /// A computation that failed.
+    #[error(transparent)]
+    Tensor(#[from] candle_core::Error),
     /// A capture, or a part of it, that cannot be read.
     #[error(transparent)]
     Capture(#[from] SceneError),

@@ -150,20 +150,11 @@ impl Part {
 
     /// The size of a model in which this part is so many times as large as chosen, and the other one as chosen.
     pub fn of_size(self, factor: f32) -> Size {
-        let chosen = Size {
-            field: 1.0,
-            surface: 1.0,
+        let (field, surface) = match self {
+            Self::Field => (factor, 1.0),
+            Self::Surface => (1.0, factor),
         };
-        match self {
-            Self::Field => Size {
-                field: factor,
-                ..chosen
-            },
-            Self::Surface => Size {
-                surface: factor,
-                ..chosen
-            },
-        }
+        Size { field, surface }
     }
 }
 

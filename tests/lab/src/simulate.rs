@@ -46,11 +46,8 @@ impl SimulatedPoint {
     }
 }
 
-fn calibration_error<S: Serializer>(
-    calibration: &Option<Calibration>,
-    serializer: S,
-) -> Result<S::Ok, S::Error> {
-    let error = calibration.as_ref().and_then(Calibration::error);
+fn calibration_error<S: Serializer>(known: &Option<Calibration>, serializer: S) -> Result<S::Ok, S::Error> {
+    let error = known.as_ref().and_then(Calibration::error);
     error.serialize(serializer)
 }
 
@@ -61,8 +58,6 @@ pub const COLUMNS: &str =
 /// The expected calibration errors of the points that have one, `calibration.csv`.
 pub fn calibration_table(points: &[SimulatedPoint]) -> serde_json::Result<String> {
     let known = points.iter().filter(|point| point.calibration_error().is_some());
-    csv(
-        &known.collect::<Vec<_>>(),
-        "scene policy seed clicks_per_class ece:4",
-    )
+    let known: Vec<&SimulatedPoint> = known.collect();
+    csv(&known, "scene policy seed clicks_per_class ece:4")
 }

@@ -24,9 +24,8 @@ impl Range {
         let logarithmic = scale == Scale::Logarithmic;
         let drawable = values.into_iter().filter(|&value| is_drawable(scale, value));
         let placed = drawable.map(|value| if logarithmic { value.log10() } else { value });
-        let (mut low, mut high) = placed.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
-            (low.min(value), high.max(value))
-        });
+        let nothing = (f64::INFINITY, f64::NEG_INFINITY);
+        let (mut low, mut high) = placed.fold(nothing, |(low, high), at| (low.min(at), high.max(at)));
         if low > high {
             return None;
         }
@@ -40,8 +39,7 @@ impl Range {
             } else {
                 (0.5 * high.abs()).max(0.5)
             };
-            low -= room;
-            high += room;
+            (low, high) = (low - room, high + room);
         }
         let margin = 0.05 * (high - low);
         if scale != Scale::FromZero || low < 0.0 {
@@ -86,9 +84,8 @@ pub(super) fn linear_ticks(low: f64, high: f64, most: usize) -> Vec<f64> {
     let step = steps.into_iter().find(|&step| count(step) <= most as f64);
     let step = step.unwrap_or(span);
     let first = (low / step).ceil();
-    (0..count(step).max(0.0) as usize)
-        .map(|k| (first + k as f64) * step)
-        .collect()
+    let numbers = 0..count(step).max(0.0) as usize;
+    numbers.map(|k| (first + k as f64) * step).collect()
 }
 
 /// Round values within a range of positive numbers, at most about `most` of them: whole powers of ten, or
@@ -110,8 +107,7 @@ pub(super) fn logarithmic_ticks(low: f64, high: f64, most: usize) -> Vec<f64> {
     // Five to a decade are only for less than one.
     let wide = high / low >= 8.0;
     let fits = |ticks: &&Vec<f64>| ticks.len() <= most;
-    let chosen = choices.iter().skip(usize::from(wide)).find(fits);
-    match chosen {
+    match choices.iter().skip(usize::from(wide)).find(fits) {
         Some(ticks) if ticks.len() >= 3 => ticks.clone(),
         _ if high / low < 30.0 => linear_ticks(low, high, most),
         _ => {
@@ -138,10 +134,9 @@ pub(super) fn number(value: f64) -> String {
     let before_point = scaled.abs().log10().floor() as i32;
     let decimals = (2 - before_point).max(0) as usize;
     let text = format!("{scaled:.decimals$}");
-    let text = if text.contains('.') {
-        text.trim_end_matches('0').trim_end_matches('.')
-    } else {
-        text.as_str()
+    let text = match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.'),
+        false => &text,
     };
     format!("{}{suffix}", text.replace('-', "\u{2212}"))
 }

@@ -163,10 +163,7 @@ fn seconds(sweep: Sweep, measured: &[Measured], exponents: &[Exponent]) -> Panel
     let (title, label) = match sweep {
         Sweep::Frames => ("By frames", "frames".to_owned()),
         Sweep::Size => ("By image size", "megapixels a frame".to_owned()),
-        Sweep::Rooms => (
-            "By rooms",
-            "rooms, with the same number of frames in all".to_owned(),
-        ),
+        Sweep::Rooms => ("By rooms", "rooms, with the same number of frames in all".into()),
         Sweep::Classes => ("By classes", format!("classes, with {strokes} strokes")),
         Sweep::Strokes => ("By strokes", "strokes".to_owned()),
     };
@@ -209,10 +206,10 @@ fn memory(sweeps: &[Sweep], base: Setting, measured: &[Measured], exponents: &[E
 /// A line's name with its exponent, where there is one.
 fn named(name: &str, sweep: Sweep, quantity: &str, exponents: &[Exponent]) -> String {
     let own = |one: &&Exponent| one.sweep == sweep && one.quantity == quantity;
-    exponents.iter().find(own).map_or_else(
-        || name.to_owned(),
-        |one| format!("{name}, {}", one.shown()).replace('-', "\u{2212}"),
-    )
+    match exponents.iter().find(own) {
+        Some(one) => format!("{name}, {}", one.shown()).replace('-', "\u{2212}"),
+        None => name.to_owned(),
+    }
 }
 
 fn ascending(points: impl Iterator<Item = Point>) -> Vec<Point> {

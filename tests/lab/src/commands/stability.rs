@@ -151,11 +151,8 @@ fn page(settings: &Settings, seeds: u64, outcomes: &[Outcome]) -> Page {
                 .iter()
                 .map(|row| format!("{} ({})", row.condition.name, row.scene));
             let names = names.collect::<Vec<String>>().join(", ");
-            format!(
-                "{} of {} lines are met; missed: {names}.",
-                rows.len() - count,
-                rows.len()
-            )
+            let (met, all) = (rows.len() - count, rows.len());
+            format!("{met} of {all} lines are met; missed: {names}.")
         }
     });
     for (scene, rows) in grouped(&rows, |row| row.scene) {

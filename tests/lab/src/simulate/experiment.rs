@@ -1,6 +1,6 @@
 //! The experiment: sessions that a simulated annotator labels.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -35,11 +35,8 @@ pub struct Experiment {
 
 impl Experiment {
     /// Clicks a class of the batches, ascending.
-    fn batches(&self) -> Vec<usize> {
-        let mut batches = self.clicks.clone();
-        batches.sort_unstable();
-        batches.dedup();
-        batches
+    fn batches(&self) -> BTreeSet<usize> {
+        self.clicks.iter().copied().collect()
     }
 }
 

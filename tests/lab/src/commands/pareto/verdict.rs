@@ -168,10 +168,8 @@ impl CapacityVerdict {
                     (_, true) => "worse",
                     _ => "the same within the spread",
                 };
-                format!(
-                    "{word} ({:+.3} \u{b1} {:.3}{unit})",
-                    difference.mean, difference.deviation
-                )
+                let Difference { mean, deviation } = difference;
+                format!("{word} ({mean:+.3} \u{b1} {deviation:.3}{unit})")
             }
         };
         format!(
