@@ -43,10 +43,8 @@ pub fn path_speeds(
     rounds: usize,
     threads: usize,
 ) -> std::result::Result<Vec<PathSpeed>, EvalError> {
-    let volume = Volume {
-        min: Vec3::ZERO,
-        side: 6.0,
-    };
+    let (min, side) = (Vec3::ZERO, 6.0);
+    let volume = Volume { min, side };
     let capacity = Capacity {
         levels: 8,
         coarsest: 16,

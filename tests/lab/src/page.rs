@@ -130,20 +130,15 @@ impl Column {
 
     fn filled(&self, cell: &str) -> String {
         let width = self.width;
-        if self.is_number {
-            format!("{cell:>width$}")
-        } else {
-            format!("{cell:width$}")
+        match self.is_number {
+            true => format!("{cell:>width$}"),
+            false => format!("{cell:width$}"),
         }
     }
 
     fn rule(&self) -> String {
-        let dashes = "-".repeat(self.width + 1);
-        if self.is_number {
-            format!("{dashes}:")
-        } else {
-            format!("{dashes}-")
-        }
+        let end = if self.is_number { ":" } else { "-" };
+        "-".repeat(self.width + 1) + end
     }
 }
 

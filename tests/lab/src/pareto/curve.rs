@@ -127,20 +127,16 @@ impl Curve {
         Some(mean(times?)).filter(|mean| mean.is_finite())
     }
 
-    /// How much more this one has after `wall_s` seconds than `other` after `others_wall_s`, seed by seed.
-    pub fn difference(&self, wall_s: f64, other: &Self, others_wall_s: f64) -> Option<Difference> {
-        let (own, others) = (self.at(wall_s), other.at(others_wall_s));
-        let both = own.iter().filter_map(|(seed, own)| Some(own - others.get(seed)?));
-        Difference::of(&both.collect::<Vec<f64>>())
-    }
-
     /// The first time before `wall_s` at which `other` has a higher mean than this one then, beyond the spread over the
     /// seeds: there, this one is not on the Pareto front.
     pub fn beaten_by(&self, wall_s: f64, other: &Self) -> Option<Summary> {
         let earlier = |summary: &Summary| summary.wall_s < wall_s;
+        let own = self.at(wall_s);
         let is_ahead = |summary: &Summary| {
-            let difference = other.difference(summary.wall_s, self, wall_s);
-            difference.is_some_and(|difference| difference.is_gain())
+            // Seed by seed.
+            let others = other.at(summary.wall_s).into_iter();
+            let both = others.filter_map(|(seed, other)| Some(other - own.get(&seed)?));
+            Difference::of(&both.collect::<Vec<f64>>()).is_some_and(|difference| difference.is_gain())
         };
         other.summaries().into_iter().filter(earlier).find(is_ahead)
     }

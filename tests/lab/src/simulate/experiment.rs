@@ -58,7 +58,8 @@ pub fn simulate(
         let mut options = experiment.session.clone();
         options.seed = options.seed.wrapping_add(run);
         let start = Instant::now();
-        let (mut open, scene) = opened(options.clone())?;
+        let mut open = Open::new(options.clone())?;
+        let scene = Arc::clone(&open.scene);
         let opening = start.elapsed();
         if truth.is_none() {
             truth = Some(SceneTruth::read(&scene)?);
@@ -87,7 +88,7 @@ pub fn simulate(
                 Some(open) => open,
                 // The head of the policy before has seen other labels: start again from the learnt field.
                 None => {
-                    let (mut open, _) = opened(options.clone())?;
+                    let mut open = Open::new(options.clone())?;
                     learn(&mut open.run, Some(Duration::ZERO))?;
                     open
                 }
@@ -101,18 +102,6 @@ pub fn simulate(
         }
     }
     Ok(points)
-}
-
-fn opened(options: SessionOptions) -> Result<(Open, Arc<Scene>), EvalError> {
-    let mut run = Client::start(options);
-    let scene = run.opened()?;
-    let open = Open {
-        run,
-        scene: Arc::clone(&scene),
-        generation: 0,
-        suggestions: None,
-    };
-    Ok((open, scene))
 }
 
 /// One run of the experiment: a scene that has been learnt with one seed.
@@ -205,6 +194,16 @@ struct Open {
 }
 
 impl Open {
+    fn new(options: SessionOptions) -> Result<Self, EvalError> {
+        let mut run = Client::start(options);
+        Ok(Self {
+            scene: run.opened()?,
+            run,
+            generation: 0,
+            suggestions: None,
+        })
+    }
+
     /// Lets the annotator label and measures the maps after each batch of clicks.
     fn label(
         &mut self,

@@ -6,10 +6,10 @@ use rand::Rng;
 use rand::rngs::SmallRng;
 use rand::seq::SliceRandom;
 
+use super::images::replace;
 use super::trial::Trial;
 use super::{Condition, Line, disturbed};
 use crate::paper::evenly;
-use inplace_core::scene::ColorImage;
 
 pub(super) fn conditions() -> Vec<Condition> {
     let few = [
@@ -62,12 +62,8 @@ pub(super) fn conditions() -> Vec<Condition> {
             Line::OfClean(0.95),
             |trial, _| {
                 let middle = trial.truth.train[trial.truth.train.len() / 2];
-                let camera = trial.scene.frames[middle].camera;
-                if let Some(black) =
-                    ColorImage::new(camera.width, camera.height, vec![0; 3 * camera.pixels()])
-                {
-                    trial.scene.frames[middle].set_color(black);
-                }
+                let frame = &mut trial.scene.frames[middle];
+                replace(frame, vec![0; 3 * frame.camera.pixels()]);
             },
         )
         .in_short(),

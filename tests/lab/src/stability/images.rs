@@ -74,7 +74,8 @@ fn recolour(trial: &mut Trial, mut change: impl FnMut(usize, usize, Vec3) -> Vec
     }
 }
 
-fn replace(frame: &mut Frame, rgb: Vec<u8>) {
+/// Gives a frame these colours, row-major, three bytes a pixel.
+pub(super) fn replace(frame: &mut Frame, rgb: Vec<u8>) {
     if let Some(image) = ColorImage::new(frame.camera.width, frame.camera.height, rgb) {
         frame.set_color(image);
     }

@@ -65,10 +65,8 @@ impl Rendered {
             height: setting.height,
         };
         let folder = folder_in(parent)?;
-        eprintln!(
-            "rendering {} frames of {}x{}",
-            shot.frames, shot.width, shot.height
-        );
+        let (frames, width, height) = (shot.frames, shot.width, shot.height);
+        eprintln!("rendering {frames} frames of {width}x{height}");
         write_replica(&shot.unrendered(), folder.path(), None)?;
         Ok(Self { shot, folder })
     }
