@@ -9,7 +9,7 @@ use serde::{Serialize, Serializer};
 
 pub use annotator::{Annotator, Click, Policy};
 pub use baseline::Baseline;
-pub use experiment::{Experiment, simulate};
+pub use experiment::simulate;
 
 use super::table::csv;
 use super::{Calibration, Scores};

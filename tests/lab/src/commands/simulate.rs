@@ -1,9 +1,7 @@
 //! `inplace-lab simulate`: maps measured as a simulated annotator clicks.
 
-use std::time::Duration;
-
 use crate::chart::{Axis, Figure, Panel, Point, Scale, Series};
-use crate::simulate::{COLUMNS, Experiment, SimulatedPoint, calibration_table, simulate};
+use crate::simulate::{COLUMNS, SimulatedPoint, calibration_table, simulate};
 use crate::table::csv;
 use crate::{Calibration, mean};
 use inplace_core::export;
@@ -28,24 +26,13 @@ pub fn run(arguments: &SimulateArguments) -> Result<(), Failure> {
     let source = SceneSource::from_argument(&arguments.scene);
     let session = session_options(&arguments.training, source, cores());
     let threads = session.threads;
-    let experiment = Experiment {
-        session,
-        policies: arguments.policies.clone(),
-        clicks: arguments.clicks.iter().copied().map(usize::from).collect(),
-        seeds: arguments.seeds,
-        geometry: arguments.geometry.map(Duration::from_secs_f64),
-        settle: Duration::from_secs_f64(arguments.settle),
-        baselines: arguments.baselines.clone(),
-    };
     let mut progress = Progress::new();
-    let points = simulate(&experiment, &mut |line| progress.show(line))?;
+    let points = simulate(arguments, &session, &mut |line| progress.show(line))?;
     drop(progress);
     export::write(&out.join("results.csv"), csv(&points, COLUMNS)?.as_bytes())?;
     figure(arguments, threads, &points).write(&out.join("results.svg"))?;
-    export::write(
-        &out.join("calibration.csv"),
-        calibration_table(&points)?.as_bytes(),
-    )?;
+    let rows = calibration_table(&points)?;
+    export::write(&out.join("calibration.csv"), rows.as_bytes())?;
     reliability(arguments, threads, &points).write(&out.join("calibration.svg"))?;
     page(arguments, threads, &points).publish(out, "results", arguments.json, &points)
 }

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use super::baseline::Task;
 use super::{Annotator, Baseline, Click, Policy, SimulatedPoint};
+use crate::arguments::SimulateArguments;
 use crate::learnt::{learn, pool, surface};
 use crate::{Calibration, EvalError, SceneTruth, Scores};
 use inplace_core::guide::Suggestion;
@@ -13,39 +14,14 @@ use inplace_core::scene::Scene;
 use inplace_core::semantics::FrameMap;
 use inplace_core::session::{Client, Command, Event, SessionOptions};
 
-/// What is simulated.
-#[derive(Clone, Debug)]
-pub struct Experiment {
-    /// The capture and how it is learnt; its seed is that of the first run.
-    pub session: SessionOptions,
-    /// Where the annotator clicks, in turn; each policy starts from the same learnt field.
-    pub policies: Vec<Policy>,
-    /// Clicks a class after which the maps are measured.
-    pub clicks: Vec<usize>,
-    /// Number of runs, with seeds that count up.
-    pub seeds: u64,
-    /// Most seconds of learning the geometry before the first click; without, until it is learnt.
-    pub geometry: Option<Duration>,
-    /// Most time after the last click of each batch before the maps are measured; less when they are final.
-    /// Zero trains no head: the maps are what the surface graph says.
-    pub settle: Duration,
-    /// What is measured on the clicks of [`Policy::Random`] too.
-    pub baselines: Vec<Baseline>,
-}
-
-impl Experiment {
-    /// Clicks a class of the batches, ascending.
-    fn batches(&self) -> BTreeSet<usize> {
-        self.clicks.iter().copied().collect()
-    }
-}
-
-/// Runs the experiment; `progress` is told what is being done.
+/// Runs the experiment in sessions like this one, whose seed is that of the first run; `progress` is told what is being
+/// done. Each policy starts from the same learnt field.
 ///
 /// # Errors
 /// A scene without ground truth, [`Baseline::Reference`] without [`Policy::Random`], and whatever stops a session.
 pub fn simulate(
-    experiment: &Experiment,
+    experiment: &SimulateArguments,
+    session: &SessionOptions,
     progress: &mut dyn FnMut(&str),
 ) -> Result<Vec<SimulatedPoint>, EvalError> {
     if experiment.baselines.contains(&Baseline::Reference) && !experiment.policies.contains(&Policy::Random) {
@@ -55,7 +31,7 @@ pub fn simulate(
     let mut truth = None;
     let mut points = Vec::new();
     for run in 0..experiment.seeds {
-        let mut options = experiment.session.clone();
+        let mut options = session.clone();
         options.seed = options.seed.wrapping_add(run);
         let start = Instant::now();
         let mut open = Open::new(options.clone())?;
@@ -67,7 +43,7 @@ pub fn simulate(
         let Some(truth) = &truth else { continue };
         let learning = Instant::now();
         progress(&format!("seed {}: learning the scene", options.seed));
-        learn(&mut open.run, experiment.geometry)?;
+        learn(&mut open.run, experiment.geometry.map(Duration::from_secs_f64))?;
         let learnt = opening + learning.elapsed();
         if experiment.policies.len() > 1 || !experiment.baselines.is_empty() {
             options.state = Some(open.run.saved()?);
@@ -106,7 +82,7 @@ pub fn simulate(
 
 /// One run of the experiment: a scene that has been learnt with one seed.
 struct Run<'a> {
-    experiment: &'a Experiment,
+    experiment: &'a SimulateArguments,
     /// With the learnt field.
     options: &'a SessionOptions,
     scene: &'a Arc<Scene>,
@@ -119,6 +95,11 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
+    /// Clicks a class after which the maps are measured, ascending.
+    fn batches(&self) -> BTreeSet<usize> {
+        self.experiment.clicks.iter().copied().map(usize::from).collect()
+    }
+
     /// The baselines on the clicks of [`Policy::Random`]; `own` are our points, this seed's among them.
     fn compared(
         &self,
@@ -134,7 +115,7 @@ impl Run<'_> {
             let trainer = state.field(scene, options.preset, options.seed)?;
             surface(scene, &trainer, 1.0)
         })?;
-        let batches = self.experiment.batches();
+        let batches = self.batches();
         let most = batches.last().copied().unwrap_or(0);
         let planned = self.annotator.clicks(Policy::Random, most, options.seed);
         let mut points = Vec::new();
@@ -211,9 +192,10 @@ impl Open {
         policy: Policy,
         progress: &mut dyn FnMut(&str),
     ) -> Result<Vec<SimulatedPoint>, EvalError> {
-        let (experiment, annotator, truth) = (run.experiment, run.annotator, run.truth);
+        let (annotator, truth) = (run.annotator, run.truth);
         let seed = run.options.seed;
-        let is_paused = experiment.settle.is_zero();
+        let settle = Duration::from_secs_f64(run.experiment.settle);
+        let is_paused = settle.is_zero();
         self.run.send(if is_paused {
             Command::Pause
         } else {
@@ -221,7 +203,7 @@ impl Open {
         });
         let frames = truth.train.iter().copied().collect();
         self.run.send(Command::SuggestOn { frames });
-        let batches = experiment.batches();
+        let batches = run.batches();
         let most = batches.last().copied().unwrap_or(0);
         let planned = annotator.clicks(policy, most, seed);
         let mut given: Vec<Click> = Vec::new();
@@ -242,7 +224,7 @@ impl Open {
                 given.push(click);
                 self.send(annotator, &given);
             }
-            self.settle(experiment.settle)?;
+            self.settle(settle)?;
             labelling += start.elapsed();
             let (scores, calibration) = self.measured(truth)?;
             points.push(SimulatedPoint {
@@ -333,39 +315,32 @@ impl Open {
 
 #[cfg(test)]
 mod tests {
+    use clap::Parser;
+
     use super::*;
+    use crate::arguments::{Arguments, Command};
     use crate::simulate::{COLUMNS, calibration_table};
     use crate::table::csv;
     use crate::testing::{capture, options};
     use inplace_core::scene::SceneSource;
 
-    /// A click a class on the surface graph.
-    fn guided(source: SceneSource) -> Experiment {
-        Experiment {
-            session: options(source),
-            policies: vec![Policy::Guided],
-            clicks: vec![1],
-            seeds: 1,
-            geometry: Some(Duration::ZERO),
-            settle: Duration::ZERO,
-            baselines: Vec::new(),
-        }
+    /// With these options, on the surface graph alone.
+    fn simulated(options: &str, source: SceneSource) -> Result<Vec<SimulatedPoint>, EvalError> {
+        let words = format!("lab simulate x --out x --geometry 0 --settle 0 {options}");
+        let Command::Simulate(arguments) = Arguments::try_parse_from(words.split(' ')).unwrap().command
+        else {
+            panic!("not simulate")
+        };
+        simulate(&arguments, &self::options(source), &mut |_| {})
     }
 
     #[test]
     fn the_graph_alone_labels_two_halves_from_a_click_each() {
         let (_root, folder) = capture();
-        let experiment = Experiment {
-            policies: vec![Policy::Guided, Policy::Random],
-            clicks: vec![2, 1],
-            seeds: 2,
-            baselines: vec![Baseline::Reference],
-            ..guided(SceneSource::Folder(folder))
-        };
-        let points = simulate(&experiment, &mut |_| {}).unwrap();
-        let (compared, points): (Vec<_>, Vec<_>) = points
-            .into_iter()
-            .partition(|point| point.policy == "random/reference");
+        let options = "--policy guided,random --clicks 2,1 --seeds 2 --baselines=reference";
+        let points = simulated(options, SceneSource::Folder(folder)).unwrap();
+        let is_compared = |point: &SimulatedPoint| point.policy == "random/reference";
+        let (compared, points): (Vec<_>, Vec<_>) = points.into_iter().partition(is_compared);
         let mut own = points.iter();
         for seed in [4, 5] {
             for policy in ["guided", "random"] {
@@ -401,11 +376,7 @@ mod tests {
 
     #[test]
     fn the_published_network_needs_a_time_to_compare_with() {
-        let experiment = Experiment {
-            baselines: vec![Baseline::Nearest, Baseline::Reference],
-            ..guided(SceneSource::Demo)
-        };
-        let error = simulate(&experiment, &mut |_| {}).unwrap_err();
+        let error = simulated("--baselines=nearest,reference", SceneSource::Demo).unwrap_err();
         assert!(error.to_string().contains("random"), "{error}");
     }
 }
