@@ -9,6 +9,7 @@ use rand::{SeedableRng, rngs::SmallRng};
 use rayon::prelude::*;
 use serde::Serialize;
 
+use super::arguments::FieldArguments;
 use super::learnt::{learn, surface};
 use super::paper::pixel_noise;
 use super::simulate::{Annotator, Policy};
@@ -19,21 +20,11 @@ use inplace_core::scene::Scene;
 use inplace_core::semantics::{FrameMap, LabelPropagation, NodeLabels, NodeVotes, SemanticField, SemanticPart, Surface};
 use inplace_core::session::{Client, Command, ModelState, SessionOptions, sampling};
 
-/// What is measured.
-#[derive(Clone, Debug)]
-pub struct FieldExperiment {
-    /// The capture and how it is learnt; the seed is that of the labels, too.
-    pub session: SessionOptions,
-    /// Most seconds of learning the geometry before there are labels; without, until it is learnt.
-    pub geometry: Option<Duration>,
-    /// Clicks on random pixels of each class.
-    pub clicks: usize,
-    /// Shares of the training frames' pixels that get a random class, each in a run of its own.
-    pub noise: Vec<f64>,
-    /// Seconds after the labels at which the answers are measured, ascending.
-    pub marks: Vec<f64>,
-    /// Every so many pixels along each axis are measured.
-    pub stride: usize,
+/// Seconds after the labels at which the answers are measured, ascending.
+pub fn marks(arguments: &FieldArguments) -> Vec<f64> {
+    let mut marks = arguments.marks.clone();
+    marks.sort_by(f64::total_cmp);
+    marks
 }
 
 /// A scene whose geometry a session has learnt.
@@ -47,12 +38,11 @@ struct Learnt {
 }
 
 impl Learnt {
-    fn of(experiment: &FieldExperiment) -> Result<Self, EvalError> {
-        let mut options = experiment.session.clone();
+    fn of(arguments: &FieldArguments, mut options: SessionOptions) -> Result<Self, EvalError> {
         let mut run = Client::start(options.clone());
         let scene = run.opened()?;
         let truth = SceneTruth::read(&scene)?;
-        learn(&mut run, experiment.geometry)?;
+        learn(&mut run, arguments.geometry.map(Duration::from_secs_f64))?;
         let state = run.saved()?;
         drop(run);
         let trainer = state.field(&scene, options.preset, options.seed)?;
@@ -74,18 +64,19 @@ impl Learnt {
 /// # Errors
 /// A scene without ground truth or without a surface, and whatever stops a session.
 pub fn semantic_field(
-    experiment: &FieldExperiment,
+    arguments: &FieldArguments,
+    session: SessionOptions,
     progress: &mut dyn FnMut(&str),
 ) -> Result<Vec<FieldPoint>, EvalError> {
     progress("learning the scene");
-    let mut learnt = Learnt::of(experiment)?;
+    let mut learnt = Learnt::of(arguments, session)?;
     let mut points = Vec::new();
-    for &share in &experiment.noise {
+    for share in arguments.noise.iter().map(|percent| percent / 100.0) {
         progress(&format!("{:.0}% pixel noise", 100.0 * share));
-        points.extend(taught_by_noise(experiment, &learnt, share)?);
+        points.extend(taught_by_noise(arguments, &learnt, share)?);
     }
     progress("labelling by clicks");
-    points.extend(labelled_by_clicks(experiment, &mut learnt)?);
+    points.extend(labelled_by_clicks(arguments, &mut learnt)?);
     Ok(points)
 }
 
@@ -123,13 +114,13 @@ struct Measured<'a> {
 }
 
 impl<'a> Measured<'a> {
-    fn new(experiment: &FieldExperiment, scene: &'a Scene, truth: &'a SceneTruth, labels: String) -> Self {
+    fn new(stride: u16, seed: u64, scene: &'a Scene, truth: &'a SceneTruth, labels: String) -> Self {
         Self {
             scene,
             truth,
-            stride: experiment.stride.max(1),
+            stride: usize::from(stride.max(1)),
             labels,
-            seed: experiment.session.seed,
+            seed,
         }
     }
 
@@ -227,7 +218,7 @@ const RAYS: usize = 512;
 /// class, and measures the labels that it renders for the test frames, beside the majority of each voxel's
 /// votes and beside votes diffused along the surface. Seconds are those of its steps alone.
 fn taught_by_noise(
-    experiment: &FieldExperiment,
+    arguments: &FieldArguments,
     learnt: &Learnt,
     share: f64,
 ) -> Result<Vec<FieldPoint>, EvalError> {
@@ -246,7 +237,7 @@ fn taught_by_noise(
         trust: Trust::VOTES,
     };
     let kind = format!("{:.0}% pixel noise", 100.0 * share);
-    let measured = Measured::new(experiment, scene, truth, kind);
+    let measured = Measured::new(arguments.stride, options.seed, scene, truth, kind);
     let votes = NodeVotes::count(surface, &classes, &labels);
     let majority = votes.majority();
     let most = |node: usize| majority.get(&(node as u32)).copied().unwrap_or(VOID);
@@ -262,7 +253,7 @@ fn taught_by_noise(
     let grid = trainer.capacity().semantic_grid();
     let mut semantics = SemanticField::new(&classes, field.feature_width(), grid, None, seed)?;
     let mut seconds = 0.0;
-    for &mark in &experiment.marks {
+    for mark in marks(arguments) {
         while seconds < mark {
             let start = Instant::now();
             let seed = seed ^ (semantics.steps(SemanticPart::Residual) << 1);
@@ -292,21 +283,18 @@ struct Seen {
 /// maps and the labels that its semantic field renders, beside what the graph says from the clicks alone.
 ///
 /// Seconds are those in which the session worked: it is paused while it is looked at.
-fn labelled_by_clicks(
-    experiment: &FieldExperiment,
-    learnt: &mut Learnt,
-) -> Result<Vec<FieldPoint>, EvalError> {
+fn labelled_by_clicks(arguments: &FieldArguments, learnt: &mut Learnt) -> Result<Vec<FieldPoint>, EvalError> {
     let (options, scene, truth) = (&learnt.options, &learnt.scene, &learnt.truth);
     let (trainer, surface) = (&mut learnt.trainer, &learnt.surface);
     let annotator = Annotator::new(scene, truth);
-    let clicks = annotator.clicks(Policy::Random, experiment.clicks, options.seed);
+    let clicks = annotator.clicks(Policy::Random, arguments.clicks.into(), options.seed);
     let labels = annotator.labels(&clicks);
     let mut run = Client::start(options.clone());
     run.opened()?;
     learn(&mut run, Some(Duration::ZERO))?;
     run.label(labels.clone(), 1);
     let mut all: Vec<Seen> = Vec::new();
-    for &seconds in &experiment.marks {
+    for seconds in marks(arguments) {
         let before = all.last().map_or(0.0, |seen| seen.seconds);
         run.send(Command::Resume);
         let deadline = Instant::now() + Duration::from_secs_f64((seconds - before).max(0.0));
@@ -322,8 +310,8 @@ fn labelled_by_clicks(
     }
     drop(run);
 
-    let kind = format!("{} clicks a class", experiment.clicks);
-    let measured = Measured::new(experiment, scene, truth, kind);
+    let kind = format!("{} clicks a class", arguments.clicks);
+    let measured = Measured::new(arguments.stride, options.seed, scene, truth, kind);
     let mut spread = LabelPropagation::new(Arc::clone(surface));
     spread.set_labels(scene, &labels);
     let alone = measured.miou_of_maps(|frame| spread.map(scene, frame, 1).labels().into_owned())?;
@@ -346,7 +334,10 @@ fn labelled_by_clicks(
 
 #[cfg(test)]
 mod tests {
+    use clap::Parser;
+
     use super::*;
+    use crate::arguments::{self, Arguments, Bench};
     use crate::table::csv;
     use crate::testing::{capture_of, options};
     use inplace_core::labels::Class;
@@ -358,15 +349,16 @@ mod tests {
         let folder = root.path().join("wall");
         let classes = [Class::new(1, "dark"), Class::new(2, "bright")];
         capture_of(&folder, (48, 36), classes);
-        let experiment = FieldExperiment {
-            session: options(SceneSource::Folder(folder)),
-            geometry: Some(Duration::from_millis(500)),
-            clicks: 2,
-            noise: vec![0.4],
-            marks: vec![0.5, 1.0],
-            stride: 2,
+        let words = "lab bench field x --out x --geometry 0.5 --clicks 2 --noise 40 --marks 1,0.5 --stride 2";
+        let arguments = Arguments::try_parse_from(words.split(' ')).unwrap();
+        let arguments::Command::Bench {
+            what: Bench::Field(arguments),
+        } = arguments.command
+        else {
+            panic!("not bench field")
         };
-        let points = semantic_field(&experiment, &mut |_| {}).unwrap();
+        let session = options(SceneSource::Folder(folder));
+        let points = semantic_field(&arguments, session, &mut |_| {}).unwrap();
         let of = |labels: &str, answer: &str| -> Vec<&FieldPoint> {
             let is = |point: &&FieldPoint| point.labels == labels && point.answer == answer;
             points.iter().filter(is).collect()

@@ -1,9 +1,7 @@
 //! `inplace-lab bench field`: the labels that the semantic field renders, beside those of the surface.
 
-use std::time::Duration;
-
 use crate::chart::{Axis, Figure, Panel, Point, Scale, Series};
-use crate::field::{COLUMNS, FieldExperiment, FieldPoint, semantic_field};
+use crate::field::{COLUMNS, FieldPoint, marks, semantic_field};
 use crate::table::csv;
 use inplace_core::export;
 use inplace_core::field::Preset;
@@ -21,8 +19,7 @@ pub fn run(arguments: &FieldArguments) -> Result<(), Failure> {
     }
     let out = &arguments.out;
     begin(out, &arguments.scenes)?;
-    let mut marks = arguments.marks.clone();
-    marks.sort_by(f64::total_cmp);
+    let marks = marks(arguments);
     let threads = arguments.training.threads.map_or(cores(), usize::from);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
     let mut points = Vec::new();
@@ -32,17 +29,9 @@ pub fn run(arguments: &FieldArguments) -> Result<(), Failure> {
             let mut session = session_options(&arguments.training, source, cores());
             session.seed = session.seed.wrapping_add(run);
             let seed = session.seed;
-            let experiment = FieldExperiment {
-                session,
-                geometry: arguments.geometry.map(Duration::from_secs_f64),
-                clicks: usize::from(arguments.clicks),
-                noise: arguments.noise.iter().map(|percent| percent / 100.0).collect(),
-                marks: marks.clone(),
-                stride: usize::from(arguments.stride),
-            };
             let measured = pool.install(|| {
                 let mut progress = Progress::new();
-                semantic_field(&experiment, &mut |what| {
+                semantic_field(arguments, session, &mut |what| {
                     progress.show(&format!("{}, seed {seed}: {what}", argument.display()));
                 })
             });
