@@ -17,7 +17,9 @@ use super::{ConfusionMatrix, EvalError, SceneTruth};
 use inplace_core::field::{Ray, Trainer};
 use inplace_core::labels::{ClassId, ImportedLabels, ImportedMap, Trust, VOID};
 use inplace_core::scene::Scene;
-use inplace_core::semantics::{FrameMap, LabelPropagation, NodeLabels, NodeVotes, SemanticField, SemanticPart, Surface};
+use inplace_core::semantics::{
+    FrameMap, LabelPropagation, NodeLabels, NodeVotes, SemanticField, SemanticPart, Surface,
+};
 use inplace_core::session::{Client, Command, ModelState, SessionOptions, sampling};
 
 /// Seconds after the labels at which the answers are measured, ascending.
@@ -173,7 +175,12 @@ impl<'a> Measured<'a> {
 
     /// mIoU of the labels that a semantic field renders; where `known`, rays end at the frame's measured
     /// depth.
-    fn miou_of_field(&self, semantics: &SemanticField, trainer: &Trainer, known: bool) -> Result<f64, EvalError> {
+    fn miou_of_field(
+        &self,
+        semantics: &SemanticField,
+        trainer: &Trainer,
+        known: bool,
+    ) -> Result<f64, EvalError> {
         let classes = semantics.classes();
         let best = |row: &[f32]| {
             let better = |best: usize, index: usize| if row[index] > row[best] { index } else { best };
@@ -261,7 +268,7 @@ fn taught_by_noise(
             let rays = votes.rays(surface, scene, &truth.train, RAYS, seed);
             let sampling = sampling(trainer, Some(seed));
             for part in [SemanticPart::Appearance, SemanticPart::Residual] {
-                let (radiance, sampling) = ((field, trainer.occupancy()), sampling(trainer, Some(seed)));
+                let radiance = (field, trainer.occupancy());
                 semantics.step(part, radiance, &soft, &rays, sampling)?;
             }
             seconds += start.elapsed().as_secs_f64();

@@ -17,7 +17,6 @@ mod page;
 pub mod paper;
 pub mod pareto;
 mod pixels;
-mod progress;
 mod reached;
 pub mod scale;
 pub mod simulate;

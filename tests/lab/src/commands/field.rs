@@ -10,7 +10,7 @@ use inplace_core::scene::SceneSource;
 use super::{Failure, begin, cores, counted, grouped, session_options};
 use crate::arguments::FieldArguments;
 use crate::page::{Page, known};
-use crate::progress::Progress;
+use inplace_core::session::Progress;
 
 /// Measures every scene, writes `field.csv` and `field.svg`, and prints.
 pub fn run(arguments: &FieldArguments) -> Result<(), Failure> {
@@ -30,7 +30,7 @@ pub fn run(arguments: &FieldArguments) -> Result<(), Failure> {
             session.seed = session.seed.wrapping_add(run);
             let seed = session.seed;
             let measured = pool.install(|| {
-                let mut progress = Progress::new();
+                let mut progress = Progress::default();
                 semantic_field(arguments, session, &mut |what| {
                     progress.show(&format!("{}, seed {seed}: {what}", argument.display()));
                 })

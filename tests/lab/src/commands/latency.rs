@@ -9,7 +9,7 @@ use inplace_core::scene::SceneSource;
 use super::{Failure, begin, cores, processor, session_options};
 use crate::arguments::LatencyArguments;
 use crate::page::Page;
-use crate::progress::Progress;
+use inplace_core::session::Progress;
 
 /// Most milliseconds that half of the clicks may wait for the map in view, and for all of them.
 const TARGETS: (f64, f64) = (100.0, 2000.0);
@@ -25,7 +25,7 @@ pub fn run(arguments: &LatencyArguments) -> Result<(), Failure> {
     let mut measured = Vec::new();
     for argument in &arguments.scenes {
         let options = session_options(training, SceneSource::from_argument(argument), cores());
-        let mut progress = Progress::new();
+        let mut progress = Progress::default();
         measured.push(click_latency(&options, arguments.clicks.into(), &mut |what| {
             progress.show(&format!("{}: {what}", argument.display()));
         })?);

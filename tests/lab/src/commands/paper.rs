@@ -14,7 +14,7 @@ use super::{Failure, begin, cores, grouped, open_options};
 use crate::arguments::PaperArguments;
 use crate::mean;
 use crate::page::{Page, known};
-use crate::progress::Progress;
+use inplace_core::session::Progress;
 
 /// Runs the experiments on every scene, writes `paper.csv`, and prints.
 pub fn run(arguments: &PaperArguments) -> Result<(), Failure> {
@@ -43,7 +43,7 @@ pub fn run(arguments: &PaperArguments) -> Result<(), Failure> {
         for run in 0..arguments.seeds {
             let seed = training.seed.wrapping_add(run);
             let measured = pool.install(|| -> Result<Vec<PaperPoint>, Failure> {
-                let mut progress = Progress::new();
+                let mut progress = Progress::default();
                 let name = argument.display();
                 let mut tell = |what: &str| progress.show(&format!("{name}, seed {seed}: {what}"));
                 let classifier = if taught_by.is_empty() {

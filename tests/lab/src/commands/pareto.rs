@@ -19,7 +19,7 @@ use serde_json::json;
 
 use super::{Failure, begin, cores, in_own_process, session_options};
 use crate::arguments::{ParetoArguments, ParetoOfArguments};
-use crate::progress::Progress;
+use inplace_core::session::Progress;
 
 /// Sizes beside the chosen one.
 const FACTORS: [f32; 4] = [0.25, 0.5, 2.0, 4.0];
@@ -48,7 +48,7 @@ pub fn run(arguments: &ParetoArguments) -> Result<(), Failure> {
     begin(out, &arguments.scenes)?;
     let threads = arguments.threads.map_or(cores(), usize::from);
     let mut results = Results::default();
-    let mut progress = Progress::new();
+    let mut progress = Progress::default();
     for scene in &arguments.scenes {
         for run in 0..arguments.seeds {
             let seed = arguments.seed.wrapping_add(run);

@@ -11,7 +11,7 @@ use inplace_core::scene::SceneSource;
 use super::{Failure, cores, counted, grouped, session_options};
 use crate::arguments::SimulateArguments;
 use crate::page::{Page, known};
-use crate::progress::Progress;
+use inplace_core::session::Progress;
 
 /// Share of a line's pixels below which a bin of confidence is not drawn: it would show little but chance.
 const LEAST_SHARE: f64 = 1e-3;
@@ -26,7 +26,7 @@ pub fn run(arguments: &SimulateArguments) -> Result<(), Failure> {
     let source = SceneSource::from_argument(&arguments.scene);
     let session = session_options(&arguments.training, source, cores());
     let threads = session.threads;
-    let mut progress = Progress::new();
+    let mut progress = Progress::default();
     let points = simulate(arguments, &session, &mut |line| progress.show(line))?;
     drop(progress);
     export::write(&out.join("results.csv"), csv(&points, COLUMNS)?.as_bytes())?;

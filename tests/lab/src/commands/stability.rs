@@ -11,7 +11,7 @@ use inplace_core::scene::{Scene, SceneSource};
 use super::{Failure, begin, cores, grouped, open_options, processor};
 use crate::arguments::StabilityArguments;
 use crate::page::Page;
-use crate::progress::Progress;
+use inplace_core::session::Progress;
 
 /// Tries the conditions on every scene, writes `stability.csv` and `stability.md`, and prints.
 pub fn run(arguments: &StabilityArguments) -> Result<(), Failure> {
@@ -41,7 +41,7 @@ pub fn run(arguments: &StabilityArguments) -> Result<(), Failure> {
     for argument in &arguments.scenes {
         let source = SceneSource::from_argument(argument);
         let scene = Arc::new(Scene::open(&source, open_options(training), &|_, _| {})?);
-        let mut progress = Progress::new();
+        let mut progress = Progress::default();
         let mut begins = |name: &str, seed| {
             progress.show(&format!("{}, seed {seed}: {name}", argument.display()));
         };
