@@ -150,6 +150,8 @@ fn visuals(theme: egui::Theme, shades: &Shades) -> Visuals {
     }
     widgets.noninteractive.bg_stroke = Stroke::new(1.0, shades.line);
     widgets.active.bg_stroke = Stroke::new(1.0, shades.accent);
+    // A blinking cursor draws the whole window twice a second, which costs a computer without a GPU a tenth of a core.
+    visuals.text_cursor.blink = false;
     visuals.selection.bg_fill = shades.accent;
     visuals.selection.stroke = Stroke::new(1.0, shades.on_accent);
     visuals.weak_text_color = Some(shades.weak);

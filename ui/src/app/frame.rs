@@ -74,10 +74,10 @@ impl eframe::App for App {
         if let Some(trace) = &mut self.trace {
             trace.observe(&self.model, ctx.text_edit_focused());
         }
-        if let (Some(stats), Some(started)) = (&mut self.stats, self.frame_started) {
-            if stats.frame_done(started.elapsed(), frame.info().cpu_usage) {
-                ctx.request_repaint();
-            }
+        if let (Some(stats), Some(started)) = (&mut self.stats, self.frame_started)
+            && stats.frame_done(started.elapsed(), frame.info().cpu_usage)
+        {
+            ctx.request_repaint();
         }
     }
 

@@ -190,6 +190,7 @@ impl Window {
                         })
                     }),
                     preferences: Store::open(preferences_file(&folder)),
+                    renderer: String::new(),
                     pictures: folder.join("pictures"),
                     autosave: Arc::new(move |_| folder.join("autosave.inplace")),
                     target: None,
