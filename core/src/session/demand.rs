@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 
+use super::semantic_trainer::Readers;
 use crate::field::{Preset, Trainer};
 use crate::labels::ClassId;
 use crate::scene::Scene;
@@ -81,10 +82,16 @@ impl Demand {
         }
     }
 
-    /// Whether the maps read what the semantic field knows of appearance. Along measured depth, labels spread better
-    /// without it.
-    pub(super) fn maps_read_appearance(&self) -> bool {
-        !self.has_depth
+    /// Who reads the semantic field. The maps do without measured depth; along it, labels spread better without.
+    pub(super) fn readers(&self) -> Readers {
+        Readers {
+            maps: !self.has_depth,
+            views: self.is_viewed(),
+        }
+    }
+
+    fn is_viewed(&self) -> bool {
+        self.viewed.is_some_and(|viewed| viewed.elapsed() < VIEWED)
     }
 
     /// Somebody looks at a view of the field.
@@ -126,7 +133,7 @@ impl Demand {
         if trainer.settled() {
             return Some(TrainingEnd::Learnt);
         }
-        if self.to_the_end || self.viewed.is_some_and(|viewed| viewed.elapsed() < VIEWED) {
+        if self.to_the_end || self.is_viewed() {
             return None;
         }
         match (self.has_depth, self.has_holes) {

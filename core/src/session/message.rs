@@ -137,6 +137,8 @@ pub struct Status {
     pub phase: Phase,
     /// Training steps done, those before a saved state included.
     pub steps: u64,
+    /// Training steps of the semantic field.
+    pub semantic_steps: u64,
     /// Why the radiance field is trained no further, if it is not; the semantic field still follows the labels.
     pub training_end: Option<TrainingEnd>,
     /// Training steps, rays and samples of this session.

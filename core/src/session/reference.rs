@@ -260,6 +260,7 @@ impl WorkerTask for ReferenceWorker<'_> {
                 Phase::Training
             },
             steps: trainer.map_or(0, ReferenceTrainer::steps),
+            semantic_steps: 0,
             training_end: trainer
                 .is_some_and(ReferenceTrainer::settled)
                 .then_some(TrainingEnd::Learnt),

@@ -1,10 +1,11 @@
 //! The field as seen from a frame, rendered in slices.
 
 use super::sampling;
+use super::semantic_trainer::SemanticTrainer;
 use crate::field::{FieldError, Ray, RenderedRay, Trainer, frame_rays, render_rays};
 use crate::labels::ClassId;
 use crate::scene::{Camera, ColorImage, Scene};
-use crate::semantics::{ENTROPY_STEPS_PER_NAT, SemanticField};
+use crate::semantics::ENTROPY_STEPS_PER_NAT;
 
 /// Rays rendered between two looks at the commands.
 const RAYS_AT_A_TIME: usize = 1024;
@@ -20,6 +21,8 @@ pub struct RenderedFrame {
     pub frame: usize,
     /// Training steps of the field when it was rendered.
     pub steps: u64,
+    /// Training steps of the semantic field.
+    pub semantic_steps: u64,
     /// Whether no finer image of these steps follows.
     pub is_last: bool,
     /// Pixels of the frame, along each axis, per pixel here: the centre of pixel (0, 0) here is at
@@ -110,7 +113,7 @@ impl FrameRendering {
         &mut self,
         scene: &Scene,
         trainer: &Trainer,
-        semantics: Option<&SemanticField>,
+        semantics: &SemanticTrainer,
     ) -> Result<Option<RenderedFrame>, FieldError> {
         let frame = &scene.frames[self.frame];
         let (camera, rays) = self.begun.get_or_insert_with(|| frame_rays(frame, self.stride));
@@ -119,7 +122,7 @@ impl FrameRendering {
         let (field, occupancy) = (trainer.field(), trainer.occupancy());
         self.done
             .extend(render_rays(field, occupancy, slice, trainer.render_step(), true)?);
-        if let Some(semantics) = semantics {
+        if let Some(semantics) = semantics.field() {
             let sampling = sampling(trainer, None);
             let probabilities = semantics.along_rays(field, occupancy, slice, sampling)?;
             self.semantics.add(semantics.classes(), &probabilities);
@@ -139,6 +142,7 @@ impl FrameRendering {
             ray.length.map_or(0.0, |length| length / direction.length())
         };
         let depth = self.done.iter().enumerate().map(z_depth).collect();
+        let semantics_trained = semantics.steps();
         // Where it came into being during the pass, it has not all pixels.
         let semantics = std::mem::take(&mut self.semantics);
         let semantics = (semantics.labels.len() == self.done.len()).then_some(semantics);
@@ -150,6 +154,7 @@ impl FrameRendering {
         Ok(color.map(|color| RenderedFrame {
             frame: self.frame,
             steps: trainer.steps(),
+            semantic_steps: semantics_trained,
             is_last: self.is_done,
             stride,
             color,
@@ -161,6 +166,7 @@ impl FrameRendering {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::HashMap;
     use std::sync::Arc;
 
     use super::*;
@@ -171,11 +177,12 @@ mod tests {
     fn a_view_comes_coarse_first_and_then_at_the_frames_own_size() {
         let scene = Arc::new(wall(3, 64, 48));
         let trainer = Trainer::new(Arc::clone(&scene), Preset::Fast, 1).unwrap();
+        let semantics = SemanticTrainer::restored(&HashMap::new(), &trainer);
         let mut rendering = FrameRendering::new(&scene, 1).unwrap();
         let mut views = Vec::new();
         let mut slices = 0;
         while !rendering.is_done() {
-            views.extend(rendering.advance(&scene, &trainer, None).unwrap());
+            views.extend(rendering.advance(&scene, &trainer, &semantics).unwrap());
             slices += 1;
         }
         assert_eq!(slices, 1 + 3);
@@ -192,6 +199,7 @@ mod tests {
         let view = RenderedFrame {
             frame: 0,
             steps: 0,
+            semantic_steps: 0,
             is_last: true,
             stride: 3,
             color: ColorImage::new(2, 1, vec![0; 6]).unwrap(),

@@ -21,6 +21,15 @@ const RESIDUAL_POINTS: usize = 2048;
 const RAYS: usize = 512;
 const LABELLED_RAYS: usize = 128;
 
+/// Who reads the semantic field.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Readers {
+    /// The maps read the appearance.
+    pub(super) maps: bool,
+    /// Somebody looks at views of the whole field.
+    pub(super) views: bool,
+}
+
 /// The semantic field, what training it still needs, and the evaluation that is under way.
 pub(super) struct SemanticTrainer {
     /// `None` before the first step.
@@ -28,8 +37,8 @@ pub(super) struct SemanticTrainer {
     /// Steps that the appearance and the residual need to follow the newest labels.
     appearance_due: u64,
     residual_due: u64,
-    /// Whether anybody looks at the whole field, so that the residual is trained.
-    is_rendered: bool,
+    /// Whether the labels have changed since anybody looked at the whole field.
+    is_behind: bool,
     evaluation: Option<PriorEvaluation>,
 }
 
@@ -40,7 +49,7 @@ impl SemanticTrainer {
             field: restored(saved, trainer),
             appearance_due: 0,
             residual_due: 0,
-            is_rendered: false,
+            is_behind: true,
             evaluation: None,
         }
     }
@@ -50,18 +59,18 @@ impl SemanticTrainer {
         self.field.as_ref()
     }
 
-    /// There are new labels to follow, or none worth training on (`wanted` is false). The appearance is trained for the
-    /// maps, where they read it, and as a part of what is rendered.
-    pub(super) fn labels_changed(&mut self, wanted: bool, for_maps: bool) {
+    /// There are new labels to follow, or none worth training on (`wanted` is false).
+    pub(super) fn labels_changed(&mut self, wanted: bool, readers: Readers) {
         let due = |is_read: bool| if wanted && is_read { STEPS_PER_CHANGE } else { 0 };
-        self.appearance_due = due(for_maps || self.is_rendered);
-        self.residual_due = due(self.is_rendered);
+        self.appearance_due = due(readers.maps || readers.views);
+        self.residual_due = due(readers.views);
+        self.is_behind = !readers.views;
     }
 
-    /// Somebody looks at the whole field: from now on all of it is trained.
-    pub(super) fn is_looked_at(&mut self, wanted: bool) {
-        if !std::mem::replace(&mut self.is_rendered, true) {
-            self.labels_changed(wanted, true);
+    /// Somebody looks at the whole field, which then follows the newest labels.
+    pub(super) fn is_looked_at(&mut self, wanted: bool, readers: Readers) {
+        if self.is_behind {
+            self.labels_changed(wanted, readers);
         }
     }
 
@@ -72,7 +81,7 @@ impl SemanticTrainer {
 
     /// The part whose step is due, if any is. While the radiance field trains (`field`) one is due after some of its
     /// steps, and to follow new labels after each; later only to follow new labels.
-    pub(super) fn due(&self, trainer: &Trainer, field: bool, for_maps: bool) -> Option<SemanticPart> {
+    pub(super) fn due(&self, trainer: &Trainer, field: bool, readers: Readers) -> Option<SemanticPart> {
         if self.appearance_due > 0 {
             return Some(SemanticPart::Appearance);
         }
@@ -81,10 +90,14 @@ impl SemanticTrainer {
         }
         let own_turn = field && trainer.steps().is_multiple_of(EVERY);
         let is_residuals = (trainer.steps() / EVERY).is_multiple_of(2);
-        match (own_turn, self.is_rendered) {
-            (true, true) if is_residuals => Some(SemanticPart::Residual),
-            (true, is_rendered) if for_maps || is_rendered => Some(SemanticPart::Appearance),
-            _ => None,
+        match readers {
+            _ if !own_turn => None,
+            Readers { views: true, .. } if is_residuals => Some(SemanticPart::Residual),
+            Readers {
+                views: false,
+                maps: false,
+            } => None,
+            _ => Some(SemanticPart::Appearance),
         }
     }
 
@@ -176,6 +189,12 @@ impl SemanticTrainer {
             self.evaluation = Some(evaluation);
         }
         Ok(weights)
+    }
+
+    /// Training steps of both parts.
+    pub(super) fn steps(&self) -> u64 {
+        let of = |part| self.field.as_ref().map_or(0, |field| field.steps(part));
+        of(SemanticPart::Appearance) + of(SemanticPart::Residual)
     }
 
     /// Trainable parameters.

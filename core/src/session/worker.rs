@@ -153,7 +153,8 @@ impl WorkerTask for Worker<'_> {
             Command::Render { frame } => {
                 self.rendering = FrameRendering::new(&self.scene, frame);
                 self.demand.view();
-                self.semantics.is_looked_at(self.semantics_are_wanted());
+                let wanted = self.semantics_are_wanted();
+                self.semantics.is_looked_at(wanted, self.demand.readers());
             }
             Command::Pause => {
                 self.paused = true;
@@ -188,6 +189,7 @@ impl WorkerTask for Worker<'_> {
         let status = Status {
             phase,
             steps: self.trainer.steps(),
+            semantic_steps: self.semantics.steps(),
             training_end: self.demand.end(&self.trainer),
             work: self.trainer.work(),
             geometry_seconds: self.seconds.geometry,

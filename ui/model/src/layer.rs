@@ -14,19 +14,28 @@ pub enum Layer {
     Disagreement,
     /// How far away every pixel is.
     Depth,
-    /// The field as seen from the frame.
+    /// The field as seen from the frame: its colours,
     Rendered,
+    /// its classes,
+    RenderedLabels,
+    /// how unsure they are,
+    RenderedEntropy,
+    /// and how far away it is.
+    RenderedDepth,
 }
 
 impl Layer {
     /// All layers, in the order in which the key cycles through them and in which projects number them.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 9] = [
         Self::Color,
         Self::Labels,
         Self::Entropy,
         Self::Disagreement,
         Self::Depth,
         Self::Rendered,
+        Self::RenderedLabels,
+        Self::RenderedEntropy,
+        Self::RenderedDepth,
     ];
 
     /// Name for people.
@@ -37,7 +46,10 @@ impl Layer {
             Self::Entropy => "Entropy",
             Self::Disagreement => "Disagreement",
             Self::Depth => "Depth",
-            Self::Rendered => "Rendered colour",
+            Self::Rendered => "Field colour",
+            Self::RenderedLabels => "Field labels",
+            Self::RenderedEntropy => "Field entropy",
+            Self::RenderedDepth => "Field depth",
         }
     }
 
@@ -54,6 +66,9 @@ impl Layer {
                 "How far away every pixel is: as measured, or as rendered where the capture has no depth"
             }
             Self::Rendered => "The learnt scene as seen from this frame",
+            Self::RenderedLabels => "The classes that the learnt scene has as seen from this frame",
+            Self::RenderedEntropy => "How unsure the classes of the learnt scene are",
+            Self::RenderedDepth => "How far away the learnt scene is",
         }
     }
 
@@ -68,6 +83,14 @@ impl Layer {
         Self::ALL[(self.number() + 1) % Self::ALL.len()]
     }
 
+    /// Whether it is a view of the field.
+    pub fn is_rendered(self) -> bool {
+        match self {
+            Self::Rendered | Self::RenderedLabels | Self::RenderedEntropy | Self::RenderedDepth => true,
+            Self::Color | Self::Labels | Self::Entropy | Self::Disagreement | Self::Depth => false,
+        }
+    }
+
     /// Whether it lies over the image, so that it can be more or less opaque.
     pub fn covers(self) -> bool {
         !matches!(self, Self::Color | Self::Rendered)
@@ -78,7 +101,7 @@ impl Layer {
     pub fn in_small(self) -> Self {
         match self {
             Self::Color | Self::Labels | Self::Entropy => self,
-            Self::Disagreement | Self::Depth | Self::Rendered => Self::Labels,
+            _ => Self::Labels,
         }
     }
 }

@@ -231,8 +231,9 @@ impl FrameView {
     fn want(&mut self, workspace: &Workspace, layers: &[Layer], now: Instant, commands: &mut Commands) {
         let measured = workspace.frame().is_some_and(|frame| frame.has_depth());
         let shows = |layer| layers.contains(&layer);
-        if shows(Layer::Rendered) || (shows(Layer::Depth) && !measured) {
-            self.ask_for_view(workspace.status.steps, now, commands);
+        if layers.iter().any(|layer| layer.is_rendered()) || (shows(Layer::Depth) && !measured) {
+            let status = &workspace.status;
+            self.ask_for_view([status.steps, status.semantic_steps], now, commands);
         }
         let (document, contradicted) = (&workspace.document, &workspace.overview.contradicted);
         let said = (document.generation(), contradicted.version());
@@ -279,9 +280,9 @@ impl FrameView {
     }
 
     /// Asks for a view when there is none, or when the one there is has become old.
-    fn ask_for_view(&mut self, steps: u64, now: Instant, commands: &mut Commands) {
+    fn ask_for_view(&mut self, steps: [u64; 2], now: Instant, commands: &mut Commands) {
         let due = self.known.asked.is_none_or(|asked| {
-            let outdated = |view: &FieldView| view.rendered.steps != steps;
+            let outdated = |view: &FieldView| [view.rendered.steps, view.rendered.semantic_steps] != steps;
             self.known.view.as_ref().is_some_and(outdated) && asked.is_old(now)
         });
         if due {
@@ -358,11 +359,18 @@ impl FrameView {
             Layer::Labels | Layer::Entropy => content.over = map.and_then(|map| map.over(layer, palette)),
             Layer::Disagreement => content.over = self.agreement().map(agreement_over),
             Layer::Depth => content.over = self.depth().map(|(plane, _)| depth_over(plane)),
-            Layer::Rendered => {
+            _ => {
                 if let Some(view) = &self.known.view {
                     content.image = Image::Own(Arc::clone(&view.color));
                     content.image_version = view.picture.version;
                     content.picture = Some(Arc::clone(&view.picture));
+                    let labels = view.labels.as_ref();
+                    content.over = match layer {
+                        Layer::RenderedLabels => labels.and_then(|map| map.over(Layer::Labels, palette)),
+                        Layer::RenderedEntropy => labels.and_then(|map| map.over(Layer::Entropy, palette)),
+                        Layer::RenderedDepth => Some(depth_over(&view.depth)),
+                        _ => None,
+                    };
                 }
             }
         }

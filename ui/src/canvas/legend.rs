@@ -107,12 +107,31 @@ fn rows((workspace, shown): (&Workspace, &FrameView), layer: Layer, most: usize)
             None if !workspace.has_ended() => note("No measured depth: it is being rendered"),
             _ => note(no_view()),
         }),
-        Layer::Rendered => match shown.view() {
+        _ => match shown.view() {
             None => note(no_view()),
-            Some(view) => vec![
-                Row::Title(layer.name().to_owned()),
-                Row::Note(format!("after {} training steps", view.rendered.steps)),
-            ],
+            Some(view)
+                if view.labels.is_none() && layer != Layer::Rendered && layer != Layer::RenderedDepth =>
+            {
+                note("The field learns the labels")
+            }
+            Some(view) => {
+                let bar = match layer {
+                    Layer::RenderedEntropy => {
+                        Some(Row::Bar(Table::Entropy, ["sure", "unsure"].map(str::to_owned)))
+                    }
+                    Layer::RenderedDepth => {
+                        let range = view.depth.range;
+                        range.map(|range| Row::Bar(Table::Depth, range.map(numbers::metres)))
+                    }
+                    _ => None,
+                };
+                let steps = format!("after {} training steps", view.rendered.steps);
+                let title = Row::Title(layer.name().to_owned());
+                [Some(title), bar, Some(Row::Note(steps))]
+                    .into_iter()
+                    .flatten()
+                    .collect()
+            }
         },
     }
 }

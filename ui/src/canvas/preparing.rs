@@ -8,7 +8,7 @@ use inplace_core::session::{FrameMap, RenderedFrame};
 use inplace_model::overview::Contradicted;
 use inplace_model::versioned::{Version, Versioned};
 
-use super::content::Picture;
+use super::content::{Picture, ShownMap};
 use super::plane::{DepthPlane, disagreement};
 use crate::background::{Background, Desk, Gone};
 
@@ -55,6 +55,8 @@ pub struct FieldView {
     pub picture: Arc<Picture>,
     /// Its depths.
     pub depth: Versioned<DepthPlane>,
+    /// Its classes and how unsure they are, in its own pixels; `None` before the semantic field has learnt anything.
+    pub labels: Option<ShownMap>,
 }
 
 /// Something that is ready now.
@@ -231,6 +233,7 @@ impl Worker<'_> {
             picture: Arc::new(Picture::new(&color)),
             color: Arc::new(color),
             depth: Versioned::new(DepthPlane::rendered(frame, &rendered)),
+            labels: labels_of(&rendered),
             rendered,
         };
         self.desk.tell(Part::View(Box::new(view)))
@@ -248,6 +251,15 @@ fn enlarged(view: &RenderedFrame, [width, height]: [u32; 2]) -> Option<ColorImag
         }
     }
     ColorImage::new(width, height, rgb)
+}
+
+/// The classes of a view as a map.
+fn labels_of(view: &RenderedFrame) -> Option<ShownMap> {
+    let semantics = view.semantics.as_ref()?;
+    let (labels, entropy) = (semantics.labels.clone(), semantics.entropy.clone());
+    let size = [view.color.width(), view.color.height()];
+    let map = FrameMap::new(view.frame, 0, size, labels, entropy)?;
+    Some(ShownMap::new(Versioned::new(Arc::new(map))))
 }
 
 /// The classes that a map shows with their pixels, void left out, most pixels first.
@@ -282,6 +294,7 @@ mod tests {
         let view = RenderedFrame {
             frame: 0,
             steps: 1,
+            semantic_steps: 0,
             is_last: true,
             stride: 2,
             color: ColorImage::new(2, 1, vec![1, 1, 1, 9, 9, 9]).unwrap(),

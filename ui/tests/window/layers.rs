@@ -34,6 +34,7 @@ fn view(frame: usize, steps: u64) -> Event {
         stride: 4,
         color: ColorImage::new(width, height, vec![50; 3 * pixels]).unwrap(),
         depth: vec![2.0; pixels],
+        semantic_steps: 0,
         semantics: None,
     }))
 }
@@ -120,13 +121,24 @@ fn the_field_is_rendered_only_while_it_is_shown_and_once_for_a_frame() {
     window.click("Layer");
     window.click(Layer::Rendered.name());
     assert_eq!(asked_views(&window), [0]);
-    window.sees("Rendered colour: The view is being rendered");
+    window.sees("Field colour: The view is being rendered");
     window.worker().events.send(view(0, 300)).unwrap();
     window.until("the view is shown", |app| {
         app.canvas().frame().is_some_and(|frame| frame.view().is_some())
     });
-    window.sees("Rendered colour: Rendered colour, after 300 training steps");
+    window.sees("Field colour: Field colour, after 300 training steps");
     assert_eq!(window.frame().depth_at([9, 9]), Some((2.0, false)));
+    for (layer, legend) in [
+        (Layer::RenderedLabels, "Field labels: The field learns the labels"),
+        (
+            Layer::RenderedDepth,
+            "Field depth: Field depth, after 300 training steps",
+        ),
+    ] {
+        window.click("Layer");
+        window.click(layer.name());
+        window.sees(legend);
+    }
     window.key(Key::D);
     assert!(window.frame().view().is_none());
     assert_eq!(asked_views(&window), [1]);
@@ -135,7 +147,7 @@ fn the_field_is_rendered_only_while_it_is_shown_and_once_for_a_frame() {
     assert!(window.frame().view().is_none());
     let reason = "This network cannot be shown.".to_owned();
     window.tell(Event::NotRendered(reason));
-    window.sees("Rendered colour: This network cannot be shown.");
+    window.sees("Field colour: This network cannot be shown.");
 }
 
 #[test]

@@ -12,8 +12,7 @@ impl Worker<'_> {
     pub(super) fn labels_changed(&mut self) {
         self.demand.labels_changed();
         let wanted = self.semantics_are_wanted();
-        self.semantics
-            .labels_changed(wanted, self.demand.maps_read_appearance());
+        self.semantics.labels_changed(wanted, self.demand.readers());
     }
 
     /// A new surface that has become ready. While training is paused the present one stays, so that the maps depend on
@@ -41,7 +40,7 @@ impl Worker<'_> {
         }
         self.propagation = Some(propagation);
         self.checking.start_anew();
-        if self.demand.maps_read_appearance() {
+        if self.demand.readers().maps {
             self.semantics.start_evaluation();
         }
         self.refresh_all();

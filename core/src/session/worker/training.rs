@@ -45,12 +45,12 @@ impl Worker<'_> {
         let Some(propagation) = self.propagation.as_ref().filter(|_| wanted) else {
             return Ok(false);
         };
-        let for_maps = self.demand.maps_read_appearance();
-        let Some(part) = self.semantics.due(&self.trainer, field, for_maps) else {
+        let readers = self.demand.readers();
+        let Some(part) = self.semantics.due(&self.trainer, field, readers) else {
             return Ok(false);
         };
         let start = Instant::now();
-        let (scene, trainer, how) = (&self.scene, &self.trainer, (for_maps, self.options.seed));
+        let (scene, trainer, how) = (&self.scene, &self.trainer, (readers.maps, self.options.seed));
         self.semantics.step(part, scene, trainer, propagation, how)?;
         self.seconds.semantics += start.elapsed().as_secs_f64();
         Ok(true)
