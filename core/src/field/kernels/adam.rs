@@ -5,7 +5,7 @@ use std::sync::{Mutex, PoisonError};
 use candle_core::{CpuStorage, InplaceOp2, Layout, Result, Tensor, Var, bail};
 use rayon::prelude::*;
 
-use super::lanes::{Dispatch, VectorUnit, vectorized};
+use super::lanes::{Dispatch, VectorUnit, dispatched};
 use super::values;
 
 const BETA1: f32 = 0.9;
@@ -182,15 +182,25 @@ impl InplaceOp2 for AdamStep<'_> {
             .zip(gradient.par_chunks(CHUNK))
             .zip(first.par_chunks_mut(CHUNK).zip(second.par_chunks_mut(CHUNK)))
             .for_each(|((parameter, gradient), (first, second))| {
-                vectorized!(dispatch, unit => descend(unit, parameter, gradient, first, second, self.rates));
+                descend(dispatch, parameter, gradient, first, second, self.rates);
             });
         Ok(())
     }
 }
 
-/// One step of some elements. The same to the last bit on every vector unit.
+dispatched! {
+    /// One step of some elements. The same to the last bit on every vector unit.
+    fn descend = descend_on(
+        parameter: &mut [f32],
+        gradient: &[f32],
+        first: &mut [f32],
+        second: &mut [f32],
+        rates: Rates,
+    )
+}
+
 #[inline(always)]
-fn descend<U: VectorUnit>(
+fn descend_on<U: VectorUnit>(
     _unit: U,
     parameter: &mut [f32],
     gradient: &[f32],

@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::ops::Range;
 
 use super::grid::interpolate;
-use super::lanes::{Dispatch, F32x16, LANES, vectorized};
+use super::lanes::{Dispatch, F32x16, LANES};
 use super::network::{Activations, Gradients, NetworkShape, forward};
 use super::split_off;
 use crate::field::encoding::{FEATURES_PER_LEVEL, GridShape};
@@ -123,8 +123,14 @@ impl Workspace {
                 }
             }
         }
-        let activations = &mut self.activations;
-        vectorized!(dispatch, unit => forward(unit, shape, weights, encoding, with_color, activations));
+        forward(
+            dispatch,
+            shape,
+            weights,
+            encoding,
+            with_color,
+            &mut self.activations,
+        );
     }
 
     /// Copies densities and values `[n, 4]` of a chunk's samples to where compositing reads them.
@@ -152,8 +158,7 @@ pub fn encode_groups(
     for (index, level) in grid.levels().iter().enumerate() {
         let own = &table[level.first_row..level.first_row + level.rows];
         let place = index * FEATURES_PER_LEVEL;
-        let width = grid.features();
-        vectorized!(dispatch, unit => interpolate(unit, level, own, positions, encoding, width, place));
+        interpolate(dispatch, level, own, positions, encoding, grid.features(), place);
     }
 }
 

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use super::chunk::{Chunk, Plan, Workspace, encode_groups, gather_positions, with_workspace};
 use super::composite::{EXTRA, composite_ray, gradient_of_ray};
 use super::grid::scatter_levels;
-use super::lanes::{Dispatch, F32x16, LANES, vectorized};
+use super::lanes::{Dispatch, F32x16, LANES};
 use super::network::{NetworkShape, backward};
 use super::{split_off, values};
 use crate::field::encoding::{FEATURES_PER_LEVEL, GridShape};
@@ -424,15 +424,15 @@ impl Fused {
                 work.by_color[group * 3 + channel].0[lane] = work.of_value[k * VALUE_CHANNELS + channel];
             }
         }
-        let Workspace {
-            activations,
-            by_density,
-            by_color,
-            gradients,
-            ..
-        } = work;
-        vectorized!(self.dispatch, unit => backward(
-            unit, &self.shape, transposed, encoding, activations, by_density, by_color, gradients,
-        ));
+        backward(
+            self.dispatch,
+            &self.shape,
+            transposed,
+            encoding,
+            &work.activations,
+            &work.by_density,
+            &work.by_color,
+            &mut work.gradients,
+        );
     }
 }

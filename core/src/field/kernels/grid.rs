@@ -2,9 +2,35 @@
 
 use rayon::prelude::*;
 
-use super::lanes::{Dispatch, F32x16, LANES, VectorUnit, vectorized};
+use super::lanes::{Dispatch, F32x16, LANES, VectorUnit, dispatched};
 use super::split_off;
 use crate::field::encoding::{FEATURES_PER_LEVEL, GridLevel, GridShape};
+
+dispatched! {
+    /// Interpolates a level's rows at positions `[groups, 3]` into features `place` and `place + 1` of
+    /// encodings `[groups, width]`. `table` holds the rows of this level.
+    pub fn interpolate = interpolate_on(
+        level: &GridLevel,
+        table: &[[f32; 2]],
+        positions: &[F32x16],
+        encoding: &mut [F32x16],
+        width: usize,
+        place: usize,
+    )
+}
+
+dispatched! {
+    /// Adds to a level's rows the gradient that arrives at features `place` and `place + 1` of
+    /// `derivatives`, `[groups, width]`; samples in order.
+    pub fn scatter = scatter_on(
+        level: &GridLevel,
+        gradient: &mut [[f32; 2]],
+        positions: &[F32x16],
+        derivatives: &[F32x16],
+        width: usize,
+        place: usize,
+    )
+}
 
 /// Writes the gradient of a grid's table, `[rows, 2]`: the sum of what arrives at its features, `derivatives`
 /// `[groups, features]`. Each level is on its own, samples in order, so that the sum is the same for any number of
@@ -30,14 +56,12 @@ pub fn scatter_levels(
         .with_max_len(1)
         .for_each(|(place, level, own)| {
             own.fill([0.0; 2]);
-            vectorized!(dispatch, unit => scatter(unit, level, own, positions, derivatives, width, place));
+            scatter(dispatch, level, own, positions, derivatives, width, place);
         });
 }
 
-/// Interpolates a level's rows at positions `[groups, 3]` into features `place` and `place + 1` of
-/// encodings `[groups, width]`. `table` holds the rows of this level.
 #[inline(always)]
-pub fn interpolate<U: VectorUnit>(
+fn interpolate_on<U: VectorUnit>(
     unit: U,
     level: &GridLevel,
     table: &[[f32; 2]],
@@ -72,10 +96,8 @@ pub fn interpolate<U: VectorUnit>(
     }
 }
 
-/// Adds to a level's rows the gradient that arrives at features `place` and `place + 1` of
-/// `derivatives`, `[groups, width]`; samples in order.
 #[inline(always)]
-fn scatter<U: VectorUnit>(
+fn scatter_on<U: VectorUnit>(
     unit: U,
     level: &GridLevel,
     gradient: &mut [[f32; 2]],

@@ -122,38 +122,42 @@ impl VectorUnit for Scalar512b {
     }
 }
 
-/// Runs a kernel on a given vector unit, `vectorized!(dispatch, unit => kernel(unit, arguments))`; the kernel is an
-/// `#[inline(always)]` function of any [`VectorUnit`]. It panics where the processor has no such unit.
-macro_rules! vectorized {
-    ($dispatch:expr, $unit:ident => $kernel:expr) => {
-        match $dispatch {
-            #[cfg(target_arch = "x86_64")]
-            $crate::field::kernels::lanes::Dispatch::Avx512 => {
-                let Some($unit) = pulp::x86::V4::try_new() else {
-                    panic!("this processor has no AVX-512")
-                };
-                // Inlined into the function that enables the unit's instructions.
-                $unit.vectorize(
-                    #[inline(always)]
-                    || $kernel,
-                );
+/// Defines a function that runs a kernel, `fn name<U: VectorUnit>(unit: U, arguments)`, on a given vector unit. It panics
+/// where the processor has no such unit.
+macro_rules! dispatched {
+    ($(#[$doc:meta])* $visibility:vis fn $name:ident = $kernel:ident($($argument:ident: $type:ty),* $(,)?)) => {
+        $(#[$doc])*
+        $visibility fn $name(dispatch: $crate::field::kernels::lanes::Dispatch, $($argument: $type),*) {
+            use $crate::field::kernels::lanes::{Dispatch, VectorUnit};
+
+            // A closure would do if it were sure to be inlined into the function that enables the unit's instructions.
+            struct Call<U, A>(U, A);
+
+            impl<U: VectorUnit> pulp::NullaryFnOnce for Call<U, ($($type,)*)> {
+                type Output = ();
+
+                #[inline(always)]
+                fn call(self) {
+                    let Self(unit, ($($argument,)*)) = self;
+                    $kernel(unit, $($argument),*);
+                }
             }
-            #[cfg(target_arch = "x86_64")]
-            $crate::field::kernels::lanes::Dispatch::Avx2 => {
-                let Some(unit) = pulp::x86::V3::try_new() else {
-                    panic!("this processor has no AVX2 and FMA")
-                };
-                let $unit = pulp::x86::V3_512b(unit);
-                unit.vectorize(
-                    #[inline(always)]
-                    || $kernel,
-                );
-            }
-            _ => {
-                let $unit = pulp::Scalar512b;
-                $kernel
+
+            let arguments = ($($argument,)*);
+            match dispatch {
+                #[cfg(target_arch = "x86_64")]
+                Dispatch::Avx512 => {
+                    let Some(unit) = pulp::x86::V4::try_new() else { panic!("this processor has no AVX-512") };
+                    unit.vectorize(Call(unit, arguments));
+                }
+                #[cfg(target_arch = "x86_64")]
+                Dispatch::Avx2 => {
+                    let Some(unit) = pulp::x86::V3::try_new() else { panic!("this processor has no AVX2 and FMA") };
+                    unit.vectorize(Call(pulp::x86::V3_512b(unit), arguments));
+                }
+                _ => pulp::NullaryFnOnce::call(Call(pulp::Scalar512b, arguments)),
             }
         }
     };
 }
-pub(super) use vectorized;
+pub(super) use dispatched;

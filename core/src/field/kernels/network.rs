@@ -3,7 +3,7 @@
 //! geometry: `features -> hidden (ReLU) -> log density, 15 geometry features`;
 //! colour: `geometry features, direction -> hidden (ReLU) -> red, green, blue (logistic)`.
 
-use super::lanes::{F32x16, LANES, VectorUnit};
+use super::lanes::{F32x16, LANES, VectorUnit, dispatched};
 use super::split_off;
 
 /// Geometry features beside the density.
@@ -24,8 +24,10 @@ const COLOR_IN: usize = GEOMETRY_FEATURES + DIRECTION_FEATURES;
 pub struct NetworkShape {
     /// Width of the encoding.
     pub features: usize,
-    /// Hidden units of each network.
+    /// Hidden units of the geometry network.
     pub hidden: usize,
+    /// Hidden units of the colour network.
+    pub color_hidden: usize,
 }
 
 impl NetworkShape {
@@ -34,8 +36,8 @@ impl NetworkShape {
         [
             (self.features, self.hidden),
             (self.hidden, OUT),
-            (COLOR_IN, self.hidden),
-            (self.hidden, 3),
+            (COLOR_IN, self.color_hidden),
+            (self.color_hidden, 3),
         ]
     }
 
@@ -92,7 +94,8 @@ impl Activations {
         self.out.resize(groups * OUT, F32x16::ZERO);
         self.density.resize(groups, F32x16::ZERO);
         self.color_in.resize(groups * COLOR_IN, F32x16::ZERO);
-        self.color_hidden.resize(groups * shape.hidden, F32x16::ZERO);
+        self.color_hidden
+            .resize(groups * shape.color_hidden, F32x16::ZERO);
         self.color.resize(groups * 3, F32x16::ZERO);
     }
 
@@ -120,10 +123,34 @@ pub struct Gradients {
     pub weights: Vec<f32>,
 }
 
-/// Computes activations from encodings `[groups, features]`; direction features must be in place
-/// when colours are wanted.
+dispatched! {
+    /// Computes activations from encodings `[groups, features]`; direction features must be in place
+    /// when colours are wanted.
+    pub fn forward = forward_on(
+        shape: &NetworkShape,
+        weights: &[f32],
+        encoding: &[F32x16],
+        with_color: bool,
+        activations: &mut Activations,
+    )
+}
+
+dispatched! {
+    /// Back-propagates the derivatives by density `[groups]` and colour `[groups, 3]`: adds to the
+    /// weights' gradient and replaces the encodings by their derivatives.
+    pub fn backward = backward_on(
+        shape: &NetworkShape,
+        transposed: &[f32],
+        encoding: &mut [F32x16],
+        activations: &Activations,
+        by_density: &[F32x16],
+        by_color: &[F32x16],
+        gradients: &mut Gradients,
+    )
+}
+
 #[inline(always)]
-pub fn forward<U: VectorUnit>(
+fn forward_on<U: VectorUnit>(
     unit: U,
     shape: &NetworkShape,
     weights: &[f32],
@@ -133,8 +160,7 @@ pub fn forward<U: VectorUnit>(
 ) {
     let [first, second, third, fourth] = shape.split(weights);
     for (group, encoding) in encoding.chunks_exact(shape.features).enumerate() {
-        let range = group * shape.hidden..(group + 1) * shape.hidden;
-        let hidden = &mut activations.hidden[range.clone()];
+        let hidden = &mut activations.hidden[group * shape.hidden..(group + 1) * shape.hidden];
         linear(unit, first, encoding, hidden, true);
         let out = &mut activations.out[group * OUT..(group + 1) * OUT];
         linear(unit, second, hidden, out, false);
@@ -146,7 +172,8 @@ pub fn forward<U: VectorUnit>(
         if with_color {
             let color_in = &mut activations.color_in[group * COLOR_IN..(group + 1) * COLOR_IN];
             color_in[..GEOMETRY_FEATURES].copy_from_slice(&out[1..]);
-            let color_hidden = &mut activations.color_hidden[range];
+            let start = group * shape.color_hidden;
+            let color_hidden = &mut activations.color_hidden[start..start + shape.color_hidden];
             linear(unit, third, color_in, color_hidden, true);
             let color = &mut activations.color[group * 3..(group + 1) * 3];
             linear(unit, fourth, color_hidden, color, false);
@@ -159,10 +186,8 @@ pub fn forward<U: VectorUnit>(
     }
 }
 
-/// Back-propagates the derivatives by density `[groups]` and colour `[groups, 3]`: adds to the
-/// weights' gradient and replaces the encodings by their derivatives.
 #[inline(always)]
-pub fn backward<U: VectorUnit>(
+fn backward_on<U: VectorUnit>(
     unit: U,
     shape: &NetworkShape,
     transposed: &[f32],
@@ -175,7 +200,9 @@ pub fn backward<U: VectorUnit>(
     let groups = by_density.len();
     let [first, second, third, fourth] = shape.split(transposed);
     gradients.color_out.resize(groups * 3, F32x16::ZERO);
-    gradients.color_hidden.resize(groups * shape.hidden, F32x16::ZERO);
+    gradients
+        .color_hidden
+        .resize(groups * shape.color_hidden, F32x16::ZERO);
     gradients.color_in.resize(groups * COLOR_IN, F32x16::ZERO);
     gradients.out.resize(groups * OUT, F32x16::ZERO);
     gradients.hidden.resize(groups * shape.hidden, F32x16::ZERO);
@@ -188,10 +215,10 @@ pub fn backward<U: VectorUnit>(
             let by_color = unit.load(&by_color[group * 3 + channel]);
             unit.store(unit.mul_f32s(slope, by_color), &mut color_out[channel]);
         }
-        let range = group * shape.hidden..(group + 1) * shape.hidden;
+        let range = group * shape.color_hidden..(group + 1) * shape.color_hidden;
         let color_hidden = &mut gradients.color_hidden[range.clone()];
         linear(unit, fourth, color_out, color_hidden, false);
-        gate(unit, color_hidden, &activations.color_hidden[range.clone()]);
+        gate(unit, color_hidden, &activations.color_hidden[range]);
         let color_in = &mut gradients.color_in[group * COLOR_IN..(group + 1) * COLOR_IN];
         linear(unit, third, color_hidden, color_in, false);
         let out = &mut gradients.out[group * OUT..(group + 1) * OUT];
@@ -207,6 +234,7 @@ pub fn backward<U: VectorUnit>(
                 0.0
             };
         }
+        let range = group * shape.hidden..(group + 1) * shape.hidden;
         let hidden = &mut gradients.hidden[range.clone()];
         linear(unit, second, out, hidden, false);
         gate(unit, hidden, &activations.hidden[range]);
