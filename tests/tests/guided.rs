@@ -8,7 +8,8 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use inplace_core::labels::{Class, ClassId, Pixel, VOID};
-use inplace_lab::{ConfusionMatrix, GroundTruth, LabelImage};
+use inplace_core::scene::label_images;
+use inplace_lab::{ConfusionMatrix, LabelImage};
 use inplace_tests::{TRACE, Window, class_ids, inplace, skip, succeed};
 
 /// What the maps must reach.
@@ -27,8 +28,8 @@ struct Truth {
 
 impl Truth {
     fn read(scene: &Path, stems: &[String]) -> Self {
-        let images = GroundTruth::find(scene).unwrap();
-        let read = |stem: &String| (stem.clone(), images.read(stem).unwrap().unwrap());
+        let images = label_images(scene).unwrap();
+        let read = |stem: &String| (stem.clone(), LabelImage::read(&images, stem).unwrap().unwrap());
         Self {
             images: stems.iter().map(read).collect(),
             classes: read_classes(&scene.join("classes.json")),

@@ -6,10 +6,9 @@ use std::str::FromStr;
 use clap::{Args, Parser, Subcommand};
 use inplace_core::field::Preset;
 
-use crate::by_name;
 use crate::commands::Failure;
 use crate::paper::{EXPERIMENTS, FUSION};
-use crate::pareto::{Method, PRESETS};
+use crate::pareto::PRESETS;
 use crate::scale::Sweep;
 use crate::simulate::{Baseline, Policy};
 use crate::stability::conditions;
@@ -68,7 +67,8 @@ pub struct SimulateArguments {
         long = "policy",
         value_name = "NAME,...",
         value_delimiter = ',',
-        default_value = "guided"
+        default_value = "guided",
+        value_parser = policy
     )]
     pub policies: Vec<Policy>,
     /// Clicks a class, in the whole scene, after which the maps are measured.
@@ -96,7 +96,8 @@ pub struct SimulateArguments {
         value_delimiter = ',',
         num_args = 0..=1,
         require_equals = true,
-        default_missing_values = Baseline::QUICK.map(Baseline::name)
+        default_missing_values = Baseline::QUICK.map(Baseline::name),
+        value_parser = baseline
     )]
     pub baselines: Vec<Baseline>,
     /// Print the results as JSON.
@@ -133,25 +134,6 @@ pub enum Bench {
     /// Accuracy against wall time, for the presets and other methods on the same clicks; with --capacity, against the
     /// size of the model.
     Pareto(ParetoArguments),
-    /// What one method comes to with one seed, as JSON: a process of its own for each, so that its peak memory is its
-    /// own.
-    #[command(hide = true)]
-    ParetoOf(ParetoOfArguments),
-    /// What one capture costs, as JSON: a process of its own for each, so that its peak memory is its own.
-    #[command(hide = true)]
-    CostOf {
-        /// Folder of a capture.
-        scene: PathBuf,
-        /// The strokes (JSON), the last of which is the one more click.
-        #[arg(long, value_name = "FILE")]
-        strokes: PathBuf,
-        /// Seconds of training.
-        #[arg(long, value_name = "SECONDS", value_parser = seconds)]
-        seconds: f64,
-        /// How the scene is read and learnt.
-        #[command(flatten)]
-        training: TrainingArguments,
-    },
 }
 
 /// Measuring everything.
@@ -303,7 +285,8 @@ pub struct ScaleArguments {
         long = "sweep",
         value_name = "NAME,...",
         value_delimiter = ',',
-        default_value = "frames,size,rooms,classes,strokes"
+        default_value = "frames,size,rooms,classes,strokes",
+        value_parser = sweep
     )]
     pub sweeps: Vec<Sweep>,
     /// Numbers of frames.
@@ -342,6 +325,9 @@ pub struct ScaleArguments {
     /// Print the results as JSON.
     #[arg(long)]
     pub json: bool,
+    /// Measure only this capture with its strokes, in this process, and print what it cost as JSON.
+    #[arg(long, value_name = "DIR", hide = true)]
+    pub cost_of: Option<PathBuf>,
 }
 
 /// Trying what such methods fail at.
@@ -397,7 +383,8 @@ pub struct ParetoArguments {
         value_delimiter = ',',
         num_args = 0..=1,
         require_equals = true,
-        default_missing_values = Baseline::QUICK.map(Baseline::name)
+        default_missing_values = Baseline::QUICK.map(Baseline::name),
+        value_parser = baseline
     )]
     pub baselines: Vec<Baseline>,
     /// Measure "auto" also with a quarter, half, twice and four times the field's table and the surface's voxels that it
@@ -432,36 +419,40 @@ pub struct ParetoArguments {
     /// Print the results as JSON.
     #[arg(long)]
     pub json: bool,
+    /// Measure only the run with this number, in this process, and print what it came to as JSON.
+    #[arg(long, value_name = "N", hide = true)]
+    pub run: Option<usize>,
 }
 
-/// One method with one seed.
-#[derive(Debug, Args)]
-pub struct ParetoOfArguments {
-    /// Folder of a capture with ground truth and split.json, or "demo".
-    pub scene: PathBuf,
-    /// A preset, or a baseline.
-    #[arg(long, value_name = "NAME")]
-    pub method: Method,
-    /// Random clicks of every class.
-    #[arg(long, value_name = "N")]
-    pub clicks: usize,
-    /// Wall seconds at which the maps are measured.
-    #[arg(long, value_name = "SECONDS,...", value_delimiter = ',', value_parser = seconds)]
-    pub marks: Vec<f64>,
-    /// Factor on the rows of the field's table: measures field and surface by themselves.
-    #[arg(long, value_name = "FACTOR", requires = "surface", value_parser = factor)]
-    pub field: Option<f32>,
-    /// Factor on the number of the surface's voxels.
-    #[arg(long, value_name = "FACTOR", requires = "field", value_parser = factor)]
-    pub surface: Option<f32>,
-    /// How scenes are read and learnt.
-    #[command(flatten)]
-    pub training: TrainingArguments,
+/// The one of these with a name; otherwise a sentence that says what there is.
+fn by_name<T: Copy>(
+    all: &[T],
+    name_of: impl Fn(T) -> &'static str,
+    name: &str,
+    advice: &str,
+) -> Result<T, String> {
+    let named = all.iter().copied().find(|&one| name_of(one) == name);
+    named.ok_or_else(|| advice.to_owned())
 }
 
 fn preset(name: &str) -> Result<Preset, String> {
     let advice = "use auto, fast, accurate or reference";
     by_name(&PRESETS, Preset::name, name, advice)
+}
+
+fn policy(name: &str) -> Result<Policy, String> {
+    by_name(&Policy::ALL, Policy::name, name, "use guided, random or uniform")
+}
+
+fn baseline(name: &str) -> Result<Baseline, String> {
+    let all = [&Baseline::QUICK[..], &[Baseline::Reference]].concat();
+    let advice = "use nearest, joint-mlp, pixels or reference";
+    by_name(&all, Baseline::name, name, advice)
+}
+
+fn sweep(name: &str) -> Result<Sweep, String> {
+    let advice = format!("use some of {}", Sweep::ALL.map(Sweep::name).join(", "));
+    by_name(&Sweep::ALL, Sweep::name, name, &advice)
 }
 
 /// A number that fits; otherwise what is wanted instead.
@@ -485,11 +476,6 @@ fn image_size(text: &str) -> Result<(u32, u32), Failure> {
         Some((width @ 16..=8192, height @ 16..=8192)) => Ok((width, height)),
         _ => Err("give width and height in pixels, such as 640x480, each from 16 to 8192".into()),
     }
-}
-
-fn factor(text: &str) -> Result<f32, Failure> {
-    let fits = |factor: &f32| (0.01..=100.0).contains(factor);
-    number(text, fits, "give a factor from 0.01 to 100")
 }
 
 /// One of these names; otherwise all of them.

@@ -11,7 +11,9 @@ mod simulate;
 mod stability;
 
 use std::collections::HashSet;
+use std::env;
 use std::error::Error;
+use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process;
@@ -45,13 +47,6 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         Bench::Stability(arguments) => stability::run(&arguments),
         Bench::Scale(arguments) => scale::run(&arguments),
         Bench::Pareto(arguments) => pareto::run(&arguments),
-        Bench::ParetoOf(arguments) => pareto::of_one(&arguments),
-        Bench::CostOf {
-            scene,
-            strokes,
-            seconds,
-            training,
-        } => scale::of_one(&scene, &strokes, seconds, &training),
     }
 }
 
@@ -116,9 +111,13 @@ fn grouped<'a, T, K: PartialEq>(
     groups
 }
 
-/// Runs this program again with these arguments, so that the peak of its memory is that of one measurement, and reads the
-/// JSON that it prints; `what` is named where it fails.
-fn in_own_process<T: DeserializeOwned>(command: &mut process::Command, what: &str) -> Result<T, Failure> {
+/// Runs this very command again with one more option, so that the peak of its memory is that of one measurement, and reads
+/// the JSON that it prints; `what` is named where it fails.
+fn in_own_process<T: DeserializeOwned>(option: [&OsStr; 2], what: &str) -> Result<T, Failure> {
+    // The option goes right behind the names of the command, `bench` and what it measures.
+    let mut given = env::args_os().skip(1);
+    let mut command = process::Command::new(env::current_exe()?);
+    command.args(given.by_ref().take(2)).args(option).args(given);
     let output = command.output()?;
     if !output.status.success() {
         let reason = String::from_utf8_lossy(&output.stderr);
@@ -132,7 +131,7 @@ fn processor() -> String {
     let text = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let line = text.lines().find_map(|line| line.strip_prefix("model name"));
     line.and_then(|line| line.split_once(':')).map_or_else(
-        || std::env::consts::ARCH.to_owned(),
+        || env::consts::ARCH.to_owned(),
         |(_, name)| name.trim().to_owned(),
     )
 }
@@ -148,7 +147,7 @@ fn machine() -> String {
         env!("INPLACE_COMMIT"),
         processor(),
         cores(),
-        std::env::consts::OS,
+        env::consts::OS,
         jiff::Timestamp::now().strftime("%F")
     )
 }

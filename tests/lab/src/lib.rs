@@ -35,7 +35,7 @@ pub use engine::{PathSpeed, RunPoint, Variant, path_speeds, training_run};
 pub use latency::{Latency, Percentiles, click_latency};
 pub use metrics::{ConfusionMatrix, Scores};
 pub use reached::{Quantity, Reached, TARGETS};
-pub use truth::{GroundTruth, LabelImage, SceneTruth, Split};
+pub use truth::{LabelImage, SceneTruth, Split};
 
 use inplace_core::field::FieldError;
 use inplace_core::labels::StrokesError;
@@ -114,15 +114,4 @@ impl EvalError {
             reason: reason.into(),
         }
     }
-}
-
-/// The one of these with a name; otherwise a sentence that says what there is.
-fn by_name<T: Copy>(
-    all: &[T],
-    name_of: impl Fn(T) -> &'static str,
-    name: &str,
-    advice: &str,
-) -> Result<T, String> {
-    let named = all.iter().copied().find(|&one| name_of(one) == name);
-    named.ok_or_else(|| advice.to_owned())
 }

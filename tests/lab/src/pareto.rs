@@ -7,14 +7,12 @@ mod curve;
 mod tests;
 
 use std::fmt;
-use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
 pub use course::ParetoRun;
 pub use curve::{Curve, Difference, Summary};
 
-use super::by_name;
 use super::simulate::Baseline;
 use inplace_core::field::Preset;
 
@@ -34,17 +32,6 @@ impl Method {
             Self::Preset(preset) => preset.name(),
             Self::Baseline(baseline) => baseline.name(),
         }
-    }
-}
-
-impl FromStr for Method {
-    type Err = String;
-
-    fn from_str(name: &str) -> Result<Self, String> {
-        let presets = PRESETS.map(Self::Preset);
-        let all = [&presets[..], &Baseline::QUICK.map(Self::Baseline)].concat();
-        let advice = "use auto, fast, accurate, reference, nearest, joint-mlp or pixels";
-        by_name(&all, Self::name, name, advice)
     }
 }
 
@@ -124,38 +111,21 @@ pub struct MethodRun {
 /// The columns of `pareto.csv`, one row for each point.
 pub const COLUMNS: &str = "scene method seed wall_s:2 miou:4 depth_error_m:5 psnr_db:2 parameters peak_mb:0";
 
-/// Factors on what is chosen for a scene; both above zero.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Size {
-    /// On the rows of the field's table ([`Capacity::scaled`](inplace_core::field::Capacity::scaled)).
-    pub field: f32,
-    /// On the number of the surface's voxels
-    /// ([`Surface::build_scaled`](inplace_core::semantics::Surface::build_scaled)).
-    pub surface: f32,
-}
-
 /// What is made larger or smaller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Part {
-    /// The rows of the field's table, and its finest cells with them.
+    /// The rows of the field's table ([`Capacity::scaled`](inplace_core::field::Capacity::scaled)), and its finest cells with
+    /// them.
     Field,
-    /// The number of the surface's voxels.
+    /// The number of the surface's voxels
+    /// ([`Surface::build_scaled`](inplace_core::semantics::Surface::build_scaled)).
     Surface,
 }
 
 impl Part {
     /// Both.
     pub const ALL: [Self; 2] = [Self::Field, Self::Surface];
-
-    /// The size of a model in which this part is so many times as large as chosen, and the other one as chosen.
-    pub fn of_size(self, factor: f32) -> Size {
-        let (field, surface) = match self {
-            Self::Field => (factor, 1.0),
-            Self::Surface => (1.0, factor),
-        };
-        Size { field, surface }
-    }
 }
 
 impl fmt::Display for Part {

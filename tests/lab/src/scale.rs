@@ -5,13 +5,12 @@ mod strokes;
 mod tests;
 
 use std::collections::BTreeSet;
-use std::str::FromStr;
 
 use serde::Serialize;
 use serde_json::json;
 
+use super::Cost;
 use super::table::csv;
-use super::{Cost, by_name};
 use crate::arguments::ScaleArguments;
 
 pub use strokes::scattered;
@@ -174,15 +173,6 @@ impl Sweep {
             }
             Self::Strokes => each(&arguments.strokes, &|strokes| Setting { strokes, ..base }),
         }
-    }
-}
-
-impl FromStr for Sweep {
-    type Err = String;
-
-    fn from_str(name: &str) -> Result<Self, String> {
-        let advice = format!("use some of {}", Self::ALL.map(Self::name).join(", "));
-        by_name(&Self::ALL, Self::name, name, &advice)
     }
 }
 

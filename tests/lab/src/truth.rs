@@ -14,12 +14,6 @@ use inplace_core::scene::{Frame, Scene, SceneSource, demo, frame_number, label_i
 use inplace_core::semantics::FrameMap;
 use inplace_core::session::Client;
 
-/// Where the ground truth of a capture lies: `semantic_class/*N.png` for frame number N, or in `label-filt/` or `label/`.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct GroundTruth {
-    images: BTreeMap<u64, PathBuf>,
-}
-
 /// Class ids of one image, row-major `[height, width]`; 0 = void.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LabelImage {
@@ -40,30 +34,19 @@ impl LabelImage {
             labels,
         }
     }
-}
 
-impl GroundTruth {
-    /// Looks for the label images of a capture's folder; reads none of them yet.
-    ///
-    /// # Errors
-    /// A capture without label images, or with two of one frame number.
-    pub fn find(scene: &Path) -> Result<Self, EvalError> {
-        let images = label_images(scene)?;
-        Ok(Self { images })
-    }
-
-    /// Reads the label image of the frame with this stem; `None` when it has none.
+    /// Reads the one of a frame with this stem, of a capture with [`label_images`]; `None` when it has none.
     ///
     /// # Errors
     /// An image that cannot be read, or that is not one gray channel of ids.
-    pub fn read(&self, stem: &str) -> Result<Option<LabelImage>, EvalError> {
-        let Some(path) = frame_number(stem).and_then(|number| self.images.get(&number)) else {
+    pub fn read(images: &BTreeMap<u64, PathBuf>, stem: &str) -> Result<Option<Self>, EvalError> {
+        let Some(path) = frame_number(stem).and_then(|number| images.get(&number)) else {
             return Ok(None);
         };
         let unusable = |reason: String| EvalError::file(path, format!("is no label image: {reason}"));
         let bytes = fs::read(path).map_err(|error| unusable(error.to_string()))?;
         let (width, height, labels) = decode_gray(&bytes).map_err(|error| unusable(error.to_string()))?;
-        Ok(Some(LabelImage::new([width, height], labels)))
+        Ok(Some(Self::new([width, height], labels)))
     }
 }
 
@@ -118,10 +101,10 @@ impl SceneTruth {
         let truth = match &scene.source {
             SceneSource::Demo => Self::of_demo(scene),
             SceneSource::Folder(folder) => {
-                let (files, split) = (GroundTruth::find(folder)?, Split::read(folder)?);
+                let (files, split) = (label_images(folder)?, Split::read(folder)?);
                 let mut images = BTreeMap::new();
                 for (index, frame) in scene.frames.iter().enumerate() {
-                    let Some(image) = files.read(&frame.stem)? else {
+                    let Some(image) = LabelImage::read(&files, &frame.stem)? else {
                         continue;
                     };
                     let (own, size) = ((image.width, image.height), frame.image());
@@ -243,7 +226,7 @@ mod tests {
     use super::*;
     use crate::testing::{capture, opened, wall};
     use inplace_core::labels::Class;
-    use inplace_core::scene::{GroundTruth as Written, write_replica};
+    use inplace_core::scene::{GroundTruth, write_replica};
 
     #[test]
     fn labels_are_taken_from_training_frames_and_measured_on_the_others() {
@@ -252,7 +235,7 @@ mod tests {
         let scene = wall(4, 8, 6);
         let classes = [Class::new(3, "wall")];
         let labels = vec![vec![3; 48]; 4];
-        let written = Written {
+        let written = GroundTruth {
             classes: &classes,
             labels: &|frame| labels[frame].clone(),
             held_out: &[1, 3],
@@ -282,12 +265,13 @@ mod tests {
     fn label_images_are_read_by_the_number_of_their_frame() {
         let (_root, folder) = capture();
         fs::write(folder.join("semantic_class/semantic_class_2.png"), "no image").unwrap();
-        let truth = GroundTruth::find(&folder).unwrap();
-        let image = truth.read("rgb_0005").unwrap().unwrap();
+        let files = label_images(&folder).unwrap();
+        let read = |stem| LabelImage::read(&files, stem);
+        let image = read("rgb_0005").unwrap().unwrap();
         assert_eq!((image.width, image.height), (64, 48));
         assert_eq!((image.labels[0], image.labels[63]), (1, 2));
-        assert_eq!(truth.read("rgb_6").unwrap(), None);
-        let error = truth.read("rgb_2").unwrap_err().to_string();
+        assert_eq!(read("rgb_6").unwrap(), None);
+        let error = read("rgb_2").unwrap_err().to_string();
         assert!(
             error.contains("semantic_class_2.png: is no label image"),
             "{error}"

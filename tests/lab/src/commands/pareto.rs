@@ -3,11 +3,11 @@
 mod figure;
 mod verdict;
 
+use std::ffi::OsStr;
 use std::path::Path;
-use std::process::Command;
 
 use crate::pareto::{
-    CAPACITY_COLUMNS, COLUMNS, CapacityPoint, Method, MethodRun, ParetoPoint, ParetoRun, Part, Size, Stop,
+    CAPACITY_COLUMNS, COLUMNS, CapacityPoint, Method, MethodRun, ParetoPoint, ParetoRun, Part, Stop,
 };
 use crate::simulate::Baseline;
 use crate::table::csv;
@@ -18,7 +18,7 @@ use serde::Serialize;
 use serde_json::json;
 
 use super::{Failure, begin, cores, in_own_process, session_options};
-use crate::arguments::{ParetoArguments, ParetoOfArguments};
+use crate::arguments::{ParetoArguments, TrainingArguments};
 use inplace_core::session::Progress;
 
 /// Sizes beside the chosen one.
@@ -42,37 +42,48 @@ struct Results {
     capacity: Vec<CapacityPoint>,
 }
 
+/// One method on one scene with one seed.
+struct Run<'a> {
+    scene: &'a Path,
+    seed: u64,
+    method: Method,
+    /// What is scaled, each by itself, of a model that is measured by itself; nothing of a session.
+    parts: Vec<Part>,
+    /// By how much.
+    factor: f32,
+}
+
 /// Measures, writes `pareto.csv` and `pareto.svg` (and those of the capacity), and prints.
 pub fn run(arguments: &ParetoArguments) -> Result<(), Failure> {
+    let runs = runs(arguments);
+    if let Some(run) = arguments.run {
+        let run = runs.get(run).ok_or("there are not so many runs")?;
+        return measure(arguments, run);
+    }
     let out = &arguments.out;
     begin(out, &arguments.scenes)?;
     let threads = arguments.threads.map_or(cores(), usize::from);
     let mut results = Results::default();
     let mut progress = Progress::default();
-    for scene in &arguments.scenes {
-        for run in 0..arguments.seeds {
-            let seed = arguments.seed.wrapping_add(run);
-            let name = scene.display();
-            for method in methods(arguments) {
-                progress.show(&format!("{name}, seed {seed}: {}", method.name()));
-                results.take(measured(scene, method, seed, None, arguments, threads)?);
-                // What has been measured stays if a later run fails.
-                export::write(&out.join("pareto.csv"), csv(&results.points, COLUMNS)?.as_bytes())?;
-            }
-            if arguments.capacity {
-                let mut sizes = vec![(1.0, Part::ALL.to_vec())];
-                let scaled = Part::ALL.map(|part| FACTORS.map(|factor| (factor, vec![part])));
-                sizes.extend(scaled.into_iter().flatten());
-                for (factor, parts) in sizes {
-                    progress.show(&format!("{name}, seed {seed}: {factor} of {}", parts[0]));
-                    let (auto, size) = (Method::Preset(Preset::Auto), parts[0].of_size(factor));
-                    let run = measured(scene, auto, seed, Some(size), arguments, threads)?;
-                    let of_part = |part| CapacityPoint::of(&run, part, factor);
-                    results.capacity.extend(parts.into_iter().filter_map(of_part));
-                    let rows = csv(&results.capacity, CAPACITY_COLUMNS)?;
-                    export::write(&out.join("capacity.csv"), rows.as_bytes())?;
-                }
-            }
+    for (number, run) in runs.iter().enumerate() {
+        let (scene, method) = (run.scene.display(), run.method.name());
+        let what = match run.parts.first() {
+            Some(part) => format!("{} of {part}", run.factor),
+            None => method.to_owned(),
+        };
+        progress.show(&format!("{scene}, seed {}: {what}", run.seed));
+        let number = number.to_string();
+        let option = [OsStr::new("--run"), OsStr::new(&number)];
+        let measured = in_own_process(option, &format!("{scene}: {method}"))?;
+        // What has been measured stays if a later run fails.
+        if run.parts.is_empty() {
+            results.take(measured);
+            export::write(&out.join("pareto.csv"), csv(&results.points, COLUMNS)?.as_bytes())?;
+        } else {
+            let of_part = |&part: &Part| CapacityPoint::of(&measured, part, run.factor);
+            results.capacity.extend(run.parts.iter().filter_map(of_part));
+            let rows = csv(&results.capacity, CAPACITY_COLUMNS)?;
+            export::write(&out.join("capacity.csv"), rows.as_bytes())?;
         }
     }
     drop(progress);
@@ -119,51 +130,50 @@ fn methods(arguments: &ParetoArguments) -> Vec<Method> {
     each.map(|(method, _)| method).collect()
 }
 
-/// Runs this program again for one method with one seed, so that the peak of its memory is its own.
-fn measured(
-    scene: &Path,
-    method: Method,
-    seed: u64,
-    size: Option<Size>,
-    arguments: &ParetoArguments,
-    threads: usize,
-) -> Result<MethodRun, Failure> {
-    let marks: Vec<String> = arguments.marks.iter().map(f64::to_string).collect();
-    let mut command = Command::new(std::env::current_exe()?);
-    command
-        .args(["bench", "pareto-of"])
-        .arg(scene)
-        .args(["--method", method.name()])
-        .args(["--clicks", &arguments.clicks.to_string()])
-        .args(["--marks", &marks.join(",")])
-        .args(["--threads", &threads.to_string()])
-        .args(["--seed", &seed.to_string()]);
-    if let Some(Size { field, surface }) = size {
-        let factors = [field, surface].map(|factor| factor.to_string());
-        command.args(["--field", &factors[0], "--surface", &factors[1]]);
+/// All runs, scene by scene and seed by seed.
+fn runs(arguments: &ParetoArguments) -> Vec<Run<'_>> {
+    let mut runs = Vec::new();
+    for scene in &arguments.scenes {
+        for number in 0..arguments.seeds {
+            let run = |method, parts, factor| Run {
+                scene,
+                seed: arguments.seed.wrapping_add(number),
+                method,
+                parts,
+                factor,
+            };
+            let sessions = methods(arguments).into_iter();
+            runs.extend(sessions.map(|method| run(method, Vec::new(), 1.0)));
+            if arguments.capacity {
+                let auto = Method::Preset(Preset::Auto);
+                runs.push(run(auto, Part::ALL.to_vec(), 1.0));
+                for part in Part::ALL {
+                    runs.extend(FACTORS.map(|factor| run(auto, vec![part], factor)));
+                }
+            }
+        }
     }
-    if arguments.no_depth {
-        command.arg("--no-depth");
-    }
-    if arguments.outside_files {
-        command.arg("--outside-files");
-    }
-    in_own_process(&mut command, &format!("{}: {}", scene.display(), method.name()))
+    runs
 }
 
-/// `inplace-lab bench pareto-of`: measures one method with one seed in this process and prints JSON.
-pub fn of_one(arguments: &ParetoOfArguments) -> Result<(), Failure> {
-    let source = SceneSource::from_argument(&arguments.scene);
+/// Measures a run in this process, so that the peak of its memory is its own, and prints JSON.
+fn measure(arguments: &ParetoArguments, run: &Run<'_>) -> Result<(), Failure> {
     let mut marks = arguments.marks.clone();
     marks.sort_by(f64::total_cmp);
     marks.dedup();
-    let factors = arguments.field.zip(arguments.surface);
+    let training = TrainingArguments {
+        preset: Preset::Auto,
+        no_depth: arguments.no_depth,
+        outside_files: arguments.outside_files,
+        threads: arguments.threads,
+        seed: run.seed,
+    };
     let run = ParetoRun {
-        session: session_options(&arguments.training, source, cores()),
-        method: arguments.method,
-        clicks: arguments.clicks,
+        session: session_options(&training, SceneSource::from_argument(run.scene), cores()),
+        method: run.method,
+        clicks: arguments.clicks.into(),
         marks,
-        size: factors.map(|(field, surface)| Size { field, surface }),
+        scaled: run.parts.first().map(|&part| (part, run.factor)),
     };
     println!("{}", serde_json::to_string(&run.measure()?)?);
     Ok(())

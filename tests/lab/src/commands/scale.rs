@@ -6,8 +6,6 @@ use crate::scale::{Exponent, Measured, QUANTITIES, SECONDS, Setting, Sweep, USUA
 use inplace_core::export;
 use serde_json::json;
 
-pub(super) use captures::of_one;
-
 use super::{Failure, cores, counted, grouped, processor};
 use crate::arguments::ScaleArguments;
 use crate::chart::{Axis, Figure, Panel, Point, Scale, Series};
@@ -21,6 +19,9 @@ const MEMORY: &str = "peak memory";
 
 /// Measures, writes `scale.json`, `scale.csv` and `scale.svg`, and prints.
 pub fn run(arguments: &ScaleArguments) -> Result<(), Failure> {
+    if let Some(capture) = &arguments.cost_of {
+        return captures::print_cost(arguments, capture);
+    }
     let out = &arguments.out;
     export::prepare(out, &[])?;
     let threads = arguments.threads.map_or(cores(), usize::from);
@@ -32,7 +33,7 @@ pub fn run(arguments: &ScaleArguments) -> Result<(), Failure> {
     };
     let settings = |sweep: Sweep| sweep.settings(base, arguments);
     let sweeps = arguments.sweeps.iter().copied();
-    let costs = captures::measure(&sweeps.clone().flat_map(settings).collect(), arguments, threads)?;
+    let costs = captures::measure(&sweeps.clone().flat_map(settings).collect(), arguments.seed)?;
     let mut measured = Vec::new();
     for sweep in sweeps {
         measured.extend(settings(sweep).into_iter().map(|setting| Measured {
@@ -153,10 +154,8 @@ fn figure(base: Setting, threads: usize, measured: &[Measured], exponents: &[Exp
 fn seconds(sweep: Sweep, measured: &[Measured], exponents: &[Exponent]) -> Panel {
     let series = QUANTITIES[..SECONDS].iter().map(|(quantity, of)| {
         let own = measured.iter().filter(|one| one.sweep == sweep);
-        Series {
-            name: named(quantity, sweep, quantity, exponents),
-            points: ascending(own.map(|one| Point::new(one.value(), of(&one.cost)))),
-        }
+        let points = ascending(own.map(|one| Point::new(one.value(), of(&one.cost))));
+        Series::new(named(quantity, sweep, quantity, exponents), points)
     });
     let first = measured.iter().find(|one| one.sweep == sweep);
     let strokes = first.map_or(0, |one| one.cost.strokes);
@@ -190,10 +189,8 @@ fn memory(sweeps: &[Sweep], base: Setting, measured: &[Measured], exponents: &[E
     };
     let series = sweeps.iter().map(|&sweep| {
         let own = measured.iter().filter(|one| one.sweep == sweep);
-        Series {
-            name: named(sweep.name(), sweep, MEMORY, exponents),
-            points: ascending(own.map(|one| Point::new(one.value() / usual(sweep), gigabytes(one)))),
-        }
+        let points = ascending(own.map(|one| Point::new(one.value() / usual(sweep), gigabytes(one))));
+        Series::new(named(sweep.name(), sweep, MEMORY, exponents), points)
     });
     Panel::of_lines(
         "Peak memory",

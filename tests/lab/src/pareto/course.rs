@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::{Method, MethodRun, ParetoPoint, Reason, Size, Stop};
+use super::{Method, MethodRun, ParetoPoint, Part, Reason, Stop};
 use crate::learnt::{learn, pool, surface};
 use crate::simulate::baseline::{Task, published_course};
 use crate::simulate::{Annotator, Baseline, Click, Policy};
@@ -29,9 +29,9 @@ pub struct ParetoRun {
     pub clicks: usize,
     /// Wall seconds since the start at which the maps are measured, ascending; the last one ends the run.
     pub marks: Vec<f64>,
-    /// Measures a preset's model of this size by itself instead of a session, once, when training has stopped or the last
-    /// mark came.
-    pub size: Option<Size>,
+    /// Measures a preset's model by itself instead of a session, with this part so many times as large as chosen, once,
+    /// when training has stopped or the last mark came.
+    pub scaled: Option<(Part, f32)>,
 }
 
 /// What is known of a scene before its run: found out beforehand, so that it takes none of the run's time.
@@ -63,8 +63,8 @@ impl ParetoRun {
             Method::Preset(Preset::Reference) | Method::Baseline(Baseline::Reference) => {
                 self.of_reference(&prepared, last)
             }
-            Method::Preset(preset) => match self.size {
-                Some(size) => self.of_size(preset, size, &prepared, last),
+            Method::Preset(preset) => match self.scaled {
+                Some(scaled) => self.of_size(preset, scaled, &prepared, last),
                 None => self.of_session(preset, &prepared),
             },
             Method::Baseline(baseline) => self.of_baseline(baseline, &prepared, last),
@@ -144,18 +144,20 @@ impl ParetoRun {
     fn of_size(
         &self,
         preset: Preset,
-        size: Size,
+        (part, factor): (Part, f32),
         prepared: &Prepared,
         last: Duration,
     ) -> Result<MethodRun, EvalError> {
         let start = Instant::now();
+        let of = |own: Part| if own == part { factor } else { 1.0 };
         pool(self.session.threads)?.install(|| {
             let scene = Arc::new(Scene::open(&self.session.source, self.session.open, &|_, _| {})?);
-            let mut trainer = Trainer::scaled(Arc::clone(&scene), preset, size.field, self.session.seed)?;
+            let mut trainer =
+                Trainer::scaled(Arc::clone(&scene), preset, of(Part::Field), self.session.seed)?;
             while start.elapsed() < last && !trainer.settled() {
                 trainer.step()?;
             }
-            let surface = surface(&scene, &trainer, size.surface)?;
+            let surface = surface(&scene, &trainer, of(Part::Surface))?;
             let mut propagation = LabelPropagation::new(Arc::clone(&surface));
             propagation.set_labels(&scene, &prepared.labels);
             let map = |&frame: &usize| propagation.map(&scene, frame, GENERATION).labels().into_owned();

@@ -1,15 +1,17 @@
+use std::path::Path;
+
 use super::*;
 use crate::table::csv;
 use crate::testing::{capture, options};
 use inplace_core::scene::SceneSource;
 
-fn run(folder: &std::path::Path, method: Method, marks: &[f64], size: Option<Size>) -> MethodRun {
+fn run(folder: &Path, method: Method, marks: &[f64], scaled: Option<(Part, f32)>) -> MethodRun {
     let run = ParetoRun {
         session: options(SceneSource::Folder(folder.to_path_buf())),
         method,
         clicks: 2,
         marks: marks.to_vec(),
-        size,
+        scaled,
     };
     run.measure().unwrap()
 }
@@ -52,26 +54,22 @@ fn a_session_is_measured_at_the_marks_and_a_baseline_once() {
 #[test]
 fn a_model_of_another_size_has_another_field_or_another_surface() {
     let (_root, folder) = capture();
-    let sized = |field, surface| {
-        let size = Some(Size { field, surface });
-        let own = run(&folder, Method::Preset(Preset::Fast), &[0.2], size);
+    let sized = |part, factor| {
+        let own = run(
+            &folder,
+            Method::Preset(Preset::Fast),
+            &[0.2],
+            Some((part, factor)),
+        );
         assert_eq!(own.points.len(), 1);
         assert!(own.points[0].miou > 0.5, "{own:?}");
         (own.points[0].parameters, own.voxels)
     };
-    let (chosen, smaller, coarser) = (sized(1.0, 1.0), sized(0.25, 1.0), sized(1.0, 0.25));
+    let chosen = sized(Part::Field, 1.0);
+    let (smaller, coarser) = (sized(Part::Field, 0.25), sized(Part::Surface, 0.25));
     let (is_smaller, is_coarser) = (smaller.0 < chosen.0, coarser.1 < chosen.1);
     assert!(is_smaller && smaller.1 == chosen.1, "{chosen:?} {smaller:?}");
     assert!(is_coarser && coarser.0 == chosen.0, "{chosen:?} {coarser:?}");
-}
-
-#[test]
-fn methods_are_found_by_the_names_that_they_have_in_the_results() {
-    for name in "auto fast accurate reference nearest joint-mlp pixels".split(' ') {
-        assert_eq!(name.parse::<Method>().unwrap().name(), name);
-    }
-    assert_eq!("reference".parse(), Ok(Method::Preset(Preset::Reference)));
-    assert!("best".parse::<Method>().unwrap_err().contains("joint-mlp"));
 }
 
 #[test]

@@ -1,11 +1,9 @@
 //! Where a simulated annotator clicks.
 
-use std::str::FromStr;
-
 use rand::seq::IndexedRandom;
 use rand::{SeedableRng, rngs::SmallRng};
 
-use crate::{SceneTruth, by_name};
+use crate::SceneTruth;
 use inplace_core::labels::{Class, ClassId, LabelSet, Pixel, Stroke, VOID};
 use inplace_core::scene::Scene;
 
@@ -21,6 +19,9 @@ pub enum Policy {
 }
 
 impl Policy {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Guided, Self::Random, Self::Uniform];
+
     /// Its name in the results.
     pub fn name(self) -> &'static str {
         match self {
@@ -28,15 +29,6 @@ impl Policy {
             Self::Random => "random",
             Self::Uniform => "uniform",
         }
-    }
-}
-
-impl FromStr for Policy {
-    type Err = String;
-
-    fn from_str(name: &str) -> Result<Self, String> {
-        let all = [Self::Guided, Self::Random, Self::Uniform];
-        by_name(&all, Self::name, name, "use guided, random or uniform")
     }
 }
 

@@ -3,14 +3,13 @@
 mod joint;
 mod pixels;
 
-use std::str::FromStr;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use glam::Vec3;
 
 use super::Click;
-use crate::{EvalError, by_name};
+use crate::EvalError;
 use inplace_core::field::Preset;
 use inplace_core::labels::{ClassId, LabelSet, VOID};
 use inplace_core::scene::Scene;
@@ -88,16 +87,6 @@ impl Baseline {
             Self::Pixels => pixels::maps(scene, &clicks, frames, seed),
             Self::Reference => published(task)?,
         })
-    }
-}
-
-impl FromStr for Baseline {
-    type Err = String;
-
-    fn from_str(name: &str) -> Result<Self, String> {
-        let all = [&Self::QUICK[..], &[Self::Reference]].concat();
-        let advice = "use nearest, joint-mlp, pixels or reference";
-        by_name(&all, Self::name, name, advice)
     }
 }
 

@@ -1,26 +1,26 @@
 //! Captures of the demo room in every setting, each measured in a process of its own.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::ffi::OsStr;
 use std::fs;
 use std::io;
 use std::path::Path;
-use std::process::Command;
 
 use crate::scale::{Setting, scattered};
 use crate::{Cost, session_cost};
 use inplace_core::export::write_strokes;
+use inplace_core::field::Preset;
 use inplace_core::scene::{OpenOptions, Scene, SceneSource, demo, write_replica};
 use tempfile::TempDir;
 
 use crate::arguments::{ScaleArguments, TrainingArguments};
-use crate::commands::{Failure, cores, session_options};
+use crate::commands::{Failure, cores, in_own_process, session_options};
 
-/// Measures every setting; tells how it goes on stderr.
-pub(super) fn measure(
-    settings: &BTreeSet<Setting>,
-    arguments: &ScaleArguments,
-    threads: usize,
-) -> Result<BTreeMap<Setting, Cost>, Failure> {
+/// The strokes of a capture, in its folder.
+const STROKES: &str = "strokes.json";
+
+/// Measures every setting with strokes of this seed; tells how it goes on stderr.
+pub(super) fn measure(settings: &BTreeSet<Setting>, seed: u64) -> Result<BTreeMap<Setting, Cost>, Failure> {
     let scratch = folder_in(&std::env::temp_dir())?;
     let mut costs = BTreeMap::new();
     let mut rendered: Option<Rendered> = None;
@@ -44,7 +44,7 @@ pub(super) fn measure(
         eprintln!(
             "measuring rooms: {rooms}, frames: {frames} of {width}x{height}, classes: {classes}, strokes: {strokes}"
         );
-        costs.insert(setting, whole.cost(setting, arguments, threads)?);
+        costs.insert(setting, whole.cost(setting, seed)?);
         rendered = Some(whole);
     }
     Ok(costs)
@@ -80,7 +80,7 @@ impl Rendered {
     }
 
     /// Measures the first frames of it with the setting's strokes.
-    fn cost(&self, setting: Setting, arguments: &ScaleArguments, threads: usize) -> Result<Cost, Failure> {
+    fn cost(&self, setting: Setting, seed: u64) -> Result<Cost, Failure> {
         let whole = self.folder.path();
         let part = folder_in(whole.parent().unwrap_or(whole))?;
         link_first(whole, part.path(), setting.frames).map_err(|error| unwritable(part.path(), &error))?;
@@ -93,10 +93,10 @@ impl Rendered {
         let scene = Scene::open(&source, options, &|_, _| {})?;
         // One more for the click after all maps.
         let (classes, clicks) = (setting.classes, setting.strokes + 1);
-        let labels = scattered(&scene, &self.shot.labels(), classes, clicks, arguments.seed)?;
-        let strokes = part.path().join("strokes.json");
-        write_strokes(&strokes, &labels, &scene.frames)?;
-        cost_of(part.path(), &strokes, arguments, threads)
+        let labels = scattered(&scene, &self.shot.labels(), classes, clicks, seed)?;
+        write_strokes(&part.path().join(STROKES), &labels, &scene.frames)?;
+        let option = [OsStr::new("--cost-of"), part.path().as_os_str()];
+        in_own_process(option, &format!("{}: its cost", part.path().display()))
     }
 }
 
@@ -130,38 +130,17 @@ fn link_first(whole: &Path, part: &Path, frames: usize) -> io::Result<()> {
     fs::write(part.join("traj_w_c.txt"), first.join("\n") + "\n")
 }
 
-/// Runs this program again for one capture, so that the peak of its memory is that of this capture.
-fn cost_of(
-    scene: &Path,
-    strokes: &Path,
-    arguments: &ScaleArguments,
-    threads: usize,
-) -> Result<Cost, Failure> {
-    let mut command = Command::new(std::env::current_exe()?);
-    command
-        .args(["bench", "cost-of"])
-        .arg(scene)
-        .arg("--strokes")
-        .arg(strokes);
-    command
-        .args(["--seconds", &arguments.seconds.to_string()])
-        .args(["--threads", &threads.to_string()])
-        .args(["--seed", &arguments.seed.to_string()]);
-    if arguments.no_depth {
-        command.arg("--no-depth");
-    }
-    crate::commands::in_own_process(&mut command, &format!("{}: its cost", scene.display()))
-}
-
-/// `inplace-lab bench cost-of`: measures one capture in this process and prints JSON.
-pub(crate) fn of_one(
-    scene: &Path,
-    strokes: &Path,
-    seconds: f64,
-    training: &TrainingArguments,
-) -> Result<(), Failure> {
-    let options = session_options(training, SceneSource::from_argument(scene), cores());
-    let cost = session_cost(options, seconds, strokes)?;
+/// Measures one capture in this process, so that the peak of its memory is its own, and prints JSON.
+pub(super) fn print_cost(arguments: &ScaleArguments, capture: &Path) -> Result<(), Failure> {
+    let training = TrainingArguments {
+        preset: Preset::Auto,
+        no_depth: arguments.no_depth,
+        outside_files: false,
+        threads: arguments.threads,
+        seed: arguments.seed,
+    };
+    let options = session_options(&training, SceneSource::from_argument(capture), cores());
+    let cost = session_cost(options, arguments.seconds, &capture.join(STROKES))?;
     println!("{}", serde_json::to_string(&cost)?);
     Ok(())
 }
