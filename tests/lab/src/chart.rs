@@ -129,6 +129,14 @@ impl Axis {
     }
 }
 
+impl Series {
+    /// A line through points, from left to right.
+    pub fn new(name: impl Into<String>, points: impl IntoIterator<Item = Point>) -> Self {
+        let (name, points) = (name.into(), points.into_iter().collect());
+        Self { name, points }
+    }
+}
+
 impl Point {
     /// A single measurement.
     pub fn new(x: f64, y: f64) -> Self {
@@ -147,12 +155,8 @@ impl Point {
     pub fn of_means(measured: impl IntoIterator<Item = (f64, f64)>) -> Option<Self> {
         let finite = measured.into_iter().filter(|(_, y)| y.is_finite());
         let (x, y): (Vec<f64>, Vec<f64>) = finite.unzip();
-        let range = Self::of_values(0.0, y.iter().copied())?.range;
-        let (x, y) = (mean(x), mean(y));
-        Some(Self {
-            range,
-            ..Self::new(x, y)
-        })
+        let median = Self::of_values(mean(x), y.iter().copied())?;
+        Some(Self { y: mean(y), ..median })
     }
 
     /// Median and range of several measurements at one place; `None` without any finite one.
@@ -162,11 +166,8 @@ impl Point {
         let (&low, &high) = (values.first()?, values.last()?);
         let middle = values.len() / 2;
         let y = 0.5 * (values[(values.len() - 1) / 2] + values[middle]);
-        let range = (low, high);
-        Some(Self {
-            range,
-            ..Self::new(x, y)
-        })
+        let (range, ring) = ((low, high), false);
+        Some(Self { x, y, range, ring })
     }
 }
 

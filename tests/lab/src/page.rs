@@ -39,11 +39,6 @@ impl Page {
         }
     }
 
-    /// Adds a command line.
-    pub fn command(&mut self, line: &str) {
-        self.paragraph(&format!("    {line}"));
-    }
-
     /// Adds a chart that lies beside the page.
     pub fn chart(&mut self, what: &str, file: &str) {
         self.paragraph(&format!("![{what}]({file})"));

@@ -14,10 +14,10 @@ use serde::Serialize;
 pub use fusion::PixelClassifier;
 pub use recipe::{Flipped, Objects, clicks, coarse, evenly, grid, grown, pixel_noise};
 
+use super::arguments::PaperArguments;
 use super::learnt::trained_surface;
 use super::truth::in_image;
 use super::{EvalError, SceneTruth, Scores};
-use inplace_core::field::Preset;
 use inplace_core::labels::{ClassId, ImportedLabels, ImportedMap, Trust};
 use inplace_core::scene::Scene;
 use inplace_core::semantics::{NodeLabels, Surface};
@@ -65,22 +65,17 @@ pub struct PaperExperiment {
     pub paper_miou: Option<f64>,
 }
 
-/// Measured on the frames with the labels, as the paper did with this mIoU.
-const fn train(name: &'static str, recipe: Recipe, paper_miou: f64) -> PaperExperiment {
+/// Measured on the frames with the labels where the paper did so, with this mIoU.
+const fn on(
+    evaluated: Evaluated,
+    name: &'static str,
+    recipe: Recipe,
+    paper_miou: Option<f64>,
+) -> PaperExperiment {
     PaperExperiment {
         name,
         recipe,
-        evaluated: Evaluated::Train,
-        paper_miou: Some(paper_miou),
-    }
-}
-
-/// The same on the other frames; the paper has no number for all of them.
-const fn test(name: &'static str, recipe: Recipe, paper_miou: Option<f64>) -> PaperExperiment {
-    PaperExperiment {
-        name,
-        recipe,
-        evaluated: Evaluated::Test,
+        evaluated,
         paper_miou,
     }
 }
@@ -88,30 +83,31 @@ const fn test(name: &'static str, recipe: Recipe, paper_miou: Option<f64>) -> Pa
 /// The experiments of Figure 4 and Tables 1 to 3; Table 4 is [`FUSION`]. The two frames are evenly spaced, the
 /// paper's chosen by hand.
 pub const EXPERIMENTS: [PaperExperiment; 20] = {
+    use Evaluated::{Test, Train};
     use Flipped::{Even, Smallest};
     use Recipe::{Clicks, Coarse, Frames, Grid, Grown, PixelNoise, RegionNoise, ShareOfFrames};
 
     [
-        test("frames-100%", ShareOfFrames(1.0), None),
-        test("frames-50%", ShareOfFrames(0.5), None),
-        test("frames-10%", ShareOfFrames(0.1), None),
-        test("frames-2", Frames(2), None),
-        train("pixel-noise-50%", PixelNoise(0.5), 0.951),
-        train("pixel-noise-90%", PixelNoise(0.9), 0.877),
-        train("region-sort-30%", RegionNoise(Smallest, 0.3), 0.895),
-        train("region-sort-40%", RegionNoise(Smallest, 0.4), 0.893),
-        train("region-sort-50%", RegionNoise(Smallest, 0.5), 0.803),
-        train("region-even-30%", RegionNoise(Even, 0.3), 0.796),
-        train("region-even-40%", RegionNoise(Even, 0.4), 0.747),
-        train("region-even-50%", RegionNoise(Even, 0.5), 0.733),
-        train("dense-8", Coarse(8), 0.610),
-        train("dense-16", Coarse(16), 0.433),
-        train("sparse-8", Grid(8), 0.887),
-        train("sparse-16", Grid(16), 0.800),
-        test("click", Clicks, Some(0.602)),
-        test("grown-1%", Grown(0.01), Some(0.706)),
-        test("grown-5%", Grown(0.05), Some(0.836)),
-        test("grown-10%", Grown(0.1), Some(0.884)),
+        on(Test, "frames-100%", ShareOfFrames(1.0), None),
+        on(Test, "frames-50%", ShareOfFrames(0.5), None),
+        on(Test, "frames-10%", ShareOfFrames(0.1), None),
+        on(Test, "frames-2", Frames(2), None),
+        on(Train, "pixel-noise-50%", PixelNoise(0.5), Some(0.951)),
+        on(Train, "pixel-noise-90%", PixelNoise(0.9), Some(0.877)),
+        on(Train, "region-sort-30%", RegionNoise(Smallest, 0.3), Some(0.895)),
+        on(Train, "region-sort-40%", RegionNoise(Smallest, 0.4), Some(0.893)),
+        on(Train, "region-sort-50%", RegionNoise(Smallest, 0.5), Some(0.803)),
+        on(Train, "region-even-30%", RegionNoise(Even, 0.3), Some(0.796)),
+        on(Train, "region-even-40%", RegionNoise(Even, 0.4), Some(0.747)),
+        on(Train, "region-even-50%", RegionNoise(Even, 0.5), Some(0.733)),
+        on(Train, "dense-8", Coarse(8), Some(0.610)),
+        on(Train, "dense-16", Coarse(16), Some(0.433)),
+        on(Train, "sparse-8", Grid(8), Some(0.887)),
+        on(Train, "sparse-16", Grid(16), Some(0.800)),
+        on(Test, "click", Clicks, Some(0.602)),
+        on(Test, "grown-1%", Grown(0.01), Some(0.706)),
+        on(Test, "grown-5%", Grown(0.05), Some(0.836)),
+        on(Test, "grown-10%", Grown(0.1), Some(0.884)),
     ]
 };
 
@@ -138,22 +134,6 @@ pub struct PaperPoint {
     pub wall_s: f64,
     /// The paper's mIoU, where it gives a number.
     pub paper_miou: Option<f64>,
-}
-
-/// What is run and how.
-#[derive(Clone, Debug)]
-pub struct PaperOptions {
-    /// How much the field may model.
-    pub preset: Preset,
-    /// Where the frames' depth has holes or there is none, a field is trained for so long, and its depth makes the
-    /// surface.
-    pub training: Duration,
-    /// Seed of the recipes and of the field.
-    pub seed: u64,
-    /// Names of the experiments; all of them where there is none here.
-    pub experiments: Vec<String>,
-    /// Makes the predictions for [`FUSION`], which is left out without one.
-    pub classifier: Option<Arc<PixelClassifier>>,
 }
 
 /// What the experiments of a scene share.
@@ -188,13 +168,16 @@ impl Found<'_> {
     }
 }
 
-/// Runs experiments with one seed. It takes the threads that it is run in.
+/// Runs the experiments that the command line asks for, with one seed of the recipes and of the field; that of Table 4 with
+/// this classifier. It takes the threads that it is run in.
 ///
 /// # Errors
 /// A scene without ground truth or without a surface.
 pub fn paper_experiments(
     scene: &Arc<Scene>,
-    options: &PaperOptions,
+    arguments: &PaperArguments,
+    seed: u64,
+    classifier: Option<&PixelClassifier>,
     progress: &mut dyn FnMut(&str),
 ) -> Result<Vec<PaperPoint>, EvalError> {
     let truth = SceneTruth::read(scene)?;
@@ -203,8 +186,8 @@ pub fn paper_experiments(
     let clean: Vec<ImportedMap> = truth.train.iter().map(image).collect();
     let start = Instant::now();
     progress("finding the surface");
-    let seed = options.seed;
-    let surface = trained_surface(scene, options.preset, options.training, seed)?;
+    let training = Duration::from_secs_f64(arguments.seconds);
+    let surface = trained_surface(scene, arguments.training.preset, training, seed)?;
     let found = Found {
         scene,
         truth: &truth,
@@ -212,7 +195,8 @@ pub fn paper_experiments(
         surface_s: start.elapsed().as_secs_f64(),
         seed,
     };
-    let wanted = |name: &str| options.experiments.is_empty() || options.experiments.iter().any(|e| e == name);
+    let chosen = &arguments.experiments;
+    let wanted = |name: &str| chosen.is_empty() || chosen.iter().any(|own| own == name);
     let all = ImportedLabels {
         maps: clean.clone(),
         trust: Trust::RIGHT,
@@ -239,7 +223,7 @@ pub fn paper_experiments(
         let scores = truth.scores(frames, |frame| in_image(frame, spread.of_frame(&surface, frame)))?;
         points.push(found.point(experiment.name, scores, input.miou, wall_s, experiment.paper_miou));
     }
-    if let Some(classifier) = options.classifier.as_ref().filter(|_| wanted(FUSION)) {
+    if let Some(classifier) = classifier.filter(|_| wanted(FUSION)) {
         points.extend(fusion::run(&found, classifier, progress)?);
     }
     Ok(points)

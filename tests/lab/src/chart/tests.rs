@@ -20,10 +20,7 @@ fn lines(series: Vec<Series>, scale: Scale) -> String {
 }
 
 fn series(name: &str, points: &[(f64, f64)]) -> Series {
-    Series {
-        name: name.to_owned(),
-        points: points.iter().map(|&(x, y)| Point::new(x, y)).collect(),
-    }
+    Series::new(name, points.iter().map(|&(x, y)| Point::new(x, y)))
 }
 
 /// Fails unless every element is closed by its own name, attributes are quoted and text is escaped.
@@ -161,9 +158,8 @@ fn a_band_spans_the_seeds_around_their_median() {
     let point = Point::of_values(1.0, [4.0, f64::NAN, 1.0, 2.0]).unwrap();
     assert_eq!((point.y, point.range), (2.0, (1.0, 4.0)));
     assert_eq!(Point::of_values(1.0, [1.0, 2.0]).unwrap().y, 1.5);
-    let points = vec![point, Point { x: 2.0, ..point }];
-    let name = "a".to_owned();
-    let svg = lines(vec![Series { name, points }], Scale::Linear);
+    let band = Series::new("a", [point, Point { x: 2.0, ..point }]);
+    let svg = lines(vec![band], Scale::Linear);
     assert_eq!(svg.matches("class=\"band").count(), 1);
     assert!(svg.contains("a: 2 at 1 (1 to 4)"));
 }

@@ -78,7 +78,7 @@ pub fn run(arguments: &AllArguments) -> Result<(), Failure> {
         let own = folder.join(&step.folder);
         let ended = step.measure(&own, &build, arguments.force)?;
         page.heading(2, &step.title);
-        page.command(&format!("inplace-lab {} --out DIR", step.shown()));
+        page.paragraph(&format!("    inplace-lab {} --out DIR", step.shown()));
         if let Ok(text) = fs::read_to_string(own.join(format!("{}.md", step.page))) {
             page.include(&below(&text), &format!("{FOLDER}/{}", step.folder));
         }

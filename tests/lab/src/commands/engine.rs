@@ -260,33 +260,22 @@ fn progress(runs: &[RunPoint]) -> Vec<Panel> {
                     let middle = Point::of_values(0.0, at.iter().map(|run| run.seconds))?.y;
                     Point::of_values(middle, at.iter().map(|run| value(run)))
                 });
-                Series {
-                    name: match (preset.as_str(), depth) {
-                        ("auto", true) => scene,
-                        ("auto", false) => format!("{scene}, no depth"),
-                        (_, true) => format!("{scene}, {preset}"),
-                        (_, false) => format!("{scene}, {preset}, no depth"),
-                    },
-                    points: points.collect(),
-                }
+                let preset = match preset.as_str() {
+                    "auto" => String::new(),
+                    other => format!(", {other}"),
+                };
+                let depth = if depth { "" } else { ", no depth" };
+                Series::new(format!("{scene}{preset}{depth}"), points)
             })
             .collect()
     };
     let seconds = Axis::new("seconds of training", Scale::Logarithmic);
     let depth = Axis::new("median error, cm", Scale::Logarithmic);
-    let centimetres = |run: &RunPoint| {
-        run.depth_error_m
-            .map_or(f64::NAN, |error| 100.0 * f64::from(error))
-    };
+    let of_depth = lines(&|run| 100.0 * run.depth_error_m.map_or(f64::NAN, f64::from));
     let colour = Axis::new("PSNR, dB", Scale::Linear);
-    let psnr = |run: &RunPoint| f64::from(run.psnr_db);
+    let of_colour = lines(&|run| f64::from(run.psnr_db));
     vec![
-        Panel::of_lines(
-            "Depth on held-out frames",
-            seconds.clone(),
-            depth,
-            lines(&centimetres),
-        ),
-        Panel::of_lines("Colour on held-out frames", seconds, colour, lines(&psnr)),
+        Panel::of_lines("Depth on held-out frames", seconds.clone(), depth, of_depth),
+        Panel::of_lines("Colour on held-out frames", seconds, colour, of_colour),
     ]
 }

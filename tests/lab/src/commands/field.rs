@@ -77,10 +77,8 @@ fn figure(arguments: &FieldArguments, threads: usize, marks: &[f64], points: &[F
     let panel = |scene: &str, labels: &str, own: &[&FieldPoint]| {
         let series = grouped(own.iter().copied(), |point| point.answer).into_iter();
         let point = |answer, mark: f64| Point::of_values(mark, at(own, answer, mark));
-        let series = series.map(|(answer, _)| Series {
-            name: answer.to_owned(),
-            points: marks.iter().filter_map(|&mark| point(answer, mark)).collect(),
-        });
+        let series = series
+            .map(|(answer, _)| Series::new(answer, marks.iter().filter_map(|&mark| point(answer, mark))));
         Panel::of_lines(
             format!("{scene}, {labels}"),
             Axis::new("seconds since the last label", Scale::Logarithmic),

@@ -89,8 +89,5 @@ fn line(scene: &Latency, sorted: &[f64]) -> Series {
     let depth = if scene.depth { "" } else { ", no depth" };
     let points = sorted.iter().enumerate();
     let points = points.map(|(rank, &value)| Point::new(share(rank), value));
-    Series {
-        name: format!("{}, {} frames{depth}", scene.scene, scene.frames),
-        points: points.collect(),
-    }
+    Series::new(format!("{}, {} frames{depth}", scene.scene, scene.frames), points)
 }

@@ -2,9 +2,8 @@
 
 use std::path::Path;
 use std::sync::Arc;
-use std::time::Duration;
 
-use crate::paper::{COLUMNS, PaperOptions, PaperPoint, PixelClassifier, paper_experiments};
+use crate::paper::{COLUMNS, PaperPoint, PixelClassifier, paper_experiments};
 use crate::table::csv;
 use inplace_core::export;
 use inplace_core::field::Preset;
@@ -52,16 +51,15 @@ pub fn run(arguments: &PaperArguments) -> Result<(), Failure> {
                     tell("teaching the pixel classifier");
                     let classifier = PixelClassifier::learn(&taught_by, seed)?;
                     eprintln!("{}", describe(&classifier, &scene)?);
-                    Some(Arc::new(classifier))
+                    Some(classifier)
                 };
-                let options = PaperOptions {
-                    preset: training.preset,
-                    training: Duration::from_secs_f64(arguments.seconds),
+                Ok(paper_experiments(
+                    &scene,
+                    arguments,
                     seed,
-                    experiments: arguments.experiments.clone(),
-                    classifier,
-                };
-                Ok(paper_experiments(&scene, &options, &mut tell)?)
+                    classifier.as_ref(),
+                    &mut tell,
+                )?)
             });
             points.extend(measured?);
         }

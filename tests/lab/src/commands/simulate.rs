@@ -79,10 +79,7 @@ fn figure(arguments: &SimulateArguments, threads: usize, points: &[SimulatedPoin
             .map(|(policy, own)| {
                 let of_batch = grouped(own, |point| point.clicks_per_class).into_iter();
                 let points = of_batch.filter_map(|(_, runs)| miou(&runs, across));
-                Series {
-                    name: policy,
-                    points: points.collect(),
-                }
+                Series::new(policy, points)
             })
             .collect()
     };
@@ -109,21 +106,18 @@ fn reliability(arguments: &SimulateArguments, threads: usize, points: &[Simulate
     let known = points.iter().filter(|point| point.calibration.is_some());
     let panels = grouped(known, |point| point.policy.clone());
     let panels = panels.into_iter().map(|(policy, own)| {
-        let mut series = vec![Series {
-            name: "as likely as said".to_owned(),
-            points: vec![Point::new(0.0, 0.0), Point::new(1.0, 1.0)],
-        }];
+        let diagonal = [0.0, 1.0].map(|at| Point::new(at, at));
+        let mut series = vec![Series::new("as likely as said", diagonal)];
         for (clicks, runs) in grouped(own, |point| point.clicks_per_class) {
             let mut all = Calibration::default();
             let of_runs = runs.iter().filter_map(|run| run.calibration.as_ref());
             of_runs.for_each(|calibration| all.merge(calibration));
             let bins = all.reliability(LEAST_SHARE).into_iter();
-            series.push(Series {
-                name: format!("{} a class", counted(clicks as u64, "click")),
-                points: bins
-                    .map(|(confidence, accuracy)| Point::new(confidence, accuracy))
-                    .collect(),
-            });
+            let points = bins.map(|(confidence, accuracy)| Point::new(confidence, accuracy));
+            series.push(Series::new(
+                format!("{} a class", counted(clicks as u64, "click")),
+                points,
+            ));
         }
         Panel::of_lines(
             policy,

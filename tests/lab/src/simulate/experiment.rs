@@ -28,7 +28,6 @@ pub fn simulate(
         let random = "the published network gets the time that labelling took with the policy random; simulate that, too";
         return Err(EvalError::Session(random.to_owned()));
     }
-    let mut truth = None;
     let mut points = Vec::new();
     for run in 0..experiment.seeds {
         let mut options = session.clone();
@@ -37,10 +36,7 @@ pub fn simulate(
         let mut open = Open::new(options.clone())?;
         let scene = Arc::clone(&open.scene);
         let opening = start.elapsed();
-        if truth.is_none() {
-            truth = Some(SceneTruth::read(&scene)?);
-        }
-        let Some(truth) = &truth else { continue };
+        let truth = SceneTruth::read(&scene)?;
         let learning = Instant::now();
         progress(&format!("seed {}: learning the scene", options.seed));
         learn(&mut open.run, experiment.geometry.map(Duration::from_secs_f64))?;
@@ -48,13 +44,13 @@ pub fn simulate(
         if experiment.policies.len() > 1 || !experiment.baselines.is_empty() {
             options.state = Some(open.run.saved()?);
         }
-        let annotator = Annotator::new(&scene, truth);
+        let annotator = Annotator::new(&scene, &truth);
         let run = Run {
             experiment,
             options: &options,
             scene: &scene,
             annotator: &annotator,
-            truth,
+            truth: &truth,
             opening_s: opening.as_secs_f64(),
             learnt_s: learnt.as_secs_f64(),
         };

@@ -51,7 +51,7 @@ fn line(results: &Results, scene: &str, method: String, own: &[&ParetoPoint]) ->
     {
         *last = last.ringed();
     }
-    Series { name: method, points }
+    Series::new(method, points)
 }
 
 /// `capacity.svg`: for each scene what the size of each part does, and what its memory is worth.
@@ -105,10 +105,7 @@ fn sizes(points: &[&CapacityPoint], part: Part, [x, y]: [&Value; 2]) -> Series {
         let point = Point::of_means(runs.iter().map(|run| (x(run), y(run))))?;
         Some(if factor == 1.0 { point.ringed() } else { point })
     };
-    Series {
-        name: part.to_string(),
-        points: groups.into_iter().filter_map(point).collect(),
-    }
+    Series::new(part.to_string(), groups.into_iter().filter_map(point))
 }
 
 fn titled(arguments: &ParetoArguments, scene: &str) -> String {
