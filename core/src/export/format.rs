@@ -185,12 +185,4 @@ mod tests {
             assert_eq!(written, (0, first.files), "{}", format.name());
         }
     }
-
-    #[test]
-    fn every_name_leads_back_to_its_format() {
-        for format in Format::ALL {
-            assert_eq!(Format::named(format.name()), Some(format));
-        }
-        assert_eq!(Format::named("PNG"), None);
-    }
 }

@@ -67,7 +67,7 @@ mod tests {
     use crate::scene::{Camera, Distortion, Lens};
 
     #[test]
-    fn an_image_on_disk_is_copied_byte_for_byte_and_a_missing_one_is_named() {
+    fn an_image_on_disk_is_copied_byte_for_byte_unless_it_is_turned_and_a_missing_one_is_named() {
         let root = tempfile::tempdir().unwrap();
         let mut frame = testing::scene().frames.remove(0);
         let rendered = Original::of(&frame).unwrap().into_file("images");
@@ -86,24 +86,16 @@ mod tests {
         let copied = Original::of(&frame).unwrap().into_file("images");
         assert_eq!(copied.path, Path::new("images/rgb_0.JPG"));
         assert_eq!(copied.bytes, as_the_camera_left_it);
+        // One that is turned for its frame is a PNG.
+        frame.camera = Camera::with_horizontal_fov(16, 32, 90.0);
+        fs::write(&frame.path, sideways_jpeg(6)).unwrap();
+        let turned = Original::of(&frame).unwrap().into_file("images");
+        assert_eq!(turned.path, Path::new("images/rgb_0.png"));
+        let decoded = image::load_from_memory(&turned.bytes).unwrap();
+        assert_eq!((decoded.width(), decoded.height()), (16, 32));
         fs::remove_file(&frame.path).unwrap();
         let error = Original::of(&frame).map(|_| ()).unwrap_err().to_string();
         assert!(error.contains("left.JPG"), "{error}");
-    }
-
-    #[test]
-    fn an_image_that_was_turned_for_its_frame_is_a_png() {
-        let root = tempfile::tempdir().unwrap();
-        let mut frame = testing::scene().frames.remove(0);
-        frame.camera = Camera::with_horizontal_fov(16, 32, 90.0);
-        frame.path = root.path().join("left.jpg");
-        fs::write(&frame.path, sideways_jpeg(6)).unwrap();
-        let turned = Original::of(&frame).unwrap();
-        assert_eq!(turned.name(), "rgb_0.png");
-        let written = turned.into_file("images");
-        assert_eq!(written.path, Path::new("images/rgb_0.png"));
-        let decoded = image::load_from_memory(&written.bytes).unwrap();
-        assert_eq!((decoded.width(), decoded.height()), (16, 32));
     }
 
     #[test]

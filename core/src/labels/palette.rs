@@ -139,10 +139,4 @@ mod tests {
             assert!(classes.is_sorted_by_key(|class| class.id));
         }
     }
-
-    #[test]
-    fn scannet_is_a_part_of_nyu_40() {
-        let fine = PALETTES[3].classes();
-        assert!(PALETTES[1].classes().iter().all(|class| fine.contains(class)));
-    }
 }

@@ -215,19 +215,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn projecting_a_pixel_direction_gives_the_pixel_centre() {
-        let camera = Camera::with_horizontal_fov(320, 240, 90.0);
-        assert_eq!(camera.fx, 160.0);
-        let (x, y) = camera.project(camera.pixel_direction(12, 200) * 3.5).unwrap();
-        assert!((x - 12.5).abs() < 1e-4 && (y - 200.5).abs() < 1e-4);
-        assert_eq!(
-            camera.project(Vec3::new(0.0, 0.0, -1.0)),
-            None,
-            "behind the camera"
-        );
-    }
-
-    #[test]
     fn another_size_of_the_same_proportions_scales_the_intrinsics() {
         let camera = Camera {
             cx: 330.0,

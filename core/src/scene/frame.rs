@@ -400,5 +400,7 @@ mod tests {
         let point = frame.center() + 2.5 * frame.ray_direction(index);
         let (x, y, length) = frame.project(point).unwrap();
         assert!((x - 41.5).abs() < 1e-3 && (y - 77.5).abs() < 1e-3 && (length - 2.5).abs() < 1e-4);
+        let behind = frame.center() - frame.ray_direction(index);
+        assert_eq!(frame.project(behind), None);
     }
 }

@@ -147,8 +147,6 @@ impl NodeLabels {
 
 #[cfg(test)]
 mod tests {
-    use rand::{Rng, SeedableRng, rngs::SmallRng};
-
     use super::*;
     use crate::labels::{ImportedMap, Likeliest, Probabilities, Trust};
     use crate::scene::testing::wall;
@@ -194,32 +192,5 @@ mod tests {
             .filter_map(|node| Some(votes.shares(node)?.0))
             .sum();
         assert!((total - 3.0 * 32.0 * 24.0).abs() < 1.0, "{total}");
-    }
-
-    #[test]
-    fn votes_that_are_mostly_noise_still_tell_the_halves_apart() {
-        let scene = wall(5, 64, 48);
-        let surface = surface(&scene);
-        let mut rng = SmallRng::seed_from_u64(3);
-        let classes: Vec<ClassId> = (1..=4).collect();
-        let maps: Vec<ImportedMap> = (0..3)
-            .map(|frame| {
-                let mut labels = truth(&scene, frame);
-                for label in &mut labels {
-                    if rng.random_bool(0.7) {
-                        *label = rng.random_range(1..=4);
-                    }
-                }
-                ImportedMap::new(frame, &labels)
-            })
-            .collect();
-        let noisy = images(maps, Trust::VOTES);
-        let votes = NodeVotes::count(&surface, &classes, &noisy);
-        let expected = 0.3_f32.powi(2) + 0.7 * 1.3 / 4.0;
-        let agreement = votes.agreement();
-        assert!((agreement - expected).abs() < 0.05, "{agreement}");
-        let spread = NodeLabels::spread(&surface, &classes, &noisy);
-        assert!(right(&noisy.maps[0].labels(), &truth(&scene, 0)) < 0.5);
-        assert!(right(&spread.of_frame(&surface, 4), &truth(&scene, 4)) > 0.95);
     }
 }

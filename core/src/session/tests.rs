@@ -53,6 +53,13 @@ fn wait_for_status(session: &Session, is_it: impl Fn(&Status) -> bool) -> Status
     })
 }
 
+fn rendered(session: &Session, is_it: impl Fn(&RenderedFrame) -> bool) -> Arc<RenderedFrame> {
+    wait(session, |event| match event {
+        Event::Rendered(view) => Some(Arc::clone(view)).filter(|view| is_it(view)),
+        _ => None,
+    })
+}
+
 fn all_maps(session: &Session, generation: u64) -> Vec<Arc<FrameMap>> {
     wait(session, |event| {
         matches!(event, Event::AllMaps { generation: g } if *g == generation).then_some(())
@@ -203,17 +210,11 @@ fn where_depth_is_measured_everywhere_nothing_is_trained_before_somebody_looks_a
         (0, Some(TrainingEnd::NotNeeded))
     );
     session.send(Command::Render { frame: 4 });
-    let view = wait(&session, |event| match event {
-        Event::Rendered(view) => Some(Arc::clone(view)),
-        _ => None,
-    });
+    let view = rendered(&session, |_| true);
     assert!(view.semantics.is_none(), "nothing was learnt yet");
     wait_for_status(&session, |status| status.steps > 100);
     session.send(Command::Render { frame: 4 });
-    let view = wait(&session, |event| match event {
-        Event::Rendered(view) if view.is_last => Some(Arc::clone(view)),
-        _ => None,
-    });
+    let view = rendered(&session, |view| view.is_last);
     let semantics = view.semantics.as_ref().unwrap();
     let shown = session.maps().get(4).unwrap().labels().into_owned();
     let right = semantics.labels.iter().zip(&shown);
@@ -341,10 +342,7 @@ fn a_view_of_the_field_is_rendered_during_a_pause_and_has_the_depth_of_the_wall(
     wait_for_status(&session, |status| status.steps >= 200);
     session.send(Command::Pause);
     session.send(Command::Render { frame: 4 });
-    let view = wait(&session, |event| match event {
-        Event::Rendered(view) if view.is_last => Some(Arc::clone(view)),
-        _ => None,
-    });
+    let view = rendered(&session, |view| view.is_last);
     assert_eq!((view.frame, view.color.width(), view.color.height()), (4, 64, 48));
     let depth = view.depth_at([32, 24]).unwrap();
     assert!((depth - 2.0).abs() < 0.2, "{depth} m");

@@ -169,24 +169,6 @@ fn the_fused_gradients_equal_central_differences() {
 }
 
 #[test]
-fn evaluating_points_gives_density_and_features_of_each() {
-    let field = fused();
-    let points: Vec<Vec3> = (0..300).map(|k| Vec3::new(k as f32 / 300.0, 0.3, 0.8)).collect();
-    let wanted = Wanted {
-        color: false,
-        features: true,
-    };
-    let all = field.evaluate(&Samples::at_points(&points), wanted).unwrap();
-    let one = field
-        .evaluate(&Samples::at_points(&points[260..261]), wanted)
-        .unwrap();
-    assert_eq!(all.density.len(), 300);
-    let width = field.feature_width();
-    assert_eq!(all.features[260 * width..261 * width], one.features);
-    assert_eq!(all.density[260], one.density[0]);
-}
-
-#[test]
 fn rays_without_samples_render_to_nothing() {
     let miss = Ray {
         origin: Vec3::splat(50.0),

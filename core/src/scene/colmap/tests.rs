@@ -191,20 +191,13 @@ fn write<T: AsRef<[u8]>>(place: &Path, files: &[(&'static str, T)]) {
 
 #[test]
 fn frames_and_points_lie_where_the_model_says_whichever_way_it_is_written() {
-    for model in 0..5 {
-        let distortion = match model {
-            0 | 1 => Distortion::default(),
-            2 => Distortion {
-                k1: BARREL.k1,
-                ..Distortion::default()
-            },
-            3 => Distortion {
-                p1: 0.0,
-                p2: 0.0,
-                ..BARREL
-            },
-            _ => BARREL,
-        };
+    let none = Distortion::default();
+    let k1 = Distortion {
+        k1: BARREL.k1,
+        ..none
+    };
+    let k1_and_k2 = Distortion { k2: BARREL.k2, ..k1 };
+    for (model, distortion) in (0..).zip([none, none, k1, k1_and_k2, BARREL]) {
         let fixture = Fixture::of_wall(model, distortion);
         let (as_binary, _) = capture("sparse/0", &fixture.binary());
         let (as_text, _) = capture("colmap/sparse/0", &fixture.text());

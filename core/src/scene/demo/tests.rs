@@ -35,13 +35,6 @@ fn every_pixel_has_a_class_and_a_depth() {
 
 #[test]
 fn cameras_keep_their_distance_from_everything() {
-    for frame in &SCENE.frames {
-        let depth = frame.depth().unwrap();
-        let nearest = (0..depth.len())
-            .filter_map(|i| depth.ray_length(i))
-            .fold(f32::INFINITY, f32::min);
-        assert!(nearest > 0.25, "{}: {nearest}", frame.stem);
-    }
     let coarse = Shot {
         rooms: 1,
         frames: 1000,
@@ -217,27 +210,21 @@ fn clicks_in_several_rooms_are_in_each_of_them_and_true() {
 
 #[test]
 fn depth_goes_on_beyond_glass_and_behind_a_mirror() {
-    use super::rooms::{Builder, CEILING, Material, Optics, Pane, Pattern, Place, Room, SHELL, shell, srgb};
+    use super::rooms::{Builder, CEILING, Material, Optics, Pane, Place, Room, SHELL, shell, srgb};
 
     let shot = Shot {
         width: 160,
         height: 120,
         ..Shot::default()
     };
-    for optics in [Optics::Mirror, Optics::Glass] {
+    for (optics, min, max) in [
+        (Optics::Mirror, [0.0, 1.4, 0.4], [0.02, 2.6, 2.0]),
+        (Optics::Glass, [1.7, 3.5, 0.6], [3.3, 3.508, 1.9]),
+    ] {
         let own = CEILING + 1;
         let mut builder = Builder::default();
-        shell(
-            &mut builder,
-            [Material::patterned(srgb(0xB9_885A), Pattern::Planks); SHELL],
-        );
-        let (material, [min, max]) = (
-            Material::passing(glam::Vec3A::splat(0.9), optics),
-            match optics {
-                Optics::Mirror => [[0.0, 1.4, 0.4], [0.02, 2.6, 2.0]],
-                _ => [[1.7, 3.5, 0.6], [3.3, 3.508, 1.9]],
-            },
-        );
+        shell(&mut builder, [Material::plain(srgb(0xB9_885A)); SHELL]);
+        let material = Material::passing(glam::Vec3A::splat(0.9), optics);
         builder.block(own, material, &Place::new(0.0, 0.0, 0.0), min, max);
         let light = Pane {
             center: glam::Vec3A::new(2.5, 2.0, 2.58),

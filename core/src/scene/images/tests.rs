@@ -59,57 +59,36 @@ fn alpha_of_zero_hides_a_pixel_and_any_other_does_not() {
     assert_eq!(color.bytes(), [10, 20, 30, 0, 0, 0, 7, 8, 9]);
     assert_eq!(color.hidden_pixels().collect::<Vec<_>>(), [1]);
 
-    let path = save(
-        &files,
-        "alpha.png",
-        &[50, 0, 60, 1, 70, 255, 80, 0],
-        ColorType::La8,
-    );
-    let (color, _) = read(&path, None, 2, 2).unwrap();
+    let read = |bytes: &[u8], kind| read(&save(&files, "alpha.png", bytes, kind), None, 2, 2);
+    let (color, _) = read(&[50, 0, 60, 1, 70, 255, 80, 0], ColorType::La8).unwrap();
     assert_eq!(color.hidden_pixels().collect::<Vec<_>>(), [0, 3]);
     assert_eq!(color.pixel(1), [60; 3]);
-
-    let path = save(
-        &files,
-        "opaque.png",
-        &[[9, 9, 9, 255]; 4].concat(),
-        ColorType::Rgba8,
-    );
-    assert_eq!(read(&path, None, 2, 2).unwrap().0.hidden_pixels().count(), 0);
-    let path = save(
-        &files,
-        "nothing.png",
-        &[[9, 9, 9, 0]; 4].concat(),
-        ColorType::Rgba8,
-    );
-    assert!(read(&path, None, 2, 2).unwrap_err().contains("nothing of it"));
+    let (opaque, _) = read(&[9, 9, 9, 255].repeat(4), ColorType::Rgba8).unwrap();
+    assert_eq!(opaque.hidden_pixels().count(), 0);
+    let reason = read(&[9, 9, 9, 0].repeat(4), ColorType::Rgba8).unwrap_err();
+    assert!(reason.contains("nothing of it"), "{reason}");
 }
 
 #[test]
 fn masks_hide_where_they_are_black_and_add_to_alpha() {
     let files = Files::new();
-    let path = save(
-        &files,
-        "alpha.png",
-        &[50, 0, 60, 255, 70, 255, 80, 255],
-        ColorType::La8,
-    );
+    let pixels = [50, 0, 60, 255, 70, 255, 80, 255];
+    let path = save(&files, "alpha.png", &pixels, ColorType::La8);
     let faint: [u16; 4] = [65535, 1, 0, 65535];
     let mask = save(&files, "mask.png", bytemuck::cast_slice(&faint), ColorType::L16);
     let (color, _) = read(&path, Some(&mask), 2, 2).unwrap();
     assert_eq!(color.hidden_pixels().collect::<Vec<_>>(), [0, 2]);
-
-    let other = save(&files, "other.png", &[255; 6], ColorType::L8);
-    let reason = read(&path, Some(&other), 2, 2).unwrap_err();
-    assert!(
-        reason.contains("other.png has 3x2 pixels and not 2x2"),
-        "{reason}"
-    );
-    let reason = read(&path, Some(&files.write("spoilt.png", b"spoilt")), 2, 2).unwrap_err();
-    assert!(reason.contains("spoilt.png cannot be read"), "{reason}");
-    let black = save(&files, "black.png", &[0; 4], ColorType::L8);
-    let reason = read(&path, Some(&black), 2, 2).unwrap_err();
-    assert!(reason.contains("nothing of it"), "{reason}");
+    for (mask, part) in [
+        (
+            save(&files, "other.png", &[255; 6], ColorType::L8),
+            "other.png has 3x2 pixels and not 2x2",
+        ),
+        (files.write("spoilt.png", b"spoilt"), "spoilt.png cannot be read"),
+        (save(&files, "black.png", &[0; 4], ColorType::L8), "nothing of it"),
+    ] {
+        let reason = read(&path, Some(&mask), 2, 2).unwrap_err();
+        assert!(reason.contains(part), "{reason}");
+    }
 }
 
 #[test]
