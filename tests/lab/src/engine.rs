@@ -99,39 +99,8 @@ fn name(path: &Backend) -> String {
     }
 }
 
-/// What is trained in a run.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Variant {
-    /// Name for people.
-    pub name: String,
-    /// How much the field may model.
-    pub preset: Preset,
-    /// What it is trained by.
-    pub recipe: Recipe,
-}
-
-impl From<Preset> for Variant {
-    /// A preset by the whole recipe.
-    fn from(preset: Preset) -> Self {
-        Self {
-            name: preset.name().to_owned(),
-            preset,
-            recipe: Recipe::default(),
-        }
-    }
-}
-
-impl Variant {
-    /// The default by the whole recipe, and without one of its parts each.
-    pub fn ablations() -> Vec<Self> {
-        let variant = |(name, recipe): (&str, Recipe)| Self {
-            name: name.to_owned(),
-            preset: Preset::Auto,
-            recipe,
-        };
-        Recipe::ablations().into_iter().map(variant).collect()
-    }
-}
+/// What is trained in a run: its name for people, how much the field may model, and what it is trained by.
+pub type Variant = (&'static str, Preset, Recipe);
 
 /// How good a field was after so much training.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -177,16 +146,16 @@ pub struct RunPoint {
 pub fn training_run(
     scene: &Arc<Scene>,
     truth: &Scene,
-    variant: &Variant,
+    (name, preset, recipe): Variant,
     seed: u64,
     marks: &[f64],
 ) -> Result<(Vec<RunPoint>, Vec<Reached>)> {
-    if variant.preset == Preset::Reference {
+    if preset == Preset::Reference {
         return reference_run(scene, truth, seed, marks);
     }
     let mut reached = Progress::default();
     let (path, own) = (Backend::best()?, Arc::clone(scene));
-    let mut trainer = Trainer::on(&path, own, (variant.preset, 1.0), variant.recipe, seed)?;
+    let mut trainer = Trainer::on(&path, own, (preset, 1.0), recipe, seed)?;
     let mut seconds = 0.0;
     let mut points = Vec::new();
     for &mark in marks {
@@ -205,7 +174,7 @@ pub fn training_run(
             let work = trainer.work();
             points.push(RunPoint {
                 scene: scene.name(),
-                preset: variant.name.clone(),
+                preset: name.to_owned(),
                 depth: scene.has_depth(),
                 seed,
                 seconds,
@@ -222,7 +191,7 @@ pub fn training_run(
             });
         }
     }
-    let reached = reached.finish(&scene.name(), &variant.name, scene.has_depth(), seed);
+    let reached = reached.finish(&scene.name(), name, scene.has_depth(), seed);
     Ok((points, reached))
 }
 

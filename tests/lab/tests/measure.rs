@@ -30,15 +30,6 @@ fn measured(words: &str, out: &Path) -> Value {
 }
 
 #[test]
-fn the_program_says_what_it_is_and_refuses_wrong_arguments() {
-    let version = Running::to_the_end(inplace_lab().arg("--version"));
-    let expected = concat!("inplace-lab ", env!("CARGO_PKG_VERSION"), "\n");
-    assert_eq!((version.code, version.stdout.as_str()), (Some(0), expected));
-    let wrong = Running::to_the_end(inplace_lab().args(["bench", "nothing"]));
-    assert_eq!(wrong.code, Some(2), "{wrong:?}");
-}
-
-#[test]
 fn captures_of_one_name_are_not_measured_together() {
     let root = tempfile::tempdir().unwrap();
     let folders = ["a/room", "b/room"].map(|name| root.path().join(name));

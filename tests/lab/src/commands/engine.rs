@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use crate::{PathSpeed, Quantity, Reached, RunPoint, TARGETS, Variant, path_speeds, training_run};
 use inplace_core::export::{self, peak_memory};
+use inplace_core::field::{Preset, Recipe};
 use inplace_core::scene::{OpenOptions, Scene, SceneSource};
 use serde_json::json;
 
@@ -54,10 +55,14 @@ pub fn run(arguments: &EngineArguments) -> Result<(), Failure> {
 fn runs(arguments: &EngineArguments, threads: usize) -> Result<(Vec<RunPoint>, Vec<Reached>), Failure> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
     let (mut runs, mut reached) = (Vec::new(), Vec::new());
-    let variants = if arguments.ablate {
-        Variant::ablations()
+    let variants: Vec<Variant> = if arguments.ablate {
+        let parts = Recipe::ablations().into_iter();
+        parts.map(|(name, recipe)| (name, Preset::Auto, recipe)).collect()
     } else {
-        arguments.presets.iter().copied().map(Variant::from).collect()
+        let presets = arguments.presets.iter();
+        presets
+            .map(|&preset| (preset.name(), preset, Recipe::default()))
+            .collect()
     };
     for scene in &arguments.scenes {
         let source = SceneSource::from_argument(scene);
@@ -70,7 +75,7 @@ fn runs(arguments: &EngineArguments, threads: usize) -> Result<(Vec<RunPoint>, V
         let seen = Arc::new(open(!arguments.no_depth)?);
         for run in 0..arguments.seeds {
             let seed = arguments.seed.wrapping_add(run);
-            for variant in &variants {
+            for &variant in &variants {
                 let measured =
                     pool.install(|| training_run(&seen, &truth, variant, seed, &arguments.marks))?;
                 runs.extend(measured.0);

@@ -74,10 +74,18 @@ pub fn run(arguments: &ParetoArguments) -> Result<(), Failure> {
         progress.show(&format!("{scene}, seed {}: {what}", run.seed));
         let number = number.to_string();
         let option = [OsStr::new("--run"), OsStr::new(&number)];
-        let measured = in_own_process(option, &format!("{scene}: {method}"))?;
+        let measured: MethodRun = in_own_process(option, &format!("{scene}: {method}"))?;
         // What has been measured stays if a later run fails.
         if run.parts.is_empty() {
-            results.take(measured);
+            if let (Some(stop), Some(last)) = (measured.stop, measured.points.last()) {
+                results.stops.push(Stopped {
+                    scene: last.scene.clone(),
+                    method: last.method.clone(),
+                    seed: last.seed,
+                    stop,
+                });
+            }
+            results.points.extend(measured.points);
             export::write(&out.join("pareto.csv"), csv(&results.points, COLUMNS)?.as_bytes())?;
         } else {
             let of_part = |&part: &Part| CapacityPoint::of(&measured, part, run.factor);
@@ -102,20 +110,6 @@ pub fn run(arguments: &ParetoArguments) -> Result<(), Failure> {
         "capacity_verdicts": verdict::capacity_verdicts(&results.capacity),
     });
     verdict::page(&results, &verdicts).publish(out, "pareto", arguments.json, &result)
-}
-
-impl Results {
-    fn take(&mut self, run: MethodRun) {
-        if let (Some(stop), Some(last)) = (run.stop, run.points.last()) {
-            self.stops.push(Stopped {
-                scene: last.scene.clone(),
-                method: last.method.clone(),
-                seed: last.seed,
-                stop,
-            });
-        }
-        self.points.extend(run.points);
-    }
 }
 
 /// The presets and then the baselines, each once.

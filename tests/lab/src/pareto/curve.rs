@@ -222,14 +222,4 @@ mod tests {
         assert_eq!(own.beaten_by(10.0, &later), None);
         assert_eq!(own.beaten_by(10.0, &own), None);
     }
-
-    #[test]
-    fn a_difference_counts_beyond_its_spread_over_the_seeds() {
-        let clear = Difference::of(&[0.04, 0.06]).unwrap();
-        assert!(clear.is_gain() && !clear.is_loss());
-        let unclear = Difference::of(&[-0.05, 0.06]).unwrap();
-        assert!(!unclear.is_gain() && !unclear.is_loss());
-        assert!(Difference::of(&[-0.01]).unwrap().is_loss());
-        assert_eq!(Difference::of(&[]), None);
-    }
 }
