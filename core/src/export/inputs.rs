@@ -134,10 +134,8 @@ mod tests {
         assert!(is_finished("1", &inputs()));
         assert!(!is_finished("2", &inputs()));
         let text = fs::read_to_string(folder.path().join("report.json")).unwrap();
-        assert!(
-            text.contains("\"depth_error_m\": null"),
-            "what was not measured: {text}"
-        );
+        let not_measured = "\"depth_error_m\": null";
+        assert!(text.contains(not_measured), "{text}");
         let changes: [fn(&mut Inputs); 6] = [
             |inputs| inputs.scene.push("other"),
             |inputs| inputs.strokes_sha256 = Some("cd".to_owned()),

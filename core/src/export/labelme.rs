@@ -225,9 +225,7 @@ mod tests {
         let square = through_centres(&[[1.0, 1.0], [4.0, 1.0], [4.0, 4.0], [1.0, 4.0]]);
         assert_eq!(square.len(), 4);
         assert!(square.contains(&[1, 1]) && square.contains(&[3, 3]));
-        assert_eq!(
-            through_centres(&[[2.0, 2.0], [3.0, 2.0], [3.0, 3.0], [2.0, 3.0]]),
-            [[2, 2]]
-        );
+        let pixel = [[2.0, 2.0], [3.0, 2.0], [3.0, 3.0], [2.0, 3.0]];
+        assert_eq!(through_centres(&pixel), [[2, 2]]);
     }
 }

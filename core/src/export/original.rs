@@ -78,10 +78,8 @@ mod tests {
         let as_the_camera_left_it = sideways_jpeg(1);
         fs::write(&frame.path, &as_the_camera_left_it).unwrap();
         let error = Original::of(&frame).map(|_| ()).unwrap_err().to_string();
-        assert!(
-            error.contains("it has 32 x 16 pixels instead of 24 x 18"),
-            "{error}"
-        );
+        let told = "it has 32 x 16 pixels instead of 24 x 18";
+        assert!(error.contains(told), "{error}");
         frame.camera = Camera::with_horizontal_fov(32, 16, 90.0);
         let copied = Original::of(&frame).unwrap().into_file("images");
         assert_eq!(copied.path, Path::new("images/rgb_0.JPG"));

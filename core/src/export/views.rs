@@ -195,12 +195,10 @@ mod tests {
         assert_eq!((again.files, again.unchanged), (0, 9 * 5 + 3));
 
         let scene = open(&out).unwrap();
-        assert_eq!(
-            (scene.format, scene.frames.len(), &scene.warnings[..]),
-            ("Replica", 9, &[][..])
-        );
+        assert_eq!((scene.format, scene.frames.len()), ("Replica", 9));
+        assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
         let written = files(&out);
-        let (mut right, mut pixels) = ([0; 4], 0);
+        let (mut right, mut pixels) = ([0; 3], 0);
         for (number, (view, own)) in scene.frames.iter().zip(&taught.scene.frames).enumerate() {
             assert_eq!(view.stem, format!("view_{number}"));
             assert_eq!(view.camera, own.camera);
@@ -223,11 +221,8 @@ mod tests {
                 pixels += 1;
             }
         }
-        right[3] = pixels;
-        assert!(
-            right.iter().all(|&count| 20 * count > 19 * pixels),
-            "of {pixels}: {right:?}"
-        );
+        let is_most = |&count: &usize| 20 * count > 19 * pixels;
+        assert!(right.iter().all(is_most), "of {pixels}: {right:?}");
         let classes: Vec<Class> = serde_json::from_slice(&written["classes.json"]).unwrap();
         assert_eq!(classes, taught.classes);
     }

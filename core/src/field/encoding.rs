@@ -212,20 +212,4 @@ mod tests {
             }
         }
     }
-
-    #[test]
-    fn a_doubled_grid_is_the_one_of_twice_the_rows_and_encodes_the_same() {
-        let shape = GridShape::new(6, 4, 200, 12);
-        let (doubled, sources) = shape.doubled();
-        assert_eq!(doubled, GridShape::new(6, 4, 200, 13));
-        assert_eq!(sources.len(), doubled.rows());
-        for position in [[0.1, 0.9, 0.3], [0.77, 0.2, 0.6], [0.0, 1.0, 0.5]] {
-            for (old, new) in shape.levels().iter().zip(doubled.levels()) {
-                let (old_rows, old_weights) = old.corners(position);
-                let (new_rows, new_weights) = new.corners(position);
-                assert_eq!(new_rows.map(|row| sources[row as usize]), old_rows);
-                assert_eq!(new_weights, old_weights);
-            }
-        }
-    }
 }

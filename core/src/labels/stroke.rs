@@ -128,9 +128,7 @@ mod tests {
         ] {
             assert_eq!(stroke.kind(), kind, "{stroke:?}");
         }
-        assert_eq!(
-            Stroke::polygon(0, 1, &[[1, 1], [3, 1], [3, 2], [1, 2]]).pixel_count(9, 9),
-            6
-        );
+        let polygon = Stroke::polygon(0, 1, &[[1, 1], [3, 1], [3, 2], [1, 2]]);
+        assert_eq!(polygon.pixel_count(9, 9), 6);
     }
 }

@@ -198,7 +198,7 @@ fn imported_images_come_back_with_their_history_and_forgotten_ones_leave_the_fil
 
 #[test]
 fn imported_images_follow_their_frames_and_are_left_out_where_a_frame_has_another_size() {
-    let folder = tempfile::tempdir().unwrap();
+    let (folder, path) = place();
     let options = OpenOptions::default();
     let mut before = contents(folder.path());
     before.history.import(images(1));
@@ -212,15 +212,9 @@ fn imported_images_follow_their_frames_and_are_left_out_where_a_frame_has_anothe
     scene.frames[2].camera = Camera::with_horizontal_fov(4, 2, 90.0);
     let after = before.matched(&scene, options).unwrap();
     assert_eq!(frames(&after), [0]);
-    assert!(
-        after
-            .warnings
-            .iter()
-            .any(|warning| warning.contains("left out: 1")),
-        "{:?}",
-        after.warnings
-    );
-    let path = folder.path().join("p.inplace");
+    let mut warnings = after.warnings.iter();
+    let is_told = warnings.any(|warning| warning.contains("left out: 1"));
+    assert!(is_told, "{:?}", after.warnings);
     drop(Project::create(&path, &after).unwrap());
     assert_same(&Project::open(&path).unwrap().1, &after);
 }
@@ -289,28 +283,19 @@ fn save_as_copies_everything_and_finds_the_scene_from_its_new_place() {
 fn strokes_follow_their_frames_and_vanished_frames_and_changed_images_are_reported() {
     let folder = tempfile::tempdir().unwrap();
     let options = OpenOptions::default();
-    let same = contents(folder.path())
-        .matched(&scene(folder.path(), &["a", "b", "c"]), options)
-        .unwrap();
-    assert_eq!(
-        (same.pending, same.warnings.len()),
-        (contents::Pending::Nothing, 0)
-    );
-
+    let unchanged = scene(folder.path(), &["a", "b", "c"]);
     let mut before = contents(folder.path());
+    let same = before.clone().matched(&unchanged, options).unwrap();
+    assert!(same.pending == contents::Pending::Nothing && same.warnings.is_empty());
     before.maps = vec![map(0, 1, 1), map(2, 1, 2)];
-    let after = before
-        .clone()
-        .matched(&scene(folder.path(), &["x", "c", "b"]), options)
-        .unwrap();
+    let moved = scene(folder.path(), &["x", "c", "b"]);
+    let after = before.clone().matched(&moved, options).unwrap();
     assert_eq!(labelled(&after), labelled(&before));
     assert_eq!(after.scene.stems(), ["x", "c", "b", "a"]);
     assert_eq!(after.maps.iter().map(|map| map.frame).collect::<Vec<_>>(), [1]);
     let warning = &after.warnings[0];
-    assert!(
-        warning.contains("gone: 1 (a); strokes on them, kept but without effect: 1"),
-        "{warning}"
-    );
+    let told = "gone: 1 (a); strokes on them, kept but without effect: 1";
+    assert!(warning.contains(told), "{warning}");
     let mut history = after.history;
     history.redo().unwrap();
     assert_eq!(history.labels().strokes_of(2).count(), 1);

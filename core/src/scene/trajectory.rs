@@ -214,18 +214,13 @@ mod tests {
             read.camera
         });
         let camera = |focal, cx| Camera::new([64, 48], [focal, focal, cx, 24.0]);
-        assert_eq!(
-            cameras,
-            [None, Some(camera(50.0, 30.0)), Some(camera(24.0, 32.0))]
-        );
+        let [transforms_camera, path_camera] = [camera(50.0, 30.0), camera(24.0, 32.0)];
+        assert_eq!(cameras, [None, Some(transforms_camera), Some(path_camera)]);
         // As some editors save it.
         for file in [&text, &transforms, &path] {
+            let read = |file| Trajectory::read(file, None).unwrap();
             let marked = format!("\u{feff}{}", fs::read_to_string(file).unwrap());
-            let marked = folder.write("marked", marked);
-            assert_eq!(
-                Trajectory::read(&marked, None).unwrap(),
-                Trajectory::read(file, None).unwrap()
-            );
+            assert_eq!(read(&folder.write("marked", marked)), read(file));
         }
         let intrinsics = folder.write("own.txt", "20 21 5 6 10 12\n");
         for file in [&text, &transforms, &path] {

@@ -311,11 +311,8 @@ fn votes_of_which_most_are_wrong_teach_a_semantic_field_the_truth() {
     let right = right.count();
     let majority = votes.majority();
     let by_majority = (0..nodes.len()).filter(|&node| majority.get(&(node as u32)) == Some(&truth[node]));
-    assert!(
-        right as f32 > 0.97 * nodes.len() as f32,
-        "{right} of {}",
-        nodes.len()
-    );
+    let count = nodes.len();
+    assert!(right as f32 > 0.97 * count as f32, "{right} of {count}");
     assert!(by_majority.count() < right);
 }
 
@@ -346,10 +343,8 @@ fn voxels_grow_with_the_noise_of_the_depth_to_twice_their_side() {
 fn four_times_the_voxels_have_half_the_side() {
     let scene = wall(3, 320, 240);
     let chosen = Surface::build(&scene, &[], 5.0).unwrap();
-    assert_eq!(
-        Surface::build_scaled(&scene, &[], 5.0, 1.0).unwrap().graph.len(),
-        chosen.graph.len()
-    );
+    let same = Surface::build_scaled(&scene, &[], 5.0, 1.0).unwrap();
+    assert_eq!(same.graph.len(), chosen.graph.len());
     for (size, tolerance) in [(0.25, 0.3), (4.0, 0.2)] {
         let scaled = Surface::build_scaled(&scene, &[], 5.0, size).unwrap();
         assert!((scaled.voxel - chosen.voxel / size.sqrt()).abs() < 1e-6);
@@ -374,11 +369,8 @@ fn hidden_pixels_have_no_node_and_no_label_whatever_is_said_of_them() {
     for frame in 0..3 {
         let map = propagation.map(&scene, frame, 1);
         let (nodes, entropy) = (propagation.surface().nodes_at(frame, &all), map.entropy());
-        assert_eq!(
-            map.labels(),
-            before.map(&scene, frame, 1).labels(),
-            "frame {frame}"
-        );
+        let map_before = before.map(&scene, frame, 1);
+        assert_eq!(map.labels(), map_before.labels(), "frame {frame}");
         for index in 0..64 * 48 {
             let hidden = frame == 1 && is_hidden(index);
             assert_eq!(nodes[index].is_none(), hidden, "{frame} {index}");

@@ -265,10 +265,8 @@ mod tests {
         assert_eq!(values, [1.0, 2.5]);
         for value in [f32::NAN, f32::INFINITY] {
             let error = loaded(value).unwrap_err().to_string();
-            assert!(
-                error.contains("field.table") && error.contains("not finite"),
-                "{error}"
-            );
+            let is_named = error.contains("field.table") && error.contains("not finite");
+            assert!(is_named, "{error}");
         }
     }
 }

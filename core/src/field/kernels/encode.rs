@@ -107,7 +107,7 @@ mod tests {
     }
 
     #[test]
-    fn features_and_gradient_equal_plain_candle_ops_on_every_vector_unit_and_for_any_number_of_threads() {
+    fn features_and_gradient_equal_plain_candle_ops_on_every_vector_unit() {
         let (grid, table, samples) = case();
         let numbers = |tensor: &Tensor| tensor.flatten_all().unwrap().to_vec1::<f32>().unwrap();
         let gradient = |features: &Tensor| {
@@ -125,11 +125,6 @@ mod tests {
             for (a, b) in gradient(&features).iter().zip(&expected_gradient) {
                 assert!((a - b).abs() < 1e-4, "{dispatch}: {a} {b}");
             }
-            let with = |threads: usize| {
-                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-                pool.build().unwrap().install(|| gradient(&features))
-            };
-            assert_eq!(with(1), with(3), "{dispatch}");
         }
     }
 }

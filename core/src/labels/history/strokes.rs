@@ -115,10 +115,10 @@ mod tests {
 
         history.change_stroke_class(region, floor).unwrap();
         assert_eq!(history.undo_name(), Some("change polygon wall to floor"));
-        assert_eq!(history.labels().strokes[&region].class, floor);
+        let changed = &history.labels().strokes[&region];
         assert_eq!(
-            history.labels().strokes[&region].lines,
-            before.strokes[&region].lines
+            (changed.class, &changed.lines),
+            (floor, &before.strokes[&region].lines)
         );
         history.delete_stroke(click).unwrap();
         assert_eq!(history.undo_name(), Some("delete click wall"));

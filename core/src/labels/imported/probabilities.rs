@@ -241,16 +241,12 @@ mod tests {
         let grid = Probabilities::new([3, 2], [8, 4], cells).unwrap();
         let rows = [[1, 1, 1, 2, 2, 3, 3, 3], [4, 4, 4, 5, 5, 6, 6, 6]];
         assert_eq!(grid.labels(), [rows[0], rows[0], rows[1], rows[1]].concat());
-        assert_eq!(
-            [0, 1, 2, 3, 4, 5].map(|cell| grid.middle_of(cell)),
-            [9, 12, 14, 25, 28, 30]
-        );
+        let middles = [0, 1, 2, 3, 4, 5].map(|cell| grid.middle_of(cell));
+        assert_eq!(middles, [9, 12, 14, 25, 28, 30]);
         let (classes, steps) = grid.planes();
         assert_eq!(classes[..8], [1, 2, 3, 4, 5, 6, 300, 300]);
-        assert_eq!(
-            Probabilities::from_planes([8, 4], 3, &classes, &steps),
-            Some(grid)
-        );
+        let again = Probabilities::from_planes([8, 4], 3, &classes, &steps);
+        assert_eq!(again, Some(grid));
         assert_eq!(Probabilities::from_planes([8, 4], 4, &classes, &steps), None);
         assert_eq!(Probabilities::from_planes([8, 4], 3, &classes, &steps[1..]), None);
         assert_eq!(Probabilities::new([3, 2], [8, 4], Vec::new()), None);

@@ -31,10 +31,8 @@ fn a_file_of_every_version_opens_and_reads_the_same_where_it_cannot_be_written()
             let as_it_is = rows::read(&connection, &path).unwrap();
             drop(connection);
             let opened = Opened::open(&path).unwrap();
-            assert_eq!(
-                (opened.damage, &opened.contents.warnings),
-                (None, &Vec::<String>::new())
-            );
+            assert_eq!(opened.damage, None);
+            assert!(opened.contents.warnings.is_empty());
             assert_same(&opened.contents, &as_it_is);
             let project = opened.project.unwrap();
             assert_eq!(schema::version(&project.connection).unwrap(), VERSION);
@@ -47,10 +45,8 @@ fn files_of_version_1_come_with_their_history() {
     let folder = tempfile::tempdir().unwrap();
     let path = file(folder.path(), 1, "");
     let (mut project, mut saved) = Project::open(&path).unwrap();
-    assert_eq!(
-        labelled(&saved),
-        [("rgb_0".to_owned(), 1), ("rgb_5".to_owned(), 2)]
-    );
+    let expected = [("rgb_0", 1), ("rgb_5", 2)].map(|(stem, class)| (stem.to_owned(), class));
+    assert_eq!(labelled(&saved), expected);
     assert_eq!(saved.history.undo_name(), Some("scribble floor"));
     assert_eq!(saved.history.redo_name(), Some("erase"));
     assert_eq!(saved.view.as_deref(), Some("{}"));
@@ -72,10 +68,8 @@ fn files_of_later_versions_come_with_their_label_images() {
         let (_project, saved) = Project::open(&file(folder.path(), version, changes)).unwrap();
         assert_eq!(saved.history.undo_name(), Some("import predictions"));
         let images = saved.history.labels().imported.clone().unwrap();
-        assert_eq!(
-            (images.trust, images.maps.len(), images.maps[0].frame),
-            (trust, 1, 1)
-        );
+        let told = (images.trust, images.maps.len(), images.maps[0].frame);
+        assert_eq!(told, (trust, 1, 1));
         if version == 2 {
             let labels = images.maps[0].labels();
             assert_eq!((labels[0], labels[320 * 240 - 1]), (1, 2));
@@ -84,9 +78,7 @@ fn files_of_later_versions_come_with_their_label_images() {
         let grid = images.maps[0].probabilities().unwrap();
         assert_eq!((grid.size(), grid.frame_size()), ([2, 1], [320, 240]));
         let cells: Vec<Vec<(u16, f32)>> = grid.cells().iter().map(|cell| cell.iter().collect()).collect();
-        assert_eq!(
-            cells,
-            [vec![(1, 204.0 / 255.0), (2, 51.0 / 255.0)], vec![(2, 1.0)]]
-        );
+        let first = vec![(1, 204.0 / 255.0), (2, 51.0 / 255.0)];
+        assert_eq!(cells, [first, vec![(2, 1.0)]]);
     }
 }

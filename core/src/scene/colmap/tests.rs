@@ -15,7 +15,7 @@ use crate::scene::testing::{
     assert_outside, assert_refused, change_files, check_changes, far_away, open, opened,
     opened_without_depth, stems, wall,
 };
-use crate::scene::{Distortion, Lens};
+use crate::scene::{Distortion, Lens, SparsePoint};
 
 const WIDTH: u32 = 32;
 const HEIGHT: u32 = 24;
@@ -139,20 +139,13 @@ impl Fixture {
         }
         for (id, (name, pose, camera, places)) in (1..).zip(&self.images) {
             writeln!(images, "{id} {} {camera} {name}", joined(pose)).unwrap();
-            let places: Vec<String> = places
-                .iter()
-                .map(|(x, y, point)| format!("{x} {y} {point}"))
-                .collect();
+            let place = |(x, y, point): &Place| format!("{x} {y} {point}");
+            let places: Vec<String> = places.iter().map(place).collect();
             writeln!(images, "{}", places.join(" ")).unwrap();
         }
         for (id, position, error, views) in &self.points {
-            let track = " 1 0".repeat(*views);
-            writeln!(
-                points,
-                "{id} {} 9 9 9 {error}{track}",
-                joined(&position.to_array())
-            )
-            .unwrap();
+            let (position, track) = (joined(&position.to_array()), " 1 0".repeat(*views));
+            writeln!(points, "{id} {position} 9 9 9 {error}{track}").unwrap();
         }
         [
             ("cameras.txt", cameras),
@@ -280,12 +273,8 @@ fn masks_hide_pixels_and_the_points_on_them_under_either_name() {
                 assert_eq!(frame.is_valid(index), shown >= WIDTH / 2);
             }
         }
-        assert!(
-            frame
-                .points
-                .iter()
-                .all(|point| frame.is_valid(point.pixel as usize))
-        );
+        let is_shown = |point: &SparsePoint| frame.is_valid(point.pixel as usize);
+        assert!(frame.points.iter().all(is_shown));
         assert!(!frame.points.is_empty() && frame.points.len() < fixture.points.len());
     }
     let (before, after) = (&whole.frames[2], &scene.frames[2]);
@@ -340,11 +329,8 @@ fn points_that_miss_their_images_are_counted_and_warned_of() {
     write(&place, &fixture.binary());
     let scene = open(root.path()).unwrap();
     assert!((scene.point_errors.unwrap().median_px - 5.0).abs() < 1e-3);
-    assert!(
-        scene.warnings[0].contains("by 5.0 pixels"),
-        "{:?}",
-        scene.warnings
-    );
+    let warning = &scene.warnings[0];
+    assert!(warning.contains("by 5.0 pixels"), "{warning}");
     // Half a turn of the first camera around its vertical axis: all of its points are behind it.
     let [w, x, y, z, tx, ty, tz] = fixture.images[0].1;
     fixture.images[0].1 = [-y, z, w, -x, -tx, ty, -tz];
@@ -360,10 +346,8 @@ fn without_points_the_cameras_span_two_metres() {
     change_files(&folder, "remove sparse/0/points3D.bin");
     let scene = open(&folder).unwrap();
     let centres = scene.frames.iter().map(|frame| frame.center());
-    let (low, high) = (
-        centres.clone().fold(Vec3::INFINITY, Vec3::min),
-        centres.fold(Vec3::NEG_INFINITY, Vec3::max),
-    );
+    let low = centres.clone().fold(Vec3::INFINITY, Vec3::min);
+    let high = centres.fold(Vec3::NEG_INFINITY, Vec3::max);
     assert!(((high - low).max_element() - 2.0).abs() < 1e-4);
 }
 

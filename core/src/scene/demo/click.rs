@@ -139,18 +139,3 @@ fn border_distance(labels: &[ClassId], width: usize, height: usize) -> Vec<u16> 
     }
     distance
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_middle_of_a_class_is_farthest_from_its_border() {
-        let mut labels = vec![1; 9 * 7];
-        labels[3 * 9 + 8] = 2;
-        let distance = border_distance(&labels, 9, 7);
-        assert_eq!(distance[0], 0);
-        assert_eq!(distance[3 * 9 + 3], 3);
-        assert_eq!(distance[3 * 9 + 7], 1);
-    }
-}

@@ -6,10 +6,10 @@ use glam::Vec3;
 use tempfile::TempDir;
 
 use super::*;
-use crate::scene::Frame;
 use crate::scene::testing::{
     assert_refused, change_files, check_changes, opened, opened_without_depth, stems, z_depth,
 };
+use crate::scene::{Camera, Frame};
 
 /// Numbers of the frames, as they are left where a scan was thinned.
 const NUMBERS: [usize; 6] = [0, 2, 10, 20, 100, 1005];
@@ -64,11 +64,7 @@ fn frames_are_posed_in_the_order_of_their_numbers() {
     assert_eq!(frame.color().pixel(5), [120; 3]);
     assert!(frame.center().distance(Vec3::new(0.3, 0.5, -3.0)) < 1e-6);
     // Principal points in the files count pixel centres from 0.
-    let camera = frame.camera;
-    assert_eq!(
-        (camera.fx, camera.fy, camera.cx, camera.cy),
-        (20.0, 20.0, 12.0, 8.0)
-    );
+    assert_eq!(frame.camera, Camera::new([24, 16], [20.0, 20.0, 12.0, 8.0]));
     let ahead = frame.ray_direction(8 * 24 + 12);
     assert!(ahead.x > 0.99, "{ahead}");
 }
@@ -81,10 +77,8 @@ fn depth_is_brought_to_the_colour_images_by_the_two_intrinsics() {
         for column in 0..24 {
             let seen = 10.0 * (column as f32 + 0.5 - 12.0) / 20.0 + 8.0;
             let expected = 1.0 + 0.1 * seen.floor();
-            assert!(
-                (z(frame, column, row).unwrap() - expected).abs() < 1e-3,
-                "{column} {row}"
-            );
+            let depth = z(frame, column, row).unwrap();
+            assert!((depth - expected).abs() < 1e-3, "{column} {row}");
         }
     }
     // A depth camera that sees a part of what the colour camera sees: nothing is known around it.

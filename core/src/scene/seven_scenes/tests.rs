@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use glam::Vec3;
 use tempfile::TempDir;
 
+use crate::scene::Camera;
 use crate::scene::testing::{
     change_files, check_changes, opened, opened_without_depth, write_color, write_depth,
 };
@@ -57,8 +58,8 @@ fn the_published_intrinsics_are_a_note_and_a_file_goes_before_them() {
     assert!(scene.notes[0].contains("585"), "{:?}", scene.notes);
     change_files(&folder, "intrinsics.txt = 7 7.5 4.5 2.5 8 6");
     let scene = opened(&folder);
-    let camera = scene.frames[0].camera;
-    assert_eq!((camera.fx, camera.fy, camera.cx, camera.cy), (7.0, 7.5, 4.5, 2.5));
+    let expected = Camera::new([8, 6], [7.0, 7.5, 4.5, 2.5]);
+    assert_eq!(scene.frames[0].camera, expected);
     assert!(scene.notes.is_empty(), "{:?}", scene.notes);
 }
 

@@ -96,10 +96,8 @@ fn strokes_are_checked_as_if_the_others_were_spread_without_them() {
         checked += naive.len();
     }
     // The cases say something: there is some of both.
-    assert!(
-        contradicted > 5 && checked - contradicted > 5,
-        "{contradicted} of {checked}"
-    );
+    let has_both = contradicted > 5 && checked - contradicted > 5;
+    assert!(has_both, "{contradicted} of {checked}");
 }
 
 #[test]
@@ -127,10 +125,8 @@ fn a_stroke_alone_in_its_class_is_not_checked_and_a_wrong_one_is_found() {
     clicks.push((0, 2, [9, 20]));
     let checks = check(&clicks);
     let wrong = checks.strokes.iter().find(|check| check.stroke == StrokeId(6));
-    assert_eq!(
-        wrong.map(|check| (check.class, check.contradicting)),
-        Some((1, 1.0))
-    );
+    let said = wrong.map(|check| (check.class, check.contradicting));
+    assert_eq!(said, Some((1, 1.0)));
     // The mean over the classes: all dark ones are right or not, two of three bright ones are.
     let right = |ids: [u64; 2]| {
         let of = checks
