@@ -109,11 +109,8 @@ mod tests {
             let mut areas: BTreeMap<u16, u64> = BTreeMap::new();
             for (&id, &label) in gray("instanceIds").iter().zip(labels) {
                 let has_instances = label != VOID && label <= 64;
-                assert_eq!(
-                    if has_instances { id / INSTANCES } else { id },
-                    label,
-                    "instance {id}"
-                );
+                let class = if has_instances { id / INSTANCES } else { id };
+                assert_eq!(class, label, "instance {id}");
                 *areas.entry(id).or_default() += 1;
             }
             let mut expected: BTreeMap<u16, u64> = BTreeMap::new();

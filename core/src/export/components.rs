@@ -148,11 +148,8 @@ mod tests {
                     component.runs.iter().flat_map(|run| run.indices(WIDTH)).collect()
                 };
                 let as_pixels: Vec<Vec<usize>> = found.iter().map(pixels).collect();
-                assert_eq!(
-                    as_pixels,
-                    flooded(&labels, neighbours),
-                    "{neighbours:?} of {frame}"
-                );
+                let expected = flooded(&labels, neighbours);
+                assert_eq!(as_pixels, expected, "{neighbours:?} of {frame}");
                 for (component, pixels) in found.iter().zip(as_pixels) {
                     assert!(pixels.iter().all(|&pixel| labels[pixel] == component.label));
                     assert_eq!(component.area(), pixels.len() as u64);

@@ -216,11 +216,8 @@ mod tests {
         let count = written(root.path(), &labelled, Format::PointCloud, &Options::default());
         assert_eq!((count.files, count.unchanged), (3, 0));
         let (comments, cloud) = read(&root.path().join("cloud.ply"));
-        assert!(
-            comments
-                .iter()
-                .any(|comment| comment == "3.28 of their units are a metre")
-        );
+        let unit = "3.28 of their units are a metre".to_owned();
+        assert!(comments.contains(&unit), "{comments:?}");
         assert_eq!(comments[4..], ["class 3 dark wall", "class 500 W\\u{e4}nd\\n"]);
         let (_, by_class) = read(&root.path().join("cloud_classes.ply"));
         let (surface, posterior) = labelled.maps[0].surface().unwrap();

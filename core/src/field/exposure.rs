@@ -141,12 +141,9 @@ mod tests {
             .collect();
         let brighter: Vec<Vec3> = colors.iter().map(|c| 1.1 * *c + 0.02).collect();
         let plain = |other: &[Vec3]| {
-            colors
-                .iter()
-                .zip(other)
-                .map(|(a, b)| (*a - *b).length_squared() / 3.0)
-                .sum::<f32>()
-                / colors.len() as f32
+            let pairs = colors.iter().zip(other);
+            let squares: f32 = pairs.map(|(a, b)| (*a - *b).length_squared() / 3.0).sum();
+            squares / colors.len() as f32
         };
         assert!(corrected_error(&colors, &brighter) < 0.2 * plain(&brighter));
         let noisy: Vec<Vec3> = colors

@@ -77,10 +77,8 @@ fn the_border_between_two_settled_halves_is_no_suggestion() {
         .flat_map(|k| [(0, 1, [4 + 4 * k, 30]), (1, 2, [44 + 4 * k, 30])])
         .collect();
     for suggestion in suggestions(&dense).1 {
-        assert!(
-            suggestion.position.x.abs() > 0.08,
-            "on the border: {suggestion:?}"
-        );
+        let is_off_the_border = suggestion.position.x.abs() > 0.08;
+        assert!(is_off_the_border, "{suggestion:?}");
     }
 }
 
@@ -91,10 +89,7 @@ fn without_labels_there_are_places_in_every_frame_that_may_be_labelled_and_no_li
         let only = BTreeSet::from([frame]);
         let found = suggest(&scene, &propagation, Some(&only));
         assert!(!found.is_empty());
-        assert!(
-            found
-                .iter()
-                .all(|found| found.frame == frame && found.classes.is_empty())
-        );
+        let is_unknown = |one: &Suggestion| one.frame == frame && one.classes.is_empty();
+        assert!(found.iter().all(is_unknown));
     }
 }

@@ -187,11 +187,9 @@ fn maps_have_the_borders_of_the_image_where_voxels_lie_across() {
             by_voxels += usize::from(of_voxel != class);
         }
         let labels = map.labels();
-        in_maps += truth(&scene, frame)
-            .iter()
-            .zip(labels.iter())
-            .filter(|(class, label)| class != label)
-            .count();
+        let truth = truth(&scene, frame);
+        let pairs = truth.iter().zip(labels.iter());
+        in_maps += pairs.filter(|(class, label)| class != label).count();
     }
     assert!(by_voxels >= 48, "{by_voxels}");
     assert!(10 * in_maps < by_voxels, "{in_maps} {by_voxels}");

@@ -171,12 +171,9 @@ fn several_rooms_agree_with_themselves_and_are_unlike_each_other() {
         for index in 0..truth[frame].len() {
             let mirrored = index - index % width + (width - 1 - index % width);
             same_class += usize::from(truth[frame][index] == truth[10 + frame][mirrored]);
-            apart += (0..3)
-                .map(|channel| {
-                    first.bytes()[3 * index + channel].abs_diff(second.bytes()[3 * mirrored + channel])
-                })
-                .map(usize::from)
-                .sum::<usize>();
+            for (a, b) in first.pixel(index).into_iter().zip(second.pixel(mirrored)) {
+                apart += usize::from(a.abs_diff(b));
+            }
             pixels += 1;
         }
     }

@@ -129,10 +129,8 @@ fn a_stroke_alone_in_its_class_is_not_checked_and_a_wrong_one_is_found() {
     assert_eq!(said, Some((1, 1.0)));
     // The mean over the classes: all dark ones are right or not, two of three bright ones are.
     let right = |ids: [u64; 2]| {
-        let of = checks
-            .strokes
-            .iter()
-            .filter(|check| ids.contains(&check.stroke.0));
+        let strokes = checks.strokes.iter();
+        let of = strokes.filter(|check| ids.contains(&check.stroke.0));
         of.filter(|check| !check.is_contradicted()).count() as f32
     };
     let expected = 0.5 * (right([1, 2]) / 2.0 + right([3, 4]) / 3.0);
