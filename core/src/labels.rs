@@ -21,7 +21,8 @@ pub(crate) mod testing;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-pub use class::{Class, ClassId, DEFAULT_COLORS, VOID, default_color};
+pub use class::{Class, ClassId, VOID, default_color};
+pub(crate) use class::{DEFAULT_COLORS, rgb};
 pub use edit::{Edit, ImportChange, StrokeChange};
 pub use file::{StrokesError, StrokesProblem, parse_strokes, read_strokes, strokes_json};
 pub use history::{AddedClasses, History};

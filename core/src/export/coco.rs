@@ -2,8 +2,7 @@
 
 use serde::Serialize;
 
-use super::layout::Labelled;
-use super::original::Original;
+use super::layout::{Labelled, OutputFile};
 use crate::labels::{Class, ClassId};
 
 /// Where the images of the frames lie.
@@ -13,27 +12,22 @@ pub(super) const IMAGES: &str = "images";
 #[derive(Serialize)]
 pub(super) struct Image {
     /// Place of the frame in the scene, counted from 1.
-    id: usize,
+    pub(super) id: usize,
     file_name: String,
     width: u32,
     height: u32,
 }
 
 impl Image {
-    /// A frame that has no number yet.
-    pub(super) fn of(frame: &Labelled<'_>, original: &Original) -> Self {
+    /// A frame that has no number yet, with its image.
+    pub(super) fn of(frame: &Labelled<'_>, original: &OutputFile) -> Self {
         let [width, height] = frame.size;
         Self {
             id: 0,
-            file_name: original.name().to_owned(),
+            file_name: original.name(),
             width,
             height,
         }
-    }
-
-    /// The same with a number.
-    pub(super) fn numbered(self, id: usize) -> Self {
-        Self { id, ..self }
     }
 }
 

@@ -6,7 +6,7 @@ use super::Refusal;
 use super::coco::{self, Category, IMAGES, Image};
 use super::components::{Neighbours, box_around, components};
 use super::layout::{Labelled, Layout, OutputFile, dense_json_file};
-use super::original::Original;
+use super::original::original;
 use super::run_length;
 use crate::labels::{Class, ClassId};
 
@@ -16,18 +16,11 @@ use crate::labels::{Class, ClassId};
 /// small; its mask is compressed run lengths, so that no pixel is lost.
 pub(super) struct CocoInstances;
 
-/// An annotation that has no numbers yet.
-pub(super) struct Region {
-    category_id: ClassId,
-    area: u64,
-    bbox: [u32; 4],
-    counts: String,
-}
-
 #[derive(Serialize)]
-struct Annotation {
-    /// Counted from 1 over all frames.
+pub(super) struct Annotation {
+    /// Counted from 1 over all frames; 0 as long as only its own frame is known.
     id: usize,
+    /// The same of the frame.
     image_id: usize,
     category_id: ClassId,
     segmentation: Segmentation,
@@ -51,7 +44,7 @@ struct Instances<'a> {
 }
 
 impl Layout for CocoInstances {
-    type Entry = (Image, [u32; 2], Vec<Region>);
+    type Entry = (Image, Vec<Annotation>);
 
     fn folders(&self) -> &'static [&'static str] {
         &[IMAGES]
@@ -59,20 +52,27 @@ impl Layout for CocoInstances {
 
     fn frame(&self, frame: &Labelled<'_>) -> Result<(Vec<OutputFile>, Self::Entry), Refusal> {
         let positions = frame.positions()?;
-        let regions = components(&positions, frame.size[0], Neighbours::SidesAndCorners)
+        let [width, height] = frame.size;
+        let annotations = components(&positions, width, Neighbours::SidesAndCorners)
             .into_iter()
             .filter_map(|component| {
                 let class = &frame.classes[usize::from(component.label).checked_sub(1)?];
-                Some(Region {
+                let counts = run_length::compressed(&run_length::counts(&component.runs, frame.size));
+                let size = [height, width];
+                Some(Annotation {
+                    id: 0,
+                    image_id: 0,
                     category_id: class.id,
+                    segmentation: Segmentation { size, counts },
                     area: component.area(),
                     bbox: box_around(&component.runs),
-                    counts: run_length::compressed(&run_length::counts(&component.runs, frame.size)),
+                    iscrowd: 0,
                 })
             });
-        let original = Original::of(frame.frame)?;
-        let entry = (Image::of(frame, &original), frame.size, regions.collect());
-        Ok((vec![original.into_file(IMAGES)], entry))
+        let annotations = annotations.collect();
+        let original = original(frame.frame, IMAGES)?;
+        let image = Image::of(frame, &original);
+        Ok((vec![original], (image, annotations)))
     }
 
     fn index(&self, classes: &[Class], entries: Vec<Self::Entry>) -> Result<Vec<OutputFile>, Refusal> {
@@ -81,21 +81,13 @@ impl Layout for CocoInstances {
             annotations: Vec::new(),
             categories: coco::categories(classes, true),
         };
-        for (image_id, (image, [width, height], regions)) in (1..).zip(entries) {
-            instances.images.push(image.numbered(image_id));
-            for region in regions {
-                instances.annotations.push(Annotation {
-                    id: instances.annotations.len() + 1,
-                    image_id,
-                    category_id: region.category_id,
-                    segmentation: Segmentation {
-                        size: [height, width],
-                        counts: region.counts,
-                    },
-                    area: region.area,
-                    bbox: region.bbox,
-                    iscrowd: 0,
-                });
+        for (image_id, (mut image, annotations)) in (1..).zip(entries) {
+            image.id = image_id;
+            instances.images.push(image);
+            for mut annotation in annotations {
+                annotation.id = instances.annotations.len() + 1;
+                annotation.image_id = image_id;
+                instances.annotations.push(annotation);
             }
         }
         Ok(vec![dense_json_file("instances.json", &instances)?])

@@ -6,7 +6,7 @@ use super::Refusal;
 use super::coco::{self, Category, IMAGES, Image};
 use super::components::{box_around, label_runs};
 use super::layout::{Labelled, Layout, OutputFile, dense_json_file};
-use super::original::Original;
+use super::original::original;
 use crate::labels::{Class, ClassId, Run, png};
 
 const SEGMENTS: &str = "panoptic";
@@ -27,7 +27,8 @@ pub(super) struct Segment {
 }
 
 #[derive(Serialize)]
-struct Annotation {
+pub(super) struct Annotation {
+    /// Place of the frame in the scene, counted from 1; 0 as long as only the frame is known.
     image_id: usize,
     file_name: String,
     segments_info: Vec<Segment>,
@@ -41,7 +42,7 @@ struct Panoptic<'a> {
 }
 
 impl Layout for CocoPanoptic {
-    type Entry = (Image, String, Vec<Segment>);
+    type Entry = (Image, Annotation);
 
     fn folders(&self) -> &'static [&'static str] {
         &[SEGMENTS, IMAGES]
@@ -61,7 +62,7 @@ impl Layout for CocoPanoptic {
             iscrowd: 0,
         };
         let shown = frame.classes.iter().zip(&runs[1..]);
-        let segments = shown.filter(|(_, runs)| !runs.is_empty()).map(segment).collect();
+        let segments_info = shown.filter(|(_, runs)| !runs.is_empty()).map(segment).collect();
         let number = |id: &ClassId| {
             let [low, high] = id.to_le_bytes();
             [low, high, 0]
@@ -69,13 +70,15 @@ impl Layout for CocoPanoptic {
         let rgb: Vec<u8> = frame.labels.iter().flat_map(number).collect();
         let image = png::encode_rgb(width, height, &rgb)?;
         let file_name = format!("{}.png", frame.stem());
-        let original = Original::of(frame.frame)?;
+        let segments = OutputFile::new(format!("{SEGMENTS}/{file_name}"), image);
+        let original = original(frame.frame, IMAGES)?;
         let listed = Image::of(frame, &original);
-        let files = vec![
-            OutputFile::new(format!("{SEGMENTS}/{file_name}"), image),
-            original.into_file(IMAGES),
-        ];
-        Ok((files, (listed, file_name, segments)))
+        let annotation = Annotation {
+            image_id: 0,
+            file_name,
+            segments_info,
+        };
+        Ok((vec![segments, original], (listed, annotation)))
     }
 
     fn index(&self, classes: &[Class], entries: Vec<Self::Entry>) -> Result<Vec<OutputFile>, Refusal> {
@@ -84,13 +87,10 @@ impl Layout for CocoPanoptic {
             annotations: Vec::with_capacity(entries.len()),
             categories: coco::categories(classes, false),
         };
-        for (image_id, (image, file_name, segments_info)) in (1..).zip(entries) {
-            panoptic.images.push(image.numbered(image_id));
-            panoptic.annotations.push(Annotation {
-                image_id,
-                file_name,
-                segments_info,
-            });
+        for (image_id, (mut image, mut annotation)) in (1..).zip(entries) {
+            (image.id, annotation.image_id) = (image_id, image_id);
+            panoptic.images.push(image);
+            panoptic.annotations.push(annotation);
         }
         Ok(vec![dense_json_file("panoptic.json", &panoptic)?])
     }
@@ -107,9 +107,12 @@ mod tests {
         let classes = [Class::new(300, "lobster")];
         let labels = vec![300; testing::labels(0).len()];
         let frame = testing::labelled(&scene, testing::SIZE, &classes, labels);
-        let (files, (_, _, segments)) = CocoPanoptic.frame(&frame).unwrap();
+        let (files, (_, annotation)) = CocoPanoptic.frame(&frame).unwrap();
         let pixel = image::load_from_memory(&files[0].bytes).unwrap().into_rgb8();
         assert_eq!(pixel.get_pixel(0, 0).0, [44, 1, 0]);
-        assert_eq!(segments[0].bbox, [0, 0, testing::WIDTH, testing::HEIGHT]);
+        assert_eq!(
+            annotation.segments_info[0].bbox,
+            [0, 0, testing::WIDTH, testing::HEIGHT]
+        );
     }
 }

@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use crate::labels::{Class, DEFAULT_COLORS};
+use crate::labels::{Class, DEFAULT_COLORS, rgb};
 
 /// The colours of some classes, at most 255, so that none is black, which is void, and no two are the same. A class
 /// keeps its colour if no class before it has the same one; the others get default colours that no class has.
@@ -12,7 +12,10 @@ pub(super) fn distinct(classes: &[Class]) -> Vec<[u8; 3]> {
     taken.insert(VOID_COLOR);
     let mut kept = HashSet::from([VOID_COLOR]);
     // More than there are classes.
-    let mut free = DEFAULT_COLORS.into_iter().chain((1..=255).map(voc_color));
+    let mut free = DEFAULT_COLORS
+        .into_iter()
+        .map(rgb)
+        .chain((1..=255).map(voc_color));
     let color = |class: &Class| {
         if kept.insert(class.color) {
             return class.color;
@@ -45,7 +48,7 @@ mod tests {
             color,
             ..Class::new(id, "x")
         };
-        let first = DEFAULT_COLORS[0];
+        let [first, second, third, ..] = DEFAULT_COLORS.map(rgb);
         let classes = [
             class(1, [9, 9, 9]),
             class(2, [0, 0, 0]),
@@ -53,7 +56,7 @@ mod tests {
             class(4, first),
         ];
         let colors = distinct(&classes);
-        assert_eq!(colors, [[9, 9, 9], DEFAULT_COLORS[1], DEFAULT_COLORS[2], first]);
+        assert_eq!(colors, [[9, 9, 9], second, third, first]);
         let crowd: Vec<Class> = (1..=255).map(|id| class(id, first)).collect();
         let colors: HashSet<_> = distinct(&crowd).into_iter().collect();
         assert_eq!(colors.len(), 255);

@@ -1,6 +1,7 @@
 //! Connected regions of label maps.
 
 use crate::labels::Run;
+use crate::semantics::DisjointSets;
 
 /// Which pixels touch each other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,7 +62,7 @@ pub(super) fn components(labels: &[u16], width: u32, neighbours: Neighbours) -> 
         Neighbours::Sides => 0,
         Neighbours::SidesAndCorners => 1,
     };
-    let mut parents: Vec<usize> = (0..runs.len()).collect();
+    let mut sets = DisjointSets::new(runs.len());
     // The first run of the row above that may still touch one of this row.
     let mut above = 0;
     for (index, (label, run)) in runs.iter().enumerate() {
@@ -76,16 +77,15 @@ pub(super) fn components(labels: &[u16], width: u32, neighbours: Neighbours) -> 
             .take_while(|((_, other), _)| other.row < run.row && other.first <= run.last + reach);
         for ((other_label, _), other) in touching {
             if other_label == label {
-                let (a, b) = (root(&mut parents, index), root(&mut parents, other));
-                // The earliest run stays the root: it has the component's first pixel.
-                parents[a.max(b)] = a.min(b);
+                sets.join(index as u32, other as u32);
             }
         }
     }
     let mut number_of_root = vec![usize::MAX; runs.len()];
     let mut found: Vec<Component> = Vec::new();
     for (index, &(label, run)) in runs.iter().enumerate() {
-        let root = root(&mut parents, index);
+        // The earliest run is the root: it has the component's first pixel.
+        let root = sets.root(index as u32) as usize;
         if root == index {
             number_of_root[root] = found.len();
             found.push(Component {
@@ -96,15 +96,6 @@ pub(super) fn components(labels: &[u16], width: u32, neighbours: Neighbours) -> 
         found[number_of_root[root]].runs.push(run);
     }
     found
-}
-
-/// The root of a run's tree, whose paths it halves on the way.
-fn root(parents: &mut [usize], mut index: usize) -> usize {
-    while parents[index] != index {
-        parents[index] = parents[parents[index]];
-        index = parents[index];
-    }
-    index
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::Refusal;
 use super::layout::{Labelled, Layout, OutputFile, json_file};
-use super::original::Original;
+use super::original::original;
 use crate::labels::{Class, ClassId, VOID, png};
 
 const IMAGES: &str = "images";
@@ -43,7 +43,7 @@ impl Layout for HuggingFace {
         }
         let shown = frame.classes.iter().zip(&is_shown[1..]);
         let labels = png::encode_labels(width, height, &frame.labels)?;
-        let original = Original::of(frame.frame)?;
+        let original = original(frame.frame, IMAGES)?;
         let row = Row {
             file_name: format!("{IMAGES}/{}", original.name()),
             label_file_name: format!("{LABELS}/{}.png", frame.stem()),
@@ -52,11 +52,8 @@ impl Layout for HuggingFace {
                 .map(|(class, _)| class.name.clone())
                 .collect(),
         };
-        let files = vec![
-            original.into_file(IMAGES),
-            OutputFile::new(&row.label_file_name, labels),
-        ];
-        Ok((files, row))
+        let labels = OutputFile::new(&row.label_file_name, labels);
+        Ok((vec![original, labels], row))
     }
 
     fn index(&self, classes: &[Class], entries: Vec<Row>) -> Result<Vec<OutputFile>, Refusal> {

@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::Refusal;
 use super::components::{Component, Neighbours, components};
 use super::layout::{Labelled, Layout, OutputFile, dense_json_file};
-use super::original::Original;
+use super::original::original;
 use crate::guide::outline;
 use crate::labels::{Class, Pixel, Run};
 
@@ -68,21 +68,18 @@ impl Layout for Labelme {
 
     fn frame(&self, frame: &Labelled<'_>) -> Result<(Vec<OutputFile>, ()), Refusal> {
         let [image_width, image_height] = frame.size;
-        let original = Original::of(frame.frame)?;
+        let original = original(frame.frame, FOLDER)?;
         let file = LabelFile {
             version: VERSION,
             flags: Empty {},
             shapes: shapes(frame)?,
-            image_path: original.name().to_owned(),
+            image_path: original.name(),
             image_data: (),
             image_height,
             image_width,
         };
         let path = format!("{FOLDER}/{}.json", frame.stem());
-        Ok((
-            vec![dense_json_file(path, &file)?, original.into_file(FOLDER)],
-            (),
-        ))
+        Ok((vec![dense_json_file(path, &file)?, original], ()))
     }
 }
 

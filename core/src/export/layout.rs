@@ -94,6 +94,12 @@ impl OutputFile {
         }
     }
 
+    /// Its name in its folder.
+    pub(super) fn name(&self) -> String {
+        let name = self.path.file_name().unwrap_or_default();
+        name.to_string_lossy().into_owned()
+    }
+
     /// Writes it into an export's folder, unless it is there already; whether it was not.
     pub(super) fn write(&self, folder: &Path) -> Result<bool, ExportError> {
         let path = folder.join(&self.path);

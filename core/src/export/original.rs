@@ -5,44 +5,26 @@ use super::layout::OutputFile;
 use crate::labels::png;
 use crate::scene::{Frame, PlainImage, SceneError, original_colors, plain_image};
 
-/// The image of a frame as a data set has it.
-pub(super) struct Original {
-    name: String,
-    bytes: Vec<u8>,
-}
-
-impl Original {
-    /// A copy of the image on disk, byte for byte but for an orientation in its metadata, which readers would follow or
-    /// not; a PNG where the frame was turned by that, and of frames that no file shows.
-    ///
-    /// # Errors
-    /// An image that can no longer be read.
-    pub(super) fn of(frame: &Frame) -> Result<Self, Refusal> {
-        let as_png = |bytes| (format!("{}.png", frame.stem), bytes);
-        let (name, bytes) = if frame.path.as_os_str().is_empty() {
-            let color = frame.color();
-            as_png(png::encode_rgb(color.width(), color.height(), color.bytes())?)
-        } else {
-            match (plain_image(frame)?, frame.path.extension()) {
-                (PlainImage::Png(bytes), _) => as_png(bytes),
-                (PlainImage::AsStored(bytes), None) => (frame.stem.clone(), bytes),
-                (PlainImage::AsStored(bytes), Some(extension)) => {
-                    (format!("{}.{}", frame.stem, extension.to_string_lossy()), bytes)
-                }
-            }
-        };
-        Ok(Self { name, bytes })
-    }
-
-    /// The frame's stem with the extension of the bytes.
-    pub(super) fn name(&self) -> &str {
-        &self.name
-    }
-
-    /// The file in a folder of the data set.
-    pub(super) fn into_file(self, folder: &str) -> OutputFile {
-        OutputFile::new(format!("{folder}/{}", self.name), self.bytes)
-    }
+/// A copy of the image on disk for a folder of a data set, byte for byte but for an orientation in its metadata, which
+/// readers would follow or not; a PNG where the frame was turned by that, and of frames that no file shows. Its name is
+/// the frame's stem with the extension of the bytes.
+///
+/// # Errors
+/// An image that can no longer be read.
+pub(super) fn original(frame: &Frame, folder: &str) -> Result<OutputFile, Refusal> {
+    let (extension, bytes) = if frame.path.as_os_str().is_empty() {
+        let color = frame.color();
+        let png = png::encode_rgb(color.width(), color.height(), color.bytes())?;
+        (".png".to_owned(), png)
+    } else {
+        match (plain_image(frame)?, frame.path.extension()) {
+            (PlainImage::Png(bytes), _) => (".png".to_owned(), bytes),
+            (PlainImage::AsStored(bytes), None) => (String::new(), bytes),
+            (PlainImage::AsStored(bytes), Some(own)) => (format!(".{}", own.to_string_lossy()), bytes),
+        }
+    };
+    let path = format!("{folder}/{}{extension}", frame.stem);
+    Ok(OutputFile::new(path, bytes))
 }
 
 /// The colours of the image, distortion included, row-major `[height, width, 3]`.
@@ -70,18 +52,18 @@ mod tests {
     fn an_image_on_disk_is_copied_byte_for_byte_unless_it_is_turned_and_a_missing_one_is_named() {
         let root = tempfile::tempdir().unwrap();
         let mut frame = testing::scene().frames.remove(0);
-        let rendered = Original::of(&frame).unwrap().into_file("images");
+        let rendered = original(&frame, "images").unwrap();
         assert_eq!(rendered.path, Path::new("images/rgb_0.png"));
         let decoded = image::load_from_memory(&rendered.bytes).unwrap().into_rgb8();
         assert_eq!(decoded.into_raw(), frame.color().bytes());
         frame.path = root.path().join("left").with_extension("JPG");
         let as_the_camera_left_it = sideways_jpeg(1);
         fs::write(&frame.path, &as_the_camera_left_it).unwrap();
-        let error = Original::of(&frame).map(|_| ()).unwrap_err().to_string();
+        let error = original(&frame, "images").map(|_| ()).unwrap_err().to_string();
         let told = "it has 32 x 16 pixels instead of 24 x 18";
         assert!(error.contains(told), "{error}");
         frame.camera = Camera::with_horizontal_fov(32, 16, 90.0);
-        let copied = Original::of(&frame).unwrap().into_file("images");
+        let copied = original(&frame, "images").unwrap();
         assert_eq!(copied.path, Path::new("images/rgb_0.JPG"));
         assert_eq!(copied.bytes, as_the_camera_left_it);
         // One that is turned for its frame is a PNG.
@@ -92,7 +74,7 @@ mod tests {
         let decoded = image::load_from_memory(&turned.bytes).unwrap();
         assert_eq!((decoded.width(), decoded.height()), (16, 32));
         fs::remove_file(&frame.path).unwrap();
-        let error = Original::of(&frame).map(|_| ()).unwrap_err().to_string();
+        let error = original(&frame, "images").map(|_| ()).unwrap_err().to_string();
         assert!(error.contains("left.JPG"), "{error}");
     }
 

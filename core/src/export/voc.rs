@@ -10,7 +10,7 @@ use zip::{CompressionMethod, DateTime, ZipWriter};
 use super::Refusal;
 use super::colors;
 use super::layout::{Labelled, Layout, OutputFile};
-use super::original::Original;
+use super::original::original;
 use crate::labels::{Class, png};
 
 /// What VOC calls void.
@@ -92,7 +92,7 @@ impl Layout for Voc {
         let segmentation = |palette: &[[u8; 3]]| png::encode_indexed(width, height, &indices, palette);
         let (class, object) = (segmentation(&class_palette)?, segmentation(&object_palette)?);
         let files = vec![
-            Original::of(frame.frame)?.into_file("JPEGImages"),
+            original(frame.frame, "JPEGImages")?,
             OutputFile::new(class_path(stem), class.clone()),
             OutputFile::new(object_path(stem), object.clone()),
         ];

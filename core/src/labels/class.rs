@@ -35,12 +35,12 @@ impl Class {
     }
 }
 
-/// The default colour of a class, sRGB: one of [`DEFAULT_COLORS`], and beyond them hues by golden ratio at three
+/// The default colour of a class, sRGB: one of `DEFAULT_COLORS`, and beyond them hues by golden ratio at three
 /// values (HSV).
 pub fn default_color(id: ClassId) -> [u8; 3] {
     let index = usize::from(id.max(1) - 1);
     if let Some(&color) = DEFAULT_COLORS.get(index) {
-        return color;
+        return rgb(color);
     }
     let hue = (index as f32 * 0.618_034).fract() * 6.0;
     let value = [0.95, 0.7, 0.5][index % 3];
@@ -53,75 +53,24 @@ pub fn default_color(id: ClassId) -> [u8; 3] {
     [channel(5.0), channel(3.0), channel(1.0)]
 }
 
+/// The channels of 0xRRGGBB.
+pub(crate) fn rgb(hex: u32) -> [u8; 3] {
+    let [_, rgb @ ..] = hex.to_be_bytes();
+    rgb
+}
+
 /// Colours that stay distinct for most kinds of colour vision: first those of Okabe and Ito (2008), then each time the
 /// colour that is farthest from all before it, in CIELAB, as seen without a deficiency, with deuteranopia and with
-/// protanopia (Machado et al. 2009). Lightness 30 to 90 and chroma from 30 on, to be seen on photographs.
-#[rustfmt::skip]
-pub const DEFAULT_COLORS: [[u8; 3]; 64] = [
-    [230, 159, 0],
-    [86, 180, 233],
-    [0, 158, 115],
-    [240, 228, 66],
-    [0, 114, 178],
-    [213, 94, 0],
-    [204, 121, 167],
-    [0, 0, 255],
-    [135, 240, 150],
-    [105, 105, 255],
-    [150, 30, 30],
-    [120, 45, 90],
-    [135, 240, 255],
-    [90, 240, 195],
-    [255, 0, 90],
-    [90, 30, 180],
-    [105, 150, 255],
-    [255, 150, 90],
-    [120, 30, 120],
-    [180, 45, 0],
-    [210, 0, 180],
-    [30, 75, 255],
-    [150, 15, 60],
-    [105, 195, 135],
-    [60, 195, 210],
-    [165, 75, 135],
-    [75, 135, 75],
-    [195, 240, 105],
-    [90, 225, 210],
-    [75, 210, 105],
-    [90, 0, 210],
-    [150, 75, 105],
-    [105, 195, 165],
-    [195, 90, 225],
-    [240, 30, 60],
-    [135, 210, 255],
-    [150, 60, 210],
-    [120, 15, 150],
-    [30, 255, 180],
-    [60, 210, 30],
-    [105, 240, 120],
-    [210, 0, 60],
-    [90, 165, 105],
-    [105, 75, 150],
-    [165, 135, 195],
-    [150, 165, 255],
-    [180, 150, 45],
-    [240, 195, 75],
-    [15, 150, 135],
-    [105, 45, 210],
-    [165, 105, 165],
-    [165, 90, 195],
-    [135, 180, 75],
-    [60, 225, 165],
-    [90, 60, 180],
-    [60, 105, 45],
-    [135, 210, 135],
-    [30, 90, 240],
-    [210, 150, 195],
-    [90, 180, 135],
-    [0, 225, 225],
-    [0, 135, 90],
-    [120, 45, 105],
-    [150, 30, 0],
+/// protanopia (Machado et al. 2009). Lightness 30 to 90 and chroma from 30 on, to be seen on photographs. 0xRRGGBB.
+pub(crate) const DEFAULT_COLORS: [u32; 64] = [
+    0xE6_9F00, 0x56_B4E9, 0x00_9E73, 0xF0_E442, 0x00_72B2, 0xD5_5E00, 0xCC_79A7, 0x00_00FF, 0x87_F096,
+    0x69_69FF, 0x96_1E1E, 0x78_2D5A, 0x87_F0FF, 0x5A_F0C3, 0xFF_005A, 0x5A_1EB4, 0x69_96FF, 0xFF_965A,
+    0x78_1E78, 0xB4_2D00, 0xD2_00B4, 0x1E_4BFF, 0x96_0F3C, 0x69_C387, 0x3C_C3D2, 0xA5_4B87, 0x4B_874B,
+    0xC3_F069, 0x5A_E1D2, 0x4B_D269, 0x5A_00D2, 0x96_4B69, 0x69_C3A5, 0xC3_5AE1, 0xF0_1E3C, 0x87_D2FF,
+    0x96_3CD2, 0x78_0F96, 0x1E_FFB4, 0x3C_D21E, 0x69_F078, 0xD2_003C, 0x5A_A569, 0x69_4B96, 0xA5_87C3,
+    0x96_A5FF, 0xB4_962D, 0xF0_C34B, 0x0F_9687, 0x69_2DD2, 0xA5_69A5, 0xA5_5AC3, 0x87_B44B, 0x3C_E1A5,
+    0x5A_3CB4, 0x3C_692D, 0x87_D287, 0x1E_5AF0, 0xD2_96C3, 0x5A_B487, 0x00_E1E1, 0x00_875A, 0x78_2D69,
+    0x96_1E00,
 ];
 
 #[cfg(test)]
@@ -201,7 +150,7 @@ mod tests {
 
     #[test]
     fn default_colors_are_neither_pale_nor_dark() {
-        for color in DEFAULT_COLORS {
+        for color in DEFAULT_COLORS.map(rgb) {
             let [lightness, a, b] = seen(color, &VISIONS[0]);
             assert!((30.0..92.0).contains(&lightness), "{color:?}");
             assert!(a.hypot(b) >= 29.0, "{color:?}");

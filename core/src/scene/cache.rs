@@ -1,69 +1,50 @@
 //! Values that can be made again: those used last are kept, up to a number of bytes.
 
-use std::collections::BTreeMap;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// The values used last, each with the bytes that it takes. Shared between threads.
+/// The values used last. Shared between threads.
 #[derive(Debug)]
 pub(crate) struct Cache<V> {
     most: usize,
-    kept: Mutex<Kept<V>>,
+    kept: Mutex<Vec<Kept<V>>>,
 }
 
+/// A value, in the order of last use.
 #[derive(Debug)]
 struct Kept<V> {
-    /// By key: when it was used last, its bytes and itself.
-    values: BTreeMap<usize, (u64, usize, V)>,
+    key: usize,
     bytes: usize,
-    clock: u64,
+    value: V,
 }
 
 impl<V: Clone> Cache<V> {
     /// Keeps values of at most so many bytes together; a single larger one is kept until the next comes.
     pub(crate) fn new(most: usize) -> Self {
-        let kept = Kept {
-            values: BTreeMap::new(),
-            bytes: 0,
-            clock: 0,
-        };
-        Self {
-            most,
-            kept: Mutex::new(kept),
-        }
+        let kept = Mutex::new(Vec::new());
+        Self { most, kept }
     }
 
     /// The value of this key, if it is still kept.
     pub(crate) fn get(&self, key: usize) -> Option<V> {
         let mut kept = self.lock();
-        kept.clock += 1;
-        let now = kept.clock;
-        let (used, _, value) = kept.values.get_mut(&key)?;
-        *used = now;
-        Some(value.clone())
+        let place = kept.iter().position(|known| known.key == key)?;
+        kept[place..].rotate_left(1);
+        kept.last().map(|newest| newest.value.clone())
     }
 
     /// Keeps a value of so many bytes, in place of those that were not used for longest.
     pub(crate) fn put(&self, key: usize, bytes: usize, value: V) {
         let mut kept = self.lock();
-        kept.clock += 1;
-        let now = kept.clock;
-        if let Some((_, before, _)) = kept.values.insert(key, (now, bytes, value)) {
-            kept.bytes -= before;
-        }
-        kept.bytes += bytes;
-        while kept.bytes > self.most && kept.values.len() > 1 {
-            let oldest = kept.values.iter().min_by_key(|(_, (used, ..))| *used);
-            let Some(oldest) = oldest.map(|(&key, _)| key) else {
-                break;
-            };
-            if let Some((_, bytes, _)) = kept.values.remove(&oldest) {
-                kept.bytes -= bytes;
-            }
+        kept.retain(|known| known.key != key);
+        kept.push(Kept { key, bytes, value });
+        let mut total: usize = kept.iter().map(|known| known.bytes).sum();
+        while total > self.most && kept.len() > 1 {
+            total -= kept.remove(0).bytes;
         }
     }
 
     /// What is kept is always whole, so a panic elsewhere does not spoil it.
-    fn lock(&self) -> std::sync::MutexGuard<'_, Kept<V>> {
+    fn lock(&self) -> MutexGuard<'_, Vec<Kept<V>>> {
         self.kept.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -154,29 +154,21 @@ pub fn image_size(size: [f64; 2]) -> Option<[u32; 2]> {
     size.into_iter().all(is_side).then(|| size.map(|v| v as u32))
 }
 
-/// A camera-to-world matrix, if it is finite and rigid.
+/// A camera-to-world matrix, which must be finite and rigid; or what is wrong with it.
 pub fn rigid(camera_to_world: DAffine3) -> Result<DAffine3, PoseError> {
-    pose_problem(&camera_to_world).map_or(Ok(camera_to_world), Err)
-}
-
-/// What is wrong with a camera-to-world matrix, if anything: it must be finite and rigid.
-pub fn pose_problem(camera_to_world: &DAffine3) -> Option<PoseError> {
     if !camera_to_world.is_finite() {
-        return Some(PoseError::NotFinite);
+        return Err(PoseError::NotFinite);
     }
     if camera_to_world.translation.abs().max_element() > FARTHEST {
-        return Some(PoseError::TooFar);
+        return Err(PoseError::TooFar);
     }
     let rotation = camera_to_world.matrix3;
     let deviation = rotation.transpose() * rotation - DMat3::IDENTITY;
-    let worst = deviation
-        .to_cols_array()
-        .into_iter()
-        .fold(0.0_f64, |worst, v| worst.max(v.abs()));
-    if worst > 1e-2 || rotation.determinant() < 0.0 {
-        return Some(PoseError::NotRigid);
+    let is_orthonormal = deviation.to_cols_array().iter().all(|v| v.abs() <= 1e-2);
+    if !is_orthonormal || rotation.determinant() < 0.0 {
+        return Err(PoseError::NotRigid);
     }
-    None
+    Ok(camera_to_world)
 }
 
 /// A pose in the coordinates and the unit of a capture, camera-to-world, in metres relative to `origin`; `unit` is the

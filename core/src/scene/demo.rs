@@ -28,7 +28,7 @@ use rayon::prelude::*;
 use super::camera::sampled;
 use super::pixels::OnDisk;
 use super::{Cache, Camera, ColorImage, DepthMap, Frame, FramePixels, Pixels, Scene, SceneSource};
-use crate::labels::{Class, ClassId, LabelSet, Stroke};
+use crate::labels::{Class, ClassId, LabelSet, Stroke, rgb};
 use house::House;
 use light::LightMap;
 use render::View;
@@ -205,7 +205,7 @@ pub fn classes() -> Vec<Class> {
     let class = |(&(name, color), id): (&(&str, u32), ClassId)| Class {
         id,
         name: name.to_owned(),
-        color: [(color >> 16) as u8, (color >> 8) as u8, color as u8],
+        color: rgb(color),
     };
     room::CLASSES.iter().zip(1..).map(class).collect()
 }

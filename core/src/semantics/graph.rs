@@ -273,21 +273,23 @@ fn join_parts(nodes: &[Node], pairs: &mut Vec<(u32, u32)>) {
     }
 }
 
-/// Disjoint sets of nodes.
-struct DisjointSets {
+/// Disjoint sets of things by their numbers.
+pub(crate) struct DisjointSets {
     parent: Vec<u32>,
     count: usize,
 }
 
 impl DisjointSets {
-    fn new(nodes: usize) -> Self {
+    /// Each thing by itself.
+    pub(crate) fn new(things: usize) -> Self {
         Self {
-            parent: (0..nodes as u32).collect(),
-            count: nodes,
+            parent: (0..things as u32).collect(),
+            count: things,
         }
     }
 
-    fn root(&mut self, mut node: u32) -> u32 {
+    /// The smallest number in the set of this one.
+    pub(crate) fn root(&mut self, mut node: u32) -> u32 {
         while self.parent[node as usize] != node {
             let above = self.parent[self.parent[node as usize] as usize];
             self.parent[node as usize] = above;
@@ -297,7 +299,7 @@ impl DisjointSets {
     }
 
     /// Joins two sets; `false` when they were one already.
-    fn join(&mut self, a: u32, b: u32) -> bool {
+    pub(crate) fn join(&mut self, a: u32, b: u32) -> bool {
         let (a, b) = (self.root(a), self.root(b));
         if a == b {
             return false;
