@@ -230,7 +230,7 @@ impl Project {
 
 /// Maps as rows of the file at `path`.
 fn encoded(path: &Path, maps: &[Arc<FrameMap>]) -> Result<Vec<rows::MapRow>, ProjectError> {
-    let encoded: image::ImageResult<_> = maps.iter().map(|map| rows::MapRow::encode(map)).collect();
+    let encoded: Result<_, png::EncodingError> = maps.iter().map(|map| rows::MapRow::encode(map)).collect();
     encoded.map_err(|error| ProjectError::unwritable(path, format!("a map has no image: {error}")))
 }
 

@@ -64,6 +64,14 @@ impl ExportError {
         }
     }
 
+    pub(super) fn cancelled(folder: &Path, written: usize, frames: usize) -> Self {
+        Self::Cancelled {
+            folder: folder.to_path_buf(),
+            written,
+            frames,
+        }
+    }
+
     pub(super) fn incomplete(folder: &Path, reason: Refusal) -> Self {
         Self::Incomplete {
             folder: folder.to_path_buf(),
@@ -116,10 +124,10 @@ pub enum Refusal {
     /// A view cannot be rendered.
     #[error(transparent)]
     Field(#[from] FieldError),
-    /// An image cannot be encoded.
+    /// A JPEG cannot be encoded.
     #[error(transparent)]
     Image(#[from] image::ImageError),
-    /// An image with a palette cannot be encoded.
+    /// A PNG cannot be encoded.
     #[error(transparent)]
     Png(#[from] png::EncodingError),
     /// A list cannot be encoded.

@@ -205,11 +205,7 @@ pub(super) fn write<L: Layout>(
         .collect::<Result<_, _>>()?;
     let entries: Vec<L::Entry> = entries.into_iter().flatten().collect();
     if entries.len() < maps.len() {
-        return Err(ExportError::Cancelled {
-            folder: folder.to_path_buf(),
-            written: entries.len(),
-            frames: maps.len(),
-        });
+        return Err(ExportError::cancelled(folder, entries.len(), maps.len()));
     }
     write_files(layout.index(classes, entries).map_err(incomplete)?)?;
     Ok(Written {

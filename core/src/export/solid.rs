@@ -98,11 +98,7 @@ pub(super) fn write(
         .collect();
     let frames = labelled.scene.frames.len();
     if progress(0, frames).is_break() {
-        return Err(ExportError::Cancelled {
-            folder: folder.to_path_buf(),
-            written: 0,
-            frames,
-        });
+        return Err(ExportError::cancelled(folder, 0, frames));
     }
     super::prepare(folder, &[])?;
     let comments = comments(labelled.scene.unit, classes);

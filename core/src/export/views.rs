@@ -64,11 +64,7 @@ pub fn export_views(
             written.count(file.write(folder)?);
         }
         if progress(number + 1, total).is_break() && number + 1 < total {
-            return Err(ExportError::Cancelled {
-                folder: folder.to_path_buf(),
-                written: number + 1,
-                frames: total,
-            });
+            return Err(ExportError::cancelled(folder, number + 1, total));
         }
     }
     let mut index = Pngs.index(ids.classes(), Vec::new()).map_err(incomplete)?;

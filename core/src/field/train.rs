@@ -21,8 +21,8 @@ use super::{
 use crate::scene::Scene;
 use batch::{Batch, PixelSource};
 pub use held_out::{HeldOut, HeldOutPixels};
-use loss::Objective;
 pub use loss::Recipe;
+use loss::{LossPart, Objective};
 use schedule::{Adjustment, CHECK_EVERY, Schedule};
 
 /// Samples per step, about; the number of rays follows from the samples that a ray needs.
@@ -140,7 +140,11 @@ impl Trainer {
         occupancy.keep_points(&scene, &volume);
         let (held_out, frames) = HeldOutPixels::split(&scene, seed);
         // With depth images there is no need to assume that surfaces are smooth.
-        let source = PixelSource::new(&scene, frames, recipe.smoothness && !scene.has_depth());
+        let source = PixelSource::new(
+            &scene,
+            frames,
+            recipe.has(LossPart::Smoothness) && !scene.has_depth(),
+        );
         let exposure = Exposure::new(scene.frames.len(), field.device())?;
         let [table_optimiser, weights_optimiser] = field.optimisers()?;
         let checkpoint = Checkpoint::of(&field, &occupancy)?;

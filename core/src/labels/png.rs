@@ -2,73 +2,68 @@
 
 use std::io::Cursor;
 
-use image::codecs::png::{CompressionType, FilterType, PngEncoder};
-use image::{
-    ColorType, DynamicImage, ExtendedColorType, ImageEncoder, ImageFormat, ImageReader, ImageResult,
-};
+use image::{DynamicImage, ImageFormat, ImageReader};
+use png::{BitDepth, ColorType, EncodingError};
 
 use super::ClassId;
 use crate::scene::{self, ImageError};
 
+/// A PNG, unless the pixels do not fill an image of this size.
+type Encoded = Result<Vec<u8>, EncodingError>;
+
 /// Class ids as gray values, 8 bit unless an id exceeds 255. `labels` is row-major `[height, width]`.
-pub(crate) fn encode_labels(width: u32, height: u32, labels: &[ClassId]) -> ImageResult<Vec<u8>> {
+pub(crate) fn encode_labels(width: u32, height: u32, labels: &[ClassId]) -> Encoded {
     let narrow: Option<Vec<u8>> = labels.iter().map(|&label| u8::try_from(label).ok()).collect();
     match narrow {
-        Some(bytes) => encode(width, height, &bytes, ExtendedColorType::L8),
+        Some(bytes) => encode(
+            [width, height],
+            &bytes,
+            (ColorType::Grayscale, BitDepth::Eight),
+            &[],
+        ),
         None => encode_steps(width, height, labels),
     }
 }
 
 /// 16-bit gray values, row-major `[height, width]`.
-pub(crate) fn encode_steps(width: u32, height: u32, values: &[u16]) -> ImageResult<Vec<u8>> {
-    encode(
-        width,
-        height,
-        bytemuck::cast_slice(values),
-        ExtendedColorType::L16,
-    )
+pub(crate) fn encode_steps(width: u32, height: u32, values: &[u16]) -> Encoded {
+    let bytes: Vec<u8> = values.iter().flat_map(|value| value.to_be_bytes()).collect();
+    let kind = (ColorType::Grayscale, BitDepth::Sixteen);
+    encode([width, height], &bytes, kind, &[])
 }
 
 /// 8-bit colours, row-major `[height, width, 3]`.
-pub(crate) fn encode_rgb(width: u32, height: u32, rgb: &[u8]) -> ImageResult<Vec<u8>> {
-    encode(width, height, rgb, ExtendedColorType::Rgb8)
+pub(crate) fn encode_rgb(width: u32, height: u32, rgb: &[u8]) -> Encoded {
+    encode([width, height], rgb, (ColorType::Rgb, BitDepth::Eight), &[])
 }
 
 /// 8-bit indices into a palette of at most 256 sRGB colours. `indices` is row-major `[height, width]`; each must
 /// have a colour.
-pub(crate) fn encode_indexed(
-    width: u32,
-    height: u32,
-    indices: &[u8],
-    palette: &[[u8; 3]],
-) -> Result<Vec<u8>, png::EncodingError> {
-    let mut bytes = Vec::new();
-    let mut encoder = png::Encoder::new(&mut bytes, width, height);
-    encoder.set_color(png::ColorType::Indexed);
-    encoder.set_depth(png::BitDepth::Eight);
-    encoder.set_palette(palette.as_flattened());
-    encoder.set_compression(png::Compression::Fast);
-    encoder.set_filter(png::Filter::Up);
-    let mut writer = encoder.write_header()?;
-    writer.write_image_data(indices)?;
-    writer.finish()?;
-    Ok(bytes)
+pub(crate) fn encode_indexed(width: u32, height: u32, indices: &[u8], palette: &[[u8; 3]]) -> Encoded {
+    let kind = (ColorType::Indexed, BitDepth::Eight);
+    encode([width, height], indices, kind, palette)
 }
 
 /// Equal rows are what label maps are made of: the difference to the row above is mostly zeros, which
 /// the fast compressor packs best.
-fn encode(width: u32, height: u32, bytes: &[u8], color: ExtendedColorType) -> ImageResult<Vec<u8>> {
-    let pixels = u64::from(width) * u64::from(height);
-    let expected = pixels.saturating_mul(u64::from(color.bits_per_pixel()) / 8);
-    if bytes.len() as u64 != expected {
-        let kind = image::error::ParameterErrorKind::DimensionMismatch;
-        return Err(image::ImageError::Parameter(
-            image::error::ParameterError::from_kind(kind),
-        ));
-    }
+fn encode(
+    [width, height]: [u32; 2],
+    bytes: &[u8],
+    (color, depth): (ColorType, BitDepth),
+    palette: &[[u8; 3]],
+) -> Encoded {
     let mut png = Vec::new();
-    PngEncoder::new_with_quality(&mut png, CompressionType::Fast, FilterType::Up)
-        .write_image(bytes, width, height, color)?;
+    let mut encoder = png::Encoder::new(&mut png, width, height);
+    encoder.set_color(color);
+    encoder.set_depth(depth);
+    if !palette.is_empty() {
+        encoder.set_palette(palette.as_flattened());
+    }
+    encoder.set_compression(png::Compression::Fast);
+    encoder.set_filter(png::Filter::Up);
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(bytes)?;
+    writer.finish()?;
     Ok(png)
 }
 
@@ -112,10 +107,10 @@ pub(crate) fn told_size(png: &[u8]) -> Option<[u32; 2]> {
     Some([told(16)?, told(20)?])
 }
 
-fn describe(color: ColorType) -> &'static str {
-    match color {
-        ColorType::Rgb8 | ColorType::Rgb16 => "colour",
-        ColorType::Rgba8 | ColorType::Rgba16 => "transparent colour",
+fn describe(color: image::ColorType) -> &'static str {
+    match (color.has_color(), color.has_alpha()) {
+        (true, false) => "colour",
+        (true, true) => "transparent colour",
         _ => "transparent",
     }
 }

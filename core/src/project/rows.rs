@@ -31,13 +31,8 @@ pub(super) fn write_all(
     write_cursor(connection, cursor)?;
     let insert = "INSERT INTO frame (number, stem, width, height, bytes) VALUES (?1, ?2, ?3, ?4, ?5)";
     for (number, frame) in scene.frames.iter().enumerate() {
-        let FrameRecord {
-            stem,
-            width,
-            height,
-            bytes,
-        } = frame;
-        let row = params![integer(number), stem, width, height, integer(*bytes)];
+        let bytes = integer(frame.bytes);
+        let row = params![integer(number), frame.stem, frame.width, frame.height, bytes];
         execute(connection, insert, row)?;
     }
     write_classes(connection, &history.labels().classes)?;
@@ -175,7 +170,7 @@ pub(super) struct MapRow {
 }
 
 impl MapRow {
-    pub(super) fn encode(map: &FrameMap) -> image::ImageResult<Self> {
+    pub(super) fn encode(map: &FrameMap) -> Result<Self, ::png::EncodingError> {
         let map = map.looked_up();
         Ok(Self {
             frame: map.frame,

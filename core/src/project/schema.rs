@@ -11,71 +11,10 @@ use super::error::Fault;
 /// "INPL": tells a project from any other SQLite file.
 const APPLICATION_ID: i64 = 0x494e_504c;
 
-const TABLES: &str = "
-CREATE TABLE project (
-    id            INTEGER PRIMARY KEY CHECK (id = 1),
-    scene         TEXT NOT NULL CHECK (scene IN ('demo', 'folder')),
-    relative_path TEXT,
-    absolute_path TEXT,
-    depth         INTEGER NOT NULL,
-    cursor        INTEGER NOT NULL,
-    view          TEXT,
-    written_by    TEXT NOT NULL,
-    imported      INTEGER
-) STRICT;
-CREATE TABLE frame (
-    number INTEGER PRIMARY KEY,
-    stem   TEXT NOT NULL,
-    width  INTEGER NOT NULL,
-    height INTEGER NOT NULL,
-    bytes  INTEGER NOT NULL
-) STRICT;
-CREATE TABLE class (
-    position INTEGER PRIMARY KEY,
-    id       INTEGER NOT NULL UNIQUE,
-    name     TEXT NOT NULL,
-    red      INTEGER NOT NULL,
-    green    INTEGER NOT NULL,
-    blue     INTEGER NOT NULL
-) STRICT;
-CREATE TABLE stroke (
-    id     INTEGER PRIMARY KEY,
-    frame  INTEGER NOT NULL,
-    class  INTEGER NOT NULL,
-    radius INTEGER NOT NULL,
-    lines  TEXT NOT NULL
-) STRICT;
-CREATE TABLE edit (
-    number INTEGER PRIMARY KEY,
-    change TEXT NOT NULL
-) STRICT;
-CREATE TABLE model (
-    id      INTEGER PRIMARY KEY CHECK (id = 1),
-    steps   INTEGER NOT NULL,
-    tensors BLOB NOT NULL
-) STRICT;
-CREATE TABLE map (
-    frame      INTEGER PRIMARY KEY,
-    generation INTEGER NOT NULL,
-    labels     BLOB NOT NULL,
-    entropy    BLOB NOT NULL
-) STRICT;
-";
+const TABLES: &str = include_str!("schema/tables.sql");
 
 /// Label images from elsewhere, which version 2 brought. Version 3 made the trust a number, and has probabilities.
-const IMPORTS: &str = "
-CREATE TABLE import (
-    id    INTEGER PRIMARY KEY,
-    trust REAL NOT NULL CHECK (trust BETWEEN 0 AND 1)
-) STRICT;
-CREATE TABLE imported_map (
-    import INTEGER NOT NULL,
-    frame  INTEGER NOT NULL,
-    labels BLOB NOT NULL,
-    shares BLOB,
-    PRIMARY KEY (import, frame)
-) STRICT;
-";
+const IMPORTS: &str = include_str!("schema/imports.sql");
 
 /// The images of a file of version 2 as those of version 3, in its tables.
 pub(super) const IMPORTS_OF_2: &str =

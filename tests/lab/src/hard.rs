@@ -6,7 +6,8 @@ use inplace_core::labels::{Class, ClassId, VOID};
 use inplace_core::scene::Scene;
 use inplace_core::scene::demo::Shot;
 use inplace_core::scene::demo::rooms::{
-    Builder, CEILING, CLASSES, Material, Optics, Pane, Pattern, Place, Room, SHELL, SIZE, Zone, shell, srgb,
+    Builder, CEILING, CLASSES, Material, Optics, Pane, Part, Pattern, Place, Room, SHELL, SIZE, Zone, shell,
+    srgb,
 };
 
 /// A room in which methods of this kind fail. All have walls, a floor and a ceiling of classes 1 to 3; further
@@ -152,10 +153,10 @@ fn thin(builder: &mut Builder) {
     const CABLE: ClassId = OWN[4];
     usual_shell(builder);
     let table = Place::new(2.45, 1.9, 15.0);
-    builder.block(TABLE, wood(OAK), &table, [-0.6, -0.35, 0.72], [0.6, 0.35, 0.745]);
+    Part(TABLE, wood(OAK), &table).block(builder, [-0.6, -0.35, 0.72], [0.6, 0.35, 0.745]);
     for x in [-0.56, 0.56] {
         for y in [-0.31, 0.31] {
-            builder.rod(TABLE, wood(OAK), &table, [x, y, 0.0], [x, y, 0.73], 0.01);
+            Part(TABLE, wood(OAK), &table).rod(builder, [x, y, 0.0], [x, y, 0.73], 0.01);
         }
     }
     for (x, y, turn, colour) in [(0.75, 1.3, -70.0, 0xB8_4A3A), (4.2, 2.3, 100.0, 0x3F_6F9C)] {
@@ -169,16 +170,16 @@ fn thin(builder: &mut Builder) {
         (0.5, 0.4, 0.005),
     ] {
         let (foot, top) = ([x, y, 0.001], [x, y, SIZE.z - 0.001]);
-        builder.rod(POLE, brass, &world(), foot, top, radius);
+        Part(POLE, brass, &world()).rod(builder, foot, top, radius);
     }
     let steel = paint(0x6A_6660);
     let rack = Place::new(2.4, SIZE.y - 0.3, 0.0);
     for x in [-0.8, 0.8] {
-        builder.rod(RACK, steel, &rack, [x, 0.0, 0.001], [x, 0.0, 1.9], 0.01);
+        Part(RACK, steel, &rack).rod(builder, [x, 0.0, 0.001], [x, 0.0, 1.9], 0.01);
     }
     for level in 0..8 {
         let z = 0.3 + 0.22 * level as f32;
-        builder.rod(RACK, steel, &rack, [-0.8, 0.0, z], [0.8, 0.0, z], 0.0075);
+        Part(RACK, steel, &rack).rod(builder, [-0.8, 0.0, z], [0.8, 0.0, z], 0.0075);
     }
     let black = paint(0x33_302C);
     for (from, to) in [
@@ -191,14 +192,14 @@ fn thin(builder: &mut Builder) {
         // Across the floor.
         ([1.2, 0.6, 0.008], [1.6, 3.2, 0.008]),
     ] {
-        builder.rod(CABLE, black, &world(), from, to, 0.006);
+        Part(CABLE, black, &world()).rod(builder, from, to, 0.006);
     }
 }
 
 /// A chair of rods around the origin, facing its front.
 fn wire_chair(builder: &mut Builder, class: ClassId, place: &Place, colour: u32) {
     let lacquer = paint(colour);
-    let mut rod = |from, to| builder.rod(class, lacquer, place, from, to, 0.0075);
+    let mut rod = |from, to| Part(class, lacquer, place).rod(builder, from, to, 0.0075);
     for x in [-0.2, 0.2] {
         rod([x, 0.2, 0.0], [x, 0.2, 0.45]);
         rod([x, -0.2, 0.0], [x, -0.24, 0.9]);
@@ -220,7 +221,7 @@ type Block = ([f32; 3], [f32; 3], u32);
 /// Blocks of one class.
 fn blocks(builder: &mut Builder, class: ClassId, blocks: &[Block]) {
     for &(min, max, colour) in blocks {
-        builder.block(class, paint(colour), &world(), min, max);
+        Part(class, paint(colour), &world()).block(builder, min, max);
     }
 }
 
@@ -250,7 +251,7 @@ fn same_colour(builder: &mut Builder) -> Vec<Zone> {
     ];
     let mut zones = Vec::new();
     for (min, max, seam) in runs {
-        builder.block(CABINET, paint(0x7F_8C93), &world(), min, max);
+        Part(CABINET, paint(0x7F_8C93), &world()).block(builder, min, max);
         let (low, high) = (Vec3::from(min) - 0.01, Vec3::from(max) + 0.01);
         let mut zone = |class, from: f32, to: f32| {
             zones.push(Zone {
@@ -289,7 +290,7 @@ fn mirror(builder: &mut Builder) {
     const BLOCK: ClassId = OWN[1];
     usual_shell(builder);
     let silver = Material::passing(Vec3A::splat(0.92), Optics::Mirror);
-    builder.block(MIRROR, silver, &world(), [0.0, 1.4, 0.4], [0.02, 2.6, 2.0]);
+    Part(MIRROR, silver, &world()).block(builder, [0.0, 1.4, 0.4], [0.02, 2.6, 2.0]);
     let others = [
         ([0.0, 3.2, 0.0], [0.7, 4.0, 0.9], 0x2F_5D9B),
         ([2.0, 3.4, 0.0], [3.2, 4.0, 0.7], 0xB8_3A30),
@@ -309,7 +310,7 @@ fn glass(builder: &mut Builder) {
     let place = Place::new(2.5, SIZE.y, 180.0);
     let (half, depth, base, top) = (0.8, 0.45, 0.6, 1.9);
     let (oak, walnut) = (wood(OAK), wood(WALNUT));
-    let mut board = |material, min, max| builder.block(CABINET, material, &place, min, max);
+    let mut board = |material, min, max| Part(CABINET, material, &place).block(builder, min, max);
     board(walnut, [-half, 0.0, 0.0], [half, depth, base]);
     board(walnut, [-half, 0.0, top], [half, depth, top + 0.08]);
     board(oak, [-half, 0.0, base], [half, 0.02, top]);
@@ -321,7 +322,7 @@ fn glass(builder: &mut Builder) {
     for (number, colour) in vases.into_iter().enumerate() {
         let (row, column) = (number / 3, number % 3);
         let (x, z) = (0.45 * (column as f32 - 1.0), [base, 1.04][row]);
-        builder.column(BLOCK, paint(colour), &place, [x, 0.22, z], [0.09, 0.06], 0.28);
+        Part(BLOCK, paint(colour), &place).column(builder, [x, 0.22, z], [0.09, 0.06], 0.28);
     }
     // The light of what is seen by way of the panes is greenish and a little less.
     let pane = Material::passing(Vec3A::new(0.86, 0.92, 0.88), Optics::Glass);
@@ -330,7 +331,7 @@ fn glass(builder: &mut Builder) {
     let left = [[-half, 0.02, base], [-half + thick, depth - thick, top]];
     let right = [[half - thick, 0.02, base], [half, depth - thick, top]];
     for [min, max] in [front, left, right] {
-        builder.block(GLASS, pane, &place, min, max);
+        Part(GLASS, pane, &place).block(builder, min, max);
     }
     let others = [
         ([0.0, 0.4, 0.0], [0.6, 1.3, 0.9], 0x2F_5D9B),

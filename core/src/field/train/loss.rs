@@ -25,49 +25,41 @@ const EDGE_COLOR: f32 = 20.0;
 /// shape yet.
 const RAMP_STEPS: f64 = 500.0;
 
-/// The parts of the loss beside the colours of the pixels; all of them by default.
+/// A part of the loss beside the colours of the pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Recipe {
+pub(super) enum LossPart {
     /// Rays that are not stopped see a random colour, which only an opaque surface can avoid.
-    pub random_background: bool,
+    RandomBackground,
     /// The samples that stop a ray lie together (mip-NeRF 360, Eq. 15).
-    pub distortion: bool,
+    Distortion,
     /// Surfaces are smooth where the image is: inverse z-depth is linear across the image of a plane.
-    pub smoothness: bool,
+    Smoothness,
     /// Each frame has its own exposure and white balance.
-    pub exposure: bool,
+    Exposure,
 }
 
-impl Default for Recipe {
-    fn default() -> Self {
-        Self {
-            random_background: true,
-            distortion: true,
-            smoothness: true,
-            exposure: true,
-        }
-    }
+/// The parts of the loss beside the colours of the pixels: all of them by default, or all but one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Recipe {
+    without: Option<LossPart>,
 }
 
 impl Recipe {
     /// All parts, and all but one each, by name.
     pub fn ablations() -> [(&'static str, Self); 5] {
-        let all = Self::default();
-        let without = |part: fn(&mut Self) -> &mut bool| {
-            let mut recipe = all;
-            *part(&mut recipe) = false;
-            recipe
-        };
         [
-            ("all", all),
-            (
-                "no random background",
-                without(|recipe| &mut recipe.random_background),
-            ),
-            ("no distortion", without(|recipe| &mut recipe.distortion)),
-            ("no smoothness", without(|recipe| &mut recipe.smoothness)),
-            ("no exposure", without(|recipe| &mut recipe.exposure)),
+            ("all", None),
+            ("no random background", Some(LossPart::RandomBackground)),
+            ("no distortion", Some(LossPart::Distortion)),
+            ("no smoothness", Some(LossPart::Smoothness)),
+            ("no exposure", Some(LossPart::Exposure)),
         ]
+        .map(|(name, without)| (name, Self { without }))
+    }
+
+    /// Whether a part counts.
+    pub(super) fn has(self, part: LossPart) -> bool {
+        self.without != Some(part)
     }
 }
 
@@ -112,7 +104,7 @@ impl Objective<'_> {
             loss = (loss + self.depth(batch, &out, &clear)?)?;
         }
         let ramp = (self.steps as f64 / RAMP_STEPS).min(1.0);
-        if measured < count && self.recipe.distortion {
+        if measured < count && self.recipe.has(LossPart::Distortion) {
             let weight = ramp * DISTORTION_WEIGHT / f64::from(side) / count as f64;
             loss = (loss + out.narrow(1, 6, 1)?.sum_all()?.affine(weight, 0.0)?)?;
         }
@@ -127,14 +119,14 @@ impl Objective<'_> {
         let count = batch.rays.len();
         let mut shown = out.narrow(1, 0, 3)?;
         let mut penalty = None;
-        if self.recipe.exposure {
+        if self.recipe.has(LossPart::Exposure) {
             let (corrected, size) =
                 self.exposure
                     .apply(&shown, &out.narrow(1, 5, 1)?.detach(), &batch.frames)?;
             shown = corrected;
             penalty = Some(size);
         }
-        if self.recipe.random_background {
+        if self.recipe.has(LossPart::RandomBackground) {
             let mut rng = SmallRng::seed_from_u64(self.seed ^ self.steps);
             let background: Vec<f32> = (0..3 * count).map(|_| rng.random()).collect();
             let background = Tensor::from_vec(background, (count, 3), self.field.device())?;

@@ -43,8 +43,8 @@ impl Place {
 }
 
 /// What solids of a piece of furniture share: class, material, and the axes that their corners and points are in.
-#[derive(Clone, Copy)]
-pub(super) struct Part<'a>(pub ClassId, pub Material, pub &'a Place);
+#[derive(Clone, Copy, Debug)]
+pub struct Part<'a>(pub ClassId, pub Material, pub &'a Place);
 
 impl Part<'_> {
     fn push(&self, builder: &mut Builder, shape: Shape, half: Vec3, center: Vec3, rotation: Mat3) {
@@ -121,37 +121,6 @@ pub struct Builder {
 }
 
 impl Builder {
-    /// A block between two corners.
-    pub fn block(&mut self, class: ClassId, material: Material, place: &Place, min: [f32; 3], max: [f32; 3]) {
-        Part(class, material, place).block(self, min, max);
-    }
-
-    /// An upright cylinder or cone with the middle of its lower end at `base`; radii at its lower and upper end.
-    pub fn column(
-        &mut self,
-        class: ClassId,
-        material: Material,
-        place: &Place,
-        base: [f32; 3],
-        radii: [f32; 2],
-        height: f32,
-    ) {
-        Part(class, material, place).column(self, base, radii, height);
-    }
-
-    /// A thin cylinder from one point to another.
-    pub fn rod(
-        &mut self,
-        class: ClassId,
-        material: Material,
-        place: &Place,
-        from: [f32; 3],
-        to: [f32; 3],
-        radius: f32,
-    ) {
-        Part(class, material, place).rod(self, from, to, radius);
-    }
-
     /// A light inside a shade.
     pub(super) fn bulb(&mut self, place: &Place, center: [f32; 3], radius: f32, power: f32) {
         self.bulbs.push(Bulb {

@@ -67,7 +67,7 @@ pub(super) fn nightstand(builder: &mut Builder, place: &Place) {
 /// A glowing lamp shade with its light; `radii` at its lower and upper end.
 fn shade(builder: &mut Builder, place: &Place, base: [f32; 3], radii: [f32; 2], height: f32, power: f32) {
     let cloth = Material::glowing(srgb(0xFB_E2B4), Pattern::Plain, 0.85);
-    builder.column(LAMP, cloth, place, base, radii, height);
+    Part(LAMP, cloth, place).column(builder, base, radii, height);
     let [x, y, z] = base;
     builder.bulb(place, [x, y, z + 0.5 * height], 0.6 * radii[0], power);
 }
@@ -101,7 +101,7 @@ pub(super) fn sofa(builder: &mut Builder, place: &Place) {
 /// A flat rug around the origin.
 pub(super) fn rug(builder: &mut Builder, place: &Place) {
     let weave = Material::patterned(srgb(0xA8_4B3F), Pattern::Rug);
-    builder.block(RUG, weave, place, [-1.15, -0.68, 0.0], [1.15, 0.68, 0.012]);
+    Part(RUG, weave, place).block(builder, [-1.15, -0.68, 0.0], [1.15, 0.68, 0.012]);
 }
 
 /// A round low table around the origin, with a vase and two books.
@@ -244,7 +244,7 @@ pub(super) fn floor_lamp(builder: &mut Builder, place: &Place) {
 /// A lamp on a cord from the ceiling, around the origin.
 pub(super) fn pendant(builder: &mut Builder, place: &Place, ceiling: f32) {
     let cord = paint(0x33_302C);
-    builder.column(LAMP, cord, place, [0.0, 0.0, 1.9], [0.006, 0.006], ceiling - 1.9);
+    Part(LAMP, cord, place).column(builder, [0.0, 0.0, 1.9], [0.006, 0.006], ceiling - 1.9);
     shade(builder, place, [0.0, 0.0, 1.72], [0.21, 0.08], 0.2, 0.5);
 }
 
@@ -252,5 +252,5 @@ pub(super) fn pendant(builder: &mut Builder, place: &Place, ceiling: f32) {
 pub(super) fn picture(builder: &mut Builder, place: &Place, half: [f32; 2], pattern: Pattern) {
     let frame = Material::patterned(srgb(0x3B_2F26), pattern);
     let [x, z] = half;
-    builder.block(PICTURE, frame, place, [-x, 0.0, 1.62 - z], [x, 0.025, 1.62 + z]);
+    Part(PICTURE, frame, place).block(builder, [-x, 0.0, 1.62 - z], [x, 0.025, 1.62 + z]);
 }

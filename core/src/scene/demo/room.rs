@@ -127,7 +127,7 @@ pub fn shell(builder: &mut Builder, materials: [Material; SHELL]) {
         } else {
             min[face / 2] = SIZE[face / 2];
         }
-        builder.block(class, material, &world, min.to_array(), max.to_array());
+        Part(class, material, &world).block(builder, min.to_array(), max.to_array());
     }
 }
 
@@ -162,7 +162,7 @@ fn window(builder: &mut Builder, place: &Place) -> Pane {
     let frame = Part(WINDOW, Material::plain(srgb(0xF3_F1EC)), place);
     let glass = Material::glowing(srgb(0xFF_FFFF), Pattern::Outside, 0.95);
     let (half, low, high) = (0.85, 0.92, 2.18);
-    builder.block(WINDOW, glass, place, [-half, 0.0, low], [half, 0.015, high]);
+    Part(WINDOW, glass, place).block(builder, [-half, 0.0, low], [half, 0.015, high]);
     let bar = 0.03;
     for x in [-half, 0.0, half] {
         frame.block(builder, [x - bar, 0.0, low], [x + bar, 0.05, high]);
@@ -177,7 +177,7 @@ fn window(builder: &mut Builder, place: &Place) -> Pane {
         for fold in 0..7 {
             let x = side * (half + 0.02 + 0.062 * fold as f32);
             let depth = if fold % 2 == 0 { 0.09 } else { 0.125 };
-            builder.column(CURTAIN, cloth, place, [x, depth, 0.06], [0.044, 0.036], 2.25);
+            Part(CURTAIN, cloth, place).column(builder, [x, depth, 0.06], [0.044, 0.036], 2.25);
         }
     }
     let rail = Part(CURTAIN, Material::plain(srgb(0x4A_4038)), place);
@@ -199,17 +199,17 @@ fn door(builder: &mut Builder, place: &Place) {
     let panel = Part(DOOR, Material::plain(srgb(0xC8_C1B2)), place);
     let steel = Material::plain(srgb(0x6A_6660));
     let (half, high) = (0.42, 2.02);
-    builder.block(DOOR, leaf, place, [-half, 0.0, 0.01], [half, 0.035, high]);
+    Part(DOOR, leaf, place).block(builder, [-half, 0.0, 0.01], [half, 0.035, high]);
     for side in [-1.0_f32, 1.0] {
         let (inner, outer) = (side * half, side * (half + 0.08));
         let (left, right) = (inner.min(outer), inner.max(outer));
-        builder.block(DOOR, frame, place, [left, 0.0, 0.0], [right, 0.05, high + 0.08]);
+        Part(DOOR, frame, place).block(builder, [left, 0.0, 0.0], [right, 0.05, high + 0.08]);
         for (low, high) in [(0.2, 0.85), (1.05, 1.85)] {
             let (a, b) = (0.06 * side, 0.35 * side);
             panel.block(builder, [a.min(b), 0.035, low], [a.max(b), 0.042, high]);
         }
     }
-    builder.block(DOOR, frame, place, [-half, 0.0, high], [half, 0.05, high + 0.08]);
-    builder.rod(DOOR, steel, place, [0.37, 0.035, 1.0], [0.37, 0.08, 1.0], 0.012);
-    builder.rod(DOOR, steel, place, [0.38, 0.08, 1.0], [0.26, 0.08, 1.0], 0.011);
+    Part(DOOR, frame, place).block(builder, [-half, 0.0, high], [half, 0.05, high + 0.08]);
+    Part(DOOR, steel, place).rod(builder, [0.37, 0.035, 1.0], [0.37, 0.08, 1.0], 0.012);
+    Part(DOOR, steel, place).rod(builder, [0.38, 0.08, 1.0], [0.26, 0.08, 1.0], 0.011);
 }

@@ -196,7 +196,7 @@ fn clicks_in_several_rooms_are_in_each_of_them_and_true() {
 
 #[test]
 fn depth_goes_on_beyond_glass_and_behind_a_mirror() {
-    use super::rooms::{Builder, CEILING, Material, Optics, Pane, Place, Room, SHELL, shell, srgb};
+    use super::rooms::{Builder, CEILING, Material, Optics, Pane, Part, Place, Room, SHELL, shell, srgb};
 
     let shot = Shot {
         width: 160,
@@ -211,7 +211,7 @@ fn depth_goes_on_beyond_glass_and_behind_a_mirror() {
         let mut builder = Builder::default();
         shell(&mut builder, [Material::plain(srgb(0xB9_885A)); SHELL]);
         let material = Material::passing(glam::Vec3A::splat(0.9), optics);
-        builder.block(own, material, &Place::new(0.0, 0.0, 0.0), min, max);
+        Part(own, material, &Place::new(0.0, 0.0, 0.0)).block(&mut builder, min, max);
         let light = Pane {
             center: glam::Vec3A::new(2.5, 2.0, 2.58),
             across: glam::Vec3A::X,

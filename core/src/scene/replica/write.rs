@@ -186,15 +186,9 @@ pub(crate) fn pose_line<T: Display>(rotation: [[T; 3]; 3], position: DVec3) -> S
 
 /// What `intrinsics.txt` holds.
 pub(crate) fn intrinsics_line(camera: &Camera) -> String {
-    let Camera {
-        width,
-        height,
-        fx,
-        fy,
-        cx,
-        cy,
-    } = camera;
-    format!("{fx} {fy} {cx} {cy} {width} {height}\n")
+    let focal = format!("{} {}", camera.fx, camera.fy);
+    let principal = format!("{} {}", camera.cx, camera.cy);
+    format!("{focal} {principal} {} {}\n", camera.width, camera.height)
 }
 
 fn create_folder(path: &Path) -> Result<(), SceneError> {
