@@ -36,11 +36,7 @@ impl GridShape {
     /// `levels` levels whose resolutions grow geometrically from `coarsest` to `finest` cells a side,
     /// with at most 2^`table_log2` rows each.
     pub fn new(levels: usize, coarsest: u32, finest: u32, table_log2: u32) -> Self {
-        let growth = if levels > 1 {
-            (f64::from(finest) / f64::from(coarsest)).powf(1.0 / (levels - 1) as f64)
-        } else {
-            1.0
-        };
+        let growth = (f64::from(finest) / f64::from(coarsest)).powf(1.0 / (levels.max(2) - 1) as f64);
         let limit = 1_usize << table_log2;
         let mut rows = 0;
         let levels: Arc<[GridLevel]> = (0..levels)
@@ -114,11 +110,7 @@ impl GridLevel {
         let top = self.resolution - 1;
         let scaled = position.map(|p| p.clamp(0.0, 1.0) * scale);
         let cell = scaled.map(|s| (s as u32).min(top));
-        let f = [
-            scaled[0] - cell[0] as f32,
-            scaled[1] - cell[1] as f32,
-            scaled[2] - cell[2] as f32,
-        ];
+        let f: [f32; 3] = std::array::from_fn(|axis| scaled[axis] - cell[axis] as f32);
         let mut rows = [0; 8];
         let mut weights = [0.0; 8];
         for corner in 0..8_u32 {

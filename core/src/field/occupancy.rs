@@ -154,14 +154,12 @@ impl OccupancyGrid {
         &self.density
     }
 
-    /// Restores saved densities; returns whether their number was right.
-    pub fn restore(&mut self, density: Vec<f32>) -> bool {
-        let fits = density.len() == self.density.len();
-        if fits {
+    /// Restores saved densities, if their number is right.
+    pub fn restore(&mut self, density: Vec<f32>) {
+        if density.len() == self.density.len() {
             self.density = density;
             self.classify();
         }
-        fits
     }
 
     /// While the whole field is thin, half of the mean density replaces the absolute threshold.
@@ -226,7 +224,8 @@ mod tests {
         assert!(grid.is_occupied(along(frame.points[0].length)));
         assert!(!grid.is_occupied(along(0.5 * frame.points[0].length)));
         let saved = grid.density().to_vec();
-        assert!(grid.restore(saved) && grid.is_occupied(along(frame.points[0].length)));
+        grid.restore(saved);
+        assert!(grid.is_occupied(along(frame.points[0].length)));
     }
 
     #[test]

@@ -144,13 +144,8 @@ impl WeightMatrices {
             start += inputs * outputs;
             flat.reshape((inputs, outputs))
         };
-        let [first, second, third, fourth] = shape.layers();
-        Ok(Self([
-            matrix(first)?,
-            matrix(second)?,
-            matrix(third)?,
-            matrix(fourth)?,
-        ]))
+        let [first, second, third, fourth] = shape.layers().map(&mut matrix);
+        Ok(Self([first?, second?, third?, fourth?]))
     }
 
     /// Density `[n]` and geometry features `[n, 15]` of encodings.

@@ -223,12 +223,7 @@ impl Samples {
     /// Unit position of a sample.
     #[inline(always)]
     pub fn position(&self, sample: usize) -> [f32; 3] {
-        let start = 3 * sample;
-        [
-            self.positions[start],
-            self.positions[start + 1],
-            self.positions[start + 2],
-        ]
+        std::array::from_fn(|axis| self.positions[3 * sample + axis])
     }
 
     /// Direction features of a ray.

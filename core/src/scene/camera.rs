@@ -104,20 +104,18 @@ impl Camera {
     /// The same view as an image of another width and height in pixels; `None` for other proportions, as of a part of
     /// it, beyond the pixel that rounding may cost.
     pub fn resized(&self, width: u32, height: u32) -> Option<Self> {
-        let (across, down) = (
-            u64::from(self.height) * u64::from(width),
-            u64::from(height) * u64::from(self.width),
-        );
+        let across = u64::from(self.height) * u64::from(width);
+        let down = u64::from(height) * u64::from(self.width);
         (across.abs_diff(down) < u64::from(self.width)).then(|| self.stretched(width, height))
     }
 
     /// The camera of images that were stretched to this width and height in pixels, each axis by itself.
     pub fn stretched(&self, width: u32, height: u32) -> Self {
-        let scale = [
+        let (x, y) = (
             width as f32 / self.width as f32,
             height as f32 / self.height as f32,
-        ];
-        self.scaled([width, height], scale)
+        );
+        self.scaled([width, height], [x, y])
     }
 
     fn scaled(&self, size: [u32; 2], [x, y]: [f32; 2]) -> Self {

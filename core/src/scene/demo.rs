@@ -28,7 +28,7 @@ use rayon::prelude::*;
 use super::camera::sampled;
 use super::pixels::OnDisk;
 use super::{Cache, Camera, ColorImage, DepthMap, Frame, FramePixels, Pixels, Scene, SceneSource};
-use crate::labels::{Class, ClassId, LabelSet, Stroke, rgb};
+use crate::labels::{Class, ClassId, LabelSet, Stroke, parse_class_list};
 use house::House;
 use light::LightMap;
 use render::View;
@@ -202,12 +202,8 @@ pub fn scene(progress: &(dyn Fn(usize, usize) + Sync)) -> Scene {
 
 /// The demo's classes, ids from 1.
 pub fn classes() -> Vec<Class> {
-    let class = |(&(name, color), id): (&(&str, u32), ClassId)| Class {
-        id,
-        name: name.to_owned(),
-        color: rgb(color),
-    };
-    room::CLASSES.iter().zip(1..).map(class).collect()
+    // Compiled in, and in order.
+    parse_class_list(include_str!("demo/classes.json")).unwrap_or_default()
 }
 
 /// True classes of every frame, row-major `[height, width]` each, at the pixel centres.

@@ -92,11 +92,7 @@ impl ColorImage {
 
     /// The bytes of the pixel with this row-major index.
     pub fn pixel(&self, index: usize) -> [u8; 3] {
-        [
-            self.rgb[3 * index],
-            self.rgb[3 * index + 1],
-            self.rgb[3 * index + 2],
-        ]
+        std::array::from_fn(|channel| self.rgb[3 * index + channel])
     }
 
     /// The colour of the pixel with this row-major index, each channel in 0..=1.

@@ -78,11 +78,8 @@ pub(super) fn read(
     let has_depth = listed.iter().any(|frame| frame.depth.is_some());
     let origin = choose_origin(&listed);
     let depth = |frame: &Listed| -> ReadDepth {
-        let (camera, code, own) = (
-            frame.image.pinhole,
-            layout.depth_code,
-            layout.depth_camera.clone(),
-        );
+        let (camera, code) = (frame.image.pinhole, layout.depth_code);
+        let own = layout.depth_camera.clone();
         Box::new(move |path, color| decode_depth(path, (code, own.as_deref()), &camera, color))
     };
     let placing = Placing { origin, unit: 1.0 };

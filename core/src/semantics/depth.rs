@@ -38,10 +38,8 @@ impl FieldDepth {
     /// nearest in front. Not a number where there is no node; infinite where there is one of the shell, whose voxels
     /// are `shell` metres wide. Nodes that are seen from behind are left out.
     pub(super) fn of_surface(frame: &Frame, nodes: &[Node], shell: f32, stride: u32) -> Self {
-        let (width, height) = (
-            frame.camera.width.div_ceil(stride),
-            frame.camera.height.div_ceil(stride),
-        );
+        let width = frame.camera.width.div_ceil(stride);
+        let height = frame.camera.height.div_ceil(stride);
         let mut lengths = vec![f32::NAN; (width * height) as usize];
         let focal = frame.camera.fx.max(frame.camera.fy) / stride as f32;
         for node in nodes {

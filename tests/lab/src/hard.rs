@@ -4,11 +4,10 @@ use glam::{Vec3, Vec3A};
 
 use inplace_core::labels::{Class, ClassId, VOID};
 use inplace_core::scene::Scene;
-use inplace_core::scene::demo::Shot;
 use inplace_core::scene::demo::rooms::{
-    Builder, CEILING, CLASSES, Material, Optics, Pane, Part, Pattern, Place, Room, SHELL, SIZE, Zone, shell,
-    srgb,
+    Builder, CEILING, Material, Optics, Pane, Part, Pattern, Place, Room, SHELL, SIZE, Zone, shell, srgb,
 };
+use inplace_core::scene::demo::{Shot, classes};
 
 /// A room in which methods of this kind fail. All have walls, a floor and a ceiling of classes 1 to 3; further
 /// classes are their own.
@@ -55,7 +54,7 @@ impl HardRoom {
 
     /// The classes, ids from 1.
     pub fn classes(self) -> Vec<Class> {
-        let shell = &CLASSES[..usize::from(CEILING)];
+        let shell = classes().into_iter().take(usize::from(CEILING));
         let own: &[(&str, u32)] = match self {
             Self::Thin => &[
                 ("table", 0xC8_4B31),
@@ -69,8 +68,8 @@ impl HardRoom {
             Self::Mirror => &[("mirror", 0x16_C5C5), ("block", 0x00_72B2)],
             Self::Glass => &[("cabinet", 0x6B_4A2E), ("glass", 0x16_C5C5), ("block", 0x00_72B2)],
         };
-        let named = shell.iter().chain(own).zip(1..);
-        named.map(|(&class, id)| class_named(class, id)).collect()
+        let own = own.iter().zip(CEILING + 1..).map(class_named);
+        shell.chain(own).collect()
     }
 
     /// Renders the room, depth included; of the shot all but the number of rooms counts.
@@ -106,7 +105,7 @@ impl HardRoom {
 }
 
 /// A class with a name and a display colour 0xRRGGBB.
-fn class_named((name, color): (&str, u32), id: ClassId) -> Class {
+fn class_named((&(name, color), id): (&(&str, u32), ClassId)) -> Class {
     Class {
         id,
         name: name.to_owned(),

@@ -209,10 +209,8 @@ fn row_of_books(builder: &mut Builder, place: &Place, row: i32, z: f32) {
 
 /// A potted plant around the origin.
 pub(super) fn plant(builder: &mut Builder, place: &Place) {
-    let (pot, soil) = (
-        Part(PLANT, paint(0xB8_6A48), place),
-        Part(PLANT, paint(0x3E_2E24), place),
-    );
+    let pot = Part(PLANT, paint(0xB8_6A48), place);
+    let soil = Part(PLANT, paint(0x3E_2E24), place);
     let stem = Part(PLANT, paint(0x56_7A40), place);
     pot.column(builder, [0.0; 3], [0.13, 0.18], 0.32);
     soil.column(builder, [0.0, 0.0, 0.31], [0.165, 0.165], 0.012);

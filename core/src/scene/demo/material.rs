@@ -90,10 +90,8 @@ impl Material {
     /// A surface that glows.
     pub fn glowing(color: Vec3A, pattern: Pattern, emission: f32) -> Self {
         Self {
-            color,
-            pattern,
             emission,
-            optics: Optics::Opaque,
+            ..Self::patterned(color, pattern)
         }
     }
 

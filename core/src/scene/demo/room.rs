@@ -31,30 +31,6 @@ pub(super) const PLANT: ClassId = 18;
 pub(super) const PICTURE: ClassId = 19;
 pub(super) const VASE: ClassId = 20;
 
-/// Names and display colours, in the order of the ids, from 1.
-pub const CLASSES: [(&str, u32); 20] = [
-    ("wall", 0xB8_C4CE),
-    ("floor", 0xA0_6A3C),
-    ("ceiling", 0xE9_E4D4),
-    ("window", 0x56_B4E9),
-    ("door", 0x7A_5AA8),
-    ("curtain", 0xF2_9CB7),
-    ("bed", 0x00_72B2),
-    ("pillow", 0xF5_F06A),
-    ("sofa", 0x00_9E73),
-    ("cushion", 0xE6_9F00),
-    ("table", 0xC8_4B31),
-    ("chair", 0xE6_3995),
-    ("nightstand", 0x6B_4A2E),
-    ("shelf", 0x8C_9A2B),
-    ("book", 0x2F_3E9E),
-    ("lamp", 0xFF_D23F),
-    ("rug", 0x8E_1F4F),
-    ("plant", 0x3F_C24C),
-    ("picture", 0x16_C5C5),
-    ("vase", 0x9B_E2B0),
-];
-
 /// Inner size of a room along x, y and z, in metres.
 pub const SIZE: Vec3 = Vec3::new(5.0, 4.0, 2.6);
 const PAPER_WHITE: u32 = 0xEA_E6DE;

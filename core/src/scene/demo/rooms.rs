@@ -5,4 +5,4 @@ pub use super::build::{Builder, Part, Place};
 pub use super::cast::{SHELL, Zone};
 pub use super::light::Pane;
 pub use super::material::{Material, Optics, Pattern, srgb};
-pub use super::room::{CEILING, CLASSES, Room, SIZE, shell};
+pub use super::room::{CEILING, Room, SIZE, shell};

@@ -100,12 +100,10 @@ fn label_bytes(folder: &Path, frame: &Frame, labels: &[ClassId]) -> Result<Vec<u
 }
 
 fn write_files(scene: &Scene, folder: &Path, truth: Option<&GroundTruth<'_>>) -> Result<(), SceneError> {
-    create_folder(&folder.join("rgb"))?;
-    if scene.has_depth() {
-        create_folder(&folder.join("depth"))?;
-    }
-    if truth.is_some() {
-        create_folder(&folder.join("semantic_class"))?;
+    let depth = scene.has_depth().then_some("depth");
+    let labels = truth.map(|_| "semantic_class");
+    for name in [Some("rgb"), depth, labels].into_iter().flatten() {
+        create_folder(&folder.join(name))?;
     }
     scene
         .frames

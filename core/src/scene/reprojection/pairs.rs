@@ -76,10 +76,8 @@ fn surface_distance(scene: &Scene) -> f64 {
         return median;
     }
     let centres = || scene.frames.iter().map(Frame::center);
-    let (low, high) = (
-        centres().fold(Vec3::INFINITY, Vec3::min),
-        centres().fold(Vec3::NEG_INFINITY, Vec3::max),
-    );
+    let low = centres().fold(Vec3::INFINITY, Vec3::min);
+    let high = centres().fold(Vec3::NEG_INFINITY, Vec3::max);
     let extent: DVec3 = (high - low).as_dvec3();
     extent.max_element().max(0.0)
 }
