@@ -28,13 +28,13 @@ impl Layout for Cityscapes {
     }
 
     fn check(&self, classes: &[Class]) -> Result<(), Refusal> {
-        match classes.iter().find(|class| class.id > LARGEST_ID) {
-            Some(class) => Err(Refusal::Format(format!(
-                "class \"{}\" has the number {}, and its images hold numbers up to {LARGEST_ID}; export with other ids",
-                class.name, class.id
-            ))),
-            None => Ok(()),
-        }
+        let Some(class) = classes.iter().find(|class| class.id > LARGEST_ID) else {
+            return Ok(());
+        };
+        Err(Refusal::Format(format!(
+            "class \"{}\" has the number {}, and its images hold numbers up to {LARGEST_ID}; export with other ids",
+            class.name, class.id
+        )))
     }
 
     fn frame(&self, frame: &Labelled<'_>) -> Result<(Vec<OutputFile>, ()), Refusal> {

@@ -99,10 +99,8 @@ impl OccupancyGrid {
 
     /// All cells, and a random unit position inside each.
     pub fn everywhere(&self, seed: u64) -> (Vec<u32>, Vec<Vec3>) {
-        Self::inside(
-            (0..self.occupied.len() as u32).collect(),
-            &mut SmallRng::seed_from_u64(seed),
-        )
+        let cells = (0..self.occupied.len() as u32).collect();
+        Self::inside(cells, &mut SmallRng::seed_from_u64(seed))
     }
 
     /// Random cells to update next, half of them occupied ones, and a random unit position inside each.

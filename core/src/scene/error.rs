@@ -142,14 +142,7 @@ pub(crate) enum PoseError {
 /// A text for people that repeats what files call things: names may hold line breaks and what steers a terminal,
 /// each of which becomes a replacement character.
 pub(crate) fn shown(text: impl std::fmt::Display) -> String {
-    let visible = |c: char| {
-        if c.is_control() {
-            char::REPLACEMENT_CHARACTER
-        } else {
-            c
-        }
-    };
-    text.to_string().chars().map(visible).collect()
+    text.to_string().replace(char::is_control, "\u{FFFD}")
 }
 
 /// What a library says of an error, in one line: some break theirs, or repeat what is in the file.

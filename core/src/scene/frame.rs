@@ -119,16 +119,11 @@ impl DepthMap {
         let valid = |v: f32| v.is_finite() && v > 0.0;
         let farthest = lengths.iter().copied().filter(|&v| valid(v)).fold(0.0, f32::max);
         let unit = (farthest / 65535.0).max(f32::MIN_POSITIVE);
-        let steps = lengths
-            .iter()
-            .map(|&v| {
-                if valid(v) {
-                    ((v / unit).round() as u16).max(1)
-                } else {
-                    0
-                }
-            })
-            .collect();
+        let packed = |&v: &f32| match valid(v) {
+            true => ((v / unit).round() as u16).max(1),
+            false => 0,
+        };
+        let steps = lengths.iter().map(packed).collect();
         Self { width, unit, steps }
     }
 

@@ -45,13 +45,8 @@ pub(super) fn nodes_at_borders(frame: &Frame, shown: &[u32], nodes: &[Node], lab
     };
     let mut refined = shown.to_vec();
     let mut votes = Vec::new();
-    for (pixel, _) in around
-        .beside_borders()
-        .into_iter()
-        .enumerate()
-        .filter(|pixel| pixel.1)
-    {
-        if shown[pixel] != NO_NODE {
+    for (pixel, is_beside) in around.beside_borders().into_iter().enumerate() {
+        if is_beside && shown[pixel] != NO_NODE {
             refined[pixel] = around.node_of(pixel, &mut votes);
         }
     }
@@ -151,15 +146,9 @@ impl Around<'_> {
                 }
             }
         }
-        let first = (0.0, own);
-        let larger = |best: (f32, u32), vote: &Vote| {
-            if vote.sum > best.0 {
-                (vote.sum, vote.node)
-            } else {
-                best
-            }
-        };
-        votes.iter().fold(first, larger).1
+        // The last of equals in the reverse order is the first.
+        let largest = votes.iter().rev().max_by(|a, b| a.sum.total_cmp(&b.sum));
+        largest.map_or(own, |vote| vote.node)
     }
 
     /// Ray length of a pixel with a node: measured, or that of the node's centre.

@@ -120,15 +120,13 @@ impl ClassGeodesics {
     /// Replaces the labelled nodes by `seeds`; only what changed is computed. Returns the nodes whose distance to any
     /// class may have changed, ascending.
     pub fn update(&mut self, graph: &SurfaceGraph, seeds: FxHashMap<u32, ClassId>) -> Vec<u32> {
-        let mut changes: BTreeMap<ClassId, (Vec<u32>, Vec<u32>)> = BTreeMap::new();
-        for (&node, &class) in &self.seeds {
-            if seeds.get(&node) != Some(&class) {
-                changes.entry(class).or_default().0.push(node);
-            }
-        }
-        for (&node, &class) in &seeds {
-            if self.seeds.get(&node) != Some(&class) {
-                changes.entry(class).or_default().1.push(node);
+        // The nodes that each class loses, and those that it gets.
+        let mut changes: BTreeMap<ClassId, [Vec<u32>; 2]> = BTreeMap::new();
+        for (kind, own, others) in [(0, &self.seeds, &seeds), (1, &seeds, &self.seeds)] {
+            for (&node, &class) in own {
+                if others.get(&node) != Some(&class) {
+                    changes.entry(class).or_default()[kind].push(node);
+                }
             }
         }
         for class in changes.keys() {
@@ -137,7 +135,7 @@ impl ClassGeodesics {
                 .or_insert_with(|| Geodesics::new(graph.len()));
         }
         let of_class = |(class, field): (&ClassId, &mut Geodesics)| -> Vec<u32> {
-            let Some((removed, added)) = changes.get(class) else {
+            let Some([removed, added]) = changes.get(class) else {
                 return Vec::new();
             };
             let mut changed = if removed.is_empty() {

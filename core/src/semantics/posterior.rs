@@ -171,6 +171,7 @@ fn fill_weights(
 }
 
 /// What the posterior keeps of a node.
+#[derive(Default)]
 struct NodeSummary {
     label: ClassId,
     entropy: u16,
@@ -183,11 +184,8 @@ fn summarise(classes: &[ClassId], weights: &[f32], nearest: [f32; 2]) -> NodeSum
     let sum: f32 = weights.iter().sum();
     if sum <= 0.0 {
         return NodeSummary {
-            label: VOID,
-            entropy: 0,
-            confidence: 0,
-            runner_up: VOID,
             nearest,
+            ..NodeSummary::default()
         };
     }
     let mut best = [(0.0, VOID); 2];

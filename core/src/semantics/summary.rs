@@ -31,8 +31,8 @@ struct Counts {
     disagreeing: usize,
 }
 
-/// The values that a run of pixels has in common.
-#[derive(Clone, Copy)]
+/// The values that a run of pixels has in common; void for certain by default.
+#[derive(Clone, Copy, Default)]
 struct PixelValue {
     label: ClassId,
     entropy: u16,
@@ -84,15 +84,8 @@ impl FrameMap {
                     if node == NO_NODE {
                         // Hidden pixels are void for certain. Which pixels of a run they are does not matter.
                         let hidden = range.clone().filter(|&pixel| color.is_hidden(pixel)).count();
-                        let (sure, rest) =
-                            (range.start..range.start + hidden, range.start + hidden..range.end);
-                        let void = PixelValue {
-                            label: VOID,
-                            entropy: 0,
-                            unclear: false,
-                        };
-                        counts.add(sure, void, None);
-                        range = rest;
+                        counts.add(range.start..range.start + hidden, PixelValue::default(), None);
+                        range.start += hidden;
                     }
                     let value = match node {
                         NO_NODE => PixelValue {

@@ -36,9 +36,12 @@ impl NodeVotes {
     /// Counts the pixels of the images that have one of `classes`. A pixel with probabilities is a vote in parts: each
     /// class gets its probability.
     pub fn count(surface: &Surface, classes: &[ClassId], labels: &ImportedLabels) -> Self {
+        let mut votes = Self {
+            classes: classes.to_vec(),
+            counts: vec![0.0; surface.graph.len() * classes.len()],
+            alone: vec![Alone::default(); surface.graph.len()],
+        };
         let index: FxHashMap<ClassId, usize> = classes.iter().copied().zip(0..).collect();
-        let mut counts = vec![0.0; surface.graph.len() * classes.len()];
-        let mut alone = vec![Alone::default(); surface.graph.len()];
         for map in &labels.maps {
             // Images of frames that have vanished or changed their size do not count.
             let nodes = surface.nodes_of(map.frame);
@@ -48,42 +51,42 @@ impl NodeVotes {
             if let Some(probabilities) = map.probabilities() {
                 let nodes = nodes.unpack();
                 for (number, cell) in probabilities.cells().iter().enumerate() {
-                    let node = nodes[probabilities.middle_of(number)];
-                    if node == NO_NODE {
-                        continue;
-                    }
-                    let (mut vote, mut agreed) = (0.0, 0.0);
-                    for (class, probability) in cell.iter() {
-                        if let Some(class) = index.get(&class) {
-                            counts[node as usize * classes.len() + class] += probability;
-                            vote += probability;
-                            agreed += probability * probability;
-                        }
-                    }
-                    alone[node as usize].votes += vote * vote;
-                    alone[node as usize].agreed += agreed;
+                    votes.add(nodes[probabilities.middle_of(number)], cell.iter(), &index);
                 }
                 continue;
             }
             let said = map.labels();
             for (node, pixels) in nodes.runs() {
-                if node == NO_NODE {
-                    continue;
-                }
-                for label in &said[pixels] {
-                    if let Some(class) = index.get(label) {
-                        counts[node as usize * classes.len() + class] += 1.0;
-                        alone[node as usize].votes += 1.0;
-                        alone[node as usize].agreed += 1.0;
-                    }
+                for &label in &said[pixels] {
+                    votes.add(node, std::iter::once((label, 1.0)), &index);
                 }
             }
         }
-        Self {
-            classes: classes.to_vec(),
-            counts,
-            alone,
+        votes
+    }
+
+    /// Adds a vote in parts for a node, if it is one; `index` has the place of each class that counts.
+    fn add(
+        &mut self,
+        node: u32,
+        vote: impl Iterator<Item = (ClassId, f32)>,
+        index: &FxHashMap<ClassId, usize>,
+    ) {
+        if node == NO_NODE {
+            return;
         }
+        let own = node as usize * self.classes.len();
+        let (mut sum, mut agreed) = (0.0, 0.0);
+        for (class, part) in vote {
+            if let Some(place) = index.get(&class) {
+                self.counts[own + place] += part;
+                sum += part;
+                agreed += part * part;
+            }
+        }
+        let alone = &mut self.alone[node as usize];
+        alone.votes += sum * sum;
+        alone.agreed += agreed;
     }
 
     /// Number of a node's votes and the share of each class in them; `None` where it has none.
