@@ -6,13 +6,13 @@ use super::Inputs;
 use crate::field::Preset;
 use crate::session::TrainingEnd;
 
-/// `report.json`. A figure that was not measured is `null`.
+/// `report.json`. A figure that was not measured is `null`; what an earlier version has not written is as by default.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
 pub struct Report {
     /// Version of the program.
     pub version: String,
     /// What it was made from, so that a run with the same inputs knows that nothing is left to do.
-    #[serde(default)]
     pub inputs: Option<Inputs>,
     /// Name of the scene.
     pub scene: String,
@@ -21,10 +21,8 @@ pub struct Report {
     /// Number of strokes that the maps were made from.
     pub strokes: usize,
     /// Number of imported label images that the maps were made from beside the strokes.
-    #[serde(default)]
     pub imported_images: usize,
     /// How far those were trusted, from 0 to 1, where their pixels are right as strokes are.
-    #[serde(default)]
     pub imported_trust: Option<f32>,
     /// How much the field was allowed to model.
     pub preset: Preset,
@@ -35,22 +33,16 @@ pub struct Report {
     /// Wall time.
     pub wall_s: PhaseSeconds,
     /// Wall time from the start to the last label image, waiting included, in seconds.
-    #[serde(default)]
     pub total_s: f64,
     /// Why training ended by itself, if it did.
-    #[serde(default)]
     pub training_end: Option<TrainingEnd>,
     /// Training steps done.
-    #[serde(default)]
     pub training_steps: u64,
     /// Wall time from the start to the maps that were written, in seconds.
-    #[serde(default)]
     pub final_maps_s: f64,
     /// What that was to be at most, in seconds.
-    #[serde(default)]
     pub budget_s: Option<f64>,
     /// Why it was more, a sentence.
-    #[serde(default)]
     pub over_budget: Option<String>,
     /// The most memory held at once, in bytes.
     pub peak_memory_bytes: Option<u64>,
@@ -66,7 +58,6 @@ pub struct Report {
     pub mean_entropy: Option<f32>,
     /// Where maps were rendered coarsely (`--preset reference`): one pixel in so many along each axis was
     /// computed, and its neighbours show the same.
-    #[serde(default)]
     pub map_stride: Option<u32>,
 }
 

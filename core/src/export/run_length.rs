@@ -1,42 +1,26 @@
 //! Run-length encoding of masks as in COCO: the lengths of runs of zeros and ones by turns, zeros first, down the
 //! columns from the left (the `maskApi` of pycocotools).
 
-use super::components::box_around;
 use crate::labels::Run;
 
 /// Run lengths of the mask of some pixels in an image of this width and height. `runs` are ordered by row and do not
 /// overlap.
 pub(super) fn counts(runs: &[Run], [width, height]: [u32; 2]) -> Vec<u32> {
-    let [left, top, columns, rows] = box_around(runs);
-    let (columns, rows) = (columns as usize, rows as usize);
-    let mut inside = vec![false; columns * rows];
-    for run in runs {
-        for x in run.first..=run.last {
-            inside[(x - left) as usize * rows + (run.row - top) as usize] = true;
-        }
+    let column = |run: &Run| {
+        let Run { row, first, last } = *run;
+        (first..=last).map(move |x| x * height + row)
+    };
+    // Places down the columns.
+    let mut places: Vec<u32> = runs.iter().flat_map(column).collect();
+    places.sort_unstable();
+    let (mut counts, mut end) = (Vec::new(), 0);
+    for ones in places.chunk_by(|before, after| before + 1 == *after) {
+        let length = ones.len() as u32;
+        counts.extend([ones[0] - end, length]);
+        end = ones[0] + length;
     }
-    let mut counts = Vec::new();
-    // The run of ones that may go on: where it starts, and its length so far.
-    let (mut start, mut ones) = (0, 0);
-    for (x, column) in (left..).zip(inside.chunks_exact(rows.max(1))) {
-        for (y, _) in (top..).zip(column).filter(|(_, inside)| **inside) {
-            let place = x * height + y;
-            if ones > 0 && place == start + ones {
-                ones += 1;
-                continue;
-            }
-            if ones > 0 {
-                counts.push(ones);
-            }
-            counts.push(place - start - ones);
-            (start, ones) = (place, 1);
-        }
-    }
-    if ones > 0 {
-        counts.push(ones);
-    }
-    if start + ones < width * height {
-        counts.push(width * height - start - ones);
+    if end < width * height {
+        counts.push(width * height - end);
     }
     counts
 }

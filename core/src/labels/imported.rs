@@ -65,13 +65,9 @@ impl ImportedMap {
     /// Takes the class of every pixel of a frame, row-major `[height, width]`; [`VOID`] = nothing
     /// is said.
     pub fn new(frame: usize, labels: &[ClassId]) -> Self {
-        let mut runs: Vec<(ClassId, u16)> = Vec::new();
-        for &label in labels {
-            match runs.last_mut() {
-                Some((class, length)) if *class == label && *length < u16::MAX => *length += 1,
-                _ => runs.push((label, 1)),
-            }
-        }
+        let same = labels.chunk_by(|a, b| a == b);
+        let runs = same.flat_map(|run| run.chunks(u16::MAX.into()));
+        let mut runs: Vec<(ClassId, u16)> = runs.map(|run| (run[0], run.len() as u16)).collect();
         runs.shrink_to_fit();
         Self {
             frame,
@@ -91,11 +87,8 @@ impl ImportedMap {
     pub fn labels(&self) -> Vec<ClassId> {
         match &self.said {
             Said::Runs(runs) => {
-                let mut labels = Vec::with_capacity(self.pixels());
-                for &(class, length) in runs {
-                    labels.resize(labels.len() + usize::from(length), class);
-                }
-                labels
+                let run = |&(class, length): &(ClassId, u16)| std::iter::repeat_n(class, length.into());
+                runs.iter().flat_map(run).collect()
             }
             Said::Probabilities(probabilities) => probabilities.labels(),
         }

@@ -84,6 +84,19 @@ impl Camera {
         self.pixel_direction(index as u32 % self.width, index as u32 / self.width)
     }
 
+    /// Row-major indices of the pixels that share a side with the one that has this index.
+    pub(crate) fn beside(&self, index: usize) -> impl Iterator<Item = usize> {
+        let width = self.width as usize;
+        let column = index % width;
+        let neighbours = [
+            (column > 0).then(|| index - 1),
+            (column + 1 < width).then_some(index + 1),
+            index.checked_sub(width),
+            Some(index + width).filter(|&below| below < self.pixels()),
+        ];
+        neighbours.into_iter().flatten()
+    }
+
     /// Image position of a point in camera axes; `None` behind the camera.
     pub fn project(&self, point: Vec3) -> Option<(f32, f32)> {
         (point.z > 1e-6).then(|| {

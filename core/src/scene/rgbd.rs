@@ -84,13 +84,10 @@ pub(super) fn read(
     };
     let placing = Placing { origin, unit: 1.0 };
     let mut read = read_frames(&listed, placing, options, progress, depth, |_, _| ())?;
-    for (frame, read) in listed
-        .iter()
-        .zip(&mut read)
-        .filter(|(frame, _)| frame.depth.is_none())
-    {
+    for (frame, read) in listed.iter().zip(&mut read) {
         if let Ok(read) = read
             && has_depth
+            && frame.depth.is_none()
         {
             read.depth_problem = Some(format!("that of {} (no file)", frame.name));
         }

@@ -255,16 +255,6 @@ fn fill_holes(frame: &Frame, image: &ColorImage, pixels: &mut [u32]) {
     if pixels.iter().all(|&node| node == NO_NODE) || pixels.iter().all(|&node| node != NO_NODE) {
         return;
     }
-    let width = frame.camera.width as usize;
-    let neighbours = |pixel: usize| {
-        let column = pixel % width;
-        [
-            (column > 0).then(|| pixel - 1),
-            (column + 1 < width).then(|| pixel + 1),
-            pixel.checked_sub(width),
-            Some(pixel + width).filter(|&below| below < frame.camera.pixels()),
-        ]
-    };
     let cost = |a: usize, b: usize| 1.0 + COLOR * (image.color(a) - image.color(b)).length_squared();
     let mut queue = BinaryHeap::new();
     let mut reached = vec![f32::INFINITY; pixels.len()];
@@ -273,11 +263,8 @@ fn fill_holes(frame: &Frame, image: &ColorImage, pixels: &mut [u32]) {
             continue;
         }
         reached[pixel] = 0.0;
-        if neighbours(pixel)
-            .into_iter()
-            .flatten()
-            .any(|other| pixels[other] == NO_NODE)
-        {
+        let is_open = |other: usize| pixels[other] == NO_NODE;
+        if frame.camera.beside(pixel).any(is_open) {
             queue.push(Reverse((0_u32, pixel)));
         }
     }
@@ -287,7 +274,7 @@ fn fill_holes(frame: &Frame, image: &ColorImage, pixels: &mut [u32]) {
         if distance > reached[pixel] {
             continue;
         }
-        for other in neighbours(pixel).into_iter().flatten() {
+        for other in frame.camera.beside(pixel) {
             let through = distance + cost(pixel, other);
             if through < reached[other] {
                 reached[other] = through;

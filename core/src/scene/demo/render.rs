@@ -153,16 +153,8 @@ impl View<'_> {
     }
 
     fn is_edge(&self, shades: &[Shade], index: usize) -> bool {
-        let width = self.camera.width as usize;
-        let column = index % width;
         let here = shades[index];
-        let neighbours = [
-            (column > 0).then(|| index - 1),
-            (column + 1 < width).then_some(index + 1),
-            index.checked_sub(width),
-            Some(index + width).filter(|&below| below < shades.len()),
-        ];
-        neighbours.into_iter().flatten().any(|other| {
+        self.camera.beside(index).any(|other| {
             let there = shades[other];
             there.solid != here.solid
                 || there.chart != here.chart
