@@ -31,7 +31,7 @@ mod voxels;
 pub use depth::{FieldDepth, pixel_length, pixel_lengths};
 pub use diffusion::diffuse;
 pub use geodesic::{ClassGeodesics, Geodesics};
-pub(crate) use graph::DisjointSets;
+pub(crate) use graph::{DisjointSets, cube};
 pub use graph::{Node, SurfaceGraph};
 pub use imported::{NodeLabels, SurfaceImport};
 pub use leave_one_out::{CrossValidation, LeaveOneOut, StrokeCheck};

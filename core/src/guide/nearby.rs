@@ -3,6 +3,8 @@
 use glam::{IVec3, Vec3};
 use rustc_hash::FxHashMap;
 
+use crate::semantics::cube;
+
 /// Positions in a hash of cells.
 pub(super) struct Nearby {
     cells: FxHashMap<IVec3, Vec<Vec3>>,
@@ -26,8 +28,7 @@ impl Nearby {
     pub(super) fn distance(&self, position: Vec3) -> f32 {
         let cell = self.cell(position);
         let mut nearest = self.reach;
-        for k in 0..27 {
-            let offset = IVec3::new(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1);
+        for offset in cube(1) {
             for place in self.cells.get(&(cell + offset)).into_iter().flatten() {
                 nearest = nearest.min(place.distance(position));
             }

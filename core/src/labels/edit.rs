@@ -44,23 +44,15 @@ pub struct Edit {
 impl Edit {
     /// The edit that takes this one back.
     pub fn inverse(&self) -> Self {
-        Self {
-            name: self.name.clone(),
-            strokes: self
-                .strokes
-                .iter()
-                .map(|change| StrokeChange {
-                    id: change.id,
-                    before: change.after.clone(),
-                    after: change.before.clone(),
-                })
-                .collect(),
-            classes: self.classes.clone().map(|(before, after)| (after, before)),
-            imported: self.imported.map(|change| ImportChange {
-                before: change.after,
-                after: change.before,
-            }),
+        let mut edit = self.clone();
+        for change in &mut edit.strokes {
+            std::mem::swap(&mut change.before, &mut change.after);
         }
+        edit.classes = edit.classes.map(|(before, after)| (after, before));
+        if let Some(change) = &mut edit.imported {
+            std::mem::swap(&mut change.before, &mut change.after);
+        }
+        edit
     }
 
     pub(super) fn apply(&self, labels: &mut LabelSet, imports: &BTreeMap<ImportId, Arc<ImportedLabels>>) {

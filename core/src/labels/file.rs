@@ -85,9 +85,7 @@ pub fn parse_strokes(text: &str, scene: &Scene) -> Result<LabelSet, StrokesProbl
         labels.classes.push(class);
     }
     for (number, record) in (1..).zip(file.strokes) {
-        let StrokeRecord {
-            frame: name, class, ..
-        } = &record;
+        let (name, class) = (&record.frame, record.class);
         let refuse = |reason: String| Err(StrokesProblem::Stroke { number, reason });
         let Some(index) = scene.frame_index(name) else {
             return refuse(format!(
@@ -95,7 +93,7 @@ pub fn parse_strokes(text: &str, scene: &Scene) -> Result<LabelSet, StrokesProbl
                 scene.source
             ));
         };
-        if *class != VOID && labels.class(*class).is_none() {
+        if class != VOID && labels.class(class).is_none() {
             return refuse(format!("names class {class}, which \"classes\" does not list"));
         }
         let frame = &scene.frames[index];
@@ -121,7 +119,7 @@ pub fn parse_strokes(text: &str, scene: &Scene) -> Result<LabelSet, StrokesProbl
         };
         let stroke = Stroke {
             frame: index,
-            class: record.class,
+            class,
             radius: record.radius,
             lines: vec![line],
         };

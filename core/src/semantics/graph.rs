@@ -161,18 +161,11 @@ fn neighbours(nodes: &[Node]) -> Vec<(u32, u32)> {
             let (level, cell) = cell_of(node);
             let limit = (REACH * node.voxel).powi(2);
             let mut found: Vec<(f32, u32)> = Vec::with_capacity(64);
-            for z in -reach..=reach {
-                for y in -reach..=reach {
-                    for x in -reach..=reach {
-                        let Some(others) = cells.get(&(level, cell + IVec3::new(x, y, z))) else {
-                            continue;
-                        };
-                        for &other in others {
-                            let squared = nodes[other as usize].position.distance_squared(node.position);
-                            if other as usize != index && squared <= limit {
-                                found.push((squared, other));
-                            }
-                        }
+            for offset in cube(reach) {
+                for &other in cells.get(&(level, cell + offset)).into_iter().flatten() {
+                    let squared = nodes[other as usize].position.distance_squared(node.position);
+                    if other as usize != index && squared <= limit {
+                        found.push((squared, other));
                     }
                 }
             }
@@ -189,6 +182,12 @@ fn neighbours(nodes: &[Node]) -> Vec<(u32, u32)> {
     pairs.par_sort_unstable();
     pairs.dedup();
     pairs
+}
+
+/// The offsets that reach at most this far along each axis.
+pub(crate) fn cube(reach: i32) -> impl Iterator<Item = IVec3> {
+    let side = 2 * reach + 1;
+    (0..side.pow(3)).map(move |k| IVec3::new(k % side, k / side % side, k / (side * side)) - reach)
 }
 
 /// Colours and normals averaged once with those of the neighbours, so that the noise of one voxel is no border.
@@ -243,10 +242,7 @@ fn join_parts(nodes: &[Node], pairs: &mut Vec<(u32, u32)>) {
             }
         }
         let mut candidates: Vec<(f32, u32, u32)> = Vec::new();
-        let half: Vec<IVec3> = (0..27)
-            .map(|k| IVec3::new(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1))
-            .filter(|d| (d.z, d.y, d.x) >= (0, 0, 0))
-            .collect();
+        let half: Vec<IVec3> = cube(1).filter(|d| (d.z, d.y, d.x) >= (0, 0, 0)).collect();
         for (cell, present) in &cells {
             for offset in &half {
                 for &other in cells.get(&(*cell + *offset)).into_iter().flatten() {

@@ -1,6 +1,6 @@
 //! Propagates the labels of strokes and imported images over a surface, and so to every pixel.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use rustc_hash::FxHashMap;
@@ -87,7 +87,7 @@ impl LabelPropagation {
     /// Replaces the labels; only what changed is computed. Imported images are added by
     /// [`LabelPropagation::set_import`]; here they are only removed.
     pub fn set_labels(&mut self, scene: &Scene, labels: &LabelSet) {
-        let changed: Vec<usize> = changed_frames(&self.strokes, &labels.strokes);
+        let changed = changed_frames(&self.strokes, &labels.strokes);
         self.strokes.clone_from(&labels.strokes);
         for frame in changed {
             let Some(own) = scene.frames.get(frame) else {
@@ -314,22 +314,12 @@ impl LabelPropagation {
 fn changed_frames(
     before: &BTreeMap<StrokeId, Arc<Stroke>>,
     after: &BTreeMap<StrokeId, Arc<Stroke>>,
-) -> Vec<usize> {
-    let mut frames = Vec::new();
-    for (id, stroke) in before {
-        match after.get(id) {
-            Some(same) if Arc::ptr_eq(same, stroke) || same == stroke => {}
-            Some(other) => frames.extend([stroke.frame, other.frame]),
-            None => frames.push(stroke.frame),
-        }
-    }
-    frames.extend(
-        after
+) -> BTreeSet<usize> {
+    let changed = [(before, after), (after, before)].map(|(own, others)| {
+        let differing = own
             .iter()
-            .filter(|(id, _)| !before.contains_key(id))
-            .map(|(_, stroke)| stroke.frame),
-    );
-    frames.sort_unstable();
-    frames.dedup();
-    frames
+            .filter(move |&(id, stroke)| others.get(id) != Some(stroke));
+        differing.map(|(_, stroke)| stroke.frame)
+    });
+    changed.into_iter().flatten().collect()
 }

@@ -3,7 +3,7 @@
 use std::f32::consts::LN_2;
 use std::ops::Range;
 
-use super::map::{MapPixels, OnSurface};
+use super::map::MapPixels;
 use super::{CERTAIN, ENTROPY_STEPS_PER_NAT, FrameMap, NO_NODE};
 use crate::labels::{ClassId, ImportedMap, VOID};
 
@@ -71,15 +71,10 @@ impl FrameMap {
                 }
             }
             MapPixels::OnSurface(shown) => {
-                let OnSurface {
-                    scene,
-                    surface,
-                    posterior,
-                    unknown,
-                    ..
-                } = shown;
-                let nodes = surface.pixels.get(self.frame).filter(|nodes| !nodes.is_empty())?;
-                let color = scene.frames[self.frame].color();
+                let posterior = &shown.posterior;
+                let nodes = shown.surface.pixels.get(self.frame);
+                let nodes = nodes.filter(|nodes| !nodes.is_empty())?;
+                let color = shown.scene.frames[self.frame].color();
                 for (node, mut range) in nodes.runs() {
                     if node == NO_NODE {
                         // Hidden pixels are void for certain. Which pixels of a run they are does not matter.
@@ -90,7 +85,7 @@ impl FrameMap {
                     let value = match node {
                         NO_NODE => PixelValue {
                             label: VOID,
-                            entropy: *unknown,
+                            entropy: shown.unknown,
                             unclear: true,
                         },
                         node => PixelValue {

@@ -119,19 +119,17 @@ impl Surface {
         let lengths = Lengths { scene, field };
         let mut voxels = Voxels::new(voxel_side(lengths)?, extent);
         let stride = stride(scene);
-        loop {
-            let sums = fuse(&voxels, lengths, stride);
-            if sums.len() > MOST_NODES {
-                voxels.side *= (sums.len() as f32 / MOST_NODES as f32).sqrt().max(1.05);
-                continue;
-            }
-            if size == 1.0 {
-                return Some(Self::from_sums(voxels, sums, lengths));
-            }
-            break;
+        let mut sums = fuse(&voxels, lengths, stride);
+        while sums.len() > MOST_NODES {
+            voxels.side *= (sums.len() as f32 / MOST_NODES as f32).sqrt().max(1.05);
+            drop(sums);
+            sums = fuse(&voxels, lengths, stride);
         }
-        voxels.side /= size.sqrt();
-        let sums = fuse(&voxels, lengths, stride);
+        if size != 1.0 {
+            voxels.side /= size.sqrt();
+            drop(sums);
+            sums = fuse(&voxels, lengths, stride);
+        }
         Some(Self::from_sums(voxels, sums, lengths))
     }
 

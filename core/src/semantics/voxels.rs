@@ -7,7 +7,7 @@ use std::sync::Arc;
 use glam::{IVec3, Vec3, Vec3A};
 use rustc_hash::FxHashMap;
 
-use super::graph::{Node, SurfaceGraph};
+use super::graph::{Node, SurfaceGraph, cube};
 use super::{FieldDepth, NO_NODE, NodeMap, pixel_lengths};
 use crate::scene::{Cache, ColorImage, Frame, Pixels};
 
@@ -180,14 +180,10 @@ impl VoxelNodes {
         if let Some(&node) = self.index.get(&cell) {
             return (node, true);
         }
-        let nearest = (0..27)
-            .filter_map(|k| {
-                let offset = IVec3::new(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1);
-                let index_of = Voxel {
-                    index: cell.index + offset,
-                    ..cell
-                };
-                self.index.get(&index_of).copied()
+        let nearest = cube(1)
+            .filter_map(|offset| {
+                let index = cell.index + offset;
+                self.index.get(&Voxel { index, ..cell }).copied()
             })
             .min_by(|&a, &b| {
                 let gap = |node: u32| nodes[node as usize].position.distance_squared(point);

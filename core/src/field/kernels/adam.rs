@@ -108,11 +108,6 @@ impl Adam {
         })
     }
 
-    /// The parameter that is stepped.
-    pub fn parameter(&self) -> &Var {
-        &self.parameter
-    }
-
     /// One step against the gradient.
     ///
     /// # Errors

@@ -154,14 +154,9 @@ pub fn evaluate(
     wanted: Wanted,
     into: &mut Evaluated,
 ) -> Result<()> {
-    let Parameters {
-        grid,
-        shape,
-        table,
-        weights,
-    } = parameters;
-    let (table_storage, table_layout) = table.storage_and_layout();
-    let (weights_storage, weights_layout) = weights.storage_and_layout();
+    let (grid, shape) = (parameters.grid, parameters.shape);
+    let (table_storage, table_layout) = parameters.table.storage_and_layout();
+    let (weights_storage, weights_layout) = parameters.weights.storage_and_layout();
     let (candle_core::Storage::Cpu(table), candle_core::Storage::Cpu(weights)) =
         (&*table_storage, &*weights_storage)
     else {

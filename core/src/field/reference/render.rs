@@ -112,12 +112,8 @@ impl ReferenceField {
     /// # Errors
     /// A lack of memory on the device.
     pub fn forward(&self, rays: &[Ray], mut random: Option<&mut [SmallRng]>) -> Result<[Composited; 2]> {
-        let ReferenceSettings {
-            near,
-            coarse_samples,
-            fine_samples,
-            ..
-        } = self.settings;
+        let near = self.settings.near;
+        let (coarse_samples, fine_samples) = (self.settings.coarse_samples, self.settings.fine_samples);
         let mut t = Vec::with_capacity(rays.len() * coarse_samples);
         for ray in 0..rays.len() {
             let mut offset = random.as_mut().map(|random| || random[ray].random());
