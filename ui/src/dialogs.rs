@@ -90,8 +90,8 @@ fn modal(ctx: &egui::Context, dialog: &mut Dialog, model: &Model, commands: &mut
         _ => 460.0,
     };
     let width = width.min(ctx.content_rect().width() - 64.0);
-    if let Dialog::Settings(page) = dialog {
-        settings::listen(page, ctx, commands);
+    if let Dialog::Settings(choosing) = dialog {
+        settings::listen(choosing, ctx, commands);
     }
     let title = title(dialog);
     let frame = egui::Frame::popup(&ctx.global_style()).inner_margin(20);
@@ -119,7 +119,7 @@ fn modal(ctx: &egui::Context, dialog: &mut Dialog, model: &Model, commands: &mut
             }
             Dialog::FindClass(_) => {}
             Dialog::Help => help(ui, commands),
-            Dialog::Settings(page) => settings::show(page, ui, model, commands),
+            Dialog::Settings(choosing) => settings::show(choosing, ui, model, commands),
             Dialog::Moved(scene) => moved(ui, scene, commands),
         }
     });

@@ -2,6 +2,14 @@
 
 use std::ops::RangeFrom;
 
+use inplace_model::versioned::{Version, Versioned};
+use wgpu::util::DeviceExt;
+
+/// Whether what is held was not made of this.
+pub fn is_older<T>(held: &Option<Versioned<T>>, version: Version) -> bool {
+    held.as_ref().is_none_or(|held| held.version() != version)
+}
+
 /// A pipeline of these vertex and fragment functions that draws opaque colours into textures of this format.
 pub fn pipeline(
     device: &wgpu::Device,
@@ -73,6 +81,20 @@ pub fn texture_descriptor(
         usage,
         view_formats: &[],
     }
+}
+
+/// All of a texture that holds these texels, row-major, in the width and height given.
+pub fn texture_of(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    label: &str,
+    format: wgpu::TextureFormat,
+    size: [u32; 2],
+    texels: &[u8],
+) -> wgpu::TextureView {
+    let descriptor = texture_descriptor(label, size, format, wgpu::TextureUsages::TEXTURE_BINDING);
+    let order = wgpu::util::TextureDataOrder::LayerMajor;
+    view(&device.create_texture_with_data(queue, &descriptor, order, texels))
 }
 
 /// All of a texture.

@@ -219,17 +219,4 @@ impl Command {
 }
 
 /// Commands of one frame, in order.
-#[derive(Debug, Default)]
-pub struct Commands(Vec<Command>);
-
-impl Commands {
-    /// Adds a command.
-    pub fn push(&mut self, action: Command) {
-        self.0.push(action);
-    }
-
-    /// Takes all commands.
-    pub fn take(&mut self) -> Vec<Command> {
-        std::mem::take(&mut self.0)
-    }
-}
+pub type Commands = Vec<Command>;

@@ -74,8 +74,8 @@ pub enum Dialog {
     FindClass(Box<ClassFinder>),
     /// Shows the keys.
     Help,
-    /// Shows what the person can choose once for all scenes.
-    Settings(SettingsPage),
+    /// Shows what the person can choose once for all scenes, with the key that is being chosen.
+    Settings(Option<ChosenKey>),
     /// Asks where the scene of a project is now.
     Moved(MovedScene),
 }
@@ -101,7 +101,7 @@ impl Dialog {
 
     /// Shows the settings.
     pub const fn settings() -> Self {
-        Self::Settings(SettingsPage { choosing: None })
+        Self::Settings(None)
     }
 
     /// Puts a path that the system's dialog gave into the path field.
@@ -188,34 +188,11 @@ impl MovedScene {
     }
 }
 
-/// The settings, with the key that is being chosen.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct SettingsPage {
-    /// The key being chosen.
-    pub choosing: Option<ChosenKey>,
-}
-
 /// A key being chosen.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ChosenKey {
     /// What it does is what this key does by default.
     pub default: Shortcut,
-    /// What was pressed, where it cannot simply be taken.
-    pub taken: Option<TakenKey>,
-}
-
-/// A key that does something else.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum TakenKey {
-    /// It cannot be chosen at all.
-    Fixed(Shortcut),
-    /// It does something that can do without it.
-    By {
-        /// What was pressed.
-        pressed: Shortcut,
-        /// What it does.
-        does: &'static str,
-        /// The default key of that.
-        default: Shortcut,
-    },
+    /// What was pressed, where it cannot simply be taken: the window needs it, or it does something else.
+    pub pressed: Option<Shortcut>,
 }

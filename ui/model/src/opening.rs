@@ -214,7 +214,7 @@ pub struct Attached {
 pub fn attach(
     prepared: Prepared,
     scene: &Scene,
-    maps: Option<&Arc<MapSlots>>,
+    maps: &MapSlots,
     wake: impl Fn() + Send + 'static,
 ) -> Result<Attached, String> {
     let Prepared {
@@ -253,10 +253,8 @@ pub fn attach(
         notes.push(recovered(labels));
     }
     notes.extend(contents.warnings.iter().cloned());
-    if let Some(maps) = maps {
-        for map in &contents.maps {
-            maps.publish(Arc::clone(map));
-        }
+    for map in &contents.maps {
+        maps.publish(Arc::clone(map));
     }
     let (journal, problem) = match journal {
         Ok(journal) => (Some(journal), None),

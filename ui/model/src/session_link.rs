@@ -38,36 +38,43 @@ pub fn real_sessions() -> SessionStarter {
 }
 
 /// A session that ends off the UI thread: dropping it waits for the worker.
-pub struct Running(Option<Box<dyn SessionLink>>);
+pub struct Running {
+    /// `None` at its end alone.
+    session: Option<Box<dyn SessionLink>>,
+    maps: Arc<MapSlots>,
+}
 
 impl Running {
     /// Takes over a session.
     pub fn new(session: Box<dyn SessionLink>) -> Self {
-        Self(Some(session))
+        Self {
+            maps: Arc::clone(session.maps()),
+            session: Some(session),
+        }
     }
 
     /// Asks the worker to do something.
     pub fn send(&self, command: Command) {
-        if let Some(session) = &self.0 {
+        if let Some(session) = &self.session {
             session.send(command);
         }
     }
 
     /// The next thing that the worker told, if any.
     pub fn next_event(&self) -> Option<Event> {
-        self.0.as_ref()?.next_event()
+        self.session.as_ref()?.next_event()
     }
 
     /// The newest map of every frame.
-    pub fn maps(&self) -> Option<&Arc<MapSlots>> {
-        self.0.as_ref().map(|session| session.maps())
+    pub fn maps(&self) -> &Arc<MapSlots> {
+        &self.maps
     }
 }
 
 impl Drop for Running {
     fn drop(&mut self) {
         // Without a thread the window waits, at worst 100 ms.
-        drop_on_thread("inplace-session-end", self.0.take());
+        drop_on_thread("inplace-session-end", self.session.take());
     }
 }
 

@@ -4,7 +4,6 @@
 //! so it stays as it is until it is answered, skipped or left; and a list that does not know the newest answer yet is
 //! not taken at all.
 
-use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 use inplace_core::guide::Suggestion;
@@ -48,8 +47,8 @@ pub struct Suggestions {
     generation: u64,
     version: u64,
     mode: Mode,
-    /// The listed places that were answered, until the next list.
-    answered: BTreeMap<usize, ClassId>,
+    /// What each listed place was answered with, until the next list.
+    answers: Vec<Option<ClassId>>,
     /// Whether other labels have settled the place at hand.
     settled: bool,
     skipped: Vec<Suggestion>,
@@ -101,7 +100,7 @@ impl Suggestions {
 
     /// What a listed place was answered with, until the next list.
     pub fn answer_of(&self, index: usize) -> Option<ClassId> {
-        self.answered.get(&index).copied()
+        self.answers.get(index).copied().flatten()
     }
 
     /// The newest answer that can be taken back: the place, and its class.
@@ -132,10 +131,9 @@ impl Suggestions {
         self.skipped.retain(|skipped| is_as_before(skipped, &list));
         list.retain(|place| !self.skipped.iter().any(|skipped| is_same(skipped, place)));
         let kept = self.at().map(|index| (index, self.listed[index].clone()));
-        self.answered.clear();
         self.version += 1;
         let Some((index, place)) = kept else {
-            self.listed = list;
+            self.list(list);
             return self.arrive();
         };
         let still_there = list.iter().any(|other| is_same(other, &place));
@@ -146,9 +144,15 @@ impl Suggestions {
         let index = index.min(list.len());
         list.insert(index, place);
         list.truncate(MOST.max(index + 1));
-        self.listed = list;
+        self.list(list);
         self.mode = Mode::At(index);
         None
+    }
+
+    /// Lists these places, none of them answered.
+    fn list(&mut self, list: Vec<Suggestion>) {
+        self.answers = vec![None; list.len()];
+        self.listed = list;
     }
 
     /// Goes on to the first place if that is what was waited for.
@@ -186,7 +190,7 @@ impl Suggestions {
     /// returns its index.
     pub fn step(&mut self, backwards: bool) -> Option<usize> {
         let count = self.listed.len();
-        let open = |index: &usize| !self.answered.contains_key(index);
+        let open = |index: &usize| self.answers[*index].is_none();
         let from = match (self.at(), backwards) {
             (Some(index), false) => index + 1,
             (Some(index), true) => index + count - 1,
@@ -224,7 +228,7 @@ impl Suggestions {
     }
 
     fn mark(&mut self, index: usize, class: ClassId) {
-        self.answered.insert(index, class);
+        self.answers[index] = Some(class);
         // That list does not know the answer.
         self.waiting = None;
         if self.is_active() {
@@ -238,14 +242,11 @@ impl Suggestions {
         let index = self.at()?;
         self.skipped.push(self.listed.remove(index));
         self.version += 1;
-        self.answered = std::mem::take(&mut self.answered)
-            .into_iter()
-            .map(|(other, class)| (if other > index { other - 1 } else { other }, class))
-            .collect();
+        self.answers.remove(index);
         self.mode = Mode::Away;
         let count = self.listed.len();
         let mut order = (0..count).map(|offset| (index + offset) % count);
-        let next = order.find(|index| !self.answered.contains_key(index))?;
+        let next = order.find(|&index| self.answers[index].is_none())?;
         self.go_to(next);
         Some(next)
     }
@@ -253,6 +254,7 @@ impl Suggestions {
     /// Lists the skipped places again, behind the others.
     pub fn list_skipped(&mut self) {
         self.listed.append(&mut self.skipped);
+        self.answers.resize(self.listed.len(), None);
         self.version += 1;
     }
 
@@ -286,15 +288,11 @@ impl Suggestions {
         let index = known.unwrap_or_else(|| {
             let index = answer.index.min(self.listed.len());
             self.listed.insert(index, answer.place.clone());
-            // Answers below have moved down by one.
-            self.answered = std::mem::take(&mut self.answered)
-                .into_iter()
-                .map(|(other, class)| (if other >= index { other + 1 } else { other }, class))
-                .collect();
+            self.answers.insert(index, None);
             index
         });
         self.version += 1;
-        self.answered.remove(&index);
+        self.answers[index] = None;
         index
     }
 }

@@ -93,8 +93,7 @@ pub struct Workspace {
 impl Workspace {
     /// A scene that a session has just opened; `serial` tells scenes apart.
     pub fn new(scene: Arc<Scene>, serial: u64, session: Running, document: Document) -> Self {
-        let maps = session.maps().cloned();
-        let has_map = |frame| maps.as_ref().is_some_and(|maps| maps.get(frame).is_some());
+        let has_map = |frame| session.maps().get(frame).is_some();
         let mut workspace = Self {
             overview: Overview::new(scene.frames.len(), Instant::now()),
             map_versions: (0..scene.frames.len())
@@ -141,7 +140,7 @@ impl Workspace {
 
     /// The newest map of a frame.
     pub fn newest_map(&self, frame: usize) -> Option<Arc<FrameMap>> {
-        self.session.maps().and_then(|maps| maps.get(frame))
+        self.session.maps().get(frame)
     }
 
     /// What the worker has to be asked since the last call.

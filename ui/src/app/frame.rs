@@ -47,7 +47,7 @@ impl eframe::App for App {
             }
         }
         // Keys come before the clicks of the same frame, which they may be about.
-        self.update_all(commands.take());
+        self.update_all(std::mem::take(&mut commands));
         // What an open dialog or a text field does with Escape comes before the messages.
         let escape = self.model.dialog.is_none() && !ctx.text_edit_focused();
         self.panels.show(ui, &self.model, &mut self.canvas, &mut commands);
@@ -67,7 +67,7 @@ impl eframe::App for App {
         }
         panels::messages(&ctx, &self.model.messages, area, escape, &mut commands);
         // What was typed is known to whatever was pressed after it.
-        self.update_all(edited.into_iter().chain(commands.take()));
+        self.update_all(edited.into_iter().chain(commands));
         // What a command asks for is under way before the next frame.
         self.prepare();
         self.store.keep(&self.model.preferences);
@@ -131,7 +131,7 @@ impl App {
     fn prepare(&mut self) {
         let mut commands = Commands::default();
         self.canvas.prepare(&self.ctx, &self.model, &mut commands);
-        for command in commands.take() {
+        for command in commands {
             self.update(command);
         }
     }

@@ -30,36 +30,27 @@ impl ShownMap {
 
     /// What a layer lays over the image that needs nothing but the map.
     pub fn over(&self, layer: Layer, palette: &Palette) -> Option<Over> {
-        match layer {
-            Layer::Labels => Some(self.labels()),
-            Layer::Entropy => Some(self.entropy(palette)),
-            _ => None,
-        }
-    }
-
-    fn labels(&self) -> Over {
-        Over {
+        let map = Arc::clone(&self.map);
+        let (texels, version, reading) = match layer {
+            Layer::Labels => (Texels::Labels(map), self.map.version(), Reading::Classes),
+            Layer::Entropy => {
+                // From none to that of an even guess among all classes.
+                let reading = Reading::Values {
+                    table: Table::Entropy,
+                    scale: palette.entropy_scale(),
+                    hole: None,
+                };
+                (Texels::Entropy(map), self.entropy, reading)
+            }
+            _ => return None,
+        };
+        Some(Over {
             size: [self.map.width, self.map.height],
-            texels: Texels::Labels(Arc::clone(&self.map)),
-            version: self.map.version(),
-            reading: Reading::Classes,
+            texels,
+            version,
+            reading,
             greyed: false,
-        }
-    }
-
-    fn entropy(&self, palette: &Palette) -> Over {
-        Over {
-            size: [self.map.width, self.map.height],
-            texels: Texels::Entropy(Arc::clone(&self.map)),
-            version: self.entropy,
-            // From none to that of an even guess among all classes.
-            reading: Reading::Values {
-                table: Table::Entropy,
-                scale: palette.entropy_scale(),
-                hole: None,
-            },
-            greyed: false,
-        }
+        })
     }
 }
 

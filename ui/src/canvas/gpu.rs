@@ -1,5 +1,6 @@
 //! The frame drawn by a wgpu paint callback; textures are uploaded only when their content changes.
 
+use std::borrow::Cow;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
@@ -7,13 +8,13 @@ use bytemuck::{Pod, Zeroable};
 use egui_wgpu::{CallbackResources, CallbackTrait, ScreenDescriptor};
 use inplace_model::layer::Look;
 use inplace_model::palette::PALETTE_COLUMNS;
-use inplace_model::versioned::Version;
+use inplace_model::versioned::{Version, Versioned};
 
 use super::content::Content;
 use super::cpu::{DIMMED_BLACK, DIMMED_SHARE, HATCHING, outline, strength};
 use super::plane::Reading;
 use super::view::Placement;
-use crate::gpu::{bind, pipeline, texture_descriptor, uniform_buffer, view};
+use crate::gpu::{bind, is_older, pipeline, texture_of, uniform_buffer};
 
 /// When the newest map reached the renderer: (label generation, frame, time).
 pub type UploadClock = Arc<Mutex<Option<(u64, usize, Instant)>>>;
@@ -22,6 +23,9 @@ pub type UploadClock = Arc<Mutex<Option<(u64, usize, Instant)>>>;
 pub(super) fn note_upload(clock: &UploadClock, generation: u64, frame: usize) {
     *clock.lock().unwrap_or_else(PoisonError::into_inner) = Some((generation, frame, Instant::now()));
 }
+
+/// Of images and of the palette.
+const RGBA: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 
 /// Parts of the canvas that show a layer each.
 pub(super) const SIDES: usize = 2;
@@ -62,88 +66,21 @@ struct Uniforms {
 struct Resources {
     pipeline: wgpu::RenderPipeline,
     sampler: wgpu::Sampler,
-    palette: Plane,
+    palette: Option<Texture>,
     sides: [Side; SIDES],
     /// The newest map that arrived here.
     map: Option<Version>,
 }
 
+/// A texture with the version of what it holds.
+type Texture = Versioned<wgpu::TextureView>;
+
 /// What one side of the canvas shows.
 struct Side {
     uniforms: wgpu::Buffer,
-    image: Plane,
-    over: Plane,
+    image: Option<Texture>,
+    over: Option<Texture>,
     bind_group: Option<wgpu::BindGroup>,
-}
-
-/// A texture and the version of what it holds.
-struct Plane {
-    name: &'static str,
-    format: wgpu::TextureFormat,
-    texture: Option<wgpu::Texture>,
-    version: Option<Version>,
-}
-
-impl Plane {
-    fn new(name: &'static str, format: wgpu::TextureFormat) -> Self {
-        Self {
-            name,
-            format,
-            texture: None,
-            version: None,
-        }
-    }
-
-    /// Makes the texture hold `texels` (row-major); returns whether the texture itself is new.
-    fn hold(
-        &mut self,
-        device: &wgpu::Device,
-        queue: &wgpu::Queue,
-        version: Option<Version>,
-        [width, height]: [u32; 2],
-        texels: &[u8],
-    ) -> bool {
-        if self.texture.is_some() && self.version == version {
-            return false;
-        }
-        let size = [width.max(1), height.max(1)];
-        let usage = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST;
-        let descriptor = texture_descriptor(self.name, size, self.format, usage);
-        let size = descriptor.size;
-        let same_size = self
-            .texture
-            .as_ref()
-            .is_some_and(|texture| texture.size() == size);
-        if !same_size {
-            self.texture = Some(device.create_texture(&descriptor));
-        }
-        self.version = version;
-        let row = self.format.block_copy_size(None).unwrap_or(4) * size.width;
-        if let Some(texture) = &self.texture
-            && texels.len() == row as usize * size.height as usize
-        {
-            queue.write_texture(
-                wgpu::TexelCopyTextureInfo {
-                    texture,
-                    mip_level: 0,
-                    origin: wgpu::Origin3d::ZERO,
-                    aspect: wgpu::TextureAspect::All,
-                },
-                texels,
-                wgpu::TexelCopyBufferLayout {
-                    offset: 0,
-                    bytes_per_row: Some(row),
-                    rows_per_image: Some(size.height),
-                },
-                size,
-            );
-        }
-        !same_size
-    }
-
-    fn view(&self) -> Option<wgpu::TextureView> {
-        self.texture.as_ref().map(view)
-    }
 }
 
 impl Resources {
@@ -161,7 +98,7 @@ impl Resources {
         Self {
             pipeline,
             sampler,
-            palette: Plane::new("canvas palette", wgpu::TextureFormat::Rgba8Unorm),
+            palette: None,
             sides: std::array::from_fn(|_| Side::new(device)),
             map: None,
         }
@@ -170,20 +107,20 @@ impl Resources {
     fn upload(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, draw: &Draw) {
         let content = &draw.content;
         let palette = &content.palette;
-        let version = Some(palette.version());
-        if self.palette.version != version {
+        let version = palette.version();
+        if is_older(&self.palette, version) {
             let size = [PALETTE_COLUMNS as u32, palette.rows() as u32];
             let texels = palette.texels();
-            if self.palette.hold(device, queue, version, size, &texels) {
-                for side in &mut self.sides {
-                    side.bind_group = None;
-                }
+            let texture = texture_of(device, queue, "canvas palette", RGBA, size, &texels);
+            self.palette = Some(Versioned::with(texture, version));
+            for side in &mut self.sides {
+                side.bind_group = None;
             }
         }
         let side = &mut self.sides[draw.side];
         side.upload(device, queue, content);
         if side.bind_group.is_none() {
-            side.bind_group = side.bind(device, &self.pipeline, &self.sampler, &self.palette);
+            side.bind_group = side.bind(device, &self.pipeline, &self.sampler, self.palette.as_ref());
         }
         if let Some(map) = &content.map
             && self.map != Some(map.version())
@@ -198,35 +135,37 @@ impl Side {
     fn new(device: &wgpu::Device) -> Self {
         Self {
             uniforms: uniform_buffer::<Uniforms>(device, "canvas"),
-            image: Plane::new("canvas image", wgpu::TextureFormat::Rgba8Unorm),
-            over: Plane::new("canvas plane", wgpu::TextureFormat::R16Uint),
+            image: None,
+            over: None,
             bind_group: None,
         }
     }
 
     /// Makes the textures hold what is shown; the bind group goes when one of them is new.
     fn upload(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, content: &Content) {
-        let mut renewed = false;
-        if let Some(picture) = &content.picture {
-            let version = Some(picture.version);
-            renewed |= self
-                .image
-                .hold(device, queue, version, picture.size, &picture.rgba);
+        let texture = |name, format, size, texels: &[u8], version| {
+            let texture = texture_of(device, queue, name, format, size, texels);
+            Some(Versioned::with(texture, version))
+        };
+        if let Some(picture) = &content.picture
+            && is_older(&self.image, picture.version)
+        {
+            self.image = texture("canvas image", RGBA, picture.size, &picture.rgba, picture.version);
+            self.bind_group = None;
         }
-        match &content.over {
-            Some(over) if self.over.version != Some(over.version) => {
-                let values = over.texels.values();
-                let texels = bytemuck::cast_slice(&values);
-                let version = Some(over.version);
-                renewed |= self.over.hold(device, queue, version, over.size, texels);
-            }
+        let over = content.over.as_ref();
+        if over.map_or(self.over.is_none(), |over| is_older(&self.over, over.version)) {
             // There has to be a texture, whatever is in it.
-            None if self.over.texture.is_none() => {
-                renewed |= self.over.hold(device, queue, None, [1, 1], &[0; 2]);
-            }
-            _ => {}
-        }
-        if renewed {
+            let values = over.map_or_else(|| Cow::Owned(vec![0]), |over| over.texels.values());
+            let (size, version) = over.map_or(([1, 1], Version::new()), |over| (over.size, over.version));
+            let format = wgpu::TextureFormat::R16Uint;
+            self.over = texture(
+                "canvas plane",
+                format,
+                size,
+                bytemuck::cast_slice(&values),
+                version,
+            );
             self.bind_group = None;
         }
     }
@@ -236,15 +175,15 @@ impl Side {
         device: &wgpu::Device,
         pipeline: &wgpu::RenderPipeline,
         sampler: &wgpu::Sampler,
-        palette: &Plane,
+        palette: Option<&Texture>,
     ) -> Option<wgpu::BindGroup> {
-        let (image, over, palette) = (self.image.view()?, self.over.view()?, palette.view()?);
+        let (image, over, palette) = (self.image.as_ref()?, self.over.as_ref()?, palette?);
         let resources = [
             self.uniforms.as_entire_binding(),
-            wgpu::BindingResource::TextureView(&image),
+            wgpu::BindingResource::TextureView(image),
             wgpu::BindingResource::Sampler(sampler),
-            wgpu::BindingResource::TextureView(&over),
-            wgpu::BindingResource::TextureView(&palette),
+            wgpu::BindingResource::TextureView(over),
+            wgpu::BindingResource::TextureView(palette),
         ];
         Some(bind(device, pipeline, 0.., resources))
     }

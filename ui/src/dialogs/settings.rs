@@ -1,7 +1,7 @@
 //! What a person can choose once for all scenes: looks, threads, keys, hints.
 
 use egui::{Align, ComboBox, Event, Layout, RichText, ScrollArea, Slider, Ui};
-use inplace_model::dialogs::{ChosenKey, SettingsPage, TakenKey};
+use inplace_model::dialogs::ChosenKey;
 use inplace_model::hints::Hint;
 use inplace_model::keymap::{KeyMap, Shortcut};
 use inplace_model::preferences::{PreferenceChange, Theme, cores, usual_threads};
@@ -16,11 +16,15 @@ use crate::theme;
 const SCALES: [u16; 7] = [100, 125, 150, 175, 200, 250, 300];
 
 /// Takes the key that is being waited for; before anything else looks at the keys.
-pub fn listen(page: &mut SettingsPage, ctx: &egui::Context, commands: &mut Commands) {
-    let Some(choosing) = &mut page.choosing else {
+pub fn listen(choosing: &mut Option<ChosenKey>, ctx: &egui::Context, commands: &mut Commands) {
+    let Some(ChosenKey {
+        default,
+        pressed: None,
+    }) = *choosing
+    else {
         return;
     };
-    if choosing.taken.is_some() || ctx.current_pass_index() > 0 {
+    if ctx.current_pass_index() > 0 {
         return;
     }
     let mut pressed = None;
@@ -43,28 +47,21 @@ pub fn listen(page: &mut SettingsPage, ctx: &egui::Context, commands: &mut Comma
         return;
     };
     if pressed == Shortcut::key("Escape") {
-        page.choosing = None;
+        *choosing = None;
         return;
     }
-    let default = choosing.default;
-    match keys::meaning(&keys::map_of(ctx), pressed) {
-        _ if pressed.is_fixed() => choosing.taken = Some(TakenKey::Fixed(pressed)),
-        Some((does, other)) if other != default => {
-            choosing.taken = Some(TakenKey::By {
-                pressed,
-                does,
-                default: other,
-            });
-        }
-        _ => {
-            commands.push(Command::Prefer(PreferenceChange::Key(default, Some(pressed))));
-            page.choosing = None;
-        }
+    let other = keys::meaning(&keys::map_of(ctx), pressed).filter(|&(_, other)| other != default);
+    if pressed.is_fixed() || other.is_some() {
+        let pressed = Some(pressed);
+        *choosing = Some(ChosenKey { default, pressed });
+    } else {
+        commands.push(Command::Prefer(PreferenceChange::Key(default, Some(pressed))));
+        *choosing = None;
     }
 }
 
 /// Draws the settings.
-pub fn show(page: &mut SettingsPage, ui: &mut Ui, model: &Model, commands: &mut Commands) {
+pub fn show(choosing: &mut Option<ChosenKey>, ui: &mut Ui, model: &Model, commands: &mut Commands) {
     ScrollArea::vertical()
         .auto_shrink([false, true])
         .max_height(room(ui.ctx()))
@@ -78,27 +75,33 @@ pub fn show(page: &mut SettingsPage, ui: &mut Ui, model: &Model, commands: &mut 
             section(ui, "Hints");
             hints(ui, model, commands);
             section(ui, "Keys");
-            keys(page, ui, model, commands);
+            keys(choosing, ui, model, commands);
         });
     close(ui, commands);
 }
 
-fn keys(page: &mut SettingsPage, ui: &mut Ui, model: &Model, commands: &mut Commands) {
+fn keys(choosing: &mut Option<ChosenKey>, ui: &mut Ui, model: &Model, commands: &mut Commands) {
     ui.weak("Press a button, then the new key; Escape leaves it as it is. The digits always choose classes.");
     let map = &model.preferences.keys;
     for line in TABLE {
         if let Line::Command(command) = line {
-            ui.push_id(command.does, |ui| key_row(page, ui, command, map, commands));
+            ui.push_id(command.does, |ui| key_row(choosing, ui, command, map, commands));
         }
     }
     let reset = ui.add_enabled(!map.is_default(), egui::Button::new("Reset all keys"));
     if reset.clicked() {
-        page.choosing = None;
+        *choosing = None;
         commands.push(Command::Prefer(PreferenceChange::ResetKeys));
     }
 }
 
-fn key_row(page: &mut SettingsPage, ui: &mut Ui, row: &UiCommand, map: &KeyMap, commands: &mut Commands) {
+fn key_row(
+    choosing: &mut Option<ChosenKey>,
+    ui: &mut Ui,
+    row: &UiCommand,
+    map: &KeyMap,
+    commands: &mut Commands,
+) {
     ui.horizontal_top(|ui| {
         let width = (0.48 * ui.available_width()).max(120.0);
         let height = ui.spacing().interact_size.y;
@@ -110,34 +113,33 @@ fn key_row(page: &mut SettingsPage, ui: &mut Ui, row: &UiCommand, map: &KeyMap, 
         });
         ui.horizontal_wrapped(|ui| {
             for &default in row.keys {
-                key_button(page, ui, row, map, default, commands);
+                key_button(choosing, ui, row, map, default, commands);
             }
         });
     });
-    let taken = match &page.choosing {
-        Some(ChosenKey {
-            default,
-            taken: Some(taken),
-        }) if row.keys.contains(default) => Some((*default, taken.clone())),
-        _ => None,
-    };
-    if let Some((default, taken)) = taken {
-        conflict(page, ui, default, &taken, commands);
+    if let Some(ChosenKey {
+        default,
+        pressed: Some(pressed),
+    }) = *choosing
+        && row.keys.contains(&default)
+    {
+        conflict(choosing, ui, default, pressed, map, commands);
     }
 }
 
 fn key_button(
-    page: &mut SettingsPage,
+    choosing: &mut Option<ChosenKey>,
     ui: &mut Ui,
     row: &UiCommand,
     map: &KeyMap,
     default: Shortcut,
     commands: &mut Commands,
 ) {
-    let waits = matches!(
-        &page.choosing,
-        Some(ChosenKey { default: chosen, taken: None }) if *chosen == default
-    );
+    let waiting = Some(ChosenKey {
+        default,
+        pressed: None,
+    });
+    let waits = *choosing == waiting;
     let present = map.present(default).map(|present| present.to_string());
     // The default tells the keys of one action apart.
     let name = match &present {
@@ -155,7 +157,7 @@ fn key_button(
     }
     let response = ui.add(button).accessible_name(name);
     if response.clicked() {
-        page.choosing = Some(ChosenKey { default, taken: None });
+        *choosing = waiting;
     }
     if waits {
         // Arrows and Tab are keys to choose, too.
@@ -174,7 +176,7 @@ fn key_button(
             .on_hover_text(format!("Back to {default}"));
         let name = format!("Reset {} to {default}", row.does);
         if reset.accessible_name(name).clicked() {
-            page.choosing = None;
+            *choosing = None;
             // Whatever has that key now has to give it back.
             if let Some((_, other)) = keys::meaning(map, default)
                 && other != default
@@ -187,37 +189,34 @@ fn key_button(
 }
 
 fn conflict(
-    page: &mut SettingsPage,
+    choosing: &mut Option<ChosenKey>,
     ui: &mut Ui,
     default: Shortcut,
-    taken: &TakenKey,
+    pressed: Shortcut,
+    map: &KeyMap,
     commands: &mut Commands,
 ) {
     ui.horizontal_wrapped(|ui| {
         let color = ui.visuals().warn_fg_color;
-        match taken {
-            TakenKey::Fixed(pressed) => {
-                let fixed = format!("{pressed} cannot be given away: the window needs it.");
-                ui.colored_label(color, fixed);
-            }
-            TakenKey::By {
-                pressed,
-                does,
-                default: other,
-            } => {
-                ui.colored_label(color, format!("{pressed} is taken: {does}."));
-                if ui.button("Use it here").clicked() {
-                    commands.push(Command::Prefer(PreferenceChange::Key(*other, None)));
-                    commands.push(Command::Prefer(PreferenceChange::Key(default, Some(*pressed))));
-                    page.choosing = None;
-                }
+        if pressed.is_fixed() {
+            let fixed = format!("{pressed} cannot be given away: the window needs it.");
+            ui.colored_label(color, fixed);
+        } else if let Some((does, other)) = keys::meaning(map, pressed) {
+            ui.colored_label(color, format!("{pressed} is taken: {does}."));
+            if ui.button("Use it here").clicked() {
+                commands.push(Command::Prefer(PreferenceChange::Key(other, None)));
+                commands.push(Command::Prefer(PreferenceChange::Key(default, Some(pressed))));
+                *choosing = None;
             }
         }
         if ui.button("Another key").clicked() {
-            page.choosing = Some(ChosenKey { default, taken: None });
+            *choosing = Some(ChosenKey {
+                default,
+                pressed: None,
+            });
         }
         if ui.button("Leave it").clicked() {
-            page.choosing = None;
+            *choosing = None;
         }
     });
 }

@@ -11,7 +11,7 @@ use egui_wgpu::{CallbackResources, CallbackTrait, ScreenDescriptor};
 use glam::Mat4;
 use inplace_model::layer::Layer;
 use inplace_model::palette::{PALETTE_COLUMNS, Palette, Table};
-use inplace_model::versioned::{Version, Versioned};
+use inplace_model::versioned::Versioned;
 use wgpu::util::DeviceExt;
 
 use super::budget::DrawnSplats;
@@ -19,7 +19,7 @@ use super::camera::Sight;
 use super::cloud::{Prepared, Splat};
 use super::pick::SPLAT_RADIUS;
 use super::targets::{COLOR_FORMAT, DEPTH_FORMAT, Picture, SplatLook, Target};
-use crate::gpu::{bind, pipeline, texture_descriptor, uniform_buffer, view};
+use crate::gpu::{bind, is_older, pipeline, texture_of, uniform_buffer};
 
 /// Least radius of a splat in physical pixels.
 const LEAST_PIXELS: f32 = 0.8;
@@ -205,24 +205,14 @@ impl Renderer {
         let version = palette.version();
         if is_older(&self.palette, version) {
             let size = [PALETTE_COLUMNS as u32, palette.rows() as u32];
-            let usage = wgpu::TextureUsages::TEXTURE_BINDING;
-            let texture = device.create_texture_with_data(
-                queue,
-                &texture_descriptor("splat palette", size, COLOR_FORMAT, usage),
-                wgpu::util::TextureDataOrder::LayerMajor,
-                &palette.texels(),
-            );
+            let texels = palette.texels();
+            let texture = texture_of(device, queue, "splat palette", COLOR_FORMAT, size, &texels);
             let uniforms = self.splat_uniforms.as_entire_binding();
-            let texels = wgpu::BindingResource::TextureView(&view(&texture));
+            let texels = wgpu::BindingResource::TextureView(&texture);
             let held = bind(device, &self.splat_pipeline, 0.., [uniforms, texels]);
             self.palette = Some(Versioned::with(held, version));
         }
     }
-}
-
-/// Whether what is held was not made of this.
-fn is_older<T>(held: &Option<Versioned<T>>, version: Version) -> bool {
-    held.as_ref().is_none_or(|held| held.version() != version)
 }
 
 fn splat_pipeline(device: &wgpu::Device, module: &wgpu::ShaderModule) -> wgpu::RenderPipeline {

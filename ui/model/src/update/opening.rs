@@ -117,16 +117,13 @@ impl Model {
         let Stage::Opening(opening) = &mut self.state.stage else {
             return;
         };
-        let Some(prepared) = opening.prepared.take() else {
+        let (Some(prepared), Some(session)) = (opening.prepared.take(), &opening.session) else {
             return;
         };
-        let maps = opening
-            .session
-            .as_ref()
-            .and_then(|session| session.maps().cloned());
+        let maps = Arc::clone(session.maps());
         let ticket = opening.ticket;
         self.start("attach", move |tools, _| {
-            let attached = attach(prepared, &scene, maps.as_ref(), tools.waker());
+            let attached = attach(prepared, &scene, &maps, tools.waker());
             Done::Attached(ticket, scene, Box::new(attached))
         });
     }

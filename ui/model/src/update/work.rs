@@ -40,9 +40,6 @@ impl Model {
         let Some(workspace) = self.state.workspace() else {
             return;
         };
-        let Some(maps) = workspace.session().maps().cloned() else {
-            return;
-        };
         let stop = Arc::new(AtomicBool::new(false));
         let export = Export {
             scene: Arc::clone(&workspace.scene),
@@ -50,7 +47,7 @@ impl Model {
             generation: workspace.document.generation(),
             format: choice.format,
             options: choice.options(),
-            maps,
+            maps: Arc::clone(workspace.session().maps()),
             stop: Arc::clone(&stop),
         };
         let folder = choice.folder();
@@ -164,8 +161,8 @@ impl Model {
         if let Some(workspace) = self.state.workspace_mut() {
             let due = workspace.refresh_overview(now);
             wake = wake.into_iter().chain(workspace.overview.wake_in(now)).min();
-            let maps = workspace.session().maps().cloned();
-            if let (Some(due), Some(maps)) = (due, maps) {
+            let maps = Arc::clone(workspace.session().maps());
+            if let Some(due) = due {
                 let serial = workspace.serial;
                 let imported = workspace.document.labels().imported.clone();
                 self.start("summaries", move |_, _| {
