@@ -214,14 +214,14 @@ mod tests {
     #[test]
     fn the_scale_stays_within_its_limits() {
         let mut preferences = Preferences::default();
-        preferences.change(PreferenceChange::StepScale(-1));
-        assert_eq!(preferences.scale, 100);
-        preferences.change(PreferenceChange::StepScale(2));
-        assert_eq!(preferences.scale, 120);
-        preferences.change(PreferenceChange::StepScale(100));
-        assert_eq!(preferences.scale, 300);
-        preferences.change(PreferenceChange::Scale(7));
-        assert_eq!(preferences.scale, 100);
+        for (change, scale) in [
+            (PreferenceChange::StepScale(2), 120),
+            (PreferenceChange::StepScale(100), 300),
+            (PreferenceChange::Scale(7), 100),
+        ] {
+            preferences.change(change.clone());
+            assert_eq!(preferences.scale, scale, "{change:?}");
+        }
     }
 
     #[test]

@@ -1,17 +1,17 @@
 //! What the model does with commands and answers, without a window.
 #![allow(clippy::unwrap_used, reason = "a test ends where it fails")]
 
+#[path = "../../src/tests.rs"]
+mod images;
+
 use std::sync::{Arc, Mutex};
-use std::time::Instant;
 
 use inplace_core::labels::StrokeId;
-use inplace_core::project::Step;
-use inplace_core::scene::{Camera, ColorImage, Frame, FramePixels, Scene, SceneSource};
-use inplace_core::session::{self, Event, MapSlots, StrokeCheck};
+use inplace_core::scene::{ColorImage, Scene, SceneSource};
+use inplace_core::session::{self, Event, MapSlots};
 use inplace_model::jobs::{Done, JobTools};
 use inplace_model::model::Start;
 use inplace_model::opening::Target;
-use inplace_model::preferences::{PreferenceChange, Theme};
 use inplace_model::session_link::{Running, SessionLink};
 use inplace_model::tool::{DrawnLine, Tool};
 use inplace_model::workspace::Workspace;
@@ -36,34 +36,13 @@ impl SessionLink for Silent {
 }
 
 fn scene() -> Arc<Scene> {
-    let frame = |index: usize| Frame {
-        stem: format!("rgb_{index}"),
-        path: Default::default(),
-        camera: Camera::with_horizontal_fov(SIDE, SIDE, 90.0),
-        camera_to_world: Default::default(),
-        pixels: FramePixels::new(
-            ColorImage::new(SIDE, SIDE, vec![90; (3 * SIDE * SIDE) as usize]).unwrap(),
-            None,
-        ),
-        points: Vec::new(),
-        lens: None,
-    };
-    Arc::new(Scene {
-        source: SceneSource::Demo,
-        format: "test",
-        frames: (0..4).map(frame).collect(),
-        origin: Default::default(),
-        unit: 1.0,
-        point_errors: None,
-        warnings: Vec::new(),
-        notes: Vec::new(),
-    })
+    let image = || ColorImage::new(SIDE, SIDE, vec![90; (3 * SIDE * SIDE) as usize]).unwrap();
+    Arc::new(images::scene((0..4).map(|_| image())))
 }
 
-/// The model, and what it wanted done since it was looked at last.
+/// The model of a window.
 struct Stand {
     model: Model,
-    effects: Vec<Effect>,
     tools: JobTools,
     folder: TempDir,
 }
@@ -75,7 +54,6 @@ impl Stand {
         let autosave = folder.path().join("autosave.inplace");
         let mut stand = Self {
             model: Model::new(Start::default()),
-            effects: Vec::new(),
             tools: JobTools {
                 autosave: Arc::new(move |_| autosave.clone()),
                 wake: Arc::new(|| ()),
@@ -88,7 +66,6 @@ impl Stand {
         for class in ["wall", "floor"] {
             stand.act(Command::AddClass(class.to_owned()));
         }
-        stand.effects.clear();
         stand
     }
 
@@ -113,7 +90,7 @@ impl Stand {
                         self.tell(Input::Done(done));
                     }
                 }
-                effect => self.effects.push(effect),
+                _ => {}
             }
         }
     }
@@ -136,26 +113,6 @@ impl Stand {
     fn says(&self, words: &str) -> bool {
         self.model.messages.texts().any(|text| text.contains(words))
     }
-}
-
-#[test]
-fn an_edit_is_sent_to_the_worker_as_the_next_generation_and_kept_in_the_project() {
-    let mut stand = Stand::new();
-    let before = stand.workspace().document.generation();
-    stand.point(Tool::Brush, 8);
-    assert!(stand.effects.iter().any(|effect| matches!(
-        effect,
-        Effect::Session(session::Command::Labels { generation, .. }) if *generation == before + 1
-    )));
-    let kept = |effect: &Effect| matches!(effect, Effect::Record(Step::Do(_)));
-    assert_eq!(stand.effects.iter().filter(|effect| kept(effect)).count(), 1);
-    stand.effects.clear();
-    stand.act(Command::Redo);
-    assert!(
-        stand.effects.is_empty(),
-        "there is nothing to redo: {:?}",
-        stand.effects
-    );
 }
 
 #[test]
@@ -196,39 +153,6 @@ fn a_locked_class_is_neither_drawn_nor_covered_nor_erased_nor_changed() {
 }
 
 #[test]
-fn strokes_that_have_gone_since_they_were_checked_are_not_contradicted() {
-    let mut stand = Stand::new();
-    stand.act(Command::ChooseClass(1));
-    stand.point(Tool::Brush, 8);
-    let (&stroke, _) = stand
-        .workspace()
-        .document
-        .labels()
-        .strokes
-        .first_key_value()
-        .unwrap();
-    let checks = vec![StrokeCheck {
-        stroke,
-        class: 2,
-        contradicting: 1.0,
-    }];
-    let generation = stand.workspace().document.generation();
-    stand.tell(Input::Session(Event::StrokeChecks {
-        generation,
-        checks,
-        accuracy: None,
-    }));
-    let contradicted = |stand: &mut Stand| {
-        let now = Instant::now();
-        stand.tell(Input::FrameBegins { now, window: None });
-        stand.workspace().overview.contradicted.len()
-    };
-    assert_eq!(contradicted(&mut stand), 1);
-    stand.act(Command::MergeClass(1, 2));
-    assert_eq!(contradicted(&mut stand), 0);
-}
-
-#[test]
 fn what_an_import_that_was_cancelled_read_is_dropped() {
     let mut stand = Stand::new();
     let trust = inplace_core::labels::Trust::VOTES;
@@ -252,15 +176,4 @@ fn what_is_wrong_with_the_poses_of_the_open_scene_is_said_and_of_one_before_it_i
         stand.tell(Input::Done(Done::PosesChecked(of, vec![problem.to_owned()])));
     }
     assert!(stand.says("These poses are inverted.") && !stand.says("Another scene's"));
-}
-
-#[test]
-fn settings_that_a_person_changes_are_preferred_in_other_scenes_and_those_of_a_project_are_not() {
-    let mut stand = Stand::new();
-    assert!(stand.model.preferences.look.is_empty());
-    stand.act(Command::SetBrush(7));
-    stand.act(Command::Prefer(PreferenceChange::Theme(Theme::Light)));
-    let look = &stand.model.preferences.look;
-    assert_eq!((look.len(), &look["brush"]), (1, &7.into()));
-    assert_eq!(stand.model.preferences.theme, Theme::Light);
 }

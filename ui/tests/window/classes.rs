@@ -232,23 +232,10 @@ fn the_finder_chooses_and_makes_classes_by_keyboard() {
 }
 
 #[test]
-fn ten_classes_have_a_search_field() {
+fn a_long_list_shows_the_class_that_is_chosen_elsewhere_and_has_a_search_field() {
     let mut window = Window::demo();
     window.add_class("wall");
     window.misses("Search classes");
-    window.click_through(&["Class list", "Add classes...", "Add 12 classes"]);
-    window.type_into("Search classes", "wi");
-    window.sees("window, 0 strokes");
-    window.misses("bed, 0 strokes");
-    window.type_into("Search classes", "qqq");
-    window.sees("No class has this in its name.");
-    window.sees("void, 0 strokes");
-}
-
-#[test]
-fn a_class_that_is_chosen_elsewhere_comes_into_view_in_the_list() {
-    let mut window = Window::demo();
-    window.add_class("wall");
     window.click_through(&["Class list", "Add classes...", "Add 12 classes"]);
     let last = window.workspace().document.classes()[12].clone();
     let line = format!("{}, 0 strokes", last.name);
@@ -263,4 +250,10 @@ fn a_class_that_is_chosen_elsewhere_comes_into_view_in_the_list() {
     window.harness.run_steps(60);
     window.sees("wall, 0 strokes");
     window.misses(&line);
+    window.type_into("Search classes", "wi");
+    window.sees("window, 0 strokes");
+    window.misses("bed, 0 strokes");
+    window.type_into("Search classes", "qqq");
+    window.sees("No class has this in its name.");
+    window.sees("void, 0 strokes");
 }

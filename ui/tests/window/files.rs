@@ -3,7 +3,7 @@
 use egui::accesskit::Role;
 use egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable;
-use inplace_core::session::{self, Event, Status};
+use inplace_core::session;
 use inplace_model::dialogs::Dialog;
 use inplace_ui::Target;
 use std::path::Path;
@@ -159,19 +159,6 @@ fn a_window_that_is_closed_during_an_export_closes_after_it() {
     });
     assert!(!is_exporting(&window));
     assert!(!close(&mut window));
-}
-
-#[test]
-fn while_the_worker_spreads_imported_labels_the_window_says_so() {
-    let mut window = Window::demo();
-    let status = Status {
-        spreading_import: true,
-        ..Status::default()
-    };
-    window.tell(Event::Status(status));
-    window.sees("Spreading them over the scene");
-    window.tell(Event::Status(Status::default()));
-    window.misses("Importing labels");
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use egui::{Key, Modifiers, PointerButton};
 use inplace_core::session;
-use inplace_core::session::Event;
+use inplace_core::session::{Event, Phase, Status};
 use inplace_ui::canvas::FrameView;
 
 use crate::stand::*;
@@ -69,20 +69,23 @@ fn keys_typed_into_a_text_field_do_nothing_else() {
 }
 
 #[test]
-fn an_older_map_never_covers_a_newer_one() {
-    let mut window = Window::demo();
-    window.worker().publish(0, 5, 1);
-    window.worker().publish(0, 4, 2);
-    window.harness.run_steps(3);
-    assert_eq!(window.frame().map().unwrap().map.labels()[0], 1);
-}
-
-#[test]
-fn what_the_worker_reports_as_failed_is_shown_in_one_sentence() {
+fn what_the_worker_reports_is_said() {
     let mut window = Window::demo();
     let sentence = "The surface could not be found.";
     window.tell(Event::Error(sentence.to_owned()));
     window.sees(sentence);
     window.click("Dismiss message");
     window.misses(sentence);
+    let status = Status {
+        phase: Phase::FindingSurface,
+        spreading_import: true,
+        ..Status::default()
+    };
+    window.tell(Event::Status(status));
+    window.sees("Spreading them over the scene");
+    window.key(Key::N);
+    let said = window.messages();
+    assert!(said.contains("as soon as the surface"), "{said}");
+    window.tell(Event::Status(Status::default()));
+    window.misses("Importing labels");
 }

@@ -40,19 +40,7 @@ fn view(frame: usize, steps: u64) -> Event {
 }
 
 #[test]
-fn layers_change_by_menu_and_by_key() {
-    let mut window = Window::demo();
-    window.click("Layer");
-    window.click(Layer::Depth.name());
-    assert_eq!(window.model().settings.layer, Layer::Depth);
-    window.key(Key::Q);
-    assert_eq!(window.model().settings.layer, Layer::Rendered);
-    window.key(Key::Q);
-    assert_eq!(window.model().settings.layer, Layer::Color);
-}
-
-#[test]
-fn the_legend_names_the_classes_in_view_and_can_be_switched_off() {
+fn legend_and_readout_say_what_is_shown_and_layers_change_by_menu_and_by_key() {
     let mut window = Window::with_classes(&["wall", "floor"]);
     window.sees("Labels: No labels to show yet");
     window.publish(0, 2);
@@ -61,6 +49,23 @@ fn the_legend_names_the_classes_in_view_and_can_be_switched_off() {
         visible.is_some_and(|classes| classes == [(2, WIDTH * HEIGHT)])
     });
     window.sees("Labels: floor");
+    window.sees("Point at the image to read its pixels");
+    window.hover(window.canvas(0.0, 0.0));
+    // The map of the stand-in has 500 steps of entropy everywhere, and no probabilities.
+    let pixel = format!("{}, {}", WIDTH / 2, HEIGHT / 2);
+    window.sees(&format!("{pixel}; floor; 7% unsure"));
+    window.harness.event(egui::Event::PointerGone);
+    window.harness.run_steps(3);
+    window.sees("Point at the image to read its pixels");
+    window.click_through(&["Layer", Layer::Depth.name()]);
+    assert_eq!(window.model().settings.layer, Layer::Depth);
+    for next in [Layer::Rendered, Layer::Color, Layer::Labels] {
+        window.key(Key::Q);
+        assert_eq!(window.model().settings.layer, next);
+    }
+    window.until_window("the legend is there again", |window| {
+        window.shows("Labels: floor")
+    });
     window.click_through(&["View", "Legend"]);
     window.misses("Labels: floor");
 }
@@ -95,23 +100,6 @@ fn two_layers_are_compared_and_their_border_follows_the_drag() {
     assert_eq!(window.frame_index(), 0);
     window.click("Compare two layers (W)");
     window.misses("Border between the layers");
-}
-
-#[test]
-fn the_readout_says_what_is_known_of_the_pixel_under_the_pointer() {
-    let mut window = Window::demo();
-    window.sees("Point at the image to read its pixels");
-    window.add_class("wall");
-    window.publish(0, 1);
-    let place = window.canvas(0.0, 0.0);
-    window.harness.event(egui::Event::PointerMoved(place));
-    window.harness.run_steps(3);
-    // The map of the stand-in has 500 steps of entropy everywhere, and no probabilities.
-    let pixel = format!("{}, {}", WIDTH / 2, HEIGHT / 2);
-    window.sees(&format!("{pixel}; wall; 7% unsure"));
-    window.harness.event(egui::Event::PointerGone);
-    window.harness.run_steps(3);
-    window.sees("Point at the image to read its pixels");
 }
 
 #[test]
@@ -151,7 +139,7 @@ fn the_field_is_rendered_only_while_it_is_shown_and_once_for_a_frame() {
 }
 
 #[test]
-fn a_frame_never_has_the_overlay_of_another_one() {
+fn a_frame_never_has_the_overlay_of_another_one_or_an_older_one() {
     let mut window = Window::demo();
     window.worker().publish(0, 3, 1);
     window.harness.run_steps(3);
@@ -163,6 +151,10 @@ fn a_frame_never_has_the_overlay_of_another_one() {
     assert!(content.unwrap().over.is_none());
     window.key(Key::A);
     assert_eq!(window.frame().map().unwrap().map.frame, 0);
+    window.worker().publish(0, 5, 2);
+    window.worker().publish(0, 4, 1);
+    window.harness.run_steps(3);
+    assert_eq!(window.frame().map().unwrap().map.labels()[0], 2);
 }
 
 #[test]

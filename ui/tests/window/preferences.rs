@@ -9,7 +9,7 @@ use inplace_model::settings::Settings;
 use crate::stand::*;
 
 #[test]
-fn preferences_survive_a_restart() {
+fn preferences_survive_a_restart_and_damaged_ones_are_set_aside() {
     let folder = tempfile::tempdir().unwrap();
     let mut window = Window::with_demo(folder.path());
     window.press(Modifiers::COMMAND, Key::Plus);
@@ -24,6 +24,14 @@ fn preferences_survive_a_restart() {
     assert_eq!(window.model().preferences.scale, 110);
     assert_eq!(window.model().preferences.theme, Theme::Light);
     assert!(!window.model().settings.outlines);
+    window.close();
+    let file = preferences_file(folder.path());
+    std::fs::write(&file, "{ damaged").unwrap();
+    let window = Window::with_demo(folder.path());
+    let said = window.messages();
+    assert!(said.contains("set aside"), "{said}");
+    assert_eq!(window.model().preferences.scale, 100);
+    assert!(file.with_extension("set-aside.json").exists());
 }
 
 #[test]
@@ -43,19 +51,6 @@ fn the_settings_of_a_project_win_and_change_no_preference() {
     window.close();
     let window = Window::new(folder.path(), None);
     assert_eq!(window.model().settings, Settings::default());
-}
-
-#[test]
-fn damaged_preferences_are_set_aside_and_stop_nothing() {
-    let folder = tempfile::tempdir().unwrap();
-    let file = preferences_file(folder.path());
-    std::fs::create_dir_all(file.parent().unwrap()).unwrap();
-    std::fs::write(&file, "{ damaged").unwrap();
-    let window = Window::with_demo(folder.path());
-    let said = window.messages();
-    assert!(said.contains("set aside"), "{said}");
-    assert_eq!(window.model().preferences.scale, 100);
-    assert!(file.with_extension("set-aside.json").exists());
 }
 
 #[test]
@@ -105,12 +100,7 @@ fn a_key_that_does_something_else_is_shown_and_can_be_taken() {
     window.sees("Pause or resume training: no key, by default P");
     window.choose("Reset Pause or resume training to P");
     assert!(window.model().preferences.keys.is_default());
-}
-
-#[test]
-fn escape_leaves_the_key_as_it_was_and_the_settings_open() {
-    let mut window = Window::demo();
-    window.press(Modifiers::COMMAND, Key::Comma);
+    // Escape leaves the key as it was, and the settings open.
     window.choose("Pause or resume training: P");
     window.key(Key::Escape);
     window.sees("Pause or resume training: P");

@@ -150,23 +150,6 @@ fn a_scene_can_be_opened_again_right_after_it_was_closed() {
 }
 
 #[test]
-fn the_window_says_drop_to_open_while_a_file_is_held_above_it() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = Window::with_demo(folder.path());
-    window.misses("Drop to open");
-    let hovered = egui::HoveredFile {
-        path: Some(folder.path().to_path_buf()),
-        ..egui::HoveredFile::default()
-    };
-    window.harness.input_mut().hovered_files = vec![hovered];
-    window.harness.run_steps(3);
-    window.sees("Drop to open");
-    window.harness.input_mut().hovered_files.clear();
-    window.harness.run_steps(2);
-    window.misses("Drop to open");
-}
-
-#[test]
 fn work_that_has_no_file_says_so_until_it_is_saved_under_a_name() {
     let folder = tempfile::tempdir().unwrap();
     // Nothing can be kept where a folder has the name.
@@ -197,11 +180,22 @@ impl egui::DroppedFile for Dropped {
 }
 
 #[test]
-fn what_is_dropped_is_opened_in_place_of_what_was_open() {
+fn the_window_says_drop_to_open_and_opens_what_is_dropped_in_place_of_what_was_open() {
     let folder = tempfile::tempdir().unwrap();
     let scene = folder.path().join("kitchen");
     std::fs::create_dir(&scene).unwrap();
     let mut window = Window::with_demo(folder.path());
+    window.misses("Drop to open");
+    let hovered = egui::HoveredFile {
+        path: Some(scene.clone()),
+        ..egui::HoveredFile::default()
+    };
+    window.harness.input_mut().hovered_files = vec![hovered];
+    window.harness.run_steps(3);
+    window.sees("Drop to open");
+    window.harness.input_mut().hovered_files.clear();
+    window.harness.run_steps(2);
+    window.misses("Drop to open");
     let dropped = Arc::new(Dropped(scene.clone()));
     window.harness.input_mut().dropped_files = vec![dropped];
     window.harness.step();

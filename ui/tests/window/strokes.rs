@@ -69,7 +69,7 @@ fn opened(strokes: impl IntoIterator<Item = Stroke>) -> Window {
 }
 
 #[test]
-fn escape_drops_a_polygon_and_backspace_and_undo_take_back_corners() {
+fn a_polygon_waits_on_its_frame_escape_drops_it_and_backspace_and_undo_take_back_corners() {
     let mut window = two_classes();
     click_at(&mut window, &[[0.0, 0.0]]);
     window.key(Key::G);
@@ -84,6 +84,16 @@ fn escape_drops_a_polygon_and_backspace_and_undo_take_back_corners() {
     assert!(window.harness.query_by_label_contains("Polygon, ").is_none());
     window.key(Key::Enter);
     assert_eq!(window.strokes(), 1);
+    click_at(&mut window, &TRIANGLE[..2]);
+    window.key(Key::D);
+    assert!(window.harness.query_by_label_contains("Polygon, ").is_none());
+    window.key(Key::Enter);
+    assert_eq!(window.strokes(), 1);
+    window.key(Key::A);
+    click_at(&mut window, &TRIANGLE[2..]);
+    window.key(Key::Enter);
+    let polygon = newest(&window);
+    assert_eq!((polygon.kind(), polygon.frame), (StrokeKind::Polygon, 0));
     // A scribble is dropped while its button is still held.
     window.key(Key::B);
     let [from, to] = [window.canvas(-50.0, 0.0), window.canvas(50.0, 0.0)];
@@ -94,25 +104,7 @@ fn escape_drops_a_polygon_and_backspace_and_undo_take_back_corners() {
     window.key(Key::Escape);
     window.harness.event(button(to, false));
     window.harness.run_steps(2);
-    assert_eq!(window.strokes(), 1);
-}
-
-#[test]
-fn a_polygon_waits_on_its_frame() {
-    let mut window = two_classes();
-    window.key(Key::G);
-    click_at(&mut window, &TRIANGLE[..2]);
-    window.key(Key::D);
-    assert!(window.harness.query_by_label_contains("Polygon, ").is_none());
-    window.key(Key::Enter);
-    assert_eq!(window.strokes(), 0);
-    window.key(Key::A);
-    click_at(&mut window, &TRIANGLE[2..]);
-    window.key(Key::Enter);
-    assert_eq!(
-        (newest(&window).kind(), newest(&window).frame),
-        (StrokeKind::Polygon, 0)
-    );
+    assert_eq!(window.strokes(), 2);
 }
 
 #[test]
@@ -223,24 +215,6 @@ fn a_stroke_is_picked_on_the_frame_changed_by_a_digit_and_deleted() {
 }
 
 #[test]
-fn the_list_goes_to_strokes_changes_and_deletes_them() {
-    let mut window = opened([
-        Stroke::click(0, 1, [5, 5]),
-        Stroke::polygon(3, 2, &[[10, 10], [19, 10], [19, 14], [10, 14]]),
-    ]);
-    window.click("floor, polygon, 50 pixels, frame rgb_3");
-    assert_eq!(window.frame_index(), 3);
-    assert_eq!(window.workspace().selected, Some(StrokeId(2)));
-    window.pick("Class of the stroke", "wall");
-    window.sees("wall, polygon, 50 pixels, frame rgb_3");
-    window.click("Delete stroke (Delete)");
-    assert_eq!(window.strokes(), 1);
-    window.key(Key::A);
-    window.press(Modifiers::COMMAND, Key::Z);
-    assert_eq!((window.strokes(), window.frame_index()), (2, 3));
-}
-
-#[test]
 fn a_stroke_picked_on_the_frame_is_in_view_in_the_list() {
     let polygon = Stroke::polygon(0, 2, &[[25, 20], [39, 20], [39, 29], [25, 29]]);
     let clicks = (0..60).map(|index| Stroke::click(0, 1, [index, 2]));
@@ -291,7 +265,7 @@ fn the_list_is_worked_through_with_the_keyboard_alone() {
 }
 
 #[test]
-fn the_list_is_filtered_and_says_when_nothing_is_left() {
+fn the_list_is_filtered_goes_to_strokes_changes_and_deletes_them() {
     let window = Window::demo();
     window.sees_part("No strokes yet. What you draw");
     drop(window);
@@ -317,6 +291,17 @@ fn the_list_is_filtered_and_says_when_nothing_is_left() {
     window.click("This frame");
     window.type_into("Find strokes", "wall rgb_2");
     assert_eq!(listed(&window), [false, false, true]);
+    window.click("wall, polygon, 50 pixels, frame rgb_2");
+    assert_eq!(window.frame_index(), 2);
+    assert_eq!(window.workspace().selected, Some(StrokeId(3)));
+    window.pick("Class of the stroke", "floor");
+    assert_eq!(newest(&window).class, 2);
+    window.press(Modifiers::COMMAND, Key::Z);
+    window.click("Delete stroke (Delete)");
+    assert_eq!(window.strokes(), 2);
+    window.key(Key::A);
+    window.press(Modifiers::COMMAND, Key::Z);
+    assert_eq!((window.strokes(), window.frame_index()), (3, 2));
     window.type_into("Find strokes", " click");
     window.click("Show all strokes");
     window.pick("Strokes of class", "floor");

@@ -3,7 +3,6 @@
 use egui::{Key, Modifiers, PointerButton};
 use inplace_core::guide::{Likely, Suggestion};
 use inplace_core::labels::{ClassId, Pixel};
-use inplace_core::session::{Event, Phase, Status};
 use inplace_model::suggestions::Mode;
 use inplace_model::view::View;
 
@@ -57,24 +56,6 @@ fn last_stroke(window: &Window) -> (usize, ClassId, Pixel) {
 }
 
 #[test]
-fn n_goes_through_the_places_and_shift_n_back() {
-    let mut window = window();
-    let list = vec![place(3, [20, 30], &[WALL]), place(1, [40, 10], &[WALL])];
-    suggest_now(&mut window, list);
-    window.key(Key::N);
-    assert_eq!(window.frame_index(), 3);
-    assert!(
-        window.workspace().view != View::Whole,
-        "a small place is shown from near"
-    );
-    window.sees_part("Suggestion 1 of 2");
-    window.key(Key::N);
-    assert_eq!(window.frame_index(), 1);
-    window.press(Modifiers::SHIFT, Key::N);
-    assert_eq!((window.frame_index(), window.strokes()), (3, 0));
-}
-
-#[test]
 fn enter_accepts_and_the_list_that_knows_it_leads_on() {
     let mut window = window();
     let before = window.generation();
@@ -103,7 +84,7 @@ fn enter_accepts_and_the_list_that_knows_it_leads_on() {
 }
 
 #[test]
-fn digits_answer_the_place_at_hand_and_choose_classes_otherwise() {
+fn n_goes_through_the_places_and_digits_answer_the_one_at_hand_and_choose_classes_otherwise() {
     let mut window = window();
     let list = vec![
         place(3, [20, 30], &[WALL]),
@@ -114,6 +95,16 @@ fn digits_answer_the_place_at_hand_and_choose_classes_otherwise() {
     window.key(Key::Num1);
     assert_eq!((window.workspace().class, window.strokes()), (Some(WALL), 0));
     window.key(Key::N);
+    assert_eq!(window.frame_index(), 3);
+    assert!(
+        window.workspace().view != View::Whole,
+        "a small place is shown from near"
+    );
+    window.sees_part("Suggestion 1 of 3");
+    window.key(Key::N);
+    assert_eq!(window.frame_index(), 1);
+    window.press(Modifiers::SHIFT, Key::N);
+    assert_eq!((window.frame_index(), window.strokes()), (3, 0));
     window.key(Key::Num2);
     assert_eq!(last_stroke(&window), (3, FLOOR, [20, 30]));
     assert_eq!(window.workspace().class, Some(WALL), "the brush keeps its class");
@@ -246,19 +237,6 @@ fn cards_do_not_move_under_the_pointer() {
     let canvas = window.canvas(0.0, 0.0);
     window.hover(canvas);
     assert_eq!(listed(&window), [2]);
-}
-
-#[test]
-fn without_places_it_is_said_what_to_wait_for() {
-    let mut window = window();
-    let status = Status {
-        phase: Phase::FindingSurface,
-        ..Status::default()
-    };
-    window.tell(Event::Status(status));
-    window.key(Key::N);
-    let said = window.messages();
-    assert!(said.contains("as soon as the surface"), "{said}");
 }
 
 #[test]
