@@ -244,18 +244,7 @@ mod tests {
     }
 
     #[test]
-    fn each_filter_shows_and_counts_its_frames() {
-        let mut list = list();
-        for (filter, frames) in [
-            (FrameFilter::All, vec![0, 1, 2, 3, 4]),
-            (FrameFilter::Unlabelled, vec![1, 3, 4]),
-            (FrameFilter::Uncertain, vec![1, 3]),
-            (FrameFilter::Disagreeing, vec![2]),
-        ] {
-            list.set_filter(filter);
-            assert_eq!(list.shown(), frames);
-            assert_eq!(list.count(filter), frames.len());
-        }
+    fn a_frame_disagrees_where_its_imported_labels_differ_and_without_a_map_nothing_is_known() {
         let imported = FrameFacts {
             summary: Some(FrameSummary {
                 disagreeing: 0.4,

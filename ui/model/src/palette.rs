@@ -183,19 +183,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn void_and_unknown_classes_are_transparent() {
-        let palette = Palette::new(&[Class::new(3, "wall")]);
-        assert_eq!(palette.class(VOID)[3], 0);
-        assert_eq!(palette.class(2)[3], 0);
-        assert_eq!(palette.class(3)[3], 255);
-        assert_eq!(palette.class(60_000)[3], 0);
-    }
-
-    #[test]
-    fn hidden_classes_are_transparent_and_change_nothing_else() {
+    fn void_unknown_and_hidden_classes_are_transparent() {
         let classes = [Class::new(1, "wall"), Class::new(2, "lamp")];
         let palette = Palette::hiding(&classes, &BTreeSet::from([2]));
-        assert_eq!((palette.class(1)[3], palette.class(2)[3]), (255, 0));
+        for (class, alpha) in [(VOID, 0), (1, 255), (2, 0), (3, 0), (60_000, 0)] {
+            assert_eq!(palette.class(class)[3], alpha, "{class}");
+        }
+        // Nothing else changes.
         assert_eq!(palette.entropy_scale(), Palette::new(&classes).entropy_scale());
     }
 

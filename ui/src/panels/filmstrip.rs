@@ -233,31 +233,19 @@ mod tests {
             coverage: 0.871,
             ..FrameSummary::default()
         };
-        let facts = |strokes, contradicted, summary| FrameFacts {
-            strokes,
-            contradicted,
-            summary,
-            has_no_summary: false,
-        };
-        assert_eq!(
-            in_words("rgb_3", &facts(1, 0, Some(summary)), 1.0),
-            "Frame rgb_3: 1 stroke, 87% labelled, 25% unsure"
-        );
-        assert_eq!(
-            in_words("rgb_3", &facts(4, 2, None), 1.0),
-            "Frame rgb_3: 4 strokes, 2 contradicted, no labels yet"
-        );
-        let other = FrameFacts {
-            has_no_summary: true,
-            ..facts(0, 0, None)
-        };
-        assert_eq!(
-            in_words("a", &facts(0, 0, None), 1.0),
-            "Frame a: no strokes, no labels yet"
-        );
-        assert_eq!(
-            in_words("a", &other, 1.0),
-            "Frame a: no strokes, labelled from the keyframes"
-        );
+        for (strokes, contradicted, summary, has_no_summary, words) in [
+            (1, 0, Some(summary), false, "1 stroke, 87% labelled, 25% unsure"),
+            (4, 2, None, false, "4 strokes, 2 contradicted, no labels yet"),
+            (0, 0, None, false, "no strokes, no labels yet"),
+            (0, 0, None, true, "no strokes, labelled from the keyframes"),
+        ] {
+            let facts = FrameFacts {
+                strokes,
+                contradicted,
+                summary,
+                has_no_summary,
+            };
+            assert_eq!(in_words("rgb_3", &facts, 1.0), format!("Frame rgb_3: {words}"));
+        }
     }
 }

@@ -378,19 +378,15 @@ mod tests {
 
     #[test]
     fn what_the_next_labels_settle_is_said_only_when_there_is_some() {
-        assert_eq!(
-            next_labels(&[0.05, 0.04, 0.03]).as_deref(),
-            Some("The next 3 labels would settle about 12% of the scene.")
-        );
-        assert_eq!(
-            next_labels(&[0.2]).as_deref(),
-            Some("The next label would settle about 20% of the scene.")
-        );
-        assert_eq!(
-            next_labels(&[0.004, 0.003]).as_deref(),
-            Some("The next 2 labels would settle less than 1% of the scene.")
-        );
-        assert_eq!(next_labels(&[0.001, 0.001]), None);
-        assert_eq!(next_labels(&[]), None);
+        for (shares, said) in [
+            (&[0.05, 0.04, 0.03][..], Some("3 labels would settle about 12%")),
+            (&[0.2], Some("label would settle about 20%")),
+            (&[0.004, 0.003], Some("2 labels would settle less than 1%")),
+            (&[0.001, 0.001], None),
+            (&[], None),
+        ] {
+            let said = said.map(|said| format!("The next {said} of the scene."));
+            assert_eq!(next_labels(shares), said);
+        }
     }
 }

@@ -129,8 +129,14 @@ mod tests {
     }
 
     #[test]
-    fn orbiting_keeps_pivot_and_distance_and_a_level_horizon() {
+    fn drags_turn_around_the_pivot_with_a_level_horizon_and_pan_it_along() {
         let mut camera = camera();
+        let on_screen = |camera: &OrbitCamera, point| Sight::new(camera, AREA).project(point).unwrap().0;
+        let near = camera.pivot - 0.5 * (camera.rotation() * Vec3::Z);
+        let before = on_screen(&camera, near);
+        camera.orbit(glam::vec2(20.0, 20.0));
+        let moved = on_screen(&camera, near) - before;
+        assert!(moved.x > 0.0 && moved.y > 0.0, "what is near goes along: {moved}");
         let down = camera.level * Vec3::Y;
         for drag in [[40.0, 10.0], [-300.0, 900.0], [5.0, -4000.0]] {
             camera.orbit(drag.into());
@@ -139,16 +145,9 @@ mod tests {
             assert!((camera.rotation() * Vec3::X).dot(down).abs() < 1e-5);
             assert!((camera.rotation() * Vec3::Y).dot(down) > 0.0);
         }
-    }
-
-    #[test]
-    fn dragging_to_the_right_and_down_takes_what_is_near_along() {
-        let mut camera = camera();
-        let near = camera.pivot - 0.5 * (camera.rotation() * Vec3::Z);
-        let (before, _) = Sight::new(&camera, AREA).project(near).unwrap();
-        camera.orbit(glam::vec2(20.0, 20.0));
-        let (after, _) = Sight::new(&camera, AREA).project(near).unwrap();
-        assert!(after.x > before.x && after.y > before.y);
+        pan(&mut camera, vec2(60.0, -25.0), AREA);
+        let pivot = on_screen(&camera, BALL.center);
+        assert!((pivot - (AREA.center() + vec2(60.0, -25.0))).length() < 0.05);
     }
 
     #[test]
@@ -166,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn a_screen_position_survives_the_way_into_the_world_and_back() {
+    fn a_screen_position_survives_the_way_into_the_world_and_back_and_is_that_of_clip_space() {
         let sight = Sight::new(&camera(), AREA);
         for position in [AREA.center(), pos2(210.0, 90.0), pos2(700.0, 555.0)] {
             let ray = sight.ray(position);
@@ -174,17 +173,12 @@ mod tests {
             assert!((back - position).length() < 0.01);
             assert_eq!(sight.project(ray.origin - 3.0 * ray.direction), None);
         }
-    }
-
-    #[test]
-    fn clip_space_is_the_screen_and_nearer_is_greater() {
-        let sight = Sight::new(&camera(), AREA);
-        let matrix = sight.clip_from_world();
         let point = BALL.center + Vec3::new(0.4, -0.3, 0.2);
         let (position, depth) = sight.project(point).unwrap();
-        let clip = matrix * point.extend(1.0);
+        let clip = sight.clip_from_world() * point.extend(1.0);
         let screen = AREA.center() + vec2(clip.x, -clip.y) / clip.w * 0.5 * AREA.size();
         assert!((screen - position).length() < 0.01);
+        // Nearer is greater.
         assert!((clip.w - depth).abs() < 1e-3 && (clip.z - NEAR).abs() < 1e-4);
     }
 
@@ -200,15 +194,6 @@ mod tests {
         let (after, _) = Sight::new(&camera, AREA).project(point).unwrap();
         assert!((after - cursor).length() < 0.05);
         assert!(camera.distance < before);
-    }
-
-    #[test]
-    fn panning_takes_the_pivot_along() {
-        let mut camera = camera();
-        let pivot = camera.pivot;
-        pan(&mut camera, vec2(60.0, -25.0), AREA);
-        let (position, _) = Sight::new(&camera, AREA).project(pivot).unwrap();
-        assert!((position - (AREA.center() + vec2(60.0, -25.0))).length() < 0.05);
     }
 
     #[test]

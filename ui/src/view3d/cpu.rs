@@ -92,22 +92,15 @@ mod tests {
             see_through: true,
             background: Color32::BLACK,
         };
-        assert_eq!(
-            colored(&splat, 1, look(Layer::Labels, 0.5), &palette),
-            [110, 70, 30]
-        );
-        assert_eq!(
-            colored(&splat, 0, look(Layer::Labels, 0.5), &palette),
-            [10, 20, 30]
-        );
-        assert_eq!(
-            colored(&splat, 1, look(Layer::Color, 1.0), &palette),
-            [10, 20, 30]
-        );
         let [r, g, b, _] = palette.value(Table::Entropy, column(7, &palette));
-        assert_eq!(
-            colored(&splat, 7 << 16, look(Layer::Entropy, 1.0), &palette),
-            [r, g, b]
-        );
+        for (value, layer, opacity, expected) in [
+            (1, Layer::Labels, 0.5, [110, 70, 30]),
+            (0, Layer::Labels, 0.5, [10, 20, 30]),
+            (1, Layer::Color, 1.0, [10, 20, 30]),
+            (7 << 16, Layer::Entropy, 1.0, [r, g, b]),
+        ] {
+            let color = colored(&splat, value, look(layer, opacity), &palette);
+            assert_eq!(color, expected, "{value} in {layer:?}");
+        }
     }
 }

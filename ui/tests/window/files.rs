@@ -11,33 +11,22 @@ use std::path::Path;
 use crate::stand::*;
 
 #[test]
-fn a_saved_project_opens_again_with_its_strokes_and_its_maps() {
+fn work_that_was_never_saved_is_recovered_and_a_saved_project_opens_again_with_strokes_and_maps() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("room.inplace");
-    {
-        let mut window = Window::with_demo(folder.path());
-        window.label("wall");
-        window.publish(0, 1);
-        window.save_as(&file);
-        assert!(!folder.path().join("autosave.inplace").exists());
-        window.close();
-    }
+    let mut window = Window::with_demo(folder.path());
+    window.label("wall");
+    window.close();
+    let mut window = Window::with_demo(folder.path());
+    assert_eq!(window.strokes(), 1);
+    window.sees("Your earlier work on this scene was recovered: 1 stroke on 1 frame.");
+    window.publish(0, 1);
+    window.save_as(&file);
+    assert!(!folder.path().join("autosave.inplace").exists());
+    window.close();
     let window = Window::opened(folder.path(), Target::Path(file));
     window.sees("wall, 1 stroke");
     assert_eq!(window.frame().map().unwrap().map.labels()[0], 1);
-}
-
-#[test]
-fn work_that_was_never_saved_is_recovered_and_says_so() {
-    let folder = tempfile::tempdir().unwrap();
-    {
-        let mut window = Window::with_demo(folder.path());
-        window.label("wall");
-        window.close();
-    }
-    let window = Window::with_demo(folder.path());
-    assert_eq!(window.strokes(), 1);
-    window.sees("Your earlier work on this scene was recovered: 1 stroke on 1 frame.");
 }
 
 #[test]
@@ -120,12 +109,7 @@ fn an_export_is_started_once_and_can_be_cancelled() {
     // The next one is not cancelled.
     window.worker().publish_all(1, 1);
     export(&mut window, &other);
-    window.until("the export has ended", |app| {
-        matches!(
-            app.model().export,
-            Some(inplace_model::exporting::ExportProgress::Finished(..))
-        )
-    });
+    window.until_window("the export has ended", |window| !is_exporting(window));
     assert!(other.join("classes.json").is_file());
 }
 

@@ -62,22 +62,16 @@ fn keys_clicks_and_letters_of_one_frame_find_their_class_and_their_field() {
     assert_eq!(classes, [2, 3, 1], "from left to right: {strokes:?}");
     assert_eq!(window.frame_index(), before);
     window.sees("dq, 0 strokes");
-}
-
-#[test]
-fn letters_after_the_key_of_the_finder_are_looked_for() {
-    let mut window = Window::with_classes(&["wall", "door"]);
-    let place = window.canvas(0.0, 0.0);
+    // S is a shortcut, too, but after the key of the finder its letter is looked for.
     let events = [
         typed(Key::C, "c").to_vec(),
-        typed(Key::D, "d").to_vec(),
+        typed(Key::S, "s").to_vec(),
         typed(Key::O, "o").to_vec(),
         vec![typed(Key::Enter, "")[0].clone()],
-        click(place).to_vec(),
+        click(middle).to_vec(),
     ];
     in_one_frame(&mut window, &events);
-    assert_eq!(window.frame_index(), 0);
-    window.sees("door, 1 stroke");
+    window.sees("sofa, 2 strokes");
 }
 
 #[test]

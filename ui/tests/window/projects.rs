@@ -57,24 +57,7 @@ fn a_scene_that_was_opened_is_on_the_start_page_with_its_picture() {
 }
 
 #[test]
-fn saving_puts_the_project_in_the_place_of_its_scene() {
-    let folder = tempfile::tempdir().unwrap();
-    let scene = folder.path().join("kitchen");
-    std::fs::create_dir(&scene).unwrap();
-    let mut window = open_scene(folder.path(), &scene);
-    label_and_save(&mut window, &folder.path().join("work.inplace"));
-    let recents = &window.model().preferences.recents;
-    let names: Vec<&str> = recents.iter().map(|recent| recent.name.as_str()).collect();
-    assert_eq!(names, ["work"]);
-    assert_eq!(recents.iter().next().unwrap().strokes, 1);
-    window.click_through(&["File", "Open recent"]);
-    window
-        .harness
-        .get_by_role_and_label(egui::accesskit::Role::Button, "work");
-}
-
-#[test]
-fn a_scene_that_has_moved_is_asked_for_checked_and_remembered() {
+fn a_saved_project_takes_the_place_of_its_scene_which_is_asked_for_where_it_has_moved() {
     let folder = tempfile::tempdir().unwrap();
     let [old, new, other] = ["old", "new", "other"].map(|name| folder.path().join(name));
     std::fs::create_dir(&old).unwrap();
@@ -83,6 +66,14 @@ fn a_scene_that_has_moved_is_asked_for_checked_and_remembered() {
     {
         let mut window = open_scene(folder.path(), &old);
         label_and_save(&mut window, &project);
+        let recents = window.model().preferences.recents.iter();
+        let recents: Vec<_> = recents
+            .map(|recent| (recent.name.as_str(), recent.strokes))
+            .collect();
+        assert_eq!(recents, [("work", 1)]);
+        window.click_through(&["File", "Open recent"]);
+        let role = egui::accesskit::Role::Button;
+        window.harness.get_by_role_and_label(role, "work");
         window.close();
     }
     std::fs::rename(&old, &new).unwrap();

@@ -67,6 +67,15 @@ fn shown() -> Window {
     window
 }
 
+/// All frames were taken at the origin.
+fn fly_to_frame(window: &mut Window) {
+    window.click("Fly to this frame");
+    window.until("the camera has arrived", |app| {
+        let camera = app.model().workspace().unwrap().space.camera;
+        camera.is_some_and(|camera| camera.eye().length() < 1e-3)
+    });
+}
+
 fn middle(window: &Window) -> Pos2 {
     window.rect("3D view").center()
 }
@@ -118,10 +127,20 @@ fn the_surface_is_exported_as_the_dialog_says() {
 }
 
 #[test]
-fn a_click_on_the_surface_labels_the_frame_that_shows_it_and_stays() {
+fn a_click_on_the_surface_labels_the_frame_that_shows_it_unless_a_lock_refuses_or_it_is_beside_it() {
     let mut window = shown();
     window.add_class("wall");
+    window.click("Lock wall");
     let place = middle(&window);
+    window.drag(PointerButton::Primary, &[place]);
+    window.until("the refusal is told", |app| {
+        let mut messages = app.model().messages.texts();
+        messages.any(|message| message.contains("unlock it"))
+    });
+    window.harness.run_steps(2);
+    window.misses("wall, on frame rgb_0");
+    assert_eq!(window.strokes(), 0);
+    window.click("Unlock wall");
     window.drag(PointerButton::Primary, &[place]);
     window.until("the wall is labelled", |app| {
         let workspace = app.model().workspace().unwrap();
@@ -136,45 +155,17 @@ fn a_click_on_the_surface_labels_the_frame_that_shows_it_and_stays() {
     assert!(x.abs_diff(32) <= 2 && y.abs_diff(24) <= 2, "{x} {y}");
     window.sees("wall, on frame rgb_0");
     window.press(Modifiers::COMMAND, Key::Z);
-    assert_eq!(window.strokes(), 0);
-}
-
-#[test]
-fn a_click_that_a_lock_refuses_is_not_said_to_have_labelled() {
-    let mut window = shown();
-    window.add_class("wall");
-    window.click("Lock wall");
-    let place = middle(&window);
-    window.drag(PointerButton::Primary, &[place]);
-    window.until("the refusal is told", |app| {
-        let mut messages = app.model().messages.texts();
-        messages.any(|message| message.contains("unlock it"))
-    });
-    window.harness.run_steps(2);
-    let said = "wall, on frame rgb_0";
-    window.misses(said);
-    assert_eq!(window.strokes(), 0);
-}
-
-#[test]
-fn a_click_beside_the_surface_says_so() {
-    let mut window = shown();
-    window.add_class("wall");
     // What is between the surface and the edge of a fitted view.
-    let area = window.rect("3D view");
-    window.drag(
-        PointerButton::Primary,
-        &[area.right_center() - egui::vec2(12.0, 0.0)],
-    );
+    let beside = window.rect("3D view").right_center() - egui::vec2(12.0, 0.0);
+    window.drag(PointerButton::Primary, &[beside]);
     window.until_window("it is said", |window| {
-        let said = "There is no surface under the pointer";
-        window.shows(said)
+        window.shows("There is no surface under the pointer")
     });
     assert_eq!(window.strokes(), 0);
 }
 
 #[test]
-fn drags_and_arrows_turn_the_view_and_fitting_keeps_its_side() {
+fn drags_and_arrows_turn_the_view_fitting_keeps_its_side_and_the_camera_flies_to_the_frame_in_view() {
     let mut window = shown();
     let camera = |window: &Window| window.workspace().space.camera;
     assert_eq!(camera(&window), None);
@@ -194,6 +185,11 @@ fn drags_and_arrows_turn_the_view_and_fitting_keeps_its_side() {
     window.key(Key::F);
     assert_eq!(camera(&window), None);
     assert_eq!(window.strokes(), 0, "a drag is not a click");
+    fly_to_frame(&mut window);
+    let arrived = window.workspace().space;
+    window.key(Key::V);
+    window.key(Key::V);
+    assert_eq!(window.workspace().space, arrived);
 }
 
 #[test]
@@ -217,29 +213,10 @@ fn a_double_click_turns_around_that_place_and_labels_nothing() {
 }
 
 #[test]
-fn the_camera_flies_to_the_frame_in_view_and_the_view_is_kept() {
-    let mut window = shown();
-    window.click("Fly to this frame");
-    // All frames were taken at the origin.
-    window.until("the camera has arrived", |app| {
-        let camera = app.model().workspace().unwrap().space.camera;
-        camera.is_some_and(|camera| camera.eye().length() < 1e-3)
-    });
-    let arrived = window.workspace().space;
-    window.key(Key::V);
-    window.key(Key::V);
-    assert_eq!(window.workspace().space, arrived);
-}
-
-#[test]
 fn a_click_on_a_suggestion_leads_to_it_in_its_frame() {
     let mut window = shown();
     window.suggest(1, vec![suggestion(3)]);
-    window.click("Fly to this frame");
-    window.until("the camera has arrived", |app| {
-        let camera = app.model().workspace().unwrap().space.camera;
-        camera.is_some_and(|camera| camera.eye().length() < 1e-3)
-    });
+    fly_to_frame(&mut window);
     // The node of that pixel is at (-0.7, 0.4, 2) metres, seen from the origin.
     let area = window.rect("3D view");
     let focal = 0.5 * area.size().min_elem() / 0.48_f32.tan();
