@@ -112,13 +112,13 @@ mod tests {
 
     const WAIT: Duration = Duration::from_secs(20);
 
-    /// A thread that says when it has begun, waits to be let go, and then answers the newest question.
-    fn newest_of(questions: [u32; 3]) -> (Background<u32, u32>, Receiver<Result<(), Gone>>) {
+    #[test]
+    fn of_several_questions_the_newest_is_answered_and_the_thread_ends_with_the_window() {
         let (go, may_go) = unbounded::<()>();
         let (ended, end) = unbounded();
         let background = Background::new(egui::Context::default(), "test", move |desk| {
             let _ = may_go.recv();
-            let work = || {
+            let work = || -> Result<(), Gone> {
                 loop {
                     desk.tell(desk.newest()?)?;
                 }
@@ -126,16 +126,10 @@ mod tests {
             let _ = ended.send(work());
             Ok(())
         });
-        for question in questions {
+        for question in [1, 2, 3] {
             background.ask(question);
         }
         drop(go);
-        (background, end)
-    }
-
-    #[test]
-    fn of_several_questions_the_newest_is_answered_and_the_thread_ends_with_the_window() {
-        let (background, end) = newest_of([1, 2, 3]);
         assert_eq!(background.answers.recv_timeout(WAIT), Ok(3));
         assert!(background.next().is_none() && background.newest().is_none());
         drop(background);

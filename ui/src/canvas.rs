@@ -231,7 +231,7 @@ impl Canvas {
         self.rect = rect;
         response.widget_info(|| WidgetInfo::labeled(Role::Canvas, true, CANVAS_NAME));
         let painter = ui.painter_at(rect);
-        painter.rect_filled(rect, 0, theme::canvas(ui.visuals()));
+        painter.rect_filled(rect, 0, theme::of(ui.visuals()).canvas);
         self.pointed_at = None;
         let Some(frame) = workspace.frame() else {
             return;

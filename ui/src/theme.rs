@@ -6,21 +6,27 @@ use egui::{Color32, CornerRadius, FontId, Margin, Shadow, Stroke, TextStyle, Vis
 pub const GAP: f32 = 8.0;
 
 /// The window's shades, from the canvas outwards, and its one accent.
-struct Shades {
-    canvas: Color32,
+pub struct Shades {
+    /// What lies around the image.
+    pub canvas: Color32,
     field: Color32,
     panel: Color32,
-    raised: Color32,
+    /// Cards on a panel.
+    pub raised: Color32,
     control: Color32,
     hovered: Color32,
-    line: Color32,
+    /// Lines between panels.
+    pub line: Color32,
     weak: Color32,
     text: Color32,
     strong: Color32,
-    accent: Color32,
-    on_accent: Color32,
+    /// What is chosen, and the main button.
+    pub accent: Color32,
+    /// Text on the accent colour.
+    pub on_accent: Color32,
     warning: Color32,
-    good: Color32,
+    /// Text that says that something is done and well.
+    pub good: Color32,
     error: Color32,
 }
 
@@ -60,38 +66,9 @@ const LIGHT: Shades = Shades {
     error: Color32::from_rgb(184, 38, 30),
 };
 
-fn shades(visuals: &Visuals) -> &'static Shades {
+/// The shades of the theme that these are of.
+pub fn of(visuals: &Visuals) -> &'static Shades {
     if visuals.dark_mode { &DARK } else { &LIGHT }
-}
-
-/// The accent colour: what is chosen, and the main button.
-pub fn accent(visuals: &Visuals) -> Color32 {
-    shades(visuals).accent
-}
-
-/// Text on the accent colour.
-pub fn on_accent(visuals: &Visuals) -> Color32 {
-    shades(visuals).on_accent
-}
-
-/// Text that says that something is done and well.
-pub fn good(visuals: &Visuals) -> Color32 {
-    shades(visuals).good
-}
-
-/// What lies around the image.
-pub fn canvas(visuals: &Visuals) -> Color32 {
-    shades(visuals).canvas
-}
-
-/// Lines between panels.
-pub fn line(visuals: &Visuals) -> Color32 {
-    shades(visuals).line
-}
-
-/// Cards on a panel.
-pub fn raised(visuals: &Visuals) -> Color32 {
-    shades(visuals).raised
 }
 
 /// Gives a window both themes; dark until the person says otherwise.

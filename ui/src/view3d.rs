@@ -126,7 +126,7 @@ impl View3d {
         response.widget_info(|| WidgetInfo::labeled(Role::Canvas, true, "3D view"));
         self.take_focus(ui, &response, workspace);
         let painter = ui.painter_at(rect);
-        let background = theme::canvas(ui.visuals());
+        let background = theme::of(ui.visuals()).canvas;
         painter.rect_filled(rect, 0, background);
         self.thumbnails.collect(workspace.serial);
         let level = self.level(workspace);
@@ -165,10 +165,10 @@ impl View3d {
             overlay::suggestions(&painter, workspace, &prepared.surface, &sight);
         }
         if let Some(position) = self.click.as_ref().map(|click| click.position).or(self.asked) {
-            overlay::ring(&painter, position, theme::accent(ui.visuals()));
+            overlay::ring(&painter, position, theme::of(ui.visuals()).accent);
         }
         if response.has_focus() {
-            let ring = egui::Stroke::new(1.0, theme::accent(ui.visuals()));
+            let ring = egui::Stroke::new(1.0, theme::of(ui.visuals()).accent);
             painter.rect_stroke(rect, 0, ring, egui::StrokeKind::Inside);
         }
         self.show_cursor(ui, &response, pointed, workspace);
@@ -187,8 +187,7 @@ impl View3d {
         if let Some(notice) = &self.notice {
             if now < notice.until {
                 controls::notice(ui, rect, notice, workspace, &mut self.thumbnails);
-                let left = std::time::Duration::from_secs_f64(notice.until - now);
-                ui.ctx().request_repaint_after(left);
+                ui.ctx().request_repaint_after_secs((notice.until - now) as f32);
             } else {
                 self.notice = None;
             }
@@ -230,7 +229,7 @@ impl View3d {
             },
             opacity: model.settings.opacity,
             see_through: workspace.space.see_through,
-            background: theme::canvas(ui.visuals()),
+            background: theme::of(ui.visuals()).canvas,
         };
         let Some(target) = target else {
             cpu::draw(painter, prepared, &sight, look, palette);
@@ -257,8 +256,7 @@ impl View3d {
         if moving {
             // So that the picture is refined when the camera has come to rest.
             let left = (self.moved_at + REST - now).max(0.0);
-            ui.ctx()
-                .request_repaint_after(std::time::Duration::from_secs_f64(left));
+            ui.ctx().request_repaint_after_secs(left as f32);
         }
     }
 

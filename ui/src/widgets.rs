@@ -74,8 +74,8 @@ pub fn icon_button_with(ui: &mut Ui, icon: Icon, name: &str, chosen: bool) -> Re
         let visuals = ui.style().interact(&response);
         let color = if chosen {
             ui.painter()
-                .rect_filled(rect, visuals.corner_radius, theme::accent(ui.visuals()));
-            theme::on_accent(ui.visuals())
+                .rect_filled(rect, visuals.corner_radius, theme::of(ui.visuals()).accent);
+            theme::of(ui.visuals()).on_accent
         } else {
             if response.hovered() || response.has_focus() {
                 ui.painter().rect(
@@ -98,7 +98,7 @@ pub fn icon_button_with(ui: &mut Ui, icon: Icon, name: &str, chosen: bool) -> Re
 
 /// The ring around a control that has the keyboard.
 pub fn focus_ring(ui: &Ui, rect: Rect) {
-    let stroke = Stroke::new(1.5, theme::accent(ui.visuals()));
+    let stroke = Stroke::new(1.5, theme::of(ui.visuals()).accent);
     ui.painter()
         .rect_stroke(rect, 4, stroke, egui::StrokeKind::Outside);
 }
@@ -340,7 +340,7 @@ pub fn key_cap_of(ui: &Ui, right_center: Pos2, text: &str) -> f32 {
 /// The button that a person most likely wants, where it may not be possible yet.
 pub fn main_button_enabled(ui: &mut Ui, enabled: bool, text: &str) -> Response {
     let visuals = ui.visuals();
-    let (fill, color) = (theme::accent(visuals), theme::on_accent(visuals));
+    let (fill, color) = (theme::of(visuals).accent, theme::of(visuals).on_accent);
     let text = egui::RichText::new(text).color(color);
     ui.add_enabled(enabled, egui::Button::new(text).fill(fill))
 }

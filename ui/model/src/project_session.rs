@@ -57,11 +57,6 @@ impl ProjectSession {
         }
     }
 
-    /// Without a journal: a file with all of the history so far is about to be made.
-    pub(crate) fn begin_snapshot(&mut self) {
-        self.unrecorded.clear();
-    }
-
     /// The steps since the snapshot that another file was made from.
     pub(crate) fn take_unrecorded(&mut self) -> Vec<Step> {
         std::mem::take(&mut self.unrecorded)

@@ -1,7 +1,7 @@
 //! An open scene: what is looked at, what was said about it, and what the worker answered.
 
 mod answers;
-pub mod classes;
+mod classes;
 pub mod source;
 mod strokes;
 mod suggestions;

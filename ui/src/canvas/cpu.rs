@@ -190,29 +190,22 @@ mod tests {
     }
 
     #[test]
-    fn labels_cover_by_their_opacity_and_void_leaves_the_image() {
-        let [labelled, void] = composed(look(Layer::Labels, 0.5))[..] else {
-            panic!("two pixels")
-        };
-        assert_eq!(labelled, Color32::from_rgb(110, 70, 30));
-        assert_eq!(void, Color32::from_rgb(40, 50, 60));
-    }
-
-    #[test]
-    fn the_colour_layer_and_a_transparent_overlay_are_the_image() {
+    fn layers_cover_the_image_by_their_opacity_but_for_void() {
         let image = [Color32::from_rgb(10, 20, 30), Color32::from_rgb(40, 50, 60)];
-        assert_eq!(composed(look(Layer::Color, 1.0)), image);
-        assert_eq!(composed(look(Layer::Labels, 0.0)), image);
-    }
-
-    #[test]
-    fn an_opaque_entropy_layer_shows_the_colour_table() {
         let palette = Palette::new(&[]);
-        let rgb = |column| {
+        let of_entropy = [0, 255].map(|column| {
             let [r, g, b, _] = palette.value(Table::Entropy, column);
             Color32::from_rgb(r, g, b)
-        };
-        assert_eq!(composed(look(Layer::Entropy, 1.0)), [rgb(0), rgb(255)]);
+        });
+        for (layer, opacity, expected) in [
+            (Layer::Labels, 0.5, [Color32::from_rgb(110, 70, 30), image[1]]),
+            (Layer::Labels, 0.0, image),
+            (Layer::Color, 1.0, image),
+            (Layer::Entropy, 1.0, of_entropy),
+        ] {
+            let pixels = composed(look(layer, opacity));
+            assert_eq!(pixels, expected, "{layer:?} at {opacity}");
+        }
     }
 
     /// Pixels of these colours and values with a layer over them.

@@ -169,7 +169,7 @@ pub fn region(painter: &Painter, mut outline: Vec<Pos2>, width: f32) {
 /// pixel in question has to be seen.
 pub fn marker(painter: &Painter, center: Pos2, index: usize, current: bool, in_front: bool) {
     let visuals = &painter.ctx().global_style().visuals;
-    let (accent, on_accent) = (theme::accent(visuals), theme::on_accent(visuals));
+    let (accent, on_accent) = (theme::of(visuals).accent, theme::of(visuals).on_accent);
     let dark = Color32::from_black_alpha(190);
     let white = Color32::WHITE;
     let font = FontId::proportional(12.0);

@@ -222,40 +222,38 @@ mod tests {
         assert_eq!(&flat.values[..], [1, 1]);
     }
 
-    /// A map of 4 x 1 pixels, all of class 1.
-    fn map() -> FrameMap {
-        FrameMap::new(0, 1, [4, 1], vec![1; 4], vec![0; 4]).unwrap()
-    }
-
     #[test]
-    fn imported_pixels_are_compared_with_the_map_and_the_rest_is_left_out() {
-        let imported = ImportedMap::new(0, &[1, 2, VOID, 2]);
-        let agreement = disagreement(
-            &map(),
-            Some(&imported),
-            &LabelSet::default(),
-            &Contradicted::new(),
-        );
-        let [agreed, contradicted] = [Agreement::Agreed as u16, Agreement::ImportContradicted as u16];
-        assert_eq!(
-            agreement,
-            [agreed, contradicted, Agreement::Unlabelled as u16, contradicted]
-        );
-    }
-
-    #[test]
-    fn a_stroke_covers_the_imported_image_and_is_contradicted_only_by_another_class() {
+    fn a_stroke_covers_the_imported_image_and_each_is_contradicted_only_by_another_class() {
+        use Agreement::{Agreed, ImportContradicted, StrokeContradicted, Unlabelled};
+        let map = FrameMap::new(0, 1, [4, 1], vec![1; 4], vec![0; 4]).unwrap();
         let mut history = History::default();
         history.add_class("wall");
         history.add_class("lamp");
+        let unlabelled = history.labels().clone();
         for x in 0..3 {
             history.add_stroke(Stroke::click(0, 2, [x, 0]));
         }
         let ids: Vec<StrokeId> = history.labels().strokes.keys().copied().collect();
-        let imported = ImportedMap::new(0, &[1; 4]);
         let contradicted = Contradicted::from([(ids[0], 1), (ids[1], 2)]);
-        let agreement = disagreement(&map(), Some(&imported), history.labels(), &contradicted);
-        let [agreed, stroke] = [Agreement::Agreed as u16, Agreement::StrokeContradicted as u16];
-        assert_eq!(agreement, [stroke, agreed, agreed, agreed]);
+        for (imported, labels, expected) in [
+            (
+                [1, 2, VOID, 2],
+                &unlabelled,
+                [Agreed, ImportContradicted, Unlabelled, ImportContradicted],
+            ),
+            (
+                [1; 4],
+                history.labels(),
+                [StrokeContradicted, Agreed, Agreed, Agreed],
+            ),
+        ] {
+            let image = ImportedMap::new(0, &imported);
+            let agreement = disagreement(&map, Some(&image), labels, &contradicted);
+            assert_eq!(
+                agreement,
+                expected.map(|agreement| agreement as u16),
+                "{imported:?}"
+            );
+        }
     }
 }

@@ -145,7 +145,7 @@ fn handle(ui: &Ui, canvas: Rect, x: f32, settings: &Settings, commands: &mut Com
 
 fn paint(ui: &Ui, canvas: Rect, x: f32, active: bool) {
     let painter = ui.painter_at(canvas);
-    let accent = theme::accent(ui.visuals());
+    let accent = theme::of(ui.visuals()).accent;
     let color = if active { accent } else { Color32::WHITE };
     painter.vline(
         x,

@@ -62,7 +62,7 @@ impl StrokeLayer {
             zoom: placement.zoom,
             pixels_per_point: painter.pixels_per_point(),
             selected: workspace.selected,
-            accent: theme::accent(&painter.ctx().global_style().visuals),
+            accent: theme::of(&painter.ctx().global_style().visuals).accent,
         };
         if self.built.as_ref().is_none_or(|built| built.of != of) {
             self.builds += 1;

@@ -118,12 +118,12 @@ fn draw_line(ui: &Ui, finder: &ClassFinder, rect: Rect, line: usize, found: &Fou
     response.widget_info(|| WidgetInfo::selected(Role::ListBoxOption, true, chosen, words));
     let visuals = ui.visuals();
     if chosen {
-        ui.painter().rect_filled(rect, 4, theme::accent(visuals));
+        ui.painter().rect_filled(rect, 4, theme::of(visuals).accent);
     } else if response.hovered() {
         ui.painter().rect_filled(rect, 4, visuals.widgets.hovered.bg_fill);
     }
     let color = if chosen {
-        theme::on_accent(visuals)
+        theme::of(visuals).on_accent
     } else {
         visuals.text_color()
     };

@@ -147,13 +147,13 @@ fn key_button(
         None => format!("{}: no key, by default {default}", row.does),
     };
     let text = match (waits, &present) {
-        (true, _) => RichText::new("Press a key...").color(theme::on_accent(ui.visuals())),
+        (true, _) => RichText::new("Press a key...").color(theme::of(ui.visuals()).on_accent),
         (false, Some(present)) => RichText::new(present).monospace(),
         (false, None) => RichText::new("no key").weak(),
     };
     let mut button = egui::Button::new(text);
     if waits {
-        button = button.fill(theme::accent(ui.visuals()));
+        button = button.fill(theme::of(ui.visuals()).accent);
     }
     let response = ui.add(button).accessible_name(name);
     if response.clicked() {

@@ -30,7 +30,7 @@ fn paint(ui: &egui::Ui, window: egui::Rect) {
     };
     painter.rect_filled(window, 0, veil);
     let inner = window.shrink(24.0);
-    let accent = Stroke::new(3.0, theme::accent(visuals));
+    let accent = Stroke::new(3.0, theme::of(visuals).accent);
     painter.rect_stroke(inner, 12, accent, StrokeKind::Inside);
     let center = inner.center();
     for (align, text, size, color) in [

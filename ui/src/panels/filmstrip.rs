@@ -117,13 +117,13 @@ impl Filmstrip {
             commands.push(Command::GoToFrame(index));
         }
         let image = Rect::from_min_size(rect.min, IMAGE);
-        ui.painter().rect_filled(image, 4, theme::canvas(ui.visuals()));
+        ui.painter().rect_filled(image, 4, theme::of(ui.visuals()).canvas);
         if let Some(thumbnail) = thumbnail {
             thumbnails::paint(&thumbnail, ui.painter(), image);
         }
         paint_bars(ui, image, facts, most);
         if facts.strokes > 0 {
-            let (fill, color) = (theme::accent(ui.visuals()), theme::on_accent(ui.visuals()));
+            let (fill, color) = (theme::of(ui.visuals()).accent, theme::of(ui.visuals()).on_accent);
             paint_count(ui, image, Align2::LEFT_TOP, (facts.strokes, fill, color));
         }
         if facts.contradicted > 0 {
@@ -131,11 +131,11 @@ impl Filmstrip {
             paint_count(ui, image, Align2::RIGHT_TOP, colors);
         }
         let (width, color) = if current {
-            (2.0, theme::accent(ui.visuals()))
+            (2.0, theme::of(ui.visuals()).accent)
         } else if response.hovered() {
             (1.0, ui.visuals().strong_text_color())
         } else {
-            (1.0, theme::line(ui.visuals()))
+            (1.0, theme::of(ui.visuals()).line)
         };
         ui.painter()
             .rect_stroke(image, 4, Stroke::new(width, color), StrokeKind::Outside);

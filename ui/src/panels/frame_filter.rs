@@ -24,9 +24,10 @@ impl FrameFilterRow {
             ui.spacing_mut().item_spacing.x = 4.0;
             let filters = |ui: &mut Ui, commands: &mut Commands| {
                 for filter in FrameFilter::ALL {
-                    let name = named(filter, frames.count(filter));
+                    let (name, meaning) = named(filter);
+                    let name = format!("{name} {}", frames.count(filter));
                     let choice = ui.selectable_label(frames.filter() == filter, name);
-                    if choice.on_hover_text(filter_means(filter)).clicked() {
+                    if choice.on_hover_text(meaning).clicked() {
                         commands.push(Command::FilterFrames(filter));
                     }
                 }
@@ -36,7 +37,7 @@ impl FrameFilterRow {
             } else {
                 let chosen = frames.filter();
                 ComboBox::from_id_salt("filter")
-                    .selected_text(named(chosen, frames.count(chosen)))
+                    .selected_text(format!("{} {}", named(chosen).0, frames.count(chosen)))
                     .width(third.min(132.0))
                     .truncate()
                     .show_ui(ui, |ui| filters(ui, commands))
@@ -83,19 +84,16 @@ fn order(ui: &mut Ui, most: f32, chosen: FrameOrder, commands: &mut Commands) {
         .accessible_name("Order of the frames");
 }
 
-fn named(filter: FrameFilter, count: usize) -> String {
-    format!("{} {count}", filter_name(filter))
-}
-
-/// What a filter lets through.
-fn filter_means(filter: FrameFilter) -> &'static str {
+/// A filter's name, and what it lets through.
+fn named(filter: FrameFilter) -> (&'static str, &'static str) {
     match filter {
-        FrameFilter::All => "All frames",
-        FrameFilter::Unlabelled => "Frames without strokes",
-        FrameFilter::Uncertain => "Frames with more than 5% of unclear pixels",
-        FrameFilter::Disagreeing => {
-            "Frames with strokes that the others contradict, or whose imported labels differ from the map on more than 10% of the pixels"
-        }
+        FrameFilter::All => ("All", "All frames"),
+        FrameFilter::Unlabelled => ("Unlabelled", "Frames without strokes"),
+        FrameFilter::Uncertain => ("Uncertain", "Frames with more than 5% of unclear pixels"),
+        FrameFilter::Disagreeing => (
+            "Disagreeing",
+            "Frames with strokes that the others contradict, or whose imported labels differ from the map on more than 10% of the pixels",
+        ),
     }
 }
 
@@ -104,15 +102,5 @@ fn order_text(order: FrameOrder) -> &'static str {
     match order {
         FrameOrder::Capture => "In order",
         FrameOrder::Uncertainty => "Most uncertain first",
-    }
-}
-
-/// A filter's name.
-fn filter_name(filter: FrameFilter) -> &'static str {
-    match filter {
-        FrameFilter::All => "All",
-        FrameFilter::Unlabelled => "Unlabelled",
-        FrameFilter::Uncertain => "Uncertain",
-        FrameFilter::Disagreeing => "Disagreeing",
     }
 }

@@ -150,7 +150,7 @@ fn draw(ui: &Ui, callout: &Callout, canvas: Rect, commands: &mut Commands) {
         .constrain_to(canvas)
         .show(ui.ctx(), |ui| {
             let frame = egui::Frame::popup(ui.style()).inner_margin(egui::Margin::symmetric(12, 6));
-            let frame = frame.stroke(Stroke::new(1.0, theme::accent(ui.visuals())));
+            let frame = frame.stroke(Stroke::new(1.0, theme::of(ui.visuals()).accent));
             frame.show(ui, |ui| {
                 ui.set_max_width((canvas.width() - 64.0).clamp(80.0, 420.0));
                 ui.horizontal(|ui| {
@@ -185,7 +185,7 @@ fn draw(ui: &Ui, callout: &Callout, canvas: Rect, commands: &mut Commands) {
             ]
         }
     };
-    let color = theme::accent(ui.visuals());
+    let color = theme::of(ui.visuals()).accent;
     let painter = ui.ctx().layer_painter(shown.response.layer_id);
     painter.add(Shape::convex_polygon(tip.to_vec(), color, Stroke::NONE));
 }

@@ -11,7 +11,7 @@ use inplace_model::project_session::{ProjectSession, SavedState};
 use inplace_model::text::PROGRAM;
 use inplace_model::{Command, Commands, Model};
 
-use super::parts::{Menu, not_found};
+use super::parts::{self, Menu, not_found};
 use crate::keys::table;
 use crate::pictures::Pictures;
 use crate::widgets::main_button_enabled;
@@ -194,11 +194,7 @@ fn view(ui: &mut Ui, model: &Model, commands: &mut Commands) {
     for pane in Pane::ALL {
         let mut shown = model.preferences.layout.shows(pane, window);
         if ui.checkbox(&mut shown, pane.title()).changed() {
-            let usual = pane.fits(window) == shown;
-            commands.push(Command::Prefer(PreferenceChange::Pane(
-                pane,
-                (!usual).then_some(shown),
-            )));
+            commands.push(parts::shown(ui, pane, shown));
         }
     }
     ui.separator();

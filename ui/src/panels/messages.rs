@@ -46,7 +46,7 @@ pub fn show(
 fn show_one(ui: &mut egui::Ui, message: &Message, width: f32, commands: &mut Commands) {
     let visuals = ui.visuals();
     let (icon, color, name, live) = match message.level {
-        Level::Info => (Icon::Info, theme::accent(visuals), "Message", Live::Polite),
+        Level::Info => (Icon::Info, theme::of(visuals).accent, "Message", Live::Polite),
         Level::Error => (Icon::Warning, visuals.error_fg_color, "Error", Live::Assertive),
     };
     let mut frame = egui::Frame::popup(ui.style()).inner_margin(12);

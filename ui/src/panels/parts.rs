@@ -25,19 +25,21 @@ pub fn panel_frame(ui: &Ui, horizontal: i8, vertical: i8) -> egui::Frame {
 pub fn fold_button(ui: &mut Ui, pane: Pane, full: bool, name: &str, commands: &mut Commands) {
     let icon = if full { Icon::Down } else { Icon::Up };
     if icon_button(ui, icon, name).clicked() {
-        let usual = pane.fits(ui.ctx().content_rect().size()) != full;
-        commands.push(Command::Prefer(PreferenceChange::Pane(
-            pane,
-            (!usual).then_some(!full),
-        )));
+        commands.push(shown(ui, pane, !full));
     }
+}
+
+/// Shows or hides a panel; what is usual in a window of this size is left to its size.
+pub fn shown(ui: &Ui, pane: Pane, shown: bool) -> Command {
+    let usual = pane.fits(ui.ctx().content_rect().size()) == shown;
+    Command::Prefer(PreferenceChange::Pane(pane, (!usual).then_some(shown)))
 }
 
 /// A card on a panel.
 pub fn card(ui: &Ui) -> egui::Frame {
     egui::Frame::new()
-        .fill(theme::raised(ui.visuals()))
-        .stroke(egui::Stroke::new(1.0, theme::line(ui.visuals())))
+        .fill(theme::of(ui.visuals()).raised)
+        .stroke(egui::Stroke::new(1.0, theme::of(ui.visuals()).line))
         .corner_radius(6)
         .inner_margin(8)
 }

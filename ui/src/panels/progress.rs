@@ -140,7 +140,7 @@ impl ProgressPanel {
             plot = plot.include_y(0.0);
         }
         let (color, mark) = (
-            theme::accent(ui.visuals()),
+            theme::of(ui.visuals()).accent,
             ui.visuals().weak_text_color().gamma_multiply(0.35),
         );
         plot.show(ui, |plot| {
@@ -163,8 +163,8 @@ fn answer(ui: &mut Ui, workspace: &Workspace) {
     let (answer, sentence) = readiness(&workspace.overview.evidence);
     let color = match answer {
         Readiness::NotYet => ui.visuals().warn_fg_color,
-        Readiness::Nearly => theme::accent(ui.visuals()),
-        Readiness::Yes => theme::good(ui.visuals()),
+        Readiness::Nearly => theme::of(ui.visuals()).accent,
+        Readiness::Yes => theme::of(ui.visuals()).good,
     };
     let card = card(ui).show(ui, |ui| {
         ui.set_width(ui.available_width());

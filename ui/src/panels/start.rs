@@ -222,7 +222,7 @@ fn first_steps(ui: &mut Ui) {
         for (index, (title, text)) in STEPS.into_iter().enumerate() {
             ui.horizontal_top(|ui| {
                 let (rect, _) = ui.allocate_exact_size(vec2(28.0, 28.0), Sense::hover());
-                let (fill, color) = (theme::accent(ui.visuals()), theme::on_accent(ui.visuals()));
+                let (fill, color) = (theme::of(ui.visuals()).accent, theme::of(ui.visuals()).on_accent);
                 ui.painter().circle_filled(rect.center(), 12.0, fill);
                 let number = (index + 1).to_string();
                 let font = FontId::proportional(14.0);
@@ -310,7 +310,7 @@ fn row(ui: &mut Ui, pictures: &Pictures, recent: &Recent, now: u64, commands: &m
 
 fn paint_picture(ui: &Ui, rect: Rect, picture: Option<&egui::TextureHandle>, there: bool) {
     let visuals = ui.visuals();
-    ui.painter().rect_filled(rect, 4, theme::canvas(visuals));
+    ui.painter().rect_filled(rect, 4, theme::of(visuals).canvas);
     match picture {
         Some(picture) => {
             let size = picture.size_vec2();
@@ -327,7 +327,7 @@ fn paint_picture(ui: &Ui, rect: Rect, picture: Option<&egui::TextureHandle>, the
         }
         None => Icon::Folder.paint(ui.painter(), rect, visuals.weak_text_color()),
     }
-    let line = Stroke::new(1.0, theme::line(visuals));
+    let line = Stroke::new(1.0, theme::of(visuals).line);
     ui.painter().rect_stroke(rect, 4, line, StrokeKind::Inside);
 }
 

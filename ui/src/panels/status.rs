@@ -15,7 +15,7 @@ use crate::widgets::{Icon, heading, icon_button};
 /// Draws the status: in full, or in one line.
 pub fn show(ui: &mut Ui, workspace: &Workspace, full: bool, commands: &mut Commands) {
     let running = !workspace.paused && !workspace.has_ended();
-    let accent = theme::accent(ui.visuals());
+    let accent = theme::of(ui.visuals()).accent;
     let phase = egui::RichText::new(workspace.phase_in_words());
     let phase = if running {
         phase.color(accent)

@@ -307,13 +307,13 @@ impl StrokePanel {
             let fill = if chosen {
                 visuals.widgets.hovered.bg_fill
             } else {
-                theme::raised(visuals)
+                theme::of(visuals).raised
             };
             ui.painter().rect_filled(rect.shrink2(vec2(0.0, 1.0)), 4, fill);
         }
         if chosen {
             let bar = Rect::from_min_size(rect.min + vec2(0.0, 4.0), vec2(3.0, rect.height() - 8.0));
-            ui.painter().rect_filled(bar, 1, theme::accent(visuals));
+            ui.painter().rect_filled(bar, 1, theme::of(visuals).accent);
         }
         swatch(
             ui.painter(),

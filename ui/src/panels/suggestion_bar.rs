@@ -22,9 +22,9 @@ const MARGIN: Vec2 = vec2(14.0, 6.0);
 /// Longest class name in the bar, in letters.
 const LONGEST: usize = 24;
 
-/// A key with what it does; without a key, words alone.
+/// A key with what it does.
 struct Item {
-    key: Option<String>,
+    key: String,
     color: Option<[u8; 3]>,
     words: String,
 }
@@ -32,7 +32,7 @@ struct Item {
 impl Item {
     fn new(key: &str, words: &str) -> Self {
         Self {
-            key: Some(key.to_owned()),
+            key: key.to_owned(),
             color: None,
             words: words.to_owned(),
         }
@@ -64,16 +64,10 @@ pub fn show(ui: &Ui, workspace: &Workspace, canvas: Rect) {
         }
     };
     // A key may have been taken away from what it did.
-    let items: Vec<Item> = items
-        .into_iter()
-        .filter(|item| item.key.as_deref() != Some(""))
-        .collect();
+    let items: Vec<Item> = items.into_iter().filter(|item| !item.key.is_empty()).collect();
     let said: Vec<String> = items
         .iter()
-        .map(|item| match &item.key {
-            Some(key) => format!("{key}: {}", item.words),
-            None => item.words.clone(),
-        })
+        .map(|item| format!("{}: {}", item.key, item.words))
         .collect();
     let sentence = format!("{first}. {}", said.join(", "));
     Area::new(Id::unique("suggestion bar"))
@@ -117,7 +111,7 @@ fn keys(workspace: &Workspace, index: usize, next: &str) -> Vec<Item> {
             name.push('…');
         }
         items.push(Item {
-            key: Some(answer_key(workspace, rank, class.id)),
+            key: answer_key(workspace, rank, class.id),
             color: Some(class.color),
             words: name,
         });
@@ -187,7 +181,7 @@ impl Laid {
             words: layout(first, 14.0, strong),
         };
         let of_item = |item: &Item| Piece {
-            key: item.key.as_ref().map(|key| layout(key, 12.0, text)),
+            key: Some(layout(&item.key, 12.0, text)),
             color: item.color,
             words: layout(&item.words, 13.0, text),
         };
@@ -208,7 +202,7 @@ impl Laid {
 
     fn paint(&self, ui: &Ui, rect: Rect) {
         let visuals = ui.visuals();
-        let line = egui::Stroke::new(1.0, theme::accent(visuals));
+        let line = egui::Stroke::new(1.0, theme::of(visuals).accent);
         let painter = ui.painter();
         painter.rect(rect, 8, visuals.window_fill, line, egui::StrokeKind::Inside);
         let colors = [visuals.widgets.hovered.bg_fill, visuals.text_color()];

@@ -1,6 +1,6 @@
 //! Where to label next: the ranked places, the one at hand larger than the others.
 
-use egui::{Button, Color32, Rect, RichText, Role, ScrollArea, Sense, Stroke, Ui, WidgetInfo, pos2, vec2};
+use egui::{Button, Rect, RichText, Role, ScrollArea, Sense, Stroke, Ui, WidgetInfo, pos2, vec2};
 use inplace_core::guide::{Likely, Suggestion};
 use inplace_core::scene::Frame;
 use inplace_model::layer::{Layer, Look};
@@ -14,7 +14,7 @@ use crate::canvas::{marker, rect_of, region};
 use crate::keys::table::{ANSWER_BY_NAME, NEXT_SUGGESTION, PREVIOUS_SUGGESTION, SKIP, UNDO};
 use crate::numbers;
 use crate::theme;
-use crate::thumbnails::Thumbnails;
+use crate::thumbnails::{self, Thumbnails};
 use crate::widgets::{empty_state, focus_ring, heading, key_cap_of, line_of_text, swatch};
 
 /// Size of the picture of a place that is not at hand.
@@ -112,7 +112,7 @@ impl SuggestionPanel {
 
     /// The place at hand, with the keys that answer it.
     fn large_card(&mut self, ui: &mut Ui, place: &Place<'_>, commands: &mut Commands) {
-        let accent = Stroke::new(1.5, theme::accent(ui.visuals()));
+        let accent = Stroke::new(1.5, theme::of(ui.visuals()).accent);
         card(ui).stroke(accent).show(ui, |ui| {
             let width = ui.available_width();
             ui.set_width(width);
@@ -186,7 +186,7 @@ impl SuggestionPanel {
             return;
         }
         let painter = ui.painter_at(rect);
-        painter.rect_filled(rect, 4, theme::canvas(ui.visuals()));
+        painter.rect_filled(rect, 4, theme::of(ui.visuals()).canvas);
         let look = Look {
             layer: Layer::Labels,
             opacity: FAINT,
@@ -201,10 +201,7 @@ impl SuggestionPanel {
         let full = glam::vec2(place.frame.camera.width as f32, place.frame.camera.height as f32);
         let part = ImagePart::around(full, place.suggestion.pixel, &place.suggestion.outline);
         let part = rect_of(part);
-        let shown = part.size() * (rect.size() / part.size()).min_elem();
-        let fitted = Rect::from_center_size(rect.center(), shown);
-        let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
-        painter.image(thumbnail.id(), fitted, whole, Color32::WHITE);
+        let fitted = thumbnails::paint(&thumbnail, &painter, rect);
         let to_screen = |x: f32, y: f32| fitted.min + (pos2(x, y) - part.min) / part.size() * fitted.size();
         let painter = ui.painter_at(fitted);
         let outline = place.suggestion.outline.iter().map(|&[x, y]| to_screen(x, y));

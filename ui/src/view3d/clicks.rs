@@ -70,8 +70,7 @@ impl View3d {
             self.picker.ask(ask(click.ray, click.slack, Purpose::Label));
         } else if let Some(click) = &self.click {
             let left = (click.due - now).max(0.0);
-            ui.ctx()
-                .request_repaint_after(std::time::Duration::from_secs_f64(left));
+            ui.ctx().request_repaint_after_secs(left as f32);
         }
     }
 

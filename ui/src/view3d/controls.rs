@@ -65,7 +65,7 @@ pub fn show(ui: &mut Ui, area: Rect, space: &mut Space) -> bool {
 fn plate(ui: &Ui) -> egui::Frame {
     egui::Frame::new()
         .fill(ui.visuals().window_fill.gamma_multiply(0.92))
-        .stroke(Stroke::new(1.0, theme::line(ui.visuals())))
+        .stroke(Stroke::new(1.0, theme::of(ui.visuals()).line))
         .corner_radius(8)
         .inner_margin(egui::Margin::symmetric(8, 4))
 }

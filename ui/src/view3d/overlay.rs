@@ -65,7 +65,7 @@ pub fn cameras(painter: &Painter, workspace: &Workspace, sight: &Sight, depth: f
     for number in drawn_frames(frames.len(), workspace.frame_index) {
         let in_view = number == workspace.frame_index;
         let (width, color, depth) = if in_view {
-            (2.0, theme::accent(visuals), 1.8 * depth)
+            (2.0, theme::of(visuals).accent, 1.8 * depth)
         } else if pointed == Some(Mark::Frame(number)) {
             (2.0, visuals.strong_text_color(), 1.4 * depth)
         } else {

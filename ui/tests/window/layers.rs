@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use egui::{Key, PointerButton};
 use inplace_core::scene::{ColorImage, SceneSource, write_replica};
-use inplace_core::session::{self, Event, FrameMap, RenderedFrame};
+use inplace_core::session::{self, Event, RenderedFrame};
 use inplace_model::Command;
 use inplace_model::layer::Layer;
 use inplace_ui::Target;
@@ -163,19 +163,8 @@ fn strokes_are_marked_where_they_are_undisputed() {
     window.add_class("wall");
     window.click("Layer");
     window.click(Layer::Disagreement.name());
-    let size = [WIDTH, HEIGHT];
-    let pixels = (WIDTH * HEIGHT) as usize;
-    let map = FrameMap::new(0, 1, size, vec![1; pixels], vec![0; pixels]).unwrap();
-    window.worker().maps.publish(map);
-    let event = Event::Map {
-        frame: 0,
-        generation: 1,
-    };
-    window.tell(event);
-    window.sees(&format!(
-        "Disagreement: {}",
-        "Nothing is labelled in this frame: no strokes, no imported image"
-    ));
+    window.publish(0, 1);
+    window.sees("Disagreement: Nothing is labelled in this frame: no strokes, no imported image");
     window.click_canvas(0.0, 0.0);
     window.until("the strokes are judged", |app| {
         let (Some(open), Some(frame)) = (app.model().workspace(), app.canvas().frame()) else {
@@ -185,13 +174,10 @@ fn strokes_are_marked_where_they_are_undisputed() {
         let over = content.and_then(|content| content.over);
         over.is_some_and(|over| over.greyed && over.texels.values().contains(&1))
     });
-    let words = [
-        "Your stroke, and the others say otherwise",
-        "Labelled, and undisputed",
-        "Not labelled by hand or import",
-    ]
-    .join(", ");
-    window.sees(&format!("Disagreement: {words}"));
+    window.sees(
+        "Disagreement: Your stroke, and the others say otherwise, Labelled, and undisputed, \
+         Not labelled by hand or import",
+    );
 }
 
 #[test]

@@ -76,19 +76,12 @@ fn labelled(mut window: Window) -> Window {
 }
 
 #[test]
-fn every_control_of_the_start_page_has_a_name() {
-    let folder = tempfile::tempdir().unwrap();
-    Window::with_demo(folder.path()).close();
-    let mut window = Window::new(folder.path(), None);
-    assert_named(&mut window, "on the start page");
-}
-
-#[test]
-fn every_control_of_an_open_scene_has_a_name() {
+fn every_control_of_the_start_page_and_of_an_open_scene_has_a_name() {
     let folder = tempfile::tempdir().unwrap();
     let mut window = Window::with_demo(folder.path());
     assert_named(&mut window, "in a scene without labels");
     window.close();
+    assert_named(&mut Window::new(folder.path(), None), "on the start page");
     let mut window = labelled(Window::with_demo(folder.path()));
     assert_named(&mut window, "in a scene with labels");
     window.act(Command::NextSuggestion);

@@ -4,7 +4,7 @@ use egui::Key;
 use egui_kittest::kittest::Queryable;
 use inplace_core::guide::Suggestion;
 use inplace_core::labels::StrokeId;
-use inplace_core::session::{self, Event, FrameMap, Status, StrokeCheck};
+use inplace_core::session::{self, Event, Status, StrokeCheck};
 use inplace_model::Command;
 use inplace_model::frames::{FrameFilter, FrameOrder};
 use inplace_model::model::Side;
@@ -41,12 +41,8 @@ fn labelled(mut window: Window) -> Window {
 fn answer(window: &mut Window, entropy: [u16; FRAMES], contradicted: &[(u64, u16)]) {
     let worker = window.worker();
     let generation = window.generation();
-    let pixels = (WIDTH * HEIGHT) as usize;
     for (frame, entropy) in entropy.into_iter().enumerate() {
-        let (labels, entropy) = (vec![1; pixels], vec![entropy; pixels]);
-        let map = FrameMap::new(frame, generation, [WIDTH, HEIGHT], labels, entropy).unwrap();
-        worker.maps.publish(map);
-        worker.events.send(Event::Map { frame, generation }).unwrap();
+        worker.publish_with(frame, generation, 1, entropy);
     }
     let ids: Vec<StrokeId> = window.labels().strokes.keys().copied().collect();
     let checks = ids

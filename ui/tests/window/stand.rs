@@ -39,8 +39,13 @@ pub struct Worker {
 impl Worker {
     /// Answers with a map of the frame in which every pixel has this class.
     pub fn publish(&self, frame: usize, generation: u64, class: u16) {
+        self.publish_with(frame, generation, class, 500);
+    }
+
+    /// Answers so with this entropy in every pixel.
+    pub fn publish_with(&self, frame: usize, generation: u64, class: u16, entropy: u16) {
         let pixels = (WIDTH * HEIGHT) as usize;
-        let (labels, entropy) = (vec![class; pixels], vec![500; pixels]);
+        let (labels, entropy) = (vec![class; pixels], vec![entropy; pixels]);
         let map = FrameMap::new(frame, generation, [WIDTH, HEIGHT], labels, entropy);
         self.maps.publish(map.unwrap());
         self.events.send(Event::Map { frame, generation }).unwrap();

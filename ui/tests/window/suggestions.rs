@@ -209,22 +209,7 @@ fn escape_a_click_and_another_frame_leave() {
 }
 
 #[test]
-fn cards_are_answered_by_their_buttons() {
-    let mut window = window();
-    let list = vec![place(3, [20, 30], &[WALL, FLOOR]), place(1, [40, 10], &[FLOOR])];
-    suggest_now(&mut window, list);
-    window.click("Label suggestion 2 as floor");
-    assert_eq!(last_stroke(&window), (1, FLOOR, [40, 10]));
-    assert_eq!(window.frame_index(), 1, "what the answer does is seen");
-    window.sees("Labelled floor");
-    window.click("Go to suggestion 1");
-    assert_eq!(window.frame_index(), 3);
-    window.click("Label as floor");
-    assert_eq!(last_stroke(&window), (3, FLOOR, [20, 30]));
-}
-
-#[test]
-fn cards_do_not_move_under_the_pointer() {
+fn cards_do_not_move_under_the_pointer_and_are_answered_by_their_buttons() {
     let mut window = window();
     let generation = window.generation();
     window.suggest(generation, vec![place(3, [20, 30], &[WALL])]);
@@ -237,6 +222,16 @@ fn cards_do_not_move_under_the_pointer() {
     let canvas = window.canvas(0.0, 0.0);
     window.hover(canvas);
     assert_eq!(listed(&window), [2]);
+    let list = vec![place(3, [20, 30], &[WALL, FLOOR]), place(1, [40, 10], &[FLOOR])];
+    window.suggest(generation, list);
+    window.click("Label suggestion 2 as floor");
+    assert_eq!(last_stroke(&window), (1, FLOOR, [40, 10]));
+    assert_eq!(window.frame_index(), 1, "what the answer does is seen");
+    window.sees("Labelled floor");
+    window.click("Go to suggestion 1");
+    assert_eq!(window.frame_index(), 3);
+    window.click("Label as floor");
+    assert_eq!(last_stroke(&window), (3, FLOOR, [20, 30]));
 }
 
 #[test]

@@ -13,7 +13,6 @@ use crate::jobs::Done;
 use crate::model::Model;
 use crate::text::counted;
 use crate::tool::DrawnLine;
-use crate::workspace::classes::Lock;
 
 impl Model {
     pub(crate) fn present_classes(&self) -> Vec<Class> {
@@ -61,17 +60,7 @@ impl Model {
     /// Whether a lock keeps a stroke from being added; then a message says so.
     pub(crate) fn lock_refuses(&mut self, stroke: &Stroke) -> bool {
         let workspace = self.state.workspace();
-        let lock = workspace.and_then(|workspace| workspace.lock_on(stroke));
-        let sentence = lock.map(|lock| match lock {
-            Lock::Own(class) => format!(
-                "\"{}\" is locked: unlock it in the class list to label with it.",
-                class.name
-            ),
-            Lock::Covered(class) => format!(
-                "This would cover what is labelled \"{}\", which is locked: unlock it, or draw beside it.",
-                class.name
-            ),
-        });
+        let sentence = workspace.and_then(|workspace| workspace.lock_on(stroke));
         self.refuse(sentence)
     }
 

@@ -79,7 +79,8 @@ impl Model {
     /// There was no file to keep the work in so far: make one.
     fn make_project(&mut self, path: PathBuf) {
         if let Some(project) = &mut self.state.project {
-            project.begin_snapshot();
+            // It gets all of the history so far.
+            project.take_unrecorded();
         }
         let Some(workspace) = self.state.workspace() else {
             return;

@@ -94,14 +94,11 @@ impl Model {
             views: false,
             state: prepared.state(),
         };
-        let Stage::Opening(opening) = &mut self.state.stage else {
+        let Some(opening) = self.opening(ticket) else {
             return;
         };
-        if opening.ticket != ticket {
-            return;
-        }
-        self.read = prepared.open;
         opening.prepared = Some(prepared);
+        self.read = options.open;
         self.effects.push(Effect::StartSession(Box::new(options)));
     }
 
@@ -129,25 +126,14 @@ impl Model {
     }
 
     pub(crate) fn show_workspace(&mut self, ticket: u64, scene: Arc<Scene>, attached: Attached) {
-        let Stage::Opening(opening) = &mut self.state.stage else {
+        let session = self.opening(ticket).and_then(|opening| opening.session.take());
+        let Some(session) = session else {
             return;
         };
-        if opening.ticket != ticket {
-            return;
-        }
-        let Some(session) = opening.session.take() else {
-            return;
-        };
-        for warning in &scene.warnings {
-            self.state.messages.info(warning);
-        }
-        for note in attached.notes {
+        for note in scene.warnings.iter().chain(&attached.notes) {
             self.state.messages.info(note);
         }
-        if let Some(damage) = attached.damage {
-            self.state.messages.error(damage);
-        }
-        if let Some(problem) = attached.problem {
+        for problem in attached.damage.into_iter().chain(attached.problem) {
             self.state.messages.error(problem);
         }
         let mut settings = self.state.preferences.settings();
@@ -186,24 +172,23 @@ impl Model {
 
     /// Opening failed for this reason; a scene that has moved is asked for again.
     pub(crate) fn opening_failed(&mut self, ticket: u64, sentence: String) {
-        let Some(target) = self.stop_opening(ticket) else {
-            self.state.messages.error(sentence);
-            return;
-        };
-        match target {
-            Target::Moved { project, folder } => self.ask_where(project, folder, Some(sentence)),
+        match self.stop_opening(ticket) {
+            Some(Target::Moved { project, folder }) => self.ask_where(project, folder, Some(sentence)),
             _ => self.state.messages.error(sentence),
         }
     }
 
     /// Goes back to the start page if this is what is being opened; returns what it was.
     fn stop_opening(&mut self, ticket: u64) -> Option<Target> {
-        match &self.state.stage {
-            Stage::Opening(opening) if opening.ticket == ticket => {
-                let target = opening.target.clone();
-                self.state.stage = Stage::Start;
-                Some(target)
-            }
+        let target = self.opening(ticket)?.target.clone();
+        self.state.stage = Stage::Start;
+        Some(target)
+    }
+
+    /// What is being opened, if it has this ticket.
+    fn opening(&mut self, ticket: u64) -> Option<&mut Opening> {
+        match &mut self.state.stage {
+            Stage::Opening(opening) if opening.ticket == ticket => Some(opening),
             _ => None,
         }
     }

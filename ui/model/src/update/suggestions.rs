@@ -4,9 +4,7 @@ use inplace_core::labels::ClassId;
 use inplace_core::project::Step;
 
 use crate::model::Model;
-
-/// Every listed place was skipped.
-const ALL_SKIPPED: &str = "All suggested places are skipped.";
+use crate::workspace::Workspace;
 
 impl Model {
     pub(crate) fn go_to_suggestion(&mut self, index: usize) {
@@ -16,10 +14,21 @@ impl Model {
     }
 
     pub(crate) fn step_suggestion(&mut self, backwards: bool) {
+        self.go_on(|workspace| workspace.step_suggestion(backwards));
+    }
+
+    pub(crate) fn skip_suggestion(&mut self) {
+        if self.suggestion_at_hand().is_some() {
+            self.go_on(Workspace::skip_suggestion);
+        }
+    }
+
+    /// Goes on to another place, or says why there is none.
+    fn go_on(&mut self, step: impl FnOnce(&mut Workspace) -> bool) {
         let Some(workspace) = self.state.workspace_mut() else {
             return;
         };
-        if workspace.step_suggestion(backwards) {
+        if step(workspace) {
             self.arrived();
         } else {
             let why = workspace.why_no_suggestion();
@@ -65,8 +74,8 @@ impl Model {
     }
 
     pub(crate) fn answer_slot(&mut self, slot: usize) {
-        if let (Some(index), Some(class)) = (self.suggestion_at_hand(), self.class_of_slot(slot)) {
-            self.answer_suggestion(index, class);
+        if let Some(class) = self.class_of_slot(slot) {
+            self.answer_with(class);
         }
     }
 
@@ -74,22 +83,6 @@ impl Model {
     pub(crate) fn answer_with(&mut self, class: ClassId) {
         if let Some(index) = self.suggestion_at_hand() {
             self.answer_suggestion(index, class);
-        }
-    }
-
-    pub(crate) fn skip_suggestion(&mut self) {
-        let Some(workspace) = self.state.workspace_mut() else {
-            return;
-        };
-        if workspace.suggestions().at().is_none() {
-            return;
-        }
-        match workspace.suggestions.skip() {
-            Some(index) => {
-                workspace.show_suggestion(index);
-                self.arrived();
-            }
-            None => self.state.messages.info(ALL_SKIPPED),
         }
     }
 

@@ -15,16 +15,6 @@ use crate::model::Model;
 use crate::overview::{Summarised, summarise};
 use crate::text::counted;
 
-/// An export was asked for beside another.
-const EXPORT_RUNS: &str = "An export is under way: wait for its end, or cancel it.";
-/// An import was asked for beside another.
-const IMPORT_RUNS: &str = "An import is under way: wait for its end, or cancel it.";
-/// The window was to be closed during an export.
-const CLOSES_AFTER_EXPORT: &str =
-    "The window closes when the export has ended; close it again to cancel the export.";
-/// An import was stopped.
-const IMPORT_CANCELLED: &str = "Nothing was imported.";
-
 impl Model {
     /// Whether files are being written.
     pub(crate) fn is_exporting(&self) -> bool {
@@ -34,7 +24,9 @@ impl Model {
     pub(crate) fn export(&mut self, choice: ExportChoice) {
         self.state.dialog = None;
         if self.is_exporting() {
-            self.state.messages.info(EXPORT_RUNS);
+            self.state
+                .messages
+                .info("An export is under way: wait for its end, or cancel it.");
             return;
         }
         let Some(workspace) = self.state.workspace() else {
@@ -99,14 +91,18 @@ impl Model {
         if std::mem::replace(&mut self.closes_after_export, true) {
             self.cancel_export();
         } else {
-            self.state.messages.info(CLOSES_AFTER_EXPORT);
+            let sentence =
+                "The window closes when the export has ended; close it again to cancel the export.";
+            self.state.messages.info(sentence);
         }
     }
 
     pub(crate) fn import_from(&mut self, folder: PathBuf, trust: Trust) {
         self.state.dialog = None;
         if self.state.importing.is_some() {
-            self.state.messages.info(IMPORT_RUNS);
+            self.state
+                .messages
+                .info("An import is under way: wait for its end, or cancel it.");
             return;
         }
         let Some(workspace) = self.state.workspace() else {
@@ -125,7 +121,7 @@ impl Model {
 
     pub(crate) fn cancel_import(&mut self) {
         if self.state.importing.take().is_some() {
-            self.state.messages.info(IMPORT_CANCELLED);
+            self.state.messages.info("Nothing was imported.");
         }
     }
 

@@ -5,15 +5,6 @@ use inplace_core::labels::{Class, ClassId, Pixel, Stroke, VOID, erase, pixels_of
 use super::Workspace;
 use crate::class_view::ClassView;
 
-/// Why a stroke cannot be drawn.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Lock<'a> {
-    /// Its class is locked.
-    Own(&'a Class),
-    /// It would cover a stroke of this locked class.
-    Covered(&'a Class),
-}
-
 impl Workspace {
     /// Makes a class current.
     pub fn choose_class(&mut self, class: ClassId) {
@@ -38,13 +29,17 @@ impl Workspace {
         self.class_view.hidden.contains(&class)
     }
 
-    /// What keeps a stroke from being drawn, if anything does.
-    pub fn lock_on(&self, stroke: &Stroke) -> Option<Lock<'_>> {
+    /// Why a lock keeps a stroke from being drawn, a sentence; `None` where none does.
+    pub fn lock_on(&self, stroke: &Stroke) -> Option<String> {
         let own = self.document.labels().class(stroke.class);
-        match own.filter(|class| self.is_locked(class.id)) {
-            Some(own) => Some(Lock::Own(own)),
-            None => self.locked_under(stroke).map(Lock::Covered),
+        if let Some(Class { name, .. }) = own.filter(|class| self.is_locked(class.id)) {
+            let sentence = format!("\"{name}\" is locked: unlock it in the class list to label with it.");
+            return Some(sentence);
         }
+        let Class { name, .. } = self.locked_under(stroke)?;
+        Some(format!(
+            "This would cover what is labelled \"{name}\", which is locked: unlock it, or draw beside it."
+        ))
     }
 
     /// The locked class that a stroke would cover, if any.

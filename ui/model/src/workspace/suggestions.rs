@@ -53,6 +53,16 @@ impl Workspace {
     /// Goes on to another suggestion and shows it; returns whether there is any.
     pub fn step_suggestion(&mut self, backwards: bool) -> bool {
         let next = self.suggestions.step(backwards);
+        self.show_next(next)
+    }
+
+    /// Leaves the suggestion at hand out and goes on to the next one; returns whether there is any.
+    pub fn skip_suggestion(&mut self) -> bool {
+        let next = self.suggestions.skip();
+        self.show_next(next)
+    }
+
+    fn show_next(&mut self, next: Option<usize>) -> bool {
         if let Some(index) = next {
             self.show_suggestion(index);
         }

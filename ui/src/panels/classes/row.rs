@@ -86,9 +86,9 @@ impl Row<'_> {
             ui.painter()
                 .rect_filled(rect, 4, visuals.widgets.inactive.bg_fill);
             let mark = Rect::from_min_size(rect.min, vec2(3.0, rect.height()));
-            ui.painter().rect_filled(mark, 2, theme::accent(visuals));
+            ui.painter().rect_filled(mark, 2, theme::of(visuals).accent);
         } else if response.contains_pointer() {
-            ui.painter().rect_filled(rect, 4, theme::raised(visuals));
+            ui.painter().rect_filled(rect, 4, theme::of(visuals).raised);
         }
         if response.has_focus() {
             focus_ring(ui, rect);
@@ -167,7 +167,7 @@ pub(super) fn reorder(
     row.dnd_set_drag_payload(Dragged(id));
     if row.dragged() {
         ui.painter()
-            .rect_filled(row.rect, 4, theme::line(ui.visuals()).gamma_multiply(0.5));
+            .rect_filled(row.rect, 4, theme::of(ui.visuals()).line.gamma_multiply(0.5));
     }
     if let Some(position) = ui.ctx().pointer_interact_pos()
         && let Some(dragged) = row.dnd_hover_payload::<Dragged>()
@@ -178,7 +178,7 @@ pub(super) fn reorder(
         } else {
             row.rect.top() - 1.0
         };
-        let line = Stroke::new(2.0, theme::accent(ui.visuals()));
+        let line = Stroke::new(2.0, theme::of(ui.visuals()).accent);
         ui.painter().hline(row.rect.x_range(), y, line);
         if dragged.0 != id && row.dnd_release_payload::<Dragged>().is_some() {
             commands.push(Command::MoveClassBeside {
