@@ -53,7 +53,7 @@ fn classes_are_renamed_merged_and_deleted_and_all_of_it_is_undone() {
 }
 
 #[test]
-fn an_empty_list_offers_the_classes_of_data_sets_and_adds_them_in_one_edit() {
+fn an_empty_list_offers_the_classes_of_data_sets_and_the_finder_chooses_and_makes_classes() {
     let mut window = Window::demo();
     window.click_through(&["NYU-13", "Add 13 classes"]);
     assert_eq!(window.workspace().document.classes(), PALETTES[0].classes());
@@ -66,6 +66,40 @@ fn an_empty_list_offers_the_classes_of_data_sets_and_adds_them_in_one_edit() {
     assert!(names(&window).is_empty());
     window.press(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z);
     assert_eq!(names(&window).len(), 13);
+
+    let chosen = |window: &Window| {
+        let class = window.workspace().class.unwrap();
+        window.labels().class(class).map(|class| class.name.clone())
+    };
+    window.key(Key::C);
+    type_text(&mut window, "Find class", "win");
+    window.key(Key::Enter);
+    assert_eq!(chosen(&window).as_deref(), Some("window"));
+    window.misses("Find class");
+
+    // "bed", "books", "ceiling": down and up again.
+    window.key(Key::C);
+    for key in [Key::ArrowDown, Key::ArrowDown, Key::ArrowUp, Key::Enter] {
+        window.key(key);
+    }
+    assert_eq!(chosen(&window).as_deref(), Some("books"));
+    assert_eq!(window.frame_index(), 0, "the arrows went to the frames");
+
+    window.key(Key::C);
+    type_text(&mut window, "Find class", "zebra");
+    window.sees("New class \"zebra\"");
+    window.key(Key::Enter);
+    assert_eq!(chosen(&window).as_deref(), Some("zebra"));
+    assert_eq!(names(&window).len(), 14);
+
+    window.key(Key::C);
+    type_text(&mut window, "Find class", "tab");
+    window.key(Key::Escape);
+    window.misses("Find class");
+    assert_eq!(chosen(&window).as_deref(), Some("zebra"));
+    // Keys mean what they did before.
+    window.key(Key::D);
+    assert_eq!(window.frame_index(), 1);
 }
 
 #[test]
@@ -158,7 +192,6 @@ fn locks_hidden_classes_and_their_order_are_kept_in_the_project() {
 #[test]
 fn the_order_decides_which_digit_chooses_a_class() {
     let mut window = Window::with_classes(&["wall", "floor", "door"]);
-    window.key(Key::Escape);
     window.click_through(&["Actions for door", "Move up"]);
     assert_eq!(ids(&window), [1, 3, 2]);
     window.key(Key::Num2);
@@ -190,45 +223,6 @@ fn the_order_decides_which_digit_chooses_a_class() {
         window.press(Modifiers::COMMAND, Key::Z);
         assert_eq!(ids(&window), order);
     }
-}
-
-#[test]
-fn the_finder_chooses_and_makes_classes_by_keyboard() {
-    let mut window = Window::demo();
-    window.click_through(&["NYU-13", "Add 13 classes"]);
-    let chosen = |window: &Window| {
-        let class = window.workspace().class.unwrap();
-        window.labels().class(class).map(|class| class.name.clone())
-    };
-    window.key(Key::C);
-    type_text(&mut window, "Find class", "win");
-    window.key(Key::Enter);
-    assert_eq!(chosen(&window).as_deref(), Some("window"));
-    window.misses("Find class");
-
-    // "bed", "books", "ceiling": down and up again.
-    window.key(Key::C);
-    for key in [Key::ArrowDown, Key::ArrowDown, Key::ArrowUp, Key::Enter] {
-        window.key(key);
-    }
-    assert_eq!(chosen(&window).as_deref(), Some("books"));
-    assert_eq!(window.frame_index(), 0, "the arrows went to the frames");
-
-    window.key(Key::C);
-    type_text(&mut window, "Find class", "zebra");
-    window.sees("New class \"zebra\"");
-    window.key(Key::Enter);
-    assert_eq!(chosen(&window).as_deref(), Some("zebra"));
-    assert_eq!(names(&window).len(), 14);
-
-    window.key(Key::C);
-    type_text(&mut window, "Find class", "tab");
-    window.key(Key::Escape);
-    window.misses("Find class");
-    assert_eq!(chosen(&window).as_deref(), Some("zebra"));
-    // Keys mean what they did before.
-    window.key(Key::D);
-    assert_eq!(window.frame_index(), 1);
 }
 
 #[test]

@@ -19,6 +19,5 @@ mod progress;
 mod projects;
 mod space;
 mod stand;
-mod start;
 mod strokes;
 mod suggestions;

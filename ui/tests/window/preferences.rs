@@ -9,9 +9,17 @@ use inplace_model::settings::Settings;
 use crate::stand::*;
 
 #[test]
-fn preferences_survive_a_restart_and_damaged_ones_are_set_aside() {
+fn the_scale_has_keys_preferences_survive_a_restart_and_damaged_ones_are_set_aside() {
     let folder = tempfile::tempdir().unwrap();
     let mut window = Window::with_demo(folder.path());
+    window.press(Modifiers::COMMAND, Key::Minus);
+    assert_eq!(window.model().preferences.scale, 100);
+    window.press(Modifiers::COMMAND, Key::Equals);
+    window.press(Modifiers::COMMAND, Key::Plus);
+    assert_eq!(window.model().preferences.scale, 120);
+    assert!((window.harness.ctx.zoom_factor() - 1.2).abs() < 1e-6);
+    window.press(Modifiers::COMMAND, Key::Num0);
+    assert_eq!(window.model().preferences.scale, 100);
     window.press(Modifiers::COMMAND, Key::Plus);
     window.press(Modifiers::COMMAND, Key::Comma);
     window.choose("Light");
@@ -106,19 +114,6 @@ fn a_key_that_does_something_else_is_shown_and_can_be_taken() {
     window.sees("Pause or resume training: P");
     window.key(Key::Escape);
     assert!(window.model().dialog.is_none());
-}
-
-#[test]
-fn the_scale_has_keys_and_limits() {
-    let mut window = Window::demo();
-    window.press(Modifiers::COMMAND, Key::Minus);
-    assert_eq!(window.model().preferences.scale, 100);
-    window.press(Modifiers::COMMAND, Key::Equals);
-    window.press(Modifiers::COMMAND, Key::Plus);
-    assert_eq!(window.model().preferences.scale, 120);
-    assert!((window.harness.ctx.zoom_factor() - 1.2).abs() < 1e-6);
-    window.press(Modifiers::COMMAND, Key::Num0);
-    assert_eq!(window.model().preferences.scale, 100);
 }
 
 #[test]

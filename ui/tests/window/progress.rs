@@ -151,8 +151,16 @@ fn the_log_survives_reopening_the_project() {
 }
 
 #[test]
-fn the_filmstrip_shows_the_frames_one_is_after_and_a_and_d_go_through_them() {
+fn frames_are_found_by_number_name_and_filter_and_a_and_d_go_through_those_shown() {
     let mut window = labelled(Window::demo());
+    for (text, frame) in [("rgb_1", 1), ("4", 3), ("RGB_2", 2)] {
+        window.type_into("Go to frame", text);
+        assert_eq!(window.frame_index(), frame, "{text}");
+    }
+    window.type_into("Go to frame", "hall");
+    window.sees("No frame has this number, or a name with \"hall\" in it.");
+    assert_eq!(window.frame_index(), 2);
+    window.act(Command::GoToFrame(3));
     answer(&mut window, [1000, 7000, 1000, 1000, 8000], &[(3, 2)]);
     let frame = |window: &Window, stem: &str| {
         let name = format!("Frame {stem}:");
@@ -181,16 +189,4 @@ fn the_filmstrip_shows_the_frames_one_is_after_and_a_and_d_go_through_them() {
     window.sees("No frame is disagreeing: nothing contradicts your strokes.");
     window.key(Key::D);
     assert_eq!(window.frame_index(), 1);
-}
-
-#[test]
-fn a_frame_is_gone_to_by_its_number_or_its_name() {
-    let mut window = Window::demo();
-    for (text, frame) in [("4", 3), ("rgb_1", 1), ("RGB_2", 2)] {
-        window.type_into("Go to frame", text);
-        assert_eq!(window.frame_index(), frame, "{text}");
-    }
-    window.type_into("Go to frame", "hall");
-    window.sees("No frame has this number, or a name with \"hall\" in it.");
-    assert_eq!(window.frame_index(), 2);
 }

@@ -1,4 +1,4 @@
-//! The life of a project: opened lately, moved, open twice, dropped on the window.
+//! The life of a project: opened lately, moved, open twice, dropped on the window, refused.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -257,4 +257,20 @@ fn a_project_that_cannot_be_written_is_labelled_in_memory_and_saved_elsewhere() 
     window.close();
     let reopened = inplace_core::project::Contents::read(&folder.path().join("elsewhere.inplace")).unwrap();
     assert_eq!(reopened.history.labels().strokes.len(), 2);
+}
+
+#[test]
+fn a_path_that_cannot_be_opened_is_one_sentence_on_the_start_page_until_escape() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("broken.inplace");
+    std::fs::write(&file, "not a project").unwrap();
+    let mut window = Window::new(folder.path(), Some(Target::Path(file)));
+    window.until_told();
+    window.sees("Open a folder...");
+    window.sees("Error");
+    let state = window.model();
+    let text = state.messages.texts().next().unwrap();
+    assert!(text.contains("broken.inplace"), "{text}");
+    window.key(Key::Escape);
+    assert_eq!(window.model().messages.texts().count(), 0);
 }

@@ -228,6 +228,8 @@ impl Window {
         for class in classes {
             window.add_class(class);
         }
+        // Out of the text field.
+        window.key(Key::Escape);
         window
     }
 

@@ -36,10 +36,7 @@ fn draw_triangle(window: &mut Window) {
 
 /// A window with the demo and two classes, of which the second is current.
 fn two_classes() -> Window {
-    let mut window = Window::with_classes(&["wall", "floor"]);
-    // Out of the text field.
-    window.key(Key::Escape);
-    window
+    Window::with_classes(&["wall", "floor"])
 }
 
 /// A project with these strokes in `folder`.

@@ -29,11 +29,7 @@ fn place(frame: usize, pixel: Pixel, classes: &[ClassId]) -> Suggestion {
 
 /// A window with the classes wall and floor.
 fn window() -> Window {
-    let mut window = Window::with_classes(&["wall", "floor"]);
-    // The field for new classes keeps the keyboard until something else is clicked.
-    let outside = window.canvas(0.0, -200.0);
-    window.drag(PointerButton::Middle, &[outside]);
-    window
+    Window::with_classes(&["wall", "floor"])
 }
 
 /// The list that belongs to the present labels.
