@@ -15,6 +15,7 @@ mod steering;
 mod targets;
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use egui::{CursorIcon, Pos2, Rect, Response, Role, Sense, Ui, WidgetInfo};
 use glam::Quat;
@@ -27,7 +28,7 @@ pub use gpu::make_ready;
 
 use crate::theme;
 use crate::thumbnails::Thumbnails;
-use budget::{DrawnSplats, SplatBudget};
+use budget::SplatBudget;
 use camera::{Ray, Sight, level_axes};
 use cloud::{Prepared, Preparer};
 use controls::Notice;
@@ -57,7 +58,8 @@ pub struct View3d {
     picker: Picker,
     thumbnails: Thumbnails,
     budget: SplatBudget,
-    drawn: Arc<DrawnSplats>,
+    /// How many splats the renderer drew in the last frame.
+    drawn: Arc<AtomicUsize>,
     /// The scene shown last, and its level axes.
     scene: Option<(u64, Quat)>,
     /// Whether it was shown in the last frame of the window.
@@ -247,7 +249,7 @@ impl View3d {
             look,
             palette: palette.clone(),
             moving,
-            budget: self.budget.next(self.drawn.count(), since),
+            budget: self.budget.next(self.drawn.load(Ordering::Relaxed), since),
             target,
             drawn: Arc::clone(&self.drawn),
             ctx: ui.ctx().clone(),

@@ -99,11 +99,6 @@ impl Dialog {
         }
     }
 
-    /// Shows the settings.
-    pub const fn settings() -> Self {
-        Self::Settings(None)
-    }
-
     /// Puts a path that the system's dialog gave into the path field.
     pub fn take_path(&mut self, picked: &Path) {
         match self {

@@ -56,9 +56,7 @@ pub struct Prepared {
     pub open: OpenOptions,
     file: PathBuf,
     named: bool,
-    kept: Option<(Result<Project, String>, Contents)>,
-    /// A damaged file, and the backup that was opened instead.
-    damage: Option<String>,
+    kept: Option<Opened>,
     /// Why the work cannot be kept in `file`.
     problem: Option<String>,
 }
@@ -66,7 +64,7 @@ pub struct Prepared {
 impl Prepared {
     /// The model state to go on from.
     pub fn state(&self) -> Option<Arc<inplace_core::session::ModelState>> {
-        self.kept.as_ref()?.1.model.clone()
+        self.kept.as_ref()?.contents.model.clone()
     }
 }
 
@@ -117,15 +115,12 @@ fn prepare_project(
     endings: &[Ending],
 ) -> Result<Prepared, Refusal> {
     endings.iter().for_each(|ending| ending.wait_for(&path));
-    let Opened {
-        project,
-        contents,
-        damage,
-    } = Opened::open(&path)?;
-    let source = match (moved, &contents.scene.source) {
+    let opened = Opened::open(&path)?;
+    let scene = &opened.contents.scene;
+    let source = match (moved, &scene.source) {
         (Some(folder), _) => SceneSource::Folder(folder),
-        (None, SceneSource::Folder(missing)) if !contents.scene.is_there() => {
-            return Err(match damage {
+        (None, SceneSource::Folder(missing)) if !scene.is_there() => {
+            return Err(match opened.damage {
                 // The backup has the file's name now: opening it again asks for the scene.
                 Some(account) => Refusal::Sentence(format!("{account}.")),
                 None => Refusal::SceneGone {
@@ -139,13 +134,12 @@ fn prepare_project(
     Ok(Prepared {
         source,
         open: OpenOptions {
-            depth: contents.scene.depth && open.depth,
+            depth: scene.depth && open.depth,
             ..open
         },
         file: path,
         named: true,
-        kept: Some((project.map_err(|error| error.to_string()), contents)),
-        damage: damage.map(|account| format!("{account}.")),
+        kept: Some(opened),
         problem: None,
     })
 }
@@ -158,13 +152,9 @@ fn prepare_scene(
 ) -> Result<Prepared, Refusal> {
     let file = autosave(&source);
     endings.iter().for_each(|ending| ending.wait_for(&file));
-    let (mut kept, mut damage, mut problem) = (None, None, None);
+    let (mut kept, mut problem) = (None, None);
     match Opened::open(&file) {
-        Ok(opened) => {
-            let project = opened.project.map_err(|error| error.to_string());
-            kept = Some((project, opened.contents));
-            damage = opened.damage.map(|account| format!("{account}."));
-        }
+        Ok(opened) => kept = Some(opened),
         Err(ProjectError::Missing(_)) => {}
         Err(ProjectError::InUse(_)) => {
             let scene = match &source {
@@ -183,7 +173,6 @@ fn prepare_scene(
         file,
         named: false,
         kept,
-        damage,
         problem,
     })
 }
@@ -222,14 +211,17 @@ pub fn attach(
         file,
         named,
         kept,
-        damage,
         mut problem,
         ..
     } = prepared;
     let mut notes = Vec::new();
+    let damage = kept.as_ref().and_then(|opened| opened.damage.as_ref());
+    let damage = damage.map(|account| format!("{account}."));
     let matched = match kept {
-        Some((project, contents)) => match contents.matched(scene, open) {
-            Ok(contents) => Some((project, contents)),
+        Some(Opened {
+            project, contents, ..
+        }) => match contents.matched(scene, open) {
+            Ok(contents) => Some((project.map_err(|error| error.to_string()), contents)),
             Err(error) if named => return Err(format!("{error}.")),
             Err(error) => {
                 problem = Some(error.to_string());

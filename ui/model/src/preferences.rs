@@ -21,7 +21,7 @@ use crate::settings::Settings;
 /// Smallest and largest scale of the window, in percent.
 pub const SCALES: std::ops::RangeInclusive<u16> = 100..=300;
 /// How far a key changes the scale, in percentage points.
-const SCALE_STEP: u16 = 10;
+const SCALE_STEP: i16 = 10;
 
 /// The colours of the window.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -107,9 +107,8 @@ impl Preferences {
             PreferenceChange::Theme(theme) => self.theme = theme,
             PreferenceChange::Scale(percent) => self.scale = percent.clamp(*SCALES.start(), *SCALES.end()),
             PreferenceChange::StepScale(steps) => {
-                let percent = i32::from(self.scale) + i32::from(steps) * i32::from(SCALE_STEP);
-                let percent = percent.clamp(i32::from(*SCALES.start()), i32::from(*SCALES.end()));
-                self.scale = u16::try_from(percent).unwrap_or(*SCALES.start());
+                let percent = self.scale.saturating_add_signed(i16::from(steps) * SCALE_STEP);
+                self.change(PreferenceChange::Scale(percent));
             }
             PreferenceChange::Threads(threads) => self.threads = threads,
             PreferenceChange::Key(default, present) => self.keys.set(default, present),

@@ -153,7 +153,7 @@ fn a_locked_class_is_neither_drawn_nor_covered_nor_erased_nor_changed() {
 }
 
 #[test]
-fn what_an_import_that_was_cancelled_read_is_dropped() {
+fn what_an_import_that_was_cancelled_read_and_what_is_wrong_with_another_scene_is_dropped() {
     let mut stand = Stand::new();
     let trust = inplace_core::labels::Trust::VOTES;
     stand.act(Command::ImportFrom(stand.folder.path().to_path_buf(), trust));
@@ -163,11 +163,6 @@ fn what_an_import_that_was_cancelled_read_is_dropped() {
     let late = Done::Imported(ticket, Box::new(Err("It came too late.".to_owned())));
     stand.tell(Input::Done(late));
     assert!(!stand.says("too late"));
-}
-
-#[test]
-fn what_is_wrong_with_the_poses_of_the_open_scene_is_said_and_of_one_before_it_is_not() {
-    let mut stand = Stand::new();
     let serial = stand.workspace().serial;
     for (of, problem) in [
         (serial, "These poses are inverted."),

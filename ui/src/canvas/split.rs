@@ -75,23 +75,22 @@ pub fn show(ui: &mut Ui, canvas: Rect, settings: &Settings, commands: &mut Comma
     let x = border(canvas, settings);
     let mut covered = vec![handle(ui, canvas, x, settings, commands)];
     let top = canvas.top() + theme::GAP;
-    let corners = [
-        (canvas.left() + theme::GAP, x - canvas.left()),
-        (canvas.right() - theme::GAP - MENU.x, canvas.right() - x),
-    ];
-    let menus = [
+    for (left, room, layer, name, command) in [
         (
+            canvas.left() + theme::GAP,
+            x - canvas.left(),
             settings.other_layer,
             "Layer on the left",
             Command::ChooseOtherLayer as fn(Layer) -> Command,
         ),
         (
+            canvas.right() - theme::GAP - MENU.x,
+            canvas.right() - x,
             settings.layer,
             "Layer on the right",
-            Command::ChooseLayer as fn(Layer) -> Command,
+            Command::ChooseLayer,
         ),
-    ];
-    for ((left, room), (layer, name, command)) in corners.into_iter().zip(menus) {
+    ] {
         let rect = Rect::from_min_size(pos2(left, top), MENU);
         if room < MENU.x + 2.0 * theme::GAP {
             continue;

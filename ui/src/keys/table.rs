@@ -101,7 +101,7 @@ table! {
     SAVE "Save" [key("S").with_ctrl()] "Save" => Command::Save;
     EXPORT "Export..." [key("E").with_ctrl()] "Export" => Command::Show(Some(Dialog::export()));
     PAUSE "Pause training" [key("P")] "Pause or resume training" => Command::TogglePause;
-    SETTINGS "Settings..." [key(",").with_ctrl()] "Settings" => Command::Show(Some(Dialog::settings()));
+    SETTINGS "Settings..." [key(",").with_ctrl()] "Settings" => Command::Show(Some(Dialog::Settings(None)));
     LARGER "Larger" [key("+").with_ctrl(), key("=").with_ctrl(), key("+").with_ctrl().with_shift()]
         "Everything larger" => Command::Prefer(PreferenceChange::StepScale(1));
     SMALLER "Smaller" [key("-").with_ctrl()] "Everything smaller"

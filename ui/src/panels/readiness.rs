@@ -97,69 +97,40 @@ fn worst(evidence: &Evidence) -> (Readiness, String) {
 mod tests {
     use super::*;
 
-    type Change = fn(&mut Evidence);
+    /// Numbers of classes, strokes, checked and contradicted strokes, unclear pixels in per cent (- = no maps yet), and
+    /// what is said of them.
+    const ROWS: &str = "\
+        0 0 0 0 - Not yet: nothing is labelled.
+        1 20 18 0 3 Not yet: with one class alone, everything is that class.
+        4 20 18 0 - Not yet: the labels have not spread over the frames so far.
+        4 20 18 0 21 Not yet: 21% of the pixels are unclear, most in rgb_12.
+        4 20 18 0 8 Nearly: 8% of the pixels are unclear, most in rgb_12.
+        4 20 18 10 3 Nearly: 10 of 18 strokes are contradicted by the others.
+        4 1 1 1 3 Nearly: 1 of 1 strokes is contradicted by the others.
+        4 20 9 0 3 Nearly: only 9 of 20 strokes can be checked; label each class in at least two places.
+        4 20 18 0 3 Yes: 97% of the pixels are clear, and all 18 strokes that could be checked agree.
+        4 20 18 9 3 Yes: 97% of the pixels are clear; look whether the 9 of 18 strokes that the others contradict are right.
+        4 1 1 0 3 Yes: 97% of the pixels are clear, and the stroke that could be checked agrees with the others.
+        4 0 0 0 3 Yes: 97% of the pixels are clear.";
 
     #[test]
     fn the_worst_is_the_reason() {
-        let rows: [(Change, &str); 12] = [
-            (|e| *e = Evidence::default(), "Not yet: nothing is labelled."),
-            (
-                |e| e.classes = 1,
-                "Not yet: with one class alone, everything is that class.",
-            ),
-            (
-                |e| e.unclear = None,
-                "Not yet: the labels have not spread over the frames so far.",
-            ),
-            (
-                |e| e.unclear = Some((0.21, "a".to_owned())),
-                "Not yet: 21% of the pixels are unclear, most in a.",
-            ),
-            (
-                |e| e.unclear = Some((0.08, "a".to_owned())),
-                "Nearly: 8% of the pixels are unclear, most in a.",
-            ),
-            (
-                |e| e.contradicted = 10,
-                "Nearly: 10 of 18 strokes are contradicted by the others.",
-            ),
-            (
-                |e| (e.strokes, e.checked, e.contradicted) = (1, 1, 1),
-                "Nearly: 1 of 1 strokes is contradicted by the others.",
-            ),
-            (
-                |e| e.checked = 9,
-                "Nearly: only 9 of 20 strokes can be checked; label each class in at least two places.",
-            ),
-            (
-                |_| (),
-                "Yes: 97% of the pixels are clear, and all 18 strokes that could be checked agree.",
-            ),
-            (
-                |e| e.contradicted = 9,
-                "Yes: 97% of the pixels are clear; look whether the 9 of 18 strokes that the others contradict are right.",
-            ),
-            (
-                |e| (e.strokes, e.checked) = (1, 1),
-                "Yes: 97% of the pixels are clear, and the stroke that could be checked agrees with the others.",
-            ),
-            (
-                |e| (e.strokes, e.checked) = (0, 0),
-                "Yes: 97% of the pixels are clear.",
-            ),
-        ];
-        for (change, sentence) in rows {
-            let mut evidence = Evidence {
-                says_anything: true,
-                classes: 4,
-                strokes: 20,
-                checked: 18,
-                contradicted: 0,
-                unclear: Some((0.03, "rgb_12".to_owned())),
+        for row in ROWS.lines() {
+            let mut words = row.trim().splitn(6, ' ');
+            let mut next = || words.next().unwrap();
+            let [classes, strokes, checked, contradicted] =
+                std::array::from_fn(|_| next().parse::<usize>().unwrap());
+            let unclear = next().parse::<f32>().ok();
+            let evidence = Evidence {
+                says_anything: classes > 0,
+                classes,
+                strokes,
+                checked,
+                contradicted,
+                unclear: unclear.map(|percent| (percent / 100.0, "rgb_12".to_owned())),
             };
-            change(&mut evidence);
             let (answer, said) = readiness(&evidence);
-            assert_eq!(said, sentence);
+            assert_eq!(said, next(), "{row}");
             assert_eq!(answer == Readiness::Yes, said.starts_with("Yes"));
         }
     }

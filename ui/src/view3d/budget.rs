@@ -1,7 +1,5 @@
 //! How many splats are drawn in one frame of the window, so that it keeps its pace on any renderer.
 
-use std::sync::atomic::{AtomicUsize, Ordering};
-
 /// Splats that are always drawn, and those begun with.
 const FEWEST: usize = 30_000;
 const FIRST: usize = 60_000;
@@ -10,22 +8,6 @@ const SLOW: f32 = 0.030;
 const QUICK: f32 = 0.020;
 /// Frames farther apart than this did not follow each other.
 const PAUSE: f32 = 2.0;
-
-/// How many splats the renderer drew in the last frame, told to the panel.
-#[derive(Debug, Default)]
-pub struct DrawnSplats(AtomicUsize);
-
-impl DrawnSplats {
-    /// So many splats were drawn.
-    pub fn tell(&self, drawn: usize) {
-        self.0.store(drawn, Ordering::Relaxed);
-    }
-
-    /// Splats drawn in the last frame.
-    pub fn count(&self) -> usize {
-        self.0.load(Ordering::Relaxed)
-    }
-}
 
 /// Learns from the time between frames how many splats fit into one.
 #[derive(Clone, Copy, Debug)]

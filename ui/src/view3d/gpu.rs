@@ -5,6 +5,7 @@
 //! too many for one, into a second picture that takes the place of the first when it is complete.
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use bytemuck::{Pod, Zeroable};
 use egui_wgpu::{CallbackResources, CallbackTrait, ScreenDescriptor};
@@ -14,7 +15,6 @@ use inplace_model::palette::{PALETTE_COLUMNS, Palette, Table};
 use inplace_model::versioned::Versioned;
 use wgpu::util::DeviceExt;
 
-use super::budget::DrawnSplats;
 use super::camera::Sight;
 use super::cloud::{Prepared, Splat};
 use super::pick::SPLAT_RADIUS;
@@ -45,7 +45,7 @@ pub struct Draw {
     /// The window's pixel format.
     pub target: wgpu::TextureFormat,
     /// Learns how many were drawn.
-    pub drawn: Arc<DrawnSplats>,
+    pub drawn: Arc<AtomicUsize>,
     /// To go on in the next frame.
     pub ctx: egui::Context,
 }
@@ -134,7 +134,7 @@ impl Renderer {
             return;
         };
         if shown.holds(&wanted, total) || draw.moving && shown.picture.as_ref() == Some(&wanted) {
-            draw.drawn.tell(0);
+            draw.drawn.store(0, Ordering::Relaxed);
             return;
         }
         let same_view = |target: &Target| target.picture.as_ref().is_some_and(|own| own.same_view(&wanted));
@@ -179,7 +179,7 @@ impl Renderer {
                 .into_iter()
                 .for_each(|targets| targets.swap(0, 1));
         }
-        draw.drawn.tell(range.len());
+        draw.drawn.store(range.len(), Ordering::Relaxed);
         // Newer values may have come while this picture was drawn.
         draw.ctx.request_repaint();
     }

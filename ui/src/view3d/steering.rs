@@ -45,11 +45,6 @@ impl Flight {
             self.from.towards(&self.to, eased)
         }
     }
-
-    /// Whether it is over.
-    pub fn has_ended(&self, now: f64) -> bool {
-        now - self.start >= FLIGHT_SECONDS
-    }
 }
 
 impl View3d {
@@ -86,7 +81,7 @@ impl View3d {
         *camera = flight.camera(now);
         self.moved_at = now;
         ui.ctx().request_repaint();
-        if !flight.has_ended(now) {
+        if now - flight.start < FLIGHT_SECONDS {
             return false;
         }
         let then = flight.then;

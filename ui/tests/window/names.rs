@@ -76,7 +76,7 @@ fn labelled(mut window: Window) -> Window {
 }
 
 #[test]
-fn every_control_of_the_start_page_and_of_an_open_scene_has_a_name() {
+fn every_control_of_the_start_page_of_an_open_scene_and_of_its_dialogs_has_a_name() {
     let folder = tempfile::tempdir().unwrap();
     let mut window = Window::with_demo(folder.path());
     assert_named(&mut window, "in a scene without labels");
@@ -99,11 +99,6 @@ fn every_control_of_the_start_page_and_of_an_open_scene_has_a_name() {
     }
     window.key(Key::V);
     assert_named(&mut window, "in the 3D view");
-}
-
-#[test]
-fn every_control_of_a_dialog_has_a_name() {
-    let mut window = labelled(Window::demo());
     let path = String::new();
     for dialog in [
         Dialog::open(),
@@ -112,7 +107,7 @@ fn every_control_of_a_dialog_has_a_name() {
         Dialog::import(),
         Dialog::SaveClasses { path },
         Dialog::AddClasses(Box::new(AddClasses::new(0))),
-        Dialog::settings(),
+        Dialog::Settings(None),
         Dialog::Help,
     ] {
         let state = format!("in {dialog:?}");

@@ -86,11 +86,7 @@ fn a_key_can_be_changed_and_help_shows_the_new_one() {
     window.choose("Close");
     window.key(Key::P);
     assert!(!window.workspace().paused);
-}
-
-#[test]
-fn a_key_that_does_something_else_is_shown_and_can_be_taken() {
-    let mut window = Window::demo();
+    // A key that does something else is shown, and can be taken.
     window.press(Modifiers::COMMAND, Key::Comma);
     window.choose("Pause or resume training: P");
     window.key(Key::Num1);

@@ -112,9 +112,13 @@ pub fn scene(source: SceneSource) -> Arc<Scene> {
 
 /// The primary button goes down or up here.
 pub fn button(pos: Pos2, pressed: bool) -> egui::Event {
+    any_button(PointerButton::Primary, pos, pressed)
+}
+
+fn any_button(button: PointerButton, pos: Pos2, pressed: bool) -> egui::Event {
     egui::Event::PointerButton {
         pos,
-        button: PointerButton::Primary,
+        button,
         pressed,
         modifiers: Modifiers::NONE,
     }
@@ -156,19 +160,7 @@ impl Window {
         Self::with_options(folder, options)
     }
 
-    /// A window with the demo that writes a record of what happens.
-    pub fn traced(folder: &Path, trace: &Path) -> Self {
-        let options = UiOptions {
-            open: Some(Target::Scene(SceneSource::Demo)),
-            trace: Some(trace.to_path_buf()),
-            ..UiOptions::default()
-        };
-        let mut window = Self::with_options(folder, options);
-        window.until_open();
-        window
-    }
-
-    fn with_options(folder: &Path, options: UiOptions) -> Self {
+    pub fn with_options(folder: &Path, options: UiOptions) -> Self {
         let workers = Arc::new(Mutex::new(Vec::new()));
         let started = Arc::clone(&workers);
         let folder = folder.to_path_buf();
@@ -470,19 +462,13 @@ impl Window {
     }
 
     pub fn drag(&mut self, button: PointerButton, positions: &[Pos2]) {
-        let pressed = |pos, pressed| egui::Event::PointerButton {
-            pos,
-            button,
-            pressed,
-            modifiers: Modifiers::NONE,
-        };
         let (first, last) = (positions[0], positions[positions.len() - 1]);
         self.harness.event(egui::Event::PointerMoved(first));
-        self.harness.event(pressed(first, true));
+        self.harness.event(any_button(button, first, true));
         for &position in &positions[1..] {
             self.harness.event(egui::Event::PointerMoved(position));
         }
-        self.harness.event(pressed(last, false));
+        self.harness.event(any_button(button, last, false));
         self.harness.run_steps(3);
     }
 

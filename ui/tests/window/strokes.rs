@@ -105,28 +105,7 @@ fn a_polygon_waits_on_its_frame_escape_drops_it_and_backspace_and_undo_take_back
 }
 
 #[test]
-fn a_polyline_has_the_brushs_radius_and_ends_by_a_double_click() {
-    let mut window = two_classes();
-    window.key(Key::CloseBracket);
-    window.key(Key::L);
-    click_at(&mut window, &[[-100.0, 0.0], [0.0, 50.0]]);
-    let pos = window.canvas(100.0, 0.0);
-    // All within one frame: a step of the window takes longer than a double-click.
-    let events = [true, false, true, false].map(|pressed| button(pos, pressed));
-    window.harness.input_mut().events.extend(events);
-    window.harness.run_steps(3);
-    let stroke = newest(&window);
-    assert_eq!(
-        (stroke.radius, stroke.lines.len(), stroke.lines[0].len()),
-        (3, 1, 3)
-    );
-    assert_eq!(window.strokes(), 1);
-    click_at(&mut window, &[[-100.0, 60.0]]);
-    window.sees_part("Polyline, 1 corner");
-}
-
-#[test]
-fn shift_draws_from_the_end_of_the_last_line() {
+fn shift_draws_from_the_end_of_the_last_line_and_a_polyline_ends_by_a_double_click() {
     let mut window = two_classes();
     click_at(&mut window, &[[-100.0, 0.0]]);
     let from = newest(&window).lines[0][0];
@@ -146,6 +125,22 @@ fn shift_draws_from_the_end_of_the_last_line() {
     let stroke = newest(&window);
     assert_eq!((stroke.lines[0].len(), stroke.lines[0][0]), (2, from));
     assert_eq!(window.strokes(), 2);
+    window.key(Key::CloseBracket);
+    window.key(Key::L);
+    click_at(&mut window, &[[-100.0, 0.0], [0.0, 50.0]]);
+    let pos = window.canvas(100.0, 0.0);
+    // All within one frame: a step of the window takes longer than a double-click.
+    let events = [true, false, true, false].map(|pressed| button(pos, pressed));
+    window.harness.input_mut().events.extend(events);
+    window.harness.run_steps(3);
+    let stroke = newest(&window);
+    assert_eq!(
+        (stroke.radius, stroke.lines.len(), stroke.lines[0].len()),
+        (3, 1, 3)
+    );
+    assert_eq!(window.strokes(), 3);
+    click_at(&mut window, &[[-100.0, 60.0]]);
+    window.sees_part("Polyline, 1 corner");
 }
 
 #[test]

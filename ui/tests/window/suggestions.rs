@@ -3,8 +3,10 @@
 use egui::{Key, Modifiers, PointerButton};
 use inplace_core::guide::{Likely, Suggestion};
 use inplace_core::labels::{ClassId, Pixel};
+use inplace_core::scene::SceneSource;
 use inplace_model::suggestions::Mode;
 use inplace_model::view::View;
+use inplace_ui::{Target, UiOptions};
 
 use crate::stand::*;
 
@@ -234,7 +236,13 @@ fn cards_do_not_move_under_the_pointer_and_are_answered_by_their_buttons() {
 fn a_trace_tells_what_is_suggested_and_what_was_answered() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("trace.jsonl");
-    let mut window = Window::traced(folder.path(), &file);
+    let options = UiOptions {
+        open: Some(Target::Scene(SceneSource::Demo)),
+        trace: Some(file.clone()),
+        ..UiOptions::default()
+    };
+    let mut window = Window::with_options(folder.path(), options);
+    window.until_open();
     window.add_class("wall");
     suggest_now(&mut window, vec![place(3, [20, 30], &[WALL])]);
     window.harness.hover_at(window.canvas(0.0, 0.0));
