@@ -179,13 +179,9 @@ pub struct ExportArguments {
 }
 
 fn preset(name: &str) -> Result<Preset, Failure> {
-    match name {
-        "auto" => Ok(Preset::Auto),
-        "fast" => Ok(Preset::Fast),
-        "accurate" => Ok(Preset::Accurate),
-        "reference" => Ok(Preset::Reference),
-        _ => Err("use auto, fast, accurate or reference".into()),
-    }
+    let known = [Preset::Auto, Preset::Fast, Preset::Accurate, Preset::Reference];
+    let named = known.into_iter().find(|preset| preset.name() == name);
+    named.ok_or_else(|| "use auto, fast, accurate or reference".into())
 }
 
 fn format(name: &str) -> Result<Format, Failure> {
@@ -239,55 +235,32 @@ mod tests {
     }
 
     #[test]
-    fn trust_is_a_number_and_the_earlier_name_of_import_still_holds() {
-        let label = |given: &[&str]| {
-            let arguments = [&["inplace", "label", "demo", "--out", "x"], given].concat();
-            match Arguments::try_parse_from(arguments).ok()?.command {
-                Some(Command::Label(arguments)) => Some((arguments.import?, arguments.trust)),
-                other => panic!("{other:?}"),
-            }
+    fn the_earlier_name_of_import_still_holds() {
+        let given = "inplace label demo --out x --labels images --trust 0.25";
+        let parsed = Arguments::try_parse_from(given.split(' ')).unwrap();
+        let Some(Command::Label(label)) = parsed.command else {
+            panic!("{given}");
         };
-        let folder = || PathBuf::from("images");
-        assert_eq!(label(&["--labels", "images"]), Some((folder(), None)));
-        let trusted = ["--import", "images", "--trust", "0.25"];
-        assert_eq!(label(&trusted), Some((folder(), Trust::new(0.25))));
-        for trust in ["1.5", "-0.5", "much", "nan"] {
-            assert_eq!(
-                label(&["--import", "images", &format!("--trust={trust}")]),
-                None,
-                "{trust}"
-            );
-        }
-        assert_eq!(label(&["--trust", "1"]), None);
-    }
-
-    #[test]
-    fn a_scene_alone_opens_the_window_and_a_command_does_not() {
-        let given = ["inplace", "some/scene", "--stats", "--trace", "record.jsonl"];
-        let window = Arguments::try_parse_from(given).unwrap();
-        assert!(window.command.is_none() && window.window.stats);
-        assert_eq!(window.window.trace, Some(PathBuf::from("record.jsonl")));
-        let label = ["inplace", "label", "demo", "--out", "x", "--budget", "5"];
-        assert!(matches!(
-            Arguments::try_parse_from(label).unwrap().command,
-            Some(Command::Label(LabelArguments {
-                budget: Some(5.0),
-                ..
-            }))
-        ));
+        assert_eq!(label.import, Some(PathBuf::from("images")));
+        assert_eq!(label.trust, Trust::new(0.25));
     }
 
     #[test]
     fn wrong_arguments_exit_with_2_and_the_version_is_that_of_the_package() {
-        let label = ["inplace", "label", "demo", "--out", "x"];
         for wrong in [
             "--no-such-option",
             "--budget=-5",
             "--budget=never",
             "--preset=best",
             "--threads=0",
+            "--trust=1",
+            "--import=images --trust=1.5",
+            "--import=images --trust=-0.5",
+            "--import=images --trust=much",
+            "--import=images --trust=nan",
         ] {
-            let error = Arguments::try_parse_from(label.into_iter().chain([wrong])).unwrap_err();
+            let given = format!("inplace label demo --out x {wrong}");
+            let error = Arguments::try_parse_from(given.split(' ')).unwrap_err();
             assert_eq!(error.exit_code(), 2, "{wrong}: {error}");
             assert!(error.to_string().contains("--help"), "{wrong}: {error}");
         }

@@ -50,9 +50,10 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
     }
 }
 
-/// Number of cores; 1 where it cannot be found out.
-fn cores() -> usize {
-    available_parallelism().map_or(1, usize::from)
+/// Threads to train with, without a window: as given, or all cores; 1 where their number cannot be found out.
+fn threads(training: &TrainingArguments) -> usize {
+    let cores = || available_parallelism().map_or(1, usize::from);
+    training.threads.map_or_else(cores, usize::from)
 }
 
 /// Refuses the published network where neither a budget nor a fast device bounds its training.
@@ -75,12 +76,12 @@ fn open_options(training: &TrainingArguments) -> OpenOptions {
     }
 }
 
-fn session_options(training: &TrainingArguments, source: SceneSource, threads: usize) -> SessionOptions {
+fn session_options(training: &TrainingArguments, source: SceneSource) -> SessionOptions {
     SessionOptions {
         source,
         open: open_options(training),
         preset: training.preset,
-        threads: training.threads.map_or(threads, usize::from),
+        threads: threads(training),
         seed: training.seed,
         views: false,
         state: None,

@@ -20,7 +20,8 @@ const MOST_BYTES: u64 = 1 << 20;
 pub fn start(file: Option<&Path>, has_window: bool) {
     let asked_for = from_environment();
     let opened = match file {
-        Some(path) => LogFile::create(path),
+        // Empty at first, and of any size.
+        Some(path) => File::create(path).and_then(|_| LogFile::rolling(path.to_path_buf(), u64::MAX)),
         None => LogFile::rolling(log_path(), MOST_BYTES),
     };
     let opened = opened
@@ -81,16 +82,6 @@ struct LogFile {
 }
 
 impl LogFile {
-    /// An empty file of any size.
-    fn create(path: &Path) -> io::Result<Self> {
-        Ok(Self {
-            path: path.to_path_buf(),
-            file: Some(File::create(path)?),
-            length: 0,
-            most: u64::MAX,
-        })
-    }
-
     /// Goes on in the file at a path, whose folder is made where it is missing.
     fn rolling(path: PathBuf, most: u64) -> io::Result<Self> {
         if let Some(folder) = path.parent() {

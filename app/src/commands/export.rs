@@ -11,7 +11,7 @@ use inplace_core::semantics::NovelViews;
 use inplace_core::session::{ModelState, Progress};
 
 use super::run::{self, GENERATION};
-use super::{Failure, cores, session_options};
+use super::{Failure, session_options, threads};
 use crate::arguments::ExportArguments;
 
 /// Labels every frame with the field as the project keeps it, and writes the data set, or the views along a path.
@@ -25,7 +25,7 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
     let trajectory = trajectory.map(|path| Trajectory::read(path, arguments.intrinsics.as_deref()));
     let trajectory = trajectory.transpose()?;
     let contents = Contents::read(&arguments.project)?;
-    let mut session = session_options(&arguments.training, contents.scene.source.clone(), cores());
+    let mut session = session_options(&arguments.training, contents.scene.source.clone());
     session.open.depth &= contents.scene.depth;
     session.views = trajectory.is_some();
     session.state = contents.model.clone();
@@ -60,33 +60,27 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
         classes: &labels.classes,
         maps: &maps,
     };
-    if let Some(trajectory) = trajectory {
-        let model = client.saved()?;
-        // Its worker would keep the memory.
-        drop(client);
-        let written = render(arguments, &scene, labelled, &trajectory, &model, &options)?;
-        println!(
-            "rendered {} views in {:.1} s: {} files written, {} unchanged: {}",
-            trajectory.poses.len(),
-            start.elapsed().as_secs_f64(),
-            written.files,
-            written.unchanged,
-            arguments.out.display()
-        );
-        return Ok(());
-    }
-    let format = arguments.format;
-    let written = export::export(&arguments.out, labelled, format, &options, &|_, _| {
-        ControlFlow::Continue(())
-    })?;
-    let what = if format.has_frames() {
-        format!("{} frames", scene.frames.len())
-    } else {
-        "the surface".to_owned()
+    let (what, written) = match trajectory {
+        Some(trajectory) => {
+            let model = client.saved()?;
+            // Its worker would keep the memory.
+            drop(client);
+            let written = render(arguments, &scene, labelled, &trajectory, &model, &options)?;
+            (format!("rendered {} views", trajectory.poses.len()), written)
+        }
+        None => {
+            let format = arguments.format;
+            let go_on = |_, _| ControlFlow::Continue(());
+            let written = export::export(&arguments.out, labelled, format, &options, &go_on)?;
+            let what = match format.has_frames() {
+                true => format!("{} frames", scene.frames.len()),
+                false => "the surface".to_owned(),
+            };
+            (format!("exported {what} as {}", format.name()), written)
+        }
     };
     println!(
-        "exported {what} as {} in {:.1} s: {} files written, {} unchanged: {}",
-        format.name(),
+        "{what} in {:.1} s: {} files written, {} unchanged: {}",
         start.elapsed().as_secs_f64(),
         written.files,
         written.unchanged,
@@ -108,8 +102,8 @@ fn render(
         return Err("this preset finds no surface whose labels could be seen; leave --preset away".into());
     };
     let training = &arguments.training;
-    let threads = training.threads.map_or(cores(), usize::from);
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads(training));
+    let pool = pool.build()?;
     pool.install(|| {
         let trainer = model.field(scene, training.preset, training.seed)?;
         let renderer = NovelViews::new(&trainer, surface, posterior, labelled.classes.len());

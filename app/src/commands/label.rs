@@ -17,7 +17,7 @@ use serde_json::json;
 
 use super::budget::Budget;
 use super::run::{self, GENERATION};
-use super::{Failure, cores, refuse_endless, session_options};
+use super::{Failure, refuse_endless, session_options, threads};
 use crate::arguments::LabelArguments;
 
 /// Share of the budget kept for the last look at the surface.
@@ -27,7 +27,7 @@ const REFERENCE_RENDERING: f64 = 0.5;
 
 /// Where the labels come from; they are read when the scene is open.
 enum Strokes {
-    Project(Box<Contents>, OpenOptions),
+    Project(Box<Contents>),
     File(PathBuf),
     Demo,
     /// There are label images alone.
@@ -35,9 +35,9 @@ enum Strokes {
 }
 
 impl Strokes {
-    fn read(self, scene: &Scene) -> Result<LabelSet, Failure> {
+    fn read(self, scene: &Scene, open: OpenOptions) -> Result<LabelSet, Failure> {
         Ok(match self {
-            Self::Project(contents, open) => {
+            Self::Project(contents) => {
                 let contents = contents.matched(scene, open)?;
                 for warning in &contents.warnings {
                     eprintln!("inplace: {warning}");
@@ -69,8 +69,8 @@ fn with_images(labels: LabelSet, folder: &Path, trust: Trust, scene: &Scene) -> 
 /// Labels every frame and writes maps and report, unless that was done; with `--json`, a failure is told as JSON too.
 pub fn run(arguments: &LabelArguments) -> Result<(), Failure> {
     let start = Instant::now();
-    let threads = arguments.training.threads.map_or(cores(), usize::from);
     // Files are written on the threads of the pool that this runs in.
+    let threads = threads(&arguments.training);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
     let done = pool.install(|| label_unless_finished(arguments, start));
     if let Err(failure) = &done
@@ -99,11 +99,8 @@ fn label_unless_finished(arguments: &LabelArguments, start: Instant) -> Result<(
 
 /// What the labels follow from.
 fn inputs(arguments: &LabelArguments, options: &SessionOptions) -> Result<Inputs, Failure> {
-    let strokes = match (&arguments.strokes, is_project(&arguments.scene)) {
-        (Some(file), _) => Some(file),
-        (None, true) => Some(&arguments.scene),
-        (None, false) => None,
-    };
+    let own = is_project(&arguments.scene).then_some(&arguments.scene);
+    let strokes = arguments.strokes.as_ref().or(own);
     let images = arguments.import.as_deref().map(label_image_files).transpose()?;
     Ok(Inputs {
         scene: match options.source {
@@ -139,7 +136,7 @@ fn label(
     for warning in &scene.warnings {
         eprintln!("inplace: {warning}");
     }
-    let mut labels = strokes.read(&scene)?;
+    let mut labels = strokes.read(&scene, options.open)?;
     if let Some(folder) = &arguments.import {
         labels = with_images(labels, folder, arguments.trust.unwrap_or(Trust::VOTES), &scene)?;
     }
@@ -156,7 +153,9 @@ fn label(
         Preset::Reference => REFERENCE_RENDERING,
         Preset::Auto | Preset::Fast | Preset::Accurate => LAST_LOOK,
     };
-    let mut budget = arguments.budget.map(|seconds| Budget::new(seconds, kept, &scene));
+    let pixels = scene.frames.iter().map(|frame| frame.camera.pixels()).sum();
+    let budget = |seconds| Budget::new(seconds, kept, scene.frames.len(), pixels);
+    let mut budget = arguments.budget.map(budget);
     let maps = match &mut budget {
         Some(budget) => run::maps_within(&mut client, &scene, options.preset, budget, start)?,
         None => run::maps(&mut client, None)?,
@@ -254,7 +253,6 @@ fn counted(count: usize, what: &str) -> String {
 
 /// Finds out what to label: a project with its own strokes, or a scene with a strokes file.
 fn job(arguments: &LabelArguments) -> Result<(SessionOptions, Strokes), Failure> {
-    let threads = cores();
     if let Some(folder) = &arguments.import {
         if arguments.training.preset == Preset::Reference {
             return Err(
@@ -265,25 +263,22 @@ fn job(arguments: &LabelArguments) -> Result<(SessionOptions, Strokes), Failure>
             return Err(format!("{}: is no folder; give one with label images", folder.display()).into());
         }
     }
-    let image_bytes = arguments.image_memory.map(|gigabytes| (1e9 * gigabytes) as u64);
-    let with_memory = |mut options: SessionOptions| {
-        options.open.image_bytes = image_bytes.unwrap_or(options.open.image_bytes);
-        options
-    };
+    let source = SceneSource::from_argument(&arguments.scene);
+    let mut options = session_options(&arguments.training, source);
+    if let Some(gigabytes) = arguments.image_memory {
+        options.open.image_bytes = (1e9 * gigabytes) as u64;
+    }
     if is_project(&arguments.scene) {
         if arguments.strokes.is_some() {
             return Err("a project brings its own strokes; leave --strokes away".into());
         }
         let contents = Contents::read(&arguments.scene)?;
-        let source = contents.scene.source.clone();
-        let mut options = with_memory(session_options(&arguments.training, source, threads));
+        options.source = contents.scene.source.clone();
         options.open.depth &= contents.scene.depth;
         options.state = contents.model.clone();
-        let open = options.open;
-        return Ok((options, Strokes::Project(Box::new(contents), open)));
+        return Ok((options, Strokes::Project(Box::new(contents))));
     }
-    let source = SceneSource::from_argument(&arguments.scene);
-    let strokes = match (&arguments.strokes, &source) {
+    let strokes = match (&arguments.strokes, &options.source) {
         (Some(path), _) => {
             // Before any work.
             let opened = File::open(path);
@@ -300,6 +295,5 @@ fn job(arguments: &LabelArguments) -> Result<(SessionOptions, Strokes), Failure>
             .into());
         }
     };
-    let options = session_options(&arguments.training, source, threads);
-    Ok((with_memory(options), strokes))
+    Ok((options, strokes))
 }

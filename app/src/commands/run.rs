@@ -68,14 +68,8 @@ pub(super) fn maps_within(
     loop {
         let event = client.next(Some(Instant::now() + TICK))?;
         let elapsed = start.elapsed().as_secs_f64();
-        if !has_maps
-            && matches!(
-                event,
-                Some(Event::AllMaps {
-                    generation: GENERATION
-                })
-            )
-        {
+        let of_all = |event| matches!(event, Event::AllMaps { generation } if generation == GENERATION);
+        if !has_maps && event.is_some_and(of_all) {
             has_maps = true;
             if let Some(problem) = budget.problem(opening, elapsed, scene.frames.len()) {
                 eprintln!("inplace: {problem}");
