@@ -49,6 +49,40 @@ fn without_display(program: PathBuf) -> Command {
     command
 }
 
+/// Tells a child process which folder it works in.
+pub const FOLDER: &str = "INPLACE_TEST_FOLDER";
+
+/// The ignored test of that name in a process of its own, which works in a folder.
+///
+/// # Panics
+/// When this is no test's executable.
+pub fn child(test: &str, folder: &Path) -> Command {
+    let mut command = Command::new(std::env::current_exe().expect("a test has an executable"));
+    command.args(["--ignored", "--exact", "--nocapture", test]);
+    command.env(FOLDER, folder);
+    command
+}
+
+/// The folder that this child process works in; `None` in the process that runs all tests.
+pub fn folder_of_child() -> Option<PathBuf> {
+    std::env::var_os(FOLDER).map(PathBuf::from)
+}
+
+/// A command that a shell, such as `sh -c`, becomes after a script.
+pub fn behind(shell: &[&str], script: &str, inner: &Command) -> Command {
+    let mut command = Command::new(shell[0]);
+    command.args(&shell[1..]);
+    command.arg(format!("{script}; exec \"$0\" \"$@\""));
+    command.arg(inner.get_program()).args(inner.get_args());
+    for (name, value) in inner.get_envs() {
+        match value {
+            Some(value) => command.env(name, value),
+            None => command.env_remove(name),
+        };
+    }
+    command
+}
+
 /// How a process ended.
 #[derive(Debug)]
 pub struct Outcome {

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::SystemTime;
 
-use inplace_tests::{OnDisk, Outcome, Running, Small, class_ids, files_below, one_line, succeed};
+use inplace_tests::{OnDisk, Running, Small, behind, class_ids, files_below, one_line, succeed};
 use serde_json::Value;
 
 /// The command that labels the capture and prints its report.
@@ -78,13 +78,9 @@ fn a_run_killed_while_it_writes_leaves_whole_files_and_the_next_one_finishes() {
     let disk = OnDisk::default();
     let out = disk.path("out");
     // The system kills it with SIGXFSZ, in the middle of the first file of more than 2 KiB: an entropy image.
-    let command = command(&disk, &[]);
-    let mut limited = Command::new("sh");
-    limited.args(["-c", "ulimit -c 0; ulimit -f 4; exec \"$0\" \"$@\""]);
+    let mut limited = behind(&["sh", "-c"], "ulimit -c 0; ulimit -f 4", &command(&disk, &[]));
     // The log may be longer than that.
-    limited.env("RUST_LOG", "off");
-    limited.arg(command.get_program()).args(command.get_args());
-    let killed = Running::to_the_end(&mut limited);
+    let killed = Running::to_the_end(limited.env("RUST_LOG", "off"));
     assert_eq!(killed.code, None, "{killed:?}");
     let begun = |path: &PathBuf| path.extension().is_some_and(|end| end == "inplace-tmp");
     assert!(files(&disk).keys().any(begun), "no file was begun");
@@ -103,19 +99,13 @@ fn a_run_killed_while_it_writes_leaves_whole_files_and_the_next_one_finishes() {
 #[test]
 fn a_failure_is_an_object_on_stdout_and_a_sentence_on_stderr() {
     let disk = OnDisk::default();
-    let failed = |outcome: Outcome| -> String {
-        assert_eq!(outcome.code, Some(1), "{outcome:?}");
-        let told: Value = serde_json::from_str(&outcome.stdout).unwrap();
-        let sentence = told["error"].as_str().unwrap().to_owned();
-        assert_eq!(sentence, one_line(&outcome.stderr));
-        sentence
-    };
     fs::remove_dir_all(disk.path("room/depth")).unwrap();
     fs::write(disk.path("room/traj_w_c.txt"), "no poses").unwrap();
-    let sentence = failed(Running::to_the_end(&mut command(&disk, &[])));
+    let outcome = Running::to_the_end(&mut command(&disk, &[]));
+    assert_eq!(outcome.code, Some(1), "{outcome:?}");
+    let told: Value = serde_json::from_str(&outcome.stdout).unwrap();
+    let sentence = one_line(&outcome.stderr);
+    assert_eq!(told["error"], sentence);
     assert!(sentence.contains("traj_w_c.txt"), "{sentence}");
     assert!(!disk.path("out").exists());
-    fs::remove_file(disk.path("strokes.json")).unwrap();
-    let sentence = failed(Running::to_the_end(&mut command(&disk, &[])));
-    assert!(sentence.contains("strokes.json"), "{sentence}");
 }

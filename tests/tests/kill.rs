@@ -1,19 +1,15 @@
 //! Killing the program at any moment loses nothing that was reported as kept.
 #![allow(clippy::unwrap_used, reason = "a test ends where it fails")]
 
-use std::path::PathBuf;
-use std::process::Command;
 use std::sync::Arc;
 use std::time::Duration;
 
 use inplace_core::labels::Stroke;
 use inplace_core::project::{Journal, Opened, Project, ProjectError, Step};
 use inplace_core::session::FrameMap;
-use inplace_tests::{Running, contents, until};
+use inplace_tests::{Running, child, contents, folder_of_child, strokes_of, until};
 use rand::{Rng, SeedableRng, rngs::SmallRng};
 
-/// Names the project to the child process.
-const PROJECT: &str = "INPLACE_TEST_PROJECT";
 const FRAMES: usize = 4;
 const SIZE: [u32; 2] = [64, 48];
 /// Tells the child how many strokes may wait for the disk: those that wait share a transaction.
@@ -44,12 +40,12 @@ fn map(sequence: u64) -> Arc<FrameMap> {
 #[test]
 #[ignore = "a process of its own, which the test below starts and kills"]
 fn record_until_killed() {
-    let Some(path) = std::env::var_os(PROJECT).map(PathBuf::from) else {
+    let Some(folder) = folder_of_child() else {
         return;
     };
     let burst: u64 = std::env::var(BURST).unwrap().parse().unwrap();
     let contents = contents(SIZE);
-    let project = Project::create(&path, &contents).unwrap();
+    let project = Project::create(&folder.join("work.inplace"), &contents).unwrap();
     let journal = Journal::start(project, &contents, || ()).unwrap();
     let mut history = contents.history;
     let mut told = 0;
@@ -91,12 +87,8 @@ fn a_stroke_that_was_kept_survives_a_kill_at_any_moment_and_a_backup_is_whole_or
     for round in 0..KILLS {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("work.inplace");
-        let mut child = Running::start(
-            Command::new(std::env::current_exe().unwrap())
-                .args(["--ignored", "--exact", "--nocapture", "record_until_killed"])
-                .env(PROJECT, &path)
-                .env(BURST, (1 + next(30)).to_string()),
-        );
+        let mut command = child("record_until_killed", folder.path());
+        let mut child = Running::start(command.env(BURST, (1 + next(30)).to_string()));
         let enough = 1 + next(30);
         until("strokes are kept", Duration::from_secs(60), || {
             assert!(child.ended().is_none(), "{}{}", child.stdout(), child.stderr());
@@ -108,8 +100,7 @@ fn a_stroke_that_was_kept_survives_a_kill_at_any_moment_and_a_backup_is_whole_or
 
         let (mut project, contents) = Project::open(&path).unwrap();
         assert_eq!(contents.warnings, Vec::<String>::new());
-        let strokes = contents.history.labels().strokes.values();
-        let strokes: Vec<Stroke> = strokes.map(|stroke| stroke.as_ref().clone()).collect();
+        let strokes = strokes_of(&contents);
         println!("round {round}: {kept} kept, {} found", strokes.len());
         assert!(strokes.len() as u64 >= kept);
         let expected: Vec<Stroke> = (1..=strokes.len() as u64).map(stroke).collect();
@@ -129,10 +120,9 @@ fn a_stroke_that_was_kept_survives_a_kill_at_any_moment_and_a_backup_is_whole_or
             Ok(opened) => {
                 restored += 1;
                 assert!(opened.damage.is_some());
-                let strokes = opened.contents.history.labels().strokes.values();
-                let strokes: Vec<&Stroke> = strokes.map(AsRef::as_ref).collect();
+                let strokes = strokes_of(&opened.contents);
                 assert!(!strokes.is_empty());
-                assert_eq!(strokes, expected.iter().take(strokes.len()).collect::<Vec<_>>());
+                assert_eq!(strokes, expected[..strokes.len()]);
             }
             // The kill came before the first backup was whole.
             Err(error) => assert_eq!(error, ProjectError::NotAProject(path)),
