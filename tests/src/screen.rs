@@ -1,18 +1,16 @@
-//! A screen of the test's own: Xvfb, looked at through its frame buffer file, used through xdotool.
+//! A screen of the test's own: Xvfb, used through xdotool.
 
-use std::fs;
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Stdio};
-use std::time::Duration;
 
 use image::RgbImage;
-use tempfile::TempDir;
 use x11rb::connection::Connection;
-use x11rb::protocol::xproto::{ClientMessageEvent, ConnectionExt, EventMask};
+use x11rb::protocol::xproto::{ClientMessageEvent, ConnectionExt, EventMask, ImageFormat, Window};
 use x11rb::rust_connection::RustConnection;
 
-use crate::until;
-
+/// Size in pixels.
+const WIDTH: u16 = 1280;
+const HEIGHT: u16 = 800;
 /// How often a display is started before it is given up.
 const STARTS: usize = 5;
 
@@ -21,7 +19,6 @@ const STARTS: usize = 5;
 pub struct Screen {
     server: Child,
     display: String,
-    frame_buffer: TempDir,
 }
 
 impl Screen {
@@ -29,9 +26,6 @@ impl Screen {
     ///
     /// # Errors
     /// The word for what is missing here.
-    ///
-    /// # Panics
-    /// When there is no temporary folder.
     pub fn start() -> Result<Self, String> {
         // Of servers that start at the same moment, one may be told a number that another one has got.
         for _ in 0..STARTS {
@@ -48,7 +42,6 @@ impl Screen {
             .arg("version")
             .output()
             .map_err(|error| format!("xdotool ({error})"))?;
-        let frame_buffer = tempfile::tempdir().expect("a temporary folder");
         let mut server = Command::new("Xvfb")
             .args([
                 // A server that resets itself after its first client refuses others meanwhile.
@@ -57,12 +50,10 @@ impl Screen {
                 "1",
                 "-screen",
                 "0",
-                "1280x800x24",
+                &format!("{WIDTH}x{HEIGHT}x24"),
                 "-nolisten",
                 "tcp",
             ])
-            .arg("-fbdir")
-            .arg(frame_buffer.path())
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
@@ -76,7 +67,6 @@ impl Screen {
         let screen = Self {
             server,
             display: format!(":{}", number.trim()),
-            frame_buffer,
         };
         if number.trim().is_empty() {
             return Err("Xvfb (it does not start)".to_owned());
@@ -87,6 +77,14 @@ impl Screen {
     /// Name of the display.
     pub fn display(&self) -> &str {
         &self.display
+    }
+
+    /// A connection to the display, and its root window.
+    fn connect(&self) -> (RustConnection, Window) {
+        let connected = RustConnection::connect(Some(&self.display));
+        let (display, number) = connected.expect("the display can be connected to");
+        let root = display.setup().roots[number].root;
+        (display, root)
     }
 
     /// Runs xdotool on this display; returns what it prints, or `None` when it fails.
@@ -100,18 +98,19 @@ impl Screen {
         output.status.success().then_some(text)
     }
 
+    fn act(&self, arguments: &[&str]) {
+        let done = self.xdotool(arguments);
+        done.unwrap_or_else(|| panic!("xdotool fails: {arguments:?}"));
+    }
+
     /// Clicks with the left button.
     ///
     /// # Panics
     /// When xdotool fails.
     pub fn click(&self, [x, y]: [u32; 2]) {
-        let (x, y) = (x.to_string(), y.to_string());
-        self.xdotool(&["mousemove", &x, &y])
-            .expect("the pointer can be moved");
         // Press and release in two steps, as a hand does.
-        self.xdotool(&["mousedown", "1"])
-            .expect("a button can be pressed");
-        self.xdotool(&["mouseup", "1"]).expect("a button can be released");
+        let click = format!("mousemove {x} {y} mousedown 1 sleep 0.01 mouseup 1");
+        self.act(&click.split(' ').collect::<Vec<_>>());
     }
 
     /// Types a text.
@@ -119,8 +118,7 @@ impl Screen {
     /// # Panics
     /// When xdotool fails.
     pub fn type_text(&self, text: &str) {
-        self.xdotool(&["type", "--delay", "25", "--", text])
-            .expect("text can be typed");
+        self.act(&["type", "--delay", "25", "--", text]);
     }
 
     /// Presses a key, such as `ctrl+e`.
@@ -128,8 +126,7 @@ impl Screen {
     /// # Panics
     /// When xdotool fails.
     pub fn key(&self, key: &str) {
-        self.xdotool(&["key", "--delay", "25", key])
-            .expect("a key can be pressed");
+        self.act(&["key", "--delay", "25", key]);
     }
 
     /// Asks a window to close, as a window manager does when its cross is clicked.
@@ -138,8 +135,7 @@ impl Screen {
     /// When the display does not answer.
     pub fn close_window(&self, id: &str) {
         let window: u32 = id.parse().expect("a window has a number");
-        let (display, _) =
-            RustConnection::connect(Some(&self.display)).expect("the display can be connected to");
+        let (display, _) = self.connect();
         let atom = |name: &[u8]| {
             let request = display
                 .intern_atom(false, name)
@@ -159,12 +155,17 @@ impl Screen {
     /// What is on the screen.
     ///
     /// # Panics
-    /// When the server writes no picture.
+    /// When the display does not answer.
     pub fn picture(&self) -> RgbImage {
-        let path = self.frame_buffer.path().join("Xvfb_screen0");
-        until("the screen has a picture", Duration::from_secs(20), || {
-            fs::read(&path).ok().and_then(|bytes| read_xwd(&bytes))
-        })
+        let (display, root) = self.connect();
+        let image = display
+            .get_image(ImageFormat::Z_PIXMAP, root, 0, 0, WIDTH, HEIGHT, u32::MAX)
+            .expect("the display takes requests");
+        let image = image.reply().expect("the display answers");
+        // Blue, green, red and nothing.
+        let pixels = image.data.chunks_exact(4);
+        let rgb = pixels.flat_map(|pixel| [pixel[2], pixel[1], pixel[0]]).collect();
+        RgbImage::from_raw(WIDTH.into(), HEIGHT.into(), rgb).expect("four bytes a pixel")
     }
 }
 
@@ -174,27 +175,4 @@ impl Drop for Screen {
         let _ = self.server.kill();
         let _ = self.server.wait();
     }
-}
-
-/// Reads an X window dump of 32-bit pixels: a header of big-endian words, colours of 12 bytes, rows.
-fn read_xwd(bytes: &[u8]) -> Option<RgbImage> {
-    let word = |index: usize| -> Option<u32> {
-        let field = bytes.get(4 * index..4 * index + 4)?;
-        Some(u32::from_be_bytes(field.try_into().ok()?))
-    };
-    let (header, width, height) = (word(0)?, word(4)?, word(5)?);
-    let (little_endian, bits, row_bytes) = (word(7)? == 0, word(11)?, word(12)? as usize);
-    let colors = word(19)? as usize;
-    if bits != 32 {
-        return None;
-    }
-    let pixels = bytes.get(header as usize + 12 * colors..)?;
-    if pixels.len() < row_bytes * height as usize {
-        return None;
-    }
-    Some(RgbImage::from_fn(width, height, |x, y| {
-        let at = y as usize * row_bytes + 4 * x as usize;
-        let [a, b, c, d] = [pixels[at], pixels[at + 1], pixels[at + 2], pixels[at + 3]];
-        image::Rgb(if little_endian { [c, b, a] } else { [b, c, d] })
-    }))
 }

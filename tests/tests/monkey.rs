@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 
 use inplace_core::project::Project;
 use inplace_tests::{Hands, PATIENCE, Small, TRACE, Window, projects_below, skip};
-use rand::{Rng, SeedableRng, rngs::SmallRng};
+use rand::{Rng, SeedableRng, rngs::SmallRng, seq::IteratorRandom};
 use serde_json::Value;
 
 const SECONDS: &str = "INPLACE_MONKEY_SECONDS";
@@ -35,84 +35,56 @@ const STEP: Duration = Duration::from_millis(300);
 const KEYS: &str = "a b c d e f g l n p q s t v w x 0 1 2 3 5 9 Tab Tab Escape Escape Return Delete BackSpace space \
                     bracketleft bracketright Left Right Up Down F1 question Home End";
 const CONTROL_KEYS: &str = "z y s e o comma plus minus 0 a";
+/// Releases the buttons that may be held.
+const LET_GO: &str = "mouseup 1 mouseup 2 mouseup 3";
 
-/// A sequence of numbers that follows from its seed.
-struct Random(SmallRng);
-
-impl Random {
-    fn below(&mut self, limit: usize) -> usize {
-        self.0.random_range(0..limit)
-    }
-
-    /// One of several words.
-    fn one_of<'a>(&mut self, words: &'a str) -> &'a str {
-        let words: Vec<&str> = words.split(' ').collect();
-        words[self.below(words.len())]
-    }
-
-    /// A place on the screen; two of three are on the frame in view.
-    fn place(&mut self) -> [i16; 2] {
-        let place = |random: &mut Self, [from, to]: [usize; 2]| (from + random.below(to - from)) as i16;
-        if self.below(3) == 0 {
-            [place(self, [0, 1280]), place(self, [0, 800])]
-        } else {
-            [place(self, [300, 960]), place(self, [130, 600])]
-        }
-    }
+/// Moves the pointer to a place on the screen; two of three are on the frame in view.
+fn moved(random: &mut SmallRng) -> String {
+    let (x, y) = match random.random_range(0..3) {
+        0 => (0..1280, 0..800),
+        _ => (300..960, 130..600),
+    };
+    format!("mousemove {} {}", random.random_range(x), random.random_range(y))
 }
 
-/// Names classes through the class finder, so that there is something to label with.
-fn name_classes(hands: &Hands) {
-    for name in ["wall", "floor", "table"] {
-        hands.press("c");
-        std::thread::sleep(STEP);
-        for letter in name.split_inclusive(|_| true) {
-            hands.press(letter);
-        }
-        std::thread::sleep(STEP);
-        hands.press("Return");
-        std::thread::sleep(STEP);
-    }
+fn one_of<'a>(words: &'a str, random: &mut SmallRng) -> &'a str {
+    words.split(' ').choose(random).unwrap()
 }
 
-/// One thing that a hand does.
-fn act(hands: &Hands, random: &mut Random) {
-    if random.below(8) == 0 {
+/// One thing that a hand does, and a moment of rest.
+fn act(hands: &Hands, random: &mut SmallRng) {
+    if random.random_range(0..8) == 0 {
         // Out of whatever is open.
         hands.press("Escape");
         hands.press("Escape");
     }
-    match random.below(10) {
+    match random.random_range(0..10) {
         0..=3 => {
-            let button = [1, 1, 1, 2, 3][random.below(5)];
-            hands.move_to(random.place());
-            hands.button(button, true);
-            for _ in 0..random.below(12) {
-                hands.move_to(random.place());
+            let button = [1, 1, 1, 2, 3][random.random_range(0..5)];
+            hands.act(&format!("{} mousedown {button}", moved(random)));
+            for _ in 0..random.random_range(0..12) {
+                hands.act(&moved(random));
             }
-            hands.button(button, false);
+            hands.act(&format!("mouseup {button}"));
         }
         4 => {
-            let wheel = 4 + random.below(2) as u8;
-            hands.move_to(random.place());
-            for _ in 0..=random.below(3) {
-                hands.button(wheel, true);
-                hands.button(wheel, false);
+            let wheel = random.random_range(4..6);
+            hands.act(&moved(random));
+            for _ in 0..random.random_range(1..4) {
+                hands.act(&format!("mousedown {wheel} mouseup {wheel}"));
             }
         }
-        5 => hands.with("Control_L", random.one_of(CONTROL_KEYS)),
-        6 => hands.with("Shift_L", random.one_of("z n Tab 1")),
-        _ => hands.press(random.one_of(KEYS)),
+        5 => hands.press(&format!("ctrl+{}", one_of(CONTROL_KEYS, random))),
+        6 => hands.press(&format!("shift+{}", one_of("z n Tab 1", random))),
+        _ => hands.press(one_of(KEYS, random)),
     }
+    std::thread::sleep(Duration::from_millis(15));
 }
 
 /// The project file below a folder that was written last, backups aside.
 fn newest_project(folder: &Path) -> Option<PathBuf> {
-    let written = |path: &Path| fs::metadata(path).and_then(|file| file.modified()).ok();
-    projects_below(folder).into_iter().max_by_key(|path| {
-        let write_ahead = PathBuf::from(format!("{}-wal", path.display()));
-        written(path).max(written(&write_ahead))
-    })
+    let written = |path: &PathBuf| fs::metadata(path).and_then(|file| file.modified()).ok();
+    projects_below(folder).into_iter().max_by_key(written)
 }
 
 /// Resident memory of a process, in megabytes.
@@ -130,32 +102,38 @@ fn number(variable: &str, otherwise: u64) -> u64 {
 /// One window at a time: what is measured of one is not to be that of the other.
 static ALONE: Mutex<()> = Mutex::new(());
 
-/// Opens the capture that the environment names, or a small one.
-fn open(arguments: &[&str]) -> Result<Window, String> {
+/// Opens the capture that the environment names, or a small one, and names classes through the class finder, so that
+/// there is something to label with.
+fn open(arguments: &[&str]) -> Result<(Window, Hands), String> {
     let write = |scene: &Path| match std::env::var_os(SCENE) {
         Some(own) => std::os::unix::fs::symlink(own, scene).unwrap(),
         None => Small::get().write(scene),
     };
-    Window::open(write, arguments)
+    let window = Window::open(write, arguments)?;
+    let hands = Hands::new(&window.screen);
+    for name in ["wall", "floor", "table"] {
+        for commands in ["key c", &format!("type {name}"), "key Return"] {
+            hands.act(commands);
+            std::thread::sleep(STEP);
+        }
+    }
+    Ok((window, hands))
 }
 
 #[test]
 fn the_windows_thread_is_light_while_training() {
     let _alone = ALONE.lock();
     let length = Duration::from_secs(number(SECONDS, 20));
-    let mut random = Random(SmallRng::seed_from_u64(number(SEED, 1)));
-    let mut window = match open(&["--stats"]) {
-        Ok(window) => window,
+    let mut random = SmallRng::seed_from_u64(number(SEED, 1));
+    let (mut window, hands) = match open(&["--stats"]) {
+        Ok(opened) => opened,
         Err(missing) => return skip(&missing),
     };
-    let hands = Hands::new(&window.screen);
-    name_classes(&hands);
     let start = Instant::now();
     while start.elapsed() < length && window.running.ended().is_none() {
         act(&hands, &mut random);
-        std::thread::sleep(Duration::from_millis(15));
     }
-    hands.let_go();
+    hands.act(LET_GO);
     if window.running.ended().is_none() {
         window.screen.close_window(&window.id);
     }
@@ -173,29 +151,24 @@ fn the_windows_thread_is_light_while_training() {
 fn random_input_breaks_and_loses_nothing() {
     let _alone = ALONE.lock();
     let length = Duration::from_secs(number(SECONDS, 20));
-    let mut random = Random(SmallRng::seed_from_u64(!number(SEED, 1)));
-    let mut window = match open(&["--trace", TRACE]) {
-        Ok(window) => window,
+    let mut random = SmallRng::seed_from_u64(!number(SEED, 1));
+    let (mut window, mut hands) = match open(&["--trace", TRACE]) {
+        Ok(opened) => opened,
         Err(missing) => return skip(&missing),
     };
-    let mut hands = Hands::new(&window.screen);
-    name_classes(&hands);
     let (start, mut memories, mut windows) = (Instant::now(), Vec::new(), 1);
     while start.elapsed() < length {
         act(&hands, &mut random);
-        std::thread::sleep(Duration::from_millis(15));
         if let Some(ended) = window.running.ended() {
             // Random input finds File > Quit, too.
             assert!(ended.success(), "{ended}: {}", window.running.stderr());
-            window = open(&["--trace", TRACE]).unwrap();
-            hands = Hands::new(&window.screen);
-            name_classes(&hands);
+            (window, hands) = open(&["--trace", TRACE]).unwrap();
             memories.clear();
             windows += 1;
         }
-        memories.extend(memory(window.running.id()).map(|memory| (start.elapsed(), memory)));
+        memories.extend(memory(window.running.id()));
     }
-    hands.let_go();
+    hands.act(LET_GO);
     std::thread::sleep(REST);
     assert!(window.running.ended().is_none(), "{}", window.running.stderr());
     let accepted = window.trace().last("labels").cloned();
@@ -207,17 +180,10 @@ fn random_input_breaks_and_loses_nothing() {
         let file = newest_project(window.home.path()).unwrap();
         let (_, contents) = Project::open(&file).unwrap();
         let labels = contents.history.labels();
-        let newest = labels
-            .strokes
-            .last_key_value()
-            .map(|(id, stroke)| (id.0, stroke.class));
+        let newest = labels.strokes.last_key_value();
+        let newest = newest.map(|(id, stroke)| (id.0, u64::from(stroke.class)));
         let told = &accepted["newest"];
-        let told = (!told.is_null()).then(|| {
-            (
-                told["id"].as_u64().unwrap(),
-                told["class"].as_u64().unwrap() as u16,
-            )
-        });
+        let told = told["id"].as_u64().zip(told["class"].as_u64());
         println!(
             "{windows} windows; {} edits, {} strokes in {}",
             contents.history.edits().0.len(),
@@ -229,10 +195,8 @@ fn random_input_breaks_and_loses_nothing() {
     }
     let quarter = |index: usize| {
         let part = memories.len() / 4;
-        memories[index * part..(index + 1) * part]
-            .iter()
-            .map(|&(_, memory)| memory)
-            .fold(0.0, f64::max)
+        let memories = memories[index * part..(index + 1) * part].iter();
+        memories.copied().fold(0.0, f64::max)
     };
     if memories.len() >= 8 {
         println!(
