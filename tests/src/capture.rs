@@ -1,11 +1,11 @@
 //! A small capture with known labels: a part of the demo scene at a fifth of its resolution, and how right labels of it are.
 
 use std::collections::BTreeMap;
+use std::fs;
 use std::path::Path;
-use std::sync::OnceLock;
+use std::sync::{Arc, LazyLock};
 
-use image::DynamicImage;
-use inplace_core::labels::{Class, ClassId, Pixel, VOID};
+use inplace_core::labels::{Class, ClassId, History, LabelSet, Pixel, Stroke, VOID, decode_gray};
 use inplace_core::scene::{Frame, GroundTruth, Scene, SceneSource, demo, write_replica};
 use inplace_lab::ConfusionMatrix;
 use serde_json::{Value, json};
@@ -33,11 +33,11 @@ pub struct Click {
     pub class: ClassId,
 }
 
-/// The small capture in memory.
+/// A capture in memory.
 #[derive(Debug)]
 pub struct Small {
-    /// Ten frames of 64x48 pixels with exact depth, named `rgb_0` to `rgb_9`.
-    pub scene: Scene,
+    /// Frames with exact depth, named `rgb_0` and so on.
+    pub scene: Arc<Scene>,
     /// Its classes.
     pub classes: Vec<Class>,
     /// True classes of each frame, row-major `[height, width]`.
@@ -45,21 +45,43 @@ pub struct Small {
 }
 
 impl Small {
-    /// The capture; made once for each test executable.
+    /// The demo as photographed in `shot`.
+    pub fn of(shot: demo::Shot) -> Self {
+        Self {
+            scene: Arc::new(shot.scene(&|_, _| {})),
+            truth: shot.ground_truth(),
+            classes: demo::classes(),
+        }
+    }
+
+    /// Ten frames of 64x48 pixels; made once for each test executable.
     pub fn get() -> &'static Self {
-        static SMALL: OnceLock<Small> = OnceLock::new();
-        SMALL.get_or_init(|| {
-            let chosen = SHOT.scene(&|_, _| {}).frames.into_iter().step_by(STEP);
-            let frames = chosen.zip(0..).map(|(frame, number)| Frame {
+        static SMALL: LazyLock<Small> = LazyLock::new(|| {
+            let all = Small::of(SHOT);
+            let frames = all.scene.frames.iter().step_by(STEP).zip(0..);
+            let frames = frames.map(|(frame, number)| Frame {
                 stem: format!("rgb_{number}"),
-                ..frame
+                ..frame.clone()
             });
-            Self {
-                scene: Scene::new(SceneSource::Demo, "test", frames.collect()),
-                truth: SHOT.ground_truth().into_iter().step_by(STEP).collect(),
-                classes: demo::classes(),
+            Small {
+                scene: Arc::new(Scene::new(SceneSource::Demo, "test", frames.collect())),
+                truth: all.truth.into_iter().step_by(STEP).collect(),
+                classes: all.classes,
             }
-        })
+        });
+        &SMALL
+    }
+
+    /// Mean intersection over union of some frames' labels with the true ones.
+    ///
+    /// # Panics
+    /// When one is of another size, or nothing is labelled in truth.
+    pub fn miou(&self, labels: impl IntoIterator<Item = (usize, impl AsRef<[ClassId]>)>) -> f64 {
+        let mut matrix = ConfusionMatrix::default();
+        for (frame, labels) in labels {
+            matrix.add(&self.truth[frame], labels.as_ref()).expect("one size");
+        }
+        matrix.miou().expect("there are labels")
     }
 
     /// Writes the capture with its ground truth into a new folder.
@@ -104,20 +126,30 @@ impl Small {
         clicks
     }
 
-    /// The clicks as a strokes file.
+    /// All [`clicks`](Self::clicks) as labels.
+    pub fn labels(&self) -> LabelSet {
+        let mut history = History::new(LabelSet {
+            classes: self.classes.clone(),
+            ..LabelSet::default()
+        });
+        for click in self.clicks() {
+            history.add_stroke(Stroke::click(click.frame, click.class, click.pixel));
+        }
+        history.labels().clone()
+    }
+
+    /// All [`clicks`](Self::clicks) as a strokes file.
     pub fn strokes(&self) -> Value {
-        let strokes: Vec<Value> = self
-            .clicks()
-            .iter()
-            .map(|click| {
-                json!({
-                    "frame": self.scene.frames[click.frame].stem,
-                    "class": click.class,
-                    "points": [click.pixel],
-                    "radius": 0,
-                })
-            })
-            .collect();
+        self.strokes_of(&self.clicks())
+    }
+
+    /// Clicks as a strokes file.
+    pub fn strokes_of(&self, clicks: &[Click]) -> Value {
+        let stroke = |click: &Click| {
+            let frame = &self.scene.frames[click.frame].stem;
+            json!({ "frame": frame, "class": click.class, "points": [click.pixel], "radius": 0 })
+        };
+        let strokes: Vec<Value> = clicks.iter().map(stroke).collect();
         json!({ "classes": self.classes, "strokes": strokes })
     }
 }
@@ -141,14 +173,8 @@ fn room_around(labels: &[ClassId], width: usize, height: usize, index: usize) ->
 /// # Panics
 /// When it is not a gray PNG.
 pub fn class_ids(path: &Path) -> (u32, u32, Vec<ClassId>) {
-    let image = image::open(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
-    let (width, height) = (image.width(), image.height());
-    let labels = match image {
-        DynamicImage::ImageLuma8(image) => image.into_raw().into_iter().map(ClassId::from).collect(),
-        DynamicImage::ImageLuma16(image) => image.into_raw(),
-        other => panic!("{}: is {:?}, not gray", path.display(), other.color()),
-    };
-    (width, height, labels)
+    let bytes = fs::read(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    decode_gray(&bytes).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
 /// Mean intersection over union of the label images in an export's folder, named by these stems and of this size, with

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use inplace_core::labels::{Class, History, LabelSet, read_strokes};
+use inplace_core::labels::{Class, History, LabelSet, Stroke, read_strokes};
 use inplace_core::project::{Contents, FrameRecord, SceneRecord};
 use inplace_core::scene::{OpenOptions, Scene, SceneSource};
 use inplace_core::semantics::{LabelPropagation, Surface};
@@ -114,6 +114,12 @@ pub fn contents([width, height]: [u32; 2]) -> Contents {
         ..LabelSet::default()
     };
     Contents::new(scene, History::new(labels))
+}
+
+/// The strokes of a project, oldest first.
+pub fn strokes_of(contents: &Contents) -> Vec<Stroke> {
+    let strokes = contents.history.labels().strokes.values();
+    strokes.map(|stroke| stroke.as_ref().clone()).collect()
 }
 
 /// Runs a command that has to succeed.

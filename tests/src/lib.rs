@@ -13,11 +13,14 @@ mod window;
 
 pub use capture::{Click, Small, class_ids, miou_with_clicks};
 pub use disk::{
-    OnDisk, contents, contents_of, files_below, info, json, label, open, projects_below, propagated, succeed,
+    OnDisk, contents, contents_of, files_below, info, json, label, open, projects_below, propagated,
+    strokes_of, succeed,
 };
 pub use hands::Hands;
 pub use parsers::Fuzzed;
-pub use process::{Outcome, Running, inplace, inplace_lab, one_line, program, until};
+pub use process::{
+    FOLDER, Outcome, Running, behind, child, folder_of_child, inplace, inplace_lab, one_line, program, until,
+};
 pub use screen::Screen;
 pub use trace::{TRACE, Trace};
 pub use window::{PATIENCE, Window, skip};

@@ -2,13 +2,11 @@
 //! and the replay of its seeds (`tests/tests/seeds.rs`) share.
 
 mod captures;
-mod exports;
 mod imports;
 mod labels;
 mod opened;
 mod projects;
 
-use std::fmt;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -19,6 +17,7 @@ use tempfile::TempDir;
 const SIZE: [u32; 2] = [8, 6];
 
 /// A parser and what must hold of it.
+#[derive(Debug)]
 struct Parser {
     name: &'static str,
     /// Writes what else there is, into a new folder.
@@ -43,10 +42,10 @@ const PARSERS: [Parser; 22] = [
     labels::STROKES,
     labels::CLASSES,
     labels::LABEL_IMAGE,
+    labels::IDS,
     imports::IMAGE,
     imports::ARRAY,
     imports::ARCHIVE,
-    exports::IDS,
     projects::FILE,
     projects::DAMAGED,
     projects::ROWS,
@@ -54,15 +53,10 @@ const PARSERS: [Parser; 22] = [
 ];
 
 /// A parser with a temporary folder of its own.
+#[derive(Debug)]
 pub struct Fuzzed {
     parser: &'static Parser,
     root: TempDir,
-}
-
-impl fmt::Debug for Fuzzed {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(self.parser.name)
-    }
 }
 
 impl Fuzzed {

@@ -15,13 +15,6 @@ pub const TRACE: &str = "trace.jsonl";
 pub struct Trace(Vec<Value>);
 
 impl Trace {
-    fn read(window: &Window) -> Self {
-        let text = fs::read_to_string(window.home.path().join(TRACE)).unwrap_or_default();
-        let whole = text.split_inclusive('\n').filter(|line| line.ends_with('\n'));
-        let lines = whole.map(|line| serde_json::from_str(line).expect("lines are JSON"));
-        Self(lines.collect())
-    }
-
     /// The newest event of a kind.
     pub fn last(&self, event: &str) -> Option<&Value> {
         self.0.iter().rev().find(|line| line["event"] == event)
@@ -44,7 +37,10 @@ impl Trace {
 impl Window {
     /// What the window's record says so far.
     pub fn trace(&self) -> Trace {
-        Trace::read(self)
+        let text = fs::read_to_string(self.home.path().join(TRACE)).unwrap_or_default();
+        let whole = text.split_inclusive('\n').filter(|line| line.ends_with('\n'));
+        let lines = whole.map(|line| serde_json::from_str(line).expect("lines are JSON"));
+        Trace(lines.collect())
     }
 
     /// Waits until something holds of the record.

@@ -2,7 +2,6 @@
 #![allow(clippy::unwrap_used, reason = "a test ends where it fails")]
 
 use std::fs;
-use std::path::Path;
 use std::process::Command;
 
 use inplace_core::project::Project;
@@ -25,55 +24,43 @@ fn assert_refused(disk: &OnDisk, what: &str, mut command: Command, parts: &[&str
 
 #[test]
 fn captures_that_cannot_be_used_are_refused_in_one_sentence() {
-    type Spoil = fn(&Path);
-    let cases: [(&str, Spoil, &[&str]); 3] = [
-        (
-            "missing folder",
-            |scene| fs::remove_dir_all(scene).unwrap(),
-            &["room"],
-        ),
-        (
-            "no capture",
-            |scene| {
-                fs::remove_dir_all(scene).unwrap();
-                fs::create_dir(scene).unwrap();
-            },
-            &["room", "rgb/rgb_N.png"],
-        ),
-        (
-            "unreadable images",
-            |scene| {
-                for number in 0..7 {
-                    fs::write(scene.join(format!("rgb/rgb_{number}.png")), "no image").unwrap();
-                }
-            },
-            &["rgb_0.png", "7 of 10"],
-        ),
-    ];
-    for (what, spoil, parts) in cases {
-        let disk = OnDisk::default();
-        spoil(&disk.path("room"));
+    let disk = OnDisk::default();
+    let scene = disk.path("room");
+    let refused = |what: &str, parts: &[&str]| {
         assert_refused(&disk, what, disk.label(&[]), parts);
         let mut info = inplace();
-        info.arg("info").arg(disk.path("room"));
+        info.arg("info").arg(&scene);
         assert_refused(&disk, what, info, parts);
+    };
+    for number in 0..7 {
+        fs::write(scene.join(format!("rgb/rgb_{number}.png")), "no image").unwrap();
     }
+    refused("unreadable images", &["rgb_0.png", "7 of 10"]);
+    fs::remove_dir_all(&scene).unwrap();
+    refused("missing folder", &["room"]);
+    fs::create_dir(&scene).unwrap();
+    refused("no capture", &["room", "rgb/rgb_N.png"]);
 }
 
 #[test]
-fn the_published_network_is_refused_without_a_budget() {
+fn labels_and_options_that_cannot_be_used_are_refused_in_one_sentence() {
     let disk = OnDisk::default();
-    let label = disk.label(&["--preset", "reference"]);
-    assert_refused(&disk, "label", label, &["month", "--budget"]);
+    let refused_with = |more: &[&str], what: &str, parts: &[&str]| {
+        assert_refused(&disk, what, disk.label(more), parts);
+    };
+    let reference = ["--preset", "reference"];
+    refused_with(&reference, "no budget", &["month", "--budget"]);
     let mut window = inplace();
-    window.arg(disk.path("room")).args(["--preset", "reference"]);
-    assert_refused(&disk, "window", window, &["month", "--budget"]);
-}
+    window.arg(disk.path("room")).args(reference);
+    assert_refused(&disk, "no budget in the window", window, &["month", "--budget"]);
 
-#[test]
-fn strokes_that_cannot_be_used_are_refused_in_one_sentence() {
-    let disk = OnDisk::default();
-    let refused = |what: &str, parts: &[&str]| assert_refused(&disk, what, disk.label(&[]), parts);
+    let images = disk.path("predictions");
+    let import = ["--import", images.to_str().unwrap()];
+    refused_with(&import, "no folder", &["predictions", "is no folder"]);
+    fs::create_dir(&images).unwrap();
+    refused_with(&import, "empty folder", &["predictions", "has no label images"]);
+
+    let refused = |what: &str, parts: &[&str]| refused_with(&[], what, parts);
     let mut strokes = Small::get().strokes();
     strokes["strokes"][1]["frame"] = json!("rgb_77");
     disk.write_strokes(&strokes);
@@ -145,19 +132,6 @@ fn a_small_fault_is_counted_in_a_warning_and_the_rest_is_labelled() {
     assert!(warning.contains("(1 in all)"), "{warning}");
     assert!(warning.contains("rgb/"), "{warning}");
     assert_eq!(files_below(&disk.path("out/labels")).len(), 9);
-}
-
-#[test]
-fn label_images_that_cannot_be_used_are_refused_in_one_sentence() {
-    let disk = OnDisk::default();
-    let images = disk.path("predictions");
-    let refused = |what: &str, parts: &[&str]| {
-        let import = ["--import", images.to_str().unwrap()];
-        assert_refused(&disk, what, disk.label(&import), parts);
-    };
-    refused("no folder", &["predictions", "is no folder"]);
-    fs::create_dir(&images).unwrap();
-    refused("empty folder", &["predictions", "has no label images"]);
 }
 
 /// The same capture with an image that is a link to a place outside of it.

@@ -4,13 +4,16 @@
 use std::fs;
 use std::path::Path;
 
+use image::ColorType;
 use inplace_core::field::Preset;
-use inplace_core::project::Project;
+use inplace_core::labels::{Class, Stroke, VOID};
+use inplace_core::project::{Journal, Project, Step};
 use inplace_core::scene::{OpenOptions, SceneSource};
 use inplace_core::session::{Client, ModelState, SessionOptions};
 use inplace_lab::ConfusionMatrix;
 use inplace_tests::{
-    OnDisk, Running, Small, class_ids, contents_of, info, inplace, json, label, miou_with_clicks, succeed,
+    Click, OnDisk, Running, Small, class_ids, contents_of, info, inplace, json, label, miou_with_clicks,
+    succeed,
 };
 use serde_json::Value;
 
@@ -47,17 +50,17 @@ fn trained(disk: &OnDisk) -> ModelState {
 /// Every frame has its three images, in size and kind as documented, and nothing else lies there.
 fn assert_complete(out: &Path) {
     let frames = &Small::get().scene.frames;
-    for folder in ["labels", "entropy", "color"] {
+    let kinds = [
+        ("labels", ColorType::L8),
+        ("entropy", ColorType::L16),
+        ("color", ColorType::Rgb8),
+    ];
+    for (folder, kind) in kinds {
         assert_eq!(fs::read_dir(out.join(folder)).unwrap().count(), frames.len());
         for frame in frames {
             let image = image::open(out.join(folder).join(format!("{}.png", frame.stem))).unwrap();
-            assert_eq!(image.width(), frame.camera.width);
-            assert_eq!(image.height(), frame.camera.height);
-            let kind = match folder {
-                "labels" => image::ColorType::L8,
-                "entropy" => image::ColorType::L16,
-                _ => image::ColorType::Rgb8,
-            };
+            let (size, camera) = ((image.width(), image.height()), &frame.camera);
+            assert_eq!(size, (camera.width, camera.height), "{folder}");
             assert_eq!(image.color(), kind, "{folder}");
         }
     }
@@ -65,10 +68,14 @@ fn assert_complete(out: &Path) {
 
 /// Every clicked pixel carries its class; returns the agreement of all pixels with the truth.
 fn assert_clicks_hold(out: &Path) -> f64 {
+    assert_these_hold(out, &Small::get().clicks())
+}
+
+fn assert_these_hold(out: &Path, clicks: &[Click]) -> f64 {
     let small = Small::get();
     let stems = small.scene.frames.iter().map(|frame| frame.stem.as_str());
     let truth = stems.zip(small.truth.iter().cloned());
-    miou_with_clicks(out, (64, 48), &small.clicks(), truth)
+    miou_with_clicks(out, (64, 48), clicks, truth)
 }
 
 #[test]
@@ -90,6 +97,16 @@ fn the_demo_can_be_looked_at_and_written_as_a_capture() {
     let again = Running::to_the_end(inplace().arg("demo").arg("--out").arg(&folder));
     assert_eq!(again.code, Some(1), "a folder with files is not overwritten");
 
+    let two = root.path().join("two");
+    let mut demo = inplace();
+    demo.args("demo --rooms 2 --frames 8 --size 64x48 --out".split(' '));
+    succeed(demo.arg(&two));
+    let of_two = info(&two, &[]);
+    assert_eq!([&of_two["frames"], &of_two["width"]], [8, 64]);
+    let bound = |facts: &Value, key: &str| facts[key][0].as_f64().unwrap();
+    let length = |facts: &Value| bound(facts, "bounds_max_m") - bound(facts, "bounds_min_m");
+    assert!(length(&of_two) > 1.5 * length(&facts));
+
     let shown = succeed(inplace().args(["info", "demo"]));
     assert_eq!(shown.stderr, "");
     for fact in [
@@ -109,10 +126,9 @@ fn label_images_alone_label_every_frame_and_a_stroke_covers_them() {
     let on_disk = OnDisk::default();
     let images = on_disk.path("predictions");
     fs::create_dir(&images).unwrap();
-    for (frame, truth) in small.scene.frames.iter().zip(&small.truth).step_by(2) {
-        let ids: Vec<u8> = truth.iter().map(|&id| u8::try_from(id).unwrap()).collect();
-        let image = image::GrayImage::from_raw(frame.camera.width, frame.camera.height, ids).unwrap();
-        image.save(images.join(format!("{}.png", frame.stem))).unwrap();
+    for number in (0..10).step_by(2) {
+        let truth = format!("room/semantic_class/semantic_class_{number}.png");
+        fs::copy(on_disk.path(&truth), images.join(format!("rgb_{number}.png"))).unwrap();
     }
     // The same classes as those of the strokes.
     let classes = small.strokes()["classes"].to_string();
@@ -231,6 +247,21 @@ fn a_trained_project_is_exported_twice_to_the_same_bytes_and_along_a_path_as_a_c
     let ids = ["--ids", "NYU-40"];
     export("first", &ids);
     assert_complete(&disk.path("first"));
+    // The classes have the numbers of the list that have the same names there, and the others become void.
+    let listed = json(&disk.path("first/classes.json"));
+    let listed: Vec<Class> = serde_json::from_value(listed).unwrap();
+    let in_list = |click: Click| {
+        let mut own = Small::get().classes.iter();
+        let own = own.find(|class| class.id == click.class).unwrap();
+        let listed = listed.iter().find(|class| class.is_named(&own.name));
+        Click {
+            class: listed.map_or(VOID, |class| class.id),
+            ..click
+        }
+    };
+    let clicks: Vec<Click> = Small::get().clicks().into_iter().map(in_list).collect();
+    assert!(clicks.iter().any(|click| click.class > 0));
+    assert_these_hold(&disk.path("first"), &clicks);
     let again = export("first", &ids).stdout;
     assert!(again.contains("0 files written, 31 unchanged"), "{again}");
     let second = export("second", &ids).stdout;
@@ -261,21 +292,55 @@ fn a_project_is_labelled_from_its_own_strokes() {
     assert!(outcome.stderr.contains("training starts anew"), "{outcome:?}");
     assert_complete(&disk.path("out"));
     assert!(assert_clicks_hold(&disk.path("out")) > MIOU_WITH_DEPTH);
+
+    // The next edit is in a backup, which stands in for the file.
+    let path = disk.path("room.inplace");
+    let (project, contents) = Project::open(&path).unwrap();
+    let journal = Journal::start(project, &contents, || ()).unwrap();
+    let class = contents.history.labels().classes[0].id;
+    let stroke = Stroke::click(0, class, [1, 1]);
+    journal.record(Step::Do(contents.history.clone().add_stroke(stroke)));
+    journal.close().unwrap();
+    let damaged = [0; 4096];
+    fs::write(&path, damaged).unwrap();
+    let outcome = succeed(label(&path, &disk.path("again")).args(BUDGET));
+    let told = format!("inplace: {}: is damaged", path.display());
+    assert!(outcome.stderr.contains(&told), "{outcome:?}");
+    assert!(outcome.stderr.contains("its backup of"), "{outcome:?}");
+    assert_clicks_hold(&disk.path("again"));
+    assert_eq!(fs::read(&path).unwrap(), damaged);
 }
 
 #[test]
-fn several_rooms_share_the_frames() {
-    let root = tempfile::tempdir().unwrap();
-    let length = |rooms: &str| {
-        let folder = root.path().join(rooms);
-        let mut demo = inplace();
-        demo.args([
-            "demo", "--frames", "8", "--size", "64x48", "--rooms", rooms, "--out",
-        ]);
-        succeed(demo.arg(&folder));
-        let facts = info(&folder, &[]);
-        assert_eq!(facts["frames"], 8);
-        facts["bounds_max_m"][0].as_f64().unwrap() - facts["bounds_min_m"][0].as_f64().unwrap()
+fn the_log_is_in_the_file_asked_for_or_the_users_data_and_stops_nothing_where_it_cannot_be_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let [data, file, asked] = ["data", "file", "asked.log"].map(|name| folder.path().join(name));
+    let run = |scene: &str, data: &Path, more: &[&str]| {
+        let mut command = inplace();
+        command.args(["info", scene]).args(more);
+        Running::to_the_end(command.env("XDG_DATA_HOME", data).env_remove("RUST_LOG"))
     };
-    assert!(length("2") > 1.5 * length("1"));
+    let outcome = run("demo", &data, &["--log", asked.to_str().unwrap()]);
+    assert_eq!((outcome.code, outcome.stderr.as_str()), (Some(0), ""));
+    let log = fs::read_to_string(asked).unwrap();
+    for part in [
+        "INFO",
+        "arguments=[\"info\"",
+        "a scene is open",
+        "format=\"demo\" frames=60",
+    ] {
+        assert!(log.contains(part), "{part} is not in: {log}");
+    }
+    assert!(!data.exists(), "a log was asked for elsewhere");
+    let failed = run("no-such-folder", &data, &[]);
+    assert_eq!(failed.stderr.lines().count(), 1, "said once: {failed:?}");
+    fs::write(&file, "").unwrap();
+    let unlogged = run("no-such-folder", &file, &[]).stderr;
+    assert!(unlogged.contains("no such folder"), "{unlogged}");
+    if cfg!(target_os = "linux") {
+        let log = fs::read_to_string(data.join("inplace/inplace.log")).unwrap();
+        assert!(log.contains("ERROR") && log.contains("no such folder"), "{log}");
+        assert!(unlogged.contains("the log cannot be written"), "{unlogged}");
+        assert_eq!(unlogged.lines().count(), 2, "{unlogged}");
+    }
 }

@@ -8,9 +8,8 @@ use std::path::Path;
 use glam::Quat;
 use image::RgbImage;
 use inplace_core::labels::ClassId;
-use inplace_core::scene::{Camera, Distortion, Frame, Lens};
+use inplace_core::scene::{Camera, Distortion, Lens};
 use inplace_tests::{Click, Small, info, label, miou_with_clicks, succeed};
-use serde_json::{Value, json};
 
 /// What the labels reach at least, tiny classes included; one class everywhere gives 0.02.
 const MIOU: f64 = 0.05;
@@ -61,36 +60,32 @@ fn write(folder: &Path) {
     fs::create_dir(folder.join("images")).unwrap();
     let (mut images, mut points) = (String::new(), String::new());
     let mut id = 0;
-    let mut places = vec![String::new(); small.scene.frames.len()];
     for frame in &small.scene.frames {
-        let depth = frame.depth().unwrap();
+        let (color, depth) = (frame.color(), frame.depth().unwrap());
+        let world_to_camera = frame.camera_to_world.inverse();
+        // Where the image shows the points that the frame measured.
+        let mut places = String::new();
         for index in (0..depth.len()).step_by(POINT_EVERY) {
             let Some(length) = depth.ray_length(index) else {
                 continue;
             };
-            let point = frame.center() + length * frame.ray_direction(index);
             id += 1;
-            let place = UNIT * point;
-            writeln!(
-                points,
-                "{id} {} {} {} 0 0 0 0.1 1 0 2 0 3 0",
-                place.x, place.y, place.z
-            )
-            .unwrap();
-            write_place(&mut places, frame, &lens, point, id);
+            let point = frame.center() + length * frame.ray_direction(index);
+            let [x, y, z] = (UNIT * point).to_array();
+            writeln!(points, "{id} {x} {y} {z} 0 0 0 0.1 1 0 2 0 3 0").unwrap();
+            let local = world_to_camera.transform_point3(point).as_dvec3();
+            let (x, y) = lens.place(local.x / local.z, local.y / local.z).unwrap();
+            let [width, height] = [lens.image.width, lens.image.height].map(f64::from);
+            if x > 0.0 && y > 0.0 && x < width && y < height {
+                write!(places, "{x} {y} {id} ").unwrap();
+            }
         }
-    }
-    for (frame, places) in small.scene.frames.iter().zip(places) {
-        let color = frame.color();
         let rgb = shown.iter().flat_map(|&index| color.pixel(index)).collect();
         let image = RgbImage::from_raw(lens.image.width, lens.image.height, rgb).unwrap();
-        image
-            .save(folder.join(format!("images/{}.png", frame.stem)))
-            .unwrap();
-        let world_to_camera = frame.camera_to_world.inverse();
+        let name = format!("{}.png", frame.stem);
+        image.save(folder.join("images").join(&name)).unwrap();
         let [x, y, z, w] = Quat::from_mat3a(&world_to_camera.matrix3).to_array();
         let [tx, ty, tz] = (UNIT * world_to_camera.translation).to_array();
-        let name = format!("{}.png", frame.stem);
         writeln!(images, "1 {w} {x} {y} {z} {tx} {ty} {tz} 1 {name}\n{places}").unwrap();
     }
     let Lens { image, distortion } = lens;
@@ -99,17 +94,6 @@ fn write(folder: &Path) {
     let camera = format!("1 RADIAL {width} {height} {} {cx} {cy} {k1} {k2}\n", image.fx);
     for (name, text) in [("cameras", camera), ("images", images), ("points3D", points)] {
         fs::write(model.join(name).with_extension("txt"), text).unwrap();
-    }
-}
-
-/// Notes where a point is seen by the frame that measured it.
-fn write_place(places: &mut [String], frame: &Frame, lens: &Lens, point: glam::Vec3, id: usize) {
-    let local = frame.camera_to_world.inverse().transform_point3(point).as_dvec3();
-    let (x, y) = lens.place(local.x / local.z, local.y / local.z).unwrap();
-    let inside = x > 0.0 && y > 0.0 && x < f64::from(lens.image.width) && y < f64::from(lens.image.height);
-    let index = Small::get().scene.frame_index(&frame.stem).unwrap();
-    if inside {
-        write!(places[index], "{x} {y} {id} ").unwrap();
     }
 }
 
@@ -149,14 +133,7 @@ fn labels_come_out_in_the_pixels_of_the_bent_images() {
     assert!(points["median_px"].as_f64().unwrap() < 0.1, "{facts}");
     assert!(points["count"].as_u64().unwrap() > 0, "{facts}");
 
-    let strokes: Vec<Value> = clicks
-        .iter()
-        .map(|click| {
-            let frame = &small.scene.frames[click.frame].stem;
-            json!({ "frame": frame, "class": click.class, "points": [click.pixel], "radius": 0 })
-        })
-        .collect();
-    let strokes = json!({ "classes": small.classes, "strokes": strokes });
+    let strokes = small.strokes_of(&clicks);
     let file = root.path().join("strokes.json");
     fs::write(&file, strokes.to_string()).unwrap();
     let mut command = label(&room, &out);

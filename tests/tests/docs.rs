@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use inplace_tests::program;
+use inplace_tests::{files_below, program};
 
 /// The programs whose help is in docs/commands.md; all lie beside the first.
 const PROGRAMS: [&str; 2] = ["inplace", "inplace-lab"];
@@ -16,15 +16,9 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap()
 }
 
-/// All files below a folder of the repository, by their paths in it.
+/// All files below a folder of the repository.
 fn files(folder: &str) -> Vec<PathBuf> {
-    let entries = fs::read_dir(root().join(folder)).unwrap();
-    let paths = entries.map(|entry| Path::new(folder).join(entry.unwrap().file_name()));
-    let below = |path: PathBuf| match root().join(&path).is_dir() {
-        true => files(path.to_str().unwrap()),
-        false => vec![path],
-    };
-    paths.flat_map(below).collect()
+    files_below(&root().join(folder))
 }
 
 fn read(path: impl AsRef<Path>) -> String {
@@ -156,7 +150,10 @@ fn paths(text: &str, module: &[String]) -> Vec<Module> {
 #[test]
 fn modules_of_the_window_import_each_other_without_a_cycle() {
     let sources = files("ui/src").into_iter().filter_map(|file| {
-        let inside = file.strip_prefix("ui/src").unwrap().with_extension("");
+        let inside = file
+            .strip_prefix(root().join("ui/src"))
+            .unwrap()
+            .with_extension("");
         let mut module: Module = inside
             .iter()
             .map(|part| part.to_str().unwrap().to_owned())

@@ -3,15 +3,15 @@
 #![allow(clippy::unwrap_used, reason = "a test ends where it fails")]
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
 use inplace_core::labels::{Class, ClassId, Pixel, VOID};
-use inplace_core::scene::label_images;
-use inplace_lab::{ConfusionMatrix, LabelImage};
-use inplace_tests::{TRACE, Window, class_ids, inplace, skip, succeed};
+use inplace_core::scene::demo;
+use inplace_tests::{TRACE, Window, inplace, json, miou_with_clicks, skip, succeed};
 
+/// Width and height of the frames.
+const SIZE: (u32, u32) = (320, 240);
 /// What the maps must reach.
 const GOAL: f64 = 0.8;
 /// Answers before the first look at the maps, four for each of the demo's classes; and before each further one.
@@ -20,61 +20,38 @@ const LOOK_EVERY: usize = 10;
 /// Answers to reach it with: of time a busy machine may need any amount.
 const MOST: u64 = 160;
 
-/// The scene's label images by frame stem, and its classes.
+/// The scene's frames by their stems with their true classes, row-major, and the names of these.
 struct Truth {
-    images: BTreeMap<String, LabelImage>,
+    images: BTreeMap<String, Vec<ClassId>>,
     classes: Vec<Class>,
 }
 
 impl Truth {
-    fn read(scene: &Path, stems: &[String]) -> Self {
-        let images = label_images(scene).unwrap();
-        let read = |stem: &String| (stem.clone(), LabelImage::read(&images, stem).unwrap().unwrap());
-        Self {
-            images: stems.iter().map(read).collect(),
-            classes: read_classes(&scene.join("classes.json")),
-        }
-    }
-
     /// Name of what is at a pixel; `None` = void.
     fn name_at(&self, frame: &str, [x, y]: Pixel) -> Option<&str> {
-        let image = &self.images[frame];
-        let id = image.labels[(y * image.width + x) as usize];
-        let mut classes = self.classes.iter();
-        classes
-            .find(|class| class.id == id)
-            .map(|class| class.name.as_str())
+        let id = self.images[frame][(y * SIZE.0 + x) as usize];
+        let class = self.classes.iter().find(|class| class.id == id)?;
+        Some(&class.name)
     }
 
     /// Mean intersection over union of exported label images over all frames; classes are matched by their names.
     fn miou(&self, export: &Path) -> f64 {
-        let id_of = |name: &str| {
-            self.classes
-                .iter()
-                .find(|class| class.name == name)
-                .map(|class| class.id)
+        let classes = json(&export.join("classes.json"));
+        let exported: Vec<Class> = serde_json::from_value(classes).unwrap();
+        // What the export has no class for gets a number that no pixel has.
+        let id_of = |class: &Class| {
+            let exported = exported.iter().find(|other| other.name == class.name);
+            (
+                class.id,
+                exported.map_or(ClassId::MAX - class.id, |other| other.id),
+            )
         };
-        let exported = read_classes(&export.join("classes.json"));
-        let known: BTreeMap<ClassId, ClassId> = exported
-            .iter()
-            .filter_map(|class| Some((class.id, id_of(&class.name)?)))
-            .collect();
-        let mut matrix = ConfusionMatrix::default();
-        for (stem, image) in &self.images {
-            let (width, height, labels) = class_ids(&export.join(format!("labels/{stem}.png")));
-            assert_eq!((width, height), (image.width, image.height), "{stem}");
-            let predicted: Vec<ClassId> = labels
-                .iter()
-                .map(|label| known.get(label).copied().unwrap_or(VOID))
-                .collect();
-            matrix.add(&image.labels, &predicted).unwrap();
-        }
-        matrix.miou().unwrap()
+        let ids: BTreeMap<ClassId, ClassId> = self.classes.iter().map(id_of).collect();
+        let id = |id: &ClassId| ids.get(id).copied().unwrap_or(VOID);
+        let images = self.images.iter();
+        let truth = images.map(|(stem, labels)| (stem.as_str(), labels.iter().map(id).collect()));
+        miou_with_clicks(export, SIZE, &[], truth)
     }
-}
-
-fn read_classes(path: &Path) -> Vec<Class> {
-    serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap()
 }
 
 /// The hand on the keyboard.
@@ -162,7 +139,10 @@ fn a_scene_is_labelled_by_answering_suggestions_with_keys() {
     });
     let mut hand = Hand {
         window: &window,
-        truth: Truth::read(&window.home.path().join("room"), &stems),
+        truth: Truth {
+            images: stems.into_iter().zip(demo::ground_truth()).collect(),
+            classes: demo::classes(),
+        },
         answers: 0,
     };
     let start = Instant::now();

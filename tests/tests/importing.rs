@@ -4,93 +4,75 @@
 
 use std::fs;
 use std::path::Path;
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, LazyLock};
 
 use inplace_core::export::write_json;
-use inplace_core::labels::{Class, ClassId, History, LabelSet, Trust, read_label_images};
-use inplace_core::scene::{Scene, demo};
+use inplace_core::labels::{ClassId, History, LabelSet, Trust, read_label_images};
+use inplace_core::scene::demo;
 use inplace_core::semantics::{LabelPropagation, Surface, SurfaceImport};
-use inplace_lab::ConfusionMatrix;
 use inplace_lab::paper::pixel_noise;
+use inplace_tests::Small;
 use rand::{Rng, SeedableRng, rngs::SmallRng};
 
 const WIDTH: usize = 160;
 const HEIGHT: usize = 120;
 const FRAMES: usize = 10;
 
-/// A part of the demo scene, its classes, true labels and surface.
+/// A part of the demo scene and its surface.
 struct Room {
-    scene: Arc<Scene>,
-    classes: Vec<Class>,
-    truth: Vec<Vec<ClassId>>,
+    capture: Small,
     surface: Arc<Surface>,
 }
 
-impl Room {
-    fn get() -> &'static Self {
-        static ROOM: OnceLock<Room> = OnceLock::new();
-        ROOM.get_or_init(|| {
-            let shot = demo::Shot {
-                rooms: 1,
-                frames: FRAMES,
-                width: WIDTH as u32,
-                height: HEIGHT as u32,
-            };
-            let scene = Arc::new(shot.scene(&|_, _| {}));
-            Self {
-                surface: Arc::new(Surface::build(&scene, &[], 5.0).unwrap()),
-                classes: demo::classes(),
-                truth: shot.ground_truth(),
-                scene,
-            }
-        })
-    }
+static ROOM: LazyLock<Room> = LazyLock::new(|| {
+    let capture = Small::of(demo::Shot {
+        rooms: 1,
+        frames: FRAMES,
+        width: WIDTH as u32,
+        height: HEIGHT as u32,
+    });
+    let surface = Arc::new(Surface::build(&capture.scene, &[], 5.0).unwrap());
+    Room { capture, surface }
+});
 
+impl Room {
     /// The maps of all frames from the label images of a folder alone.
     fn maps(&self, folder: &Path, trust: Trust) -> Vec<Vec<ClassId>> {
-        let images = read_label_images(folder, &self.scene, &self.classes, trust).unwrap();
+        let Small { scene, classes, .. } = &self.capture;
+        let images = read_label_images(folder, scene, classes, trust).unwrap();
         assert_eq!((images.labels.maps.len(), images.unmatched), (FRAMES, 0));
         let mut history = History::new(LabelSet {
-            classes: self.classes.clone(),
+            classes: classes.clone(),
             ..LabelSet::default()
         });
         history.import(images);
         let mut spread = LabelPropagation::new(Arc::clone(&self.surface));
-        spread.set_labels(&self.scene, history.labels());
+        spread.set_labels(scene, history.labels());
         spread.set_import(SurfaceImport::new(&self.surface, history.labels()).unwrap());
         (0..FRAMES)
-            .map(|frame| spread.map(&self.scene, frame, 1).labels().into_owned())
+            .map(|frame| spread.map(scene, frame, 1).labels().into_owned())
             .collect()
-    }
-
-    /// Mean intersection over union of some frames' labels.
-    fn miou<'a>(&self, labels: impl Iterator<Item = (usize, &'a Vec<ClassId>)>) -> f64 {
-        let mut matrix = ConfusionMatrix::default();
-        labels.for_each(|(frame, labels)| matrix.add(&self.truth[frame], labels).unwrap());
-        matrix.miou().unwrap()
     }
 
     fn write(&self, folder: &Path, frame: usize, size: [usize; 2], labels: &[ClassId]) {
         let ids = labels.iter().map(|&id| u8::try_from(id).unwrap()).collect();
         let image = image::GrayImage::from_raw(size[0] as u32, size[1] as u32, ids).unwrap();
-        image
-            .save(folder.join(format!("{}.png", self.scene.frames[frame].stem)))
-            .unwrap();
+        image.save(folder.join(format!("rgb_{frame}.png"))).unwrap();
     }
 }
 
 #[test]
 fn noise_in_half_of_the_pixels_is_outvoted() {
-    let room = Room::get();
+    let (room, capture) = (&*ROOM, &ROOM.capture);
     let folder = tempfile::tempdir().unwrap();
-    let ids: Vec<ClassId> = room.classes.iter().map(|class| class.id).collect();
-    let mut noisy = room.truth.clone();
+    let ids: Vec<ClassId> = capture.classes.iter().map(|class| class.id).collect();
+    let mut noisy = capture.truth.clone();
     for (frame, labels) in noisy.iter_mut().enumerate() {
         pixel_noise(labels, &ids, 0.5, &mut SmallRng::seed_from_u64(frame as u64));
         room.write(folder.path(), frame, [WIDTH, HEIGHT], labels);
     }
-    let before = room.miou(noisy.iter().enumerate());
-    let after = room.miou(room.maps(folder.path(), Trust::VOTES).iter().enumerate());
+    let before = capture.miou(noisy.iter().enumerate());
+    let after = capture.miou(room.maps(folder.path(), Trust::VOTES).iter().enumerate());
     println!("50% pixel noise: {before:.3} to {after:.3}");
     assert!(before < 0.45 && after > 0.8, "{before} {after}");
 }
@@ -98,11 +80,11 @@ fn noise_in_half_of_the_pixels_is_outvoted() {
 #[test]
 fn labels_of_an_eighth_of_the_size_come_out_sharper_than_enlarged_ones() {
     const FACTOR: usize = 8;
-    let room = Room::get();
+    let (room, capture) = (&*ROOM, &ROOM.capture);
     let folder = tempfile::tempdir().unwrap();
     let [width, height] = [WIDTH / FACTOR, HEIGHT / FACTOR];
     let mut enlarged = Vec::new();
-    for (frame, labels) in room.truth.iter().enumerate() {
+    for (frame, labels) in capture.truth.iter().enumerate() {
         let middle = |at: usize| at * FACTOR + FACTOR / 2;
         let small: Vec<ClassId> = (0..width * height)
             .map(|pixel| labels[middle(pixel / width) * WIDTH + middle(pixel % width)])
@@ -111,9 +93,9 @@ fn labels_of_an_eighth_of_the_size_come_out_sharper_than_enlarged_ones() {
         let of = |pixel: usize| small[pixel / WIDTH / FACTOR * width + pixel % WIDTH / FACTOR];
         enlarged.push((0..WIDTH * HEIGHT).map(of).collect::<Vec<ClassId>>());
     }
-    let before = room.miou(enlarged.iter().enumerate());
+    let before = capture.miou(enlarged.iter().enumerate());
     for trust in [Trust::VOTES, Trust::RIGHT] {
-        let after = room.miou(room.maps(folder.path(), trust).iter().enumerate());
+        let after = capture.miou(room.maps(folder.path(), trust).iter().enumerate());
         println!("an eighth of the size, {trust:?}: {before:.3} to {after:.3}");
         assert!(after > before + 0.2, "{trust:?}: {before} {after}");
     }
@@ -121,19 +103,19 @@ fn labels_of_an_eighth_of_the_size_come_out_sharper_than_enlarged_ones() {
 
 /// Probabilities `[classes, height, width]` of half the size, of which the likeliest class is wrong in about half of
 /// the patches, as sure as in the others.
-fn predicted(room: &Room, frame: usize) -> Vec<f32> {
+fn predicted(capture: &Small, frame: usize) -> Vec<f32> {
     const PATCH: usize = 6;
     let [width, height] = [WIDTH / 2, HEIGHT / 2];
     let mut rng = SmallRng::seed_from_u64(100 + frame as u64);
-    let count = room.classes.len();
+    let count = capture.classes.len();
     let patches: Vec<Option<usize>> = (0..width.div_ceil(PATCH) * height.div_ceil(PATCH))
         .map(|_| rng.random_bool(0.5).then(|| rng.random_range(0..count)))
         .collect();
     let mut values = vec![0.0; count * width * height];
     for pixel in 0..width * height {
         let (x, y) = (pixel % width, pixel / width);
-        let id = room.truth[frame][2 * y * WIDTH + 2 * x];
-        let right = room.classes.iter().position(|class| class.id == id);
+        let id = capture.truth[frame][2 * y * WIDTH + 2 * x];
+        let right = capture.classes.iter().position(|class| class.id == id);
         let wrong = patches[y / PATCH * width.div_ceil(PATCH) + x / PATCH];
         let peak = rng.random_range(0.3..0.9);
         for class in 0..count {
@@ -151,36 +133,30 @@ fn predicted(room: &Room, frame: usize) -> Vec<f32> {
 
 #[test]
 fn predictions_that_are_wrong_in_half_of_each_frame_agree_on_what_is_right() {
-    let room = Room::get();
+    let (room, capture) = (&*ROOM, &ROOM.capture);
     let folder = tempfile::tempdir().unwrap();
     let [width, height] = [WIDTH / 2, HEIGHT / 2];
     for frame in 0..FRAMES {
-        let values = predicted(room, frame);
+        let values = predicted(capture, frame);
         let header = format!(
             "{{'descr': '<f4', 'fortran_order': False, 'shape': ({}, {height}, {width}), }}\n",
-            room.classes.len()
+            capture.classes.len()
         );
         let mut file = b"\x93NUMPY\x01\x00".to_vec();
         file.extend((header.len() as u16).to_le_bytes());
         file.extend(header.as_bytes());
         file.extend(values.iter().flat_map(|value| value.to_le_bytes()));
-        let stem = &room.scene.frames[frame].stem;
-        fs::write(folder.path().join(format!("{stem}.npy")), file).unwrap();
+        fs::write(folder.path().join(format!("rgb_{frame}.npy")), file).unwrap();
     }
-    write_json(&folder.path().join("classes.json"), &room.classes).unwrap();
-    let images = read_label_images(folder.path(), &room.scene, &[], Trust::VOTES).unwrap();
-    let of_one = |frame: usize, labels: &Vec<ClassId>| room.miou([(frame, labels)].into_iter());
-    let single = images
-        .labels
-        .maps
-        .iter()
-        .map(|map| of_one(map.frame, &map.labels()));
+    write_json(&folder.path().join("classes.json"), &capture.classes).unwrap();
+    let images = read_label_images(folder.path(), &capture.scene, &[], Trust::VOTES).unwrap();
+    let maps = images.labels.maps.iter();
+    let single = maps.map(|map| capture.miou([(map.frame, map.labels())]));
     let best = single.fold(0.0, f64::max);
     let fused = room.maps(folder.path(), Trust::VOTES);
-    let least = (0..FRAMES)
-        .map(|frame| of_one(frame, &fused[frame]))
-        .fold(1.0, f64::min);
-    let all = room.miou(fused.iter().enumerate());
+    let each = fused.iter().enumerate().map(|fused| capture.miou([fused]));
+    let least = each.fold(1.0, f64::min);
+    let all = capture.miou(fused.iter().enumerate());
     println!("half-wrong predictions: at best {best:.3} to at least {least:.3}, in all {all:.3}");
     assert!(best < 0.5 && least > best + 0.2, "{best} {least}");
 }

@@ -14,7 +14,7 @@ use image::ImageEncoder;
 use image::codecs::jpeg::JpegEncoder;
 use image::codecs::png::PngEncoder;
 use inplace_core::export::{Format, LabelledScene, Options, export};
-use inplace_core::labels::{ClassId, History, LabelSet, Stroke, VOID};
+use inplace_core::labels::{ClassId, VOID};
 use inplace_core::scene::Scene;
 use inplace_core::semantics::{ENTROPY_STEPS_PER_NAT, Mesh, MeshVertex};
 use inplace_core::session::FrameMap;
@@ -113,14 +113,7 @@ struct Solids<'a> {
 
 impl<'a> Solids<'a> {
     fn new(scene: &'a Arc<Scene>) -> Self {
-        let mut history = History::new(LabelSet {
-            classes: Small::get().classes.clone(),
-            ..LabelSet::default()
-        });
-        for click in Small::get().clicks() {
-            history.add_stroke(Stroke::click(click.frame, click.class, click.pixel));
-        }
-        let maps = propagated(scene, history.labels(), 8.0);
+        let maps = propagated(scene, &Small::get().labels(), 8.0);
         Self { scene, maps }
     }
 

@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-use inplace_tests::Fuzzed;
+use inplace_tests::{Fuzzed, files_below};
 use rand::{Rng, SeedableRng, rngs::SmallRng};
 
 /// Changes to each seed, unless `INPLACE_SEED_CHANGES` says how many.
@@ -36,25 +36,12 @@ fn grown(by: usize) {
     MOST.fetch_max(now, Ordering::Relaxed);
 }
 
-// SAFETY: everything is passed on to the system's allocator as it came.
+// SAFETY: everything is passed on to the system's allocator as it came, also by what is made of these two.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         grown(layout.size());
         // SAFETY: as above.
         unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
-        grown(layout.size());
-        // SAFETY: as above.
-        unsafe { System.alloc_zeroed(layout) }
-    }
-
-    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        grown(size);
-        NOW.fetch_sub(layout.size(), Ordering::Relaxed);
-        // SAFETY: as above.
-        unsafe { System.realloc(pointer, layout, size) }
     }
 
     unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
@@ -67,43 +54,33 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-/// A fixed sequence of numbers.
-struct Numbers(SmallRng);
-
-impl Numbers {
-    fn below(&mut self, bound: usize) -> usize {
-        self.0.random_range(0..bound.max(1))
-    }
+/// A number below a bound; 0 where there is none.
+fn below(bound: usize, random: &mut SmallRng) -> usize {
+    random.random_range(0..bound.max(1))
 }
 
-fn seeds_of(name: &str) -> Vec<(PathBuf, Vec<u8>)> {
+fn seeds_of(name: &str) -> Vec<(Vec<u8>, PathBuf)> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("../fuzz/seeds")
         .join(name);
-    let entries = fs::read_dir(&folder).unwrap_or_else(|error| panic!("{}: {error}", folder.display()));
-    let mut paths: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
+    let mut paths = files_below(&folder);
     paths.sort();
-    paths
-        .into_iter()
-        .map(|path| {
-            let bytes = fs::read(&path).unwrap();
-            (path, bytes)
-        })
-        .collect()
+    let with_bytes = |path: PathBuf| (fs::read(&path).unwrap(), path);
+    paths.into_iter().map(with_bytes).collect()
 }
 
 /// Bytes with some bits flipped, cut short, with a part twice, or with a part of another seed.
-fn changed(bytes: &[u8], other: &[u8], numbers: &mut Numbers) -> Vec<u8> {
+fn changed(bytes: &[u8], other: &[u8], random: &mut SmallRng) -> Vec<u8> {
     let mut bytes = bytes.to_vec();
-    for _ in 0..=numbers.below(3) {
+    for _ in 0..=below(3, random) {
         let length = bytes.len();
-        let from = numbers.below(length);
-        let to = length.min(from + 1 + numbers.below(24));
-        match numbers.below(6) {
-            0 | 1 if length > 0 => bytes[from] ^= 1 << numbers.below(8),
+        let from = below(length, random);
+        let to = length.min(from + 1 + below(24, random));
+        match below(6, random) {
+            0 | 1 if length > 0 => bytes[from] ^= 1 << below(8, random),
             2 if length > 0 => {
                 let odd = [0, 0xff, 0x7f, 0x80, b'-', b'9', b'.', b'e'];
-                bytes[from] = odd[numbers.below(odd.len())];
+                bytes[from] = odd[below(odd.len(), random)];
             }
             3 => bytes.truncate(from),
             4 => {
@@ -111,8 +88,8 @@ fn changed(bytes: &[u8], other: &[u8], numbers: &mut Numbers) -> Vec<u8> {
                 bytes.splice(from..from, part);
             }
             _ => {
-                let start = numbers.below(other.len());
-                let end = other.len().min(start + 1 + numbers.below(64));
+                let start = below(other.len(), random);
+                let end = other.len().min(start + 1 + below(64, random));
                 bytes.splice(from..to, other[start..end].iter().copied());
             }
         }
@@ -148,7 +125,7 @@ fn no_seed_and_no_change_to_one_breaks_a_parser() {
         let seeds = seeds_of(name);
         assert!(!seeds.is_empty(), "{name} has seeds");
         let start = Instant::now();
-        for (number, (path, bytes)) in seeds.iter().enumerate() {
+        for (number, (bytes, path)) in seeds.iter().enumerate() {
             let file = path.file_name().unwrap().to_string_lossy();
             let mut check = |what: &str, bytes: &[u8]| {
                 if let Some(problem) = problem(&fuzzed, bytes) {
@@ -158,11 +135,11 @@ fn no_seed_and_no_change_to_one_breaks_a_parser() {
                 }
             };
             check("", bytes);
-            let mut numbers = Numbers(SmallRng::seed_from_u64(number as u64));
+            let random = &mut SmallRng::seed_from_u64(number as u64);
             let changes = if bytes.len() > LARGE { changes / 4 } else { changes };
             for change in 0..changes {
-                let (_, other) = &seeds[numbers.below(seeds.len())];
-                check(&format!("-{change}"), &changed(bytes, other, &mut numbers));
+                let (other, _) = &seeds[below(seeds.len(), random)];
+                check(&format!("-{change}"), &changed(bytes, other, random));
             }
         }
         println!("{name}: {} seeds, {:.1?}", seeds.len(), start.elapsed());

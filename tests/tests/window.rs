@@ -5,10 +5,10 @@
 use std::collections::HashSet;
 use std::time::Duration;
 
-use inplace_core::labels::Stroke;
 use inplace_core::project::Project;
 use inplace_tests::{
-    PATIENCE, Running, Small, TRACE, Window, class_ids, inplace, one_line, projects_below, skip, until,
+    OnDisk, PATIENCE, Running, Small, TRACE, Window, class_ids, inplace, one_line, projects_below, skip,
+    strokes_of, until,
 };
 
 /// Two places in the frame in view, whatever the panels around it, far from each other.
@@ -58,8 +58,7 @@ fn a_scene_is_shown_labelled_with_the_pointer_exported_and_kept() {
     assert_eq!(kept.len(), 1, "{kept:?}");
     let (_, contents) = Project::open(&kept[0]).unwrap();
     assert_eq!(contents.maps.len(), Small::get().scene.frames.len());
-    let strokes = contents.history.labels().strokes.values();
-    let strokes: Vec<&Stroke> = strokes.map(AsRef::as_ref).collect();
+    let strokes = strokes_of(&contents);
     let said: Vec<u16> = strokes.iter().map(|stroke| stroke.class).collect();
     assert_eq!(said, [1, 2]);
     for (index, frame) in Small::get().scene.frames.iter().enumerate() {
@@ -79,10 +78,8 @@ fn a_scene_is_shown_labelled_with_the_pointer_exported_and_kept() {
 
 #[test]
 fn without_a_display_a_scene_is_refused_in_one_sentence() {
-    let root = tempfile::tempdir().unwrap();
-    let scene = root.path().join("room");
-    Small::get().write(&scene);
-    let outcome = Running::to_the_end(inplace().arg(&scene));
+    let disk = OnDisk::default();
+    let outcome = Running::to_the_end(inplace().arg(disk.path("room")));
     assert_eq!(outcome.code, Some(1), "{outcome:?}");
     let line = one_line(&outcome.stderr);
     assert!(line.starts_with("there is no display"), "{line}");

@@ -8,9 +8,14 @@ use inplace_core::scene::{Trajectory, fuzzing};
 
 use super::{Parser, SIZE, assert_sentence, opened};
 
-/// Sixteen numbers of a camera that looks along z from x.
+/// The pose of a camera that looks along z from x: four lines of four numbers.
+fn pose(x: u32) -> String {
+    format!("1 0 0 {x}\n0 1 0 0\n0 0 1 0\n0 0 0 1\n")
+}
+
+/// The same in a line.
 fn pose_line(x: u32) -> String {
-    format!("1 0 0 {x} 0 1 0 0 0 0 1 0 0 0 0 1\n")
+    pose(x).replace('\n', " ") + "\n"
 }
 
 pub(super) fn write_color(path: &Path) {
@@ -50,7 +55,7 @@ fn accepts(parser: fuzzing::Parser, path: &Path, bytes: &[u8]) -> bool {
 fn check_files<const N: usize>(
     folder: &Path,
     parsers: [fuzzing::Parser; N],
-    names: [&str; N],
+    names: [impl AsRef<Path>; N],
     contents: [&[u8]; N],
 ) {
     let paths = names.map(|name| folder.join(name));
@@ -109,6 +114,11 @@ fn write_images(folder: &Path) {
     }
 }
 
+/// The files of a model.
+fn model(ending: &str) -> [String; 3] {
+    ["cameras", "images", "points3D"].map(|name| format!("sparse/0/{name}.{ending}"))
+}
+
 /// The three files one after another, the lengths of the first two (u16, little endian) before them.
 pub(super) const COLMAP_BINARY: Parser = Parser {
     name: "colmap_binary",
@@ -120,12 +130,8 @@ pub(super) const COLMAP_BINARY: Parser = Parser {
         let [a, b, c, d] = *lengths;
         let (cameras, rest) = rest.split_at(rest.len().min(u16::from_le_bytes([a, b]).into()));
         let (images, points) = rest.split_at(rest.len().min(u16::from_le_bytes([c, d]).into()));
-        let names = [
-            "sparse/0/cameras.bin",
-            "sparse/0/images.bin",
-            "sparse/0/points3D.bin",
-        ];
-        check_files(folder, fuzzing::COLMAP_BINARY, names, [cameras, images, points]);
+        let contents = [cameras, images, points];
+        check_files(folder, fuzzing::COLMAP_BINARY, model("bin"), contents);
     },
 };
 
@@ -134,12 +140,7 @@ pub(super) const COLMAP_TEXT: Parser = Parser {
     name: "colmap_text",
     prepare: write_images,
     check: |folder, bytes| {
-        let names = [
-            "sparse/0/cameras.txt",
-            "sparse/0/images.txt",
-            "sparse/0/points3D.txt",
-        ];
-        check_files(folder, fuzzing::COLMAP_TEXT, names, parts(bytes));
+        check_files(folder, fuzzing::COLMAP_TEXT, model("txt"), parts(bytes));
     },
 };
 
@@ -175,10 +176,8 @@ pub(super) const SEVEN_SCENES: Parser = Parser {
         for number in 0..2 {
             write_color(&folder.join(format!("frame-00000{number}.color.png")));
             write_depth(&folder.join(format!("frame-00000{number}.depth.png")));
-            write(
-                &folder.join(format!("frame-00000{number}.pose.txt")),
-                b"1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n",
-            );
+            let path = folder.join(format!("frame-00000{number}.pose.txt"));
+            write(&path, pose(0).as_bytes());
         }
     },
     check: |folder, bytes| {
@@ -200,10 +199,9 @@ pub(super) const SCANNET: Parser = Parser {
         for number in 0..2 {
             write_color(&folder.join(format!("color/{number}.png")));
             write_depth(&folder.join(format!("depth/{number}.png")));
-            let pose = pose_line(number);
             write(
                 &folder.join(format!("pose/{number}.txt")),
-                in_rows(&pose).as_bytes(),
+                pose(number).as_bytes(),
             );
         }
     },
@@ -228,12 +226,6 @@ pub(super) const SCANNET: Parser = Parser {
         check_files(folder, parsers, names, [color, extrinsic, pose]);
     },
 };
-
-/// The sixteen numbers of a line as four lines.
-fn in_rows(line: &str) -> String {
-    let words: Vec<&str> = line.split_whitespace().collect();
-    words.chunks(4).map(|row| row.join(" ") + "\n").collect()
-}
 
 /// The path, and after a zero byte the intrinsics of its camera.
 pub(super) const CAMERA_PATH: Parser = Parser {

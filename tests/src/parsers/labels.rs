@@ -1,10 +1,12 @@
 //! Files of labels: strokes, class lists and label images.
 
 use std::collections::BTreeSet;
+use std::fs;
 use std::sync::LazyLock;
 
+use inplace_core::export::IdMap;
 use inplace_core::labels::{
-    ImportedMap, LabelSet, decode_gray, parse_class_list, parse_strokes, rasterise, strokes_json,
+    Class, ImportedMap, LabelSet, decode_gray, parse_class_list, parse_strokes, rasterise, strokes_json,
 };
 use inplace_core::scene::Scene;
 
@@ -58,6 +60,28 @@ pub(super) const CLASSES: Parser = Parser {
             parse_class_list(&written).expect("it is a list of classes"),
             classes
         );
+    },
+};
+
+/// A list of classes whose numbers exports take in place of the project's.
+pub(super) const IDS: Parser = Parser {
+    name: "ids",
+    prepare: |_| {},
+    check: |folder, bytes| {
+        let path = folder.join("ids.json");
+        fs::write(&path, bytes).expect("the temporary folder can be written");
+        let ids = match IdMap::named(&path.to_string_lossy()) {
+            Ok(ids) => ids,
+            Err(error) => return assert_sentence(&error.to_string()),
+        };
+        let listed = std::str::from_utf8(bytes).expect("it was read as text");
+        let listed = parse_class_list(listed).expect("it is a list of classes");
+        let own = [(1, "wall"), (2, "Floor"), (300, "lobster")].map(|(id, name)| Class::new(id, name));
+        let missing = ids.missing(&own);
+        for name in own.iter().map(|class| class.name.as_str()) {
+            let is_listed = listed.iter().any(|class| class.is_named(name));
+            assert_ne!(missing.contains(&name), is_listed, "{name}");
+        }
     },
 };
 
