@@ -108,8 +108,8 @@ impl Screen {
     /// # Panics
     /// When xdotool fails.
     pub fn click(&self, [x, y]: [u32; 2]) {
-        // Press and release in two steps, as a hand does.
-        let click = format!("mousemove {x} {y} mousedown 1 sleep 0.01 mouseup 1");
+        // In steps, as a hand does.
+        let click = format!("mousemove {x} {y} sleep 0.02 mousedown 1 sleep 0.02 mouseup 1");
         self.act(&click.split(' ').collect::<Vec<_>>());
     }
 

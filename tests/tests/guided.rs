@@ -113,13 +113,6 @@ impl Hand<'_> {
             (trace.strokes() == answers).then_some(())
         });
     }
-
-    /// Exports through the dialog; returns how right the files are.
-    fn export(&self) -> f64 {
-        let folder = self.window.home.path().join(format!("labels-{}", self.answers));
-        self.window.export(&folder);
-        self.truth.miou(&folder)
-    }
 }
 
 #[test]
@@ -156,7 +149,9 @@ fn a_scene_is_labelled_by_answering_suggestions_with_keys() {
             hand.answer();
             left -= 1;
         }
-        scores.push((hand.answers, hand.export()));
+        let folder = window.home.path().join(format!("labels-{}", hand.answers));
+        window.export(&folder);
+        scores.push((hand.answers, hand.truth.miou(&folder)));
         println!("{:.1} s: {scores:?}", start.elapsed().as_secs_f64());
         if scores.iter().any(|&(_, miou)| miou >= GOAL) {
             break;

@@ -47,15 +47,13 @@ fn python() -> Result<PathBuf, String> {
         return Ok(python);
     }
     let run = |command: &mut Command, what: &str| {
-        let outcome = Running::start(command).wait(PATIENCE);
-        let Outcome { code, stdout, stderr } = outcome;
+        let Outcome { code, stdout, stderr } = Running::start(command).wait(PATIENCE);
         match code {
             Some(0) => Ok(()),
             _ => Err(format!("{what}: {stdout}{stderr}")),
         }
     };
-    let there_is_python = Command::new("python3").arg("--version").output();
-    if there_is_python.is_err() {
+    if Command::new("python3").arg("--version").output().is_err() {
         return Err("there is no python3".to_owned());
     }
     run(
