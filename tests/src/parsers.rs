@@ -26,6 +26,17 @@ struct Parser {
     check: fn(&Path, &[u8]),
 }
 
+impl Parser {
+    const fn new(name: &'static str, prepare: fn(&Path), check: fn(&Path, &[u8])) -> Self {
+        Self { name, prepare, check }
+    }
+
+    /// A parser that needs no other files.
+    const fn alone(name: &'static str, check: fn(&Path, &[u8])) -> Self {
+        Self::new(name, |_| {}, check)
+    }
+}
+
 /// All parsers; seeds and fuzz targets are named after them.
 const PARSERS: [Parser; 22] = [
     captures::REPLICA_POSES,

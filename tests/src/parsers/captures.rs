@@ -83,17 +83,13 @@ fn write_replica(folder: &Path) {
     write(&folder.join("traj_w_c.txt"), poses.as_bytes());
 }
 
-pub(super) const REPLICA_POSES: Parser = Parser {
-    name: "replica_poses",
-    prepare: write_replica,
-    check: |folder, bytes| check_files(folder, [fuzzing::REPLICA_POSES], ["traj_w_c.txt"], [bytes]),
-};
+pub(super) const REPLICA_POSES: Parser = Parser::new("replica_poses", write_replica, |folder, bytes| {
+    check_files(folder, [fuzzing::REPLICA_POSES], ["traj_w_c.txt"], [bytes]);
+});
 
-pub(super) const INTRINSICS: Parser = Parser {
-    name: "intrinsics",
-    prepare: write_replica,
-    check: |folder, bytes| check_files(folder, [fuzzing::INTRINSICS], ["intrinsics.txt"], [bytes]),
-};
+pub(super) const INTRINSICS: Parser = Parser::new("intrinsics", write_replica, |folder, bytes| {
+    check_files(folder, [fuzzing::INTRINSICS], ["intrinsics.txt"], [bytes]);
+});
 
 pub(super) const TRANSFORMS: Parser = Parser {
     name: "transforms",
@@ -120,29 +116,21 @@ fn model(ending: &str) -> [String; 3] {
 }
 
 /// The three files one after another, the lengths of the first two (u16, little endian) before them.
-pub(super) const COLMAP_BINARY: Parser = Parser {
-    name: "colmap_binary",
-    prepare: write_images,
-    check: |folder, bytes| {
-        let Some((lengths, rest)) = bytes.split_first_chunk::<4>() else {
-            return;
-        };
-        let [a, b, c, d] = *lengths;
-        let (cameras, rest) = rest.split_at(rest.len().min(u16::from_le_bytes([a, b]).into()));
-        let (images, points) = rest.split_at(rest.len().min(u16::from_le_bytes([c, d]).into()));
-        let contents = [cameras, images, points];
-        check_files(folder, fuzzing::COLMAP_BINARY, model("bin"), contents);
-    },
-};
+pub(super) const COLMAP_BINARY: Parser = Parser::new("colmap_binary", write_images, |folder, bytes| {
+    let Some((lengths, rest)) = bytes.split_first_chunk::<4>() else {
+        return;
+    };
+    let [a, b, c, d] = *lengths;
+    let (cameras, rest) = rest.split_at(rest.len().min(u16::from_le_bytes([a, b]).into()));
+    let (images, points) = rest.split_at(rest.len().min(u16::from_le_bytes([c, d]).into()));
+    let contents = [cameras, images, points];
+    check_files(folder, fuzzing::COLMAP_BINARY, model("bin"), contents);
+});
 
 /// The three files with a zero byte between them.
-pub(super) const COLMAP_TEXT: Parser = Parser {
-    name: "colmap_text",
-    prepare: write_images,
-    check: |folder, bytes| {
-        check_files(folder, fuzzing::COLMAP_TEXT, model("txt"), parts(bytes));
-    },
-};
+pub(super) const COLMAP_TEXT: Parser = Parser::new("colmap_text", write_images, |folder, bytes| {
+    check_files(folder, fuzzing::COLMAP_TEXT, model("txt"), parts(bytes));
+});
 
 /// What is between the zero bytes; empty where there are fewer parts.
 fn parts<const N: usize>(bytes: &[u8]) -> [&[u8]; N] {
@@ -228,35 +216,31 @@ pub(super) const SCANNET: Parser = Parser {
 };
 
 /// The path, and after a zero byte the intrinsics of its camera.
-pub(super) const CAMERA_PATH: Parser = Parser {
-    name: "camera_path",
-    prepare: |_| {},
-    check: |folder, bytes| {
-        let [path_bytes, intrinsics_bytes] = parts(bytes);
-        let (path, intrinsics) = (folder.join("path"), folder.join("intrinsics.txt"));
-        write(&path, path_bytes);
-        write(&intrinsics, intrinsics_bytes);
-        let intrinsics = (!intrinsics_bytes.is_empty()).then_some(intrinsics.as_path());
-        let read = match Trajectory::read(&path, intrinsics) {
-            Ok(read) => read,
-            Err(error) => return assert_sentence(&error.to_string()),
-        };
-        assert!(!read.poses.is_empty(), "a path has poses");
-        assert!(read.poses.iter().all(|pose| pose.is_finite()), "{:?}", read.poses);
-        assert!(
-            intrinsics.is_none() || read.camera.is_some(),
-            "the camera was given"
-        );
-        if let Some(camera) = &read.camera {
-            assert_eq!(camera.problem(), None);
-        }
-        // The plain kind of file can say all poses, and a camera beside it leaves them as they are.
-        let lines: String = read.poses.iter().map(line_of).collect();
-        write(&path, lines.as_bytes());
-        let again = Trajectory::read(&path, None).expect("what was accepted is a path");
-        assert_eq!(again.poses, read.poses);
-    },
-};
+pub(super) const CAMERA_PATH: Parser = Parser::alone("camera_path", |folder, bytes| {
+    let [path_bytes, intrinsics_bytes] = parts(bytes);
+    let (path, intrinsics) = (folder.join("path"), folder.join("intrinsics.txt"));
+    write(&path, path_bytes);
+    write(&intrinsics, intrinsics_bytes);
+    let intrinsics = (!intrinsics_bytes.is_empty()).then_some(intrinsics.as_path());
+    let read = match Trajectory::read(&path, intrinsics) {
+        Ok(read) => read,
+        Err(error) => return assert_sentence(&error.to_string()),
+    };
+    assert!(!read.poses.is_empty(), "a path has poses");
+    assert!(read.poses.iter().all(|pose| pose.is_finite()), "{:?}", read.poses);
+    assert!(
+        intrinsics.is_none() || read.camera.is_some(),
+        "the camera was given"
+    );
+    if let Some(camera) = &read.camera {
+        assert_eq!(camera.problem(), None);
+    }
+    // The plain kind of file can say all poses, and a camera beside it leaves them as they are.
+    let lines: String = read.poses.iter().map(line_of).collect();
+    write(&path, lines.as_bytes());
+    let again = Trajectory::read(&path, None).expect("what was accepted is a path");
+    assert_eq!(again.poses, read.poses);
+});
 
 /// The sixteen numbers of a pose.
 fn line_of(pose: &DAffine3) -> String {

@@ -107,22 +107,16 @@ fn check(folder: &Path, extension: &str, bytes: &[u8]) {
 }
 
 /// A PNG of ids, indices of a palette or colours.
-pub(super) const IMAGE: Parser = Parser {
-    name: "imported_image",
-    prepare,
-    check: |folder, bytes| check(folder, "png", bytes),
-};
+pub(super) const IMAGE: Parser = Parser::new("imported_image", prepare, |folder, bytes| {
+    check(folder, "png", bytes);
+});
 
 /// An array of probabilities.
-pub(super) const ARRAY: Parser = Parser {
-    name: "imported_npy",
-    prepare,
-    check: |folder, bytes| check(folder, "npy", bytes),
-};
+pub(super) const ARRAY: Parser = Parser::new("imported_npy", prepare, |folder, bytes| {
+    check(folder, "npy", bytes);
+});
 
 /// An archive with an array of probabilities.
-pub(super) const ARCHIVE: Parser = Parser {
-    name: "imported_npz",
-    prepare,
-    check: |folder, bytes| check(folder, "npz", bytes),
-};
+pub(super) const ARCHIVE: Parser = Parser::new("imported_npz", prepare, |folder, bytes| {
+    check(folder, "npz", bytes);
+});

@@ -92,17 +92,13 @@ fn check(path: &Path) {
     }
 }
 
-pub(super) const FILE: Parser = Parser {
-    name: "project",
-    prepare: |_| {},
-    check: |folder, bytes| {
-        let path = folder.join(NAME);
-        fs::write(&path, bytes).expect("the temporary folder can be written");
-        check(&path);
-        // A journal of the file before would belong to this one.
-        let _ = fs::remove_file(folder.join("p.inplace-journal"));
-    },
-};
+pub(super) const FILE: Parser = Parser::alone("project", |folder, bytes| {
+    let path = folder.join(NAME);
+    fs::write(&path, bytes).expect("the temporary folder can be written");
+    check(&path);
+    // A journal of the file before would belong to this one.
+    let _ = fs::remove_file(folder.join("p.inplace-journal"));
+});
 
 /// A project file that may be damaged, and has a backup.
 pub(super) const DAMAGED: Parser = Parser {
@@ -145,27 +141,23 @@ pub(super) const DAMAGED: Parser = Parser {
 };
 
 /// The saved model of a project.
-pub(super) const MODEL: Parser = Parser {
-    name: "model_state",
-    prepare: |_| {},
-    check: |_, bytes| {
-        static TRAINER: LazyLock<Mutex<Trainer>> = LazyLock::new(|| {
-            let trainer = Trainer::new(Arc::new(two_frames([64, 48])), Preset::Fast, 1);
-            Mutex::new(trainer.expect("a field of two frames"))
-        });
-        let state = ModelState {
-            steps: 1,
-            tensors: bytes.to_vec(),
-        };
-        let Ok(tensors) = state.load() else {
-            return;
-        };
-        // A whole field is larger than what is tried here.
-        let mut trainer = TRAINER.lock().unwrap_or_else(PoisonError::into_inner);
-        assert!(trainer.restore(&tensors, state.steps).is_err());
-        assert_eq!(trainer.steps(), 0);
-    },
-};
+pub(super) const MODEL: Parser = Parser::alone("model_state", |_, bytes| {
+    static TRAINER: LazyLock<Mutex<Trainer>> = LazyLock::new(|| {
+        let trainer = Trainer::new(Arc::new(two_frames([64, 48])), Preset::Fast, 1);
+        Mutex::new(trainer.expect("a field of two frames"))
+    });
+    let state = ModelState {
+        steps: 1,
+        tensors: bytes.to_vec(),
+    };
+    let Ok(tensors) = state.load() else {
+        return;
+    };
+    // A whole field is larger than what is tried here.
+    let mut trainer = TRAINER.lock().unwrap_or_else(PoisonError::into_inner);
+    assert!(trainer.restore(&tensors, state.steps).is_err());
+    assert_eq!(trainer.steps(), 0);
+});
 
 /// The lines of a stroke, an edit and a map's label image, with a zero byte after each of the first two.
 pub(super) const ROWS: Parser = Parser {
