@@ -231,7 +231,9 @@ impl Canvas {
         self.rect = rect;
         response.widget_info(|| WidgetInfo::labeled(Role::Canvas, true, CANVAS_NAME));
         let painter = ui.painter_at(rect);
-        painter.rect_filled(rect, 0, theme::of(ui.visuals()).canvas);
+        let background = painter.add(egui::Shape::Noop);
+        let color = theme::of(ui.visuals()).canvas;
+        painter.set(background, egui::Shape::rect_filled(rect, 0, color));
         self.pointed_at = None;
         let Some(frame) = workspace.frame() else {
             return;
@@ -279,6 +281,10 @@ impl Canvas {
                 continue;
             }
             ready &= self.paint_frame(&painter.with_clip_rect(part.clip), side, content, placement, look);
+        }
+        if ready {
+            // Most of the canvas is image: filling what it covers would be in vain.
+            painter.set(background, shapes::around(rect, placement.rect(), color));
         }
         // For the instant in which the image of the frame before is still there.
         if ready && !model.overlay_hidden {

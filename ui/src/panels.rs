@@ -76,7 +76,7 @@ impl Panels {
     /// Draws the whole window.
     pub fn show(&mut self, ui: &mut Ui, model: &Model, canvas: &mut Canvas, commands: &mut Commands) {
         egui::Panel::top("menu")
-            .frame(panel_frame(ui, 8, 4))
+            .frame(panel_frame(8, 4))
             .show(ui, |ui| menu::show(ui, model, &self.pictures, commands));
         if !matches!(model.stage, Stage::Open(_)) {
             self.view3d.forget();
@@ -111,17 +111,17 @@ impl Panels {
         let before = Pane::ALL.map(shown);
         let [mut classes, mut side, mut frames, training, strokes] = before;
         egui::Panel::left("classes")
-            .frame(panel_frame(ui, 0, 0))
+            .frame(panel_frame(0, 0))
             .default_size(232.0)
             .size_range(184.0..=360.0)
             .show_collapsible(ui, &mut classes, |ui| {
                 self.strokes.show_below(ui, workspace, strokes, commands);
                 egui::CentralPanel::default()
-                    .frame(panel_frame(ui, 12, 12))
+                    .frame(panel_frame(12, 12))
                     .show(ui, |ui| self.classes.show(ui, workspace, commands));
             });
         egui::Panel::right("side")
-            .frame(panel_frame(ui, 0, 0))
+            .frame(panel_frame(0, 0))
             .default_size(280.0)
             .size_range(240.0..=400.0)
             .show_collapsible(ui, &mut side, |ui| {
@@ -132,29 +132,29 @@ impl Panels {
                     ("status folded", 6)
                 };
                 egui::Panel::bottom(id)
-                    .frame(panel_frame(ui, 12, margin))
+                    .frame(panel_frame(12, margin))
                     .resizable(false)
                     .show(ui, |ui| status::show(ui, workspace, training, commands));
                 egui::Panel::top("sides")
-                    .frame(panel_frame(ui, 12, 8))
+                    .frame(panel_frame(12, 8))
                     .resizable(false)
                     .show(ui, |ui| sides(ui, model, commands));
                 egui::CentralPanel::default()
-                    .frame(panel_frame(ui, 12, 12))
+                    .frame(panel_frame(12, 12))
                     .show(ui, |ui| match model.side {
                         Side::LabelNext => self.suggestions.show(ui, workspace, commands),
                         Side::Progress => self.progress.show(ui, workspace, commands),
                     });
             });
         egui::Panel::bottom("filmstrip")
-            .frame(panel_frame(ui, 12, 8))
+            .frame(panel_frame(12, 8))
             .resizable(false)
             .exact_size(filmstrip::HEIGHT)
             .show_collapsible(ui, &mut frames, |ui| {
                 self.filmstrip.show(ui, model, workspace, commands);
             });
         egui::Panel::top("tools")
-            .frame(panel_frame(ui, 12, 4))
+            .frame(panel_frame(12, 4))
             .resizable(false)
             .show(ui, |ui| {
                 // Where there is little room, the tools scroll.

@@ -138,7 +138,8 @@ fn visuals(theme: egui::Theme, shades: &Shades) -> Visuals {
     visuals.text_edit_bg_color = Some(shades.field);
     visuals.warn_fg_color = shades.warning;
     visuals.error_fg_color = shades.error;
-    visuals.panel_fill = shades.panel;
+    // Panels are what the window is cleared to: filling them again is most of the work where a computer has no GPU.
+    visuals.panel_fill = Color32::TRANSPARENT;
     visuals.window_fill = shades.raised;
     visuals.window_stroke = Stroke::new(1.0, shades.line);
     visuals.window_corner_radius = CornerRadius::same(8);

@@ -9,7 +9,7 @@ use inplace_model::project_session::ProjectSession;
 use inplace_model::{Command, Commands, Input};
 
 use super::App;
-use crate::{keys, panels};
+use crate::{keys, panels, theme};
 
 impl eframe::App for App {
     fn logic(&mut self, _ctx: &egui::Context, _frame: &mut eframe::Frame) {
@@ -79,6 +79,10 @@ impl eframe::App for App {
         {
             ctx.request_repaint();
         }
+    }
+
+    fn clear_color(&self, visuals: &egui::Visuals) -> [f32; 4] {
+        theme::of(visuals).panel.to_normalized_gamma_f32()
     }
 
     /// Over the canvas the Tab key hides the overlay; elsewhere it moves the focus as usual.

@@ -1,6 +1,6 @@
 //! The shapes that strokes and what is being drawn have in common.
 
-use egui::{Color32, Mesh, Painter, Pos2, Rect, Shape, Stroke, pos2, vec2};
+use egui::{Color32, Mesh, Painter, Pos2, Rangef, Rect, Shape, Stroke, pos2, vec2};
 use inplace_core::labels::{ClassId, Pixel, Run};
 use inplace_model::workspace::Workspace;
 
@@ -16,6 +16,27 @@ pub const FILL: f32 = 0.3;
 pub fn stroke_color(workspace: &Workspace, class: ClassId) -> Color32 {
     let (_, [r, g, b]) = workspace.document.name_and_color(class);
     Color32::from_rgb(r, g, b)
+}
+
+/// The part of a canvas around an image, filled.
+pub fn around(canvas: Rect, image: Rect, color: Color32) -> Shape {
+    // The pixels at the image's edges are filled, too: they may be covered in part.
+    let image = Rect::from_min_max(image.min.ceil(), image.max.floor()).intersect(canvas);
+    let mut mesh = Mesh::default();
+    if !image.is_positive() {
+        mesh.add_colored_rect(canvas, color);
+        return Shape::mesh(mesh);
+    }
+    let [left, right] = [canvas.left()..=image.left(), image.right()..=canvas.right()];
+    for (x, y) in [
+        (canvas.x_range(), Rangef::new(canvas.top(), image.top())),
+        (canvas.x_range(), Rangef::new(image.bottom(), canvas.bottom())),
+        (left.into(), image.y_range()),
+        (right.into(), image.y_range()),
+    ] {
+        mesh.add_colored_rect(Rect::from_x_y_ranges(x, y), color);
+    }
+    Shape::mesh(mesh)
 }
 
 /// A brushed line, its ends and joints round.

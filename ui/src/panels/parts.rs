@@ -15,10 +15,8 @@ pub const UNCERTAINTY_MEANS: &str =
     "Mean over all pixels of all frames: 0% is sure, 100% is a guess among all classes";
 
 /// The frame of a panel with these margins.
-pub fn panel_frame(ui: &Ui, horizontal: i8, vertical: i8) -> egui::Frame {
-    egui::Frame::new()
-        .fill(ui.visuals().panel_fill)
-        .inner_margin(egui::Margin::symmetric(horizontal, vertical))
+pub fn panel_frame(horizontal: i8, vertical: i8) -> egui::Frame {
+    egui::Frame::new().inner_margin(egui::Margin::symmetric(horizontal, vertical))
 }
 
 /// Folds a panel that is shown in full to its first line, or unfolds it; `name` says which.

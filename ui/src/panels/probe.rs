@@ -48,7 +48,6 @@ pub fn show(ui: &mut Ui, workspace: &Workspace, frame: Option<&FrameView>, pixel
     let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::hover());
     let visuals = ui.visuals();
     let (weak, text) = (visuals.weak_text_color(), visuals.text_color());
-    ui.painter().rect_filled(rect, 0, visuals.panel_fill);
     let line = egui::Stroke::new(1.0, theme::of(visuals).line);
     ui.painter().hline(rect.x_range(), rect.top() + 0.5, line);
     let inside = rect.shrink2(vec2(12.0, 0.0));

@@ -112,7 +112,7 @@ impl StrokePanel {
                 .default_size((0.45 * room).min(320.0))
                 .size_range((0.25 * room).min(200.0)..=0.75 * room)
         };
-        let frame = panel_frame(ui, 12, 8);
+        let frame = panel_frame(12, 8);
         panel
             .frame(frame)
             .show(ui, |ui| self.show(ui, workspace, full, commands));
