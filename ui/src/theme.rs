@@ -10,7 +10,8 @@ pub struct Shades {
     /// What lies around the image.
     pub canvas: Color32,
     field: Color32,
-    panel: Color32,
+    /// Panels, and the window behind everything.
+    pub panel: Color32,
     /// Cards on a panel.
     pub raised: Color32,
     control: Color32,

@@ -69,7 +69,7 @@ mod tests {
         // One that is turned for its frame is a PNG.
         frame.camera = Camera::with_horizontal_fov(16, 32, 90.0);
         fs::write(&frame.path, sideways_jpeg(6)).unwrap();
-        let turned = Original::of(&frame).unwrap().into_file("images");
+        let turned = original(&frame, "images").unwrap();
         assert_eq!(turned.path, Path::new("images/rgb_0.png"));
         let decoded = image::load_from_memory(&turned.bytes).unwrap();
         assert_eq!((decoded.width(), decoded.height()), (16, 32));
