@@ -48,22 +48,33 @@ pub fn run(options: UiOptions) -> Result<(), UiError> {
     let window = store.preferences().window;
     // Whichever renderer starts takes it.
     let store = Rc::new(RefCell::new(Some(store)));
-    match start(&options, window, &store, eframe::Renderer::Wgpu) {
-        Err(Failure::NoAdapter(_)) => {
-            start(&options, window, &store, eframe::Renderer::Glow).map_err(|failure| match failure {
-                Failure::NoAdapter(reason) => UiError::NoRenderer(reason),
-                Failure::Other(error) => error,
-            })
+    let mut reasons = Vec::new();
+    for drawing in [Drawing::Gpu, Drawing::OpenGl, Drawing::AnyWgpu] {
+        match start(&options, window, &store, drawing) {
+            Err(Failure::Unfit(reason)) => reasons.push(reason),
+            Err(Failure::Other(error)) => return Err(error),
+            Ok(()) => return Ok(()),
         }
-        Err(Failure::Other(error)) => Err(error),
-        Ok(()) => Ok(()),
     }
+    Err(UiError::NoRenderer(reasons.join("; ")))
+}
+
+/// What may draw the window, the best first. Without a GPU that is OpenGL: egui's shader for wgpu does several times the
+/// work of that for OpenGL at every pixel, which a GPU does not notice and a processor does.
+#[derive(Clone, Copy, PartialEq)]
+enum Drawing {
+    /// wgpu on a GPU.
+    Gpu,
+    /// OpenGL, which Mesa also draws in software.
+    OpenGl,
+    /// wgpu on whatever there is.
+    AnyWgpu,
 }
 
 /// Why a renderer did not start.
 enum Failure {
-    /// Another renderer may do.
-    NoAdapter(String),
+    /// Another way of drawing may do.
+    Unfit(String),
     Other(UiError),
 }
 
@@ -71,10 +82,13 @@ fn start(
     options: &UiOptions,
     window: Option<[f32; 2]>,
     store: &Rc<RefCell<Option<Store>>>,
-    renderer: eframe::Renderer,
+    drawing: Drawing,
 ) -> Result<(), Failure> {
     let native = eframe::NativeOptions {
-        renderer,
+        renderer: match drawing {
+            Drawing::Gpu | Drawing::AnyWgpu => eframe::Renderer::Wgpu,
+            Drawing::OpenGl => eframe::Renderer::Glow,
+        },
         viewport: egui::ViewportBuilder::default()
             .with_app_id("inplace")
             .with_title(PROGRAM)
@@ -85,6 +99,16 @@ fn start(
     };
     let (options, store) = (options.clone(), Rc::clone(store));
     let create: eframe::AppCreator<'static> = Box::new(move |creation| {
+        let info = creation
+            .wgpu_render_state
+            .as_ref()
+            .map(|render| render.adapter.get_info());
+        if let Some(info) = &info
+            && drawing == Drawing::Gpu
+            && info.device_type == wgpu::DeviceType::Cpu
+        {
+            return Err(NoGpu(info.name.clone()).into());
+        }
         let Some(preferences) = store.borrow_mut().take() else {
             return Err("the preferences belong to another window already".into());
         };
@@ -98,12 +122,9 @@ fn start(
             autosave: Arc::new(autosave_path),
             preferences,
             pictures: pictures_folder(),
-            renderer: creation.wgpu_render_state.as_ref().map_or_else(
+            renderer: info.map_or_else(
                 || "OpenGL".to_owned(),
-                |render| {
-                    let info = render.adapter.get_info();
-                    format!("{} ({})", info.name, info.backend)
-                },
+                |info| format!("{} ({})", info.name, info.backend),
             ),
             target: creation
                 .wgpu_render_state
@@ -132,12 +153,19 @@ fn start(
 
 fn classify(error: eframe::Error) -> Failure {
     match error {
-        eframe::Error::Wgpu(error) => Failure::NoAdapter(error.to_string()),
         eframe::Error::WinitEventLoop(error) => Failure::Other(classify_display(error.to_string())),
         eframe::Error::Winit(error) => Failure::Other(classify_display(error.to_string())),
-        error => Failure::Other(UiError::NoRenderer(error.to_string())),
+        eframe::Error::AppCreation(error) if !error.is::<NoGpu>() => {
+            Failure::Other(UiError::NoRenderer(error.to_string()))
+        }
+        error => Failure::Unfit(error.to_string()),
     }
 }
+
+/// wgpu would draw in software.
+#[derive(Debug, thiserror::Error)]
+#[error("{0} is no GPU")]
+struct NoGpu(String);
 
 /// winit reports a library of X11 that is missing like a display that is.
 fn classify_display(reason: String) -> UiError {

@@ -8,6 +8,9 @@ use crate::canvas::UploadClock;
 /// Most values kept of one kind; the newest stay.
 const MOST: usize = 100_000;
 
+/// Longest time between two frames that is no rest of the pointer.
+const MOST_INTERVAL: Duration = Duration::from_secs(1);
+
 /// Measured durations of one kind.
 #[derive(Debug, Default)]
 pub struct Samples {
@@ -66,7 +69,7 @@ impl Summary {
 pub struct Stats {
     /// What draws the window, in words.
     renderer: String,
-    /// Time between presented frames while the pointer moves or a button is down.
+    /// From a presented frame in which the pointer moved or a button was down to the next.
     pub presented: Samples,
     /// From the release of a click to the end of the frame that was the first to show its labels.
     pub click_to_presented: Samples,
@@ -114,8 +117,11 @@ impl Stats {
         if let Some(clicked) = self.showing.take() {
             self.click_to_presented.add(now - clicked);
         }
-        if let Some(before) = self.active_since.filter(|_| active) {
-            self.presented.add(now - before);
+        // After a longer time the pointer rested.
+        if let Some(interval) = self.active_since.map(|before| now - before)
+            && interval < MOST_INTERVAL
+        {
+            self.presented.add(interval);
         }
         self.active_since = active.then_some(now);
         let spent = thread_time();
@@ -205,11 +211,18 @@ mod tests {
         let mut stats = Stats::default();
         let start = Instant::now();
         let at = |milliseconds| start + Duration::from_millis(milliseconds);
-        for (milliseconds, active) in [(0, true), (20, true), (50, true), (90, false), (1090, true)] {
+        for (milliseconds, active) in [
+            (0, true),
+            (20, true),
+            (50, true),
+            (90, false),
+            (150, true),
+            (1190, true),
+        ] {
             stats.frame_begins(at(milliseconds), active);
         }
         let summary = stats.presented.summary();
-        assert_eq!((summary.count, summary.p50, summary.max), (2, 20.0, 30.0));
+        assert_eq!((summary.count, summary.p50, summary.max), (3, 30.0, 40.0));
         stats.showing = Some(at(1000));
         assert!(stats.frame_done(Duration::ZERO, None));
         stats.frame_begins(at(1100), false);

@@ -173,6 +173,8 @@ pub fn layer_menu(ui: &mut Ui, name: &str, layer: Layer, width: f32) -> Option<L
         .selected_text(layer.name())
         .truncate()
         .width(width)
+        // All of them, without scrolling.
+        .height(f32::INFINITY)
         .show_ui(ui, |ui| {
             for each in Layer::ALL {
                 let entry = ui.selectable_label(each == layer, each.name());

@@ -12,7 +12,7 @@ use super::pick::SPLAT_RADIUS;
 use super::targets::SplatLook;
 
 /// Most splats drawn: egui cuts them into triangles anew in every frame.
-const MOST: usize = 6_000;
+const MOST: usize = 30_000;
 
 /// Draws the beginning of the splats as squares, the farthest first.
 pub fn draw(painter: &Painter, prepared: &Prepared, sight: &Sight, look: SplatLook, palette: &Palette) {
