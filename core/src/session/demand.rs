@@ -53,7 +53,8 @@ impl TrainingEnd {
 /// What reads the field, and what it still gains.
 #[derive(Debug)]
 pub(super) struct Demand {
-    /// Whether the field is to be as good as it can be, whoever reads it.
+    /// Whether views of the field will be wanted, and whether it is to be as good as it can be, whoever reads it.
+    views: bool,
     to_the_end: bool,
     /// Whether the surface is made from measured depth, and whether that has holes.
     has_depth: bool,
@@ -71,6 +72,7 @@ impl Demand {
     /// Of a scene whose depth has holes or not.
     pub(super) fn new(scene: &Scene, has_holes: bool, preset: Preset, views: bool) -> Self {
         Self {
+            views,
             to_the_end: views || preset == Preset::Accurate,
             has_depth: scene.has_depth(),
             has_holes,
@@ -86,7 +88,7 @@ impl Demand {
     pub(super) fn readers(&self) -> Readers {
         Readers {
             maps: !self.has_depth,
-            views: self.is_viewed(),
+            views: self.views || self.is_viewed(),
         }
     }
 

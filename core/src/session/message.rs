@@ -27,7 +27,8 @@ pub struct SessionOptions {
     /// Seed of everything random.
     pub seed: u64,
     /// Whether views of the field will be wanted: then it is trained until it has learnt the scene, whatever the labels
-    /// need. A view that is asked for by [`Command::Render`] trains it, too.
+    /// need, and all of the semantic field follows them. A view that is asked for by [`Command::Render`] has the same
+    /// effect for a while.
     pub views: bool,
     /// Model state of an earlier session on the same scene ([`Event::State`]) to continue from.
     pub state: Option<Arc<ModelState>>,

@@ -67,7 +67,11 @@ pub struct Cost {
 pub fn session_cost(options: SessionOptions, seconds: f64, strokes: &Path) -> Result<Cost, EvalError> {
     let threads = options.threads;
     let start = Instant::now();
-    let mut run = Client::start(options);
+    // The cost of training is measured whatever the labels need.
+    let mut run = Client::start(SessionOptions {
+        views: true,
+        ..options
+    });
     let scene = run.opened()?;
     let opening_s = start.elapsed().as_secs_f64();
     let peak_opening_bytes = peak_memory();

@@ -41,6 +41,7 @@ struct Learnt {
 
 impl Learnt {
     fn of(arguments: &FieldArguments, mut options: SessionOptions) -> Result<Self, EvalError> {
+        options.views = true;
         let mut run = Client::start(options.clone());
         let scene = run.opened()?;
         let truth = SceneTruth::read(&scene)?;
