@@ -38,7 +38,7 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
             };
             demo::run(&out, shot)
         }
-        Some(Command::Demo { out: None, .. }) => window::run(arguments.window),
+        Some(Command::Demo { out: None, .. }) => window::run(arguments.window, true),
         Some(Command::Info {
             scene,
             outside_files,
@@ -46,7 +46,7 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         }) => info::run(&scene, outside_files, json),
         Some(Command::Label(label)) => label::run(&label),
         Some(Command::Export(arguments)) => export::run(&arguments),
-        None => window::run(arguments.window),
+        None => window::run(arguments.window, false),
     }
 }
 

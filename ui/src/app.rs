@@ -28,7 +28,7 @@ use crate::trace::Trace;
 /// What the window starts with.
 #[derive(Clone, Debug, Default)]
 pub struct UiOptions {
-    /// What is opened first; `None` = the start page.
+    /// What is opened first; `None` = the start page, or the demo where nothing was opened before.
     pub open: Option<Target>,
     /// What is read of captures.
     pub read: OpenOptions,

@@ -6,6 +6,8 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use inplace_core::project::{autosave_path, configuration_folder, pictures_folder};
+use inplace_core::scene::SceneSource;
+use inplace_model::opening::Target;
 use inplace_model::preferences::Store;
 use inplace_model::session_link::real_sessions;
 use inplace_model::text::PROGRAM;
@@ -46,6 +48,13 @@ pub enum UiError {
 pub fn run(options: UiOptions) -> Result<(), UiError> {
     let store = Store::open(configuration_folder().join("preferences.json"));
     let window = store.preferences().window;
+    // Whoever has opened scenes before chooses among them.
+    let is_new = store.preferences().recents.is_empty();
+    let demo = is_new.then_some(Target::Scene(SceneSource::Demo));
+    let options = UiOptions {
+        open: options.open.or(demo),
+        ..options
+    };
     // Whichever renderer starts takes it.
     let store = Rc::new(RefCell::new(Some(store)));
     let mut reasons = Vec::new();
@@ -71,6 +80,11 @@ enum Drawing {
     AnyWgpu,
 }
 
+/// The program's icon; a broken one would be egui's.
+fn icon() -> egui::IconData {
+    eframe::icon_data::from_png_bytes(include_bytes!("../assets/icon.png")).unwrap_or_default()
+}
+
 /// Why a renderer did not start.
 enum Failure {
     /// Another way of drawing may do.
@@ -92,6 +106,7 @@ fn start(
         viewport: egui::ViewportBuilder::default()
             .with_app_id("inplace")
             .with_title(PROGRAM)
+            .with_icon(icon())
             .with_inner_size(window.unwrap_or(USUAL_SIZE))
             .with_min_inner_size(LEAST_SIZE)
             .with_drag_and_drop(true),

@@ -11,15 +11,15 @@ use crate::arguments::{LabelArguments, WindowArguments};
 /// Where the demo's maps go when there is no display.
 const DEMO_OUT: &str = "inplace-demo";
 
-/// Opens the window; without a display and with nothing given to open, labels the demo instead.
-pub fn run(arguments: WindowArguments) -> Result<(), Failure> {
+/// Opens the window, with the demo where it was asked for; without a display and with nothing given to open, labels the demo instead.
+pub fn run(arguments: WindowArguments, demo: bool) -> Result<(), Failure> {
     refuse_endless(&arguments.training, None)?;
-    let open = match &arguments.open {
-        None => Target::Scene(SceneSource::Demo),
-        Some(path) => Target::Path(path.clone()),
-    };
     let options = UiOptions {
-        open: Some(open),
+        open: if demo {
+            Some(Target::Scene(SceneSource::Demo))
+        } else {
+            arguments.open.clone().map(Target::Path)
+        },
         read: open_options(&arguments.training),
         preset: arguments.training.preset,
         threads: arguments.training.threads.map(usize::from),
