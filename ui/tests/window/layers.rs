@@ -1,6 +1,7 @@
 //! Layers, their legends, the comparison and the readout under the pointer.
 
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 use egui::{Key, PointerButton};
 use inplace_core::scene::{ColorImage, SceneSource, write_replica};
@@ -215,4 +216,41 @@ fn a_frame_whose_image_vanished_says_so_in_a_sentence_until_it_is_there_again() 
     window.until("the image is back", has_image);
     assert_eq!(unreadable(window.harness.state()), None);
     window.misses(&sentence);
+}
+
+#[test]
+fn a_window_that_has_nothing_to_tell_is_not_drawn_again() {
+    let mut window = Window::demo();
+    window.add_class("wall");
+    for frame in 0..FRAMES {
+        window.publish(frame, 1);
+    }
+    window.focus("New class");
+    let asks_for_another = |window: &Window| {
+        let [of_window] = window
+            .harness
+            .output()
+            .viewport_output
+            .values()
+            .collect::<Vec<_>>()[..]
+        else {
+            panic!("there is one window")
+        };
+        of_window.repaint_delay < Duration::MAX
+    };
+    // Notes and the like are gone after a while; the cursor of the field stays.
+    let end = Instant::now() + Duration::from_secs(20);
+    while asks_for_another(&window) {
+        assert!(Instant::now() < end, "{:?}", window.harness.ctx.repaint_causes());
+        std::thread::sleep(Duration::from_millis(20));
+        window.harness.step();
+    }
+    for _ in 0..5 {
+        window.harness.step();
+        assert!(
+            !asks_for_another(&window),
+            "{:?}",
+            window.harness.ctx.repaint_causes()
+        );
+    }
 }
