@@ -102,7 +102,8 @@ fn what_alpha_hides_is_hidden_in_frames_that_are_no_keyframes_too() {
 fn an_export_names_the_file_of_a_frame_that_has_vanished_since_the_capture_was_opened() {
     let disk = OnDisk::default();
     let scene = open(&disk.path("room"), 5 * 64 * 48);
-    let maps = labelled(&scene, &Small::get().labels());
+    // Without strokes no other frame is read before.
+    let maps = labelled(&scene, &LabelSet::default());
     let other = scene.frames.iter().find(|frame| !frame.is_keyframe()).unwrap();
     fs::remove_file(&other.path).unwrap();
     let out = disk.path("out");
