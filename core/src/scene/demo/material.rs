@@ -3,6 +3,7 @@
 use std::sync::LazyLock;
 
 use glam::{Vec2, Vec3A};
+use serde::Deserialize;
 
 /// What a surface looks like.
 #[derive(Clone, Copy, Debug)]
@@ -29,9 +30,11 @@ pub enum Optics {
 }
 
 /// How the colour varies over a solid.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Pattern {
     /// Nothing.
+    #[default]
     Plain,
     /// Wood grain along the longest side.
     Wood,

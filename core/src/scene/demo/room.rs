@@ -13,23 +13,6 @@ pub(super) const WALL: ClassId = 1;
 pub(super) const FLOOR: ClassId = 2;
 /// The class of the ceiling; walls and floor come before it.
 pub const CEILING: ClassId = 3;
-pub(super) const WINDOW: ClassId = 4;
-pub(super) const DOOR: ClassId = 5;
-pub(super) const CURTAIN: ClassId = 6;
-pub(super) const BED: ClassId = 7;
-pub(super) const PILLOW: ClassId = 8;
-pub(super) const SOFA: ClassId = 9;
-pub(super) const CUSHION: ClassId = 10;
-pub(super) const TABLE: ClassId = 11;
-pub(super) const CHAIR: ClassId = 12;
-pub(super) const NIGHTSTAND: ClassId = 13;
-pub(super) const SHELF: ClassId = 14;
-pub(super) const BOOK: ClassId = 15;
-pub(super) const LAMP: ClassId = 16;
-pub(super) const RUG: ClassId = 17;
-pub(super) const PLANT: ClassId = 18;
-pub(super) const PICTURE: ClassId = 19;
-pub(super) const VASE: ClassId = 20;
 
 /// Inner size of a room along x, y and z, in metres.
 pub const SIZE: Vec3 = Vec3::new(5.0, 4.0, 2.6);
@@ -63,32 +46,11 @@ pub(super) fn room(number: usize) -> Room {
     let boards = Material::patterned(srgb(0xB9_885A), Pattern::Planks);
     let ceiling = Material::plain(srgb(0xF1_EFEA));
     shell(&mut builder, [white, white, sage, white, boards, ceiling]);
-    let pane = window(&mut builder, &Place::new(2.45, SIZE.y, 180.0));
-    door(&mut builder, &Place::new(0.0, 0.78, -90.0));
-    furniture::bed(&mut builder, &Place::new(0.03, 2.66, -90.0));
-    furniture::nightstand(&mut builder, &Place::new(0.02, 3.7, -90.0));
-    furniture::sofa(&mut builder, &Place::new(2.0, 0.04, 0.0));
-    furniture::rug(&mut builder, &Place::new(2.2, 1.42, 0.0));
-    furniture::coffee_table(&mut builder, &Place::new(2.28, 1.38, 20.0));
-    furniture::dining_table(&mut builder, &Place::new(4.12, 2.6, 90.0));
-    furniture::chair(&mut builder, &Place::new(3.5, 2.72, -84.0), 0xB8_4A3A);
-    furniture::chair(&mut builder, &Place::new(4.02, 1.83, 8.0), 0x3F_6F9C);
-    furniture::shelf(&mut builder, &Place::new(4.98, 0.85, 90.0));
-    furniture::plant(&mut builder, &Place::new(4.55, 3.6, 0.0));
-    furniture::floor_lamp(&mut builder, &Place::new(3.42, 0.38, 0.0));
-    furniture::pendant(&mut builder, &Place::new(4.12, 2.6, 0.0), SIZE.z);
-    for (place, half, pattern) in [
-        (Place::new(1.55, 0.0, 0.0), [0.42, 0.3], Pattern::Sunset),
-        (Place::new(2.6, 0.0, 0.0), [0.27, 0.33], Pattern::Discs),
-        (Place::new(0.0, 2.66, -90.0), [0.45, 0.28], Pattern::Fields),
-        (Place::new(5.0, 2.6, 90.0), [0.3, 0.38], Pattern::Discs),
-    ] {
-        furniture::picture(&mut builder, &place, half, pattern);
-    }
+    furniture::furnish(&mut builder);
     if number > 0 {
         repaint(&mut builder, number);
     }
-    Room::new(builder, vec![pane], Vec::new())
+    Room::new(builder, vec![daylight()], Vec::new())
 }
 
 /// Four walls, floor and ceiling of these materials, in the order -x, +x, -y, +y, -z, +z.
@@ -133,32 +95,10 @@ fn repaint(builder: &mut Builder, number: usize) {
     }
 }
 
-/// A window of two casements with curtains; returns its light.
-fn window(builder: &mut Builder, place: &Place) -> Pane {
-    let frame = Part(WINDOW, Material::plain(srgb(0xF3_F1EC)), place);
-    let glass = Material::glowing(srgb(0xFF_FFFF), Pattern::Outside, 0.95);
+/// The light of the window.
+fn daylight() -> Pane {
+    let place = Place::new(2.45, SIZE.y, 180.0);
     let (half, low, high) = (0.85, 0.92, 2.18);
-    Part(WINDOW, glass, place).block(builder, [-half, 0.0, low], [half, 0.015, high]);
-    let bar = 0.03;
-    for x in [-half, 0.0, half] {
-        frame.block(builder, [x - bar, 0.0, low], [x + bar, 0.05, high]);
-    }
-    for z in [low, 1.76, high] {
-        frame.block(builder, [-half - bar, 0.0, z - bar], [half + bar, 0.045, z + bar]);
-    }
-    let (sill, edge) = ([-half - 0.1, 0.0, low - 0.06], [half + 0.1, 0.14, low - 0.03]);
-    frame.block(builder, sill, edge);
-    let cloth = Material::plain(srgb(0xC2_8F86));
-    for side in [-1.0_f32, 1.0] {
-        for fold in 0..7 {
-            let x = side * (half + 0.02 + 0.062 * fold as f32);
-            let depth = if fold % 2 == 0 { 0.09 } else { 0.125 };
-            Part(CURTAIN, cloth, place).column(builder, [x, depth, 0.06], [0.044, 0.036], 2.25);
-        }
-    }
-    let rail = Part(CURTAIN, Material::plain(srgb(0x4A_4038)), place);
-    let end = half + 0.55;
-    rail.rod(builder, [-end, 0.105, 2.33], [end, 0.105, 2.33], 0.013);
     Pane {
         center: place.point([0.0, 0.06, 0.5 * (low + high)]).into(),
         across: place.direction([half, 0.0, 0.0]).into(),
@@ -166,26 +106,4 @@ fn window(builder: &mut Builder, place: &Place) -> Pane {
         facing: place.direction([0.0, 1.0, 0.0]).into(),
         radiance: Vec3A::new(3.0, 3.15, 3.35),
     }
-}
-
-/// A painted door whose frame has the colour of the wall.
-fn door(builder: &mut Builder, place: &Place) {
-    let frame = Material::plain(srgb(PAPER_WHITE));
-    let leaf = Material::plain(srgb(0xD5_CFC2));
-    let panel = Part(DOOR, Material::plain(srgb(0xC8_C1B2)), place);
-    let steel = Material::plain(srgb(0x6A_6660));
-    let (half, high) = (0.42, 2.02);
-    Part(DOOR, leaf, place).block(builder, [-half, 0.0, 0.01], [half, 0.035, high]);
-    for side in [-1.0_f32, 1.0] {
-        let (inner, outer) = (side * half, side * (half + 0.08));
-        let (left, right) = (inner.min(outer), inner.max(outer));
-        Part(DOOR, frame, place).block(builder, [left, 0.0, 0.0], [right, 0.05, high + 0.08]);
-        for (low, high) in [(0.2, 0.85), (1.05, 1.85)] {
-            let (a, b) = (0.06 * side, 0.35 * side);
-            panel.block(builder, [a.min(b), 0.035, low], [a.max(b), 0.042, high]);
-        }
-    }
-    Part(DOOR, frame, place).block(builder, [-half, 0.0, high], [half, 0.05, high + 0.08]);
-    Part(DOOR, steel, place).rod(builder, [0.37, 0.035, 1.0], [0.37, 0.08, 1.0], 0.012);
-    Part(DOOR, steel, place).rod(builder, [0.38, 0.08, 1.0], [0.26, 0.08, 1.0], 0.011);
 }
