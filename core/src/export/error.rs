@@ -9,22 +9,12 @@ use crate::scene::{SceneError, SceneSource};
 /// Results that cannot be written; each message is one sentence that names the file and what to do.
 #[derive(Debug, thiserror::Error)]
 pub enum ExportError {
-    /// The file system refuses.
-    #[error("{}: cannot be written: {error}; choose another folder or free some space", .path.display())]
-    Unwritable {
-        /// The file or folder.
-        path: PathBuf,
-        /// The file system's reason.
-        error: std::io::Error,
-    },
-    /// A file that decides what is to be done cannot be read.
-    #[error("{}: cannot be read: {error}; name a file or folder that is there", .path.display())]
-    Unreadable {
-        /// The file or folder.
-        path: PathBuf,
-        /// The file system's reason.
-        error: std::io::Error,
-    },
+    /// The file system refuses this file or folder, with its reason.
+    #[error("{}: cannot be written: {}; choose another folder or free some space", .0.display(), .1)]
+    Unwritable(PathBuf, std::io::Error),
+    /// This file or folder, which decides what is to be done, cannot be read, with the file system's reason.
+    #[error("{}: cannot be read: {}; name a file or folder that is there", .0.display(), .1)]
+    Unreadable(PathBuf, std::io::Error),
     /// Somebody stopped it; the files that were written by then are whole.
     #[error("{}: the export was cancelled after {written} of {frames} frames; export again for all of them", .folder.display())]
     Cancelled {
@@ -38,30 +28,18 @@ pub enum ExportError {
     /// The files of a frame that is no keyframe can no longer be read.
     #[error(transparent)]
     Frame(#[from] SceneError),
-    /// A list of classes that cannot be used.
-    #[error("{}: is no list of classes: {reason}; name a JSON file [{{\"id\", \"name\", \"color\"}}], or NYU-13, ScanNet-20, Cityscapes, NYU-40 or COCO-Stuff", .path.display())]
-    UnusableIds {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong with it.
-        reason: ClassListError,
-    },
-    /// There is nothing right to write; nothing was written.
-    #[error("{}: nothing was exported: {reason}", .folder.display())]
-    Incomplete {
-        /// The export's folder.
-        folder: PathBuf,
-        /// What is missing or contradicts itself.
-        reason: Refusal,
-    },
+    /// This file is no list of classes that can be used, with what is wrong with it.
+    #[error("{}: is no list of classes: {}; name a JSON file [{{\"id\", \"name\", \"color\"}}], or NYU-13, ScanNet-20, Cityscapes, NYU-40 or COCO-Stuff", .0.display(), .1)]
+    UnusableIds(PathBuf, ClassListError),
+    /// There is nothing right to write into the export's folder, with what is missing or contradicts itself; nothing was
+    /// written.
+    #[error("{}: nothing was exported: {}", .0.display(), .1)]
+    Incomplete(PathBuf, Refusal),
 }
 
 impl ExportError {
     pub(super) fn unwritable(path: &Path, error: std::io::Error) -> Self {
-        Self::Unwritable {
-            path: path.to_path_buf(),
-            error,
-        }
+        Self::Unwritable(path.to_path_buf(), error)
     }
 
     pub(super) fn cancelled(folder: &Path, written: usize, frames: usize) -> Self {
@@ -73,10 +51,7 @@ impl ExportError {
     }
 
     pub(super) fn incomplete(folder: &Path, reason: Refusal) -> Self {
-        Self::Incomplete {
-            folder: folder.to_path_buf(),
-            reason,
-        }
+        Self::Incomplete(folder.to_path_buf(), reason)
     }
 }
 

@@ -36,10 +36,9 @@ impl IdMap {
         let classes = std::fs::read_to_string(path)
             .map_err(ClassListError::from)
             .and_then(|text| parse_class_list(&text));
-        classes.map(Self).map_err(|reason| ExportError::UnusableIds {
-            path: path.to_path_buf(),
-            reason,
-        })
+        classes
+            .map(Self)
+            .map_err(|reason| ExportError::UnusableIds(path.to_path_buf(), reason))
     }
 
     /// The names of classes that are not in the list, and so become void.

@@ -47,10 +47,7 @@ pub fn digest<P: AsRef<Path>>(files: &[P]) -> Result<String, ExportError> {
     for path in files.iter().map(AsRef::as_ref) {
         let mut content = Sha256::new();
         let copied = File::open(path).and_then(|mut file| io::copy(&mut file, &mut content));
-        copied.map_err(|error| ExportError::Unreadable {
-            path: path.to_path_buf(),
-            error,
-        })?;
+        copied.map_err(|error| ExportError::Unreadable(path.to_path_buf(), error))?;
         let name = path.file_name().unwrap_or_default();
         // Of one length each: the end of a name and the beginning of a content cannot be taken for each other.
         hash.update(Sha256::digest(name.as_encoded_bytes()));

@@ -99,7 +99,7 @@ impl Backups {
     fn judge(&mut self, path: &Path, outcome: Result<(), ProjectError>) -> Option<String> {
         let was_failing = std::mem::replace(&mut self.failing, outcome.is_err());
         let reason = match outcome.err()? {
-            ProjectError::Unwritable { reason, .. } => reason,
+            ProjectError::Unwritable(_, reason) => reason,
             other => other.to_string(),
         };
         self.pending = true;

@@ -139,10 +139,8 @@ impl Contents {
             .collect();
         let known = |frame: &&FrameRecord| place.contains_key(frame.stem.as_str());
         if !self.scene.frames.is_empty() && !self.scene.frames.iter().any(|frame| known(&frame)) {
-            return Err(ProjectError::OtherScene {
-                scene: PathBuf::from(scene.source.to_string()),
-                frames: self.scene.frames.len(),
-            });
+            let folder = PathBuf::from(scene.source.to_string());
+            return Err(ProjectError::OtherScene(folder, self.scene.frames.len()));
         }
         let mut new_index = Vec::with_capacity(self.scene.frames.len());
         for frame in &self.scene.frames {

@@ -19,59 +19,34 @@ pub enum ProjectError {
         .0.display()
     )]
     NotAProject(PathBuf),
-    /// The file has a later schema than this program knows.
+    /// The file has this schema version, later than this program knows.
     #[error(
-        "{}: was saved by a newer Inplace (file version {found}, this program reads up to {}); update Inplace to open it",
-        .path.display(), super::VERSION
+        "{}: was saved by a newer Inplace (file version {}, this program reads up to {}); update Inplace to open it",
+        .0.display(), .1, super::VERSION
     )]
-    Newer {
-        /// The project file.
-        path: PathBuf,
-        /// Its schema version.
-        found: i64,
-    },
+    Newer(PathBuf, i64),
     /// Another window or process has the file open.
     #[error("{}: is open in another window; close it there first, or choose another name", .0.display())]
     InUse(PathBuf),
-    /// The file is ours, but what it holds cannot be right.
+    /// The file is ours, but what it holds cannot be right, for this reason.
     #[error(
-        "{}: is damaged ({reason}), and {} holds no backup of it that opens; put a copy of your own in its place, or \
+        "{}: is damaged ({}), and {} holds no backup of it that opens; put a copy of your own in its place, or \
          move it away to start anew",
-        .path.display(), backups_folder(.path).display()
+        .0.display(), .1, backups_folder(.0).display()
     )]
-    Damaged {
-        /// The project file.
-        path: PathBuf,
-        /// What is wrong.
-        reason: String,
-    },
-    /// The file cannot be read.
-    #[error("{}: cannot be read: {reason}", .path.display())]
-    Unreadable {
-        /// The project file.
-        path: PathBuf,
-        /// Why.
-        reason: String,
-    },
-    /// The file cannot be written. What was drawn is still in memory.
-    #[error("{}: cannot be saved: {reason}", .path.display())]
-    Unwritable {
-        /// The project file.
-        path: PathBuf,
-        /// Why, and what to do.
-        reason: String,
-    },
-    /// A scene with none of the frames that the project labels.
+    Damaged(PathBuf, String),
+    /// The file cannot be read, for this reason.
+    #[error("{}: cannot be read: {}", .0.display(), .1)]
+    Unreadable(PathBuf, String),
+    /// The file cannot be written, for this reason, which says what to do. What was drawn is still in memory.
+    #[error("{}: cannot be saved: {}", .0.display(), .1)]
+    Unwritable(PathBuf, String),
+    /// The folder of a scene with none of the frames that the project labels, of which there are so many.
     #[error(
-        "{}: has none of the {frames} frames of this project; choose the folder of the scene that was labelled",
-        .scene.display()
+        "{}: has none of the {} frames of this project; choose the folder of the scene that was labelled",
+        .0.display(), .1
     )]
-    OtherScene {
-        /// The folder that was opened.
-        scene: PathBuf,
-        /// Number of frames of the project.
-        frames: usize,
-    },
+    OtherScene(PathBuf, usize),
 }
 
 /// Why a project file cannot be read, whichever file it is.
@@ -112,9 +87,9 @@ impl ProjectError {
         let path = path.to_path_buf();
         let error = match fault {
             Fault::Database(error) => error,
-            Fault::Damage(reason) => return Self::Damaged { path, reason },
+            Fault::Damage(reason) => return Self::Damaged(path, reason),
             Fault::Foreign => return Self::NotAProject(path),
-            Fault::Newer(found) => return Self::Newer { path, found },
+            Fault::Newer(found) => return Self::Newer(path, found),
         };
         match error.sqlite_error_code() {
             Some(ErrorCode::NotADatabase) => Self::NotAProject(path),
@@ -127,14 +102,8 @@ impl ProjectError {
                 | ErrorCode::ConstraintViolation
                 | ErrorCode::TooBig,
             )
-            | None => Self::Damaged {
-                path,
-                reason: in_one_line(&error),
-            },
-            Some(_) => Self::Unreadable {
-                path,
-                reason: in_one_line(&error),
-            },
+            | None => Self::Damaged(path, in_one_line(&error)),
+            Some(_) => Self::Unreadable(path, in_one_line(&error)),
         }
     }
 
@@ -161,10 +130,7 @@ impl ProjectError {
     }
 
     pub(super) fn unwritable(path: &Path, reason: impl Into<String>) -> Self {
-        Self::Unwritable {
-            path: path.to_path_buf(),
-            reason: reason.into(),
-        }
+        Self::Unwritable(path.to_path_buf(), reason.into())
     }
 
     /// Nothing can be written at `path`.

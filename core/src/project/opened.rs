@@ -76,12 +76,12 @@ impl Contents {
 /// with the account of that.
 fn read_apart(path: &Path, error: ProjectError) -> Result<(Contents, Option<String>), ProjectError> {
     let reason = match &error {
-        ProjectError::Damaged { reason, .. } => reason.clone(),
+        ProjectError::Damaged(_, reason) => reason.clone(),
         ProjectError::NotAProject(_) => "its header is unusable".to_owned(),
         // On a read-only disk SQLite can make no use of a journal that a killed process has left beside the file.
-        ProjectError::Unreadable { reason, .. } => match read_copy(path) {
+        ProjectError::Unreadable(_, reason) => match read_copy(path) {
             Ok(Ok(contents)) => return Ok((contents, None)),
-            Ok(Err(ProjectError::Damaged { reason, .. })) => reason,
+            Ok(Err(ProjectError::Damaged(_, reason))) => reason,
             Err(refused) if refused.kind() == io::ErrorKind::PermissionDenied => return Err(error),
             // Some of its sectors cannot be read.
             Ok(Err(_)) | Err(_) => reason.clone(),

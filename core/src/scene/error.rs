@@ -8,31 +8,18 @@ pub enum SceneError {
     /// The path is not a folder.
     #[error("{}: no such folder; give the folder of a capture, or the word \"demo\"", shown(.0.display()))]
     Missing(PathBuf),
-    /// No known format was recognised.
-    #[error("{}: no capture was recognised here; expected {expected}", shown(.path.display()))]
-    Unrecognised {
-        /// The folder.
-        path: PathBuf,
-        /// What a readable capture holds.
-        expected: String,
-    },
-    /// A file of the capture is missing, unreadable or holds something unusable.
-    #[error("{}: {}", shown(.path.display()), shown(.reason))]
-    File {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong and what to do.
-        reason: String,
-    },
+    /// No known format was recognised in this folder, with what a readable capture holds.
+    #[error("{}: no capture was recognised here; expected {}", shown(.0.display()), .1)]
+    Unrecognised(PathBuf, String),
+    /// This file of the capture is missing, unreadable or holds something unusable, with what is wrong and what to do.
+    #[error("{}: {}", shown(.0.display()), shown(.1))]
+    File(PathBuf, String),
 }
 
 impl SceneError {
     /// An unusable file, with the reason and what to do about it.
     pub fn file(path: impl Into<PathBuf>, reason: impl std::fmt::Display) -> Self {
-        Self::File {
-            path: path.into(),
-            reason: reason.to_string(),
-        }
+        Self::File(path.into(), reason.to_string())
     }
 }
 

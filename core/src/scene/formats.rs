@@ -43,10 +43,8 @@ pub(super) fn read(folder: &Path, options: OpenOptions, progress: Progress) -> R
     let mut recognised = FORMATS.iter().filter(|format| (format.recognise)(folder));
     let Some(format) = recognised.next() else {
         let expected = FORMATS.map(|format| format!("{} ({})", format.expected, format.name));
-        return Err(SceneError::Unrecognised {
-            path: folder.to_path_buf(),
-            expected: expected.join(", or "),
-        });
+        let expected = expected.join(", or ");
+        return Err(SceneError::Unrecognised(folder.to_path_buf(), expected));
     };
     let mut scene = (format.read)(folder, options, progress)?;
     images::note_hidden(&scene.frames, &mut scene.notes);
