@@ -2,7 +2,6 @@
 
 mod candidates;
 mod effect;
-mod nearby;
 pub(crate) mod outline;
 
 use std::collections::BTreeSet;
@@ -12,11 +11,10 @@ use rayon::prelude::*;
 
 use candidates::{candidates, unclearness, values, visible};
 use effect::{Effect, EffectSearch};
-use nearby::Nearby;
 
 use crate::labels::{ClassId, Pixel, VOID};
 use crate::scene::Scene;
-use crate::semantics::{ENTROPY_STEPS_PER_NAT, LabelPropagation, NO_NODE};
+use crate::semantics::{ENTROPY_STEPS_PER_NAT, LabelPropagation, NO_NODE, NodeCells};
 
 /// A place to label next.
 #[derive(Clone, Debug, PartialEq)]
@@ -80,12 +78,11 @@ pub fn suggest(
     let values = values(graph, posterior);
     let value = |node: u32| values[node as usize];
     let to_label = |node: u32| posterior.distances[node as usize][0];
-    let mut labels = Nearby::new(NEAR_A_LABEL);
-    for &node in &said {
-        labels.add(graph.nodes()[node as usize].position);
-    }
+    let position = |node: u32| graph.nodes()[node as usize].position;
+    let labels = NodeCells::new(graph.nodes(), said.clone(), 2.0 * NEAR_A_LABEL);
     let away = |node: u32| {
-        let distance = labels.distance(graph.nodes()[node as usize].position);
+        let nearest = labels.nearest(graph.nodes(), position(node), NEAR_A_LABEL);
+        let distance = nearest.map_or(NEAR_A_LABEL, |label| position(label).distance(position(node)));
         (distance / NEAR_A_LABEL).powi(2)
     };
     let mut open = visible(surface, only);
@@ -119,7 +116,6 @@ pub fn suggest(
     }
     ranked.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.node.cmp(&b.1.node)));
 
-    let position = |node: u32| graph.nodes()[node as usize].position;
     let mut region_of = vec![NO_REGION; graph.len()];
     let mut picks: Vec<(f32, u32)> = Vec::new();
     for (acquisition, effect) in ranked {

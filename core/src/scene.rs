@@ -196,7 +196,7 @@ impl Scene {
     ) -> Result<Self, SceneError> {
         let start = Instant::now();
         let mut scene = match source {
-            SceneSource::Demo => demo::scene(progress),
+            SceneSource::Demo => demo::Shot::default().scene(progress),
             SceneSource::Folder(folder) => {
                 if !folder.is_dir() {
                     return Err(SceneError::Missing(folder.clone()));

@@ -38,6 +38,7 @@ pub use leave_one_out::{CrossValidation, LeaveOneOut, StrokeCheck};
 pub use map::{FrameMap, PixelAnswer};
 pub use mesh::{Mesh, MeshVertex};
 pub use nearest::NearestNodes;
+pub(crate) use nearest::NodeCells;
 pub use node_map::{NO_NODE, NodeMap};
 pub use novel_view::NovelViews;
 pub use places::{RayTargets, SoftTargets};

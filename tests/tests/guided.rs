@@ -7,7 +7,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use inplace_core::labels::{Class, ClassId, Pixel, VOID};
-use inplace_core::scene::demo;
+use inplace_core::scene::demo::{self, Shot};
 use inplace_tests::{TRACE, Window, inplace, json, miou_with_clicks, skip, succeed};
 
 /// Width and height of the frames.
@@ -133,7 +133,7 @@ fn a_scene_is_labelled_by_answering_suggestions_with_keys() {
     let mut hand = Hand {
         window: &window,
         truth: Truth {
-            images: stems.into_iter().zip(demo::ground_truth()).collect(),
+            images: stems.into_iter().zip(Shot::default().ground_truth()).collect(),
             classes: demo::classes(),
         },
         answers: 0,

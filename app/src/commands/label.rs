@@ -45,7 +45,7 @@ impl Strokes {
                 contents.history.labels().clone()
             }
             Self::File(path) => read_strokes(&path, scene)?,
-            Self::Demo => demo::clicks(),
+            Self::Demo => demo::Shot::default().clicks(),
             Self::Nothing => LabelSet::default(),
         })
     }

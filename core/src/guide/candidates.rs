@@ -4,7 +4,6 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use rayon::prelude::*;
 
-use super::nearby::Nearby;
 use crate::labels::ClassId;
 use crate::semantics::{CERTAIN, NO_NODE, Posterior, Surface, SurfaceGraph};
 
@@ -96,14 +95,13 @@ pub(super) fn candidates(
         order.truncate(PROMISING);
     }
     order.par_sort_unstable_by(better);
-    let mut taken = Nearby::new(APART);
-    let mut candidates = Vec::with_capacity(MOST);
+    let position = |node: u32| graph.nodes()[node as usize].position;
+    let mut candidates: Vec<u32> = Vec::with_capacity(MOST);
     for (_, node) in order {
-        let position = graph.nodes()[node as usize].position;
-        if taken.distance(position) < APART || is_ridge(graph, unclear, node) {
+        let is_close = |&other: &u32| position(other).distance(position(node)) < APART;
+        if candidates.iter().any(is_close) || is_ridge(graph, unclear, node) {
             continue;
         }
-        taken.add(position);
         candidates.push(node);
         if candidates.len() == MOST {
             break;

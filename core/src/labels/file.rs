@@ -11,11 +11,8 @@ use crate::scene::{Frame, Scene, shown};
 
 /// A strokes file that cannot be used; nothing of it is taken over.
 #[derive(Debug, thiserror::Error)]
-#[error("{}: {problem}", shown(.path.display()))]
-pub struct StrokesError {
-    path: PathBuf,
-    problem: StrokesProblem,
-}
+#[error("{}: {}", shown(.0.display()), .1)]
+pub struct StrokesError(PathBuf, StrokesProblem);
 
 /// What is wrong with a strokes file: part of a sentence. Strokes are counted from 1.
 #[derive(Debug, thiserror::Error)]
@@ -29,14 +26,9 @@ pub enum StrokesProblem {
     /// Two classes have this id.
     #[error("class {0} is listed twice; give each class its own id")]
     ClassTwice(ClassId),
-    /// One of the strokes cannot be used.
-    #[error("stroke {number} {}", shown(.reason))]
-    Stroke {
-        /// Which one.
-        number: usize,
-        /// What is wrong with it.
-        reason: String,
-    },
+    /// The stroke with this number cannot be used, for this reason.
+    #[error("stroke {} {}", .0, shown(.1))]
+    Stroke(usize, String),
 }
 
 #[derive(Serialize, Deserialize)]
@@ -62,10 +54,7 @@ struct StrokeRecord {
 pub fn read_strokes(path: &Path, scene: &Scene) -> Result<LabelSet, StrokesError> {
     let text = std::fs::read_to_string(path).map_err(StrokesProblem::from);
     text.and_then(|text| parse_strokes(&text, scene))
-        .map_err(|problem| StrokesError {
-            path: path.to_path_buf(),
-            problem,
-        })
+        .map_err(|problem| StrokesError(path.to_path_buf(), problem))
 }
 
 /// The strokes in the text of a strokes file for a scene.
@@ -86,7 +75,7 @@ pub fn parse_strokes(text: &str, scene: &Scene) -> Result<LabelSet, StrokesProbl
     }
     for (number, record) in (1..).zip(file.strokes) {
         let (name, class) = (&record.frame, record.class);
-        let refuse = |reason: String| Err(StrokesProblem::Stroke { number, reason });
+        let refuse = |reason: String| Err(StrokesProblem::Stroke(number, reason));
         let Some(index) = scene.frame_index(name) else {
             return refuse(format!(
                 "names frame \"{name}\", which {} does not have",

@@ -26,18 +26,12 @@ const BORDER: ClassId = 255;
 
 /// Label images that cannot be used; nothing of them is taken over.
 #[derive(Debug, thiserror::Error)]
-#[error("{}: {}", shown(.path.display()), shown(.reason))]
-pub struct ImportError {
-    path: PathBuf,
-    reason: String,
-}
+#[error("{}: {}", shown(.0.display()), shown(.1))]
+pub struct ImportError(PathBuf, String);
 
 impl ImportError {
     fn new(path: &Path, reason: impl Display) -> Self {
-        Self {
-            path: path.to_path_buf(),
-            reason: reason.to_string(),
-        }
+        Self(path.to_path_buf(), reason.to_string())
     }
 }
 

@@ -24,34 +24,26 @@ pub struct ClassPalette {
 /// - NYU-40: Gupta et al. 2013, colours of ScanNet.
 /// - COCO-Stuff: the 171 things and stuff of Caesar et al. 2018, numbers of its label list, colours of COCO panoptic.
 pub static PALETTES: [ClassPalette; 5] = [
-    ClassPalette {
-        name: "NYU-13",
-        scenes: "rooms, coarse",
-        json: include_str!("palette/nyu13.json"),
-    },
-    ClassPalette {
-        name: "ScanNet-20",
-        scenes: "rooms, as in its benchmark",
-        json: include_str!("palette/scannet20.json"),
-    },
-    ClassPalette {
-        name: "Cityscapes",
-        scenes: "streets",
-        json: include_str!("palette/cityscapes.json"),
-    },
-    ClassPalette {
-        name: "NYU-40",
-        scenes: "rooms, fine",
-        json: include_str!("palette/nyu40.json"),
-    },
-    ClassPalette {
-        name: "COCO-Stuff",
-        scenes: "everything, indoors and out",
-        json: include_str!("palette/coco-stuff.json"),
-    },
+    ClassPalette::new("NYU-13", "rooms, coarse", include_str!("palette/nyu13.json")),
+    ClassPalette::new(
+        "ScanNet-20",
+        "rooms, as in its benchmark",
+        include_str!("palette/scannet20.json"),
+    ),
+    ClassPalette::new("Cityscapes", "streets", include_str!("palette/cityscapes.json")),
+    ClassPalette::new("NYU-40", "rooms, fine", include_str!("palette/nyu40.json")),
+    ClassPalette::new(
+        "COCO-Stuff",
+        "everything, indoors and out",
+        include_str!("palette/coco-stuff.json"),
+    ),
 ];
 
 impl ClassPalette {
+    const fn new(name: &'static str, scenes: &'static str, json: &'static str) -> Self {
+        Self { name, scenes, json }
+    }
+
     /// The classes, in the data set's order.
     pub fn classes(&self) -> Vec<Class> {
         // Compiled in, and a test reads every one.

@@ -164,13 +164,14 @@ impl Shot {
         move |frame| shot.view(&house, frame).labels()
     }
 
-    /// Frames kept for testing: every second one. [`clicks`] are on the others.
+    /// Frames kept for testing: every second one. [`clicks`](Self::clicks) are on the others.
     pub fn held_out(&self) -> Vec<usize> {
         (0..self.frames).filter(|frame| frame % 2 == 1).collect()
     }
 
-    /// Up to three clicks for each class in each room, made as those of [`clicks`]. Of one room they are the
-    /// demo's, at the same places of the images; those on frames that this shot lacks are left out.
+    /// Clicks that a sensible person would make: up to three pixels for each class in each room, well inside it and far
+    /// apart. Of one room they are the demo's, at the same places of the images; those on frames that this shot lacks
+    /// are left out.
     pub fn clicks(&self) -> LabelSet {
         let demo = Self::default();
         let rooms = self.rooms;
@@ -194,29 +195,8 @@ impl Shot {
     }
 }
 
-/// Renders the demo scene, depth included; `progress` is called with (frames done, frames in all), from any
-/// thread.
-pub fn scene(progress: &(dyn Fn(usize, usize) + Sync)) -> Scene {
-    Shot::default().scene(progress)
-}
-
 /// The demo's classes, ids from 1.
 pub fn classes() -> Vec<Class> {
     // Compiled in, and in order.
     parse_class_list(include_str!("demo/classes.json")).unwrap_or_default()
-}
-
-/// True classes of every frame, row-major `[height, width]` each, at the pixel centres.
-pub fn ground_truth() -> Vec<Vec<ClassId>> {
-    Shot::default().ground_truth()
-}
-
-/// Frames kept for testing: every second one. [`clicks`] are on the others.
-pub fn held_out() -> Vec<usize> {
-    Shot::default().held_out()
-}
-
-/// Clicks that a sensible person would make: up to three pixels a class, well inside it and far apart.
-pub fn clicks() -> LabelSet {
-    Shot::default().clicks()
 }

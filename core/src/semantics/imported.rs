@@ -8,7 +8,7 @@ use rustc_hash::FxHashMap;
 
 use super::posterior::votes_weight;
 use super::votes::most_likely;
-use super::{ClassGeodesics, NO_NODE, NodeVotes, Posterior, Surface};
+use super::{ClassGeodesics, NodeVotes, Posterior, Surface};
 use crate::labels::{ClassId, ImportedLabels, LabelSet, VOID};
 
 /// Imported label images on a surface, for [`LabelPropagation`](super::LabelPropagation). Making it takes seconds where
@@ -134,11 +134,8 @@ impl NodeLabels {
         let map = surface.nodes_of(frame);
         let mut labels = Vec::with_capacity(map.len());
         for (node, pixels) in map.runs() {
-            let label = if node == NO_NODE {
-                VOID
-            } else {
-                self.0[node as usize]
-            };
+            // No surface has as many nodes as `NO_NODE`.
+            let label = self.0.get(node as usize).copied().unwrap_or(VOID);
             labels.resize(pixels.end, label);
         }
         labels

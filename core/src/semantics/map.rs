@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use super::borders::nodes_at_borders;
-use super::{CERTAIN, ENTROPY_STEPS_PER_NAT, NO_NODE, Posterior, Surface};
+use super::{CERTAIN, ENTROPY_STEPS_PER_NAT, Posterior, Surface};
 use crate::labels::{ClassId, ImportedLabels, Pixel, VOID};
 use crate::scene::{Frame, Scene};
 
@@ -134,13 +134,8 @@ impl OnSurface {
 
 /// The value of every pixel's node, or that of pixels `without` one.
 fn of_nodes(nodes: &[u32], (values, without): (&[u16], u16)) -> Vec<u16> {
-    let value = |&node: &u32| {
-        if node == NO_NODE {
-            without
-        } else {
-            values[node as usize]
-        }
-    };
+    // No surface has as many nodes as `NO_NODE`.
+    let value = |&node: &u32| values.get(node as usize).copied().unwrap_or(without);
     nodes.iter().map(value).collect()
 }
 
@@ -377,8 +372,8 @@ mod tests {
     use super::*;
     use crate::scene::testing::wall;
     use crate::scene::{ColorImage, Distortion, FramePixels, Lens};
-    use crate::semantics::NodeMap;
     use crate::semantics::testing::{loose, node};
+    use crate::semantics::{NO_NODE, NodeMap};
 
     /// A map of the first frame of a scene whose pixels show these nodes, on a surface without edges.
     fn map_of(

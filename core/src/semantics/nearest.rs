@@ -4,7 +4,7 @@ use glam::{IVec3, Vec3};
 use rustc_hash::FxHashMap;
 
 use super::voxels::SHELL_CELL;
-use super::{Node, Surface};
+use super::{Node, Surface, cube};
 
 /// Side of a cell, in voxels.
 const CELL: f32 = 2.0;
@@ -14,19 +14,19 @@ const SHELL_REACH: f32 = 6.0;
 /// The nodes of a surface by their position.
 pub struct NearestNodes<'a> {
     nodes: &'a [Node],
-    surface: Cells,
+    surface: NodeCells,
     shell: Option<Shell>,
 }
 
 /// The shell, which rays that meet nothing show.
 struct Shell {
-    cells: Cells,
+    cells: NodeCells,
     /// Distance from a camera, in metres.
     radius: f32,
 }
 
 /// Nodes by cells of one size.
-struct Cells {
+pub(crate) struct NodeCells {
     side: f32,
     /// Those of each cell, as a range of `order`.
     ranges: FxHashMap<IVec3, (u32, u32)>,
@@ -42,9 +42,9 @@ impl<'a> NearestNodes<'a> {
         let shell = far.first().map(|&node| nodes[node as usize].voxel);
         Self {
             nodes,
-            surface: Cells::new(nodes, near, CELL * surface.voxel),
+            surface: NodeCells::new(nodes, near, CELL * surface.voxel),
             shell: shell.map(|voxel| Shell {
-                cells: Cells::new(nodes, far, CELL * voxel),
+                cells: NodeCells::new(nodes, far, CELL * voxel),
                 radius: voxel / SHELL_CELL,
             }),
         }
@@ -65,8 +65,9 @@ impl<'a> NearestNodes<'a> {
     }
 }
 
-impl Cells {
-    fn new(nodes: &[Node], mut order: Vec<u32>, side: f32) -> Self {
+impl NodeCells {
+    /// The nodes with the indices `order`, by cells of this side in metres.
+    pub(crate) fn new(nodes: &[Node], mut order: Vec<u32>, side: f32) -> Self {
         let cell = |&node: &u32| cell_of(nodes[node as usize].position, side);
         order.sort_by_cached_key(|node| (cell(node).to_array(), *node));
         let mut ranges: FxHashMap<IVec3, (u32, u32)> = FxHashMap::default();
@@ -76,13 +77,13 @@ impl Cells {
         Self { side, ranges, order }
     }
 
-    /// The nearest node within reach; of equally near ones the first.
-    fn nearest(&self, nodes: &[Node], point: Vec3, reach: f32) -> Option<u32> {
+    /// The nearest node within reach, in metres; of equally near ones the first.
+    pub(crate) fn nearest(&self, nodes: &[Node], point: Vec3, reach: f32) -> Option<u32> {
         let home = cell_of(point, self.side);
         let mut best: Option<(f32, u32)> = None;
         // What lies in ring r + 1 and beyond is at least r sides away.
         for ring in 0..=(reach / self.side) as i32 + 1 {
-            for offset in ring_offsets(ring) {
+            for offset in cube(ring).filter(|offset| offset.abs().max_element() == ring) {
                 let Some(&(start, end)) = self.ranges.get(&(home + offset)) else {
                     continue;
                 };
@@ -103,24 +104,6 @@ impl Cells {
 
 fn cell_of(position: Vec3, side: f32) -> IVec3 {
     (position / side).floor().as_ivec3()
-}
-
-/// The offsets whose largest component is `ring`.
-fn ring_offsets(ring: i32) -> impl Iterator<Item = IVec3> {
-    let all = move || -ring..=ring;
-    all()
-        .flat_map(move |x| all().map(move |y| (x, y)))
-        .flat_map(move |(x, y)| {
-            // Inside the outermost planes only both ends are on the ring.
-            let step = if x.abs() == ring || y.abs() == ring {
-                1
-            } else {
-                2 * ring
-            };
-            all()
-                .step_by(step.max(1) as usize)
-                .map(move |z| IVec3::new(x, y, z))
-        })
 }
 
 #[cfg(test)]

@@ -10,7 +10,7 @@ use serde::Deserialize;
 
 use super::{ConfusionMatrix, EvalError, Scores};
 use inplace_core::labels::{self, ClassId, VOID, decode_gray};
-use inplace_core::scene::{Frame, Scene, SceneSource, demo, frame_number, label_images};
+use inplace_core::scene::{Frame, Scene, SceneSource, demo::Shot, frame_number, label_images};
 use inplace_core::semantics::FrameMap;
 use inplace_core::session::Client;
 
@@ -142,8 +142,9 @@ impl SceneTruth {
     }
 
     fn of_demo(scene: &Scene) -> Self {
-        let (test, train) = (0..scene.frames.len()).partition(|frame| demo::held_out().contains(frame));
-        let frames = scene.frames.iter().zip(demo::ground_truth());
+        let held_out = |frame: &usize| Shot::default().held_out().contains(frame);
+        let (test, train) = (0..scene.frames.len()).partition(held_out);
+        let frames = scene.frames.iter().zip(Shot::default().ground_truth());
         let image = |(frame, labels): (&Frame, Vec<ClassId>)| {
             LabelImage::new([frame.image().width, frame.image().height], labels)
         };

@@ -32,17 +32,10 @@ struct State {
 /// First and second moment of each element.
 #[derive(Debug)]
 enum Moments {
-    /// For the kernel.
-    Flat(FlatMoments),
+    /// For the kernel, one element after another.
+    Flat([Vec<f32>; 2]),
     /// For plain tensor ops, shaped as the parameter.
     Tensors(Tensor, Tensor),
-}
-
-/// First and second moments, one after another.
-#[derive(Debug)]
-struct FlatMoments {
-    first: Vec<f32>,
-    second: Vec<f32>,
 }
 
 /// What a step's number and learning rate make of Adam's update rule.
@@ -56,8 +49,7 @@ impl Adam {
     /// Starts with zero moments, for a parameter on the CPU.
     pub fn new(parameter: &Var) -> Self {
         let zeros = || vec![0.0; parameter.elem_count()];
-        let [first, second] = [zeros(), zeros()];
-        Self::with(parameter, Moments::Flat(FlatMoments { first, second }))
+        Self::with(parameter, Moments::Flat([zeros(), zeros()]), 0)
     }
 
     /// The same in plain tensor ops, for a parameter on any device.
@@ -66,13 +58,13 @@ impl Adam {
     /// The device's, such as a lack of memory.
     pub fn plain(parameter: &Var) -> Result<Self> {
         let moments = Moments::Tensors(parameter.zeros_like()?, parameter.zeros_like()?);
-        Ok(Self::with(parameter, moments))
+        Ok(Self::with(parameter, moments, 0))
     }
 
-    fn with(parameter: &Var, moments: Moments) -> Self {
+    fn with(parameter: &Var, moments: Moments, steps: i32) -> Self {
         Self {
             parameter: parameter.clone(),
-            state: Mutex::new(State { moments, steps: 0 }),
+            state: Mutex::new(State { moments, steps }),
         }
     }
 
@@ -84,28 +76,16 @@ impl Adam {
         let state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         let width = self.parameter.dim(1)?;
         let moments = match &state.moments {
-            Moments::Flat(FlatMoments { first, second }) => {
-                let rows = |old: &[f32]| {
-                    let row = |&row: &u32| &old[row as usize * width..(row as usize + 1) * width];
-                    sources.iter().flat_map(row).copied().collect()
-                };
-                Moments::Flat(FlatMoments {
-                    first: rows(first),
-                    second: rows(second),
-                })
-            }
+            Moments::Flat(moments) => Moments::Flat(moments.each_ref().map(|old| {
+                let row = |&row: &u32| &old[row as usize * width..(row as usize + 1) * width];
+                sources.iter().flat_map(row).copied().collect()
+            })),
             Moments::Tensors(first, second) => {
                 let rows = Tensor::from_slice(sources, sources.len(), parameter.device())?;
                 Moments::Tensors(first.index_select(&rows, 0)?, second.index_select(&rows, 0)?)
             }
         };
-        Ok(Self {
-            parameter: parameter.clone(),
-            state: Mutex::new(State {
-                moments,
-                steps: state.steps,
-            }),
-        })
+        Ok(Self::with(parameter, moments, state.steps))
     }
 
     /// One step against the gradient.
@@ -145,7 +125,7 @@ impl Adam {
 }
 
 struct AdamStep<'a> {
-    moments: Mutex<&'a mut FlatMoments>,
+    moments: Mutex<&'a mut [Vec<f32>; 2]>,
     rates: Rates,
 }
 
@@ -170,7 +150,7 @@ impl InplaceOp2 for AdamStep<'_> {
         if !whole || gradient.len() != parameter.len() {
             bail!("adam: gradient and parameter differ in shape");
         }
-        let FlatMoments { first, second } = &mut **moments;
+        let [first, second] = &mut **moments;
         let dispatch = Dispatch::detect();
         parameter
             .par_chunks_mut(CHUNK)

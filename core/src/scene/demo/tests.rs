@@ -4,12 +4,12 @@ use std::sync::LazyLock;
 
 use super::*;
 
-static SCENE: LazyLock<Scene> = LazyLock::new(|| scene(&|_, _| {}));
-static TRUTH: LazyLock<Vec<Vec<ClassId>>> = LazyLock::new(ground_truth);
+static SCENE: LazyLock<Scene> = LazyLock::new(|| Shot::default().scene(&|_, _| {}));
+static TRUTH: LazyLock<Vec<Vec<ClassId>>> = LazyLock::new(|| Shot::default().ground_truth());
 
 #[test]
 fn every_class_is_well_visible_in_at_least_three_training_and_three_test_frames() {
-    let held_out = held_out();
+    let held_out = Shot::default().held_out();
     assert!(classes().len() >= 14);
     for class in classes() {
         let seen = |test: bool| {
@@ -101,7 +101,7 @@ fn seen_twice((from, classes): (&Frame, &[ClassId]), (to, others): (&Frame, &[Cl
 
 #[test]
 fn clicks_tell_the_truth_sparingly_and_only_on_training_frames() {
-    let clicks = clicks();
+    let clicks = Shot::default().clicks();
     assert_eq!(clicks.classes, classes());
     for class in classes() {
         let strokes = clicks.strokes.values();
@@ -110,7 +110,7 @@ fn clicks_tell_the_truth_sparingly_and_only_on_training_frames() {
         for stroke in own {
             let [x, y] = stroke.first_point().unwrap();
             assert_eq!((stroke.radius, &stroke.lines[..]), (0, &[vec![[x, y]]][..]));
-            assert!(!held_out().contains(&stroke.frame));
+            assert!(!Shot::default().held_out().contains(&stroke.frame));
             let pixel = (y * Shot::default().width + x) as usize;
             assert_eq!(TRUTH[stroke.frame][pixel], class.id);
         }

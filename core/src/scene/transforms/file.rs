@@ -157,8 +157,10 @@ impl Transforms {
             ));
         }
         // The frame's own values first, lengths before angles, and square pixels where one axis is silent.
-        let along_x = own.focal_x(width).or_else(|| shared.focal_x(width));
-        let along_y = own.focal_y(height).or_else(|| shared.focal_y(height));
+        let along_x = |given: &Intrinsics| focal(given.fl_x, given.camera_angle_x, width);
+        let along_y = |given: &Intrinsics| focal(given.fl_y, given.camera_angle_y, height);
+        let along_x = along_x(own).or_else(|| along_x(shared));
+        let along_y = along_y(own).or_else(|| along_y(shared));
         let (Some(fx), Some(fy)) = (along_x.or(along_y), along_y.or(along_x)) else {
             return unusable("it has no focal length; give fl_x or camera_angle_x".to_owned());
         };
@@ -175,28 +177,15 @@ impl Transforms {
     }
 }
 
-impl Intrinsics {
-    /// Focal length along x in pixels, where it is given for images of this width.
-    fn focal_x(&self, width: f64) -> Option<f64> {
-        let from_angle = || self.camera_angle_x.map(|angle| focal(angle, width));
-        self.fl_x.or_else(from_angle)
-    }
-
-    /// Focal length along y in pixels, where it is given for images of this height.
-    fn focal_y(&self, height: f64) -> Option<f64> {
-        let from_angle = || self.camera_angle_y.map(|angle| focal(angle, height));
-        self.fl_y.or_else(from_angle)
-    }
-}
-
-/// The focal length with which `size` pixels span a field of view, in radians; not finite or not positive
-/// for what is no such angle.
-fn focal(angle: f64, size: f64) -> f64 {
-    if angle < std::f64::consts::PI {
-        0.5 * size / (0.5 * angle).tan()
-    } else {
-        f64::NAN
-    }
+/// A focal length in pixels: as given, or that with which `size` pixels span a field of view, in radians. Not finite or
+/// not positive for what is no such angle; `None` where neither is given.
+fn focal(length: Option<f64>, angle: Option<f64>, size: f64) -> Option<f64> {
+    length.or_else(|| {
+        angle.map(|angle| match angle < std::f64::consts::PI {
+            true => 0.5 * size / (0.5 * angle).tan(),
+            false => f64::NAN,
+        })
+    })
 }
 
 /// The pose of a camera-to-world matrix, three or four rows, with OpenGL's camera axes; or what is wrong with it.
