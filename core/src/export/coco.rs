@@ -31,6 +31,14 @@ impl Image {
     }
 }
 
+/// The file that lists everything.
+#[derive(Serialize)]
+pub(super) struct Dataset<'a, A> {
+    pub(super) images: Vec<Image>,
+    pub(super) annotations: Vec<A>,
+    pub(super) categories: Vec<Category<'a>>,
+}
+
 /// A class in the list `categories`.
 #[derive(Serialize)]
 pub(super) struct Category<'a> {

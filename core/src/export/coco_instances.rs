@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::Refusal;
-use super::coco::{self, Category, IMAGES, Image};
+use super::coco::{self, Dataset, IMAGES, Image};
 use super::components::{Neighbours, box_around, components};
 use super::layout::{Labelled, Layout, OutputFile, dense_json_file};
 use super::original::original;
@@ -34,13 +34,6 @@ struct Segmentation {
     /// Height and width, in this order.
     size: [u32; 2],
     counts: String,
-}
-
-#[derive(Serialize)]
-struct Instances<'a> {
-    images: Vec<Image>,
-    annotations: Vec<Annotation>,
-    categories: Vec<Category<'a>>,
 }
 
 impl Layout for CocoInstances {
@@ -76,7 +69,7 @@ impl Layout for CocoInstances {
     }
 
     fn index(&self, classes: &[Class], entries: Vec<Self::Entry>) -> Result<Vec<OutputFile>, Refusal> {
-        let mut instances = Instances {
+        let mut instances = Dataset {
             images: Vec::with_capacity(entries.len()),
             annotations: Vec::new(),
             categories: coco::categories(classes, true),

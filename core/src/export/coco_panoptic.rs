@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::Refusal;
-use super::coco::{self, Category, IMAGES, Image};
+use super::coco::{self, Dataset, IMAGES, Image};
 use super::components::{box_around, label_runs};
 use super::layout::{Labelled, Layout, OutputFile, dense_json_file};
 use super::original::original;
@@ -32,13 +32,6 @@ pub(super) struct Annotation {
     image_id: usize,
     file_name: String,
     segments_info: Vec<Segment>,
-}
-
-#[derive(Serialize)]
-struct Panoptic<'a> {
-    images: Vec<Image>,
-    annotations: Vec<Annotation>,
-    categories: Vec<Category<'a>>,
 }
 
 impl Layout for CocoPanoptic {
@@ -82,7 +75,7 @@ impl Layout for CocoPanoptic {
     }
 
     fn index(&self, classes: &[Class], entries: Vec<Self::Entry>) -> Result<Vec<OutputFile>, Refusal> {
-        let mut panoptic = Panoptic {
+        let mut panoptic = Dataset {
             images: Vec::with_capacity(entries.len()),
             annotations: Vec::with_capacity(entries.len()),
             categories: coco::categories(classes, false),

@@ -21,8 +21,8 @@ use super::{
 use crate::scene::Scene;
 use batch::{Batch, PixelSource};
 pub use held_out::{HeldOut, HeldOutPixels};
+use loss::LossPart;
 pub use loss::Recipe;
-use loss::{LossPart, Objective};
 use schedule::{Adjustment, CHECK_EVERY, Schedule};
 
 /// Samples per step, about; the number of rays follows from the samples that a ray needs.
@@ -249,7 +249,7 @@ impl Trainer {
         self.work.rays += rays.len() as u64;
         self.work.samples += samples.len() as u64;
         if !samples.is_empty() {
-            let loss = self.objective().loss(&batch, samples, gaps)?;
+            let loss = self.loss(&batch, samples, gaps)?;
             let finite = loss.to_scalar::<f32>()?.is_finite() && self.descend(&loss)?;
             self.guard(finite)?;
         }
@@ -384,17 +384,6 @@ impl Trainer {
             SmallRng::seed_from_u64(self.seed ^ (self.steps + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15));
         let count = (SAMPLES_PER_STEP as f32 / self.samples_per_ray.max(1.0)) as usize;
         self.source.draw(&self.scene, count.clamp(128, 4096), &mut rng)
-    }
-
-    fn objective(&self) -> Objective<'_> {
-        Objective {
-            field: &self.field,
-            exposure: &self.exposure,
-            recipe: self.recipe,
-            depth_images: self.scene.has_depth(),
-            steps: self.steps,
-            seed: self.seed,
-        }
     }
 
     fn sampling(&self) -> Sampling {

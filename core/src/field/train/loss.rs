@@ -5,8 +5,8 @@ use std::sync::Arc;
 use candle_core::{Result, Tensor};
 use rand::{Rng, SeedableRng, rngs::SmallRng};
 
-use super::super::exposure::Exposure;
-use super::super::{RadianceField, Samples};
+use super::super::Samples;
+use super::Trainer;
 use super::batch::Batch;
 
 /// Weight of the mean distance (in sides of the volume) between samples and the measured surface.
@@ -63,28 +63,12 @@ impl Recipe {
     }
 }
 
-/// A step's loss and what it depends on.
-pub struct Objective<'a> {
-    /// The field.
-    pub field: &'a RadianceField,
-    /// The frames' exposures.
-    pub exposure: &'a Exposure,
-    /// The parts that count.
-    pub recipe: Recipe,
-    /// Whether there are depth images, which cover everything that a camera sees.
-    pub depth_images: bool,
-    /// Steps so far.
-    pub steps: u64,
-    /// Seed of the random background.
-    pub seed: u64,
-}
-
-impl Objective<'_> {
+impl Trainer {
     /// The loss of a batch along its samples; `gaps` is memory for one number per sample.
     ///
     /// # Errors
     /// Errors of the device, such as a lack of memory.
-    pub fn loss(&self, batch: &Batch, samples: Samples, mut gaps: Vec<f32>) -> Result<Tensor> {
+    pub(super) fn loss(&self, batch: &Batch, samples: Samples, mut gaps: Vec<f32>) -> Result<Tensor> {
         let side = self.field.volume().side;
         gaps.clear();
         gaps.resize(samples.len(), 0.0);
@@ -97,11 +81,11 @@ impl Objective<'_> {
         }
         let out = self.field.render(Arc::new(samples), gaps)?;
         let clear = out.narrow(1, 5, 1)?.affine(-1.0, 1.0)?;
-        let mut loss = self.color(batch, &out, &clear)?;
+        let mut loss = self.color_loss(batch, &out, &clear)?;
 
         let (count, measured) = (batch.rays.len(), batch.measured());
         if measured > 0 {
-            loss = (loss + self.depth(batch, &out, &clear)?)?;
+            loss = (loss + self.depth_loss(batch, &out, &clear)?)?;
         }
         let ramp = (self.steps as f64 / RAMP_STEPS).min(1.0);
         if measured < count && self.recipe.has(LossPart::Distortion) {
@@ -115,7 +99,7 @@ impl Objective<'_> {
     }
 
     /// Squared error of the colours, over a random background.
-    fn color(&self, batch: &Batch, out: &Tensor, clear: &Tensor) -> Result<Tensor> {
+    fn color_loss(&self, batch: &Batch, out: &Tensor, clear: &Tensor) -> Result<Tensor> {
         let count = batch.rays.len();
         let mut shown = out.narrow(1, 0, 3)?;
         let mut penalty = None;
@@ -141,7 +125,7 @@ impl Objective<'_> {
     }
 
     /// Distance between the samples that stop the light of rays of known length and the measured surface.
-    fn depth(&self, batch: &Batch, out: &Tensor, clear: &Tensor) -> Result<Tensor> {
+    fn depth_loss(&self, batch: &Batch, out: &Tensor, clear: &Tensor) -> Result<Tensor> {
         let known = batch
             .rays
             .iter()
@@ -150,8 +134,8 @@ impl Objective<'_> {
         // What passes the surface is as wrong as what stops a margin away from it.
         let passing = clear.mul(&known)?.affine(PASSING, 0.0)?;
         let depth = (out.narrow(1, 3, 1)? + passing)?.sum_all()?;
-        // Sparse points count as much as their share of the rays.
-        let among = if self.depth_images {
+        // Depth images cover everything that a camera sees; sparse points count as much as their share of the rays.
+        let among = if self.scene.has_depth() {
             batch.measured()
         } else {
             batch.rays.len()

@@ -17,28 +17,11 @@ const MOST_AXES: usize = 64;
 /// The most characters of a file that a message repeats.
 const REPEATED: usize = 120;
 
-/// What an array's numbers are, all with the least significant byte first.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Kind {
-    F16,
-    F32,
-    F64,
-}
-
-impl Kind {
-    fn bytes(self) -> usize {
-        match self {
-            Self::F16 => 2,
-            Self::F32 => 4,
-            Self::F64 => 8,
-        }
-    }
-}
-
 /// What the header of an array says.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Header {
-    kind: Kind,
+    /// Bytes of a value: 2 of a float16, 4 of a float32, 8 of a float64.
+    width: usize,
     /// Whether the first index runs fastest.
     fortran_order: bool,
     /// Number of values along each axis.
@@ -72,7 +55,7 @@ impl Header {
         let product = self
             .shape
             .iter()
-            .try_fold(self.kind.bytes(), |product, &n| product.checked_mul(n));
+            .try_fold(self.width, |product, &n| product.checked_mul(n));
         product.filter(|&bytes| bytes <= MOST_BYTES).ok_or_else(|| {
             format!(
                 "has an array of the shape {}, which is more than a gigabyte; save it as float16, or at a part of \
@@ -85,18 +68,20 @@ impl Header {
 
 /// The values of an array, in the order of the file.
 pub(super) struct Values {
-    kind: Kind,
+    /// Bytes of a value.
+    width: usize,
+    /// Of each value the least significant first.
     bytes: Vec<u8>,
 }
 
 impl Values {
     /// The value at a place.
     pub fn at(&self, index: usize) -> f32 {
-        let of = |count: usize| &self.bytes[index * count..(index + 1) * count];
-        match self.kind {
-            Kind::F16 => half::f16::from_le_bytes(of(2).try_into().unwrap_or_default()).to_f32(),
-            Kind::F32 => f32::from_le_bytes(of(4).try_into().unwrap_or_default()),
-            Kind::F64 => f64::from_le_bytes(of(8).try_into().unwrap_or_default()) as f32,
+        let own = &self.bytes[index * self.width..(index + 1) * self.width];
+        match self.width {
+            2 => half::f16::from_le_bytes(own.try_into().unwrap_or_default()).to_f32(),
+            4 => f32::from_le_bytes(own.try_into().unwrap_or_default()),
+            _ => f64::from_le_bytes(own.try_into().unwrap_or_default()) as f32,
         }
     }
 }
@@ -142,8 +127,8 @@ fn read_array<T>(
             shape_text(&header.shape)
         ));
     }
-    let kind = header.kind;
-    Ok((accepted, Values { kind, bytes }))
+    let width = header.width;
+    Ok((accepted, Values { width, bytes }))
 }
 
 fn read_header(file: &mut impl Read) -> Result<Header, String> {
@@ -202,10 +187,10 @@ fn parse_header(text: &str) -> Result<Header, String> {
     else {
         return Err(format!("has a header that is not NumPy's: {}", repeated(text)));
     };
-    let kind = match descr.as_str() {
-        Some("<f2") => Kind::F16,
-        Some("<f4") => Kind::F32,
-        Some("<f8") => Kind::F64,
+    let width = match descr.as_str() {
+        Some("<f2") => 2,
+        Some("<f4") => 4,
+        Some("<f8") => 8,
         Some(other) => {
             return Err(format!(
                 "holds numbers of the kind {}; save probabilities as float16 or float32, and class ids as a PNG",
@@ -217,7 +202,7 @@ fn parse_header(text: &str) -> Result<Header, String> {
         }
     };
     Ok(Header {
-        kind,
+        width,
         fortran_order,
         shape,
     })
