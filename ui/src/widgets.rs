@@ -108,164 +108,111 @@ impl Icon {
     pub fn paint(self, painter: &egui::Painter, rect: Rect, color: Color32) {
         let center = rect.center();
         let stroke = Stroke::new(1.6, color);
-        let at = |x: f32, y: f32| center + vec2(x, y);
-        let line = |points: &[Pos2]| Shape::line(points.to_vec(), stroke);
+        // Corners as in an SVG: "x,y x,y", in points from the middle.
+        let points = |corners: &str| -> Vec<Pos2> {
+            let numbers = corners.split([' ', ',']).map(|number| number.parse().unwrap_or(0.0));
+            let numbers: Vec<f32> = numbers.collect();
+            numbers.chunks_exact(2).map(|at| center + vec2(at[0], at[1])).collect()
+        };
+        let line = |corners: &str| {
+            painter.line(points(corners), stroke);
+        };
+        let outline = |corners: &str| {
+            painter.add(Shape::closed_line(points(corners), stroke));
+        };
+        let dots = |centers: &str, radius: f32| {
+            for center in points(centers) {
+                painter.circle_filled(center, radius, color);
+            }
+        };
+        let padlock = Rect::from_center_size(center + vec2(0.0, 2.5), vec2(10.0, 7.5));
         match self {
             Self::Undo => turn(painter, center, stroke, 1.0),
             Self::Redo => turn(painter, center, stroke, -1.0),
             Self::Fit => {
-                for (sx, sy) in [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)] {
-                    let corner = [
-                        at(2.5 * sx, 6.0 * sy),
-                        at(6.5 * sx, 6.0 * sy),
-                        at(6.5 * sx, 2.0 * sy),
-                    ];
-                    painter.add(line(&corner));
-                }
+                line("2.5,6 6.5,6 6.5,2");
+                line("2.5,-6 6.5,-6 6.5,-2");
+                line("-2.5,6 -6.5,6 -6.5,2");
+                line("-2.5,-6 -6.5,-6 -6.5,-2");
             }
             Self::Brush => {
-                painter.add(line(&[at(6.5, -6.5), at(-0.5, 0.5)]));
-                painter.circle_filled(at(-3.0, 3.0), 3.6, color);
+                line("6.5,-6.5 -0.5,0.5");
+                dots("-3,3", 3.6);
             }
             Self::Eraser => {
-                let outline = [
-                    at(-6.5, 2.0),
-                    at(1.0, -5.5),
-                    at(6.0, -0.5),
-                    at(-1.0, 6.0),
-                    at(-3.0, 6.0),
-                ];
-                painter.add(Shape::closed_line(outline.to_vec(), stroke));
-                painter.add(line(&[at(-3.0, -1.5), at(2.2, 3.4)]));
+                outline("-6.5,2 1,-5.5 6,-0.5 -1,6 -3,6");
+                line("-3,-1.5 2.2,3.4");
             }
             Self::Pause => {
-                for x in [-3.0, 3.0] {
-                    painter.rect_filled(Rect::from_center_size(at(x, 0.0), vec2(3.0, 11.0)), 1, color);
+                for middle in points("-3,0 3,0") {
+                    painter.rect_filled(Rect::from_center_size(middle, vec2(3.0, 11.0)), 1, color);
                 }
             }
             Self::Play => {
-                let triangle = vec![at(-4.0, -6.0), at(6.0, 0.0), at(-4.0, 6.0)];
+                let triangle = points("-4,-6 6,0 -4,6");
                 painter.add(Shape::convex_polygon(triangle, color, Stroke::NONE));
             }
             Self::Close => {
-                painter.add(line(&[at(-4.0, -4.0), at(4.0, 4.0)]));
-                painter.add(line(&[at(-4.0, 4.0), at(4.0, -4.0)]));
+                line("-4,-4 4,4");
+                line("-4,4 4,-4");
             }
-            Self::More => {
-                for x in [-5.0, 0.0, 5.0] {
-                    painter.circle_filled(at(x, 0.0), 1.5, color);
-                }
-            }
+            Self::More => dots("-5,0 0,0 5,0", 1.5),
             Self::Info => {
                 painter.circle_stroke(center, 7.0, stroke);
-                painter.circle_filled(at(0.0, -3.2), 1.0, color);
-                painter.add(line(&[at(0.0, -0.8), at(0.0, 3.8)]));
+                dots("0,-3.2", 1.0);
+                line("0,-0.8 0,3.8");
             }
             Self::Warning => {
-                let triangle = vec![at(0.0, -7.0), at(7.5, 6.0), at(-7.5, 6.0)];
-                painter.add(Shape::closed_line(triangle, stroke));
-                painter.add(line(&[at(0.0, -2.6), at(0.0, 1.6)]));
-                painter.circle_filled(at(0.0, 3.8), 1.0, color);
+                outline("0,-7 7.5,6 -7.5,6");
+                line("0,-2.6 0,1.6");
+                dots("0,3.8", 1.0);
             }
-            Self::Folder => {
-                let outline = [
-                    at(-7.0, 5.5),
-                    at(-7.0, -5.0),
-                    at(-2.0, -5.0),
-                    at(0.0, -2.5),
-                    at(7.0, -2.5),
-                    at(7.0, 5.5),
-                ];
-                painter.add(Shape::closed_line(outline.to_vec(), stroke));
-            }
+            Self::Folder => outline("-7,5.5 -7,-5 -2,-5 0,-2.5 7,-2.5 7,5.5"),
             Self::Compare => {
                 let frame = Rect::from_center_size(center, vec2(15.0, 12.0));
-                let half = Rect::from_min_max(frame.min, pos2(center.x, frame.bottom()));
-                painter.rect_filled(half, 1, color);
+                painter.rect_filled(frame.with_max_x(center.x), 1, color);
                 painter.rect_stroke(frame, 2, stroke, egui::StrokeKind::Middle);
             }
             Self::Add => {
-                painter.add(line(&[at(-5.0, 0.0), at(5.0, 0.0)]));
-                painter.add(line(&[at(0.0, -5.0), at(0.0, 5.0)]));
+                line("-5,0 5,0");
+                line("0,-5 0,5");
             }
             Self::Polyline => {
-                let corners = [at(-6.5, 4.5), at(-1.5, -4.0), at(2.0, 3.0), at(6.5, -4.5)];
-                painter.add(line(&corners));
-                for corner in corners {
-                    painter.circle_filled(corner, 2.2, color);
-                }
+                let corners = "-6.5,4.5 -1.5,-4 2,3 6.5,-4.5";
+                line(corners);
+                dots(corners, 2.2);
             }
             Self::Polygon => {
-                let corners = [
-                    at(-6.0, 5.0),
-                    at(-4.5, -4.5),
-                    at(4.5, -5.5),
-                    at(6.0, 3.5),
-                    at(0.5, 6.0),
-                ];
-                painter.add(Shape::closed_line(corners.to_vec(), stroke));
-                for corner in corners {
-                    painter.circle_filled(corner, 2.0, color);
-                }
+                let corners = "-6,5 -4.5,-4.5 4.5,-5.5 6,3.5 0.5,6";
+                outline(corners);
+                dots(corners, 2.0);
             }
-            Self::Select => {
-                let arrow = [
-                    at(-4.0, -6.5),
-                    at(-4.0, 5.0),
-                    at(-1.0, 2.0),
-                    at(1.2, 6.5),
-                    at(3.2, 5.5),
-                    at(1.0, 1.3),
-                    at(5.0, 1.0),
-                ];
-                painter.add(Shape::closed_line(arrow.to_vec(), stroke));
-            }
+            Self::Select => outline("-4,-6.5 -4,5 -1,2 1.2,6.5 3.2,5.5 1,1.3 5,1"),
             Self::Delete => {
-                painter.add(line(&[at(-6.0, -4.0), at(6.0, -4.0)]));
-                painter.add(line(&[
-                    at(-2.0, -4.0),
-                    at(-2.0, -6.5),
-                    at(2.0, -6.5),
-                    at(2.0, -4.0),
-                ]));
-                painter.add(line(&[
-                    at(-4.5, -4.0),
-                    at(-3.7, 6.5),
-                    at(3.7, 6.5),
-                    at(4.5, -4.0),
-                ]));
+                line("-6,-4 6,-4");
+                line("-2,-4 -2,-6.5 2,-6.5 2,-4");
+                line("-4.5,-4 -3.7,6.5 3.7,6.5 4.5,-4");
             }
-            Self::Up => {
-                painter.add(line(&[at(-5.0, 2.5), at(0.0, -2.5), at(5.0, 2.5)]));
-            }
-            Self::Down => {
-                painter.add(line(&[at(-5.0, -2.5), at(0.0, 2.5), at(5.0, -2.5)]));
-            }
+            Self::Up => line("-5,2.5 0,-2.5 5,2.5"),
+            Self::Down => line("-5,-2.5 0,2.5 5,-2.5"),
             Self::Locked => {
-                painter.rect_filled(Rect::from_center_size(at(0.0, 2.5), vec2(10.0, 7.5)), 1, color);
-                painter.add(line(&[at(-3.0, -1.0), at(-3.0, -4.0), at(-1.5, -6.0)]));
-                painter.add(line(&[
-                    at(-1.5, -6.0),
-                    at(1.5, -6.0),
-                    at(3.0, -4.0),
-                    at(3.0, -1.0),
-                ]));
+                painter.rect_filled(padlock, 1, color);
+                line("-3,-1 -3,-4 -1.5,-6");
+                line("-1.5,-6 1.5,-6 3,-4 3,-1");
             }
             Self::Unlocked => {
-                let body = Rect::from_center_size(at(0.0, 2.5), vec2(10.0, 7.5));
-                painter.rect_stroke(body, 1, Stroke::new(1.2, color), egui::StrokeKind::Inside);
-                painter.add(line(&[at(-3.0, -1.0), at(-3.0, -4.0), at(-1.5, -6.0)]));
-                painter.add(line(&[at(-1.5, -6.0), at(1.5, -6.0), at(3.0, -4.0)]));
+                painter.rect_stroke(padlock, 1, Stroke::new(1.2, color), egui::StrokeKind::Inside);
+                line("-3,-1 -3,-4 -1.5,-6");
+                line("-1.5,-6 1.5,-6 3,-4");
             }
             Self::Hidden => {
-                let lid = |side: f32| -> Vec<Pos2> {
+                for side in [-4.0, 4.0] {
                     let steps = (0..=8).map(|step| step as f32 / 4.0 - 1.0);
-                    steps.map(|x| at(7.0 * x, side * 4.0 * (1.0 - x * x))).collect()
-                };
-                painter.add(Shape::line(lid(1.0), stroke));
-                painter.add(Shape::line(lid(-1.0), stroke));
-                painter.circle_filled(center, 2.0, color);
-                painter.add(line(&[at(-5.5, 5.5), at(5.5, -5.5)]));
+                    let lid = steps.map(|x| center + vec2(7.0 * x, side * (1.0 - x * x)));
+                    painter.line(lid.collect(), stroke);
+                }
+                dots("0,0", 2.0);
+                line("-5.5,5.5 5.5,-5.5");
             }
         }
     }
@@ -274,19 +221,14 @@ impl Icon {
 /// An arrow that turns back (`side` 1) or forward (-1).
 fn turn(painter: &egui::Painter, center: Pos2, stroke: Stroke, side: f32) {
     let at = |x: f32, y: f32| center + vec2(side * x, y);
-    let arc: Vec<Pos2> = (0..=12)
-        .map(|step| {
-            let angle = std::f32::consts::PI * (step as f32 / 12.0 - 0.5);
-            at(1.0 + 4.5 * angle.cos(), 1.0 + 4.5 * angle.sin())
-        })
-        .collect();
-    painter.add(Shape::line(vec![at(-6.0, -3.5), at(1.0, -3.5)], stroke));
-    painter.add(Shape::line(arc, stroke));
-    painter.add(Shape::line(vec![at(1.0, 5.5), at(-3.5, 5.5)], stroke));
-    painter.add(Shape::line(
-        vec![at(-2.8, -6.7), at(-6.0, -3.5), at(-2.8, -0.3)],
-        stroke,
-    ));
+    let arc = (0..=12).map(|step| {
+        let angle = std::f32::consts::PI * (step as f32 / 12.0 - 0.5);
+        at(1.0 + 4.5 * angle.cos(), 1.0 + 4.5 * angle.sin())
+    });
+    painter.line(vec![at(-6.0, -3.5), at(1.0, -3.5)], stroke);
+    painter.line(arc.collect(), stroke);
+    painter.line(vec![at(1.0, 5.5), at(-3.5, 5.5)], stroke);
+    painter.line(vec![at(-2.8, -6.7), at(-6.0, -3.5), at(-2.8, -0.3)], stroke);
 }
 
 /// A class's colour as a small rounded square.
