@@ -152,7 +152,7 @@ impl Thumbnails {
     ) -> Option<TextureHandle> {
         let shown = Shown {
             layer: look.layer,
-            number: workspace.suggestions().version(),
+            number: workspace.suggestions().version,
             palette: None,
         };
         self.get(Subject::Place(place.frame, place.pixel), shown, || {

@@ -90,11 +90,11 @@ impl Trace {
             labels: workspace.map(|workspace| workspace.document.generation()),
             classes: workspace.map(|workspace| workspace.document.palette().version()),
             maps: workspace.and_then(|workspace| workspace.followed),
-            list: suggestions.map(|suggestions| suggestions.version()),
-            place: suggestions.map_or(Whereabouts::Away, |suggestions| match suggestions.mode() {
+            list: suggestions.map(|suggestions| suggestions.version),
+            place: suggestions.map_or(Whereabouts::Away, |suggestions| match suggestions.mode {
                 Mode::Away => Whereabouts::Away,
                 Mode::Looking(_) => Whereabouts::Looking,
-                Mode::At(index) => Whereabouts::At(index, suggestions.version()),
+                Mode::At(index) => Whereabouts::At(index, suggestions.version),
             }),
         };
         if now == self.seen {
@@ -129,11 +129,11 @@ impl Trace {
             if other_scene || before.list != self.seen.list {
                 let listed = workspace
                     .suggestions()
-                    .listed()
+                    .listed
                     .iter()
                     .map(|place| suggestion(workspace, place));
                 let list = listed.collect::<Vec<_>>();
-                let generation = workspace.suggestions().generation();
+                let generation = workspace.suggestions().generation;
                 self.tell(
                     "suggestions",
                     json!({ "generation": generation, "suggestions": list }),
@@ -206,7 +206,7 @@ fn place(workspace: &Workspace, place: Whereabouts) -> Value {
         Whereabouts::Away => json!({ "mode": "away" }),
         Whereabouts::Looking => json!({ "mode": "looking" }),
         Whereabouts::At(index, _) => {
-            let at = workspace.suggestions().listed().get(index);
+            let at = workspace.suggestions().listed.get(index);
             json!({
                 "mode": "at",
                 "number": index + 1,

@@ -110,9 +110,14 @@ impl Icon {
         let stroke = Stroke::new(1.6, color);
         // Corners as in an SVG: "x,y x,y", in points from the middle.
         let points = |corners: &str| -> Vec<Pos2> {
-            let numbers = corners.split([' ', ',']).map(|number| number.parse().unwrap_or(0.0));
+            let numbers = corners
+                .split([' ', ','])
+                .map(|number| number.parse().unwrap_or(0.0));
             let numbers: Vec<f32> = numbers.collect();
-            numbers.chunks_exact(2).map(|at| center + vec2(at[0], at[1])).collect()
+            numbers
+                .chunks_exact(2)
+                .map(|at| center + vec2(at[0], at[1]))
+                .collect()
         };
         let line = |corners: &str| {
             painter.line(points(corners), stroke);
@@ -332,6 +337,19 @@ pub fn painted_line(painter: &egui::Painter, rect: Rect, text: &str, size: f32, 
 /// something that is in view at that moment, and so leaves it behind.
 pub fn scroll_to(ui: &Ui, rect: Rect) {
     ui.scroll_to_rect_animation(rect, None, egui::style::ScrollAnimation::none());
+}
+
+/// A list to choose from, as wide as this, with the choice of now on it; `name` is what screen readers call it.
+pub fn choice_box(
+    ui: &mut Ui,
+    name: &str,
+    width: f32,
+    chosen: impl Into<egui::WidgetText>,
+    choices: impl FnOnce(&mut Ui),
+) -> Response {
+    let list = egui::ComboBox::from_id_salt(name).selected_text(chosen);
+    let shown = list.truncate().width(width).show_ui(ui, choices);
+    shown.response.accessible_name(name)
 }
 
 /// A field for a line of text, with this hint while it is empty.

@@ -74,34 +74,22 @@ impl FrameFacts {
 /// The frames shown.
 #[derive(Clone, Debug, Default)]
 pub struct FrameList {
-    filter: FrameFilter,
-    order: FrameOrder,
+    /// The filter in force.
+    pub filter: FrameFilter,
+    /// The order in force.
+    pub order: FrameOrder,
     facts: Vec<FrameFacts>,
     /// Place of every frame among all. By uncertainty it stays as it was when that was chosen: frames that change
     /// their places while one steps through them would be seen twice, or never.
     rank: Vec<usize>,
     /// Whether every frame had a map when the places were given.
     complete: bool,
-    shown: Vec<usize>,
+    /// The frames shown, in order.
+    pub shown: Vec<usize>,
     counts: [usize; FrameFilter::ALL.len()],
 }
 
 impl FrameList {
-    /// The filter in force.
-    pub fn filter(&self) -> FrameFilter {
-        self.filter
-    }
-
-    /// The order in force.
-    pub fn order(&self) -> FrameOrder {
-        self.order
-    }
-
-    /// The frames shown, in order.
-    pub fn shown(&self) -> &[usize] {
-        &self.shown
-    }
-
     /// How many frames pass a filter.
     pub fn count(&self, filter: FrameFilter) -> usize {
         self.counts[filter as usize]
@@ -265,7 +253,7 @@ mod tests {
         assert_eq!((list.step(2, 1), list.step(2, -1)), (Some(3), Some(1)));
         assert_eq!((list.step(0, -1), list.step(4, 1)), (None, None));
         list.set_order(FrameOrder::Uncertainty);
-        assert_eq!(list.shown(), [3, 1, 4]);
+        assert_eq!(list.shown, [3, 1, 4]);
         assert_eq!((list.step(3, 1), list.step(1, 1)), (Some(1), Some(4)));
         // Frame 2 is less sure than 4 and surer than 1.
         assert_eq!((list.step(2, 1), list.step(2, -1)), (Some(4), Some(1)));
@@ -275,13 +263,13 @@ mod tests {
     fn the_order_by_uncertainty_stays_until_it_is_chosen_again() {
         let mut list = list();
         list.set_order(FrameOrder::Uncertainty);
-        assert_eq!(list.shown(), [3, 1, 2, 4, 0]);
+        assert_eq!(list.shown, [3, 1, 2, 4, 0]);
         let mut settled = list.facts.clone();
         settled[3] = facts(1, 0, 0.0);
         list.set_facts(settled);
-        assert_eq!(list.shown(), [3, 1, 2, 4, 0]);
+        assert_eq!(list.shown, [3, 1, 2, 4, 0]);
         list.set_order(FrameOrder::Uncertainty);
-        assert_eq!(list.shown(), [1, 2, 4, 0, 3]);
+        assert_eq!(list.shown, [1, 2, 4, 0, 3]);
     }
 
     #[test]

@@ -55,7 +55,7 @@ impl Hint {
             Self::FirstStroke => classes && !said,
             Self::Suggestions => {
                 let suggestions = workspace.suggestions();
-                said && !suggestions.listed().is_empty() && suggestions.at().is_none()
+                said && !suggestions.listed.is_empty() && suggestions.at().is_none()
             }
             Self::Export => document.labels().strokes.len() >= ENOUGH_TO_EXPORT && state.export.is_none(),
         }

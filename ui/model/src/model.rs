@@ -192,8 +192,8 @@ impl State {
     /// Name of what is open: the project's file stem, or the scene's name.
     pub fn document_name(&self) -> Option<String> {
         let workspace = self.workspace()?;
-        let named = self.project.as_ref().filter(|project| project.is_named());
-        let stem = named.and_then(|project| project.path().file_stem());
+        let named = self.project.as_ref().filter(|project| project.named);
+        let stem = named.and_then(|project| project.path.file_stem());
         Some(stem.map_or_else(
             || workspace.scene.name(),
             |stem| stem.to_string_lossy().into_owned(),
@@ -205,7 +205,7 @@ impl State {
         let workspace = self.workspace()?;
         let absolute = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
         match (&self.project, &workspace.scene.source) {
-            (Some(project), _) if project.is_named() => Some(RecentPlace::Project(absolute(project.path()))),
+            (Some(project), _) if project.named => Some(RecentPlace::Project(absolute(&project.path))),
             (_, SceneSource::Folder(folder)) => Some(RecentPlace::Scene(absolute(folder))),
             (_, SceneSource::Demo) => None,
         }
@@ -214,8 +214,8 @@ impl State {
     /// Where a dialog suggests to put a file or folder with this ending.
     pub fn suggested_path(&self, ending: &str) -> String {
         let name = format!("{}{ending}", self.document_name().unwrap_or_default());
-        let kept = self.project.as_ref().filter(|project| project.is_named());
-        let folder = kept.and_then(|project| project.path().parent().map(Path::to_path_buf));
+        let kept = self.project.as_ref().filter(|project| project.named);
+        let folder = kept.and_then(|project| project.path.parent().map(Path::to_path_buf));
         let folder = folder
             .or_else(|| std::env::current_dir().ok())
             .unwrap_or_default();

@@ -60,14 +60,17 @@ impl ProgressSample {
 /// The samples of a scene, oldest first.
 #[derive(Clone, Debug)]
 pub struct ProgressLog {
-    samples: Vec<ProgressSample>,
+    /// The samples, oldest first.
+    pub samples: Vec<ProgressSample>,
     interval: f64,
     /// When this session's first second began, and the seconds of earlier ones.
     started: Instant,
     before: f64,
-    labelling: Duration,
+    /// Time spent labelling, without breaks.
+    pub labelling: Duration,
     last_act: Option<Instant>,
-    version: u64,
+    /// Changes with every sample.
+    pub version: u64,
 }
 
 impl ProgressLog {
@@ -82,21 +85,6 @@ impl ProgressLog {
             last_act: None,
             version: 0,
         }
-    }
-
-    /// The samples.
-    pub fn samples(&self) -> &[ProgressSample] {
-        &self.samples
-    }
-
-    /// Changes with every sample.
-    pub fn version(&self) -> u64 {
-        self.version
-    }
-
-    /// Time spent labelling, without breaks.
-    pub fn labelling(&self) -> Duration {
-        self.labelling
     }
 
     /// The person did something.
@@ -185,14 +173,14 @@ mod tests {
         let mut log = ProgressLog::new(start);
         let after = |seconds: f64| start + Duration::from_secs_f64(seconds);
         log.note(after(1.0), 0, None, &status(1.0));
-        assert!(log.samples().is_empty());
+        assert!(log.samples.is_empty());
         log.note(after(2.0), 1, None, &status(0.9));
         log.note(after(2.1), 2, None, &status(0.9));
         log.note(after(2.2), 2, None, &status(0.8));
         log.note(after(9.0), 2, None, &status(0.9));
         log.note(after(9.5), 2, Some(0.5), &status(0.7));
         let strokes: Vec<(usize, Option<f32>)> = log
-            .samples()
+            .samples
             .iter()
             .map(|sample| (sample.strokes, sample.entropy))
             .collect();
@@ -207,9 +195,9 @@ mod tests {
             let now = start + Duration::from_secs(2 * index);
             log.note(now, 1 + index as usize / 100, None, &status(index as f32));
         }
-        assert!(log.samples().len() <= MOST && log.samples().len() > MOST / 3);
-        assert_eq!(log.samples()[0].strokes, 1);
-        assert_eq!(log.samples().last().map(|sample| sample.strokes), Some(200));
+        assert!(log.samples.len() <= MOST && log.samples.len() > MOST / 3);
+        assert_eq!(log.samples[0].strokes, 1);
+        assert_eq!(log.samples.last().map(|sample| sample.strokes), Some(200));
     }
 
     #[test]
@@ -219,7 +207,7 @@ mod tests {
         for seconds in [0, 20, 50, 500, 510] {
             log.acted(start + Duration::from_secs(seconds));
         }
-        assert_eq!(log.labelling(), Duration::from_secs(60));
+        assert_eq!(log.labelling, Duration::from_secs(60));
     }
 
     #[test]
@@ -232,12 +220,9 @@ mod tests {
         let later = Instant::now();
         let mut again = ProgressLog::new(later);
         again.take_json(&log.to_json());
-        assert_eq!(
-            (again.samples(), again.labelling()),
-            (log.samples(), log.labelling())
-        );
+        assert_eq!((&again.samples, again.labelling), (&log.samples, log.labelling));
         again.note(later + Duration::from_secs(4), 4, None, &status(0.4));
-        assert_eq!(again.samples()[1].seconds, 12.0);
+        assert_eq!(again.samples[1].seconds, 12.0);
         for kept in [
             Value::Null,
             json!([]),
@@ -246,8 +231,8 @@ mod tests {
         ] {
             let mut log = ProgressLog::new(later);
             log.take_json(&kept);
-            assert!(log.samples().is_empty(), "{kept}");
-            assert_eq!(log.labelling(), Duration::ZERO);
+            assert!(log.samples.is_empty(), "{kept}");
+            assert_eq!(log.labelling, Duration::ZERO);
         }
     }
 }

@@ -14,8 +14,10 @@ use inplace_core::session::{FrameMap, ModelState};
 pub struct ProjectSession {
     /// `None` when no file could be opened or made: the work is in memory only.
     journal: Option<Journal>,
-    path: PathBuf,
-    named: bool,
+    /// The project file.
+    pub path: PathBuf,
+    /// Whether the person has chosen a name.
+    pub named: bool,
     failing: bool,
     /// Without a journal: the steps since the last snapshot.
     unrecorded: Vec<Step>,
@@ -60,16 +62,6 @@ impl ProjectSession {
     /// The steps since the snapshot that another file was made from.
     pub(crate) fn take_unrecorded(&mut self) -> Vec<Step> {
         std::mem::take(&mut self.unrecorded)
-    }
-
-    /// The project file.
-    pub fn path(&self) -> &Path {
-        &self.path
-    }
-
-    /// Whether the person has chosen a name.
-    pub fn is_named(&self) -> bool {
-        self.named
     }
 
     /// Whether the work is on the disk.

@@ -42,15 +42,18 @@ struct Answer {
 /// The suggested places and where the person is among them.
 #[derive(Debug, Default)]
 pub struct Suggestions {
-    listed: Vec<Suggestion>,
+    /// The places, best first; one that the person is at keeps its number.
+    pub listed: Vec<Suggestion>,
     /// Generation of the labels that the list was made from.
-    generation: u64,
-    version: u64,
-    mode: Mode,
+    pub generation: u64,
+    /// Changes with the list.
+    pub version: u64,
+    /// What the person is at.
+    pub mode: Mode,
     /// What each listed place was answered with, until the next list.
     answers: Vec<Option<ClassId>>,
-    /// Whether other labels have settled the place at hand.
-    settled: bool,
+    /// Whether other labels have settled the place at hand meanwhile.
+    pub settled: bool,
     skipped: Vec<Suggestion>,
     given: Vec<Answer>,
     taken_back: Vec<Answer>,
@@ -60,26 +63,6 @@ pub struct Suggestions {
 }
 
 impl Suggestions {
-    /// The places, best first; one that the person is at keeps its number.
-    pub fn listed(&self) -> &[Suggestion] {
-        &self.listed
-    }
-
-    /// Generation of the labels that the list was made from.
-    pub fn generation(&self) -> u64 {
-        self.generation
-    }
-
-    /// Changes with the list.
-    pub fn version(&self) -> u64 {
-        self.version
-    }
-
-    /// What the person is at.
-    pub fn mode(&self) -> Mode {
-        self.mode
-    }
-
     /// Whether keys answer suggestions.
     pub fn is_active(&self) -> bool {
         self.mode != Mode::Away
@@ -91,11 +74,6 @@ impl Suggestions {
             Mode::At(index) => Some(index),
             Mode::Away | Mode::Looking(_) => None,
         }
-    }
-
-    /// Whether other labels have settled the place at hand meanwhile.
-    pub fn is_settled(&self) -> bool {
-        self.settled
     }
 
     /// What a listed place was answered with, until the next list.
@@ -342,11 +320,7 @@ mod tests {
     }
 
     fn positions(suggestions: &Suggestions) -> Vec<f32> {
-        suggestions
-            .listed()
-            .iter()
-            .map(|place| place.position.x)
-            .collect()
+        suggestions.listed.iter().map(|place| place.position.x).collect()
     }
 
     fn at_the_second_of(list: &[f32]) -> Suggestions {
@@ -364,13 +338,13 @@ mod tests {
         assert_eq!(suggestions.take_list(1, list, 1), None);
         assert_eq!(positions(&suggestions), [4.0, 2.0, 1.0]);
         assert_eq!(suggestions.at(), Some(1));
-        assert_eq!(suggestions.listed()[1].classes[0].class, 1);
-        assert!(!suggestions.is_settled());
+        assert_eq!(suggestions.listed[1].classes[0].class, 1);
+        assert!(!suggestions.settled);
         suggestions.take_list(1, Vec::new(), 1);
         assert_eq!((positions(&suggestions), suggestions.at()), (vec![2.0], Some(0)));
-        assert!(!suggestions.is_settled(), "the labels are the same");
+        assert!(!suggestions.settled, "the labels are the same");
         suggestions.take_list(2, vec![place(5.0, 1)], 2);
-        assert!(suggestions.is_settled(), "other labels have settled it");
+        assert!(suggestions.settled, "other labels have settled it");
     }
 
     #[test]

@@ -138,7 +138,7 @@ pub fn suggestions(painter: &Painter, workspace: &Workspace, placement: Placemen
     let list = workspace.suggestions();
     let at = list.at();
     let in_view = |&(_, suggestion): &(usize, &Suggestion)| suggestion.frame == workspace.frame_index;
-    let shown = list.listed().iter().enumerate().filter(in_view);
+    let shown = list.listed.iter().enumerate().filter(in_view);
     for (index, suggestion) in shown.filter(|&(index, _)| list.answer_of(index).is_none()) {
         let current = at == Some(index);
         let in_front = current || at.is_none();

@@ -9,6 +9,7 @@ use inplace_model::{Command, Commands};
 
 use crate::keys::table::NEXT_LAYER;
 use crate::theme;
+use crate::widgets::choice_box;
 
 /// How far the border stays from the canvas's own, as a share of its width.
 const MARGIN: f32 = 0.02;
@@ -169,22 +170,16 @@ fn paint(ui: &Ui, canvas: Rect, x: f32, active: bool) {
 /// A menu of the layers; returns the one that was chosen.
 pub fn layer_menu(ui: &mut Ui, name: &str, layer: Layer, width: f32) -> Option<Layer> {
     let mut chosen = None;
-    let menu = egui::ComboBox::from_id_salt(name)
-        .selected_text(layer.name())
-        .truncate()
-        .width(width)
-        // All of them, without scrolling.
-        .height(f32::INFINITY)
-        .show_ui(ui, |ui| {
-            for each in Layer::ALL {
-                let entry = ui.selectable_label(each == layer, each.name());
-                if entry.on_hover_text(each.explanation()).clicked() {
-                    chosen = Some(each);
-                }
+    let menu = choice_box(ui, name, width, layer.name(), |ui| {
+        for each in Layer::ALL {
+            let entry = ui.selectable_label(each == layer, each.name());
+            if entry.on_hover_text(each.explanation()).clicked() {
+                chosen = Some(each);
             }
-        });
+        }
+    });
     let explanation = format!("{}. {}", layer.explanation(), NEXT_LAYER.named(ui.ctx()));
-    menu.response.accessible_name(name).on_hover_text(explanation);
+    menu.on_hover_text(explanation);
     chosen
 }
 

@@ -7,6 +7,7 @@ use inplace_model::dialogs::{ExportChoice, Purpose};
 use inplace_model::{Command, Commands};
 
 use super::form::{confirm, path_field};
+use crate::widgets::choice_box;
 
 /// Per cent below which a class is left away where that is asked for first: it is no better than a guess.
 const FIRST_THRESHOLD: u8 = 50;
@@ -57,16 +58,13 @@ fn format(ui: &mut Ui, choice: &mut ExportChoice) {
 }
 
 fn numbers(ui: &mut Ui, choice: &mut ExportChoice) {
-    let shown = ComboBox::from_id_salt("numbers")
-        .width(220.0)
-        .selected_text(choice.ids.map_or("As in this project", |palette| palette.name))
-        .show_ui(ui, |ui| {
-            ui.selectable_value(&mut choice.ids, None, "As in this project");
-            for palette in &PALETTES {
-                ui.selectable_value(&mut choice.ids, Some(palette), palette.name);
-            }
-        });
-    shown.response.accessible_name("Class numbers");
+    let chosen = choice.ids.map_or("As in this project", |palette| palette.name);
+    choice_box(ui, "Class numbers", 220.0, chosen, |ui| {
+        ui.selectable_value(&mut choice.ids, None, "As in this project");
+        for palette in &PALETTES {
+            ui.selectable_value(&mut choice.ids, Some(palette), palette.name);
+        }
+    });
 }
 
 fn threshold(ui: &mut Ui, choice: &mut ExportChoice) {

@@ -1,6 +1,6 @@
 //! What a person can choose once for all scenes: looks, threads, keys, hints.
 
-use egui::{Align, ComboBox, Event, Layout, RichText, ScrollArea, Slider, Ui};
+use egui::{Align, Event, Layout, RichText, ScrollArea, Slider, Ui};
 use inplace_model::dialogs::ChosenKey;
 use inplace_model::hints::Hint;
 use inplace_model::keymap::{KeyMap, Shortcut};
@@ -11,6 +11,7 @@ use super::form::{close, room};
 use crate::keys;
 use crate::keys::table::{LARGER, Line, SMALLER, TABLE, USUAL_SIZE, UiCommand};
 use crate::theme;
+use crate::widgets::choice_box;
 
 /// The scales to choose from, in percent.
 const SCALES: [u16; 7] = [100, 125, 150, 175, 200, 250, 300];
@@ -253,19 +254,15 @@ fn appearance(ui: &mut Ui, model: &Model, commands: &mut Commands) {
     });
     line(ui, "Scale", |ui| {
         let chosen = format!("{}%", preferences.scale);
-        let shown = ComboBox::from_id_salt("scale")
-            .selected_text(chosen)
-            .show_ui(ui, |ui| {
-                for scale in SCALES {
-                    if ui
-                        .selectable_label(preferences.scale == scale, format!("{scale}%"))
-                        .clicked()
-                    {
-                        commands.push(Command::Prefer(PreferenceChange::Scale(scale)));
-                    }
+        let width = ui.spacing().combo_width;
+        choice_box(ui, "Scale", width, chosen, |ui| {
+            for scale in SCALES {
+                let choice = ui.selectable_label(preferences.scale == scale, format!("{scale}%"));
+                if choice.clicked() {
+                    commands.push(Command::Prefer(PreferenceChange::Scale(scale)));
                 }
-            });
-        shown.response.accessible_name("Scale");
+            }
+        });
         let keys = [&LARGER, &SMALLER, &USUAL_SIZE].map(|command| command.key(ui.ctx()));
         ui.add(egui::Label::new(RichText::new(keys.join("  ")).weak()).truncate());
     });
@@ -283,21 +280,17 @@ fn training(ui: &mut Ui, model: &Model, commands: &mut Commands) {
     line(ui, "Threads", |ui| {
         let automatic = format!("Automatic ({})", usual_threads());
         let text = chosen.map_or_else(|| automatic.clone(), |threads| threads.to_string());
-        let shown = ComboBox::from_id_salt("threads")
-            .width(160.0)
-            .selected_text(text)
-            .show_ui(ui, |ui| {
-                let mut choice = |ui: &mut Ui, threads: Option<usize>, text: String| {
-                    if ui.selectable_label(chosen == threads, text).clicked() {
-                        commands.push(Command::Prefer(PreferenceChange::Threads(threads)));
-                    }
-                };
-                choice(ui, None, automatic);
-                for threads in 1..=cores() {
-                    choice(ui, Some(threads), threads.to_string());
+        choice_box(ui, "Threads", 160.0, text, |ui| {
+            let mut choice = |ui: &mut Ui, threads: Option<usize>, text: String| {
+                if ui.selectable_label(chosen == threads, text).clicked() {
+                    commands.push(Command::Prefer(PreferenceChange::Threads(threads)));
                 }
-            });
-        shown.response.accessible_name("Threads");
+            };
+            choice(ui, None, automatic);
+            for threads in 1..=cores() {
+                choice(ui, Some(threads), threads.to_string());
+            }
+        });
     });
     ui.add(egui::Label::new(RichText::new("Used from the next scene that you open on. Fewer leave more of the computer to other programs.").weak()).wrap());
 }

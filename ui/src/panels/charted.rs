@@ -50,7 +50,8 @@ pub struct Charted {
     /// The log and the axis that they were made from: scene, version, axis.
     from: Option<(u64, u64, Axis, f32)>,
     lines: [Vec<PlotPoint>; NUMBERS.len()],
-    marks: Vec<f64>,
+    /// Where strokes were made, over time.
+    pub marks: Vec<f64>,
     last: f64,
 }
 
@@ -58,12 +59,12 @@ impl Charted {
     /// Follows a scene's log, where `most` is the entropy of an even guess among all classes, in nats; costs nothing where
     /// nothing has changed.
     pub fn follow(&mut self, scene: u64, log: &ProgressLog, axis: Axis, most: f32) {
-        let from = Some((scene, log.version(), axis, most));
+        let from = Some((scene, log.version, axis, most));
         if self.from == from {
             return;
         }
         self.from = from;
-        let samples = log.samples();
+        let samples = &log.samples;
         let x = |sample: &ProgressSample| match axis {
             Axis::Time => sample.seconds / 60.0,
             Axis::Strokes => sample.strokes as f64,
@@ -105,11 +106,6 @@ impl Charted {
         &self.lines[number as usize]
     }
 
-    /// Where strokes were made, over time.
-    pub fn marks(&self) -> &[f64] {
-        &self.marks
-    }
-
     /// What the horizontal axis spans.
     pub fn range(&self) -> RangeInclusive<f64> {
         0.0..=self.last
@@ -144,11 +140,11 @@ mod tests {
         assert_eq!(minutes(Number::Unsure), [0.0, 1.0, 2.0, 3.0]);
         assert_eq!(minutes(Number::Accuracy), [2.0, 3.0]);
         assert!(charted.line(Number::Psnr).is_empty());
-        assert_eq!(charted.marks(), [0.0, 2.0]);
+        assert_eq!(charted.marks, [0.0, 2.0]);
         charted.follow(1, &log, Axis::Strokes, 2.0);
         let points: Vec<f64> = charted.line(Number::Unsure).iter().map(|p| p.x).collect();
         assert_eq!(points, [1.0, 2.0]);
         let last = charted.line(Number::Unsure)[1].y;
-        assert!((last - 0.2).abs() < 1e-6 && charted.marks().is_empty());
+        assert!((last - 0.2).abs() < 1e-6 && charted.marks.is_empty());
     }
 }

@@ -58,9 +58,9 @@ impl Filmstrip {
         self.thumbnails.collect(workspace.serial);
         self.filters.show(ui, workspace, commands);
         let list = &workspace.overview.frames;
-        let frames = list.shown();
+        let frames = &list.shown;
         if frames.is_empty() {
-            empty_state(ui, none(list.filter()));
+            empty_state(ui, none(list.filter));
             self.followed = None;
             return;
         }

@@ -1,9 +1,11 @@
 //! The row above the filmstrip: which frames, in which order, and going to one by its number or name.
 
-use egui::{Align, ComboBox, Key, Layout, TextEdit, Ui};
+use egui::{Align, Key, Layout, TextEdit, Ui};
 use inplace_model::frames::{FrameFilter, FrameOrder};
 use inplace_model::workspace::Workspace;
 use inplace_model::{Command, Commands};
+
+use crate::widgets::choice_box;
 
 /// Below this width the filters are a list to choose from.
 const ROOMY: f32 = 620.0;
@@ -26,7 +28,7 @@ impl FrameFilterRow {
                 for filter in FrameFilter::ALL {
                     let (name, meaning) = named(filter);
                     let name = format!("{name} {}", frames.count(filter));
-                    let choice = ui.selectable_label(frames.filter() == filter, name);
+                    let choice = ui.selectable_label(frames.filter == filter, name);
                     if choice.on_hover_text(meaning).clicked() {
                         commands.push(Command::FilterFrames(filter));
                     }
@@ -35,19 +37,16 @@ impl FrameFilterRow {
             if ui.available_width() >= ROOMY {
                 filters(ui, commands);
             } else {
-                let chosen = frames.filter();
-                ComboBox::from_id_salt("filter")
-                    .selected_text(format!("{} {}", named(chosen).0, frames.count(chosen)))
-                    .width(third.min(132.0))
-                    .truncate()
-                    .show_ui(ui, |ui| filters(ui, commands))
-                    .response
-                    .accessible_name("Frames shown");
+                let chosen = frames.filter;
+                let name = format!("{} {}", named(chosen).0, frames.count(chosen));
+                choice_box(ui, "Frames shown", third.min(132.0), name, |ui| {
+                    filters(ui, commands);
+                });
             }
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 ui.spacing_mut().item_spacing.x = crate::theme::GAP;
                 self.seek(ui, third, commands);
-                order(ui, third, frames.order(), commands);
+                order(ui, third, frames.order, commands);
             });
         });
     }
@@ -68,20 +67,15 @@ impl FrameFilterRow {
 }
 
 fn order(ui: &mut Ui, most: f32, chosen: FrameOrder, commands: &mut Commands) {
-    ComboBox::from_id_salt("order")
-        .selected_text(order_text(chosen))
-        .width(most.min(148.0))
-        .truncate()
-        .show_ui(ui, |ui| {
-            for order in FrameOrder::ALL {
-                // The one in force, too: by uncertainty, that sorts anew.
-                if ui.selectable_label(order == chosen, order_text(order)).clicked() {
-                    commands.push(Command::OrderFrames(order));
-                }
+    let (width, text) = (most.min(148.0), order_text(chosen));
+    choice_box(ui, "Order of the frames", width, text, |ui| {
+        for order in FrameOrder::ALL {
+            // The one in force, too: by uncertainty, that sorts anew.
+            if ui.selectable_label(order == chosen, order_text(order)).clicked() {
+                commands.push(Command::OrderFrames(order));
             }
-        })
-        .response
-        .accessible_name("Order of the frames");
+        }
+    });
 }
 
 /// A filter's name, and what it lets through.

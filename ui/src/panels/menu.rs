@@ -82,14 +82,14 @@ fn document(ui: &mut Ui, model: &Model) {
 
 /// Whether the work is on the disk, in two words and in a sentence.
 fn saved(ui: &mut Ui, project: &ProjectSession) {
-    let (saved, named) = (project.saved_state(), project.is_named());
+    let (saved, named) = (project.saved_state(), project.named);
     let text = egui::RichText::new(state(saved, named));
     let text = match saved {
         SavedState::Failing | SavedState::MemoryOnly => text.color(ui.visuals().warn_fg_color),
         SavedState::Saved | SavedState::Writing => text.weak(),
     };
     ui.add(egui::Label::new(text).truncate())
-        .on_hover_text(explanation(saved, named, project.path()));
+        .on_hover_text(explanation(saved, named, &project.path));
 }
 
 fn export_button(ui: &mut Ui, model: &Model, commands: &mut Commands) {

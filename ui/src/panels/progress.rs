@@ -46,7 +46,7 @@ impl ProgressPanel {
 
     fn charts(&mut self, ui: &mut Ui, workspace: &Workspace) {
         let log = &workspace.overview.log;
-        if log.samples().is_empty() {
+        if log.samples.is_empty() {
             crate::widgets::empty_state(
                 ui,
                 "Charts of uncertainty, agreement and image quality begin with your first stroke.",
@@ -79,7 +79,7 @@ impl ProgressPanel {
             Axis::Time => "Across: minutes open.",
             Axis::Strokes => "Across: strokes.",
         };
-        let marks = (!self.charted.marks().is_empty()).then_some("Upright lines: strokes were made.");
+        let marks = (!self.charted.marks.is_empty()).then_some("Upright lines: strokes were made.");
         let meaning: Vec<&str> = [axis].into_iter().chain(marks).collect();
         let meaning = RichText::new(meaning.join(" ")).weak().size(12.0);
         ui.add(Label::new(meaning).wrap());
@@ -144,7 +144,7 @@ impl ProgressPanel {
             ui.visuals().weak_text_color().gamma_multiply(0.35),
         );
         plot.show(ui, |plot| {
-            for (index, &x) in self.charted.marks().iter().enumerate() {
+            for (index, &x) in self.charted.marks.iter().enumerate() {
                 let line = VLine::new("", x).color(mark).width(1.0);
                 plot.vline(line.id(("mark", index)).allow_hover(false));
             }
@@ -171,7 +171,7 @@ fn answer(ui: &mut Ui, workspace: &Workspace) {
         ui.spacing_mut().item_spacing.y = 4.0;
         ui.label(RichText::new("Good enough to export?").strong());
         ui.add(Label::new(RichText::new(sentence).color(color)).wrap());
-        let next = workspace.suggestions().listed().iter().take(NEXT);
+        let next = workspace.suggestions().listed.iter().take(NEXT);
         let shares: Vec<f32> = next.map(|suggestion| suggestion.share).collect();
         if let Some(settled) = next_labels(&shares) {
             ui.add(Label::new(settled).wrap());
@@ -214,7 +214,7 @@ fn numbers(ui: &mut Ui, workspace: &Workspace) {
         ),
         (
             "Labelling time",
-            numbers::duration(overview.log.labelling().as_secs_f64()),
+            numbers::duration(overview.log.labelling.as_secs_f64()),
             "Time with something done at least once a minute; breaks do not count",
         ),
     ];

@@ -3,9 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use egui::{
-    ComboBox, EventFilter, Id, Key, Modifiers, Rect, Role, ScrollArea, Sense, Ui, WidgetInfo, pos2, vec2,
-};
+use egui::{EventFilter, Id, Key, Modifiers, Rect, Role, ScrollArea, Sense, Ui, WidgetInfo, pos2, vec2};
 use inplace_core::labels::{ClassId, Stroke, StrokeId, StrokeKind, VOID};
 use inplace_model::palette::VOID_NAME;
 use inplace_model::preferences::Pane;
@@ -15,7 +13,9 @@ use inplace_model::{Command, Commands};
 use super::parts::{fold_button, panel_frame};
 use crate::keys::table::DELETE;
 use crate::theme;
-use crate::widgets::{Icon, empty_state, focus_ring, heading, icon_button, line_of_text, swatch, text_line};
+use crate::widgets::{
+    Icon, choice_box, empty_state, focus_ring, heading, icon_button, line_of_text, swatch, text_line,
+};
 
 const ROW: f32 = 42.0;
 /// Height of the heading alone.
@@ -172,18 +172,14 @@ impl StrokePanel {
                 .class
                 .map(|class| workspace.document.name_and_color(class).0);
             let check = 96.0;
-            ComboBox::from_id_salt("class filter")
-                .selected_text(chosen.unwrap_or("All classes"))
-                .truncate()
-                .width((ui.available_width() - check - theme::GAP).max(56.0))
-                .show_ui(ui, |ui| {
-                    ui.selectable_value(&mut self.filter.class, None, "All classes");
-                    class_choices(ui, workspace, |ui, class, name| {
-                        ui.selectable_value(&mut self.filter.class, Some(class), name);
-                    });
-                })
-                .response
-                .accessible_name("Strokes of class");
+            let chosen = chosen.unwrap_or("All classes");
+            let width = (ui.available_width() - check - theme::GAP).max(56.0);
+            choice_box(ui, "Strokes of class", width, chosen, |ui| {
+                ui.selectable_value(&mut self.filter.class, None, "All classes");
+                class_choices(ui, workspace, |ui, class, name| {
+                    ui.selectable_value(&mut self.filter.class, Some(class), name);
+                });
+            });
             ui.checkbox(&mut self.filter.this_frame, "This frame");
         });
     }
@@ -363,22 +359,17 @@ fn selected_line(ui: &mut Ui, workspace: &Workspace, commands: &mut Commands) {
             let text = stroke.map_or("No stroke selected", |(_, stroke)| {
                 workspace.document.name_and_color(stroke.class).0
             });
-            ComboBox::from_id_salt("class of the stroke")
-                .selected_text(text)
-                .truncate()
-                .width((ui.available_width() - side - theme::GAP).max(56.0))
-                .show_ui(ui, |ui| {
-                    let Some((id, stroke)) = stroke else {
-                        return;
-                    };
-                    class_choices(ui, workspace, |ui, class, name| {
-                        if ui.selectable_label(stroke.class == class, name).clicked() {
-                            commands.push(Command::ChangeStrokeClass(id, class));
-                        }
-                    });
-                })
-                .response
-                .accessible_name("Class of the stroke");
+            let width = (ui.available_width() - side - theme::GAP).max(56.0);
+            choice_box(ui, "Class of the stroke", width, text, |ui| {
+                let Some((id, stroke)) = stroke else {
+                    return;
+                };
+                class_choices(ui, workspace, |ui, class, name| {
+                    if ui.selectable_label(stroke.class == class, name).clicked() {
+                        commands.push(Command::ChangeStrokeClass(id, class));
+                    }
+                });
+            });
             let delete = DELETE.named(ui.ctx());
             if let Some((id, _)) = stroke {
                 if icon_button(ui, Icon::Delete, &delete).clicked() {

@@ -43,7 +43,7 @@ impl Item {
 /// says changes with time.
 pub fn show(ui: &Ui, workspace: &Workspace, canvas: Rect) {
     let next = NEXT_SUGGESTION.key(ui.ctx());
-    let (first, items) = match workspace.suggestions().mode() {
+    let (first, items) = match workspace.suggestions().mode {
         Mode::Away => return,
         Mode::At(index) => (at(workspace, index), keys(workspace, index, &next)),
         Mode::Looking(since) => {
@@ -86,9 +86,9 @@ pub fn show(ui: &Ui, workspace: &Workspace, canvas: Rect) {
 }
 
 fn at(workspace: &Workspace, index: usize) -> String {
-    let count = workspace.suggestions().listed().len();
+    let count = workspace.suggestions().listed.len();
     let number = format!("Suggestion {} of {count}", index + 1);
-    if workspace.suggestions().is_settled() {
+    if workspace.suggestions().settled {
         format!("{number}, {}", "settled meanwhile")
     } else {
         number
@@ -98,7 +98,7 @@ fn at(workspace: &Workspace, index: usize) -> String {
 fn keys(workspace: &Workspace, index: usize, next: &str) -> Vec<Item> {
     let likely = workspace
         .suggestions()
-        .listed()
+        .listed
         .get(index)
         .map(|place| &place.classes);
     let mut items = Vec::new();

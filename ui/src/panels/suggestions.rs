@@ -58,7 +58,7 @@ impl SuggestionPanel {
             self.held = hovered;
             commands.push(Command::HoldSuggestions(hovered));
         }
-        let count = workspace.suggestions().listed().len();
+        let count = workspace.suggestions().listed.len();
         let listed = match count {
             0 => "No suggestions".to_owned(),
             some => counted(some, "suggestion", "suggestions"),
@@ -76,16 +76,16 @@ impl SuggestionPanel {
             }
         });
         footer(ui, workspace, commands);
-        if workspace.suggestions().listed().is_empty() {
+        if workspace.suggestions().listed.is_empty() {
             empty_state(ui, workspace.why_no_suggestion());
             return;
         }
         let suggestions = workspace.suggestions();
-        let at = suggestions.at().map(|index| (index, suggestions.version()));
+        let at = suggestions.at().map(|index| (index, suggestions.version));
         let moved = self.at != at;
         self.at = at;
         ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
-            for (index, suggestion) in workspace.suggestions().listed().iter().enumerate() {
+            for (index, suggestion) in workspace.suggestions().listed.iter().enumerate() {
                 let Some(frame) = workspace.scene.frames.get(suggestion.frame) else {
                     continue;
                 };
@@ -218,7 +218,7 @@ fn title(ui: &mut Ui, place: &Place<'_>) {
     let name = RichText::new(format!("{}.  {}", place.index + 1, place.frame.stem)).strong();
     ui.add(egui::Label::new(name).truncate());
     let suggestions = place.workspace.suggestions();
-    let settled = suggestions.at() == Some(place.index) && suggestions.is_settled();
+    let settled = suggestions.at() == Some(place.index) && suggestions.settled;
     let text = if settled {
         "settled meanwhile".to_owned()
     } else {

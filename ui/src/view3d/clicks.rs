@@ -51,7 +51,7 @@ impl View3d {
                 if let Some(mark) = pointed {
                     let frame = match mark {
                         Mark::Frame(frame) => frame,
-                        Mark::Suggestion(index) => workspace.suggestions().listed()[index].frame,
+                        Mark::Suggestion(index) => workspace.suggestions().listed[index].frame,
                     };
                     self.fly_to(frame, (workspace, prepared), camera, now, Some(mark));
                     ui.ctx().request_repaint();

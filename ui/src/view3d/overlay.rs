@@ -104,7 +104,7 @@ pub fn suggestion_places(
     workspace: &Workspace,
     surface: &LabelledSurface,
 ) -> impl Iterator<Item = (usize, Vec3)> {
-    let suggestions = workspace.suggestions().listed().iter().enumerate();
+    let suggestions = workspace.suggestions().listed.iter().enumerate();
     suggestions.filter_map(|(index, suggestion)| {
         let width = workspace.scene.frames.get(suggestion.frame)?.camera.width;
         let [x, y] = suggestion.pixel;

@@ -70,7 +70,7 @@ fn labelled(mut window: Window) -> Window {
     window.suggest(generation, vec![place(0), place(1)]);
     window.until("the suggestions are listed", |app| {
         let workspace = app.model().workspace();
-        workspace.is_some_and(|workspace| workspace.suggestions().listed().len() == 2)
+        workspace.is_some_and(|workspace| workspace.suggestions().listed.len() == 2)
     });
     window
 }

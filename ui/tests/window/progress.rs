@@ -130,7 +130,7 @@ fn the_log_survives_reopening_the_project() {
         };
         window.worker().events.send(Event::Status(status)).unwrap();
         window.until("a sample is taken", |app| {
-            !app.model().workspace().unwrap().overview.log.samples().is_empty()
+            !app.model().workspace().unwrap().overview.log.samples.is_empty()
         });
         window.key(Key::T);
         window.sees("Charts over");
@@ -145,7 +145,7 @@ fn the_log_survives_reopening_the_project() {
         window.close();
     }
     let window = Window::with_demo(folder.path());
-    let samples = window.workspace().overview.log.samples().to_vec();
+    let samples = window.workspace().overview.log.samples.to_vec();
     assert_eq!(samples.len(), 1);
     assert_eq!((samples[0].strokes, samples[0].entropy), (4, Some(0.2)));
 }
@@ -182,7 +182,7 @@ fn frames_are_found_by_number_name_and_filter_and_a_and_d_go_through_those_shown
     }
     window.act(Command::FilterFrames(FrameFilter::Uncertain));
     window.act(Command::OrderFrames(FrameOrder::Uncertainty));
-    assert_eq!(window.workspace().overview.frames.shown(), [4, 1]);
+    assert_eq!(window.workspace().overview.frames.shown, [4, 1]);
     window.act(Command::FilterFrames(FrameFilter::Disagreeing));
     window.sees_part("Frame rgb_3: 2 strokes, 1 contradicted");
     answer(&mut window, [1000; FRAMES], &[]);

@@ -221,7 +221,7 @@ fn a_damaged_project_opens_from_its_backup_and_says_so() {
     let end = format!("the damaged file is now {}.", aside.display());
     assert!(sentence.ends_with(&end), "{sentence}");
     let kept = window.model().project.as_ref().unwrap();
-    assert_eq!((kept.path(), kept.is_named()), (project.as_path(), true));
+    assert_eq!((kept.path.as_path(), kept.named), (project.as_path(), true));
     window.sees("saved");
     window.close();
     assert_eq!(std::fs::read(&aside).unwrap(), damaged);
@@ -251,8 +251,7 @@ fn a_project_that_cannot_be_written_is_labelled_in_memory_and_saved_elsewhere() 
     window.replace_text("Project file", elsewhere.to_str().unwrap());
     window.until("the project is saved", |app| {
         let project = app.model().project.as_ref();
-        project
-            .is_some_and(|project| project.path() == elsewhere && project.saved_state() == SavedState::Saved)
+        project.is_some_and(|project| project.path == elsewhere && project.saved_state() == SavedState::Saved)
     });
     window.close();
     let reopened = inplace_core::project::Contents::read(&folder.path().join("elsewhere.inplace")).unwrap();

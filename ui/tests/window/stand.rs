@@ -434,7 +434,7 @@ impl Window {
         let named = project.to_path_buf();
         self.until("the project is saved", |app| {
             let project = app.model().project.as_ref();
-            project.is_some_and(|project| project.is_named() && project.path() == named)
+            project.is_some_and(|project| project.named && project.path == named)
         });
     }
 

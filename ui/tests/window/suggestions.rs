@@ -42,7 +42,7 @@ fn suggest_now(window: &mut Window, suggestions: Vec<Suggestion>) {
 
 /// Frames of the listed places.
 fn listed(window: &Window) -> Vec<usize> {
-    let suggestions = window.workspace().suggestions().listed();
+    let suggestions = &window.workspace().suggestions().listed;
     suggestions.iter().map(|suggestion| suggestion.frame).collect()
 }
 
@@ -167,7 +167,7 @@ fn undo_shows_the_answered_place_again_and_redo_goes_on() {
     // The list made after the undo has the place at another rank, which changes nothing.
     let list = vec![place(2, [8, 8], &[WALL]), place(3, [21, 30], &[FLOOR])];
     suggest_now(&mut window, list);
-    assert_eq!(window.workspace().suggestions().listed()[0].pixel, [20, 30]);
+    assert_eq!(window.workspace().suggestions().listed[0].pixel, [20, 30]);
     window.key(Key::Num2);
     assert_eq!(last_stroke(&window), (3, FLOOR, [20, 30]));
 
@@ -175,10 +175,7 @@ fn undo_shows_the_answered_place_again_and_redo_goes_on() {
     assert_eq!(window.workspace().suggestions().at(), Some(0));
     window.press(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z);
     assert_eq!(window.strokes(), 1);
-    assert!(matches!(
-        window.workspace().suggestions().mode(),
-        Mode::Looking(_)
-    ));
+    assert!(matches!(window.workspace().suggestions().mode, Mode::Looking(_)));
 }
 
 #[test]

@@ -69,11 +69,7 @@ impl Model {
 
     /// The project file's journal told something.
     pub(crate) fn journal_event(&mut self, event: JournalEvent) {
-        let unnamed = self
-            .state
-            .project
-            .as_ref()
-            .is_some_and(|project| !project.is_named());
+        let unnamed = self.state.project.as_ref().is_some_and(|project| !project.named);
         let before = unnamed.then(|| self.state.place()).flatten();
         if let Some(project) = &mut self.state.project {
             project.on_event(&event);

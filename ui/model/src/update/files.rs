@@ -45,11 +45,11 @@ impl Model {
         let (Some(_), Some(project)) = (self.state.workspace(), &self.state.project) else {
             return;
         };
-        if !project.is_named() || project.saved_state() == SavedState::MemoryOnly {
+        if !project.named || project.saved_state() == SavedState::MemoryOnly {
             self.show(Some(Dialog::SaveAs { path: String::new() }));
             return;
         }
-        let path = project.path().display().to_string();
+        let path = project.path.display().to_string();
         let failing = project.saved_state() == SavedState::Failing;
         self.with_workspace(Workspace::save);
         self.keep_results();
@@ -101,7 +101,7 @@ impl Model {
             && workspace.serial == serial
         {
             let before = self.state.place();
-            let path = project.path().to_path_buf();
+            let path = project.path.clone();
             let memory_only = self.state.project.replace(project);
             let since = memory_only.map(|mut project| project.take_unrecorded());
             self.effects

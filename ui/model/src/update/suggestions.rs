@@ -4,34 +4,40 @@ use inplace_core::labels::ClassId;
 use inplace_core::project::Step;
 
 use crate::model::Model;
+use crate::suggestions::Suggestions;
 use crate::workspace::Workspace;
 
 impl Model {
     pub(crate) fn go_to_suggestion(&mut self, index: usize) {
-        if self.with_workspace(|workspace| workspace.go_to_suggestion(index)) {
+        self.go_on(|suggestions| suggestions.go_to(index).then_some(index));
+    }
+
+    /// Goes on to another place and shows it; returns whether there is one.
+    fn go_on(&mut self, step: impl FnOnce(&mut Suggestions) -> Option<usize>) -> bool {
+        let next = self.with_workspace(|workspace| {
+            let next = step(&mut workspace.suggestions);
+            next.inspect(|&index| workspace.show_suggestion(index))
+        });
+        if next.is_some() {
             self.arrived();
         }
+        next.is_some()
     }
 
     pub(crate) fn step_suggestion(&mut self, backwards: bool) {
-        self.go_on(|workspace| workspace.step_suggestion(backwards));
-    }
-
-    pub(crate) fn skip_suggestion(&mut self) {
-        if self.suggestion_at_hand().is_some() {
-            self.go_on(Workspace::skip_suggestion);
+        if !self.go_on(|suggestions| suggestions.step(backwards)) {
+            self.say_why_no_suggestion();
         }
     }
 
-    /// Goes on to another place, or says why there is none.
-    fn go_on(&mut self, step: impl FnOnce(&mut Workspace) -> bool) {
-        let Some(workspace) = self.state.workspace_mut() else {
-            return;
-        };
-        if step(workspace) {
-            self.arrived();
-        } else {
-            let why = workspace.why_no_suggestion();
+    pub(crate) fn skip_suggestion(&mut self) {
+        if self.suggestion_at_hand().is_some() && !self.go_on(Suggestions::skip) {
+            self.say_why_no_suggestion();
+        }
+    }
+
+    fn say_why_no_suggestion(&mut self) {
+        if let Some(why) = self.state.workspace().map(Workspace::why_no_suggestion) {
             self.state.messages.info(why);
         }
     }
@@ -65,7 +71,7 @@ impl Model {
     pub(crate) fn answer_likely(&mut self, rank: usize) {
         let answer = self.state.workspace().and_then(|workspace| {
             let index = workspace.suggestions().at()?;
-            let likely = workspace.suggestions().listed()[index].classes.get(rank)?;
+            let likely = workspace.suggestions().listed[index].classes.get(rank)?;
             Some((index, likely.class))
         });
         if let Some((index, class)) = answer {

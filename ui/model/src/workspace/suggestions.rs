@@ -28,7 +28,7 @@ impl Workspace {
 
     /// Shows the place of a suggestion, as near as it takes to recognise it.
     pub fn show_suggestion(&mut self, index: usize) {
-        let Some(place) = self.suggestions.listed().get(index) else {
+        let Some(place) = self.suggestions.listed.get(index) else {
             return;
         };
         let shown = self.scene.frames.get(place.frame).map(|frame| {
@@ -41,37 +41,9 @@ impl Workspace {
         }
     }
 
-    /// Goes to a suggestion and shows it; returns whether it is there.
-    pub fn go_to_suggestion(&mut self, index: usize) -> bool {
-        let there = self.suggestions.go_to(index);
-        if there {
-            self.show_suggestion(index);
-        }
-        there
-    }
-
-    /// Goes on to another suggestion and shows it; returns whether there is any.
-    pub fn step_suggestion(&mut self, backwards: bool) -> bool {
-        let next = self.suggestions.step(backwards);
-        self.show_next(next)
-    }
-
-    /// Leaves the suggestion at hand out and goes on to the next one; returns whether there is any.
-    pub fn skip_suggestion(&mut self) -> bool {
-        let next = self.suggestions.skip();
-        self.show_next(next)
-    }
-
-    fn show_next(&mut self, next: Option<usize>) -> bool {
-        if let Some(index) = next {
-            self.show_suggestion(index);
-        }
-        next.is_some()
-    }
-
     /// Labels the place of a suggestion; `None` when it is not there, or was answered before.
     pub fn answer_suggestion(&mut self, index: usize, class: ClassId) -> Option<Edit> {
-        let place = self.suggestions.listed().get(index)?;
+        let place = self.suggestions.listed.get(index)?;
         let exists = class == VOID || self.document.labels().class(class).is_some();
         if !exists || self.suggestions.answer_of(index).is_some() {
             return None;
