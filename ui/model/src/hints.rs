@@ -1,6 +1,7 @@
 //! What to say when to somebody who is new here: each hint once, and then never again.
 
 use inplace_core::session::Phase;
+use serde::{Deserialize, Serialize};
 
 use crate::model::State;
 use crate::workspace::Workspace;
@@ -8,8 +9,9 @@ use crate::workspace::Workspace;
 /// Strokes after which somebody may wonder what comes of them.
 const ENOUGH_TO_EXPORT: usize = 8;
 
-/// Something to know at first use.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+/// Something to know at first use; in the preferences by its name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Hint {
     /// How a first class comes to be.
     FirstClass,
@@ -29,21 +31,6 @@ impl Hint {
         Self::Suggestions,
         Self::Export,
     ];
-
-    /// Its name in the preferences.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::FirstClass => "first-class",
-            Self::FirstStroke => "first-stroke",
-            Self::Suggestions => "suggestions",
-            Self::Export => "export",
-        }
-    }
-
-    /// The hint with this name in the preferences.
-    pub fn named(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|hint| hint.name() == name)
-    }
 
     /// Whether there is a reason to say it now.
     pub fn applies(self, state: &State, workspace: &Workspace) -> bool {

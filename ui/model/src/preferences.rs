@@ -8,6 +8,7 @@ mod store;
 
 use std::collections::BTreeSet;
 
+use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 
 pub use layout::{Layout, Pane};
@@ -24,7 +25,8 @@ pub const SCALES: std::ops::RangeInclusive<u16> = 100..=300;
 const SCALE_STEP: i16 = 10;
 
 /// The colours of the window.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Theme {
     /// Light on dark.
     #[default]
@@ -140,20 +142,14 @@ impl Preferences {
 
     /// As kept in the file.
     fn to_json(&self) -> Map<String, Value> {
-        let theme = match self.theme {
-            Theme::Dark => "dark",
-            Theme::Light => "light",
-            Theme::System => "system",
-        };
-        let hints: Vec<&str> = self.hints_seen.iter().map(|hint| hint.name()).collect();
         let entries = [
-            ("theme", json!(theme)),
+            ("theme", json!(self.theme)),
             ("scale", json!(self.scale)),
             ("threads", json!(self.threads)),
             ("look", Value::Object(self.look.clone())),
             ("keys", self.keys.to_json()),
-            ("recents", self.recents.to_json()),
-            ("hints", json!(hints)),
+            ("recents", json!(self.recents)),
+            ("hints", json!(self.hints_seen)),
             ("layout", self.layout.to_json()),
             ("window", json!(self.window)),
         ];
@@ -165,35 +161,31 @@ impl Preferences {
 
     /// Reads what [`Preferences::to_json`] wrote; what is missing or makes no sense is as it comes.
     fn from_json(json: &Map<String, Value>) -> Self {
-        let mut read = Self::default();
         let value = |key: &str| json.get(key).unwrap_or(&Value::Null);
-        match value("theme").as_str() {
-            Some("light") => read.theme = Theme::Light,
-            Some("system") => read.theme = Theme::System,
-            _ => {}
-        }
-        if let Some(Ok(scale)) = value("scale").as_u64().map(u16::try_from) {
+        let mut read = Self {
+            theme: Theme::deserialize(value("theme")).unwrap_or_default(),
+            threads: usize::deserialize(value("threads")).ok(),
+            look: Map::deserialize(value("look")).unwrap_or_default(),
+            keys: KeyMap::from_json(value("keys")),
+            recents: Recents::from_json(value("recents")),
+            hints_seen: each(value("hints")).collect(),
+            layout: Layout::from_json(value("layout")),
+            window: <[f32; 2]>::deserialize(value("window")).ok(),
+            ..Self::default()
+        };
+        if let Ok(scale) = u16::deserialize(value("scale")) {
             read.change(PreferenceChange::Scale(scale));
         }
-        read.threads = value("threads")
-            .as_u64()
-            .and_then(|threads| threads.try_into().ok());
         read.threads = read.threads.filter(|&threads| threads > 0);
-        read.look = value("look").as_object().cloned().unwrap_or_default();
-        read.keys = KeyMap::from_json(value("keys"));
-        read.recents = Recents::from_json(value("recents"));
-        let hints = value("hints").as_array().into_iter().flatten();
-        read.hints_seen = hints.filter_map(Value::as_str).filter_map(Hint::named).collect();
-        read.layout = Layout::from_json(value("layout"));
-        if let Some([width, height]) = value("window").as_array().map(Vec::as_slice)
-            && let (Some(width), Some(height)) = (width.as_f64(), height.as_f64())
-            && width >= 1.0
-            && height >= 1.0
-        {
-            read.window = Some([width as f32, height as f32]);
-        }
+        read.window = read.window.filter(|size| size.iter().all(|&side| side >= 1.0));
         read
     }
+}
+
+/// The entries of a list, without those that make no sense.
+fn each<'a, Entry: Deserialize<'a>>(list: &'a Value) -> impl Iterator<Item = Entry> {
+    let entries = list.as_array().into_iter().flatten();
+    entries.filter_map(|entry| Entry::deserialize(entry).ok())
 }
 
 /// Number of cores.
@@ -233,12 +225,5 @@ mod tests {
             Preferences::from_json(json.as_object().unwrap()),
             Preferences::default()
         );
-    }
-
-    #[test]
-    fn every_hint_has_a_name_of_its_own() {
-        for hint in Hint::ALL {
-            assert_eq!(Hint::named(hint.name()), Some(hint));
-        }
     }
 }

@@ -3,18 +3,22 @@
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use serde_json::{Value, json};
+use serde::{Deserialize, Serialize, Serializer};
+use serde_json::Value;
+
+use super::each;
 
 /// Most entries kept.
 pub const MOST: usize = 12;
 
 /// What can be opened again.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(tag = "kind", content = "path", rename_all = "lowercase")]
 pub enum RecentPlace {
     /// The folder of a capture.
-    Scene(PathBuf),
+    Scene(#[serde(serialize_with = "lossy")] PathBuf),
     /// A project file.
-    Project(PathBuf),
+    Project(#[serde(serialize_with = "lossy")] PathBuf),
 }
 
 impl RecentPlace {
@@ -35,24 +39,29 @@ impl RecentPlace {
 }
 
 /// Something that was opened lately.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Recent {
     /// Where it is.
+    #[serde(flatten)]
     pub place: RecentPlace,
     /// Name for people.
     pub name: String,
     /// When it was last open, in seconds since 1970.
+    #[serde(default)]
     pub opened: u64,
     /// Number of frames.
+    #[serde(default)]
     pub frames: usize,
     /// Number of classes.
+    #[serde(default)]
     pub classes: usize,
     /// Number of strokes.
+    #[serde(default)]
     pub strokes: usize,
 }
 
 /// What was opened lately, newest first, at most [`MOST`].
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Recents(Vec<Recent>);
 
 impl Recents {
@@ -78,48 +87,14 @@ impl Recents {
         self.0.retain(|recent| recent.place != *place);
     }
 
-    /// As kept in the preferences.
-    pub(super) fn to_json(&self) -> Value {
-        let entry = |recent: &Recent| {
-            let kind = match recent.place {
-                RecentPlace::Scene(_) => "scene",
-                RecentPlace::Project(_) => "project",
-            };
-            json!({
-                "kind": kind,
-                "path": recent.place.path().to_string_lossy(),
-                "name": recent.name,
-                "opened": recent.opened,
-                "frames": recent.frames,
-                "classes": recent.classes,
-                "strokes": recent.strokes,
-            })
-        };
-        self.0.iter().map(entry).collect()
-    }
-
-    /// Reads what [`Recents::to_json`] wrote; entries that make no sense are left out.
+    /// Reads the entries of the preferences; those that make no sense are left out.
     pub(super) fn from_json(json: &Value) -> Self {
-        let read = |entry: &Value| {
-            let path = PathBuf::from(entry["path"].as_str()?);
-            let place = match entry["kind"].as_str()? {
-                "scene" => RecentPlace::Scene(path),
-                "project" => RecentPlace::Project(path),
-                _ => return None,
-            };
-            let count = |key: &str| entry[key].as_u64().and_then(|count| count.try_into().ok());
-            Some(Recent {
-                place,
-                name: entry["name"].as_str()?.to_owned(),
-                opened: entry["opened"].as_u64().unwrap_or(0),
-                frames: count("frames").unwrap_or(0),
-                classes: count("classes").unwrap_or(0),
-                strokes: count("strokes").unwrap_or(0),
-            })
-        };
-        let entries = json.as_array().into_iter().flatten();
-        Self(entries.filter_map(read).take(MOST).collect())
+        Self(each(json).take(MOST).collect())
     }
+}
+
+fn lossy<S: Serializer>(path: &Path, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(&path.to_string_lossy())
 }
 
 /// Now, in seconds since 1970.
@@ -154,7 +129,7 @@ mod tests {
         let first = recents.iter().next().unwrap();
         assert_eq!((first.name.as_str(), first.strokes), ("/9", 4));
         assert_eq!(recents.iter().filter(|recent| recent.name == "/9").count(), 1);
-        assert_eq!(Recents::from_json(&recents.to_json()), recents);
+        assert_eq!(Recents::from_json(&serde_json::json!(recents)), recents);
     }
 
     #[test]
