@@ -70,13 +70,13 @@ impl Dialogs {
 
 fn title(dialog: &Dialog) -> &'static str {
     match dialog {
-        Dialog::Open { .. } => "Open",
-        Dialog::SaveAs { .. } => "Save project as",
+        Dialog::Open(_) => "Open",
+        Dialog::SaveAs(_) => "Save project as",
         Dialog::Export(_) => "Export",
         Dialog::Import { .. } => "Import labels",
         Dialog::FirstClass { .. } => "Name the first class",
         Dialog::AddClasses(_) => "Add classes",
-        Dialog::SaveClasses { .. } => "Save classes",
+        Dialog::SaveClasses(_) => "Save classes",
         Dialog::FindClass(_) => "Find a class",
         Dialog::Help => "Keys and gestures",
         Dialog::Settings(_) => "Settings",
@@ -101,8 +101,8 @@ fn modal(ctx: &egui::Context, dialog: &mut Dialog, model: &Model, commands: &mut
         ui.heading(title);
         ui.add_space(4.0);
         match dialog {
-            Dialog::Open { path } => open(ui, path, commands),
-            Dialog::SaveAs { path } => {
+            Dialog::Open(path) => open(ui, path, commands),
+            Dialog::SaveAs(path) => {
                 let saves = (Purpose::SaveAs, Command::SaveTo as fn(PathBuf) -> Command);
                 save(ui, path, PROJECT_FILE, saves, commands);
             }
@@ -110,7 +110,7 @@ fn modal(ctx: &egui::Context, dialog: &mut Dialog, model: &Model, commands: &mut
             Dialog::Import { path, trust } => import(ui, path, trust, commands),
             Dialog::FirstClass { name, .. } => first_class(ui, name, commands),
             Dialog::AddClasses(dialog) => classes::show(ui, dialog, commands),
-            Dialog::SaveClasses { path } => {
+            Dialog::SaveClasses(path) => {
                 let saves = (
                     Purpose::SaveClasses,
                     Command::SaveClassesTo as fn(PathBuf) -> Command,

@@ -27,15 +27,9 @@ pub enum Subject {
     Place(usize, Pixel),
 }
 
-/// All that a thumbnail depends on, but for its subject: when this changes, it is made anew.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Shown {
-    layer: Layer,
-    /// Number of the frame's map, or of the list that a suggestion is from.
-    number: u64,
-    /// Version of the classes' colours, where they are shown.
-    palette: Option<Version>,
-}
+/// All that a thumbnail depends on, but for its subject: when this changes, it is made anew. The layer, the number of the
+/// frame's map or of the list that a suggestion is from, and the version of the classes' colours, where they are shown.
+type Shown = (Layer, u64, Option<Version>);
 
 /// Draws all of a thumbnail in the middle of an area, as large as fits; returns where.
 pub fn paint(thumbnail: &TextureHandle, painter: &egui::Painter, area: Rect) -> Rect {
@@ -120,24 +114,16 @@ impl Thumbnails {
     /// The newest thumbnail of a frame in this look; asks for a newer one if it shows something else by now.
     pub fn frame(&mut self, workspace: &Workspace, frame: usize, look: Look) -> Option<TextureHandle> {
         let has_map = look.layer != Layer::Color;
-        let shown = Shown {
-            layer: look.layer,
-            number: if has_map { workspace.map_version(frame) } else { 0 },
-            palette: has_map.then(|| workspace.document.palette().version()),
-        };
-        self.get(Subject::Frame(frame), shown, || {
+        let number = if has_map { workspace.map_version(frame) } else { 0 };
+        let palette = has_map.then(|| workspace.document.palette().version());
+        self.get(Subject::Frame(frame), (look.layer, number, palette), || {
             (FrameSource::new(workspace, frame, look), Vec::new())
         })
     }
 
     /// The thumbnail of the surroundings of a pixel, the image alone.
     pub fn place(&mut self, workspace: &Workspace, frame: usize, pixel: Pixel) -> Option<TextureHandle> {
-        let shown = Shown {
-            layer: Layer::Color,
-            number: 0,
-            palette: None,
-        };
-        self.get(Subject::Place(frame, pixel), shown, || {
+        self.get(Subject::Place(frame, pixel), (Layer::Color, 0, None), || {
             (FrameSource::new(workspace, frame, Look::PLAIN), Vec::new())
         })
     }
@@ -150,11 +136,7 @@ impl Thumbnails {
         place: &Suggestion,
         look: Look,
     ) -> Option<TextureHandle> {
-        let shown = Shown {
-            layer: look.layer,
-            number: workspace.suggestions().version,
-            palette: None,
-        };
+        let shown = (look.layer, workspace.suggestions().version, None);
         self.get(Subject::Place(place.frame, place.pixel), shown, || {
             (
                 FrameSource::new(workspace, place.frame, look),
@@ -287,11 +269,7 @@ mod tests {
             };
             (source, Vec::new())
         };
-        let shown = Shown {
-            layer: Layer::Color,
-            number: 0,
-            palette: None,
-        };
+        let shown = (Layer::Color, 0, None);
         let ctx = egui::Context::default();
         let mut thumbnails = Thumbnails::new(ctx, [48, 48]);
         thumbnails.collect(1);

@@ -5,6 +5,8 @@ use std::collections::BTreeSet;
 use inplace_core::labels::ClassId;
 use serde_json::Value;
 
+use crate::preferences::each;
+
 /// The classes that are locked, and those that are hidden.
 ///
 /// What a person labelled as a locked class stays as it is: its strokes are not erased, changed or covered, and none
@@ -26,14 +28,9 @@ impl ClassView {
 
     /// What [`ClassView::keep_in`] kept; what is not there is empty.
     pub fn from_json(kept: &Value) -> Self {
-        let classes = |name: &str| {
-            let ids = kept[name].as_array().into_iter().flatten();
-            ids.filter_map(|id| ClassId::try_from(id.as_u64()?).ok())
-                .collect()
-        };
         Self {
-            locked: classes("locked"),
-            hidden: classes("hidden"),
+            locked: each(&kept["locked"]).collect(),
+            hidden: each(&kept["hidden"]).collect(),
         }
     }
 }

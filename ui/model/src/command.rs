@@ -63,13 +63,8 @@ pub enum Command {
     DeleteSelected,
     /// Gives a stroke another class, which may be void.
     ChangeStrokeClass(StrokeId, ClassId),
-    /// Labels the place of the surface that a pixel of a frame shows with the current class, and stays where one is.
-    LabelSeen {
-        /// Index of the frame.
-        frame: usize,
-        /// The pixel.
-        pixel: Pixel,
-    },
+    /// Labels the place of the surface that a frame (by its index) shows at a pixel with the current class, and stays where one is.
+    LabelSeen(usize, Pixel),
     /// Takes the last edit back.
     Undo,
     /// Does the last undone edit again.

@@ -37,16 +37,10 @@ pub enum Purpose {
 /// The dialog shown.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Dialog {
-    /// Asks for a scene or project to open.
-    Open {
-        /// The path typed so far.
-        path: String,
-    },
-    /// Asks for a project file to write.
-    SaveAs {
-        /// The path typed so far.
-        path: String,
-    },
+    /// Asks for a scene or project to open, with the path typed so far.
+    Open(String),
+    /// Asks for a project file to write, with the path typed so far.
+    SaveAs(String),
     /// Asks what to export, and for a folder to export into.
     Export(ExportChoice),
     /// Asks for a folder of label images.
@@ -65,11 +59,8 @@ pub enum Dialog {
     },
     /// Adds classes of a data set or a file.
     AddClasses(Box<AddClasses>),
-    /// Asks for a file to write the classes to.
-    SaveClasses {
-        /// The path typed so far.
-        path: String,
-    },
+    /// Asks for a file to write the classes to, with the path typed so far.
+    SaveClasses(String),
     /// Finds a class by part of its name.
     FindClass(Box<ClassFinder>),
     /// Shows the keys.
@@ -83,7 +74,7 @@ pub enum Dialog {
 impl Dialog {
     /// Asks for something to open.
     pub const fn open() -> Self {
-        Self::Open { path: String::new() }
+        Self::Open(String::new())
     }
 
     /// Asks what to export; the path, and what was chosen last, are filled in when it is shown.
@@ -102,11 +93,11 @@ impl Dialog {
     /// Puts a path that the system's dialog gave into the path field.
     pub fn take_path(&mut self, picked: &Path) {
         match self {
-            Self::Open { path }
-            | Self::SaveAs { path }
+            Self::Open(path)
+            | Self::SaveAs(path)
             | Self::Export(ExportChoice { path, .. })
             | Self::Import { path, .. }
-            | Self::SaveClasses { path }
+            | Self::SaveClasses(path)
             | Self::Moved(MovedScene { path, .. }) => {
                 *path = picked.display().to_string();
             }

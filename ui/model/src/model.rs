@@ -116,12 +116,10 @@ pub struct Model {
     pub(crate) state: State,
     /// What has to be done outside, in order; handed over at the end of an update.
     pub(crate) effects: Vec<Effect>,
-    /// What is read of captures, of the next one and of the open one.
-    pub(crate) read_next: OpenOptions,
+    /// What the window started with.
+    pub(crate) start: Start,
+    /// What is read of the open capture.
     pub(crate) read: OpenOptions,
-    pub(crate) preset: Preset,
-    pub(crate) threads: Option<usize>,
-    pub(crate) seed: u64,
     /// The settings as they were when the preferences were last compared with them.
     pub(crate) settings_seen: Settings,
     pub(crate) last_ticket: u64,
@@ -148,7 +146,7 @@ impl Model {
                 stage: Stage::Start,
                 project: None,
                 settings,
-                preferences: start.preferences,
+                preferences: start.preferences.clone(),
                 export_choice: ExportChoice::as_in_project(),
                 dialog: None,
                 export: None,
@@ -159,11 +157,8 @@ impl Model {
                 overlay_hidden: false,
             },
             effects: Vec::new(),
-            read_next: start.read,
             read: start.read,
-            preset: start.preset,
-            threads: start.threads,
-            seed: start.seed,
+            start,
             settings_seen: settings,
             last_ticket: 0,
             export_stop: Arc::default(),

@@ -183,7 +183,7 @@ impl Preferences {
 }
 
 /// The entries of a list, without those that make no sense.
-fn each<'a, Entry: Deserialize<'a>>(list: &'a Value) -> impl Iterator<Item = Entry> {
+pub(crate) fn each<'a, Entry: Deserialize<'a>>(list: &'a Value) -> impl Iterator<Item = Entry> {
     let entries = list.as_array().into_iter().flatten();
     entries.filter_map(|entry| Entry::deserialize(entry).ok())
 }

@@ -104,7 +104,7 @@ impl Model {
             Command::DeleteStroke(stroke) => self.delete_stroke(stroke),
             Command::DeleteSelected => self.delete_selected(),
             Command::ChangeStrokeClass(stroke, class) => self.change_stroke_class(stroke, class),
-            Command::LabelSeen { frame, pixel } => self.label_seen(frame, pixel),
+            Command::LabelSeen(frame, pixel) => self.label_seen(frame, pixel),
             Command::Undo => self.step(History::undo, Step::Undo),
             Command::Redo => self.step(History::redo, Step::Redo),
 
@@ -213,11 +213,11 @@ impl Model {
         let needs_scene = matches!(
             dialog,
             Some(
-                Dialog::SaveAs { .. }
+                Dialog::SaveAs(_)
                     | Dialog::Export(_)
                     | Dialog::Import { .. }
                     | Dialog::AddClasses(_)
-                    | Dialog::SaveClasses { .. }
+                    | Dialog::SaveClasses(_)
             )
         );
         if needs_scene && self.state.workspace().is_none() {
@@ -225,9 +225,9 @@ impl Model {
         }
         self.give_up_focus();
         self.state.dialog = match dialog {
-            Some(Dialog::SaveAs { path }) if path.is_empty() => Some(Dialog::SaveAs {
-                path: self.state.suggested_path(".inplace"),
-            }),
+            Some(Dialog::SaveAs(path)) if path.is_empty() => {
+                Some(Dialog::SaveAs(self.state.suggested_path(".inplace")))
+            }
             Some(Dialog::Export(choice)) if choice.path.is_empty() => {
                 let mut last = self.state.export_choice.clone();
                 if last.path.is_empty() {
@@ -235,9 +235,9 @@ impl Model {
                 }
                 Some(Dialog::Export(last))
             }
-            Some(Dialog::SaveClasses { path }) if path.is_empty() => Some(Dialog::SaveClasses {
-                path: self.state.suggested_path("-classes.json"),
-            }),
+            Some(Dialog::SaveClasses(path)) if path.is_empty() => {
+                Some(Dialog::SaveClasses(self.state.suggested_path("-classes.json")))
+            }
             Some(Dialog::AddClasses(mut dialog)) => {
                 dialog.begin(self.present_classes());
                 Some(Dialog::AddClasses(dialog))

@@ -76,150 +76,152 @@ pub fn show(choosing: &mut Option<ChosenKey>, ui: &mut Ui, model: &Model, comman
             section(ui, "Hints");
             hints(ui, model, commands);
             section(ui, "Keys");
-            keys(choosing, ui, model, commands);
+            let map = &model.preferences.keys;
+            Keys {
+                choosing,
+                map,
+                commands,
+            }
+            .show(ui);
         });
     close(ui, commands);
 }
 
-fn keys(choosing: &mut Option<ChosenKey>, ui: &mut Ui, model: &Model, commands: &mut Commands) {
-    ui.weak("Press a button, then the new key; Escape leaves it as it is. The digits always choose classes.");
-    let map = &model.preferences.keys;
-    for line in TABLE {
-        if let Line::Command(command) = line {
-            ui.push_id(command.does, |ui| key_row(choosing, ui, command, map, commands));
-        }
-    }
-    let reset = ui.add_enabled(!map.is_default(), egui::Button::new("Reset all keys"));
-    if reset.clicked() {
-        *choosing = None;
-        commands.push(Command::Prefer(PreferenceChange::ResetKeys));
-    }
+/// The keys of all commands, to choose others.
+struct Keys<'a> {
+    choosing: &'a mut Option<ChosenKey>,
+    map: &'a KeyMap,
+    commands: &'a mut Commands,
 }
 
-fn key_row(
-    choosing: &mut Option<ChosenKey>,
-    ui: &mut Ui,
-    row: &UiCommand,
-    map: &KeyMap,
-    commands: &mut Commands,
-) {
-    ui.horizontal_top(|ui| {
-        let width = (0.48 * ui.available_width()).max(120.0);
-        let height = ui.spacing().interact_size.y;
-        let label = egui::Label::new(row.does).wrap();
-        ui.allocate_ui_with_layout(egui::vec2(width, height), Layout::top_down(Align::Min), |ui| {
-            ui.set_min_size(egui::vec2(width, height));
-            ui.add_space(5.0);
-            ui.add(label);
-        });
-        ui.horizontal_wrapped(|ui| {
-            for &default in row.keys {
-                key_button(choosing, ui, row, map, default, commands);
-            }
-        });
-    });
-    if let Some(ChosenKey {
-        default,
-        pressed: Some(pressed),
-    }) = *choosing
-        && row.keys.contains(&default)
-    {
-        conflict(choosing, ui, default, pressed, map, commands);
-    }
-}
-
-fn key_button(
-    choosing: &mut Option<ChosenKey>,
-    ui: &mut Ui,
-    row: &UiCommand,
-    map: &KeyMap,
-    default: Shortcut,
-    commands: &mut Commands,
-) {
-    let waiting = Some(ChosenKey {
-        default,
-        pressed: None,
-    });
-    let waits = *choosing == waiting;
-    let present = map.present(default).map(|present| present.to_string());
-    // The default tells the keys of one action apart.
-    let name = match &present {
-        Some(present) => format!("{}: {present}", row.does),
-        None => format!("{}: no key, by default {default}", row.does),
-    };
-    let text = match (waits, &present) {
-        (true, _) => RichText::new("Press a key...").color(theme::of(ui.visuals()).on_accent),
-        (false, Some(present)) => RichText::new(present).monospace(),
-        (false, None) => RichText::new("no key").weak(),
-    };
-    let mut button = egui::Button::new(text);
-    if waits {
-        button = button.fill(theme::of(ui.visuals()).accent);
-    }
-    let response = ui.add(button).accessible_name(name);
-    if response.clicked() {
-        *choosing = waiting;
-    }
-    if waits {
-        // Arrows and Tab are keys to choose, too.
-        let filter = egui::EventFilter {
-            tab: true,
-            horizontal_arrows: true,
-            vertical_arrows: true,
-            escape: true,
-        };
-        response.request_focus();
-        ui.memory_mut(|memory| memory.set_focus_lock_filter(response.id, filter));
-    }
-    if map.is_moved(default) {
-        let reset = ui
-            .small_button("Reset")
-            .on_hover_text(format!("Back to {default}"));
-        let name = format!("Reset {} to {default}", row.does);
-        if reset.accessible_name(name).clicked() {
-            *choosing = None;
-            // Whatever has that key now has to give it back.
-            if let Some((_, other)) = keys::meaning(map, default)
-                && other != default
-            {
-                commands.push(Command::Prefer(PreferenceChange::Key(other, None)));
-            }
-            commands.push(Command::Prefer(PreferenceChange::Key(default, Some(default))));
-        }
-    }
-}
-
-fn conflict(
-    choosing: &mut Option<ChosenKey>,
-    ui: &mut Ui,
-    default: Shortcut,
-    pressed: Shortcut,
-    map: &KeyMap,
-    commands: &mut Commands,
-) {
-    ui.horizontal_wrapped(|ui| {
-        let color = ui.visuals().warn_fg_color;
-        if pressed.is_fixed() {
-            let fixed = format!("{pressed} cannot be given away: the window needs it.");
-            ui.colored_label(color, fixed);
-        } else if let Some((does, other)) = keys::meaning(map, pressed) {
-            ui.colored_label(color, format!("{pressed} is taken: {does}."));
-            if ui.button("Use it here").clicked() {
-                commands.push(Command::Prefer(PreferenceChange::Key(other, None)));
-                commands.push(Command::Prefer(PreferenceChange::Key(default, Some(pressed))));
-                *choosing = None;
+impl Keys<'_> {
+    fn show(&mut self, ui: &mut Ui) {
+        ui.weak(
+            "Press a button, then the new key; Escape leaves it as it is. The digits always choose classes.",
+        );
+        for line in TABLE {
+            if let Line::Command(command) = line {
+                ui.push_id(command.does, |ui| self.row(ui, command));
             }
         }
-        if ui.button("Another key").clicked() {
-            *choosing = Some(ChosenKey {
-                default,
-                pressed: None,
+        let reset = ui.add_enabled(!self.map.is_default(), egui::Button::new("Reset all keys"));
+        if reset.clicked() {
+            *self.choosing = None;
+            self.commands.push(Command::Prefer(PreferenceChange::ResetKeys));
+        }
+    }
+
+    fn row(&mut self, ui: &mut Ui, row: &UiCommand) {
+        ui.horizontal_top(|ui| {
+            let width = (0.48 * ui.available_width()).max(120.0);
+            let height = ui.spacing().interact_size.y;
+            let label = egui::Label::new(row.does).wrap();
+            ui.allocate_ui_with_layout(egui::vec2(width, height), Layout::top_down(Align::Min), |ui| {
+                ui.set_min_size(egui::vec2(width, height));
+                ui.add_space(5.0);
+                ui.add(label);
             });
+            ui.horizontal_wrapped(|ui| {
+                for &default in row.keys {
+                    self.button(ui, row, default);
+                }
+            });
+        });
+        if let Some(ChosenKey {
+            default,
+            pressed: Some(pressed),
+        }) = *self.choosing
+            && row.keys.contains(&default)
+        {
+            self.conflict(ui, default, pressed);
         }
-        if ui.button("Leave it").clicked() {
-            *choosing = None;
+    }
+
+    fn button(&mut self, ui: &mut Ui, row: &UiCommand, default: Shortcut) {
+        let waiting = Some(ChosenKey {
+            default,
+            pressed: None,
+        });
+        let waits = *self.choosing == waiting;
+        let present = self.map.present(default).map(|present| present.to_string());
+        // The default tells the keys of one action apart.
+        let name = match &present {
+            Some(present) => format!("{}: {present}", row.does),
+            None => format!("{}: no key, by default {default}", row.does),
+        };
+        let text = match (waits, &present) {
+            (true, _) => RichText::new("Press a key...").color(theme::of(ui.visuals()).on_accent),
+            (false, Some(present)) => RichText::new(present).monospace(),
+            (false, None) => RichText::new("no key").weak(),
+        };
+        let mut button = egui::Button::new(text);
+        if waits {
+            button = button.fill(theme::of(ui.visuals()).accent);
         }
-    });
+        let response = ui.add(button).accessible_name(name);
+        if response.clicked() {
+            *self.choosing = waiting;
+        }
+        if waits {
+            // Arrows and Tab are keys to choose, too.
+            let filter = egui::EventFilter {
+                tab: true,
+                horizontal_arrows: true,
+                vertical_arrows: true,
+                escape: true,
+            };
+            response.request_focus();
+            ui.memory_mut(|memory| memory.set_focus_lock_filter(response.id, filter));
+        }
+        if self.map.is_moved(default) {
+            let reset = ui
+                .small_button("Reset")
+                .on_hover_text(format!("Back to {default}"));
+            let name = format!("Reset {} to {default}", row.does);
+            if reset.accessible_name(name).clicked() {
+                *self.choosing = None;
+                // Whatever has that key now has to give it back.
+                if let Some((_, other)) = keys::meaning(self.map, default)
+                    && other != default
+                {
+                    self.give(other, None);
+                }
+                self.give(default, Some(default));
+            }
+        }
+    }
+
+    /// Gives what a key does by default another key, or none.
+    fn give(&mut self, default: Shortcut, present: Option<Shortcut>) {
+        self.commands
+            .push(Command::Prefer(PreferenceChange::Key(default, present)));
+    }
+
+    fn conflict(&mut self, ui: &mut Ui, default: Shortcut, pressed: Shortcut) {
+        ui.horizontal_wrapped(|ui| {
+            let color = ui.visuals().warn_fg_color;
+            if pressed.is_fixed() {
+                let fixed = format!("{pressed} cannot be given away: the window needs it.");
+                ui.colored_label(color, fixed);
+            } else if let Some((does, other)) = keys::meaning(self.map, pressed) {
+                ui.colored_label(color, format!("{pressed} is taken: {does}."));
+                if ui.button("Use it here").clicked() {
+                    self.give(other, None);
+                    self.give(default, Some(pressed));
+                    *self.choosing = None;
+                }
+            }
+            if ui.button("Another key").clicked() {
+                *self.choosing = Some(ChosenKey {
+                    default,
+                    pressed: None,
+                });
+            }
+            if ui.button("Leave it").clicked() {
+                *self.choosing = None;
+            }
+        });
+    }
 }
 
 fn section(ui: &mut Ui, title: &str) {

@@ -111,8 +111,8 @@ fn file(ui: &mut Ui, model: &Model, pictures: &Pictures, commands: &mut Commands
         .menu_button("Open recent", |ui| recents(ui, model, pictures, menu.commands));
     menu.ui.separator();
     menu.keyed(open, &table::SAVE);
-    let path = String::new();
-    menu.entry(open, "Save as...", Command::Show(Some(Dialog::SaveAs { path })));
+    let save_as = Dialog::SaveAs(String::new());
+    menu.entry(open, "Save as...", Command::Show(Some(save_as)));
     menu.keyed(open, &table::EXPORT);
     menu.entry(open, "Import labels...", Command::Show(Some(Dialog::import())));
     let labels = model.workspace().map(|workspace| workspace.document.labels());
@@ -172,17 +172,23 @@ fn view(ui: &mut Ui, model: &Model, commands: &mut Commands) {
             ui.close();
         }
     }
-    let mut outlines = model.settings.outlines;
-    if ui.checkbox(&mut outlines, "Borders between classes").changed() {
-        commands.push(Command::SetOutlines(outlines));
-    }
-    let mut legend = model.settings.legend;
-    if ui.checkbox(&mut legend, "Legend").changed() {
-        commands.push(Command::SetLegend(legend));
-    }
-    let mut compare = model.settings.compare;
-    if ui.checkbox(&mut compare, "Compare two layers").changed() {
-        commands.push(Command::ToggleCompare);
+    let (outlines, legend) = (model.settings.outlines, model.settings.legend);
+    for (mut on, name, command) in [
+        (
+            outlines,
+            "Borders between classes",
+            Command::SetOutlines(!outlines),
+        ),
+        (legend, "Legend", Command::SetLegend(!legend)),
+        (
+            model.settings.compare,
+            "Compare two layers",
+            Command::ToggleCompare,
+        ),
+    ] {
+        if ui.checkbox(&mut on, name).changed() {
+            commands.push(command);
+        }
     }
     ui.separator();
     let open = model.workspace().is_some();

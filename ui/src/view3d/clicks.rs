@@ -103,7 +103,7 @@ impl View3d {
     fn label(&mut self, hit: Option<Hit>, workspace: &Workspace, now: f64, commands: &mut Commands) {
         let seen = hit.map(|hit| hit.seen);
         if let Some(Some((frame, pixel))) = seen {
-            commands.push(Command::LabelSeen { frame, pixel });
+            commands.push(Command::LabelSeen(frame, pixel));
             // Without a class the name of the first one is asked for; a lock's refusal is told elsewhere.
             let taken = |class: &ClassId| {
                 let click = Stroke::click(frame, *class, pixel);

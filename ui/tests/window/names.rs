@@ -99,13 +99,12 @@ fn every_control_of_the_start_page_of_an_open_scene_and_of_its_dialogs_has_a_nam
     }
     window.key(Key::V);
     assert_named(&mut window, "in the 3D view");
-    let path = String::new();
     for dialog in [
         Dialog::open(),
-        Dialog::SaveAs { path: path.clone() },
+        Dialog::SaveAs(String::new()),
         Dialog::export(),
         Dialog::import(),
-        Dialog::SaveClasses { path },
+        Dialog::SaveClasses(String::new()),
         Dialog::AddClasses(Box::new(AddClasses::new(0))),
         Dialog::Settings(None),
         Dialog::Help,

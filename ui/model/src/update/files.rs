@@ -21,10 +21,8 @@ impl Model {
             return;
         };
         let asks = match &self.state.dialog {
-            Some(Dialog::SaveAs { .. } | Dialog::Export(_) | Dialog::Import { .. } | Dialog::Moved(_)) => {
-                true
-            }
-            Some(Dialog::SaveClasses { .. }) => purpose == Purpose::SaveClasses,
+            Some(Dialog::SaveAs(_) | Dialog::Export(_) | Dialog::Import { .. } | Dialog::Moved(_)) => true,
+            Some(Dialog::SaveClasses(_)) => purpose == Purpose::SaveClasses,
             Some(Dialog::AddClasses(_)) => purpose == Purpose::Classes,
             _ => false,
         };
@@ -46,7 +44,7 @@ impl Model {
             return;
         };
         if !project.named || project.saved_state() == SavedState::MemoryOnly {
-            self.show(Some(Dialog::SaveAs { path: String::new() }));
+            self.show(Some(Dialog::SaveAs(String::new())));
             return;
         }
         let path = project.path.display().to_string();

@@ -35,7 +35,7 @@ impl Model {
             session: None,
             prepared: None,
         }));
-        let open = self.read_next;
+        let open = self.start.read;
         self.start("open", move |tools, _| {
             let prepared = prepare(target, open, tools.autosave.as_ref(), &tools.endings);
             Done::Prepared(ticket, Box::new(prepared))
@@ -80,7 +80,10 @@ impl Model {
     /// Threads of the worker's pool: as the command line says, as preferred, or all cores but one.
     fn threads(&self) -> usize {
         let preferred = self.state.preferences.threads;
-        let chosen = self.threads.or(preferred.map(|threads| threads.min(cores())));
+        let chosen = self
+            .start
+            .threads
+            .or(preferred.map(|threads| threads.min(cores())));
         chosen.unwrap_or_else(usual_threads).max(1)
     }
 
@@ -88,9 +91,9 @@ impl Model {
         let options = SessionOptions {
             source: prepared.source.clone(),
             open: prepared.open,
-            preset: self.preset,
+            preset: self.start.preset,
             threads: self.threads(),
-            seed: self.seed,
+            seed: self.start.seed,
             views: false,
             state: prepared.state(),
         };

@@ -18,7 +18,7 @@ pub(super) fn of_list(ui: &mut Ui, workspace: &Workspace, commands: &mut Command
         let mut menu = Menu { ui, commands };
         let add = Dialog::AddClasses(Box::new(AddClasses::new(0)));
         menu.entry(true, "Add classes...", Command::Show(Some(add)));
-        let save = Dialog::SaveClasses { path: String::new() };
+        let save = Dialog::SaveClasses(String::new());
         menu.entry(some, "Save classes as a file...", Command::Show(Some(save)));
         menu.ui.separator();
         menu.keyed(true, &FIND_CLASS);
