@@ -118,13 +118,12 @@ fn command_of(map: &KeyMap, pressed: Shortcut, guided: bool) -> Option<Command> 
     bound.map(|(command, _)| command.command.clone())
 }
 
+/// A command, and the default key by which it is bound.
+type Binding = (&'static UiCommand, Shortcut);
+
 /// What a key does in a table with this map. Shift only counts together with Ctrl, or where something is bound to
 /// it: layouts differ in what needs Shift.
-fn in_table(
-    table: &'static [Line],
-    map: &KeyMap,
-    pressed: Shortcut,
-) -> Option<(&'static UiCommand, Shortcut)> {
+fn in_table(table: &'static [Line], map: &KeyMap, pressed: Shortcut) -> Option<Binding> {
     let with_shift = bound_to(table, map, pressed);
     if pressed.shift && !pressed.command {
         with_shift.or_else(|| bound_to(table, map, pressed.without_shift()))
@@ -133,25 +132,18 @@ fn in_table(
     }
 }
 
-/// The command that a key is bound to in a table with this map, and the default key by which it is.
-fn bound_to(
-    table: &'static [Line],
-    map: &KeyMap,
-    pressed: Shortcut,
-) -> Option<(&'static UiCommand, Shortcut)> {
+/// The command that a key is bound to in a table with this map.
+fn bound_to(table: &'static [Line], map: &KeyMap, pressed: Shortcut) -> Option<Binding> {
     let mut all = bindings(table);
     all.find(|&(_, default)| map.present(default) == Some(pressed))
 }
 
-fn bindings(table: &'static [Line]) -> impl Iterator<Item = (&'static UiCommand, Shortcut)> {
-    table.iter().flat_map(|line| {
-        let command = match line {
-            Line::Command(command) => Some(*command),
-            Line::Gesture(..) => None,
-        };
-        let keys = command.into_iter();
-        keys.flat_map(|command| command.keys.iter().map(move |&key| (command, key)))
-    })
+fn bindings(table: &'static [Line]) -> impl Iterator<Item = Binding> {
+    let commands = table.iter().filter_map(|line| match line {
+        Line::Command(command) => Some(*command),
+        Line::Gesture(..) => None,
+    });
+    commands.flat_map(|command| command.keys.iter().map(move |&key| (command, key)))
 }
 
 /// What a key does with this map, in words, and the default key of that.

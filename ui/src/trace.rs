@@ -127,17 +127,11 @@ impl Trace {
                 self.tell("maps", json!({ "generation": self.seen.maps }));
             }
             if other_scene || before.list != self.seen.list {
-                let listed = workspace
-                    .suggestions()
-                    .listed
-                    .iter()
-                    .map(|place| suggestion(workspace, place));
-                let list = listed.collect::<Vec<_>>();
                 let generation = workspace.suggestions().generation;
-                self.tell(
-                    "suggestions",
-                    json!({ "generation": generation, "suggestions": list }),
-                );
+                let listed = workspace.suggestions().listed.iter();
+                let list: Vec<Value> = listed.map(|place| suggestion(workspace, place)).collect();
+                let line = json!({ "generation": generation, "suggestions": list });
+                self.tell("suggestions", line);
             }
         }
         if before.exported != self.seen.exported

@@ -1,7 +1,7 @@
 //! Work that would make the window wait: each job runs on a thread of its own, and tells what it led to.
 
 use std::fmt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use inplace_core::labels::{Class, LabelImages};
@@ -66,6 +66,11 @@ pub struct JobTools {
 }
 
 impl JobTools {
+    /// Waits until a file is written that was closed before.
+    pub(crate) fn wait_for(&self, file: &Path) {
+        self.endings.iter().for_each(|ending| ending.wait_for(file));
+    }
+
     /// Wakes the window.
     pub(crate) fn waker(&self) -> impl Fn() + Send + 'static {
         let wake = Arc::clone(&self.wake);

@@ -10,7 +10,8 @@ use inplace_core::project::{Contents, Journal, Opened, Project, ProjectError, Sc
 use inplace_core::scene::{OpenOptions, Scene, SceneSource};
 use inplace_core::session::MapSlots;
 
-use crate::project_session::{Ending, ProjectSession};
+use crate::jobs::JobTools;
+use crate::project_session::ProjectSession;
 use crate::text::counted;
 
 /// What is to be opened.
@@ -88,22 +89,17 @@ impl From<ProjectError> for Refusal {
     }
 }
 
-/// Finds what is kept about a target. Files among `endings` are waited for.
+/// Finds what is kept about a target. Files that are still being written are waited for.
 ///
 /// # Errors
 /// About a project file that cannot be opened, whose scene is gone, or that another window has open.
-pub fn prepare(
-    target: Target,
-    open: OpenOptions,
-    autosave: &dyn Fn(&SceneSource) -> PathBuf,
-    endings: &[Ending],
-) -> Result<Prepared, Refusal> {
+pub fn prepare(target: Target, open: OpenOptions, tools: &JobTools) -> Result<Prepared, Refusal> {
     match target {
-        Target::Project(path) => prepare_project(path, None, open, endings),
-        Target::Path(path) if path.is_file() => prepare_project(path, None, open, endings),
-        Target::Moved { project, folder } => prepare_project(project, Some(folder), open, endings),
-        Target::Path(path) => prepare_scene(SceneSource::from_argument(&path), open, autosave, endings),
-        Target::Scene(source) => prepare_scene(source, open, autosave, endings),
+        Target::Project(path) => prepare_project(path, None, open, tools),
+        Target::Path(path) if path.is_file() => prepare_project(path, None, open, tools),
+        Target::Moved { project, folder } => prepare_project(project, Some(folder), open, tools),
+        Target::Path(path) => prepare_scene(SceneSource::from_argument(&path), open, tools),
+        Target::Scene(source) => prepare_scene(source, open, tools),
     }
 }
 
@@ -112,9 +108,9 @@ fn prepare_project(
     path: PathBuf,
     moved: Option<PathBuf>,
     open: OpenOptions,
-    endings: &[Ending],
+    tools: &JobTools,
 ) -> Result<Prepared, Refusal> {
-    endings.iter().for_each(|ending| ending.wait_for(&path));
+    tools.wait_for(&path);
     let opened = Opened::open(&path)?;
     let scene = &opened.contents.scene;
     let source = match (moved, &scene.source) {
@@ -144,14 +140,9 @@ fn prepare_project(
     })
 }
 
-fn prepare_scene(
-    source: SceneSource,
-    open: OpenOptions,
-    autosave: &dyn Fn(&SceneSource) -> PathBuf,
-    endings: &[Ending],
-) -> Result<Prepared, Refusal> {
-    let file = autosave(&source);
-    endings.iter().for_each(|ending| ending.wait_for(&file));
+fn prepare_scene(source: SceneSource, open: OpenOptions, tools: &JobTools) -> Result<Prepared, Refusal> {
+    let file = (tools.autosave)(&source);
+    tools.wait_for(&file);
     let (mut kept, mut problem) = (None, None);
     match Opened::open(&file) {
         Ok(opened) => kept = Some(opened),

@@ -119,8 +119,17 @@ impl Resources {
         }
         let side = &mut self.sides[draw.side];
         side.upload(device, queue, content);
-        if side.bind_group.is_none() {
-            side.bind_group = side.bind(device, &self.pipeline, &self.sampler, self.palette.as_ref());
+        if side.bind_group.is_none()
+            && let (Some(image), Some(over), Some(palette)) = (&side.image, &side.over, &self.palette)
+        {
+            let resources = [
+                side.uniforms.as_entire_binding(),
+                wgpu::BindingResource::TextureView(image),
+                wgpu::BindingResource::Sampler(&self.sampler),
+                wgpu::BindingResource::TextureView(over),
+                wgpu::BindingResource::TextureView(palette),
+            ];
+            side.bind_group = Some(bind(device, &self.pipeline, 0.., resources));
         }
         if let Some(map) = &content.map
             && self.map != Some(map.version())
@@ -159,33 +168,10 @@ impl Side {
             let values = over.map_or_else(|| Cow::Owned(vec![0]), |over| over.texels.values());
             let (size, version) = over.map_or(([1, 1], Version::new()), |over| (over.size, over.version));
             let format = wgpu::TextureFormat::R16Uint;
-            self.over = texture(
-                "canvas plane",
-                format,
-                size,
-                bytemuck::cast_slice(&values),
-                version,
-            );
+            let texels = bytemuck::cast_slice(&values);
+            self.over = texture("canvas plane", format, size, texels, version);
             self.bind_group = None;
         }
-    }
-
-    fn bind(
-        &self,
-        device: &wgpu::Device,
-        pipeline: &wgpu::RenderPipeline,
-        sampler: &wgpu::Sampler,
-        palette: Option<&Texture>,
-    ) -> Option<wgpu::BindGroup> {
-        let (image, over, palette) = (self.image.as_ref()?, self.over.as_ref()?, palette?);
-        let resources = [
-            self.uniforms.as_entire_binding(),
-            wgpu::BindingResource::TextureView(image),
-            wgpu::BindingResource::Sampler(sampler),
-            wgpu::BindingResource::TextureView(over),
-            wgpu::BindingResource::TextureView(palette),
-        ];
-        Some(bind(device, pipeline, 0.., resources))
     }
 }
 

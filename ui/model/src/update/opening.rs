@@ -37,7 +37,7 @@ impl Model {
         }));
         let open = self.start.read;
         self.start("open", move |tools, _| {
-            let prepared = prepare(target, open, tools.autosave.as_ref(), &tools.endings);
+            let prepared = prepare(target, open, tools);
             Done::Prepared(ticket, Box::new(prepared))
         });
     }
