@@ -102,21 +102,12 @@ fn modal(ctx: &egui::Context, dialog: &mut Dialog, model: &Model, commands: &mut
         ui.add_space(4.0);
         match dialog {
             Dialog::Open(path) => open(ui, path, commands),
-            Dialog::SaveAs(path) => {
-                let saves = (Purpose::SaveAs, Command::SaveTo as fn(PathBuf) -> Command);
-                save(ui, path, PROJECT_FILE, saves, commands);
-            }
+            Dialog::SaveAs(path) => save(ui, path, Purpose::SaveAs, commands),
             Dialog::Export(choice) => export::show(ui, choice, commands),
             Dialog::Import { path, trust } => import(ui, path, trust, commands),
             Dialog::FirstClass { name, .. } => first_class(ui, name, commands),
             Dialog::AddClasses(dialog) => classes::show(ui, dialog, commands),
-            Dialog::SaveClasses(path) => {
-                let saves = (
-                    Purpose::SaveClasses,
-                    Command::SaveClassesTo as fn(PathBuf) -> Command,
-                );
-                save(ui, path, CLASS_FILE, saves, commands);
-            }
+            Dialog::SaveClasses(path) => save(ui, path, Purpose::SaveClasses, commands),
             Dialog::FindClass(_) => {}
             Dialog::Help => help(ui, commands),
             Dialog::Settings(choosing) => settings::show(choosing, ui, model, commands),
@@ -148,14 +139,10 @@ fn open(ui: &mut Ui, path: &mut String, commands: &mut Commands) {
     });
 }
 
-/// Asks for a file to write, which gets this extension where it has none.
-fn save(
-    ui: &mut Ui,
-    path: &mut String,
-    [about, field, extension]: [&str; 3],
-    (purpose, command): (Purpose, fn(PathBuf) -> Command),
-    commands: &mut Commands,
-) {
+/// Asks for a file to write, which gets an extension where it has none: the classes, or else the project.
+fn save(ui: &mut Ui, path: &mut String, purpose: Purpose, commands: &mut Commands) {
+    let is_project = purpose != Purpose::SaveClasses;
+    let [about, field, extension] = if is_project { PROJECT_FILE } else { CLASS_FILE };
     ui.label(about);
     let entered = path_field(ui, path, field);
     if ui.button("Browse...").clicked() {
@@ -167,7 +154,11 @@ fn save(
         if file.extension().is_none() {
             file.set_extension(extension);
         }
-        command(file)
+        if is_project {
+            Command::SaveTo(file)
+        } else {
+            Command::SaveClassesTo(file)
+        }
     });
 }
 

@@ -17,14 +17,9 @@ pub struct InputOrder {
     waiting: VecDeque<Event>,
     /// Whether nothing is handed over in the next frame.
     waits: bool,
-    canvas: CanvasArea,
-}
-
-/// Where clicks are drawn with. The canvas looks at every event of a frame in turn, so that several clicks on it may come
-/// in one frame.
-#[derive(Clone, Debug, Default)]
-struct CanvasArea {
-    rect: Option<Rect>,
+    /// Where clicks are drawn with. The canvas looks at every event of a frame in turn, so that several clicks on it may
+    /// come in one frame.
+    canvas: Option<Rect>,
     /// Where controls lie on it.
     covered: Vec<Rect>,
 }
@@ -33,10 +28,8 @@ impl InputOrder {
     /// Tells where the canvas is, and where controls lie on it, in points; until the next call.
     pub fn set_canvas(ctx: &Context, rect: Option<Rect>, covered: &[Rect]) {
         ctx.with_plugin(|order: &mut Self| {
-            order.canvas = CanvasArea {
-                rect,
-                covered: covered.to_vec(),
-            };
+            order.canvas = rect;
+            order.covered = covered.to_vec();
         });
     }
 
@@ -63,11 +56,10 @@ impl egui::Plugin for InputOrder {
             ctx.request_repaint();
             return;
         }
-        let canvas = &self.canvas;
         let on_canvas = |pos: Pos2| {
             let layer = ctx.layer_id_at(pos);
-            canvas.rect.is_some_and(|rect| rect.contains(pos))
-                && !canvas.covered.iter().any(|rect| rect.contains(pos))
+            self.canvas.is_some_and(|rect| rect.contains(pos))
+                && !self.covered.iter().any(|rect| rect.contains(pos))
                 && layer.is_none_or(|layer| layer.order == Order::Background)
         };
         let is_typing = ctx.text_edit_focused();

@@ -48,11 +48,8 @@ struct Request {
     outline: Vec<[f32; 2]>,
 }
 
-struct Made {
-    subject: Subject,
-    shown: Shown,
-    image: egui::ColorImage,
-}
+/// A thumbnail, with what it shows.
+type Made = (Subject, Shown, egui::ColorImage);
 
 #[derive(Default)]
 struct Slot {
@@ -96,13 +93,13 @@ impl Thumbnails {
             self.scene = scene;
         }
         self.clock += 1;
-        while let Some(made) = self.thread.next() {
-            let slot = self.slots.entry(made.subject).or_default();
-            slot.arrived = Some(made.shown);
+        while let Some((subject, shown, image)) = self.thread.next() {
+            let slot = self.slots.entry(subject).or_default();
+            slot.arrived = Some(shown);
             let options = egui::TextureOptions::LINEAR;
             match &mut slot.thumbnail {
-                Some(thumbnail) => thumbnail.set(made.image, options),
-                empty => *empty = Some(self.ctx.load_texture("thumbnail", made.image, options)),
+                Some(thumbnail) => thumbnail.set(image, options),
+                empty => *empty = Some(self.ctx.load_texture("thumbnail", image, options)),
             }
         }
         if self.slots.len() > MOST {
@@ -205,11 +202,7 @@ impl Request {
                 place_picture(&shown, &plain, (pixel, &self.outline), [width, height])
             }
         };
-        Some(Made {
-            subject: self.subject,
-            shown: self.shown,
-            image,
-        })
+        Some((self.subject, self.shown, image))
     }
 }
 

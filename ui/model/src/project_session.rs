@@ -19,8 +19,8 @@ pub struct ProjectSession {
     /// Whether the person has chosen a name.
     pub named: bool,
     failing: bool,
-    /// Without a journal: the steps since the last snapshot.
-    unrecorded: Vec<Step>,
+    /// Without a journal: the steps since the last snapshot that another file was made from.
+    pub(crate) unrecorded: Vec<Step>,
 }
 
 /// The newest results of a session.
@@ -57,11 +57,6 @@ impl ProjectSession {
             failing: false,
             unrecorded: Vec::new(),
         }
-    }
-
-    /// The steps since the snapshot that another file was made from.
-    pub(crate) fn take_unrecorded(&mut self) -> Vec<Step> {
-        std::mem::take(&mut self.unrecorded)
     }
 
     /// Whether the work is on the disk.

@@ -66,7 +66,7 @@ impl Model {
             Input::FrameBegins { now, window } => self.frame_begins(now, window),
         }
         self.note_settings();
-        let asked = self.with_workspace(Workspace::take_outbox);
+        let asked = self.with_workspace(|workspace| std::mem::take(&mut workspace.outbox));
         self.effects.extend(asked.into_iter().map(Effect::Session));
         std::mem::take(&mut self.effects)
     }
@@ -137,7 +137,9 @@ impl Model {
             Command::SaveClassesTo(path) => self.save_classes_to(path),
 
             Command::GoToFrame(frame) => self.go_to(|_| Some(frame)),
-            Command::StepFrame(step) => self.go_to(|workspace| workspace.stepped(step)),
+            Command::StepFrame(step) => {
+                self.go_to(|workspace| workspace.overview.frames.step(workspace.frame_index, step));
+            }
             Command::FindFrame(text) => self.find_frame(&text),
             Command::FilterFrames(filter) => {
                 self.with_workspace(|workspace| workspace.overview.frames.set_filter(filter));

@@ -52,7 +52,7 @@ pub struct Workspace {
     pub serial: u64,
     session: Running,
     /// What the worker has yet to be asked.
-    outbox: Vec<Command>,
+    pub(crate) outbox: Vec<Command>,
     /// The labels.
     pub document: Document,
     /// Which classes are locked, and which are hidden.
@@ -143,11 +143,6 @@ impl Workspace {
         self.session.maps().get(frame)
     }
 
-    /// What the worker has to be asked since the last call.
-    pub(crate) fn take_outbox(&mut self) -> Vec<Command> {
-        std::mem::take(&mut self.outbox)
-    }
-
     /// Has the field rendered as seen from the frame in view.
     pub(crate) fn render(&mut self) {
         self.outbox.push(Command::Render {
@@ -192,11 +187,6 @@ impl Workspace {
         self.rendered = None;
         self.outbox.push(Command::View { frame });
         true
-    }
-
-    /// The frame so many places from the one in view, among those that the filmstrip shows.
-    pub fn stepped(&self, by: isize) -> Option<usize> {
-        self.overview.frames.step(self.frame_index, by)
     }
 
     /// The frame that a number or a name means.

@@ -79,6 +79,7 @@ pub fn show(ui: &Ui, known: (&Workspace, &FrameView), side: usize, part: Part) {
 /// The lines of a layer's legend, with at most so many classes.
 fn rows((workspace, shown): (&Workspace, &FrameView), layer: Layer, most: usize) -> Vec<Row> {
     let note = |text: &str| vec![Row::Note(text.to_owned())];
+    let entropy_bar = || Row::Bar(Table::Entropy, ["sure", "unsure"].map(str::to_owned));
     let no_view = || {
         if workspace.has_ended() {
             workspace.phase_in_words()
@@ -95,12 +96,7 @@ fn rows((workspace, shown): (&Workspace, &FrameView), layer: Layer, most: usize)
             note("No labels to show yet")
         }
         Layer::Labels => class_rows(workspace, shown, most),
-        Layer::Entropy => {
-            vec![
-                Row::Title(layer.name().to_owned()),
-                Row::Bar(Table::Entropy, ["sure", "unsure"].map(str::to_owned)),
-            ]
-        }
+        Layer::Entropy => vec![Row::Title(layer.name().to_owned()), entropy_bar()],
         Layer::Disagreement => agreement_rows(workspace, shown),
         Layer::Depth => depth_rows(shown).unwrap_or_else(|| match workspace.not_rendered.as_deref() {
             None if workspace.frame().is_some_and(|frame| frame.has_depth()) => note("One moment"),
@@ -116,9 +112,7 @@ fn rows((workspace, shown): (&Workspace, &FrameView), layer: Layer, most: usize)
             }
             Some(view) => {
                 let bar = match layer {
-                    Layer::RenderedEntropy => {
-                        Some(Row::Bar(Table::Entropy, ["sure", "unsure"].map(str::to_owned)))
-                    }
+                    Layer::RenderedEntropy => Some(entropy_bar()),
                     Layer::RenderedDepth => {
                         let range = view.depth.range;
                         range.map(|range| Row::Bar(Table::Depth, range.map(numbers::metres)))

@@ -78,7 +78,7 @@ impl Model {
     fn make_project(&mut self, path: PathBuf) {
         if let Some(project) = &mut self.state.project {
             // It gets all of the history so far.
-            project.take_unrecorded();
+            project.unrecorded.clear();
         }
         let Some(workspace) = self.state.workspace() else {
             return;
@@ -101,7 +101,7 @@ impl Model {
             let before = self.state.place();
             let path = project.path.clone();
             let memory_only = self.state.project.replace(project);
-            let since = memory_only.map(|mut project| project.take_unrecorded());
+            let since = memory_only.map(|mut project| std::mem::take(&mut project.unrecorded));
             self.effects
                 .extend(since.into_iter().flatten().map(Effect::Record));
             self.saved_to(&path, before);
