@@ -1,7 +1,5 @@
 //! Which frames the filmstrip shows and in which order: filters, sorting, stepping, finding one by name.
 
-use std::cmp::Ordering;
-
 use inplace_core::session::FrameSummary;
 
 /// With more than this share of unclear pixels a scene is not quite done, and a frame is uncertain.
@@ -147,18 +145,17 @@ impl FrameList {
     }
 
     fn sort(&mut self) {
-        let entropy = |frame: usize| self.facts[frame].summary.map(|summary| summary.mean_entropy);
+        // Frames without a map are the least known; of those that are no keyframes nothing is.
+        let entropy = |frame: usize| {
+            let summary = self.facts[frame].summary;
+            summary.map_or(f32::INFINITY, |summary| summary.mean_entropy)
+        };
+        let unknown = |frame: usize| self.facts[frame].has_no_summary;
         let mut sorted: Vec<usize> = (0..self.facts.len()).collect();
         if self.order == FrameOrder::Uncertainty {
-            // Frames without a map are the least known; of those that are no keyframes nothing is.
-            sorted.sort_by(|&a, &b| match (entropy(a), entropy(b)) {
-                _ if self.facts[a].has_no_summary != self.facts[b].has_no_summary => {
-                    self.facts[a].has_no_summary.cmp(&self.facts[b].has_no_summary)
-                }
-                (Some(a), Some(b)) => b.total_cmp(&a),
-                (None, None) => Ordering::Equal,
-                (None, Some(_)) => Ordering::Less,
-                (Some(_), None) => Ordering::Greater,
+            sorted.sort_by(|&a, &b| {
+                let keyframes_first = unknown(a).cmp(&unknown(b));
+                keyframes_first.then(entropy(b).total_cmp(&entropy(a)))
             });
         }
         let is_known = |facts: &FrameFacts| facts.has_no_summary || facts.summary.is_some();

@@ -80,12 +80,8 @@ pub fn draft(
 pub fn straight_line(painter: &Painter, placement: Placement, from: Pixel, to: Pos2) {
     let ends = [placement.pixel_center(from), to];
     painter.line_segment(ends, Stroke::new(3.0, HALO));
-    painter.extend(Shape::dashed_line(
-        &ends,
-        Stroke::new(1.5, Color32::WHITE),
-        6.0,
-        4.0,
-    ));
+    let dashes = Shape::dashed_line(&ends, Stroke::new(1.5, Color32::WHITE), 6.0, 4.0);
+    painter.extend(dashes);
 }
 
 /// The tool under the pointer: the brush's disc, or a cross where there is none.

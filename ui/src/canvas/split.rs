@@ -147,19 +147,12 @@ fn paint(ui: &Ui, canvas: Rect, x: f32, active: bool) {
     let painter = ui.painter_at(canvas);
     let accent = theme::of(ui.visuals()).accent;
     let color = if active { accent } else { Color32::WHITE };
-    painter.vline(
-        x,
-        canvas.y_range(),
-        Stroke::new(4.0, Color32::from_black_alpha(140)),
-    );
+    let halo = Stroke::new(4.0, Color32::from_black_alpha(140));
+    painter.vline(x, canvas.y_range(), halo);
     painter.vline(x, canvas.y_range(), Stroke::new(2.0, color));
     let center = pos2(x, canvas.center().y);
-    painter.circle(
-        center,
-        GRIP,
-        Color32::from_black_alpha(190),
-        Stroke::new(2.0, color),
-    );
+    let dark = Color32::from_black_alpha(190);
+    painter.circle(center, GRIP, dark, Stroke::new(2.0, color));
     for side in [-1.0, 1.0] {
         let at = |x: f32, y: f32| center + vec2(side * x, y);
         let arrow = vec![at(3.0, -3.5), at(6.5, 0.0), at(3.0, 3.5)];

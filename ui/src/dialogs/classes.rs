@@ -127,19 +127,11 @@ fn line(dialog: &mut AddClasses, ui: &mut Ui, index: usize) {
     if !there && (check.changed() || row.clicked()) {
         *ticked = !*ticked;
     }
-    let mut left = check.rect.right() + 8.0;
-    swatch(
-        line.painter(),
-        egui::pos2(left + 8.0, rect.center().y),
-        class.color,
-        16.0,
-    );
-    left += 26.0;
+    let left = check.rect.right() + 34.0;
+    let center = egui::pos2(left - 18.0, rect.center().y);
+    swatch(line.painter(), center, class.color, 16.0);
     let weak = ui.visuals().weak_text_color();
-    let number = egui::Rect::from_min_max(
-        egui::pos2(left, rect.top()),
-        egui::pos2(left + 44.0, rect.bottom()),
-    );
+    let number = egui::Rect::from_x_y_ranges(left..=left + 44.0, rect.y_range());
     line_of_text(ui, number, &class.id.to_string(), 13.0, weak);
     let end = if there {
         rect.right() - 100.0

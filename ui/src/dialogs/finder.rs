@@ -38,14 +38,9 @@ fn corner(at: Pos2, window: Rect) -> Pos2 {
 }
 
 fn contents(ui: &mut Ui, finder: &mut ClassFinder, commands: &mut Commands) {
-    let (down, up, enter) = ui.input_mut(|input| {
-        let mut pressed = |key| input.consume_key(Modifiers::NONE, key);
-        (
-            pressed(Key::ArrowDown),
-            pressed(Key::ArrowUp),
-            pressed(Key::Enter),
-        )
-    });
+    let keys = [Key::ArrowDown, Key::ArrowUp, Key::Enter];
+    let pressed = |key| ui.input_mut(|input| input.consume_key(Modifiers::NONE, key));
+    let [down, up, enter] = keys.map(pressed);
     let before = finder.text.clone();
     text_field(ui, &mut finder.text, "Find class", "Part of a name");
     let typed = finder.text != before;
@@ -144,11 +139,10 @@ fn draw_line(ui: &Ui, finder: &ClassFinder, rect: Rect, line: usize, found: &Fou
                 }
             }
         }
-        FoundClass::New => Icon::Add.paint(
-            ui.painter(),
-            Rect::from_center_size(left, vec2(16.0, 16.0)),
-            color,
-        ),
+        FoundClass::New => {
+            let place = Rect::from_center_size(left, vec2(16.0, 16.0));
+            Icon::Add.paint(ui.painter(), place, color);
+        }
     }
     let place = Rect::from_min_max(pos2(rect.left() + 32.0, rect.top()), pos2(end, rect.bottom()));
     let cut = line_of_text(ui, place, words, 14.0, color);

@@ -33,20 +33,9 @@ fn paint(ui: &egui::Ui, window: egui::Rect) {
     let accent = Stroke::new(3.0, theme::of(visuals).accent);
     painter.rect_stroke(inner, 12, accent, StrokeKind::Inside);
     let center = inner.center();
-    for (align, text, size, color) in [
-        (
-            Align2::CENTER_BOTTOM,
-            "Drop to open",
-            28.0,
-            visuals.strong_text_color(),
-        ),
-        (
-            Align2::CENTER_TOP,
-            "The folder of a scene, or a project file (.inplace)",
-            14.0,
-            visuals.text_color(),
-        ),
-    ] {
-        painter.text(center, align, text, FontId::proportional(size), color);
-    }
+    let (large, small) = (FontId::proportional(28.0), FontId::proportional(14.0));
+    let strong = visuals.strong_text_color();
+    painter.text(center, Align2::CENTER_BOTTOM, "Drop to open", large, strong);
+    let what = "The folder of a scene, or a project file (.inplace)";
+    painter.text(center, Align2::CENTER_TOP, what, small, visuals.text_color());
 }

@@ -172,24 +172,23 @@ fn view(ui: &mut Ui, model: &Model, commands: &mut Commands) {
             ui.close();
         }
     }
-    let (outlines, legend) = (model.settings.outlines, model.settings.legend);
-    for (mut on, name, command) in [
-        (
-            outlines,
-            "Borders between classes",
-            Command::SetOutlines(!outlines),
-        ),
-        (legend, "Legend", Command::SetLegend(!legend)),
-        (
-            model.settings.compare,
-            "Compare two layers",
-            Command::ToggleCompare,
-        ),
-    ] {
+    let mut check = |mut on: bool, name: &str, command: Command| {
         if ui.checkbox(&mut on, name).changed() {
             commands.push(command);
         }
-    }
+    };
+    let (outlines, legend) = (model.settings.outlines, model.settings.legend);
+    check(
+        outlines,
+        "Borders between classes",
+        Command::SetOutlines(!outlines),
+    );
+    check(legend, "Legend", Command::SetLegend(!legend));
+    check(
+        model.settings.compare,
+        "Compare two layers",
+        Command::ToggleCompare,
+    );
     ui.separator();
     let open = model.workspace().is_some();
     let mut menu = Menu { ui, commands };

@@ -69,12 +69,8 @@ pub fn show(ui: &mut Ui, workspace: &Workspace, frame: Option<&FrameView>, pixel
         let mut place = cell;
         if let Some(class) = class {
             let center = pos2(cell.left() + 6.0, cell.center().y);
-            swatch(
-                ui.painter(),
-                center,
-                class.color,
-                if index == 1 { 12.0 } else { 8.0 },
-            );
+            let side = if index == 1 { 12.0 } else { 8.0 };
+            swatch(ui.painter(), center, class.color, side);
             place.min.x += 18.0;
         }
         let color = if index == 1 { text } else { weak };

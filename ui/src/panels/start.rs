@@ -79,11 +79,8 @@ impl StartPage {
             let page = ui.scope_builder(egui::UiBuilder::new().max_rect(page), |ui| {
                 ui.set_width(width);
                 ui.label(RichText::new(PROGRAM).size(36.0).strong());
-                ui.label(
-                    RichText::new("Label a whole scene from a few clicks")
-                        .size(16.0)
-                        .weak(),
-                );
+                let what = RichText::new("Label a whole scene from a few clicks");
+                ui.label(what.size(16.0).weak());
                 ui.add_space(16.0);
                 self.columns(ui, model, pictures, commands);
                 ui.add_space(16.0);

@@ -311,12 +311,8 @@ impl StrokePanel {
             let bar = Rect::from_min_size(rect.min + vec2(0.0, 4.0), vec2(3.0, rect.height() - 8.0));
             ui.painter().rect_filled(bar, 1, theme::of(visuals).accent);
         }
-        swatch(
-            ui.painter(),
-            pos2(rect.left() + 18.0, rect.center().y),
-            color,
-            16.0,
-        );
+        let center = pos2(rect.left() + 18.0, rect.center().y);
+        swatch(ui.painter(), center, color, 16.0);
         let (left, right) = (rect.left() + 36.0, rect.right() - 8.0);
         let line = |top: f32, bottom: f32| {
             Rect::from_min_max(pos2(left, rect.top() + top), pos2(right, rect.top() + bottom))

@@ -78,12 +78,8 @@ impl Target {
         let read = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_SRC;
         let color = texture(COLOR_FORMAT, read);
         let shown = wgpu::BindingResource::TextureView(&view(&color));
-        let bind_group = bind(
-            device,
-            show_pipeline,
-            2..,
-            [place_uniforms.as_entire_binding(), shown],
-        );
+        let bound = [place_uniforms.as_entire_binding(), shown];
+        let bind_group = bind(device, show_pipeline, 2.., bound);
         Self {
             size,
             picture: None,

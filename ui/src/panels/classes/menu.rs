@@ -23,11 +23,8 @@ pub(super) fn of_list(ui: &mut Ui, workspace: &Workspace, commands: &mut Command
         menu.ui.separator();
         menu.keyed(true, &FIND_CLASS);
         menu.entry(!view.hidden.is_empty(), "Show all classes", Command::ShowClasses);
-        menu.entry(
-            !view.locked.is_empty(),
-            "Unlock all classes",
-            Command::UnlockClasses,
-        );
+        let locked = !view.locked.is_empty();
+        menu.entry(locked, "Unlock all classes", Command::UnlockClasses);
     });
 }
 

@@ -189,12 +189,8 @@ pub(super) fn reorder(
         }
     }
     if row.has_focus() {
-        let (up, down) = ui.input_mut(|input| {
-            (
-                input.consume_key(Modifiers::ALT, Key::ArrowUp),
-                input.consume_key(Modifiers::ALT, Key::ArrowDown),
-            )
-        });
+        let pressed = |key| ui.input_mut(|input| input.consume_key(Modifiers::ALT, key));
+        let [up, down] = [Key::ArrowUp, Key::ArrowDown].map(pressed);
         if up && index > 0 {
             commands.push(Command::MoveClass(id, index - 1));
         } else if down && index + 1 < count {
