@@ -102,12 +102,8 @@ impl Panels {
         canvas: &mut Canvas,
         commands: &mut Commands,
     ) {
-        let shown = |pane| {
-            model
-                .preferences
-                .layout
-                .shows(pane, ui.ctx().content_rect().size())
-        };
+        let window = ui.ctx().content_rect().size();
+        let shown = |pane| model.preferences.layout.shows(pane, window);
         let before = Pane::ALL.map(shown);
         let [mut classes, mut side, mut frames, training, strokes] = before;
         egui::Panel::left("classes")
@@ -166,10 +162,8 @@ impl Panels {
         // A panel that was dragged shut stays so.
         for (index, shown) in [classes, side, frames, training, strokes].into_iter().enumerate() {
             if shown != before[index] {
-                commands.push(Command::Prefer(PreferenceChange::Pane(
-                    Pane::ALL[index],
-                    Some(shown),
-                )));
+                let change = PreferenceChange::Pane(Pane::ALL[index], Some(shown));
+                commands.push(Command::Prefer(change));
             }
         }
         egui::CentralPanel::no_frame().show(ui, |ui| {

@@ -94,14 +94,12 @@ impl Export {
     /// stopped.
     fn newest_maps(&self) -> Option<Vec<Arc<FrameMap>>> {
         let end = Instant::now() + PATIENCE;
+        let newest = |frame| {
+            let map = self.maps.get(frame);
+            map.filter(|map| map.generation >= self.generation)
+        };
         loop {
-            let maps: Option<Vec<_>> = (0..self.scene.frames.len())
-                .map(|frame| {
-                    self.maps
-                        .get(frame)
-                        .filter(|map| map.generation >= self.generation)
-                })
-                .collect();
+            let maps: Option<Vec<_>> = (0..self.scene.frames.len()).map(newest).collect();
             if self.is_stopped() {
                 return None;
             }

@@ -135,11 +135,8 @@ impl Overview {
         }
         self.frames.set_facts(facts);
         let classes: BTreeSet<_> = labels.strokes.values().map(|stroke| stroke.class).collect();
-        let strokes = labels
-            .strokes
-            .values()
-            .filter(|stroke| stroke.class != VOID)
-            .count();
+        let strokes = labels.strokes.values();
+        let strokes = strokes.filter(|stroke| stroke.class != VOID).count();
         let used = classes.iter().filter(|&&class| class != VOID).count();
         self.evidence = Evidence {
             says_anything: labels.says_anything(),

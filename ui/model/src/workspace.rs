@@ -191,13 +191,8 @@ impl Workspace {
 
     /// The frame that a number or a name means.
     pub fn frame_named(&self, text: &str) -> Option<usize> {
-        let stems: Vec<&str> = self
-            .scene
-            .frames
-            .iter()
-            .map(|frame| frame.stem.as_str())
-            .collect();
-        frames::find(&stems, text, self.frame_index)
+        let stems = self.scene.frames.iter().map(|frame| frame.stem.as_str());
+        frames::find(&stems.collect::<Vec<_>>(), text, self.frame_index)
     }
 
     /// Shows a place of a frame.

@@ -66,11 +66,8 @@ pub fn show(ui: &Ui, known: (&Workspace, &FrameView), side: usize, part: Part) {
         row.paint(&painter, line);
     }
     // Hovering takes no clicks: what is under the legend can be labelled.
-    let words: Vec<&str> = rows
-        .iter()
-        .map(Row::words)
-        .filter(|words| !words.is_empty())
-        .collect();
+    let words = rows.iter().map(Row::words);
+    let words: Vec<&str> = words.filter(|words| !words.is_empty()).collect();
     let words = format!("{}: {}", part.layer.name(), words.join(", "));
     let response = ui.interact(rect, ui.scope_id().with(("legend", side)), Sense::hover());
     response.widget_info(|| WidgetInfo::labeled(Role::Label, true, &words));

@@ -54,10 +54,8 @@ pub fn draft(
     }
     if draft.tool == Tool::Polygon {
         paint_runs(painter, &polygon_runs(&pixels), placement, color);
-        let mut outline: Vec<Pos2> = pixels
-            .iter()
-            .map(|&pixel| placement.pixel_center(pixel))
-            .collect();
+        let corners = pixels.iter().map(|&pixel| placement.pixel_center(pixel));
+        let mut outline: Vec<Pos2> = corners.collect();
         for (width, color) in [(3.5, HALO), (1.5, color)] {
             painter.add(Shape::line(outline.clone(), Stroke::new(width, color)));
         }

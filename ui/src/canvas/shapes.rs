@@ -41,10 +41,8 @@ pub fn around(canvas: Rect, image: Rect, color: Color32) -> Shape {
 
 /// A brushed line, its ends and joints round.
 pub fn line_shapes(placement: Placement, pixels: &[Pixel], radius: u32, color: Color32) -> Vec<Shape> {
-    let points: Vec<Pos2> = pixels
-        .iter()
-        .map(|&pixel| placement.pixel_center(pixel))
-        .collect();
+    let points = pixels.iter().map(|&pixel| placement.pixel_center(pixel));
+    let points: Vec<Pos2> = points.collect();
     let half = ((radius as f32 + 0.5) * placement.zoom).max(1.5);
     let mut shapes = Vec::new();
     match points.as_slice() {

@@ -207,10 +207,8 @@ impl Gesture {
         let twice = self.corner_added.is_some_and(|(time, at)| {
             around.time - time <= DOUBLE_CLICK.0 && at.distance(pos) <= DOUBLE_CLICK.1
         });
-        let closes = draft
-            .points
-            .first()
-            .is_some_and(|&first| draft.closes_at(pos, placement.pixel_center(first)));
+        let first = draft.points.first();
+        let closes = first.is_some_and(|&first| draft.closes_at(pos, placement.pixel_center(first)));
         if twice || closes {
             return self.finish().map(Outcome::Finished);
         }

@@ -176,9 +176,8 @@ fn palettes(ui: &mut Ui, commands: &mut Commands) {
         for (index, palette) in PALETTES.iter().enumerate() {
             let button = ui.button(palette.name).on_hover_text(palette.scenes);
             if button.clicked() {
-                commands.push(Command::Show(Some(Dialog::AddClasses(Box::new(
-                    AddClasses::new(index),
-                )))));
+                let add = Dialog::AddClasses(Box::new(AddClasses::new(index)));
+                commands.push(Command::Show(Some(add)));
             }
         }
     });
@@ -189,11 +188,9 @@ fn palettes(ui: &mut Ui, commands: &mut Commands) {
 fn pointer_left(ui: &Ui) -> bool {
     let panel = ui.clip_rect();
     ui.input(|input| {
-        let outside = input
-            .pointer
-            .hover_pos()
-            .is_some_and(|position| !panel.contains(position));
-        outside && input.pointer.delta() != egui::Vec2::ZERO
+        let position = input.pointer.hover_pos();
+        position.is_some_and(|position| !panel.contains(position))
+            && input.pointer.delta() != egui::Vec2::ZERO
     })
 }
 

@@ -203,21 +203,14 @@ fn in_words(stem: &str, facts: &FrameFacts, most: f32) -> String {
     if facts.contradicted > 0 {
         words += &format!(", {} contradicted", facts.contradicted);
     }
-    let without = if facts.has_no_summary {
-        "labelled from the keyframes"
-    } else {
-        "no labels yet"
+    let map = match facts.summary {
+        Some(summary) => {
+            let unsure = numbers::unsure(summary.mean_entropy, most);
+            format!("{:.0}% labelled, {unsure}", 100.0 * summary.coverage)
+        }
+        None if facts.has_no_summary => "labelled from the keyframes".to_owned(),
+        None => "no labels yet".to_owned(),
     };
-    let map = facts.summary.map_or_else(
-        || without.to_owned(),
-        |summary| {
-            format!(
-                "{:.0}% labelled, {}",
-                100.0 * summary.coverage,
-                numbers::unsure(summary.mean_entropy, most)
-            )
-        },
-    );
     format!("Frame {stem}: {words}, {map}")
 }
 

@@ -167,12 +167,9 @@ impl StrokePanel {
             .accessible_name("Find strokes")
             .on_hover_text("Part of a class's or frame's name, or click, scribble, polygon");
         ui.horizontal(|ui| {
-            let chosen = self
-                .filter
-                .class
-                .map(|class| workspace.document.name_and_color(class).0);
+            let name = |class| workspace.document.name_and_color(class).0;
             let check = 96.0;
-            let chosen = chosen.unwrap_or("All classes");
+            let chosen = self.filter.class.map_or("All classes", name);
             let width = (ui.available_width() - check - theme::GAP).max(56.0);
             choice_box(ui, "Strokes of class", width, chosen, |ui| {
                 ui.selectable_value(&mut self.filter.class, None, "All classes");

@@ -192,10 +192,8 @@ impl SuggestionPanel {
             opacity: FAINT,
             outlines: false,
         };
-        let thumbnail = self
-            .thumbnails
-            .suggestion(place.workspace, place.suggestion, look);
-        let Some(thumbnail) = thumbnail else {
+        let thumbnails = &mut self.thumbnails;
+        let Some(thumbnail) = thumbnails.suggestion(place.workspace, place.suggestion, look) else {
             return;
         };
         let full = glam::vec2(place.frame.camera.width as f32, place.frame.camera.height as f32);

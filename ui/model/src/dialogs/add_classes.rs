@@ -105,10 +105,8 @@ impl AddClasses {
 
     /// The classes that are to be added.
     pub fn ticked(&self) -> impl Iterator<Item = &Class> {
-        let ticked = self
-            .choices
-            .iter()
-            .filter(|choice| choice.ticked && !choice.there);
+        let choices = self.choices.iter();
+        let ticked = choices.filter(|choice| choice.ticked && !choice.there);
         ticked.map(|choice| &choice.class)
     }
 }

@@ -63,17 +63,11 @@ impl ClassFinder {
     /// end unless one is named so.
     pub fn found(&self) -> Vec<FoundClass> {
         let text = self.text.trim().to_lowercase();
-        let mut ranked: Vec<(u8, usize)> = self
-            .classes
-            .iter()
-            .enumerate()
-            .filter_map(|(index, class)| Some((rank(&class.name.to_lowercase(), &text)?, index)))
-            .collect();
-        ranked.sort_unstable();
-        let mut found: Vec<FoundClass> = ranked
-            .into_iter()
-            .map(|(_, index)| FoundClass::Class(index))
-            .collect();
+        let ranked = |index: &usize| rank(&self.classes[*index].name.to_lowercase(), &text);
+        let mut indices: Vec<usize> = (0..self.classes.len()).collect();
+        indices.retain(|index| ranked(index).is_some());
+        indices.sort_by_key(ranked);
+        let mut found: Vec<FoundClass> = indices.into_iter().map(FoundClass::Class).collect();
         if !text.is_empty() && !self.classes.iter().any(|class| class.is_named(&text)) {
             found.push(FoundClass::New);
         }

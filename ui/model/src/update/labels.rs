@@ -26,10 +26,8 @@ impl Model {
         let Some(step) = step else {
             return;
         };
-        let history = self
-            .state
-            .workspace()
-            .map(|workspace| workspace.document.history());
+        let workspace = self.state.workspace();
+        let history = workspace.map(|workspace| workspace.document.history());
         let brought = match (&step, history) {
             (Step::Do(edit), Some(history)) => history.brought_by(edit),
             _ => None,

@@ -39,13 +39,9 @@ impl Model {
 
     /// Whether the lock of a stroke's class keeps it as it is; then a message says so.
     fn locked_refuses_stroke(&mut self, stroke: StrokeId) -> bool {
-        let strokes = self
-            .state
-            .workspace()
-            .map(|workspace| &workspace.document.labels().strokes);
-        let class = strokes
-            .and_then(|strokes| strokes.get(&stroke))
-            .map(|stroke| stroke.class);
+        let workspace = self.state.workspace();
+        let stroke = workspace.and_then(|workspace| workspace.document.labels().strokes.get(&stroke));
+        let class = stroke.map(|stroke| stroke.class);
         class.is_some_and(|class| self.locked_refuses_change(class))
     }
 

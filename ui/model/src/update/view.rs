@@ -19,10 +19,8 @@ impl Model {
     }
 
     pub(crate) fn find_frame(&mut self, text: &str) {
-        let found = self
-            .state
-            .workspace()
-            .and_then(|workspace| workspace.frame_named(text));
+        let workspace = self.state.workspace();
+        let found = workspace.and_then(|workspace| workspace.frame_named(text));
         if found.is_some() {
             self.go_to(|_| found);
         } else if !text.trim().is_empty() {
