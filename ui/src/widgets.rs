@@ -348,7 +348,7 @@ pub fn choice_box(
     choices: impl FnOnce(&mut Ui),
 ) -> Response {
     let list = egui::ComboBox::from_id_salt(name).selected_text(chosen);
-    let shown = list.truncate().width(width).show_ui(ui, choices);
+    let shown = list.truncate().width(width).height(360.0).show_ui(ui, choices);
     shown.response.accessible_name(name)
 }
 
