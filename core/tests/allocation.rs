@@ -18,32 +18,14 @@ static LARGE_BYTES: AtomicUsize = AtomicUsize::new(0);
 
 struct Counting;
 
-impl Counting {
-    fn count(size: usize) {
-        if size > LARGE {
-            LARGE_BYTES.fetch_add(size, Ordering::Relaxed);
-        }
-    }
-}
-
-// SAFETY: everything is passed on to the system's allocator as it came.
+// SAFETY: everything is passed on to the system's allocator as it came, also by what is made of these two.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        Self::count(layout.size());
+        if layout.size() > LARGE {
+            LARGE_BYTES.fetch_add(layout.size(), Ordering::Relaxed);
+        }
         // SAFETY: as above.
         unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
-        Self::count(layout.size());
-        // SAFETY: as above.
-        unsafe { System.alloc_zeroed(layout) }
-    }
-
-    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        Self::count(size);
-        // SAFETY: as above.
-        unsafe { System.realloc(pointer, layout, size) }
     }
 
     unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {

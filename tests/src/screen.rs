@@ -42,18 +42,10 @@ impl Screen {
             .arg("version")
             .output()
             .map_err(|error| format!("xdotool ({error})"))?;
+        // A server that resets itself after its first client refuses others meanwhile.
+        let options = format!("-noreset -displayfd 1 -screen 0 {WIDTH}x{HEIGHT}x24 -nolisten tcp");
         let mut server = Command::new("Xvfb")
-            .args([
-                // A server that resets itself after its first client refuses others meanwhile.
-                "-noreset",
-                "-displayfd",
-                "1",
-                "-screen",
-                "0",
-                &format!("{WIDTH}x{HEIGHT}x24"),
-                "-nolisten",
-                "tcp",
-            ])
+            .args(options.split(' '))
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
             .stderr(Stdio::null())

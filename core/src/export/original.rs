@@ -45,8 +45,8 @@ mod tests {
 
     use super::*;
     use crate::export::testing;
-    use crate::scene::testing::sideways_jpeg;
-    use crate::scene::{Camera, Distortion, Lens};
+    use crate::scene::Camera;
+    use crate::scene::testing::{bend, sideways_jpeg};
 
     #[test]
     fn an_image_on_disk_is_copied_byte_for_byte_unless_it_is_turned_and_a_missing_one_is_named() {
@@ -85,12 +85,8 @@ mod tests {
         let pixels: Vec<u8> = (0..5 * 4 * 3).collect();
         frame.path = root.path().join("left.png");
         fs::write(&frame.path, png::encode_rgb(5, 4, &pixels).unwrap()).unwrap();
-        let distortion = Distortion {
-            k1: 0.1,
-            ..Distortion::default()
-        };
-        let image = Camera::with_horizontal_fov(5, 4, 90.0);
-        frame.lens = Some(Lens { image, distortion });
+        frame.camera = Camera::with_horizontal_fov(5, 4, 90.0);
+        bend(&mut frame, 0.1);
         assert_eq!(*rgb(&frame).unwrap(), pixels);
         fs::write(&frame.path, png::encode_rgb(4, 4, &pixels[..48]).unwrap()).unwrap();
         let error = rgb(&frame).unwrap_err().to_string();

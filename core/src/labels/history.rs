@@ -164,16 +164,6 @@ mod tests {
     }
 
     #[test]
-    fn a_new_edit_drops_what_was_undone() {
-        let (mut history, wall, _) = history();
-        history.add_stroke(Stroke::click(0, wall, [1, 1]));
-        history.undo();
-        history.add_stroke(Stroke::click(0, wall, [5, 5]));
-        assert!(history.redo_name().is_none());
-        assert_eq!(history.labels().strokes.len(), 1);
-    }
-
-    #[test]
     fn an_adopted_edit_is_like_one_made_here() {
         let (mut history, wall, _) = history();
         let mut mirror = history.clone();

@@ -370,8 +370,8 @@ mod tests {
     use glam::Vec3;
 
     use super::*;
-    use crate::scene::testing::wall;
-    use crate::scene::{ColorImage, Distortion, FramePixels, Lens};
+    use crate::scene::testing::{bend, wall};
+    use crate::scene::{ColorImage, FramePixels};
     use crate::semantics::testing::{loose, node};
     use crate::semantics::{NO_NODE, NodeMap};
 
@@ -464,15 +464,7 @@ mod tests {
         };
         let same = listing(&frame);
         assert_eq!(*same.in_image(&frame), same);
-        let lens = Lens {
-            image: frame.camera,
-            distortion: Distortion {
-                k1: -0.1,
-                ..Distortion::default()
-            },
-        };
-        frame.camera = lens.pinhole().unwrap();
-        frame.lens = Some(lens);
+        bend(&mut frame, -0.1);
         let (width, height) = (frame.camera.width, frame.camera.height);
         let black = ColorImage::new(width, height, vec![0; 3 * frame.camera.pixels()]).unwrap();
         frame.pixels = FramePixels::new(black, None);

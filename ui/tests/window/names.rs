@@ -5,12 +5,12 @@ use std::collections::BTreeSet;
 use egui::accesskit::{Action as Request, Role};
 use egui::{Key, PointerButton};
 use egui_kittest::kittest::{NodeT, Queryable};
-use inplace_core::guide::{Likely, Suggestion};
 use inplace_model::Command;
 use inplace_model::dialogs::{AddClasses, ClassUse, Dialog};
 use inplace_model::layer::Layer;
 
 use crate::stand::*;
+use crate::suggestions::place;
 
 /// The controls without a name, each in words.
 fn nameless(window: &Window) -> BTreeSet<String> {
@@ -44,19 +44,6 @@ fn assert_named(window: &mut Window, state: &str) {
     assert!(found.is_empty(), "without a name, {state}: {found:#?}");
 }
 
-/// A place that is likely a wall.
-fn place(frame: usize) -> Suggestion {
-    Suggestion {
-        pixel: [20, 20],
-        outline: vec![[12.0, 12.0], [28.0, 12.0], [20.0, 28.0]],
-        classes: vec![Likely {
-            class: 1,
-            probability: 0.6,
-        }],
-        ..suggestion(frame)
-    }
-}
-
 /// A window with two classes, strokes, maps and suggestions.
 fn labelled(mut window: Window) -> Window {
     for class in ["wall", "floor"] {
@@ -67,7 +54,10 @@ fn labelled(mut window: Window) -> Window {
     assert_eq!(window.strokes(), 2);
     let generation = window.generation();
     window.worker().publish_all(generation, 1);
-    window.suggest(generation, vec![place(0), place(1)]);
+    window.suggest(
+        generation,
+        [0, 1].map(|frame| place(frame, [20, 20], &[1])).into(),
+    );
     window.until("the suggestions are listed", |app| {
         let workspace = app.model().workspace();
         workspace.is_some_and(|workspace| workspace.suggestions().listed.len() == 2)

@@ -76,8 +76,7 @@ fn keys_clicks_and_letters_of_one_frame_find_their_class_and_their_field() {
 
 #[test]
 fn letters_after_a_click_without_any_class_name_the_class_of_that_click() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = Window::with_demo(folder.path());
+    let mut window = Window::demo();
     let places = [window.canvas(-60.0, 0.0), window.canvas(60.0, 0.0)];
     let enter = typed(Key::Enter, "")[0].clone();
     let letters = [typed(Key::D, "d"), typed(Key::A, "a")].concat();

@@ -34,11 +34,6 @@ fn draw_triangle(window: &mut Window) {
     window.key(Key::Enter);
 }
 
-/// A window with the demo and two classes, of which the second is current.
-fn two_classes() -> Window {
-    Window::with_classes(&["wall", "floor"])
-}
-
 /// A project with these strokes in `folder`.
 fn project(folder: &Path, strokes: impl IntoIterator<Item = Stroke>) -> Target {
     let mut history = History::default();
@@ -67,7 +62,7 @@ fn opened(strokes: impl IntoIterator<Item = Stroke>) -> Window {
 
 #[test]
 fn a_polygon_waits_on_its_frame_escape_drops_it_and_backspace_and_undo_take_back_corners() {
-    let mut window = two_classes();
+    let mut window = Window::with_classes(&["wall", "floor"]);
     click_at(&mut window, &[[0.0, 0.0]]);
     window.key(Key::G);
     click_at(&mut window, &TRIANGLE);
@@ -106,7 +101,7 @@ fn a_polygon_waits_on_its_frame_escape_drops_it_and_backspace_and_undo_take_back
 
 #[test]
 fn shift_draws_from_the_end_of_the_last_line_and_a_polyline_ends_by_a_double_click() {
-    let mut window = two_classes();
+    let mut window = Window::with_classes(&["wall", "floor"]);
     click_at(&mut window, &[[-100.0, 0.0]]);
     let from = newest(&window).lines[0][0];
     let pos = window.canvas(100.0, 50.0);
@@ -145,7 +140,7 @@ fn shift_draws_from_the_end_of_the_last_line_and_a_polyline_ends_by_a_double_cli
 
 #[test]
 fn void_is_drawn_with_every_tool_and_the_eraser_cuts_polygons() {
-    let mut window = two_classes();
+    let mut window = Window::with_classes(&["wall", "floor"]);
     window.key(Key::G);
     window.key(Key::Num0);
     assert_eq!(
@@ -174,7 +169,7 @@ fn void_is_drawn_with_every_tool_and_the_eraser_cuts_polygons() {
 
 #[test]
 fn a_stroke_is_picked_on_the_frame_changed_by_a_digit_and_deleted() {
-    let mut window = two_classes();
+    let mut window = Window::with_classes(&["wall", "floor"]);
     draw_triangle(&mut window);
     click_at(&mut window, &[[200.0, 150.0]]);
     window.key(Key::Escape);

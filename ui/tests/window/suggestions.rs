@@ -14,7 +14,7 @@ const WALL: ClassId = 1;
 const FLOOR: ClassId = 2;
 
 /// A place on a frame; frames are a metre apart.
-fn place(frame: usize, pixel: Pixel, classes: &[ClassId]) -> Suggestion {
+pub fn place(frame: usize, pixel: Pixel, classes: &[ClassId]) -> Suggestion {
     let [x, y] = pixel.map(|at| at as f32);
     let likely = |(rank, &class): (usize, &ClassId)| Likely {
         class,
@@ -27,11 +27,6 @@ fn place(frame: usize, pixel: Pixel, classes: &[ClassId]) -> Suggestion {
         classes: classes.iter().enumerate().map(likely).collect(),
         ..suggestion(frame)
     }
-}
-
-/// A window with the classes wall and floor.
-fn window() -> Window {
-    Window::with_classes(&["wall", "floor"])
 }
 
 /// The list that belongs to the present labels.
@@ -55,7 +50,7 @@ fn last_stroke(window: &Window) -> (usize, ClassId, Pixel) {
 
 #[test]
 fn enter_accepts_and_the_list_that_knows_it_leads_on() {
-    let mut window = window();
+    let mut window = Window::with_classes(&["wall", "floor"]);
     let before = window.generation();
     window.suggest(before, vec![place(3, [20, 30], &[FLOOR, WALL])]);
     window.key(Key::N);
@@ -83,7 +78,7 @@ fn enter_accepts_and_the_list_that_knows_it_leads_on() {
 
 #[test]
 fn n_goes_through_the_places_and_digits_answer_the_one_at_hand_and_choose_classes_otherwise() {
-    let mut window = window();
+    let mut window = Window::with_classes(&["wall", "floor"]);
     let list = vec![
         place(3, [20, 30], &[WALL]),
         place(1, [40, 10], &[WALL]),
@@ -118,7 +113,7 @@ fn n_goes_through_the_places_and_digits_answer_the_one_at_hand_and_choose_classe
 
 #[test]
 fn a_name_labels_the_place_and_adds_the_class_where_it_is_new() {
-    let mut window = window();
+    let mut window = Window::with_classes(&["wall", "floor"]);
     let list = vec![place(3, [20, 30], &[]), place(1, [40, 10], &[])];
     suggest_now(&mut window, list);
     window.key(Key::N);
@@ -136,7 +131,7 @@ fn a_name_labels_the_place_and_adds_the_class_where_it_is_new() {
 
 #[test]
 fn a_skipped_place_is_not_suggested_again_until_it_is_asked_for() {
-    let mut window = window();
+    let mut window = Window::with_classes(&["wall", "floor"]);
     let generation = window.generation();
     let list = || vec![place(3, [20, 30], &[WALL]), place(1, [40, 10], &[WALL])];
     window.suggest(generation, list());
@@ -154,7 +149,7 @@ fn a_skipped_place_is_not_suggested_again_until_it_is_asked_for() {
 
 #[test]
 fn undo_shows_the_answered_place_again_and_redo_goes_on() {
-    let mut window = window();
+    let mut window = Window::with_classes(&["wall", "floor"]);
     suggest_now(&mut window, vec![place(3, [20, 30], &[WALL])]);
     window.key(Key::N);
     window.key(Key::Enter);
@@ -180,7 +175,7 @@ fn undo_shows_the_answered_place_again_and_redo_goes_on() {
 
 #[test]
 fn escape_a_click_and_another_frame_leave() {
-    let mut window = window();
+    let mut window = Window::with_classes(&["wall", "floor"]);
     suggest_now(&mut window, vec![place(3, [20, 30], &[WALL])]);
     let is_active = |window: &Window| window.workspace().suggestions().is_active();
 
@@ -205,7 +200,7 @@ fn escape_a_click_and_another_frame_leave() {
 
 #[test]
 fn cards_do_not_move_under_the_pointer_and_are_answered_by_their_buttons() {
-    let mut window = window();
+    let mut window = Window::with_classes(&["wall", "floor"]);
     let generation = window.generation();
     window.suggest(generation, vec![place(3, [20, 30], &[WALL])]);
     let card = window.rect("Go to suggestion 1").center();

@@ -11,10 +11,8 @@ use crate::scene::{ColorImage, DepthMap, demo};
 /// The demo room with depth.
 static ROOM: LazyLock<Scene> = LazyLock::new(|| {
     let shot = demo::Shot {
-        rooms: 1,
         frames: 40,
-        width: 320,
-        height: 240,
+        ..demo::Shot::default()
     };
     shot.scene(&|_, _| {})
 });

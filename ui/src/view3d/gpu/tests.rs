@@ -1,8 +1,6 @@
-use std::future::Future;
-use std::pin::pin;
-use std::task::{Context, Poll, Waker};
-
 use egui::{Rect, pos2, vec2};
+use egui_kittest::wgpu::{create_render_state, default_wgpu_setup};
+use egui_wgpu::RenderState;
 use glam::Quat;
 use inplace_core::labels::Class;
 use inplace_core::semantics::Posterior;
@@ -10,37 +8,13 @@ use inplace_model::space::{Direction, OrbitCamera};
 use inplace_model::workspace::LabelledSurface;
 
 use super::super::cloud::tests::floor;
-use super::super::cloud::{Cloud, Splat, Values};
+use super::super::cloud::{Cloud, Values};
 use super::*;
 
 /// Side of the pictures: their rows are as long as a copy into a buffer asks for.
 const SIDE: u32 = 64;
 const CLASS: [u8; 3] = [40, 200, 90];
 const BACKGROUND: [u8; 3] = [9, 9, 9];
-
-#[test]
-fn the_uniforms_have_the_shaders_sizes() {
-    assert_eq!(size_of::<SplatUniforms>(), 112);
-    assert_eq!(size_of::<PlaceUniforms>(), 16);
-    assert_eq!(size_of::<Splat>(), 24);
-}
-
-/// What wgpu's futures are at once: ready, but on the web.
-fn ready<T>(future: impl Future<Output = T>) -> T {
-    let mut future = pin!(future);
-    loop {
-        if let Poll::Ready(value) = future.as_mut().poll(&mut Context::from_waker(Waker::noop())) {
-            return value;
-        }
-    }
-}
-
-fn device() -> Option<(wgpu::Device, wgpu::Queue)> {
-    let setup = egui_wgpu::WgpuSetupCreateNew::without_display_handle();
-    let instance = wgpu::Instance::new(setup.instance_descriptor);
-    let adapter = ready(instance.request_adapter(&wgpu::RequestAdapterOptions::default())).ok()?;
-    ready(adapter.request_device(&wgpu::DeviceDescriptor::default())).ok()
-}
 
 /// A floor of one class, seen from straight above or straight below.
 fn draw(above: bool, budget: usize, moving: bool) -> Draw {
@@ -94,15 +68,14 @@ struct Stand {
 }
 
 impl Stand {
-    /// `None` where there is nothing to draw with.
-    fn new() -> Option<Self> {
-        let (device, queue) = device()?;
-        let renderer = Renderer::new(&device, wgpu::TextureFormat::Rgba8Unorm);
-        Some(Self {
+    fn new() -> Self {
+        let options = egui_wgpu::RendererOptions::PREDICTABLE;
+        let RenderState { device, queue, .. } = create_render_state(default_wgpu_setup(), options);
+        Self {
+            renderer: Renderer::new(&device, wgpu::TextureFormat::Rgba8Unorm),
             device,
             queue,
-            renderer,
-        })
+        }
     }
 
     /// The picture shown after one more frame of the window, RGB by rows.
@@ -148,9 +121,7 @@ fn covered(picture: &[[u8; 3]]) -> usize {
 
 #[test]
 fn splats_cover_their_surface_in_the_colour_of_their_class_and_not_from_behind() {
-    let Some(mut stand) = Stand::new() else {
-        return;
-    };
+    let mut stand = Stand::new();
     let above = stand.frame(&draw(true, usize::MAX, false));
     let middle = above[(SIDE / 2 * SIDE + SIDE / 2) as usize];
     for (channel, expected) in middle.into_iter().zip(CLASS) {
@@ -165,9 +136,7 @@ fn splats_cover_their_surface_in_the_colour_of_their_class_and_not_from_behind()
 
 #[test]
 fn a_picture_drawn_over_several_frames_is_the_one_drawn_at_once() {
-    let (Some(mut stand), Some(mut other)) = (Stand::new(), Stand::new()) else {
-        return;
-    };
+    let (mut stand, mut other) = (Stand::new(), Stand::new());
     let whole = draw(true, usize::MAX, false);
     let at_once = stand.frame(&whole);
     // The same splats, so that the picture that was begun goes on.
