@@ -230,11 +230,6 @@ mod tests {
     use clap::CommandFactory;
 
     #[test]
-    fn the_command_line_is_consistent() {
-        Arguments::command().debug_assert();
-    }
-
-    #[test]
     fn the_earlier_name_of_import_still_holds() {
         let given = "inplace label demo --out x --labels images --trust 0.25";
         let parsed = Arguments::try_parse_from(given.split(' ')).unwrap();

@@ -1,4 +1,4 @@
-//! What becomes of labels from elsewhere that are noisy, small or predicted, on the demo scene: from the files that a
+//! What becomes of labels from elsewhere that are small or predicted, on the demo scene: from the files that a
 //! folder has to the maps that a session shows.
 #![allow(clippy::unwrap_used, reason = "a test ends where it fails")]
 
@@ -10,7 +10,6 @@ use inplace_core::export::write_json;
 use inplace_core::labels::{ClassId, History, LabelSet, Trust, read_label_images};
 use inplace_core::scene::demo;
 use inplace_core::semantics::{LabelPropagation, Surface, SurfaceImport};
-use inplace_lab::paper::pixel_noise;
 use inplace_tests::Small;
 use rand::{Rng, SeedableRng, rngs::SmallRng};
 
@@ -59,22 +58,6 @@ impl Room {
         let image = image::GrayImage::from_raw(size[0] as u32, size[1] as u32, ids).unwrap();
         image.save(folder.join(format!("rgb_{frame}.png"))).unwrap();
     }
-}
-
-#[test]
-fn noise_in_half_of_the_pixels_is_outvoted() {
-    let (room, capture) = (&*ROOM, &ROOM.capture);
-    let folder = tempfile::tempdir().unwrap();
-    let ids: Vec<ClassId> = capture.classes.iter().map(|class| class.id).collect();
-    let mut noisy = capture.truth.clone();
-    for (frame, labels) in noisy.iter_mut().enumerate() {
-        pixel_noise(labels, &ids, 0.5, &mut SmallRng::seed_from_u64(frame as u64));
-        room.write(folder.path(), frame, [WIDTH, HEIGHT], labels);
-    }
-    let before = capture.miou(noisy.iter().enumerate());
-    let after = capture.miou(room.maps(folder.path(), Trust::VOTES).iter().enumerate());
-    println!("50% pixel noise: {before:.3} to {after:.3}");
-    assert!(before < 0.45 && after > 0.8, "{before} {after}");
 }
 
 #[test]

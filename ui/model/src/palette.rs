@@ -194,20 +194,6 @@ mod tests {
     }
 
     #[test]
-    fn the_texture_holds_classes_above_the_tables() {
-        let palette = Palette::new(&[Class::new(300, "lamp")]);
-        assert_eq!(
-            (palette.class_rows(), palette.row(Table::Depth), palette.rows()),
-            (2, 3, 5)
-        );
-        let texels = palette.texels();
-        assert_eq!(texels.len(), palette.rows() * PALETTE_COLUMNS * 4);
-        assert_eq!(texels[300 * 4..300 * 4 + 4], palette.class(300));
-        let depth = palette.row(Table::Depth) * PALETTE_COLUMNS * 4;
-        assert_eq!(texels[depth..depth + 4], palette.value(Table::Depth, 0));
-    }
-
-    #[test]
     fn an_even_guess_among_all_classes_has_the_last_colour_of_entropy() {
         let palette = Palette::new(&[Class::new(1, "a"), Class::new(2, "b")]);
         let even_guess = (2.0_f32.ln() * ENTROPY_STEPS_PER_NAT).ceil();

@@ -32,7 +32,10 @@ fn scene() -> Arc<Scene> {
 /// What each layer lays over that frame.
 fn overs(palette: &Palette) -> Vec<(Layer, Option<Over>)> {
     let pixels = (SIZE[0] * SIZE[1]) as usize;
-    let labels = (0..pixels).map(|index| (index / 24 % 4) as u16).collect();
+    // Void, an unknown class, and one with a number above a row of the palette's texture.
+    let labels = (0..pixels)
+        .map(|index| [0, 1, 2, 3, 300][index / 24 % 5])
+        .collect();
     let entropy = (0..pixels).map(|index| (index * 29) as u16).collect();
     let map = Arc::new(FrameMap::new(0, 1, SIZE, labels, entropy).unwrap());
     let shown = ShownMap::new(Versioned::new(map));

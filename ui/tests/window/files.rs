@@ -115,18 +115,13 @@ fn an_export_is_started_once_and_can_be_cancelled_and_a_window_that_is_closed_me
     window.add_class("floor");
     export(&mut window, &out);
     let close = |window: &mut Window| {
-        let viewport = window.harness.input_mut().viewports.entry(egui::ViewportId::ROOT);
+        let root = egui::ViewportId::ROOT;
+        let viewport = window.harness.input_mut().viewports.entry(root);
         viewport.or_default().events.push(egui::ViewportEvent::Close);
         window.harness.step();
         let held = told(window, &egui::ViewportCommand::CancelClose);
-        if let Some(viewport) = window
-            .harness
-            .input_mut()
-            .viewports
-            .get_mut(&egui::ViewportId::ROOT)
-        {
-            viewport.events.clear();
-        }
+        let viewport = window.harness.input_mut().viewports.entry(root);
+        viewport.or_default().events.clear();
         window.harness.run_steps(2);
         held
     };

@@ -35,16 +35,6 @@ fn what_is_typed_is_a_class_and_a_click_a_stroke_whose_map_is_shown_and_undo_tak
 }
 
 #[test]
-fn a_click_without_any_class_asks_for_its_name_and_is_kept() {
-    let mut window = Window::demo();
-    window.click_canvas(10.0, 5.0);
-    assert_eq!(window.strokes(), 0);
-    window.type_into("Class name", "sofa");
-    window.sees("sofa, 1 stroke");
-    assert_eq!(window.strokes(), 1);
-}
-
-#[test]
 fn a_scribble_keeps_every_position_and_the_right_button_erases_it() {
     let mut window = Window::demo();
     window.add_class("wall");

@@ -26,6 +26,14 @@ fn button(x: f32, y: f32, button: PointerButton, pressed: bool) -> Event {
     }
 }
 
+fn press(x: f32, y: f32) -> Event {
+    button(x, y, PointerButton::Primary, true)
+}
+
+fn release(x: f32, y: f32) -> Event {
+    button(x, y, PointerButton::Primary, false)
+}
+
 fn follow(gesture: &mut Gesture, around: &CanvasPlace, events: &[Event]) -> Vec<Outcome> {
     let follow = |event| gesture.follow(event, View::Whole, around, |_| true);
     events.iter().filter_map(follow).collect()
@@ -34,11 +42,11 @@ fn follow(gesture: &mut Gesture, around: &CanvasPlace, events: &[Event]) -> Vec<
 #[test]
 fn a_fast_drag_keeps_every_position_and_stays_in_the_image() {
     let events = [
-        button(16.5, 16.5, PointerButton::Primary, true),
+        press(16.5, 16.5),
         Event::PointerMoved(pos2(26.5, 16.5)),
         Event::PointerMoved(pos2(26.5, 46.5)),
         Event::PointerMoved(pos2(-400.0, 46.5)),
-        button(-400.0, 46.5, PointerButton::Primary, false),
+        release(-400.0, 46.5),
     ];
     let outcomes = follow(&mut Gesture::default(), &AROUND, &events);
     let Outcome::Finished(line) = &outcomes[0] else {
@@ -50,18 +58,9 @@ fn a_fast_drag_keeps_every_position_and_stays_in_the_image() {
 #[test]
 fn a_press_outside_the_image_or_under_a_window_starts_nothing() {
     let mut gesture = Gesture::default();
-    follow(
-        &mut gesture,
-        &AROUND,
-        &[button(2.0, 2.0, PointerButton::Primary, true)],
-    );
+    follow(&mut gesture, &AROUND, &[press(2.0, 2.0)]);
     assert!(!gesture.is_active());
-    gesture.follow(
-        &button(40.0, 40.0, PointerButton::Primary, true),
-        View::Whole,
-        &AROUND,
-        |_| false,
-    );
+    gesture.follow(&press(40.0, 40.0), View::Whole, &AROUND, |_| false);
     assert!(!gesture.is_active());
 }
 
@@ -89,11 +88,7 @@ fn with(tool: Tool) -> CanvasPlace {
 fn click(gesture: &mut Gesture, around: &mut CanvasPlace, [x, y]: Pixel) -> Vec<Outcome> {
     around.time += 1.0;
     let (x, y) = (x as f32 + 16.5, y as f32 + 16.5);
-    let events = [
-        button(x, y, PointerButton::Primary, true),
-        button(x, y, PointerButton::Primary, false),
-    ];
-    follow(gesture, around, &events)
+    follow(gesture, around, &[press(x, y), release(x, y)])
 }
 
 const CORNERS: [Pixel; 3] = [[10, 10], [60, 10], [60, 50]];
@@ -139,12 +134,12 @@ fn a_drag_draws_an_outline_that_closes_near_its_beginning() {
     let around = with(Tool::Polygon);
     let moved = |x, y| Event::PointerMoved(pos2(x, y));
     let events = [
-        button(26.5, 26.5, PointerButton::Primary, true),
+        press(26.5, 26.5),
         moved(28.0, 26.5),
         moved(66.5, 26.5),
         moved(66.5, 66.5),
         moved(29.5, 29.5),
-        button(29.5, 29.5, PointerButton::Primary, false),
+        release(29.5, 29.5),
     ];
     let outcomes = follow(&mut gesture, &around, &events);
     let [Outcome::Finished(line)] = outcomes.as_slice() else {
@@ -154,11 +149,7 @@ fn a_drag_draws_an_outline_that_closes_near_its_beginning() {
     // Released elsewhere, it goes on, and all of the drag is taken back at once.
     let open = follow(&mut gesture, &around, &events[..4]);
     assert_eq!(open, []);
-    follow(
-        &mut gesture,
-        &around,
-        &[button(66.5, 66.5, PointerButton::Primary, false)],
-    );
+    follow(&mut gesture, &around, &[release(66.5, 66.5)]);
     assert_eq!(gesture.draft().unwrap().points.len(), 3);
     gesture.take_back();
     assert!(!gesture.is_drawing());
