@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::SystemTime;
 
-use inplace_tests::{OnDisk, Running, Small, behind, class_ids, files_below, one_line, succeed};
+use inplace_tests::{OnDisk, Running, Small, behind, files_below, one_line, succeed};
 use serde_json::Value;
 
 /// The command that labels the capture and prints its report.
@@ -39,7 +39,7 @@ fn whole_images(out: &Path, kind: &str) -> usize {
 }
 
 #[test]
-fn what_is_finished_stays_as_it_is_until_it_is_lost_or_something_else_is_asked_for() {
+fn what_is_finished_stays_as_it_is_until_something_else_is_asked_for() {
     let disk = OnDisk::default();
     let first = label(&disk, &["--threads", "2"]);
     let before = files(&disk);
@@ -51,13 +51,6 @@ fn what_is_finished_stays_as_it_is_until_it_is_lost_or_something_else_is_asked_f
         "threads change no label"
     );
     assert_eq!(files(&disk), before);
-
-    let lost = disk.path("out/labels/rgb_3.png");
-    fs::remove_file(&lost).unwrap();
-    label(&disk, &["--threads", "2"]);
-    let camera = &Small::get().scene.frames[3].camera;
-    let (width, height, _) = class_ids(&lost);
-    assert_eq!((width, height), (camera.width, camera.height));
 
     let forced = label(&disk, &["--force"]);
     assert_ne!(forced["total_s"], first["total_s"]);

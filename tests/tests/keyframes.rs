@@ -33,10 +33,9 @@ fn labelled(scene: &Arc<Scene>, labels: &LabelSet) -> Vec<Arc<FrameMap>> {
 #[test]
 fn frames_that_are_no_keyframes_are_labelled_as_well_as_those_that_are() {
     let shot = Shot {
-        rooms: 1,
-        frames: 60,
         width: 160,
         height: 120,
+        ..Shot::default()
     };
     let capture = Small::of(shot);
     let root = tempfile::tempdir().unwrap();

@@ -75,7 +75,7 @@ mod tests {
         assert_eq!((decoded.width(), decoded.height()), (16, 32));
         fs::remove_file(&frame.path).unwrap();
         let error = original(&frame, "images").map(|_| ()).unwrap_err().to_string();
-        assert!(error.contains("left.JPG"), "{error}");
+        assert!(error.contains("left.JPG: can no longer"), "{error}");
     }
 
     #[test]

@@ -9,8 +9,7 @@ use tempfile::TempDir;
 use super::*;
 use crate::labels::Class;
 use crate::scene::testing::{
-    assert_refused, change_files, check_changes, frame, open, opened, opened_without_depth, scene, stems,
-    z_depth,
+    change_files, check_changes, frame, open, opened, opened_without_depth, scene, stems, z_depth,
 };
 use crate::scene::{DepthMap, SceneSource};
 
@@ -182,13 +181,6 @@ remove depth/depth_5.png; spoil depth/depth_2.png; gray8 depth/depth_6.png 8x6 |
 #[test]
 fn faults_are_warned_of_where_they_are_few_and_refused_by_the_file_otherwise() {
     check_changes(capture, change_files, CHANGES);
-}
-
-#[test]
-fn folders_without_a_capture_are_refused() {
-    let root = tempfile::tempdir().unwrap();
-    assert_refused(&root.path().join("nowhere"), &["nowhere", "no such folder"]);
-    assert_refused(root.path(), &["no capture", "traj_w_c.txt"]);
 }
 
 #[test]
