@@ -143,7 +143,7 @@ fn the_windows_thread_is_light_while_training() {
     println!("{line}");
     let measured: Value = serde_json::from_str(line).unwrap();
     let thread = &measured["thread_ms"];
-    assert!(thread["count"].as_u64().unwrap() >= 20, "{line}");
+    assert!(thread["n"].as_u64().unwrap() >= 20, "{line}");
     assert!(thread["p95"].as_f64().unwrap() <= THREAD_P95, "{line}");
 }
 

@@ -4,7 +4,6 @@ mod effects;
 mod frame;
 
 use std::path::PathBuf;
-use std::time::Instant;
 
 use inplace_core::field::Preset;
 use inplace_core::scene::OpenOptions;
@@ -76,7 +75,6 @@ pub struct App {
     title: String,
     /// Measurements, where asked for.
     stats: Option<Stats>,
-    frame_started: Option<Instant>,
     trace: Option<Trace>,
 }
 
@@ -111,7 +109,6 @@ impl App {
             endings: Vec::new(),
             title: String::new(),
             stats,
-            frame_started: None,
             trace: options.trace.map(Trace::new),
         };
         app.wear_preferences();

@@ -73,14 +73,8 @@ pub struct Stats {
     pub presented: Samples,
     /// From the release of a click to the end of the frame that was the first to show its labels.
     pub click_to_presented: Samples,
-    /// Time that the window's own code takes for one frame.
-    pub frame: Samples,
     /// CPU time of the window's thread from one frame to the next: everything that it does, waiting excluded.
     pub thread: Samples,
-    /// CPU time of one frame as eframe reports it: with tessellation and drawing, without waiting.
-    pub reported: Samples,
-    /// From the release of a click to the first map of its generation with the renderer.
-    pub click_to_overlay: Samples,
     clock: UploadClock,
     /// CPU time of this thread when the last frame began.
     thread_time: Option<Duration>,
@@ -131,20 +125,14 @@ impl Stats {
         self.thread_time = spent;
     }
 
-    /// A frame took this long; `reported` is eframe's own time of the frame before. Returns whether another frame has to
-    /// follow, to tell when this one was presented.
-    pub fn frame_done(&mut self, own: Duration, reported: Option<f32>) -> bool {
-        self.frame.add(own);
-        if let Some(seconds) = reported {
-            self.reported.add(Duration::from_secs_f32(seconds.max(0.0)));
-        }
+    /// A frame was made. Returns whether another one has to follow, to tell when this one was presented.
+    pub fn frame_made(&mut self) -> bool {
         let uploaded = *self.clock.lock().unwrap_or_else(PoisonError::into_inner);
         if let (Some((wanted, frame, clicked)), Some((generation, shown, time))) = (self.waiting, uploaded)
             && generation >= wanted
             && shown == frame
             && time >= clicked
         {
-            self.click_to_overlay.add(time - clicked);
             self.waiting = None;
             self.showing = Some(clicked);
         }
@@ -154,14 +142,11 @@ impl Stats {
     /// All summaries as one line of JSON, in milliseconds.
     pub fn json(&self) -> String {
         format!(
-            r#"{{"renderer":{:?},"presented_ms":{},"click_to_presented_ms":{},"frame_ms":{},"thread_ms":{},"eframe_ms":{},"click_to_overlay_ms":{}}}"#,
+            r#"{{"renderer":{:?},"presented_ms":{},"click_to_presented_ms":{},"thread_ms":{}}}"#,
             self.renderer,
             self.presented.summary().json(),
             self.click_to_presented.summary().json(),
-            self.frame.summary().json(),
-            self.thread.summary().json(),
-            self.reported.summary().json(),
-            self.click_to_overlay.summary().json()
+            self.thread.summary().json()
         )
     }
 }
@@ -224,10 +209,10 @@ mod tests {
         let summary = stats.presented.summary();
         assert_eq!((summary.count, summary.p50, summary.max), (3, 30.0, 40.0));
         stats.showing = Some(at(1000));
-        assert!(stats.frame_done(Duration::ZERO, None));
+        assert!(stats.frame_made());
         stats.frame_begins(at(1100), false);
         assert_eq!(stats.click_to_presented.summary().max, 100.0);
-        assert!(!stats.frame_done(Duration::ZERO, None));
+        assert!(!stats.frame_made());
     }
 
     #[test]
@@ -238,11 +223,9 @@ mod tests {
         let upload = |generation, frame| *clock.lock().unwrap() = Some((generation, frame, Instant::now()));
         for (generation, frame) in [(4, 2), (5, 1)] {
             upload(generation, frame);
-            stats.frame_done(Duration::ZERO, None);
-            assert_eq!(stats.click_to_overlay.summary().count, 0);
+            assert!(!stats.frame_made());
         }
         upload(6, 2);
-        stats.frame_done(Duration::ZERO, None);
-        assert_eq!(stats.click_to_overlay.summary().count, 1);
+        assert!(stats.frame_made());
     }
 }

@@ -208,11 +208,6 @@ impl Trainer {
         self.undone
     }
 
-    /// Whether the newest step ended with a measurement of the held-out error.
-    pub fn has_just_measured(&self) -> bool {
-        self.steps.is_multiple_of(CHECK_EVERY)
-    }
-
     /// The newest held-out error; it is measured every 250 steps, and when a state is restored.
     pub fn error(&self) -> Option<HeldOut> {
         self.error

@@ -59,8 +59,8 @@ pub(super) struct Demand {
     /// Whether the surface is made from measured depth, and whether that has holes.
     has_depth: bool,
     has_holes: bool,
-    /// Steps and relative error at the newest measurement of the depth.
-    depth: Option<(u64, f32)>,
+    /// The newest relative error of the depth.
+    depth: Option<f32>,
     depth_stands: bool,
     /// By how much the newest surface changed the maps, 1 - mean IoU.
     change: Option<f32>,
@@ -110,13 +110,11 @@ impl Demand {
     /// Takes notice of a training step.
     pub(super) fn stepped(&mut self, trainer: &Trainer) {
         let error = trainer.error().and_then(|error| error.relative_depth_error);
-        let Some(error) = error.filter(|_| trainer.has_just_measured()) else {
-            return;
-        };
-        if let Some((steps, before)) = self.depth.filter(|(steps, _)| *steps < trainer.steps()) {
-            self.depth_stands |= steps > 0 && error > (1.0 - DEPTH_GAIN) * before;
+        // It is measured anew only now and then.
+        if let Some(error) = error.filter(|_| error != self.depth) {
+            let before = self.depth.replace(error);
+            self.depth_stands |= before.is_some_and(|before| error > (1.0 - DEPTH_GAIN) * before);
         }
-        self.depth = Some((trainer.steps(), error));
     }
 
     /// Takes notice of a better surface with the same labels as the one before.

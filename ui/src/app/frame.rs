@@ -9,12 +9,12 @@ use inplace_model::project_session::ProjectSession;
 use inplace_model::{Command, Commands, Input};
 
 use super::App;
+use crate::stats::Stats;
 use crate::{keys, panels, theme};
 
 impl eframe::App for App {
     fn logic(&mut self, _ctx: &egui::Context, _frame: &mut eframe::Frame) {
         let now = Instant::now();
-        self.frame_started = Some(now);
         if let Some(stats) = &mut self.stats {
             let active = self.ctx.input(|input| {
                 let pointer = &input.pointer;
@@ -34,7 +34,7 @@ impl eframe::App for App {
         self.set_title();
     }
 
-    fn ui(&mut self, ui: &mut egui::Ui, frame: &mut eframe::Frame) {
+    fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
         let mut commands = Commands::default();
         let ctx = self.ctx.clone();
         if ctx.current_pass_index() == 0 {
@@ -74,9 +74,7 @@ impl eframe::App for App {
         if let Some(trace) = &mut self.trace {
             trace.observe(&self.model, ctx.text_edit_focused());
         }
-        if let (Some(stats), Some(started)) = (&mut self.stats, self.frame_started)
-            && stats.frame_done(started.elapsed(), frame.info().cpu_usage)
-        {
+        if self.stats.as_mut().is_some_and(Stats::frame_made) {
             ctx.request_repaint();
         }
     }

@@ -32,10 +32,7 @@ fn table(ui: &mut Ui, stats: &Stats) {
             for (name, samples) in [
                 ("presented frames", &stats.presented),
                 ("click to presented", &stats.click_to_presented),
-                ("own frame", &stats.frame),
                 ("window's thread", &stats.thread),
-                ("eframe frame", &stats.reported),
-                ("click to overlay", &stats.click_to_overlay),
             ] {
                 let summary = samples.summary();
                 ui.label(name);
