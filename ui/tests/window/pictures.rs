@@ -6,8 +6,10 @@ use std::pin::pin;
 use std::task::{Context, Poll, Waker};
 use std::time::{Duration, Instant};
 
+use eframe::App as _;
 use egui::{Key, PointerButton};
 use egui_kittest::SnapshotOptions;
+use image::RgbaImage;
 use inplace_model::Command;
 use inplace_model::preferences::{PreferenceChange, Theme};
 use inplace_ui::canvas::FrameView;
@@ -44,18 +46,31 @@ fn compare(window: &mut Window, name: &str) {
     // What other threads make arrives, and what moves comes to rest.
     let start = Instant::now();
     let mut before = None;
-    loop {
+    let picture = loop {
         window.harness.run_steps(4);
         let now = window.harness.render().unwrap();
         if before.as_ref() == Some(&now) || start.elapsed() > PATIENCE {
-            break;
+            break on_cleared_window(window, now);
         }
         before = Some(now);
         std::thread::sleep(REST);
-    }
+    };
     // Renderers round differently along slanted edges and in shadows.
     let alike = SnapshotOptions::new().threshold(1.5).max_failed_pixels(100_usize);
-    window.harness.snapshot_options(name, &alike);
+    egui_kittest::image_snapshot_options(&picture, name, &alike);
+}
+
+/// The picture on the colour that the window is cleared to; tests draw on nothing.
+fn on_cleared_window(window: &Window, mut picture: RgbaImage) -> RgbaImage {
+    let visuals = window.harness.ctx.global_style().visuals.clone();
+    let cleared = window.harness.state().clear_color(&visuals);
+    for pixel in picture.pixels_mut() {
+        let missing = 255.0 - f32::from(pixel.0[3]);
+        for (channel, cleared) in pixel.0.iter_mut().zip(cleared) {
+            *channel += (missing * cleared).round() as u8;
+        }
+    }
+    picture
 }
 
 /// A window with two classes, a click of each, and maps.
