@@ -42,6 +42,7 @@ pub(crate) use nearest::NodeCells;
 pub use node_map::{NO_NODE, NodeMap};
 pub use novel_view::NovelViews;
 pub use places::{RayTargets, SoftTargets};
+pub(crate) use posterior::most_likely;
 pub use posterior::{CERTAIN, ENTROPY_STEPS_PER_NAT, Posterior};
 pub use prior_evaluation::PriorEvaluation;
 pub use propagation::LabelPropagation;

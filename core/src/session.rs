@@ -33,7 +33,7 @@ pub use demand::TrainingEnd;
 pub use maps::MapSlots;
 pub use message::{Command, Event, ModelState, Phase, SessionOptions, Status};
 pub use progress::Progress;
-pub use rendering::{RenderedFrame, RenderedSemantics};
+pub use rendering::RenderedFrame;
 pub use semantic_trainer::sampling;
 pub use surface_refiner::SurfaceRefiner;
 

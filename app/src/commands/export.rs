@@ -32,10 +32,13 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
     let open = session.open;
     export::prepare(&arguments.out, &[])?;
     let mut client = run::start(session);
-    // Views are rendered from a field that has learnt all it can.
-    let saved = contents.model.as_ref().filter(|_| trajectory.is_none());
-    let enough = saved.map(|model| model.steps);
+    let mut enough = contents.model.as_ref().map(|model| model.steps);
     let scene = client.opened()?;
+    if trajectory.is_some() {
+        // Views are rendered from a field that has learnt all it can, and labels teach it nothing.
+        client.settled(0, None)?;
+        enough = Some(0);
+    }
     let contents = contents.matched(&scene, open)?;
     for warning in contents.warnings.iter().chain(&scene.warnings) {
         eprintln!("inplace: {warning}");

@@ -131,7 +131,7 @@ impl RadianceField {
         self.table.elem_count() + self.weights.elem_count()
     }
 
-    /// Width of the features that the semantic head reads.
+    /// Width of the features that the semantic field reads.
     pub fn feature_width(&self) -> usize {
         self.grid.features() / 2 + GEOMETRY_FEATURES
     }

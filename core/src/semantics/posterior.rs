@@ -132,6 +132,12 @@ pub(super) fn label_at(
     summarise(classes, &weights, nearest).label
 }
 
+/// The most likely class by these probabilities, and their entropy as a map has it.
+pub(crate) fn most_likely(classes: &[ClassId], probabilities: &[f32]) -> (ClassId, u16) {
+    let summary = summarise(classes, probabilities, [0.0; 2]);
+    (summary.label, summary.entropy)
+}
+
 /// The distance field of each class; `None` where it has no labelled node.
 fn distance_fields<'a>(geodesics: &'a ClassGeodesics, classes: &[ClassId]) -> Vec<Option<&'a [f32]>> {
     let fields = geodesics.classes();

@@ -1,14 +1,16 @@
 //! How far the radiance field of a session is trained: as far as something reads it, and no further than its readers
 //! gain from it.
 
+use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 
+use super::SurfaceRefiner;
 use super::semantic_trainer::Readers;
 use crate::field::{Preset, Trainer};
 use crate::labels::ClassId;
-use crate::scene::Scene;
+use crate::scene::{Frame, Scene};
 use crate::semantics::LabelPropagation;
 
 /// How long training goes on after a view of the field was asked for.
@@ -22,7 +24,7 @@ const LABEL_GAIN: f32 = 0.02;
 const USUAL_RATIO: f32 = 0.5;
 const MOST_RATIO: f32 = 0.8;
 /// Every so many pixels of a frame are compared.
-const COMPARED_EVERY: usize = 7;
+const COMPARED_EVERY: usize = 31;
 
 /// Why the field is trained no further.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -50,15 +52,40 @@ impl TrainingEnd {
     }
 }
 
+/// How much of the keyframes' pixels has measured depth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Measured {
+    /// All of every keyframe, or nearly.
+    All,
+    /// At least half: the field fills holes.
+    Most,
+    /// Less, so that most of the surface is the field's.
+    Little,
+}
+
+impl Measured {
+    /// What is measured of a scene.
+    pub(super) fn of(scene: &Scene) -> Self {
+        let keyframes = || scene.frames.iter().filter(|frame| frame.is_keyframe());
+        let covered: f32 = keyframes().filter_map(Frame::depth_coverage).sum();
+        if SurfaceRefiner::is_complete(scene) {
+            Self::All
+        } else if 2.0 * covered >= keyframes().count() as f32 {
+            Self::Most
+        } else {
+            Self::Little
+        }
+    }
+}
+
 /// What reads the field, and what it still gains.
 #[derive(Debug)]
 pub(super) struct Demand {
     /// Whether views of the field will be wanted, and whether it is to be as good as it can be, whoever reads it.
     views: bool,
     to_the_end: bool,
-    /// Whether the surface is made from measured depth, and whether that has holes.
-    has_depth: bool,
-    has_holes: bool,
+    /// How much of the surface is measured.
+    measured: Measured,
     /// The newest relative error of the depth.
     depth: Option<f32>,
     depth_stands: bool,
@@ -69,13 +96,12 @@ pub(super) struct Demand {
 }
 
 impl Demand {
-    /// Of a scene whose depth has holes or not.
-    pub(super) fn new(scene: &Scene, has_holes: bool, preset: Preset, views: bool) -> Self {
+    /// Of a scene.
+    pub(super) fn new(scene: &Scene, preset: Preset, views: bool) -> Self {
         Self {
             views,
             to_the_end: views || preset == Preset::Accurate,
-            has_depth: scene.has_depth(),
-            has_holes,
+            measured: Measured::of(scene),
             depth: None,
             depth_stands: false,
             change: None,
@@ -84,10 +110,10 @@ impl Demand {
         }
     }
 
-    /// Who reads the semantic field. The maps do without measured depth; along it, labels spread better without.
+    /// Who reads the semantic field. The maps do where little depth is measured; along it, labels spread better without.
     pub(super) fn readers(&self) -> Readers {
         Readers {
-            maps: !self.has_depth,
+            maps: self.measured == Measured::Little,
             views: self.views || self.is_viewed(),
         }
     }
@@ -119,7 +145,8 @@ impl Demand {
 
     /// Takes notice of a better surface with the same labels as the one before.
     pub(super) fn surface_changed(&mut self, before: &LabelPropagation, after: &LabelPropagation) {
-        let Some(now) = change(before, after) else {
+        let is_read = self.measured == Measured::Little;
+        let Some(now) = is_read.then(|| change(before, after)).flatten() else {
             return;
         };
         let earlier = self.change.replace(now);
@@ -136,10 +163,10 @@ impl Demand {
         if self.to_the_end || self.is_viewed() {
             return None;
         }
-        match (self.has_depth, self.has_holes) {
-            (true, false) => Some(TrainingEnd::NotNeeded),
-            (true, true) => self.depth_stands.then_some(TrainingEnd::DepthStands),
-            (false, _) => self.labels_stand.then_some(TrainingEnd::LabelsStand),
+        match self.measured {
+            Measured::All => Some(TrainingEnd::NotNeeded),
+            Measured::Most => self.depth_stands.then_some(TrainingEnd::DepthStands),
+            Measured::Little => self.labels_stand.then_some(TrainingEnd::LabelsStand),
         }
     }
 }
@@ -151,7 +178,7 @@ fn change(before: &LabelPropagation, after: &LabelPropagation) -> Option<f32> {
         Some(propagation.posterior().labels[node as usize])
     };
     // Pixels of each class before, after, and in both.
-    let mut counts: std::collections::BTreeMap<ClassId, [u32; 3]> = std::collections::BTreeMap::new();
+    let mut counts: BTreeMap<ClassId, [u32; 3]> = BTreeMap::new();
     for (frame, pixels) in after.surface().pixels.iter().enumerate() {
         for pixel in (0..pixels.len()).step_by(COMPARED_EVERY) {
             let labels = (label(before, frame, pixel), label(after, frame, pixel));
@@ -176,23 +203,43 @@ mod tests {
     use crate::scene::testing::wall;
     use crate::semantics::testing::propagated;
 
-    fn demand(scene: &Scene, has_holes: bool) -> Demand {
-        Demand::new(scene, has_holes, Preset::Fast, false)
+    /// A wall in five frames, of which the first so many have measured depth.
+    fn measured_in(frames: usize) -> Arc<Scene> {
+        let mut scene = wall(5, 64, 48);
+        scene.frames[frames..]
+            .iter_mut()
+            .for_each(|frame| frame.set_depth(None));
+        Arc::new(scene)
+    }
+
+    fn demand(scene: &Scene) -> Demand {
+        Demand::new(scene, Preset::Fast, false)
     }
 
     #[test]
-    fn measured_depth_needs_training_only_for_its_holes_and_where_it_is_asked_for() {
-        let scene = Arc::new(wall(3, 32, 24));
-        let trainer = Trainer::new(Arc::clone(&scene), Preset::Fast, 1).unwrap();
-        let complete = demand(&scene, false);
-        assert_eq!(complete.end(&trainer), Some(TrainingEnd::NotNeeded));
-        assert_eq!(demand(&scene, true).end(&trainer), None);
-        for (preset, views) in [(Preset::Accurate, false), (Preset::Fast, true)] {
-            assert_eq!(Demand::new(&scene, false, preset, views).end(&trainer), None);
+    fn the_less_is_measured_the_more_reads_the_field() {
+        for (frames, needs_training, prior) in [(5, false, false), (3, true, false), (2, true, true)] {
+            let scene = measured_in(frames);
+            let trainer = Trainer::new(Arc::clone(&scene), Preset::Fast, 1).unwrap();
+            let mut demand = demand(&scene);
+            let end = demand.end(&trainer);
+            assert_eq!(
+                (end.is_none(), demand.readers().maps),
+                (needs_training, prior),
+                "{frames}"
+            );
+            demand.depth_stands = true;
+            let stands = (!prior).then_some(match needs_training {
+                true => TrainingEnd::DepthStands,
+                false => TrainingEnd::NotNeeded,
+            });
+            assert_eq!(demand.end(&trainer), stands, "{frames}");
+            for (preset, views) in [(Preset::Accurate, false), (Preset::Fast, true)] {
+                assert_eq!(Demand::new(&scene, preset, views).end(&trainer), None, "{frames}");
+            }
+            demand.view();
+            assert_eq!(demand.end(&trainer), None, "{frames}");
         }
-        let mut viewed = complete;
-        viewed.view();
-        assert_eq!(viewed.end(&trainer), None);
     }
 
     #[test]
@@ -201,7 +248,7 @@ mod tests {
         let labelled = |clicks: &[_]| propagated(&scene, clicked(&["dark", "bright"], clicks).labels());
         let [dark, bright] = [(0, 1, [10, 20]), (4, 2, [50, 30])];
         let (both, moved) = (labelled(&[dark, bright]), labelled(&[dark, (4, 2, [60, 30])]));
-        let mut demand = demand(&scene, true);
+        let mut demand = demand(&measured_in(0));
         demand.surface_changed(&labelled(&[]), &labelled(&[]));
         assert!(!demand.labels_stand, "there are no labels");
         demand.surface_changed(&both, &labelled(&[dark]));

@@ -1,11 +1,13 @@
 //! The field as seen from a frame, rendered in slices.
 
+use std::sync::Arc;
+
 use super::sampling;
 use super::semantic_trainer::SemanticTrainer;
 use crate::field::{FieldError, Ray, RenderedRay, Trainer, frame_rays, render_rays};
 use crate::labels::ClassId;
 use crate::scene::{Camera, ColorImage, Scene};
-use crate::semantics::ENTROPY_STEPS_PER_NAT;
+use crate::semantics::{FrameMap, most_likely};
 
 /// Rays rendered between two looks at the commands.
 const RAYS_AT_A_TIME: usize = 1024;
@@ -23,6 +25,8 @@ pub struct RenderedFrame {
     pub steps: u64,
     /// Training steps of the semantic field.
     pub semantic_steps: u64,
+    /// Generation of the labels at that time.
+    pub generation: u64,
     /// Whether no finer image of these steps follows.
     pub is_last: bool,
     /// Pixels of the frame, along each axis, per pixel here: the centre of pixel (0, 0) here is at
@@ -32,31 +36,8 @@ pub struct RenderedFrame {
     pub color: ColorImage,
     /// Depth along the camera's axis (z) of every pixel, in metres, row-major; 0 where the ray meets nothing.
     pub depth: Vec<f32>,
-    /// Class and entropy of every pixel by the semantic field; `None` before it has learnt anything.
-    pub semantics: Option<RenderedSemantics>,
-}
-
-/// What the semantic field renders, row-major.
-#[derive(Clone, Debug, Default)]
-pub struct RenderedSemantics {
-    /// Most likely class of every pixel.
-    pub labels: Vec<ClassId>,
-    /// Entropy of every pixel, in nats times [`ENTROPY_STEPS_PER_NAT`].
-    pub entropy: Vec<u16>,
-}
-
-impl RenderedSemantics {
-    /// Adds pixels with these class probabilities, `[pixels, classes]`.
-    fn add(&mut self, classes: &[ClassId], probabilities: &[f32]) {
-        for row in probabilities.chunks_exact(classes.len().max(1)) {
-            let best =
-                (1..row.len()).fold(0, |best, index| if row[index] > row[best] { index } else { best });
-            let entropy: f32 = row.iter().filter(|&&p| p > 0.0).map(|p| -p * p.ln()).sum();
-            self.labels.push(classes[best]);
-            self.entropy
-                .push((entropy * ENTROPY_STEPS_PER_NAT).round() as u16);
-        }
-    }
+    /// Class and entropy of every pixel here by the semantic field; `None` before it has learnt anything.
+    pub labels: Option<Arc<FrameMap>>,
 }
 
 impl RenderedFrame {
@@ -79,7 +60,8 @@ pub(super) struct FrameRendering {
     /// Camera and rays of the pass under way, once it has been begun.
     begun: Option<(Camera, Vec<Ray>)>,
     done: Vec<RenderedRay>,
-    semantics: RenderedSemantics,
+    /// Class and entropy of the rays done, where there is a semantic field.
+    labels: Vec<(ClassId, u16)>,
     is_done: bool,
 }
 
@@ -95,7 +77,7 @@ impl FrameRendering {
             finest,
             begun: None,
             done: Vec::new(),
-            semantics: RenderedSemantics::default(),
+            labels: Vec::new(),
             is_done: false,
         })
     }
@@ -113,7 +95,7 @@ impl FrameRendering {
         &mut self,
         scene: &Scene,
         trainer: &Trainer,
-        semantics: &SemanticTrainer,
+        (semantics, generation): (&SemanticTrainer, u64),
     ) -> Result<Option<RenderedFrame>, FieldError> {
         let frame = &scene.frames[self.frame];
         let (camera, rays) = self.begun.get_or_insert_with(|| frame_rays(frame, self.stride));
@@ -125,7 +107,9 @@ impl FrameRendering {
         if let Some(semantics) = semantics.field() {
             let sampling = sampling(trainer, None);
             let probabilities = semantics.along_rays(field, occupancy, slice, sampling)?;
-            self.semantics.add(semantics.classes(), &probabilities);
+            let classes = semantics.classes();
+            let rows = probabilities.chunks_exact(classes.len().max(1));
+            self.labels.extend(rows.map(|row| most_likely(classes, row)));
         }
         if self.done.len() < rays.len() {
             return Ok(None);
@@ -142,10 +126,10 @@ impl FrameRendering {
             ray.length.map_or(0.0, |length| length / direction.length())
         };
         let depth = self.done.iter().enumerate().map(z_depth).collect();
-        let semantics_trained = semantics.steps();
-        // Where it came into being during the pass, it has not all pixels.
-        let semantics = std::mem::take(&mut self.semantics);
-        let semantics = (semantics.labels.len() == self.done.len()).then_some(semantics);
+        let (labels, entropy) = std::mem::take(&mut self.labels).into_iter().unzip();
+        // Where the semantic field came into being during the pass, there are not all pixels.
+        let size = [camera.width, camera.height];
+        let labels = FrameMap::new(self.frame, generation, size, labels, entropy).map(Arc::new);
         let stride = self.stride;
         self.is_done = stride == self.finest;
         self.stride = self.finest;
@@ -154,12 +138,13 @@ impl FrameRendering {
         Ok(color.map(|color| RenderedFrame {
             frame: self.frame,
             steps: trainer.steps(),
-            semantic_steps: semantics_trained,
+            semantic_steps: semantics.steps(),
+            generation,
             is_last: self.is_done,
             stride,
             color,
             depth,
-            semantics,
+            labels,
         }))
     }
 }
@@ -167,7 +152,6 @@ impl FrameRendering {
 #[cfg(test)]
 mod tests {
     use std::collections::HashMap;
-    use std::sync::Arc;
 
     use super::*;
     use crate::field::Preset;
@@ -182,7 +166,7 @@ mod tests {
         let mut views = Vec::new();
         let mut slices = 0;
         while !rendering.is_done() {
-            views.extend(rendering.advance(&scene, &trainer, &semantics).unwrap());
+            views.extend(rendering.advance(&scene, &trainer, (&semantics, 0)).unwrap());
             slices += 1;
         }
         assert_eq!(slices, 1 + 3);
@@ -200,11 +184,12 @@ mod tests {
             frame: 0,
             steps: 0,
             semantic_steps: 0,
+            generation: 0,
             is_last: true,
             stride: 3,
             color: ColorImage::new(2, 1, vec![0; 6]).unwrap(),
             depth: vec![1.5, 0.0],
-            semantics: None,
+            labels: None,
         };
         assert_eq!(view.depth_at([2, 2]), Some(1.5));
         assert_eq!((view.depth_at([3, 0]), view.depth_at([0, 3])), (None, None));

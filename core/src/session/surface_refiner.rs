@@ -7,6 +7,7 @@ use std::time::Instant;
 use crossbeam_channel::{Receiver, TryRecvError, bounded};
 
 use super::TrainingEnd;
+use super::demand::Measured;
 use crate::field::{FieldError, HeldOut, Ray, Trainer, frame_rays, render_rays};
 use crate::labels::LabelSet;
 use crate::scene::{Frame, Scene};
@@ -19,7 +20,7 @@ const STRIDE: u32 = 4;
 const MOST_RAYS: usize = 1 << 20;
 /// Rays rendered between two looks at the commands.
 const RAYS_AT_A_TIME: usize = 1024;
-/// Training steps at which the surface is refined, where nothing of it was measured and where it has holes; the last
+/// Training steps at which the surface is refined, where little of it was measured and where it has holes; the last
 /// refinement follows the end of training.
 const REFINEMENT_STEPS: [u64; 4] = [300, 1000, 3000, 8000];
 const HOLE_REFINEMENT_STEPS: [u64; 3] = [500, 3000, 8000];
@@ -81,10 +82,9 @@ impl SurfaceRefiner {
     pub fn new(scene: &Arc<Scene>, trainer: &Trainer, size: f32, threads: usize) -> Self {
         let incomplete = !Self::is_complete(scene);
         let refines = incomplete && !trainer.settled();
-        let marks: &[u64] = if scene.has_depth() {
-            &HOLE_REFINEMENT_STEPS
-        } else {
-            &REFINEMENT_STEPS
+        let marks: &[u64] = match Measured::of(scene) {
+            Measured::Little => &REFINEMENT_STEPS,
+            Measured::Most | Measured::All => &HOLE_REFINEMENT_STEPS,
         };
         let mut refiner = Self {
             scene: Arc::clone(scene),
@@ -143,11 +143,11 @@ impl SurfaceRefiner {
         }
     }
 
-    /// Starts the last refinement now, unless one is under way.
+    /// Starts the last refinement now, unless one is under way or it was made.
     pub fn finish(&mut self, trainer: &Trainer) {
         self.marks.clear();
-        self.last_refinement = false;
-        if self.rendering.is_none() && self.is_useful(trainer) {
+        let is_due = std::mem::take(&mut self.last_refinement);
+        if is_due && self.rendering.is_none() && self.is_useful(trainer) {
             self.start();
         }
     }

@@ -209,19 +209,19 @@ fn where_depth_is_measured_everywhere_nothing_is_trained_before_somebody_looks_a
     assert_eq!(status.training_end, Some(TrainingEnd::NotNeeded));
     session.send(Command::Render { frame: 4 });
     let view = rendered(&session, |_| true);
-    assert!(view.semantics.is_none(), "nothing was learnt yet");
+    assert!(view.labels.is_none(), "nothing was learnt yet");
     // Each view trains the field for a while.
-    let semantics = loop {
+    let labels = loop {
         session.send(Command::Render { frame: 4 });
         let view = rendered(&session, |view| view.is_last);
-        if let Some(semantics) = view.semantics.as_ref().filter(|_| view.steps > 100) {
-            break semantics.clone();
+        if let Some(labels) = view.labels.as_ref().filter(|_| view.steps > 100) {
+            break labels.labels().into_owned();
         }
     };
     let shown = session.maps().get(4).unwrap().labels().into_owned();
-    let right = semantics.labels.iter().zip(&shown);
+    let right = labels.iter().zip(&shown);
     let right = right.filter(|(rendered, shown)| rendered == shown).count();
-    assert!(right > semantics.labels.len() / 2, "{right}");
+    assert!(right > labels.len() / 2, "{right}");
 }
 
 #[test]

@@ -80,10 +80,9 @@ impl<'a> Worker<'a> {
             }
         };
         let refiner = SurfaceRefiner::new(&scene, &trainer, 1.0, options.threads.max(1));
-        let has_holes = !SurfaceRefiner::is_complete(&scene);
         Ok(Self {
             semantics: SemanticTrainer::restored(&saved, &trainer),
-            demand: Demand::new(&scene, has_holes, options.preset, options.views),
+            demand: Demand::new(&scene, options.preset, options.views),
             scene,
             options,
             outbox,

@@ -83,7 +83,7 @@ pub struct SimulateArguments {
     /// Most seconds of learning the geometry before the first click [default: until it is learnt].
     #[arg(long, value_name = "SECONDS", value_parser = seconds_or_none)]
     pub geometry: Option<f64>,
-    /// Most seconds after the last click of each batch before the maps are measured; 0 trains no head and
+    /// Most seconds after the last click of each batch before the maps are measured; 0 trains nothing more and
     /// measures what the surface graph says.
     #[arg(long, value_name = "SECONDS", default_value = "60", value_parser = seconds_or_none)]
     pub settle: f64,

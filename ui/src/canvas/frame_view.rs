@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use inplace_core::labels::{ClassId, Pixel};
 use inplace_core::scene::Scene;
-use inplace_core::session::{FrameMap, RenderedFrame};
+use inplace_core::session::{FrameMap, RenderedFrame, Status};
 use inplace_model::layer::Layer;
 use inplace_model::palette::Palette;
 use inplace_model::versioned::{Version, Versioned};
@@ -232,8 +232,7 @@ impl FrameView {
         let measured = workspace.frame().is_some_and(|frame| frame.has_depth());
         let shows = |layer| layers.contains(&layer);
         if layers.iter().any(|layer| layer.is_rendered()) || (shows(Layer::Depth) && !measured) {
-            let status = &workspace.status;
-            self.ask_for_view([status.steps, status.semantic_steps], now, commands);
+            self.ask_for_view(&workspace.status, now, commands);
         }
         let (document, contradicted) = (&workspace.document, &workspace.overview.contradicted);
         let said = (document.generation(), contradicted.version());
@@ -241,7 +240,7 @@ impl FrameView {
         let wanted = Wanted {
             frame: self.frame,
             map,
-            visible: shows(Layer::Labels),
+            visible: shows(Layer::Labels) || shows(Layer::RenderedLabels),
             said: shows(Layer::Disagreement).then_some(said),
             depth: shows(Layer::Depth) && measured,
             rendered: self.known.rendered.as_ref().map(Versioned::version),
@@ -280,9 +279,13 @@ impl FrameView {
     }
 
     /// Asks for a view when there is none, or when the one there is has become old.
-    fn ask_for_view(&mut self, steps: [u64; 2], now: Instant, commands: &mut Commands) {
+    fn ask_for_view(&mut self, status: &Status, now: Instant, commands: &mut Commands) {
         let due = self.known.asked.is_none_or(|asked| {
-            let outdated = |view: &FieldView| [view.rendered.steps, view.rendered.semantic_steps] != steps;
+            let outdated = |view: &FieldView| {
+                let of = &view.rendered;
+                (of.steps, of.semantic_steps, of.generation)
+                    != (status.steps, status.semantic_steps, status.generation)
+            };
             self.known.view.as_ref().is_some_and(outdated) && asked.is_old(now)
         });
         if due {

@@ -102,29 +102,27 @@ fn rows((workspace, shown): (&Workspace, &FrameView), layer: Layer, most: usize)
         }),
         _ => match shown.view() {
             None => note(no_view()),
-            Some(view)
-                if view.labels.is_none() && layer != Layer::Rendered && layer != Layer::RenderedDepth =>
-            {
-                note("The field learns the labels")
-            }
             Some(view) => {
-                let bar = match layer {
-                    Layer::RenderedEntropy => Some(entropy_bar()),
-                    Layer::RenderedDepth => {
-                        let range = view.depth.range;
-                        range.map(|range| Row::Bar(Table::Depth, range.map(numbers::metres)))
+                let mut rows = vec![Row::Title(layer.name().to_owned())];
+                match layer {
+                    Layer::RenderedLabels | Layer::RenderedEntropy if view.labels.is_none() => {
+                        return note("The field is learning the labels");
                     }
-                    _ => None,
-                };
-                let steps = format!("after {} training steps", view.rendered.steps);
-                let title = Row::Title(layer.name().to_owned());
-                [Some(title), bar, Some(Row::Note(steps))]
-                    .into_iter()
-                    .flatten()
-                    .collect()
+                    Layer::RenderedLabels => rows.extend(class_rows(workspace, shown, most)),
+                    Layer::RenderedEntropy => rows.push(entropy_bar()),
+                    Layer::RenderedDepth => rows.extend(view.depth.range.map(depth_bar)),
+                    _ => {}
+                }
+                let steps = view.rendered.steps;
+                rows.push(Row::Note(format!("after {steps} training steps")));
+                rows
             }
         },
     }
+}
+
+fn depth_bar(range: [f32; 2]) -> Row {
+    Row::Bar(Table::Depth, range.map(numbers::metres))
 }
 
 /// The classes that are visible, in the order of the class list; where there are more than fit, those with the
@@ -193,9 +191,7 @@ fn depth_rows(shown: &FrameView) -> Option<Vec<Row>> {
     } else {
         ("Rendered depth", "nothing met")
     };
-    let bar = plane
-        .range
-        .map(|range| Row::Bar(Table::Depth, range.map(numbers::metres)));
+    let bar = plane.range.map(depth_bar);
     let title = [Row::Title(title.to_owned())].into_iter();
     Some(title.chain(bar).chain([Row::Hatched(hole.to_owned())]).collect())
 }

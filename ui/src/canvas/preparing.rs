@@ -233,7 +233,10 @@ impl Worker<'_> {
             picture: Arc::new(Picture::new(&color)),
             color: Arc::new(color),
             depth: Versioned::new(DepthPlane::rendered(frame, &rendered)),
-            labels: labels_of(&rendered),
+            labels: rendered
+                .labels
+                .clone()
+                .map(|map| ShownMap::new(Versioned::new(map))),
             rendered,
         };
         self.desk.tell(Part::View(Box::new(view)))
@@ -251,15 +254,6 @@ fn enlarged(view: &RenderedFrame, [width, height]: [u32; 2]) -> Option<ColorImag
         }
     }
     ColorImage::new(width, height, rgb)
-}
-
-/// The classes of a view as a map.
-fn labels_of(view: &RenderedFrame) -> Option<ShownMap> {
-    let semantics = view.semantics.as_ref()?;
-    let (labels, entropy) = (semantics.labels.clone(), semantics.entropy.clone());
-    let size = [view.color.width(), view.color.height()];
-    let map = FrameMap::new(view.frame, 0, size, labels, entropy)?;
-    Some(ShownMap::new(Versioned::new(Arc::new(map))))
 }
 
 /// The classes that a map shows with their pixels, void left out, most pixels first.
@@ -299,7 +293,8 @@ mod tests {
             stride: 2,
             color: ColorImage::new(2, 1, vec![1, 1, 1, 9, 9, 9]).unwrap(),
             depth: vec![1.0, 2.0],
-            semantics: None,
+            generation: 0,
+            labels: None,
         };
         let color = enlarged(&view, [3, 2]).unwrap();
         let row = [1, 1, 1, 1, 1, 1, 9, 9, 9];

@@ -36,7 +36,8 @@ fn view(frame: usize, steps: u64) -> Event {
         color: ColorImage::new(width, height, vec![50; 3 * pixels]).unwrap(),
         depth: vec![2.0; pixels],
         semantic_steps: 0,
-        semantics: None,
+        generation: 0,
+        labels: None,
     }))
 }
 
@@ -122,7 +123,10 @@ fn the_field_is_rendered_only_while_it_is_shown_and_once_for_a_frame() {
     window.sees("Field colour: Field colour, after 300 training steps");
     assert_eq!(window.frame().depth_at([9, 9]), Some((2.0, false)));
     for (layer, legend) in [
-        (Layer::RenderedLabels, "Field labels: The field learns the labels"),
+        (
+            Layer::RenderedLabels,
+            "Field labels: The field is learning the labels",
+        ),
         (
             Layer::RenderedDepth,
             "Field depth: Field depth, after 300 training steps",

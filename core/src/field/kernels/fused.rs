@@ -139,7 +139,7 @@ impl Evaluated {
 pub struct Wanted {
     /// Colours.
     pub color: bool,
-    /// Features for the semantic head.
+    /// Features for the semantic field.
     pub features: bool,
 }
 

@@ -140,7 +140,7 @@ impl ParetoRun {
     }
 
     /// A field and a surface by themselves: the field trains, and then the labels are propagated over its surface. The
-    /// head that a session trains besides takes no part.
+    /// semantic field that a session trains besides takes no part.
     fn of_size(
         &self,
         preset: Preset,

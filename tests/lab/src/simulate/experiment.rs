@@ -58,7 +58,7 @@ pub fn simulate(
         for &policy in &experiment.policies {
             let mut open = match first.take() {
                 Some(open) => open,
-                // The head of the policy before has seen other labels: start again from the learnt field.
+                // The semantic field of the policy before has seen other labels: start again from the learnt field.
                 None => {
                     let mut open = Open::new(options.clone())?;
                     learn(&mut open.run, Some(Duration::ZERO))?;

@@ -43,7 +43,7 @@ pub(super) fn conditions() -> Vec<Condition> {
         of(
             "same-class-apart",
             "eight blocks of one class in eight colours, far apart; two of them are clicked",
-            "knows the blocks without clicks only by what the head has learnt of the clicked ones, and points at them as unsure",
+            "knows the blocks without clicks only by what the semantic field has learnt of the clicked ones, and points at them as unsure",
             0.5,
             HardRoom::SameClassApart,
         )
