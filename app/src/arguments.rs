@@ -36,7 +36,7 @@ impl Arguments {
 /// The window.
 #[derive(Debug, Args)]
 pub struct WindowArguments {
-    /// Folder of a capture or a project file (NAME.inplace) [default: the demo scene, or once others were opened, the list of them].
+    /// Folder of a capture or a project file (NAME.inplace) [default: the demo scene the first time, then the start page].
     #[arg(value_name = "SCENE | PROJECT.inplace")]
     pub open: Option<PathBuf>,
     /// Show how long the window's frames and the maps after a click take, and print it at the end.

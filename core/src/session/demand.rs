@@ -32,7 +32,7 @@ const COMPARED_EVERY: usize = 31;
 pub enum TrainingEnd {
     /// Depth is measured everywhere: nothing reads the field.
     NotNeeded,
-    /// Its depth, which fills the holes of measured depth, no longer gets better.
+    /// Its depth, which fills holes in the measured depth, has stopped improving.
     DepthStands,
     /// More training would hardly change the labels.
     LabelsStand,
@@ -44,10 +44,10 @@ impl TrainingEnd {
     /// The reason, for people.
     pub fn sentence(self) -> &'static str {
         match self {
-            Self::NotNeeded => "depth is measured everywhere, so that nothing has to be learnt",
-            Self::DepthStands => "the learnt depth, which fills the holes of measured depth, got no better",
+            Self::NotNeeded => "depth was measured everywhere, so nothing had to be learnt",
+            Self::DepthStands => "the learnt depth that fills holes in the measured depth stopped improving",
             Self::LabelsStand => "more training would hardly change the labels",
-            Self::Learnt => "the scene is learnt",
+            Self::Learnt => "the scene has been learnt",
         }
     }
 }
