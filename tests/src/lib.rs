@@ -19,7 +19,8 @@ pub use disk::{
 pub use hands::Hands;
 pub use parsers::Fuzzed;
 pub use process::{
-    FOLDER, Outcome, Running, behind, child, folder_of_child, inplace, inplace_lab, one_line, program, until,
+    FOLDER, Outcome, Running, behind, child, folder_of_child, inplace, inplace_lab, number, one_line,
+    program, until,
 };
 pub use screen::Screen;
 pub use trace::{TRACE, Trace};

@@ -68,6 +68,14 @@ pub fn folder_of_child() -> Option<PathBuf> {
     std::env::var_os(FOLDER).map(PathBuf::from)
 }
 
+/// The number in an environment variable.
+///
+/// # Panics
+/// When it is no number.
+pub fn number(variable: &str, otherwise: u64) -> u64 {
+    std::env::var(variable).map_or(otherwise, |text| text.parse().expect("a whole number"))
+}
+
 /// A command that a shell, such as `sh -c`, becomes after a script.
 pub fn behind(shell: &[&str], script: &str, inner: &Command) -> Command {
     let mut command = Command::new(shell[0]);

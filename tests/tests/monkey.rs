@@ -8,13 +8,11 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use inplace_core::project::Project;
-use inplace_tests::{Hands, PATIENCE, Small, TRACE, Window, projects_below, skip};
+use inplace_tests::{Hands, PATIENCE, Small, TRACE, Window, number, projects_below, skip};
 use rand::{Rng, SeedableRng, rngs::SmallRng, seq::IteratorRandom};
-use serde_json::Value;
 
 const SECONDS: &str = "INPLACE_MONKEY_SECONDS";
 const SEED: &str = "INPLACE_MONKEY_SEED";
@@ -23,9 +21,6 @@ const SCENE: &str = "INPLACE_MONKEY_SCENE";
 const LONG: Duration = Duration::from_secs(600);
 /// What the memory may grow by from the second to the last quarter of a long run.
 const GROWTH: f64 = 1.1;
-/// CPU time of the window's thread for a frame, in milliseconds: 95% of the frames stay below. The window's own code is
-/// not optimised in builds for tests.
-const THREAD_P95: f64 = if cfg!(debug_assertions) { 24.0 } else { 8.0 };
 /// After the last input: what was accepted is on the disk.
 const REST: Duration = Duration::from_secs(2);
 /// Time that the window has to open what a key asks for.
@@ -95,13 +90,6 @@ fn memory(process: u32) -> Option<f64> {
     Some(kilobytes / 1000.0)
 }
 
-fn number(variable: &str, otherwise: u64) -> u64 {
-    std::env::var(variable).map_or(otherwise, |text| text.parse().unwrap())
-}
-
-/// One window at a time: what is measured of one is not to be that of the other.
-static ALONE: Mutex<()> = Mutex::new(());
-
 /// Opens the capture that the environment names, or a small one, and names classes through the class finder, so that
 /// there is something to label with.
 fn open(arguments: &[&str]) -> Result<(Window, Hands), String> {
@@ -121,35 +109,7 @@ fn open(arguments: &[&str]) -> Result<(Window, Hands), String> {
 }
 
 #[test]
-fn the_windows_thread_is_light_while_training() {
-    let _alone = ALONE.lock();
-    let length = Duration::from_secs(number(SECONDS, 20));
-    let mut random = SmallRng::seed_from_u64(number(SEED, 1));
-    let (mut window, hands) = match open(&["--stats"]) {
-        Ok(opened) => opened,
-        Err(missing) => return skip(&missing),
-    };
-    let start = Instant::now();
-    while start.elapsed() < length && window.running.ended().is_none() {
-        act(&hands, &mut random);
-    }
-    hands.act(LET_GO);
-    if window.running.ended().is_none() {
-        window.screen.close_window(&window.id);
-    }
-    let outcome = window.running.wait(PATIENCE);
-    assert_eq!(outcome.code, Some(0), "{outcome:?}");
-    let line = outcome.stderr.lines().find(|line| line.starts_with('{')).unwrap();
-    println!("{line}");
-    let measured: Value = serde_json::from_str(line).unwrap();
-    let thread = &measured["thread_ms"];
-    assert!(thread["n"].as_u64().unwrap() >= 20, "{line}");
-    assert!(thread["p95"].as_f64().unwrap() <= THREAD_P95, "{line}");
-}
-
-#[test]
 fn random_input_breaks_and_loses_nothing() {
-    let _alone = ALONE.lock();
     let length = Duration::from_secs(number(SECONDS, 20));
     let mut random = SmallRng::seed_from_u64(!number(SEED, 1));
     let (mut window, mut hands) = match open(&["--trace", TRACE]) {
