@@ -5,10 +5,12 @@ use std::fs;
 use std::path::Path;
 use std::sync::{Arc, LazyLock};
 
-use inplace_core::labels::{Class, ClassId, History, LabelSet, Pixel, Stroke, VOID, decode_gray};
+use inplace_core::labels::{
+    Class, ClassId, History, LabelSet, Stroke, VOID, decode_gray, rasterise, strokes_json,
+};
 use inplace_core::scene::{Frame, GroundTruth, Scene, SceneSource, demo, write_replica};
 use inplace_lab::ConfusionMatrix;
-use serde_json::{Value, json};
+use serde_json::Value;
 
 /// The beginning of the demo, in small images.
 const SHOT: demo::Shot = demo::Shot {
@@ -21,17 +23,6 @@ const SHOT: demo::Shot = demo::Shot {
 const STEP: usize = 2;
 /// Clicks of each class.
 const CLICKS: usize = 2;
-
-/// One click.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Click {
-    /// Index of the frame.
-    pub frame: usize,
-    /// The pixel.
-    pub pixel: Pixel,
-    /// What is there.
-    pub class: ClassId,
-}
 
 /// A capture in memory.
 #[derive(Debug)]
@@ -73,9 +64,6 @@ impl Small {
     }
 
     /// Mean intersection over union of some frames' labels with the true ones.
-    ///
-    /// # Panics
-    /// When one is of another size, or nothing is labelled in truth.
     pub fn miou(&self, labels: impl IntoIterator<Item = (usize, impl AsRef<[ClassId]>)>) -> f64 {
         let mut matrix = ConfusionMatrix::default();
         for (frame, labels) in labels {
@@ -85,9 +73,6 @@ impl Small {
     }
 
     /// Writes the capture with its ground truth into a new folder.
-    ///
-    /// # Panics
-    /// When it cannot be written.
     pub fn write(&self, folder: &Path) {
         let truth = GroundTruth {
             classes: &self.classes,
@@ -98,8 +83,8 @@ impl Small {
     }
 
     /// Clicks on every class that can be hit: well inside it, each in another frame.
-    pub fn clicks(&self) -> Vec<Click> {
-        let mut candidates: BTreeMap<ClassId, Vec<(usize, Click)>> = BTreeMap::new();
+    pub fn labels(&self) -> LabelSet {
+        let mut candidates: BTreeMap<ClassId, Vec<(usize, Stroke)>> = BTreeMap::new();
         for (frame, labels) in self.truth.iter().enumerate() {
             let camera = &self.scene.frames[frame].camera;
             let (width, height) = (camera.width as usize, camera.height as usize);
@@ -107,50 +92,32 @@ impl Small {
                 let inside = room_around(labels, width, height, index);
                 if inside > 0 {
                     let pixel = [(index % width) as u32, (index / width) as u32];
-                    let click = Click { frame, pixel, class };
+                    let click = Stroke::click(frame, class, pixel);
                     candidates.entry(class).or_default().push((inside, click));
                 }
             }
         }
-        let mut clicks: Vec<Click> = Vec::new();
-        for mut of_class in candidates.into_values() {
-            of_class.sort_by_key(|&(inside, _)| std::cmp::Reverse(inside));
-            let mut frames = Vec::new();
-            for (_, click) in of_class {
-                if frames.len() < CLICKS && !frames.contains(&click.frame) {
-                    frames.push(click.frame);
-                    clicks.push(click);
-                }
-            }
-        }
-        clicks
-    }
-
-    /// All [`clicks`](Self::clicks) as labels.
-    pub fn labels(&self) -> LabelSet {
         let mut history = History::new(LabelSet {
             classes: self.classes.clone(),
             ..LabelSet::default()
         });
-        for click in self.clicks() {
-            history.add_stroke(Stroke::click(click.frame, click.class, click.pixel));
+        for mut of_class in candidates.into_values() {
+            of_class.sort_by_key(|(inside, _)| std::cmp::Reverse(*inside));
+            let mut frames = Vec::new();
+            for (_, click) in of_class {
+                if frames.len() < CLICKS && !frames.contains(&click.frame) {
+                    frames.push(click.frame);
+                    history.add_stroke(click);
+                }
+            }
         }
         history.labels().clone()
     }
 
-    /// All [`clicks`](Self::clicks) as a strokes file.
+    /// The [`labels`](Self::labels) as a strokes file.
     pub fn strokes(&self) -> Value {
-        self.strokes_of(&self.clicks())
-    }
-
-    /// Clicks as a strokes file.
-    pub fn strokes_of(&self, clicks: &[Click]) -> Value {
-        let stroke = |click: &Click| {
-            let frame = &self.scene.frames[click.frame].stem;
-            json!({ "frame": frame, "class": click.class, "points": [click.pixel], "radius": 0 })
-        };
-        let strokes: Vec<Value> = clicks.iter().map(stroke).collect();
-        json!({ "classes": self.classes, "strokes": strokes })
+        let text = strokes_json(&self.labels(), &self.scene.frames);
+        serde_json::from_str(&text).expect("a strokes file is JSON")
     }
 }
 
@@ -169,9 +136,6 @@ fn room_around(labels: &[ClassId], width: usize, height: usize, index: usize) ->
 }
 
 /// Width, height and class ids of a label image on disk.
-///
-/// # Panics
-/// When it is not a gray PNG.
 pub fn class_ids(path: &Path) -> (u32, u32, Vec<ClassId>) {
     let bytes = fs::read(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     decode_gray(&bytes).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
@@ -179,23 +143,19 @@ pub fn class_ids(path: &Path) -> (u32, u32, Vec<ClassId>) {
 
 /// Mean intersection over union of the label images in an export's folder, named by these stems and of this size, with
 /// true ones; every clicked pixel must have its class.
-///
-/// # Panics
-/// When one does not, or an image is missing or has another size.
 #[track_caller]
 pub fn miou_with_clicks<'a>(
     export: &Path,
     size: (u32, u32),
-    clicks: &[Click],
+    clicks: &LabelSet,
     truth: impl Iterator<Item = (&'a str, Vec<ClassId>)>,
 ) -> f64 {
     let mut matrix = ConfusionMatrix::default();
     for (index, (stem, truth)) in truth.enumerate() {
         let (width, height, labels) = class_ids(&export.join(format!("labels/{stem}.png")));
         assert_eq!((width, height), size, "{stem}");
-        for click in clicks.iter().filter(|click| click.frame == index) {
-            let [x, y] = click.pixel;
-            assert_eq!(labels[(y * width + x) as usize], click.class, "{click:?}");
+        for (pixel, (class, _)) in rasterise(clicks, index, width, height) {
+            assert_eq!(labels[pixel as usize], class, "pixel {pixel} of {stem}");
         }
         matrix.add(&truth, &labels).expect("one size");
     }

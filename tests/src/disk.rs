@@ -38,9 +38,6 @@ impl OnDisk {
     }
 
     /// Writes another strokes file.
-    ///
-    /// # Panics
-    /// When it cannot be written.
     pub fn write_strokes(&self, strokes: &Value) {
         fs::write(self.path("strokes.json"), strokes.to_string()).expect("the folder can be written");
     }
@@ -61,9 +58,6 @@ pub fn label(scene: &Path, out: &Path) -> Command {
 }
 
 /// Opens the capture in a folder as the program would.
-///
-/// # Panics
-/// When it cannot be opened.
 #[track_caller]
 pub fn open(folder: &Path) -> Scene {
     let source = SceneSource::Folder(folder.to_path_buf());
@@ -71,9 +65,6 @@ pub fn open(folder: &Path) -> Scene {
 }
 
 /// What a project of the capture in a folder holds: the strokes of a file, or nothing.
-///
-/// # Panics
-/// When one of them cannot be read.
 #[track_caller]
 pub fn contents_of(folder: &Path, strokes: Option<&Path>) -> Contents {
     let scene = open(folder);
@@ -83,9 +74,6 @@ pub fn contents_of(folder: &Path, strokes: Option<&Path>) -> Contents {
 }
 
 /// The maps of all frames when labels have been propagated over the surface of a scene in a box of this side, in metres.
-///
-/// # Panics
-/// When the scene has no surface.
 pub fn propagated(scene: &Arc<Scene>, labels: &LabelSet, side: f32) -> Vec<Arc<FrameMap>> {
     let surface = Surface::build(scene, &[], side).expect("the scene has a surface");
     let mut propagation = LabelPropagation::new(Arc::new(surface));
@@ -123,9 +111,6 @@ pub fn strokes_of(contents: &Contents) -> Vec<Stroke> {
 }
 
 /// Runs a command that has to succeed.
-///
-/// # Panics
-/// When it does not.
 #[track_caller]
 pub fn succeed(command: &mut Command) -> Outcome {
     let outcome = Running::to_the_end(command);
@@ -134,9 +119,6 @@ pub fn succeed(command: &mut Command) -> Outcome {
 }
 
 /// What `inplace info` knows about a scene.
-///
-/// # Panics
-/// When it fails.
 #[track_caller]
 pub fn info(scene: &Path, more: &[&str]) -> Value {
     let outcome = succeed(inplace().arg("info").arg(scene).arg("--json").args(more));
@@ -144,9 +126,6 @@ pub fn info(scene: &Path, more: &[&str]) -> Value {
 }
 
 /// A file of JSON.
-///
-/// # Panics
-/// When it is none.
 #[track_caller]
 pub fn json(path: &Path) -> Value {
     let bytes = fs::read(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));

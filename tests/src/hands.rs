@@ -14,9 +14,6 @@ pub struct Hands {
 
 impl Hands {
     /// Hands on a screen.
-    ///
-    /// # Panics
-    /// When xdotool does not start.
     pub fn new(screen: &Screen) -> Self {
         let mut xdotool = Command::new("xdotool");
         xdotool.arg("-").env("DISPLAY", screen.display());
@@ -26,9 +23,6 @@ impl Hands {
     }
 
     /// Does these commands of xdotool, such as `mousemove 3 4 mousedown 1`, one after the other.
-    ///
-    /// # Panics
-    /// When xdotool has ended.
     pub fn act(&self, commands: &str) {
         let mut lines = self.lines.as_ref().expect("they are taken when it is dropped");
         writeln!(lines, "{commands}").expect("xdotool takes commands");

@@ -11,7 +11,7 @@ mod screen;
 mod trace;
 mod window;
 
-pub use capture::{Click, Small, class_ids, miou_with_clicks};
+pub use capture::{Small, class_ids, miou_with_clicks};
 pub use disk::{
     OnDisk, contents, contents_of, files_below, info, json, label, open, projects_below, propagated,
     strokes_of, succeed,

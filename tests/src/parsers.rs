@@ -77,9 +77,6 @@ impl Fuzzed {
     }
 
     /// The parser of this name.
-    ///
-    /// # Panics
-    /// When there is none, or the folder cannot be written.
     pub fn new(name: &str) -> Self {
         let parser = PARSERS.iter().find(|parser| parser.name == name);
         let parser = parser.expect("a parser of this name");
@@ -97,9 +94,6 @@ impl Fuzzed {
     }
 
     /// Asserts what holds of these bytes.
-    ///
-    /// # Panics
-    /// When it does not hold.
     pub fn check(&self, bytes: &[u8]) {
         (self.parser.check)(&self.folder(), bytes);
     }

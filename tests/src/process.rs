@@ -8,9 +8,6 @@ use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
 /// The program's binary.
-///
-/// # Panics
-/// When it was not built.
 pub fn program() -> PathBuf {
     built("inplace")
 }
@@ -53,9 +50,6 @@ fn without_display(program: PathBuf) -> Command {
 pub const FOLDER: &str = "INPLACE_TEST_FOLDER";
 
 /// The ignored test of that name in a process of its own, which works in a folder.
-///
-/// # Panics
-/// When this is no test's executable.
 pub fn child(test: &str, folder: &Path) -> Command {
     let mut command = Command::new(std::env::current_exe().expect("a test has an executable"));
     command.args(["--ignored", "--exact", "--nocapture", test]);
@@ -111,9 +105,6 @@ pub struct Running {
 
 impl Running {
     /// Starts a process; what it prints is kept.
-    ///
-    /// # Panics
-    /// When it does not start.
     pub fn start(command: &mut Command) -> Self {
         let output = tempfile::tempdir().expect("a temporary folder");
         let file = |name: &str| File::create(output.path().join(name)).expect("a temporary file");
@@ -126,10 +117,7 @@ impl Running {
         Self { child, output }
     }
 
-    /// Runs a process to its end.
-    ///
-    /// # Panics
-    /// When it takes longer than two minutes.
+    /// Runs a process to its end, which must come within two minutes.
     pub fn to_the_end(command: &mut Command) -> Outcome {
         Self::start(command).wait(Duration::from_secs(120))
     }
@@ -166,10 +154,7 @@ impl Running {
         let _ = self.child.wait();
     }
 
-    /// Waits for its end.
-    ///
-    /// # Panics
-    /// When it takes longer than `limit`.
+    /// Waits for its end, which must come within `limit`.
     pub fn wait(mut self, limit: Duration) -> Outcome {
         let ended = eventually(limit, || self.ended());
         let (stdout, stderr) = (self.stdout(), self.stderr());
@@ -190,10 +175,7 @@ impl Drop for Running {
     }
 }
 
-/// Asks again and again until there is an answer.
-///
-/// # Panics
-/// When there is none after `limit`.
+/// Asks again and again until there is an answer, for as long as `limit`.
 #[track_caller]
 pub fn until<T>(what: &str, limit: Duration, answer: impl FnMut() -> Option<T>) -> T {
     let Some(answer) = eventually(limit, answer) else {
@@ -214,10 +196,7 @@ pub(crate) fn eventually<T>(limit: Duration, mut answer: impl FnMut() -> Option<
     }
 }
 
-/// The only line of what a failed run said, without its prefix.
-///
-/// # Panics
-/// When there are more lines, or words that no person should see.
+/// The only line of what a failed run said, without its prefix; it has no words that no person should see.
 pub fn one_line(stderr: &str) -> &str {
     let mut lines = stderr.lines();
     let line = lines.next().unwrap_or_default();

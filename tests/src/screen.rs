@@ -96,9 +96,6 @@ impl Screen {
     }
 
     /// Clicks with the left button.
-    ///
-    /// # Panics
-    /// When xdotool fails.
     pub fn click(&self, [x, y]: [u32; 2]) {
         // In steps, as a hand does.
         let click = format!("mousemove {x} {y} sleep 0.02 mousedown 1 sleep 0.02 mouseup 1");
@@ -106,25 +103,16 @@ impl Screen {
     }
 
     /// Types a text.
-    ///
-    /// # Panics
-    /// When xdotool fails.
     pub fn type_text(&self, text: &str) {
         self.act(&["type", "--delay", "25", "--", text]);
     }
 
     /// Presses a key, such as `ctrl+e`.
-    ///
-    /// # Panics
-    /// When xdotool fails.
     pub fn key(&self, key: &str) {
         self.act(&["key", "--delay", "25", key]);
     }
 
     /// Asks a window to close, as a window manager does when its cross is clicked.
-    ///
-    /// # Panics
-    /// When the display does not answer.
     pub fn close_window(&self, id: &str) {
         let window: u32 = id.parse().expect("a window has a number");
         let (display, _) = self.connect();
@@ -145,9 +133,6 @@ impl Screen {
     }
 
     /// What is on the screen.
-    ///
-    /// # Panics
-    /// When the display does not answer.
     pub fn picture(&self) -> RgbImage {
         let (display, root) = self.connect();
         let image = display

@@ -27,10 +27,7 @@ pub struct Window {
     pub home: TempDir,
 }
 
-/// Says what is missing for a test of the window.
-///
-/// # Panics
-/// Where the test may not be skipped.
+/// Says what is missing for a test of the window, where such a test may be skipped.
 pub fn skip(missing: &str) {
     assert!(
         std::env::var_os(REQUIRED).is_none(),
@@ -45,9 +42,6 @@ impl Window {
     ///
     /// # Errors
     /// The word for what is missing here.
-    ///
-    /// # Panics
-    /// When there is no window after [`PATIENCE`].
     pub fn open(write: impl FnOnce(&Path), arguments: &[&str]) -> Result<Self, String> {
         let screen = Screen::start()?;
         let home = tempfile::Builder::new().prefix("inplace").tempdir();
@@ -96,10 +90,7 @@ impl Window {
         (focused == self.id).then_some(())
     }
 
-    /// Asks again and again.
-    ///
-    /// # Panics
-    /// When there is no answer after [`PATIENCE`]; keeps a picture of the screen.
+    /// Asks again and again, for as long as [`PATIENCE`]; without an answer it keeps a picture of the screen.
     #[track_caller]
     pub fn until<T>(&self, what: &str, mut answer: impl FnMut(&Self) -> Option<T>) -> T {
         let Some(answer) = eventually(PATIENCE, || answer(self)) else {

@@ -3,17 +3,17 @@
 
 use std::fs;
 use std::path::Path;
+use std::sync::Arc;
 
 use image::ColorType;
 use inplace_core::field::Preset;
-use inplace_core::labels::{Class, Stroke, VOID};
+use inplace_core::labels::{Class, LabelSet, Stroke, VOID, rasterise};
 use inplace_core::project::{Journal, Project, Step};
 use inplace_core::scene::{OpenOptions, SceneSource};
 use inplace_core::session::{Client, ModelState, SessionOptions};
 use inplace_lab::ConfusionMatrix;
 use inplace_tests::{
-    Click, OnDisk, Running, Small, class_ids, contents_of, info, inplace, json, label, miou_with_clicks,
-    succeed,
+    OnDisk, Running, Small, class_ids, contents_of, info, inplace, json, label, miou_with_clicks, succeed,
 };
 use serde_json::Value;
 
@@ -67,11 +67,7 @@ fn assert_complete(out: &Path) {
 }
 
 /// Every clicked pixel carries its class; returns the agreement of all pixels with the truth.
-fn assert_clicks_hold(out: &Path) -> f64 {
-    assert_these_hold(out, &Small::get().clicks())
-}
-
-fn assert_these_hold(out: &Path, clicks: &[Click]) -> f64 {
+fn assert_clicks_hold(out: &Path, clicks: &LabelSet) -> f64 {
     let small = Small::get();
     let stems = small.scene.frames.iter().map(|frame| frame.stem.as_str());
     let truth = stems.zip(small.truth.iter().cloned());
@@ -153,20 +149,15 @@ fn label_images_alone_label_every_frame_and_a_stroke_covers_them() {
     let import = ["--import", colors.to_str().unwrap(), "--trust", "1"];
     let trusted = succeed(on_disk.label(&import).args(BUDGET));
     assert_eq!(trusted.stderr, "");
-    assert_clicks_hold(&on_disk.path("out"));
+    assert_clicks_hold(&on_disk.path("out"), &Small::get().labels());
     assert_eq!(json(&on_disk.path("out/report.json"))["imported_trust"], 1.0);
     for (index, frame) in small.scene.frames.iter().enumerate() {
         let name = format!("labels/{}.png", frame.stem);
-        let (width, _, before) = class_ids(&out.join(&name));
+        let (width, height, before) = class_ids(&out.join(&name));
         let (_, _, after) = class_ids(&on_disk.path("out").join(&name));
-        let clicked: Vec<usize> = small
-            .clicks()
-            .iter()
-            .filter(|click| click.frame == index)
-            .map(|click| (click.pixel[1] * width + click.pixel[0]) as usize)
-            .collect();
+        let clicked = rasterise(&small.labels(), index, width, height);
         // Of void pixels nothing is said: there the maps may say more.
-        let said = |&pixel: &usize| before[pixel] != 0 && !clicked.contains(&pixel);
+        let said = |&pixel: &usize| before[pixel] != 0 && !clicked.contains_key(&(pixel as u32));
         let others = (0..before.len()).filter(said);
         let changed = others.filter(|&pixel| before[pixel] != after[pixel]).count();
         assert_eq!(changed, 0, "{name}");
@@ -181,7 +172,7 @@ fn a_few_clicks_label_every_pixel_of_every_frame() {
     assert_eq!(outcome.stderr, "");
     let out = disk.path("out");
     assert_complete(&out);
-    let miou = assert_clicks_hold(&out);
+    let miou = assert_clicks_hold(&out, &Small::get().labels());
     println!("mIoU with depth: {miou:.3}");
     assert!(miou > MIOU_WITH_DEPTH, "{miou}");
 
@@ -190,7 +181,7 @@ fn a_few_clicks_label_every_pixel_of_every_frame() {
     let report = json(&out.join("report.json"));
     assert_eq!(report, serde_json::from_str::<Value>(&outcome.stdout).unwrap());
     assert_eq!(report["version"], env!("CARGO_PKG_VERSION"));
-    assert_eq!(report["strokes"], Small::get().clicks().len());
+    assert_eq!(report["strokes"], Small::get().labels().strokes.len());
     assert_eq!(
         [&report["frames"], &report["seed"], &report["threads"]],
         [10, 7, 2]
@@ -228,7 +219,7 @@ fn colour_alone_is_enough_to_finish() {
     let disk = OnDisk::default();
     succeed(disk.label(&["--no-depth"]).args(BUDGET));
     assert_complete(&disk.path("out"));
-    let miou = assert_clicks_hold(&disk.path("out"));
+    let miou = assert_clicks_hold(&disk.path("out"), &Small::get().labels());
     println!("mIoU without depth: {miou:.3}");
     assert!(miou > MIOU_WITHOUT_DEPTH, "{miou}");
 }
@@ -248,18 +239,15 @@ fn a_trained_project_is_exported_twice_to_the_same_bytes_and_along_a_path_as_a_c
     // The classes have the numbers of the list that have the same names there, and the others become void.
     let listed = json(&disk.path("first/classes.json"));
     let listed: Vec<Class> = serde_json::from_value(listed).unwrap();
-    let in_list = |click: Click| {
-        let mut own = Small::get().classes.iter();
-        let own = own.find(|class| class.id == click.class).unwrap();
-        let listed = listed.iter().find(|class| class.is_named(&own.name));
-        Click {
-            class: listed.map_or(VOID, |class| class.id),
-            ..click
-        }
-    };
-    let clicks: Vec<Click> = Small::get().clicks().into_iter().map(in_list).collect();
-    assert!(clicks.iter().any(|click| click.class > 0));
-    assert_these_hold(&disk.path("first"), &clicks);
+    let own = Small::get().labels();
+    let mut clicks = own.clone();
+    for click in clicks.strokes.values_mut() {
+        let name = &own.class(click.class).unwrap().name;
+        let listed = listed.iter().find(|class| class.is_named(name));
+        Arc::make_mut(click).class = listed.map_or(VOID, |class| class.id);
+    }
+    assert!(clicks.strokes.values().any(|click| click.class > 0));
+    assert_clicks_hold(&disk.path("first"), &clicks);
     let again = export("first", &ids).stdout;
     assert!(again.contains("0 files written, 31 unchanged"), "{again}");
     let second = export("second", &ids).stdout;
@@ -288,7 +276,7 @@ fn a_project_is_labelled_from_its_own_strokes() {
     assert!(outcome.stdout.contains("labelled 10 frames"), "{outcome:?}");
     assert!(outcome.stderr.contains("training starts anew"), "{outcome:?}");
     assert_complete(&disk.path("out"));
-    assert!(assert_clicks_hold(&disk.path("out")) > MIOU_WITH_DEPTH);
+    assert!(assert_clicks_hold(&disk.path("out"), &Small::get().labels()) > MIOU_WITH_DEPTH);
 
     // The next edit is in a backup, which stands in for the file.
     let path = disk.path("room.inplace");
@@ -304,7 +292,7 @@ fn a_project_is_labelled_from_its_own_strokes() {
     let told = format!("inplace: {}: is damaged", path.display());
     assert!(outcome.stderr.contains(&told), "{outcome:?}");
     assert!(outcome.stderr.contains("its backup of"), "{outcome:?}");
-    assert_clicks_hold(&disk.path("again"));
+    assert_clicks_hold(&disk.path("again"), &Small::get().labels());
     assert_eq!(fs::read(&path).unwrap(), damaged);
 }
 

@@ -4,12 +4,13 @@
 use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
+use std::sync::Arc;
 
 use glam::Quat;
 use image::RgbImage;
-use inplace_core::labels::ClassId;
+use inplace_core::labels::{ClassId, LabelSet, Stroke, strokes_json};
 use inplace_core::scene::{Camera, Distortion, Lens};
-use inplace_tests::{Click, Small, info, label, miou_with_clicks, succeed};
+use inplace_tests::{Small, info, label, miou_with_clicks, succeed};
 
 /// What the labels reach at least, tiny classes included; one class everywhere gives 0.02.
 const MIOU: f64 = 0.05;
@@ -40,16 +41,13 @@ fn lens() -> Lens {
 /// Index of the small capture's pixel that each pixel of a bent image shows, row by row.
 fn shown() -> Vec<usize> {
     let (lens, camera) = (lens(), Small::get().scene.frames[0].camera);
-    let position = |row: u32, column: u32| {
+    let position = |pixel: u32| {
+        let (column, row) = (pixel % lens.image.width, pixel / lens.image.width);
         let (x, y) = (f64::from(column) + 0.5, f64::from(row) + 0.5);
         let (x, y) = lens.to_pinhole(&camera, x, y).unwrap();
         y as usize * camera.width as usize + x as usize
     };
-    let columns = lens.image.width;
-    (0..lens.image.height)
-        .flat_map(|row| (0..columns).map(move |column| (row, column)))
-        .map(|(row, column)| position(row, column))
-        .collect()
+    (0..lens.image.pixels() as u32).map(position).collect()
 }
 
 /// Writes images and a text model, with points at measured depths.
@@ -97,21 +95,20 @@ fn write(folder: &Path) {
     }
 }
 
-/// The small capture's clicks where the bent images show them: the pixel of the image, its frame and class.
-fn clicks() -> Vec<Click> {
+/// The small capture's clicks where the bent images show them, in pixels of these.
+fn clicks() -> LabelSet {
     let (lens, shown) = (lens(), shown());
     let width = Small::get().scene.frames[0].camera.width;
-    let seen = |click: &Click| {
-        let [x, y] = click.pixel;
-        let index = shown
-            .iter()
-            .position(|&index| index == (y * width + x) as usize)? as u32;
-        Some(Click {
-            pixel: [index % lens.image.width, index / lens.image.width],
-            ..*click
-        })
-    };
-    Small::get().clicks().iter().filter_map(seen).collect()
+    let mut clicks = Small::get().labels();
+    clicks.strokes.retain(|_, click| {
+        let [x, y] = click.first_point().unwrap();
+        let place = shown.iter().position(|&index| index == (y * width + x) as usize);
+        let image = lens.image.width;
+        let pixel = place.map(|index| [index as u32 % image, index as u32 / image]);
+        *click = Arc::new(Stroke::click(click.frame, click.class, pixel.unwrap_or_default()));
+        pixel.is_some()
+    });
+    clicks
 }
 
 #[test]
@@ -120,7 +117,7 @@ fn labels_come_out_in_the_pixels_of_the_bent_images() {
     let (room, out) = (root.path().join("room"), root.path().join("out"));
     write(&room);
     let (small, lens, clicks) = (Small::get(), lens(), clicks());
-    assert!(clicks.len() > 10);
+    assert!(clicks.strokes.len() > 10);
 
     let facts = info(&room, &[]);
     assert_eq!(facts["format"], "COLMAP");
@@ -133,9 +130,8 @@ fn labels_come_out_in_the_pixels_of_the_bent_images() {
     assert!(points["median_px"].as_f64().unwrap() < 0.1, "{facts}");
     assert!(points["count"].as_u64().unwrap() > 0, "{facts}");
 
-    let strokes = small.strokes_of(&clicks);
     let file = root.path().join("strokes.json");
-    fs::write(&file, strokes.to_string()).unwrap();
+    fs::write(&file, strokes_json(&clicks, &small.scene.frames)).unwrap();
     let mut command = label(&room, &out);
     command.arg("--strokes").arg(&file).args(["--budget", "6"]);
     assert_eq!(succeed(&mut command).stderr, "");

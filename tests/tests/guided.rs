@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use inplace_core::labels::{Class, ClassId, Pixel, VOID};
+use inplace_core::labels::{Class, ClassId, LabelSet, Pixel, VOID};
 use inplace_core::scene::demo::{self, Shot};
 use inplace_tests::{TRACE, Window, inplace, json, miou_with_clicks, skip, succeed};
 
@@ -50,7 +50,7 @@ impl Truth {
         let id = |id: &ClassId| ids.get(id).copied().unwrap_or(VOID);
         let images = self.images.iter();
         let truth = images.map(|(stem, labels)| (stem.as_str(), labels.iter().map(id).collect()));
-        miou_with_clicks(export, SIZE, &[], truth)
+        miou_with_clicks(export, SIZE, &LabelSet::default(), truth)
     }
 }
 
