@@ -2,14 +2,13 @@
 #![allow(clippy::unwrap_used, reason = "a test ends where it fails")]
 
 use std::alloc::{GlobalAlloc, Layout, System};
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use glam::{Affine3A, Vec3};
 use inplace_core::field::kernels::Dispatch;
 use inplace_core::field::{Backend, Preset, Recipe, Trainer};
-use inplace_core::scene::{Camera, ColorImage, DepthMap, Frame, FramePixels, Scene, SceneSource};
+use inplace_core::scene::Scene;
+use inplace_core::scene::demo::Shot;
 
 /// Blocks of more bytes count: more than candle's tensors of seven numbers for each of at most 4096 rays.
 const LARGE: usize = 128 * 1024;
@@ -37,26 +36,19 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-/// A bright and a dark half of a wall two metres away, seen from places side by side.
-fn wall(depth: bool) -> Scene {
-    let (width, height) = (32, 24);
-    let camera = Camera::with_horizontal_fov(width, height, 90.0);
-    let frames = (0..8).map(|number| {
-        let rgb = (0..3 * width * height).map(|k| if k / 3 % width < width / 2 { 40 } else { 220 });
-        Frame {
-            stem: format!("rgb_{number}"),
-            path: PathBuf::new(),
-            camera,
-            camera_to_world: Affine3A::from_translation(Vec3::new(0.05 * number as f32, 0.0, 0.0)),
-            pixels: FramePixels::new(
-                ColorImage::new(width, height, rgb.collect()).unwrap(),
-                depth.then(|| DepthMap::from_z_depths(&camera, vec![2.0; camera.pixels()])),
-            ),
-            points: Vec::new(),
-            lens: None,
-        }
-    });
-    Scene::new(SceneSource::Demo, "test", frames.collect())
+/// A small demo room.
+fn room(depth: bool) -> Scene {
+    let shot = Shot {
+        rooms: 1,
+        frames: 8,
+        width: 32,
+        height: 24,
+    };
+    let mut scene = shot.scene(&|_, _| {});
+    if !depth {
+        scene.frames.iter_mut().for_each(|frame| frame.set_depth(None));
+    }
+    scene
 }
 
 #[test]
@@ -65,7 +57,7 @@ fn a_step_under_way_allocates_hardly_anything_large() {
         let path = Backend::Fused(Dispatch::detect());
         let mut trainer = Trainer::on(
             &path,
-            Arc::new(wall(depth)),
+            Arc::new(room(depth)),
             (Preset::Fast, 1.0),
             Recipe::default(),
             1,

@@ -103,51 +103,39 @@ fn turn_some(images: &Path) {
     image.write_with_encoder(encoder).unwrap();
 }
 
-/// The small capture whose surface is labelled by clicks, and what readers should find in exports of it.
-struct Solids<'a> {
-    scene: &'a Arc<Scene>,
-    maps: Vec<Arc<FrameMap>>,
+/// What readers should find in exports of the surface of a map: every vertex of cloud and mesh with what is known of its
+/// voxel, and the triangles.
+fn expected(scene: &Scene, map: &FrameMap) -> Value {
+    let (surface, _) = map.surface().unwrap();
+    let nodes = (0..).zip(surface.graph.nodes());
+    let seen = nodes.filter(|(_, node)| !surface.is_on_shell(node));
+    let points = seen.map(|(node, seen)| MeshVertex {
+        position: seen.position,
+        node,
+    });
+    let mesh = Mesh::of_surface(surface);
+    json!({
+        "cloud": shape(scene, map, &points.collect::<Vec<_>>(), &[]),
+        "mesh": shape(scene, map, &mesh.vertices, &mesh.triangles),
+    })
 }
 
-impl<'a> Solids<'a> {
-    fn new(scene: &'a Arc<Scene>) -> Self {
-        let maps = propagated(scene, &Small::get().labels(), 8.0);
-        Self { scene, maps }
+fn shape(scene: &Scene, map: &FrameMap, vertices: &[MeshVertex], triangles: &[[u32; 3]]) -> Value {
+    let (surface, posterior) = map.surface().unwrap();
+    let nodes = || vertices.iter().map(|vertex| vertex.node as usize);
+    let mut classes: BTreeMap<ClassId, usize> = BTreeMap::new();
+    for node in nodes() {
+        *classes.entry(posterior.labels[node]).or_default() += 1;
     }
-
-    /// Every vertex of cloud and mesh with what is known of its voxel, and the triangles.
-    fn expected(&self) -> Value {
-        let (surface, _) = self.maps[0].surface().unwrap();
-        let nodes = (0..).zip(surface.graph.nodes());
-        let seen = nodes.filter(|(_, node)| !surface.is_on_shell(node));
-        let points = seen.map(|(node, seen)| MeshVertex {
-            position: seen.position,
-            node,
-        });
-        let mesh = Mesh::of_surface(surface);
-        json!({
-            "cloud": self.shape(&points.collect::<Vec<_>>(), &[]),
-            "mesh": self.shape(&mesh.vertices, &mesh.triangles),
-        })
-    }
-
-    fn shape(&self, vertices: &[MeshVertex], triangles: &[[u32; 3]]) -> Value {
-        let (surface, posterior) = self.maps[0].surface().unwrap();
-        let nodes = || vertices.iter().map(|vertex| vertex.node as usize);
-        let mut classes: BTreeMap<ClassId, usize> = BTreeMap::new();
-        for node in nodes() {
-            *classes.entry(posterior.labels[node]).or_default() += 1;
-        }
-        let color = |node: usize| (255.0 * surface.graph.nodes()[node].color).round().to_array();
-        json!({
-            "positions": vertices.iter().map(|vertex| self.scene.to_capture(vertex.position).to_array()).collect::<Vec<_>>(),
-            "colors": nodes().map(color).collect::<Vec<_>>(),
-            "labels": nodes().map(|node| posterior.labels[node]).collect::<Vec<_>>(),
-            "entropy": nodes().map(|node| f32::from(posterior.entropy[node]) / ENTROPY_STEPS_PER_NAT).collect::<Vec<_>>(),
-            "classes": classes,
-            "triangles": triangles,
-        })
-    }
+    let color = |node: usize| (255.0 * surface.graph.nodes()[node].color).round().to_array();
+    json!({
+        "positions": vertices.iter().map(|vertex| scene.to_capture(vertex.position).to_array()).collect::<Vec<_>>(),
+        "colors": nodes().map(color).collect::<Vec<_>>(),
+        "labels": nodes().map(|node| posterior.labels[node]).collect::<Vec<_>>(),
+        "entropy": nodes().map(|node| f32::from(posterior.entropy[node]) / ENTROPY_STEPS_PER_NAT).collect::<Vec<_>>(),
+        "classes": classes,
+        "triangles": triangles,
+    })
 }
 
 #[test]
@@ -179,13 +167,15 @@ fn every_format_is_read_by_others_as_the_labels_that_were_exported() {
         Arc::new(FrameMap::new(frame, 0, size, specked(labels), vec![0; labels.len()]).unwrap())
     };
     let maps: Vec<Arc<FrameMap>> = small.truth.iter().enumerate().map(map).collect();
-    let solids = Solids::new(&scene);
-    fs::write(root.join("surface.json"), solids.expected().to_string()).unwrap();
+    // Its surface is labelled by clicks.
+    let solids = propagated(&scene, &small.labels(), 8.0);
+    let surface = expected(&scene, &solids[0]).to_string();
+    fs::write(root.join("surface.json"), surface).unwrap();
     for format in Format::ALL {
         let labelled = LabelledScene {
             scene: &scene,
             classes: &small.classes,
-            maps: if format.has_frames() { &maps } else { &solids.maps },
+            maps: if format.has_frames() { &maps } else { &solids },
         };
         let out = root.join(format.name());
         export(&out, labelled, format, &Options::default(), &|_, _| {
