@@ -14,14 +14,6 @@ pub fn scene(images: impl IntoIterator<Item = ColorImage>) -> Scene {
         points: Vec::new(),
         lens: None,
     };
-    Scene {
-        source: SceneSource::Demo,
-        format: "test",
-        frames: images.into_iter().enumerate().map(frame).collect(),
-        origin: Default::default(),
-        unit: 1.0,
-        point_errors: None,
-        warnings: Vec::new(),
-        notes: Vec::new(),
-    }
+    let frames = images.into_iter().enumerate().map(frame);
+    Scene::new(SceneSource::Demo, "test", frames.collect())
 }

@@ -52,25 +52,3 @@ impl MapSlots {
         self.slots.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::labels::ClassId;
-
-    fn map(generation: u64, label: ClassId) -> FrameMap {
-        FrameMap::new(1, generation, [1, 1], vec![label], vec![0]).unwrap()
-    }
-
-    #[test]
-    fn a_stale_map_never_replaces_a_newer_one() {
-        let slots = MapSlots::default();
-        slots.reset(2);
-        assert!(slots.publish(map(5, 1)));
-        assert!(!slots.publish(map(4, 2)));
-        assert_eq!(slots.get(1).unwrap().labels()[..], [1]);
-        assert!(slots.publish(map(5, 3)));
-        assert_eq!(slots.get(1).unwrap().labels()[..], [3]);
-        assert!(slots.get(0).is_none());
-    }
-}

@@ -6,14 +6,12 @@ mod images;
 
 use std::sync::{Arc, Mutex};
 
-use inplace_core::labels::StrokeId;
 use inplace_core::scene::{ColorImage, Scene, SceneSource};
 use inplace_core::session::{self, Event, MapSlots};
 use inplace_model::jobs::{Done, JobTools};
 use inplace_model::model::Start;
 use inplace_model::opening::Target;
 use inplace_model::session_link::{Running, SessionLink};
-use inplace_model::tool::{DrawnLine, Tool};
 use inplace_model::workspace::Workspace;
 use inplace_model::{Command, Effect, Input, Model};
 use tempfile::TempDir;
@@ -48,7 +46,7 @@ struct Stand {
 }
 
 impl Stand {
-    /// The demo is open, with two classes of which the second is current.
+    /// The demo is open.
     fn new() -> Self {
         let folder = tempfile::tempdir().unwrap();
         let autosave = folder.path().join("autosave.inplace");
@@ -63,9 +61,6 @@ impl Stand {
         };
         stand.act(Command::Open(Target::Scene(SceneSource::Demo)));
         stand.tell(Input::Session(Event::Opened(scene())));
-        for class in ["wall", "floor"] {
-            stand.act(Command::AddClass(class.to_owned()));
-        }
         stand
     }
 
@@ -95,61 +90,14 @@ impl Stand {
         }
     }
 
-    /// Draws or erases a point of the frame in view.
-    fn point(&mut self, tool: Tool, x: u32) {
-        let points = vec![[x, 8]];
-        self.act(Command::Draw(DrawnLine { tool, points }));
-    }
-
     fn workspace(&self) -> &Workspace {
         self.model.workspace().unwrap()
-    }
-
-    fn strokes(&self) -> usize {
-        self.workspace().document.labels().strokes.len()
     }
 
     /// Whether a message that is shown has these words.
     fn says(&self, words: &str) -> bool {
         self.model.messages.texts().any(|text| text.contains(words))
     }
-}
-
-#[test]
-fn a_locked_class_is_neither_drawn_nor_covered_nor_erased_nor_changed() {
-    let mut stand = Stand::new();
-    stand.act(Command::ChooseClass(2));
-    stand.point(Tool::Brush, 8);
-    stand.act(Command::SetClassLocked(2, true));
-    stand.point(Tool::Brush, 20);
-    assert!(stand.strokes() == 1 && stand.says("unlock it in the class list to label with it"));
-    stand.act(Command::ChooseSlot(1));
-    stand.point(Tool::Brush, 8);
-    assert!(stand.strokes() == 1 && stand.says("would cover what is labelled \"floor\""));
-    stand.point(Tool::Brush, 20);
-    assert_eq!(stand.strokes(), 2, "beside it one may draw");
-    stand.point(Tool::Erase, 8);
-    assert!(stand.strokes() == 2 && stand.says("so its strokes stay"));
-    for change in [
-        Command::RenameClass(2, "roof".to_owned()),
-        Command::DeleteClass(2),
-        Command::MergeClass(1, 2),
-        Command::DeleteStroke(StrokeId(1)),
-    ] {
-        stand.act(change);
-    }
-    let names = |stand: &Stand| {
-        let classes = stand.workspace().document.classes().iter();
-        classes.map(|class| class.name.clone()).collect::<Vec<_>>()
-    };
-    assert_eq!(
-        (names(&stand), stand.strokes()),
-        (vec!["wall".to_owned(), "floor".to_owned()], 2)
-    );
-    assert!(stand.says("to rename, merge or delete it"));
-    stand.act(Command::UnlockClasses);
-    stand.point(Tool::Erase, 8);
-    assert_eq!(stand.strokes(), 1);
 }
 
 #[test]

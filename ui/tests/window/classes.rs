@@ -2,8 +2,9 @@
 
 use egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable;
-use inplace_core::labels::{Class, PALETTES, read_class_list};
+use inplace_core::labels::{Class, PALETTES, StrokeId, read_class_list};
 use inplace_model::Command;
+use inplace_model::tool::{DrawnLine, Tool};
 
 use crate::stand::*;
 
@@ -49,6 +50,43 @@ fn classes_are_renamed_merged_and_deleted_and_all_of_it_is_undone() {
         window.press(Modifiers::COMMAND, Key::Z);
     }
     assert_eq!(names(&window), ["wall", "floor"]);
+    assert_eq!(window.strokes(), 1);
+}
+
+#[test]
+fn a_locked_class_is_neither_drawn_nor_covered_nor_erased_nor_changed() {
+    let mut window = Window::with_classes(&["wall", "floor"]);
+    // Draws or erases a point.
+    let point = |window: &mut Window, tool: Tool, x: u32| {
+        let points = vec![[x, 8]];
+        window.act(Command::Draw(DrawnLine { tool, points }));
+    };
+    let says = |window: &Window, words: &str| window.messages().contains(words);
+    point(&mut window, Tool::Brush, 8);
+    window.act(Command::SetClassLocked(2, true));
+    point(&mut window, Tool::Brush, 20);
+    assert!(says(&window, "unlock it in the class list to label with it"));
+    window.act(Command::ChooseSlot(1));
+    point(&mut window, Tool::Brush, 8);
+    assert!(says(&window, "would cover what is labelled \"floor\""));
+    assert_eq!(window.strokes(), 1);
+    point(&mut window, Tool::Brush, 20);
+    assert_eq!(window.strokes(), 2, "beside it one may draw");
+    point(&mut window, Tool::Erase, 8);
+    assert!(says(&window, "so its strokes stay"));
+    for change in [
+        Command::RenameClass(2, "roof".to_owned()),
+        Command::DeleteClass(2),
+        Command::MergeClass(1, 2),
+        Command::DeleteStroke(StrokeId(1)),
+    ] {
+        window.act(change);
+    }
+    assert!(says(&window, "to rename, merge or delete it"));
+    assert_eq!(names(&window), ["wall", "floor"]);
+    assert_eq!(window.strokes(), 2);
+    window.act(Command::UnlockClasses);
+    point(&mut window, Tool::Erase, 8);
     assert_eq!(window.strokes(), 1);
 }
 

@@ -65,7 +65,6 @@ fn an_export_says_where_its_files_are_and_what_was_chosen_is_kept_for_the_next_t
     assert_eq!(choice.folder(), out);
 }
 
-/// Asks for an export into a folder.
 fn export(window: &mut Window, folder: &Path) {
     window.press(Modifiers::COMMAND, Key::E);
     window.replace_text("Export folder", folder.to_str().unwrap());

@@ -1,14 +1,13 @@
 //! Drawing on frames and what the worker answers.
 
-use egui::{Key, Modifiers, PointerButton};
+use egui::{Key, PointerButton};
 use inplace_core::session;
 use inplace_core::session::{Event, Phase, Status};
-use inplace_ui::canvas::FrameView;
 
 use crate::stand::*;
 
 #[test]
-fn what_is_typed_is_a_class_and_a_click_a_stroke_whose_map_is_shown_and_undo_takes_it_back() {
+fn what_is_typed_is_a_class_and_a_scribble_a_stroke_for_the_worker_until_the_right_button_erases_it() {
     let mut window = Window::demo();
     // Nearly every letter is a shortcut.
     window.add_class("desk pane");
@@ -16,37 +15,20 @@ fn what_is_typed_is_a_class_and_a_click_a_stroke_whose_map_is_shown_and_undo_tak
     assert!(!window.workspace().paused);
     window.sees("desk pane, 0 strokes");
     window.worker().received();
-    window.click_canvas(0.0, 0.0);
-    window.sees("desk pane, 1 stroke");
-    let generation = window.generation();
-    assert!(window.worker().received().iter().any(|command| matches!(
-        command,
-        session::Command::Labels { generation: sent, labels } if *sent == generation && labels.strokes.len() == 1
-    )));
-    window.worker().publish(0, generation, 1);
-    window.until("the map is shown", |app| {
-        let shown = app.canvas().frame().and_then(FrameView::map);
-        shown.is_some_and(|shown| shown.map.generation == generation)
-    });
-    window.press(Modifiers::COMMAND, Key::Z);
-    assert_eq!(window.strokes(), 0);
-    window.press(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z);
-    assert_eq!(window.strokes(), 1);
-}
-
-#[test]
-fn a_scribble_keeps_every_position_and_the_right_button_erases_it() {
-    let mut window = Window::demo();
-    window.add_class("wall");
     let path = [
         window.canvas(-60.0, 0.0),
         window.canvas(0.0, 60.0),
         window.canvas(60.0, 0.0),
     ];
     window.drag(PointerButton::Primary, &path);
-    let labels = window.labels();
-    let (_, stroke) = labels.strokes_of(0).next().unwrap();
-    assert_eq!(stroke.lines[0].len(), 3);
+    window.sees("desk pane, 1 stroke");
+    let (_, stroke) = window.labels().strokes_of(0).next().unwrap();
+    assert_eq!(stroke.lines[0].len(), 3, "every position is kept");
+    let generation = window.generation();
+    assert!(window.worker().received().iter().any(|command| matches!(
+        command,
+        session::Command::Labels { generation: sent, labels } if *sent == generation && labels.strokes.len() == 1
+    )));
     window.drag(PointerButton::Secondary, &path);
     assert_eq!(window.strokes(), 0);
 }

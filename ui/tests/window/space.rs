@@ -3,51 +3,24 @@
 use std::sync::Arc;
 
 use egui::{Key, Modifiers, PointerButton, Pos2};
-use glam::Vec3;
-use inplace_core::scene::SceneSource;
-use inplace_core::semantics::{LabelPropagation, Node, NodeMap, Surface, SurfaceGraph};
+use inplace_core::scene::{DepthMap, Scene, SceneSource};
+use inplace_core::semantics::{LabelPropagation, Surface};
 use inplace_core::session::Event;
 use inplace_model::exporting::ExportProgress;
 
 use crate::stand::*;
 
-/// Nodes of a wall along each axis, their distance, and how far away the wall is, in metres.
-const NODES: [u32; 2] = [41, 31];
-const APART: f32 = 0.1;
+/// How far away the wall is, in metres.
 const AWAY: f32 = 2.0;
 
 /// A wall before the cameras of the stand-in's scene.
 fn wall() -> Arc<Surface> {
-    let place = |index: u32, count: u32| APART * (index as f32 - (count / 2) as f32);
-    let node = |index: u32| Node {
-        position: Vec3::new(
-            place(index % NODES[0], NODES[0]),
-            place(index / NODES[0], NODES[1]),
-            AWAY,
-        ),
-        color: Vec3::splat(0.5),
-        normal: Vec3::NEG_Z,
-        pixels: 1.0,
-        voxel: APART,
-    };
-    let camera = scene(SceneSource::Demo).frames[0].camera;
-    let shown: Vec<u32> = (0..WIDTH * HEIGHT)
-        .map(|pixel| {
-            let point = AWAY * camera.pixel_direction(pixel % WIDTH, pixel / WIDTH);
-            let index = |value: f32, count: u32| {
-                let index = (value / APART).round() as i32 + (count / 2) as i32;
-                index.clamp(0, count as i32 - 1) as u32
-            };
-            index(point.y, NODES[1]) * NODES[0] + index(point.x, NODES[0])
-        })
-        .collect();
-    let pixels = Arc::new(NodeMap::pack(WIDTH as usize, &shown));
-    Arc::new(Surface {
-        graph: SurfaceGraph::from_edges((0..NODES[0] * NODES[1]).map(node).collect(), &[]),
-        pixels: vec![pixels; FRAMES],
-        others: None,
-        voxel: APART,
-    })
+    let mut scene = Scene::clone(&scene(SceneSource::Demo));
+    for frame in &mut scene.frames {
+        let depths = vec![AWAY; frame.camera.pixels()];
+        frame.set_depth(Some(DepthMap::from_z_depths(&frame.camera, depths)));
+    }
+    Arc::new(Surface::build(&scene, &[], 5.0).unwrap())
 }
 
 /// A window with the 3D view of a wall, ready to be clicked on.
@@ -215,12 +188,17 @@ fn a_double_click_turns_around_that_place_and_labels_nothing() {
 #[test]
 fn a_click_on_a_suggestion_leads_to_it_in_its_frame() {
     let mut window = shown();
-    window.suggest(1, vec![suggestion(3)]);
+    let suggestion = suggestion(3);
+    let [x, y] = suggestion.pixel;
+    window.suggest(1, vec![suggestion]);
     fly_to_frame(&mut window);
-    // The node of that pixel is at (-0.7, 0.4, 2) metres, seen from the origin.
+    // The node of that pixel, seen from the origin.
+    let surface = wall();
+    let node = surface.pixels[3].node((y * WIDTH + x) as usize).unwrap();
+    let node = surface.graph.nodes()[node as usize].position;
     let area = window.rect("3D view");
     let focal = 0.5 * area.size().min_elem() / 0.48_f32.tan();
-    let place = area.center() + focal * egui::vec2(-0.35, 0.2);
+    let place = area.center() + focal / node.z * egui::vec2(node.x, node.y);
     window.hover(place);
     window.drag(PointerButton::Primary, &[place]);
     window.until("the frame is shown", |app| {

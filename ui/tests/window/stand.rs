@@ -28,7 +28,6 @@ pub const WIDTH: u32 = 64;
 pub const HEIGHT: u32 = 48;
 pub const FRAMES: usize = 5;
 
-/// The worker's end of a session.
 #[derive(Clone)]
 pub struct Worker {
     pub events: Sender<Event>,
@@ -51,14 +50,12 @@ impl Worker {
         self.events.send(Event::Map { frame, generation }).unwrap();
     }
 
-    /// Answers so for every frame.
     pub fn publish_all(&self, generation: u64, class: u16) {
         for frame in 0..FRAMES {
             self.publish(frame, generation, class);
         }
     }
 
-    /// The commands since the last call.
     pub fn received(&self) -> Vec<session::Command> {
         self.commands.try_iter().collect()
     }
@@ -124,7 +121,6 @@ fn any_button(button: PointerButton, pos: Pos2, pressed: bool) -> egui::Event {
     }
 }
 
-/// A place that is suggested on a frame.
 pub fn suggestion(frame: usize) -> Suggestion {
     Suggestion {
         frame,
@@ -138,7 +134,6 @@ pub fn suggestion(frame: usize) -> Suggestion {
     }
 }
 
-/// Where a window in a test keeps its preferences.
 pub fn preferences_file(folder: &Path) -> PathBuf {
     folder.join("configuration/preferences.json")
 }
@@ -214,7 +209,6 @@ impl Window {
         Self::opened(folder, Target::Scene(SceneSource::Demo))
     }
 
-    /// A window with the demo and these classes.
     pub fn with_classes(classes: &[&str]) -> Self {
         let mut window = Self::demo();
         for class in classes {
@@ -225,7 +219,6 @@ impl Window {
         window
     }
 
-    /// A window in which this opens.
     pub fn opened(folder: &Path, target: Target) -> Self {
         let mut window = Self::new(folder, Some(target));
         window.until_open();
@@ -237,19 +230,16 @@ impl Window {
         self.until_window(what, |window| holds(window.harness.state()));
     }
 
-    /// Steps until a scene is open.
     pub fn until_open(&mut self) {
         self.until("a scene is open", |app| app.model().workspace().is_some());
     }
 
-    /// Steps until there is a message.
     pub fn until_told(&mut self) {
         self.until("a message is shown", |app| {
             !app.model().messages.shown().is_empty()
         });
     }
 
-    /// Steps until something holds of what is shown, too.
     pub fn until_window(&mut self, what: &str, holds: impl Fn(&Self) -> bool) {
         let start = Instant::now();
         while !holds(self) {
@@ -280,12 +270,10 @@ impl Window {
         self.workspace().document.labels()
     }
 
-    /// Generation of the present labels.
     pub fn generation(&self) -> u64 {
         self.workspace().document.generation()
     }
 
-    /// Index of the frame in view.
     pub fn frame_index(&self) -> usize {
         self.workspace().frame_index
     }
@@ -305,35 +293,29 @@ impl Window {
         self.harness.run_steps(3);
     }
 
-    /// Whether there is something with this name.
     pub fn shows(&self, name: &str) -> bool {
         self.harness.query_by_label(name).is_some()
     }
 
-    /// Fails unless there is something with this name.
     #[track_caller]
     pub fn sees(&self, name: &str) {
         self.harness.get_by_label(name);
     }
 
-    /// Fails unless there is something with this in its name.
     #[track_caller]
     pub fn sees_part(&self, of_name: &str) {
         self.harness.get_by_label_contains(of_name);
     }
 
-    /// Fails if there is something with this name.
     #[track_caller]
     pub fn misses(&self, name: &str) {
         assert!(!self.shows(name), "{name} is there");
     }
 
-    /// The texts of the messages shown.
     pub fn messages(&self) -> String {
         self.model().messages.texts().collect::<Vec<_>>().join("\n")
     }
 
-    /// Where something with this name is.
     pub fn rect(&self, name: &str) -> Rect {
         self.harness.get_by_label(name).rect()
     }
@@ -362,13 +344,11 @@ impl Window {
         self.harness.run_steps(3);
     }
 
-    /// Moves the pointer.
     pub fn hover(&mut self, place: Pos2) {
         self.harness.hover_at(place);
         self.harness.run_steps(3);
     }
 
-    /// Gives something the keyboard.
     pub fn focus(&mut self, name: &str) {
         self.harness.get_by_label(name).focus();
         self.harness.run_steps(3);
@@ -386,7 +366,6 @@ impl Window {
         self.click_canvas(0.0, 0.0);
     }
 
-    /// Presses a key alone.
     pub fn key(&mut self, key: Key) {
         self.press(Modifiers::NONE, key);
     }
@@ -404,7 +383,6 @@ impl Window {
         self.click(entry);
     }
 
-    /// Gives a text field the keyboard.
     fn focus_field(&mut self, field: &str) {
         self.harness.get_by_role_and_label(Role::TextInput, field).focus();
         self.harness.run_steps(2);
@@ -427,7 +405,6 @@ impl Window {
         self.press(Modifiers::NONE, Key::Enter);
     }
 
-    /// Saves the project under this name.
     pub fn save_as(&mut self, project: &Path) {
         self.press(Modifiers::COMMAND, Key::S);
         self.replace_text("Project file", project.to_str().unwrap());
@@ -447,7 +424,6 @@ impl Window {
         self.rect(CANVAS_NAME).center() + vec2(x, y)
     }
 
-    /// A click on the canvas, relative to its middle.
     pub fn click_canvas(&mut self, x: f32, y: f32) {
         let place = self.canvas(x, y);
         self.drag(PointerButton::Primary, &[place]);

@@ -2,13 +2,12 @@
 
 use egui::{Key, Modifiers, PointerButton};
 use egui_kittest::kittest::Queryable;
-use inplace_core::labels::{History, LabelSet, Stroke, StrokeId, StrokeKind, VOID};
+use inplace_core::labels::{History, Stroke, StrokeId, StrokeKind, VOID};
 use inplace_core::project::{Contents, Project, SceneRecord};
 use inplace_core::scene::{OpenOptions, SceneSource};
 use inplace_model::tool::Tool;
 use inplace_ui::Target;
 use std::path::Path;
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use crate::stand::*;
@@ -34,25 +33,20 @@ fn draw_triangle(window: &mut Window) {
     window.key(Key::Enter);
 }
 
-/// A project with these strokes in `folder`.
 fn project(folder: &Path, strokes: impl IntoIterator<Item = Stroke>) -> Target {
     let mut history = History::default();
     history.add_class("wall");
     history.add_class("floor");
-    let labels = LabelSet {
-        strokes: (1..)
-            .map(StrokeId)
-            .zip(strokes.into_iter().map(Arc::new))
-            .collect(),
-        ..history.labels().clone()
-    };
+    for stroke in strokes {
+        history.add_stroke(stroke);
+    }
+    let history = History::new(history.labels().clone());
     let path = folder.join("strokes.inplace");
     let record = SceneRecord::of(&scene(SceneSource::Demo), OpenOptions::default());
-    Project::create(&path, &Contents::new(record, History::new(labels))).unwrap();
+    Project::create(&path, &Contents::new(record, history)).unwrap();
     Target::Project(path)
 }
 
-/// A window with these strokes.
 fn opened(strokes: impl IntoIterator<Item = Stroke>) -> Window {
     let folder = tempfile::tempdir().unwrap();
     let mut window = Window::opened(folder.path(), project(folder.path(), strokes));
