@@ -62,15 +62,15 @@ mod tests {
 
     #[test]
     fn labelled_pixels_are_half_their_colour_and_void_is_the_image() {
-        let exported = testing::exported(Format::Overlay);
-        assert_eq!(exported.files.len(), 2);
-        let jpeg = image::load_from_memory(&exported.files["overlay/rgb_1.jpg"])
+        let files = testing::exported(Format::Overlay);
+        assert_eq!(files.len(), 2);
+        let jpeg = image::load_from_memory(&files["overlay/rgb_1.jpg"])
             .unwrap()
             .into_rgb8();
         assert_eq!(jpeg.dimensions(), (WIDTH, HEIGHT));
         let scene = testing::scene();
         let mut off = 0.0;
-        for (index, (pixel, &label)) in jpeg.pixels().zip(&exported.labels[1]).enumerate() {
+        for (index, (pixel, label)) in jpeg.pixels().zip(testing::labels(3)).enumerate() {
             let image = scene.frames[1].color().pixel(index);
             let color = testing::classes().into_iter().find(|class| class.id == label);
             assert_eq!(color.is_none(), label == VOID);

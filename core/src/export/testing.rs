@@ -13,20 +13,9 @@ use crate::labels::{Class, ClassId, VOID};
 use crate::scene::{Camera, Scene, testing};
 use crate::session::FrameMap;
 
-/// Columns of each frame.
 pub(super) const WIDTH: u32 = 24;
-/// Rows of each frame.
 pub(super) const HEIGHT: u32 = 18;
-/// Columns and rows.
 pub(super) const SIZE: [u32; 2] = [WIDTH, HEIGHT];
-
-/// What was exported, and from what.
-pub(super) struct Exported {
-    /// By their paths below the folder.
-    pub(super) files: BTreeMap<String, Vec<u8>>,
-    /// The label map of each frame, row-major `[height, width]`.
-    pub(super) labels: Vec<Vec<ClassId>>,
-}
 
 /// The classes of the maps; the first two share a colour.
 pub(super) fn classes() -> Vec<Class> {
@@ -151,14 +140,11 @@ pub(super) fn labels(number: usize) -> Vec<ClassId> {
     labels
 }
 
-/// Exports the scene with the maps 2 and 3.
-pub(super) fn exported(format: Format) -> Exported {
-    let labels = vec![labels(2), labels(3)];
+/// What an export of the scene with the maps 2 and 3 writes, by paths below its folder.
+pub(super) fn exported(format: Format) -> BTreeMap<String, Vec<u8>> {
+    let maps = maps(SIZE, &[labels(2), labels(3)]);
     let root = tempfile::tempdir().unwrap();
     let options = (format, &Options::default());
-    export_all(root.path(), &scene(), &classes(), &maps(SIZE, &labels), options).unwrap();
-    Exported {
-        files: files(root.path()),
-        labels,
-    }
+    export_all(root.path(), &scene(), &classes(), &maps, options).unwrap();
+    files(root.path())
 }

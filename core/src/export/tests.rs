@@ -72,8 +72,8 @@ fn every_frame_comes_back_from_its_pngs_and_no_temporary_files_stay() {
         ControlFlow::Continue(())
     };
     let scene = scene(&["rgb_0", "rgb_1"]);
-    export_pngs(root.path(), &scene, &classes, &maps, &progress).unwrap();
-    assert_eq!(calls.into_inner(), 2);
+    let whole = export_pngs(root.path(), &scene, &classes, &maps, &progress).unwrap();
+    assert_eq!((calls.into_inner(), whole.files, whole.unchanged), (2, 7, 0));
     let written = files(root.path());
     let names: Vec<&str> = written.keys().map(String::as_str).collect();
     let expected = "classes.json color/rgb_0.png color/rgb_1.png entropy/rgb_0.png entropy/rgb_1.png \
@@ -94,17 +94,12 @@ fn every_frame_comes_back_from_its_pngs_and_no_temporary_files_stay() {
     let read: Vec<Class> = serde_json::from_slice(&written["classes.json"]).unwrap();
     assert_eq!(read, classes);
 
-    let again = tempfile::tempdir().unwrap();
-    let whole = export_pngs(again.path(), &scene, &classes, &maps, &go_on).unwrap();
-    assert_eq!(files(again.path()), written);
-    assert_eq!([whole.files, whole.unchanged], [7, 0]);
-
     // Only what changed is written again.
     let changed = [map(1, [0; 6]), map(0, first)];
-    let before = fs::metadata(again.path().join("labels/rgb_0.png")).unwrap();
-    let once_more = export_pngs(again.path(), &scene, &classes, &changed, &go_on).unwrap();
-    assert_eq!([once_more.files, once_more.unchanged], [2, 5]);
-    let after = fs::metadata(again.path().join("labels/rgb_0.png")).unwrap();
+    let before = fs::metadata(root.path().join("labels/rgb_0.png")).unwrap();
+    let again = export_pngs(root.path(), &scene, &classes, &changed, &go_on).unwrap();
+    assert_eq!([again.files, again.unchanged], [2, 5]);
+    let after = fs::metadata(root.path().join("labels/rgb_0.png")).unwrap();
     assert_eq!(before.modified().unwrap(), after.modified().unwrap());
 }
 
@@ -132,7 +127,7 @@ fn a_cancelled_export_says_how_far_it_came_and_its_files_are_whole_but_no_finish
 }
 
 #[test]
-fn nothing_is_written_unless_there_is_one_map_for_every_frame() {
+fn nothing_is_written_unless_there_is_one_map_for_every_frame_with_the_probabilities_of_a_threshold() {
     let root = tempfile::tempdir().unwrap();
     let two = scene(&["rgb_0", "rgb_1"]);
     let labels = [1; 6];
@@ -159,18 +154,12 @@ fn nothing_is_written_unless_there_is_one_map_for_every_frame() {
         assert!(error.contains(reason), "{error}");
         assert_eq!(fs::read_dir(root.path()).unwrap().count(), 0);
     }
-}
-
-#[test]
-fn a_threshold_needs_probabilities() {
-    let root = tempfile::tempdir().unwrap();
-    let scene = scene(&["rgb_0"]);
     let options = Options {
         least_probability: Some(0.5),
         ..Options::default()
     };
-    let maps = [map(0, [1; 6])];
-    let error = export_all(root.path(), &scene, &[], &maps, (Format::Png, &options)).unwrap_err();
+    let maps = [map(0, labels), map(1, labels)];
+    let error = export_all(root.path(), &two, &[], &maps, (Format::Png, &options)).unwrap_err();
     assert!(error.to_string().contains("probabilities"), "{error}");
 }
 

@@ -72,19 +72,11 @@ pub fn hide(frame: &mut Frame, is_hidden: impl Fn(usize) -> bool) {
     frame.set_color(color.hiding(is_hidden));
 }
 
-/// A folder and files in it.
-pub struct Files(pub TempDir);
-
-impl Files {
-    pub fn new() -> Self {
-        Self(tempfile::tempdir().unwrap())
-    }
-
-    pub fn write(&self, name: &str, bytes: impl AsRef<[u8]>) -> PathBuf {
-        let path = self.0.path().join(name);
-        fs::write(&path, bytes).unwrap();
-        path
-    }
+/// Writes a file in a folder; its path.
+pub fn write_file(folder: &TempDir, name: &str, bytes: impl AsRef<[u8]>) -> PathBuf {
+    let path = folder.path().join(name);
+    fs::write(&path, bytes).unwrap();
+    path
 }
 
 /// A turn and a shift to somewhere far away, in which a scene may lie.
@@ -95,7 +87,6 @@ pub fn far_away() -> (DQuat, DVec3) {
     )
 }
 
-/// The names of the frames.
 pub fn stems(scene: &Scene) -> Vec<&str> {
     scene.frames.iter().map(|frame| frame.stem.as_str()).collect()
 }
@@ -111,7 +102,6 @@ pub fn open(folder: &Path) -> Result<Scene, SceneError> {
     open_with(folder, OpenOptions::default())
 }
 
-/// Opens a folder with other options.
 pub fn open_with(folder: &Path, options: OpenOptions) -> Result<Scene, SceneError> {
     Scene::open(&SceneSource::Folder(folder.to_path_buf()), options, &|_, _| {})
 }
@@ -132,11 +122,8 @@ pub fn opened_without_depth(folder: &Path) -> Scene {
         ..OpenOptions::default()
     };
     let scene = open_with(folder, options).unwrap();
-    assert!(
-        !scene.has_depth() && scene.warnings.is_empty(),
-        "{:?}",
-        scene.warnings
-    );
+    assert!(!scene.has_depth());
+    assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
     scene
 }
 
@@ -159,8 +146,7 @@ pub fn assert_outside(folder: &Path, words: &[&str], frames: usize) -> Scene {
 pub fn move_out(folder: &Path, name: &str) -> TempDir {
     let outside = tempfile::tempdir().unwrap();
     let (place, moved) = (folder.join(name), outside.path().join("moved"));
-    fs::copy(&place, &moved).unwrap();
-    fs::remove_file(&place).unwrap();
+    fs::rename(&place, &moved).unwrap();
     std::os::unix::fs::symlink(&moved, &place).unwrap();
     outside
 }

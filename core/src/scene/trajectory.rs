@@ -172,7 +172,7 @@ mod tests {
     use serde_json::json;
 
     use super::*;
-    use crate::scene::testing::Files;
+    use crate::scene::testing::write_file;
 
     /// Looks down a little, far from zero.
     fn pose() -> DAffine3 {
@@ -197,16 +197,17 @@ mod tests {
 
     #[test]
     fn the_same_poses_are_read_from_every_kind_of_file() {
-        let folder = Files::new();
+        let folder = tempfile::tempdir().unwrap();
         let gl = rows(&open_gl(&pose()));
         let matrix: Vec<&[f64]> = gl.chunks(4).collect();
-        let text = folder.write("path.txt", format!("# a comment\n{}\n", words(&rows(&pose()))));
+        let lines = format!("# a comment\n{}\n", words(&rows(&pose())));
+        let text = write_file(&folder, "path.txt", lines);
         let transforms = json!({"w": 64, "h": 48, "fl_x": 50.0, "cx": 30.0,
             "frames": [{"file_path": "none.png", "transform_matrix": matrix}]});
-        let transforms = folder.write("transforms.json", transforms.to_string());
+        let transforms = write_file(&folder, "transforms.json", transforms.to_string());
         let path = json!({"camera_type": "perspective", "render_width": 64, "render_height": 48,
             "camera_path": [{"camera_to_world": gl, "fov": 90.0, "aspect": 1.3}]});
-        let path = folder.write("camera_path.json", path.to_string());
+        let path = write_file(&folder, "camera_path.json", path.to_string());
         let cameras = [&text, &transforms, &path].map(|file| {
             let read = Trajectory::read(file, None).unwrap();
             assert_eq!(read.poses.len(), 1);
@@ -220,9 +221,9 @@ mod tests {
         for file in [&text, &transforms, &path] {
             let read = |file| Trajectory::read(file, None).unwrap();
             let marked = format!("\u{feff}{}", fs::read_to_string(file).unwrap());
-            assert_eq!(read(&folder.write("marked", marked)), read(file));
+            assert_eq!(read(&write_file(&folder, "marked", marked)), read(file));
         }
-        let intrinsics = folder.write("own.txt", "20 21 5 6 10 12\n");
+        let intrinsics = write_file(&folder, "own.txt", "20 21 5 6 10 12\n");
         for file in [&text, &transforms, &path] {
             let camera = Trajectory::read(file, Some(&intrinsics)).unwrap().camera.unwrap();
             assert_eq!((camera.width, camera.fy, camera.cx), (10, 21.0, 5.0));
@@ -231,7 +232,7 @@ mod tests {
 
     #[test]
     fn views_that_no_image_could_hold_are_refused_by_the_file_that_asks_for_them() {
-        let folder = Files::new();
+        let folder = tempfile::tempdir().unwrap();
         let pose = rows(&DAffine3::IDENTITY);
         let matrix: Vec<&[f64]> = pose.chunks(4).collect();
         for (side, is_refused) in [(100_000, true), (60_000, true), (13_000, false)] {
@@ -241,10 +242,10 @@ mod tests {
                 "camera_path": [{"camera_to_world": pose, "fov": 60.0}]});
             let center = side / 2;
             let own = format!("{side} {side} {center} {center} {side} {side}");
-            let own = folder.write("own.txt", own);
-            let poses = folder.write("poses.txt", words(&pose));
-            let transforms = folder.write("transforms.json", transforms.to_string());
-            let path = folder.write("path.json", path.to_string());
+            let own = write_file(&folder, "own.txt", own);
+            let poses = write_file(&folder, "poses.txt", words(&pose));
+            let transforms = write_file(&folder, "transforms.json", transforms.to_string());
+            let path = write_file(&folder, "path.json", path.to_string());
             for (file, intrinsics, named) in [
                 (transforms, None, "transforms.json"),
                 (path, None, "path.json"),
@@ -265,7 +266,7 @@ mod tests {
 
     #[test]
     fn what_is_no_path_is_refused_with_a_sentence() {
-        let folder = Files::new();
+        let folder = tempfile::tempdir().unwrap();
         let view = |fov: f64| json!({"camera_to_world": rows(&DAffine3::IDENTITY), "fov": fov});
         let path = |kind: &str, views: Vec<serde_json::Value>| {
             json!({"camera_type": kind, "render_width": 8, "render_height": 6, "camera_path": views})
@@ -293,12 +294,12 @@ mod tests {
             ),
         ];
         for (text, part) in cases {
-            let file = folder.write("path", text);
+            let file = write_file(&folder, "path", text);
             let message = Trajectory::read(&file, None).unwrap_err().to_string();
             assert!(message.contains(part), "{part}: {message}");
             assert!(message.contains("path"), "{part}: {message}");
         }
-        let message = Trajectory::read(&folder.0.path().join("none"), None)
+        let message = Trajectory::read(&folder.path().join("none"), None)
             .unwrap_err()
             .to_string();
         assert!(message.contains("none: cannot be read"), "{message}");

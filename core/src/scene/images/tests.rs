@@ -3,16 +3,17 @@
 use std::path::PathBuf;
 
 use image::{ColorType, ExtendedColorType};
+use tempfile::TempDir;
 
 use super::*;
-use crate::scene::testing::{Files, orientation_metadata, sideways_jpeg, wall};
+use crate::scene::testing::{orientation_metadata, sideways_jpeg, wall, write_file};
 
 /// Three pixels of a palette: opaque, of alpha 0, half transparent.
 const PALETTE: &[u8] = include_bytes!("fixtures/palette-alpha.png");
 
 /// Saves an image of two rows.
-fn save(files: &Files, name: &str, bytes: &[u8], kind: ColorType) -> PathBuf {
-    let path = files.0.path().join(name);
+fn save(files: &TempDir, name: &str, bytes: &[u8], kind: ColorType) -> PathBuf {
+    let path = files.path().join(name);
     let width = bytes.len() / usize::from(kind.bytes_per_pixel()) / 2;
     image::save_buffer(&path, bytes, width as u32, 2, ExtendedColorType::from(kind)).unwrap();
     path
@@ -27,7 +28,7 @@ fn read(path: &Path, mask: Option<&Path>, width: u32, height: u32) -> Result<(Co
 
 #[test]
 fn sixteen_bits_and_gray_become_eight_bits_of_three_channels() {
-    let files = Files::new();
+    let files = tempfile::tempdir().unwrap();
     let deep: [u16; 12] = [0, 257, 65535, 32896, 128, 129, 1, 2, 3, 60000, 40000, 20000];
     let path = save(&files, "deep.png", bytemuck::cast_slice(&deep), ColorType::Rgb16);
     let (color, _) = read(&path, None, 2, 2).unwrap();
@@ -46,8 +47,8 @@ fn sixteen_bits_and_gray_become_eight_bits_of_three_channels() {
 
 #[test]
 fn alpha_of_zero_hides_a_pixel_and_any_other_does_not() {
-    let files = Files::new();
-    let (color, _) = read(&files.write("palette.png", PALETTE), None, 3, 1).unwrap();
+    let files = tempfile::tempdir().unwrap();
+    let (color, _) = read(&write_file(&files, "palette.png", PALETTE), None, 3, 1).unwrap();
     assert_eq!(color.bytes(), [10, 20, 30, 0, 0, 0, 7, 8, 9]);
     assert_eq!(color.hidden_pixels().collect::<Vec<_>>(), [1]);
 
@@ -63,7 +64,7 @@ fn alpha_of_zero_hides_a_pixel_and_any_other_does_not() {
 
 #[test]
 fn masks_hide_where_they_are_black_and_add_to_alpha() {
-    let files = Files::new();
+    let files = tempfile::tempdir().unwrap();
     let pixels = [50, 0, 60, 255, 70, 255, 80, 255];
     let path = save(&files, "alpha.png", &pixels, ColorType::La8);
     let faint: [u16; 4] = [65535, 1, 0, 65535];
@@ -75,7 +76,10 @@ fn masks_hide_where_they_are_black_and_add_to_alpha() {
             save(&files, "other.png", &[255; 6], ColorType::L8),
             "other.png has 3x2 pixels and not 2x2",
         ),
-        (files.write("spoilt.png", b"spoilt"), "spoilt.png cannot be read"),
+        (
+            write_file(&files, "spoilt.png", b"spoilt"),
+            "spoilt.png cannot be read",
+        ),
         (save(&files, "black.png", &[0; 4], ColorType::L8), "nothing of it"),
     ] {
         let reason = read(&path, Some(&mask), 2, 2).unwrap_err();
@@ -85,13 +89,13 @@ fn masks_hide_where_they_are_black_and_add_to_alpha() {
 
 #[test]
 fn an_orientation_is_ignored_unless_the_given_size_is_that_of_the_turned_image() {
-    let files = Files::new();
+    let files = tempfile::tempdir().unwrap();
     for orientation in [0, 1] {
-        let path = files.write("upright.jpg", sideways_jpeg(orientation));
+        let path = write_file(&files, "upright.jpg", sideways_jpeg(orientation));
         assert_eq!(read(&path, None, 32, 16).unwrap().1, Turn::None);
     }
     for orientation in 2..=8 {
-        let path = files.write("turned.jpg", sideways_jpeg(orientation));
+        let path = write_file(&files, "turned.jpg", sideways_jpeg(orientation));
         let (color, turn) = read(&path, None, 32, 16).unwrap();
         assert_eq!(turn, Turn::Ignored);
         assert!(color.pixel(0)[0] < 60 && color.pixel(31)[0] > 180);
@@ -124,10 +128,10 @@ fn shown(bytes: &[u8]) -> [DynamicImage; 2] {
 
 #[test]
 fn a_plain_image_shows_the_pixels_of_the_frame_to_readers_that_turn_images_and_to_others() {
-    let files = Files::new();
+    let files = tempfile::tempdir().unwrap();
     for orientation in 1..=8 {
         let jpeg = sideways_jpeg(orientation);
-        let path = files.write("turned.jpg", &jpeg);
+        let path = write_file(&files, "turned.jpg", &jpeg);
         for (width, height) in [(32, 16), (16, 32)] {
             if (width, height) == (16, 32) && orientation < 5 {
                 continue;
@@ -155,8 +159,8 @@ fn a_plain_image_shows_the_pixels_of_the_frame_to_readers_that_turn_images_and_t
 
 #[test]
 fn a_png_that_asks_to_be_turned_is_written_anew_with_all_its_bits() {
-    let files = Files::new();
-    let path = files.0.path().join("deep.png");
+    let files = tempfile::tempdir().unwrap();
+    let path = files.path().join("deep.png");
     let deep: Vec<u16> = (0..4 * 2 * 3).map(|value| 2570 * value).collect();
     let mut encoder = image::codecs::png::PngEncoder::new(std::fs::File::create(&path).unwrap());
     image::ImageEncoder::set_exif_metadata(&mut encoder, orientation_metadata(6)).unwrap();
