@@ -21,7 +21,6 @@ fn suggestions(clicks: &[Click]) -> (LabelPropagation, Vec<Suggestion>) {
     (propagation, suggestions)
 }
 
-/// The node that a suggestion is on.
 fn node_of(propagation: &LabelPropagation, suggestion: &Suggestion) -> u32 {
     let [x, y] = suggestion.pixel;
     let shown = &propagation.surface().pixels[suggestion.frame];

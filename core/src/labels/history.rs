@@ -164,17 +164,6 @@ mod tests {
     }
 
     #[test]
-    fn an_adopted_edit_is_like_one_made_here() {
-        let (mut history, wall, _) = history();
-        let mut mirror = history.clone();
-        let edit = history.add_stroke(Stroke::click(0, wall, [1, 1]));
-        mirror.adopt(edit);
-        assert_eq!(mirror.labels(), history.labels());
-        let next = |history: &mut History| history.add_stroke(Stroke::click(0, wall, [2, 2]));
-        assert_eq!(next(&mut mirror), next(&mut history));
-    }
-
-    #[test]
     fn stroke_and_class_ids_are_never_used_twice() {
         let (mut history, wall, floor) = history();
         let first = history.add_stroke(Stroke::click(0, wall, [1, 1])).strokes[0].id;

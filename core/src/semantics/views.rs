@@ -79,7 +79,6 @@ mod tests {
         Surface::build(scene, &[], 4.0).unwrap()
     }
 
-    /// The node that a pixel of a frame shows.
     fn node_at(surface: &Surface, frame: usize, [column, row]: Pixel, width: u32) -> u32 {
         surface.pixels[frame]
             .node((row * width + column) as usize)

@@ -258,10 +258,7 @@ mod tests {
         assert_eq!(named(&history), [(bed + 1, "sofa")]);
         history.add_classes(&[Class::new(bed, "bed")]);
         assert_eq!(named(&history), [(bed + 1, "sofa"), (bed, "bed")]);
-    }
-
-    #[test]
-    fn the_highest_number_does_not_keep_others_out() {
+        // The highest number does not keep others out.
         let mut history = History::default();
         history.add_classes(&[Class::new(ClassId::MAX, "last"), Class::new(1, "first")]);
         assert_eq!(history.add_class("next").0, 2);

@@ -1,33 +1,23 @@
 //! A damaged project is opened from its newest backup that opens, and says so.
 
+use rand::{Rng, SeedableRng, rngs::SmallRng};
+
 use super::super::backups::write;
 use super::*;
 use crate::labels::LabelSet;
-
-/// Numbers that are the same in every run.
-struct Random(u64);
-
-impl Random {
-    fn below(&mut self, limit: usize) -> usize {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 % limit as u64) as usize
-    }
-}
 
 /// A project on frames a, b, c: 150 strokes of two classes of which some were erased, deleted and undone; imported
 /// images, maps and a model.
 fn grown(folder: &Path) -> Contents {
     let mut contents = contents(folder);
     let history = &mut contents.history;
-    let mut random = Random(7);
+    let mut random = SmallRng::seed_from_u64(7);
     for number in 0..150_usize {
-        let x = random.below(300) as u32;
-        let line = (0..1 + random.below(40) as u32).map(|step| [x + step, number as u32]);
+        let x = random.random_range(0..300);
+        let line = (0..random.random_range(1..41)).map(|step| [x + step, number as u32]);
         history.add_stroke(Stroke {
             lines: vec![line.collect()],
-            radius: random.below(3) as u32,
+            radius: random.random_range(0..3),
             ..Stroke::click(number % 3, 1 + (number % 2) as u16, [0, 0])
         });
         if number % 20 == 9 {
@@ -53,21 +43,19 @@ fn grown(folder: &Path) -> Contents {
 const PAGE: usize = 4096;
 
 /// Flips bits, spoils bytes or pages, or cuts the end off.
-fn spoil(bytes: &mut Vec<u8>, round: usize, random: &mut Random) {
+fn spoil(bytes: &mut Vec<u8>, round: usize, random: &mut SmallRng) {
     let length = bytes.len();
-    let start = PAGE * random.below(length / PAGE);
+    let start = PAGE * random.random_range(0..length / PAGE);
     let page = start..start + PAGE;
     match round % 6 {
-        0 => bytes[random.below(length)] ^= 1 << random.below(8),
-        1 => (0..8).for_each(|_| bytes[random.below(length)] = random.below(256) as u8),
-        2 => bytes.truncate(random.below(length)),
+        0 => bytes[random.random_range(0..length)] ^= 1 << random.random_range(0..8),
+        1 => (0..8).for_each(|_| bytes[random.random_range(0..length)] = random.random()),
+        2 => bytes.truncate(random.random_range(0..length)),
         3 => bytes[page].fill(0),
-        4 => bytes[page]
-            .iter_mut()
-            .for_each(|byte| *byte = random.below(256) as u8),
+        4 => random.fill(&mut bytes[page]),
         _ => {
-            let from = random.below(200);
-            bytes[from..from + 1 + random.below(60)].fill(0);
+            let from = random.random_range(0..200);
+            bytes[from..from + random.random_range(1..61)].fill(0);
         }
     }
 }
@@ -84,7 +72,7 @@ fn after_any_damage_a_project_is_whole_or_from_its_backup_or_refused_and_says_so
     let whole = fs::read(&path).unwrap();
     let hidden = folder.path().join(".inplace-backups");
     let aside = folder.path().join("p-damaged.inplace");
-    let mut random = Random(0x2545_f491_4f6c_dd1d);
+    let mut random = SmallRng::seed_from_u64(8);
     let (mut refused, mut restored, mut warned, mut unharmed) = (0, 0, 0, 0);
     for round in 0..120 {
         let mut bytes = whole.clone();

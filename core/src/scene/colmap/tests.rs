@@ -174,7 +174,6 @@ fn plain() -> (TempDir, PathBuf) {
     capture("sparse/0", &Fixture::of_wall(1, Distortion::default()).binary())
 }
 
-/// Writes a model into a folder.
 fn write<T: AsRef<[u8]>>(place: &Path, files: &[(&'static str, T)]) {
     fs::create_dir_all(place).unwrap();
     for (name, content) in files {

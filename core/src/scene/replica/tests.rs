@@ -115,34 +115,35 @@ fn nothing_is_written_over_a_folder_in_use_and_no_rest_is_left() {
 }
 
 #[test]
-fn without_intrinsics_the_field_of_view_is_90_degrees() {
+fn intrinsics_are_scaled_to_images_of_the_same_proportions_and_without_any_the_field_of_view_is_90_degrees() {
     let (_parent, folder) = capture();
-    fs::remove_file(folder.join("intrinsics.txt")).unwrap();
+    change_files(&folder, "intrinsics.txt = 14 15 8 7 16 12");
+    let scene = opened(&folder);
+    let expected = Camera::new([WIDTH, HEIGHT], [7.0, 7.5, 4.0, 3.5]);
+    assert_eq!(scene.frames[0].camera, expected);
+    assert_eq!(scene.notes.len(), 1);
+    assert!(scene.notes[0].contains("16x12") && scene.notes[0].contains("8x6"));
+    change_files(&folder, "remove intrinsics.txt");
     let camera = open(&folder).unwrap().frames[0].camera;
     assert_eq!(camera, Camera::with_horizontal_fov(WIDTH, HEIGHT, 90.0));
 }
 
 #[test]
-fn any_numbered_image_is_a_frame_and_frames_are_in_numerical_order() {
+fn any_numbered_image_is_a_frame_in_numerical_order_and_progress_reaches_their_number() {
     let (_parent, folder) = capture();
     let rgb = folder.join("rgb");
     fs::rename(rgb.join("rgb_2.png"), rgb.join("frame-0002.PNG")).unwrap();
-    let scene = open(&folder).unwrap();
-    let stems = stems(&scene);
-    assert_eq!(stems[1..4], ["rgb_1", "frame-0002", "rgb_3"]);
-    assert_eq!(stems[10], "rgb_10");
-}
-
-#[test]
-fn progress_reaches_the_number_of_frames() {
-    let (_parent, folder) = capture();
     let most = AtomicUsize::new(0);
     let progress = |done: usize, total: usize| {
         assert_eq!(total, 12);
         most.fetch_max(done, Ordering::Relaxed);
     };
-    Scene::open(&SceneSource::Folder(folder), OpenOptions::default(), &progress).unwrap();
+    let source = SceneSource::Folder(folder);
+    let scene = Scene::open(&source, OpenOptions::default(), &progress).unwrap();
     assert_eq!(most.into_inner(), 12);
+    let stems = stems(&scene);
+    assert_eq!(stems[1..4], ["rgb_1", "frame-0002", "rgb_3"]);
+    assert_eq!(stems[10], "rgb_10");
 }
 
 /// What opening the capture says after changes to its files.
@@ -215,15 +216,4 @@ fn images_of_half_the_size_get_half_the_intrinsics_and_the_depth_of_either_size(
         let is_own = |z: &f32| (z - own).abs() < 2e-3;
         assert!(around.iter().flatten().any(is_own), "{own} {around:?}");
     }
-}
-
-#[test]
-fn intrinsics_for_another_size_of_the_same_proportions_are_scaled() {
-    let (_parent, folder) = capture();
-    change_files(&folder, "intrinsics.txt = 14 15 8 7 16 12");
-    let scene = opened(&folder);
-    let expected = Camera::new([WIDTH, HEIGHT], [7.0, 7.5, 4.0, 3.5]);
-    assert_eq!(scene.frames[0].camera, expected);
-    assert_eq!(scene.notes.len(), 1);
-    assert!(scene.notes[0].contains("16x12") && scene.notes[0].contains("8x6"));
 }

@@ -54,7 +54,7 @@ fn z(frame: &Frame, column: u32, row: u32) -> Option<f32> {
 }
 
 #[test]
-fn frames_are_posed_in_the_order_of_their_numbers() {
+fn frames_are_posed_in_the_order_of_their_numbers_with_the_depth_of_another_camera() {
     let (_root, folder) = scan();
     let scene = opened(&folder);
     assert_eq!(scene.format, "ScanNet");
@@ -67,12 +67,7 @@ fn frames_are_posed_in_the_order_of_their_numbers() {
     assert_eq!(frame.camera, Camera::new([24, 16], [20.0, 20.0, 12.0, 8.0]));
     let ahead = frame.ray_direction(8 * 24 + 12);
     assert!(ahead.x > 0.99, "{ahead}");
-}
-
-#[test]
-fn depth_is_brought_to_the_colour_images_by_the_two_intrinsics() {
-    let (_root, folder) = scan();
-    let frame = &opened(&folder).frames[1];
+    // Depth is brought to the colour images by the two intrinsics.
     for row in 0..16 {
         for column in 0..24 {
             let seen = 10.0 * (column as f32 + 0.5 - 12.0) / 20.0 + 8.0;

@@ -29,7 +29,7 @@ fn sequence() -> (TempDir, PathBuf) {
 }
 
 #[test]
-fn a_sequence_is_read_with_its_poses_and_depths() {
+fn a_sequence_is_read_with_its_poses_depths_and_intrinsics() {
     let (_parent, folder) = sequence();
     let scene = opened(&folder);
     assert_eq!(scene.format, "7-Scenes");
@@ -45,13 +45,8 @@ fn a_sequence_is_read_with_its_poses_and_depths() {
         let point = frame.center() + depth.ray_length(index).unwrap() * frame.ray_direction(index);
         assert!((point.x - 2.3).abs() < 1e-3, "{point}");
     }
-}
-
-#[test]
-fn the_published_intrinsics_are_a_note_and_a_file_goes_before_them() {
-    let (_parent, folder) = sequence();
-    let scene = opened(&folder);
-    let camera = scene.frames[0].camera;
+    // The published intrinsics are a note, and a file goes before them.
+    let camera = frame.camera;
     assert_eq!((camera.cx, camera.cy), (4.0, 3.0));
     assert!((camera.fx - 585.0 / 80.0).abs() < 1e-5 && camera.fx == camera.fy);
     assert_eq!(scene.notes.len(), 1);
