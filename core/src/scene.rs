@@ -36,8 +36,8 @@ use glam::{Affine3A, DAffine3, DVec3, Vec3};
 
 use crate::TOLD;
 pub(crate) use cache::Cache;
-pub use camera::Camera;
 pub(crate) use camera::sampled;
+pub use camera::{Camera, Viewpoint};
 pub use error::{CameraError, ImageError, SceneError};
 pub(crate) use error::{in_one_line, shown};
 pub(crate) use files::check_size;

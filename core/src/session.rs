@@ -29,11 +29,11 @@ pub use crate::semantics::{
     CERTAIN, ENTROPY_STEPS_PER_NAT, FrameMap, FrameSummary, PixelAnswer, StrokeCheck,
 };
 pub use client::{Client, ClientError};
-pub use demand::TrainingEnd;
+pub use demand::{Measured, TrainingEnd};
 pub use maps::MapSlots;
 pub use message::{Command, Event, ModelState, Phase, SessionOptions, Status};
 pub use progress::Progress;
-pub use rendering::RenderedFrame;
+pub use rendering::{RenderedLabels, RenderedView};
 pub use semantic_trainer::sampling;
 pub use surface_refiner::SurfaceRefiner;
 

@@ -2,6 +2,7 @@
 
 mod content;
 mod cpu;
+mod field_view;
 mod frame_view;
 mod gpu;
 mod legend;
@@ -16,21 +17,25 @@ mod tools;
 mod view;
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use std::time::Instant;
 
 use egui::{Align2, CursorIcon, Event, Key, Pos2, Rect, Role, Sense, Ui, WidgetInfo, vec2};
 use inplace_core::labels::Pixel;
 use inplace_model::layer::{Layer, Look};
+use inplace_model::palette::Palette;
 use inplace_model::settings::Settings;
 use inplace_model::tool::{Tool, stepped_brush};
-use inplace_model::versioned::Version;
+use inplace_model::versioned::{Version, Versioned};
 use inplace_model::view::View;
 use inplace_model::workspace::Workspace;
 use inplace_model::{Command, Commands, Model};
 
 pub use cpu::pictures;
+pub use field_view::{FieldView, FieldViewer};
 pub use frame_view::FrameView;
 pub use gpu::{UploadClock, make_ready};
+pub use legend::field_words;
 pub use overlay::{marker, region};
 pub use shapes::stroke_color;
 pub use split::{below_menus, layer_menu};
@@ -137,7 +142,10 @@ impl Canvas {
         }
         let settings = &model.settings;
         let other = settings.compare.then_some(settings.other_layer);
-        let layers: Vec<Layer> = [Some(settings.layer), other].into_iter().flatten().collect();
+        let mut layers: Vec<Layer> = [Some(settings.layer), other].into_iter().flatten().collect();
+        if workspace.space.shown {
+            layers.clear();
+        }
         if let Some(frame) = &mut self.frame {
             frame.follow(workspace, &layers, Instant::now(), commands);
         }
@@ -405,6 +413,25 @@ impl Canvas {
             commands.push(Command::SetView(view));
         }
         view
+    }
+
+    /// Paints a layer of a view of the field all over an area, for another view that has taken the canvas's place.
+    pub fn paint_view(
+        &mut self,
+        painter: &egui::Painter,
+        area: Rect,
+        view: &FieldView,
+        look: Look,
+        palette: &Versioned<Arc<Palette>>,
+    ) {
+        let content = view.content(look.layer, palette);
+        let size = content.image.size().map(|side| side as f32);
+        let placement = Placement {
+            origin: area.min,
+            zoom: area.width() / size[0],
+            size: size.into(),
+        };
+        self.paint_frame(&painter.with_clip_rect(area), 0, content, placement, look);
     }
 
     /// Paints one side of the canvas, which is what the painter is clipped to; `false` while the image is not

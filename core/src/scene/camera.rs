@@ -153,6 +153,15 @@ impl Camera {
     }
 }
 
+/// A camera at its place: all that a view of a scene depends on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Viewpoint {
+    /// Size of the image and intrinsics.
+    pub camera: Camera,
+    /// Camera-to-world pose: rotation, and position in metres relative to the scene's origin.
+    pub camera_to_world: Affine3A,
+}
+
 /// Of `to` pixels along an axis the one over the centre of pixel `at` of `from`.
 pub(crate) fn sampled(at: u32, from: u32, to: u32) -> u32 {
     let place = (2 * u64::from(at) + 1) * u64::from(to) / (2 * u64::from(from));

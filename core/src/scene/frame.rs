@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::{Affine3A, Vec3, Vec3A};
 
-use super::{Camera, FramePixels, Lens, Pixels, SceneError};
+use super::{Camera, FramePixels, Lens, Pixels, SceneError, Viewpoint};
 
 /// Share of pixels with measured depth above which what is missing follows from what lies beside it.
 const COMPLETE_DEPTH: f32 = 0.98;
@@ -342,6 +342,14 @@ impl Frame {
         let [x, y] = pixel.map(|v| f64::from(v) + 0.5);
         let (x, y) = lens.to_pinhole(&self.camera, x, y)?;
         Some([x as u32, y as u32])
+    }
+
+    /// Where the frame was taken, and by which camera.
+    pub fn viewpoint(&self) -> Viewpoint {
+        Viewpoint {
+            camera: self.camera,
+            camera_to_world: self.camera_to_world,
+        }
     }
 
     /// The camera's centre in the world, in metres.

@@ -54,18 +54,18 @@ impl TrainingEnd {
 
 /// How much of the keyframes' pixels has measured depth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Measured {
+pub enum Measured {
     /// All of every keyframe, or nearly.
     All,
     /// At least half: the field fills holes.
     Most,
-    /// Less, so that most of the surface is the field's.
+    /// Less, so that most of the surface is the field's, and the labels gain from the semantic field.
     Little,
 }
 
 impl Measured {
     /// What is measured of a scene.
-    pub(super) fn of(scene: &Scene) -> Self {
+    pub fn of(scene: &Scene) -> Self {
         let keyframes = || scene.frames.iter().filter(|frame| frame.is_keyframe());
         let covered: f32 = keyframes().filter_map(Frame::depth_coverage).sum();
         if SurfaceRefiner::is_complete(scene) {

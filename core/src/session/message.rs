@@ -6,11 +6,11 @@ use std::sync::Arc;
 use candle_core::{DType, Device, Tensor};
 
 use super::semantic_trainer::restored;
-use super::{RenderedFrame, TrainingEnd};
+use super::{RenderedView, TrainingEnd};
 use crate::field::{FieldError, Preset, Trainer, Work};
 use crate::guide::Suggestion;
 use crate::labels::LabelSet;
-use crate::scene::{OpenOptions, Scene, SceneSource};
+use crate::scene::{OpenOptions, Scene, SceneSource, Viewpoint};
 use crate::semantics::{SemanticField, StrokeCheck};
 
 /// What a session works on and how.
@@ -56,12 +56,9 @@ pub enum Command {
     },
     /// From now on, check the strokes after every change of the labels ([`Event::StrokeChecks`]).
     CheckStrokes,
-    /// Render the field as seen from this frame, in slices between other work; a newer request replaces an older one.
+    /// Render the field as seen from here, in slices between other work; a newer request replaces an older one.
     /// Answered with [`Event::Rendered`], coarse first and then fine, or with [`Event::NotRendered`].
-    Render {
-        /// Index of the frame.
-        frame: usize,
-    },
+    Render(Viewpoint),
     /// Stop training; the maps still follow changes of the labels.
     Pause,
     /// Train on.
@@ -115,8 +112,8 @@ pub enum Event {
         /// Cross-validated accuracy, 0..=1 ([`LeaveOneOut::accuracy`](crate::semantics::LeaveOneOut::accuracy)).
         accuracy: Option<f32>,
     },
-    /// The field as seen from a frame: an answer to [`Command::Render`].
-    Rendered(Arc<RenderedFrame>),
+    /// The field as seen from a viewpoint: an answer to [`Command::Render`].
+    Rendered(Arc<RenderedView>),
     /// The field cannot be shown, and why. The other answer to [`Command::Render`].
     NotRendered(String),
     /// Progress of training; several times a second while it runs.

@@ -223,7 +223,7 @@ impl WorkerTask for ReferenceWorker<'_> {
             Command::SuggestOn { .. } => {}
             // Labels do not spread along a surface here, so that none can be left out for a check.
             Command::CheckStrokes => {}
-            Command::Render { .. } => self.outbox.send(Event::NotRendered(
+            Command::Render(_) => self.outbox.send(Event::NotRendered(
                 "The published network takes minutes for a view of the scene: it is not shown here."
                     .to_owned(),
             )),

@@ -1,13 +1,13 @@
-//! The field as seen from a frame, rendered in slices.
+//! The field as seen from a viewpoint, rendered in slices.
 
 use std::sync::Arc;
 
 use super::sampling;
 use super::semantic_trainer::SemanticTrainer;
-use crate::field::{FieldError, Ray, RenderedRay, Trainer, frame_rays, render_rays};
-use crate::labels::ClassId;
-use crate::scene::{Camera, ColorImage, Scene};
-use crate::semantics::{FrameMap, most_likely};
+use crate::field::{FieldError, Ray, RenderedRay, Trainer, camera_rays, render_rays};
+use crate::labels::{ClassId, Pixel};
+use crate::scene::{Camera, ColorImage, Viewpoint};
+use crate::semantics::most_likely;
 
 /// Rays rendered between two looks at the commands.
 const RAYS_AT_A_TIME: usize = 1024;
@@ -16,11 +16,11 @@ const MOST_RAYS: usize = 80_000;
 /// How much coarser, along each axis, the first pass is: it takes a sixteenth of the time.
 const COARSER: u32 = 4;
 
-/// The field as seen from a frame.
+/// The field as seen from a viewpoint.
 #[derive(Clone, Debug)]
-pub struct RenderedFrame {
-    /// Index of the frame.
-    pub frame: usize,
+pub struct RenderedView {
+    /// Where it is seen from.
+    pub viewpoint: Viewpoint,
     /// Training steps of the field when it was rendered.
     pub steps: u64,
     /// Training steps of the semantic field.
@@ -29,20 +29,31 @@ pub struct RenderedFrame {
     pub generation: u64,
     /// Whether no finer image of these steps follows.
     pub is_last: bool,
-    /// Pixels of the frame, along each axis, per pixel here: the centre of pixel (0, 0) here is at
-    /// (0.5 stride, 0.5 stride) of the frame.
+    /// Pixels of the viewpoint's camera, along each axis, per pixel here: the centre of pixel (0, 0) here is at
+    /// (0.5 stride, 0.5 stride) of the camera's image.
     pub stride: u32,
-    /// Rendered colours, row-major, the frame's size divided by the stride and rounded up.
+    /// Rendered colours, row-major, the camera's size divided by the stride and rounded up.
     pub color: ColorImage,
     /// Depth along the camera's axis (z) of every pixel, in metres, row-major; 0 where the ray meets nothing.
     pub depth: Vec<f32>,
-    /// Class and entropy of every pixel here by the semantic field; `None` before it has learnt anything.
-    pub labels: Option<Arc<FrameMap>>,
+    /// What the semantic field renders; `None` before it has learnt anything.
+    pub labels: Option<RenderedLabels>,
 }
 
-impl RenderedFrame {
-    /// Depth (z) in metres of a pixel of the frame; `None` where the ray meets nothing, and outside the image.
-    pub fn depth_at(&self, [x, y]: [u32; 2]) -> Option<f32> {
+/// Class and entropy of every pixel of a view by the semantic field, row-major.
+#[derive(Clone, Debug)]
+pub struct RenderedLabels {
+    /// Most likely classes.
+    pub classes: Arc<[ClassId]>,
+    /// Entropies of the class distributions, in nats times
+    /// [`ENTROPY_STEPS_PER_NAT`](crate::semantics::ENTROPY_STEPS_PER_NAT).
+    pub entropy: Arc<[u16]>,
+}
+
+impl RenderedView {
+    /// Depth (z) in metres of a pixel of the viewpoint's camera; `None` where the ray meets nothing, and outside the
+    /// image.
+    pub fn depth_at(&self, [x, y]: Pixel) -> Option<f32> {
         let (column, row) = (x / self.stride, y / self.stride);
         let inside = column < self.color.width() && row < self.color.height();
         let index = inside.then(|| (row * self.color.width() + column) as usize)?;
@@ -51,8 +62,8 @@ impl RenderedFrame {
 }
 
 /// A view under way: a coarse pass, then a fine one.
-pub(super) struct FrameRendering {
-    frame: usize,
+pub(super) struct ViewRendering {
+    viewpoint: Viewpoint,
     /// Stride of the pass under way.
     stride: u32,
     /// Stride of the last pass.
@@ -65,21 +76,20 @@ pub(super) struct FrameRendering {
     is_done: bool,
 }
 
-impl FrameRendering {
-    /// A view from this frame; `None` when there is no such frame.
-    pub(super) fn new(scene: &Scene, frame: usize) -> Option<Self> {
-        let camera = &scene.frames.get(frame)?.camera;
-        let fits = |stride: &u32| camera.reduced(*stride).pixels() <= MOST_RAYS;
+impl ViewRendering {
+    /// A view from here.
+    pub(super) fn new(viewpoint: Viewpoint) -> Self {
+        let fits = |stride: &u32| viewpoint.camera.reduced(*stride).pixels() <= MOST_RAYS;
         let finest = (1..).find(fits).unwrap_or(1);
-        Some(Self {
-            frame,
+        Self {
+            viewpoint,
             stride: COARSER * finest,
             finest,
             begun: None,
             done: Vec::new(),
             labels: Vec::new(),
             is_done: false,
-        })
+        }
     }
 
     /// Whether the last pass is complete.
@@ -93,12 +103,17 @@ impl FrameRendering {
     /// None on the CPU short of a lack of memory.
     pub(super) fn advance(
         &mut self,
-        scene: &Scene,
         trainer: &Trainer,
         (semantics, generation): (&SemanticTrainer, u64),
-    ) -> Result<Option<RenderedFrame>, FieldError> {
-        let frame = &scene.frames[self.frame];
-        let (camera, rays) = self.begun.get_or_insert_with(|| frame_rays(frame, self.stride));
+    ) -> Result<Option<RenderedView>, FieldError> {
+        let Viewpoint {
+            camera,
+            camera_to_world,
+        } = &self.viewpoint;
+        let (camera, rays) = self.begun.get_or_insert_with(|| {
+            let camera = camera.reduced(self.stride);
+            (camera, camera_rays(&camera, camera_to_world))
+        });
         let from = self.done.len();
         let slice = &rays[from..(from + RAYS_AT_A_TIME).min(rays.len())];
         let (field, occupancy) = (trainer.field(), trainer.occupancy());
@@ -126,17 +141,19 @@ impl FrameRendering {
             ray.length.map_or(0.0, |length| length / direction.length())
         };
         let depth = self.done.iter().enumerate().map(z_depth).collect();
-        let (labels, entropy) = std::mem::take(&mut self.labels).into_iter().unzip();
+        let labels = std::mem::take(&mut self.labels);
         // Where the semantic field came into being during the pass, there are not all pixels.
-        let size = [camera.width, camera.height];
-        let labels = FrameMap::new(self.frame, generation, size, labels, entropy).map(Arc::new);
+        let labels = (labels.len() == rays.len()).then(|| RenderedLabels {
+            classes: labels.iter().map(|&(class, _)| class).collect(),
+            entropy: labels.iter().map(|&(_, entropy)| entropy).collect(),
+        });
         let stride = self.stride;
         self.is_done = stride == self.finest;
         self.stride = self.finest;
         self.begun = None;
         self.done.clear();
-        Ok(color.map(|color| RenderedFrame {
-            frame: self.frame,
+        Ok(color.map(|color| RenderedView {
+            viewpoint: self.viewpoint,
             steps: trainer.steps(),
             semantic_steps: semantics.steps(),
             generation,
@@ -158,30 +175,31 @@ mod tests {
     use crate::scene::testing::wall;
 
     #[test]
-    fn a_view_comes_coarse_first_and_then_at_the_frames_own_size() {
+    fn a_view_comes_coarse_first_and_then_at_its_own_size() {
         let scene = Arc::new(wall(3, 64, 48));
         let trainer = Trainer::new(Arc::clone(&scene), Preset::Fast, 1).unwrap();
         let semantics = SemanticTrainer::restored(&HashMap::new(), &trainer);
-        let mut rendering = FrameRendering::new(&scene, 1).unwrap();
+        let viewpoint = scene.frames[1].viewpoint();
+        let mut rendering = ViewRendering::new(viewpoint);
         let mut views = Vec::new();
         let mut slices = 0;
         while !rendering.is_done() {
-            views.extend(rendering.advance(&scene, &trainer, (&semantics, 0)).unwrap());
+            views.extend(rendering.advance(&trainer, (&semantics, 0)).unwrap());
             slices += 1;
         }
         assert_eq!(slices, 1 + 3);
-        let about = |view: &RenderedFrame| (view.stride, view.color.width(), view.depth.len(), view.is_last);
+        assert!(views.iter().all(|view| view.viewpoint == viewpoint));
+        let about = |view: &RenderedView| (view.stride, view.color.width(), view.depth.len(), view.is_last);
         let all: Vec<_> = views.iter().map(about).collect();
         assert_eq!(all, [(4, 16, 16 * 12, false), (1, 64, 64 * 48, true)]);
-        assert!(FrameRendering::new(&scene, 3).is_none());
     }
 
     #[test]
-    fn large_frames_are_rendered_with_a_stride_and_read_by_their_own_pixels() {
-        let scene = wall(1, 1000, 700);
-        assert_eq!(FrameRendering::new(&scene, 0).unwrap().finest, 3);
-        let view = RenderedFrame {
-            frame: 0,
+    fn large_views_are_rendered_with_a_stride_and_read_by_the_cameras_own_pixels() {
+        let viewpoint = wall(1, 1000, 700).frames[0].viewpoint();
+        assert_eq!(ViewRendering::new(viewpoint).finest, 3);
+        let view = RenderedView {
+            viewpoint,
             steps: 0,
             semantic_steps: 0,
             generation: 0,

@@ -1,11 +1,13 @@
 use std::time::{Duration, Instant};
 
+use glam::{Affine3A, Vec3};
+
 use super::*;
 use crate::field::Preset;
 use crate::labels::testing::{clicked, import_plain};
 use crate::labels::{ClassId, History, Stroke, Trust, VOID};
 use crate::scene::testing::wall;
-use crate::scene::{OpenOptions, SceneSource, write_replica};
+use crate::scene::{Camera, OpenOptions, SceneSource, Viewpoint, write_replica};
 
 /// How long anything may take on a slow, busy machine.
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -46,6 +48,14 @@ fn wait<T>(session: &Session, mut pick: impl FnMut(&Event) -> Option<T>) -> T {
     panic!("nothing came in {PATIENCE:?}");
 }
 
+/// Waits for the scene.
+fn opened(session: &Session) -> Arc<Scene> {
+    wait(session, |event| match event {
+        Event::Opened(scene) => Some(Arc::clone(scene)),
+        _ => None,
+    })
+}
+
 fn wait_for_status(session: &Session, is_it: impl Fn(&Status) -> bool) -> Status {
     wait(session, |event| match event {
         Event::Status(status) => Some(status.clone()).filter(&is_it),
@@ -53,7 +63,7 @@ fn wait_for_status(session: &Session, is_it: impl Fn(&Status) -> bool) -> Status
     })
 }
 
-fn rendered(session: &Session, is_it: impl Fn(&RenderedFrame) -> bool) -> Arc<RenderedFrame> {
+fn rendered(session: &Session, is_it: impl Fn(&RenderedView) -> bool) -> Arc<RenderedView> {
     wait(session, |event| match event {
         Event::Rendered(view) => Some(Arc::clone(view)).filter(|view| is_it(view)),
         _ => None,
@@ -203,19 +213,20 @@ fn where_depth_is_measured_everywhere_nothing_is_trained_before_somebody_looks_a
         views: false,
         ..options()
     });
+    let viewpoint = opened(&session).frames[4].viewpoint();
     send_labels(&session, &two_clicks(), 1);
     let status = wait_for_status(&session, |status| status.is_final(1));
     assert_eq!(status.steps, 0);
     assert_eq!(status.training_end, Some(TrainingEnd::NotNeeded));
-    session.send(Command::Render { frame: 4 });
+    session.send(Command::Render(viewpoint));
     let view = rendered(&session, |_| true);
     assert!(view.labels.is_none(), "nothing was learnt yet");
     // Each view trains the field for a while.
     let labels = loop {
-        session.send(Command::Render { frame: 4 });
+        session.send(Command::Render(viewpoint));
         let view = rendered(&session, |view| view.is_last);
         if let Some(labels) = view.labels.as_ref().filter(|_| view.steps > 100) {
-            break labels.labels().into_owned();
+            break Arc::clone(&labels.classes);
         }
     };
     let shown = session.maps().get(4).unwrap().labels().into_owned();
@@ -339,13 +350,24 @@ fn the_reference_stops_in_the_middle_of_a_step() {
 }
 
 #[test]
-fn a_view_of_the_field_is_rendered_during_a_pause_and_has_the_depth_of_the_wall() {
+fn views_of_the_field_are_rendered_during_a_pause_and_have_the_depth_of_the_wall() {
     let session = start();
+    let of_frame = opened(&session).frames[4].viewpoint();
     wait_for_status(&session, |status| status.steps >= 200);
     session.send(Command::Pause);
-    session.send(Command::Render { frame: 4 });
-    let view = rendered(&session, |view| view.is_last);
-    assert_eq!((view.frame, view.color.width(), view.color.height()), (4, 64, 48));
-    let depth = view.depth_at([32, 24]).unwrap();
-    assert!((depth - 2.0).abs() < 0.2, "{depth} m");
+    // From a frame, and from half a metre nearer by another camera.
+    let free = Viewpoint {
+        camera: Camera::with_horizontal_fov(50, 30, 40.0),
+        camera_to_world: of_frame.camera_to_world * Affine3A::from_translation(Vec3::new(0.1, 0.05, 0.5)),
+    };
+    for (viewpoint, size, away) in [(of_frame, (64, 48), 2.0), (free, (50, 30), 1.5)] {
+        session.send(Command::Render(viewpoint));
+        let view = rendered(&session, |view| view.is_last);
+        assert_eq!(view.viewpoint, viewpoint);
+        assert_eq!((view.color.width(), view.color.height()), size);
+        for pixel in [[10, 10], [25, 15], [40, 20]] {
+            let depth = view.depth_at(pixel).unwrap();
+            assert!((depth - away).abs() < 0.2, "{depth} m at {pixel:?}, not {away} m");
+        }
+    }
 }

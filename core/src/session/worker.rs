@@ -13,7 +13,7 @@ use super::checking::Checking;
 use super::demand::Demand;
 use super::importing::Importing;
 use super::outbox::Outbox;
-use super::rendering::FrameRendering;
+use super::rendering::ViewRendering;
 use super::semantic_trainer::SemanticTrainer;
 use super::serve::{WorkerError, WorkerTask, saved, timed};
 use super::status_reporter::StatusReporter;
@@ -44,7 +44,7 @@ pub(super) struct Worker<'a> {
     /// No more training; only finish what is under way.
     settling: bool,
     /// The requested view of the field, until it is rendered.
-    rendering: Option<FrameRendering>,
+    rendering: Option<ViewRendering>,
     /// Frames whose maps are out of date, in the order in which they are made.
     stale: VecDeque<usize>,
     suggestions_due: bool,
@@ -149,8 +149,8 @@ impl WorkerTask for Worker<'_> {
                 self.suggestions_due = true;
             }
             Command::CheckStrokes => self.checking.want(),
-            Command::Render { frame } => {
-                self.rendering = FrameRendering::new(&self.scene, frame);
+            Command::Render(viewpoint) => {
+                self.rendering = Some(ViewRendering::new(viewpoint));
                 self.demand.view();
                 let wanted = self.semantics_are_wanted();
                 self.semantics.is_looked_at(wanted, self.demand.readers());
@@ -237,7 +237,12 @@ impl WorkerTask for Worker<'_> {
             return Ok(true);
         }
         self.check();
-        if self.render()? || self.train()? {
+        if self.render()? {
+            // The view is looked at when it is there: what it takes is no time to learn in.
+            self.demand.view();
+            return Ok(true);
+        }
+        if self.train()? {
             return Ok(true);
         }
         if !self.reporter.reported_settled() && self.is_settled() {

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use inplace_core::labels::{Class, ClassId, Pixel, StrokeId, Trust};
-use inplace_core::scene::SceneSource;
+use inplace_core::scene::{SceneSource, Viewpoint};
 
 use crate::dialogs::{ClassUse, Dialog, ExportChoice, Purpose};
 use crate::frames::{FrameFilter, FrameOrder};
@@ -176,8 +176,8 @@ pub enum Command {
     ChooseTool(Tool),
     /// Switches between erasing and what the left button did before.
     ToggleTool,
-    /// Has the field rendered as seen from the frame in view; no person asks for it.
-    Render,
+    /// Has the field rendered as seen from here; no person asks for it.
+    Render(Viewpoint),
     /// Zooms and pans.
     SetView(View),
     /// Fits the frame, or the scene in the 3D view.

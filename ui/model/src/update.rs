@@ -72,7 +72,7 @@ impl Model {
     }
 
     fn command(&mut self, command: Command) {
-        if command != Command::Render {
+        if !matches!(command, Command::Render(_)) {
             self.with_workspace(|workspace| workspace.overview.log.acted(Instant::now()));
         }
         match command {
@@ -181,7 +181,7 @@ impl Model {
                 Tool::Erase => self.state.settings.labelling,
                 _ => Tool::Erase,
             }),
-            Command::Render => self.with_workspace(Workspace::render),
+            Command::Render(viewpoint) => self.with_workspace(|workspace| workspace.render(viewpoint)),
             Command::SetView(view) => self.with_workspace(|workspace| workspace.view = view),
             Command::Fit => self.with_workspace(Workspace::fit),
             Command::ToggleSpace => {

@@ -10,9 +10,9 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use inplace_core::labels::{ClassId, Pixel, StrokeId};
-use inplace_core::scene::{Frame, Scene};
+use inplace_core::scene::{Frame, Scene, Viewpoint};
 use inplace_core::semantics::{Posterior, Surface};
-use inplace_core::session::{Command, FrameMap, ModelState, Phase, RenderedFrame, Status};
+use inplace_core::session::{Command, FrameMap, ModelState, Phase, RenderedView, Status};
 
 use crate::class_view::ClassView;
 use crate::document::Document;
@@ -80,8 +80,8 @@ pub struct Workspace {
     pub surface: Option<LabelledSurface>,
     /// Generation of the labels that it follows from.
     surface_generation: u64,
-    /// The newest view of the field from the frame in view.
-    pub rendered: Option<Versioned<Arc<RenderedFrame>>>,
+    /// The newest view of the field, from wherever it was asked for.
+    pub rendered: Option<Versioned<Arc<RenderedView>>>,
     /// Why there is no view of the field, a sentence, if there will be none.
     pub not_rendered: Option<String>,
     /// Zoom and pan.
@@ -143,11 +143,9 @@ impl Workspace {
         self.session.maps().get(frame)
     }
 
-    /// Has the field rendered as seen from the frame in view.
-    pub(crate) fn render(&mut self) {
-        self.outbox.push(Command::Render {
-            frame: self.frame_index,
-        });
+    /// Has the field rendered as seen from here.
+    pub(crate) fn render(&mut self, viewpoint: Viewpoint) {
+        self.outbox.push(Command::Render(viewpoint));
     }
 
     /// Has the worker hand over its model state.
@@ -184,7 +182,6 @@ impl Workspace {
         }
         self.frame_index = frame;
         self.selected = None;
-        self.rendered = None;
         self.outbox.push(Command::View { frame });
         true
     }

@@ -5,10 +5,10 @@ use std::sync::Arc;
 use inplace_core::scene::{ColorImage, Scene};
 use inplace_core::session::FrameMap;
 use inplace_model::layer::Layer;
-use inplace_model::palette::{Palette, Table};
+use inplace_model::palette::Palette;
 use inplace_model::versioned::{Version, Versioned};
 
-use super::plane::{Over, Reading, Texels};
+use super::plane::{Over, Texels};
 
 /// A map that is looked up.
 #[derive(Clone, Debug)]
@@ -31,26 +31,12 @@ impl ShownMap {
     /// What a layer lays over the image that needs nothing but the map.
     pub fn over(&self, layer: Layer, palette: &Palette) -> Option<Over> {
         let map = Arc::clone(&self.map);
-        let (texels, version, reading) = match layer {
-            Layer::Labels => (Texels::Labels(map), self.map.version(), Reading::Classes),
-            Layer::Entropy => {
-                // From none to that of an even guess among all classes.
-                let reading = Reading::Values {
-                    table: Table::Entropy,
-                    scale: palette.entropy_scale(),
-                    hole: None,
-                };
-                (Texels::Entropy(map), self.entropy, reading)
-            }
-            _ => return None,
-        };
-        Some(Over {
-            size: [self.map.width, self.map.height],
-            texels,
-            version,
-            reading,
-            greyed: false,
-        })
+        let size = [map.width, map.height];
+        match layer {
+            Layer::Labels => Some(Over::classes(size, Texels::Labels(map), self.map.version())),
+            Layer::Entropy => Some(Over::entropy(size, Texels::Entropy(map), self.entropy, palette)),
+            _ => None,
+        }
     }
 }
 

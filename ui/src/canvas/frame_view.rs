@@ -3,24 +3,21 @@
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use inplace_core::labels::{ClassId, Pixel};
 use inplace_core::scene::Scene;
-use inplace_core::session::{FrameMap, RenderedFrame, Status};
+use inplace_core::session::FrameMap;
+use inplace_model::Commands;
 use inplace_model::layer::Layer;
 use inplace_model::palette::Palette;
 use inplace_model::versioned::{Version, Versioned};
 use inplace_model::workspace::Workspace;
-use inplace_model::{Command, Commands};
 
 use super::content::{Content, Image, Picture, ShownMap};
+use super::field_view::{FieldView, FieldViewer};
 use super::plane::{AGREEMENT, DepthPlane, Over, Texels, measured_depth};
-use super::preparing::{AgreementPlane, FieldView, Part, Preparer, Request, Said, preparer};
-
-/// How old a view of the field becomes at least before it is rendered again; one that took longer becomes as old
-/// as that, so that training has half of the time.
-const VIEW_EVERY: Duration = Duration::from_secs(2);
+use super::preparing::{AgreementPlane, Part, Preparer, Request, Said, preparer};
 
 /// What is known of the frame in view. It follows the open scene: [`FrameView::follow`] notices what is new there, and
 /// has a thread make what the layers need.
@@ -39,8 +36,8 @@ pub struct FrameView {
     image: Version,
     /// What became of the frame in view.
     known: Known,
-    /// Version of the newest view that the scene had.
-    rendered_seen: Option<Version>,
+    /// The field as seen from it.
+    field: FieldViewer,
     /// When the frame came into view: what was made from earlier maps is of other frames.
     since: Version,
     /// What was asked of the thread last.
@@ -61,30 +58,6 @@ struct Known {
     agreement: Option<AgreementPlane>,
     /// The measured depth, once it was asked for.
     depth: Option<Option<Versioned<DepthPlane>>>,
-    /// The field as seen from the frame.
-    view: Option<FieldView>,
-    /// A view that has yet to be enlarged.
-    rendered: Option<Versioned<Arc<RenderedFrame>>>,
-    /// The view that was asked for last.
-    asked: Option<Asked>,
-}
-
-/// A view that was asked for.
-#[derive(Clone, Copy, Debug)]
-struct Asked {
-    when: Instant,
-    /// When all of it was there.
-    answered: Option<Instant>,
-}
-
-impl Asked {
-    /// Whether another one may be asked for.
-    fn is_old(&self, now: Instant) -> bool {
-        self.answered.is_some_and(|answered| {
-            let took = answered.duration_since(self.when);
-            now.duration_since(answered) >= took.max(VIEW_EVERY)
-        })
-    }
 }
 
 /// What the layers that are shown need, by versions.
@@ -96,7 +69,6 @@ struct Wanted {
     /// Generation of the labels and version of the contradicted strokes.
     said: Option<(u64, Version)>,
     depth: bool,
-    rendered: Option<Version>,
 }
 
 impl FrameView {
@@ -111,7 +83,7 @@ impl FrameView {
             unreadable: BTreeMap::new(),
             image: Version::new(),
             known: Known::default(),
-            rendered_seen: None,
+            field: FieldViewer::new(ctx.clone()),
             since: Version::new(),
             wanted: None,
         }
@@ -133,14 +105,15 @@ impl FrameView {
             self.known.newest_count = count;
             self.take_map(workspace.newest_map(self.frame));
         }
-        if let Some(rendered) = workspace.rendered.as_ref()
-            && self.rendered_seen != Some(rendered.version())
-        {
-            self.rendered_seen = Some(rendered.version());
-            self.take_rendered(rendered, now);
-        }
         self.collect();
-        self.want(workspace, layers, now, commands);
+        let measured = workspace.frame().is_some_and(|frame| frame.has_depth());
+        if let Some(frame) = workspace.frame() {
+            let of_field = |layer: &Layer| layer.is_rendered() || (*layer == Layer::Depth && !measured);
+            let wanted = layers.iter().any(of_field);
+            self.field
+                .follow(workspace, frame.viewpoint(), wanted, now, commands);
+        }
+        self.want(workspace, layers, measured);
     }
 
     /// Another frame has come into view.
@@ -164,17 +137,6 @@ impl FrameView {
             self.known.map = Some(ShownMap::new(map.clone()));
         }
         self.known.newest = Some(map);
-    }
-
-    /// A view of the field was rendered.
-    fn take_rendered(&mut self, rendered: &Versioned<Arc<RenderedFrame>>, now: Instant) {
-        if let Some(asked) = self.known.asked.as_mut().filter(|_| rendered.is_last) {
-            asked.answered = Some(now);
-        }
-        // A coarse one is better than nothing, but not than a fine one of a little while ago.
-        if rendered.is_last || (self.known.view.is_none() && self.known.rendered.is_none()) {
-            self.known.rendered = Some(rendered.clone());
-        }
     }
 
     /// Takes over what is ready; what is of another frame by now is dropped.
@@ -215,25 +177,13 @@ impl FrameView {
                         self.known.depth = Some(plane);
                     }
                 }
-                Part::View(view) => {
-                    if view.rendered.frame == self.frame {
-                        self.known
-                            .rendered
-                            .take_if(|rendered| Arc::ptr_eq(rendered, &view.rendered));
-                        self.known.view = Some(*view);
-                    }
-                }
             }
         }
     }
 
     /// Asks for whatever these layers need and what is not there yet.
-    fn want(&mut self, workspace: &Workspace, layers: &[Layer], now: Instant, commands: &mut Commands) {
-        let measured = workspace.frame().is_some_and(|frame| frame.has_depth());
+    fn want(&mut self, workspace: &Workspace, layers: &[Layer], measured: bool) {
         let shows = |layer| layers.contains(&layer);
-        if layers.iter().any(|layer| layer.is_rendered()) || (shows(Layer::Depth) && !measured) {
-            self.ask_for_view(&workspace.status, now, commands);
-        }
         let (document, contradicted) = (&workspace.document, &workspace.overview.contradicted);
         let said = (document.generation(), contradicted.version());
         let map = self.known.newest.as_ref().map(Versioned::version);
@@ -243,7 +193,6 @@ impl FrameView {
             visible: shows(Layer::Labels) || shows(Layer::RenderedLabels),
             said: shows(Layer::Disagreement).then_some(said),
             depth: shows(Layer::Depth) && measured,
-            rendered: self.known.rendered.as_ref().map(Versioned::version),
         };
         if self.wanted.as_ref() == Some(&wanted) {
             return;
@@ -273,28 +222,8 @@ impl FrameView {
                 generation,
             }),
             depth: wanted.depth && self.known.depth.is_none(),
-            view: self.known.rendered.as_deref().cloned(),
         });
         self.wanted = Some(wanted);
-    }
-
-    /// Asks for a view when there is none, or when the one there is has become old.
-    fn ask_for_view(&mut self, status: &Status, now: Instant, commands: &mut Commands) {
-        let due = self.known.asked.is_none_or(|asked| {
-            let outdated = |view: &FieldView| {
-                let of = &view.rendered;
-                (of.steps, of.semantic_steps, of.generation)
-                    != (status.steps, status.semantic_steps, status.generation)
-            };
-            self.known.view.as_ref().is_some_and(outdated) && asked.is_old(now)
-        });
-        if due {
-            self.known.asked = Some(Asked {
-                when: now,
-                answered: None,
-            });
-            commands.push(Command::Render);
-        }
     }
 
     /// Why the file of the frame in view cannot be read any more, a sentence; `None` of an image that is there or being
@@ -310,7 +239,7 @@ impl FrameView {
 
     /// The field as seen from the frame.
     pub fn view(&self) -> Option<&FieldView> {
-        self.known.view.as_ref()
+        self.field.view()
     }
 
     /// The classes that the map shows with their pixels, most first; those of the map before while the new ones
@@ -322,7 +251,7 @@ impl FrameView {
 
     /// Depths of the frame, with whether they are measured; `None` while they are not known.
     pub fn depth(&self) -> Option<(&Versioned<DepthPlane>, bool)> {
-        match (&self.known.depth, &self.known.view) {
+        match (&self.known.depth, self.field.view()) {
             (Some(Some(plane)), _) => Some((plane, true)),
             (_, Some(view)) => Some((&view.depth, false)),
             _ => None,
@@ -336,7 +265,7 @@ impl FrameView {
         let depth = frame.pixels_at_hand().and_then(|pixels| pixels.depth);
         let measured = depth.and_then(|depth| measured_depth(frame, &depth, index));
         let measured = measured.map(|depth| (depth, true));
-        measured.or_else(|| Some((self.known.view.as_ref()?.rendered.depth_at([x, y])?, false)))
+        measured.or_else(|| Some((self.field.depth_at([x, y])?, false)))
     }
 
     /// How the labels agree with the map; `None` while that is not known.
@@ -361,33 +290,17 @@ impl FrameView {
             Layer::Color => {}
             Layer::Labels | Layer::Entropy => content.over = map.and_then(|map| map.over(layer, palette)),
             Layer::Disagreement => content.over = self.agreement().map(agreement_over),
-            Layer::Depth => content.over = self.depth().map(|(plane, _)| depth_over(plane)),
+            Layer::Depth => content.over = self.depth().map(|(plane, _)| Over::depth(plane)),
             _ => {
-                if let Some(view) = &self.known.view {
-                    content.image = Image::Own(Arc::clone(&view.color));
-                    content.image_version = view.picture.version;
-                    content.picture = Some(Arc::clone(&view.picture));
-                    let labels = view.labels.as_ref();
-                    content.over = match layer {
-                        Layer::RenderedLabels => labels.and_then(|map| map.over(Layer::Labels, palette)),
-                        Layer::RenderedEntropy => labels.and_then(|map| map.over(Layer::Entropy, palette)),
-                        Layer::RenderedDepth => Some(depth_over(&view.depth)),
-                        _ => None,
+                if let Some(view) = self.field.view() {
+                    content = Content {
+                        map: content.map,
+                        ..view.content(layer, palette)
                     };
                 }
             }
         }
         Some(content)
-    }
-}
-
-fn depth_over(plane: &Versioned<DepthPlane>) -> Over {
-    Over {
-        size: plane.size,
-        texels: Texels::Made(Arc::clone(&plane.values)),
-        version: plane.version(),
-        reading: DepthPlane::READING,
-        greyed: false,
     }
 }
 
@@ -398,22 +311,5 @@ fn agreement_over(plane: &AgreementPlane) -> Over {
         version: plane.values.version(),
         reading: AGREEMENT,
         greyed: true,
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_view_that_took_long_is_not_rendered_again_before_as_long_again() {
-        let when = Instant::now();
-        let after = |seconds| when + Duration::from_secs(seconds);
-        let asked = |answered| Asked { when, answered };
-        assert!(!asked(None).is_old(after(100)));
-        let quick = asked(Some(after(1)));
-        assert!(!quick.is_old(after(2)) && quick.is_old(after(3)));
-        let slow = asked(Some(after(10)));
-        assert!(!slow.is_old(after(19)) && slow.is_old(after(20)));
     }
 }

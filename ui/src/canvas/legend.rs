@@ -5,6 +5,7 @@ use inplace_model::layer::Layer;
 use inplace_model::palette::{Agreement, PALETTE_COLUMNS, Table};
 use inplace_model::workspace::Workspace;
 
+use super::field_view::FieldView;
 use super::frame_view::FrameView;
 use super::split::Part;
 use crate::numbers;
@@ -77,16 +78,6 @@ pub fn show(ui: &Ui, known: (&Workspace, &FrameView), side: usize, part: Part) {
 fn rows((workspace, shown): (&Workspace, &FrameView), layer: Layer, most: usize) -> Vec<Row> {
     let note = |text: &str| vec![Row::Note(text.to_owned())];
     let entropy_bar = || Row::Bar(Table::Entropy, ["sure", "unsure"].map(str::to_owned));
-    let no_view = || {
-        if workspace.has_ended() {
-            workspace.phase_in_words()
-        } else {
-            workspace
-                .not_rendered
-                .as_deref()
-                .unwrap_or("The view is being rendered")
-        }
-    };
     match layer {
         Layer::Color => Vec::new(),
         Layer::Labels | Layer::Entropy | Layer::Disagreement if shown.map().is_none() => {
@@ -98,26 +89,41 @@ fn rows((workspace, shown): (&Workspace, &FrameView), layer: Layer, most: usize)
         Layer::Depth => depth_rows(shown).unwrap_or_else(|| match workspace.not_rendered.as_deref() {
             None if workspace.frame().is_some_and(|frame| frame.has_depth()) => note("One moment"),
             None if !workspace.has_ended() => note("No measured depth: it is being rendered"),
-            _ => note(no_view()),
+            _ => note(no_view(workspace)),
         }),
-        _ => match shown.view() {
-            None => note(no_view()),
+        _ => match shown.view().filter(|view| view.shows(layer)) {
+            None => note(&field_words(workspace, shown.view(), layer)),
             Some(view) => {
                 let mut rows = vec![Row::Title(layer.name().to_owned())];
                 match layer {
-                    Layer::RenderedLabels | Layer::RenderedEntropy if view.labels.is_none() => {
-                        return note("The field is learning the labels");
-                    }
                     Layer::RenderedLabels => rows.extend(class_rows(workspace, shown, most)),
                     Layer::RenderedEntropy => rows.push(entropy_bar()),
                     Layer::RenderedDepth => rows.extend(view.depth.range.map(depth_bar)),
                     _ => {}
                 }
-                let steps = view.rendered.steps;
-                rows.push(Row::Note(format!("after {steps} training steps")));
+                rows.push(Row::Note(field_words(workspace, Some(view), layer)));
                 rows
             }
         },
+    }
+}
+
+/// Why there is no view of the field.
+fn no_view(workspace: &Workspace) -> &str {
+    if workspace.has_ended() {
+        workspace.phase_in_words()
+    } else {
+        let refused = workspace.not_rendered.as_deref();
+        refused.unwrap_or("The view is being rendered")
+    }
+}
+
+/// How far a view of the field has come, or what is still missing of this layer.
+pub fn field_words(workspace: &Workspace, view: Option<&FieldView>, layer: Layer) -> String {
+    match view {
+        None => no_view(workspace).to_owned(),
+        Some(view) if !view.shows(layer) => "The field is learning the labels".to_owned(),
+        Some(view) => format!("after {} training steps", view.rendered.steps),
     }
 }
 

@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use inplace_core::labels::{ImportedMap, LabelSet, VOID, rasterise};
 use inplace_core::scene::{DepthMap, Frame};
-use inplace_core::session::{FrameMap, RenderedFrame};
+use inplace_core::session::{FrameMap, RenderedView};
 use inplace_model::overview::Contradicted;
-use inplace_model::palette::{Agreement, PALETTE_COLUMNS, Table};
-use inplace_model::versioned::Version;
+use inplace_model::palette::{Agreement, PALETTE_COLUMNS, Palette, Table};
+use inplace_model::versioned::{Version, Versioned};
 
 /// Value of a [`DepthPlane`] where there is no depth.
 const HOLE: u16 = 0;
@@ -69,6 +69,39 @@ pub struct Over {
 }
 
 impl Over {
+    /// Classes.
+    pub fn classes(size: [u32; 2], texels: Texels, version: Version) -> Self {
+        Self {
+            size,
+            texels,
+            version,
+            reading: Reading::Classes,
+            greyed: false,
+        }
+    }
+
+    /// Entropies, from none to that of an even guess among all classes.
+    pub fn entropy(size: [u32; 2], texels: Texels, version: Version, palette: &Palette) -> Self {
+        let reading = Reading::Values {
+            table: Table::Entropy,
+            scale: palette.entropy_scale(),
+            hole: None,
+        };
+        Self {
+            reading,
+            ..Self::classes(size, texels, version)
+        }
+    }
+
+    /// Depths.
+    pub fn depth(plane: &Versioned<DepthPlane>) -> Self {
+        let texels = Texels::Made(Arc::clone(&plane.values));
+        Self {
+            reading: DepthPlane::READING,
+            ..Self::classes(plane.size, texels, plane.version())
+        }
+    }
+
     /// Width of the stripes that mark pixels without a value, in pixels of the plane.
     pub fn stripe(&self) -> u32 {
         (self.size[0] / 96).max(2)
@@ -129,9 +162,9 @@ impl DepthPlane {
         Some(Self::new([frame.camera.width, frame.camera.height], &depths))
     }
 
-    /// Of the field as seen from a frame, in the frame's own pixels.
-    pub fn rendered(frame: &Frame, view: &RenderedFrame) -> Self {
-        let (width, height) = (frame.camera.width, frame.camera.height);
+    /// Of a view of the field, in the pixels of its camera.
+    pub fn rendered(view: &RenderedView) -> Self {
+        let (width, height) = (view.viewpoint.camera.width, view.viewpoint.camera.height);
         let depths: Vec<f32> = (0..height)
             .flat_map(|y| (0..width).map(move |x| [x, y]))
             .map(|pixel| view.depth_at(pixel).unwrap_or(0.0))

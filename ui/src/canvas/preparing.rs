@@ -3,12 +3,12 @@
 use std::sync::Arc;
 
 use inplace_core::labels::{ClassId, LabelSet, VOID};
-use inplace_core::scene::{ColorImage, Scene};
-use inplace_core::session::{FrameMap, RenderedFrame};
+use inplace_core::scene::Scene;
+use inplace_core::session::FrameMap;
 use inplace_model::overview::Contradicted;
 use inplace_model::versioned::{Version, Versioned};
 
-use super::content::{Picture, ShownMap};
+use super::content::Picture;
 use super::plane::{DepthPlane, disagreement};
 use crate::background::{Background, Desk, Gone};
 
@@ -29,8 +29,6 @@ pub struct Request {
     pub said: Option<Said>,
     /// Whether the frame's measured depth is wanted.
     pub depth: bool,
-    /// A view of the field, to be enlarged to the frame's size.
-    pub view: Option<Arc<RenderedFrame>>,
 }
 
 /// What was said about the frames.
@@ -42,21 +40,6 @@ pub struct Said {
     pub contradicted: Versioned<Arc<Contradicted>>,
     /// Generation of the labels.
     pub generation: u64,
-}
-
-/// A view of the field at the size of its frame.
-#[derive(Clone, Debug)]
-pub struct FieldView {
-    /// As it was rendered.
-    pub rendered: Arc<RenderedFrame>,
-    /// Its colours.
-    pub color: Arc<ColorImage>,
-    /// The same for the renderer.
-    pub picture: Arc<Picture>,
-    /// Its depths.
-    pub depth: Versioned<DepthPlane>,
-    /// Its classes and how unsure they are, in its own pixels; `None` before the semantic field has learnt anything.
-    pub labels: Option<ShownMap>,
 }
 
 /// Something that is ready now.
@@ -72,8 +55,6 @@ pub enum Part {
     Agreement(AgreementPlane),
     /// The measured depth of a frame; `None` where it has none.
     Depth(usize, Option<Versioned<DepthPlane>>),
-    /// A view of the field.
-    View(Box<FieldView>),
 }
 
 /// How the labels agree with a map, pixel for pixel.
@@ -128,7 +109,6 @@ impl Worker<'_> {
             Self::look_up,
             Self::agreement,
             Self::depth,
-            Self::view,
             Self::visible,
         ];
         for step in steps {
@@ -217,43 +197,6 @@ impl Worker<'_> {
         let plane = frame.and_then(DepthPlane::measured).map(Versioned::new);
         self.desk.tell(Part::Depth(request.frame, plane))
     }
-
-    fn view(&mut self, request: &mut Request) -> Result<(), Gone> {
-        let Some(rendered) = request.view.take() else {
-            return Ok(());
-        };
-        let Some(frame) = request.scene.frames.get(rendered.frame) else {
-            return Ok(());
-        };
-        let (width, height) = (frame.camera.width, frame.camera.height);
-        let Some(color) = enlarged(&rendered, [width, height]) else {
-            return Ok(());
-        };
-        let view = FieldView {
-            picture: Arc::new(Picture::new(&color)),
-            color: Arc::new(color),
-            depth: Versioned::new(DepthPlane::rendered(frame, &rendered)),
-            labels: rendered
-                .labels
-                .clone()
-                .map(|map| ShownMap::new(Versioned::new(map))),
-            rendered,
-        };
-        self.desk.tell(Part::View(Box::new(view)))
-    }
-}
-
-/// The colours of a view at the size of its frame, nearest-neighbour.
-fn enlarged(view: &RenderedFrame, [width, height]: [u32; 2]) -> Option<ColorImage> {
-    let mut rgb = Vec::with_capacity((width * height * 3) as usize);
-    for y in 0..height {
-        let row = (y / view.stride).min(view.color.height().saturating_sub(1)) * view.color.width();
-        for x in 0..width {
-            let column = (x / view.stride).min(view.color.width().saturating_sub(1));
-            rgb.extend(view.color.pixel((row + column) as usize));
-        }
-    }
-    ColorImage::new(width, height, rgb)
 }
 
 /// The classes that a map shows with their pixels, void left out, most pixels first.
@@ -281,23 +224,5 @@ mod tests {
         let labels = vec![0, 3, 3, 1, 0, 3, 1, 2];
         let map = FrameMap::new(0, 1, [4, 2], labels, vec![0; 8]).unwrap();
         assert_eq!(classes_of(&map), [(3, 3), (1, 2), (2, 1)]);
-    }
-
-    #[test]
-    fn a_view_is_enlarged_to_its_frame_by_repeating_pixels() {
-        let view = RenderedFrame {
-            frame: 0,
-            steps: 1,
-            semantic_steps: 0,
-            is_last: true,
-            stride: 2,
-            color: ColorImage::new(2, 1, vec![1, 1, 1, 9, 9, 9]).unwrap(),
-            depth: vec![1.0, 2.0],
-            generation: 0,
-            labels: None,
-        };
-        let color = enlarged(&view, [3, 2]).unwrap();
-        let row = [1, 1, 1, 1, 1, 1, 9, 9, 9];
-        assert_eq!(color.bytes(), [row, row].concat());
     }
 }

@@ -1,11 +1,10 @@
 //! Layers, their legends, the comparison and the readout under the pointer.
 
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use egui::{Key, PointerButton};
-use inplace_core::scene::{ColorImage, SceneSource, write_replica};
-use inplace_core::session::{self, Event, RenderedFrame};
+use inplace_core::scene::{SceneSource, write_replica};
+use inplace_core::session::Event;
 use inplace_model::Command;
 use inplace_model::layer::Layer;
 use inplace_ui::Target;
@@ -13,33 +12,6 @@ use inplace_ui::app::App;
 use inplace_ui::canvas::FrameView;
 
 use crate::stand::*;
-
-/// The views that the worker was asked for.
-fn asked_views(window: &Window) -> Vec<usize> {
-    let received = window.worker().received();
-    let frame = |command: &session::Command| match command {
-        session::Command::Render { frame } => Some(*frame),
-        _ => None,
-    };
-    received.iter().filter_map(frame).collect()
-}
-
-/// The field as seen from a frame after so many steps: two metres away everywhere.
-fn view(frame: usize, steps: u64) -> Event {
-    let (width, height) = (WIDTH / 4, HEIGHT / 4);
-    let pixels = (width * height) as usize;
-    Event::Rendered(Arc::new(RenderedFrame {
-        frame,
-        steps,
-        is_last: true,
-        stride: 4,
-        color: ColorImage::new(width, height, vec![50; 3 * pixels]).unwrap(),
-        depth: vec![2.0; pixels],
-        semantic_steps: 0,
-        generation: 0,
-        labels: None,
-    }))
-}
 
 #[test]
 fn legend_and_readout_say_what_is_shown_and_layers_change_by_menu_and_by_key() {
@@ -111,12 +83,14 @@ fn two_layers_are_compared_and_their_border_follows_the_drag() {
 #[test]
 fn the_field_is_rendered_only_while_it_is_shown_and_once_for_a_frame() {
     let mut window = Window::demo();
-    assert!(asked_views(&window).is_empty());
+    let of_frame = |window: &Window, frame: usize| window.workspace().scene.frames[frame].viewpoint();
+    let of_first = of_frame(&window, 0);
+    assert!(window.worker().asked_views().is_empty());
     window.click("Layer");
     window.click(Layer::Rendered.name());
-    assert_eq!(asked_views(&window), [0]);
+    assert_eq!(window.worker().asked_views(), [of_first]);
     window.sees("Field colour: The view is being rendered");
-    window.worker().events.send(view(0, 300)).unwrap();
+    window.worker().events.send(rendered(of_first, 300)).unwrap();
     window.until("the view is shown", |app| {
         app.canvas().frame().is_some_and(|frame| frame.view().is_some())
     });
@@ -138,9 +112,9 @@ fn the_field_is_rendered_only_while_it_is_shown_and_once_for_a_frame() {
     }
     window.key(Key::D);
     assert!(window.frame().view().is_none());
-    assert_eq!(asked_views(&window), [1]);
+    assert_eq!(window.worker().asked_views(), [of_frame(&window, 1)]);
     // One that comes late is of another frame.
-    window.tell(view(0, 400));
+    window.tell(rendered(of_first, 400));
     assert!(window.frame().view().is_none());
     let reason = "This network cannot be shown.".to_owned();
     window.tell(Event::NotRendered(reason));

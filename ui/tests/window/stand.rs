@@ -11,8 +11,8 @@ use egui::{Key, Modifiers, PointerButton, Pos2, Rect, vec2};
 use egui_kittest::{Harness, kittest::Queryable};
 use inplace_core::guide::Suggestion;
 use inplace_core::labels::LabelSet;
-use inplace_core::scene::{ColorImage, OpenOptions, Scene, SceneSource};
-use inplace_core::session::{self, Event, FrameMap, MapSlots};
+use inplace_core::scene::{ColorImage, OpenOptions, Scene, SceneSource, Viewpoint};
+use inplace_core::session::{self, Event, FrameMap, MapSlots, RenderedView};
 use inplace_model::preferences::Store;
 use inplace_model::session_link::SessionLink;
 use inplace_model::workspace::Workspace;
@@ -56,6 +56,16 @@ impl Worker {
         }
     }
 
+    /// From where views were asked for since the last call, which takes all commands.
+    pub fn asked_views(&self) -> Vec<Viewpoint> {
+        let viewpoint = |command| match command {
+            session::Command::Render(viewpoint) => Some(viewpoint),
+            _ => None,
+        };
+        self.received().into_iter().filter_map(viewpoint).collect()
+    }
+
+    /// The commands since the last call.
     pub fn received(&self) -> Vec<session::Command> {
         self.commands.try_iter().collect()
     }
@@ -77,6 +87,25 @@ impl SessionLink for Link {
     fn maps(&self) -> &Arc<MapSlots> {
         &self.maps
     }
+}
+
+/// The field as seen from here after so many steps, of which no finer image follows: grey, and two metres away
+/// everywhere.
+pub fn rendered(viewpoint: Viewpoint, steps: u64) -> Event {
+    const STRIDE: u32 = 4;
+    let reduced = viewpoint.camera.reduced(STRIDE);
+    let pixels = reduced.pixels();
+    Event::Rendered(Arc::new(RenderedView {
+        viewpoint,
+        steps,
+        is_last: true,
+        stride: STRIDE,
+        color: ColorImage::new(reduced.width, reduced.height, vec![50; 3 * pixels]).unwrap(),
+        depth: vec![2.0; pixels],
+        semantic_steps: 0,
+        generation: 0,
+        labels: None,
+    }))
 }
 
 /// The frame of a capture on disk whose image vanishes as soon as it is open.
@@ -101,8 +130,10 @@ pub fn scene(source: SceneSource) -> Arc<Scene> {
     let name = if other { "other" } else { "rgb" };
     let image = || ColorImage::new(WIDTH, HEIGHT, vec![90; (WIDTH * HEIGHT * 3) as usize]).unwrap();
     let mut scene = images::scene((0..FRAMES).map(|_| image()));
-    for frame in &mut scene.frames {
+    for (index, frame) in scene.frames.iter_mut().enumerate() {
         frame.stem = format!("{name}_{}", frame.stem);
+        // Each has a view of its own, all but the same.
+        frame.camera_to_world.translation.z -= 1e-4 * index as f32;
     }
     Arc::new(Scene { source, ..scene })
 }

@@ -91,9 +91,7 @@ impl Worker<'_> {
             return Ok(false);
         };
         let start = Instant::now();
-        if let Some(rendered) =
-            rendering.advance(&self.scene, &self.trainer, (&self.semantics, self.generation))?
-        {
+        if let Some(rendered) = rendering.advance(&self.trainer, (&self.semantics, self.generation))? {
             self.outbox.send(Event::Rendered(Arc::new(rendered)));
         }
         if rendering.is_done() {

@@ -39,10 +39,8 @@ impl Workspace {
                 self.overview.take_stroke_checks(checks, accuracy);
             }
             Event::Rendered(view) => {
-                if view.frame == self.frame_index {
-                    self.not_rendered = None;
-                    self.rendered = Some(Versioned::new(view));
-                }
+                self.not_rendered = None;
+                self.rendered = Some(Versioned::new(view));
             }
             Event::NotRendered(reason) => self.not_rendered = Some(reason),
             Event::State(state) => self.state = Some(state),
