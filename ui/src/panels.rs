@@ -169,7 +169,7 @@ impl Panels {
         egui::CentralPanel::no_frame().show(ui, |ui| {
             let over;
             if workspace.space.shown {
-                let rect = self.view3d.show(ui, model, workspace, canvas.target(), commands);
+                let rect = self.view3d.show(ui, model, workspace, canvas, commands);
                 canvas.stand_aside(ui.ctx(), rect);
                 over = canvas.rect();
             } else {

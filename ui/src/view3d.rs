@@ -1,6 +1,7 @@
 //! The 3D view: the surface as splats, with the cameras of the frames and the suggestions, looked at from anywhere.
 //!
-//! A click on it becomes a click on the frame that shows that place best.
+//! A click on it becomes a click on the frame that shows that place best. While the camera rests, a layer of the field
+//! shows what the field renders from there in place of the surface.
 
 mod budget;
 mod camera;
@@ -16,6 +17,7 @@ mod targets;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Instant;
 
 use egui::{CursorIcon, Pos2, Rect, Response, Role, Sense, Ui, WidgetInfo};
 use glam::Quat;
@@ -26,6 +28,7 @@ use inplace_model::{Command, Commands, Model};
 pub use controls::switch;
 pub use gpu::make_ready;
 
+use crate::canvas::{Canvas, FieldView, FieldViewer, field_words};
 use crate::theme;
 use crate::thumbnails::Thumbnails;
 use budget::SplatBudget;
@@ -60,6 +63,8 @@ pub struct View3d {
     budget: SplatBudget,
     /// How many splats the renderer drew in the last frame.
     drawn: Arc<AtomicUsize>,
+    /// The field as seen from the camera, while a layer of it is shown.
+    field: Option<FieldViewer>,
     /// The scene shown last, and its level axes.
     scene: Option<(u64, Quat)>,
     /// Whether it was shown in the last frame of the window.
@@ -84,6 +89,7 @@ impl View3d {
             thumbnails: Thumbnails::new(ctx.clone(), [192, 144]),
             budget: SplatBudget::default(),
             drawn: Arc::default(),
+            field: None,
             scene: None,
             was_shown: false,
             last_sight: None,
@@ -102,6 +108,7 @@ impl View3d {
         self.click = None;
         self.asked = None;
         self.flight = None;
+        self.field = None;
     }
 
     /// No scene is open: keeps nothing of the last one.
@@ -121,7 +128,7 @@ impl View3d {
         ui: &mut Ui,
         model: &Model,
         workspace: &Workspace,
-        target: Option<wgpu::TextureFormat>,
+        canvas: &mut Canvas,
         commands: &mut Commands,
     ) -> Rect {
         let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
@@ -158,7 +165,37 @@ impl View3d {
             pointer.and_then(|pointer| overlay::mark_at(workspace, &prepared.surface, &sight, pointer));
         self.follow_clicks(ui, &response, (workspace, &prepared), (camera, sight), pointed);
 
-        self.paint(ui, &painter, model, (workspace, &prepared), sight, target);
+        let mut layer = model.settings.layer;
+        let moving = self.is_moving(ui, sight, now);
+        let look = Look {
+            layer: if model.overlay_hidden { Layer::Color } else { layer },
+            ..model.settings.look()
+        };
+        let is_field = look.layer.is_rendered();
+        if !is_field {
+            self.field = None;
+        }
+        let view = is_field
+            .then(|| self.field_from(ui, workspace, sight, moving, commands))
+            .flatten();
+        if let Some(view) = &view {
+            canvas.paint_view(&painter, rect, view, look, workspace.document.palette());
+        } else {
+            let look = SplatLook {
+                layer: look.layer.of_field(false),
+                opacity: look.opacity,
+                see_through: workspace.space.see_through,
+                background,
+            };
+            self.paint(
+                ui,
+                &painter,
+                (workspace, &prepared),
+                (sight, moving),
+                look,
+                canvas.target(),
+            );
+        }
         if !model.overlay_hidden {
             if workspace.space.cameras {
                 let depth = CAMERA_SIZE * prepared.cloud.ball.radius;
@@ -180,7 +217,11 @@ impl View3d {
             space.camera = Some(camera);
         }
         space.shown = !arrived;
-        let fly = controls::show(ui, rect, &mut space);
+        let words = is_field.then(|| field_words(workspace, view.as_ref(), layer));
+        let fly = controls::show(ui, rect, &mut space, &mut layer, words.as_deref());
+        if layer != model.settings.layer {
+            commands.push(Command::ChooseLayer(layer));
+        }
         if fly {
             self.fly_to(workspace.frame_index, (workspace, &prepared), camera, now, None);
             ui.ctx().request_repaint();
@@ -213,36 +254,36 @@ impl View3d {
         }
     }
 
+    /// The field as seen from here, asked for while the camera rests; `None` until it is ready.
+    fn field_from(
+        &mut self,
+        ui: &Ui,
+        workspace: &Workspace,
+        sight: Sight,
+        moving: bool,
+        commands: &mut Commands,
+    ) -> Option<FieldView> {
+        let new = || FieldViewer::new(ui.ctx().clone());
+        let field = self.field.get_or_insert_with(new);
+        field.follow(workspace, sight.viewpoint(), !moving, Instant::now(), commands);
+        field.view().cloned()
+    }
+
     fn paint(
         &mut self,
         ui: &Ui,
         painter: &egui::Painter,
-        model: &Model,
         (workspace, prepared): (&Workspace, &Prepared),
-        sight: Sight,
+        (sight, moving): (Sight, bool),
+        look: SplatLook,
         target: Option<wgpu::TextureFormat>,
     ) {
         let palette = workspace.document.palette();
-        let look = SplatLook {
-            layer: if model.overlay_hidden {
-                Layer::Color
-            } else {
-                model.settings.layer
-            },
-            opacity: model.settings.opacity,
-            see_through: workspace.space.see_through,
-            background: theme::of(ui.visuals()).canvas,
-        };
         let Some(target) = target else {
             cpu::draw(painter, prepared, &sight, look, palette);
             return;
         };
-        let (now, since) = ui.input(|input| (input.time, input.unstable_dt));
-        if self.last_sight != Some(sight) {
-            self.last_sight = Some(sight);
-            self.moved_at = now;
-        }
-        let moving = now - self.moved_at < REST;
+        let since = ui.input(|input| input.unstable_dt);
         let draw = gpu::Draw {
             prepared: prepared.clone(),
             sight,
@@ -255,11 +296,19 @@ impl View3d {
             ctx: ui.ctx().clone(),
         };
         painter.add(egui_wgpu::Callback::new_paint_callback(sight.area, draw));
-        if moving {
-            // So that the picture is refined when the camera has come to rest.
-            let left = (self.moved_at + REST - now).max(0.0);
+    }
+
+    /// Whether the camera has moved a moment ago; wakes the window when it has come to rest.
+    fn is_moving(&mut self, ui: &Ui, sight: Sight, now: f64) -> bool {
+        if self.last_sight != Some(sight) {
+            self.last_sight = Some(sight);
+            self.moved_at = now;
+        }
+        let left = self.moved_at + REST - now;
+        if left > 0.0 {
             ui.ctx().request_repaint_after_secs(left as f32);
         }
+        left > 0.0
     }
 
     fn show_cursor(&mut self, ui: &Ui, response: &Response, pointed: Option<Mark>, workspace: &Workspace) {

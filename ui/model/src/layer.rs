@@ -14,7 +14,7 @@ pub enum Layer {
     Disagreement,
     /// How far away every pixel is.
     Depth,
-    /// The field as seen from the frame: its colours,
+    /// The field as seen from the frame, or from the camera of the 3D view: its colours,
     Rendered,
     /// its classes,
     RenderedLabels,
@@ -65,8 +65,8 @@ impl Layer {
             Self::Depth => {
                 "How far away every pixel is: as measured, or as rendered where the capture has no depth"
             }
-            Self::Rendered => "The learnt scene as seen from this frame",
-            Self::RenderedLabels => "The classes that the learnt scene has as seen from this frame",
+            Self::Rendered => "The learnt scene as seen from this frame, or from the camera of the 3D view",
+            Self::RenderedLabels => "The classes that the learnt scene has as seen from there",
             Self::RenderedEntropy => "How unsure the classes of the learnt scene are",
             Self::RenderedDepth => "How far away the learnt scene is",
         }
@@ -88,6 +88,26 @@ impl Layer {
         match self {
             Self::Rendered | Self::RenderedLabels | Self::RenderedEntropy | Self::RenderedDepth => true,
             Self::Color | Self::Labels | Self::Entropy | Self::Disagreement | Self::Depth => false,
+        }
+    }
+
+    /// The layer that shows the same of the field, or of the frame.
+    #[must_use]
+    pub fn of_field(self, field: bool) -> Self {
+        let pairs = [
+            (Self::Color, Self::Rendered),
+            (Self::Labels, Self::RenderedLabels),
+            (Self::Entropy, Self::RenderedEntropy),
+            (Self::Depth, Self::RenderedDepth),
+        ];
+        let same = pairs
+            .into_iter()
+            .find(|&(own, rendered)| self == own || self == rendered);
+        match (same, field) {
+            (Some((_, rendered)), true) => rendered,
+            (Some((own, _)), false) => own,
+            (None, true) => Self::RenderedLabels,
+            (None, false) => self,
         }
     }
 

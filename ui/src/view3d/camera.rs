@@ -4,8 +4,8 @@
 //! lengths are in points.
 
 use egui::{Pos2, Rect, Vec2, pos2};
-use glam::{Mat3, Mat4, Quat, Vec3, Vec4};
-use inplace_core::scene::Scene;
+use glam::{Affine3A, Mat3, Mat4, Quat, Vec3, Vec4};
+use inplace_core::scene::{Camera, Scene, Viewpoint};
 use inplace_model::space::{HALF_FIELD_OF_VIEW, OrbitCamera};
 
 /// Nothing nearer to the eye is drawn, in metres.
@@ -94,6 +94,18 @@ impl Sight {
         }
     }
 
+    /// The same as a camera whose pixels are the area's points.
+    pub fn viewpoint(&self) -> Viewpoint {
+        // A cast saturates.
+        let [width, height] =
+            [self.area.width(), self.area.height()].map(|side| side.round().max(1.0) as u32);
+        let middle = [width, height].map(|side| 0.5 * side as f32);
+        Viewpoint {
+            camera: Camera::new([width, height], [self.focal, self.focal, middle[0], middle[1]]),
+            camera_to_world: Affine3A::from_mat3_translation(self.rotation, self.eye),
+        }
+    }
+
     /// World to clip space of the area: x right, y up, depth [`NEAR`] / z, so that nearer is greater.
     pub fn clip_from_world(&self) -> Mat4 {
         let size = self.area.size().max(Vec2::splat(1.0));
@@ -175,6 +187,14 @@ mod tests {
         }
         let point = BALL.center + Vec3::new(0.4, -0.3, 0.2);
         let (position, depth) = sight.project(point).unwrap();
+        let Viewpoint {
+            camera,
+            camera_to_world,
+        } = sight.viewpoint();
+        let (x, y) = camera
+            .project(camera_to_world.inverse().transform_point3(point))
+            .unwrap();
+        assert!((AREA.min + vec2(x, y) - position).length() < 0.01);
         let clip = sight.clip_from_world() * point.extend(1.0);
         let screen = AREA.center() + vec2(clip.x, -clip.y) / clip.w * 0.5 * AREA.size();
         assert!((screen - position).length() < 0.01);
@@ -213,7 +233,7 @@ mod tests {
     #[test]
     fn the_view_of_a_frame_is_from_where_it_was_taken_along_its_axis() {
         let rotation = Quat::from_rotation_y(0.8) * Quat::from_rotation_x(-0.4);
-        let scene = scene_of(glam::Affine3A::from_rotation_translation(
+        let scene = scene_of(Affine3A::from_rotation_translation(
             rotation,
             Vec3::new(1.0, 2.0, 3.0),
         ));
@@ -226,11 +246,11 @@ mod tests {
     fn down_is_where_the_cameras_feet_are() {
         // A camera whose image is upright in a world whose z axis points up.
         let rotation = Mat3::from_cols(Vec3::X, Vec3::NEG_Z, Vec3::Y);
-        let scene = scene_of(glam::Affine3A::from_mat3(rotation));
+        let scene = scene_of(Affine3A::from_mat3(rotation));
         assert!((level_axes(&scene) * Vec3::Y).distance(Vec3::NEG_Z) < 1e-5);
     }
 
-    fn scene_of(camera_to_world: glam::Affine3A) -> Scene {
+    fn scene_of(camera_to_world: Affine3A) -> Scene {
         let color = inplace_core::scene::ColorImage::new(4, 3, vec![0; 36]).unwrap();
         let mut scene = crate::tests::scene([color]);
         scene.frames[0].camera_to_world = camera_to_world;

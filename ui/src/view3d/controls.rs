@@ -2,6 +2,7 @@
 
 use egui::{Color32, FontId, Layout, Rect, Sense, Stroke, Ui, UiBuilder, WidgetInfo, pos2, vec2};
 use inplace_core::labels::{ClassId, Pixel};
+use inplace_model::layer::Layer;
 use inplace_model::space::Space;
 use inplace_model::view::ImagePart;
 use inplace_model::workspace::Workspace;
@@ -41,20 +42,35 @@ pub fn switch(ui: &mut Ui, workspace: &Workspace, commands: &mut Commands) {
     }
 }
 
-/// The view's own controls; returns whether to fly to the frame in view.
-pub fn show(ui: &mut Ui, area: Rect, space: &mut Space) -> bool {
+/// The view's own controls, with a line of words below them; returns whether to fly to the frame in view.
+pub fn show(ui: &mut Ui, area: Rect, space: &mut Space, layer: &mut Layer, words: Option<&str>) -> bool {
     let mut fly = false;
     let place = UiBuilder::new()
         .max_rect(area.shrink(MARGIN))
         .layout(Layout::left_to_right(egui::Align::Min));
     ui.scope_builder(place, |ui| {
         plate(ui).show(ui, |ui| {
-            ui.horizontal(|ui| {
-                fly = ui.button("Fly to this frame").on_hover_text("Looks from where the frame in view was taken").clicked();
-                ui.checkbox(&mut space.see_through, "See into rooms")
-                    .on_hover_text("Leaves out walls and ceilings that are seen from behind, so that you look into the room from outside");
-                ui.checkbox(&mut space.cameras, "Cameras")
-                    .on_hover_text("Shows where the frames were taken; click on one to go to its frame");
+            ui.vertical(|ui| {
+                ui.horizontal(|ui| {
+                    let button = ui.button("Fly to this frame");
+                    fly = button.on_hover_text("Looks from where the frame in view was taken").clicked();
+                    ui.checkbox(&mut space.see_through, "See into rooms").on_hover_text(
+                        "Leaves out walls and ceilings that are seen from behind, so that you look into the room from \
+                         outside",
+                    );
+                    ui.checkbox(&mut space.cameras, "Cameras")
+                        .on_hover_text("Shows where the frames were taken; click on one to go to its frame");
+                    let mut field = layer.is_rendered();
+                    let switch = ui.checkbox(&mut field, "Field").on_hover_text(
+                        "Shows what the program has learnt of the scene, rendered from here when the view rests",
+                    );
+                    if switch.changed() {
+                        *layer = layer.of_field(field);
+                    }
+                });
+                if let Some(words) = words {
+                    ui.weak(words);
+                }
             });
         });
     });

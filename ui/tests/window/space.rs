@@ -1,12 +1,15 @@
 //! The 3D view.
 
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 use egui::{Key, Modifiers, PointerButton, Pos2};
 use inplace_core::scene::{DepthMap, Scene, SceneSource};
 use inplace_core::semantics::{LabelPropagation, Surface};
 use inplace_core::session::Event;
+use inplace_model::Command;
 use inplace_model::exporting::ExportProgress;
+use inplace_model::layer::Layer;
 
 use crate::stand::*;
 
@@ -207,4 +210,50 @@ fn a_click_on_a_suggestion_leads_to_it_in_its_frame() {
     assert_eq!(window.frame_index(), 3);
     assert_eq!(window.workspace().suggestions().at(), Some(0));
     assert_eq!(window.strokes(), 0);
+}
+
+#[test]
+fn the_field_is_shown_from_where_the_camera_rests_and_from_nowhere_else() {
+    let mut window = shown();
+    window.click("Field");
+    assert_eq!(window.model().settings.layer, Layer::RenderedLabels);
+    let asked = |window: &mut Window| {
+        let end = Instant::now() + Duration::from_secs(20);
+        loop {
+            window.harness.step();
+            if let [viewpoint] = window.worker().asked_views()[..] {
+                return viewpoint;
+            }
+            assert!(Instant::now() < end, "no view was asked for");
+        }
+    };
+    let first = asked(&mut window);
+    let area = window.rect("3D view");
+    assert_eq!(f64::from(first.camera.width), f64::from(area.width().round()));
+    window.sees("The view is being rendered");
+    window.tell(rendered(first, 300));
+    window.until_window("the classes are missed", |window| {
+        window.shows("The field is learning the labels")
+    });
+    window.act(Command::ChooseLayer(Layer::RenderedDepth));
+    window.sees("after 300 training steps");
+
+    window.focus("3D view");
+    window.key(Key::ArrowLeft);
+    window.sees("The view is being rendered");
+    let second = asked(&mut window);
+    assert_eq!(second.camera, first.camera);
+    assert_ne!(second.camera_to_world, first.camera_to_world);
+    // One that comes late is from elsewhere.
+    window.tell(rendered(first, 400));
+    window.sees("The view is being rendered");
+    window.tell(rendered(second, 500));
+    window.until_window("the view is there", |window| {
+        window.shows("after 500 training steps")
+    });
+
+    window.click("Field");
+    assert_eq!(window.model().settings.layer, Layer::Depth);
+    window.misses("after 500 training steps");
+    assert_eq!(window.worker().asked_views(), []);
 }
