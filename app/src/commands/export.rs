@@ -8,7 +8,7 @@ use inplace_core::export::{self, IdMap, LabelledScene, Options, Views, Written};
 use inplace_core::project::Contents;
 use inplace_core::scene::{Scene, Trajectory};
 use inplace_core::semantics::NovelViews;
-use inplace_core::session::{ModelState, Progress};
+use inplace_core::session::{Measured, ModelState, Progress};
 
 use super::run::{self, GENERATION};
 use super::{Failure, session_options, threads};
@@ -35,9 +35,9 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
     let mut enough = contents.model.as_ref().map(|model| model.steps);
     let scene = client.opened()?;
     if trajectory.is_some() {
-        // Views are rendered from a field that has learnt all it can, and labels teach it nothing.
+        // Views are rendered from a field that has learnt all it can. Labels teach only the semantic field.
         client.settled(0, None)?;
-        enough = Some(0);
+        enough = (!reads_semantic_field(&scene)).then_some(0);
     }
     let contents = contents.matched(&scene, open)?;
     for warning in contents.warnings.iter().chain(&scene.warnings) {
@@ -92,6 +92,12 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
     Ok(())
 }
 
+/// Whether the semantic field says the classes of views: it does where the surface, which is better where it was measured,
+/// is mostly the field's.
+fn reads_semantic_field(scene: &Scene) -> bool {
+    Measured::of(scene) == Measured::Little
+}
+
 /// Renders the views along a path with a model of the scene, and writes them.
 fn render(
     arguments: &ExportArguments,
@@ -109,7 +115,14 @@ fn render(
     let pool = pool.build()?;
     pool.install(|| {
         let trainer = model.field(scene, training.preset, training.seed)?;
-        let renderer = NovelViews::new(&trainer, surface, posterior, labelled.classes.len());
+        let semantics = match reads_semantic_field(scene) {
+            true => model.semantic_field(&trainer)?,
+            false => None,
+        };
+        let mut renderer = NovelViews::new(&trainer, surface, posterior, labelled.classes.len());
+        if let Some(semantics) = &semantics {
+            renderer = renderer.labelled_by(semantics);
+        }
         let views = Views {
             scene,
             classes: labelled.classes,

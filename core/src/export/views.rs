@@ -7,7 +7,7 @@ use super::layout::{Labelled, Layout, OutputFile, Written, exported};
 use super::pngs::Pngs;
 use super::{ExportError, Options, Refusal};
 use crate::labels::{Class, png};
-use crate::scene::{Camera, Frame, Scene, Trajectory, intrinsics_line, pose_line, z_millimetres};
+use crate::scene::{Camera, Frame, Scene, Trajectory, Viewpoint, intrinsics_line, pose_line, z_millimetres};
 use crate::semantics::NovelViews;
 
 /// Views to render.
@@ -55,7 +55,11 @@ pub fn export_views(
     let mut written = Written::default();
     let total = trajectory.poses.len();
     for (number, pose) in trajectory.poses.iter().enumerate() {
-        let rendered = views.renderer.view(number, &camera, &scene.of_capture(pose));
+        let viewpoint = Viewpoint {
+            camera,
+            camera_to_world: scene.of_capture(pose),
+        };
+        let rendered = views.renderer.view(number, &viewpoint);
         let (frame, map) = rendered.map_err(|error| incomplete(error.into()))?;
         let files = exported(&frame, &map, &ids, options.least_probability)
             .and_then(|labelled| files(&frame, &labelled))

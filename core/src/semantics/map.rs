@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use super::borders::nodes_at_borders;
+use super::posterior::NodeSummary;
 use super::{CERTAIN, ENTROPY_STEPS_PER_NAT, Posterior, Surface};
 use crate::labels::{ClassId, ImportedLabels, Pixel, VOID};
 use crate::scene::{Frame, Scene};
@@ -175,26 +176,19 @@ impl FrameMap {
         }
     }
 
-    /// A map by the posterior of the nodes that the pixels of a view show; `unknown` is the entropy of pixels without a
-    /// node.
-    pub(super) fn of_view(
-        view: usize,
-        [width, height]: [u32; 2],
-        nodes: &[u32],
-        posterior: &Posterior,
-        unknown: u16,
-    ) -> Self {
+    /// A map of a view of this size, by what is known of each of its pixels.
+    pub(super) fn of_view(view: usize, [width, height]: [u32; 2], pixels: &[NodeSummary]) -> Self {
         Self {
             frame: view,
             generation: 0,
             width,
             height,
             pixels: MapPixels::Listed {
-                labels: of_nodes(nodes, (&posterior.labels, VOID)),
-                entropy: of_nodes(nodes, (&posterior.entropy, unknown)),
+                labels: pixels.iter().map(|pixel| pixel.label).collect(),
+                entropy: pixels.iter().map(|pixel| pixel.entropy).collect(),
                 likelihood: Some(Likelihood {
-                    confidence: of_nodes(nodes, (&posterior.confidence, 0)),
-                    runners_up: of_nodes(nodes, (&posterior.runners_up, VOID)),
+                    confidence: pixels.iter().map(|pixel| pixel.confidence).collect(),
+                    runners_up: pixels.iter().map(|pixel| pixel.runner_up).collect(),
                 }),
                 source: None,
             },

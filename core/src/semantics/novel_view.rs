@@ -1,25 +1,27 @@
 //! Views of a labelled scene from any pose.
 
-use glam::Affine3A;
 use rayon::prelude::*;
 
 use super::borders::nodes_at_borders;
-use super::{ENTROPY_STEPS_PER_NAT, FrameMap, NO_NODE, NearestNodes, Posterior, Surface};
-use crate::field::{FieldError, Trainer, camera_rays, render_rays};
-use crate::scene::{Camera, ColorImage, DepthMap, Frame, FramePixels};
+use super::posterior::NodeSummary;
+use super::{ENTROPY_STEPS_PER_NAT, FrameMap, NO_NODE, NearestNodes, Posterior, SemanticField, Surface};
+use crate::field::{FieldError, Sampling, Trainer, camera_rays, render_rays};
+use crate::scene::{ColorImage, DepthMap, Frame, FramePixels, Viewpoint};
 
 /// Largest distance of a ray's end in the field from the voxel whose class it gets, in voxels. What is farther from the
 /// surface was seen by no frame.
 const REACH: f32 = 6.0;
 
-/// Renders views of a labelled scene: colour and depth by the field, classes by the surface where the rays end.
+/// Renders views of a labelled scene: colour and depth by the field, classes by the surface where the rays end, or by
+/// the semantic field.
 pub struct NovelViews<'a> {
     trainer: &'a Trainer,
     surface: &'a Surface,
     posterior: &'a Posterior,
     nearest: NearestNodes<'a>,
-    /// Entropy of pixels without a node, as in [`FrameMap::entropy`].
-    unknown: u16,
+    semantics: Option<&'a SemanticField>,
+    /// What is known of a pixel without a node.
+    unknown: NodeSummary,
 }
 
 impl<'a> NovelViews<'a> {
@@ -30,28 +32,41 @@ impl<'a> NovelViews<'a> {
             surface,
             posterior,
             nearest: NearestNodes::new(surface),
-            unknown: ((classes.max(1) as f32).ln() * ENTROPY_STEPS_PER_NAT).round() as u16,
+            semantics: None,
+            unknown: NodeSummary::unknown(
+                ((classes.max(1) as f32).ln() * ENTROPY_STEPS_PER_NAT).round() as u16
+            ),
         }
     }
 
-    /// The view of a camera with this pose (camera-to-world, relative to the scene's origin, in metres): a frame with
-    /// the rendered colour and depth, named `view_NUMBER`, and its map.
+    /// The same views, in which a semantic field on the same radiance field says the classes: better than the surface
+    /// where that is not measured.
+    #[must_use]
+    pub fn labelled_by(self, semantics: &'a SemanticField) -> Self {
+        Self {
+            semantics: Some(semantics),
+            ..self
+        }
+    }
+
+    /// The view from a place: a frame with the rendered colour and depth, named `view_NUMBER`, and its map.
     ///
     /// A pixel has the class of the voxel that is nearest to where its ray ends, and along borders the one that fits
-    /// its colour and depth best, as in the maps of the frames. It is void, with the highest entropy, where the ray
-    /// ends at something that no frame has seen.
+    /// its colour and depth best, as in the maps of the frames; or the class that the semantic field renders
+    /// (Semantic-NeRF, Eq. 4 and 5), but for rays that meet nothing. It is void, with the highest entropy, where the
+    /// ray ends at something that no frame has seen.
     ///
     /// # Errors
     /// None on the CPU short of a lack of memory.
-    pub fn view(
-        &self,
-        number: usize,
-        camera: &Camera,
-        camera_to_world: &Affine3A,
-    ) -> Result<(Frame, FrameMap), FieldError> {
+    pub fn view(&self, number: usize, viewpoint: &Viewpoint) -> Result<(Frame, FrameMap), FieldError> {
+        let Viewpoint {
+            camera,
+            camera_to_world,
+        } = viewpoint;
         let rays = camera_rays(camera, camera_to_world);
         let (field, occupancy) = (self.trainer.field(), self.trainer.occupancy());
-        let rendered = render_rays(field, occupancy, &rays, self.trainer.render_step(), true)?;
+        let step = self.trainer.render_step();
+        let rendered = render_rays(field, occupancy, &rays, step, true)?;
         // A cast saturates.
         let bytes = |color: glam::Vec3| (255.0 * color).round().to_array().map(|channel| channel as u8);
         let rgb = rendered.iter().flat_map(|ray| bytes(ray.color)).collect();
@@ -82,8 +97,23 @@ impl<'a> NovelViews<'a> {
             lens: None,
         };
         let nodes = nodes_at_borders(&frame, &shown, self.surface.graph.nodes(), &self.posterior.labels);
-        let size = [camera.width, camera.height];
-        let map = FrameMap::of_view(number, size, &nodes, self.posterior, self.unknown);
+        let of_node = |&node: &u32| self.posterior.summary(node).unwrap_or(self.unknown);
+        let mut pixels: Vec<NodeSummary> = nodes.iter().map(of_node).collect();
+        if let Some(semantics) = self.semantics {
+            let sampling = Sampling {
+                step,
+                ..Sampling::default()
+            };
+            let classes = semantics.classes();
+            let probabilities = semantics.along_rays(field, occupancy, &rays, sampling)?;
+            let rows = probabilities.chunks_exact(classes.len().max(1));
+            for (((pixel, row), ray), &node) in pixels.iter_mut().zip(rows).zip(&rendered).zip(&shown) {
+                if ray.length.is_some() && node != NO_NODE {
+                    *pixel = NodeSummary::of(classes, row);
+                }
+            }
+        }
+        let map = FrameMap::of_view(number, [camera.width, camera.height], &pixels);
         Ok((frame, map))
     }
 }
@@ -92,13 +122,14 @@ impl<'a> NovelViews<'a> {
 mod tests {
     use std::sync::Arc;
 
-    use glam::Vec3;
+    use glam::{Affine3A, Vec3};
 
     use super::*;
     use crate::field::Preset;
     use crate::labels::VOID;
+    use crate::scene::Camera;
     use crate::scene::testing::wall;
-    use crate::semantics::CERTAIN;
+    use crate::semantics::{CERTAIN, most_likely};
 
     #[test]
     fn views_from_new_places_show_colour_depth_and_classes_of_the_wall() {
@@ -125,8 +156,12 @@ mod tests {
         };
         let views = NovelViews::new(&trainer, &surface, &posterior, 2);
         let camera = Camera::with_horizontal_fov(40, 30, 60.0);
-        let pose = Affine3A::from_translation(Vec3::new(0.05, 0.03, 0.3));
-        let (frame, map) = views.view(4, &camera, &pose).unwrap();
+        let seen_from = |camera_to_world| Viewpoint {
+            camera,
+            camera_to_world,
+        };
+        let place = seen_from(Affine3A::from_translation(Vec3::new(0.05, 0.03, 0.3)));
+        let (frame, map) = views.view(4, &place).unwrap();
         assert_eq!((frame.stem.as_str(), map.frame), ("view_4", 4));
         let (labels, entropy) = (map.labels(), map.entropy());
         let (color, depth) = (frame.color(), frame.depth().unwrap());
@@ -143,12 +178,45 @@ mod tests {
         }
         assert!(right.iter().all(|&count| count > 1140), "of 1200: {right:?}");
         assert!(map.confidence().is_some());
-        let away = Affine3A::from_rotation_y(std::f32::consts::PI);
-        let (_, map) = views.view(0, &camera, &away).unwrap();
+        let away = seen_from(Affine3A::from_rotation_y(std::f32::consts::PI));
+        let (_, map) = views.view(0, &away).unwrap();
         assert!(
             map.labels().iter().all(|&label| label == VOID),
             "nobody looked there"
         );
         assert!(map.entropy().iter().all(|&entropy| entropy == 6931), "ln 2");
+
+        // The semantic field says what the wall is, and nothing of what nobody has seen.
+        let (width, grid) = (
+            trainer.field().feature_width(),
+            trainer.capacity().semantic_grid(),
+        );
+        let semantics = SemanticField::new(&[3, 7], width, grid, None, 1).unwrap();
+        let views = views.labelled_by(&semantics);
+        let (_, by_field) = views.view(4, &place).unwrap();
+        let rays = camera_rays(&camera, &place.camera_to_world);
+        let sampling = Sampling {
+            step: trainer.render_step(),
+            ..Sampling::default()
+        };
+        let radiance = (trainer.field(), trainer.occupancy());
+        let rendered = semantics
+            .along_rays(radiance.0, radiance.1, &rays, sampling)
+            .unwrap();
+        let rendered = rendered.chunks_exact(2).map(|row| most_likely(&[3, 7], row));
+        let (classes, entropy): (Vec<_>, Vec<_>) = rendered.unzip();
+        let on_wall = (0..camera.pixels()).filter(|&pixel| entropy[pixel] == by_field.entropy()[pixel]);
+        assert!(on_wall.count() > 1140);
+        assert!(
+            by_field
+                .labels()
+                .iter()
+                .zip(&classes)
+                .filter(|(a, b)| a == b)
+                .count()
+                > 1140
+        );
+        let (_, map) = views.view(0, &away).unwrap();
+        assert!(map.labels().iter().all(|&label| label == VOID));
     }
 }

@@ -68,6 +68,18 @@ impl Posterior {
         posterior
     }
 
+    /// What is known of a node; `None` where there is no such node.
+    pub(super) fn summary(&self, node: u32) -> Option<NodeSummary> {
+        let node = node as usize;
+        Some(NodeSummary {
+            label: *self.labels.get(node)?,
+            entropy: *self.entropy.get(node)?,
+            confidence: *self.confidence.get(node)?,
+            runner_up: *self.runners_up.get(node)?,
+            ..NodeSummary::default()
+        })
+    }
+
     /// Computes these nodes anew, as [`Posterior::new`] does, after their distances have changed.
     pub fn update(
         &mut self,
@@ -134,7 +146,7 @@ pub(super) fn label_at(
 
 /// The most likely class by these probabilities, and their entropy as a map has it.
 pub(crate) fn most_likely(classes: &[ClassId], probabilities: &[f32]) -> (ClassId, u16) {
-    let summary = summarise(classes, probabilities, [0.0; 2]);
+    let summary = NodeSummary::of(classes, probabilities);
     (summary.label, summary.entropy)
 }
 
@@ -177,13 +189,28 @@ fn fill_weights(
 }
 
 /// What the posterior keeps of a node.
-#[derive(Default)]
-struct NodeSummary {
-    label: ClassId,
-    entropy: u16,
-    confidence: u16,
-    runner_up: ClassId,
+#[derive(Clone, Copy, Default)]
+pub(super) struct NodeSummary {
+    pub(super) label: ClassId,
+    pub(super) entropy: u16,
+    pub(super) confidence: u16,
+    pub(super) runner_up: ClassId,
     nearest: [f32; 2],
+}
+
+impl NodeSummary {
+    /// Void, with this entropy.
+    pub(super) fn unknown(entropy: u16) -> Self {
+        Self {
+            entropy,
+            ..Self::default()
+        }
+    }
+
+    /// By the probabilities of these classes.
+    pub(super) fn of(classes: &[ClassId], probabilities: &[f32]) -> Self {
+        summarise(classes, probabilities, [0.0; 2])
+    }
 }
 
 fn summarise(classes: &[ClassId], weights: &[f32], nearest: [f32; 2]) -> NodeSummary {
