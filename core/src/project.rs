@@ -38,6 +38,9 @@ use crate::session::{FrameMap, ModelState};
 /// Schema version that this program writes, and the highest that it reads.
 const VERSION: i64 = 3;
 
+/// Forgets all maps.
+const FORGET_MAPS: &str = "DELETE FROM map";
+
 /// One step through the edit history.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Step {
@@ -130,12 +133,14 @@ impl Project {
         &self.path
     }
 
-    /// Writes steps through the history in one transaction; on return they are on the disk.
+    /// Writes steps through the history in one transaction; on return they are on the disk. The maps of the labels of
+    /// before are forgotten.
     ///
     /// # Errors
     /// [`ProjectError::Unwritable`]; then none of them is in the file.
     pub fn record(&mut self, steps: &[Step]) -> Result<(), ProjectError> {
         self.write(|transaction| {
+            transaction.execute_batch(FORGET_MAPS)?;
             steps
                 .iter()
                 .try_for_each(|step| rows::write_step(transaction, step))
@@ -158,6 +163,14 @@ impl Project {
     pub fn save_maps(&mut self, maps: &[Arc<FrameMap>]) -> Result<(), ProjectError> {
         let maps = encoded(&self.path, maps)?;
         self.write(|transaction| maps.iter().try_for_each(|map| map.write(transaction)))
+    }
+
+    /// Forgets the maps: they were made from other labels.
+    ///
+    /// # Errors
+    /// [`ProjectError::Unwritable`].
+    pub fn forget_maps(&mut self) -> Result<(), ProjectError> {
+        self.write(|transaction| transaction.execute_batch(FORGET_MAPS))
     }
 
     /// Forgets model and maps: they were made from a scene that has changed.

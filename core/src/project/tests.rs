@@ -129,9 +129,10 @@ fn a_project_comes_back_as_it_was_is_open_once_and_undo_and_redo_go_on() {
     project.record(&[Step::Redo, Step::Undo, Step::Undo]).unwrap();
     let edit = saved.history.delete_class(1).unwrap();
     project.record(&[Step::Do(edit)]).unwrap();
+    // Those of the labels of before are gone.
     project.save_maps(&[map(2, 8, 2)]).unwrap();
     project.save_view("{}").unwrap();
-    saved.maps[1] = map(2, 8, 2);
+    saved.maps = vec![map(2, 8, 2)];
     saved.view = Some("{}".to_owned());
     drop(project);
     let (_project, again) = Project::open(&path).unwrap();

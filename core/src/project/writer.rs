@@ -185,6 +185,8 @@ impl Writer {
                 }
                 self.received += 1;
                 self.steps.push(step);
+                // They are of the labels of before.
+                self.maps.clear();
             }
             Message::Maps(maps) => self.maps.extend(maps.into_iter().map(|map| (map.frame, map))),
             Message::Model(model) => self.model = Some(model),
@@ -233,6 +235,8 @@ impl Writer {
                 }
                 if pending == Pending::All {
                     self.project.forget_results()?;
+                } else if !self.steps.is_empty() {
+                    self.project.forget_maps()?;
                 }
                 self.project.rewrite(&self.scene, &self.history)
             }

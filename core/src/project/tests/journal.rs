@@ -98,16 +98,30 @@ fn a_changed_scene_is_written_before_anything_else() {
     let (project, saved) = Project::open(&path).unwrap();
     let changed = scene(folder.path(), &["b", "new", "a"]);
     let mut saved = saved.matched(&changed, OpenOptions::default()).unwrap();
+    Journal::start(project, &saved, || ()).unwrap().close().unwrap();
+    let (project, reopened) = Project::open(&path).unwrap();
+    let maps = reopened.maps.iter();
+    let labels: Vec<_> = maps.map(|map| (map.frame, map.labels()[0])).collect();
+    assert_eq!(labels, [(0, 2), (2, 1)]);
+    // Once more, and labelled before it is written.
     let journal = Journal::start(project, &saved, || ()).unwrap();
     journal.record(Step::Do(saved.history.add_stroke(Stroke::click(1, 1, [0, 0]))));
     journal.close().unwrap();
     let (_project, reopened) = Project::open(&path).unwrap();
     assert_eq!(reopened.scene.stems(), ["b", "new", "a", "c"]);
     assert_eq!(labelled(&reopened), labelled(&saved));
-    let labels: Vec<_> = reopened
-        .maps
-        .iter()
-        .map(|map| (map.frame, map.labels()[0]))
-        .collect();
-    assert_eq!(labels, [(0, 2), (2, 1)]);
+    assert!(reopened.maps.is_empty());
+}
+
+#[test]
+fn maps_are_kept_for_the_labels_that_they_follow_and_for_no_others() {
+    let (_folder, path) = place();
+    let (journal, mut history) = start(&path);
+    journal.save_maps(vec![map(0, 1, 1)]);
+    // Still waiting or written already: they are of the labels of before.
+    journal.record(click(&mut history, 2));
+    journal.save_maps(vec![map(1, 2, 2)]);
+    journal.close().unwrap();
+    let (_project, reopened) = Project::open(&path).unwrap();
+    assert_eq!(reopened.maps, [map(1, 2, 2)]);
 }
