@@ -194,14 +194,30 @@ impl Scene {
         options: OpenOptions,
         progress: &(dyn Fn(usize, usize) + Sync),
     ) -> Result<Self, SceneError> {
+        Self::open_listed(source, options, &|_| {}, progress)
+    }
+
+    /// As [`Scene::open`]. `listed` is called once, before images are decoded, with the scene as its files promise it:
+    /// with the names, cameras and poses of its frames, whose pixels are decoded when they are wanted, once for both
+    /// scenes where all of them stay in memory. The opened scene lacks the frames whose images turn out to be unusable,
+    /// and without depth its metre may be another.
+    ///
+    /// # Errors
+    /// Those of [`Scene::open`].
+    pub fn open_listed(
+        source: &SceneSource,
+        options: OpenOptions,
+        listed: &(dyn Fn(Self) + Sync),
+        progress: &(dyn Fn(usize, usize) + Sync),
+    ) -> Result<Self, SceneError> {
         let start = Instant::now();
         let mut scene = match source {
-            SceneSource::Demo => demo::Shot::default().scene(progress),
+            SceneSource::Demo => demo::Shot::default().read(options.depth, listed, progress),
             SceneSource::Folder(folder) => {
                 if !folder.is_dir() {
                     return Err(SceneError::Missing(folder.clone()));
                 }
-                formats::read(folder, options, progress)?
+                formats::read(folder, options, listed, progress)?
             }
         };
         if !options.depth {
@@ -254,6 +270,12 @@ impl Scene {
     /// Name for people: [`SceneSource::name`].
     pub fn name(&self) -> String {
         self.source.name()
+    }
+
+    /// Whether the frames are those of another scene, in the same order.
+    pub fn has_frames_of(&self, other: &Self) -> bool {
+        let (own, others) = (self.frames.iter(), other.frames.iter());
+        own.map(|frame| &frame.stem).eq(others.map(|frame| &frame.stem))
     }
 
     /// Index of the frame with this stem.

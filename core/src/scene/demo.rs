@@ -20,13 +20,14 @@ mod solid;
 mod tests;
 
 use std::path::PathBuf;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, LazyLock};
 
 use rayon::prelude::*;
 
 use super::camera::sampled;
-use super::pixels::OnDisk;
+use super::images::Turn;
+use super::pixels::{FirstRead, OnDisk, Unread};
 use super::{Cache, Camera, ColorImage, DepthMap, Frame, FramePixels, Pixels, Scene, SceneSource};
 use crate::labels::{Class, ClassId, LabelSet, Stroke, parse_class_list};
 use house::House;
@@ -36,6 +37,9 @@ use rooms::Room;
 
 /// Horizontal field of view of the demo's camera, in degrees.
 const FIELD_OF_VIEW: f32 = 78.0;
+
+/// The light of the rooms, made when it is first wanted.
+type Lit = LazyLock<Vec<LightMap>, Box<dyn FnOnce() -> Vec<LightMap> + Send>>;
 
 /// How the demo is photographed. Longer shots of one room begin with the frames of shorter ones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -84,18 +88,49 @@ impl Shot {
     /// Renders the scene, depth included; `progress` is called with (frames done, frames in all), from any
     /// thread.
     pub fn scene(&self, progress: &(dyn Fn(usize, usize) + Sync)) -> Scene {
-        progress(0, self.frames);
-        self.scene_of(&self.house(), progress)
+        self.read(true, &|_| {}, progress)
     }
 
-    fn scene_of(&self, house: &House, progress: &(dyn Fn(usize, usize) + Sync)) -> Scene {
-        let light = house.light();
+    /// The same, with depth or without. `listed` gets the scene before its frames are rendered: each is as soon as
+    /// somebody wants its pixels.
+    pub(super) fn read(
+        &self,
+        depth: bool,
+        listed: &dyn Fn(Scene),
+        progress: &(dyn Fn(usize, usize) + Sync),
+    ) -> Scene {
+        progress(0, self.frames);
+        let house = Arc::new(self.house());
+        let own = Arc::clone(&house);
+        let lit: Lit = LazyLock::new(Box::new(move || own.light()));
+        let light = Arc::new(lit);
+        let unread = (0..self.frames).map(|index| {
+            let (shot, house, light) = (*self, Arc::clone(&house), Arc::clone(&light));
+            let render = move || FirstRead {
+                pixels: shot.pixels(&house, &light, index, depth),
+                turn: Turn::None,
+                depth_problem: None,
+            };
+            Arc::new(Unread::new(PathBuf::new(), move || Ok(Ok(render()))))
+        });
+        let unread: Vec<Arc<Unread>> = unread.collect();
+        listed(self.frames_of(&house, |index| {
+            FramePixels::unread(Arc::clone(&unread[index]), depth)
+        }));
+        // Here: it is made by all threads, and one that waits for it must not render a frame meanwhile, which needs it.
+        LazyLock::force(&light);
         let done = AtomicUsize::new(0);
-        self.frames_of(house, |index| {
-            let pixels = self.pixels(house, &light, index);
+        self.frames_of(&house, |index| {
+            let pixels = unread[index].pixels(unread[index].shared());
             progress(1 + done.fetch_add(1, Ordering::Relaxed), self.frames);
-            pixels.into()
+            // There is no file to fail.
+            pixels.unwrap_or_else(|_| unreachable!()).into()
         })
+    }
+
+    fn scene_of(&self, house: &House) -> Scene {
+        let light = house.light();
+        self.frames_of(house, |index| self.pixels(house, &light, index, true).into())
     }
 
     fn frames_of(&self, house: &House, pixels: impl Fn(usize) -> FramePixels + Sync) -> Scene {
@@ -114,7 +149,7 @@ impl Shot {
 
     /// Renders another room in place of the demo's, with its depth; of the shot all but the number of rooms counts.
     pub fn scene_in(&self, room: Room) -> Scene {
-        self.scene_of(&House::of(room), &|_, _| {})
+        self.scene_of(&House::of(room))
     }
 
     /// The same scene whose frames are rendered when somebody asks for their pixels: for writing more of them than
@@ -128,19 +163,20 @@ impl Shot {
             let pixels = OnDisk {
                 number: index,
                 sharpness: 0.0,
-                decode: Box::new(move || Ok(shot.pixels(&own, &light, index))),
+                decode: Box::new(move || Ok(shot.pixels(&own, &light, index, true))),
                 cache: Arc::clone(&cache),
             };
             FramePixels::on_disk(Some(1.0), 0, pixels)
         })
     }
 
-    fn pixels(&self, house: &House, light: &[LightMap], index: usize) -> Pixels {
+    fn pixels(&self, house: &House, light: &[LightMap], index: usize, depth: bool) -> Pixels {
         let room = house.stand(index, self.frames).room;
         let (rgb, lengths) = self.view(house, index).render(&light[room]);
         // `render` gives three bytes for each pixel of the camera: the image always exists.
         let color = ColorImage::new(self.width, self.height, rgb).unwrap_or_else(|| unreachable!());
-        Pixels::new(color, Some(DepthMap::from_ray_lengths(self.width, &lengths)))
+        let depth = depth.then(|| DepthMap::from_ray_lengths(self.width, &lengths));
+        Pixels::new(color, depth)
     }
 
     /// True classes of every frame, row-major `[height, width]` each, at the pixel centres.

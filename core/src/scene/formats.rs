@@ -4,7 +4,8 @@ use std::path::Path;
 
 use super::reading::Progress;
 use super::{
-    OpenOptions, Scene, SceneError, colmap, images, replica, scannet, seven_scenes, transforms, tum,
+    OpenOptions, Scene, SceneError, SceneSource, colmap, images, replica, scannet, seven_scenes, transforms,
+    tum,
 };
 
 /// One format.
@@ -38,13 +39,25 @@ pub(super) fn pose_file(format: &str) -> &'static str {
     known.map_or("the capture", |known| known.poses)
 }
 
-/// Reads a folder in the first format that recognises it; a note says which others would have.
-pub(super) fn read(folder: &Path, options: OpenOptions, progress: Progress) -> Result<Scene, SceneError> {
+/// Reads a folder in the first format that recognises it; a note says which others would have. `listed` gets the scene
+/// before its images are read, `read` is [`Progress::read`].
+pub(super) fn read(
+    folder: &Path,
+    options: OpenOptions,
+    listed: &(dyn Fn(Scene) + Sync),
+    read: &(dyn Fn(usize, usize) + Sync),
+) -> Result<Scene, SceneError> {
     let mut recognised = FORMATS.iter().filter(|format| (format.recognise)(folder));
     let Some(format) = recognised.next() else {
         let expected = FORMATS.map(|format| format!("{} ({})", format.expected, format.name));
         let expected = expected.join(", or ");
         return Err(SceneError::Unrecognised(folder.to_path_buf(), expected));
+    };
+    let source = SceneSource::Folder(folder.to_path_buf());
+    let listed = |frames| listed(Scene::new(source.clone(), format.name, frames));
+    let progress = Progress {
+        listed: &listed,
+        read,
     };
     let mut scene = (format.read)(folder, options, progress)?;
     images::note_hidden(&scene.frames, &mut scene.notes);

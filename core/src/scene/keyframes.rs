@@ -6,7 +6,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::cache::Cache;
-use super::pixels::{FramePixels, OnDisk, Pixels};
+use super::pixels::{FirstReading, FramePixels, OnDisk, Pixels, Unread};
 use super::{Camera, ColorImage, Frame, OpenOptions, Scene, SceneError};
 
 /// Bytes of the pixels read last of frames that are no keyframes.
@@ -43,6 +43,29 @@ impl Keeping {
         Self {
             everything: total <= options.image_bytes,
             cache: Arc::new(Cache::new(CACHE_BYTES)),
+        }
+    }
+
+    /// The pixels of frame `number` before it is read.
+    pub fn unread(&self, number: usize, files: Arc<Unread>, has_depth: bool) -> FramePixels {
+        if self.everything {
+            return FramePixels::unread(files, has_depth);
+        }
+        let place = OnDisk {
+            number,
+            sharpness: 0.0,
+            decode: Box::new(move || files.pixels(files.read())),
+            cache: Arc::clone(&self.cache),
+        };
+        FramePixels::on_disk(has_depth.then_some(1.0), 0, place)
+    }
+
+    /// Reads a frame for the first time; whoever looks at it meanwhile shares what stays in memory.
+    pub fn read(&self, files: &Unread) -> FirstReading {
+        if self.everything {
+            files.shared()
+        } else {
+            files.read()
         }
     }
 

@@ -1,9 +1,13 @@
 //! The pixels of a frame: in memory, or read from its files whenever they are wanted.
 
 use std::fmt;
-use std::sync::Arc;
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use super::cache::Cache;
+use super::error::ImageError;
+use super::files::unreadable;
+use super::images::Turn;
 use super::{ColorImage, DepthMap, SceneError};
 
 /// Colours and measured depth of a frame; copies share them.
@@ -48,6 +52,66 @@ pub struct FramePixels {
 enum Place {
     InMemory(Pixels),
     OnDisk(Arc<OnDisk>),
+    Unread(Arc<Unread>),
+}
+
+/// What the files of a frame gave when they were read first.
+#[derive(Clone)]
+pub(super) struct FirstRead {
+    pub pixels: Pixels,
+    /// What became of the orientation of the image.
+    pub turn: Turn,
+    /// The depth image, and why it cannot be used.
+    pub depth_problem: Option<String>,
+}
+
+/// The inner error is that of an image that cannot be used, the outer one that of a capture that cannot be read at all.
+pub(super) type FirstReading = Result<Result<FirstRead, ImageError>, SceneError>;
+
+/// The files of a frame before they are read: whoever wants its pixels first reads them, for everybody.
+pub(super) struct Unread {
+    /// The image, for messages.
+    path: PathBuf,
+    read: Box<dyn Fn() -> FirstReading + Send + Sync>,
+    /// Locked while somebody reads; what cannot be used is read again by the next.
+    done: Mutex<Option<FirstRead>>,
+}
+
+impl Unread {
+    /// Files that `read` reads.
+    pub fn new(path: PathBuf, read: impl Fn() -> FirstReading + Send + Sync + 'static) -> Self {
+        Self {
+            path,
+            read: Box::new(read),
+            done: Mutex::new(None),
+        }
+    }
+
+    /// What they give; it stays in memory. Waits for whoever is reading them.
+    pub fn shared(&self) -> FirstReading {
+        // What is there is whole, so a panic in another thread does not spoil it.
+        let mut done = self.done.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(read) = &*done {
+            return Ok(Ok(read.clone()));
+        }
+        let read = (self.read)()?;
+        *done = read.as_ref().ok().cloned();
+        Ok(read)
+    }
+
+    /// What they give, for nobody else.
+    pub fn read(&self) -> FirstReading {
+        (self.read)()
+    }
+
+    /// The pixels out of what was read.
+    ///
+    /// # Errors
+    /// Files that cannot be used.
+    pub fn pixels(&self, read: FirstReading) -> Result<Pixels, SceneError> {
+        let read = read?.map_err(|error| unreadable(&self.path, error))?;
+        Ok(read.pixels)
+    }
 }
 
 /// Pixels that are read again whenever they are wanted.
@@ -87,15 +151,25 @@ impl FramePixels {
         }
     }
 
+    /// Pixels that stay in memory as soon as they were read. Until then nothing is known to be hidden, and depth images
+    /// count as complete.
+    pub(super) fn unread(files: Arc<Unread>, has_depth: bool) -> Self {
+        Self {
+            coverage: has_depth.then_some(1.0),
+            hidden: 0,
+            place: Place::Unread(files),
+        }
+    }
+
     /// Whether they stay in memory.
     pub(super) fn are_in_memory(&self) -> bool {
-        matches!(self.place, Place::InMemory(_))
+        matches!(self.place, Place::InMemory(_) | Place::Unread(_))
     }
 
     /// How sharp the image is; `None` where it stays in memory, as nobody has to choose it then.
     pub(super) fn sharpness(&self) -> Option<f32> {
         match &self.place {
-            Place::InMemory(_) => None,
+            Place::InMemory(_) | Place::Unread(_) => None,
             Place::OnDisk(place) => Some(place.sharpness),
         }
     }
@@ -105,6 +179,10 @@ impl FramePixels {
         match &self.place {
             Place::InMemory(pixels) => Some(pixels.clone()),
             Place::OnDisk(place) => place.cache.get(place.number),
+            Place::Unread(files) => {
+                let done = files.done.try_lock().ok()?;
+                Some(done.as_ref()?.pixels.clone())
+            }
         }
     }
 
@@ -116,7 +194,7 @@ impl FramePixels {
     pub(super) fn look<T>(&self, see: impl FnOnce(&Pixels) -> T) -> Result<T, SceneError> {
         match &self.place {
             Place::InMemory(pixels) => Ok(see(pixels)),
-            Place::OnDisk(_) => self.get().map(|pixels| see(&pixels)),
+            Place::OnDisk(_) | Place::Unread(_) => self.get().map(|pixels| see(&pixels)),
         }
     }
 
@@ -135,6 +213,7 @@ impl FramePixels {
                     Ok(pixels)
                 }
             },
+            Place::Unread(files) => files.pixels(files.shared()),
         }
     }
 }
@@ -144,6 +223,7 @@ impl fmt::Debug for FramePixels {
         match &self.place {
             Place::InMemory(pixels) => pixels.fmt(formatter),
             Place::OnDisk(place) => formatter.debug_tuple("OnDisk").field(&place.number).finish(),
+            Place::Unread(files) => formatter.debug_tuple("Unread").field(&files.path).finish(),
         }
     }
 }

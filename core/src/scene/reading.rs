@@ -1,6 +1,7 @@
 //! From the files of frames to frames: what the readers of all formats share.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use glam::{DAffine3, DVec3};
@@ -11,10 +12,17 @@ use super::error::ImageError;
 use super::files::{file_name, leave_out, unreadable};
 use super::images::{ImageFile, Turn, warn_of_turns};
 use super::keyframes::Keeping;
-use super::{ColorImage, DepthMap, Frame, OpenOptions, Pixels, SceneError};
+use super::pixels::{FirstRead, FirstReading, Unread};
+use super::{ColorImage, DepthMap, Frame, FramePixels, OpenOptions, Pixels, SceneError};
 
-/// Called with (frames read, frames in all), from any thread.
-pub(super) type Progress<'a> = &'a (dyn Fn(usize, usize) + Sync);
+/// Who follows the reading of a capture.
+#[derive(Clone, Copy)]
+pub(super) struct Progress<'a> {
+    /// Called once with the frames that are going to be read, without sparse points.
+    pub listed: &'a (dyn Fn(Vec<Frame>) + Sync),
+    /// Called with (frames read, frames in all), from any thread.
+    pub read: &'a (dyn Fn(usize, usize) + Sync),
+}
 
 /// A frame that is still on disk, in the capture's own coordinates.
 pub(super) struct Listed {
@@ -43,6 +51,45 @@ pub(super) struct Placing {
 /// outer one that of a capture that cannot be read at all.
 pub(super) type ReadDepth =
     Box<dyn Fn(&Path, &ColorImage) -> Result<Result<DepthMap, ImageError>, SceneError> + Send + Sync>;
+
+/// The files of a frame.
+struct Files {
+    image: ImageFile,
+    depth: Option<(PathBuf, ReadDepth)>,
+}
+
+impl Files {
+    /// Reads them for the first time: a depth image that cannot be used is left out.
+    fn read(&self) -> FirstReading {
+        let (color, turn) = match self.image.decode() {
+            Ok(decoded) => decoded,
+            Err(error) => return Ok(Err(error)),
+        };
+        let (mut measured, mut depth_problem) = (None, None);
+        if let Some((path, decode)) = &self.depth {
+            match decode(path, &color)? {
+                Ok(map) => measured = Some(map),
+                Err(error) => depth_problem = Some(format!("{} ({error})", file_name(path))),
+            }
+        }
+        Ok(Ok(FirstRead {
+            pixels: Pixels::new(color, measured),
+            turn,
+            depth_problem,
+        }))
+    }
+
+    /// Reads them once more.
+    fn read_again(&self, with_depth: bool) -> Result<Pixels, SceneError> {
+        let image = &self.image;
+        let (color, _) = image.decode().map_err(|error| unreadable(&image.path, error))?;
+        let depth = match self.depth.as_ref().filter(|_| with_depth) {
+            None => None,
+            Some((path, decode)) => Some(decode(path, &color)?.map_err(|error| unreadable(path, error))?),
+        };
+        Ok(Pixels::new(color, depth))
+    }
+}
 
 /// A frame that was read.
 pub(super) struct ReadFrame<T> {
@@ -73,63 +120,57 @@ pub(super) fn read_frames<T: Send>(
         .iter()
         .map(|frame| (&frame.image.pinhole, frame.depth.is_some()));
     let keeping = Keeping::of(cameras, options);
-    let done = AtomicUsize::new(0);
-    let read = listed.par_iter().enumerate().map(|(number, frame)| {
+    let unread = listed.iter().map(|frame| {
         let depth = frame.depth.clone().map(|path| (path, depth(frame)));
-        let read = read_frame(number, frame, placing, &keeping, depth, |color| {
-            look(number, color)
+        let files = Arc::new(Files {
+            image: frame.image.clone(),
+            depth,
         });
-        progress(1 + done.fetch_add(1, Ordering::Relaxed), listed.len());
-        read
+        let path = frame.image.path.clone();
+        let own = Arc::clone(&files);
+        (files, Arc::new(Unread::new(path, move || own.read())))
+    });
+    let unread: Vec<(Arc<Files>, Arc<Unread>)> = unread.collect();
+    let frames = listed.iter().zip(&unread).enumerate();
+    let frames = frames.map(|(number, (frame, (_, unread)))| {
+        let pixels = keeping.unread(number, Arc::clone(unread), frame.depth.is_some());
+        frame.with(pixels, placing)
+    });
+    (progress.listed)(frames.collect());
+    let done = AtomicUsize::new(0);
+    let read = listed.par_iter().zip(&unread).enumerate();
+    let read = read.map(|(number, (frame, (files, unread)))| {
+        let read = keeping.read(unread)?.map(|first| {
+            let seen = look(number, &first.pixels.color);
+            let (files, with_depth) = (Arc::clone(files), first.pixels.depth.is_some());
+            let again = move || files.read_again(with_depth);
+            let pixels = keeping.keep(number, first.pixels, again);
+            ReadFrame {
+                frame: frame.with(pixels, placing),
+                turn: first.turn,
+                depth_problem: first.depth_problem,
+                seen,
+            }
+        });
+        (progress.read)(1 + done.fetch_add(1, Ordering::Relaxed), listed.len());
+        Ok(read)
     });
     read.collect()
 }
 
-fn read_frame<T>(
-    number: usize,
-    listed: &Listed,
-    placing: Placing,
-    keeping: &Keeping,
-    depth: Option<(PathBuf, ReadDepth)>,
-    look: impl FnOnce(&ColorImage) -> T,
-) -> Result<Result<ReadFrame<T>, ImageError>, SceneError> {
-    let image = listed.image.clone();
-    let (color, turn) = match image.decode() {
-        Ok(decoded) => decoded,
-        Err(error) => return Ok(Err(error)),
-    };
-    let (mut measured, mut depth_problem) = (None, None);
-    if let Some((path, decode)) = &depth {
-        match decode(path, &color)? {
-            Ok(map) => measured = Some(map),
-            Err(error) => depth_problem = Some(format!("{} ({error})", file_name(path))),
+impl Listed {
+    /// The frame with these pixels, without sparse points.
+    fn with(&self, pixels: FramePixels, placing: Placing) -> Frame {
+        Frame {
+            stem: self.stem.clone(),
+            path: self.image.path.clone(),
+            camera: self.image.pinhole,
+            camera_to_world: placed(&self.camera_to_world, placing.origin, placing.unit),
+            pixels,
+            points: Vec::new(),
+            lens: self.image.bent(),
         }
     }
-    let seen = look(&color);
-    let depth = depth.filter(|_| measured.is_some());
-    let again = move || {
-        let (color, _) = image.decode().map_err(|error| unreadable(&image.path, error))?;
-        let depth = match &depth {
-            None => None,
-            Some((path, decode)) => Some(decode(path, &color)?.map_err(|error| unreadable(path, error))?),
-        };
-        Ok(Pixels::new(color, depth))
-    };
-    let frame = Frame {
-        stem: listed.stem.clone(),
-        path: listed.image.path.clone(),
-        camera: listed.image.pinhole,
-        camera_to_world: placed(&listed.camera_to_world, placing.origin, placing.unit),
-        pixels: keeping.keep(number, Pixels::new(color, measured), again),
-        points: Vec::new(),
-        lens: listed.image.bent(),
-    };
-    Ok(Ok(ReadFrame {
-        frame,
-        turn,
-        depth_problem,
-        seen,
-    }))
 }
 
 /// What a format says of images and of depth images that cannot be used.

@@ -75,6 +75,10 @@ pub enum Command {
 /// What the worker reports. Maps are not in here: they are in [`MapSlots`](super::MapSlots).
 #[derive(Clone, Debug)]
 pub enum Event {
+    /// The frames of the capture are known, and can be looked at before it is open
+    /// ([`Scene::open_listed`](crate::scene::Scene::open_listed)); there is a map slot for each of them. Commands that name
+    /// frames wait for [`Event::Opened`], which may leave some of them out.
+    Listed(Arc<Scene>),
     /// The capture is being read: frames decoded, frames in all.
     Opening {
         /// Frames decoded so far.

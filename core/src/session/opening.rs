@@ -1,6 +1,7 @@
 //! Opening a scene in the background.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::time::{Duration, Instant};
 
 use crossbeam_channel::{Receiver, bounded, select};
 
@@ -9,10 +10,14 @@ use super::serve::WorkerError;
 use super::{Command, Event, SessionOptions};
 use crate::scene::Scene;
 
+/// Time between two reports of progress: each has the window drawn anew.
+const EVERY: Duration = Duration::from_millis(150);
+
 /// An open scene, and the commands that arrived in the meantime.
 pub(super) type OpenedScene = (Arc<Scene>, Vec<Command>);
 
-/// Opens the scene on a thread of its own, so that it can be stopped; `None` when it was.
+/// Opens the scene on a thread of its own, so that it can be stopped; `None` when it was. On return there is a map slot
+/// for each frame: for the listed ones since they were, unless the opened scene has others.
 pub(super) fn open(
     options: &SessionOptions,
     commands: &Receiver<Command>,
@@ -21,11 +26,29 @@ pub(super) fn open(
 ) -> Result<Option<OpenedScene>, WorkerError> {
     let (sender, opened) = bounded(1);
     let (source, what) = (options.source.clone(), options.open);
-    let (progress, threads) = (outbox.clone(), Arc::clone(threads));
+    let (outbox, threads) = (outbox.clone(), Arc::clone(threads));
     let thread = std::thread::Builder::new().name("inplace-open".to_owned());
     let spawned = thread.spawn(move || {
-        let tell = |done, total| progress.send(Event::Opening { done, total });
-        let scene = threads.install(|| Scene::open(&source, what, &tell));
+        let told = Mutex::new(None::<Instant>);
+        let tell = |done, total| {
+            let mut told = told.lock().unwrap_or_else(PoisonError::into_inner);
+            if done == total || told.is_none_or(|told| told.elapsed() >= EVERY) {
+                *told = Some(Instant::now());
+                outbox.send(Event::Opening { done, total });
+            }
+        };
+        let listed = OnceLock::new();
+        let list = |scene: Scene| {
+            let scene = listed.get_or_init(|| Arc::new(scene));
+            outbox.reset_maps(scene.frames.len());
+            outbox.send(Event::Listed(Arc::clone(scene)));
+        };
+        let scene = threads.install(|| Scene::open_listed(&source, what, &list, &tell));
+        if let Ok(scene) = &scene
+            && listed.get().is_none_or(|listed| !scene.has_frames_of(listed))
+        {
+            outbox.reset_maps(scene.frames.len());
+        }
         // The receiver is gone when the session was stopped.
         let _ = sender.send(scene);
     });

@@ -153,6 +153,47 @@ fn two_clicks_label_every_frame_on_both_sides_of_the_border_be_it_a_keyframe_or_
     }
 }
 
+#[test]
+fn a_capture_is_listed_before_it_is_read_and_whoever_looks_first_reads_a_frame_for_all() {
+    let folder = tempfile::tempdir().unwrap();
+    let capture = folder.path().join("wall");
+    write_replica(&wall(9, 64, 48), &capture, None).unwrap();
+    let open = |image_bytes: u64| {
+        let mut options = options();
+        options.source = SceneSource::Folder(capture.clone());
+        options.open.image_bytes = image_bytes;
+        let session = Session::start(options, || {});
+        let listed = wait(&session, |event| match event {
+            Event::Listed(scene) => Some(Arc::clone(scene)),
+            _ => None,
+        });
+        let looked = listed.frames[5].pixels();
+        let opened = wait(&session, |event| match event {
+            Event::Opened(scene) => Some(Arc::clone(scene)),
+            _ => None,
+        });
+        assert_eq!(session.maps().len(), opened.frames.len());
+        (listed, looked, opened)
+    };
+    for (image_bytes, shared) in [(u64::MAX, true), (4 * 64 * 48 * 5, false)] {
+        let (listed, looked, opened) = open(image_bytes);
+        assert!(opened.has_frames_of(&listed));
+        let (looked, read) = (looked.unwrap(), opened.frames[5].pixels().unwrap());
+        assert_eq!(looked, read);
+        assert_eq!(Arc::ptr_eq(&looked.color, &read.color), shared);
+        for (listed, opened) in listed.frames.iter().zip(&opened.frames) {
+            assert_eq!(listed.camera_to_world, opened.camera_to_world);
+            assert_eq!(listed.has_depth(), opened.has_depth());
+        }
+    }
+    let broken = &open(u64::MAX).0.frames[5].path.clone();
+    let bytes = std::fs::read(broken).unwrap();
+    std::fs::write(broken, &bytes[..bytes.len() / 2]).unwrap();
+    let (listed, looked, opened) = open(u64::MAX);
+    assert!(looked.is_err() && !opened.has_frames_of(&listed));
+    assert_eq!((listed.frames.len(), opened.frames.len()), (9, 8));
+}
+
 /// Class and entropy of every pixel of all maps.
 fn pixels(maps: &[Arc<FrameMap>]) -> Vec<(Vec<ClassId>, Vec<u16>)> {
     maps.iter()

@@ -32,13 +32,15 @@ pub(super) fn run(
             })?;
         let threads = Arc::new(threads);
         let (scene, early) = match scene {
-            Some(scene) => (scene, Vec::new()),
+            Some(scene) => {
+                outbox.reset_maps(scene.frames.len());
+                (scene, Vec::new())
+            }
             None => match open(&options, commands, outbox, &threads)? {
                 Some(opened) => opened,
                 None => return Ok(()),
             },
         };
-        outbox.reset_maps(scene.frames.len());
         outbox.send(Event::Opened(Arc::clone(&scene)));
         threads.install(|| match options.preset {
             Preset::Reference => serve(

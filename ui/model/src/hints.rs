@@ -56,9 +56,9 @@ impl Hint {
     }
 }
 
-/// Whether labels wait for the surface that they spread over.
+/// Whether labels wait for the surface that they spread over, or for the frames that it is made from.
 pub fn waits_for_surface(workspace: &Workspace) -> bool {
-    workspace.status.phase == Phase::FindingSurface
+    matches!(workspace.status.phase, Phase::Opening | Phase::FindingSurface)
         && workspace.newest_map(workspace.frame_index).is_none()
         && workspace.document.labels().says_anything()
 }

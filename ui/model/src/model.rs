@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use inplace_core::field::Preset;
-use inplace_core::scene::{OpenOptions, SceneSource};
+use inplace_core::scene::{OpenOptions, Scene, SceneSource};
 
 use crate::dialogs::{Dialog, ExportChoice};
 use crate::effect::Effect;
@@ -43,6 +43,8 @@ pub struct Opening {
     pub session: Option<Running>,
     /// What is kept about the scene, until the journal takes it.
     pub prepared: Option<Prepared>,
+    /// The scene, once all of it is read.
+    pub opened: Option<Arc<Scene>>,
 }
 
 /// What the right side shows.

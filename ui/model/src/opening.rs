@@ -58,6 +58,8 @@ pub struct Prepared {
     file: PathBuf,
     named: bool,
     kept: Option<Opened>,
+    /// Whether all of the scene has to be read before it is shown.
+    whole: bool,
     /// Why the work cannot be kept in `file`.
     problem: Option<String>,
 }
@@ -66,6 +68,18 @@ impl Prepared {
     /// The model state to go on from.
     pub fn state(&self) -> Option<Arc<inplace_core::session::ModelState>> {
         self.kept.as_ref()?.contents.model.clone()
+    }
+
+    /// Whether a scene can be shown as it is listed: nothing is kept about it, or that is about the very frames listed.
+    /// Another list may name frames that turn out to be unusable, as those that the project does not know may be.
+    pub fn is_of(&self, listed: &Scene) -> bool {
+        let same = |opened: &Opened| {
+            let known = opened.contents.scene.frames.iter();
+            known
+                .map(|frame| &frame.stem)
+                .eq(listed.frames.iter().map(|frame| &frame.stem))
+        };
+        !self.whole && self.kept.as_ref().is_none_or(same)
     }
 }
 
@@ -136,6 +150,7 @@ fn prepare_project(
         file: path,
         named: true,
         kept: Some(opened),
+        whole: false,
         problem: None,
     })
 }
@@ -164,8 +179,38 @@ fn prepare_scene(source: SceneSource, open: OpenOptions, tools: &JobTools) -> Re
         file,
         named: false,
         kept,
+        whole: false,
         problem,
     })
+}
+
+/// What was said about a scene as it was `listed`, to go on with when all of it is read; `said` is the history and the
+/// view. Waits until the project file is written.
+pub(crate) fn prepare_whole(
+    project: ProjectSession,
+    listed: &Scene,
+    open: OpenOptions,
+    said: (History, String),
+) -> Prepared {
+    let (file, named) = (project.path.clone(), project.named);
+    project.close();
+    let mut contents = Contents::new(SceneRecord::of(listed, open), said.0);
+    contents.view = Some(said.1);
+    // What is in the file is in memory, too, and more than that where it could not be written.
+    let kept = Opened {
+        project: Project::open(&file).map(|(project, _)| project),
+        contents,
+        damage: None,
+    };
+    Prepared {
+        source: listed.source.clone(),
+        open,
+        file,
+        named,
+        kept: Some(kept),
+        whole: true,
+        problem: None,
+    }
 }
 
 /// What a workspace starts with.

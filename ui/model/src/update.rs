@@ -66,7 +66,7 @@ impl Model {
             Input::FrameBegins { now, window } => self.frame_begins(now, window),
         }
         self.note_settings();
-        let asked = self.with_workspace(|workspace| std::mem::take(&mut workspace.outbox));
+        let asked = self.with_workspace(Workspace::take_outbox);
         self.effects.extend(asked.into_iter().map(Effect::Session));
         std::mem::take(&mut self.effects)
     }

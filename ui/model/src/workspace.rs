@@ -48,11 +48,14 @@ impl LabelledSurface {
 pub struct Workspace {
     /// The scene.
     pub scene: Arc<Scene>,
+    /// How many frames are read, and how many there are, while the scene is being read: then it is the
+    /// [listed](Scene::open_listed) one.
+    pub reading: Option<(usize, usize)>,
     /// A number that no other open scene of this window had.
     pub serial: u64,
     session: Running,
-    /// What the worker has yet to be asked.
-    pub(crate) outbox: Vec<Command>,
+    /// What the worker has yet to be asked; while the scene is being read it waits.
+    outbox: Vec<Command>,
     /// The labels.
     pub document: Document,
     /// Which classes are locked, and which are hidden.
@@ -91,7 +94,7 @@ pub struct Workspace {
 }
 
 impl Workspace {
-    /// A scene that a session has just opened; `serial` tells scenes apart.
+    /// A scene that a session has listed and is reading; `serial` tells scenes apart.
     pub fn new(scene: Arc<Scene>, serial: u64, session: Running, document: Document) -> Self {
         let has_map = |frame| session.maps().get(frame).is_some();
         let mut workspace = Self {
@@ -99,6 +102,7 @@ impl Workspace {
             map_versions: (0..scene.frames.len())
                 .map(|frame| u64::from(has_map(frame)))
                 .collect(),
+            reading: Some((0, scene.frames.len())),
             scene,
             serial,
             session,
@@ -126,6 +130,21 @@ impl Workspace {
             workspace.send_labels();
         }
         workspace
+    }
+
+    /// All of the scene is read: here it is, with the frames that were listed.
+    pub(crate) fn take_scene(&mut self, scene: Arc<Scene>) {
+        self.scene = scene;
+        self.reading = None;
+        self.overview.changed();
+    }
+
+    /// What the worker is to be asked now.
+    pub(crate) fn take_outbox(&mut self) -> Vec<Command> {
+        match self.reading {
+            Some(_) => Vec::new(),
+            None => std::mem::take(&mut self.outbox),
+        }
     }
 
     /// The frame in view; `None` in a scene without frames.

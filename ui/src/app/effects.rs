@@ -157,18 +157,15 @@ impl App {
     /// Waits for the model state and for the disk: the window is gone.
     pub(super) fn end(&mut self) {
         let before = self.model.workspace().and_then(Workspace::state).cloned();
+        let can_save = |workspace: &Workspace| !workspace.has_ended() && workspace.reading.is_none();
         let waits = |workspace: &Workspace| {
             let is_new = match (workspace.state(), &before) {
                 (Some(now), Some(before)) => !Arc::ptr_eq(now, before),
                 (now, _) => now.is_some(),
             };
-            !is_new && !workspace.has_ended()
+            !is_new && can_save(workspace)
         };
-        if self
-            .model
-            .workspace()
-            .is_some_and(|workspace| !workspace.has_ended())
-        {
+        if self.model.workspace().is_some_and(can_save) {
             self.carry_out(Effect::Session(session::Command::Save));
         }
         let until = Instant::now() + LAST_STATE;

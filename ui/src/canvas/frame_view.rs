@@ -97,6 +97,12 @@ impl FrameView {
     /// Takes over what is new in the scene and what was made of it, and has whatever these layers need made. Costs next
     /// to nothing when nothing has changed.
     pub fn follow(&mut self, workspace: &Workspace, layers: &[Layer], now: Instant, commands: &mut Commands) {
+        if !Arc::ptr_eq(&self.scene, &workspace.scene) {
+            // All of it is read by now.
+            self.scene = Arc::clone(&workspace.scene);
+            self.unreadable.clear();
+            self.wanted = None;
+        }
         if self.frame != workspace.frame_index {
             self.go_to(workspace.frame_index);
         }

@@ -133,7 +133,11 @@ fn due(ctx: &egui::Context, model: &Model, workspace: &Workspace) -> Option<Call
     }
     waits_for_surface(workspace).then(|| Callout {
         hint: None,
-        text: "Finding the surface of the scene; your labels spread as soon as it is there".to_owned(),
+        text: match workspace.reading {
+            Some(_) => "Reading the frames; your labels spread as soon as all of them are there",
+            None => "Finding the surface of the scene; your labels spread as soon as it is there",
+        }
+        .to_owned(),
         beside: Beside::Here,
     })
 }

@@ -6,7 +6,7 @@ use inplace_model::preferences::Pane;
 use inplace_model::workspace::Workspace;
 use inplace_model::{Command, Commands};
 
-use super::parts::{Fact, UNCERTAINTY_MEANS, facts, fold_button};
+use super::parts::{Fact, UNCERTAINTY_MEANS, facts, fold_button, frames_done};
 use crate::keys::table::PAUSE;
 use crate::numbers;
 use crate::theme;
@@ -16,7 +16,11 @@ use crate::widgets::{Icon, heading, icon_button};
 pub fn show(ui: &mut Ui, workspace: &Workspace, full: bool, commands: &mut Commands) {
     let running = !workspace.paused && !workspace.has_ended();
     let accent = theme::of(ui.visuals()).accent;
-    let phase = egui::RichText::new(workspace.phase_in_words());
+    let phase = egui::RichText::new(match workspace.reading {
+        Some((0, _)) => "Reading the frames".to_owned(),
+        Some((done, total)) => format!("Reading: {}", frames_done(done, total)),
+        None => workspace.phase_in_words().to_owned(),
+    });
     let phase = if running {
         phase.color(accent)
     } else {

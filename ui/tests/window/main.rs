@@ -12,6 +12,7 @@ mod images;
 mod labelling;
 mod layers;
 mod names;
+mod opening;
 mod order;
 mod pictures;
 mod preferences;

@@ -199,8 +199,11 @@ impl Window {
                         let (event_outbox, events) = unbounded();
                         let maps = Arc::new(MapSlots::default());
                         maps.reset(FRAMES);
+                        // The test says when a folder named so is open.
+                        let slow = matches!(&options.source, SceneSource::Folder(folder) if folder.ends_with("slow"));
                         let scene = scene(options.source);
-                        event_outbox.send(Event::Opened(scene)).unwrap();
+                        let event = if slow { Event::Listed } else { Event::Opened };
+                        event_outbox.send(event(scene)).unwrap();
                         started.lock().unwrap().push(Worker {
                             events: event_outbox,
                             commands: command_inbox,

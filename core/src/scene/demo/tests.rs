@@ -205,7 +205,7 @@ fn depth_goes_on_beyond_glass_and_behind_a_mirror() {
             radiance: glam::Vec3A::splat(2.0),
         };
         let house = House::of(Room::new(builder, vec![light], Vec::new()));
-        let scene = shot.scene_of(&house, &|_, _| {});
+        let scene = shot.scene_of(&house);
         let mut pixels = 0;
         for (index, frame) in scene.frames.iter().enumerate() {
             let view = shot.view(&house, index);

@@ -1,5 +1,7 @@
 //! Taking over what jobs, the session and the project file have told.
 
+use std::sync::Arc;
+
 use inplace_core::project::JournalEvent;
 use inplace_core::session::Event;
 
@@ -37,6 +39,13 @@ impl Model {
     pub(crate) fn session_event(&mut self, event: Event) {
         match &mut self.state.stage {
             Stage::Open(workspace) => {
+                match event {
+                    Event::Opened(scene) => return self.scene_opened(scene),
+                    Event::Error(sentence) if workspace.reading.is_some() => {
+                        return self.reading_failed(sentence);
+                    }
+                    _ => {}
+                }
                 if let Event::State(state) = &event {
                     self.effects.push(Effect::KeepModel(state.clone()));
                 }
@@ -56,7 +65,16 @@ impl Model {
             }
             Stage::Opening(opening) => match event {
                 Event::Opening { done, total } => opening.progress = (done, total),
-                Event::Opened(scene) => self.attach(scene),
+                Event::Listed(scene) => {
+                    let prepared = opening.prepared.as_ref();
+                    if prepared.is_some_and(|prepared| prepared.is_of(&scene)) {
+                        self.attach(scene);
+                    }
+                }
+                Event::Opened(scene) => {
+                    opening.opened = Some(Arc::clone(&scene));
+                    self.attach(scene);
+                }
                 Event::Error(sentence) => {
                     let ticket = opening.ticket;
                     self.opening_failed(ticket, sentence);

@@ -16,7 +16,7 @@ use crate::document::Document;
 use crate::effect::Effect;
 use crate::jobs::Done;
 use crate::model::{Model, Opening, Stage};
-use crate::opening::{Attached, Prepared, Target, attach, prepare};
+use crate::opening::{Attached, Prepared, Target, attach, prepare, prepare_whole};
 use crate::preferences::{cores, usual_threads};
 use crate::project_session::Results;
 use crate::session_link::Running;
@@ -26,15 +26,7 @@ impl Model {
     /// Starts opening something; what was open is kept and closed.
     pub(crate) fn open(&mut self, target: Target) {
         self.close();
-        self.last_ticket += 1;
-        let ticket = self.last_ticket;
-        self.state.stage = Stage::Opening(Box::new(Opening {
-            ticket,
-            target: target.clone(),
-            progress: (0, 0),
-            session: None,
-            prepared: None,
-        }));
+        let ticket = self.begin(target.clone());
         let open = self.start.read;
         self.start("open", move |tools, _| {
             let prepared = prepare(target, open, tools);
@@ -42,10 +34,29 @@ impl Model {
         });
     }
 
+    /// Something is being opened from now on; returns its ticket.
+    fn begin(&mut self, target: Target) -> u64 {
+        self.last_ticket += 1;
+        self.state.stage = Stage::Opening(Box::new(Opening {
+            ticket: self.last_ticket,
+            target,
+            progress: (0, 0),
+            session: None,
+            prepared: None,
+            opened: None,
+        }));
+        self.last_ticket
+    }
+
     /// Keeps and closes what is open.
     pub(crate) fn close(&mut self) {
-        let results = self.results();
         self.note_recent();
+        self.leave();
+    }
+
+    /// Keeps and closes what is open, which is not worth remembering.
+    fn leave(&mut self) {
+        let results = self.results();
         self.state.stage = Stage::Start;
         if let Some(project) = self.state.project.take() {
             self.effects.push(Effect::CloseProject(
@@ -70,8 +81,10 @@ impl Model {
         let workspace = self.state.workspace()?;
         // Those of other frames would have to be looked up in thousands of files.
         let frames = workspace.scene.keyframes().into_iter();
+        let maps = frames.filter_map(|frame| workspace.newest_map(frame));
+        let generation = workspace.document.generation();
         Some(Results {
-            maps: frames.filter_map(|frame| workspace.newest_map(frame)).collect(),
+            maps: maps.filter(|map| map.generation == generation).collect(),
             state: workspace.state().cloned(),
             view: workspace.kept_view(&self.state.settings),
         })
@@ -112,7 +125,7 @@ impl Model {
         }
     }
 
-    /// The scene is read: fit what is kept to it, on a thread.
+    /// The scene is listed, or else read: fit what is kept to it, on a thread, unless that was done.
     pub(crate) fn attach(&mut self, scene: Arc<Scene>) {
         let Stage::Opening(opening) = &mut self.state.stage else {
             return;
@@ -129,11 +142,13 @@ impl Model {
     }
 
     pub(crate) fn show_workspace(&mut self, ticket: u64, scene: Arc<Scene>, attached: Attached) {
-        let session = self.opening(ticket).and_then(|opening| opening.session.take());
-        let Some(session) = session else {
+        let Some(opening) = self.opening(ticket) else {
             return;
         };
-        for note in scene.warnings.iter().chain(&attached.notes) {
+        let (Some(session), opened) = (opening.session.take(), opening.opened.take()) else {
+            return;
+        };
+        for note in &attached.notes {
             self.state.messages.info(note);
         }
         for problem in attached.damage.into_iter().chain(attached.problem) {
@@ -146,12 +161,6 @@ impl Model {
         settings.take_json(&view);
         // That is no change of what is preferred.
         (self.state.settings, self.settings_seen) = (settings, settings);
-        if scene.source != SceneSource::Demo {
-            let scene = Arc::clone(&scene);
-            self.start("poses", move |_, _| {
-                Done::PosesChecked(ticket, Agreement::of(&scene).warnings)
-            });
-        }
         let document = Document::new(attached.history, attached.generation);
         let mut workspace = Workspace::new(scene, ticket, session, document);
         workspace.overview.log.take_json(&view["progress"]);
@@ -160,7 +169,54 @@ impl Model {
         self.state.stage = Stage::Open(Box::new(workspace));
         // Another scene is exported elsewhere, in the same way.
         self.state.export_choice.path.clear();
+        if let Some(scene) = opened {
+            self.scene_opened(scene);
+        }
+    }
+
+    /// All of the scene in view is read: from now on the worker is told of the labels.
+    pub(crate) fn scene_opened(&mut self, scene: Arc<Scene>) {
+        let Some(workspace) = self.state.workspace_mut() else {
+            return;
+        };
+        if !scene.has_frames_of(&workspace.scene) {
+            return self.open_whole();
+        }
+        workspace.take_scene(Arc::clone(&scene));
+        let serial = workspace.serial;
+        for warning in &scene.warnings {
+            self.state.messages.info(warning);
+        }
+        if scene.source != SceneSource::Demo {
+            self.start("poses", move |_, _| {
+                Done::PosesChecked(serial, Agreement::of(&scene).warnings)
+            });
+        }
         self.note_recent();
+    }
+
+    /// The scene lacks frames that were listed, so that the others have other numbers: it is opened once more, without being
+    /// shown before all of it is read, and what was said meanwhile is fitted to it by the names of the frames.
+    fn open_whole(&mut self) {
+        let (stage, project) = (&mut self.state.stage, self.state.project.take());
+        let (Stage::Open(workspace), Some(project)) = (std::mem::replace(stage, Stage::Start), project)
+        else {
+            return;
+        };
+        let ticket = self.begin(Target::Scene(workspace.scene.source.clone()));
+        (self.state.dialog, self.state.importing) = (None, None);
+        let (open, view) = (self.read, workspace.kept_view(&self.state.settings));
+        self.start("open", move |_, _| {
+            let history = workspace.document.history().clone();
+            let prepared = prepare_whole(project, &workspace.scene, open, (history, view));
+            Done::Prepared(ticket, Box::new(Ok(prepared)))
+        });
+    }
+
+    /// The scene in view turned out not to be readable.
+    pub(crate) fn reading_failed(&mut self, sentence: String) {
+        self.leave();
+        self.state.messages.error(sentence);
     }
 
     /// The poses of a scene were held against its images; what does not fit stays on the screen until it is dismissed.

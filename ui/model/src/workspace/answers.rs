@@ -46,7 +46,11 @@ impl Workspace {
             Event::State(state) => self.state = Some(state),
             Event::Warning(sentence) | Event::Error(sentence) => return Some(sentence),
             Event::Stopped => self.ended = true,
-            Event::Opening { .. } | Event::Opened(_) => {}
+            Event::Opening { done, total } => {
+                // Threads overtake each other.
+                self.reading = self.reading.map(|(before, _)| (before.max(done), total));
+            }
+            Event::Listed(_) | Event::Opened(_) => {}
         }
         None
     }
