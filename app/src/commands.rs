@@ -10,6 +10,7 @@ mod window;
 
 use std::error::Error;
 use std::thread::available_parallelism;
+use std::time::Instant;
 
 use inplace_core::field::{Preset, best_device};
 use inplace_core::scene::demo::Shot;
@@ -21,8 +22,8 @@ use crate::arguments::{Arguments, Command, TrainingArguments};
 /// Any failure: one sentence that names the file and what to do.
 pub type Failure = Box<dyn Error + Send + Sync>;
 
-/// Does what the command line asks for.
-pub fn run(arguments: Arguments) -> Result<(), Failure> {
+/// Does what the command line asks for, in a program that started then.
+pub fn run(arguments: Arguments, started: Instant) -> Result<(), Failure> {
     match arguments.command {
         Some(Command::Demo {
             out: Some(out),
@@ -38,7 +39,7 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
             };
             demo::run(&out, shot)
         }
-        Some(Command::Demo { out: None, .. }) => window::run(arguments.window, true),
+        Some(Command::Demo { out: None, .. }) => window::run(arguments.window, true, started),
         Some(Command::Info {
             scene,
             outside_files,
@@ -46,7 +47,7 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         }) => info::run(&scene, outside_files, json),
         Some(Command::Label(label)) => label::run(&label),
         Some(Command::Export(arguments)) => export::run(&arguments),
-        None => window::run(arguments.window, false),
+        None => window::run(arguments.window, false, started),
     }
 }
 

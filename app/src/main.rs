@@ -6,6 +6,7 @@ mod commands;
 mod logging;
 
 use std::process::ExitCode;
+use std::time::Instant;
 
 use clap::Parser;
 use inplace_core::TOLD;
@@ -17,9 +18,10 @@ use arguments::Arguments;
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 
 fn main() -> ExitCode {
+    let started = Instant::now();
     let arguments = Arguments::parse();
     logging::start(arguments.log.as_deref(), arguments.opens_the_window());
-    match commands::run(arguments) {
+    match commands::run(arguments, started) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             tracing::error!(target: TOLD, "{error}");

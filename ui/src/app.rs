@@ -4,6 +4,7 @@ mod effects;
 mod frame;
 
 use std::path::PathBuf;
+use std::time::Instant;
 
 use inplace_core::field::Preset;
 use inplace_core::scene::OpenOptions;
@@ -37,8 +38,8 @@ pub struct UiOptions {
     pub threads: Option<usize>,
     /// Seed of everything random.
     pub seed: u64,
-    /// Measure the window, show the measurements and print them at exit.
-    pub stats: bool,
+    /// Measure the window of the program that started then, show the measurements and print them at exit.
+    pub stats: Option<Instant>,
     /// File that a record of what happens is written to.
     pub trace: Option<PathBuf>,
 }
@@ -88,7 +89,7 @@ impl App {
         let canvas = Canvas::new(environment.target);
         let stats = options
             .stats
-            .then(|| Stats::new(canvas.clock().clone(), environment.renderer));
+            .map(|started| Stats::new(canvas.clock().clone(), environment.renderer, started));
         let model = Model::new(Start {
             read: options.read,
             preset: options.preset,

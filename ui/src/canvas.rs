@@ -110,7 +110,7 @@ impl Canvas {
         }
     }
 
-    /// When the newest map reached the renderer.
+    /// What has reached the renderer.
     pub fn clock(&self) -> &UploadClock {
         &self.clock
     }
@@ -472,8 +472,11 @@ impl Canvas {
                 {
                     let texture = cpu::texture(painter.ctx(), &content, look);
                     *composed = texture.map(|texture| Composed { texture, made_of });
-                    if let Some(map) = content.map.filter(|_| composed.is_some()) {
-                        gpu::note_upload(&clock, map.generation, map.frame);
+                    if composed.is_some() {
+                        gpu::note_image(&clock);
+                        if let Some(map) = content.map {
+                            gpu::note_map(&clock, map.generation, map.frame);
+                        }
                     }
                 }
                 if let Some(composed) = composed {

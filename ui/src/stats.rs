@@ -64,11 +64,53 @@ impl Summary {
     }
 }
 
+/// When something was shown for the first time.
+#[derive(Clone, Copy, Debug, Default)]
+enum First {
+    /// Not yet.
+    #[default]
+    Missing,
+    /// In the frame that was made last.
+    Made,
+    /// In a frame that was presented by then.
+    Presented(Instant),
+}
+
+impl First {
+    fn frame_begins(&mut self, now: Instant) {
+        if matches!(self, Self::Made) {
+            *self = Self::Presented(now);
+        }
+    }
+
+    /// A frame was made that shows it or not. Returns whether that is the first that does.
+    fn frame_made(&mut self, shown: bool) -> bool {
+        if shown && matches!(self, Self::Missing) {
+            *self = Self::Made;
+        }
+        matches!(self, Self::Made)
+    }
+
+    /// Milliseconds from `start` until it was presented.
+    fn json(self, start: Option<Instant>) -> String {
+        match (self, start) {
+            (Self::Presented(when), Some(start)) => format!("{:.0}", (when - start).as_secs_f64() * 1000.0),
+            _ => "null".to_owned(),
+        }
+    }
+}
+
 /// Everything measured.
 #[derive(Debug, Default)]
 pub struct Stats {
     /// What draws the window, in words.
     renderer: String,
+    /// When the program started.
+    started: Option<Instant>,
+    /// The first image of a frame.
+    first_frame: First,
+    /// The first map over it.
+    first_map: First,
     /// From a presented frame in which the pointer moved or a button was down to the next.
     pub presented: Samples,
     /// From the release of a click to the end of the frame that was the first to show its labels.
@@ -87,11 +129,12 @@ pub struct Stats {
 }
 
 impl Stats {
-    /// Measures uploads with this clock, in a window that this draws.
-    pub fn new(clock: UploadClock, renderer: String) -> Self {
+    /// Measures uploads with this clock, in a window that this draws, of a program that started then.
+    pub fn new(clock: UploadClock, renderer: String, started: Instant) -> Self {
         Self {
             renderer,
             clock,
+            started: Some(started),
             ..Self::default()
         }
     }
@@ -108,6 +151,8 @@ impl Stats {
 
     /// A frame begins, so the one before was presented; `active` = the pointer moves or a button is down.
     pub fn frame_begins(&mut self, now: Instant, active: bool) {
+        self.first_frame.frame_begins(now);
+        self.first_map.frame_begins(now);
         if let Some(clicked) = self.showing.take() {
             self.click_to_presented.add(now - clicked);
         }
@@ -128,7 +173,8 @@ impl Stats {
     /// A frame was made. Returns whether another one has to follow, to tell when this one was presented.
     pub fn frame_made(&mut self) -> bool {
         let uploaded = *self.clock.lock().unwrap_or_else(PoisonError::into_inner);
-        if let (Some((wanted, frame, clicked)), Some((generation, shown, time))) = (self.waiting, uploaded)
+        if let (Some((wanted, frame, clicked)), Some((generation, shown, time))) =
+            (self.waiting, uploaded.map)
             && generation >= wanted
             && shown == frame
             && time >= clicked
@@ -136,14 +182,18 @@ impl Stats {
             self.waiting = None;
             self.showing = Some(clicked);
         }
-        self.showing.is_some()
+        let image = self.first_frame.frame_made(uploaded.image);
+        let map = self.first_map.frame_made(uploaded.map.is_some());
+        image || map || self.showing.is_some()
     }
 
     /// All summaries as one line of JSON, in milliseconds.
     pub fn json(&self) -> String {
         format!(
-            r#"{{"renderer":{:?},"presented_ms":{},"click_to_presented_ms":{},"thread_ms":{}}}"#,
+            r#"{{"renderer":{:?},"first_frame_ms":{},"first_map_ms":{},"presented_ms":{},"click_to_presented_ms":{},"thread_ms":{}}}"#,
             self.renderer,
+            self.first_frame.json(self.started),
+            self.first_map.json(self.started),
             self.presented.summary().json(),
             self.click_to_presented.summary().json(),
             self.thread.summary().json()
@@ -216,11 +266,31 @@ mod tests {
     }
 
     #[test]
+    fn what_is_shown_first_counts_until_its_frame_is_presented() {
+        let (clock, start) = (UploadClock::default(), Instant::now());
+        let mut stats = Stats::new(UploadClock::clone(&clock), String::new(), start);
+        let begins = |stats: &mut Stats, at| stats.frame_begins(start + Duration::from_millis(at), false);
+        begins(&mut stats, 100);
+        assert!(!stats.frame_made());
+        clock.lock().unwrap().image = true;
+        assert!(stats.frame_made());
+        begins(&mut stats, 250);
+        assert!(!stats.frame_made());
+        begins(&mut stats, 400);
+        let json = stats.json();
+        assert!(
+            json.contains(r#""first_frame_ms":250,"first_map_ms":null"#),
+            "{json}"
+        );
+    }
+
+    #[test]
     fn a_click_waits_for_a_map_of_its_own_generation_and_frame() {
         let clock = UploadClock::default();
-        let mut stats = Stats::new(UploadClock::clone(&clock), String::new());
+        let mut stats = Stats::new(UploadClock::clone(&clock), String::new(), Instant::now());
         stats.clicked(5, 2);
-        let upload = |generation, frame| *clock.lock().unwrap() = Some((generation, frame, Instant::now()));
+        let upload =
+            |generation, frame| clock.lock().unwrap().map = Some((generation, frame, Instant::now()));
         for (generation, frame) in [(4, 2), (5, 1)] {
             upload(generation, frame);
             assert!(!stats.frame_made());

@@ -1,6 +1,7 @@
 //! `inplace`: the window, or the demo's maps where there is no display.
 
 use std::path::PathBuf;
+use std::time::Instant;
 
 use inplace_core::scene::SceneSource;
 use inplace_ui::{Target, UiError, UiOptions};
@@ -12,7 +13,7 @@ use crate::arguments::{LabelArguments, WindowArguments};
 const DEMO_OUT: &str = "inplace-demo";
 
 /// Opens the window, with the demo where it was asked for; without a display and with nothing given to open, labels the demo instead.
-pub fn run(arguments: WindowArguments, demo: bool) -> Result<(), Failure> {
+pub fn run(arguments: WindowArguments, demo: bool, started: Instant) -> Result<(), Failure> {
     refuse_endless(&arguments.training, None)?;
     let options = UiOptions {
         open: if demo {
@@ -24,7 +25,7 @@ pub fn run(arguments: WindowArguments, demo: bool) -> Result<(), Failure> {
         preset: arguments.training.preset,
         threads: arguments.training.threads.map(usize::from),
         seed: arguments.training.seed,
-        stats: arguments.stats,
+        stats: arguments.stats.then_some(started),
         trace: arguments.trace,
     };
     match inplace_ui::run(options) {

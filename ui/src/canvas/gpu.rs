@@ -16,12 +16,27 @@ use super::plane::Reading;
 use super::view::Placement;
 use crate::gpu::{bind, is_older, pipeline, texture_of, uniform_buffer};
 
-/// When the newest map reached the renderer: (label generation, frame, time).
-pub type UploadClock = Arc<Mutex<Option<(u64, usize, Instant)>>>;
+/// What has reached the renderer.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Uploads {
+    /// Whether any image has.
+    pub image: bool,
+    /// The newest map, and when: (label generation, frame, time).
+    pub map: Option<(u64, usize, Instant)>,
+}
+
+/// What has reached the renderer, also where that works on another thread.
+pub type UploadClock = Arc<Mutex<Uploads>>;
+
+/// Notes that an image is with the renderer now.
+pub(super) fn note_image(clock: &UploadClock) {
+    clock.lock().unwrap_or_else(PoisonError::into_inner).image = true;
+}
 
 /// Notes that a map of this generation and frame is with the renderer now.
-pub(super) fn note_upload(clock: &UploadClock, generation: u64, frame: usize) {
-    *clock.lock().unwrap_or_else(PoisonError::into_inner) = Some((generation, frame, Instant::now()));
+pub(super) fn note_map(clock: &UploadClock, generation: u64, frame: usize) {
+    let map = Some((generation, frame, Instant::now()));
+    clock.lock().unwrap_or_else(PoisonError::into_inner).map = map;
 }
 
 /// Of images and of the palette.
@@ -119,6 +134,9 @@ impl Resources {
         }
         let side = &mut self.sides[draw.side];
         side.upload(device, queue, content);
+        if side.image.is_some() {
+            note_image(&draw.clock);
+        }
         if side.bind_group.is_none()
             && let (Some(image), Some(over), Some(palette)) = (&side.image, &side.over, &self.palette)
         {
@@ -135,7 +153,7 @@ impl Resources {
             && self.map != Some(map.version())
         {
             self.map = Some(map.version());
-            note_upload(&draw.clock, map.generation, map.frame);
+            note_map(&draw.clock, map.generation, map.frame);
         }
     }
 }
