@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use inplace_core::project::Project;
-use inplace_tests::{Hands, PATIENCE, Small, TRACE, Window, number, projects_below, skip};
+use inplace_tests::{Hands, Small, TRACE, Window, number, projects_below, skip};
 use rand::{Rng, SeedableRng, rngs::SmallRng, seq::IteratorRandom};
 
 const SECONDS: &str = "INPLACE_MONKEY_SECONDS";
