@@ -16,6 +16,7 @@ pub mod export;
 pub mod field;
 pub mod guide;
 pub mod labels;
+mod lanes;
 pub mod project;
 pub mod scene;
 pub mod semantics;

@@ -12,16 +12,15 @@ mod composite;
 mod encode;
 mod fused;
 mod grid;
-mod lanes;
 mod network;
 
 use candle_core::{CpuStorage, Layout, Result, bail};
 
+pub use crate::lanes::{Dispatch, F32x16, LANES};
 pub use adam::Adam;
 pub use composite::RayPacking;
 pub use encode::encode;
 pub use fused::{Buffers, Evaluated, Parameters, VALUE_CHANNELS, Wanted, evaluate, render};
-pub use lanes::{Dispatch, F32x16, LANES};
 pub use network::{
     DIRECTION_FEATURES, GEOMETRY_FEATURES, INITIAL_LOG_DENSITY, LOG_DENSITY_RANGE, NetworkShape,
 };

@@ -5,8 +5,8 @@ use std::sync::{Mutex, PoisonError};
 use candle_core::{CpuStorage, InplaceOp2, Layout, Result, Tensor, Var, bail};
 use rayon::prelude::*;
 
-use super::lanes::{Dispatch, VectorUnit, dispatched};
 use super::values;
+use crate::lanes::{Dispatch, VectorUnit, dispatched};
 
 const BETA1: f32 = 0.9;
 const BETA2: f32 = 0.99;

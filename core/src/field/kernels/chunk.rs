@@ -4,11 +4,11 @@ use std::cell::RefCell;
 use std::ops::Range;
 
 use super::grid::interpolate;
-use super::lanes::{Dispatch, F32x16, LANES};
 use super::network::{Activations, Gradients, NetworkShape, forward};
 use super::split_off;
 use crate::field::encoding::{FEATURES_PER_LEVEL, GridShape};
 use crate::field::rays::Samples;
+use crate::lanes::{Dispatch, F32x16, LANES};
 
 /// Samples of a chunk, unless a single ray has more.
 const CHUNK_SAMPLES: usize = 384;

@@ -5,9 +5,9 @@ use rayon::prelude::*;
 
 use super::chunk::{encode_groups, gather_rows};
 use super::grid::scatter_levels;
-use super::lanes::{Dispatch, F32x16, LANES};
 use super::values;
 use crate::field::encoding::{FEATURES_PER_LEVEL, GridShape};
+use crate::lanes::{Dispatch, F32x16, LANES};
 
 /// Groups that one task encodes.
 const PORTION: usize = 16;

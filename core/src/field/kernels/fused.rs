@@ -11,11 +11,11 @@ use rayon::prelude::*;
 use super::chunk::{Chunk, Plan, Workspace, encode_groups, gather_positions, with_workspace};
 use super::composite::{EXTRA, composite_ray, gradient_of_ray};
 use super::grid::scatter_levels;
-use super::lanes::{Dispatch, F32x16, LANES};
 use super::network::{NetworkShape, backward};
 use super::{split_off, values};
 use crate::field::encoding::{FEATURES_PER_LEVEL, GridShape};
 use crate::field::rays::Samples;
+use crate::lanes::{Dispatch, F32x16, LANES};
 
 /// Parts whose weight gradients are summed on their own: the same for any number of threads.
 const STRIPES: usize = 16;

@@ -2,9 +2,9 @@
 
 use rayon::prelude::*;
 
-use super::lanes::{Dispatch, F32x16, LANES, VectorUnit, dispatched};
 use super::split_off;
 use crate::field::encoding::{FEATURES_PER_LEVEL, GridLevel, GridShape};
+use crate::lanes::{Dispatch, F32x16, LANES, VectorUnit, dispatched};
 
 dispatched! {
     /// Interpolates a level's rows at positions `[groups, 3]` into features `place` and `place + 1` of

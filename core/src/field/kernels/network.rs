@@ -3,8 +3,8 @@
 //! geometry: `features -> hidden (ReLU) -> log density, 15 geometry features`;
 //! colour: `geometry features, direction -> hidden (ReLU) -> red, green, blue (logistic)`.
 
-use super::lanes::{F32x16, LANES, VectorUnit, dispatched};
 use super::split_off;
+use crate::lanes::{F32x16, LANES, VectorUnit, dispatched};
 
 /// Geometry features beside the density.
 pub const GEOMETRY_FEATURES: usize = 15;

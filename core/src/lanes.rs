@@ -127,8 +127,8 @@ impl VectorUnit for Scalar512b {
 macro_rules! dispatched {
     ($(#[$doc:meta])* $visibility:vis fn $name:ident = $kernel:ident($($argument:ident: $type:ty),* $(,)?)) => {
         $(#[$doc])*
-        $visibility fn $name(dispatch: $crate::field::kernels::lanes::Dispatch, $($argument: $type),*) {
-            use $crate::field::kernels::lanes::{Dispatch, VectorUnit};
+        $visibility fn $name(dispatch: $crate::lanes::Dispatch, $($argument: $type),*) {
+            use $crate::lanes::{Dispatch, VectorUnit};
 
             // A closure would do if it were sure to be inlined into the function that enables the unit's instructions.
             struct Call<U, A>(U, A);
@@ -160,4 +160,4 @@ macro_rules! dispatched {
         }
     };
 }
-pub(super) use dispatched;
+pub(crate) use dispatched;
