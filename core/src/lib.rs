@@ -4,6 +4,7 @@
 //!
 //! - [`scene`]: a posed capture: cameras, frames, formats, the demo room
 //! - [`labels`]: what the person said: classes, strokes, undo and redo
+//! - [`stereo`]: depth of a capture of colours alone, from several views
 //! - [`field`]: density and colour of the scene, learnt from its pixels
 //! - [`semantics`]: how labels spread over the scene's surface
 //! - [`guide`]: what to label next
@@ -21,6 +22,7 @@ pub mod project;
 pub mod scene;
 pub mod semantics;
 pub mod session;
+pub mod stereo;
 
 /// Target of the log's events whose sentence a person is told as well, in the window or by a command: a log beside
 /// that leaves them out.

@@ -1,0 +1,118 @@
+//! How near a scene comes and which of its views go together, before its depth is estimated.
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::consistency::Tolerance;
+use super::level::Level;
+use super::selection::select;
+use super::view::View;
+use super::{StereoError, Work};
+use crate::scene::{Frame, Scene};
+
+/// Nearest depth that is looked for at first, as a share of the cameras' extent.
+const NEAREST: f32 = 0.06;
+/// Depths that the choice of the first views assumes where there are no sparse points, as shares of that extent.
+const ASSUMED: [f32; 4] = [0.2, 0.4, 0.8, 1.6];
+/// Fewest sparse points of a frame that say how deep it is, and about as many as are looked at.
+const FEWEST_POINTS: usize = 8;
+const MOST_POINTS: usize = 48;
+/// When a depth counts: this many views agree, and more than see through it.
+const TOLERANCE: Tolerance = Tolerance {
+    depth: 0.04,
+    pixels: 1.0,
+};
+const AGREE: u8 = 2;
+/// The nearest depth of the scene is this share of that of all pixels but the nearest one in 200.
+const MARGIN: f32 = 0.8;
+const OUTLIERS: usize = 200;
+/// Rows and columns of places in a view that decide which others go with it.
+const PLACES: [usize; 2] = [6, 8];
+
+/// What is known of a scene before its depth is estimated.
+pub struct Setup {
+    /// Nearest depth, in metres.
+    pub nearest: f32,
+    /// The views that go with each view, the best first.
+    pub neighbours: Vec<Vec<usize>>,
+}
+
+/// Matches small images of these frames with views chosen by pose or sparse points, and chooses again by what they show.
+///
+/// # Errors
+/// Cameras that are all in one place, or a caller that wants no more.
+pub fn explore(level: &Level, scene: &Scene, frames: &[usize], work: &Work) -> Result<Setup, StereoError> {
+    let views = &level.views;
+    let centers = || views.iter().map(|view| view.center);
+    let min = centers().fold(Vec3::INFINITY, Vec3::min);
+    let max = centers().fold(Vec3::NEG_INFINITY, Vec3::max);
+    let extent = (max - min).max_element();
+    if views.is_empty() || extent <= 0.0 {
+        return Err(StereoError::NoParallax);
+    }
+    let assumed = |number: usize| {
+        let frame = &scene.frames[frames[number]];
+        if frame.points.len() >= FEWEST_POINTS {
+            return sparse_points(frame);
+        }
+        let depths = ASSUMED.iter().map(|share| share * extent);
+        let at = |depth: f32| grid(&views[number], [3, 3], move |_, _| 1.0 / depth);
+        depths.flat_map(at).collect()
+    };
+    let mut setup = Setup {
+        nearest: NEAREST * extent,
+        neighbours: neighbours(views, assumed),
+    };
+    let matched = level.matched(&setup, None, work)?;
+    let all = |_, _| true;
+    let sure = level.checked(&setup, &matched, TOLERANCE, all, |own, verdict| {
+        let is_sure = verdict.agree >= AGREE && verdict.agree > verdict.violate;
+        if is_sure { own } else { 0.0 }
+    });
+    let mut known: Vec<f32> = sure.iter().flatten().copied().filter(|&own| own > 0.0).collect();
+    if known.is_empty() {
+        return Ok(setup);
+    }
+    known.sort_by(|a, b| b.total_cmp(a));
+    let (near, median) = (known[known.len() / OUTLIERS], known[known.len() / 2]);
+    setup.nearest = setup.nearest.max(MARGIN / near);
+    setup.neighbours = neighbours(views, |number| {
+        let view = &views[number];
+        let own = sure[number].iter().enumerate().filter(|&(_, &own)| own > 0.0);
+        let own: Vec<((f32, f32), f32)> = own.map(|(index, &own)| (view.position(index), own)).collect();
+        grid(view, PLACES, |x, y| {
+            let off = |&((u, v), _): &((f32, f32), f32)| (u - x).powi(2) + (v - y).powi(2);
+            let nearest = own.iter().min_by(|a, b| off(a).total_cmp(&off(b)));
+            nearest.map_or(median, |&(_, inverse)| inverse)
+        })
+    });
+    Ok(setup)
+}
+
+/// The views that go with each view, by world positions in what it sees.
+fn neighbours(views: &[View], points: impl Fn(usize) -> Vec<Vec3> + Sync) -> Vec<Vec<usize>> {
+    let numbers = (0..views.len()).into_par_iter();
+    numbers
+        .map(|number| select(views, number, &points(number)))
+        .collect()
+}
+
+fn sparse_points(frame: &Frame) -> Vec<Vec3> {
+    let stride = frame.points.len().div_ceil(MOST_POINTS);
+    let points = frame.points.iter().step_by(stride);
+    points
+        .map(|point| frame.center() + point.length * frame.ray_direction(point.pixel as usize))
+        .collect()
+}
+
+/// World positions of the middles of so many rows and columns of cells of a view, at the inverse depths of their image
+/// positions.
+fn grid(view: &View, [rows, columns]: [usize; 2], inverse: impl Fn(f32, f32) -> f32) -> Vec<Vec3> {
+    let middle = |at: usize, count: usize, side: u32| (at as f32 + 0.5) * side as f32 / count as f32;
+    let place = |cell: usize| {
+        let x = middle(cell % columns, columns, view.camera.width);
+        let y = middle(cell / columns, rows, view.camera.height);
+        view.place(x, y, inverse(x, y))
+    };
+    (0..rows * columns).map(place).collect()
+}
