@@ -111,7 +111,7 @@ pub struct SimulateArguments {
 /// What can be measured.
 #[derive(Debug, Subcommand)]
 pub enum Bench {
-    /// All of the below but the semantic field, one after the other, on one page with their tables and charts; with --quick
+    /// All of the below but the semantic field and stereo, one after the other, on one page with their tables and charts; with --quick
     /// in less than ten minutes.
     All(AllArguments),
     /// Samples a second of each way to compute the field; how soon a field of each scene is good.
@@ -128,6 +128,8 @@ pub enum Bench {
     /// What such methods fail at: each condition disturbs a scene, its labels or the session, and has a line that its
     /// figure must reach. Fails where one is missed.
     Stability(StabilityArguments),
+    /// Depth that is estimated from colours alone, after each stage, beside the capture's measured depth.
+    Stereo(StereoArguments),
     /// How time and memory grow with frames, image size, rooms, classes and strokes, and with which power: the demo room,
     /// each capture in a process of its own.
     Scale(ScaleArguments),
@@ -363,6 +365,26 @@ pub struct StabilityArguments {
     /// How scenes are read and learnt.
     #[command(flatten)]
     pub training: TrainingArguments,
+}
+
+/// Estimating depth.
+#[derive(Debug, Args)]
+pub struct StereoArguments {
+    /// Folders of captures, or "demo"; errors are those of captures with measured depth.
+    #[arg(required = true)]
+    pub scenes: Vec<PathBuf>,
+    /// Read images that the capture names outside its folder, or that links lead to there.
+    #[arg(long)]
+    pub outside_files: bool,
+    /// Threads to compute with [default: all cores].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub threads: Option<u16>,
+    /// Where stereo.csv goes.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Print the results as JSON.
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// Accuracy against time and size.

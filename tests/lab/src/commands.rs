@@ -9,6 +9,7 @@ mod pareto;
 mod scale;
 mod simulate;
 mod stability;
+mod stereo;
 
 use std::collections::HashSet;
 use std::env;
@@ -45,6 +46,7 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         Bench::Paper(arguments) => paper::run(&arguments),
         Bench::Latency(arguments) => latency::run(&arguments),
         Bench::Stability(arguments) => stability::run(&arguments),
+        Bench::Stereo(arguments) => stereo::run(&arguments),
         Bench::Scale(arguments) => scale::run(&arguments),
         Bench::Pareto(arguments) => pareto::run(&arguments),
     }

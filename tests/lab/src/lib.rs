@@ -21,6 +21,7 @@ mod reached;
 pub mod scale;
 pub mod simulate;
 pub mod stability;
+mod stereo;
 mod table;
 #[cfg(test)]
 mod testing;
@@ -35,12 +36,14 @@ pub use engine::{PathSpeed, RunPoint, Variant, path_speeds, training_run};
 pub use latency::{Latency, Percentiles, click_latency};
 pub use metrics::{ConfusionMatrix, Scores};
 pub use reached::{Quantity, Reached, TARGETS};
+pub use stereo::{StereoPoint, stereo_depth};
 pub use truth::{LabelImage, SceneTruth, Split};
 
 use inplace_core::field::FieldError;
 use inplace_core::labels::StrokesError;
 use inplace_core::scene::{Scene, SceneError};
 use inplace_core::session::ClientError;
+use inplace_core::stereo::StereoError;
 
 /// Something that cannot be measured; each message is one sentence that names the file and what to do.
 #[derive(Debug, thiserror::Error)]
@@ -73,6 +76,9 @@ pub enum EvalError {
     /// A computation that failed.
     #[error(transparent)]
     Tensor(#[from] candle_core::Error),
+    /// Depth that cannot be estimated.
+    #[error(transparent)]
+    Stereo(#[from] StereoError),
     /// A capture, or a part of it, that cannot be read.
     #[error(transparent)]
     Capture(#[from] SceneError),
