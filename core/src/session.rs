@@ -4,6 +4,7 @@
 mod checking;
 mod client;
 mod demand;
+mod estimating;
 mod importing;
 mod maps;
 mod message;

@@ -90,6 +90,25 @@ impl StereoDepth {
     }
 }
 
+/// The size up to which depth is estimated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Detail {
+    /// Half of the images' width and height.
+    Half,
+    /// That of the images.
+    Full,
+}
+
+impl Detail {
+    /// The sizes that are matched one after the other, and whether they are the images' own.
+    fn sizes(self) -> &'static [(bool, Size)] {
+        match self {
+            Self::Half => &[(false, Size::Half)],
+            Self::Full => &[(false, Size::Half), (true, Size::Full)],
+        }
+    }
+}
+
 /// What has been done when depth is published.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Stage {
@@ -113,7 +132,8 @@ pub enum StereoError {
     Stopped,
 }
 
-/// Estimates the depth of all keyframes from their colours; sparse points help, measured depth is not looked at.
+/// Estimates the depth of all keyframes from their colours, up to this detail; sparse points help, measured depth is not
+/// looked at.
 ///
 /// `publish` gets the depth of all of them after each [`Stage`]. `go_on` is told the share of the work that is done, from
 /// any thread, and stops it by `false`. The result is the same for any number of threads, those of the rayon pool in
@@ -123,6 +143,7 @@ pub enum StereoError {
 /// Cameras that are all in one place, a file that can no longer be read, or a caller that wants no more.
 pub fn estimate(
     scene: &Scene,
+    detail: Detail,
     publish: &mut dyn FnMut(Stage, Vec<StereoDepth>),
     go_on: &(dyn Fn(f32) -> bool + Sync),
 ) -> Result<(), StereoError> {
@@ -130,14 +151,14 @@ pub fn estimate(
     let work = Work {
         go_on,
         done: AtomicUsize::new(0),
-        total: frames.len() * Work::OF_VIEW,
+        total: frames.len() * Work::of_view(detail),
     };
     let stride = stride(scene, &frames);
     let small = Level::read(scene, &frames, stride, Size::Quarter)?;
     let setup = explore(&small, scene, &frames, &work)?;
     drop(small);
     let mut known: Option<(Level, Vec<Vec<f32>>)> = None;
-    for (full_size, size) in [(false, Size::Half), (true, Size::Full)] {
+    for &(full_size, size) in detail.sizes() {
         let level = Level::read(scene, &frames, stride, size)?;
         let around = known
             .take()
@@ -177,7 +198,13 @@ impl Work<'_> {
     /// Parts for matching a view at a quarter, half and full size, and for filling it.
     const MATCHING: [usize; 3] = [1, 6, 10];
     const FILLING: [usize; 3] = [0, 1, 4];
-    const OF_VIEW: usize = 1 + 6 + 10 + 2 * (1 + 4);
+
+    /// Parts of a view: it is filled twice at each size.
+    fn of_view(detail: Detail) -> usize {
+        let sizes = detail.sizes().iter();
+        let parts = sizes.map(|&(_, size)| Self::MATCHING[size as usize] + 2 * Self::FILLING[size as usize]);
+        Self::MATCHING[Size::Quarter as usize] + parts.sum::<usize>()
+    }
 
     fn advance(&self, parts: usize) -> Result<(), StereoError> {
         let done = self.done.fetch_add(parts, Ordering::Relaxed) + parts;

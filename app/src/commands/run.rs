@@ -21,6 +21,9 @@ pub(super) fn start(options: SessionOptions) -> Client {
     let mut progress = Progress::default();
     Client::observing(Session::start(options, || {}), move |event| match event {
         Event::Opening { done, total } => progress.show(&format!("reading frame {done} of {total}")),
+        Event::Estimating { share } => {
+            progress.show(&format!("estimating depth, {:.0}% done", 100.0 * share));
+        }
         Event::Status(status) => progress.show(&describe(status)),
         Event::Warning(sentence) => eprintln!("inplace: {sentence}"),
         _ => {}

@@ -86,6 +86,11 @@ pub enum Event {
         /// Frames in all.
         total: usize,
     },
+    /// The depth of a capture without measured depth is being estimated; this share of the work is done.
+    Estimating {
+        /// 0..=1.
+        share: f32,
+    },
     /// The capture is open; there is a map slot for each of its frames.
     Opened(Arc<Scene>),
     /// There is a newer map of this frame in its slot.

@@ -24,18 +24,12 @@ pub(super) fn open(
     outbox: &Outbox,
     threads: &Arc<rayon::ThreadPool>,
 ) -> Result<Option<OpenedScene>, WorkerError> {
-    let (sender, opened) = bounded(1);
     let (source, what) = (options.source.clone(), options.open);
     let (outbox, threads) = (outbox.clone(), Arc::clone(threads));
-    let thread = std::thread::Builder::new().name("inplace-open".to_owned());
-    let spawned = thread.spawn(move || {
-        let told = Mutex::new(None::<Instant>);
+    let read = move || {
+        let told = Told::default();
         let tell = |done, total| {
-            let mut told = told.lock().unwrap_or_else(PoisonError::into_inner);
-            if done == total || told.is_none_or(|told| told.elapsed() >= EVERY) {
-                *told = Some(Instant::now());
-                outbox.send(Event::Opening { done, total });
-            }
+            told.now_and_then(done == total, || outbox.send(Event::Opening { done, total }));
         };
         let listed = OnceLock::new();
         let list = |scene: Scene| {
@@ -49,28 +43,59 @@ pub(super) fn open(
         {
             outbox.reset_maps(scene.frames.len());
         }
+        scene
+    };
+    let mut early = Vec::new();
+    let failed = format!("{}: the scene could not be opened", options.source);
+    match meanwhile("inplace-open", &failed, commands, &mut early, read)? {
+        Some(scene) => Ok(Some((Arc::new(scene?), early))),
+        None => Ok(None),
+    }
+}
+
+/// Does work on a thread of its own and keeps the commands that arrive in the meantime; `None` as soon as one of them
+/// says stop. Where there is no thread, or the work panics, the sentence `failed` is the error.
+pub(super) fn meanwhile<T: Send + 'static>(
+    name: &str,
+    failed: &str,
+    commands: &Receiver<Command>,
+    early: &mut Vec<Command>,
+    work: impl FnOnce() -> T + Send + 'static,
+) -> Result<Option<T>, WorkerError> {
+    let (sender, done) = bounded(1);
+    let thread = std::thread::Builder::new().name(name.to_owned());
+    let spawned = thread.spawn(move || {
         // The receiver is gone when the session was stopped.
-        let _ = sender.send(scene);
+        let _ = sender.send(work());
     });
     if let Err(error) = spawned {
-        return Err(WorkerError::Other(format!(
-            "the scene could not be opened: {error}"
-        )));
+        return Err(WorkerError::Other(format!("{failed}: {error}")));
     }
-    let mut early = Vec::new();
     loop {
         select! {
             recv(commands) -> command => match command {
                 Ok(Command::Stop) | Err(_) => return Ok(None),
                 Ok(command) => early.push(command),
             },
-            recv(opened) -> scene => {
-                let Ok(scene) = scene else {
-                    let reason = format!("{}: an internal error stopped the reading", options.source);
-                    return Err(WorkerError::Other(reason));
-                };
-                return Ok(Some((Arc::new(scene?), early)));
-            }
+            recv(done) -> done => return match done {
+                Ok(done) => Ok(Some(done)),
+                Err(_) => Err(WorkerError::Other(format!("{failed}: an internal error stopped it"))),
+            },
+        }
+    }
+}
+
+/// When progress was reported last, from any thread.
+#[derive(Default)]
+pub(super) struct Told(Mutex<Option<Instant>>);
+
+impl Told {
+    /// Reports unless that was done lately; the last report is always made.
+    pub(super) fn now_and_then(&self, is_last: bool, report: impl FnOnce()) {
+        let mut told = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if is_last || told.is_none_or(|told| told.elapsed() >= EVERY) {
+            *told = Some(Instant::now());
+            report();
         }
     }
 }

@@ -112,6 +112,15 @@ impl SurfaceRefiner {
         refiner
     }
 
+    /// Begins with the surface of estimated depth, by index of the frame, if there is any; that is better than what the
+    /// field knows at the first mark.
+    pub(super) fn begin_with(&mut self, estimated: Vec<Option<Arc<FieldDepth>>>) {
+        if estimated.iter().any(Option::is_some) && self.is_idle() {
+            self.marks.retain(|&mark| mark > REFINEMENT_STEPS[0]);
+            self.build(estimated, LabelSet::default(), None);
+        }
+    }
+
     /// Whether the field's depth is being rendered.
     pub fn is_rendering(&self) -> bool {
         self.rendering.is_some()

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use crossbeam_channel::Receiver;
 
+use super::estimating::estimate;
 use super::opening::open;
 use super::outbox::Outbox;
 use super::reference::ReferenceWorker;
@@ -31,7 +32,7 @@ pub(super) fn run(
                 WorkerError::Other(format!("the training threads could not be started: {error}"))
             })?;
         let threads = Arc::new(threads);
-        let (scene, early) = match scene {
+        let (scene, mut early) = match scene {
             Some(scene) => {
                 outbox.reset_maps(scene.frames.len());
                 (scene, Vec::new())
@@ -41,6 +42,15 @@ pub(super) fn run(
                 None => return Ok(()),
             },
         };
+        let is_learnt = !matches!(options.preset, Preset::Reference);
+        let (scene, depth) = if is_learnt && !scene.has_depth() {
+            match estimate(scene, commands, &mut early, outbox, &threads)? {
+                Some(estimated) => (estimated.scene, estimated.depth),
+                None => return Ok(()),
+            }
+        } else {
+            (scene, Vec::new())
+        };
         outbox.send(Event::Opened(Arc::clone(&scene)));
         threads.install(|| match options.preset {
             Preset::Reference => serve(
@@ -49,7 +59,7 @@ pub(super) fn run(
                 commands,
             ),
             Preset::Auto | Preset::Fast | Preset::Accurate => {
-                serve(&mut Worker::new(scene, &options, outbox)?, early, commands)
+                serve(&mut Worker::new(scene, depth, &options, outbox)?, early, commands)
             }
         })
     });

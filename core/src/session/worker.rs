@@ -22,7 +22,7 @@ use super::{Command, Event, ModelState, Phase, SessionOptions, Status, TrainingE
 use crate::field::{FieldError, Trainer};
 use crate::labels::LabelSet;
 use crate::scene::{Scene, in_one_line};
-use crate::semantics::LabelPropagation;
+use crate::semantics::{FieldDepth, LabelPropagation};
 
 pub(super) struct Worker<'a> {
     scene: Arc<Scene>,
@@ -65,6 +65,7 @@ struct Seconds {
 impl<'a> Worker<'a> {
     pub(super) fn new(
         scene: Arc<Scene>,
+        estimated: Vec<Option<Arc<FieldDepth>>>,
         options: &'a SessionOptions,
         outbox: &'a Outbox,
     ) -> Result<Self, WorkerError> {
@@ -79,7 +80,8 @@ impl<'a> Worker<'a> {
                 HashMap::new()
             }
         };
-        let refiner = SurfaceRefiner::new(&scene, &trainer, 1.0, options.threads.max(1));
+        let mut refiner = SurfaceRefiner::new(&scene, &trainer, 1.0, options.threads.max(1));
+        refiner.begin_with(estimated);
         Ok(Self {
             semantics: SemanticTrainer::restored(&saved, &trainer),
             demand: Demand::new(&scene, options.preset, options.views),

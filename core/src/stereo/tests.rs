@@ -59,7 +59,13 @@ fn capture(board: bool) -> (Scene, Vec<Vec<f32>>) {
 
 fn stages(scene: &Scene) -> Vec<(Stage, Vec<StereoDepth>)> {
     let mut stages = Vec::new();
-    estimate(scene, &mut |stage, maps| stages.push((stage, maps)), &|_| true).unwrap();
+    estimate(
+        scene,
+        Detail::Full,
+        &mut |stage, maps| stages.push((stage, maps)),
+        &|_| true,
+    )
+    .unwrap();
     stages
 }
 
@@ -138,12 +144,17 @@ fn measured_depth_is_not_looked_at_and_threads_do_not_matter() {
 #[test]
 fn without_parallax_or_when_told_to_it_stops() {
     let (mut scene, _) = capture(false);
-    let stopped = estimate(&scene, &mut |_, _| panic!("it has stopped"), &|_| false);
+    let stopped = estimate(
+        &scene,
+        Detail::Full,
+        &mut |_, _| panic!("it has stopped"),
+        &|_| false,
+    );
     assert!(matches!(stopped, Err(StereoError::Stopped)), "{stopped:?}");
     for frame in &mut scene.frames {
         frame.camera_to_world.translation = Vec3::ONE.into();
     }
-    let error = estimate(&scene, &mut |_, _| {}, &|_| true).unwrap_err();
+    let error = estimate(&scene, Detail::Full, &mut |_, _| {}, &|_| true).unwrap_err();
     assert!(matches!(error, StereoError::NoParallax), "{error}");
 }
 

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::EvalError;
 use inplace_core::scene::{Frame, Scene};
-use inplace_core::stereo::{Stage, StereoDepth, estimate};
+use inplace_core::stereo::{Detail, Stage, StereoDepth, estimate};
 
 /// Neighbouring pixels whose depths differ by more than this share of the nearer are an edge.
 const EDGE: f32 = 0.1;
@@ -57,7 +57,7 @@ pub fn stereo_depth(scene: &Scene, told: &(dyn Fn(f32) + Sync)) -> Result<Vec<St
         told(share);
         true
     };
-    estimate(scene, &mut publish, &go_on)?;
+    estimate(scene, Detail::Full, &mut publish, &go_on)?;
     Ok(points)
 }
 

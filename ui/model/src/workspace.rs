@@ -43,14 +43,22 @@ impl LabelledSurface {
     }
 }
 
+/// What is known of a scene that is not open yet.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Reading {
+    /// So many frames are read, of so many.
+    Frames(usize, usize),
+    /// All frames are read, and this share of the estimation of their depth is done.
+    Depth(f32),
+}
+
 /// An open scene.
 #[derive(Debug)]
 pub struct Workspace {
     /// The scene.
     pub scene: Arc<Scene>,
-    /// How many frames are read, and how many there are, while the scene is being read: then it is the
-    /// [listed](Scene::open_listed) one.
-    pub reading: Option<(usize, usize)>,
+    /// How far the work is, while the scene is being read: then it is the [listed](Scene::open_listed) one.
+    pub reading: Option<Reading>,
     /// A number that no other open scene of this window had.
     pub serial: u64,
     session: Running,
@@ -102,7 +110,7 @@ impl Workspace {
             map_versions: (0..scene.frames.len())
                 .map(|frame| u64::from(has_map(frame)))
                 .collect(),
-            reading: Some((0, scene.frames.len())),
+            reading: Some(Reading::Frames(0, scene.frames.len())),
             scene,
             serial,
             session,

@@ -5,7 +5,7 @@ use inplace_model::hints::Hint;
 use inplace_model::hints::waits_for_surface;
 use inplace_model::model::Side;
 use inplace_model::preferences::{Pane, PreferenceChange};
-use inplace_model::workspace::Workspace;
+use inplace_model::workspace::{Reading, Workspace};
 use inplace_model::{Command, Commands, Model};
 
 use crate::keys::table::{EXPORT, NEXT_SUGGESTION};
@@ -134,7 +134,12 @@ fn due(ctx: &egui::Context, model: &Model, workspace: &Workspace) -> Option<Call
     waits_for_surface(workspace).then(|| Callout {
         hint: None,
         text: match workspace.reading {
-            Some(_) => "Reading the frames; your labels spread as soon as all of them are there",
+            Some(Reading::Depth(_)) => {
+                "Estimating the depth of the scene; your labels spread as soon as it is known"
+            }
+            Some(Reading::Frames(..)) => {
+                "Reading the frames; your labels spread as soon as all of them are there"
+            }
             None => "Finding the surface of the scene; your labels spread as soon as it is there",
         }
         .to_owned(),

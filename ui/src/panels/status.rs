@@ -3,7 +3,7 @@
 use egui::Ui;
 use inplace_core::session::Status;
 use inplace_model::preferences::Pane;
-use inplace_model::workspace::Workspace;
+use inplace_model::workspace::{Reading, Workspace};
 use inplace_model::{Command, Commands};
 
 use super::parts::{Fact, UNCERTAINTY_MEANS, facts, fold_button, frames_done};
@@ -17,8 +17,9 @@ pub fn show(ui: &mut Ui, workspace: &Workspace, full: bool, commands: &mut Comma
     let running = !workspace.paused && !workspace.has_ended();
     let accent = theme::of(ui.visuals()).accent;
     let phase = egui::RichText::new(match workspace.reading {
-        Some((0, _)) => "Reading the frames".to_owned(),
-        Some((done, total)) => format!("Reading: {}", frames_done(done, total)),
+        Some(Reading::Depth(share)) => format!("Estimating depth: {:.0}%", 100.0 * share),
+        Some(Reading::Frames(0, _)) => "Reading the frames".to_owned(),
+        Some(Reading::Frames(done, total)) => format!("Reading: {}", frames_done(done, total)),
         None => workspace.phase_in_words().to_owned(),
     });
     let phase = if running {

@@ -7,7 +7,7 @@ use super::super::Ray;
 use crate::scene::Scene;
 
 /// One ray in this number goes through a sparse point, where the capture has sparse points.
-const SPARSE_EVERY: usize = 8;
+const SPARSE_EVERY: usize = 3;
 /// Share of the rays that come in threes, evenly spaced on a line across the image, where no depth is
 /// measured.
 const SHARE_OF_TRIPLES: f32 = 0.2;

@@ -38,7 +38,7 @@ fn advance_until(worker: &mut Worker<'_>, is_it: impl Fn(&Worker<'_>) -> bool) {
 fn a_surface_that_becomes_ready_during_a_pause_waits_for_its_end() {
     let scene = Arc::new(half_measured());
     let (outbox, options) = (outbox(), options());
-    let mut worker = Worker::new(Arc::clone(&scene), &options, &outbox).unwrap();
+    let mut worker = Worker::new(Arc::clone(&scene), Vec::new(), &options, &outbox).unwrap();
     advance_until(&mut worker, |worker| worker.propagation.is_some());
     let first = surface(&worker);
     worker.handle(Command::Pause).unwrap();
@@ -56,7 +56,7 @@ fn a_surface_that_becomes_ready_during_a_pause_waits_for_its_end() {
 #[test]
 fn a_field_that_has_seen_next_to_nothing_does_not_fill_holes_of_measured_depth() {
     let (outbox, options) = (outbox(), options());
-    let mut worker = Worker::new(Arc::new(half_measured()), &options, &outbox).unwrap();
+    let mut worker = Worker::new(Arc::new(half_measured()), Vec::new(), &options, &outbox).unwrap();
     advance_until(&mut worker, |worker| worker.propagation.is_some());
     worker.handle(Command::Settle).unwrap();
     assert!(!worker.refiner.is_rendering() && worker.refiner.is_done());

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use inplace_core::session::{Command, Event};
 
-use super::{LabelledSurface, Workspace};
+use super::{LabelledSurface, Reading, Workspace};
 use crate::versioned::Versioned;
 
 impl Workspace {
@@ -48,7 +48,16 @@ impl Workspace {
             Event::Stopped => self.ended = true,
             Event::Opening { done, total } => {
                 // Threads overtake each other.
-                self.reading = self.reading.map(|(before, _)| (before.max(done), total));
+                self.reading = self.reading.map(|reading| match reading {
+                    Reading::Frames(before, _) => Reading::Frames(before.max(done), total),
+                    Reading::Depth(_) => reading,
+                });
+            }
+            Event::Estimating { share } => {
+                self.reading = self.reading.map(|reading| match reading {
+                    Reading::Frames(..) => Reading::Depth(share),
+                    Reading::Depth(before) => Reading::Depth(share.max(before)),
+                });
             }
             Event::Listed(_) | Event::Opened(_) => {}
         }

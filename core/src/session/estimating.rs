@@ -1,0 +1,104 @@
+//! Depth by stereo, before a scene without measured depth is learnt.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use crossbeam_channel::Receiver;
+
+use super::opening::{Told, meanwhile};
+use super::outbox::Outbox;
+use super::serve::WorkerError;
+use super::{Command, Event};
+use crate::scene::{Frame, Scene, SparsePoint};
+use crate::semantics::FieldDepth;
+use crate::stereo::{self, Detail, StereoDepth, StereoError, Support};
+
+/// Most sparse points that stereo adds to a scene, over all of its frames.
+const MOST_POINTS: usize = 1 << 20;
+
+/// A scene whose depth was estimated.
+pub(super) struct Estimated {
+    /// The scene, with the points that several views agree on as sparse points of its keyframes.
+    pub(super) scene: Arc<Scene>,
+    /// Depth of its keyframes, filled in between those points; by index of the frame.
+    pub(super) depth: Vec<Option<Arc<FieldDepth>>>,
+}
+
+/// Estimates the depth of a scene on a thread of its own, so that it can be stopped; `None` when it was. Commands that
+/// arrive are kept in `early`. Where all cameras are in one place there is no depth to estimate.
+pub(super) fn estimate(
+    scene: Arc<Scene>,
+    commands: &Receiver<Command>,
+    early: &mut Vec<Command>,
+    outbox: &Outbox,
+    threads: &Arc<rayon::ThreadPool>,
+) -> Result<Option<Estimated>, WorkerError> {
+    let stopped = Arc::new(AtomicBool::new(false));
+    let work = {
+        let (scene, stopped) = (Arc::clone(&scene), Arc::clone(&stopped));
+        let (outbox, threads) = (outbox.clone(), Arc::clone(threads));
+        move || {
+            let told = Told::default();
+            let go_on = |share| {
+                told.now_and_then(share >= 1.0, || outbox.send(Event::Estimating { share }));
+                !stopped.load(Ordering::Relaxed)
+            };
+            let mut newest = Vec::new();
+            let publish = &mut |_, depth| newest = depth;
+            let done = threads.install(|| stereo::estimate(&scene, Detail::Half, publish, &go_on));
+            done.map(|()| newest)
+        }
+    };
+    let estimated = meanwhile(
+        "inplace-stereo",
+        "the depth could not be estimated",
+        commands,
+        early,
+        work,
+    )?;
+    let Some(estimated) = estimated else {
+        stopped.store(true, Ordering::Relaxed);
+        return Ok(None);
+    };
+    let depth = match estimated {
+        Ok(depth) => depth,
+        Err(StereoError::NoParallax | StereoError::Stopped) => Vec::new(),
+        Err(StereoError::Scene(error)) => return Err(error.into()),
+    };
+    Ok(Some(with_depth(scene, &depth)))
+}
+
+fn with_depth(scene: Arc<Scene>, estimated: &[StereoDepth]) -> Estimated {
+    let pixels: usize = estimated.iter().map(|depth| depth.camera.pixels()).sum();
+    let every = pixels.div_ceil(MOST_POINTS).max(1);
+    let mut depth = vec![None; scene.frames.len()];
+    let mut scene = scene;
+    for own in estimated {
+        let frame = &mut Arc::make_mut(&mut scene).frames[own.frame];
+        let grid = lengths(frame, own);
+        let sure = (0..grid.lengths.len()).filter(|&index| own.support(index) >= Support::Voted);
+        let points = sure.step_by(every).map(|index| SparsePoint {
+            pixel: grid.pixel(&frame.camera, index),
+            length: grid.lengths[index],
+            error: 0.0,
+        });
+        let points: Vec<SparsePoint> = points.collect();
+        frame.points.extend(points);
+        depth[own.frame] = Some(Arc::new(grid));
+    }
+    Estimated { scene, depth }
+}
+
+/// The depth of a frame as lengths of rays.
+fn lengths(frame: &Frame, depth: &StereoDepth) -> FieldDepth {
+    let camera = &depth.camera;
+    let length = |index| {
+        let z = depth.z_depth(index);
+        z.map_or(f32::NAN, |z| z * camera.direction_at(index).length())
+    };
+    FieldDepth {
+        stride: (frame.camera.fx / camera.fx).round() as u32,
+        width: camera.width,
+        lengths: (0..camera.pixels()).map(length).collect(),
+    }
+}
