@@ -1,8 +1,8 @@
 //! Multi-view stereo: the depth of a capture of colours alone, in stages that a caller can use one after the other.
 //!
 //! A sweep over small images tells how deep the scene is and which views go together. Then each view is matched with
-//! others at half size ([`sweep`], [`aggregation`]), kept where several agree ([`consistency`]), and filled in between
-//! ([`filling`]). The same follows at full size, around the depth that is known by then.
+//! others at half size (`sweep`, `aggregation`), kept where several agree (`consistency`), and filled in between
+//! (`filling`). The same follows at full size, around the depth that is known by then.
 
 mod aggregation;
 mod consistency;
@@ -12,7 +12,7 @@ mod level;
 mod selection;
 mod sweep;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 mod view;
 
 use std::sync::atomic::{AtomicUsize, Ordering};

@@ -7,7 +7,8 @@ use crate::field::Preset;
 use crate::labels::testing::{clicked, import_plain};
 use crate::labels::{ClassId, History, Stroke, Trust, VOID};
 use crate::scene::testing::wall;
-use crate::scene::{Camera, OpenOptions, SceneSource, Viewpoint, write_replica};
+use crate::scene::{Camera, OpenOptions, SceneSource, SparsePoint, Viewpoint, write_replica};
+use crate::stereo::tests::capture;
 
 /// How long anything may take on a slow, busy machine.
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -151,6 +152,27 @@ fn two_clicks_label_every_frame_on_both_sides_of_the_border_be_it_a_keyframe_or_
             assert_eq!(map.summary(None).is_some(), scene.frames[map.frame].is_keyframe());
         }
     }
+}
+
+#[test]
+fn colours_alone_give_a_surface_before_the_first_training_step() {
+    let (scene, depths) = capture(true);
+    let session = Session::on(Arc::new(scene), options(), || {});
+    session.send(Command::Pause);
+    let opened = opened(&session);
+    assert!(!opened.has_depth());
+    for (frame, truth) in opened.frames.iter().zip(&depths) {
+        let error = |point: &SparsePoint| {
+            let pixel = point.pixel as usize;
+            let length = truth[pixel] * frame.camera.direction_at(pixel).length();
+            (point.length / length - 1.0).abs()
+        };
+        let mut errors: Vec<f32> = frame.points.iter().map(error).collect();
+        errors.sort_by(f32::total_cmp);
+        assert!(errors[errors.len() / 2] < 0.02, "{}", frame.stem);
+    }
+    let status = wait_for_status(&session, |status| status.surface_nodes > 0);
+    assert_eq!(status.steps, 0);
 }
 
 #[test]

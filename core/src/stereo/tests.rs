@@ -34,8 +34,8 @@ fn surface(center: Vec3, direction: Vec3, board: bool) -> (f32, u8) {
     (2.0, pattern(far.x, far.y, 0.0))
 }
 
-/// Seven cameras in an arc, and the z-depths that they see.
-fn capture(board: bool) -> (Scene, Vec<Vec<f32>>) {
+/// Seven cameras in an arc, and the z-depths that they see of a wall, and of a board before it where there is one.
+pub(crate) fn capture(board: bool) -> (Scene, Vec<Vec<f32>>) {
     let camera = Camera::with_horizontal_fov(SIZE[0], SIZE[1], 70.0);
     let view = |number: i32| {
         let center = Vec3::new(0.12 * number as f32, 0.02 * (number * number) as f32, 0.0);
