@@ -18,7 +18,7 @@ const MOST_POINTS: usize = 1 << 20;
 
 /// A scene whose depth was estimated.
 pub(super) struct Estimated {
-    /// The scene, with the points that several views agree on as sparse points of its keyframes.
+    /// The scene, with what several views match alike as sparse points of its keyframes.
     pub(super) scene: Arc<Scene>,
     /// Depth of its keyframes, filled in between those points; by index of the frame.
     pub(super) depth: Vec<Option<Arc<FieldDepth>>>,
@@ -76,8 +76,8 @@ fn with_depth(scene: Arc<Scene>, estimated: &[StereoDepth]) -> Estimated {
     for own in estimated {
         let frame = &mut Arc::make_mut(&mut scene).frames[own.frame];
         let grid = lengths(frame, own);
-        let sure = (0..grid.lengths.len()).filter(|&index| own.support(index) >= Support::Voted);
-        let points = sure.step_by(every).map(|index| SparsePoint {
+        let confident = (0..grid.lengths.len()).filter(|&index| own.support(index) >= Support::Confident);
+        let points = confident.step_by(every).map(|index| SparsePoint {
             pixel: grid.pixel(&frame.camera, index),
             length: grid.lengths[index],
             error: 0.0,
