@@ -19,7 +19,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::scene::{Camera, Scene, SceneError};
 use exploration::explore;
-use level::{Level, Size};
+use level::Level;
+use view::View;
 
 /// Most pixels of an image of full size, and of all of them together; larger ones are reduced.
 const MOST_PIXELS: usize = 160_000;
@@ -52,7 +53,9 @@ impl Support {
 pub struct StereoDepth {
     /// Index of the frame.
     pub frame: usize,
-    /// The frame's camera with the size of this depth, [`Camera::reduced`] by a whole number.
+    /// Pixels of the frame per pixel here, along each axis.
+    pub stride: u32,
+    /// The frame's camera [reduced](Camera::reduced) by that.
     pub camera: Camera,
     /// Inverse z-depth in steps of `unit` per metre, row-major `[height, width]`; 0 = unknown.
     steps: Vec<u16>,
@@ -62,7 +65,7 @@ pub struct StereoDepth {
 
 impl StereoDepth {
     /// Of inverse z-depths per metre; 0 = unknown.
-    fn new(frame: usize, camera: Camera, inverse: &[f32], support: Vec<Support>) -> Self {
+    fn new(frame: usize, view: &View, inverse: &[f32], support: Vec<Support>) -> Self {
         let nearest = inverse.iter().copied().fold(0.0, f32::max);
         let unit = (nearest / f32::from(u16::MAX)).max(f32::MIN_POSITIVE);
         let steps = |&inverse: &f32| match inverse > 0.0 {
@@ -71,7 +74,8 @@ impl StereoDepth {
         };
         Self {
             frame,
-            camera,
+            stride: view.stride,
+            camera: view.camera,
             steps: inverse.iter().map(steps).collect(),
             unit,
             support,
@@ -90,30 +94,40 @@ impl StereoDepth {
     }
 }
 
-/// The size up to which depth is estimated.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Detail {
-    /// Half of the images' width and height.
+/// A size that images are matched at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Size {
+    /// A quarter of the width and height, to explore the scene: its depth is not published.
+    Quarter,
+    /// Half of the width and height.
     Half,
-    /// That of the images.
+    /// That of the images, unless they are large.
     Full,
 }
 
-impl Detail {
-    /// The sizes that are matched one after the other, and whether they are the images' own.
-    fn sizes(self) -> &'static [(bool, Size)] {
+impl Size {
+    /// The word for it in results.
+    pub fn name(self) -> &'static str {
         match self {
-            Self::Half => &[(false, Size::Half)],
-            Self::Full => &[(false, Size::Half), (true, Size::Full)],
+            Self::Quarter => "quarter",
+            Self::Half => "half",
+            Self::Full => "full",
         }
+    }
+
+    /// Those that depth is published at, up to this one.
+    fn up_to(self) -> impl Iterator<Item = Self> {
+        [Self::Half, Self::Full]
+            .into_iter()
+            .filter(move |&size| size <= self)
     }
 }
 
 /// What has been done when depth is published.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Stage {
-    /// Whether the depth is of full size; otherwise of half.
-    pub full_size: bool,
+    /// Size of the depth.
+    pub size: Size,
     /// What was added last: after [`Support::Confident`] all pixels that any others tell about have depth.
     pub support: Support,
 }
@@ -132,7 +146,7 @@ pub enum StereoError {
     Stopped,
 }
 
-/// Estimates the depth of all keyframes from their colours, up to this detail; sparse points help, measured depth is not
+/// Estimates the depth of all keyframes from their colours, up to this size; sparse points help, measured depth is not
 /// looked at.
 ///
 /// `publish` gets the depth of all of them after each [`Stage`]. `go_on` is told the share of the work that is done, from
@@ -143,7 +157,7 @@ pub enum StereoError {
 /// Cameras that are all in one place, a file that can no longer be read, or a caller that wants no more.
 pub fn estimate(
     scene: &Scene,
-    detail: Detail,
+    most: Size,
     publish: &mut dyn FnMut(Stage, Vec<StereoDepth>),
     go_on: &(dyn Fn(f32) -> bool + Sync),
 ) -> Result<(), StereoError> {
@@ -151,14 +165,14 @@ pub fn estimate(
     let work = Work {
         go_on,
         done: AtomicUsize::new(0),
-        total: frames.len() * Work::of_view(detail),
+        total: frames.len() * Work::of_view(most),
     };
     let stride = stride(scene, &frames);
     let small = Level::read(scene, &frames, stride, Size::Quarter)?;
     let setup = explore(&small, scene, &frames, &work)?;
     drop(small);
     let mut known: Option<(Level, Vec<Vec<f32>>)> = None;
-    for &(full_size, size) in detail.sizes() {
+    for size in most.up_to() {
         let level = Level::read(scene, &frames, stride, size)?;
         let around = known
             .take()
@@ -170,9 +184,9 @@ pub fn estimate(
         let filled = level.completed(&setup, seeds, &work, &mut |support, inverse, supports| {
             let views = frames.iter().zip(&level.views).zip(inverse.iter().zip(supports));
             let maps = views.map(|((&frame, view), (inverse, support))| {
-                StereoDepth::new(frame, view.camera, inverse, support.clone())
+                StereoDepth::new(frame, view, inverse, support.clone())
             });
-            publish(Stage { full_size, support }, maps.collect());
+            publish(Stage { size, support }, maps.collect());
         })?;
         known = Some((level, filled));
     }
@@ -200,9 +214,10 @@ impl Work<'_> {
     const FILLING: [usize; 3] = [0, 1, 4];
 
     /// Parts of a view: it is filled twice at each size.
-    fn of_view(detail: Detail) -> usize {
-        let sizes = detail.sizes().iter();
-        let parts = sizes.map(|&(_, size)| Self::MATCHING[size as usize] + 2 * Self::FILLING[size as usize]);
+    fn of_view(most: Size) -> usize {
+        let parts = most
+            .up_to()
+            .map(|size| Self::MATCHING[size as usize] + 2 * Self::FILLING[size as usize]);
         Self::MATCHING[Size::Quarter as usize] + parts.sum::<usize>()
     }
 

@@ -114,6 +114,15 @@ impl Camera {
         self.scaled([width, height], [1.0 / stride as f32; 2])
     }
 
+    /// Row-major index of the pixel in the middle of those that are one pixel, by row-major index, of the view
+    /// [reduced](Self::reduced) by `stride`.
+    pub fn middle_of_reduced(&self, stride: u32, reduced: usize) -> usize {
+        let width = self.width.div_ceil(stride);
+        let middle = |at: u32, limit: u32| (at * stride + stride / 2).min(limit - 1);
+        let (column, row) = (reduced as u32 % width, reduced as u32 / width);
+        (middle(row, self.height) * self.width + middle(column, self.width)) as usize
+    }
+
     /// The same view as an image of another width and height in pixels; `None` for other proportions, as of a part of
     /// it, beyond the pixel that rounding may cost.
     pub fn resized(&self, width: u32, height: u32) -> Option<Self> {

@@ -1,7 +1,7 @@
 //! The ray length of every pixel: measured where it is, else the field's.
 
 use super::Node;
-use crate::scene::{Camera, ColorImage, Frame, Pixels};
+use crate::scene::{ColorImage, Frame, Pixels};
 
 /// Ray lengths that the field renders for a frame at 1/`stride` of its resolution.
 #[derive(Clone, Debug)]
@@ -34,13 +34,6 @@ pub fn pixel_length(frame: &Frame, pixels: &Pixels, field: Option<&FieldDepth>, 
 }
 
 impl FieldDepth {
-    /// The row-major index, in the frame, of the pixel in the middle of a sample.
-    pub fn pixel(&self, camera: &Camera, sample: usize) -> u32 {
-        let middle = |at: u32, limit: u32| (at * self.stride + self.stride / 2).min(limit - 1);
-        let (column, row) = (sample as u32 % self.width, sample as u32 / self.width);
-        middle(row, camera.height) * camera.width + middle(column, camera.width)
-    }
-
     /// Ray lengths to a surface instead of the field: its nodes are drawn as squares of the size of their voxels, the
     /// nearest in front. Not a number where there is no node; infinite where there is one of the shell, whose voxels
     /// are `shell` metres wide. Nodes that are seen from behind are left out.
@@ -109,9 +102,8 @@ impl FieldDepth {
         }
         let own = image.color(index);
         let color_gap = |&(x, y): &(u32, u32)| {
-            let column = (x * self.stride + self.stride / 2).min(camera.width - 1);
-            let row = (y * self.stride + self.stride / 2).min(camera.height - 1);
-            (image.color((row * camera.width + column) as usize) - own).length_squared()
+            let sample = (y * self.width + x) as usize;
+            (image.color(camera.middle_of_reduced(self.stride, sample)) - own).length_squared()
         };
         let gaps = corners.map(|corner| color_gap(&corner));
         let known = (0..4).filter(|&corner| !lengths[corner].is_nan());

@@ -9,9 +9,9 @@ use super::opening::{Told, meanwhile};
 use super::outbox::Outbox;
 use super::serve::WorkerError;
 use super::{Command, Event};
-use crate::scene::{Frame, Scene, SparsePoint};
+use crate::scene::{Scene, SparsePoint};
 use crate::semantics::FieldDepth;
-use crate::stereo::{self, Detail, StereoDepth, StereoError, Support};
+use crate::stereo::{self, Size, StereoDepth, StereoError, Support};
 
 /// Most sparse points that stereo adds to a scene, over all of its frames.
 const MOST_POINTS: usize = 1 << 20;
@@ -45,7 +45,7 @@ pub(super) fn estimate(
             };
             let mut newest = Vec::new();
             let publish = &mut |_, depth| newest = depth;
-            let done = threads.install(|| stereo::estimate(&scene, Detail::Half, publish, &go_on));
+            let done = threads.install(|| stereo::estimate(&scene, Size::Half, publish, &go_on));
             done.map(|()| newest)
         }
     };
@@ -75,29 +75,30 @@ fn with_depth(scene: Arc<Scene>, estimated: &[StereoDepth]) -> Estimated {
     let mut scene = scene;
     for own in estimated {
         let frame = &mut Arc::make_mut(&mut scene).frames[own.frame];
-        let grid = lengths(frame, own);
-        let confident = (0..grid.lengths.len()).filter(|&index| own.support(index) >= Support::Confident);
+        let grid = lengths(own);
+        let confident = (0..grid.lengths.len()).filter(|&index| own.support(index) == Support::Confident);
         let points = confident.step_by(every).map(|index| SparsePoint {
-            pixel: grid.pixel(&frame.camera, index),
+            pixel: frame.camera.middle_of_reduced(own.stride, index) as u32,
             length: grid.lengths[index],
             error: 0.0,
         });
         let points: Vec<SparsePoint> = points.collect();
         frame.points.extend(points);
-        depth[own.frame] = Some(Arc::new(grid));
+        let is_known = grid.lengths.iter().any(|length| !length.is_nan());
+        depth[own.frame] = is_known.then(|| Arc::new(grid));
     }
     Estimated { scene, depth }
 }
 
 /// The depth of a frame as lengths of rays.
-fn lengths(frame: &Frame, depth: &StereoDepth) -> FieldDepth {
+fn lengths(depth: &StereoDepth) -> FieldDepth {
     let camera = &depth.camera;
     let length = |index| {
         let z = depth.z_depth(index);
         z.map_or(f32::NAN, |z| z * camera.direction_at(index).length())
     };
     FieldDepth {
-        stride: (frame.camera.fx / camera.fx).round() as u32,
+        stride: depth.stride,
         width: camera.width,
         lengths: (0..camera.pixels()).map(length).collect(),
     }

@@ -20,6 +20,13 @@ pub struct Verdict {
     pub mean: f32,
 }
 
+impl Verdict {
+    /// Whether at least so many views agree, and more than see through it.
+    pub fn is_sure(&self, least: u8) -> bool {
+        self.agree >= least && self.agree > self.violate
+    }
+}
+
 /// Compares a view's inverse z-depths with those of others; 0 is unknown.
 pub fn verdicts(
     view: &View,

@@ -66,8 +66,7 @@ pub fn explore(level: &Level, scene: &Scene, frames: &[usize], work: &Work) -> R
     let matched = level.matched(&setup, None, work)?;
     let all = |_, _| true;
     let sure = level.checked(&setup, &matched, TOLERANCE, all, |own, verdict| {
-        let is_sure = verdict.agree >= AGREE && verdict.agree > verdict.violate;
-        if is_sure { own } else { 0.0 }
+        if verdict.is_sure(AGREE) { own } else { 0.0 }
     });
     let mut known: Vec<f32> = sure.iter().flatten().copied().filter(|&own| own > 0.0).collect();
     if known.is_empty() {

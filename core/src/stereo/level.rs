@@ -9,7 +9,7 @@ use super::filling::{self, Seed, fill};
 use super::selection::{CHECKED, MATCHED};
 use super::sweep::{self, Hypotheses};
 use super::view::{View, Warp};
-use super::{StereoError, Support, Work};
+use super::{Size, StereoError, Support, Work};
 use crate::scene::{Scene, SceneError};
 
 /// How far apart hypotheses are in the median view that is matched with, in pixels, and how many there may be. The
@@ -47,14 +47,6 @@ const AT_A_TIME: usize = 4;
 pub struct Level {
     pub views: Vec<View>,
     size: Size,
-}
-
-/// The size of a level, smaller ones first.
-#[derive(Clone, Copy)]
-pub enum Size {
-    Quarter,
-    Half,
-    Full,
 }
 
 /// Gets the inverse depths of all views and their support, and what was added to them last.
@@ -166,7 +158,7 @@ impl Level {
     pub fn seeds(&self, setup: &Setup, matched: &[Vec<f32>]) -> Vec<Vec<Seed>> {
         let is_valid = |view: usize, index: usize| self.views[view].is_valid(index);
         let sure = self.checked(setup, matched, MATCHED_TOLERANCE, is_valid, |_, verdict| {
-            let is_sure = verdict.agree >= AGREE && verdict.agree > verdict.violate;
+            let is_sure = verdict.is_sure(AGREE);
             Seed {
                 weight: f32::from(is_sure),
                 inverse: verdict.mean,

@@ -61,7 +61,7 @@ fn stages(scene: &Scene) -> Vec<(Stage, Vec<StereoDepth>)> {
     let mut stages = Vec::new();
     estimate(
         scene,
-        Detail::Full,
+        Size::Full,
         &mut |stage, maps| stages.push((stage, maps)),
         &|_| true,
     )
@@ -87,14 +87,14 @@ fn share(values: &[f32], most: f32) -> f32 {
 fn a_wall_is_found_at_its_depth_in_stages_that_grow() {
     let (scene, truth) = capture(false);
     let stages = stages(&scene);
-    let order: Vec<(bool, Support)> = stages
+    let order: Vec<(Size, Support)> = stages
         .iter()
-        .map(|(stage, _)| (stage.full_size, stage.support))
+        .map(|(stage, _)| (stage.size, stage.support))
         .collect();
     let each = [Support::Confident, Support::Filled, Support::Voted];
-    let expected: Vec<(bool, Support)> = [false, true]
+    let expected: Vec<(Size, Support)> = [Size::Half, Size::Full]
         .iter()
-        .flat_map(|&full| each.map(|stage| (full, stage)))
+        .flat_map(|&size| each.map(|stage| (size, stage)))
         .collect();
     assert_eq!(order, expected);
     let (_, last) = &stages[5];
@@ -144,17 +144,14 @@ fn measured_depth_is_not_looked_at_and_threads_do_not_matter() {
 #[test]
 fn without_parallax_or_when_told_to_it_stops() {
     let (mut scene, _) = capture(false);
-    let stopped = estimate(
-        &scene,
-        Detail::Full,
-        &mut |_, _| panic!("it has stopped"),
-        &|_| false,
-    );
+    let stopped = estimate(&scene, Size::Full, &mut |_, _| panic!("it has stopped"), &|_| {
+        false
+    });
     assert!(matches!(stopped, Err(StereoError::Stopped)), "{stopped:?}");
     for frame in &mut scene.frames {
         frame.camera_to_world.translation = Vec3::ONE.into();
     }
-    let error = estimate(&scene, Detail::Full, &mut |_, _| {}, &|_| true).unwrap_err();
+    let error = estimate(&scene, Size::Full, &mut |_, _| {}, &|_| true).unwrap_err();
     assert!(matches!(error, StereoError::NoParallax), "{error}");
 }
 

@@ -9,6 +9,8 @@ const STEPS: f32 = 64.0;
 
 /// A reduced image and its camera.
 pub struct View {
+    /// Pixels of the frame per pixel, along each axis.
+    pub stride: u32,
     pub camera: Camera,
     rotation: Mat3,
     pub center: Vec3,
@@ -48,22 +50,16 @@ impl View {
                 at
             }
         };
-        let middle = |at: usize| {
-            let place = |at: usize, limit: u32| (at as u32 * stride + stride / 2).min(limit - 1);
-            let (x, y) = (
-                place(at % width, frame.camera.width),
-                place(at / width, frame.camera.height),
-            );
-            (y * frame.camera.width + x) as usize
-        };
+        let is_valid = |at: usize| frame.shows(color, frame.camera.middle_of_reduced(stride, at));
         Self {
+            stride,
             camera,
             rotation: frame.camera_to_world.matrix3.into(),
             center: frame.center(),
             grey: means.iter().map(luma).collect(),
             across: pixels.clone().map(|at| step(at, right(at))).collect(),
             down: pixels.clone().map(|at| step(at, below(at))).collect(),
-            valid: (!frame.is_whole()).then(|| pixels.map(|at| frame.shows(color, middle(at))).collect()),
+            valid: (!frame.is_whole()).then(|| pixels.map(is_valid).collect()),
         }
     }
 

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::EvalError;
 use inplace_core::scene::{Frame, Scene};
-use inplace_core::stereo::{Detail, Stage, StereoDepth, estimate};
+use inplace_core::stereo::{Size, Stage, StereoDepth, estimate};
 
 /// Neighbouring pixels whose depths differ by more than this share of the nearer are an edge.
 const EDGE: f32 = 0.1;
@@ -39,7 +39,7 @@ pub struct StereoPoint {
     pub edge_error: f64,
 }
 
-/// Estimates the depth of a scene and measures it after each stage; `told` hears how far each part of the work is.
+/// Estimates the depth of a scene and measures it after each stage; `told` hears which share of the work is done.
 ///
 /// # Errors
 /// A scene without parallax, or whose files can no longer be read.
@@ -57,7 +57,7 @@ pub fn stereo_depth(scene: &Scene, told: &(dyn Fn(f32) + Sync)) -> Result<Vec<St
         told(share);
         true
     };
-    estimate(scene, Detail::Full, &mut publish, &go_on)?;
+    estimate(scene, Size::Full, &mut publish, &go_on)?;
     Ok(points)
 }
 
@@ -68,7 +68,7 @@ fn measured(scene: &Scene, stage: Stage, maps: &[StereoDepth], seconds: f64) -> 
         let frame = &scene.frames[map.frame];
         let truth = z_depths(frame);
         let band = band(frame, &truth);
-        let (width, stride) = (frame.camera.width, frame.camera.width.div_ceil(map.camera.width));
+        let (width, stride) = (frame.camera.width, map.stride);
         pixels += frame.camera.pixels();
         for (index, (truth, is_near_edge)) in truth.into_iter().zip(band).enumerate() {
             let [column, row] = [index as u32 % width, index as u32 / width].map(|at| at / stride);
@@ -94,7 +94,7 @@ fn measured(scene: &Scene, stage: Stage, maps: &[StereoDepth], seconds: f64) -> 
     let [within_1, within_5, within_10] = [0.01, 0.05, 0.1].map(within);
     StereoPoint {
         scene: scene.name(),
-        size: if stage.full_size { "full" } else { "half" },
+        size: stage.size.name(),
         stage: stage.support.name(),
         seconds,
         complete: known as f64 / pixels as f64,

@@ -43,8 +43,8 @@ impl LabelledSurface {
     }
 }
 
-/// What is known of a scene that is not open yet.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// How far the reading of a scene is; what is later is more.
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
 pub enum Reading {
     /// So many frames are read, of so many.
     Frames(usize, usize),

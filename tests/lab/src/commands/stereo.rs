@@ -33,11 +33,7 @@ pub fn run(arguments: &StereoArguments) -> Result<(), Failure> {
         let progress = Mutex::new(Progress::default());
         let told = |share: f32| {
             let mut progress = progress.lock().unwrap_or_else(PoisonError::into_inner);
-            progress.show(&format!(
-                "{}: {:.0}% of this size",
-                argument.display(),
-                100.0 * share
-            ));
+            progress.show(&format!("{}: {:.0}%", argument.display(), 100.0 * share));
         };
         points.extend(pool.install(|| stereo_depth(&scene, &told))?);
     }

@@ -46,22 +46,18 @@ impl Workspace {
             Event::State(state) => self.state = Some(state),
             Event::Warning(sentence) | Event::Error(sentence) => return Some(sentence),
             Event::Stopped => self.ended = true,
-            Event::Opening { done, total } => {
-                // Threads overtake each other.
-                self.reading = self.reading.map(|reading| match reading {
-                    Reading::Frames(before, _) => Reading::Frames(before.max(done), total),
-                    Reading::Depth(_) => reading,
-                });
-            }
-            Event::Estimating { share } => {
-                self.reading = self.reading.map(|reading| match reading {
-                    Reading::Frames(..) => Reading::Depth(share),
-                    Reading::Depth(before) => Reading::Depth(share.max(before)),
-                });
-            }
+            Event::Opening { done, total } => self.read(Reading::Frames(done, total)),
+            Event::Estimating { share } => self.read(Reading::Depth(share)),
             Event::Listed(_) | Event::Opened(_) => {}
         }
         None
+    }
+
+    /// Takes over how far the reading is, unless it was farther: threads overtake each other.
+    fn read(&mut self, now: Reading) {
+        if let Some(before) = self.reading.as_mut().filter(|before| **before < now) {
+            *before = now;
+        }
     }
 
     /// All maps follow from one surface: the newest of any frame tells the newest of it.
