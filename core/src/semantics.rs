@@ -20,6 +20,7 @@ mod queue;
 mod semantic_field;
 mod strays;
 mod summary;
+mod superpixels;
 mod surface;
 mod targets;
 #[cfg(test)]

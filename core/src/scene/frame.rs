@@ -100,6 +100,33 @@ impl ColorImage {
         let [r, g, b] = self.pixel(index);
         Vec3::new(f32::from(r), f32::from(g), f32::from(b)) / 255.0
     }
+
+    /// Mean bytes of the pixels of each block of `stride` x `stride`, row-major, with what remains at the right and at the
+    /// bottom as smaller blocks.
+    pub(crate) fn reduced(&self, stride: u32) -> Vec<[f32; 3]> {
+        let blocks = |size: u32| {
+            (0..size)
+                .step_by(stride as usize)
+                .map(move |at| at..(at + stride).min(size))
+        };
+        let mut means = Vec::new();
+        for rows in blocks(self.height) {
+            for columns in blocks(self.width) {
+                let mut sum = [0_u32; 3];
+                for row in rows.clone() {
+                    let start = 3 * (row * self.width + columns.start) as usize;
+                    for pixel in self.rgb[start..start + 3 * columns.len()].chunks_exact(3) {
+                        for (sum, &value) in sum.iter_mut().zip(pixel) {
+                            *sum += u32::from(value);
+                        }
+                    }
+                }
+                let count = (rows.len() * columns.len()) as f32;
+                means.push(sum.map(|sum| sum as f32 / count));
+            }
+        }
+        means
+    }
 }
 
 /// Distances along the rays of a frame's pixels, in metres, row-major `[height, width]`; 0 = unknown.

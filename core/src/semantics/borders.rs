@@ -4,6 +4,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use super::superpixels::nodes_along_edges;
 use super::{NO_NODE, Node};
 use crate::labels::{ClassId, VOID};
 use crate::scene::{ColorImage, DepthMap, Frame};
@@ -30,13 +31,16 @@ const MOST_FOR_LENGTH: f32 = 9.0;
 /// over the window (a joint bilateral filter: Petschnigg et al. 2004, Eisemann and Durand 2004), and the node of the
 /// pixel that weighs most in that class. Everywhere else, and where the class stays the same, it keeps its own node.
 pub(super) fn nodes_at_borders(frame: &Frame, shown: &[u32], nodes: &[Node], labels: &[ClassId]) -> Vec<u32> {
+    let Some(depth) = frame.depth() else {
+        return nodes_along_edges(frame, shown, labels);
+    };
     // Pixels without a node have no class.
     let class = |&node: &u32| labels.get(node as usize).copied().unwrap_or(VOID);
     let classes: Vec<ClassId> = shown.iter().map(class).collect();
     let around = Around {
         frame,
         color: frame.color(),
-        depth: frame.depth(),
+        depth,
         nodes,
         shown,
         classes: &classes,
@@ -66,7 +70,7 @@ struct Vote {
 struct Around<'a> {
     frame: &'a Frame,
     color: Arc<ColorImage>,
-    depth: Option<Arc<DepthMap>>,
+    depth: Arc<DepthMap>,
     nodes: &'a [Node],
     /// The node of every pixel, and its class.
     shown: &'a [u32],
@@ -153,8 +157,7 @@ impl Around<'_> {
 
     /// Ray length of a pixel with a node: measured, or that of the node's centre.
     fn length(&self, pixel: usize) -> f32 {
-        let measured = self.depth.as_ref().and_then(|depth| depth.ray_length(pixel));
-        measured.unwrap_or_else(|| {
+        self.depth.ray_length(pixel).unwrap_or_else(|| {
             let position = self.nodes[self.shown[pixel] as usize].position;
             position.distance(self.frame.center())
         })
@@ -229,7 +232,6 @@ mod tests {
     #[test]
     fn away_from_borders_and_on_plain_ones_every_pixel_keeps_its_node() {
         let (mut scene, surface, mut labels) = blocks();
-        scene.frames[0].set_depth(None);
         // Stripes that no border of classes is near.
         paint(&mut scene, |x, _| if x < 6 && x % 2 == 0 { 20 } else { 128 });
         let shown = surface.pixels[0].unpack();

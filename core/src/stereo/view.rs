@@ -28,8 +28,8 @@ impl View {
     /// The frame at 1/`stride` of its resolution.
     pub fn new(frame: &Frame, color: &ColorImage, stride: u32) -> Self {
         let camera = frame.camera.reduced(stride);
-        let (width, height) = (camera.width as usize, camera.height as usize);
-        let means = reduced(color, stride as usize, width, height);
+        let width = camera.width as usize;
+        let means = color.reduced(stride);
         let luma = |[r, g, b]: &[f32; 3]| (STEPS * (0.299 * r + 0.587 * g + 0.114 * b)) as u16;
         let step = |from: usize, to: usize| {
             let apart: f32 = (0..3).map(|c| (means[from][c] - means[to][c]).abs()).sum();
@@ -116,31 +116,6 @@ impl View {
     pub fn forward(&self) -> Vec3 {
         self.rotation.z_axis
     }
-}
-
-/// Means of the pixels of each block of `stride` x `stride`.
-fn reduced(color: &ColorImage, stride: usize, width: usize, height: usize) -> Vec<[f32; 3]> {
-    let (full_width, full_height) = (color.width() as usize, color.height() as usize);
-    let bytes = color.bytes();
-    let mut means = Vec::with_capacity(width * height);
-    for row in 0..height {
-        let rows = row * stride..((row + 1) * stride).min(full_height);
-        for column in 0..width {
-            let columns = column * stride..((column + 1) * stride).min(full_width);
-            let mut sum = [0_u32; 3];
-            for y in rows.clone() {
-                let start = 3 * (y * full_width + columns.start);
-                for pixel in bytes[start..start + 3 * columns.len()].chunks_exact(3) {
-                    for (sum, &value) in sum.iter_mut().zip(pixel) {
-                        *sum += u32::from(value);
-                    }
-                }
-            }
-            let count = (rows.len() * columns.len()) as f32;
-            means.push(sum.map(|sum| sum as f32 / count));
-        }
-    }
-    means
 }
 
 /// Where the pixels of one view lie in another: at `turn * (x, y, 1) + inverse z-depth * shift`, homogeneous.

@@ -1,0 +1,373 @@
+//! Borders of label maps where depth was estimated: they run along the edges of the image.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use glam::Vec3;
+
+use super::{DisjointSets, NO_NODE};
+use crate::labels::{ClassId, VOID};
+use crate::scene::{Camera, Frame};
+
+/// Most pixels in which superpixels are looked for; larger images are reduced by a whole number.
+const MOST_PIXELS: usize = 160_000;
+/// Scale of the segmentation, in 8-bit steps of colour: a superpixel of n pixels goes on across edges that cost at most
+/// this / n more than those inside it.
+const SCALE: f32 = 60.0;
+/// Fewest pixels of a superpixel.
+const FEWEST: u32 = 10;
+/// How far from a border superpixels choose the class, and how far borders then move to the image's edges, in pixels.
+const MOST_OFF: u32 = 8;
+const REACH: u32 = 4;
+/// A pixel keeps its class if it lies at least this much as deep inside of it as the deepest pixel in reach.
+const DEEP: f32 = 0.6;
+
+/// The node that every pixel of a frame takes its class from, row-major, [`NO_NODE`] where there is none;
+/// `shown` are those that the pixels show, and `labels` the classes of the nodes.
+///
+/// Depth by stereo or from the field is off by some pixels at the edges of things, and so are borders that are looked up
+/// along it. Near borders each superpixel (Felzenszwalb and Huttenlocher 2004) takes the class that most of its pixels show, then the
+/// borders are flooded from inside the classes, the smallest gradient first (watershed; Meyer 1994). Pixels whose class
+/// stays the same keep their node, others take that of a pixel beside them with the new class.
+pub(super) fn nodes_along_edges(frame: &Frame, shown: &[u32], labels: &[ClassId]) -> Vec<u32> {
+    let class = |node: u32| labels.get(node as usize).copied().unwrap_or(VOID);
+    let mut known = shown
+        .iter()
+        .filter(|&&node| node != NO_NODE)
+        .map(|&node| class(node));
+    let first = known.next();
+    if known.all(|class| Some(class) == first) {
+        return shown.to_vec();
+    }
+    let image = frame.color();
+    let stride = reduction(frame.camera.pixels());
+    let camera = frame.camera.reduced(stride);
+    let colors: Vec<Vec3> = image.reduced(stride).into_iter().map(Vec3::from).collect();
+    let middle = |index| shown[frame.camera.middle_of_reduced(stride, index)];
+    let mut nodes: Vec<u32> = (0..camera.pixels()).map(middle).collect();
+    let segments = superpixels(&camera, &smoothed(&camera, &colors));
+    vote(&camera, &segments, &mut nodes, class);
+    flood(&camera, &|index| colors[index], &mut nodes, class, REACH);
+    if stride == 1 {
+        return nodes;
+    }
+    let width = frame.camera.width as usize;
+    let mut full = shown.to_vec();
+    for (index, node) in full.iter_mut().enumerate() {
+        let (column, row) = (index % width / stride as usize, index / width / stride as usize);
+        let near = nodes[row * camera.width as usize + column];
+        if *node != NO_NODE && near != NO_NODE && class(near) != class(*node) {
+            *node = near;
+        }
+    }
+    let color = |index| 255.0 * image.color(index);
+    flood(&frame.camera, &color, &mut full, class, stride);
+    full
+}
+
+/// By which number an image with so many pixels is reduced.
+fn reduction(pixels: usize) -> u32 {
+    (pixels as f32 / MOST_PIXELS as f32).sqrt().ceil().max(1.0) as u32
+}
+
+/// Colours after a Gaussian filter with a deviation of half a pixel.
+fn smoothed(camera: &Camera, colors: &[Vec3]) -> Vec<Vec3> {
+    const BESIDE: f32 = 0.107;
+    let width = camera.width as usize;
+    let along = |colors: &[Vec3], step: usize, is_inside: &dyn Fn(usize, bool) -> bool| -> Vec<Vec3> {
+        let mix = |index: usize| {
+            let before = if is_inside(index, false) {
+                index - step
+            } else {
+                index
+            };
+            let after = if is_inside(index, true) {
+                index + step
+            } else {
+                index
+            };
+            (1.0 - 2.0 * BESIDE) * colors[index] + BESIDE * (colors[before] + colors[after])
+        };
+        (0..colors.len()).map(mix).collect()
+    };
+    let in_row = |index: usize, after| {
+        if after {
+            (index + 1) % width > 0
+        } else {
+            index % width > 0
+        }
+    };
+    let in_column = |index: usize, after| {
+        if after {
+            index + width < colors.len()
+        } else {
+            index >= width
+        }
+    };
+    along(&along(colors, 1, &in_row), width, &in_column)
+}
+
+/// The superpixel of every pixel, counted from 0, by colours in 8-bit steps.
+fn superpixels(camera: &Camera, colors: &[Vec3]) -> Vec<u32> {
+    let width = camera.width as usize;
+    let mut edges: Vec<(f32, u32, u32)> = Vec::with_capacity(4 * colors.len());
+    for index in 0..colors.len() {
+        let (column, is_last_row) = (index % width, index + width >= colors.len());
+        let (is_first, is_last) = (column == 0, column + 1 == width);
+        let beside = [
+            (!is_last).then_some(index + 1),
+            (!is_last_row).then_some(index + width),
+            (!is_last_row && !is_first).then(|| index + width - 1),
+            (!is_last_row && !is_last).then_some(index + width + 1),
+        ];
+        for other in beside.into_iter().flatten() {
+            edges.push((colors[index].distance(colors[other]), index as u32, other as u32));
+        }
+    }
+    edges.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+    let mut parts = DisjointSets::new(colors.len());
+    let mut sizes = vec![1_u32; colors.len()];
+    // The largest cost inside a part, and what it may still grow by.
+    let mut limits = vec![SCALE; colors.len()];
+    let mut join_if = |may_join: &dyn Fn(f32, [(f32, u32); 2]) -> bool| {
+        for &(cost, a, b) in &edges {
+            let (a, b) = (parts.root(a) as usize, parts.root(b) as usize);
+            if a != b && may_join(cost, [a, b].map(|part| (limits[part], sizes[part]))) {
+                parts.join(a as u32, b as u32);
+                let size = sizes[a] + sizes[b];
+                sizes[a.min(b)] = size;
+                limits[a.min(b)] = cost + SCALE / size as f32;
+            }
+        }
+    };
+    join_if(&|cost, parts| parts.iter().all(|(limit, _)| cost <= *limit));
+    join_if(&|_, parts| parts.iter().any(|(_, size)| *size < FEWEST));
+    let mut count = 0;
+    let mut numbers = vec![0; colors.len()];
+    for index in 0..colors.len() {
+        // The root of a part is its first pixel.
+        let root = parts.root(index as u32) as usize;
+        if root == index {
+            numbers[index] = count;
+            count += 1;
+        } else {
+            numbers[index] = numbers[root];
+        }
+    }
+    numbers
+}
+
+/// Gives the pixels of each superpixel that are near a border the class that most of its pixels show.
+fn vote(camera: &Camera, segments: &[u32], nodes: &mut [u32], class: impl Fn(u32) -> ClassId) {
+    let depths = depths(camera, nodes, &class, MOST_OFF + 1);
+    let mut classes: Vec<ClassId> = nodes.iter().map(|&node| class(node)).collect();
+    let own = classes.clone();
+    classes.sort_unstable();
+    classes.dedup();
+    let place = |class: &ClassId| classes.partition_point(|other| other < class);
+    let count = segments.iter().max().map_or(0, |&last| last as usize + 1);
+    let mut votes = vec![0_u32; count * classes.len()];
+    for ((&segment, &node), class) in segments.iter().zip(&*nodes).zip(&own) {
+        if node != NO_NODE {
+            votes[segment as usize * classes.len() + place(class)] += 1;
+        }
+    }
+    // The first of equals.
+    let most = |votes: &[u32]| (0..votes.len()).rev().max_by_key(|&at| votes[at]).unwrap_or(0);
+    let chosen: Vec<ClassId> = votes
+        .chunks_exact(classes.len())
+        .map(|votes| classes[most(votes)])
+        .collect();
+    // The newest node of the chosen class, or the first one before there is any.
+    let mut speakers = vec![NO_NODE; count];
+    let speaks =
+        |at: usize, segment: usize, nodes: &[u32]| nodes[at] != NO_NODE && own[at] == chosen[segment];
+    for at in (0..nodes.len()).rev() {
+        let segment = segments[at] as usize;
+        if speaks(at, segment, nodes) {
+            speakers[segment] = nodes[at];
+        }
+    }
+    for at in 0..nodes.len() {
+        let segment = segments[at] as usize;
+        if speaks(at, segment, nodes) {
+            speakers[segment] = nodes[at];
+        } else if nodes[at] != NO_NODE && depths[at] <= MOST_OFF {
+            nodes[at] = speakers[segment];
+        }
+    }
+}
+
+/// Moves the borders of the classes to the edges of the image, at most about `reach` pixels.
+fn flood(
+    camera: &Camera,
+    color: &impl Fn(usize) -> Vec3,
+    nodes: &mut [u32],
+    class: impl Fn(u32) -> ClassId,
+    reach: u32,
+) {
+    let depths = depths(camera, nodes, &class, (reach as f32 / DEEP).ceil() as u32);
+    let deepest = window_maxima(camera, &depths, reach as usize);
+    let is_open = |at: usize| (depths[at] as f32) < (reach as f32).min(DEEP * deepest[at] as f32);
+    let mut open: Vec<bool> = (0..nodes.len())
+        .map(|at| nodes[at] != NO_NODE && is_open(at))
+        .collect();
+    let width = camera.width as usize;
+    let gradient = |at: usize| {
+        let (column, row) = (at % width, at / width);
+        let across = color(at + usize::from(column + 1 < width)) - color(at - usize::from(column > 0));
+        let below = if row + 1 < camera.height as usize {
+            at + width
+        } else {
+            at
+        };
+        let above = if row > 0 { at - width } else { at };
+        // Numbers that are not negative compare like their bits.
+        (across.length_squared() + (color(below) - color(above)).length_squared()).to_bits()
+    };
+    let mut queue = BinaryHeap::new();
+    let mut turn = 0_u32;
+    for at in 0..nodes.len() {
+        if !open[at] && nodes[at] != NO_NODE && camera.beside(at).any(|other| open[other]) {
+            queue.push(Reverse((gradient(at), turn, at as u32)));
+            turn += 1;
+        }
+    }
+    while let Some(Reverse((.., at))) = queue.pop() {
+        for other in camera.beside(at as usize) {
+            if std::mem::take(&mut open[other]) {
+                if class(nodes[other]) != class(nodes[at as usize]) {
+                    nodes[other] = nodes[at as usize];
+                }
+                queue.push(Reverse((gradient(other), turn, other as u32)));
+                turn += 1;
+            }
+        }
+    }
+}
+
+/// How many steps along rows and columns every pixel is away from the nearest pixel beside another class, at most `most`.
+fn depths(camera: &Camera, nodes: &[u32], class: &impl Fn(u32) -> ClassId, most: u32) -> Vec<u32> {
+    let width = camera.width as usize;
+    let differs = |a: u32, b: u32| a != NO_NODE && b != NO_NODE && class(a) != class(b);
+    let mut depths: Vec<u32> = (0..nodes.len())
+        .map(|at| {
+            if camera.beside(at).any(|other| differs(nodes[at], nodes[other])) {
+                0
+            } else {
+                most
+            }
+        })
+        .collect();
+    for at in 0..depths.len() {
+        let left = if at % width > 0 { depths[at - 1] } else { most };
+        let above = if at >= width { depths[at - width] } else { most };
+        depths[at] = depths[at].min(left.min(above) + 1);
+    }
+    for at in (0..depths.len()).rev() {
+        let right = if (at + 1) % width > 0 {
+            depths[at + 1]
+        } else {
+            most
+        };
+        let below = if at + width < depths.len() {
+            depths[at + width]
+        } else {
+            most
+        };
+        depths[at] = depths[at].min(right.min(below) + 1);
+    }
+    depths
+}
+
+/// The largest value in the window around every pixel, `reach` pixels to each side.
+fn window_maxima(camera: &Camera, values: &[u32], reach: usize) -> Vec<u32> {
+    let (width, height) = (camera.width as usize, camera.height as usize);
+    let window = |at: usize, size: usize| at.saturating_sub(reach)..(at + reach + 1).min(size);
+    let mut rows = Vec::with_capacity(values.len());
+    for row in values.chunks_exact(width) {
+        rows.extend((0..width).map(|column| row[window(column, width)].iter().copied().max().unwrap_or(0)));
+    }
+    let mut maxima = vec![0; values.len()];
+    for row in 0..height {
+        for other in window(row, height) {
+            let (into, from) = (row * width, other * width);
+            for column in 0..width {
+                maxima[into + column] = maxima[into + column].max(rows[from + column]);
+            }
+        }
+    }
+    maxima
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::testing::wall;
+    use crate::scene::{ColorImage, Scene};
+
+    /// One frame of this size without depth, with these grey values by (column, row).
+    fn scene([width, height]: [u32; 2], gray: impl Fn(u32, u32) -> u8) -> Scene {
+        let mut scene = wall(1, width, height);
+        let rgb = (0..width * height).flat_map(|pixel| [gray(pixel % width, pixel / width); 3]);
+        let image = ColorImage::new(width, height, rgb.collect());
+        scene.frames[0].set_color(image.unwrap());
+        scene.frames[0].set_depth(None);
+        scene
+    }
+
+    #[test]
+    fn borders_that_are_some_pixels_off_follow_the_edges_of_images_of_all_sizes() {
+        // The second is reduced by two, and the edge is in the middle of a reduced pixel.
+        for (size, edge, off) in [([60, 40], 29, 6), ([600, 300], 301, 12)] {
+            let scene = scene(size, |column, _| if column < edge { 60 } else { 90 });
+            let columns =
+                |border: u32| (0..size[0] * size[1]).map(move |pixel| u32::from(pixel % size[0] >= border));
+            for border in [edge - off, edge, edge + off] {
+                let shown: Vec<u32> = columns(border).collect();
+                let nodes = nodes_along_edges(&scene.frames[0], &shown, &[4, 5]);
+                assert!(nodes.into_iter().eq(columns(edge)), "{size:?} from {border}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_small_thing_stays_and_a_border_without_an_edge_moves_little() {
+        let in_square = |column: u32, row: u32| (10..16).contains(&column) && (10..16).contains(&row);
+        // Its corners are as much the wall's.
+        let is_corner = |column: u32, row: u32| [10, 15].contains(&column) && [10, 15].contains(&row);
+        let scene = scene(
+            [80, 30],
+            |column, row| if in_square(column, row) { 200 } else { 60 },
+        );
+        let shown = |column: u32, row: u32| match in_square(column, row) {
+            true => 0,
+            false => 1 + u32::from(column >= 55),
+        };
+        let all: Vec<u32> = (0..80 * 30).map(|pixel| shown(pixel % 80, pixel / 80)).collect();
+        let nodes = nodes_along_edges(&scene.frames[0], &all, &[4, 5, 6]);
+        for (pixel, node) in (0_u32..).zip(nodes) {
+            let (column, row) = (pixel % 80, pixel / 80);
+            if column.abs_diff(55) > MOST_OFF + REACH && !is_corner(column, row) {
+                assert_eq!(node, shown(column, row), "{column} {row}");
+            }
+        }
+    }
+
+    #[test]
+    fn pixels_without_a_node_stay_so_and_say_nothing() {
+        let scene = scene([40, 30], |column, _| if column < 25 { 60 } else { 90 });
+        let shown: Vec<u32> = (0..40 * 30)
+            .map(|pixel| [NO_NODE, 0, 1][(pixel % 40 / 15) as usize])
+            .collect();
+        let nodes = nodes_along_edges(&scene.frames[0], &shown, &[4, 5]);
+        let changed = nodes.iter().zip(&shown).filter(|(a, b)| a != b).count();
+        assert!(
+            nodes
+                .iter()
+                .zip(&shown)
+                .all(|(a, b)| (*a == NO_NODE) == (*b == NO_NODE))
+        );
+        assert_eq!(changed, 5 * 30, "the border moves from column 30 to 25");
+    }
+}
