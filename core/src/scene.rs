@@ -51,6 +51,7 @@ use pixel_errors::PixelErrors;
 pub use pixels::{FramePixels, Pixels};
 pub use replica::{GroundTruth, write as write_replica};
 pub(crate) use replica::{intrinsics_line, pose_line, z_millimetres};
+use reprojection::PoseRefinement;
 pub use trajectory::Trajectory;
 
 /// Where a scene comes from.
@@ -164,6 +165,8 @@ pub struct Scene {
     /// How far the points of a structure from motion are from where its images show them, in pixels of the images
     /// on disk; `None` where there are none.
     pub point_errors: Option<PixelErrors>,
+    /// How the poses of the frames differ from the capture's own; `None` where they are these.
+    pub pose_refinement: Option<PoseRefinement>,
     /// Suspicious but usable input, a sentence each.
     pub warnings: Vec<String>,
     /// What else is to say about how the capture was read, a sentence each.
@@ -180,6 +183,7 @@ impl Scene {
             origin: DVec3::ZERO,
             unit: 1.0,
             point_errors: None,
+            pose_refinement: None,
             warnings: Vec::new(),
             notes: Vec::new(),
         }

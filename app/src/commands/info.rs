@@ -3,7 +3,9 @@
 use std::path::Path;
 
 use inplace_core::field::{Capacity, Preset, Volume};
-use inplace_core::scene::reprojection::{Agreement, CornerAgreement, PixelErrors};
+use inplace_core::scene::reprojection::{
+    Agreement, CornerAgreement, PixelErrors, PoseRefinement, Unrefined, refine,
+};
 use inplace_core::scene::{Frame, OpenOptions, Scene, SceneSource, label_images};
 use inplace_core::session::Progress;
 use serde_json::{Value, json};
@@ -25,16 +27,17 @@ pub fn run(argument: &Path, outside_files: bool, as_json: bool) -> Result<(), Fa
     })?;
     drop(progress);
     let agreement = Agreement::of(&scene);
-    let facts = facts(&scene, &agreement)?;
+    let refinement = (!scene.has_depth()).then(|| refine(&scene, &|| true).map(|refined| refined.summary));
+    let facts = facts(&scene, &agreement, refinement.and_then(Result::ok))?;
     if as_json {
         println!("{facts:#}");
     } else {
-        print(&facts, &agreement);
+        print(&facts, &agreement, refinement.as_ref());
     }
     Ok(())
 }
 
-fn facts(scene: &Scene, agreement: &Agreement) -> Result<Value, Failure> {
+fn facts(scene: &Scene, agreement: &Agreement, refinement: Option<PoseRefinement>) -> Result<Value, Failure> {
     let bounds = scene.bounds();
     let volume = Volume::around(&bounds);
     let capacity = Capacity::for_scene(scene, &volume, Preset::Auto)?;
@@ -66,13 +69,14 @@ fn facts(scene: &Scene, agreement: &Agreement) -> Result<Value, Failure> {
         "bounds_max_m": metres(bounds.max),
         "capture_units_per_m": scene.unit,
         "reprojection": agreement,
+        "pose_refinement": refinement,
         "capacity": capacity.to_string(),
         "notes": scene.notes,
         "warnings": warnings,
     }))
 }
 
-fn print(facts: &Value, agreement: &Agreement) {
+fn print(facts: &Value, agreement: &Agreement, refinement: Option<&Result<PoseRefinement, Unrefined>>) {
     let text = |key: &str| match &facts[key] {
         Value::String(text) => text.clone(),
         Value::Array(values) => values
@@ -120,6 +124,11 @@ fn print(facts: &Value, agreement: &Agreement) {
     );
     for line in agreement_lines(agreement) {
         println!("agreement   {line}");
+    }
+    match refinement {
+        Some(Ok(refinement)) => println!("poses       to learn from, {refinement}"),
+        Some(Err(reason)) => println!("poses       used as they are: {reason}"),
+        None => {}
     }
     println!("model       {}", text("capacity"));
     for note in facts["notes"].as_array().into_iter().flatten() {

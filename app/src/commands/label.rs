@@ -208,6 +208,7 @@ fn label(
         peak_memory_bytes: peak_memory(),
         capacity: status.capacity.clone(),
         parameters: status.parameters,
+        pose_refinement: scene.pose_refinement,
         held_out_psnr_db: status.held_out_psnr,
         depth_error_m: status.depth_error,
         mean_entropy: status.mean_entropy,
@@ -229,6 +230,9 @@ fn label(
             start.elapsed().as_secs_f64(),
             arguments.out.display()
         );
+        if let Some(refinement) = report.pose_refinement {
+            println!("{refinement}");
+        }
         if let Some(end) = report.training_end {
             println!(
                 "training ended after {} steps: {}",

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Inputs;
 use crate::field::Preset;
+use crate::scene::reprojection::PoseRefinement;
 use crate::session::TrainingEnd;
 
 /// `report.json`. A figure that was not measured is `null`; what an earlier version has not written is as by default.
@@ -50,6 +51,8 @@ pub struct Report {
     pub capacity: String,
     /// Trainable parameters.
     pub parameters: usize,
+    /// How the poses that were used differ from the capture's own; `None` where they are these.
+    pub pose_refinement: Option<PoseRefinement>,
     /// Peak signal-to-noise ratio on held-out frames, in dB.
     pub held_out_psnr_db: Option<f32>,
     /// Median absolute depth error on held-out frames with depth, in metres.

@@ -130,6 +130,7 @@ fn read(folder: &Path, options: OpenOptions, progress: Progress) -> Result<Scene
         origin,
         unit,
         point_errors,
+        pose_refinement: None,
         warnings,
         notes,
         ..Scene::new(source, FORMAT.name, frames)

@@ -12,6 +12,7 @@ mod convention;
 mod corners;
 mod depth;
 mod pairs;
+mod refinement;
 #[cfg(test)]
 mod tests;
 
@@ -21,14 +22,18 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 pub use super::pixel_errors::PixelErrors;
+use super::pixel_errors::median;
 use super::{Frame, Scene, formats};
 use convention::{Conventions, Suspicion};
 use corners::Features;
 pub use depth::DepthAgreement;
 use pairs::Pair;
+pub use refinement::{PoseRefinement, RefinedPoses, Unrefined, refine};
 
 /// An error up to which a corner counts as being where it should be, in pixels.
 const WITHIN_PX: f64 = 2.0;
+/// Images are brought down to at most this many pixels along their longer side.
+const LONGEST: usize = 720;
 /// Most pairs of frames that are looked at.
 const MOST_PAIRS: usize = 40;
 /// Fewest corners of a pair that must be found again for it to count, as fewer may be chance.
@@ -98,10 +103,10 @@ fn find_matches(scene: &Scene, pairs: &[Pair]) -> Vec<MatchedPair> {
     let used: BTreeSet<usize> = pairs.iter().flat_map(|pair| [pair.first, pair.second]).collect();
     let features: BTreeMap<usize, Features> = used
         .into_par_iter()
-        .map(|index| (index, Features::of(&scene.frames[index])))
+        .map(|index| (index, Features::of(&scene.frames[index], LONGEST)))
         .collect();
     let matched = pairs.par_iter().map(|&pair| MatchedPair {
-        matches: corners::matches(&features[&pair.first], &features[&pair.second]),
+        matches: corners::matches(&features[&pair.first], &features[&pair.second], |_, _| true),
         pair,
     });
     matched

@@ -1,7 +1,8 @@
-//! Depth by stereo, before a scene without measured depth is learnt.
+//! Better poses and depth by stereo, before a scene without measured depth is learnt.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
 
 use crossbeam_channel::Receiver;
 
@@ -9,6 +10,7 @@ use super::opening::{Told, meanwhile};
 use super::outbox::Outbox;
 use super::serve::WorkerError;
 use super::{Command, Event};
+use crate::scene::reprojection::refine;
 use crate::scene::{Scene, SparsePoint};
 use crate::semantics::FieldDepth;
 use crate::stereo::{self, Size, StereoDepth, StereoError, Support};
@@ -16,7 +18,7 @@ use crate::stereo::{self, Size, StereoDepth, StereoError, Support};
 /// Most sparse points that stereo adds to a scene, over all of its frames.
 const MOST_POINTS: usize = 1 << 20;
 
-/// A scene whose depth was estimated.
+/// A scene whose depth was estimated, and whose poses were refined where that helps.
 pub(super) struct Estimated {
     /// The scene, with what several views match alike as sparse points of its keyframes.
     pub(super) scene: Arc<Scene>,
@@ -43,10 +45,12 @@ pub(super) fn estimate(
                 told.now_and_then(share >= 1.0, || outbox.send(Event::Estimating { share }));
                 !stopped.load(Ordering::Relaxed)
             };
-            let mut newest = Vec::new();
-            let publish = &mut |_, depth| newest = depth;
-            let done = threads.install(|| stereo::estimate(&scene, Size::Half, publish, &go_on));
-            done.map(|()| newest)
+            threads.install(|| {
+                let scene = with_refined_poses(scene, &|| !stopped.load(Ordering::Relaxed));
+                let mut newest = Vec::new();
+                stereo::estimate(&scene, Size::Half, &mut |_, depth| newest = depth, &go_on)?;
+                Ok((scene, newest))
+            })
         }
     };
     let estimated = meanwhile(
@@ -60,12 +64,27 @@ pub(super) fn estimate(
         stopped.store(true, Ordering::Relaxed);
         return Ok(None);
     };
-    let depth = match estimated {
-        Ok(depth) => depth,
-        Err(StereoError::NoParallax | StereoError::Stopped) => Vec::new(),
+    let (scene, depth) = match estimated {
+        Ok((scene, depth)) => (scene, depth),
+        Err(StereoError::NoParallax | StereoError::Stopped) => (scene, Vec::new()),
         Err(StereoError::Scene(error)) => return Err(error.into()),
     };
     Ok(Some(with_depth(scene, &depth)))
+}
+
+/// The scene with poses that fit its images better, where there are any.
+fn with_refined_poses(mut scene: Arc<Scene>, go_on: &(dyn Fn() -> bool + Sync)) -> Arc<Scene> {
+    let start = Instant::now();
+    let refined = refine(&scene, go_on);
+    let seconds = start.elapsed().as_secs_f64();
+    match refined {
+        Ok(refined) => {
+            tracing::info!(summary = %refined.summary, seconds, "poses are refined");
+            refined.apply(Arc::make_mut(&mut scene));
+        }
+        Err(reason) => tracing::info!(%reason, seconds, "the capture's own poses are used"),
+    }
+    scene
 }
 
 fn with_depth(scene: Arc<Scene>, estimated: &[StereoDepth]) -> Estimated {

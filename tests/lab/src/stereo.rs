@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 use serde::Serialize;
 
 use super::EvalError;
+use inplace_core::scene::reprojection::refine;
 use inplace_core::scene::{Frame, Scene};
 use inplace_core::stereo::{Size, Stage, StereoDepth, estimate};
 
@@ -39,25 +40,30 @@ pub struct StereoPoint {
     pub edge_error: f64,
 }
 
-/// Estimates the depth of a scene and measures it after each stage; `told` hears which share of the work is done.
+/// Refines the poses of a scene where that helps, estimates its depth as a session does, and measures it after each stage;
+/// `told` hears which share of the work is done.
 ///
 /// # Errors
 /// A scene without parallax, or whose files can no longer be read.
 pub fn stereo_depth(scene: &Scene, told: &(dyn Fn(f32) + Sync)) -> Result<Vec<StereoPoint>, EvalError> {
     let start = Instant::now();
+    let mut scene = scene.clone();
+    if let Ok(refined) = refine(&scene, &|| true) {
+        refined.apply(&mut scene);
+    }
     let mut measuring = Duration::ZERO;
     let mut points = Vec::new();
     let mut publish = |stage: Stage, maps: Vec<StereoDepth>| {
         let seconds = (start.elapsed() - measuring).as_secs_f64();
         let begun = Instant::now();
-        points.push(measured(scene, stage, &maps, seconds));
+        points.push(measured(&scene, stage, &maps, seconds));
         measuring += begun.elapsed();
     };
     let go_on = |share: f32| {
         told(share);
         true
     };
-    estimate(scene, Size::Full, &mut publish, &go_on)?;
+    estimate(&scene, Size::Full, &mut publish, &go_on)?;
     Ok(points)
 }
 

@@ -62,6 +62,7 @@ pub fn wall(frames: usize, width: u32, height: u32) -> Scene {
         origin: DVec3::ZERO,
         unit: 1.0,
         point_errors: None,
+        pose_refinement: None,
         warnings: Vec::new(),
         notes: Vec::new(),
     }

@@ -5,8 +5,6 @@ use glam::DVec2;
 use crate::scene::pixel_errors::median;
 use crate::scene::{ColorImage, Frame};
 
-/// Images are brought down to at most this many pixels along their longer side.
-const LONGEST: u32 = 720;
 /// A patch reaches this many pixels to each side of its corner.
 const REACH: usize = 6;
 const SIDE: usize = 2 * REACH + 1;
@@ -40,6 +38,8 @@ type Patch = [f32; LENGTH];
 pub(super) struct Match {
     pub first: DVec2,
     pub second: DVec2,
+    /// Numbers of the corners that look most alike there: the first frame's, which is that place, and the second's.
+    pub corners: [usize; 2],
 }
 
 /// The corners of a frame, with what they look like.
@@ -58,10 +58,10 @@ pub(super) struct Features {
 
 impl Features {
     /// Finds the corners (Shi and Tomasi, CVPR 1994: where the smaller eigenvalue of the structure tensor is a
-    /// local maximum) of what the image on disk shows.
-    pub fn of(frame: &Frame) -> Self {
+    /// local maximum) of what the image on disk shows, brought down to at most `longest` pixels along its longer side.
+    pub fn of(frame: &Frame, longest: usize) -> Self {
         let color = frame.color();
-        let mut features = Self::brightness(frame, &color);
+        let mut features = Self::brightness(frame, &color, longest);
         let strengths = features.strengths();
         let strongest = strengths.iter().copied().fold(0.0, f32::max);
         let (width, height) = (features.width, features.height);
@@ -91,10 +91,20 @@ impl Features {
         features
     }
 
+    /// The places of the corners, in pixels of the frame.
+    pub fn places(&self) -> Vec<DVec2> {
+        self.corners.iter().map(|&corner| self.place(corner)).collect()
+    }
+
+    /// Where this frame shows corner `theirs` of another, which matches its corner `own`, in pixels of the frame.
+    pub fn place_of(&self, other: &Self, theirs: usize, own: usize) -> DVec2 {
+        self.refined(&other.patches[theirs], self.corners[own])
+    }
+
     /// The brightness of a frame, each value the mean of a square of pixels.
-    fn brightness(frame: &Frame, color: &ColorImage) -> Self {
+    fn brightness(frame: &Frame, color: &ColorImage, longest: usize) -> Self {
         let (full, rows) = (frame.camera.width as usize, frame.camera.height as usize);
-        let stride = full.max(rows).div_ceil(LONGEST as usize).max(1);
+        let stride = full.max(rows).div_ceil(longest).max(1);
         let (width, height) = (full / stride, rows / stride);
         let bytes = color.bytes();
         let mut values = Vec::with_capacity(width * height);
@@ -207,13 +217,21 @@ impl Features {
     }
 }
 
-/// The places that two images show: corners that look most like each other, and like nothing else.
-pub(super) fn matches(first: &Features, second: &Features) -> Vec<Match> {
+/// The places that two images show: corners that look most like each other, and like nothing else, of those that
+/// `may_match`, by their numbers in the first and the second.
+pub(super) fn matches(
+    first: &Features,
+    second: &Features,
+    may_match: impl Fn(usize, usize) -> bool,
+) -> Vec<Match> {
     let mut best = vec![(f32::NEG_INFINITY, 0); first.corners.len()];
     let mut next = vec![f32::NEG_INFINITY; first.corners.len()];
     let mut back = vec![(f32::NEG_INFINITY, 0); second.corners.len()];
     for (i, patch) in first.patches.iter().enumerate() {
         for (j, other) in second.patches.iter().enumerate() {
+            if !may_match(i, j) {
+                continue;
+            }
             let score = correlation(patch, other);
             if score > best[i].0 {
                 next[i] = best[i].0;
@@ -236,7 +254,8 @@ pub(super) fn matches(first: &Features, second: &Features) -> Vec<Match> {
         .filter(|&i| clear(i))
         .map(|i| Match {
             first: first.place(first.corners[i]),
-            second: second.refined(&first.patches[i], second.corners[best[i].1]),
+            second: second.place_of(first, i, best[i].1),
+            corners: [i, best[i].1],
         })
         .collect();
     let longest = first.stride * first.width.max(first.height);

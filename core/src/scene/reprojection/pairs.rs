@@ -13,6 +13,12 @@ const PARALLAX: f64 = 0.08;
 const ROTATION: f64 = 0.2;
 /// Smallest distance, in the same unit: below it, epipolar lines say nothing.
 const LEAST_PARALLAX: f64 = 0.005;
+/// Typical distance from a camera to what it sees, in extents of the cameras, where nothing tells it.
+const ASSUMED: f64 = 0.6;
+/// Partners of a frame are at least this far from each other, in distances to the surface: nearer ones tell the same.
+const APART: f64 = 0.03;
+/// How far partners may be from making a good pair.
+const MOST_MISMATCH: f64 = 3.0;
 
 /// Two frames that look at the same, by their indices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,6 +59,35 @@ pub(super) fn choose(scene: &Scene, most: usize) -> Vec<Pair> {
     pairs
 }
 
+/// Up to `most` partners for each of these frames, by numbers in `frames`: as [`choose`] has them, but apart from each
+/// other, and by the poses alone. Ascending, each pair once; none where all cameras are in one place.
+pub(super) fn partners(scene: &Scene, frames: &[usize], most: usize) -> Vec<[usize; 2]> {
+    let distance = assumed_distance(scene);
+    if distance <= 0.0 {
+        return Vec::new();
+    }
+    let frame = |number: usize| &scene.frames[frames[number]];
+    let pairs = (0..frames.len()).into_par_iter().flat_map_iter(|own| {
+        let others = (0..frames.len()).filter(|&other| other != own);
+        let costs = others.map(|other| (mismatch(frame(own), frame(other), distance), other));
+        let mut others: Vec<(f64, usize)> = costs.filter(|&(cost, _)| cost <= MOST_MISMATCH).collect();
+        others.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut chosen: Vec<usize> = Vec::new();
+        for (_, other) in others {
+            let is_apart = |&kept: &usize| parallax(frame(kept), frame(other), distance) >= APART;
+            if chosen.len() < most && chosen.iter().all(is_apart) {
+                chosen.push(other);
+            }
+        }
+        let pair = move |other: usize| [own.min(other), own.max(other)];
+        chosen.into_iter().map(pair)
+    });
+    let mut pairs: Vec<[usize; 2]> = pairs.collect();
+    pairs.sort_unstable();
+    pairs.dedup();
+    pairs
+}
+
 /// How far two frames are from making a good pair, from 0.
 fn mismatch(a: &Frame, b: &Frame, distance: f64) -> f64 {
     // The smallest distance only keeps the logarithm finite.
@@ -75,6 +110,16 @@ fn surface_distance(scene: &Scene) -> f64 {
     if let Some(median) = median(lengths.into_iter().map(f64::from)) {
         return median;
     }
+    extent(scene)
+}
+
+/// The same by the cameras alone.
+pub(super) fn assumed_distance(scene: &Scene) -> f64 {
+    ASSUMED * extent(scene)
+}
+
+/// Longest side of the box around the cameras, in metres.
+fn extent(scene: &Scene) -> f64 {
     let centres = || scene.frames.iter().map(Frame::center);
     let low = centres().fold(Vec3::INFINITY, Vec3::min);
     let high = centres().fold(Vec3::NEG_INFINITY, Vec3::max);

@@ -176,9 +176,9 @@ fn a_shifted_image_is_found_again_between_the_pixels() {
             [noise(x, y) as u8; 3]
         });
         frame.set_color(ColorImage::new(160, 120, rgb.collect()).unwrap());
-        Features::of(&frame)
+        Features::of(&frame, LONGEST)
     };
-    let matches = corners::matches(&frame([0.0, 0.0]), &frame([3.3, -1.6]));
+    let matches = corners::matches(&frame([0.0, 0.0]), &frame([3.3, -1.6]), |_, _| true);
     assert!(matches.len() > 10, "{}", matches.len());
     let apart = |found: &corners::Match| (found.second - found.first).distance(glam::DVec2::new(3.3, -1.6));
     let errors = PixelErrors::of(matches.iter().map(apart).collect()).unwrap();

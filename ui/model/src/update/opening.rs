@@ -187,6 +187,9 @@ impl Model {
         for warning in &scene.warnings {
             self.state.messages.info(warning);
         }
+        if let Some(refinement) = &scene.pose_refinement {
+            self.state.messages.info(refinement.to_string());
+        }
         if scene.source != SceneSource::Demo {
             self.start("poses", move |_, _| {
                 Done::PosesChecked(serial, Agreement::of(&scene).warnings)
