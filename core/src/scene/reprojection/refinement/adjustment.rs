@@ -313,7 +313,7 @@ impl Adjustment {
             );
         }
         for (star, equations) in self.stars.iter().zip(equations) {
-            for (view, own) in star.views.iter().zip(0..) {
+            for (own, view) in star.views.iter().enumerate() {
                 for unknown in 0..UNKNOWNS {
                     let [at, place] = [view, &own].map(|view| UNKNOWNS * view + unknown);
                     residual[at] -= equations.gradient[place];
