@@ -126,7 +126,7 @@ fn print(facts: &Value, agreement: &Agreement, refinement: Option<&Result<PoseRe
         println!("agreement   {line}");
     }
     match refinement {
-        Some(Ok(refinement)) => println!("poses       to learn from, {refinement}"),
+        Some(Ok(refinement)) => println!("poses       {refinement}"),
         Some(Err(reason)) => println!("poses       used as they are: {reason}"),
         None => {}
     }

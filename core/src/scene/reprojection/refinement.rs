@@ -56,9 +56,9 @@ impl fmt::Display for PoseRefinement {
         } = self;
         write!(
             formatter,
-            "the cameras were moved by {:.1} cm and {moved_px:.1} pixels (median; at most {:.1} cm and \
+            "cameras are moved by {:.1} cm and {moved_px:.1} pixels (median; at most {:.1} cm and \
              {most_moved_px:.1} pixels) to where the images fit together: corners that they share are \
-             {error_px:.2} pixels off, no longer {error_before_px:.2}; files keep the capture's own poses",
+             {error_px:.2} pixels off instead of {error_before_px:.2}; files keep the capture's own poses",
             100.0 * moved_m,
             100.0 * most_moved_m,
         )
