@@ -226,7 +226,7 @@ impl Adjustment {
         let stars = self.stars.par_iter();
         let equations: Vec<Equations> = stars.map(|star| self.equations_of(star, scale, poses)).collect();
         let moved = (0..poses.len()).map(|number| {
-            let moved = self.from_own(number, &poses[number]);
+            let moved = self.offset(number, &poses[number]);
             dot(&moved, &moved)
         });
         let cost = PRIOR * moved.sum::<f64>() + equations.iter().map(|own| own.cost).sum::<f64>();
@@ -293,7 +293,7 @@ impl Adjustment {
     }
 
     /// How far a pose is from the capture's own, in units of the unknowns.
-    fn from_own(&self, number: usize, pose: &DAffine3) -> [f64; UNKNOWNS] {
+    fn offset(&self, number: usize, pose: &DAffine3) -> [f64; UNKNOWNS] {
         let own = &self.own[number];
         let turn = DQuat::from_mat3(&(pose.matrix3 * own.matrix3.transpose())).to_scaled_axis();
         let shift = pose.translation - own.translation;
@@ -308,7 +308,7 @@ impl Adjustment {
         for (number, pose) in self.poses.iter().enumerate() {
             add(
                 &mut residual[UNKNOWNS * number..],
-                &self.from_own(number, pose),
+                &self.offset(number, pose),
                 -PRIOR,
             );
         }
