@@ -74,37 +74,21 @@ fn reduction(pixels: usize) -> u32 {
 fn smoothed(camera: &Camera, colors: &[Vec3]) -> Vec<Vec3> {
     const BESIDE: f32 = 0.107;
     let width = camera.width as usize;
-    let along = |colors: &[Vec3], step: usize, is_inside: &dyn Fn(usize, bool) -> bool| -> Vec<Vec3> {
-        let mix = |index: usize| {
-            let before = if is_inside(index, false) {
-                index - step
-            } else {
-                index
-            };
-            let after = if is_inside(index, true) {
-                index + step
-            } else {
-                index
-            };
-            (1.0 - 2.0 * BESIDE) * colors[index] + BESIDE * (colors[before] + colors[after])
-        };
-        (0..colors.len()).map(mix).collect()
+    let mix = |colors: &[Vec3], at: usize, [before, after]: [usize; 2]| {
+        (1.0 - 2.0 * BESIDE) * colors[at] + BESIDE * (colors[before] + colors[after])
     };
-    let in_row = |index: usize, after| {
-        if after {
-            (index + 1) % width > 0
-        } else {
-            index % width > 0
-        }
+    let in_row = |at: usize| {
+        let column = at % width;
+        let beside = [at - usize::from(column > 0), at + usize::from(column + 1 < width)];
+        mix(colors, at, beside)
     };
-    let in_column = |index: usize, after| {
-        if after {
-            index + width < colors.len()
-        } else {
-            index >= width
-        }
+    let rows: Vec<Vec3> = (0..colors.len()).map(in_row).collect();
+    let in_column = |at: usize| {
+        let above = if at >= width { at - width } else { at };
+        let below = if at + width < rows.len() { at + width } else { at };
+        mix(&rows, at, [above, below])
     };
-    along(&along(colors, 1, &in_row), width, &in_column)
+    (0..rows.len()).map(in_column).collect()
 }
 
 /// The superpixel of every pixel, counted from 0, by colours in 8-bit steps.
