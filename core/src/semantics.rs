@@ -17,6 +17,7 @@ mod posterior;
 mod prior_evaluation;
 mod propagation;
 mod queue;
+mod segments;
 mod semantic_field;
 mod strays;
 mod summary;

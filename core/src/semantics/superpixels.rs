@@ -5,7 +5,8 @@ use std::collections::BinaryHeap;
 
 use glam::Vec3;
 
-use super::{DisjointSets, NO_NODE};
+use super::NO_NODE;
+use super::segments::segments;
 use crate::labels::{ClassId, VOID};
 use crate::scene::{Camera, Frame};
 
@@ -108,37 +109,7 @@ fn superpixels(camera: &Camera, colors: &[Vec3]) -> Vec<u32> {
             edges.push((colors[index].distance(colors[other]), index as u32, other as u32));
         }
     }
-    edges.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
-    let mut parts = DisjointSets::new(colors.len());
-    let mut sizes = vec![1_u32; colors.len()];
-    // The largest cost inside a part, and what it may still grow by.
-    let mut limits = vec![SCALE; colors.len()];
-    let mut join_if = |may_join: &dyn Fn(f32, [(f32, u32); 2]) -> bool| {
-        for &(cost, a, b) in &edges {
-            let (a, b) = (parts.root(a) as usize, parts.root(b) as usize);
-            if a != b && may_join(cost, [a, b].map(|part| (limits[part], sizes[part]))) {
-                parts.join(a as u32, b as u32);
-                let size = sizes[a] + sizes[b];
-                sizes[a.min(b)] = size;
-                limits[a.min(b)] = cost + SCALE / size as f32;
-            }
-        }
-    };
-    join_if(&|cost, parts| parts.iter().all(|(limit, _)| cost <= *limit));
-    join_if(&|_, parts| parts.iter().any(|(_, size)| *size < FEWEST));
-    let mut count = 0;
-    let mut numbers = vec![0; colors.len()];
-    for index in 0..colors.len() {
-        // The root of a part is its first pixel.
-        let root = parts.root(index as u32) as usize;
-        if root == index {
-            numbers[index] = count;
-            count += 1;
-        } else {
-            numbers[index] = numbers[root];
-        }
-    }
-    numbers
+    segments(colors.len(), edges, SCALE, FEWEST)
 }
 
 /// Gives the pixels of each superpixel that are near a border the class that most of its pixels show.
