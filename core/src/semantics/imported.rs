@@ -8,7 +8,7 @@ use rustc_hash::FxHashMap;
 
 use super::posterior::votes_weight;
 use super::votes::most_likely;
-use super::{ClassGeodesics, NodeVotes, Posterior, Surface};
+use super::{ClassGeodesics, Evidence, NodeVotes, Posterior, Surface};
 use crate::labels::{ClassId, ImportedLabels, LabelSet, VOID};
 
 /// Imported label images on a surface, for [`LabelPropagation`](super::LabelPropagation). Making it takes seconds where
@@ -122,7 +122,14 @@ impl NodeLabels {
         if labels.trust.is_right() {
             let mut geodesics = ClassGeodesics::default();
             geodesics.update(&surface.graph, votes.majority());
-            return Self(Posterior::new(&geodesics, classes, surface.graph.len(), None, None).labels);
+            let evidence = Evidence {
+                classes,
+                geodesics: &geodesics,
+                likeness: None,
+                votes: None,
+                prior: None,
+            };
+            return Self(Posterior::new(&evidence, surface.graph.len()).labels);
         }
         let shares = votes.diffused(surface);
         let rows = shares.par_chunks_exact(classes.len().max(1));

@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use rustc_hash::FxHashMap;
 
+use super::likeness::LabelledRegions;
 use super::posterior::label_at;
 use super::strays::strays;
 use super::{ClassGeodesics, Geodesics, Surface};
@@ -59,6 +60,8 @@ pub struct CrossValidation {
     pub(super) geodesics: ClassGeodesics,
     /// The classes of nodes by trusted label images.
     pub(super) imported: FxHashMap<u32, ClassId>,
+    /// The regions with labels, where looks count.
+    pub(super) labelled: Option<LabelledRegions>,
     /// Class probabilities by label images that may be wrong, `[nodes, classes]`.
     pub(super) votes: Option<Vec<f32>>,
 }
@@ -76,6 +79,40 @@ struct Absence {
     added: NodesByClass,
 }
 
+/// What the labels say, with or without a stroke.
+struct Known {
+    fields: BTreeMap<ClassId, Geodesics>,
+    labelled: Option<LabelledRegions>,
+}
+
+impl Known {
+    /// Replaces some labelled nodes by others.
+    fn replace(&mut self, surface: &Surface, removed: &NodesByClass, added: &NodesByClass) {
+        let (graph, look) = (&surface.graph, &surface.look);
+        for (&class, nodes) in removed {
+            if let Some(field) = self.fields.get_mut(&class) {
+                field.remove(graph, nodes);
+            }
+            for labelled in &mut self.labelled {
+                nodes
+                    .iter()
+                    .for_each(|&node| labelled.remove(class, look.region(node as usize)));
+            }
+        }
+        for (&class, nodes) in added {
+            let field = self.fields.entry(class);
+            field
+                .or_insert_with(|| Geodesics::new(graph.len()))
+                .add(graph, nodes);
+            for labelled in &mut self.labelled {
+                nodes
+                    .iter()
+                    .for_each(|&node| labelled.add(class, look.region(node as usize)));
+            }
+        }
+    }
+}
+
 impl CrossValidation {
     /// Leaves out one stroke at a time. The results are exactly those of propagating the other labels anew, by the
     /// graph and imported label images alone, since the semantic prior has learnt from the stroke itself. Only the
@@ -91,7 +128,10 @@ impl CrossValidation {
             return Some(LeaveOneOut::default());
         }
         let absences = self.absences(cancelled)?;
-        let mut fields: BTreeMap<ClassId, Geodesics> = self.geodesics.classes().clone();
+        let mut known = Known {
+            fields: self.geodesics.classes().clone(),
+            labelled: self.labelled.clone(),
+        };
         let mut checks = Vec::new();
         for (id, absence) in absences {
             if cancelled.load(Ordering::Relaxed) {
@@ -103,7 +143,7 @@ impl CrossValidation {
             let lost = absence.removed.get(&own).map_or(0, Vec::len);
             let told = seeds.get(&own).copied().unwrap_or(0) > lost;
             if told || self.votes.is_some() {
-                checks.extend(self.check(&mut fields, (id, own), &absence));
+                checks.extend(self.check(&mut known, (id, own), &absence));
             }
         }
         Some(LeaveOneOut {
@@ -114,50 +154,36 @@ impl CrossValidation {
 
     fn check(
         &self,
-        fields: &mut BTreeMap<ClassId, Geodesics>,
+        known: &mut Known,
         (stroke, own): (StrokeId, ClassId),
         absence: &Absence,
     ) -> Option<StrokeCheck> {
-        self.replace(fields, &absence.removed, &absence.added);
-        let check = self.read(fields, (stroke, own), &absence.nodes);
-        self.replace(fields, &absence.added, &absence.removed);
+        known.replace(&self.surface, &absence.removed, &absence.added);
+        let check = self.read(known, (stroke, own), &absence.nodes);
+        known.replace(&self.surface, &absence.added, &absence.removed);
         check
     }
 
-    /// Replaces some seeds of the distance fields by others.
-    fn replace(
-        &self,
-        fields: &mut BTreeMap<ClassId, Geodesics>,
-        removed: &NodesByClass,
-        added: &NodesByClass,
-    ) {
-        let graph = &self.surface.graph;
-        for (class, nodes) in removed {
-            if let Some(field) = fields.get_mut(class) {
-                field.remove(graph, nodes);
-            }
-        }
-        for (&class, nodes) in added {
-            let field = fields.entry(class).or_insert_with(|| Geodesics::new(graph.len()));
-            field.add(graph, nodes);
-        }
-    }
-
-    /// The check of a stroke by these distance fields; `None` where they reach none of its nodes.
-    fn read(
-        &self,
-        fields: &BTreeMap<ClassId, Geodesics>,
-        (stroke, own): (StrokeId, ClassId),
-        nodes: &[u32],
-    ) -> Option<StrokeCheck> {
+    /// The check of a stroke by what is known without it; `None` where that reaches none of its nodes.
+    fn read(&self, known: &Known, (stroke, own): (StrokeId, ClassId), nodes: &[u32]) -> Option<StrokeCheck> {
         let in_order: Vec<Option<&[f32]>> = self
             .classes
             .iter()
-            .map(|class| fields.get(class).map(Geodesics::distances))
+            .map(|class| known.fields.get(class).map(Geodesics::distances))
             .collect();
         let mut counts: BTreeMap<ClassId, usize> = BTreeMap::new();
+        let look = &self.surface.look;
+        // By region: a stroke has many nodes in few of them.
+        let mut stretches: BTreeMap<u32, Vec<f32>> = BTreeMap::new();
         for &node in nodes {
-            let class = label_at(&in_order, &self.classes, node as usize, self.votes.as_deref());
+            let node = node as usize;
+            let own = known.labelled.as_ref().map(|labelled| {
+                let region = look.region(node);
+                let stretch = |&class: &ClassId| labelled.stretch(look, class, region);
+                let of_region = || self.classes.iter().map(stretch).collect();
+                stretches.entry(region).or_insert_with(of_region).as_slice()
+            });
+            let class = label_at(&in_order, &self.classes, node, own, self.votes.as_deref());
             if class != VOID {
                 *counts.entry(class).or_default() += 1;
             }

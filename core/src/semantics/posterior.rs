@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::ClassGeodesics;
+use super::{ClassGeodesics, Likeness};
 use crate::labels::{ClassId, Trust, VOID};
 
 /// Steps of a stored entropy, per nat.
@@ -37,25 +37,14 @@ pub struct Posterior {
     pub confidence: Vec<u16>,
     /// Second most likely class of each node; void where there is none.
     pub runners_up: Vec<ClassId>,
-    /// Distances to the nearest and the second nearest class of each node; where there are votes, the distances at
-    /// which labels alone would weigh as much.
+    /// Distances to the nearest and the second nearest class of each node, stretched where they look different; where
+    /// there are votes, the distances at which labels alone would weigh as much.
     pub distances: Vec<[f32; 2]>,
 }
 
 impl Posterior {
-    /// Combines the classes' distances with votes (weighted probabilities) and with the semantic prior (positive
-    /// weights), where there are any, each `[nodes, classes]` in the order of `classes`.
-    ///
-    /// p_c is proportional to ((d_c + softness)^-power + u_c) w_c, where w_c is the prior's weight and u_c an equal
-    /// share of not knowing, (horizon + softness)^-power. On nodes that votes reach, u_c is the vote for the class
-    /// instead, with a nearer horizon.
-    pub fn new(
-        geodesics: &ClassGeodesics,
-        classes: &[ClassId],
-        nodes: usize,
-        votes: Option<&[f32]>,
-        prior: Option<&[f32]>,
-    ) -> Self {
+    /// The classes of this number of nodes by what is known of them.
+    pub fn new(evidence: &Evidence<'_>, nodes: usize) -> Self {
         let mut posterior = Self {
             labels: vec![VOID; nodes],
             entropy: vec![0; nodes],
@@ -64,7 +53,7 @@ impl Posterior {
             distances: vec![[f32::INFINITY; 2]; nodes],
         };
         let all: Vec<u32> = (0..nodes as u32).collect();
-        posterior.update(geodesics, classes, &all, votes, prior);
+        posterior.update(evidence, &all);
         posterior
     }
 
@@ -80,29 +69,17 @@ impl Posterior {
         })
     }
 
-    /// Computes these nodes anew, as [`Posterior::new`] does, after their distances have changed.
-    pub fn update(
-        &mut self,
-        geodesics: &ClassGeodesics,
-        classes: &[ClassId],
-        nodes: &[u32],
-        votes: Option<&[f32]>,
-        prior: Option<&[f32]>,
-    ) {
-        let fields = distance_fields(geodesics, classes);
+    /// Computes these nodes anew, as [`Posterior::new`] does, after what is known of them has changed.
+    pub fn update(&mut self, evidence: &Evidence<'_>, nodes: &[u32]) {
+        let weights = Weights::new(*evidence);
         let rows: Vec<NodeSummary> = nodes
             .par_iter()
             .with_min_len(1024)
             .map_init(
-                || vec![0.0; classes.len()],
-                |weights, &node| {
-                    let node = node as usize;
-                    let nearest = fill_weights(&fields, node, votes, weights);
-                    if let Some(prior) = prior {
-                        let own = &prior[node * classes.len()..(node + 1) * classes.len()];
-                        weights.iter_mut().zip(own).for_each(|(w, p)| *w *= p);
-                    }
-                    summarise(classes, weights, nearest)
+                || vec![0.0; evidence.classes.len()],
+                |row, &node| {
+                    let nearest = weights.fill(node as usize, row);
+                    summarise(evidence.classes, row, nearest)
                 },
             )
             .collect();
@@ -115,32 +92,88 @@ impl Posterior {
             self.distances[node] = row.nearest;
         }
     }
+}
 
-    /// The graph's class probabilities of one node, in the order of `classes`.
-    pub fn of_node(
-        geodesics: &ClassGeodesics,
-        classes: &[ClassId],
-        node: usize,
-        votes: Option<&[f32]>,
-    ) -> Vec<f32> {
-        let fields = distance_fields(geodesics, classes);
-        let mut weights = vec![0.0; classes.len()];
-        fill_weights(&fields, node, votes, &mut weights);
-        let sum: f32 = weights.iter().sum();
-        weights.iter_mut().for_each(|w| *w /= sum.max(f32::MIN_POSITIVE));
-        weights
+/// What is known of the classes at the nodes of a surface.
+///
+/// p_c is proportional to (((d_c + softness) s_c)^-power + u_c) w_c. Here d_c is the distance to the class, s_c the
+/// stretch of that distance where the surface does not look like the class, w_c the weight by the semantic prior, and
+/// u_c an equal share of not knowing, (horizon + softness)^-power. On nodes that votes reach, u_c is the vote for the
+/// class instead, with a nearer horizon.
+#[derive(Clone, Copy)]
+pub struct Evidence<'a> {
+    /// The classes, in the order of all weights.
+    pub classes: &'a [ClassId],
+    /// The distances to the labels of each class.
+    pub geodesics: &'a ClassGeodesics,
+    /// How like the labelled regions of each class each region is, where that counts.
+    pub likeness: Option<&'a Likeness>,
+    /// Votes, weighted probabilities `[nodes, classes]`.
+    pub votes: Option<&'a [f32]>,
+    /// Weights by the semantic prior, positive, `[nodes, classes]`.
+    pub prior: Option<&'a [f32]>,
+}
+
+impl Evidence<'_> {
+    /// Class probabilities of one node, in the order of the classes.
+    pub fn probabilities(&self, node: usize) -> Vec<f32> {
+        let mut probabilities = vec![0.0; self.classes.len()];
+        Weights::new(*self).fill(node, &mut probabilities);
+        let sum: f32 = probabilities.iter().sum();
+        let sum = sum.max(f32::MIN_POSITIVE);
+        probabilities.iter_mut().for_each(|p| *p /= sum);
+        probabilities
     }
 }
 
-/// Most likely class of a node by the classes' distance fields and votes, as by [`Posterior::new`] without a prior.
+/// Unnormalised weights of the classes by what is known of them.
+pub(crate) struct Weights<'a> {
+    evidence: Evidence<'a>,
+    /// The distance field of each class; `None` where it has no labelled node.
+    fields: Vec<Option<&'a [f32]>>,
+}
+
+impl<'a> Weights<'a> {
+    pub(crate) fn new(evidence: Evidence<'a>) -> Self {
+        let fields = evidence.geodesics.classes();
+        let of_class = |class| fields.get(class).map(super::Geodesics::distances);
+        Self {
+            fields: evidence.classes.iter().map(of_class).collect(),
+            evidence,
+        }
+    }
+
+    /// Fills in the weights of the classes at a node; returns the two smallest distances as they count.
+    pub(crate) fn fill(&self, node: usize, weights: &mut [f32]) -> [f32; 2] {
+        let Evidence {
+            likeness,
+            votes,
+            prior,
+            ..
+        } = self.evidence;
+        let own = node * weights.len()..(node + 1) * weights.len();
+        let stretches = likeness.map(|likeness| likeness.stretches(node));
+        let votes = votes.map(|votes| &votes[own.clone()]);
+        let nearest = fill_weights(&self.fields, node, stretches, votes, weights);
+        if let Some(prior) = prior {
+            weights.iter_mut().zip(&prior[own]).for_each(|(w, p)| *w *= p);
+        }
+        nearest
+    }
+}
+
+/// Most likely class of a node by the classes' distance fields, the stretches of their distances there, and all votes,
+/// as by [`Posterior::new`] without a prior.
 pub(super) fn label_at(
     fields: &[Option<&[f32]>],
     classes: &[ClassId],
     node: usize,
+    stretches: Option<&[f32]>,
     votes: Option<&[f32]>,
 ) -> ClassId {
     let mut weights = vec![0.0; classes.len()];
-    let nearest = fill_weights(fields, node, votes, &mut weights);
+    let votes = votes.map(|votes| &votes[node * classes.len()..(node + 1) * classes.len()]);
+    let nearest = fill_weights(fields, node, stretches, votes, &mut weights);
     summarise(classes, &weights, nearest).label
 }
 
@@ -150,29 +183,24 @@ pub(crate) fn most_likely(classes: &[ClassId], probabilities: &[f32]) -> (ClassI
     (summary.label, summary.entropy)
 }
 
-/// The distance field of each class; `None` where it has no labelled node.
-fn distance_fields<'a>(geodesics: &'a ClassGeodesics, classes: &[ClassId]) -> Vec<Option<&'a [f32]>> {
-    let fields = geodesics.classes();
-    let of_class = |class| fields.get(class).map(super::Geodesics::distances);
-    classes.iter().map(of_class).collect()
-}
-
-/// Unnormalised weights of the classes at a node; returns the two smallest distances.
+/// Unnormalised weights of the classes at a node by their distance fields and the stretches and votes there; returns the
+/// two smallest distances as they count.
 fn fill_weights(
     fields: &[Option<&[f32]>],
     node: usize,
+    stretches: Option<&[f32]>,
     votes: Option<&[f32]>,
     weights: &mut [f32],
 ) -> [f32; 2] {
-    let count = weights.len();
-    let votes = votes.map(|votes| &votes[node * count..(node + 1) * count]);
     let votes = votes.filter(|row| row.iter().any(|&share| share > 0.0));
-    let unknown = (HORIZON + SOFTNESS).powi(-POWER) / count.max(1) as f32;
+    let unknown = (HORIZON + SOFTNESS).powi(-POWER) / weights.len().max(1) as f32;
     let voted = (VOTES_HORIZON + SOFTNESS).powi(-POWER);
     let mut nearest = [f32::INFINITY; 2];
     for (class, (weight, field)) in weights.iter_mut().zip(fields).enumerate() {
-        let mut distance = field.map_or(f32::INFINITY, |field| field[node]);
-        let near = (distance + SOFTNESS).powi(-POWER);
+        let mut distance = field.map_or(f32::INFINITY, |field| {
+            stretched(field[node], stretches.map_or(1.0, |stretches| stretches[class]))
+        });
+        let near = weight_at(distance);
         if let Some(votes) = votes {
             *weight = near + voted * votes[class];
             distance = (weight.powf(-1.0 / POWER as f32) - SOFTNESS).max(0.0);
@@ -186,6 +214,21 @@ fn fill_weights(
         }
     }
     nearest
+}
+
+/// The factor on the distances to a class by which a gap in looks makes it exp(-gap) times as likely.
+pub(super) fn stretch(gap: f32) -> f32 {
+    (gap / POWER as f32).exp()
+}
+
+/// The distance to a class as it counts where the surface is unlike the class.
+pub(crate) fn stretched(distance: f32, stretch: f32) -> f32 {
+    (distance + SOFTNESS) * stretch - SOFTNESS
+}
+
+/// The weight of a class at this distance.
+pub(crate) fn weight_at(distance: f32) -> f32 {
+    (distance + SOFTNESS).powi(-POWER)
 }
 
 /// What the posterior keeps of a node.
@@ -275,7 +318,15 @@ mod tests {
 
     #[test]
     fn without_labels_everything_is_void_and_unknown() {
-        let posterior = Posterior::new(&ClassGeodesics::default(), &[1, 2, 3], 5, None, None);
+        let geodesics = ClassGeodesics::default();
+        let evidence = Evidence {
+            classes: &[1, 2, 3],
+            geodesics: &geodesics,
+            likeness: None,
+            votes: None,
+            prior: None,
+        };
+        let posterior = Posterior::new(&evidence, 5);
         assert_eq!(posterior.labels, [VOID; 5]);
         assert_eq!(posterior.confidence, [0; 5]);
         assert_eq!(posterior.entropy, [10_986; 5], "ln 3");

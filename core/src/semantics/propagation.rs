@@ -8,7 +8,8 @@ use rustc_hash::FxHashMap;
 use super::map::OnSurface;
 use super::strays::strays;
 use super::{
-    ClassGeodesics, CrossValidation, ENTROPY_STEPS_PER_NAT, FrameMap, Posterior, Surface, SurfaceImport,
+    ClassGeodesics, CrossValidation, ENTROPY_STEPS_PER_NAT, Evidence, FrameMap, Likeness, Posterior, Surface,
+    SurfaceImport,
 };
 use crate::labels::{ClassId, LabelSet, Stroke, StrokeId, VOID, rasterise};
 use crate::scene::{Camera, Scene};
@@ -18,6 +19,7 @@ use crate::scene::{Camera, Scene};
 pub struct LabelPropagation {
     surface: Arc<Surface>,
     geodesics: ClassGeodesics,
+    likeness: Likeness,
     /// Shared with the maps.
     posterior: Arc<Posterior>,
     classes: Vec<ClassId>,
@@ -54,11 +56,11 @@ impl PriorWeights {
 impl LabelPropagation {
     /// A surface without labels.
     pub fn new(surface: Arc<Surface>) -> Self {
-        let posterior = Posterior::new(&ClassGeodesics::default(), &[], surface.graph.len(), None, None);
-        Self {
+        let mut propagation = Self {
+            likeness: Likeness::new(Arc::clone(&surface.look)),
             surface,
             geodesics: ClassGeodesics::default(),
-            posterior: Arc::new(posterior),
+            posterior: Arc::default(),
             classes: Vec::new(),
             strokes: BTreeMap::new(),
             painted: BTreeMap::new(),
@@ -66,7 +68,9 @@ impl LabelPropagation {
             prior: None,
             import: None,
             votes: None,
-        }
+        };
+        propagation.refresh();
+        propagation
     }
 
     /// The surface.
@@ -122,16 +126,26 @@ impl LabelPropagation {
             same_votes = false;
         }
         let seeds = self.seeds();
-        let changed = self.geodesics.update(&self.surface.graph, seeds);
-        if same_votes {
-            let votes = self.votes.as_deref();
-            let prior = self.prior.as_ref().and_then(|prior| prior.on(&self.classes));
-            // Earlier maps may still share the posterior: then it is copied, which costs little.
-            let posterior = Arc::make_mut(&mut self.posterior);
-            posterior.update(&self.geodesics, &self.classes, &changed, votes, prior);
-        } else {
+        let looks_count = self.import.is_none();
+        let differs = looks_count.then(|| self.likeness.update(&self.classes, &seeds));
+        let mut changed = self.geodesics.update(&self.surface.graph, seeds);
+        if !same_votes {
             self.refresh();
+            return;
         }
+        if let Some(differs) = differs {
+            let look = &self.surface.look;
+            let of_node = |node| differs[look.region(node) as usize];
+            let mut is_changed: Vec<bool> = (0..self.surface.graph.len()).map(of_node).collect();
+            changed.iter().for_each(|&node| is_changed[node as usize] = true);
+            changed = (0..is_changed.len() as u32)
+                .filter(|&node| is_changed[node as usize])
+                .collect();
+        }
+        // Earlier maps may still share the posterior: then it is copied, which costs little.
+        let mut posterior = Arc::unwrap_or_clone(std::mem::take(&mut self.posterior));
+        posterior.update(&self.evidence(), &changed);
+        self.posterior = Arc::new(posterior);
     }
 
     /// Takes over imported images that have been propagated over this surface.
@@ -161,11 +175,19 @@ impl LabelPropagation {
     }
 
     fn refresh(&mut self) {
-        let nodes = self.surface.graph.len();
-        let votes = self.votes.as_deref();
-        let prior = self.prior.as_ref().and_then(|prior| prior.on(&self.classes));
-        let posterior = Posterior::new(&self.geodesics, &self.classes, nodes, votes, prior);
+        let posterior = Posterior::new(&self.evidence(), self.surface.graph.len());
         self.posterior = Arc::new(posterior);
+    }
+
+    /// What is known of the classes. Imported images show each class in many places; looks add nothing to them.
+    pub(crate) fn evidence(&self) -> Evidence<'_> {
+        Evidence {
+            classes: &self.classes,
+            geodesics: &self.geodesics,
+            likeness: self.import.is_none().then_some(&self.likeness),
+            votes: self.votes.as_deref(),
+            prior: self.prior.as_ref().and_then(|prior| prior.on(&self.classes)),
+        }
     }
 
     /// The dense map of a frame. Painted pixels have the class of their stroke, and those of trusted images theirs.
@@ -209,24 +231,20 @@ impl LabelPropagation {
         nodes
     }
 
-    /// Class probabilities of a node by graph and votes, in the order of the classes.
+    /// Class probabilities of a node by graph, look and votes, in the order of the classes.
     pub(super) fn graph_probabilities(&self, node: usize) -> Vec<f32> {
-        Posterior::of_node(&self.geodesics, &self.classes, node, self.votes.as_deref())
+        let evidence = self.evidence();
+        Evidence {
+            prior: None,
+            ..evidence
+        }
+        .probabilities(node)
     }
 
-    /// Class probabilities of a node as in the maps, in the order of the classes: by graph, votes and semantic prior.
+    /// Class probabilities of a node as in the maps, in the order of the classes: by graph, look, votes and semantic
+    /// prior.
     pub(crate) fn probabilities(&self, node: usize) -> Vec<f32> {
-        let mut probabilities = self.graph_probabilities(node);
-        if let Some(prior) = self.prior.as_ref().and_then(|prior| prior.on(&self.classes)) {
-            let count = probabilities.len();
-            let own = &prior[node * count..(node + 1) * count];
-            probabilities.iter_mut().zip(own).for_each(|(p, say)| *p *= say);
-            let sum: f32 = probabilities.iter().sum();
-            probabilities
-                .iter_mut()
-                .for_each(|p| *p /= sum.max(f32::MIN_POSITIVE));
-        }
-        probabilities
+        self.evidence().probabilities(node)
     }
 
     /// Whether there are any labels on the surface.
@@ -264,6 +282,10 @@ impl LabelPropagation {
             classes: self.classes.clone(),
             strokes: self.strokes.clone(),
             geodesics: self.geodesics.clone(),
+            labelled: self
+                .evidence()
+                .likeness
+                .map(|likeness| likeness.labelled().clone()),
             imported: self.import.iter().flat_map(SurfaceImport::seeds).collect(),
             votes: self.votes.clone(),
         }

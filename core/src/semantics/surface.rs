@@ -8,7 +8,7 @@ use rustc_hash::FxHashMap;
 
 use super::graph::{Node, SurfaceGraph};
 use super::voxels::{OtherFrames, Points, Voxel, VoxelNodes, Voxels};
-use super::{FieldDepth, NO_NODE, NodeMap, pixel_length};
+use super::{FieldDepth, Look, NO_NODE, NodeMap, pixel_length};
 use crate::field::median;
 use crate::scene::{Pixels, Scene};
 
@@ -34,6 +34,8 @@ const FEWEST_PIXELS: f32 = 3.0;
 pub struct Surface {
     /// The graph.
     pub graph: SurfaceGraph,
+    /// What its regions look like.
+    pub look: Arc<Look>,
     /// For each keyframe, the node of every pixel; empty for other frames ([`Surface::nodes_of`] has theirs).
     pub pixels: Vec<Arc<NodeMap>>,
     /// The frames that are no keyframes; `None` where all are.
@@ -164,7 +166,13 @@ impl Surface {
         let others = scene.frames.iter().enumerate();
         let others = others.filter(|(_, frame)| !frame.is_keyframe());
         let others = others.map(|(number, frame)| (number, frame.without_points()));
+        let up: Vec3 = scene
+            .frames
+            .iter()
+            .map(|frame| -Vec3::from(frame.camera_to_world.matrix3.y_axis))
+            .sum();
         Self {
+            look: Arc::new(Look::new(&graph, up)),
             graph,
             pixels,
             others: OtherFrames::new(others.collect(), places),

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
-use super::{LabelPropagation, Node, Surface, SurfaceGraph};
+use super::{LabelPropagation, Look, Node, Surface, SurfaceGraph};
 use crate::labels::{ClassId, LabelSet};
 use crate::scene::Scene;
 
@@ -26,8 +26,10 @@ pub fn joined(nodes: usize, edges: &[(u32, u32, f32)]) -> SurfaceGraph {
 
 /// A surface of these nodes without edges that no frame shows.
 pub fn loose(nodes: Vec<Node>, voxel: f32) -> Surface {
+    let graph = SurfaceGraph::from_edges(nodes, &[]);
     Surface {
-        graph: SurfaceGraph::from_edges(nodes, &[]),
+        look: Arc::new(Look::new(&graph, Vec3::Y)),
+        graph,
         pixels: Vec::new(),
         others: None,
         voxel,

@@ -222,6 +222,7 @@ pub(super) mod tests {
         });
         Arc::new(Surface {
             graph: SurfaceGraph::from_edges(nodes, &[]),
+            look: Arc::default(),
             pixels: Vec::new(),
             others: None,
             voxel: 0.1,

@@ -1,0 +1,109 @@
+//! How like the labelled regions of each class the regions of a surface look.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use rayon::prelude::*;
+use rustc_hash::FxHashMap;
+
+use super::Look;
+use super::posterior::stretch;
+use crate::labels::ClassId;
+
+/// The regions that have labelled nodes of each class, with the number of them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct LabelledRegions(BTreeMap<ClassId, BTreeMap<u32, u32>>);
+
+impl LabelledRegions {
+    /// Counts one more labelled node.
+    pub(super) fn add(&mut self, class: ClassId, region: u32) {
+        *self.0.entry(class).or_default().entry(region).or_default() += 1;
+    }
+
+    /// Takes back one that was added.
+    pub(super) fn remove(&mut self, class: ClassId, region: u32) {
+        let regions = self.0.entry(class).or_default();
+        if let Some(count) = regions.get_mut(&region) {
+            *count -= 1;
+            if *count == 0 {
+                regions.remove(&region);
+            }
+        }
+    }
+
+    /// The factor on the distances to a class in a region: that of the most similar labelled region of the class.
+    pub(super) fn stretch(&self, look: &Look, class: ClassId, region: u32) -> f32 {
+        let labelled = self.0.get(&class).into_iter().flat_map(BTreeMap::keys);
+        let gaps = labelled.map(|&other| look.gap(region, other));
+        // Without labels the distances are infinite anyway.
+        gaps.reduce(f32::min).map_or(1.0, stretch)
+    }
+}
+
+/// The factors on the distances to each class in each region, kept in step with the labels.
+#[derive(Clone, Debug)]
+pub struct Likeness {
+    look: Arc<Look>,
+    classes: Vec<ClassId>,
+    labelled: LabelledRegions,
+    /// At least 1, row-major `[regions, classes]`.
+    stretches: Vec<f32>,
+}
+
+impl Likeness {
+    /// Of a surface without labels.
+    pub(super) fn new(look: Arc<Look>) -> Self {
+        Self {
+            look,
+            classes: Vec::new(),
+            labelled: LabelledRegions::default(),
+            stretches: Vec::new(),
+        }
+    }
+
+    /// Factors on the distances of the classes at a node, in their order: the weight of a class there is exp(-gap)
+    /// times what it would be in a region that looks like its labels.
+    pub(crate) fn stretches(&self, node: usize) -> &[f32] {
+        let region = self.look.region(node) as usize;
+        &self.stretches[region * self.classes.len()..(region + 1) * self.classes.len()]
+    }
+
+    /// The regions with labels.
+    pub(super) fn labelled(&self) -> &LabelledRegions {
+        &self.labelled
+    }
+
+    /// Follows the labelled nodes. Returns whether each region's factors may have changed.
+    pub(super) fn update(&mut self, classes: &[ClassId], seeds: &FxHashMap<u32, ClassId>) -> Vec<bool> {
+        let mut labelled = LabelledRegions::default();
+        for (&node, &class) in seeds {
+            labelled.add(class, self.look.region(node as usize));
+        }
+        if classes != self.classes {
+            self.classes = classes.to_vec();
+            self.labelled = LabelledRegions::default();
+            self.stretches = vec![1.0; self.look.len() * classes.len()];
+        }
+        let before = std::mem::replace(&mut self.labelled, labelled);
+        let regions = |all: &LabelledRegions, class: &ClassId| {
+            all.0
+                .get(class)
+                .map(|own| own.keys().copied().collect::<Vec<u32>>())
+        };
+        let differs = |&(_, class): &(usize, &ClassId)| {
+            regions(&before, class).unwrap_or_default() != regions(&self.labelled, class).unwrap_or_default()
+        };
+        let differing: Vec<(usize, &ClassId)> = self.classes.iter().enumerate().filter(differs).collect();
+        let (look, labelled) = (&self.look, &self.labelled);
+        let rows = self.stretches.par_chunks_exact_mut(self.classes.len().max(1));
+        let follow = |(region, row): (usize, &mut [f32])| {
+            let mut has_changed = false;
+            for &(column, &class) in &differing {
+                let now = labelled.stretch(look, class, region as u32);
+                has_changed |= std::mem::replace(&mut row[column], now) != now;
+            }
+            has_changed
+        };
+        rows.enumerate().map(follow).collect()
+    }
+}

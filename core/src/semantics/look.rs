@@ -1,0 +1,226 @@
+//! What the regions of a surface look like, and how unlike each other they are.
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::graph::{DisjointSets, SurfaceGraph};
+
+/// Two regions become one where an edge costs at most this over their number of nodes more than the edges inside.
+const SCALE: f32 = 30.0;
+/// Fewest nodes of a region.
+const FEWEST_NODES: u32 = 10;
+/// Largest gap in colour, the CIELAB distance at half of it, and the share of it for differences in lightness.
+const COLOR: f32 = 4.0;
+const HALF_COLOR: f32 = 10.0;
+const LIGHTNESS_SHARE: f32 = 0.6;
+/// Gaps between upright and level, between the bottom and the top of the scene, and between flat and round.
+const FACING: f32 = 1.4;
+const HEIGHT: f32 = 4.0;
+const FLATNESS: f32 = 3.3;
+/// Gap between regions of which one has e times as many nodes as the other, and the largest such gap.
+const SIZE: f32 = 0.25;
+const MOST_SIZE: f32 = 0.75;
+/// Largest gap by all that.
+const MOST_UNLIKE: f32 = 5.0;
+/// A label tells less of other regions, by this times the logarithm of how much smaller its own is than the largest:
+/// most that is far from all labels belongs to large things.
+const SMALLNESS: f32 = 0.3;
+/// Cosines between the vertical and the normals that it is averaged from, one after the other, each so many times.
+const LEVEL: [f32; 3] = [0.6, 0.8, 0.95];
+const AVERAGINGS: usize = 5;
+
+/// Means over the nodes of a region.
+#[derive(Clone, Copy, Debug, Default)]
+struct Descriptor {
+    /// CIELAB (D65) colour, the lightness scaled by its share.
+    color: Vec3,
+    /// |n . up| of the nodes with a normal: 1 where it is level, 0 where it is upright.
+    facing: f32,
+    /// Height, as a share of that of the scene.
+    height: f32,
+    /// Length of the mean normal: 1 where it is flat.
+    flatness: f32,
+    /// Logarithm of the number of nodes.
+    size: f32,
+    /// Gap to all other regions because it is small.
+    smallness: f32,
+}
+
+/// The regions of a surface: parts without borders inside, and what they look like.
+#[derive(Clone, Debug, Default)]
+pub struct Look {
+    /// The region of each node.
+    regions: Vec<u32>,
+    descriptors: Vec<Descriptor>,
+}
+
+impl Look {
+    /// Divides a surface into regions (Felzenszwalb and Huttenlocher 2004, by the costs of the graph's edges) and
+    /// describes them. `up` is about upwards, in world coordinates, of any length; the vertical is the mean normal of what
+    /// is about level.
+    pub fn new(graph: &SurfaceGraph, up: Vec3) -> Self {
+        let regions = regions(graph);
+        let descriptors = descriptors(graph, &regions, vertical(graph, up));
+        Self { regions, descriptors }
+    }
+
+    /// Number of regions.
+    pub fn len(&self) -> usize {
+        self.descriptors.len()
+    }
+
+    /// Whether there are no regions.
+    pub fn is_empty(&self) -> bool {
+        self.descriptors.is_empty()
+    }
+
+    /// The region of a node.
+    pub fn region(&self, node: usize) -> u32 {
+        self.regions[node]
+    }
+
+    /// How unlike a region is to a labelled one, at least 0; a class is exp(-gap) times as likely there.
+    pub fn gap(&self, region: u32, labelled: u32) -> f32 {
+        if region == labelled {
+            return 0.0;
+        }
+        let (a, b) = (
+            &self.descriptors[region as usize],
+            &self.descriptors[labelled as usize],
+        );
+        let color = a.color.distance(b.color);
+        let gap = COLOR * color / (HALF_COLOR + color)
+            + FACING * (a.facing - b.facing).abs()
+            + HEIGHT * (a.height - b.height).abs()
+            + FLATNESS * (a.flatness - b.flatness).abs()
+            + (SIZE * (a.size - b.size).abs()).min(MOST_SIZE);
+        gap.min(MOST_UNLIKE) + b.smallness
+    }
+}
+
+/// The region of each node.
+fn regions(graph: &SurfaceGraph) -> Vec<u32> {
+    let nodes = graph.len() as u32;
+    let mut edges: Vec<(f32, u32, u32)> = (0..nodes)
+        .flat_map(|from| graph.edges(from).map(move |(to, cost)| (cost, from, to)))
+        .filter(|&(_, from, to)| from < to)
+        .collect();
+    edges.par_sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+    let mut sets = DisjointSets::new(nodes as usize);
+    // Of each set by its root: the number of nodes and the cost of its most expensive edge.
+    let mut sizes = vec![1_u32; nodes as usize];
+    let mut inside = vec![0.0_f32; nodes as usize];
+    let mut join_if = |fits: &dyn Fn([(u32, f32); 2], f32) -> bool| {
+        for &(cost, from, to) in &edges {
+            let [a, b] = [from, to].map(|node| sets.root(node) as usize);
+            if a != b && fits([a, b].map(|root| (sizes[root], inside[root])), cost) {
+                sets.join(from, to);
+                let root = a.min(b);
+                sizes[root] = sizes[a] + sizes[b];
+                inside[root] = cost;
+            }
+        }
+    };
+    join_if(&|both, cost| {
+        both.iter()
+            .all(|&(size, inside)| cost <= inside + SCALE / size as f32)
+    });
+    join_if(&|both, _| both.iter().any(|&(size, _)| size < FEWEST_NODES));
+    let mut number = vec![u32::MAX; nodes as usize];
+    let mut count = 0;
+    let region = |node: u32| {
+        let number = &mut number[sets.root(node) as usize];
+        if *number == u32::MAX {
+            *number = count;
+            count += 1;
+        }
+        *number
+    };
+    (0..nodes).map(region).collect()
+}
+
+/// The direction about upwards that most of what is about level faces: cameras that are held without rolling look up or
+/// down.
+fn vertical(graph: &SurfaceGraph, up: Vec3) -> Vec3 {
+    let mut up = up.normalize_or_zero();
+    for level in LEVEL {
+        for _ in 0..AVERAGINGS {
+            let normals = graph.nodes().iter().map(|node| {
+                let along = node.normal.dot(up);
+                let counts = along.abs() > level;
+                if counts {
+                    node.pixels * along.signum() * node.normal
+                } else {
+                    Vec3::ZERO
+                }
+            });
+            up = normals.sum::<Vec3>().try_normalize().unwrap_or(up);
+        }
+    }
+    up
+}
+
+fn descriptors(graph: &SurfaceGraph, regions: &[u32], up: Vec3) -> Vec<Descriptor> {
+    let mut heights: Vec<f32> = graph.nodes().iter().map(|node| node.position.dot(up)).collect();
+    heights.sort_unstable_by(f32::total_cmp);
+    // The highest and lowest may be mistakes.
+    let margin = heights.len() / 50;
+    let (bottom, top) = match heights[..] {
+        [] => (0.0, 0.0),
+        _ => (heights[margin], heights[heights.len() - 1 - margin]),
+    };
+    #[derive(Clone, Copy, Default)]
+    struct Sum {
+        color: Vec3,
+        normal: Vec3,
+        facing: f32,
+        height: f32,
+        nodes: f32,
+        with_normal: f32,
+        pixels: f32,
+    }
+    let count = regions.iter().max().map_or(0, |&last| last as usize + 1);
+    let mut sums = vec![Sum::default(); count];
+    for (node, &region) in graph.nodes().iter().zip(regions) {
+        let sum = &mut sums[region as usize];
+        sum.color += cielab(node.color);
+        sum.height += (node.position.dot(up) - bottom) / (top - bottom).max(f32::MIN_POSITIVE);
+        sum.nodes += 1.0;
+        sum.pixels += node.pixels;
+        if node.normal != Vec3::ZERO {
+            sum.normal += node.normal;
+            sum.facing += node.normal.dot(up).abs();
+            sum.with_normal += 1.0;
+        }
+    }
+    let most = sums.iter().map(|sum| sum.pixels).fold(0.0, f32::max);
+    let describe = |sum: &Sum| {
+        let with_normal = sum.with_normal.max(1.0);
+        Descriptor {
+            color: sum.color / sum.nodes * Vec3::new(LIGHTNESS_SHARE, 1.0, 1.0),
+            facing: sum.facing / with_normal,
+            height: sum.height / sum.nodes,
+            flatness: sum.normal.length() / with_normal,
+            size: sum.nodes.ln(),
+            smallness: SMALLNESS * (most / sum.pixels).ln(),
+        }
+    };
+    sums.iter().map(describe).collect()
+}
+
+/// CIELAB under D65 of an sRGB colour with channels in 0..=1.
+fn cielab(color: Vec3) -> Vec3 {
+    let linear = |value: f32| match value {
+        value if value <= 0.04045 => value / 12.92,
+        value => ((value + 0.055) / 1.055).powf(2.4),
+    };
+    let [r, g, b] = color.to_array().map(linear);
+    let x = (0.412_456_4 * r + 0.357_576_1 * g + 0.180_437_5 * b) / 0.950_47;
+    let y = 0.212_672_9 * r + 0.715_152_2 * g + 0.072_175 * b;
+    let z = (0.019_333_9 * r + 0.119_192 * g + 0.950_304_1 * b) / 1.088_83;
+    let [x, y, z] = [x, y, z].map(|value| match value {
+        value if value > 0.008_856 => value.cbrt(),
+        value => 7.787_037 * value + 16.0 / 116.0,
+    });
+    Vec3::new(116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z))
+}
