@@ -4,13 +4,13 @@ mod candidates;
 mod effect;
 pub(crate) mod outline;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use glam::Vec3;
 use rayon::prelude::*;
 
-use candidates::{candidates, unclearness, values, visible};
-use effect::{Effect, EffectSearch};
+use candidates::{candidates, class_weights, unclearness, visible};
+use effect::{Effect, EffectSearch, Known};
 
 use crate::labels::{ClassId, Pixel, VOID};
 use crate::scene::Scene;
@@ -27,7 +27,7 @@ pub struct Suggestion {
     pub position: Vec3,
     /// Outline of the region that the label would settle, a closed polygon in pixel coordinates of the frame.
     pub outline: Vec<[f32; 2]>,
-    /// Acquisition score, relative to that of the best suggestion (1).
+    /// Score, relative to that of the best suggestion (1).
     pub score: f32,
     /// Entropy at the place, in nats.
     pub entropy: f32,
@@ -59,11 +59,9 @@ const BLOCK: usize = 32;
 
 /// Ranks the places to label next, best first.
 ///
-/// The acquisition score of a node x is u min(r / 0.1 m, 1)^2 sqrt(e). Here u is the chance that its most likely class
-/// is wrong, averaged twice over neighbours; r is the distance in space to the nearest label; e is the effect of a
-/// label there: the sum of a k (1 - d / d1) over the nodes that are nearer to x than to every label, where d is the
-/// distance to x and d1 that to the nearest label, both along the graph, a is the number of pixels that show the node,
-/// and k the weight of its class, which is larger the fewer pixels the class has.
+/// The score of a node x is min(r / 0.1 m, 1)^2 v. Here r is the distance in space to the nearest label, and v the value of
+/// the information that a label there would give: the number of pixels that are expected to become right, class by
+/// class by how likely x has it, each pixel weighted by its class, more the fewer pixels the class has.
 ///
 /// Places are shown in keyframes; with `only`, in the keyframes among these frames. A place that none of them shows is
 /// left out.
@@ -75,9 +73,17 @@ pub fn suggest(
     let (surface, posterior, said) = (propagation.surface(), propagation.posterior(), propagation.said());
     let graph = &surface.graph;
     let unclear = unclearness(graph, posterior);
-    let values = values(graph, posterior);
-    let value = |node: u32| values[node as usize];
-    let to_label = |node: u32| posterior.distances[node as usize][0];
+    let weights = class_weights(graph, posterior, propagation.classes());
+    let weight_of: BTreeMap<ClassId, f32> = propagation
+        .classes()
+        .iter()
+        .copied()
+        .zip(weights.iter().copied())
+        .collect();
+    let value = |node: usize| {
+        let weight = weight_of.get(&posterior.labels[node]).copied().unwrap_or(1.0);
+        graph.nodes()[node].pixels * weight
+    };
     let position = |node: u32| graph.nodes()[node as usize].position;
     let labels = NodeCells::new(graph.nodes(), said.clone(), 2.0 * NEAR_A_LABEL);
     let away = |node: u32| {
@@ -90,26 +96,31 @@ pub fn suggest(
         open[node as usize] = false;
     }
     let promise = |node: u32| match open[node as usize] {
-        true => unclear[node as usize] * value(node).sqrt() * away(node),
+        true => unclear[node as usize] * value(node as usize).sqrt() * away(node),
         false => 0.0,
     };
 
+    let known = Known {
+        graph,
+        look: &surface.look,
+        evidence: propagation.evidence(),
+        posterior,
+        class_weights: &weights,
+    };
     let mut ranked: Vec<(f32, Effect)> = Vec::new();
     let mut visits = 0;
     // In blocks, so that the result does not depend on the number of threads.
     for block in candidates(graph, &unclear, promise).chunks(BLOCK) {
         let effects: Vec<Effect> = block
             .par_iter()
-            .map_init(
-                || EffectSearch::new(graph),
-                |reach, &node| reach.effect(node, to_label, value),
-            )
+            .map_init(|| EffectSearch::new(known), |search, &node| search.effect(node))
             .collect();
         visits += effects.iter().map(|effect| effect.visits).sum::<usize>();
-        ranked.extend(effects.into_iter().map(|effect| {
-            let acquisition = unclear[effect.node as usize] * away(effect.node) * effect.size.sqrt();
-            (acquisition, effect)
-        }));
+        ranked.extend(
+            effects
+                .into_iter()
+                .map(|effect| (away(effect.node) * effect.value, effect)),
+        );
         if visits > MOST_VISITS {
             break;
         }
@@ -118,7 +129,7 @@ pub fn suggest(
 
     let mut region_of = vec![NO_REGION; graph.len()];
     let mut picks: Vec<(f32, u32)> = Vec::new();
-    for (acquisition, effect) in ranked {
+    for (score, effect) in ranked {
         let close = |&(_, pick): &(f32, u32)| position(pick).distance(position(effect.node)) < APART;
         if region_of[effect.node as usize] != NO_REGION || picks.iter().any(close) {
             continue;
@@ -129,7 +140,7 @@ pub fn suggest(
                 *region = picks.len() as u8;
             }
         }
-        picks.push((acquisition, effect.node));
+        picks.push((score, effect.node));
         if picks.len() == MOST {
             break;
         }
@@ -161,11 +172,11 @@ fn describe(
             }
         }
     }
-    let best = picks.first().map_or(1.0, |&(acquisition, _)| acquisition);
+    let best = picks.first().map_or(1.0, |&(score, _)| score);
     picks
         .iter()
         .enumerate()
-        .filter_map(|(region, &(acquisition, pick))| {
+        .filter_map(|(region, &(score, pick))| {
             let allowed = |frame: &usize| only.is_none_or(|only| only.contains(frame));
             let seen = (0..counts.len()).filter(|&frame| allowed(&frame) && counts[frame][region].1);
             let frame = seen.max_by_key(|&frame| (counts[frame][region].0, std::cmp::Reverse(frame)))?;
@@ -182,7 +193,7 @@ fn describe(
                 pixel,
                 position: surface.graph.nodes()[pick as usize].position,
                 outline: outline::trace(camera.width, camera.height, pixel, inside),
-                score: acquisition / best.max(f32::MIN_POSITIVE),
+                score: score / best.max(f32::MIN_POSITIVE),
                 entropy: f32::from(propagation.posterior().entropy[pick as usize]) / ENTROPY_STEPS_PER_NAT,
                 share: covered as f32 / total.max(1) as f32,
                 classes: likely(propagation, pick),

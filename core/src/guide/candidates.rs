@@ -20,7 +20,7 @@ const RIDGE_LEVEL: f32 = 0.6;
 const LEAST_DOUBT: f32 = 1e-4;
 /// A pixel counts with this power of the number of all pixels over those of its class: at 0 all pixels count the same,
 /// at 1 all classes do.
-const CLASS_POWER: f32 = 0.25;
+const CLASS_POWER: f32 = 0.5;
 
 /// The chance that the most likely class of each node is wrong, averaged twice over neighbours, so that thin
 /// ridges vanish.
@@ -45,23 +45,19 @@ pub(super) fn unclearness(graph: &SurfaceGraph, posterior: &Posterior) -> Vec<f3
     unclear
 }
 
-/// The value of each node: the number of pixels that show it times the weight of its class.
-pub(super) fn values(graph: &SurfaceGraph, posterior: &Posterior) -> Vec<f32> {
+/// The weight of a pixel of each of these classes: larger, the fewer pixels the class has.
+pub(super) fn class_weights(graph: &SurfaceGraph, posterior: &Posterior, classes: &[ClassId]) -> Vec<f32> {
     let mut pixels: BTreeMap<ClassId, f32> = BTreeMap::new();
     for (node, label) in graph.nodes().iter().zip(&posterior.labels) {
         *pixels.entry(*label).or_default() += node.pixels;
     }
     let all: f32 = pixels.values().sum();
     // A class with few pixels may be a mistake: its weight is that of a thousandth of all pixels at most.
-    let weight = |own: f32| (all / own.max(1e-3 * all).max(f32::MIN_POSITIVE)).powf(CLASS_POWER);
-    let weights: BTreeMap<ClassId, f32> = pixels
-        .into_iter()
-        .map(|(class, own)| (class, weight(own)))
-        .collect();
-    let labelled = graph.nodes().iter().zip(&posterior.labels);
-    labelled
-        .map(|(node, label)| node.pixels * weights[label])
-        .collect()
+    let weight = |class: &ClassId| {
+        let own = pixels.get(class).copied().unwrap_or(0.0).max(1e-3 * all);
+        (all / own.max(f32::MIN_POSITIVE)).powf(CLASS_POWER)
+    };
+    classes.iter().map(weight).collect()
 }
 
 /// Whether each node is seen in any of the frames that places may be shown in.

@@ -93,7 +93,7 @@ impl Known {
             if let Some(field) = self.fields.get_mut(&class) {
                 field.remove(graph, nodes);
             }
-            for labelled in &mut self.labelled {
+            if let Some(labelled) = &mut self.labelled {
                 nodes
                     .iter()
                     .for_each(|&node| labelled.remove(class, look.region(node as usize)));
@@ -104,7 +104,7 @@ impl Known {
             field
                 .or_insert_with(|| Geodesics::new(graph.len()))
                 .add(graph, nodes);
-            for labelled in &mut self.labelled {
+            if let Some(labelled) = &mut self.labelled {
                 nodes
                     .iter()
                     .for_each(|&node| labelled.add(class, look.region(node as usize)));

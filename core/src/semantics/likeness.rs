@@ -85,6 +85,9 @@ impl Likeness {
             self.stretches = vec![1.0; self.look.len() * classes.len()];
         }
         let before = std::mem::replace(&mut self.labelled, labelled);
+        if classes.is_empty() {
+            return vec![false; self.look.len()];
+        }
         let regions = |all: &LabelledRegions, class: &ClassId| {
             all.0
                 .get(class)
@@ -95,7 +98,7 @@ impl Likeness {
         };
         let differing: Vec<(usize, &ClassId)> = self.classes.iter().enumerate().filter(differs).collect();
         let (look, labelled) = (&self.look, &self.labelled);
-        let rows = self.stretches.par_chunks_exact_mut(self.classes.len().max(1));
+        let rows = self.stretches.par_chunks_exact_mut(classes.len());
         let follow = |(region, row): (usize, &mut [f32])| {
             let mut has_changed = false;
             for &(column, &class) in &differing {
@@ -105,5 +108,67 @@ impl Likeness {
             has_changed
         };
         rows.enumerate().map(follow).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+    use crate::semantics::testing::node;
+    use crate::semantics::{ClassGeodesics, Evidence, Node, Posterior, SurfaceGraph};
+
+    /// A wall in three parts, side by side, grey, red and grey; 100 nodes each.
+    fn striped() -> SurfaceGraph {
+        let colors = [Vec3::splat(0.5), Vec3::new(0.7, 0.2, 0.2), Vec3::splat(0.5)];
+        let nodes = (0..300).map(|k| Node {
+            color: colors[k / 100],
+            ..node(Vec3::new(0.05 * (k / 10) as f32, 0.05 * (k % 10) as f32, 0.0))
+        });
+        SurfaceGraph::new(nodes.collect())
+    }
+
+    #[test]
+    fn what_looks_like_a_label_has_its_class_though_another_label_is_nearer() {
+        let graph = striped();
+        let mut likeness = Likeness::new(Arc::new(Look::new(&graph, Vec3::Y)));
+        let mut geodesics = ClassGeodesics::default();
+        let seeds: FxHashMap<u32, ClassId> = [(50, 1), (150, 2)].into_iter().collect();
+        assert!(
+            likeness
+                .update(&[1, 2], &seeds)
+                .into_iter()
+                .all(|changed| changed)
+        );
+        assert!(
+            !likeness
+                .update(&[1, 2], &seeds)
+                .into_iter()
+                .any(|changed| changed)
+        );
+        geodesics.update(&graph, seeds.clone());
+        let evidence = Evidence {
+            classes: &[1, 2],
+            geodesics: &geodesics,
+            likeness: None,
+            votes: None,
+            prior: None,
+        };
+        let label = |evidence: &Evidence<'_>, node: usize| Posterior::new(evidence, graph.len()).labels[node];
+        assert_eq!(label(&evidence, 250), 2);
+        let looked_at = Evidence {
+            likeness: Some(&likeness),
+            ..evidence
+        };
+        assert_eq!([50, 150, 250].map(|node| label(&looked_at, node)), [1, 2, 1]);
+        // A label that is taken back says nothing any more.
+        let mut others = seeds;
+        others.insert(250, 2);
+        likeness.update(&[1, 2], &others);
+        assert_eq!(likeness.stretches(250)[1], 1.0);
+        others.remove(&250);
+        likeness.update(&[1, 2], &others);
+        assert!(likeness.stretches(250)[1] > likeness.stretches(250)[0]);
     }
 }

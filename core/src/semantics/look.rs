@@ -4,6 +4,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::graph::{DisjointSets, SurfaceGraph};
+use super::posterior::stretch;
 
 /// Two regions become one where an edge costs at most this over their number of nodes more than the edges inside.
 const SCALE: f32 = 30.0;
@@ -26,7 +27,7 @@ const MOST_UNLIKE: f32 = 5.0;
 /// most that is far from all labels belongs to large things.
 const SMALLNESS: f32 = 0.3;
 /// Cosines between the vertical and the normals that it is averaged from, one after the other, each so many times.
-const LEVEL: [f32; 3] = [0.6, 0.8, 0.95];
+const LEVEL: [f32; 3] = [0.7, 0.85, 0.95];
 const AVERAGINGS: usize = 5;
 
 /// Means over the nodes of a region.
@@ -77,6 +78,11 @@ impl Look {
     /// The region of a node.
     pub fn region(&self, node: usize) -> u32 {
         self.regions[node]
+    }
+
+    /// The factor on distances to a label at one node, at another.
+    pub(crate) fn stretch(&self, node: u32, labelled: u32) -> f32 {
+        stretch(self.gap(self.region(node as usize), self.region(labelled as usize)))
     }
 
     /// How unlike a region is to a labelled one, at least 0; a class is exp(-gap) times as likely there.
@@ -223,4 +229,45 @@ fn cielab(color: Vec3) -> Vec3 {
         value => 7.787_037 * value + 16.0 / 116.0,
     });
     Vec3::new(116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::semantics::Node;
+    use crate::semantics::testing::node;
+
+    #[test]
+    fn regions_are_alike_by_colour_facing_and_height_and_small_ones_tell_less() {
+        // A floor, a wall some way off, and a stain in the middle of the floor; z is up.
+        let floor = (0..400).map(|k| node(0.05 * Vec3::new((k / 20) as f32, (k % 20) as f32, 0.0)));
+        let wall = (0..400).map(|k| Node {
+            normal: Vec3::X,
+            ..node(0.05 * Vec3::new(-20.0, (k % 20) as f32, 1.0 + (k / 20) as f32))
+        });
+        let mut nodes: Vec<Node> = floor.chain(wall).collect();
+        for index in [188, 189, 190, 191, 208, 209, 210, 211, 228, 229, 230, 231] {
+            nodes[index].color = Vec3::new(0.5, 0.1, 0.1);
+        }
+        let graph = SurfaceGraph::new(nodes);
+        // A camera that looks down by 40 degrees.
+        let look = Look::new(&graph, Vec3::new(0.64, 0.0, 0.77));
+        let [floor, other, stain, wall] = [0, 399, 209, 600].map(|node| look.region(node));
+        assert_eq!(floor, other);
+        assert_eq!(look.len(), 3);
+        assert_eq!(look.gap(floor, floor), 0.0);
+        let upright = look.descriptors[wall as usize].facing;
+        let level = look.descriptors[floor as usize].facing;
+        assert!(upright < 0.05 && level > 0.95, "{upright} {level}");
+        assert!(look.gap(floor, wall) > 1.0);
+        assert!(look.gap(floor, stain) > look.gap(stain, floor));
+    }
+
+    #[test]
+    fn white_and_red_in_cielab() {
+        let white = cielab(Vec3::ONE);
+        assert!(white.distance(Vec3::new(100.0, 0.0, 0.0)) < 0.1, "{white}");
+        let red = cielab(Vec3::X);
+        assert!(red.distance(Vec3::new(53.2, 80.1, 67.2)) < 0.2, "{red}");
+    }
 }

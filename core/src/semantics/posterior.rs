@@ -143,6 +143,12 @@ impl<'a> Weights<'a> {
         }
     }
 
+    /// The weight of a class at a node by the semantic prior.
+    pub(crate) fn prior(&self, node: usize, class: usize) -> f32 {
+        let index = node * self.fields.len() + class;
+        self.evidence.prior.map_or(1.0, |prior| prior[index])
+    }
+
     /// Fills in the weights of the classes at a node; returns the two smallest distances as they count.
     pub(crate) fn fill(&self, node: usize, weights: &mut [f32]) -> [f32; 2] {
         let Evidence {
