@@ -53,7 +53,7 @@ const APART: f32 = 0.4;
 /// Nearer than this to a label, in metres, another one tells little.
 const NEAR_A_LABEL: f32 = 0.1;
 /// Number of nodes to visit to compute effects; after that, no more candidates are considered.
-const MOST_VISITS: usize = 1_000_000;
+const MOST_VISITS: usize = 250_000;
 /// Candidates whose effects are computed together.
 const BLOCK: usize = 32;
 
