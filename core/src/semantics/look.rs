@@ -1,10 +1,10 @@
 //! What the regions of a surface look like, and how unlike each other they are.
 
 use glam::Vec3;
-use rayon::prelude::*;
 
-use super::graph::{DisjointSets, SurfaceGraph};
+use super::graph::SurfaceGraph;
 use super::posterior::stretch;
+use super::segments::segments;
 
 /// Two regions become one where an edge costs at most this over their number of nodes more than the edges inside.
 const SCALE: f32 = 30.0;
@@ -60,7 +60,10 @@ impl Look {
     /// describes them. `up` is about upwards, in world coordinates, of any length; the vertical is the mean normal of what
     /// is about level.
     pub fn new(graph: &SurfaceGraph, up: Vec3) -> Self {
-        let regions = regions(graph);
+        let nodes = graph.len() as u32;
+        let edges = (0..nodes).flat_map(|from| graph.edges(from).map(move |(to, cost)| (cost, from, to)));
+        let edges = edges.filter(|&(_, from, to)| from < to).collect();
+        let regions = segments(graph.len(), edges, SCALE, FEWEST_NODES);
         let descriptors = descriptors(graph, &regions, vertical(graph, up));
         Self { regions, descriptors }
     }
@@ -102,47 +105,6 @@ impl Look {
             + (SIZE * (a.size - b.size).abs()).min(MOST_SIZE);
         gap.min(MOST_UNLIKE) + b.smallness
     }
-}
-
-/// The region of each node.
-fn regions(graph: &SurfaceGraph) -> Vec<u32> {
-    let nodes = graph.len() as u32;
-    let mut edges: Vec<(f32, u32, u32)> = (0..nodes)
-        .flat_map(|from| graph.edges(from).map(move |(to, cost)| (cost, from, to)))
-        .filter(|&(_, from, to)| from < to)
-        .collect();
-    edges.par_sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
-    let mut sets = DisjointSets::new(nodes as usize);
-    // Of each set by its root: the number of nodes and the cost of its most expensive edge.
-    let mut sizes = vec![1_u32; nodes as usize];
-    let mut inside = vec![0.0_f32; nodes as usize];
-    let mut join_if = |fits: &dyn Fn([(u32, f32); 2], f32) -> bool| {
-        for &(cost, from, to) in &edges {
-            let [a, b] = [from, to].map(|node| sets.root(node) as usize);
-            if a != b && fits([a, b].map(|root| (sizes[root], inside[root])), cost) {
-                sets.join(from, to);
-                let root = a.min(b);
-                sizes[root] = sizes[a] + sizes[b];
-                inside[root] = cost;
-            }
-        }
-    };
-    join_if(&|both, cost| {
-        both.iter()
-            .all(|&(size, inside)| cost <= inside + SCALE / size as f32)
-    });
-    join_if(&|both, _| both.iter().any(|&(size, _)| size < FEWEST_NODES));
-    let mut number = vec![u32::MAX; nodes as usize];
-    let mut count = 0;
-    let region = |node: u32| {
-        let number = &mut number[sets.root(node) as usize];
-        if *number == u32::MAX {
-            *number = count;
-            count += 1;
-        }
-        *number
-    };
-    (0..nodes).map(region).collect()
 }
 
 /// The direction about upwards that most of what is about level faces: cameras that are held without rolling look up or
