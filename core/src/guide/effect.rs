@@ -70,7 +70,9 @@ impl<'a> EffectSearch<'a> {
     /// The effect of a label at `place`, found by shortest paths as those of a click are: over the nodes y that are nearer
     /// to it than to every label, the sum of
     ///
-    ///     sum over classes c: p_c(place) a k max(p'_c(y) - p'_l(y), 0)
+    /// ```text
+    /// sum over classes c: p_c(place) a k max(p'_c(y) - p'_l(y), 0)
+    /// ```
     ///
     /// where p are the probabilities now and p' those with a label of c at the place, l is the class of y now, a the
     /// number of pixels that show y, and k the mean weight of the pixels of c and l.
