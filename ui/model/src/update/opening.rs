@@ -188,7 +188,7 @@ impl Model {
             self.state.messages.info(warning);
         }
         if let Some(refinement) = &scene.pose_refinement {
-            self.state.messages.info(refinement.to_string());
+            self.state.messages.info(format!("Poses refined: {refinement}"));
         }
         if scene.source != SceneSource::Demo {
             self.start("poses", move |_, _| {
