@@ -17,7 +17,7 @@ const APART: f32 = 0.2;
 const INNER: f32 = 0.7;
 const RIDGE_LEVEL: f32 = 0.6;
 /// Lower bound on the chance that a class is wrong, so that there is a next place when all seems clear.
-const LEAST_DOUBT: f32 = 1e-4;
+pub(super) const LEAST_DOUBT: f32 = 1e-4;
 /// A pixel counts with this power of the number of all pixels over those of its class: at 0 all pixels count the same,
 /// at 1 all classes do.
 const CLASS_POWER: f32 = 0.5;

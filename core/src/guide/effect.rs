@@ -1,5 +1,6 @@
 //! What a label at a place is worth.
 
+use super::candidates::LEAST_DOUBT;
 use crate::labels::VOID;
 use crate::semantics::{
     DistanceQueue, Evidence, Look, Posterior, SurfaceGraph, Weights, stretched, weight_at,
@@ -11,9 +12,6 @@ const MOST_FOLLOWED: usize = 20_000;
 const SETTLED: f32 = 0.5;
 /// Classes less likely than this at a place are not considered one by one.
 const LIKELY: f32 = 0.02;
-/// Lower bound on the chance that a place has another class than the likely ones, so that there is a next place when
-/// all seems clear.
-const LEAST_DOUBT: f32 = 1e-4;
 
 /// The effect of a label at a node.
 pub(super) struct Effect {
@@ -209,13 +207,7 @@ mod tests {
         let graph = joined(5, &[(0, 1, 1.0), (1, 2, 1.0), (2, 3, 1.0), (3, 4, 100.0)]);
         let mut geodesics = ClassGeodesics::default();
         geodesics.update(&graph, labels.iter().copied().collect::<FxHashMap<_, _>>());
-        let evidence = Evidence {
-            classes: &[1, 2],
-            geodesics: &geodesics,
-            likeness: None,
-            votes: None,
-            prior: None,
-        };
+        let evidence = Evidence::by_distance(&[1, 2], &geodesics);
         let known = Known {
             look: &Look::new(&graph, Vec3::Y),
             posterior: &Posterior::new(&evidence, graph.len()),

@@ -122,13 +122,7 @@ impl NodeLabels {
         if labels.trust.is_right() {
             let mut geodesics = ClassGeodesics::default();
             geodesics.update(&surface.graph, votes.majority());
-            let evidence = Evidence {
-                classes,
-                geodesics: &geodesics,
-                likeness: None,
-                votes: None,
-                prior: None,
-            };
+            let evidence = Evidence::by_distance(classes, &geodesics);
             return Self(Posterior::new(&evidence, surface.graph.len()).labels);
         }
         let shares = votes.diffused(surface);

@@ -31,10 +31,14 @@ impl LabelledRegions {
         }
     }
 
+    /// The labelled regions of a class, ascending.
+    fn of(&self, class: ClassId) -> impl Iterator<Item = u32> + '_ {
+        self.0.get(&class).into_iter().flat_map(BTreeMap::keys).copied()
+    }
+
     /// The factor on the distances to a class in a region: that of the most similar labelled region of the class.
     pub(super) fn stretch(&self, look: &Look, class: ClassId, region: u32) -> f32 {
-        let labelled = self.0.get(&class).into_iter().flat_map(BTreeMap::keys);
-        let gaps = labelled.map(|&other| look.gap(region, other));
+        let gaps = self.of(class).map(|other| look.gap(region, other));
         // Without labels the distances are infinite anyway.
         gaps.reduce(f32::min).map_or(1.0, stretch)
     }
@@ -88,14 +92,7 @@ impl Likeness {
         if classes.is_empty() {
             return vec![false; self.look.len()];
         }
-        let regions = |all: &LabelledRegions, class: &ClassId| {
-            all.0
-                .get(class)
-                .map(|own| own.keys().copied().collect::<Vec<u32>>())
-        };
-        let differs = |&(_, class): &(usize, &ClassId)| {
-            regions(&before, class).unwrap_or_default() != regions(&self.labelled, class).unwrap_or_default()
-        };
+        let differs = |&(_, &class): &(usize, &ClassId)| !before.of(class).eq(self.labelled.of(class));
         let differing: Vec<(usize, &ClassId)> = self.classes.iter().enumerate().filter(differs).collect();
         let (look, labelled) = (&self.look, &self.labelled);
         let rows = self.stretches.par_chunks_exact_mut(classes.len());
@@ -148,13 +145,7 @@ mod tests {
                 .any(|changed| changed)
         );
         geodesics.update(&graph, seeds.clone());
-        let evidence = Evidence {
-            classes: &[1, 2],
-            geodesics: &geodesics,
-            likeness: None,
-            votes: None,
-            prior: None,
-        };
+        let evidence = Evidence::by_distance(&[1, 2], &geodesics);
         let label = |evidence: &Evidence<'_>, node: usize| Posterior::new(evidence, graph.len()).labels[node];
         assert_eq!(label(&evidence, 250), 2);
         let looked_at = Evidence {

@@ -114,7 +114,18 @@ pub struct Evidence<'a> {
     pub prior: Option<&'a [f32]>,
 }
 
-impl Evidence<'_> {
+impl<'a> Evidence<'a> {
+    /// Distances alone.
+    pub fn by_distance(classes: &'a [ClassId], geodesics: &'a ClassGeodesics) -> Self {
+        Self {
+            classes,
+            geodesics,
+            likeness: None,
+            votes: None,
+            prior: None,
+        }
+    }
+
     /// Class probabilities of one node, in the order of the classes.
     pub fn probabilities(&self, node: usize) -> Vec<f32> {
         let mut probabilities = vec![0.0; self.classes.len()];
@@ -325,13 +336,7 @@ mod tests {
     #[test]
     fn without_labels_everything_is_void_and_unknown() {
         let geodesics = ClassGeodesics::default();
-        let evidence = Evidence {
-            classes: &[1, 2, 3],
-            geodesics: &geodesics,
-            likeness: None,
-            votes: None,
-            prior: None,
-        };
+        let evidence = Evidence::by_distance(&[1, 2, 3], &geodesics);
         let posterior = Posterior::new(&evidence, 5);
         assert_eq!(posterior.labels, [VOID; 5]);
         assert_eq!(posterior.confidence, [0; 5]);
