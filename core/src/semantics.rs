@@ -56,6 +56,7 @@ pub use propagation::LabelPropagation;
 pub(crate) use queue::DistanceQueue;
 pub use semantic_field::{SemanticField, SemanticPart};
 pub use summary::FrameSummary;
+pub use superpixels::Superpixels;
 pub use surface::Surface;
 pub use views::best_view;
 pub use votes::NodeVotes;

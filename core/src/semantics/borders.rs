@@ -4,7 +4,6 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::superpixels::nodes_along_edges;
 use super::{NO_NODE, Node};
 use crate::labels::{ClassId, VOID};
 use crate::scene::{ColorImage, DepthMap, Frame};
@@ -20,7 +19,8 @@ const LENGTH: f32 = 0.014;
 const MOST_FOR_LENGTH: f32 = 9.0;
 
 /// The node that every pixel of a frame takes its class from, row-major, [`NO_NODE`] where there is none;
-/// `shown` are those that the pixels show, of these `nodes`, and `labels` the classes of the nodes.
+/// `depth` is its measured depth, `shown` are the nodes that the pixels show, of these `nodes`, and `labels` the classes
+/// of the nodes.
 ///
 /// Near borders, where a window of 5 x 5 pixels shows several classes, a pixel has the class with the largest sum of
 ///
@@ -30,10 +30,13 @@ const MOST_FOR_LENGTH: f32 = 9.0;
 ///
 /// over the window (a joint bilateral filter: Petschnigg et al. 2004, Eisemann and Durand 2004), and the node of the
 /// pixel that weighs most in that class. Everywhere else, and where the class stays the same, it keeps its own node.
-pub(super) fn nodes_at_borders(frame: &Frame, shown: &[u32], nodes: &[Node], labels: &[ClassId]) -> Vec<u32> {
-    let Some(depth) = frame.depth() else {
-        return nodes_along_edges(frame, shown, labels);
-    };
+pub(super) fn nodes_at_borders(
+    frame: &Frame,
+    depth: Arc<DepthMap>,
+    shown: &[u32],
+    nodes: &[Node],
+    labels: &[ClassId],
+) -> Vec<u32> {
     // Pixels without a node have no class.
     let class = |&node: &u32| labels.get(node as usize).copied().unwrap_or(VOID);
     let classes: Vec<ClassId> = shown.iter().map(class).collect();
@@ -204,7 +207,14 @@ mod tests {
 
     fn nodes_of(scene: &Scene, surface: &Surface, labels: &[ClassId]) -> Vec<u32> {
         let shown = surface.pixels[0].unpack();
-        nodes_at_borders(&scene.frames[0], &shown, surface.graph.nodes(), labels)
+        let frame = &scene.frames[0];
+        nodes_at_borders(
+            frame,
+            frame.depth().unwrap(),
+            &shown,
+            surface.graph.nodes(),
+            labels,
+        )
     }
 
     #[test]
@@ -213,10 +223,10 @@ mod tests {
             let (mut scene, surface, labels) = blocks();
             let left = |pixel: u32| pixel % SIZE[0] < edge;
             let lengths: Vec<f32> = (0..SIZE[0] * SIZE[1])
-                .map(|pixel| if left(pixel) { 2.0 } else { 3.0 })
+                .map(|pixel| if by_depth && !left(pixel) { 3.0 } else { 2.0 })
                 .collect();
             let depth = DepthMap::from_ray_lengths(SIZE[0], &lengths);
-            scene.frames[0].set_depth(by_depth.then_some(depth));
+            scene.frames[0].set_depth(Some(depth));
             paint(&mut scene, |x, _| match left(x) {
                 _ if by_depth => 128,
                 true => 60,

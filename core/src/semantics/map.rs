@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use super::borders::nodes_at_borders;
 use super::posterior::NodeSummary;
+use super::superpixels::nodes_along_edges;
 use super::{CERTAIN, ENTROPY_STEPS_PER_NAT, Posterior, Surface};
 use crate::labels::{ClassId, ImportedLabels, Pixel, VOID};
 use crate::scene::{Frame, Scene};
@@ -84,7 +85,14 @@ impl OnSurface {
     fn nodes(&self, frame: usize) -> Vec<u32> {
         let shown = self.surface.nodes_of(frame).unpack();
         let (nodes, labels) = (self.surface.graph.nodes(), &self.posterior.labels);
-        nodes_at_borders(&self.scene.frames[frame], &shown, nodes, labels)
+        let (number, frame) = (frame, &self.scene.frames[frame]);
+        match frame.depth() {
+            Some(depth) => nodes_at_borders(frame, depth, &shown, nodes, labels),
+            None => {
+                let superpixels = || self.surface.superpixels.of_frame(number, frame);
+                nodes_along_edges(frame, &shown, labels, superpixels)
+            }
+        }
     }
 
     fn labels(&self, frame: usize, nodes: &[u32]) -> Vec<ClassId> {

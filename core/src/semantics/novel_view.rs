@@ -1,12 +1,14 @@
 //! Views of a labelled scene from any pose.
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
 use super::borders::nodes_at_borders;
 use super::posterior::NodeSummary;
 use super::{ENTROPY_STEPS_PER_NAT, FrameMap, NO_NODE, NearestNodes, Posterior, SemanticField, Surface};
 use crate::field::{FieldError, Sampling, Trainer, camera_rays, render_rays};
-use crate::scene::{ColorImage, DepthMap, Frame, FramePixels, Viewpoint};
+use crate::scene::{ColorImage, DepthMap, Frame, Pixels, Viewpoint};
 
 /// Largest distance of a ray's end in the field from the voxel whose class it gets, in voxels. What is farther from the
 /// surface was seen by no frame.
@@ -87,16 +89,27 @@ impl<'a> NovelViews<'a> {
             .collect();
         let color = ColorImage::new(camera.width, camera.height, rgb)
             .ok_or_else(|| candle_core::Error::Msg("a view has not one colour for each pixel".to_owned()))?;
+        let depth = Arc::new(DepthMap::from_ray_lengths(camera.width, &lengths));
+        let pixels = Pixels {
+            color: Arc::new(color),
+            depth: Some(Arc::clone(&depth)),
+        };
         let frame = Frame {
             stem: format!("view_{number}"),
             path: std::path::PathBuf::new(),
             camera: *camera,
             camera_to_world: *camera_to_world,
-            pixels: FramePixels::new(color, Some(DepthMap::from_ray_lengths(camera.width, &lengths))),
+            pixels: pixels.into(),
             points: Vec::new(),
             lens: None,
         };
-        let nodes = nodes_at_borders(&frame, &shown, self.surface.graph.nodes(), &self.posterior.labels);
+        let nodes = nodes_at_borders(
+            &frame,
+            depth,
+            &shown,
+            self.surface.graph.nodes(),
+            &self.posterior.labels,
+        );
         let of_node = |&node: &u32| self.posterior.summary(node).unwrap_or(self.unknown);
         let mut pixels: Vec<NodeSummary> = nodes.iter().map(of_node).collect();
         if let Some(semantics) = self.semantics {

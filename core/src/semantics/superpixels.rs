@@ -2,13 +2,14 @@
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
+use std::sync::Arc;
 
 use glam::Vec3;
 
 use super::NO_NODE;
 use super::segments::segments;
 use crate::labels::{ClassId, VOID};
-use crate::scene::{Camera, Frame};
+use crate::scene::{Cache, Camera, Frame};
 
 /// Most pixels in which superpixels are looked for; larger images are reduced by a whole number.
 const MOST_PIXELS: usize = 160_000;
@@ -22,15 +23,45 @@ const MOST_OFF: u32 = 8;
 const REACH: u32 = 4;
 /// A pixel keeps its class if it lies at least this much as deep inside of it as the deepest pixel in reach.
 const DEEP: f32 = 0.6;
+/// Bytes of superpixels that are kept: those of 25 frames or more.
+const CACHE_BYTES: usize = 16 << 20;
+
+/// The superpixels of a scene's frames. They follow from the image alone, so that a frame in view needs them once.
+#[derive(Debug)]
+pub struct Superpixels(Cache<Arc<Vec<u32>>>);
+
+impl Default for Superpixels {
+    fn default() -> Self {
+        Self(Cache::new(CACHE_BYTES))
+    }
+}
+
+impl Superpixels {
+    /// Those of the frame with this number, as [`superpixels_of`] finds them.
+    pub(super) fn of_frame(&self, number: usize, frame: &Frame) -> Arc<Vec<u32>> {
+        self.0.get(number).unwrap_or_else(|| {
+            let found = Arc::new(superpixels_of(frame));
+            self.0
+                .put(number, size_of_val(found.as_slice()), Arc::clone(&found));
+            found
+        })
+    }
+}
 
 /// The node that every pixel of a frame takes its class from, row-major, [`NO_NODE`] where there is none;
-/// `shown` are those that the pixels show, and `labels` the classes of the nodes.
+/// `shown` are those that the pixels show, and `labels` the classes of the nodes; `superpixels` gives the frame's
+/// superpixels ([`superpixels_of`]).
 ///
 /// Depth by stereo or from the field is off by some pixels at the edges of things, and so are borders that are looked up
 /// along it. Near borders each superpixel (Felzenszwalb and Huttenlocher 2004) takes the class that most of its pixels show, then the
 /// borders are flooded from inside the classes, the smallest gradient first (watershed; Meyer 1994). Pixels whose class
 /// stays the same keep their node, others take that of a pixel beside them with the new class.
-pub(super) fn nodes_along_edges(frame: &Frame, shown: &[u32], labels: &[ClassId]) -> Vec<u32> {
+pub(super) fn nodes_along_edges(
+    frame: &Frame,
+    shown: &[u32],
+    labels: &[ClassId],
+    superpixels: impl FnOnce() -> Arc<Vec<u32>>,
+) -> Vec<u32> {
     let class = |node: u32| labels.get(node as usize).copied().unwrap_or(VOID);
     let mut known = shown
         .iter()
@@ -40,14 +71,10 @@ pub(super) fn nodes_along_edges(frame: &Frame, shown: &[u32], labels: &[ClassId]
     if known.all(|class| Some(class) == first) {
         return shown.to_vec();
     }
-    let image = frame.color();
-    let stride = reduction(frame.camera.pixels());
-    let camera = frame.camera.reduced(stride);
-    let colors: Vec<Vec3> = image.reduced(stride).into_iter().map(Vec3::from).collect();
+    let (stride, camera, colors) = reduced(frame);
     let middle = |index| shown[frame.camera.middle_of_reduced(stride, index)];
     let mut nodes: Vec<u32> = (0..camera.pixels()).map(middle).collect();
-    let segments = superpixels(&camera, &smoothed(&camera, &colors));
-    vote(&camera, &segments, &mut nodes, class);
+    vote(&camera, &superpixels(), &mut nodes, class);
     flood(&camera, &|index| colors[index], &mut nodes, class, REACH);
     if stride == 1 {
         return nodes;
@@ -61,6 +88,7 @@ pub(super) fn nodes_along_edges(frame: &Frame, shown: &[u32], labels: &[ClassId]
             *node = near;
         }
     }
+    let image = frame.color();
     let color = |index| 255.0 * image.color(index);
     flood(&frame.camera, &color, &mut full, class, stride);
     full
@@ -69,6 +97,20 @@ pub(super) fn nodes_along_edges(frame: &Frame, shown: &[u32], labels: &[ClassId]
 /// By which number an image with so many pixels is reduced.
 fn reduction(pixels: usize) -> u32 {
     (pixels as f32 / MOST_PIXELS as f32).sqrt().ceil().max(1.0) as u32
+}
+
+/// By how much a frame is reduced for its superpixels, its camera then, and its colours in 8-bit steps.
+fn reduced(frame: &Frame) -> (u32, Camera, Vec<Vec3>) {
+    let stride = reduction(frame.camera.pixels());
+    let colors = frame.color().reduced(stride);
+    let colors = colors.into_iter().map(Vec3::from).collect();
+    (stride, frame.camera.reduced(stride), colors)
+}
+
+/// The superpixel of every pixel of a frame's image, which is reduced to at most [`MOST_PIXELS`], counted from 0.
+pub(super) fn superpixels_of(frame: &Frame) -> Vec<u32> {
+    let (_, camera, colors) = reduced(frame);
+    superpixels(&camera, &smoothed(&camera, &colors))
 }
 
 /// Colours after a Gaussian filter with a deviation of half a pixel.
@@ -271,6 +313,11 @@ mod tests {
         scene
     }
 
+    fn along_edges(scene: &Scene, shown: &[u32], labels: &[ClassId]) -> Vec<u32> {
+        let frame = &scene.frames[0];
+        nodes_along_edges(frame, shown, labels, || Arc::new(superpixels_of(frame)))
+    }
+
     #[test]
     fn borders_that_are_some_pixels_off_follow_the_edges_of_images_of_all_sizes() {
         // The second is reduced by two, and the edge is in the middle of a reduced pixel.
@@ -280,7 +327,7 @@ mod tests {
                 |border: u32| (0..size[0] * size[1]).map(move |pixel| u32::from(pixel % size[0] >= border));
             for border in [edge - off, edge, edge + off] {
                 let shown: Vec<u32> = columns(border).collect();
-                let nodes = nodes_along_edges(&scene.frames[0], &shown, &[4, 5]);
+                let nodes = along_edges(&scene, &shown, &[4, 5]);
                 assert!(nodes.into_iter().eq(columns(edge)), "{size:?} from {border}");
             }
         }
@@ -300,7 +347,7 @@ mod tests {
             false => 1 + u32::from(column >= 55),
         };
         let all: Vec<u32> = (0..80 * 30).map(|pixel| shown(pixel % 80, pixel / 80)).collect();
-        let nodes = nodes_along_edges(&scene.frames[0], &all, &[4, 5, 6]);
+        let nodes = along_edges(&scene, &all, &[4, 5, 6]);
         for (pixel, node) in (0_u32..).zip(nodes) {
             let (column, row) = (pixel % 80, pixel / 80);
             if column.abs_diff(55) > MOST_OFF + REACH && !is_corner(column, row) {
@@ -315,7 +362,7 @@ mod tests {
         let shown: Vec<u32> = (0..40 * 30)
             .map(|pixel| [NO_NODE, 0, 1][(pixel % 40 / 15) as usize])
             .collect();
-        let nodes = nodes_along_edges(&scene.frames[0], &shown, &[4, 5]);
+        let nodes = along_edges(&scene, &shown, &[4, 5]);
         let changed = nodes.iter().zip(&shown).filter(|(a, b)| a != b).count();
         assert!(
             nodes

@@ -8,12 +8,14 @@ use rustc_hash::FxHashMap;
 
 use super::graph::{Node, SurfaceGraph};
 use super::voxels::{OtherFrames, Points, Voxel, VoxelNodes, Voxels};
-use super::{FieldDepth, Look, NO_NODE, NodeMap, pixel_length};
+use super::{FieldDepth, Look, NO_NODE, NodeMap, Superpixels, pixel_length};
 use crate::field::median;
-use crate::scene::{Pixels, Scene};
+use crate::scene::{Frame, Pixels, Scene};
 
-/// Side of a voxel in footprints of a pixel at the median depth.
+/// Side of a voxel in footprints of a pixel at the median depth, with measured and with estimated depth: what is
+/// estimated differs between frames, and thinner voxels would hold several layers of it.
 const VOXEL_FOOTPRINTS: f32 = 2.5;
+const VOXEL_FOOTPRINTS_ESTIMATED: f32 = 3.5;
 /// Smallest side of a voxel in multiples of the noise of the measured depth: a thinner one would hold one layer of it.
 const VOXEL_NOISES: f32 = 20.0;
 /// Noise enlarges a voxel by this factor at most, so that small things are kept that many views can tell apart.
@@ -42,6 +44,8 @@ pub struct Surface {
     pub others: Option<Arc<OtherFrames>>,
     /// Side of a voxel, in metres.
     pub voxel: f32,
+    /// The superpixels of the frames that were looked at last.
+    pub superpixels: Arc<Superpixels>,
 }
 
 /// Sums over the points of a voxel.
@@ -177,6 +181,7 @@ impl Surface {
             pixels,
             others: OtherFrames::new(others.collect(), places),
             voxel: voxels.side,
+            superpixels: Arc::default(),
         }
     }
 }
@@ -282,7 +287,13 @@ fn voxel_side(lengths: Lengths<'_>) -> Option<f32> {
             .filter(|length| length.is_finite());
         footprints.extend(known.map(|length| length / frame.camera.fx));
     }
-    let side = VOXEL_FOOTPRINTS * median(footprints)?;
+    let is_measured = lengths.scene.frames.iter().any(Frame::has_depth);
+    let wide = if is_measured {
+        VOXEL_FOOTPRINTS
+    } else {
+        VOXEL_FOOTPRINTS_ESTIMATED
+    };
+    let side = wide * median(footprints)?;
     let noisy = (VOXEL_NOISES * depth_noise(lengths.scene)).min(MOST_GROWTH * side);
     let side = side.max(noisy);
     Some(side.clamp(VOXEL_RANGE.0, VOXEL_RANGE.1))

@@ -222,10 +222,9 @@ pub(super) mod tests {
         });
         Arc::new(Surface {
             graph: SurfaceGraph::from_edges(nodes, &[]),
-            look: Arc::default(),
             pixels: Vec::new(),
-            others: None,
             voxel: 0.1,
+            ..Surface::default()
         })
     }
 
