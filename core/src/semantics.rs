@@ -52,7 +52,7 @@ pub(crate) use posterior::most_likely;
 pub use posterior::{CERTAIN, ENTROPY_STEPS_PER_NAT, Evidence, Posterior};
 pub(crate) use posterior::{Weights, stretched, weight_at};
 pub use prior_evaluation::PriorEvaluation;
-pub use propagation::LabelPropagation;
+pub use propagation::{LabelPropagation, Preview};
 pub(crate) use queue::DistanceQueue;
 pub use semantic_field::{SemanticField, SemanticPart};
 pub use summary::FrameSummary;

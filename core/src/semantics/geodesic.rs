@@ -1,6 +1,7 @@
 //! Shortest paths from the labelled nodes, one distance field per class, kept exact under changes.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
@@ -99,10 +100,10 @@ impl Geodesics {
     }
 }
 
-/// The distance fields of all classes that have labelled nodes.
+/// The distance fields of all classes that have labelled nodes. Copies share the fields until one of them changes.
 #[derive(Clone, Debug, Default)]
 pub struct ClassGeodesics {
-    classes: BTreeMap<ClassId, Geodesics>,
+    classes: BTreeMap<ClassId, Arc<Geodesics>>,
     seeds: FxHashMap<u32, ClassId>,
 }
 
@@ -113,7 +114,7 @@ impl ClassGeodesics {
     }
 
     /// The distance field of each class that has labelled nodes.
-    pub fn classes(&self) -> &BTreeMap<ClassId, Geodesics> {
+    pub fn classes(&self) -> &BTreeMap<ClassId, Arc<Geodesics>> {
         &self.classes
     }
 
@@ -132,12 +133,13 @@ impl ClassGeodesics {
         for class in changes.keys() {
             self.classes
                 .entry(*class)
-                .or_insert_with(|| Geodesics::new(graph.len()));
+                .or_insert_with(|| Arc::new(Geodesics::new(graph.len())));
         }
-        let of_class = |(class, field): (&ClassId, &mut Geodesics)| -> Vec<u32> {
+        let of_class = |(class, field): (&ClassId, &mut Arc<Geodesics>)| -> Vec<u32> {
             let Some([removed, added]) = changes.get(class) else {
                 return Vec::new();
             };
+            let field = Arc::make_mut(field);
             let mut changed = if removed.is_empty() {
                 Vec::new()
             } else {
@@ -219,11 +221,11 @@ mod tests {
             for class in 1..4 {
                 let own = seeds.iter().filter(|seed| *seed.1 == class);
                 let own: Vec<u32> = own.map(|(&node, _)| node).collect();
-                let field = geodesics.classes().get(&class).map(Geodesics::distances);
+                let field = geodesics.classes().get(&class).map(|field| field.distances());
                 assert_eq!(field.is_some(), !own.is_empty());
                 let Some(field) = field else { continue };
                 assert_eq!(field, brute_force(&graph, &own));
-                let earlier = before.classes().get(&class).map(Geodesics::distances);
+                let earlier = before.classes().get(&class).map(|field| field.distances());
                 for (node, &distance) in field.iter().enumerate() {
                     let same = distance == earlier.map_or(f32::INFINITY, |earlier| earlier[node]);
                     assert!(same || changed.binary_search(&(node as u32)).is_ok());

@@ -81,7 +81,7 @@ struct Absence {
 
 /// What the labels say, with or without a stroke.
 struct Known {
-    fields: BTreeMap<ClassId, Geodesics>,
+    fields: BTreeMap<ClassId, Arc<Geodesics>>,
     labelled: Option<LabelledRegions>,
 }
 
@@ -91,7 +91,7 @@ impl Known {
         let (graph, look) = (&surface.graph, &surface.look);
         for (&class, nodes) in removed {
             if let Some(field) = self.fields.get_mut(&class) {
-                field.remove(graph, nodes);
+                Arc::make_mut(field).remove(graph, nodes);
             }
             if let Some(labelled) = &mut self.labelled {
                 nodes
@@ -101,9 +101,8 @@ impl Known {
         }
         for (&class, nodes) in added {
             let field = self.fields.entry(class);
-            field
-                .or_insert_with(|| Geodesics::new(graph.len()))
-                .add(graph, nodes);
+            let field = field.or_insert_with(|| Arc::new(Geodesics::new(graph.len())));
+            Arc::make_mut(field).add(graph, nodes);
             if let Some(labelled) = &mut self.labelled {
                 nodes
                     .iter()
@@ -169,7 +168,7 @@ impl CrossValidation {
         let in_order: Vec<Option<&[f32]>> = self
             .classes
             .iter()
-            .map(|class| known.fields.get(class).map(Geodesics::distances))
+            .map(|class| known.fields.get(class).map(|field| field.distances()))
             .collect();
         let mut counts: BTreeMap<ClassId, usize> = BTreeMap::new();
         let look = &self.surface.look;

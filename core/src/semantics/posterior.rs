@@ -147,7 +147,7 @@ pub(crate) struct Weights<'a> {
 impl<'a> Weights<'a> {
     pub(crate) fn new(evidence: Evidence<'a>) -> Self {
         let fields = evidence.geodesics.classes();
-        let of_class = |class| fields.get(class).map(super::Geodesics::distances);
+        let of_class = |class| fields.get(class).map(|field| field.distances());
         Self {
             fields: evidence.classes.iter().map(of_class).collect(),
             evidence,

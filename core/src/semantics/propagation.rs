@@ -1,9 +1,13 @@
 //! Propagates the labels of strokes and imported images over a surface, and so to every pixel.
 
+mod preview;
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use rustc_hash::FxHashMap;
+
+pub use preview::Preview;
 
 use super::map::OnSurface;
 use super::strays::strays;
@@ -126,26 +130,38 @@ impl LabelPropagation {
             same_votes = false;
         }
         let seeds = self.seeds();
-        let looks_count = self.import.is_none();
+        let looks_count = self.looks_count();
         let differs = looks_count.then(|| self.likeness.update(&self.classes, &seeds));
-        let mut changed = self.geodesics.update(&self.surface.graph, seeds);
+        let nearer = self.geodesics.update(&self.surface.graph, seeds);
         if !same_votes {
             self.refresh();
             return;
         }
-        if let Some(differs) = differs {
-            let look = &self.surface.look;
-            let of_node = |node| differs[look.region(node) as usize];
-            let mut is_changed: Vec<bool> = (0..self.surface.graph.len()).map(of_node).collect();
-            changed.iter().for_each(|&node| is_changed[node as usize] = true);
-            changed = (0..is_changed.len() as u32)
-                .filter(|&node| is_changed[node as usize])
-                .collect();
-        }
+        let changed = self.changed(nearer, differs);
         // Earlier maps may still share the posterior: then it is copied, which costs little.
         let mut posterior = Arc::unwrap_or_clone(std::mem::take(&mut self.posterior));
         posterior.update(&self.evidence(), &changed);
         self.posterior = Arc::new(posterior);
+    }
+
+    /// The nodes of which something else is known, ascending: those with other distances, and where looks count those
+    /// in regions with other factors.
+    fn changed(&self, nearer: Vec<u32>, differs: Option<Vec<bool>>) -> Vec<u32> {
+        let Some(differs) = differs else {
+            return nearer;
+        };
+        let look = &self.surface.look;
+        let of_node = |node| differs[look.region(node) as usize];
+        let mut is_changed: Vec<bool> = (0..self.surface.graph.len()).map(of_node).collect();
+        nearer.iter().for_each(|&node| is_changed[node as usize] = true);
+        (0..is_changed.len() as u32)
+            .filter(|&node| is_changed[node as usize])
+            .collect()
+    }
+
+    /// Imported images show each class in many places; looks add nothing to them.
+    fn looks_count(&self) -> bool {
+        self.import.is_none()
     }
 
     /// Takes over imported images that have been propagated over this surface.
@@ -179,12 +195,12 @@ impl LabelPropagation {
         self.posterior = Arc::new(posterior);
     }
 
-    /// What is known of the classes. Imported images show each class in many places; looks add nothing to them.
+    /// What is known of the classes.
     pub(crate) fn evidence(&self) -> Evidence<'_> {
         Evidence {
             classes: &self.classes,
             geodesics: &self.geodesics,
-            likeness: self.import.is_none().then_some(&self.likeness),
+            likeness: self.looks_count().then_some(&self.likeness),
             votes: self.votes.as_deref(),
             prior: self.prior.as_ref().and_then(|prior| prior.on(&self.classes)),
         }
@@ -192,17 +208,22 @@ impl LabelPropagation {
 
     /// The dense map of a frame. Painted pixels have the class of their stroke, and those of trusted images theirs.
     pub fn map(&self, scene: &Arc<Scene>, frame: usize, generation: u64) -> FrameMap {
+        let shown = self.on_surface(scene, frame, Arc::clone(&self.posterior));
+        FrameMap::on_surface((frame, generation), shown)
+    }
+
+    /// What the map of a frame is looked up from.
+    fn on_surface(&self, scene: &Arc<Scene>, frame: usize, posterior: Arc<Posterior>) -> OnSurface {
         let unknown = ((self.classes.len().max(1) as f32).ln() * ENTROPY_STEPS_PER_NAT).round() as u16;
         let painted = self.painted.get(&frame).into_iter().flatten();
-        let shown = OnSurface {
+        OnSurface {
             scene: Arc::clone(scene),
             surface: Arc::clone(&self.surface),
-            posterior: Arc::clone(&self.posterior),
+            posterior,
             unknown,
             trusted: self.import.as_ref().and_then(|import| import.trusted()).cloned(),
             painted: painted.map(|(&pixel, &(class, _))| (pixel, class)).collect(),
-        };
-        FrameMap::on_surface((frame, generation), shown)
+        }
     }
 
     /// Mean entropy over all pixels that show the surface, in nats.
