@@ -27,7 +27,7 @@ use crossbeam_channel::{Receiver, Sender, unbounded};
 
 use crate::scene::Scene;
 pub use crate::semantics::{
-    CERTAIN, ENTROPY_STEPS_PER_NAT, FrameMap, FrameSummary, PixelAnswer, StrokeCheck,
+    CERTAIN, ENTROPY_STEPS_PER_NAT, FrameMap, FrameSummary, PixelAnswer, Preview, StrokeCheck,
 };
 pub use client::{Client, ClientError};
 pub use demand::{Measured, TrainingEnd};

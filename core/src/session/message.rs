@@ -9,9 +9,9 @@ use super::semantic_trainer::restored;
 use super::{RenderedView, TrainingEnd};
 use crate::field::{FieldError, Preset, Trainer, Work};
 use crate::guide::Suggestion;
-use crate::labels::LabelSet;
+use crate::labels::{LabelSet, Stroke};
 use crate::scene::{OpenOptions, Scene, SceneSource, Viewpoint};
-use crate::semantics::{SemanticField, StrokeCheck};
+use crate::semantics::{Preview, SemanticField, StrokeCheck};
 
 /// What a session works on and how.
 #[derive(Clone, Debug)]
@@ -54,6 +54,9 @@ pub enum Command {
         /// Indices of the frames.
         frames: BTreeSet<usize>,
     },
+    /// Tell what one more stroke would win on its frame, once there is a surface; a newer question replaces an older
+    /// one. Answered with [`Event::Preview`] after one piece of work at most; the maps stay as they are.
+    Preview(Stroke),
     /// From now on, check the strokes after every change of the labels ([`Event::StrokeChecks`]).
     CheckStrokes,
     /// Render the field as seen from here, in slices between other work; a newer request replaces an older one.
@@ -111,6 +114,13 @@ pub enum Event {
         generation: u64,
         /// At most eight.
         suggestions: Vec<Suggestion>,
+    },
+    /// What one more stroke would win: the answer to [`Command::Preview`].
+    Preview {
+        /// Generation of the labels that the stroke would be added to.
+        generation: u64,
+        /// The stroke, and what it would win.
+        preview: Arc<Preview>,
     },
     /// The strokes checked against each other, after [`Command::CheckStrokes`]; later than the maps.
     StrokeChecks {

@@ -40,6 +40,11 @@ impl Outbox {
         }
     }
 
+    /// The newest map of a frame.
+    pub(super) fn map(&self, frame: usize) -> Option<Arc<FrameMap>> {
+        self.maps.get(frame)
+    }
+
     /// Empties the map slots and makes one for each frame.
     pub(super) fn reset_maps(&self, frames: usize) {
         self.maps.reset(frames);

@@ -219,8 +219,8 @@ impl WorkerTask for ReferenceWorker<'_> {
             Command::Labels { labels, generation } => self.set_labels(labels, generation)?,
             // All frames are rendered at a stride before any is at the next.
             Command::View { .. } => {}
-            // There are no suggestions without a surface.
-            Command::SuggestOn { .. } => {}
+            // There are no suggestions without a surface, and nothing is known before it is learnt.
+            Command::SuggestOn { .. } | Command::Preview(_) => {}
             // Labels do not spread along a surface here, so that none can be left out for a check.
             Command::CheckStrokes => {}
             Command::Render(_) => self.outbox.send(Event::NotRendered(

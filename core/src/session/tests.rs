@@ -434,3 +434,33 @@ fn views_of_the_field_are_rendered_during_a_pause_and_have_the_depth_of_the_wall
         }
     }
 }
+
+#[test]
+fn what_a_stroke_would_win_is_told_while_training_and_changes_no_map() {
+    let session = start();
+    let history = two_clicks();
+    send_labels(&session, &history, 1);
+    // Asked before there is anything to tell it by.
+    let click = Stroke::click(4, 1, [40, 30]);
+    session.send(Command::Preview(click.clone()));
+    let before = all_maps(&session, 1);
+    let told = |session: &Session| {
+        wait(session, |event| match event {
+            Event::Preview { generation, preview } => Some((*generation, Arc::clone(preview))),
+            _ => None,
+        })
+    };
+    let (generation, preview) = told(&session);
+    assert_eq!((generation, &preview.stroke), (1, &click));
+    let mut after = history.clone();
+    after.add_stroke(click);
+    send_labels(&session, &after, 2);
+    let after = all_maps(&session, 2);
+    let (before, after) = (before[4].labels(), after[4].labels());
+    let won = before
+        .iter()
+        .zip(after.iter())
+        .filter(|(before, after)| **before != 1 && **after == 1);
+    assert_eq!(preview.pixels(), won.count() as u64);
+    assert!(preview.pixels() > 100);
+}

@@ -20,9 +20,9 @@ use super::status_reporter::StatusReporter;
 use super::surface_refiner::SurfaceRefiner;
 use super::{Command, Event, ModelState, Phase, SessionOptions, Status, TrainingEnd};
 use crate::field::{FieldError, Trainer};
-use crate::labels::LabelSet;
+use crate::labels::{LabelSet, Stroke};
 use crate::scene::{Scene, in_one_line};
-use crate::semantics::{FieldDepth, LabelPropagation};
+use crate::semantics::{FieldDepth, FrameMap, LabelPropagation};
 
 pub(super) struct Worker<'a> {
     scene: Arc<Scene>,
@@ -43,6 +43,10 @@ pub(super) struct Worker<'a> {
     paused: bool,
     /// No more training; only finish what is under way.
     settling: bool,
+    /// The stroke that was asked about, until the answer is told.
+    asked: Option<Stroke>,
+    /// The map that was looked up for the last answer, as it was published and looked up.
+    looked_up: Option<[Arc<FrameMap>; 2]>,
     /// The requested view of the field, until it is rendered.
     rendering: Option<ViewRendering>,
     /// Frames whose maps are out of date, in the order in which they are made.
@@ -99,6 +103,8 @@ impl<'a> Worker<'a> {
             view: 0,
             paused: false,
             settling: false,
+            asked: None,
+            looked_up: None,
             rendering: None,
             stale: VecDeque::new(),
             suggestions_due: false,
@@ -150,6 +156,7 @@ impl WorkerTask for Worker<'_> {
                 self.suggest_on = Some(frames);
                 self.suggestions_due = true;
             }
+            Command::Preview(stroke) => self.asked = Some(stroke),
             Command::CheckStrokes => self.checking.want(),
             Command::Render(viewpoint) => {
                 self.rendering = Some(ViewRendering::new(viewpoint));
@@ -235,7 +242,7 @@ impl WorkerTask for Worker<'_> {
         if self.reporter.is_due() {
             self.report_status();
         }
-        if self.publish() || self.suggest() {
+        if self.publish() || self.preview() || self.suggest() {
             return Ok(true);
         }
         self.check();

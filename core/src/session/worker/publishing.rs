@@ -1,4 +1,4 @@
-//! What the worker publishes: maps, suggestions, checks of the strokes, and views of the field.
+//! What the worker publishes: maps, previews of strokes, suggestions, checks of the strokes, and views of the field.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -54,6 +54,32 @@ impl Worker<'_> {
             let generation = self.generation;
             self.outbox.send(Event::AllMaps { generation });
         }
+        true
+    }
+
+    /// Tells what the stroke that was asked about would win; `false` when there is none.
+    pub(super) fn preview(&mut self) -> bool {
+        let Some(propagation) = &self.propagation else {
+            return false;
+        };
+        let Some(stroke) = self.asked.take() else {
+            return false;
+        };
+        let start = Instant::now();
+        if let Some(map) = self.outbox.map(stroke.frame) {
+            let now = match self.looked_up.take() {
+                _ if map.is_looked_up() => Arc::clone(&map),
+                Some([of, looked_up]) if Arc::ptr_eq(&of, &map) => looked_up,
+                _ => Arc::new(map.looked_up().into_owned()),
+            };
+            let preview = propagation.preview(&self.scene, &stroke, &now);
+            self.looked_up = Some([map, now]);
+            self.outbox.send(Event::Preview {
+                generation: self.generation,
+                preview: Arc::new(preview),
+            });
+        }
+        self.seconds.render += start.elapsed().as_secs_f64();
         true
     }
 

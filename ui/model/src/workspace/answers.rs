@@ -48,7 +48,7 @@ impl Workspace {
             Event::Stopped => self.ended = true,
             Event::Opening { done, total } => self.read(Reading::Frames(done, total)),
             Event::Estimating { share } => self.read(Reading::Depth(share)),
-            Event::Listed(_) | Event::Opened(_) => {}
+            Event::Listed(_) | Event::Opened(_) | Event::Preview { .. } => {}
         }
         None
     }
