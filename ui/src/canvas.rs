@@ -5,11 +5,13 @@ mod cpu;
 mod field_view;
 mod frame_view;
 mod gpu;
+mod hover;
 mod legend;
 mod overlay;
 mod pick;
 mod plane;
 mod preparing;
+mod region;
 mod shapes;
 mod split;
 mod strokes;
@@ -45,6 +47,7 @@ pub use view::rect_of;
 use crate::input_order::InputOrder;
 use crate::theme;
 use content::Content;
+use hover::HoverLayer;
 use inplace_model::text::counted;
 use tools::{CanvasPlace, Draft, Gesture, Outcome};
 use view::Placement;
@@ -75,6 +78,7 @@ pub struct Canvas {
     gesture: Gesture,
     /// The strokes over the main layer, and over the one beside it.
     strokes: [StrokeLayer; 2],
+    outline: HoverLayer,
     /// The scene and the frame that the gesture is on.
     place: (u64, usize),
     /// What was begun on other frames of the scene, and goes on when they are in view again.
@@ -87,6 +91,8 @@ pub struct Canvas {
     covered: Vec<Rect>,
     /// The pixel of the frame under the pointer.
     pub pointed_at: Option<Pixel>,
+    /// The pixel where a press would begin to label or erase.
+    hovered: Option<Pixel>,
 }
 
 /// How long the size of the brush is shown after a change, in seconds.
@@ -100,6 +106,7 @@ impl Canvas {
             frame: None,
             gesture: Gesture::default(),
             strokes: Default::default(),
+            outline: HoverLayer::default(),
             place: (0, 0),
             drafts: BTreeMap::new(),
             brush: (0, f64::NEG_INFINITY),
@@ -107,6 +114,7 @@ impl Canvas {
             rect: Rect::NOTHING,
             covered: Vec::new(),
             pointed_at: None,
+            hovered: None,
         }
     }
 
@@ -148,6 +156,9 @@ impl Canvas {
         }
         if let Some(frame) = &mut self.frame {
             frame.follow(workspace, &layers, Instant::now(), commands);
+        }
+        if workspace.hover().pixel != self.hovered {
+            commands.push(Command::Hover(self.hovered));
         }
     }
 
@@ -230,6 +241,7 @@ impl Canvas {
     pub fn stand_aside(&mut self, ctx: &egui::Context, rect: Rect) {
         InputOrder::set_canvas(ctx, None, &[]);
         self.rect = rect;
+        self.hovered = None;
         self.gesture.cancel();
     }
 
@@ -242,7 +254,7 @@ impl Canvas {
         let background = painter.add(egui::Shape::Noop);
         let color = theme::of(ui.visuals()).canvas;
         painter.set(background, egui::Shape::rect_filled(rect, 0, color));
-        self.pointed_at = None;
+        (self.pointed_at, self.hovered) = (None, None);
         let Some(frame) = workspace.frame() else {
             return;
         };
@@ -300,6 +312,7 @@ impl Canvas {
                 let painter = painter.with_clip_rect(part.clip);
                 strokes.paint(&painter, workspace, placement, part.layer == Layer::Disagreement);
             }
+            self.outline.paint(&painter, workspace, placement);
             overlay::suggestions(&painter, workspace, placement);
         }
         if let Some(line) = self.gesture.line() {
@@ -323,6 +336,9 @@ impl Canvas {
         let on_image = |position: &Pos2| !self.covered.iter().any(|rect| rect.contains(*position));
         if let Some(position) = hover.filter(on_image) {
             self.pointed_at = placement.pixel_at(position);
+            let line = ui.input(|input| input.modifiers.shift) && around.line_end.is_some();
+            let clicks = !self.gesture.is_active() && !around.pan_key && !line && !model.overlay_hidden;
+            self.hovered = self.pointed_at.filter(|_| clicks);
             self.show_cursor(&painter, model, workspace, placement, position, &around);
         }
         self.show_brush_size(ui, &painter, &model.settings, placement, hover);

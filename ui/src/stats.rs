@@ -3,6 +3,8 @@
 use std::sync::PoisonError;
 use std::time::{Duration, Instant};
 
+use inplace_core::labels::Stroke;
+
 use crate::canvas::UploadClock;
 
 /// Most values kept of one kind; the newest stay.
@@ -115,6 +117,9 @@ pub struct Stats {
     pub presented: Samples,
     /// From the release of a click to the end of the frame that was the first to show its labels.
     pub click_to_presented: Samples,
+    /// From the beginning of the frame in which the pointer reached a place to the end of the frame that was the first to
+    /// outline what a click there would win.
+    pub hover_to_presented: Samples,
     /// CPU time of the window's thread from one frame to the next: everything that it does, waiting excluded.
     pub thread: Samples,
     clock: UploadClock,
@@ -124,6 +129,12 @@ pub struct Stats {
     waiting: Option<(u64, usize, Instant)>,
     /// Release of the click whose labels the newest frame is the first to show.
     showing: Option<Instant>,
+    /// The click that was asked about last, and when the pointer reached its place.
+    asked: Option<(Stroke, Instant)>,
+    /// When the pointer reached the place whose outline the newest frame is the first to show.
+    outlining: Option<Instant>,
+    /// When the newest frame began.
+    began: Option<Instant>,
     /// When the newest frame began, if the pointer was active in it.
     active_since: Option<Instant>,
 }
@@ -144,6 +155,18 @@ impl Stats {
         self.waiting.get_or_insert((generation, frame, Instant::now()));
     }
 
+    /// The worker is asked what this click at the pointer would win.
+    pub fn asked(&mut self, stroke: Stroke) {
+        self.asked = self.began.map(|began| (stroke, began));
+    }
+
+    /// What this click would win is outlined in the frame being made.
+    pub fn outlined(&mut self, stroke: &Stroke) {
+        if let Some((_, began)) = self.asked.take_if(|(asked, _)| *asked == *stroke) {
+            self.outlining = Some(began);
+        }
+    }
+
     /// Another frame came into view: what was waited for may never be shown.
     pub fn looked_away(&mut self) {
         self.waiting = None;
@@ -156,6 +179,10 @@ impl Stats {
         if let Some(clicked) = self.showing.take() {
             self.click_to_presented.add(now - clicked);
         }
+        if let Some(reached) = self.outlining.take() {
+            self.hover_to_presented.add(now - reached);
+        }
+        self.began = Some(now);
         // After a longer time the pointer rested.
         if let Some(interval) = self.active_since.map(|before| now - before)
             && interval < MOST_INTERVAL
@@ -184,18 +211,19 @@ impl Stats {
         }
         let image = self.first_frame.frame_made(uploaded.image);
         let map = self.first_map.frame_made(uploaded.map.is_some());
-        image || map || self.showing.is_some()
+        image || map || self.showing.is_some() || self.outlining.is_some()
     }
 
     /// All summaries as one line of JSON, in milliseconds.
     pub fn json(&self) -> String {
         format!(
-            r#"{{"renderer":{:?},"first_frame_ms":{},"first_map_ms":{},"presented_ms":{},"click_to_presented_ms":{},"thread_ms":{}}}"#,
+            r#"{{"renderer":{:?},"first_frame_ms":{},"first_map_ms":{},"presented_ms":{},"click_to_presented_ms":{},"hover_to_presented_ms":{},"thread_ms":{}}}"#,
             self.renderer,
             self.first_frame.json(self.started),
             self.first_map.json(self.started),
             self.presented.summary().json(),
             self.click_to_presented.summary().json(),
+            self.hover_to_presented.summary().json(),
             self.thread.summary().json()
         )
     }

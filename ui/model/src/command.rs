@@ -63,6 +63,8 @@ pub enum Command {
     DeleteSelected,
     /// Gives a stroke another class, which may be void.
     ChangeStrokeClass(StrokeId, ClassId),
+    /// Labels just the pixels that are outlined as what a click would win.
+    LabelOutlined,
     /// Labels the place of the surface that a frame (by its index) shows at a pixel with the current class, and stays where one is.
     LabelSeen(usize, Pixel),
     /// Takes the last edit back.
@@ -162,6 +164,8 @@ pub enum Command {
     SetOutlines(bool),
     /// Whether the canvas has legends.
     SetLegend(bool),
+    /// Whether what a click would win is outlined.
+    SetPreview(bool),
     /// Splits the canvas between two layers, or shows one again.
     ToggleCompare,
     /// Shows a layer on the left of the split canvas.
@@ -190,6 +194,9 @@ pub enum Command {
     TogglePause,
     /// Changes what the person prefers in every scene.
     Prefer(PreferenceChange),
+    /// The pointer is on this pixel of the frame in view, where a press would begin to label, or on none; no person asks
+    /// for it.
+    Hover(Option<Pixel>),
     /// Shows the image without what lies over it, or with it again.
     HideOverlay(bool),
     /// Removes a message.

@@ -13,6 +13,7 @@ pub mod effect;
 pub mod exporting;
 pub mod frames;
 pub mod hints;
+pub mod hover;
 pub mod jobs;
 pub mod keymap;
 pub mod layer;

@@ -16,6 +16,8 @@ pub struct Settings {
     pub outlines: bool,
     /// Whether the canvas has legends.
     pub legend: bool,
+    /// Whether what a click would win is outlined.
+    pub preview: bool,
     /// Whether the canvas is split between two layers.
     pub compare: bool,
     /// What the left side of the split canvas shows.
@@ -37,6 +39,7 @@ impl Default for Settings {
             opacity: 0.55,
             outlines: true,
             legend: true,
+            preview: true,
             compare: false,
             other_layer: Layer::Color,
             split: 0.5,
@@ -72,6 +75,7 @@ impl Settings {
             "opacity": self.opacity,
             "outlines": self.outlines,
             "legend": self.legend,
+            "preview": self.preview,
             "compare": self.compare,
             "other_layer": self.other_layer.number(),
             "split": self.split,
@@ -90,6 +94,7 @@ impl Settings {
         for (flag, name) in [
             (&mut self.outlines, "outlines"),
             (&mut self.legend, "legend"),
+            (&mut self.preview, "preview"),
             (&mut self.compare, "compare"),
         ] {
             *flag = kept[name].as_bool().unwrap_or(*flag);
@@ -116,6 +121,7 @@ mod tests {
             opacity: 0.25,
             outlines: false,
             legend: false,
+            preview: false,
             compare: true,
             other_layer: Layer::Rendered,
             split: 0.75,

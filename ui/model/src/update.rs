@@ -66,13 +66,15 @@ impl Model {
             Input::FrameBegins { now, window } => self.frame_begins(now, window),
         }
         self.note_settings();
+        let settings = self.state.settings;
+        self.with_workspace(|workspace| workspace.follow_hover(&settings));
         let asked = self.with_workspace(Workspace::take_outbox);
         self.effects.extend(asked.into_iter().map(Effect::Session));
         std::mem::take(&mut self.effects)
     }
 
     fn command(&mut self, command: Command) {
-        if !matches!(command, Command::Render(_)) {
+        if !matches!(command, Command::Render(_) | Command::Hover(_)) {
             self.with_workspace(|workspace| workspace.overview.log.acted(Instant::now()));
         }
         match command {
@@ -104,6 +106,7 @@ impl Model {
             Command::DeleteStroke(stroke) => self.delete_stroke(stroke),
             Command::DeleteSelected => self.delete_selected(),
             Command::ChangeStrokeClass(stroke, class) => self.change_stroke_class(stroke, class),
+            Command::LabelOutlined => self.label_outlined(),
             Command::LabelSeen(frame, pixel) => self.label_seen(frame, pixel),
             Command::Undo => self.step(History::undo, Step::Undo),
             Command::Redo => self.step(History::redo, Step::Redo),
@@ -169,6 +172,7 @@ impl Model {
             Command::SetOpacity(opacity) => self.state.settings.opacity = opacity.clamp(0.0, 1.0),
             Command::SetOutlines(outlines) => self.state.settings.outlines = outlines,
             Command::SetLegend(legend) => self.state.settings.legend = legend,
+            Command::SetPreview(preview) => self.state.settings.preview = preview,
             Command::ToggleCompare => self.state.settings.compare = !self.state.settings.compare,
             Command::ChooseOtherLayer(layer) => self.state.settings.other_layer = layer,
             Command::SetSplit(split) => self.state.settings.split = split.clamp(0.0, 1.0),
@@ -190,6 +194,7 @@ impl Model {
             Command::SetSpace(space) => self.with_workspace(|workspace| workspace.space = space),
             Command::TogglePause => self.with_workspace(Workspace::toggle_pause),
             Command::Prefer(change) => self.prefer(change),
+            Command::Hover(pixel) => self.with_workspace(|workspace| workspace.hover.pixel = pixel),
             Command::HideOverlay(hidden) => self.state.overlay_hidden = hidden,
         }
     }

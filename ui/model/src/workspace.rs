@@ -2,6 +2,7 @@
 
 mod answers;
 mod classes;
+mod hover;
 pub mod source;
 mod strokes;
 mod suggestions;
@@ -17,6 +18,7 @@ use inplace_core::session::{Command, FrameMap, ModelState, Phase, RenderedView, 
 use crate::class_view::ClassView;
 use crate::document::Document;
 use crate::frames;
+use crate::hover::Hover;
 use crate::overview::Overview;
 use crate::session_link::Running;
 use crate::settings::Settings;
@@ -81,6 +83,7 @@ pub struct Workspace {
     /// Whether the person paused training.
     pub paused: bool,
     pub(crate) suggestions: Suggestions,
+    pub(crate) hover: Hover,
     /// Generation of the newest labels that the maps of all frames follow; `None` before there are any.
     pub followed: Option<u64>,
     state: Option<Arc<ModelState>>,
@@ -123,6 +126,7 @@ impl Workspace {
             status: Status::default(),
             paused: false,
             suggestions: Suggestions::default(),
+            hover: Hover::default(),
             followed: None,
             state: None,
             ended: false,

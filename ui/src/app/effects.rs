@@ -50,6 +50,9 @@ impl App {
                 self.update(Input::SessionStarted(Running::new(session)));
             }
             Effect::Session(command) => {
+                if let (Some(stats), session::Command::Preview(stroke)) = (&mut self.stats, &command) {
+                    stats.asked(stroke.clone());
+                }
                 if let Some(session) = self.session() {
                     session.send(command);
                 }

@@ -4,12 +4,13 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use egui::epaint::{TessellationOptions, Tessellator};
-use egui::{Color32, Mesh, Painter, Pos2, Rect, Shape, Stroke as Pen, pos2};
-use inplace_core::labels::{ClassId, Run, Stroke, StrokeId, StrokeKind, runs_of};
+use egui::{Color32, Mesh, Painter, Pos2, Shape, Stroke as Pen};
+use inplace_core::labels::{ClassId, Stroke, StrokeId, StrokeKind, runs_of};
 use inplace_model::palette::Agreement;
 use inplace_model::versioned::Version;
 use inplace_model::workspace::Workspace;
 
+use super::region::Region;
 use super::shapes::{FILL, HALO, fill, line_shapes, stroke_color};
 use super::view::Placement;
 use crate::theme;
@@ -89,7 +90,7 @@ impl StrokeLayer {
     }
 
     fn build(&mut self, workspace: &Workspace, placement: Placement, of: &Key) -> Mesh {
-        let size = [placement.size.x as u32, placement.size.y as u32];
+        let [width, height] = [placement.size.x as u32, placement.size.y as u32];
         let before = std::mem::take(&mut self.regions);
         let mut pen = MeshPen::new(of.pixels_per_point);
         let mut marked = None;
@@ -101,7 +102,10 @@ impl StrokeLayer {
             };
             let region = (stroke.kind() == StrokeKind::Polygon).then(|| {
                 let known = before.get(&id).filter(|(of, _)| Arc::ptr_eq(of, stroke));
-                let region = known.map_or_else(|| Region::new(stroke, size), |(_, region)| region.clone());
+                let region = known.map_or_else(
+                    || Region::new(runs_of(stroke, width, height)),
+                    |(_, region)| region.clone(),
+                );
                 self.regions.insert(id, (Arc::clone(stroke), region.clone()));
                 region
             });
@@ -138,63 +142,6 @@ fn agreement_color(workspace: &Workspace, id: StrokeId, class: ClassId) -> Color
     };
     let [r, g, b, _] = agreement.color();
     Color32::from_rgb(r, g, b)
-}
-
-/// A filled polygon: its runs, and the sides of its pixels where it ends, in image positions.
-#[derive(Clone, Debug)]
-struct Region {
-    runs: Arc<[Run]>,
-    border: Arc<[Rect]>,
-}
-
-impl Region {
-    fn new(stroke: &Stroke, [width, height]: [u32; 2]) -> Self {
-        let runs = runs_of(stroke, width, height);
-        Self {
-            border: border_of(&runs).into(),
-            runs: runs.into(),
-        }
-    }
-}
-
-/// The sides of pixels in runs that no pixel of the runs lies beyond, as rectangles without width or height.
-fn border_of(runs: &[Run]) -> Vec<Rect> {
-    let in_row = |row: Option<u32>| {
-        let row = row.map(u64::from);
-        let from = row.map_or(0, |row| runs.partition_point(|run| u64::from(run.row) < row));
-        let to = row.map_or(0, |row| runs.partition_point(|run| u64::from(run.row) <= row));
-        &runs[from..to]
-    };
-    let mut border = Vec::new();
-    for run in runs {
-        let (left, right) = (run.first as f32, run.last as f32 + 1.0);
-        let (top, bottom) = (run.row as f32, run.row as f32 + 1.0);
-        for x in [left, right] {
-            border.push(Rect::from_min_max(pos2(x, top), pos2(x, bottom)));
-        }
-        for (y, beyond) in [
-            (top, in_row(run.row.checked_sub(1))),
-            (bottom, in_row(run.row.checked_add(1))),
-        ] {
-            let mut from = left;
-            for other in beyond {
-                let (other_left, other_right) = (other.first as f32, other.last as f32 + 1.0);
-                if other_left > from {
-                    border.push(Rect::from_min_max(pos2(from, y), pos2(other_left.min(right), y)));
-                }
-                from = from.max(other_right);
-                if from >= right {
-                    break;
-                }
-            }
-            if from < right {
-                border.push(Rect::from_min_max(pos2(from, y), pos2(right, y)));
-            }
-        }
-    }
-    // What lies beyond a run to its right is no part of this run's border.
-    border.retain(|side| side.max.x >= side.min.x);
-    border
 }
 
 /// Draws into a mesh.
@@ -265,32 +212,6 @@ impl MeshPen {
     }
 
     fn border(&mut self, region: &Region, placement: Placement, half: f32, color: Color32) {
-        self.mesh.reserve_vertices(4 * region.border.len());
-        for side in region.border.iter() {
-            let side = Rect::from_min_max(placement.to_screen(side.min), placement.to_screen(side.max));
-            self.mesh.add_colored_rect(side.expand(half), color);
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_border_of_a_polygon_is_every_side_of_a_pixel_without_a_neighbour() {
-        let run = |row, first, last| Run { row, first, last };
-        // ..##..##   with a bay, a hole is the same
-        // ..######
-        let runs = [run(4, 2, 3), run(4, 6, 7), run(5, 2, 7)];
-        let mut length = 0.0;
-        for side in border_of(&runs) {
-            assert!(side.width() == 0.0 || side.height() == 0.0);
-            length += side.width() + side.height();
-        }
-        assert_eq!(length, 2.0 * (6.0 + 2.0) + 2.0);
-        let alone = border_of(&[run(0, 0, 0), run(1, 5, 5)]);
-        let length: f32 = alone.iter().map(|side| side.width() + side.height()).sum();
-        assert_eq!(length, 8.0);
+        region.add_border(&mut self.mesh, placement, half, color);
     }
 }

@@ -74,6 +74,9 @@ table! {
     FIND_CLASS "Find a class" [key("C")] "Find a class by typing part of its name, or make one"
         => Command::FindClass(ClassUse::Choose);
     "Alt+Up and Alt+Down" => "Move the class that has the focus in the list";
+    LABEL_OUTLINED "Label what is outlined" [key("R")]
+        "Label just what is outlined around the pointer: what a click would win on this frame"
+        => Command::LabelOutlined;
     SMALLER_BRUSH "Smaller brush" [key("[")] "Smaller brush" => Command::StepBrush(-1);
     LARGER_BRUSH "Larger brush" [key("]")] "Larger brush" => Command::StepBrush(1);
     "Ctrl+wheel" => "Smaller and larger brush";

@@ -177,13 +177,18 @@ fn view(ui: &mut Ui, model: &Model, commands: &mut Commands) {
             commands.push(command);
         }
     };
-    let (outlines, legend) = (model.settings.outlines, model.settings.legend);
+    let (outlines, legend, preview) = (
+        model.settings.outlines,
+        model.settings.legend,
+        model.settings.preview,
+    );
     check(
         outlines,
         "Borders between classes",
         Command::SetOutlines(!outlines),
     );
     check(legend, "Legend", Command::SetLegend(!legend));
+    check(preview, "What a click would win", Command::SetPreview(!preview));
     check(
         model.settings.compare,
         "Compare two layers",

@@ -22,6 +22,8 @@ const WIDTHS: [f32; 5] = [96.0, 216.0, 152.0, 88.0, 104.0];
 /// Cells that share what room is left, or missing.
 const FLEXIBLE: [bool; 5] = [false, true, true, false, false];
 const NARROWEST: f32 = 72.0;
+/// Room that what a click would win needs to be shown behind the cells.
+const WINS_WIDTH: f32 = 120.0;
 
 /// What is known of a pixel.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,6 +35,8 @@ struct Reading {
     unsure: Option<f32>,
     /// In metres, and whether it is measured.
     depth: Option<(f32, bool)>,
+    /// What a click there would win, as a share of the frame.
+    wins: Option<f32>,
 }
 
 /// A class with its probability, 0..=1, where that is known.
@@ -60,7 +64,12 @@ pub fn show(ui: &mut Ui, workspace: &Workspace, frame: Option<&FrameView>, pixel
         line_of_text(ui, inside, POINT, 12.0, weak);
         return;
     };
-    for (index, cell) in cells(inside).into_iter().enumerate() {
+    let cells = cells(inside);
+    let rest = inside.with_min_x(cells[WIDTHS.len() - 1].right() + theme::GAP);
+    if let Some(words) = reading.wins().filter(|_| rest.width() >= WINS_WIDTH) {
+        line_of_text(ui, rest, &words, 12.0, weak);
+    }
+    for (index, cell) in cells.into_iter().enumerate() {
         let class = match index {
             1 => reading.class.as_ref(),
             2 => reading.runner_up.as_ref(),
@@ -138,6 +147,11 @@ impl Reading {
                 .filter(|answer| answer.class != VOID)
                 .map(|answer| answer.entropy / most),
             depth: frame.depth_at(pixel),
+            wins: workspace
+                .hover()
+                .shown()
+                .zip(workspace.frame())
+                .map(|(preview, frame)| preview.pixels() as f32 / frame.camera.pixels() as f32),
         }
     }
 
@@ -156,8 +170,15 @@ impl Reading {
     }
 
     fn words(&self) -> String {
-        let cells: Vec<String> = (0..WIDTHS.len()).filter_map(|index| self.cell(index)).collect();
-        cells.join("; ")
+        let cells = (0..WIDTHS.len()).filter_map(|index| self.cell(index));
+        let all: Vec<String> = cells.chain(self.wins()).collect();
+        all.join("; ")
+    }
+
+    /// What a click there would win, in words.
+    fn wins(&self) -> Option<String> {
+        let share = numbers::share(self.wins?);
+        Some(format!("a click wins {share}"))
     }
 }
 
@@ -188,12 +209,17 @@ mod tests {
             runner_up: Some(named("floor", None)),
             unsure: Some(0.312),
             depth: Some((2.306, true)),
+            wins: None,
         };
         assert_eq!(reading.words(), "12, 30; 87% wall; or floor; 31% unsure; 2.31 m");
         reading.class = Some(named("wall", Some(1.0)));
         reading.runner_up = None;
         reading.depth = Some((2.306, false));
-        assert_eq!(reading.words(), "12, 30; 100% wall; 31% unsure; about 2.31 m");
+        reading.wins = Some(0.12);
+        assert_eq!(
+            reading.words(),
+            "12, 30; 100% wall; 31% unsure; about 2.31 m; a click wins 12%"
+        );
         reading.class = Some(named("wall", Some(0.999)));
         assert!(reading.words().contains("99% wall"));
     }

@@ -32,6 +32,7 @@ fn table(ui: &mut Ui, stats: &Stats) {
             for (name, samples) in [
                 ("presented frames", &stats.presented),
                 ("click to presented", &stats.click_to_presented),
+                ("hover to outline", &stats.hover_to_presented),
                 ("window's thread", &stats.thread),
             ] {
                 let summary = samples.summary();

@@ -7,6 +7,7 @@
 
 mod classes;
 mod files;
+mod hover;
 #[path = "../../src/tests.rs"]
 mod images;
 mod labelling;

@@ -147,6 +147,22 @@ impl Model {
         });
     }
 
+    /// Labels what is outlined, as it is.
+    pub(crate) fn label_outlined(&mut self) {
+        let workspace = self.state.workspace();
+        let Some(preview) = workspace.and_then(|workspace| workspace.hover().shown()) else {
+            let sentence = "Nothing is outlined: hold the pointer where a click would change something.";
+            return self.state.messages.info(sentence);
+        };
+        let region = preview.filled();
+        if self.lock_refuses(&region) {
+            return;
+        }
+        self.leave_suggestions();
+        self.edit(|history| Some(history.add_stroke(region)));
+        self.note_click();
+    }
+
     /// A click of the current class on a frame that need not be in view; asks for the first class.
     pub(crate) fn label_seen(&mut self, frame: usize, pixel: Pixel) {
         let Some(workspace) = self.state.workspace() else {

@@ -35,6 +35,11 @@ impl Workspace {
                 self.overview.note(&status, strokes, Instant::now());
                 self.status = status;
             }
+            Event::Preview { generation, preview } => {
+                if generation == self.document.generation() {
+                    self.hover.take(preview);
+                }
+            }
             Event::StrokeChecks { checks, accuracy, .. } => {
                 self.overview.take_stroke_checks(checks, accuracy);
             }
@@ -48,7 +53,7 @@ impl Workspace {
             Event::Stopped => self.ended = true,
             Event::Opening { done, total } => self.read(Reading::Frames(done, total)),
             Event::Estimating { share } => self.read(Reading::Depth(share)),
-            Event::Listed(_) | Event::Opened(_) | Event::Preview { .. } => {}
+            Event::Listed(_) | Event::Opened(_) => {}
         }
         None
     }
