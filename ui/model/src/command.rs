@@ -63,7 +63,7 @@ pub enum Command {
     DeleteSelected,
     /// Gives a stroke another class, which may be void.
     ChangeStrokeClass(StrokeId, ClassId),
-    /// Labels just the pixels that are outlined as what a click would win.
+    /// Labels the part of what a click would win that is outlined at the pointer.
     LabelOutlined,
     /// Labels the place of the surface that a frame (by its index) shows at a pixel with the current class, and stays where one is.
     LabelSeen(usize, Pixel),

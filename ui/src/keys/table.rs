@@ -75,7 +75,7 @@ table! {
         => Command::FindClass(ClassUse::Choose);
     "Alt+Up and Alt+Down" => "Move the class that has the focus in the list";
     LABEL_OUTLINED "Label what is outlined" [key("R")]
-        "Label just what is outlined around the pointer: what a click would win on this frame"
+        "Label what is outlined at the pointer, but for its rim, as one stroke"
         => Command::LabelOutlined;
     SMALLER_BRUSH "Smaller brush" [key("[")] "Smaller brush" => Command::StepBrush(-1);
     LARGER_BRUSH "Larger brush" [key("]")] "Larger brush" => Command::StepBrush(1);

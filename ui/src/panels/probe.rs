@@ -23,7 +23,7 @@ const WIDTHS: [f32; 5] = [96.0, 216.0, 152.0, 88.0, 104.0];
 const FLEXIBLE: [bool; 5] = [false, true, true, false, false];
 const NARROWEST: f32 = 72.0;
 /// Room that what a click would win needs to be shown behind the cells.
-const WINS_WIDTH: f32 = 120.0;
+const WINS_WIDTH: f32 = 80.0;
 
 /// What is known of a pixel.
 #[derive(Clone, Debug, PartialEq)]
@@ -171,14 +171,15 @@ impl Reading {
 
     fn words(&self) -> String {
         let cells = (0..WIDTHS.len()).filter_map(|index| self.cell(index));
-        let all: Vec<String> = cells.chain(self.wins()).collect();
+        let wins = self.wins().map(|wins| format!("a click {wins}"));
+        let all: Vec<String> = cells.chain(wins).collect();
         all.join("; ")
     }
 
     /// What a click there would win, in words.
     fn wins(&self) -> Option<String> {
         let share = numbers::share(self.wins?);
-        Some(format!("a click wins {share}"))
+        Some(format!("wins {share}"))
     }
 }
 

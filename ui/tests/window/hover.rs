@@ -23,18 +23,19 @@ fn asked(window: &Window) -> Vec<Stroke> {
         .collect()
 }
 
-/// An answer to a question: two rows of ten pixels.
+/// An answer to a question: two rows of ten pixels from the place on.
 fn answer(stroke: &Stroke, generation: u64) -> Event {
+    let [x, y] = stroke.first_point().unwrap();
     let run = |row| Run {
         row,
-        first: 5,
-        last: 14,
+        first: x,
+        last: x + 9,
     };
     Event::Preview {
         generation,
         preview: Arc::new(Preview {
             stroke: stroke.clone(),
-            won: vec![run(20), run(21)],
+            won: vec![run(y), run(y + 1)],
         }),
     }
 }

@@ -9,6 +9,7 @@ use crate::dialogs::Dialog;
 use crate::effect::Effect;
 use crate::model::Model;
 use crate::tool::DrawnLine;
+use crate::workspace::Workspace;
 
 impl Model {
     /// Changes the labels and keeps the edit.
@@ -147,14 +148,13 @@ impl Model {
         });
     }
 
-    /// Labels what is outlined, as it is.
+    /// Labels what is outlined at the pointer.
     pub(crate) fn label_outlined(&mut self) {
         let workspace = self.state.workspace();
-        let Some(preview) = workspace.and_then(|workspace| workspace.hover().shown()) else {
-            let sentence = "Nothing is outlined: hold the pointer where a click would change something.";
+        let Some(region) = workspace.and_then(Workspace::outlined) else {
+            let sentence = "Nothing is outlined here: point at something that a click would win.";
             return self.state.messages.info(sentence);
         };
-        let region = preview.filled();
         if self.lock_refuses(&region) {
             return;
         }
