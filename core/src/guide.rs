@@ -5,6 +5,7 @@ mod effect;
 pub(crate) mod outline;
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -64,12 +65,13 @@ const BLOCK: usize = 32;
 /// class by how likely x has it, each pixel weighted by its class, more the fewer pixels the class has.
 ///
 /// Places are shown in keyframes; with `only`, in the keyframes among these frames. A place that none of them shows is
-/// left out.
+/// left out. `None` where it is cancelled before the end.
 pub fn suggest(
     scene: &Scene,
     propagation: &LabelPropagation,
     only: Option<&BTreeSet<usize>>,
-) -> Vec<Suggestion> {
+    cancelled: &AtomicBool,
+) -> Option<Vec<Suggestion>> {
     let (surface, posterior, said) = (propagation.surface(), propagation.posterior(), propagation.said());
     let graph = &surface.graph;
     let unclear = unclearness(graph, posterior);
@@ -111,6 +113,9 @@ pub fn suggest(
     let mut visits = 0;
     // In blocks, so that the result does not depend on the number of threads.
     for block in candidates(graph, &unclear, promise).chunks(BLOCK) {
+        if cancelled.load(Ordering::Relaxed) {
+            return None;
+        }
         let effects: Vec<Effect> = block
             .par_iter()
             .map_init(|| EffectSearch::new(known), |search, &node| search.effect(node))
@@ -145,7 +150,7 @@ pub fn suggest(
             break;
         }
     }
-    describe((scene, only), propagation, &picks, &region_of)
+    Some(describe((scene, only), propagation, &picks, &region_of))
 }
 
 /// Not in any region.

@@ -1,6 +1,7 @@
 //! A session: a background worker that opens a scene, trains its field and keeps every frame's maps
 //! in step with the labels. The window and the headless commands use the same one.
 
+mod background;
 mod checking;
 mod client;
 mod demand;

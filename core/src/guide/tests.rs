@@ -1,3 +1,5 @@
+use std::sync::atomic::AtomicBool;
+
 use super::*;
 use crate::labels::testing::{Click, clicked};
 use crate::scene::Camera;
@@ -17,7 +19,7 @@ fn labelled(frames: usize, clicks: &[Click]) -> (Scene, LabelPropagation) {
 
 fn suggestions(clicks: &[Click]) -> (LabelPropagation, Vec<Suggestion>) {
     let (scene, propagation) = labelled(2, clicks);
-    let suggestions = suggest(&scene, &propagation, None);
+    let suggestions = suggest(&scene, &propagation, None, &AtomicBool::default()).unwrap();
     (propagation, suggestions)
 }
 
@@ -86,7 +88,7 @@ fn without_labels_there_are_places_in_every_frame_that_may_be_labelled_and_no_li
     let (scene, propagation) = labelled(4, &[]);
     for frame in 0..4 {
         let only = BTreeSet::from([frame]);
-        let found = suggest(&scene, &propagation, Some(&only));
+        let found = suggest(&scene, &propagation, Some(&only), &AtomicBool::default()).unwrap();
         assert!(!found.is_empty());
         let is_unknown = |one: &Suggestion| one.frame == frame && one.classes.is_empty();
         assert!(found.iter().all(is_unknown));

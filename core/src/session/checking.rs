@@ -1,11 +1,8 @@
 //! Leave-one-out checks of the strokes in the background: a click must not wait for them, and newer labels cancel them.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
-use crossbeam_channel::Receiver;
-
-use super::surface_refiner::in_background;
+use super::background::Background;
 use crate::scene::Scene;
 use crate::semantics::{LabelPropagation, LeaveOneOut};
 
@@ -14,21 +11,7 @@ use crate::semantics::{LabelPropagation, LeaveOneOut};
 pub(super) struct Checking {
     wanted: bool,
     due: bool,
-    running: Option<RunningCheck>,
-}
-
-#[derive(Debug)]
-struct RunningCheck {
-    /// Generation of the labels that are checked.
-    generation: u64,
-    cancelled: Arc<AtomicBool>,
-    answer: Receiver<Option<LeaveOneOut>>,
-}
-
-impl Drop for RunningCheck {
-    fn drop(&mut self) {
-        self.cancelled.store(true, Ordering::Relaxed);
-    }
+    running: Option<Background<LeaveOneOut>>,
 }
 
 impl Checking {
@@ -54,28 +37,18 @@ impl Checking {
         if !self.wanted || !std::mem::take(&mut self.due) {
             return;
         }
-        let cancelled = Arc::new(AtomicBool::new(false));
-        let (validation, stop) = (propagation.cross_validation(scene), Arc::clone(&cancelled));
+        let validation = propagation.cross_validation(scene);
         // One thread is enough: training runs at the same time, and nobody waits for the answer.
-        let answer = in_background("inplace-checking", 1, move || validation.run(&stop));
-        self.running = Some(RunningCheck {
+        self.running = Some(Background::start(
+            "inplace-checking",
+            1,
             generation,
-            cancelled,
-            answer,
-        });
+            |cancelled| validation.run(cancelled),
+        ));
     }
 
-    /// A result that has become ready, with the generation of its labels. Where the thread died there is none, and the
-    /// next change of the labels tries again.
+    /// A result that has become ready, with the generation of its labels.
     pub(super) fn ready(&mut self) -> Option<(u64, LeaveOneOut)> {
-        let running = self.running.as_ref()?;
-        let answer = match running.answer.try_recv() {
-            Ok(answer) => answer,
-            Err(crossbeam_channel::TryRecvError::Empty) => return None,
-            Err(crossbeam_channel::TryRecvError::Disconnected) => None,
-        };
-        let generation = running.generation;
-        self.running = None;
-        Some((generation, answer?))
+        Background::take_ready(&mut self.running)
     }
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crossbeam_channel::{Receiver, TryRecvError};
 
-use super::surface_refiner::in_background;
+use super::background::in_background;
 use crate::labels::LabelSet;
 use crate::semantics::{Surface, SurfaceImport};
 

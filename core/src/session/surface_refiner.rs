@@ -4,9 +4,10 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use crossbeam_channel::{Receiver, TryRecvError, bounded};
+use crossbeam_channel::{Receiver, TryRecvError};
 
 use super::TrainingEnd;
+use super::background::in_background;
 use super::demand::Measured;
 use crate::field::{FieldError, HeldOut, Ray, Trainer, frame_rays, render_rays};
 use crate::labels::LabelSet;
@@ -283,27 +284,6 @@ impl SurfaceRefiner {
             }
         }
     }
-}
-
-/// Does work on threads of its own, since the session's are busy training. The receiver is disconnected when the work
-/// panics, or when the threads cannot be started.
-pub(super) fn in_background<T: Send + 'static>(
-    name: &'static str,
-    threads: usize,
-    work: impl FnOnce() -> T + Send + 'static,
-) -> Receiver<T> {
-    let (sender, receiver) = bounded(1);
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .thread_name(move |_| name.to_owned())
-        .build();
-    if let Ok(pool) = pool {
-        pool.spawn(move || {
-            // The receiver is gone when the session has ended.
-            let _ = sender.send(work());
-        });
-    }
-    receiver
 }
 
 /// Pixels of a frame, along each axis, per rendered ray.

@@ -9,6 +9,7 @@ use std::sync::Arc;
 
 use candle_core::Tensor;
 
+use super::background::Background;
 use super::checking::Checking;
 use super::demand::Demand;
 use super::importing::Importing;
@@ -20,6 +21,7 @@ use super::status_reporter::StatusReporter;
 use super::surface_refiner::SurfaceRefiner;
 use super::{Command, Event, ModelState, Phase, SessionOptions, Status, TrainingEnd};
 use crate::field::{FieldError, Trainer};
+use crate::guide::Suggestion;
 use crate::labels::{LabelSet, Stroke};
 use crate::scene::{Scene, in_one_line};
 use crate::semantics::{FieldDepth, FrameMap, LabelPropagation};
@@ -52,6 +54,7 @@ pub(super) struct Worker<'a> {
     /// Frames whose maps are out of date, in the order in which they are made.
     stale: VecDeque<usize>,
     suggestions_due: bool,
+    suggesting: Option<Background<Vec<Suggestion>>>,
     /// The frames that suggestions are shown in; `None` = all.
     suggest_on: Option<BTreeSet<usize>>,
     reporter: StatusReporter,
@@ -108,6 +111,7 @@ impl<'a> Worker<'a> {
             rendering: None,
             stale: VecDeque::new(),
             suggestions_due: false,
+            suggesting: None,
             suggest_on: None,
             reporter: StatusReporter::new(),
             seconds: Seconds::default(),
@@ -242,9 +246,10 @@ impl WorkerTask for Worker<'_> {
         if self.reporter.is_due() {
             self.report_status();
         }
-        if self.publish() || self.preview() || self.suggest() {
+        if self.publish() || self.preview() {
             return Ok(true);
         }
+        self.suggest();
         self.check();
         if self.render()? {
             // The view is looked at when it is there: what it takes is no time to learn in.

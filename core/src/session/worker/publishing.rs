@@ -1,11 +1,13 @@
 //! What the worker publishes: maps, previews of strokes, suggestions, checks of the strokes, and views of the field.
 
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use super::Worker;
 use crate::guide::suggest;
 use crate::session::Event;
+use crate::session::background::Background;
 use crate::session::serve::WorkerError;
 
 /// How long maps are published between two looks at the commands.
@@ -16,6 +18,7 @@ impl Worker<'_> {
     pub(super) fn refresh_all(&mut self) {
         self.stale = (0..self.scene.frames.len()).collect();
         self.suggestions_due = false;
+        self.suggesting = None;
         self.sort_stale();
     }
 
@@ -83,17 +86,27 @@ impl Worker<'_> {
         true
     }
 
-    pub(super) fn suggest(&mut self) -> bool {
-        let Some(propagation) = self.propagation.as_ref().filter(|_| self.suggestions_due) else {
-            return false;
-        };
-        self.suggestions_due = false;
-        let suggestions = suggest(&self.scene, propagation, self.suggest_on.as_ref());
-        self.outbox.send(Event::Suggestions {
-            generation: self.generation,
-            suggestions,
-        });
-        true
+    /// Has places suggested once all maps follow the labels, and reports them.
+    pub(super) fn suggest(&mut self) {
+        if let Some(propagation) = self.propagation.as_ref().filter(|_| self.suggestions_due) {
+            self.suggestions_due = false;
+            let (scene, propagation) = (Arc::clone(&self.scene), propagation.clone());
+            let (only, threads) = (self.suggest_on.clone(), self.options.threads.max(1));
+            let search =
+                move |cancelled: &AtomicBool| suggest(&scene, &propagation, only.as_ref(), cancelled);
+            self.suggesting = Some(Background::start(
+                "inplace-suggestions",
+                threads,
+                self.generation,
+                search,
+            ));
+        }
+        if let Some((generation, suggestions)) = Background::take_ready(&mut self.suggesting) {
+            self.outbox.send(Event::Suggestions {
+                generation,
+                suggestions,
+            });
+        }
     }
 
     /// Has the strokes checked once all maps follow them, and reports the result.

@@ -1,0 +1,73 @@
+//! Work about the newest labels on threads of its own: a click must not wait for it, and newer labels cancel it.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use crossbeam_channel::{Receiver, TryRecvError, bounded};
+
+/// Work that is under way. It is cancelled when this is dropped.
+#[derive(Debug)]
+pub(super) struct Background<T> {
+    /// Generation of the labels that it is about.
+    generation: u64,
+    cancelled: Arc<AtomicBool>,
+    answer: Receiver<Option<T>>,
+}
+
+impl<T: Send + 'static> Background<T> {
+    /// Starts work on so many threads about labels of this generation; it ends early, with `None`, once it is told that
+    /// it is cancelled.
+    pub(super) fn start(
+        name: &'static str,
+        threads: usize,
+        generation: u64,
+        work: impl FnOnce(&AtomicBool) -> Option<T> + Send + 'static,
+    ) -> Self {
+        let cancelled = Arc::new(AtomicBool::new(false));
+        let stop = Arc::clone(&cancelled);
+        Self {
+            generation,
+            cancelled,
+            answer: in_background(name, threads, move || work(&stop)),
+        }
+    }
+
+    /// Takes an answer that has become ready, with the generation of its labels. Where the thread died there is none,
+    /// and the next change of the labels tries again.
+    pub(super) fn take_ready(running: &mut Option<Self>) -> Option<(u64, T)> {
+        let answer = match running.as_ref()?.answer.try_recv() {
+            Ok(answer) => answer,
+            Err(TryRecvError::Empty) => return None,
+            Err(TryRecvError::Disconnected) => None,
+        };
+        let ended = running.take()?;
+        Some((ended.generation, answer?))
+    }
+}
+
+impl<T> Drop for Background<T> {
+    fn drop(&mut self) {
+        self.cancelled.store(true, Ordering::Relaxed);
+    }
+}
+
+/// Does work on threads of its own, since the session's are busy training. The receiver is disconnected when the work
+/// panics, or when the threads cannot be started.
+pub(super) fn in_background<T: Send + 'static>(
+    name: &'static str,
+    threads: usize,
+    work: impl FnOnce() -> T + Send + 'static,
+) -> Receiver<T> {
+    let (sender, receiver) = bounded(1);
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .thread_name(move |_| name.to_owned())
+        .build();
+    if let Ok(pool) = pool {
+        pool.spawn(move || {
+            // The receiver is gone when the session has ended.
+            let _ = sender.send(work());
+        });
+    }
+    receiver
+}
