@@ -9,6 +9,7 @@ mod file;
 mod history;
 mod import;
 mod imported;
+mod object;
 mod palette;
 pub(crate) mod png;
 mod polygon;
@@ -21,13 +22,15 @@ pub(crate) mod testing;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-pub use class::{Class, ClassId, VOID, default_color};
+pub use class::{Class, ClassId, VOID, default_color, is_thing};
 pub(crate) use class::{DEFAULT_COLORS, rgb};
 pub use edit::{Edit, ImportChange, StrokeChange};
 pub use file::{StrokesError, StrokesProblem, parse_strokes, read_strokes, strokes_json};
 pub use history::{AddedClasses, History};
 pub use import::{ImportError, LabelImages, in_frame, label_image_files, read_class_list, read_label_images};
 pub use imported::{ImportId, ImportedLabels, ImportedMap, Likeliest, Probabilities, Trust};
+pub(crate) use object::unused_name;
+pub use object::{Label, Object, ObjectId};
 pub use palette::{ClassListError, ClassPalette, PALETTES, parse_class_list};
 pub use png::decode_gray;
 pub use polygon::polygon_runs;
@@ -40,6 +43,8 @@ pub use stroke::{Pixel, Stroke, StrokeId, StrokeKind};
 pub struct LabelSet {
     /// The classes, in the order in which they are shown; void is not among them.
     pub classes: Vec<Class>,
+    /// The objects that strokes name, in the order in which they are shown.
+    pub objects: Vec<Object>,
     /// The strokes by id; later ids cover earlier ones.
     pub strokes: BTreeMap<StrokeId, Arc<Stroke>>,
     /// Label images from elsewhere; strokes cover them.
@@ -55,6 +60,11 @@ impl LabelSet {
     /// The class with this id.
     pub fn class(&self, id: ClassId) -> Option<&Class> {
         self.classes.iter().find(|class| class.id == id)
+    }
+
+    /// The object with this id.
+    pub fn object(&self, id: ObjectId) -> Option<&Object> {
+        self.objects.iter().find(|object| object.id == id)
     }
 
     /// The strokes of one frame, earliest first.

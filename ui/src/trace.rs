@@ -168,11 +168,13 @@ fn labels(workspace: &Workspace) -> Value {
             class,
             radius,
             lines,
+            object,
         } = stroke.as_ref();
         json!({
             "id": id,
             "frame": stem(workspace, *frame),
             "class": class,
+            "object": object,
             "radius": radius,
             "lines": lines,
         })

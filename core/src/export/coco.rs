@@ -54,7 +54,7 @@ pub(super) struct Category<'a> {
 pub(super) fn categories(classes: &[Class], isthing: bool) -> Vec<Category<'_>> {
     classes
         .iter()
-        .map(|Class { id, name, color }| Category {
+        .map(|Class { id, name, color, .. }| Category {
             id: *id,
             name,
             supercategory: name,

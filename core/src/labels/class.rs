@@ -10,6 +10,7 @@ pub const VOID: ClassId = 0;
 
 /// A semantic class.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(from = "ClassRecord")]
 pub struct Class {
     /// Pixel value in label maps; stable for the life of a project.
     pub id: ClassId,
@@ -17,15 +18,39 @@ pub struct Class {
     pub name: String,
     /// Display colour, sRGB.
     pub color: [u8; 3],
+    /// Whether it has objects that can be counted, such as chairs; walls and grass are stuff.
+    pub thing: bool,
+}
+
+/// A class as it is written; those of earlier versions and of other programs do not say whether they are things.
+#[derive(Deserialize)]
+struct ClassRecord {
+    id: ClassId,
+    name: String,
+    color: [u8; 3],
+    thing: Option<bool>,
+}
+
+impl From<ClassRecord> for Class {
+    fn from(record: ClassRecord) -> Self {
+        Self {
+            id: record.id,
+            color: record.color,
+            thing: record.thing.unwrap_or_else(|| is_thing(&record.name)),
+            name: record.name,
+        }
+    }
 }
 
 impl Class {
-    /// A class with its default colour.
+    /// A class with its default colour, thing or stuff [by its name](is_thing).
     pub fn new(id: ClassId, name: impl Into<String>) -> Self {
+        let name = name.into();
         Self {
             id,
-            name: name.into(),
             color: default_color(id),
+            thing: is_thing(&name),
+            name,
         }
     }
 
@@ -34,6 +59,66 @@ impl Class {
         self.name.trim().to_lowercase() == name.trim().to_lowercase()
     }
 }
+
+/// Whether a class with this name is one of things, as long as nobody says otherwise: by its last word, which may be a
+/// plural, it is none of the usual stuff ("kitchen floor", but not "floor lamp").
+pub fn is_thing(name: &str) -> bool {
+    let name = name.trim().to_lowercase();
+    let word = name.split_whitespace().next_back().unwrap_or_default();
+    let one = word.strip_suffix('s').unwrap_or(word);
+    !STUFF.contains(&word) && !STUFF.contains(&one)
+}
+
+/// The last words of classes that are stuff: what rooms, streets and landscapes consist of.
+const STUFF: [&str; 47] = [
+    "background",
+    "baseboard",
+    "beach",
+    "building",
+    "carpet",
+    "ceiling",
+    "cloud",
+    "cornice",
+    "dirt",
+    "facade",
+    "floor",
+    "flooring",
+    "foliage",
+    "grass",
+    "gravel",
+    "ground",
+    "hill",
+    "ice",
+    "lake",
+    "lawn",
+    "moulding",
+    "molding",
+    "mountain",
+    "mud",
+    "outdoors",
+    "outside",
+    "pavement",
+    "podium",
+    "rail",
+    "river",
+    "road",
+    "roof",
+    "sand",
+    "sea",
+    "sidewalk",
+    "skirting",
+    "sky",
+    "snow",
+    "soil",
+    "stairs",
+    "street",
+    "stucco",
+    "terrain",
+    "tiles",
+    "vegetation",
+    "wall",
+    "water",
+];
 
 /// The default colour of a class, sRGB: one of `DEFAULT_COLORS`, and beyond them hues by golden ratio at three
 /// values (HSV).
@@ -148,6 +233,24 @@ mod tests {
         }
         let first_hundred: HashSet<_> = (1..=100).map(default_color).collect();
         assert_eq!(first_hundred.len(), 100);
+    }
+
+    #[test]
+    fn classes_are_things_or_stuff_by_their_last_word_unless_they_say_so() {
+        for (name, thing) in [
+            ("chair", true),
+            ("Floor lamp", true),
+            ("kitchen floor ", false),
+            ("Walls", false),
+            ("", true),
+        ] {
+            assert_eq!(Class::new(1, name).thing, thing, "{name}");
+            let json = serde_json::json!({ "id": 1, "name": name, "color": [1, 2, 3] });
+            assert_eq!(serde_json::from_value::<Class>(json).unwrap().thing, thing);
+        }
+        let said = serde_json::json!({ "id": 1, "name": "wall", "color": [1, 2, 3], "thing": true });
+        let class: Class = serde_json::from_value(said.clone()).unwrap();
+        assert_eq!(serde_json::to_value(&class).unwrap(), said);
     }
 
     #[test]

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Class, ImportId, ImportedLabels, LabelSet, Stroke, StrokeId};
+use super::{Class, ImportId, ImportedLabels, LabelSet, Object, Stroke, StrokeId};
 
 /// One stroke before and after an edit; `None` = not there.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -36,6 +36,9 @@ pub struct Edit {
     pub strokes: Vec<StrokeChange>,
     /// The whole class list before and after, where it changed.
     pub classes: Option<(Vec<Class>, Vec<Class>)>,
+    /// The whole list of objects before and after, where it changed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub objects: Option<(Vec<Object>, Vec<Object>)>,
     /// The label images from elsewhere, where they changed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub imported: Option<ImportChange>,
@@ -49,6 +52,7 @@ impl Edit {
             std::mem::swap(&mut change.before, &mut change.after);
         }
         edit.classes = edit.classes.map(|(before, after)| (after, before));
+        edit.objects = edit.objects.map(|(before, after)| (after, before));
         if let Some(change) = &mut edit.imported {
             std::mem::swap(&mut change.before, &mut change.after);
         }
@@ -64,6 +68,9 @@ impl Edit {
         }
         if let Some((_, after)) = &self.classes {
             labels.classes.clone_from(after);
+        }
+        if let Some((_, after)) = &self.objects {
+            labels.objects.clone_from(after);
         }
         if let Some(change) = &self.imported {
             labels.imported = change.after.and_then(|id| imports.get(&id)).cloned();

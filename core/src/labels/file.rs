@@ -6,7 +6,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::raster::redrawn;
-use super::{Class, ClassId, LabelSet, Pixel, Stroke, StrokeId, VOID};
+use super::{Class, ClassId, LabelSet, Object, ObjectId, Pixel, Stroke, StrokeId, VOID, unused_name};
 use crate::scene::{Frame, Scene, shown};
 
 /// A strokes file that cannot be used; nothing of it is taken over.
@@ -26,6 +26,9 @@ pub enum StrokesProblem {
     /// Two classes have this id.
     #[error("class {0} is listed twice; give each class its own id")]
     ClassTwice(ClassId),
+    /// The object with this number cannot be used, for this reason.
+    #[error("object {} {}", .0, shown(.1))]
+    Object(u16, String),
     /// The stroke with this number cannot be used, for this reason.
     #[error("stroke {} {}", .0, shown(.1))]
     Stroke(usize, String),
@@ -34,6 +37,8 @@ pub enum StrokesProblem {
 #[derive(Serialize, Deserialize)]
 struct StrokesFile {
     classes: Vec<Class>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    objects: Vec<Object>,
     strokes: Vec<StrokeRecord>,
 }
 
@@ -41,6 +46,8 @@ struct StrokesFile {
 struct StrokeRecord {
     frame: String,
     class: ClassId,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    object: Option<ObjectId>,
     points: Vec<Pixel>,
     #[serde(default)]
     radius: u32,
@@ -73,6 +80,10 @@ pub fn parse_strokes(text: &str, scene: &Scene) -> Result<LabelSet, StrokesProbl
         }
         labels.classes.push(class);
     }
+    for object in file.objects {
+        add_object(&mut labels, object)
+            .map_err(|(id, reason)| StrokesProblem::Object(id.number(), reason))?;
+    }
     for (number, record) in (1..).zip(file.strokes) {
         let (name, class) = (&record.frame, record.class);
         let refuse = |reason: String| Err(StrokesProblem::Stroke(number, reason));
@@ -84,6 +95,26 @@ pub fn parse_strokes(text: &str, scene: &Scene) -> Result<LabelSet, StrokesProbl
         };
         if class != VOID && labels.class(class).is_none() {
             return refuse(format!("names class {class}, which \"classes\" does not list"));
+        }
+        if let Some(id) = record.object {
+            match labels.object(id).map(|object| object.class) {
+                Some(own) if own == class => {}
+                Some(own) => {
+                    return refuse(format!(
+                        "is of class {class}, and its object {id} of class {own}",
+                        id = id.number()
+                    ));
+                }
+                None => {
+                    let name = labels.class(class).map_or("", |class| class.name.as_str());
+                    let names = labels.objects.iter().map(|object| object.name.as_str());
+                    let name = unused_name(name, names);
+                    let added = add_object(&mut labels, Object { id, class, name });
+                    if let Err((id, reason)) = added {
+                        return refuse(format!("names object {}, which {reason}", id.number()));
+                    }
+                }
+            }
         }
         let frame = &scene.frames[index];
         let (width, height) = (frame.image().width, frame.image().height);
@@ -109,12 +140,38 @@ pub fn parse_strokes(text: &str, scene: &Scene) -> Result<LabelSet, StrokesProbl
         let stroke = Stroke {
             frame: index,
             class,
+            object: record.object,
             radius: record.radius,
             lines: vec![line],
         };
         labels.strokes.insert(StrokeId(number as u64), Arc::new(stroke));
     }
     Ok(labels)
+}
+
+/// Adds an object to those of a file, or tells what is wrong with it.
+fn add_object(labels: &mut LabelSet, object: Object) -> Result<(), (ObjectId, String)> {
+    let refuse = |reason: &str| Err((object.id, reason.to_owned()));
+    if labels.object(object.id).is_some() {
+        return refuse("is listed twice; give each object its own id");
+    }
+    match labels.class(object.class) {
+        Some(class) if class.thing => {}
+        Some(class) => {
+            return refuse(&format!(
+                "is of class \"{}\", which is stuff; give the class \"thing\": true",
+                class.name
+            ));
+        }
+        None => {
+            return refuse(&format!(
+                "is of class {}, which \"classes\" does not list",
+                object.class
+            ));
+        }
+    }
+    labels.objects.push(object);
+    Ok(())
 }
 
 /// The labels as the text of a strokes file, in pixels of the frames' images on disk. Strokes on frames that
@@ -137,6 +194,7 @@ pub fn strokes_json(labels: &LabelSet, frames: &[Frame]) -> String {
                 records.push(StrokeRecord {
                     frame: frame.stem.clone(),
                     class: stroke.class,
+                    object: stroke.object,
                     points,
                     radius: stroke.radius,
                 });
@@ -145,6 +203,7 @@ pub fn strokes_json(labels: &LabelSet, frames: &[Frame]) -> String {
     }
     let file = StrokesFile {
         classes: labels.classes.clone(),
+        objects: labels.objects.clone(),
         strokes: records,
     };
     // Plain structs of numbers and strings always have a JSON form.
@@ -219,6 +278,41 @@ mod tests {
                 assert!(reason.to_string().contains(part), "{pointer} = {value}: {reason}");
             }
         }
+    }
+
+    #[test]
+    fn objects_come_back_and_are_made_where_only_strokes_name_them() {
+        let scene = wall(1, 64, 48);
+        let click = |class: u16, object: u16| serde_json::json!({ "frame": "rgb_0", "class": class, "object": object, "points": [[3, 4]] });
+        let parse = |strokes: &[serde_json::Value]| {
+            let classes = [Class::new(1, "wall"), Class::new(2, "chair")];
+            let file = serde_json::json!({ "classes": classes, "strokes": strokes });
+            parse_strokes(&file.to_string(), &scene)
+        };
+        let labels = parse(&[click(2, 7), click(2, 3), click(2, 7)]).unwrap();
+        let objects: Vec<_> = labels
+            .objects
+            .iter()
+            .map(|object| (object.id.number(), object.name.as_str()))
+            .collect();
+        assert_eq!(objects, [(7, "chair 1"), (3, "chair 2")]);
+        assert_eq!(
+            parse_strokes(&strokes_json(&labels, &scene.frames), &scene).unwrap(),
+            labels
+        );
+        for (stroke, part) in [
+            (click(1, 1), "stuff"),
+            (click(0, 1), "class 0"),
+            (click(2, 0), "nonzero"),
+        ] {
+            let reason = parse(&[stroke]).unwrap_err().to_string();
+            assert!(reason.contains(part), "{reason}");
+        }
+        let reason = parse(&[click(2, 7), click(1, 7)]).unwrap_err().to_string();
+        assert!(
+            reason.contains("stroke 2 is of class 1, and its object 7 of class 2"),
+            "{reason}"
+        );
     }
 
     #[test]

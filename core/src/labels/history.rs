@@ -2,6 +2,7 @@
 
 mod classes;
 mod imports;
+mod objects;
 mod strokes;
 
 use std::collections::{BTreeMap, BTreeSet};

@@ -73,10 +73,11 @@ struct ClassRecord {
     id: ClassId,
     name: String,
     color: Option<[u8; 3]>,
+    thing: Option<bool>,
 }
 
-/// Reads the text of a class list, `[{"id", "name", "color"}]`; void is left out, and a class without a colour gets
-/// its default one.
+/// Reads the text of a class list, `[{"id", "name", "color", "thing"}]`; void is left out, and a class without a colour gets
+/// its default one, one that does not say whether it is a thing is so [by its name](super::is_thing).
 ///
 /// # Errors
 /// No such list, or a class that is listed twice or has no name.
@@ -100,6 +101,7 @@ pub(super) fn parse_with_void(text: &str) -> Result<Vec<Class>, ClassListError> 
         let plain = Class::new(record.id, record.name.trim());
         Ok(Class {
             color: record.color.unwrap_or(plain.color),
+            thing: record.thing.unwrap_or(plain.thing),
             ..plain
         })
     };

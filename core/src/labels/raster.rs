@@ -232,6 +232,7 @@ mod tests {
         Stroke {
             frame: 0,
             class: 1,
+            object: None,
             radius,
             lines: vec![points.to_vec()],
         }

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::polygon::polygon_runs;
 use super::runs::Run;
-use super::{ClassId, runs_of};
+use super::{ClassId, ObjectId, runs_of};
 
 /// A pixel of a frame: column and row, from the top left.
 pub type Pixel = [u32; 2];
@@ -21,6 +21,9 @@ pub struct Stroke {
     pub frame: usize,
     /// The class it says; [`VOID`](super::VOID) says that there is nothing here.
     pub class: ClassId,
+    /// The object of the class, where it says which one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub object: Option<ObjectId>,
     /// Brush radius in pixels; 0 = the pixels of the line alone.
     pub radius: u32,
     /// Polylines: one as drawn, several after parts were erased; of a filled polygon the runs of its rows.
@@ -33,6 +36,7 @@ impl Stroke {
         Self {
             frame,
             class,
+            object: None,
             radius: 0,
             lines: vec![vec![pixel]],
         }
@@ -43,6 +47,7 @@ impl Stroke {
         Self {
             frame,
             class,
+            object: None,
             radius: 0,
             lines: polygon_runs(corners).iter().map(Run::line).collect(),
         }
@@ -114,6 +119,7 @@ mod tests {
         let drawn = |radius, lines: &[&[Pixel]]| Stroke {
             frame: 0,
             class: 1,
+            object: None,
             radius,
             lines: lines.iter().map(|line| line.to_vec()).collect(),
         };

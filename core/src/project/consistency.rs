@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::contents::some_names;
 use super::error::Fault;
-use crate::labels::{Class, Edit, History, ImportId, LabelSet, Stroke, StrokeId};
+use crate::labels::{Class, Edit, History, ImportId, LabelSet, Object, Stroke, StrokeId};
 use crate::scene::LARGEST_SIDE;
 
 /// Where labels and edits contradict each other, or edits one another. None do in a file that was only written here.
@@ -13,6 +13,7 @@ use crate::scene::LARGEST_SIDE;
 pub(super) struct Doubts {
     strokes: BTreeSet<StrokeId>,
     classes: bool,
+    objects: bool,
     imported: bool,
 }
 
@@ -52,6 +53,9 @@ impl Doubts {
         if self.classes {
             parts.push("the classes".to_owned());
         }
+        if self.objects {
+            parts.push("the objects".to_owned());
+        }
         if self.imported {
             parts.push("the imported label images".to_owned());
         }
@@ -70,6 +74,7 @@ impl Doubts {
 struct States<'a> {
     strokes: BTreeMap<StrokeId, Option<&'a Stroke>>,
     classes: Option<&'a [Class]>,
+    objects: Option<&'a [Object]>,
     imported: Option<Option<ImportId>>,
 }
 
@@ -83,6 +88,9 @@ impl<'a> States<'a> {
         }
         if let Some((before, after)) = &edit.classes {
             doubts.classes |= self.classes.replace(after).is_some_and(|known| known != before);
+        }
+        if let Some((before, after)) = &edit.objects {
+            doubts.objects |= self.objects.replace(after).is_some_and(|known| known != before);
         }
         if let Some(change) = &edit.imported {
             let known = self.imported.replace(change.after);
@@ -98,11 +106,13 @@ impl<'a> States<'a> {
             }
         }
         doubts.classes |= self.classes.is_some_and(|classes| classes != labels.classes);
+        doubts.objects |= self.objects.is_some_and(|objects| objects != labels.objects);
         doubts.imported |= self.imported.is_some_and(|imported| imported != in_force);
         let present = labels.strokes.iter();
         self.strokes
             .extend(present.map(|(&id, stroke)| (id, Some(stroke.as_ref()))));
         self.classes = Some(&labels.classes);
+        self.objects = Some(&labels.objects);
         self.imported = Some(in_force);
     }
 }
@@ -149,6 +159,17 @@ pub(super) fn check(labels: &LabelSet, edits: &[Edit], frames: usize) -> Result<
         }
         if stroke.class != crate::labels::VOID && labels.class(stroke.class).is_none() {
             return damaged(format!("stroke {} is of a class that it does not list", id.0));
+        }
+        let of_class = |id| {
+            labels
+                .object(id)
+                .is_some_and(|object| object.class == stroke.class)
+        };
+        if !stroke.object.is_none_or(of_class) {
+            return damaged(format!(
+                "stroke {} is of an object that its class does not list",
+                id.0
+            ));
         }
         if !is_sane(stroke) {
             return damaged(format!("stroke {} is far outside of every image", id.0));

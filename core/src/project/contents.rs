@@ -249,6 +249,7 @@ fn renumbered(history: &History, new_index: &[usize], record: &SceneRecord) -> (
     let labels = history.labels();
     let labels = LabelSet {
         classes: labels.classes.clone(),
+        objects: labels.objects.clone(),
         strokes: labels
             .strokes
             .iter()

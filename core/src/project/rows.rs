@@ -10,8 +10,8 @@ use super::columns::{execute, from_json, integer, json, rows, unsigned};
 use super::consistency::{self, Doubts};
 use super::contents::Pending;
 use super::error::Fault;
-use super::{Contents, FrameRecord, SceneRecord, Step, imports, location};
-use crate::labels::{Class, Edit, History, LabelSet, Stroke, StrokeId, png};
+use super::{Contents, FrameRecord, SceneRecord, Step, imports, location, schema};
+use crate::labels::{Class, Edit, History, LabelSet, Object, ObjectId, Stroke, StrokeId, is_thing, png};
 use crate::scene::{ImageError, SceneSource};
 use crate::session::{FrameMap, ModelState};
 
@@ -36,6 +36,7 @@ pub(super) fn write_all(
         execute(connection, insert, row)?;
     }
     write_classes(connection, &history.labels().classes)?;
+    write_objects(connection, &history.labels().objects)?;
     for (&id, stroke) in &history.labels().strokes {
         write_stroke(connection, id, stroke)?;
     }
@@ -114,6 +115,9 @@ fn apply(connection: &Connection, edit: &Edit) -> rusqlite::Result<()> {
     if let Some((_, after)) = &edit.classes {
         write_classes(connection, after)?;
     }
+    if let Some((_, after)) = &edit.objects {
+        write_objects(connection, after)?;
+    }
     match &edit.imported {
         Some(change) => imports::put_in_force(connection, change.after),
         None => Ok(()),
@@ -125,19 +129,38 @@ fn write_cursor(connection: &Connection, cursor: usize) -> rusqlite::Result<()> 
 }
 
 fn write_stroke(connection: &Connection, id: StrokeId, stroke: &Stroke) -> rusqlite::Result<()> {
-    let insert =
-        "INSERT OR REPLACE INTO stroke (id, frame, class, radius, lines) VALUES (?1, ?2, ?3, ?4, ?5)";
+    let insert = "INSERT OR REPLACE INTO stroke (id, frame, class, radius, lines, object) VALUES (?1, ?2, ?3, ?4, ?5, ?6)";
     let (frame, lines) = (integer(stroke.frame), json(&stroke.lines)?);
-    let row = params![integer(id.0), frame, stroke.class, stroke.radius, lines];
+    let object = stroke.object.map(ObjectId::number);
+    let row = params![integer(id.0), frame, stroke.class, stroke.radius, lines, object];
     execute(connection, insert, row)
 }
 
 fn write_classes(connection: &Connection, classes: &[Class]) -> rusqlite::Result<()> {
     execute(connection, "DELETE FROM class", [])?;
-    let insert = "INSERT INTO class (position, id, name, red, green, blue) VALUES (?1, ?2, ?3, ?4, ?5, ?6)";
+    let insert =
+        "INSERT INTO class (position, id, name, red, green, blue, thing) VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7)";
     for (position, class) in classes.iter().enumerate() {
         let [red, green, blue] = class.color;
-        let row = params![integer(position), class.id, class.name, red, green, blue];
+        let row = params![
+            integer(position),
+            class.id,
+            class.name,
+            red,
+            green,
+            blue,
+            class.thing
+        ];
+        execute(connection, insert, row)?;
+    }
+    Ok(())
+}
+
+fn write_objects(connection: &Connection, objects: &[Object]) -> rusqlite::Result<()> {
+    execute(connection, "DELETE FROM object", [])?;
+    let insert = "INSERT INTO object (position, id, class, name) VALUES (?1, ?2, ?3, ?4)";
+    for (position, object) in objects.iter().enumerate() {
+        let row = params![integer(position), object.id.number(), object.class, object.name];
         execute(connection, insert, row)?;
     }
     Ok(())
@@ -206,10 +229,23 @@ pub(super) fn read(connection: &Connection, path: &Path) -> Result<Contents, Fau
     let (cursor, view) = connection.query_row("SELECT cursor, view FROM project", [], |row| {
         Ok((unsigned(row, 0)?, row.get(1)?))
     })?;
-    let classes = "SELECT id, name, red, green, blue FROM class ORDER BY position";
-    let strokes = "SELECT id, frame, class, radius, lines FROM stroke";
+    // A file that could not be brought up to date knows of no objects.
+    let (classes, objects, strokes) = match schema::version(connection)? {
+        ..4 => (
+            "SELECT id, name, red, green, blue, NULL FROM class ORDER BY position",
+            None,
+            "SELECT id, frame, class, radius, lines, NULL FROM stroke",
+        ),
+        _ => (
+            "SELECT id, name, red, green, blue, thing FROM class ORDER BY position",
+            Some("SELECT id, class, name FROM object ORDER BY position"),
+            "SELECT id, frame, class, radius, lines, object FROM stroke",
+        ),
+    };
+    let objects = objects.map(|objects| rows(connection, objects, read_object));
     let labels = LabelSet {
         classes: rows(connection, classes, read_class)?,
+        objects: objects.transpose()?.unwrap_or_default(),
         strokes: rows(connection, strokes, read_stroke)?.into_iter().collect(),
         imported: None,
     };
@@ -311,17 +347,36 @@ fn read_edit(connection: &Connection, number: usize) -> rusqlite::Result<Option<
 }
 
 fn read_class(row: &Row<'_>) -> rusqlite::Result<Class> {
+    let name: String = row.get(1)?;
+    let thing: Option<bool> = row.get(5)?;
     Ok(Class {
         id: row.get(0)?,
-        name: row.get(1)?,
         color: [row.get(2)?, row.get(3)?, row.get(4)?],
+        thing: thing.unwrap_or_else(|| is_thing(&name)),
+        name,
     })
+}
+
+fn read_object(row: &Row<'_>) -> rusqlite::Result<Object> {
+    let id = read_object_id(row, 0)?;
+    Ok(Object {
+        id: id.ok_or(rusqlite::Error::IntegralValueOutOfRange(0, 0))?,
+        class: row.get(1)?,
+        name: row.get(2)?,
+    })
+}
+
+/// The number of an object; `None` for NULL and 0.
+fn read_object_id(row: &Row<'_>, column: usize) -> rusqlite::Result<Option<ObjectId>> {
+    let number: Option<u16> = row.get(column)?;
+    Ok(number.and_then(ObjectId::new))
 }
 
 fn read_stroke(row: &Row<'_>) -> rusqlite::Result<(StrokeId, Arc<Stroke>)> {
     let stroke = Stroke {
         frame: unsigned(row, 1)?,
         class: row.get(2)?,
+        object: read_object_id(row, 5)?,
         radius: row.get(3)?,
         lines: from_json(row, 4)?,
     };

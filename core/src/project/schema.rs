@@ -22,10 +22,14 @@ pub(super) const IMPORTS_OF_2: &str =
 pub(super) const MAPS_OF_2: &str =
     "SELECT import, frame, labels, NULL FROM imported_map ORDER BY import, frame";
 
+/// The objects that strokes name, which version 4 brought, with `class.thing` and `stroke.object`.
+const OBJECTS: &str = include_str!("schema/objects.sql");
+
 /// Makes the tables of the current version in an empty database.
 pub(super) fn create_tables(connection: &Connection) -> rusqlite::Result<()> {
     connection.execute_batch(TABLES)?;
     connection.execute_batch(IMPORTS)?;
+    connection.execute_batch(OBJECTS)?;
     connection.pragma_update(None, "application_id", APPLICATION_ID)?;
     connection.pragma_update(None, "user_version", VERSION)
 }
@@ -79,8 +83,9 @@ pub(super) fn version(connection: &Connection) -> rusqlite::Result<i64> {
 
 /// Brings a database of an earlier version up to date, whole or not at all.
 fn upgrade(connection: &Connection) -> rusqlite::Result<()> {
-    let steps = match version(connection)? {
+    let imports = match version(connection)? {
         1 => format!("ALTER TABLE project ADD COLUMN imported INTEGER; {IMPORTS}"),
+        3 => String::new(),
         _ => format!(
             "CREATE TEMP TABLE import_of_2 AS {IMPORTS_OF_2};
              CREATE TEMP TABLE imported_map_of_2 AS {MAPS_OF_2};
@@ -90,7 +95,11 @@ fn upgrade(connection: &Connection) -> rusqlite::Result<()> {
              DROP TABLE import_of_2; DROP TABLE imported_map_of_2;"
         ),
     };
-    connection.execute_batch(&format!("BEGIN; {steps} PRAGMA user_version = {VERSION}; COMMIT"))
+    connection.execute_batch(&format!(
+        "BEGIN; {imports}
+         ALTER TABLE class ADD COLUMN thing INTEGER; ALTER TABLE stroke ADD COLUMN object INTEGER; {OBJECTS}
+         PRAGMA user_version = {VERSION}; COMMIT"
+    ))
 }
 
 /// Whether the database can be written, where it is a whole project that this program can read. An older one is brought

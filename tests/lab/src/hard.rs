@@ -2,7 +2,7 @@
 
 use glam::{Vec3, Vec3A};
 
-use inplace_core::labels::{Class, ClassId, VOID};
+use inplace_core::labels::{Class, ClassId, VOID, is_thing};
 use inplace_core::scene::Scene;
 use inplace_core::scene::demo::rooms::{
     Builder, CEILING, Material, Optics, Pane, Part, Pattern, Place, Room, SHELL, SIZE, Zone, shell, srgb,
@@ -109,6 +109,7 @@ fn class_named((&(name, color), id): (&(&str, u32), ClassId)) -> Class {
     Class {
         id,
         name: name.to_owned(),
+        thing: is_thing(name),
         color: [(color >> 16) as u8, (color >> 8) as u8, color as u8],
     }
 }

@@ -60,6 +60,7 @@ impl DrawnLine {
         Stroke {
             frame,
             class,
+            object: None,
             radius,
             lines: vec![self.points],
         }

@@ -50,6 +50,7 @@ mod tests {
         let line = add(Stroke {
             frame: 0,
             class: 0,
+            object: None,
             radius: 2,
             lines: vec![vec![[0, 20], [60, 20]]],
         });

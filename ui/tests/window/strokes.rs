@@ -301,6 +301,7 @@ fn ten_thousand_strokes_leave_the_window_quick() {
         Stroke {
             frame: index as usize % FRAMES,
             class: 1 + (index % 2) as u16,
+            object: None,
             radius: 2,
             lines: vec![line],
         }

@@ -114,7 +114,7 @@ impl History {
         Some(self.remove_class(from, name, Some(into), imported))
     }
 
-    /// Commits an edit that takes a class away, and its strokes unless they become of another one.
+    /// Commits an edit that takes a class away, and its strokes and objects unless they become of another one.
     fn remove_class(
         &mut self,
         id: ClassId,
@@ -124,6 +124,15 @@ impl History {
     ) -> Edit {
         let before = self.labels.classes.clone();
         let after = before.iter().filter(|class| class.id != id).cloned().collect();
+        let objects = self.labels.objects.clone();
+        let mut left = objects.clone();
+        match becomes {
+            Some(class) => left
+                .iter_mut()
+                .filter(|object| object.class == id)
+                .for_each(|object| object.class = class),
+            None => left.retain(|object| object.class != id),
+        }
         let strokes = self.labels.strokes.iter();
         let of_class = strokes.filter(|(_, stroke)| stroke.class == id);
         let changes = of_class.map(|(&id, stroke)| {
@@ -141,6 +150,7 @@ impl History {
             name,
             strokes: changes.collect(),
             classes: Some((before, after)),
+            objects: (objects != left).then_some((objects, left)),
             imported,
         })
     }

@@ -83,6 +83,7 @@ impl History {
             name: format!("import {what}"),
             strokes: Vec::new(),
             classes: (before != classes).then_some((before, classes)),
+            objects: None,
             imported: Some(imported),
         })
     }

@@ -55,7 +55,7 @@ impl History {
         Some(self.commit_stroke(name, id, Some(before), None))
     }
 
-    /// Makes one stroke say another class, which may be void; `None` when there is no such stroke or class, or
+    /// Makes one stroke say another class, which may be void, and no object; `None` when there is no such stroke or class, or
     /// nothing changes.
     pub fn change_stroke_class(&mut self, id: StrokeId, class: ClassId) -> Option<Edit> {
         let stroke = self.labels.strokes.get(&id)?;
@@ -67,13 +67,14 @@ impl History {
         let before = stroke.as_ref().clone();
         let after = Stroke {
             class,
+            object: None,
             ..before.clone()
         };
         Some(self.commit_stroke(name, id, Some(before), Some(after)))
     }
 
     /// Commits an edit of one stroke.
-    fn commit_stroke(
+    pub(super) fn commit_stroke(
         &mut self,
         name: String,
         id: StrokeId,
@@ -88,7 +89,7 @@ impl History {
     }
 
     /// What a stroke is and says: "scribble wall".
-    fn name_of(&self, stroke: &Stroke) -> String {
+    pub(super) fn name_of(&self, stroke: &Stroke) -> String {
         format!("{} {}", stroke.kind().name(), self.class_name(stroke.class))
     }
 

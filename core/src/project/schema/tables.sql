@@ -22,14 +22,16 @@ CREATE TABLE class (
     name     TEXT NOT NULL,
     red      INTEGER NOT NULL,
     green    INTEGER NOT NULL,
-    blue     INTEGER NOT NULL
+    blue     INTEGER NOT NULL,
+    thing    INTEGER
 ) STRICT;
 CREATE TABLE stroke (
     id     INTEGER PRIMARY KEY,
     frame  INTEGER NOT NULL,
     class  INTEGER NOT NULL,
     radius INTEGER NOT NULL,
-    lines  TEXT NOT NULL
+    lines  TEXT NOT NULL,
+    object INTEGER
 ) STRICT;
 CREATE TABLE edit (
     number INTEGER PRIMARY KEY,

@@ -6,6 +6,7 @@ const FIXTURES: [&str; VERSION as usize] = [
     include_str!("../fixtures/v1.sql"),
     include_str!("../fixtures/v2.sql"),
     include_str!("../fixtures/v3.sql"),
+    include_str!("../fixtures/v4.sql"),
 ];
 
 /// A file of this version, changed by these statements.
@@ -58,11 +59,41 @@ fn files_of_version_1_come_with_their_history() {
 }
 
 #[test]
+fn classes_of_earlier_versions_are_things_by_their_names_and_strokes_of_version_4_name_objects() {
+    for version in 1..=FIXTURES.len() {
+        let folder = tempfile::tempdir().unwrap();
+        let change = if version < 4 {
+            "UPDATE class SET name = 'door' WHERE id = 2"
+        } else {
+            ""
+        };
+        let path = file(folder.path(), version, change);
+        let connection = Connection::open(&path).unwrap();
+        schema::check(&connection).unwrap();
+        let saved = rows::read(&connection, &path).unwrap();
+        let labels = saved.history.labels();
+        let things: Vec<bool> = labels.classes.iter().map(|class| class.thing).collect();
+        if version < 4 {
+            assert_eq!((things, labels.objects.len()), (vec![false, true], 0));
+            continue;
+        }
+        assert_eq!(things, [false, false, true]);
+        let of_chair = labels
+            .strokes
+            .values()
+            .filter_map(|stroke| Some((stroke.class, stroke.object?)));
+        assert_eq!(of_chair.collect::<Vec<_>>(), [(3, labels.objects[0].id)]);
+        assert_eq!(labels.objects[0].name, "chair 1");
+    }
+}
+
+#[test]
 fn files_of_later_versions_come_with_their_label_images() {
     for (version, changes, trust) in [
         (2, "", Trust::VOTES),
         (2, "UPDATE import SET trust = 'trusted'", Trust::RIGHT),
         (3, "", Trust::new(0.25).unwrap()),
+        (4, "", Trust::new(0.25).unwrap()),
     ] {
         let folder = tempfile::tempdir().unwrap();
         let (_project, saved) = Project::open(&file(folder.path(), version, changes)).unwrap();

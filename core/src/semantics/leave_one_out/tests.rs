@@ -14,7 +14,8 @@ use crate::semantics::testing::{propagated, surface};
 /// The classes that labels spread from.
 fn sources(propagation: &LabelPropagation, scene: &Scene) -> BTreeSet<ClassId> {
     let validation = propagation.cross_validation(&Arc::new(scene.clone()));
-    validation.geodesics.seeds().values().copied().collect()
+    let seeds = validation.geodesics.seeds().values();
+    seeds.map(|label| label.class).collect()
 }
 
 /// What the strokes say of one by spreading the others anew: its class by them, and the share that contradicts it.
@@ -66,6 +67,7 @@ fn strokes_are_checked_as_if_the_others_were_spread_without_them() {
             history.add_stroke(Stroke {
                 frame: rng.random_range(0..3),
                 class: rng.random_range(0..4),
+                object: None,
                 radius: rng.random_range(0..4),
                 lines: vec![vec![point(&mut rng), point(&mut rng)]],
             });

@@ -103,6 +103,7 @@ fn classes_change(trial: &Trial, settings: &Settings, rng: &mut SmallRng) -> Res
         if let Some(stroke) = strokes.choose(rng) {
             history.add_stroke(Stroke {
                 class: added,
+                object: None,
                 ..stroke.as_ref().clone()
             });
         }

@@ -42,6 +42,7 @@ impl ClassFinder {
             id: VOID,
             name: VOID_NAME.to_owned(),
             color: VOID_COLOR,
+            thing: false,
         });
         Self {
             purpose,

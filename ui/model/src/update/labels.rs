@@ -99,6 +99,7 @@ impl Model {
         if let Some(waiting) = waiting {
             let stroke = Stroke {
                 class: added,
+                object: None,
                 ..waiting
             };
             self.edit(|history| Some(history.add_stroke(stroke)));

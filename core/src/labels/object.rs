@@ -1,0 +1,57 @@
+//! Objects: which chair, not only chair.
+
+use std::num::NonZeroU16;
+
+use serde::{Deserialize, Serialize};
+
+use super::ClassId;
+
+/// An object's number, never 0: the pixel value in exported object maps, unique in the scene and the same in all frames.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct ObjectId(NonZeroU16);
+
+impl ObjectId {
+    /// The object with this number; `None` for 0, which stands for no object.
+    pub fn new(number: u16) -> Option<Self> {
+        NonZeroU16::new(number).map(Self)
+    }
+
+    /// Its number.
+    pub fn number(self) -> u16 {
+        self.0.get()
+    }
+}
+
+/// One of the things of a class, told apart by the strokes that name it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Object {
+    /// Pixel value in object maps; stable for the life of a project.
+    pub id: ObjectId,
+    /// Its class, the same as that of all its strokes.
+    pub class: ClassId,
+    /// Name for people.
+    pub name: String,
+}
+
+/// The first of "chair 1", "chair 2" and so on that is not among these names.
+pub(crate) fn unused_name<'a>(class: &str, names: impl Iterator<Item = &'a str> + Clone) -> String {
+    let numbered = (1_u32..).map(|number| format!("{class} {number}"));
+    let mut unused = numbered.filter(|name| !names.clone().any(|other| other == name));
+    unused.next().unwrap_or_default()
+}
+
+/// What a stroke says of its pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Label {
+    /// The class.
+    pub class: ClassId,
+    /// The object of the class, where it says which one.
+    pub object: Option<ObjectId>,
+}
+
+impl From<ClassId> for Label {
+    fn from(class: ClassId) -> Self {
+        Self { class, object: None }
+    }
+}

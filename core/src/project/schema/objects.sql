@@ -1,0 +1,6 @@
+CREATE TABLE object (
+    position INTEGER PRIMARY KEY,
+    id       INTEGER NOT NULL UNIQUE CHECK (id BETWEEN 1 AND 65535),
+    class    INTEGER NOT NULL,
+    name     TEXT NOT NULL
+) STRICT;
