@@ -206,7 +206,13 @@ mod tests {
     fn effect(labels: &[(u32, ClassId)], place: u32) -> Effect {
         let graph = joined(5, &[(0, 1, 1.0), (1, 2, 1.0), (2, 3, 1.0), (3, 4, 100.0)]);
         let mut geodesics = ClassGeodesics::default();
-        geodesics.update(&graph, labels.iter().copied().collect::<FxHashMap<_, _>>());
+        geodesics.update(
+            &graph,
+            labels
+                .iter()
+                .map(|&(node, class)| (node, class.into()))
+                .collect::<FxHashMap<_, _>>(),
+        );
         let evidence = Evidence::by_distance(&[1, 2], &geodesics);
         let known = Known {
             look: &Look::new(&graph, Vec3::Y),

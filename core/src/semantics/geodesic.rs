@@ -1,4 +1,6 @@
-//! Shortest paths from the labelled nodes, one distance field per class, kept exact under changes.
+//! Shortest paths from the labelled nodes, one distance field per class, kept exact under changes. Of several objects of
+//! a class a node belongs to that of the nearest labelled node, so that objects cost neither time nor memory and change
+//! nothing of the classes.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -8,7 +10,7 @@ use rustc_hash::FxHashMap;
 
 use super::SurfaceGraph;
 use super::queue::DistanceQueue;
-use crate::labels::ClassId;
+use crate::labels::{ClassId, Label, ObjectId};
 
 /// No seed reaches the node.
 const NO_SEED: u32 = u32::MAX;
@@ -104,12 +106,14 @@ impl Geodesics {
 #[derive(Clone, Debug, Default)]
 pub struct ClassGeodesics {
     classes: BTreeMap<ClassId, Arc<Geodesics>>,
-    seeds: FxHashMap<u32, ClassId>,
+    seeds: FxHashMap<u32, Label>,
+    /// Whether any of them says an object.
+    tells_objects: bool,
 }
 
 impl ClassGeodesics {
-    /// The class of each labelled node.
-    pub fn seeds(&self) -> &FxHashMap<u32, ClassId> {
+    /// The label of each labelled node.
+    pub fn seeds(&self) -> &FxHashMap<u32, Label> {
         &self.seeds
     }
 
@@ -118,15 +122,26 @@ impl ClassGeodesics {
         &self.classes
     }
 
+    /// Whether any labelled node says an object.
+    pub fn tells_objects(&self) -> bool {
+        self.tells_objects
+    }
+
+    /// The object of a node, if it is of this class: that of the class's nearest labelled node, where that says one.
+    pub fn object(&self, class: ClassId, node: u32) -> Option<ObjectId> {
+        let nearest = *self.classes.get(&class)?.seed.get(node as usize)?;
+        self.seeds.get(&nearest)?.object
+    }
+
     /// Replaces the labelled nodes by `seeds`; only what changed is computed. Returns the nodes whose distance to any
-    /// class may have changed, ascending.
-    pub fn update(&mut self, graph: &SurfaceGraph, seeds: FxHashMap<u32, ClassId>) -> Vec<u32> {
+    /// class, or whose nearest label of it, may have changed, ascending.
+    pub fn update(&mut self, graph: &SurfaceGraph, seeds: FxHashMap<u32, Label>) -> Vec<u32> {
         // The nodes that each class loses, and those that it gets.
         let mut changes: BTreeMap<ClassId, [Vec<u32>; 2]> = BTreeMap::new();
         for (kind, own, others) in [(0, &self.seeds, &seeds), (1, &seeds, &self.seeds)] {
-            for (&node, &class) in own {
-                if others.get(&node) != Some(&class) {
-                    changes.entry(class).or_default()[kind].push(node);
+            for (&node, label) in own {
+                if others.get(&node) != Some(label) {
+                    changes.entry(label.class).or_default()[kind].push(node);
                 }
             }
         }
@@ -156,7 +171,9 @@ impl ClassGeodesics {
             is_changed[node as usize] = true;
         }
         self.seeds = seeds;
-        let present: std::collections::BTreeSet<ClassId> = self.seeds.values().copied().collect();
+        self.tells_objects = self.seeds.values().any(|label| label.object.is_some());
+        let present: std::collections::BTreeSet<ClassId> =
+            self.seeds.values().map(|label| label.class).collect();
         self.classes.retain(|class, _| present.contains(class));
         (0..graph.len() as u32)
             .filter(|&node| is_changed[node as usize])
@@ -208,26 +225,38 @@ mod tests {
         let mut rng = SmallRng::seed_from_u64(12);
         let graph = random_graph(&mut rng, 120);
         let mut geodesics = ClassGeodesics::default();
-        let mut seeds: FxHashMap<u32, ClassId> = FxHashMap::default();
+        let mut seeds: FxHashMap<u32, Label> = FxHashMap::default();
         for _ in 0..200 {
             let node = rng.random_range(0..120);
             if rng.random_bool(0.4) {
                 seeds.remove(&node);
             } else {
-                seeds.insert(node, rng.random_range(1..4));
+                let object = ObjectId::new(rng.random_range(0..3));
+                let class = rng.random_range(1..4);
+                seeds.insert(node, Label { class, object });
             }
             let before = geodesics.clone();
             let changed = geodesics.update(&graph, seeds.clone());
             for class in 1..4 {
-                let own = seeds.iter().filter(|seed| *seed.1 == class);
+                let own = seeds.iter().filter(|seed| seed.1.class == class);
                 let own: Vec<u32> = own.map(|(&node, _)| node).collect();
                 let field = geodesics.classes().get(&class).map(|field| field.distances());
                 assert_eq!(field.is_some(), !own.is_empty());
                 let Some(field) = field else { continue };
                 assert_eq!(field, brute_force(&graph, &own));
+                let by_object: Vec<(Option<ObjectId>, Vec<f32>)> = [None, ObjectId::new(1), ObjectId::new(2)]
+                    .map(|object| {
+                        let seeds = own.iter().filter(|seed| seeds[seed].object == object);
+                        (object, brute_force(&graph, &seeds.copied().collect::<Vec<_>>()))
+                    })
+                    .into();
                 let earlier = before.classes().get(&class).map(|field| field.distances());
                 for (node, &distance) in field.iter().enumerate() {
-                    let same = distance == earlier.map_or(f32::INFINITY, |earlier| earlier[node]);
+                    let object = geodesics.object(class, node as u32);
+                    let (_, to_object) = by_object.iter().find(|(other, _)| *other == object).unwrap();
+                    assert_eq!(distance, to_object[node], "objects have what is nearest to them");
+                    let same = distance == earlier.map_or(f32::INFINITY, |earlier| earlier[node])
+                        && object == before.object(class, node as u32);
                     assert!(same || changed.binary_search(&(node as u32)).is_ok());
                 }
             }

@@ -121,7 +121,9 @@ impl NodeLabels {
         let votes = NodeVotes::count(surface, classes, labels);
         if labels.trust.is_right() {
             let mut geodesics = ClassGeodesics::default();
-            geodesics.update(&surface.graph, votes.majority());
+            let seeds = votes.majority().into_iter();
+            let seeds = seeds.map(|(node, class)| (node, class.into()));
+            geodesics.update(&surface.graph, seeds.collect());
             let evidence = Evidence::by_distance(classes, &geodesics);
             return Self(Posterior::new(&evidence, surface.graph.len()).labels);
         }

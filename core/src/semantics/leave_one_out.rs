@@ -119,8 +119,8 @@ impl CrossValidation {
     /// labels twice, however many there are. `None` when `cancelled` was set in the meantime.
     pub fn run(self, cancelled: &AtomicBool) -> Option<LeaveOneOut> {
         let mut seeds: BTreeMap<ClassId, usize> = BTreeMap::new();
-        for &class in self.geodesics.seeds().values() {
-            *seeds.entry(class).or_default() += 1;
+        for label in self.geodesics.seeds().values() {
+            *seeds.entry(label.class).or_default() += 1;
         }
         if seeds.len() < 2 && self.votes.is_none() {
             // With one class alone there is nothing to contradict.

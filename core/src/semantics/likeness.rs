@@ -8,7 +8,7 @@ use rustc_hash::FxHashMap;
 
 use super::Look;
 use super::posterior::stretch;
-use crate::labels::ClassId;
+use crate::labels::{ClassId, Label};
 
 /// The regions that have labelled nodes of each class, with the number of them.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -78,10 +78,10 @@ impl Likeness {
     }
 
     /// Follows the labelled nodes. Returns whether each region's factors may have changed.
-    pub(super) fn update(&mut self, classes: &[ClassId], seeds: &FxHashMap<u32, ClassId>) -> Vec<bool> {
+    pub(super) fn update(&mut self, classes: &[ClassId], seeds: &FxHashMap<u32, Label>) -> Vec<bool> {
         let mut labelled = LabelledRegions::default();
-        for (&node, &class) in seeds {
-            labelled.add(class, self.look.region(node as usize));
+        for (&node, label) in seeds {
+            labelled.add(label.class, self.look.region(node as usize));
         }
         if classes != self.classes {
             self.classes = classes.to_vec();
@@ -131,7 +131,7 @@ mod tests {
         let graph = striped();
         let mut likeness = Likeness::new(Arc::new(Look::new(&graph, Vec3::Y)));
         let mut geodesics = ClassGeodesics::default();
-        let seeds: FxHashMap<u32, ClassId> = [(50, 1), (150, 2)].into_iter().collect();
+        let seeds: FxHashMap<u32, Label> = [(50, 1.into()), (150, 2.into())].into_iter().collect();
         assert!(
             likeness
                 .update(&[1, 2], &seeds)
@@ -155,7 +155,7 @@ mod tests {
         assert_eq!([50, 150, 250].map(|node| label(&looked_at, node)), [1, 2, 1]);
         // A label that is taken back says nothing any more.
         let mut others = seeds;
-        others.insert(250, 2);
+        others.insert(250, 2.into());
         likeness.update(&[1, 2], &others);
         assert_eq!(likeness.stretches(250)[1], 1.0);
         others.remove(&250);

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use super::borders::nodes_at_borders;
 use super::posterior::NodeSummary;
 use super::superpixels::nodes_along_edges;
-use super::{CERTAIN, ENTROPY_STEPS_PER_NAT, Posterior, Surface};
-use crate::labels::{ClassId, ImportedLabels, Pixel, VOID};
+use super::{CERTAIN, ENTROPY_STEPS_PER_NAT, Posterior, Surface, SurfaceObjects};
+use crate::labels::{ClassId, ImportedLabels, Label, ObjectId, Pixel, VOID};
 use crate::scene::{Frame, Scene};
 
 /// Dense labels of one frame, row-major `[height, width]`.
@@ -36,6 +36,8 @@ pub(super) enum MapPixels {
         entropy: Vec<u16>,
         /// `None` where it is not known: it is not kept on disk.
         likelihood: Option<Likelihood>,
+        /// The number of every pixel's object, 0 where it has none; `None` where nobody asked for objects.
+        objects: Option<Vec<u16>>,
         /// The surface and labels that they were looked up from.
         source: Option<(Arc<Surface>, Arc<Posterior>)>,
     },
@@ -76,8 +78,8 @@ pub(super) struct OnSurface {
     pub(super) unknown: u16,
     /// Trusted label images: their pixels have their class for certain.
     pub(super) trusted: Option<Arc<ImportedLabels>>,
-    /// Painted pixels and their classes, which they have for certain.
-    pub(super) painted: Vec<(u32, ClassId)>,
+    /// Painted pixels and their labels, which they have for certain.
+    pub(super) painted: Vec<(u32, Label)>,
 }
 
 impl OnSurface {
@@ -112,6 +114,24 @@ impl OnSurface {
         self.read(frame, nodes, (&self.posterior.runners_up, VOID), |_| VOID)
     }
 
+    /// The number of every pixel's object, 0 where it has none: that of its node, if that has the pixel's class, or that
+    /// of the stroke that painted it.
+    fn objects(&self, nodes: &[u32], labels: &[ClassId], objects: &SurfaceObjects) -> Vec<u16> {
+        let known = &self.posterior.labels;
+        let of_node = |(&node, &label): (&u32, &ClassId)| match known.get(node as usize) {
+            Some(&class) if class == label => objects.of_node(node).map_or(0, ObjectId::number),
+            _ => 0,
+        };
+        let mut pixels: Vec<u16> = nodes.iter().zip(labels).map(of_node).collect();
+        for (pixel, label) in &self.painted {
+            let is_shown = labels[*pixel as usize] == label.class;
+            if let Some(object) = label.object.filter(|_| is_shown) {
+                pixels[*pixel as usize] = object.number();
+            }
+        }
+        pixels
+    }
+
     /// The value of every pixel: that of its node, or that of pixels without one; labelled pixels have what `said`
     /// gives for their class.
     fn read(
@@ -130,8 +150,8 @@ impl OnSurface {
                 }
             }
         }
-        for &(pixel, class) in &self.painted {
-            pixels[pixel as usize] = said(class);
+        for &(pixel, label) in &self.painted {
+            pixels[pixel as usize] = said(label.class);
         }
         // Hidden pixels are no part of the scene: they are void for certain.
         for pixel in self.scene.frames[frame].hidden_pixels() {
@@ -167,6 +187,7 @@ impl FrameMap {
                 labels,
                 entropy,
                 likelihood: None,
+                objects: None,
                 source: None,
             },
         })
@@ -198,6 +219,7 @@ impl FrameMap {
                     confidence: pixels.iter().map(|pixel| pixel.confidence).collect(),
                     runners_up: pixels.iter().map(|pixel| pixel.runner_up).collect(),
                 }),
+                objects: None,
                 source: None,
             },
         }
@@ -209,12 +231,20 @@ impl FrameMap {
 
     /// The same map with its pixels looked up, for reading more than one thing of it.
     pub fn looked_up(&self) -> Cow<'_, Self> {
+        self.looked_up_with(None)
+    }
+
+    /// The same with the object of every pixel, where these are the objects on the map's surface. A map that is looked up
+    /// stays as it is.
+    pub fn looked_up_with(&self, objects: Option<&SurfaceObjects>) -> Cow<'_, Self> {
         let MapPixels::OnSurface(shown) = &self.pixels else {
             return Cow::Borrowed(self);
         };
         let nodes = shown.nodes(self.frame);
+        let labels = shown.labels(self.frame, &nodes);
         let pixels = MapPixels::Listed {
-            labels: shown.labels(self.frame, &nodes),
+            objects: objects.map(|objects| shown.objects(&nodes, &labels, objects)),
+            labels,
             entropy: shown.entropy(self.frame, &nodes),
             likelihood: Some(Likelihood {
                 confidence: shown.confidence(self.frame, &nodes),
@@ -297,6 +327,15 @@ impl FrameMap {
         }
     }
 
+    /// The number of every pixel's object, 0 where it has none; `None` unless the map was
+    /// [looked up with objects](Self::looked_up_with).
+    pub fn objects(&self) -> Option<&[u16]> {
+        match &self.pixels {
+            MapPixels::Listed { objects, .. } => objects.as_deref(),
+            MapPixels::OnSurface(_) => None,
+        }
+    }
+
     /// Mean entropy over all pixels, in nats.
     pub fn mean_entropy(&self) -> f32 {
         let entropy = self.entropy();
@@ -315,13 +354,21 @@ impl FrameMap {
     /// same place. Pixels outside the frame, as with the strongest lenses, are void, without confidence and as
     /// uncertain as the frame's most uncertain pixel.
     pub fn in_image<'a>(&'a self, frame: &Frame) -> Cow<'a, Self> {
-        let straight = self.looked_up();
+        self.in_image_with(frame, None)
+    }
+
+    /// The same with the object of every pixel, as by [`FrameMap::looked_up_with`].
+    pub fn in_image_with<'a>(&'a self, frame: &Frame, objects: Option<&SurfaceObjects>) -> Cow<'a, Self> {
+        let straight = self.looked_up_with(objects);
         if frame.lens.is_none() {
             return straight;
         }
         let (width, height) = (frame.image().width, frame.image().height);
         let (own_labels, own_entropy) = (straight.labels(), straight.entropy());
-        let MapPixels::Listed { likelihood, .. } = &straight.pixels else {
+        let MapPixels::Listed {
+            likelihood, objects, ..
+        } = &straight.pixels
+        else {
             return straight;
         };
         let unknown = own_entropy.iter().copied().max().unwrap_or(0);
@@ -346,6 +393,7 @@ impl FrameMap {
                     confidence: moved(&known.confidence, 0),
                     runners_up: moved(&known.runners_up, VOID),
                 }),
+                objects: objects.as_ref().map(|objects| moved(objects, 0)),
                 source: None,
             },
             ..*self
@@ -383,7 +431,7 @@ mod tests {
         shown: &[u32],
         posterior: Posterior,
         unknown: u16,
-        painted: Vec<(u32, ClassId)>,
+        painted: Vec<(u32, Label)>,
     ) -> FrameMap {
         let width = scene.frames[0].camera.width as usize;
         let surface = Surface {
@@ -415,7 +463,13 @@ mod tests {
             ..Posterior::default()
         };
         let shown = [0, 0, 0, 0, 1, NO_NODE];
-        let map = map_of(scene, &shown, posterior, 999, vec![(1, 7), (3, VOID)]);
+        let map = map_of(
+            scene,
+            &shown,
+            posterior,
+            999,
+            vec![(1, 7.into()), (3, VOID.into())],
+        );
         let labels = vec![5, 7, 5, VOID, 7, VOID];
         let listed = FrameMap::new(0, 9, [3, 2], labels, vec![100, 0, 100, 0, 200, 999]).unwrap();
         assert_eq!(map, listed);

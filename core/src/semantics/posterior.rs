@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::{ClassGeodesics, Likeness};
-use crate::labels::{ClassId, Trust, VOID};
+use crate::labels::{ClassId, ObjectId, Trust, VOID};
 
 /// Steps of a stored entropy, per nat.
 pub const ENTROPY_STEPS_PER_NAT: f32 = 10_000.0;
@@ -40,6 +40,8 @@ pub struct Posterior {
     /// Distances to the nearest and the second nearest class of each node, stretched where they look different; where
     /// there are votes, the distances at which labels alone would weigh as much.
     pub distances: Vec<[f32; 2]>,
+    /// The object that labels say of each node's class; empty where no label says any.
+    pub objects: Vec<Option<ObjectId>>,
 }
 
 impl Posterior {
@@ -51,6 +53,7 @@ impl Posterior {
             confidence: vec![0; nodes],
             runners_up: vec![VOID; nodes],
             distances: vec![[f32::INFINITY; 2]; nodes],
+            objects: Vec::new(),
         };
         let all: Vec<u32> = (0..nodes as u32).collect();
         posterior.update(evidence, &all);
@@ -90,6 +93,16 @@ impl Posterior {
             self.confidence[node] = row.confidence;
             self.runners_up[node] = row.runner_up;
             self.distances[node] = row.nearest;
+        }
+        let geodesics = evidence.geodesics;
+        if !geodesics.tells_objects() {
+            self.objects = Vec::new();
+            return;
+        }
+        // All other nodes have the nearest label that they had, which said no object where none did.
+        self.objects.resize(self.labels.len(), None);
+        for &node in nodes {
+            self.objects[node as usize] = geodesics.object(self.labels[node as usize], node);
         }
     }
 }

@@ -15,7 +15,7 @@ use super::{
     ClassGeodesics, CrossValidation, ENTROPY_STEPS_PER_NAT, Evidence, FrameMap, Likeness, Posterior, Surface,
     SurfaceImport,
 };
-use crate::labels::{ClassId, LabelSet, Stroke, StrokeId, VOID, rasterise};
+use crate::labels::{ClassId, Label, LabelSet, Stroke, StrokeId, VOID, rasterise};
 use crate::scene::{Camera, Scene};
 
 /// The labels of a scene on its surface, kept in step with the strokes.
@@ -27,6 +27,8 @@ pub struct LabelPropagation {
     /// Shared with the maps.
     posterior: Arc<Posterior>,
     classes: Vec<ClassId>,
+    /// Those of them that are things.
+    things: BTreeSet<ClassId>,
     /// The strokes that `painted` was made from.
     strokes: BTreeMap<StrokeId, Arc<Stroke>>,
     /// Labelled pixels of each frame that has strokes.
@@ -66,6 +68,7 @@ impl LabelPropagation {
             geodesics: ClassGeodesics::default(),
             posterior: Arc::default(),
             classes: Vec::new(),
+            things: BTreeSet::new(),
             strokes: BTreeMap::new(),
             painted: BTreeMap::new(),
             sources: BTreeMap::new(),
@@ -114,6 +117,8 @@ impl LabelPropagation {
                 self.painted.insert(frame, pixels);
             }
         }
+        let things = labels.classes.iter().filter(|class| class.thing);
+        self.things = things.map(|class| class.id).collect();
         // In a fixed order, so that moving a class in the user's list changes nothing here.
         let mut classes: Vec<ClassId> = labels.classes.iter().map(|class| class.id).collect();
         classes.sort_unstable();
@@ -222,7 +227,7 @@ impl LabelPropagation {
             posterior,
             unknown,
             trusted: self.import.as_ref().and_then(|import| import.trusted()).cloned(),
-            painted: painted.map(|(&pixel, &(class, _))| (pixel, class)).collect(),
+            painted: painted.map(|(&pixel, &said)| (pixel, self.label(said))).collect(),
         }
     }
 
@@ -338,17 +343,27 @@ impl LabelPropagation {
         kept.map(|&(stroke, node, class)| (node, stroke, class)).collect()
     }
 
-    /// The class of each labelled node: that of the latest stroke on it, or else that of trusted images.
-    fn seeds(&self) -> FxHashMap<u32, ClassId> {
-        let mut latest: FxHashMap<u32, (StrokeId, ClassId)> = FxHashMap::default();
+    /// What a stroke says that says this class.
+    fn label(&self, (class, stroke): (ClassId, StrokeId)) -> Label {
+        let object = self.strokes.get(&stroke).and_then(|stroke| stroke.object);
+        Label {
+            class,
+            object: object.filter(|_| self.things.contains(&class)),
+        }
+    }
+
+    /// The label of each labelled node: that of the latest stroke on it, or else the class by trusted images.
+    fn seeds(&self) -> FxHashMap<u32, Label> {
+        let mut latest: FxHashMap<u32, (ClassId, StrokeId)> = FxHashMap::default();
         for &(node, stroke, class) in self.sources.values().flatten() {
-            let entry = latest.entry(node).or_insert((stroke, class));
-            if stroke > entry.0 {
-                *entry = (stroke, class);
+            let entry = latest.entry(node).or_insert((class, stroke));
+            if stroke > entry.1 {
+                *entry = (class, stroke);
             }
         }
-        let mut seeds: FxHashMap<u32, ClassId> = self.import.iter().flat_map(SurfaceImport::seeds).collect();
-        seeds.extend(latest.into_iter().map(|(node, (_, class))| (node, class)));
+        let imported = self.import.iter().flat_map(SurfaceImport::seeds);
+        let mut seeds: FxHashMap<u32, Label> = imported.map(|(node, class)| (node, class.into())).collect();
+        seeds.extend(latest.into_iter().map(|(node, said)| (node, self.label(said))));
         seeds
     }
 }

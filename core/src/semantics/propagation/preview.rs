@@ -60,7 +60,12 @@ impl LabelPropagation {
         }
 
         let mut seeds = self.geodesics.seeds().clone();
-        seeds.extend(nodes.into_iter().flatten().map(|node| (node, stroke.class)));
+        seeds.extend(
+            nodes
+                .into_iter()
+                .flatten()
+                .map(|node| (node, stroke.class.into())),
+        );
         let (mut likeness, mut geodesics) = (self.likeness.clone(), self.geodesics.clone());
         let differs = self.looks_count().then(|| likeness.update(&self.classes, &seeds));
         let nearer = geodesics.update(&self.surface.graph, seeds);
@@ -81,7 +86,7 @@ impl LabelPropagation {
 
         let mut map = self.on_surface(scene, stroke.frame, Arc::new(posterior));
         map.painted
-            .extend(pixels.into_iter().map(|pixel| (pixel, stroke.class)));
+            .extend(pixels.into_iter().map(|pixel| (pixel, stroke.class.into())));
         let map = FrameMap::on_surface((stroke.frame, now.generation), map);
         let (before, after) = (now.labels(), map.labels());
         let is_won = |index: usize| after[index] == stroke.class && before.get(index) != Some(&stroke.class);

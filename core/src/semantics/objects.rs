@@ -1,0 +1,379 @@
+//! The objects on a surface: those that labels tell apart, and the parts of things that the surface itself does.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use glam::Vec3;
+use rustc_hash::FxHashMap;
+
+use super::{DisjointSets, Node, NodeCells, Posterior, Surface};
+use crate::labels::{Class, ClassId, Object, ObjectId, unused_name};
+
+/// Longest edge that joins a part, in voxels.
+const JOINED: f32 = 2.5;
+/// A part of a class with fewer voxels than this share of the class's largest part is a fragment of the part next to it.
+const FRAGMENT: f32 = 0.1;
+
+/// Side of the cells in which the part next to a fragment is looked for, in voxels.
+const CELL: f32 = 16.0;
+
+/// An object on a surface.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SurfaceObject {
+    /// Its number, class and name.
+    pub object: Object,
+    /// Whether labels say it; otherwise it is a part that nothing joins to the others of its class.
+    pub is_told: bool,
+    /// Number of its nodes.
+    pub nodes: usize,
+}
+
+/// The objects on a surface.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct SurfaceObjects {
+    /// Those that labels say first, in their order, and then the parts by their numbers.
+    pub objects: Vec<SurfaceObject>,
+    of_nodes: Vec<Option<ObjectId>>,
+}
+
+impl SurfaceObjects {
+    /// The objects of the `classes` that are things: those of the list `told`, on the nodes that the posterior gives them,
+    /// and on the other nodes of each class its connected parts. A part keeps the number and name of the part in `before`
+    /// that has most of its nodes, so that both are stable while labels change; before must be of the same surface.
+    ///
+    /// Connected are nodes of a class that share an edge which is not longer than between neighbours. Parts much smaller
+    /// than the class's largest are fragments: they belong to the nearest larger part.
+    pub fn new(
+        surface: &Surface,
+        posterior: &Posterior,
+        (classes, told): (&[Class], &[Object]),
+        before: Option<&Self>,
+    ) -> Self {
+        let things: BTreeMap<ClassId, &Class> = classes
+            .iter()
+            .filter(|class| class.thing)
+            .map(|class| (class.id, class))
+            .collect();
+        let mut of_nodes = vec![None; surface.graph.len()];
+        for (object, said) in of_nodes.iter_mut().zip(&posterior.objects) {
+            *object = *said;
+        }
+        let is_free = |node: u32| {
+            of_nodes[node as usize].is_none() && things.contains_key(&posterior.labels[node as usize])
+        };
+        let parts = parts(surface, posterior, &is_free);
+        let told_parts = told.iter().map(|object| SurfaceObject {
+            nodes: of_nodes.iter().filter(|own| **own == Some(object.id)).count(),
+            object: object.clone(),
+            is_told: true,
+        });
+        let mut objects: Vec<SurfaceObject> = told_parts.collect();
+        let mut names: BTreeSet<String> = told.iter().map(|object| object.name.clone()).collect();
+        let mut used: BTreeSet<ObjectId> = told.iter().map(|object| object.id).collect();
+        let kept = before.map_or_else(BTreeMap::new, |before| before.kept_by(&parts, &used, &names));
+        for object in kept.values() {
+            used.insert(object.id);
+            names.insert(object.name.clone());
+        }
+        let next = told
+            .iter()
+            .map(|object| object.id.number())
+            .max()
+            .map_or(1, |last| last.saturating_add(1));
+        let numbers = (next..=u16::MAX).chain(1..next).filter_map(ObjectId::new);
+        let mut numbers = numbers.filter(|id| !used.contains(id));
+        let mut free = Vec::new();
+        for (number, part) in parts.iter().enumerate() {
+            let Some(object) = kept.get(&number).cloned().or_else(|| {
+                let class = things.get(&part.class)?;
+                let name = unused_name(&class.name, names.iter().map(String::as_str));
+                Some(Object {
+                    id: numbers.next()?,
+                    class: part.class,
+                    name,
+                })
+            }) else {
+                continue;
+            };
+            names.insert(object.name.clone());
+            for &node in &part.nodes {
+                of_nodes[node as usize] = Some(object.id);
+            }
+            free.push(SurfaceObject {
+                object,
+                is_told: false,
+                nodes: part.nodes.len(),
+            });
+        }
+        free.sort_by_key(|part| part.object.id);
+        objects.append(&mut free);
+        Self { objects, of_nodes }
+    }
+
+    /// The object of a node, as far as there is such a node and it has one.
+    pub fn of_node(&self, node: u32) -> Option<ObjectId> {
+        *self.of_nodes.get(node as usize)?
+    }
+
+    /// The objects that parts keep, by the places of the parts: each of these objects goes to the part of its class that
+    /// has most of its nodes, unless labels say its number or name by now.
+    fn kept_by(
+        &self,
+        parts: &[Part],
+        used: &BTreeSet<ObjectId>,
+        names: &BTreeSet<String>,
+    ) -> BTreeMap<usize, Object> {
+        let mut shared: BTreeMap<(usize, ObjectId), usize> = BTreeMap::new();
+        for (number, part) in parts.iter().enumerate() {
+            for object in part.nodes.iter().filter_map(|&node| self.of_node(node)) {
+                *shared.entry((number, object)).or_default() += 1;
+            }
+        }
+        let mut pairs: Vec<((usize, ObjectId), usize)> = shared.into_iter().collect();
+        pairs.sort_by_key(|&(pair, nodes)| (std::cmp::Reverse(nodes), pair));
+        let mut kept = BTreeMap::new();
+        let mut taken: BTreeSet<ObjectId> = used.clone();
+        for ((number, id), _) in pairs {
+            let own = self.objects.iter().map(|known| &known.object);
+            let own =
+                own.filter(|object| object.class == parts[number].class && !names.contains(&object.name));
+            let Some(object) = own.clone().find(|object| object.id == id) else {
+                continue;
+            };
+            if !kept.contains_key(&number) && taken.insert(id) {
+                kept.insert(number, object.clone());
+            }
+        }
+        kept
+    }
+}
+
+/// A connected part of a class.
+struct Part {
+    class: ClassId,
+    nodes: Vec<u32>,
+}
+
+/// The parts of all classes on the free nodes, by class and then the largest first.
+fn parts(surface: &Surface, posterior: &Posterior, is_free: &dyn Fn(u32) -> bool) -> Vec<Part> {
+    let (graph, labels) = (&surface.graph, &posterior.labels);
+    let nodes = graph.nodes();
+    let mut sets = DisjointSets::new(graph.len());
+    for node in (0..graph.len() as u32).filter(|&node| is_free(node)) {
+        let own = &nodes[node as usize];
+        for (other, _) in graph.edges(node) {
+            let neighbour = &nodes[other as usize];
+            let reach = JOINED * own.voxel.min(neighbour.voxel);
+            if other < node
+                && labels[other as usize] == labels[node as usize]
+                && is_free(other)
+                && own.position.distance(neighbour.position) <= reach
+            {
+                sets.join(node, other);
+            }
+        }
+    }
+    let mut of_root: FxHashMap<u32, Vec<u32>> = FxHashMap::default();
+    for node in (0..graph.len() as u32).filter(|&node| is_free(node)) {
+        of_root.entry(sets.root(node)).or_default().push(node);
+    }
+    let mut of_class: BTreeMap<ClassId, Vec<Vec<u32>>> = BTreeMap::new();
+    for part in of_root.into_values() {
+        of_class.entry(labels[part[0] as usize]).or_default().push(part);
+    }
+    let mut all = Vec::new();
+    for (class, mut parts) in of_class {
+        parts.sort_by_key(|part| (std::cmp::Reverse(part.len()), part[0]));
+        let largest = parts[0].len() as f32;
+        let whole = parts.partition_point(|part| part.len() as f32 >= FRAGMENT * largest);
+        let fragments = parts.split_off(whole);
+        if !fragments.is_empty() {
+            join_fragments(nodes, &mut parts, fragments);
+        }
+        all.extend(parts.into_iter().map(|nodes| Part { class, nodes }));
+    }
+    all
+}
+
+/// Gives each fragment to the part with the node that is nearest to its middle.
+fn join_fragments(nodes: &[Node], parts: &mut [Vec<u32>], fragments: Vec<Vec<u32>>) {
+    let position = |&node: &u32| nodes[node as usize].position;
+    let part_of: FxHashMap<u32, usize> = (0..)
+        .zip(parts.iter())
+        .flat_map(|(number, part)| part.iter().map(move |&node| (node, number)))
+        .collect();
+    let whole: Vec<u32> = parts.concat();
+    let (low, high) = nodes.iter().fold((Vec3::MAX, Vec3::MIN), |(low, high), node| {
+        (low.min(node.position), high.max(node.position))
+    });
+    let side = nodes[whole[0] as usize].voxel * CELL;
+    let cells = NodeCells::new(nodes, whole, side);
+    for fragment in fragments {
+        let sum: Vec3 = fragment.iter().map(position).sum();
+        let nearest = cells.nearest(nodes, sum / fragment.len() as f32, low.distance(high));
+        if let Some(&part) = nearest.and_then(|node| part_of.get(&node)) {
+            parts[part].extend(fragment);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::labels::{History, LabelSet, Stroke};
+    use crate::scene::Scene;
+    use crate::scene::testing::wall;
+    use crate::semantics::testing::{node, propagated};
+    use crate::semantics::{FrameMap, LabelPropagation, Look, Node, SurfaceGraph};
+
+    /// Squares of 10 x 10 nodes, 5 cm apart, which begin at these places.
+    fn squares(places: &[f32]) -> Surface {
+        let square = |&x: &f32| -> Vec<Node> {
+            let place = |k: usize| Vec3::new(x + 0.05 * (k % 10) as f32, 0.05 * (k / 10) as f32, 0.0);
+            (0..100).map(|k| node(place(k))).collect()
+        };
+        let graph = SurfaceGraph::new(places.iter().flat_map(square).collect());
+        Surface {
+            look: Arc::new(Look::new(&graph, Vec3::Y)),
+            graph,
+            voxel: 0.05,
+            ..Surface::default()
+        }
+    }
+
+    fn posterior(labels: Vec<ClassId>) -> Posterior {
+        Posterior {
+            labels,
+            ..Posterior::default()
+        }
+    }
+
+    /// Number and name of the objects, and the number of nodes.
+    fn told(objects: &SurfaceObjects) -> Vec<(u16, &str, usize)> {
+        let all = objects.objects.iter();
+        all.map(|known| (known.object.id.number(), known.object.name.as_str(), known.nodes))
+            .collect()
+    }
+
+    #[test]
+    fn chairs_apart_are_two_a_leg_seen_apart_belongs_to_its_chair_and_stuff_has_no_objects() {
+        // The last square is a leg but for its first nodes.
+        let surface = squares(&[0.0, 2.0, 2.7]);
+        let mut labels = vec![2; 300];
+        labels[205..].fill(1);
+        let classes = [Class::new(1, "floor"), Class::new(2, "chair")];
+        let objects = SurfaceObjects::new(&surface, &posterior(labels), (&classes, &[]), None);
+        assert_eq!(told(&objects), [(1, "chair 1", 100), (2, "chair 2", 105)]);
+        assert_eq!(objects.of_node(204), objects.of_node(150));
+        assert_ne!(objects.of_node(0), objects.of_node(150));
+        assert_eq!((objects.of_node(299), objects.of_node(300)), (None, None));
+    }
+
+    #[test]
+    fn parts_keep_numbers_and_names_while_labels_change() {
+        let surface = squares(&[0.0, 2.0, 4.0]);
+        let classes = [Class::new(1, "wall"), Class::new(2, "chair")];
+        let known = |labels: &[ClassId], objects: &[Object], before: Option<&SurfaceObjects>| {
+            let labels = labels.iter().flat_map(|&label| vec![label; 100]).collect();
+            let mut posterior = posterior(labels);
+            if let Some(object) = objects.first() {
+                posterior.objects = vec![None; 300];
+                posterior.objects[100..200].fill(Some(object.id));
+            }
+            SurfaceObjects::new(&surface, &posterior, (&classes, objects), before)
+        };
+        let two = known(&[1, 2, 2], &[], None);
+        assert_eq!(told(&two), [(1, "chair 1", 100), (2, "chair 2", 100)]);
+        let three = known(&[2, 2, 2], &[], Some(&two));
+        assert_eq!(
+            told(&three),
+            [(1, "chair 1", 100), (2, "chair 2", 100), (3, "chair 3", 100)]
+        );
+        assert_eq!(three.of_node(150), two.of_node(150));
+        let last = known(&[2, 1, 2], &[], Some(&three));
+        assert_eq!(told(&last), [(2, "chair 2", 100), (3, "chair 3", 100)]);
+        // One that a person names takes the number and name that it had.
+        let armchair = Object {
+            id: three.of_node(150).unwrap(),
+            class: 2,
+            name: "armchair".to_owned(),
+        };
+        let named = known(&[2, 2, 2], &[armchair], Some(&three));
+        assert_eq!(
+            told(&named),
+            [(1, "armchair", 100), (2, "chair 2", 100), (3, "chair 3", 100)]
+        );
+        assert!(named.objects[0].is_told && !named.objects[1].is_told);
+    }
+
+    /// The wall with a click on each half, each as an object of one class.
+    fn halves() -> (Arc<Scene>, LabelSet, LabelPropagation) {
+        let scene = Arc::new(wall(5, 64, 48));
+        let mut history = History::default();
+        history.add_class("panel");
+        for pixel in [[10, 20], [55, 20]] {
+            history.add_object(Stroke::click(0, 1, pixel), None).unwrap();
+        }
+        let labels = history.labels().clone();
+        let propagation = propagated(&scene, &labels);
+        (scene, labels, propagation)
+    }
+
+    fn pixels(
+        propagation: &LabelPropagation,
+        labels: &LabelSet,
+        scene: &Arc<Scene>,
+        frame: usize,
+    ) -> Vec<u16> {
+        let listed = (labels.classes.as_slice(), labels.objects.as_slice());
+        let objects = SurfaceObjects::new(propagation.surface(), propagation.posterior(), listed, None);
+        let map: FrameMap = propagation.map(scene, frame, 1);
+        let map = map.looked_up_with(Some(&objects));
+        map.objects().unwrap().to_vec()
+    }
+
+    #[test]
+    fn two_objects_of_a_class_divide_it_along_its_borders_with_one_number_in_all_frames() {
+        let (scene, labels, mut propagation) = halves();
+        for frame in 0..5 {
+            let truth = crate::semantics::testing::truth(&scene, frame);
+            let objects = pixels(&propagation, &labels, &scene, frame);
+            let wrong = objects
+                .iter()
+                .zip(&truth)
+                .filter(|(object, truth)| object != truth);
+            assert!(wrong.count() < truth.len() / 20);
+        }
+        // Updates are exact: as if the labels had come at once.
+        let mut changed = History::new(labels.clone());
+        changed
+            .merge_object(labels.objects[1].id, labels.objects[0].id)
+            .unwrap();
+        propagation.set_labels(&scene, changed.labels());
+        let anew = propagated(&scene, changed.labels());
+        assert_eq!(propagation.posterior(), anew.posterior());
+        assert!(
+            pixels(&propagation, changed.labels(), &scene, 3)
+                .iter()
+                .all(|&object| object == 1)
+        );
+        changed.undo().unwrap();
+        propagation.set_labels(&scene, changed.labels());
+        assert_eq!(propagation.posterior(), propagated(&scene, &labels).posterior());
+    }
+
+    #[test]
+    fn objects_change_nothing_of_the_classes_and_stuff_has_none() {
+        let (scene, mut labels, propagation) = halves();
+        let of_objects = propagation.posterior().clone();
+        assert_eq!(of_objects.objects.len(), propagation.surface().graph.len());
+        labels.classes[0].thing = false;
+        let of_classes = propagated(&scene, &labels);
+        let without = Posterior {
+            objects: Vec::new(),
+            ..of_objects
+        };
+        assert_eq!(*of_classes.posterior(), without);
+    }
+}
