@@ -86,7 +86,7 @@ fn a_run_killed_while_it_writes_leaves_whole_files_and_the_next_one_finishes() {
     label(&disk, &[]);
     let left = files(&disk);
     let frames = Small::get().scene.frames.len();
-    assert_eq!(left.len(), 3 * frames + 2, "{:?}", left.keys());
+    assert_eq!(left.len(), 4 * frames + 3, "{:?}", left.keys());
 }
 
 #[test]

@@ -109,6 +109,7 @@ fn an_export_names_the_file_of_a_frame_that_has_vanished_since_the_capture_was_o
     let labelled = LabelledScene {
         scene: &scene,
         classes: &[],
+        objects: &[],
         maps: &maps,
     };
     let go_on = |_, _| ControlFlow::Continue(());

@@ -61,6 +61,7 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
     let labelled = LabelledScene {
         scene: &scene,
         classes: &labels.classes,
+        objects: &labels.objects,
         maps: &maps,
     };
     let (what, written) = match trajectory {

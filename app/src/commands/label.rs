@@ -168,6 +168,7 @@ fn label(
     let labelled = LabelledScene {
         scene: &scene,
         classes: &labels.classes,
+        objects: &labels.objects,
         maps: &maps,
     };
     export::export(

@@ -1,8 +1,12 @@
 //! Images as in the ground truth of Cityscapes.
 
+use std::collections::BTreeMap;
+
+use rustc_hash::FxHashMap;
+
 use super::Refusal;
 use super::components::{Neighbours, components};
-use super::layout::{Labelled, Layout, OutputFile, json_file};
+use super::layout::{About, Labelled, Layout, OutputFile, json_file};
 use super::pngs::class_colors;
 use crate::labels::{Class, ClassId, VOID, png};
 
@@ -14,9 +18,10 @@ const INSTANCES: u16 = 1000;
 /// `gtFine/<stem>_gtFine_labelIds.png`, `_instanceIds.png` and `_color.png`, and `classes.json`.
 ///
 /// - labelIds: class ids, 8 bit
-/// - instanceIds: class * 1000 + instance, 16 bit, an instance being a connected region, by sides and corners, counted
-///   from 0 for each class and frame; void is 0. A class with more regions in a frame than this has room for is the
-///   class id alone, as Cityscapes has it for groups.
+/// - instanceIds: class * 1000 + instance, 16 bit, an instance being an object, counted from 0 for each class and the same in
+///   all frames; stuff is the class id alone, and so is a thing that this has no room for, or of which it is not known which
+///   it is, as Cityscapes has it for groups. Where nothing is known of objects an instance is a connected region, by sides
+///   and corners, of any class in one frame. Void is 0.
 /// - color: the classes' colours; void is black
 pub(super) struct Cityscapes;
 
@@ -56,13 +61,33 @@ impl Layout for Cityscapes {
         Ok((files.collect::<Result<_, Refusal>>()?, ()))
     }
 
-    fn index(&self, classes: &[Class], _: Vec<()>) -> Result<Vec<OutputFile>, Refusal> {
-        Ok(vec![json_file("classes.json", classes)?])
+    fn index(&self, about: About<'_>, _: Vec<()>) -> Result<Vec<OutputFile>, Refusal> {
+        Ok(vec![json_file("classes.json", about.classes)?])
     }
 }
 
 /// The instance of every pixel, row-major `[height, width]`.
 fn instance_ids(frame: &Labelled<'_>) -> Vec<u16> {
+    let Some(objects) = &frame.objects else {
+        return regions(frame);
+    };
+    let mut count: BTreeMap<ClassId, u16> = BTreeMap::new();
+    let mut instance: FxHashMap<u16, u16> = FxHashMap::default();
+    for object in frame.listed.iter().filter(|object| object.thing) {
+        let next = count.entry(object.class).or_default();
+        let id = object.class.checked_mul(INSTANCES).filter(|_| *next < INSTANCES);
+        if let Some(id) = id.and_then(|first| first.checked_add(*next)) {
+            instance.insert(object.id, id);
+        }
+        *next = next.saturating_add(1);
+    }
+    let of_pixel = frame.labels.iter().zip(objects);
+    let id = |(&label, object): (&ClassId, &u16)| instance.get(object).copied().unwrap_or(label);
+    of_pixel.map(id).collect()
+}
+
+/// The connected region of every pixel, row-major `[height, width]`.
+fn regions(frame: &Labelled<'_>) -> Vec<u16> {
     let width = frame.size[0];
     let components = components(&frame.labels, width, Neighbours::SidesAndCorners);
     let mut counts = [0_u32; LARGEST_ID as usize + 1];
@@ -90,8 +115,6 @@ fn instance_ids(frame: &Labelled<'_>) -> Vec<u16> {
 
 #[cfg(test)]
 mod tests {
-    use std::collections::BTreeMap;
-
     use super::*;
     use crate::export::Format;
     use crate::export::testing;

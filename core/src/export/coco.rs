@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::layout::{Labelled, OutputFile};
+use super::layout::{About, Labelled, OutputFile};
 use crate::labels::{Class, ClassId};
 
 /// Where the images of the frames lie.
@@ -46,20 +46,19 @@ pub(super) struct Category<'a> {
     name: &'a str,
     supercategory: &'a str,
     color: [u8; 3],
-    /// 1 where each annotation is an object of its own, 0 where it is all that a frame shows of the class.
+    /// 1 where annotations are objects, 0 where they are all that a frame shows of the class, or regions of that.
     isthing: u8,
 }
 
-/// The classes as categories, each its own supercategory.
-pub(super) fn categories(classes: &[Class], isthing: bool) -> Vec<Category<'_>> {
-    classes
-        .iter()
-        .map(|Class { id, name, color, .. }| Category {
-            id: *id,
-            name,
-            supercategory: name,
-            color: *color,
-            isthing: u8::from(isthing),
-        })
-        .collect()
+/// The classes as categories, each its own supercategory; `otherwise` tells whether they are things where nothing is known
+/// of objects.
+pub(super) fn categories<'a>(about: About<'a>, otherwise: bool) -> Vec<Category<'a>> {
+    let category = |class: &'a Class| Category {
+        id: class.id,
+        name: &class.name,
+        supercategory: &class.name,
+        color: class.color,
+        isthing: u8::from(about.objects.map_or(otherwise, |_| class.thing)),
+    };
+    about.classes.iter().map(category).collect()
 }

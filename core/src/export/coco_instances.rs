@@ -4,16 +4,17 @@ use serde::Serialize;
 
 use super::Refusal;
 use super::coco::{self, Dataset, IMAGES, Image};
-use super::components::{Neighbours, box_around, components};
-use super::layout::{Labelled, Layout, OutputFile, dense_json_file};
+use super::components::{Component, Neighbours, box_around, components};
+use super::layout::{About, Labelled, Layout, OutputFile, dense_json_file};
 use super::original::original;
 use super::run_length;
-use crate::labels::{Class, ClassId};
+use crate::labels::ClassId;
 
 /// `instances.json`, and `images/` with copies of the images.
 ///
-/// An annotation is a region of one class in one frame that hangs together by sides and corners of its pixels, however
-/// small; its mask is compressed run lengths, so that no pixel is lost.
+/// An annotation of a thing is an object in one frame, in however many pieces; its `object_id` is the same in all frames. Of
+/// stuff, and of things of which it is not known which they are, it is a region of one class in one frame that hangs together
+/// by sides and corners of its pixels, however small. Masks are compressed run lengths, so that no pixel is lost.
 pub(super) struct CocoInstances;
 
 #[derive(Serialize)]
@@ -23,6 +24,8 @@ pub(super) struct Annotation {
     /// The same of the frame.
     image_id: usize,
     category_id: ClassId,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    object_id: Option<u16>,
     segmentation: Segmentation,
     area: u64,
     bbox: [u32; 4],
@@ -44,35 +47,50 @@ impl Layout for CocoInstances {
     }
 
     fn frame(&self, frame: &Labelled<'_>) -> Result<(Vec<OutputFile>, Self::Entry), Refusal> {
-        let positions = frame.positions()?;
+        let (segments, places) = frame.segments()?;
         let [width, height] = frame.size;
-        let annotations = components(&positions, width, Neighbours::SidesAndCorners)
-            .into_iter()
-            .filter_map(|component| {
-                let class = &frame.classes[usize::from(component.label).checked_sub(1)?];
-                let counts = run_length::compressed(&run_length::counts(&component.runs, frame.size));
-                let size = [height, width];
-                Some(Annotation {
-                    id: 0,
-                    image_id: 0,
-                    category_id: class.id,
-                    segmentation: Segmentation { size, counts },
-                    area: component.area(),
-                    bbox: box_around(&component.runs),
-                    iscrowd: 0,
-                })
-            });
-        let annotations = annotations.collect();
+        let mut regions: Vec<Component> = Vec::new();
+        let mut region_of: Vec<Option<usize>> = vec![None; segments.len()];
+        for component in components(&places, width, Neighbours::SidesAndCorners) {
+            let Some(place) = usize::from(component.label).checked_sub(1) else {
+                continue;
+            };
+            match region_of[place] {
+                Some(first) => regions[first].runs.extend(component.runs),
+                None => {
+                    let is_object = segments[place].thing(frame.classes).is_some();
+                    region_of[place] = is_object.then_some(regions.len());
+                    regions.push(component);
+                }
+            }
+        }
+        let annotation = |mut region: Component| {
+            region.runs.sort_unstable_by_key(|run| (run.row, run.first));
+            let segment = segments[usize::from(region.label) - 1];
+            let counts = run_length::compressed(&run_length::counts(&region.runs, frame.size));
+            let size = [height, width];
+            Annotation {
+                id: 0,
+                image_id: 0,
+                category_id: frame.classes[usize::from(segment.class) - 1].id,
+                object_id: segment.thing(frame.classes),
+                segmentation: Segmentation { size, counts },
+                area: region.area(),
+                bbox: box_around(&region.runs),
+                iscrowd: 0,
+            }
+        };
+        let annotations = regions.into_iter().map(annotation).collect();
         let original = original(frame.frame, IMAGES)?;
         let image = Image::of(frame, &original);
         Ok((vec![original], (image, annotations)))
     }
 
-    fn index(&self, classes: &[Class], entries: Vec<Self::Entry>) -> Result<Vec<OutputFile>, Refusal> {
+    fn index(&self, about: About<'_>, entries: Vec<Self::Entry>) -> Result<Vec<OutputFile>, Refusal> {
         let mut instances = Dataset {
             images: Vec::with_capacity(entries.len()),
             annotations: Vec::new(),
-            categories: coco::categories(classes, true),
+            categories: coco::categories(about, true),
         };
         for (image_id, (mut image, annotations)) in (1..).zip(entries) {
             image.id = image_id;

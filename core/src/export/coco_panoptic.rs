@@ -5,21 +5,25 @@ use serde::Serialize;
 use super::Refusal;
 use super::coco::{self, Dataset, IMAGES, Image};
 use super::components::{box_around, label_runs};
-use super::layout::{Labelled, Layout, OutputFile, dense_json_file};
+use super::layout::{About, Labelled, Layout, OutputFile, dense_json_file};
 use super::original::original;
-use crate::labels::{Class, ClassId, Run, png};
+use crate::labels::{ClassId, Run, png};
 
 const SEGMENTS: &str = "panoptic";
+/// Above all class ids.
+const FIRST_OBJECT: u32 = 1 << 16;
 
 /// `panoptic.json`, `panoptic/<stem>.png` and `images/` with copies of the images.
 ///
-/// A segment is all that a frame shows of a class, which is what COCO has for stuff: all classes are (`isthing` 0). Its
-/// number is the class id, red + 256 green + 65536 blue in the PNG; void is 0.
+/// A segment of a thing is an object, and its number 65536 + the object's, the same in all frames. A segment of stuff is all
+/// that a frame shows of a class, and its number the class id; so is that of things of which it is not known which they are,
+/// a crowd. Numbers are red + 256 green + 65536 blue in the PNG; void is 0. Where nothing is known of objects all classes are
+/// stuff (`isthing` 0).
 pub(super) struct CocoPanoptic;
 
 #[derive(Serialize)]
 pub(super) struct Segment {
-    id: ClassId,
+    id: u32,
     category_id: ClassId,
     area: u64,
     bbox: [u32; 4],
@@ -43,24 +47,31 @@ impl Layout for CocoPanoptic {
 
     fn frame(&self, frame: &Labelled<'_>) -> Result<(Vec<OutputFile>, Self::Entry), Refusal> {
         let [width, height] = frame.size;
-        let mut runs: Vec<Vec<Run>> = vec![Vec::new(); frame.classes.len() + 1];
-        for (position, run) in label_runs(&frame.positions()?, width) {
-            runs[usize::from(position)].push(run);
+        let (listed, places) = frame.segments()?;
+        let mut runs: Vec<Vec<Run>> = vec![Vec::new(); listed.len() + 1];
+        for (place, run) in label_runs(&places, width) {
+            runs[usize::from(place)].push(run);
         }
-        let segment = |(class, runs): (&Class, &Vec<Run>)| Segment {
-            id: class.id,
-            category_id: class.id,
-            area: runs.iter().map(Run::pixels).sum(),
-            bbox: box_around(runs),
-            iscrowd: 0,
+        let mut numbers = vec![0_u32];
+        let mut segments_info = Vec::with_capacity(listed.len());
+        for (segment, runs) in listed.iter().zip(&runs[1..]) {
+            let class = &frame.classes[usize::from(segment.class) - 1];
+            let object = segment.thing(frame.classes);
+            let id = object.map_or(u32::from(class.id), |object| FIRST_OBJECT + u32::from(object));
+            numbers.push(id);
+            segments_info.push(Segment {
+                id,
+                category_id: class.id,
+                area: runs.iter().map(Run::pixels).sum(),
+                bbox: box_around(runs),
+                iscrowd: u8::from(frame.objects.is_some() && class.thing && object.is_none()),
+            });
+        }
+        let number = |&place: &u16| {
+            let [red, green, blue, _] = numbers[usize::from(place)].to_le_bytes();
+            [red, green, blue]
         };
-        let shown = frame.classes.iter().zip(&runs[1..]);
-        let segments_info = shown.filter(|(_, runs)| !runs.is_empty()).map(segment).collect();
-        let number = |id: &ClassId| {
-            let [low, high] = id.to_le_bytes();
-            [low, high, 0]
-        };
-        let rgb: Vec<u8> = frame.labels.iter().flat_map(number).collect();
+        let rgb: Vec<u8> = places.iter().flat_map(number).collect();
         let image = png::encode_rgb(width, height, &rgb)?;
         let file_name = format!("{}.png", frame.stem());
         let segments = OutputFile::new(format!("{SEGMENTS}/{file_name}"), image);
@@ -74,11 +85,11 @@ impl Layout for CocoPanoptic {
         Ok((vec![segments, original], (listed, annotation)))
     }
 
-    fn index(&self, classes: &[Class], entries: Vec<Self::Entry>) -> Result<Vec<OutputFile>, Refusal> {
+    fn index(&self, about: About<'_>, entries: Vec<Self::Entry>) -> Result<Vec<OutputFile>, Refusal> {
         let mut panoptic = Dataset {
             images: Vec::with_capacity(entries.len()),
             annotations: Vec::with_capacity(entries.len()),
-            categories: coco::categories(classes, false),
+            categories: coco::categories(about, false),
         };
         for (image_id, (mut image, mut annotation)) in (1..).zip(entries) {
             (image.id, annotation.image_id) = (image_id, image_id);
@@ -93,6 +104,7 @@ impl Layout for CocoPanoptic {
 mod tests {
     use super::*;
     use crate::export::testing;
+    use crate::labels::Class;
 
     #[test]
     fn numbers_above_255_reach_into_the_green() {

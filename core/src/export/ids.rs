@@ -1,7 +1,7 @@
 //! Other numbers for the classes: those of a data set that the labels are compared with.
 
 use std::borrow::Cow;
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 use std::path::Path;
 
 use super::ExportError;
@@ -55,11 +55,22 @@ impl IdMap {
             .iter()
             .filter_map(|class| Some((class.id, listed(class)?.id)))
             .collect();
-        let used: HashSet<ClassId> = new.values().copied().collect();
-        let exported = self.0.iter().filter(|class| used.contains(&class.id));
+        // Whether a class is a thing is what the project says, as its objects follow from that.
+        let is_thing = |id: ClassId| {
+            let own = classes.iter().filter(|class| new.get(&class.id) == Some(&id));
+            own.map(|class| class.thing).reduce(|a, b| a || b)
+        };
+        let exported = self.0.iter().filter_map(|class| {
+            let thing = is_thing(class.id)?;
+            Some(Class {
+                thing,
+                ..class.clone()
+            })
+        });
+        let exported = exported.collect();
         Ids {
+            classes: exported,
             new: Some(new),
-            classes: exported.cloned().collect(),
         }
     }
 }

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
+use super::pngs::OBJECTS;
 use super::{ExportError, PNG_FOLDERS, REPORT, Report};
 use crate::field::Preset;
 
@@ -69,6 +70,7 @@ pub fn finished(folder: &Path, version: &str, inputs: &Inputs) -> Option<String>
             && PNG_FOLDERS
                 .iter()
                 .all(|kind| images(&folder.join(kind)) >= report.frames)
+            && (!folder.join("objects.json").is_file() || images(&folder.join(OBJECTS)) >= report.frames)
     };
     (is_same && is_whole()).then_some(text)
 }

@@ -20,6 +20,7 @@ const BACKGROUND: &str = "_background_";
 /// A shape is the outer border of a region whose pixels hang together by their sides: a polygon through the centres of its
 /// outermost pixels, in order from the top, so that what lies inside a region comes after it and covers it, as
 /// labelme's `shapes_to_label` paints them. Polygons have no holes there: void inside a region is a shape `_background_`.
+/// The shapes of an object have its number as `group_id`.
 pub(super) struct Labelme;
 
 #[derive(Serialize)]
@@ -39,7 +40,7 @@ struct Shape<'a> {
     label: &'a str,
     /// Pixels, x and y; the centre of the top left pixel is at (0.5, 0.5).
     points: Vec<[f32; 2]>,
-    group_id: (),
+    group_id: Option<u16>,
     description: &'static str,
     shape_type: &'static str,
     flags: Empty,
@@ -84,18 +85,21 @@ impl Layout for Labelme {
 }
 
 fn shapes<'a>(frame: &Labelled<'a>) -> Result<Vec<Shape<'a>>, Refusal> {
-    let positions = frame.positions()?;
+    let (segments, places) = frame.segments()?;
     let [width, height] = frame.size;
-    let components = components(&positions, width, Neighbours::Sides);
-    let mut component_of = vec![0_u32; positions.len()];
+    let components = components(&places, width, Neighbours::Sides);
+    let mut component_of = vec![0_u32; places.len()];
     for (number, component) in (0..).zip(&components) {
         for run in &component.runs {
             component_of[run.indices(width)].fill(number);
         }
     }
     let shape = |(number, component): (u32, &Component)| {
-        let label = match component.label.checked_sub(1) {
-            Some(position) => frame.classes[usize::from(position)].name.as_str(),
+        let segment = usize::from(component.label)
+            .checked_sub(1)
+            .map(|place| segments[place]);
+        let label = match segment {
+            Some(segment) => frame.classes[usize::from(segment.class) - 1].name.as_str(),
             // Nothing can enclose what reaches the border.
             None if at_border(&component.runs, frame.size) => return None,
             None => BACKGROUND,
@@ -106,7 +110,7 @@ fn shapes<'a>(frame: &Labelled<'a>) -> Result<Vec<Shape<'a>>, Refusal> {
         Some(Shape {
             label,
             points: points(&border),
-            group_id: (),
+            group_id: segment.and_then(|segment| segment.thing(frame.classes)),
             description: "",
             shape_type: "polygon",
             flags: Empty {},

@@ -10,8 +10,9 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use super::{ExportError, Ids, Options, Refusal, atomic};
-use crate::labels::{Class, ClassId, VOID};
+use crate::labels::{Class, ClassId, Object, ObjectId, VOID};
 use crate::scene::{Frame, Scene};
+use crate::semantics::SurfaceObjects;
 use crate::session::{CERTAIN, FrameMap};
 
 /// A scene with a map of every frame.
@@ -21,6 +22,8 @@ pub struct LabelledScene<'a> {
     pub scene: &'a Scene,
     /// Its classes.
     pub classes: &'a [Class],
+    /// The objects that its labels tell apart.
+    pub objects: &'a [Object],
     /// One map for each frame, in any order.
     pub maps: &'a [Arc<FrameMap>],
 }
@@ -56,6 +59,20 @@ pub(super) struct Labelled<'a> {
     pub(super) entropy: Vec<u16>,
     /// The exported classes.
     pub(super) classes: &'a [Class],
+    /// Number of every pixel's object, row-major `[height, width]`; all of a class that is stuff is one, and 0 is void or a
+    /// thing of which the object is not known. `None` where nothing is known of objects.
+    pub(super) objects: Option<Vec<u16>>,
+    /// The exported objects of all frames.
+    pub(super) listed: &'a [ExportedObject],
+}
+
+/// Pixels that formats with instances keep together: those of an object, or of a class whose objects are not told apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(super) struct Segment {
+    /// Position of the class in [`Labelled::classes`], counted from 1.
+    pub(super) class: u16,
+    /// Number of the object; 0 for none.
+    pub(super) object: u16,
 }
 
 impl Labelled<'_> {
@@ -76,6 +93,114 @@ impl Labelled<'_> {
             position.ok_or(Refusal::UnlistedClass(*label))
         };
         self.labels.iter().map(position).collect()
+    }
+
+    /// The segments of the frame, ordered, and for every pixel the place of its segment, counted from 1, row-major
+    /// `[height, width]`; 0 is void. More than 65,535 do not fit, and are void.
+    ///
+    /// # Errors
+    /// [`Refusal::UnlistedClass`].
+    pub(super) fn segments(&self) -> Result<(Vec<Segment>, Vec<u16>), Refusal> {
+        let positions = self.positions()?;
+        let no_objects;
+        let objects = match &self.objects {
+            Some(objects) => objects,
+            None => {
+                no_objects = vec![0; positions.len()];
+                &no_objects
+            }
+        };
+        let of_pixel = positions.iter().zip(objects);
+        let of_pixel = of_pixel.map(|(&class, &object)| Segment { class, object });
+        let mut segments: Vec<Segment> = of_pixel.clone().collect();
+        segments.dedup();
+        segments.sort_unstable();
+        segments.dedup();
+        segments.retain(|segment| segment.class != 0);
+        let place: FxHashMap<Segment, u16> = segments.iter().copied().zip(1..=u16::MAX).collect();
+        let places = of_pixel.map(|segment| place.get(&segment).copied().unwrap_or(0));
+        Ok((segments, places.collect()))
+    }
+}
+
+/// An object as it is exported.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct ExportedObject {
+    pub(super) id: u16,
+    /// The exported class.
+    pub(super) class: ClassId,
+    pub(super) thing: bool,
+    pub(super) name: String,
+}
+
+/// The objects of an export.
+pub(super) struct Objects {
+    /// The things on the surface of the maps.
+    on_surface: SurfaceObjects,
+    /// Those of exported classes: the things, and then a number for each class that is stuff.
+    pub(super) listed: Vec<ExportedObject>,
+    /// The numbers of the latter, by exported class.
+    stuff: FxHashMap<ClassId, u16>,
+}
+
+impl Objects {
+    /// Those of a scene; `None` where no class is a thing or the maps follow from no surface.
+    pub(super) fn of(labelled: LabelledScene<'_>, ids: &Ids<'_>) -> Option<Self> {
+        labelled.classes.iter().find(|class| class.thing)?;
+        let (surface, posterior) = labelled.maps.first()?.surface()?;
+        let told = (labelled.classes, labelled.objects);
+        let on_surface = SurfaceObjects::new(surface, posterior, told, None);
+        let objects = on_surface.objects.iter().map(|known| &known.object);
+        let things = objects.map(|object| ExportedObject {
+            id: object.id.number(),
+            class: ids.of(object.class),
+            thing: true,
+            name: object.name.clone(),
+        });
+        let mut listed: Vec<ExportedObject> = things.collect();
+        let next = listed
+            .iter()
+            .map(|object| object.id)
+            .max()
+            .unwrap_or(0)
+            .saturating_add(1);
+        let stuff = ids.classes().iter().filter(|class| !class.thing);
+        listed.extend((next..=u16::MAX).zip(stuff).map(|(id, class)| ExportedObject {
+            id,
+            class: class.id,
+            thing: false,
+            name: class.name.clone(),
+        }));
+        listed.retain(|object| object.class != VOID);
+        let stuff = listed.iter().filter(|object| !object.thing);
+        Some(Self {
+            on_surface,
+            stuff: stuff.map(|object| (object.class, object.id)).collect(),
+            listed,
+        })
+    }
+
+    /// The number of a node's object, of a node with this exported class; 0 where it has none.
+    pub(super) fn of_node(&self, node: u32, label: ClassId) -> u16 {
+        let thing = self.on_surface.of_node(node).map_or(0, ObjectId::number);
+        self.object(label, thing)
+    }
+
+    /// The number of the object of an exported class, by that of the thing.
+    fn object(&self, label: ClassId, thing: u16) -> u16 {
+        match label {
+            VOID => 0,
+            label => self.stuff.get(&label).copied().unwrap_or(thing),
+        }
+    }
+
+    /// The number of every pixel's object, of pixels with these exported classes, by those that the map knows.
+    fn of_pixels(&self, labels: &[ClassId], things: &[u16]) -> Vec<u16> {
+        labels
+            .iter()
+            .zip(things)
+            .map(|(&label, &thing)| self.object(label, thing))
+            .collect()
     }
 }
 
@@ -124,6 +249,23 @@ pub(super) fn json_file<T: serde::Serialize + ?Sized>(path: &str, value: &T) -> 
     Ok(OutputFile::new(path, text))
 }
 
+impl Segment {
+    /// The object's number, where it is one of a thing.
+    pub(super) fn thing(&self, classes: &[Class]) -> Option<u16> {
+        let class = classes.get(usize::from(self.class).checked_sub(1)?)?;
+        (class.thing && self.object != 0).then_some(self.object)
+    }
+}
+
+/// What the files about all frames tell of.
+#[derive(Clone, Copy)]
+pub(super) struct About<'a> {
+    /// The exported classes.
+    pub(super) classes: &'a [Class],
+    /// The exported objects; `None` where nothing is known of objects.
+    pub(super) objects: Option<&'a [ExportedObject]>,
+}
+
 /// A kind of data set: which files it has, and what is in them. The same maps give the same bytes.
 pub(super) trait Layout: Sync {
     /// What the files that list all frames have to know of one.
@@ -131,6 +273,11 @@ pub(super) trait Layout: Sync {
 
     /// The folders that its files are in.
     fn folders(&self) -> &'static [&'static str];
+
+    /// The folders of objects, where there are any.
+    fn object_folders(&self) -> &'static [&'static str] {
+        &[]
+    }
 
     /// Whether classes can be written like this; asked before anything is written.
     ///
@@ -150,7 +297,7 @@ pub(super) trait Layout: Sync {
     ///
     /// # Errors
     /// Why they cannot be written.
-    fn index(&self, _classes: &[Class], _entries: Vec<Self::Entry>) -> Result<Vec<OutputFile>, Refusal> {
+    fn index(&self, _about: About<'_>, _entries: Vec<Self::Entry>) -> Result<Vec<OutputFile>, Refusal> {
         Ok(Vec::new())
     }
 }
@@ -171,7 +318,11 @@ pub(super) fn write<L: Layout>(
     let ids = options.ids_of(labelled.classes);
     let classes = ids.classes();
     layout.check(classes).map_err(incomplete)?;
+    let objects = Objects::of(labelled, &ids);
     super::prepare(folder, layout.folders())?;
+    if objects.is_some() {
+        super::prepare(folder, layout.object_folders())?;
+    }
     super::withdraw_report(folder)?;
     let (frames, stopped) = (AtomicUsize::new(0), AtomicBool::new(false));
     let (files, unchanged) = (AtomicUsize::new(0), AtomicUsize::new(0));
@@ -188,7 +339,7 @@ pub(super) fn write<L: Layout>(
         }
         // Without its files a frame would get labels of nothing.
         frame.pixels()?;
-        let (written, entry) = exported(frame, map, &ids, options.least_probability)
+        let (written, entry) = exported(frame, (map, objects.as_ref()), &ids, options.least_probability)
             .and_then(|labelled| layout.frame(&labelled))
             .map_err(|reason| incomplete(reason.of(format!("frame \"{}\"", frame.stem))))?;
         write_files(written)?;
@@ -207,7 +358,11 @@ pub(super) fn write<L: Layout>(
     if entries.len() < maps.len() {
         return Err(ExportError::cancelled(folder, entries.len(), maps.len()));
     }
-    write_files(layout.index(classes, entries).map_err(incomplete)?)?;
+    let about = About {
+        classes,
+        objects: objects.as_ref().map(|objects| objects.listed.as_slice()),
+    };
+    write_files(layout.index(about, entries).map_err(incomplete)?)?;
     Ok(Written {
         files: files.into_inner(),
         unchanged: unchanged.into_inner(),
@@ -227,11 +382,11 @@ pub(super) fn void_improbable(labels: &mut [ClassId], confidence: &[u16], least:
 /// A frame's map as it is exported.
 pub(super) fn exported<'a>(
     frame: &'a Frame,
-    map: &FrameMap,
+    (map, objects): (&FrameMap, Option<&'a Objects>),
     ids: &'a Ids<'_>,
     least_probability: Option<f32>,
 ) -> Result<Labelled<'a>, Refusal> {
-    let map = map.in_image(frame);
+    let map = map.in_image_with(frame, objects.map(|objects| &objects.on_surface));
     let mut labels = map.labels().into_owned();
     if let Some(least) = least_probability {
         let confidence = map.confidence().ok_or(Refusal::NoProbabilities)?;
@@ -240,12 +395,16 @@ pub(super) fn exported<'a>(
     for label in &mut labels {
         *label = ids.of(*label);
     }
+    let known = objects.zip(map.objects());
+    let known = known.map(|(objects, things)| objects.of_pixels(&labels, things));
     Ok(Labelled {
         frame,
         size: [map.width, map.height],
         labels,
         entropy: map.entropy().into_owned(),
         classes: ids.classes(),
+        objects: known,
+        listed: objects.map_or(&[], |objects| &objects.listed),
     })
 }
 

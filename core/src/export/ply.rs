@@ -16,10 +16,12 @@ pub(super) struct Vertex {
     pub(super) label: ClassId,
     /// In nats.
     pub(super) entropy: f32,
+    /// Number of its object; 0 for none.
+    pub(super) object: u16,
 }
 
 /// Properties of a vertex: positions in double precision, since some captures are far from their origin.
-pub(super) const VERTEX: [(&str, &str); 11] = [
+pub(super) const VERTEX: [(&str, &str); 12] = [
     ("double", "x"),
     ("double", "y"),
     ("double", "z"),
@@ -31,9 +33,10 @@ pub(super) const VERTEX: [(&str, &str); 11] = [
     ("uchar", "blue"),
     ("ushort", "label"),
     ("float", "entropy"),
+    ("ushort", "object"),
 ];
 /// Bytes of a vertex and of a triangle.
-pub(super) const VERTEX_BYTES: usize = 3 * 8 + 3 * 4 + 3 + 2 + 4;
+pub(super) const VERTEX_BYTES: usize = 3 * 8 + 3 * 4 + 3 + 2 + 4 + 2;
 const TRIANGLE_BYTES: usize = 1 + 3 * 4;
 
 /// A file with these vertices, and faces if there are any to tell of. What is not ASCII in the comments is escaped, as
@@ -64,6 +67,7 @@ pub(super) fn encode(comments: &[String], vertices: &[Vertex], triangles: Option
         file.extend(vertex.color);
         file.extend(vertex.label.to_le_bytes());
         file.extend(vertex.entropy.to_le_bytes());
+        file.extend(vertex.object.to_le_bytes());
     }
     for triangle in triangles {
         file.push(3);

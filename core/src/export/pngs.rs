@@ -1,9 +1,11 @@
 //! Label, entropy and colour PNGs of every frame: the plain format, which loses nothing.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
+
+use serde::Serialize;
 
 use super::Refusal;
-use super::layout::{Labelled, Layout, OutputFile, json_file};
+use super::layout::{About, ExportedObject, Labelled, Layout, OutputFile, json_file};
 use crate::labels::{Class, ClassId, png};
 
 /// `labels/<stem>.png`, `entropy/<stem>.png` and `color/<stem>.png` for every frame, and `classes.json`.
@@ -11,33 +13,96 @@ use crate::labels::{Class, ClassId, png};
 /// - labels: class ids, 8 bit, or 16 bit where an id of the frame exceeds 255
 /// - entropy: 16 bit, nats times [`ENTROPY_STEPS_PER_NAT`](crate::session::ENTROPY_STEPS_PER_NAT)
 /// - color: the classes' colours; void and ids without a class are black
+///
+/// Where classes are things and the maps follow from a surface, `objects/<stem>.png` too, and `objects.json`:
+///
+/// - objects: numbers of objects, 16 bit, the same in all frames; all of a class that is stuff is one object, and 0 is void
+///   or a thing of which nobody said which one
 pub(super) struct Pngs;
+
+/// Where the objects go.
+pub(super) const OBJECTS: &str = "objects";
+
+/// Pixels of each object in a frame.
+pub(super) struct ObjectPixels(BTreeMap<u16, u64>);
+
+impl ObjectPixels {
+    pub(super) fn of(frame: &Labelled<'_>) -> Self {
+        let mut pixels = BTreeMap::new();
+        let objects = frame.objects.as_deref().unwrap_or_default();
+        for same in objects.chunk_by(|a, b| a == b) {
+            *pixels.entry(same[0]).or_default() += same.len() as u64;
+        }
+        Self(pixels)
+    }
+}
+
+/// `objects.json`: the objects that any frame shows; `None` where nothing is known of objects.
+pub(super) fn objects_file(about: About<'_>, frames: &[ObjectPixels]) -> Result<Option<OutputFile>, Refusal> {
+    let Some(objects) = about.objects else {
+        return Ok(None);
+    };
+    let record = |object: &ExportedObject| {
+        let class = about.classes.iter().find(|class| class.id == object.class);
+        ObjectRecord {
+            id: object.id,
+            class_id: object.class,
+            class_name: class.map_or_else(String::new, |class| class.name.clone()),
+            thing: object.thing,
+            name: object.name.clone(),
+            pixels: frames.iter().filter_map(|frame| frame.0.get(&object.id)).sum(),
+        }
+    };
+    let shown = objects.iter().map(record).filter(|record| record.pixels > 0);
+    Ok(Some(json_file("objects.json", &shown.collect::<Vec<_>>())?))
+}
+
+/// A line of `objects.json`.
+#[derive(Serialize)]
+struct ObjectRecord {
+    id: u16,
+    class_id: ClassId,
+    class_name: String,
+    thing: bool,
+    name: String,
+    /// In all frames.
+    pixels: u64,
+}
 
 /// The folders of [`Format::Png`](super::Format::Png), below the export's own.
 pub const PNG_FOLDERS: [&str; 3] = ["labels", "entropy", "color"];
 
 impl Layout for Pngs {
-    type Entry = ();
+    type Entry = ObjectPixels;
 
     fn folders(&self) -> &'static [&'static str] {
         &PNG_FOLDERS
     }
 
-    fn frame(&self, frame: &Labelled<'_>) -> Result<(Vec<OutputFile>, ()), Refusal> {
+    fn object_folders(&self) -> &'static [&'static str] {
+        &[OBJECTS]
+    }
+
+    fn frame(&self, frame: &Labelled<'_>) -> Result<(Vec<OutputFile>, Self::Entry), Refusal> {
         let [width, height] = frame.size;
-        let images = [
+        let mut images = vec![
             ("labels", png::encode_labels(width, height, &frame.labels)),
             ("entropy", png::encode_steps(width, height, &frame.entropy)),
             ("color", png::encode_rgb(width, height, &class_colors(frame))),
         ];
+        if let Some(objects) = &frame.objects {
+            images.push((OBJECTS, png::encode_steps(width, height, objects)));
+        }
         let files = images
             .into_iter()
             .map(|(folder, image)| Ok(OutputFile::new(format!("{folder}/{}.png", frame.stem()), image?)));
-        Ok((files.collect::<Result<_, Refusal>>()?, ()))
+        Ok((files.collect::<Result<_, Refusal>>()?, ObjectPixels::of(frame)))
     }
 
-    fn index(&self, classes: &[Class], _: Vec<()>) -> Result<Vec<OutputFile>, Refusal> {
-        Ok(vec![json_file("classes.json", classes)?])
+    fn index(&self, about: About<'_>, entries: Vec<Self::Entry>) -> Result<Vec<OutputFile>, Refusal> {
+        let mut files = vec![json_file("classes.json", about.classes)?];
+        files.extend(objects_file(about, &entries)?);
+        Ok(files)
     }
 }
 

@@ -3,7 +3,9 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use super::layout::{LabelledScene, OutputFile, Written, json_file, void_improbable};
+use super::layout::{
+    ExportedObject, LabelledScene, Objects, OutputFile, Written, json_file, void_improbable,
+};
 use super::ply::{self, Vertex};
 use super::pngs::colors_by_id;
 use super::{ExportError, Options, Refusal};
@@ -70,11 +72,13 @@ pub(super) fn write(
     let ids = options.ids_of(labelled.classes);
     let classes = ids.classes();
     let own_labels = labels(posterior, options);
+    let objects = Objects::of(labelled, &ids);
     let (places, triangles) = solid.shape(surface);
     let vertices: Vec<Vertex> = places
         .iter()
         .map(|&MeshVertex { position, node }| {
             let shown = &surface.graph.nodes()[node as usize];
+            let label = ids.of(own_labels[node as usize]);
             Vertex {
                 position: labelled.scene.to_capture(position),
                 normal: shown.normal,
@@ -83,7 +87,8 @@ pub(super) fn write(
                     .round()
                     .to_array()
                     .map(|channel| channel as u8),
-                label: ids.of(own_labels[node as usize]),
+                label,
+                object: objects.as_ref().map_or(0, |objects| objects.of_node(node, label)),
                 entropy: f32::from(posterior.entropy[node as usize]) / ENTROPY_STEPS_PER_NAT,
             }
         })
@@ -101,7 +106,8 @@ pub(super) fn write(
         return Err(ExportError::cancelled(folder, 0, frames));
     }
     super::prepare(folder, &[])?;
-    let comments = comments(labelled.scene.unit, classes);
+    let listed = objects.as_ref().map_or(&[][..], |objects| &objects.listed);
+    let comments = comments(labelled.scene.unit, classes, listed);
     let name = solid.name();
     let mut written = Written::default();
     for (name, vertices) in [
@@ -126,15 +132,17 @@ fn labels(posterior: &Posterior, options: &Options) -> Vec<ClassId> {
 }
 
 /// What the header says of coordinates and classes.
-fn comments(unit: f64, classes: &[Class]) -> Vec<String> {
+fn comments(unit: f64, classes: &[Class], objects: &[ExportedObject]) -> Vec<String> {
     let mut comments = vec![
         "x y z in the coordinates of the capture's poses".to_owned(),
         format!("{unit} of their units are a metre"),
         "normals towards the cameras; zero where unknown".to_owned(),
-        format!("label {VOID} is void; entropy in nats"),
+        format!("label {VOID} is void, object 0 none; entropy in nats"),
     ];
     let class = |class: &Class| format!("class {} {}", class.id, class.name);
     comments.extend(classes.iter().map(class));
+    let object = |object: &ExportedObject| format!("object {} {}", object.id, object.name);
+    comments.extend(objects.iter().map(object));
     comments
 }
 
@@ -180,6 +188,7 @@ mod tests {
                 color: [36, 37, 38].map(|at| record[at]),
                 label: u16::from_le_bytes([record[39], record[40]]),
                 entropy: float(41),
+                object: u16::from_le_bytes([record[45], record[46]]),
             }
         };
         (comments, records.map(vertex).collect())
@@ -214,7 +223,8 @@ mod tests {
         let (comments, cloud) = read(&root.path().join("cloud.ply"));
         let unit = "3.28 of their units are a metre".to_owned();
         assert!(comments.contains(&unit), "{comments:?}");
-        assert_eq!(comments[4..], ["class 3 dark wall", "class 500 W\\u{e4}nd\\n"]);
+        assert_eq!(comments[4..6], ["class 3 dark wall", "class 500 W\\u{e4}nd\\n"]);
+        assert_eq!(comments[6..], ["object 1 W\\u{e4}nd\\n 1", "object 2 dark wall"]);
         let (_, by_class) = read(&root.path().join("cloud_classes.ply"));
         let (surface, posterior) = labelled.maps[0].surface().unwrap();
         assert_eq!([cloud.len(), by_class.len()], [surface.graph.len(); 2]);
@@ -224,6 +234,7 @@ mod tests {
             assert!(gap < 1e-6, "{gap}");
             assert_eq!(vertex.color[0], (255.0 * node.color.x).round() as u8);
             assert_eq!(vertex.label, posterior.labels[index]);
+            assert_eq!(vertex.object, if vertex.label == 500 { 1 } else { 2 });
             assert!((vertex.entropy - f32::from(posterior.entropy[index]) / 1e4).abs() < 1e-6);
             let class = &labelled.classes[usize::from(vertex.label == 500)];
             let colored = &by_class[index];
@@ -250,7 +261,7 @@ mod tests {
         };
         written(root.path(), &labelled, Format::PointCloud, &options);
         let (comments, cloud) = read(&root.path().join("cloud.ply"));
-        assert_eq!(comments[4..], ["class 8 Dark Wall"]);
+        assert_eq!(comments[4..], ["class 8 Dark Wall", "object 2 Dark Wall"]);
         let (_, posterior) = labelled.maps[0].surface().unwrap();
         for (vertex, &own) in cloud.iter().zip(&posterior.labels) {
             assert_eq!(vertex.label, if own == 3 { 8 } else { 0 });
@@ -289,6 +300,7 @@ mod tests {
             let scene = LabelledScene {
                 scene: &labelled.scene,
                 classes: &labelled.classes,
+                objects: &[],
                 maps,
             };
             for solid in [Solid::Cloud, Solid::Mesh] {

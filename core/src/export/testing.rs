@@ -57,6 +57,8 @@ pub(super) fn labelled<'a>(
         frame: &scene.frames[0],
         size,
         entropy: Vec::new(),
+        objects: None,
+        listed: &[],
         classes,
         labels,
     }
@@ -94,7 +96,12 @@ pub(super) fn export_all(
     maps: &[Arc<FrameMap>],
     (format, options): (Format, &Options),
 ) -> Result<Written, ExportError> {
-    let labelled = LabelledScene { scene, classes, maps };
+    let labelled = LabelledScene {
+        scene,
+        classes,
+        objects: &[],
+        maps,
+    };
     export(folder, labelled, format, options, &|_, _| {
         ControlFlow::Continue(())
     })

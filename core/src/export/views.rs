@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use super::layout::{Labelled, Layout, OutputFile, Written, exported};
+use super::layout::{About, Labelled, Layout, OutputFile, Written, exported};
 use super::pngs::Pngs;
 use super::{ExportError, Options, Refusal};
 use crate::labels::{Class, png};
@@ -61,7 +61,7 @@ pub fn export_views(
         };
         let rendered = views.renderer.view(number, &viewpoint);
         let (frame, map) = rendered.map_err(|error| incomplete(error.into()))?;
-        let files = exported(&frame, &map, &ids, options.least_probability)
+        let files = exported(&frame, (&map, None), &ids, options.least_probability)
             .and_then(|labelled| files(&frame, &labelled))
             .map_err(|reason| incomplete(reason.of(format!("view {number}"))))?;
         for file in files {
@@ -71,7 +71,11 @@ pub fn export_views(
             return Err(ExportError::cancelled(folder, number + 1, total));
         }
     }
-    let mut index = Pngs.index(ids.classes(), Vec::new()).map_err(incomplete)?;
+    let about = About {
+        classes: ids.classes(),
+        objects: None,
+    };
+    let mut index = Pngs.index(about, Vec::new()).map_err(incomplete)?;
     index.extend(capture(scene, trajectory, &camera));
     for file in index {
         written.count(file.write(folder)?);
@@ -82,7 +86,7 @@ pub fn export_views(
 /// The images of a view.
 fn files(frame: &Frame, labelled: &Labelled<'_>) -> Result<Vec<OutputFile>, Refusal> {
     let [width, height] = labelled.size;
-    let (mut files, ()) = Pngs.frame(labelled)?;
+    let (mut files, _) = Pngs.frame(labelled)?;
     let pixels = frame.pixels()?;
     let depth = pixels
         .depth

@@ -9,7 +9,7 @@ use zip::{CompressionMethod, DateTime, ZipWriter};
 
 use super::Refusal;
 use super::colors;
-use super::layout::{Labelled, Layout, OutputFile};
+use super::layout::{About, Labelled, Layout, OutputFile};
 use super::original::original;
 use crate::labels::{Class, png};
 
@@ -22,7 +22,8 @@ const MOST_CLASSES: usize = 255;
 ///
 /// Segmentations are PNGs with a palette. An index is the line of the class in `labelmap.txt`, counted from 0, and its
 /// colour the one there, so that those who read indices and those who read colours find the same. The objects of a
-/// frame are its classes: an object that is hidden in part would fall apart otherwise.
+/// frame are counted from 1: each object of things, and all that it shows of a class that is stuff or of whose objects nothing
+/// is known.
 pub(super) struct Voc;
 
 /// The segmentations of a frame.
@@ -84,13 +85,21 @@ impl Layout for Voc {
                 "it shows more than {most} classes; export another format"
             ))
         })?;
+        let (segments, places) = frame.segments()?;
+        let places = places.into_iter().map(u8::try_from);
+        let places: Vec<u8> = places.collect::<Result<_, _>>().map_err(|_| {
+            let (shown, most) = (segments.len(), u8::MAX);
+            Refusal::Format(format!(
+                "it shows {shown} objects, and its images hold at most {most}; export another format"
+            ))
+        })?;
         let class_palette: Vec<[u8; 3]> = [[0; 3]]
             .into_iter()
             .chain(colors::distinct(frame.classes))
             .collect();
         let object_palette: Vec<[u8; 3]> = (0..=u8::MAX).map(colors::voc_color).collect();
-        let segmentation = |palette: &[[u8; 3]]| png::encode_indexed(width, height, &indices, palette);
-        let (class, object) = (segmentation(&class_palette)?, segmentation(&object_palette)?);
+        let class = png::encode_indexed(width, height, &indices, &class_palette)?;
+        let object = png::encode_indexed(width, height, &places, &object_palette)?;
         let files = vec![
             original(frame.frame, "JPEGImages")?,
             OutputFile::new(class_path(stem), class.clone()),
@@ -100,10 +109,10 @@ impl Layout for Voc {
         Ok((files, Segmentations { stem, class, object }))
     }
 
-    fn index(&self, classes: &[Class], entries: Vec<Segmentations>) -> Result<Vec<OutputFile>, Refusal> {
+    fn index(&self, about: About<'_>, entries: Vec<Segmentations>) -> Result<Vec<OutputFile>, Refusal> {
         const IMAGE_SET: &str = "ImageSets/Segmentation/default.txt";
         const LABEL_MAP: &str = "labelmap.txt";
-        let label_map = label_map(classes).into_bytes();
+        let label_map = label_map(about.classes).into_bytes();
         let mut image_set = Vec::new();
         for entry in &entries {
             image_set.extend_from_slice(entry.stem.as_bytes());

@@ -71,6 +71,7 @@ impl Export {
         let labelled = LabelledScene {
             scene: &self.scene,
             classes: &self.labels.classes,
+            objects: &self.labels.objects,
             maps: &maps,
         };
         let written = export(&folder, labelled, self.format, &self.options, &progress)

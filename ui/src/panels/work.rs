@@ -97,7 +97,7 @@ fn import(ui: &mut Ui, reading: bool, commands: &mut Commands) {
 /// What is in the folder of an export, beside the strokes.
 fn files(format: Format) -> &'static str {
     match format {
-        Format::Png => "labels, entropy and color as PNGs; classes.json; strokes.json",
+        Format::Png => "labels, entropy, color and objects as PNGs; classes.json; strokes.json",
         Format::Overlay => "overlay as JPEGs; strokes.json",
         Format::Voc => "the data set; cvat.zip; strokes.json",
         Format::Cityscapes
