@@ -44,7 +44,7 @@ pub(crate) use files::check_size;
 pub(crate) use files::decode as decode_image;
 pub use frame::{ColorImage, DepthMap, Frame, SparsePoint};
 pub(crate) use images::{PlainImage, original_colors, plain_image};
-pub use label_images::{frame_number, label_images};
+pub use label_images::{frame_number, label_images, numbered_images};
 pub(crate) use lens::LARGEST_SIDE;
 pub use lens::{Distortion, Lens};
 use pixel_errors::PixelErrors;

@@ -17,7 +17,14 @@ const FOLDERS: [&str; 3] = ["semantic_class", "label-filt", "label"];
 /// A capture without label images, or with two of one frame number.
 pub fn label_images(capture: &Path) -> Result<BTreeMap<u64, PathBuf>, SceneError> {
     let places = FOLDERS.map(|name| capture.join(name));
-    let folder = places.iter().find(|place| place.is_dir()).unwrap_or(&places[0]);
+    numbered_images(places.iter().find(|place| place.is_dir()).unwrap_or(&places[0]))
+}
+
+/// The PNGs of a folder by the number at the end of their stems. None of them is read.
+///
+/// # Errors
+/// A folder without such images, or with two of one number.
+pub fn numbered_images(folder: &Path) -> Result<BTreeMap<u64, PathBuf>, SceneError> {
     let missing = |error: std::io::Error| {
         refusal!(
             folder,

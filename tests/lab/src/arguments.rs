@@ -100,6 +100,10 @@ pub struct SimulateArguments {
         value_parser = baseline
     )]
     pub baselines: Vec<Baseline>,
+    /// Click on objects in place of classes, as many times on each, and measure the objects of the maps: of a capture with
+    /// semantic_instance and objects.json, on the surface graph alone. Writes objects.csv.
+    #[arg(long, conflicts_with_all = ["baselines", "settle"])]
+    pub objects: bool,
     /// Print the results as JSON.
     #[arg(long)]
     pub json: bool,

@@ -13,6 +13,7 @@ pub mod hard;
 mod latency;
 mod learnt;
 mod metrics;
+mod objects;
 mod page;
 pub mod paper;
 pub mod pareto;

@@ -4,12 +4,14 @@
 mod annotator;
 pub(super) mod baseline;
 mod experiment;
+mod objects;
 
 use serde::{Serialize, Serializer};
 
 pub use annotator::{Annotator, Click, Policy};
 pub use baseline::Baseline;
 pub use experiment::simulate;
+pub use objects::{OBJECT_COLUMNS, ObjectPoint, object_rows, simulate_objects};
 
 use super::table::csv;
 use super::{Calibration, Scores};

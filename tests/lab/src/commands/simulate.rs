@@ -1,7 +1,9 @@
 //! `inplace-lab simulate`: maps measured as a simulated annotator clicks.
 
 use crate::chart::{Axis, Figure, Panel, Point, Scale, Series};
-use crate::simulate::{COLUMNS, SimulatedPoint, calibration_table, simulate};
+use crate::simulate::{
+    COLUMNS, OBJECT_COLUMNS, SimulatedPoint, calibration_table, object_rows, simulate, simulate_objects,
+};
 use crate::table::csv;
 use crate::{Calibration, mean};
 use inplace_core::export;
@@ -16,7 +18,7 @@ use inplace_core::session::Progress;
 /// Share of a line's pixels below which a bin of confidence is not drawn: it would show little but chance.
 const LEAST_SHARE: f64 = 1e-3;
 
-/// Simulates, writes `results.csv`, `calibration.csv` and their charts, and prints.
+/// Simulates, writes `results.csv`, `calibration.csv` and their charts, or `objects.csv`, and prints.
 pub fn run(arguments: &SimulateArguments) -> Result<(), Failure> {
     if arguments.training.preset == Preset::Reference {
         return Err("the published network learns a scene for each set of labels; measure it with `inplace label --preset reference`".into());
@@ -27,6 +29,25 @@ pub fn run(arguments: &SimulateArguments) -> Result<(), Failure> {
     let session = session_options(&arguments.training, source, cores());
     let threads = session.threads;
     let mut progress = Progress::default();
+    if arguments.objects {
+        let points = simulate_objects(arguments, &session, &mut |line| progress.show(line))?;
+        drop(progress);
+        export::write(&out.join("objects.csv"), csv(&points, OBJECT_COLUMNS)?.as_bytes())?;
+        let mut page = Page::default();
+        page.paragraph(&format!(
+            "Objects on the test frames after so many clicks on each in the whole scene; at \"classes\", after one on each \
+             class that names no object. {}: means over {} from {}.",
+            points.first().map_or("", |point| point.scene.as_str()),
+            counted(arguments.seeds, "seed"),
+            arguments.training.seed,
+        ));
+        page.table(
+            "policy | clicks an object | clicks | IoU | of things | of stuff | PQ of things | SQ | RQ | PQ of stuff | \
+             objects | seconds",
+            &object_rows(&points),
+        );
+        return page.publish(out, "objects", arguments.json, &points);
+    }
     let points = simulate(arguments, &session, &mut |line| progress.show(line))?;
     drop(progress);
     export::write(&out.join("results.csv"), csv(&points, COLUMNS)?.as_bytes())?;

@@ -1,0 +1,294 @@
+//! The interactive experiment with objects: the annotator says which chair it is, not only that it is one.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::{Duration, Instant};
+
+use serde::Serialize;
+
+use super::{Annotator, Click, Policy};
+use crate::arguments::SimulateArguments;
+use crate::learnt::{pool, trained_surface};
+use crate::objects::{ObjectTruth, Segment, SegmentCounts, SegmentScores};
+use crate::{EvalError, mean};
+use inplace_core::guide::{Suggestion, suggest};
+use inplace_core::labels::{ClassId, Label, LabelSet, Object, ObjectId, Stroke, VOID};
+use inplace_core::scene::Scene;
+use inplace_core::semantics::{LabelPropagation, Surface, SurfaceObjects};
+use inplace_core::session::SessionOptions;
+
+/// Where the annotator clicks once on every class, at random, and names no object.
+const CLASSES_ALONE: &str = "classes";
+/// How long the geometry is learnt where depth has holes or there is none, unless that is said.
+const GEOMETRY: Duration = Duration::from_secs(60);
+
+/// How good the objects of the test frames were after so many clicks.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ObjectPoint {
+    /// Name of the scene.
+    pub scene: String,
+    /// Where the annotator clicked; `classes` for one random click on every class, without a word of objects.
+    pub policy: String,
+    /// Seed of the clicks.
+    pub seed: u64,
+    /// Clicks there were for each object of the training frames; 0 where no object was named.
+    pub clicks_per_object: usize,
+    /// Clicks in all.
+    pub clicks: usize,
+    /// Mean intersection over union of all objects, each with the pixels of its own clicks; not known where no object was
+    /// named.
+    pub iou: Option<f64>,
+    /// The same of things, and of stuff.
+    pub iou_things: Option<f64>,
+    /// See [`ObjectPoint::iou_things`].
+    pub iou_stuff: Option<f64>,
+    /// Panoptic quality of the scene, all frames taken together; of things and of stuff with their parts.
+    pub pq: Option<f64>,
+    /// See [`ObjectPoint::pq`].
+    pub pq_things: Option<f64>,
+    /// Mean intersection over union of the things that were found.
+    pub sq_things: Option<f64>,
+    /// Share of the things that were found, see [`SegmentScores::rq`].
+    pub rq_things: Option<f64>,
+    /// See [`ObjectPoint::pq`].
+    pub pq_stuff: Option<f64>,
+    /// Number of objects in the maps.
+    pub objects: usize,
+    /// Wall seconds since the surface was there, without measuring.
+    pub wall_s: f64,
+}
+
+/// The columns of `objects.csv`, one row for each point.
+pub const OBJECT_COLUMNS: &str = "scene policy seed clicks_per_object clicks iou:4 iou_things:4 iou_stuff:4 pq:4 \
+                                  pq_things:4 pq_stuff:4 sq_things:4 rq_things:4 objects wall_s:2";
+
+/// Runs the experiment on the surface graph alone, with seeds that count up from that of the session.
+///
+/// # Errors
+/// A scene without ground truth of its objects, and whatever keeps the surface from being found.
+pub fn simulate_objects(
+    experiment: &SimulateArguments,
+    session: &SessionOptions,
+    progress: &mut dyn FnMut(&str),
+) -> Result<Vec<ObjectPoint>, EvalError> {
+    let scene = Arc::new(Scene::open(&session.source, session.open, &|_, _| {})?);
+    let truth = ObjectTruth::read(&scene)?;
+    let annotator = Annotator::new(&scene, &truth.images);
+    let training = experiment.geometry.map_or(GEOMETRY, Duration::from_secs_f64);
+    let pool = pool(session.threads)?;
+    let mut points = Vec::new();
+    progress("learning the scene");
+    let surface = pool.install(|| trained_surface(&scene, session.preset, training, session.seed))?;
+    for run in 0..experiment.seeds {
+        let run = Run {
+            experiment,
+            scene: &scene,
+            surface: &surface,
+            truth: &truth,
+            annotator: &annotator,
+            seed: session.seed.wrapping_add(run),
+        };
+        points.push(pool.install(|| run.classes_alone())?);
+        for &policy in &experiment.policies {
+            progress(&format!("seed {}, {}", run.seed, policy.name()));
+            points.extend(pool.install(|| run.label(policy))?);
+        }
+    }
+    Ok(points)
+}
+
+/// One run of the experiment.
+struct Run<'a> {
+    experiment: &'a SimulateArguments,
+    scene: &'a Arc<Scene>,
+    surface: &'a Arc<Surface>,
+    truth: &'a ObjectTruth,
+    /// Its classes are the objects.
+    annotator: &'a Annotator<'a>,
+    seed: u64,
+}
+
+impl Run<'_> {
+    /// One random click on every class: on one of its objects, whichever that is.
+    fn classes_alone(&self) -> Result<ObjectPoint, EvalError> {
+        let start = Instant::now();
+        let mut clicks = self.annotator.clicks(Policy::Random, 1, self.seed);
+        // A fair draw among the objects of a class, by the seed.
+        let turn = self.seed as usize % clicks.len().max(1);
+        clicks.rotate_left(turn);
+        let mut clicked: BTreeSet<ClassId> = BTreeSet::new();
+        clicks.retain(|click| {
+            let object = self.truth.objects.get(&click.class);
+            object.is_some_and(|object| clicked.insert(object.class_id))
+        });
+        let mut propagation = LabelPropagation::new(Arc::clone(self.surface));
+        let labels = self.labels(&clicks, false);
+        propagation.set_labels(self.scene, &labels);
+        let labelling = start.elapsed();
+        self.measured(
+            CLASSES_ALONE,
+            (0, clicks.len()),
+            (&propagation, &labels),
+            labelling,
+        )
+    }
+
+    /// Lets the annotator label and measures the maps after each batch of clicks.
+    fn label(&self, policy: Policy) -> Result<Vec<ObjectPoint>, EvalError> {
+        let batches: BTreeSet<usize> = self.experiment.clicks.iter().copied().map(usize::from).collect();
+        let most = batches.last().copied().unwrap_or(0);
+        let planned = self.annotator.clicks(policy, most, self.seed);
+        let only: BTreeSet<usize> = self.truth.images.train.iter().copied().collect();
+        let mut propagation = LabelPropagation::new(Arc::clone(self.surface));
+        let (mut given, mut points) = (Vec::new(), Vec::new());
+        let mut labelling = Duration::ZERO;
+        for clicks_per_object in batches {
+            let start = Instant::now();
+            let wanted = clicks_per_object * self.annotator.classes().len();
+            let from_plan = wanted.min(planned.len()).saturating_sub(given.len());
+            given.extend(planned.iter().skip(given.len()).take(from_plan));
+            let mut labels = self.labels(&given, true);
+            propagation.set_labels(self.scene, &labels);
+            while policy == Policy::Guided && given.len() < wanted {
+                let never = AtomicBool::new(false);
+                let suggestions = suggest(self.scene, &propagation, Some(&only), &never).unwrap_or_default();
+                let answer = |place: &Suggestion| self.annotator.answer(place.frame, place.pixel);
+                let Some(click) = suggestions.iter().find_map(answer) else {
+                    break;
+                };
+                given.push(click);
+                labels = self.labels(&given, true);
+                propagation.set_labels(self.scene, &labels);
+            }
+            labelling += start.elapsed();
+            let clicks = (clicks_per_object, given.len());
+            points.push(self.measured(policy.name(), clicks, (&propagation, &labels), labelling)?);
+        }
+        Ok(points)
+    }
+
+    /// The clicks as strokes; with `objects`, those on things say which one, under its true number.
+    fn labels(&self, clicks: &[Click], objects: bool) -> LabelSet {
+        let mut labels = LabelSet {
+            classes: self.truth.classes(),
+            ..LabelSet::default()
+        };
+        for click in clicks {
+            let Label { class, object } = self.label_of(click.class);
+            let stroke = Stroke {
+                object: object.filter(|_| objects),
+                ..Stroke::click(click.frame, class, click.pixel)
+            };
+            if let Some(id) = stroke.object
+                && labels.object(id).is_none()
+            {
+                let name = format!("object {}", id.number());
+                labels.objects.push(Object { id, class, name });
+            }
+            labels.strokes.insert(labels.next_stroke_id(), stroke.into());
+        }
+        labels
+    }
+
+    /// What the annotator says of a pixel with this value of the truth.
+    fn label_of(&self, id: u16) -> Label {
+        match self.truth.segment(id) {
+            Some(Segment { class, object }) => Label {
+                class,
+                object: ObjectId::new(object),
+            },
+            None => Label::from(VOID),
+        }
+    }
+
+    fn measured(
+        &self,
+        policy: &str,
+        (clicks_per_object, clicks): (usize, usize),
+        (propagation, labels): (&LabelPropagation, &LabelSet),
+        labelling: Duration,
+    ) -> Result<ObjectPoint, EvalError> {
+        let listed = (labels.classes.as_slice(), labels.objects.as_slice());
+        let objects = SurfaceObjects::new(self.surface, propagation.posterior(), listed, None);
+        let things: BTreeSet<ClassId> = labels
+            .classes
+            .iter()
+            .filter(|class| class.thing)
+            .map(|class| class.id)
+            .collect();
+        let mut counts = SegmentCounts::default();
+        for &frame in &self.truth.images.test {
+            let map = propagation.map(self.scene, frame, 0);
+            let map = map.in_image_with(&self.scene.frames[frame], Some(&objects));
+            let told = map.objects().unwrap_or_default();
+            let labels = map.labels();
+            let predicted = labels.iter().zip(told).map(|(&class, &object)| {
+                // Void, or a thing of which nothing is known but its class.
+                let is_known = class != VOID && (object != 0 || !things.contains(&class));
+                is_known.then_some(Segment { class, object })
+            });
+            let predicted: Vec<Option<Segment>> = predicted.collect();
+            let truth = &self.truth.images.images[&frame].labels;
+            let truth: Vec<Option<Segment>> = truth.iter().map(|&id| self.truth.segment(id)).collect();
+            counts.add(&truth, &predicted)?;
+        }
+        let all = counts.scores(&|_| true);
+        let of_things = counts.scores(&|class| things.contains(&class));
+        let of_stuff = counts.scores(&|class| !things.contains(&class));
+        let named = |scores: &SegmentScores| scores.iou.filter(|_| clicks_per_object > 0);
+        Ok(ObjectPoint {
+            scene: self.scene.name(),
+            policy: policy.to_owned(),
+            seed: self.seed,
+            clicks_per_object,
+            clicks,
+            iou: named(&all),
+            iou_things: named(&of_things),
+            iou_stuff: of_stuff.iou,
+            pq: all.pq,
+            pq_things: of_things.pq,
+            sq_things: of_things.sq,
+            rq_things: of_things.rq,
+            pq_stuff: of_stuff.pq,
+            objects: objects.objects.iter().filter(|object| object.nodes > 0).count(),
+            wall_s: labelling.as_secs_f64(),
+        })
+    }
+}
+
+/// Means over the seeds, a row for each policy and number of clicks, for people.
+pub fn object_rows(points: &[ObjectPoint]) -> Vec<Vec<String>> {
+    let mut keys: Vec<(&str, usize)> = Vec::new();
+    for point in points {
+        let key = (point.policy.as_str(), point.clicks_per_object);
+        if !keys.contains(&key) {
+            keys.push(key);
+        }
+    }
+    let row = |(policy, clicks): (&str, usize)| {
+        let runs = points
+            .iter()
+            .filter(|point| (point.policy.as_str(), point.clicks_per_object) == (policy, clicks));
+        let runs: Vec<&ObjectPoint> = runs.collect();
+        let of = |value: &dyn Fn(&ObjectPoint) -> Option<f64>| {
+            let known: Option<Vec<f64>> = runs.iter().map(|run| value(run)).collect();
+            crate::page::known(known.map(mean), 3)
+        };
+        vec![
+            policy.to_owned(),
+            clicks.to_string(),
+            format!("{:.0}", mean(runs.iter().map(|run| run.clicks as f64))),
+            of(&|run| run.iou),
+            of(&|run| run.iou_things),
+            of(&|run| run.iou_stuff),
+            of(&|run| run.pq_things),
+            of(&|run| run.sq_things),
+            of(&|run| run.rq_things),
+            of(&|run| run.pq_stuff),
+            format!("{:.0}", mean(runs.iter().map(|run| run.objects as f64))),
+            format!("{:.1}", mean(runs.iter().map(|run| run.wall_s))),
+        ]
+    };
+    keys.into_iter().map(row).collect()
+}
