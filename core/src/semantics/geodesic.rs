@@ -246,7 +246,7 @@ mod tests {
                 assert_eq!(field, brute_force(&graph, &own));
                 let by_object: Vec<(Option<ObjectId>, Vec<f32>)> = [None, ObjectId::new(1), ObjectId::new(2)]
                     .map(|object| {
-                        let seeds = own.iter().filter(|seed| seeds[seed].object == object);
+                        let seeds = own.iter().filter(|seed| seeds[*seed].object == object);
                         (object, brute_force(&graph, &seeds.copied().collect::<Vec<_>>()))
                     })
                     .into();
