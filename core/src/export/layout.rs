@@ -12,7 +12,7 @@ use rustc_hash::FxHashMap;
 use super::{ExportError, Ids, Options, Refusal, atomic};
 use crate::labels::{Class, ClassId, Object, ObjectId, VOID};
 use crate::scene::{Frame, Scene};
-use crate::semantics::SurfaceObjects;
+use crate::semantics::{Surface, SurfaceObjects};
 use crate::session::{CERTAIN, FrameMap};
 
 /// A scene with a map of every frame.
@@ -135,8 +135,8 @@ pub(super) struct ExportedObject {
 
 /// The objects of an export.
 pub(super) struct Objects {
-    /// The things on the surface of the maps.
-    on_surface: SurfaceObjects,
+    /// The things on each surface that a map follows from: while the geometry is learnt there may be two.
+    on_surfaces: Vec<(Arc<Surface>, SurfaceObjects)>,
     /// Those of exported classes: the things, and then a number for each class that is stuff.
     pub(super) listed: Vec<ExportedObject>,
     /// The numbers of the latter, by exported class.
@@ -149,8 +149,8 @@ impl Objects {
         labelled.classes.iter().find(|class| class.thing)?;
         let (surface, posterior) = labelled.maps.first()?.surface()?;
         let told = (labelled.classes, labelled.objects);
-        let on_surface = SurfaceObjects::new(surface, posterior, told, None);
-        let objects = on_surface.objects.iter().map(|known| &known.object);
+        let first = SurfaceObjects::new(surface, posterior, told, None);
+        let objects = first.objects.iter().map(|known| &known.object);
         let things = objects.map(|object| ExportedObject {
             id: object.id.number(),
             class: ids.of(object.class),
@@ -172,17 +172,33 @@ impl Objects {
             name: class.name.clone(),
         }));
         listed.retain(|object| object.class != VOID);
+        let mut on_surfaces = vec![(Arc::clone(surface), first)];
+        for (other, posterior) in labelled.maps.iter().filter_map(|map| map.surface()) {
+            if !on_surfaces.iter().any(|(known, _)| Arc::ptr_eq(known, other)) {
+                let moved = on_surfaces[0].1.on(surface, (other, posterior));
+                on_surfaces.push((Arc::clone(other), moved));
+            }
+        }
         let stuff = listed.iter().filter(|object| !object.thing);
         Some(Self {
-            on_surface,
+            on_surfaces,
             stuff: stuff.map(|object| (object.class, object.id)).collect(),
             listed,
         })
     }
 
-    /// The number of a node's object, of a node with this exported class; 0 where it has none.
+    /// The things on the surface that a map follows from.
+    fn on_surface_of(&self, map: &FrameMap) -> Option<&SurfaceObjects> {
+        let (surface, _) = map.surface()?;
+        let mut known = self.on_surfaces.iter();
+        known
+            .find(|(own, _)| Arc::ptr_eq(own, surface))
+            .map(|(_, objects)| objects)
+    }
+
+    /// The number of the object of a node of the first map's surface, of a node with this exported class; 0 where it has none.
     pub(super) fn of_node(&self, node: u32, label: ClassId) -> u16 {
-        let thing = self.on_surface.of_node(node).map_or(0, ObjectId::number);
+        let thing = self.on_surfaces[0].1.of_node(node).map_or(0, ObjectId::number);
         self.object(label, thing)
     }
 
@@ -386,7 +402,7 @@ pub(super) fn exported<'a>(
     ids: &'a Ids<'_>,
     least_probability: Option<f32>,
 ) -> Result<Labelled<'a>, Refusal> {
-    let map = map.in_image_with(frame, objects.map(|objects| &objects.on_surface));
+    let map = map.in_image_with(frame, objects.and_then(|objects| objects.on_surface_of(map)));
     let mut labels = map.labels().into_owned();
     if let Some(least) = least_probability {
         let confidence = map.confidence().ok_or(Refusal::NoProbabilities)?;

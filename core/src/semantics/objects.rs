@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use glam::Vec3;
 use rustc_hash::FxHashMap;
 
-use super::{DisjointSets, Node, NodeCells, Posterior, Surface};
+use super::{DisjointSets, NearestNodes, Node, NodeCells, Posterior, Surface};
 use crate::labels::{Class, ClassId, Object, ObjectId, unused_name};
 
 /// Longest edge that joins a part, in voxels.
@@ -13,6 +13,8 @@ const JOINED: f32 = 2.5;
 /// A part of a class with fewer voxels than this share of the class's largest part is a fragment of the part next to it.
 const FRAGMENT: f32 = 0.1;
 
+/// How far apart nodes of two surfaces may be that show the same, in voxels.
+const NEAR: f32 = 6.0;
 /// Side of the cells in which the part next to a fragment is looked for, in voxels.
 const CELL: f32 = 16.0;
 
@@ -107,6 +109,36 @@ impl SurfaceObjects {
         free.sort_by_key(|part| part.object.id);
         objects.append(&mut free);
         Self { objects, of_nodes }
+    }
+
+    /// The same objects on another surface of the scene, as one follows another while the geometry is learnt: a node there
+    /// has the object of the nearest node of `own`, their surface, if it is near and the object has the node's class.
+    pub fn on(&self, own: &Surface, (other, posterior): (&Surface, &Posterior)) -> Self {
+        let class_of: FxHashMap<ObjectId, ClassId> = self
+            .objects
+            .iter()
+            .map(|known| (known.object.id, known.object.class))
+            .collect();
+        let nearest = NearestNodes::new(own);
+        let reach = NEAR * own.voxel.max(other.voxel);
+        let object = |(node, label): (&Node, &ClassId)| {
+            let object = self.of_node(nearest.nearest(node.position, reach)?)?;
+            (class_of.get(&object) == Some(label)).then_some(object)
+        };
+        let nodes = other.graph.nodes().iter().zip(&posterior.labels);
+        let of_nodes: Vec<Option<ObjectId>> = nodes.map(object).collect();
+        let mut counts: FxHashMap<ObjectId, usize> = FxHashMap::default();
+        for object in of_nodes.iter().flatten() {
+            *counts.entry(*object).or_default() += 1;
+        }
+        let objects = self.objects.iter().map(|known| SurfaceObject {
+            nodes: counts.get(&known.object.id).copied().unwrap_or(0),
+            ..known.clone()
+        });
+        Self {
+            objects: objects.collect(),
+            of_nodes,
+        }
     }
 
     /// The object of a node, as far as there is such a node and it has one.
@@ -305,6 +337,29 @@ mod tests {
             [(1, "armchair", 100), (2, "chair 2", 100), (3, "chair 3", 100)]
         );
         assert!(named.objects[0].is_told && !named.objects[1].is_told);
+    }
+
+    #[test]
+    fn objects_are_found_again_on_another_surface() {
+        let (surface, other) = (squares(&[0.0, 2.0]), squares(&[2.01, 0.01, 9.0]));
+        let classes = [Class::new(2, "chair"), Class::new(3, "table")];
+        let told = |surface: &Surface, labels: Vec<ClassId>| {
+            SurfaceObjects::new(surface, &posterior(labels), (&classes, &[]), None)
+        };
+        let objects = told(&surface, vec![2; 200]);
+        let labels = [vec![2; 150], vec![3; 50], vec![2; 100]].concat();
+        let moved = objects.on(&surface, (&other, &posterior(labels)));
+        assert_eq!([0, 99].map(|node| moved.of_node(node)), [objects.of_node(150); 2]);
+        assert_eq!(moved.of_node(100), objects.of_node(0));
+        assert_eq!(
+            [150, 250].map(|node| moved.of_node(node)),
+            [None; 2],
+            "another class, and nothing near"
+        );
+        assert_eq!(
+            moved.objects.iter().map(|known| known.nodes).collect::<Vec<_>>(),
+            [50, 100]
+        );
     }
 
     /// The wall with a click on each half, each as an object of one class.
