@@ -11,8 +11,6 @@ mod filling;
 mod level;
 mod selection;
 mod sweep;
-#[cfg(test)]
-pub(crate) mod tests;
 mod view;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -229,3 +227,6 @@ impl Work<'_> {
         }
     }
 }
+
+#[cfg(test)]
+pub(crate) mod tests;

@@ -3,8 +3,6 @@
 mod image;
 mod numpy;
 mod probabilities;
-#[cfg(test)]
-mod tests;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Display;
@@ -330,3 +328,6 @@ fn parsed<T>(path: &Path, parse: impl FnOnce(&str) -> Result<T, ClassListError>)
         ImportError::new(path, format!("cannot be used: {error}; {expected}"))
     })
 }
+
+#[cfg(test)]
+mod tests;

@@ -12,8 +12,6 @@
 mod binary;
 mod frames;
 mod model;
-#[cfg(test)]
-mod tests;
 mod text;
 
 use std::path::{Path, PathBuf};
@@ -266,3 +264,6 @@ fn choose_unit((listed, observations): &Images, model: &Model) -> f64 {
         .filter(|unit| unit.is_finite() && *unit > 0.0 && 2.0 * farthest / unit <= FARTHEST)
         .unwrap_or_else(|| unit_of_cameras(listed.iter().map(|frame| frame.camera_to_world.translation)))
 }
+
+#[cfg(test)]
+mod tests;

@@ -16,8 +16,6 @@ mod render;
 mod room;
 pub mod rooms;
 mod solid;
-#[cfg(test)]
-mod tests;
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -236,3 +234,6 @@ pub fn classes() -> Vec<Class> {
     // Compiled in, and in order.
     parse_class_list(include_str!("demo/classes.json")).unwrap_or_default()
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,9 +1,6 @@
 //! Colour images as they are found: of 8 or 16 bits a channel, gray, with a palette, with alpha, with a mask beside
 //! them, turned by their metadata.
 
-#[cfg(test)]
-mod tests;
-
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
@@ -274,3 +271,6 @@ pub(super) fn note_hidden(frames: &[Frame], notes: &mut Vec<String>) {
         ));
     }
 }
+
+#[cfg(test)]
+mod tests;

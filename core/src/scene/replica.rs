@@ -6,8 +6,6 @@
 //! - `intrinsics.txt`: `fx fy cx cy width height`; without it, 90 degrees of horizontal field of view and the
 //!   principal point in the middle, as in Semantic-NeRF
 
-#[cfg(test)]
-mod tests;
 mod write;
 
 use super::error::{refusal, refuse};
@@ -198,3 +196,6 @@ fn too_many(lacking: &[String], total: usize) -> Option<&String> {
     let is_few = lacking.len() < total && lacking.len() <= (total / 10).max(1);
     lacking.first().filter(|_| !is_few)
 }
+
+#[cfg(test)]
+mod tests;

@@ -13,8 +13,6 @@ mod corners;
 mod depth;
 mod pairs;
 mod refinement;
-#[cfg(test)]
-mod tests;
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -147,3 +145,6 @@ fn warning(scene: &Scene, corners: &CornerAgreement, suspicion: Suspicion) -> St
 fn diagonal(frame: &Frame) -> f64 {
     f64::from(frame.camera.width).hypot(f64::from(frame.camera.height))
 }
+
+#[cfg(test)]
+mod tests;

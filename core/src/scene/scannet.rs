@@ -7,9 +7,6 @@
 //! - `intrinsic/intrinsic_color.txt` and `intrinsic/intrinsic_depth.txt` (or `intrinsics_color.txt` and
 //!   `intrinsics_depth.txt` beside the folders): 4x4, pixels, with the centre of the top left pixel at (0, 0)
 
-#[cfg(test)]
-mod tests;
-
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -221,3 +218,6 @@ fn warn_of_extrinsics(folder: &Path, warnings: &mut Vec<String>) -> Result<(), S
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests;

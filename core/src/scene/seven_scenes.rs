@@ -5,9 +5,6 @@
 //! - `frame-NNNNNN.pose.txt`: 4x4 camera-to-world, OpenCV axes, metres, a row a line
 //! - `intrinsics.txt`, where there is one: `fx fy cx cy width height`
 
-#[cfg(test)]
-mod tests;
-
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -120,3 +117,6 @@ fn find_files(folder: &Path) -> Result<BTreeMap<u64, FrameFiles>, SceneError> {
     }
     Ok(frames)
 }
+
+#[cfg(test)]
+mod tests;

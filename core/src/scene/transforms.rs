@@ -7,8 +7,6 @@
 //! the top left pixel is at (0.5, 0.5), as here.
 
 mod file;
-#[cfg(test)]
-mod tests;
 
 use std::path::{Component, Path, PathBuf};
 
@@ -240,3 +238,6 @@ fn decode_depth(
     });
     Ok(DepthMap::from_z_depths(camera, metres.collect()))
 }
+
+#[cfg(test)]
+mod tests;

@@ -8,9 +8,6 @@
 //!
 //! Times are in seconds; what is nearest in time belongs together.
 
-#[cfg(test)]
-mod tests;
-
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
@@ -286,3 +283,6 @@ fn pose(translation: DVec3, rotation: DQuat) -> Result<DAffine3, PoseError> {
     let rotation = DMat3::from_quat(rotation.normalize());
     rigid(DAffine3::from_mat3_translation(rotation, translation))
 }
+
+#[cfg(test)]
+mod tests;

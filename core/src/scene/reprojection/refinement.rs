@@ -5,8 +5,6 @@
 //! `HELD_OUT` has no say: the poses count only if the corners of those pairs come clearly nearer as well.
 
 mod adjustment;
-#[cfg(test)]
-mod tests;
 mod tracks;
 
 use std::fmt;
@@ -205,3 +203,6 @@ fn middle(values: Vec<f64>) -> f64 {
 fn largest(values: &[f64]) -> f64 {
     values.iter().copied().fold(0.0, f64::max)
 }
+
+#[cfg(test)]
+mod tests;
