@@ -11,7 +11,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use candidates::{candidates, class_weights, unclearness, visible};
-use effect::{Effect, EffectSearch, Known};
+use effect::{Context, Effect, EffectSearch};
 
 use crate::labels::{ClassId, Pixel, VOID};
 use crate::scene::Scene;
@@ -102,7 +102,7 @@ pub fn suggest(
         false => 0.0,
     };
 
-    let known = Known {
+    let known = Context {
         graph,
         look: &surface.look,
         evidence: propagation.evidence(),

@@ -27,7 +27,7 @@ pub(super) struct Effect {
 
 /// What is known before the label.
 #[derive(Clone, Copy)]
-pub(super) struct Known<'a> {
+pub(super) struct Context<'a> {
     pub(super) graph: &'a SurfaceGraph,
     pub(super) look: &'a Look,
     pub(super) evidence: Evidence<'a>,
@@ -47,7 +47,7 @@ struct Outcome {
 
 /// Computes effects from one place at a time.
 pub(super) struct EffectSearch<'a> {
-    known: Known<'a>,
+    known: Context<'a>,
     weights: Weights<'a>,
     /// Infinite except at the nodes reached from the present place.
     distance: Vec<f32>,
@@ -56,7 +56,7 @@ pub(super) struct EffectSearch<'a> {
 }
 
 impl<'a> EffectSearch<'a> {
-    pub(super) fn new(known: Known<'a>) -> Self {
+    pub(super) fn new(known: Context<'a>) -> Self {
         Self {
             weights: Weights::new(known.evidence),
             distance: vec![f32::INFINITY; known.graph.len()],
@@ -75,7 +75,7 @@ impl<'a> EffectSearch<'a> {
     /// where p are the probabilities now and p' those with a label of c at the place, l is the class of y now, a the
     /// number of pixels that show y, and k the mean weight of the pixels of c and l.
     pub(super) fn effect(&mut self, place: u32) -> Effect {
-        let Known {
+        let Context {
             graph,
             look,
             evidence,
@@ -154,7 +154,7 @@ impl<'a> EffectSearch<'a> {
 
     /// Adds what each outcome gains at a node at this distance from the place.
     fn add_gains(&mut self, node: u32, distance: f32, outcomes: &mut [Outcome]) {
-        let Known {
+        let Context {
             graph,
             evidence,
             posterior,
@@ -214,7 +214,7 @@ mod tests {
                 .collect::<FxHashMap<_, _>>(),
         );
         let evidence = Evidence::by_distance(&[1, 2], &geodesics);
-        let known = Known {
+        let known = Context {
             look: &Look::new(&graph, Vec3::Y),
             posterior: &Posterior::new(&evidence, graph.len()),
             class_weights: &[1.0, 1.0],
