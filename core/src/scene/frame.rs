@@ -411,22 +411,3 @@ pub(super) fn to_image(camera: &Camera, lens: Option<&Lens>, pixel: [u32; 2]) ->
     let inside = |v: f64, size: u32| (v.max(0.0) as u32).min(size - 1);
     Some([inside(x, lens.image.width), inside(y, lens.image.height)])
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_point_at_a_pixels_ray_length_projects_to_the_pixel() {
-        let camera = Camera::with_horizontal_fov(320, 240, 90.0);
-        let mut frame = crate::scene::testing::frame("a", camera, vec![0; 3 * 320 * 240], None);
-        let turn = glam::Quat::from_rotation_y(0.7);
-        frame.camera_to_world = Affine3A::from_rotation_translation(turn, Vec3::new(1.0, -2.0, 0.5));
-        let index = 77 * 320 + 41;
-        let point = frame.center() + 2.5 * frame.ray_direction(index);
-        let (x, y, length) = frame.project(point).unwrap();
-        assert!((x - 41.5).abs() < 1e-3 && (y - 77.5).abs() < 1e-3 && (length - 2.5).abs() < 1e-4);
-        let behind = frame.center() - frame.ray_direction(index);
-        assert_eq!(frame.project(behind), None);
-    }
-}

@@ -87,6 +87,12 @@ pub fn far_away() -> (DQuat, DVec3) {
     )
 }
 
+/// What some work gives on so many threads.
+pub fn on_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> T {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+    pool.build().unwrap().install(work)
+}
+
 pub fn stems(scene: &Scene) -> Vec<&str> {
     scene.frames.iter().map(|frame| frame.stem.as_str()).collect()
 }

@@ -204,6 +204,7 @@ fn add(to: &mut [f32], from: &[f32], steps: &[f32], classes: usize) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::testing::on_threads;
     use crate::semantics::testing::node;
     use glam::Vec3;
     use rand::{Rng, SeedableRng, rngs::SmallRng};
@@ -258,12 +259,9 @@ mod tests {
                 .filter(|(node, row)| best(row) != truth(*node))
                 .count()
         };
-        let on_threads = |threads| {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-            pool.build().unwrap().install(|| diffuse(&graph, &votes, 3, 20.0))
-        };
-        let probabilities = on_threads(1);
-        assert_eq!(probabilities, on_threads(3));
+        let on = |threads| on_threads(threads, || diffuse(&graph, &votes, 3, 20.0));
+        let probabilities = on(1);
+        assert_eq!(probabilities, on(3));
         for row in probabilities.chunks_exact(3) {
             assert!((row.iter().sum::<f32>() - 1.0).abs() < 1e-5);
         }

@@ -4,7 +4,7 @@ use super::filling::{self, Seed, fill};
 use super::view::{View, Warp};
 use super::*;
 use crate::scene::DepthMap;
-use crate::scene::testing::{frame, scene};
+use crate::scene::testing::{frame, on_threads, scene};
 
 const SIZE: [u32; 2] = [96, 72];
 
@@ -16,11 +16,8 @@ fn pattern(x: f32, y: f32, phase: f32) -> u8 {
         (51.0, 29.0, 25.0),
         (7.0, -5.0, 20.0),
     ];
-    let sum: f32 = waves
-        .iter()
-        .map(|(a, b, height)| height * (a * x + b * y + phase).sin())
-        .sum();
-    (127.0 + sum) as u8
+    let wave = |(a, b, height): (f32, f32, f32)| height * (a * x + b * y + phase).sin();
+    (127.0 + waves.map(wave).iter().sum::<f32>()) as u8
 }
 
 /// World z and brightness of what a ray meets: a wall two metres away, or where there is one, a board at 1.25 m.
@@ -87,25 +84,16 @@ fn share(values: &[f32], most: f32) -> f32 {
 fn a_wall_is_found_at_its_depth_in_stages_that_grow() {
     let (scene, truth) = capture(false);
     let stages = stages(&scene);
-    let order: Vec<(Size, Support)> = stages
-        .iter()
-        .map(|(stage, _)| (stage.size, stage.support))
-        .collect();
+    let order = stages.iter().map(|(stage, _)| (stage.size, stage.support));
     let each = [Support::Confident, Support::Filled, Support::Voted];
-    let expected: Vec<(Size, Support)> = [Size::Half, Size::Full]
-        .iter()
-        .flat_map(|&size| each.map(|stage| (size, stage)))
-        .collect();
-    assert_eq!(order, expected);
+    let expected = [Size::Half, Size::Full].map(|size| each.map(|support| (size, support)));
+    assert!(order.eq(expected.into_iter().flatten()));
     let (_, last) = &stages[5];
     let errors = errors(last, &truth);
     assert_eq!(errors.len(), 7 * scene.frames[0].camera.pixels());
     assert!(share(&errors, 0.01) > 0.9, "{}", share(&errors, 0.01));
-    let half = &stages[0].1[3];
-    assert_eq!(
-        (half.camera.width, half.camera.height),
-        (SIZE[0] / 2, SIZE[1] / 2)
-    );
+    let half = stages[0].1[3].camera;
+    assert_eq!([half.width, half.height], SIZE.map(|side| side / 2));
 }
 
 #[test]
@@ -122,16 +110,9 @@ fn depth_changes_where_a_thing_ends() {
 fn measured_depth_is_not_looked_at_and_threads_do_not_matter() {
     let (mut scene, truth) = capture(true);
     let steps = |scene: &Scene, threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap();
-        let stages = pool.install(|| stages(scene));
-        stages
-            .into_iter()
-            .flat_map(|(_, maps)| maps)
-            .map(|map| map.steps)
-            .collect::<Vec<_>>()
+        let stages = on_threads(threads, || stages(scene));
+        let maps = stages.into_iter().flat_map(|(_, maps)| maps);
+        maps.map(|map| map.steps).collect::<Vec<_>>()
     };
     let one = steps(&scene, 1);
     for (frame, truth) in scene.frames.iter_mut().zip(truth) {
@@ -178,10 +159,8 @@ fn planes_continue_up_to_an_edge_of_the_image() {
     };
     let seeds: Vec<Seed> = (0..camera.pixels()).map(seed).collect();
     let filled = fill(&view, &seeds, 1e-3, &mut filling::Workspace::default());
-    let off = filled
-        .iter()
-        .enumerate()
-        .map(|(index, &own)| (own / plane(index) - 1.0).abs());
+    let pairs = filled.iter().enumerate();
+    let off = pairs.map(|(index, &own)| (own / plane(index) - 1.0).abs());
     let worst = off.fold(0.0, f32::max);
     assert!(worst < 0.03, "{worst}");
 }
@@ -192,7 +171,10 @@ fn a_pixel_lies_in_another_view_where_its_place_projects_to() {
     let [from, to] = [0, 5].map(|number| View::new(&scene.frames[number], &scene.frames[number].color(), 1));
     let place = from.place(30.5, 40.5, 0.5);
     let (x, y, inverse) = Warp::new(&from, &to).apply((30.5, 40.5), 0.5).unwrap();
-    let (expected_x, expected_y, _) = scene.frames[5].project(place).unwrap();
+    let frame = &scene.frames[5];
+    let (expected_x, expected_y, length) = frame.project(place).unwrap();
     assert!((x - expected_x).abs() < 1e-3 && (y - expected_y).abs() < 1e-3);
     assert!((1.0 / inverse - to.local(place).z).abs() < 1e-4);
+    assert!((length - place.distance(frame.center())).abs() < 1e-4);
+    assert_eq!(frame.project(2.0 * frame.center() - place), None, "behind it");
 }

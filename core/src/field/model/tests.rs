@@ -2,6 +2,7 @@ use glam::Vec3;
 
 use super::*;
 use crate::field::{OccupancyGrid, Ray, Sampling};
+use crate::scene::testing::on_threads;
 
 fn field(backend: &Backend) -> RadianceField {
     let volume = Volume {
@@ -80,10 +81,8 @@ fn assert_close(a: &[f32], b: &[f32], tolerance: f32, what: &str) {
     let scale = b.iter().fold(0.0_f32, |scale, v| scale.max(v.abs()));
     assert_eq!(a.len(), b.len());
     for (index, (a, b)) in a.iter().zip(b).enumerate() {
-        assert!(
-            (a - b).abs() <= tolerance * scale,
-            "{what} {index}: {a} {b} of {scale}"
-        );
+        let is_close = (a - b).abs() <= tolerance * scale;
+        assert!(is_close, "{what} {index}: {a} {b} of {scale}");
     }
 }
 
@@ -129,11 +128,8 @@ fn the_fused_kernels_equal_plain_candle_ops_on_every_vector_unit() {
 fn the_fused_gradient_is_the_same_for_any_number_of_threads() {
     let field = fused();
     let samples = samples(field.volume());
-    let run = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-        pool.build().unwrap().install(|| rendered(&field, &samples))
-    };
-    assert_eq!(run(1), run(3));
+    let on = |threads| on_threads(threads, || rendered(&field, &samples));
+    assert_eq!(on(1), on(3));
 }
 
 #[test]

@@ -8,7 +8,7 @@ use crate::field::{Ray, RenderedRay};
 use crate::labels::LabelSet;
 use crate::labels::testing::clicked;
 use crate::scene::Scene;
-use crate::scene::testing::wall;
+use crate::scene::testing::{on_threads, wall};
 
 const CPU: Device = Device::Cpu;
 
@@ -252,8 +252,7 @@ fn a_step_does_not_depend_on_how_it_is_cut_nor_on_the_number_of_threads() {
     // Adam's first step has the sign of the gradient: where that is as good as zero, rounding decides.
     let differ = far(&whole, &small, 1e-4);
     assert!(differ * 100 < whole.len(), "{differ} of {}", whole.len());
-    let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-    assert_eq!(whole, alone.install(|| after(64, 64)));
+    assert_eq!(whole, on_threads(1, || after(64, 64)));
 }
 
 #[test]

@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 use glam::{Affine3A, Mat3A, Vec3A};
 
 use super::*;
-use crate::scene::testing::{wall, z_depth};
+use crate::scene::testing::{on_threads, wall, z_depth};
 use crate::scene::{ColorImage, DepthMap, demo};
 
 /// The demo room with depth.
@@ -72,8 +72,9 @@ fn a_capture_that_is_right_agrees_within_a_pixel_and_not_by_chance() {
     }
     let depth = Agreement::of(&ROOM).depth.unwrap();
     assert!(depth.median_relative_difference < 0.01, "{depth:?}");
+    let by_chance = depth.median_colour_difference_by_chance.unwrap();
     assert!(
-        3.0 * depth.median_colour_difference.unwrap() < depth.median_colour_difference_by_chance.unwrap(),
+        3.0 * depth.median_colour_difference.unwrap() < by_chance,
         "{depth:?}"
     );
 }
@@ -83,14 +84,10 @@ fn a_wrong_convention_is_noticed_and_named() {
     for scene in [ROOM.clone(), room_without_depth()] {
         let scene = || scene.clone();
         assert_warned(&posed(scene(), with_opposite_axes), &["OpenGL", "the capture"]);
-        assert_warned(
-            &posed(scene(), Affine3A::inverse),
-            &["poses were inverted", "world-to-camera"],
-        );
-        assert_warned(
-            &posed(scene(), |pose| with_opposite_axes(pose).inverse()),
-            &["poses were inverted and", "OpenGL"],
-        );
+        let inverted = posed(scene(), Affine3A::inverse);
+        assert_warned(&inverted, &["poses were inverted", "world-to-camera"]);
+        let both = posed(scene(), |pose| with_opposite_axes(pose).inverse());
+        assert_warned(&both, &["poses were inverted and", "OpenGL"]);
         assert_warned(&posed(scene(), transposed), &["rotations were transposed"]);
     }
 }
@@ -131,13 +128,7 @@ fn the_scale_of_intrinsics_and_of_depth_is_named() {
 
 #[test]
 fn the_result_does_not_depend_on_the_number_of_threads() {
-    let on = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap();
-        pool.install(|| Agreement::of(&ROOM))
-    };
+    let on = |threads| on_threads(threads, || Agreement::of(&ROOM));
     assert_eq!(on(1), on(3));
 }
 
