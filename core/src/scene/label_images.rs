@@ -67,11 +67,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn label_images_are_found_by_the_number_at_the_end_of_the_stem() {
+    fn label_images_are_found_by_their_last_number_and_scannets_where_there_are_no_others() {
         let root = tempfile::tempdir().unwrap();
         let folder = root.path().join("semantic_class");
-        let refusal = || label_images(root.path()).unwrap_err().to_string();
+        let numbers = || label_images(root.path()).map(|images| images.into_keys().collect::<Vec<_>>());
+        let refusal = || numbers().unwrap_err().to_string();
         assert!(refusal().contains("no ground truth"));
+        for (name, number) in [("label", 1), ("label-filt", 20)] {
+            fs::create_dir(root.path().join(name)).unwrap();
+            fs::write(root.path().join(format!("{name}/{number}.png")), "an image").unwrap();
+            assert_eq!(numbers().unwrap(), [number]);
+        }
         fs::create_dir(&folder).unwrap();
         assert!(refusal().contains("has no PNGs"));
         fs::write(folder.join("semantic_class_12.png"), "an image").unwrap();
@@ -79,20 +85,8 @@ mod tests {
         for other in ["legend.png", "7_legend.png", "9999999999999999999999.png"] {
             fs::write(folder.join(other), "no frame").unwrap();
         }
-        let images = label_images(root.path()).unwrap();
-        assert_eq!(images.keys().copied().collect::<Vec<_>>(), [2, 12]);
+        assert_eq!(numbers().unwrap(), [2, 12]);
         fs::copy(folder.join("legend.png"), folder.join("0002.png")).unwrap();
         assert!(refusal().contains("frame 2"));
-    }
-
-    #[test]
-    fn the_label_images_of_scannet_count_where_there_are_no_others() {
-        let root = tempfile::tempdir().unwrap();
-        for (folder, number) in [("label", 1), ("label-filt", 20), ("semantic_class", 300)] {
-            fs::create_dir(root.path().join(folder)).unwrap();
-            fs::write(root.path().join(format!("{folder}/{number}.png")), "an image").unwrap();
-            let truth = label_images(root.path()).unwrap();
-            assert_eq!(truth.keys().copied().collect::<Vec<_>>(), [number]);
-        }
     }
 }

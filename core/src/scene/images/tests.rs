@@ -71,16 +71,13 @@ fn masks_hide_where_they_are_black_and_add_to_alpha() {
     let mask = save(&files, "mask.png", bytemuck::cast_slice(&faint), ColorType::L16);
     let (color, _) = read(&path, Some(&mask), 2, 2).unwrap();
     assert_eq!(color.hidden_pixels().collect::<Vec<_>>(), [0, 2]);
+    let other = save(&files, "other.png", &[255; 6], ColorType::L8);
+    let spoilt = write_file(&files, "spoilt.png", b"spoilt");
+    let black = save(&files, "black.png", &[0; 4], ColorType::L8);
     for (mask, part) in [
-        (
-            save(&files, "other.png", &[255; 6], ColorType::L8),
-            "other.png has 3x2 pixels and not 2x2",
-        ),
-        (
-            write_file(&files, "spoilt.png", b"spoilt"),
-            "spoilt.png cannot be read",
-        ),
-        (save(&files, "black.png", &[0; 4], ColorType::L8), "nothing of it"),
+        (other, "other.png has 3x2 pixels and not 2x2"),
+        (spoilt, "spoilt.png cannot be read"),
+        (black, "nothing of it"),
     ] {
         let reason = read(&path, Some(&mask), 2, 2).unwrap_err();
         assert!(reason.contains(part), "{reason}");
@@ -179,22 +176,16 @@ fn a_png_that_asks_to_be_turned_is_written_anew_with_all_its_bits() {
 
 #[test]
 fn warnings_count_the_images_that_were_turned_and_those_that_were_not() {
-    let named = |name: &str, turn| (name.to_owned(), turn);
+    let turns = [Turn::Ignored, Turn::None, Turn::Ignored, Turn::Applied];
+    let named = ["a", "b", "c", "d"].map(str::to_owned).into_iter().zip(turns);
+    let turns: Vec<(String, Turn)> = named.collect();
     let mut warnings = Vec::new();
-    warn_of_turns(&mut warnings, &[named("a", Turn::None)]);
+    warn_of_turns(&mut warnings, &turns[1..2]);
     assert!(warnings.is_empty());
-    let turns = [
-        named("a", Turn::Ignored),
-        named("b", Turn::None),
-        named("c", Turn::Ignored),
-        named("d", Turn::Applied),
-    ];
     warn_of_turns(&mut warnings, &turns);
-    assert_eq!(warnings.len(), 2);
-    for (warning, part) in warnings
-        .iter()
-        .zip(["stored pixels (2 in all): a, c", "(1 in all): d"])
-    {
-        assert!(warning.contains(part), "{warning}");
-    }
+    let [ignored, applied] = warnings.as_slice() else {
+        panic!("{warnings:?}")
+    };
+    assert!(ignored.contains("stored pixels (2 in all): a, c"), "{ignored}");
+    assert!(applied.contains("(1 in all): d"), "{applied}");
 }

@@ -149,24 +149,6 @@ fn the_camera_is_given_by_lengths_or_angles_and_a_frames_own_comes_first() {
 }
 
 #[test]
-fn distortion_is_undone() {
-    let (_root, folder) = capture();
-    let steps = "/k1 = -0.12; /k2 = 0.01; /k3 = 0; /p1 = 0.001; /p2 = -0.002";
-    change_file(&folder, steps);
-    let frame = opened(&folder).frames.remove(0);
-    let lens = frame.lens.unwrap();
-    let expected = Distortion {
-        k1: -0.12,
-        k2: 0.01,
-        p1: 0.001,
-        p2: -0.002,
-    };
-    assert_eq!(lens.distortion, expected);
-    assert_eq!(Some(frame.camera), lens.pinhole());
-    assert_eq!(frame.color().width(), frame.camera.width);
-}
-
-#[test]
 fn depth_is_along_z_in_millimetres_unless_the_file_says_otherwise() {
     for (scale, steps) in [("", 2000), ("/depth_unit_scale_factor = 0.01", 200)] {
         let (_root, folder) = capture();
@@ -183,11 +165,17 @@ fn depth_is_along_z_in_millimetres_unless_the_file_says_otherwise() {
 }
 
 #[test]
-fn depth_follows_the_undistorted_image_and_may_be_smaller_but_not_of_another_shape() {
+fn distortion_is_undone_and_depth_follows_which_may_be_smaller_but_not_of_another_shape() {
     let (_root, folder) = capture();
-    change_file(&folder, "/k1 = -0.12");
+    let steps = "/k1 = -0.12; /k2 = 0.01; /k3 = 0; /p1 = 0.001; /p2 = -0.002";
+    change_file(&folder, steps);
     add_depth(&folder, WIDTH / 2, HEIGHT / 2, 2000);
     let frame = opened(&folder).frames.remove(0);
+    let lens = frame.lens.unwrap();
+    let Distortion { k1, k2, p1, p2 } = lens.distortion;
+    assert_eq!([k1, k2, p1, p2], [-0.12, 0.01, 0.001, -0.002]);
+    assert_eq!(Some(frame.camera), lens.pinhole());
+    assert_eq!(frame.color().width(), frame.camera.width);
     let mut outside = 0;
     for index in 0..frame.camera.pixels() {
         let known = z_depth(&frame, index);
