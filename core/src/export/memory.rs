@@ -26,21 +26,3 @@ fn bytes_of(status: &str, name: &str) -> Option<u64> {
     let kibibytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
     kibibytes.checked_mul(1024)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn memory_is_read_in_bytes() {
-        let status = "VmPeak:\t  90 kB\nVmHWM:\t   2048 kB\nVmRSS: 1 kB\n";
-        assert_eq!(bytes_of(status, "VmHWM:"), Some(2 << 20));
-        assert_eq!(bytes_of(status, "VmRSS:"), Some(1 << 10));
-        assert_eq!(bytes_of("VmHWM: much", "VmHWM:"), None);
-        assert_eq!(bytes_of("", "VmHWM:"), None);
-        if cfg!(target_os = "linux") {
-            assert!(peak_memory().unwrap() >= resident_memory().unwrap());
-            assert!(total_memory().unwrap() > peak_memory().unwrap());
-        }
-    }
-}

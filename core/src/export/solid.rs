@@ -289,13 +289,10 @@ mod tests {
         let root = tempfile::tempdir().unwrap();
         let (labelled, out) = (labelled(), root.path().join("out"));
         let listed = testing::maps([64, 48], &[vec![3; 64 * 48]]);
+        let [go_on, stop] = [ControlFlow::Continue(()), ControlFlow::Break(())];
         for (maps, answer, reason) in [
-            (
-                &listed,
-                ControlFlow::Continue(()),
-                "surface of the scene is not known",
-            ),
-            (&labelled.maps, ControlFlow::Break(()), "cancelled after 0 of 5"),
+            (&listed, go_on, "surface of the scene is not known"),
+            (&labelled.maps, stop, "cancelled after 0 of 5"),
         ] {
             let scene = LabelledScene {
                 scene: &labelled.scene,

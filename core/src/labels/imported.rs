@@ -195,13 +195,4 @@ mod tests {
         let merged = map.relabelled(|class| if class == 3 { 300 } else { class });
         assert_eq!(merged.labels()[70_000..], [0, 0, 300, 300, 300]);
     }
-
-    #[test]
-    fn trust_is_a_number_from_0_to_1() {
-        assert_eq!(Trust::new(0.5), Some(Trust::VOTES));
-        assert!(Trust::new(1.0).unwrap().is_right() && !Trust::new(0.999).unwrap().is_right());
-        for trust in [-0.1, 1.1, f32::NAN, f32::INFINITY] {
-            assert_eq!(Trust::new(trust), None);
-        }
-    }
 }

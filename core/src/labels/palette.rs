@@ -122,13 +122,9 @@ mod tests {
             let ids: BTreeSet<_> = classes.iter().map(|class| class.id).collect();
             let names: BTreeSet<_> = classes.iter().map(|class| class.name.to_lowercase()).collect();
             let colors: BTreeSet<_> = classes.iter().map(|class| class.color).collect();
-            assert_eq!(classes.len(), count, "{}", palette.name);
-            assert_eq!(
-                (ids.len(), names.len(), colors.len()),
-                (count, count, count),
-                "{}",
-                palette.name
-            );
+            for own in [classes.len(), ids.len(), names.len(), colors.len()] {
+                assert_eq!(own, count, "{}", palette.name);
+            }
             assert!(!ids.contains(&VOID));
             assert!(classes.is_sorted_by_key(|class| class.id));
         }

@@ -150,28 +150,7 @@ mod tests {
     use super::*;
     use crate::labels::{ImportedMap, Likeliest, Probabilities, Trust};
     use crate::scene::testing::wall;
-    use crate::semantics::testing::{surface, truth};
-
-    fn images(maps: Vec<ImportedMap>, trust: Trust) -> ImportedLabels {
-        ImportedLabels { maps, trust }
-    }
-
-    fn right(labels: &[ClassId], truth: &[ClassId]) -> f32 {
-        let same = labels.iter().zip(truth).filter(|(a, b)| a == b).count();
-        same as f32 / truth.len() as f32
-    }
-
-    #[test]
-    fn two_trusted_pixels_label_frames_that_none_is_on() {
-        let scene = wall(5, 64, 48);
-        let surface = surface(&scene);
-        let mut labels = vec![VOID; 64 * 48];
-        labels[20 * 64 + 10] = 1;
-        labels[20 * 64 + 55] = 2;
-        let trusted = images(vec![ImportedMap::new(0, &labels)], Trust::RIGHT);
-        let spread = NodeLabels::spread(&surface, &[1, 2], &trusted);
-        assert!(right(&spread.of_frame(&surface, 4), &truth(&scene, 4)) > 0.95);
-    }
+    use crate::semantics::testing::surface;
 
     #[test]
     fn probabilities_are_votes_in_parts_that_agree_as_often_as_two_draws_from_them() {
@@ -181,7 +160,10 @@ mod tests {
             let grid = Probabilities::new([32, 24], [64, 48], vec![cell; 32 * 24]).unwrap();
             ImportedMap::of_probabilities(frame, grid)
         });
-        let said = images(maps.collect(), Trust::VOTES);
+        let said = ImportedLabels {
+            maps: maps.collect(),
+            trust: Trust::VOTES,
+        };
         let votes = NodeVotes::count(&surface, &[1, 2], &said);
         let expected = 0.75_f32.powi(2) + 0.25_f32.powi(2);
         let agreement = votes.agreement();

@@ -132,18 +132,8 @@ mod tests {
         let mut likeness = Likeness::new(Arc::new(Look::new(&graph, Vec3::Y)));
         let mut geodesics = ClassGeodesics::default();
         let seeds: FxHashMap<u32, Label> = [(50, 1.into()), (150, 2.into())].into_iter().collect();
-        assert!(
-            likeness
-                .update(&[1, 2], &seeds)
-                .into_iter()
-                .all(|changed| changed)
-        );
-        assert!(
-            !likeness
-                .update(&[1, 2], &seeds)
-                .into_iter()
-                .any(|changed| changed)
-        );
+        assert_eq!(likeness.update(&[1, 2], &seeds), [true; 3]);
+        assert_eq!(likeness.update(&[1, 2], &seeds), [false; 3]);
         geodesics.update(&graph, seeds.clone());
         let evidence = Evidence::by_distance(&[1, 2], &geodesics);
         let label = |evidence: &Evidence<'_>, node: usize| Posterior::new(evidence, graph.len()).labels[node];

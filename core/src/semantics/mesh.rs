@@ -226,11 +226,9 @@ mod tests {
             }
         }
         // Every edge has a triangle on either side, that is, once in each direction.
-        assert!(
-            edges
-                .iter()
-                .all(|(&(a, b), &count)| count == 1 && edges.get(&(b, a)) == Some(&1))
-        );
+        for (&(a, b), &count) in &edges {
+            assert_eq!((count, edges.get(&(b, a))), (1, Some(&1)));
+        }
         let euler = mesh.vertices.len() as i64 - edges.len() as i64 / 2 + mesh.triangles.len() as i64;
         assert_eq!(euler, 2, "a sphere");
     }

@@ -107,11 +107,7 @@ mod tests {
         // Runs of all lengths, some across the ends of rows, some without a node.
         let mut nodes = Vec::new();
         for length in 0..200_usize {
-            let node = if length % 7 == 3 {
-                NO_NODE
-            } else {
-                length as u32 * 80_000
-            };
+            let node = [length as u32 * 80_000, NO_NODE][usize::from(length % 7 == 3)];
             nodes.resize(nodes.len() + 3 * length + 1, node);
         }
         nodes.truncate(nodes.len() / width * width);
@@ -121,10 +117,9 @@ mod tests {
         for (pixel, &node) in nodes.iter().enumerate().step_by(13) {
             assert_eq!(map.node(pixel), (node != NO_NODE).then_some(node));
         }
-        assert!(
-            map.runs()
-                .all(|(_, pixels)| pixels.start / width == (pixels.end - 1) / width)
-        );
+        for (_, pixels) in map.runs() {
+            assert_eq!(pixels.start / width, (pixels.end - 1) / width);
+        }
         assert_eq!(map.node(nodes.len()), None);
         for empty in [NodeMap::pack(0, &[]), NodeMap::default()] {
             assert!(empty.is_empty() && empty.unpack().is_empty() && empty.node(0).is_none());

@@ -142,7 +142,7 @@ mod tests {
     use crate::labels::VOID;
     use crate::scene::Camera;
     use crate::scene::testing::wall;
-    use crate::semantics::{CERTAIN, most_likely};
+    use crate::semantics::{CERTAIN, Node, most_likely};
 
     #[test]
     fn views_from_new_places_show_colour_depth_and_classes_of_the_wall() {
@@ -154,15 +154,11 @@ mod tests {
         let surface = Surface::build(&scene, &[], 4.0).unwrap();
         let nodes = surface.graph.nodes();
         // Dark is 3, bright is 7; the right half of what is bright is not sure.
+        let label = |node: &Node| if node.position.x < 0.0 { 3 } else { 7 };
+        let entropy = |node: &Node| if node.position.x < 1.0 { 10 } else { 900 };
         let posterior = Posterior {
-            labels: nodes
-                .iter()
-                .map(|node| if node.position.x < 0.0 { 3 } else { 7 })
-                .collect(),
-            entropy: nodes
-                .iter()
-                .map(|node| if node.position.x < 1.0 { 10 } else { 900 })
-                .collect(),
+            labels: nodes.iter().map(label).collect(),
+            entropy: nodes.iter().map(entropy).collect(),
             confidence: vec![CERTAIN; nodes.len()],
             runners_up: vec![VOID; nodes.len()],
             ..Posterior::default()
@@ -193,17 +189,13 @@ mod tests {
         assert!(map.confidence().is_some());
         let away = seen_from(Affine3A::from_rotation_y(std::f32::consts::PI));
         let (_, map) = views.view(0, &away).unwrap();
-        assert!(
-            map.labels().iter().all(|&label| label == VOID),
-            "nobody looked there"
-        );
+        let is_void = map.labels().iter().all(|&label| label == VOID);
+        assert!(is_void, "nobody looked there");
         assert!(map.entropy().iter().all(|&entropy| entropy == 6931), "ln 2");
 
         // The semantic field says what the wall is, and nothing of what nobody has seen.
-        let (width, grid) = (
-            trainer.field().feature_width(),
-            trainer.capacity().semantic_grid(),
-        );
+        let width = trainer.field().feature_width();
+        let grid = trainer.capacity().semantic_grid();
         let semantics = SemanticField::new(&[3, 7], width, grid, None, 1).unwrap();
         let views = views.labelled_by(&semantics);
         let (_, by_field) = views.view(4, &place).unwrap();
@@ -212,23 +204,16 @@ mod tests {
             step: trainer.render_step(),
             ..Sampling::default()
         };
-        let radiance = (trainer.field(), trainer.occupancy());
-        let rendered = semantics
-            .along_rays(radiance.0, radiance.1, &rays, sampling)
-            .unwrap();
+        let (field, occupancy) = (trainer.field(), trainer.occupancy());
+        let rendered = semantics.along_rays(field, occupancy, &rays, sampling);
+        let rendered = rendered.unwrap();
         let rendered = rendered.chunks_exact(2).map(|row| most_likely(&[3, 7], row));
         let (classes, entropy): (Vec<_>, Vec<_>) = rendered.unzip();
         let on_wall = (0..camera.pixels()).filter(|&pixel| entropy[pixel] == by_field.entropy()[pixel]);
         assert!(on_wall.count() > 1140);
-        assert!(
-            by_field
-                .labels()
-                .iter()
-                .zip(&classes)
-                .filter(|(a, b)| a == b)
-                .count()
-                > 1140
-        );
+        let shown = by_field.labels();
+        let same = shown.iter().zip(&classes).filter(|(a, b)| a == b);
+        assert!(same.count() > 1140);
         let (_, map) = views.view(0, &away).unwrap();
         assert!(map.labels().iter().all(|&label| label == VOID));
     }

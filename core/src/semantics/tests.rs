@@ -1,15 +1,12 @@
 use std::sync::Arc;
 
 use glam::{Affine3A, Quat, Vec3};
-use rand::{Rng, SeedableRng, rngs::SmallRng};
 
 use super::testing::{propagated, surface, truth};
 use super::*;
 use crate::field::{Preset, Sampling, Trainer, frame_rays};
 use crate::labels::testing::{clicked, import_plain};
-use crate::labels::{
-    ClassId, History, ImportedLabels, ImportedMap, LabelSet, Stroke, Trust, VOID, rasterise,
-};
+use crate::labels::{ClassId, History, ImportedMap, LabelSet, Stroke, Trust, VOID, rasterise};
 use crate::scene::testing::{hide, wall};
 use crate::scene::{DepthMap, Scene};
 
@@ -69,18 +66,6 @@ fn the_order_of_the_class_list_changes_nothing() {
     history.move_class(3, 0).unwrap();
     propagation.set_labels(&scene, history.labels());
     assert!(before == (propagation.classes().to_vec(), propagation.posterior().clone()));
-}
-
-/// A wall whose halves are clicked once each, and a field that knows it.
-fn trained() -> (Arc<Scene>, Trainer, LabelPropagation) {
-    let scene = Arc::new(wall(9, 64, 48));
-    let mut trainer = Trainer::new(Arc::clone(&scene), Preset::Fast, 3).unwrap();
-    for _ in 0..120 {
-        trainer.step().unwrap();
-    }
-    let history = clicked(&["dark", "bright"], &[(0, 1, [10, 20]), (8, 2, [50, 30])]);
-    let propagation = propagated(&scene, history.labels());
-    (scene, trainer, propagation)
 }
 
 fn sampling(trainer: &Trainer) -> Sampling {
@@ -245,7 +230,13 @@ fn trusted_images_are_as_they_say_under_later_strokes() {
 
 #[test]
 fn both_parts_of_a_semantic_field_label_a_view_that_no_frame_shows() {
-    let (scene, trainer, propagation) = trained();
+    let scene = Arc::new(wall(9, 64, 48));
+    let mut trainer = Trainer::new(Arc::clone(&scene), Preset::Fast, 3).unwrap();
+    for _ in 0..120 {
+        trainer.step().unwrap();
+    }
+    let history = clicked(&["dark", "bright"], &[(0, 1, [10, 20]), (8, 2, [50, 30])]);
+    let propagation = propagated(&scene, history.labels());
     let (field, occupancy) = (trainer.field(), trainer.occupancy());
     for part in [SemanticPart::Appearance, SemanticPart::Residual] {
         let (classes, width) = (propagation.classes(), field.feature_width());
@@ -263,55 +254,6 @@ fn both_parts_of_a_semantic_field_label_a_view_that_no_frame_shows() {
         }
         labels_an_unseen_view(&scene, &trainer, &semantics);
     }
-}
-
-#[test]
-fn votes_of_which_most_are_wrong_teach_a_semantic_field_the_truth() {
-    let (scene, trainer, propagation) = trained();
-    let classes = [1, 2, 3, 4];
-    let mut rng = SmallRng::seed_from_u64(2);
-    let mut noisy = |frame: usize| {
-        let mut labels = propagation.map(&scene, frame, 0).labels().into_owned();
-        for label in &mut labels {
-            if rng.random_bool(0.8) {
-                *label = rng.random_range(1..=4);
-            }
-        }
-        ImportedMap::new(frame, &labels)
-    };
-    let labels = ImportedLabels {
-        maps: (0..scene.frames.len()).map(&mut noisy).collect(),
-        trust: Trust::VOTES,
-    };
-    let votes = NodeVotes::count(propagation.surface(), &classes, &labels);
-    let field = trainer.field();
-    let grid = trainer.capacity().semantic_grid();
-    let mut semantics = SemanticField::new(&classes, field.feature_width(), grid, None, 1).unwrap();
-    let frames: Vec<usize> = (0..scene.frames.len()).collect();
-    for step in 0..60 {
-        let soft = votes.targets(propagation.surface(), 512, step);
-        let rays = votes.rays(propagation.surface(), &scene, &frames, 64, step);
-        let (radiance, sampling) = ((field, trainer.occupancy()), sampling(&trainer));
-        semantics
-            .step(SemanticPart::Residual, radiance, &soft, &rays, sampling)
-            .unwrap();
-    }
-    let nodes = propagation.surface().graph.nodes();
-    let positions: Vec<Vec3> = nodes.iter().map(|node| node.position).collect();
-    let probabilities = semantics
-        .at_points(SemanticPart::Residual, field, &positions)
-        .unwrap();
-    let truth = &propagation.posterior().labels;
-    let right = probabilities.chunks_exact(4).zip(truth).filter(|(p, truth)| {
-        let best = (0..4).max_by(|&a, &b| p[a].total_cmp(&p[b])).unwrap();
-        classes[best] == **truth
-    });
-    let right = right.count();
-    let majority = votes.majority();
-    let by_majority = (0..nodes.len()).filter(|&node| majority.get(&(node as u32)) == Some(&truth[node]));
-    let count = nodes.len();
-    assert!(right as f32 > 0.97 * count as f32, "{right} of {count}");
-    assert!(by_majority.count() < right);
 }
 
 #[test]

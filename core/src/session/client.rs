@@ -196,12 +196,10 @@ mod tests {
             source: SceneSource::Folder("no/such/capture".into()),
             ..options()
         });
-        let failed = client.opened().unwrap_err();
-        assert!(
-            matches!(&failed, ClientError::Failed(reason)
-                if reason.contains("no/such/capture") && reason.contains("no such folder")),
-            "{failed}"
-        );
+        let ClientError::Failed(reason) = client.opened().unwrap_err() else {
+            panic!("it is told why")
+        };
+        assert!(reason.contains("no/such/capture: no such folder"), "{reason}");
 
         let session = Session::on(Arc::new(wall(3, 32, 24)), options(), || {});
         let mut client = Client::observing(session, |_| {});

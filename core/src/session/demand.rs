@@ -222,12 +222,8 @@ mod tests {
             let scene = measured_in(frames);
             let trainer = Trainer::new(Arc::clone(&scene), Preset::Fast, 1).unwrap();
             let mut demand = demand(&scene);
-            let end = demand.end(&trainer);
-            assert_eq!(
-                (end.is_none(), demand.readers().maps),
-                (needs_training, prior),
-                "{frames}"
-            );
+            assert_eq!(demand.end(&trainer).is_none(), needs_training, "{frames}");
+            assert_eq!(demand.readers().maps, prior, "{frames}");
             demand.depth_stands = true;
             let stands = (!prior).then_some(match needs_training {
                 true => TrainingEnd::DepthStands,

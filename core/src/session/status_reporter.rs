@@ -63,31 +63,3 @@ impl StatusReporter {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use std::sync::Arc;
-
-    use super::*;
-
-    #[test]
-    fn the_same_status_is_reported_again_only_on_request() {
-        let (sender, events) = crossbeam_channel::unbounded();
-        let outbox = Outbox::new(sender, Arc::default(), Box::new(|| {}));
-        let mut reporter = StatusReporter::new();
-        let settled = Status {
-            settled: true,
-            ..Status::default()
-        };
-        reporter.report(&outbox, Status::default());
-        assert!(!reporter.reported_settled());
-        reporter.report(&outbox, settled.clone());
-        reporter.report(&outbox, settled.clone());
-        assert!(reporter.reported_settled());
-        assert_eq!(events.try_iter().count(), 2);
-        reporter.repeat_next();
-        assert!(!reporter.reported_settled());
-        reporter.report(&outbox, settled);
-        assert_eq!(events.try_iter().count(), 1);
-    }
-}

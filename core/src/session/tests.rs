@@ -1,11 +1,12 @@
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use glam::{Affine3A, Vec3};
 
 use super::*;
 use crate::field::Preset;
-use crate::labels::testing::{clicked, import_plain};
-use crate::labels::{ClassId, History, Stroke, Trust, VOID};
+use crate::labels::testing::clicked;
+use crate::labels::{ClassId, History, Stroke, VOID};
 use crate::scene::testing::wall;
 use crate::scene::{Camera, OpenOptions, SceneSource, SparsePoint, Viewpoint, write_replica};
 use crate::stereo::tests::capture;
@@ -33,6 +34,17 @@ fn start() -> Session {
 
 fn start_with(options: SessionOptions) -> Session {
     Session::on(Arc::new(wall(9, 64, 48)), options, || {})
+}
+
+/// Bytes of the images of four of the wall's frames: three of colour and two of depth a pixel.
+const FOUR_FRAMES: u64 = 4 * 64 * 48 * 5;
+
+/// A session on a capture in a folder, with so many bytes of memory for its images.
+fn start_on(folder: &Path, image_bytes: u64) -> Session {
+    let mut options = options();
+    options.source = SceneSource::Folder(folder.to_path_buf());
+    options.open.image_bytes = image_bytes;
+    Session::start(options, || {})
 }
 
 /// Waits for an event that `pick` takes; an error event fails the test.
@@ -93,49 +105,13 @@ fn two_clicks() -> History {
 }
 
 #[test]
-fn imported_votes_label_every_frame_and_a_click_among_them_wins_its_surroundings() {
-    let session = start();
-    let mut history = clicked(&["dark", "bright"], &[]);
-    import_plain(&mut history, 1, Trust::VOTES);
-    let label_of = |frame: usize, pixel: usize| {
-        let map = session.maps().get(frame);
-        map.map_or(0, |map| map.labels()[pixel])
-    };
-    // Votes come later than the other labels, so the first maps may be without them.
-    let until = |generation: u64, pixel: usize, class: u16| {
-        wait(&session, |event| {
-            let of = matches!(event, Event::AllMaps { generation: g } if *g == generation);
-            (of && label_of(7, pixel) == class).then_some(())
-        });
-    };
-    send_labels(&session, &history, 1);
-    until(1, 24 * 64 + 60, 1);
-    history.add_stroke(Stroke::click(8, 2, [50, 30]));
-    send_labels(&session, &history, 2);
-    until(2, 24 * 64 + 60, 2);
-    assert_eq!(label_of(7, 24 * 64 + 4), 1);
-    history.undo();
-    history.undo();
-    send_labels(&session, &history, 3);
-    for map in all_maps(&session, 3) {
-        assert!(map.labels().iter().all(|&label| label == 0));
-    }
-}
-
-#[test]
 fn two_clicks_label_every_frame_on_both_sides_of_the_border_be_it_a_keyframe_or_not() {
     let folder = tempfile::tempdir().unwrap();
-    write_replica(&wall(9, 64, 48), &folder.path().join("wall"), None).unwrap();
-    // All nine frames fit, or four of them, each with three bytes of colour and two of depth a pixel.
-    for (image_bytes, keyframes) in [(u64::MAX, 9), (4 * 64 * 48 * 5, 4)] {
-        let mut options = options();
-        options.source = SceneSource::Folder(folder.path().join("wall"));
-        options.open.image_bytes = image_bytes;
-        let session = Session::start(options, || {});
-        let scene = wait(&session, |event| match event {
-            Event::Opened(scene) => Some(Arc::clone(scene)),
-            _ => None,
-        });
+    let capture = folder.path().join("wall");
+    write_replica(&wall(9, 64, 48), &capture, None).unwrap();
+    for (image_bytes, keyframes) in [(u64::MAX, 9), (FOUR_FRAMES, 4)] {
+        let session = start_on(&capture, image_bytes);
+        let scene = opened(&session);
         assert_eq!(scene.keyframes().len(), keyframes);
         let others = (0..9).filter(|&frame| scene.frames[frame].is_keyframe() == (keyframes == 9));
         let others: Vec<usize> = others.collect();
@@ -181,24 +157,18 @@ fn a_capture_is_listed_before_it_is_read_and_whoever_looks_first_reads_a_frame_f
     let capture = folder.path().join("wall");
     write_replica(&wall(9, 64, 48), &capture, None).unwrap();
     let open = |image_bytes: u64| {
-        let mut options = options();
-        options.source = SceneSource::Folder(capture.clone());
-        options.open.image_bytes = image_bytes;
-        let session = Session::start(options, || {});
+        let session = start_on(&capture, image_bytes);
         let listed = wait(&session, |event| match event {
             Event::Listed(scene) => Some(Arc::clone(scene)),
             _ => None,
         });
         let looked = listed.frames[5].pixels();
-        let opened = wait(&session, |event| match event {
-            Event::Opened(scene) => Some(Arc::clone(scene)),
-            _ => None,
-        });
+        let opened = opened(&session);
         assert_eq!(session.maps().len(), opened.frames.len());
         (listed, looked, opened)
     };
     for all_stay in [true, false] {
-        let (listed, looked, opened) = open(if all_stay { u64::MAX } else { 4 * 64 * 48 * 5 });
+        let (listed, looked, opened) = open(if all_stay { u64::MAX } else { FOUR_FRAMES });
         assert!(opened.has_frames_of(&listed));
         let (looked, read) = (looked.unwrap(), opened.frames[5].pixels().unwrap());
         assert_eq!(looked, read);
@@ -299,32 +269,21 @@ fn where_depth_is_measured_everywhere_nothing_is_trained_before_somebody_looks_a
 }
 
 #[test]
-fn pausing_stops_the_steps_and_resuming_goes_on() {
-    let session = start();
-    wait_for_status(&session, |status| status.phase == Phase::Training);
-    session.send(Command::Pause);
-    let paused_at = wait_for_status(&session, |status| status.phase == Phase::Paused).steps;
-    std::thread::sleep(Duration::from_millis(600));
-    while let Ok(event) = session.events().try_recv() {
-        let Event::Status(status) = event else { continue };
-        assert_eq!(status.steps, paused_at);
-    }
-    session.send(Command::Resume);
-    wait_for_status(&session, |status| status.steps > paused_at);
-}
-
-#[test]
-fn a_saved_state_goes_on_where_it_stopped() {
+fn a_pause_stops_the_steps_until_training_is_resumed_or_goes_on_from_a_saved_state() {
     let session = start();
     wait_for_status(&session, |status| status.steps >= 20);
     session.send(Command::Pause);
+    let paused_at = wait_for_status(&session, |status| status.phase == Phase::Paused).steps;
+    std::thread::sleep(Duration::from_millis(600));
     session.send(Command::Save);
     let state = wait(&session, |event| match event {
         Event::State(state) => Some(Arc::clone(state)),
         _ => None,
     });
+    assert_eq!(state.steps, paused_at);
+    session.send(Command::Resume);
+    wait_for_status(&session, |status| status.steps > paused_at);
     drop(session);
-    assert!(state.steps >= 20);
     let session = start_with(SessionOptions {
         state: Some(Arc::clone(&state)),
         ..options()

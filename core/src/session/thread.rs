@@ -85,20 +85,3 @@ fn panic_message(panic: &(dyn Any + Send)) -> &str {
         .or_else(|| panic.downcast_ref::<String>().map(String::as_str))
         .unwrap_or("no message")
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_panic_becomes_an_error_event_and_the_end_is_reported() {
-        let (sender, events) = crossbeam_channel::unbounded();
-        let outbox = Outbox::new(sender, Arc::default(), Box::new(|| {}));
-        guarded(&outbox, || panic!("index out of range"));
-        let told: Vec<Event> = events.try_iter().collect();
-        let [Event::Error(reason), Event::Stopped] = told.as_slice() else {
-            panic!("{told:?}");
-        };
-        assert!(reason.contains("index out of range") && reason.contains("labels are safe"));
-    }
-}
