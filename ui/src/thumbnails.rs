@@ -266,11 +266,8 @@ mod tests {
         let ctx = egui::Context::default();
         let mut thumbnails = Thumbnails::new(ctx, [48, 48]);
         thumbnails.collect(1);
-        assert!(
-            thumbnails
-                .get(Subject::Frame(0), shown, || source([60, 40]))
-                .is_none()
-        );
+        let before = thumbnails.get(Subject::Frame(0), shown, || source([60, 40]));
+        assert!(before.is_none());
         let start = std::time::Instant::now();
         let size = loop {
             thumbnails.collect(2);
@@ -291,15 +288,10 @@ mod tests {
         let place = ([30, 20], &outline[..]);
         let picture = place_picture(&shown, &plain, place, [300, 300]);
         let part = rect_of(ImagePart::around(glam::vec2(60.0, 40.0), place.0, place.1));
-        assert_eq!(
-            picture.size,
-            [part.width().round() as usize, part.height().round() as usize]
-        );
-        let red = picture
-            .pixels
-            .iter()
-            .filter(|&&pixel| pixel == egui::Color32::RED)
-            .count();
+        let size = [part.width(), part.height()].map(|side| side.round() as usize);
+        assert_eq!(picture.size, size);
+        let is_red = |pixel: &&egui::Color32| **pixel == egui::Color32::RED;
+        let red = picture.pixels.iter().filter(is_red).count();
         assert!((56..=72).contains(&red), "{red} pixels of a region of 64");
         assert_eq!(picture.pixels[0], egui::Color32::GRAY);
         assert_eq!(place_picture(&shown, &plain, place, [10, 10]).size[0], 10);

@@ -197,10 +197,8 @@ mod tests {
     fn an_even_guess_among_all_classes_has_the_last_colour_of_entropy() {
         let palette = Palette::new(&[Class::new(1, "a"), Class::new(2, "b")]);
         let even_guess = (2.0_f32.ln() * ENTROPY_STEPS_PER_NAT).ceil();
-        assert_eq!(
-            (even_guess * palette.entropy_scale()) as usize,
-            PALETTE_COLUMNS - 1
-        );
+        let column = (even_guess * palette.entropy_scale()) as usize;
+        assert_eq!(column, PALETTE_COLUMNS - 1);
         let last = palette.value(Table::Entropy, PALETTE_COLUMNS - 1);
         assert_eq!(palette.value(Table::Entropy, 100_000), last);
     }

@@ -221,9 +221,7 @@ mod tests {
             "theme": 3, "scale": "x", "threads": 0, "look": [], "keys": 1, "recents": {}, "hints": [1, "?"],
             "window": [0, "x"],
         });
-        assert_eq!(
-            Preferences::from_json(json.as_object().unwrap()),
-            Preferences::default()
-        );
+        let read = Preferences::from_json(json.as_object().unwrap());
+        assert_eq!(read, Preferences::default());
     }
 }

@@ -176,12 +176,9 @@ mod tests {
         log.note(after(2.2), 2, None, &status(0.8));
         log.note(after(9.0), 2, None, &status(0.9));
         log.note(after(9.5), 2, Some(0.5), &status(0.7));
-        let strokes: Vec<(usize, Option<f32>)> = log
-            .samples
-            .iter()
-            .map(|sample| (sample.strokes, sample.entropy))
-            .collect();
-        assert_eq!(strokes, [(1, Some(0.9)), (2, Some(0.9)), (2, Some(0.7))]);
+        let samples = log.samples.iter();
+        let taken = samples.map(|sample| (sample.strokes, sample.entropy));
+        assert!(taken.eq([(1, Some(0.9)), (2, Some(0.9)), (2, Some(0.7))]));
     }
 
     #[test]

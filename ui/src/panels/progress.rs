@@ -346,7 +346,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn marks_are_round_and_few() {
+    fn marks_are_round_and_few_without_needless_digits() {
         for (bounds, expected) in [
             ((-0.05, 0.92), vec![0.0, 0.5]),
             ((20.0, 31.0), vec![20.0, 25.0, 30.0]),
@@ -359,21 +359,8 @@ mod tests {
             let values: Vec<f64> = marks(input, 2.5).iter().map(|mark| mark.value).collect();
             assert_eq!(values, expected);
         }
-        assert_eq!(
-            (round_step(0.3), round_step(7.0), round_step(10.0)),
-            (0.5, 10.0, 10.0)
-        );
-    }
-
-    #[test]
-    fn numbers_have_their_units_and_no_needless_digits() {
-        assert_eq!(in_unit(Number::Unsure, 0.254), "25% unsure");
-        assert_eq!(in_unit(Number::Accuracy, 0.75), "75%");
-        assert_eq!(in_unit(Number::Psnr, 24.31), "24.3 dB");
-        assert_eq!(
-            (round(0.5), round(20.0), round(1.0 / 3.0)),
-            ("0.5".into(), "20".into(), "0.333".into())
-        );
+        assert_eq!([0.3, 7.0, 10.0].map(round_step), [0.5, 10.0, 10.0]);
+        assert_eq!([0.5, 20.0, 1.0 / 3.0].map(round), ["0.5", "20", "0.333"]);
     }
 
     #[test]

@@ -149,14 +149,3 @@ fn grouped(number: u64) -> String {
     }
     text
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn large_numbers_are_readable() {
-        assert_eq!(grouped(7), "7");
-        assert_eq!(grouped(1_234_567), "1 234 567");
-    }
-}

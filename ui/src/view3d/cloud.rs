@@ -233,11 +233,8 @@ pub(super) mod tests {
         let cloud = Cloud::new(&floor(40));
         assert_eq!(cloud.splats.len(), 1600, "the shell is left out");
         let begun = &cloud.splats[..160];
-        for quarter in 0..4 {
-            let right = quarter % 2 == 1;
-            let far = quarter / 2 == 1;
-            let inside =
-                |splat: &&Splat| (splat.position[0] > 1.95) == right && (splat.position[2] > 1.95) == far;
+        for quarter in [[false, false], [false, true], [true, false], [true, true]] {
+            let inside = |splat: &&Splat| [0, 2].map(|axis| splat.position[axis] > 1.95) == quarter;
             let count = begun.iter().filter(inside).count();
             assert!((20..=60).contains(&count), "{count} of 160 in a quarter");
         }
@@ -275,10 +272,8 @@ pub(super) mod tests {
         let until_ready = |preparer: &mut Preparer, wanted: &LabelledSurface| {
             let start = std::time::Instant::now();
             loop {
-                if let Some(ready) = preparer
-                    .get(Some(wanted))
-                    .filter(|ready| ready.surface.is(wanted))
-                {
+                let ready = preparer.get(Some(wanted));
+                if let Some(ready) = ready.filter(|ready| ready.surface.is(wanted)) {
                     return ready.clone();
                 }
                 assert!(start.elapsed().as_secs() < 20, "nothing was prepared");

@@ -139,10 +139,8 @@ mod tests {
             let beside = position + Vec3::new(0.02, 0.0, -0.02);
             assert_eq!(pick(&cloud, ray(from, beside), 0.001, true), Some(node));
             // Away from it there is nothing.
-            assert_eq!(
-                pick(&cloud, ray(from, from + (from - position)), 0.001, true),
-                None
-            );
+            let away = ray(from, from + (from - position));
+            assert_eq!(pick(&cloud, away, 0.001, true), None);
         }
     }
 

@@ -99,21 +99,13 @@ mod tests {
     fn panels_give_way_to_the_canvas_unless_the_person_says_otherwise() {
         let (wide, low, small) = ([1920.0, 1080.0], [1280.0, 720.0], [427.0, 240.0]);
         let mut layout = Layout::default();
-        assert!(Pane::ALL.iter().all(|&pane| layout.shows(pane, wide)));
-        assert_eq!(
-            Pane::ALL.map(|pane| layout.shows(pane, low)),
-            [true, true, true, false, true]
-        );
-        assert_eq!(
-            Pane::ALL.map(|pane| layout.shows(pane, small)),
-            [true, false, false, false, false]
-        );
+        let shown = |layout: &Layout, size| Pane::ALL.map(|pane| layout.shows(pane, size));
+        assert_eq!(shown(&layout, wide), [true; 5]);
+        assert_eq!(shown(&layout, low), [true, true, true, false, true]);
+        assert_eq!(shown(&layout, small), [true, false, false, false, false]);
         layout.set(Pane::Suggestions, Some(true));
         layout.set(Pane::Classes, Some(false));
         assert_eq!(Layout::from_json(&layout.to_json()), layout);
-        assert_eq!(
-            Pane::ALL.map(|pane| layout.shows(pane, small)),
-            [false, true, false, false, false]
-        );
+        assert_eq!(shown(&layout, small), [false, true, false, false, false]);
     }
 }

@@ -221,8 +221,8 @@ mod tests {
         drop(store);
         let json: Map<String, Value> = serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
         assert_eq!(
-            (&json["of_tomorrow"], &json["threads"], &json["scale"]),
-            (&7.into(), &3.into(), &150.into())
+            ["of_tomorrow", "threads", "scale"].map(|key| &json[key]),
+            [7, 3, 150]
         );
         let files = fs::read_dir(path.parent().unwrap()).unwrap().count();
         assert_eq!(files, 1, "a temporary file was left");
@@ -237,16 +237,13 @@ mod tests {
             let store = Store::open(path.clone());
             assert_eq!(*store.preferences(), Preferences::default());
             let problem = store.problem().unwrap();
-            assert!(
-                problem.contains("preferences.json") && problem.contains("set-aside"),
-                "{problem}"
-            );
+            for part in ["preferences.json", "set-aside"] {
+                assert!(problem.contains(part), "{problem}");
+            }
             assert_eq!(store.problem(), None);
             assert!(!path.exists());
-            assert_eq!(
-                fs::read_to_string(path.with_extension("set-aside.json")).unwrap(),
-                text
-            );
+            let aside = path.with_extension("set-aside.json");
+            assert_eq!(fs::read_to_string(aside).unwrap(), text);
         }
     }
 

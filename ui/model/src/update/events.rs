@@ -104,3 +104,52 @@ impl Model {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use inplace_core::labels::History;
+    use inplace_core::scene::{Scene, SceneSource};
+    use inplace_core::session::{self, MapSlots};
+
+    use super::*;
+    use crate::document::Document;
+    use crate::model::Start;
+    use crate::session_link::{Running, SessionLink};
+    use crate::workspace::Workspace;
+    use crate::{Command, Input};
+
+    /// A worker that never answers.
+    struct Silent(Arc<MapSlots>);
+
+    impl SessionLink for Silent {
+        fn send(&self, _: session::Command) {}
+
+        fn next_event(&self) -> Option<Event> {
+            None
+        }
+
+        fn maps(&self) -> &Arc<MapSlots> {
+            &self.0
+        }
+    }
+
+    #[test]
+    fn what_an_import_that_was_cancelled_read_and_what_is_wrong_with_another_scene_is_dropped() {
+        let mut model = Model::new(Start::default());
+        let scene = Arc::new(Scene::new(SceneSource::Demo, "test", Vec::new()));
+        let session = Running::new(Box::new(Silent(Arc::default())));
+        let workspace = Workspace::new(scene, 1, session, Document::new(History::default(), 0));
+        model.state.stage = Stage::Open(Box::new(workspace));
+        model.state.importing = Some(7);
+        model.update(Input::Command(Command::CancelImport));
+        for done in [
+            Done::Imported(7, Box::new(Err("It came too late.".to_owned()))),
+            Done::PosesChecked(1, vec!["These poses are inverted.".to_owned()]),
+            Done::PosesChecked(2, vec!["Another scene's are.".to_owned()]),
+        ] {
+            model.update(Input::Done(done));
+        }
+        let shown = model.messages.shown().iter().map(|message| &message.text);
+        assert!(shown.eq(["Nothing was imported.", "These poses are inverted."]));
+    }
+}
